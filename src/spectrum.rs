@@ -1,9 +1,10 @@
 //! What can vibrate about a state, how fast, and how far that state sets it off.
 
+use crate::constraint::{MassSaddle, one_sided};
 use crate::linalg::{Matrix, symmetric_eigen};
 use crate::model::{ForwardScratch, Model};
 
-/// Vibrations about the start, `M x'' + C x' + K x = 0`, without the coupling by damping.
+/// Vibrations about the start, `M x'' + C x' + K x = 0`, without the coupling by damping; those that keep closed loops closed.
 #[derive(Clone, Debug)]
 pub(crate) struct Spectrum {
     pub(crate) modes: Vec<Vibration>,
@@ -73,7 +74,13 @@ impl Spectrum {
         let n = model.n();
         model.set_time(t).ok()?;
         let mut a0 = vec![0.0; n];
-        model.forward_dynamics(q0, v0, &mut a0, &mut ForwardScratch::new(n)).ok()?;
+        let mut multipliers = vec![0.0; model.constraints()];
+        if multipliers.is_empty() {
+            model.forward_dynamics(q0, v0, &mut a0, &mut ForwardScratch::new(n)).ok()?;
+        } else {
+            one_sided::accelerations(model, q0, v0, &mut a0, &mut multipliers).ok()?;
+            model.set_multipliers(&multipliers);
+        }
         let mut mass = Matrix::zeros(n, n);
         model.mass_matrix(q0, &mut mass);
         let [stiffness, damping] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]].map(|weights| {
@@ -82,13 +89,20 @@ impl Spectrum {
             model.weighted_tangent(q0, &rest, &rest, weights, &mut tangent);
             (&tangent + tangent.transpose()) * 0.5
         });
+        let held = if multipliers.is_empty() {
+            Matrix::zeros(n, 0)
+        } else {
+            multipliers.fill(0.0);
+            model.set_multipliers(&multipliers);
+            MassSaddle::with(model, q0, &mass).ok()?.held()
+        };
         // M = L L^T, L^-1 K L^-T y = omega^2 y, shape = L^-T y.
         let lower = mass.clone().cholesky()?.l();
         let mut half = stiffness;
         lower.solve_lower_triangular_mut(&mut half).then_some(())?;
         let mut whole = half.transpose();
         lower.solve_lower_triangular_mut(&mut whole).then_some(())?;
-        let (squares, mut shapes) = symmetric_eigen(&whole)?;
+        let (squares, mut shapes) = free_eigen(whole, &held)?;
         lower.tr_solve_lower_triangular_mut(&mut shapes).then_some(())?;
         // What is free to move has no frequency, but for rounding of the others.
         let largest = squares.iter().fold(0.0, |largest: f64, square| largest.max(square.abs()));
@@ -113,4 +127,20 @@ impl Spectrum {
         });
         Some(Self { modes: modes.collect() })
     }
+}
+
+/// Eigenvalues and eigenvectors of a symmetric matrix between directions that are orthogonal to the held ones.
+fn free_eigen(matrix: Matrix, held: &Matrix) -> Option<(Vec<f64>, Matrix)> {
+    /// Held directions get eigenvalues beyond all others by this factor.
+    const BEYOND: f64 = 2.0;
+    if held.ncols() == 0 {
+        return symmetric_eigen(&matrix);
+    }
+    let free = |matrix: Matrix| &matrix - held * held.tr_mul(&matrix);
+    let between = free(free(matrix).transpose());
+    let beyond = BEYOND * between.norm().max(f64::MIN_POSITIVE);
+    let (mut values, vectors) = symmetric_eigen(&(between + held * held.transpose() * beyond))?;
+    values.truncate(values.len() - held.ncols());
+    let vectors = vectors.columns(0, values.len()).into_owned();
+    Some((values, vectors))
 }

@@ -14,10 +14,10 @@ Array = NDArray[np.float64]
 def check_start(scene: Scene) -> None:
     """Raise ValueError where the loops of a scene cannot be closed from its start."""
     settings = scene.simulation
-    # Scenes with loops have a method of its own steps.
-    if not view(scene.model).marks.loops or settings.method == "auto":
+    if not view(scene.model).marks.loops:
         return
-    Simulation(scene.model, t0=settings.t0, q0=scene.q0, v0=scene.v0, method=settings.method, dt=settings.dt)
+    method = "radau" if settings.method == "auto" else settings.method
+    Simulation(scene.model, t0=settings.t0, q0=scene.q0, v0=scene.v0, method=method, dt=settings.dt)
 
 
 def rest_start(scene: Scene) -> Array | None:

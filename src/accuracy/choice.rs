@@ -26,10 +26,18 @@ impl Choice {
         Self { integrator: &RADAU, resolved: f64::INFINITY, frequency: 1.0, reason }
     }
 
-    /// Compares the costs of a second of motion.
-    pub(super) fn new(spectrum: &Spectrum, following: &Following, tolerance: f64) -> Self {
+    /// Compares the costs of a second of motion. Closed loops are left to Radau: it holds them as equations of its steps, while
+    /// explicit methods project after each of them.
+    pub(super) fn new(spectrum: &Spectrum, following: &Following, tolerance: f64, has_loops: bool) -> Self {
         let slowest = spectrum.modes.iter().map(|mode| mode.frequency).filter(|&w| w > 0.0);
         let slowest = slowest.fold(f64::INFINITY, f64::min);
+        if has_loops {
+            let reason = "Method: radau, because it holds closed loops as equations of its steps.";
+            let moves = slowest.is_finite();
+            let resolved = if moves { following.highest(tolerance).max(slowest) } else { f64::INFINITY };
+            let frequency = if moves { (slowest * resolved).sqrt() } else { 1.0 };
+            return Self { integrator: &RADAU, resolved, frequency, reason: reason.to_owned() };
+        }
         if !slowest.is_finite() {
             let reason = "Method: dop853, because nothing in the model is stiff.".to_owned();
             return Self { integrator: &DOP853, resolved: f64::INFINITY, frequency: 1.0, reason };

@@ -6,6 +6,7 @@
 //! strain finds. Kinks, point loads and springs near an end are not seen by the next modes but by much higher ones.
 
 use super::paths::{largest, size};
+use crate::constraint::one_sided;
 use crate::linalg::Matrix;
 use crate::model::{ForwardScratch, Model};
 use crate::simulate::Simulation;
@@ -204,9 +205,18 @@ impl Missing {
             if !is_known {
                 continue;
             }
+            let mut multipliers = vec![0.0; coarse.constraints()];
+            if !multipliers.is_empty()
+                && one_sided::multipliers(&mut coarse, [q, v, &a], &mut multipliers).is_err()
+            {
+                continue;
+            }
             let [q, v, a] = [q, v, &a[..]].map(|values| embed(values, places, all));
             let mut forces = vec![0.0; all];
+            richer.set_multipliers(&multipliers);
             richer.inverse_dynamics(&q, &v, &a, &mut forces);
+            multipliers.fill(0.0);
+            richer.set_multipliers(&multipliers);
             states.push([q, forces]);
         }
         Self { states, stiffness, mass, sizes }

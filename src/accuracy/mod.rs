@@ -41,7 +41,7 @@ use crate::model::Model;
 
 use crate::second_order;
 use crate::simulate::{Simulation, grid};
-use crate::stepping::check_span;
+use crate::stepping::{Start, check_span};
 
 pub use modes::{Modes, choose_modes};
 pub use request::{DEFAULT_MAX_STEPS, DEFAULT_RTOL, Request};
@@ -64,8 +64,12 @@ pub fn simulate_to_accuracy<M: Model + Clone>(
     monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
 ) -> Result<(Simulation, Option<M>), InvalidInput> {
     let clock = Instant::now();
-    model.check_untied("method \"auto\"")?;
+    if model.is_one_sided() {
+        model.check_untied("method \"auto\"")?;
+    }
     let wanted = wanted(model.n(), t_span, [q0, v0], request, t_eval)?;
+    let start = fitted(&mut model, t_span.0, [q0, v0])?;
+    let [q0, v0] = [&start.q[..], &start.v];
     let compared = paths::with_more_times(&wanted, t_span);
     let original = model.clone();
     let mut factor = 1;
@@ -88,11 +92,32 @@ pub fn simulate_to_accuracy<M: Model + Clone>(
     }
     simulation.message.push(' ');
     simulation.message.push_str(&reason);
+    if model.constraints() > 0 && simulation.status.is_success() {
+        simulation.message.push_str(IN_LOOPS);
+    }
+    if start.moved > 0.0 {
+        simulation.message.push_str(&Start::sentence(start.moved));
+    }
     simulation.statistics.wall_time = clock.elapsed().as_secs_f64();
     if compared.len() > wanted.len() {
         simulation.keep(&wanted);
     }
     Ok((simulation, (factor > 1).then_some(model)))
+}
+
+/// What is not estimated of a motion with closed loops.
+const IN_LOOPS: &str =
+    " The errors are those of places on the links; those of the forces in closed loops are not estimated.";
+
+/// A start whose loops are closed.
+fn fitted<M: Model>(model: &mut M, t: f64, [q0, v0]: [&[f64]; 2]) -> Result<Start, InvalidInput> {
+    let n = model.n();
+    let is_sensible = [q0, v0].iter().all(|values| values.len() == n && values.iter().all(|x| x.is_finite()));
+    match is_sensible {
+        true => Start::fitted(model, t, q0, v0),
+        // Whoever checks them says what is wrong.
+        false => Ok(Start { q: q0.to_vec(), v: v0.to_vec(), moved: 0.0 }),
+    }
 }
 
 /// Refuses what [`simulate_to_accuracy`] would refuse, before any evaluation of a motion; else the times of its result.

@@ -72,7 +72,8 @@ impl<'a, M: Model + Clone> Plan<'a, M> {
         let loosest = FIRST_TOLERANCE * request.rtol;
         let known = Spectrum::new(model, t_span.0, q0, v0).and_then(|spectrum| {
             let following = Following::new(model, t_span, q0, &spectrum, loosest, monitor).ok()?;
-            Some((Choice::new(&spectrum, &following, request.rtol), following))
+            let has_loops = model.constraints() > 0;
+            Some((Choice::new(&spectrum, &following, request.rtol, has_loops), following))
         });
         // Where there are no accelerations, a function of time fails or the search is stopped, the run says so.
         let (choice, following) = known.unwrap_or_else(|| (Choice::implicit(), Following::nothing()));

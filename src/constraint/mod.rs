@@ -12,4 +12,4 @@ pub(crate) mod saddle;
 
 pub(crate) use as_springs::AsSprings;
 pub(crate) use independent::{Independent, inverse_length};
-pub(crate) use saddle::Saddle;
+pub(crate) use saddle::{MassSaddle, Saddle};

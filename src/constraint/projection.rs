@@ -19,6 +19,15 @@ const NUDGE: f64 = 0.01;
 /// No step moves a coordinate by more than this, in units of its typical size.
 const LONGEST: f64 = 0.3;
 
+/// Constraints that are nearer to each other than this angle (radians) are at a singular position: accelerations there grow
+/// with the inverse square of it, and so do their errors.
+const SMALLEST_MARGIN: f64 = 1e-4;
+
+/// Where no step is small enough, constraints are why that are nearer to each other than this angle, or of which one moves so
+/// little beside the others: accelerations are at least ten thousand times those elsewhere.
+const NEARLY_SINGULAR: f64 = 1e-2;
+const NEARLY_IN_LINE: f64 = 1e-4;
+
 /// What of a shape counts when it is moved.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Metric {
@@ -125,6 +134,18 @@ pub(crate) struct Fit {
     pub(crate) margin: f64,
     /// How little the constraint moves that moves least, beside the one that moves most.
     pub(crate) least_motion: f64,
+}
+
+impl Fit {
+    /// Whether constraints are at a singular position.
+    pub(crate) fn is_singular(&self) -> bool {
+        self.margin <= SMALLEST_MARGIN
+    }
+
+    /// Whether constraints are so near to a singular position that no step from there may be small enough.
+    pub(crate) fn is_nearly_singular(&self) -> bool {
+        self.margin < NEARLY_SINGULAR || self.least_motion < NEARLY_IN_LINE
+    }
 }
 
 /// Changes velocities by the smallest kinetic energy that makes them fit the constraints: as an impulse of what holds these

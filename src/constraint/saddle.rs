@@ -30,35 +30,49 @@ impl Saddle {
     /// Factorises them, without the rows that others determine. Cost: 2/3 (n + m)^3 flops.
     pub(crate) fn factorise(&mut self) -> Result<(), Singular> {
         let Self { tangent, constraints, independent, bordered, lu } = self;
-        let n = tangent.nrows();
         independent.find(constraints, |k| tangent[(k, k)].abs().sqrt().max(f64::MIN_POSITIVE).recip());
-        bordered.fill(0.0);
-        for k in 0..n {
-            for j in 0..n {
-                bordered[(j, k)] = tangent[(j, k)];
-            }
-            for i in 0..constraints.nrows() {
-                if independent.is_independent(i) {
-                    bordered[(n + i, k)] = constraints[(i, k)];
-                    bordered[(k, n + i)] = constraints[(i, k)];
-                }
-            }
-        }
-        for i in (0..constraints.nrows()).filter(|&i| !independent.is_independent(i)) {
-            bordered[(n + i, n + i)] = 1.0;
-        }
+        border(tangent, constraints, independent, bordered);
         lu.factorise(bordered)
+    }
+
+    /// Writes the same with another tangent. Rows depend on others that did when this one was factorised.
+    pub(crate) fn border(&self, tangent: &Matrix, bordered: &mut Matrix) {
+        border(tangent, &self.constraints, &self.independent, bordered);
+    }
+
+    /// Sets what multiplies rows that others determine to zero.
+    pub(crate) fn drop_dependent(&self, multipliers: &mut [f64]) {
+        for (i, multiplier) in multipliers.iter_mut().enumerate() {
+            if !self.independent.is_independent(i) {
+                *multiplier = 0.0;
+            }
+        }
     }
 
     /// Solves with the factors, in place. Multipliers of rows that others determine are zero.
     pub(crate) fn solve(&mut self, b: &mut [f64]) {
-        let n = self.tangent.nrows();
-        for (i, b) in b[n..].iter_mut().enumerate() {
-            if !self.independent.is_independent(i) {
-                *b = 0.0;
+        self.drop_dependent(&mut b[self.tangent.nrows()..]);
+        self.lu.solve(b);
+    }
+}
+
+/// Writes `[S, G^T; G, 0]` with the rows of G that determine the others; a one on the diagonal stands for each of the others.
+fn border(tangent: &Matrix, constraints: &Matrix, independent: &Independent, bordered: &mut Matrix) {
+    let n = tangent.nrows();
+    bordered.fill(0.0);
+    for k in 0..n {
+        for j in 0..n {
+            bordered[(j, k)] = tangent[(j, k)];
+        }
+        for i in 0..constraints.nrows() {
+            if independent.is_independent(i) {
+                bordered[(n + i, k)] = constraints[(i, k)];
+                bordered[(k, n + i)] = constraints[(i, k)];
             }
         }
-        self.lu.solve(b);
+    }
+    for i in (0..constraints.nrows()).filter(|&i| !independent.is_independent(i)) {
+        bordered[(n + i, n + i)] = 1.0;
     }
 }
 
@@ -116,6 +130,11 @@ impl MassSaddle {
     pub(crate) fn rank(&self) -> usize {
         let largest = self.values.first().copied().unwrap_or(0.0);
         self.values.iter().filter(|&&value| value > SINGULAR * largest && value > 0.0).count()
+    }
+
+    /// The directions that constraints hold, orthonormal columns `L^T x` of coordinates x.
+    pub(crate) fn held(&self) -> Matrix {
+        self.lower.tr_mul(&self.left.columns(0, self.rank()))
     }
 
     /// The smallest singular value that does not count as zero, over the largest one.

@@ -33,7 +33,7 @@ impl LinearSystem {
     /// Memory for the Jacobian of a system; differences do not see whether it is a chain.
     pub(super) fn new<S: System + ?Sized>(system: &S, derivative: Derivative) -> Self {
         if system.constraints() > 0 {
-            return Self::Saddle(Box::new(Saddle::new(system.n(), system.constraints())));
+            return Self::of_size(system.n(), system.constraints());
         }
         let chain = if derivative == Derivative::Analytic { system.tree() } else { None };
         match chain {
@@ -59,12 +59,20 @@ impl LinearSystem {
         )
     }
 
+    /// Memory for dense matrices of `n` coordinates and so many constraints.
+    pub(crate) fn of_size(n: usize, constraints: usize) -> Self {
+        match constraints {
+            0 => Self::dense(n),
+            m => Self::Saddle(Box::new(Saddle::new(n, m))),
+        }
+    }
+
     fn dense(n: usize) -> Self {
         Self::Dense { jacobian: Matrix::zeros(n, n), lu: Lu::new(n) }
     }
 
     /// Factorises the Jacobian.
-    pub(super) fn factorise(&mut self) -> Result<(), Failure> {
+    pub(crate) fn factorise(&mut self) -> Result<(), Failure> {
         let factorised = match self {
             Self::Dense { jacobian, lu } => lu.factorise(jacobian),
             Self::Tree { jacobian, lu } => lu.factorise(jacobian),
@@ -101,7 +109,7 @@ impl LinearSystem {
     }
 
     /// Solves with the factors, in place.
-    pub(super) fn solve(&mut self, b: &mut [f64]) {
+    pub(crate) fn solve(&mut self, b: &mut [f64]) {
         match self {
             Self::Dense { lu, .. } => lu.solve(b),
             Self::Tree { lu, .. } => lu.solve(b),

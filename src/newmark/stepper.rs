@@ -660,6 +660,11 @@ impl Stepper {
         &self.a[..self.q.len()]
     }
 
+    /// These, and the multipliers of constraints behind them.
+    pub(crate) fn unknowns(&self) -> &[f64] {
+        &self.a
+    }
+
     /// Time before the last step; the start when no step was made.
     pub fn t_old(&self) -> f64 {
         self.t_old

@@ -13,15 +13,6 @@ const LARGEST_CHANGE: f64 = 0.05;
 /// Changes of velocities below that, in typical sizes of the coordinates a second, are rounding of what is at rest.
 const ROUNDING: f64 = 1e-9;
 
-/// Constraints that are nearer to each other than this angle (radians) are at a singular position: accelerations there grow
-/// with the inverse square of it, and so do their errors.
-const SMALLEST_MARGIN: f64 = 1e-4;
-
-/// Where no step is small enough, constraints are why that are nearer to each other than this angle, or of which one moves so
-/// little beside the others: accelerations are at least ten thousand times those elsewhere.
-const NEARLY_SINGULAR: f64 = 1e-2;
-const NEARLY_IN_LINE: f64 = 1e-4;
-
 /// The free motion of a model as `y' = f(t, y)` with `y = (q, qd)`, 2n equations, and its exact Jacobian.
 ///
 /// Where the mass matrix is singular the right-hand side is NaN.
@@ -75,8 +66,9 @@ impl<M: Model> FirstOrder<M> {
                 Ok(fit)
             });
         velocity.copy_from_slice(v);
-        held.is_ok_and(|Fit { change, largest, rank: now, margin, .. }| {
-            let is_regular = now >= *rank && margin > SMALLEST_MARGIN;
+        held.is_ok_and(|fit| {
+            let Fit { change, largest, rank: now, .. } = fit;
+            let is_regular = now >= *rank && !fit.is_singular();
             *rank = now.max(*rank);
             let is_small = change <= LARGEST_CHANGE * LARGEST_CHANGE * *fastest || largest <= ROUNDING;
             is_regular && is_small
@@ -87,11 +79,8 @@ impl<M: Model> FirstOrder<M> {
     pub(crate) fn is_nearly_singular(&mut self, y: &[f64]) -> bool {
         let (q, v) = y.split_at(self.n);
         self.model.constraints() > 0
-            && projection::fit_velocities(&mut self.model, q, &mut v.to_vec()).is_ok_and(
-                |Fit { rank, margin, least_motion, .. }| {
-                    rank < self.rank || margin < NEARLY_SINGULAR || least_motion < NEARLY_IN_LINE
-                },
-            )
+            && projection::fit_velocities(&mut self.model, q, &mut v.to_vec())
+                .is_ok_and(|fit| fit.rank < self.rank || fit.is_nearly_singular())
     }
 
     /// The model.

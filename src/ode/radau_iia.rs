@@ -20,6 +20,8 @@ pub(crate) const A: [[f64; STAGES]; STAGES] = [
 /// Their square, for equations of second order.
 pub(crate) const A_SQUARED: [[f64; STAGES]; STAGES] =
     [product(&A[0], &A), product(&A[1], &A), product(&A[2], &A)];
+/// The inverse of that: accelerations that move the stages by as much.
+pub(crate) const A_SQUARED_INVERSE: [[f64; STAGES]; STAGES] = inverse(&A_SQUARED);
 /// What the error estimate takes from accelerations by way of velocities, `E A`,
 pub(crate) const E_A: [f64; STAGES] = product(&E, &A);
 /// and by way of displacements, `E A^2`.
@@ -175,6 +177,30 @@ const fn product(row: &[f64; STAGES], matrix: &[[f64; STAGES]; STAGES]) -> [f64;
     out
 }
 
+/// By cofactors.
+const fn inverse(m: &[[f64; STAGES]; STAGES]) -> [[f64; STAGES]; STAGES] {
+    let mut out = [[0.0; STAGES]; STAGES];
+    let mut determinant = 0.0;
+    let mut i = 0;
+    while i < STAGES {
+        let (i1, i2) = ((i + 1) % STAGES, (i + 2) % STAGES);
+        let mut j = 0;
+        while j < STAGES {
+            let (j1, j2) = ((j + 1) % STAGES, (j + 2) % STAGES);
+            out[j][i] = m[i1][j1] * m[i2][j2] - m[i1][j2] * m[i2][j1];
+            j += 1;
+        }
+        determinant += m[0][i] * (m[1][i1] * m[2][i2] - m[1][i2] * m[2][i1]);
+        i += 1;
+    }
+    let mut i = 0;
+    while i < STAGES * STAGES {
+        out[i / STAGES][i % STAGES] /= determinant;
+        i += 1;
+    }
+    out
+}
+
 /// `out_i <- sum_j matrix[i][j] vectors_j`.
 pub(crate) fn transform(matrix: &[[f64; STAGES]; STAGES], vectors: &[f64], out: &mut [f64]) {
     let n = vectors.len() / STAGES;
@@ -205,6 +231,15 @@ mod tests {
             let (left, right) = (product(row, &T), product(t, &inverse));
             for (left, right) in left.iter().zip(right) {
                 assert!((left - right).abs() < 1e-15, "{left} {right}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_square_of_a_has_its_inverse() {
+        for (i, row) in A_SQUARED_INVERSE.iter().enumerate() {
+            for (j, entry) in product(row, &A_SQUARED).iter().enumerate() {
+                assert!((entry - f64::from(u8::from(i == j))).abs() < 1e-14, "{i} {j}: {entry}");
             }
         }
     }

@@ -22,6 +22,7 @@ mod options;
 mod solution;
 mod stages;
 mod stepper;
+mod systems;
 
 pub use options::Options;
 pub use solution::solve;

@@ -42,5 +42,6 @@ pub(crate) fn check_memory<S: System + ?Sized>(system: &S) -> Result<(), Invalid
     if system.tree().is_some() {
         return Ok(());
     }
-    memory::check_square(SQUARE_MATRICES, system.n(), "q0", "an explicit method needs no matrices")
+    let unknowns = system.n() + system.constraints();
+    memory::check_square(SQUARE_MATRICES, unknowns, "q0", "an explicit method needs no matrices")
 }

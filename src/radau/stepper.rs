@@ -4,9 +4,8 @@ use super::Options;
 use super::stages::{Stages, Start};
 use crate::error::{Interrupted, InvalidInput, Number};
 use crate::hermite::{self, Quintic};
-use crate::linalg::Lu;
 use crate::model::Radius;
-use crate::newmark;
+use crate::newmark::{self, LinearSystem};
 use crate::ode::norm::all_finite;
 use crate::ode::radau_iia::{
     DIVERGENCE_FACTOR, ERROR_ORDER, SMALLEST_FACTOR, StepError, next_size, step_factor,
@@ -26,7 +25,8 @@ const MOST_FLAWED: usize = 5;
 /// A remainder of the way of less than that fraction of a step is added to it.
 const REMAINDER: f64 = 1e-9;
 
-/// An integration that is carried out step by step. All memory is allocated at the start.
+/// An integration that is carried out step by step. All memory is allocated until the accelerations at the start are
+/// known.
 ///
 /// The stepper does not own the equations of motion; the same ones, which must know their
 /// [tangent](System::tangent), must be given to every call.
@@ -40,12 +40,14 @@ pub struct Stepper {
     t_end: f64,
     q: Vec<f64>,
     v: Vec<f64>,
+    /// Accelerations, and multipliers of constraints behind them.
     a: Vec<f64>,
     t_old: f64,
     q_old: Vec<f64>,
     v_old: Vec<f64>,
     a_old: Vec<f64>,
     stages: Stages,
+    smallest_rtol: f64,
     /// Scale of the errors of displacements and velocities.
     scale: Vec<f64>,
     /// Displacements on the way of a step, where surfaces may pass through each other.
@@ -87,7 +89,8 @@ impl Stepper {
             q_old: q0.to_vec(),
             v_old: v0.to_vec(),
             a_old: zeros,
-            stages: Stages::new(n, smallest_rtol),
+            stages: Stages::new(n, 0, smallest_rtol),
+            smallest_rtol,
             scale: vec![0.0; 2 * n],
             middle: Vec::new(),
             h: 0.0,
@@ -105,11 +108,12 @@ impl Stepper {
         if self.started {
             return Ok(self.status);
         }
+        self.prepare(system);
         self.status = self.initial.start(system)?;
         self.counters = self.initial.counters();
         self.q.copy_from_slice(self.initial.q());
         self.v.copy_from_slice(self.initial.v());
-        self.a.copy_from_slice(self.initial.a());
+        self.a.copy_from_slice(self.initial.unknowns());
         self.a_old.copy_from_slice(&self.a);
         if self.status.is_none() && self.t < self.t_end {
             let start = Start { t: self.t, q: &self.q, v: &self.v, a: &self.a };
@@ -123,14 +127,21 @@ impl Stepper {
         Ok(self.status)
     }
 
+    /// Memory for the multipliers of constraints, where there are any.
+    fn prepare<S: System + ?Sized>(&mut self, system: &S) {
+        let (n, constraints) = (self.q.len(), system.constraints());
+        if self.stages.unknowns() != n + constraints {
+            self.stages = Stages::of_system(system, self.smallest_rtol);
+            self.a.resize(n + constraints, 0.0);
+            self.a_old.resize(n + constraints, 0.0);
+        }
+    }
+
     fn select_first_step<S: System + ?Sized>(&mut self, system: &mut S) -> Result<f64, Interrupted> {
         let n = self.q.len();
-        let mut mass = Lu::new(n);
-        if n == 0 || mass.factorise(self.stages.mass()).is_err() {
-            return Ok(self.t_end - self.t);
-        }
-        let mut motion = NearStart { system, a0: &self.a, mass, residual: vec![0.0; n] };
-        let (y0, f0) = ([&self.q[..], &self.v].concat(), [&self.v[..], &self.a].concat());
+        let (true, Ok(mass)) = (n > 0, self.stages.mass()) else { return Ok(self.t_end - self.t) };
+        let mut motion = NearStart { system, a0: &self.a, n, mass, residual: vec![0.0; self.a.len()] };
+        let (y0, f0) = ([&self.q[..], &self.v].concat(), [&self.v[..], &self.a[..n]].concat());
         let start = initial_step::Start {
             t0: self.t,
             t_end: self.t_end,
@@ -224,8 +235,14 @@ impl Stepper {
             let factor = step_factor(sized, self.last, newton.iterations);
             let finite = all_finite(&self.stages.q) && all_finite(&self.stages.v);
             if error <= 1.0 && finite {
+                if !self.stages.fit(system, (h, t_new), &mut self.counters)? {
+                    self.counters.unsolved += 1;
+                    was_rejected = true;
+                    h *= DIVERGENCE_FACTOR;
+                    continue;
+                }
                 let [ends, rates] = [[start.q, &self.stages.q], [start.v, &self.stages.v]];
-                let (n, a) = (start.q.len(), &self.stages.a);
+                let a = &self.stages.end[..start.q.len()];
                 if has_missed(system, [start.t, t_new], ends, rates, &mut self.middle)?
                     || flawed < MOST_FLAWED
                         && (system.is_turned_too_far(t_new, ends[1])?
@@ -233,7 +250,7 @@ impl Stepper {
                                 && system.gains_energy(
                                     t_new,
                                     [ends[0], rates[0]],
-                                    [ends[1], rates[1], &a[a.len() - n..]],
+                                    [ends[1], rates[1], a],
                                     h,
                                 )?)
                 {
@@ -259,7 +276,6 @@ impl Stepper {
 
     /// Takes the last stage as the new state.
     fn accept(&mut self, t_new: f64, h: f64) {
-        let n = self.q.len();
         self.t_old = self.t;
         self.t = t_new;
         std::mem::swap(&mut self.q_old, &mut self.q);
@@ -267,7 +283,7 @@ impl Stepper {
         std::mem::swap(&mut self.a_old, &mut self.a);
         self.q.copy_from_slice(&self.stages.q);
         self.v.copy_from_slice(&self.stages.v);
-        self.a.copy_from_slice(&self.stages.a[self.stages.a.len() - n..]);
+        self.a.copy_from_slice(&self.stages.end);
         self.stages.accept(h);
         self.stages.forget_start();
         self.counters.steps += 1;
@@ -280,12 +296,15 @@ impl Stepper {
 
     /// Takes these accelerations for the current ones: what acts has jumped.
     pub(crate) fn jump(&mut self, a: &[f64]) {
-        self.a.copy_from_slice(a);
+        self.a[..a.len()].copy_from_slice(a);
         self.stages.forget_last();
     }
 
     /// What goes on from step to step.
-    pub(crate) fn carry(&mut self, tape: &mut Tape<'_>) {
+    pub(crate) fn carry<S: System + ?Sized>(&mut self, system: &S, tape: &mut Tape<'_>) {
+        if tape.reads() {
+            self.prepare(system);
+        }
         for number in [&mut self.t, &mut self.t_end, &mut self.t_old, &mut self.h] {
             tape.number(number);
         }
@@ -320,7 +339,7 @@ impl Stepper {
 
     /// Current accelerations: those that balance the equations of motion, to the tolerance of the step.
     pub fn a(&self) -> &[f64] {
-        &self.a
+        &self.a[..self.q.len()]
     }
 
     /// Time before the last step; the start when no step was made.
@@ -443,20 +462,24 @@ fn has_missed<S: System + ?Sized>(
 /// The motion as a system of first order, with the mass matrix of the start: good enough to choose the first step.
 struct NearStart<'a, S: ?Sized> {
     system: &'a mut S,
+    /// Accelerations and multipliers, and the number of the former.
     a0: &'a [f64],
-    mass: Lu,
+    n: usize,
+    mass: LinearSystem,
     residual: Vec<f64>,
 }
 
 impl<S: System + ?Sized> ode::System for NearStart<'_, S> {
     fn n(&self) -> usize {
-        2 * self.a0.len()
+        2 * self.n
     }
 
     fn rhs(&mut self, t: f64, y: &[f64], dydt: &mut [f64]) -> Result<(), Interrupted> {
-        let n = self.a0.len();
+        let n = self.n;
         let (q, v) = y.split_at(n);
         self.system.residual(t, q, v, self.a0, &mut self.residual)?;
+        // Gaps say nothing about accelerations.
+        self.residual[n..].fill(0.0);
         self.mass.solve(&mut self.residual);
         dydt[..n].copy_from_slice(v);
         for i in 0..n {

@@ -270,7 +270,8 @@ impl RobotModel {
         Ok(model)
     }
 
-    /// [`Model::places`] on the links; of links of nothing their base, if there is nothing else.
+    /// [`Model::places`] on the links; of links of nothing their base, if there is nothing else. Where loops may hold tips, the
+    /// middles of rods too.
     fn marks_of_links(&self) -> Vec<Mark> {
         let mut marks = Vec::new();
         for (i, link) in self.robot.links.iter().enumerate() {
@@ -285,6 +286,10 @@ impl RobotModel {
                 }));
             } else if !link.rod.is_empty() {
                 marks.push(Mark { place, offset: None });
+                if !self.robot.loops.is_empty() {
+                    let middle = self.place_on(i, Some(0.5 * link.length()));
+                    marks.push(Mark { place: middle, offset: None });
+                }
             }
         }
         if marks.is_empty() {
@@ -918,8 +923,9 @@ impl Model for RobotModel {
             });
             power + of_joints
         };
-        // What holds loops does no work, but what drives joints works against it, and so do winches.
-        match self.coordinates.vary_in_time() || self.is_one_sided() {
+        // What holds loops does no work, but what drives joints or the base works against it, and so do winches.
+        let is_against = self.robot.is_tied_to_world() || self.is_one_sided();
+        match self.coordinates.vary_in_time() || is_against {
             true => self.with_loops_held(state, power),
             false => power(self),
         }

@@ -120,6 +120,7 @@ impl<G: Turning> Sweeps<G> {
         work.inputs.clone_from(&from.inputs);
         work.loops.multipliers.clone_from(&from.loops.multipliers);
         work.loops.slack.clone_from(&from.loops.slack);
+        work.loops.world_ends.clone_from(&from.loops.world_ends);
         work.actuation.commands.clone_from(&from.actuation.commands);
         work.actuation.slidings.clone_from(&from.actuation.slidings);
         work.actuation.world_points.clone_from(&from.actuation.world_points);

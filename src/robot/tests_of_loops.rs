@@ -7,8 +7,10 @@ use crate::body::Body;
 use crate::joint::{Joint, JointForces};
 use crate::linalg::Matrix;
 use crate::loops::{Loop, LoopEnd, Tie};
-use crate::model::{Model as _, Tied as _};
+use crate::model::{InTime as _, Model as _, Tied as _};
 use crate::rod::Segment;
+use crate::signal::{Harmonic, Signal};
+use crate::world::base_motion::{BaseMotion, BaseRotation};
 
 /// Two rods and a body, with loops of every kind between them and the world, none of them closed.
 fn robot() -> Robot {
@@ -166,4 +168,43 @@ fn multipliers_act_by_the_derivatives_of_gaps_and_their_tangent_is_symmetric() {
             assert!((entry - of_multipliers[(k, j)]).abs() < 1e-11, "{j} {k}: {entry}");
         }
     }
+}
+
+#[test]
+fn gaps_to_a_world_that_the_base_moves_in_have_derivatives_in_time() {
+    let shaken = |amplitude: [f64; 3], frequency| {
+        Signal::Harmonic(Harmonic { amplitude, frequency, phase: 0.4, ..Harmonic::zero() })
+    };
+    let angle = Harmonic { amplitude: [0.7], rate: [0.5], frequency: 0.9, ..Harmonic::zero() };
+    let rotation = BaseRotation::About { axis: [1.0, -2.0, 0.5], angle: Signal::Harmonic(angle) };
+    let motion = BaseMotion { translation: shaken([0.2, 0.1, -0.3], 1.3), rotation };
+    let robot = Robot { base_motion: Some(motion), ..robot() };
+    let mut model = RobotModel::new(&robot).unwrap();
+    let (n, m) = (model.n(), model.constraints());
+    let [q, v, a] = [0.1, 1.3, 2.9].map(|phase| state(n, phase));
+    let (time, h) = (0.37, 1e-4);
+    let mut at = |t: f64| {
+        let mut gaps = vec![0.0; m];
+        model.set_time(time + t).unwrap();
+        let q: Vec<f64> = (0..n).map(|k| q[k] + t * v[k] + 0.5 * t * t * a[k]).collect();
+        model.gaps(&q, &mut gaps);
+        gaps
+    };
+    let [before, here, after] = [-h, 0.0, h].map(&mut at);
+    model.set_time(time).unwrap();
+    let (mut rates, mut accelerations) = (vec![0.0; m], vec![0.0; m]);
+    model.gap_rates(&q, &v, &mut rates);
+    model.gap_accelerations(&q, &v, &a, &mut accelerations);
+    let mut jacobian = Matrix::zeros(m, n);
+    model.gap_jacobian(&q, &mut jacobian);
+    let mut driven = 0;
+    for i in 0..m {
+        let rate = (after[i] - before[i]) / (2.0 * h);
+        let acceleration = (after[i] - 2.0 * here[i] + before[i]) / (h * h);
+        let by_jacobian: f64 = (0..n).map(|k| jacobian[(i, k)] * v[k]).sum();
+        driven += usize::from((rate - by_jacobian).abs() > 1e-3);
+        assert!((rates[i] - rate).abs() < 1e-6, "{i}: {} {rate}", rates[i]);
+        assert!((accelerations[i] - acceleration).abs() < 1e-4, "{i}: {} {acceleration}", accelerations[i]);
+    }
+    assert!(driven > 10, "{driven}");
 }

@@ -115,7 +115,7 @@ pub(super) fn robot(
     robot.actuators = actuators;
     let (closed, loop_places) = loops::loops(document, &robot, names.are_incomplete, shape);
     robot.loops = closed;
-    loops::check_method(document, shape);
+    loops::check_jacobian(document, shape);
     let (touching, contact_places) = contacts(document, &robot, names.are_incomplete, shape);
     robot.contacts = touching;
     let key = |place: &str| {

@@ -1,8 +1,7 @@
 //! What closes loops of links, from the tables that say what it is.
 
 use super::document::{
-    self, Document, Jacobian, LoopEnd as WrittenEnd, LoopKind, LoopPlace, LoopType, Method,
-    Simulation as Settings,
+    self, Document, Jacobian, LoopEnd as WrittenEnd, LoopKind, LoopPlace, LoopType, Simulation as Settings,
 };
 use super::shape::{Shape, expected_one_of};
 use super::suggestion::suggestion;
@@ -42,24 +41,12 @@ pub(super) fn loops(
     found.into_iter().unzip()
 }
 
-/// Notes a method and a Jacobian that do not hold loops.
-pub(super) fn check_method(document: &Document, shape: &mut Shape) {
+/// Notes a Jacobian that does not hold loops.
+pub(super) fn check_jacobian(document: &Document, shape: &mut Shape) {
     if document.r#loop.is_empty() {
         return;
     }
-    let Settings { method, jac, .. } = &document.simulation;
-    let name = match method {
-        Method::Radau => Some("radau"),
-        Method::Auto => Some("auto"),
-        _ => None,
-    };
-    if let Some(name) = name
-        && shape.is_readable("simulation.method")
-    {
-        let right =
-            "expected \"newmark\" (the default), \"generalised_alpha\", \"hht\", \"rk45\" or \"dop853\"";
-        shape.refuse("simulation.method", format!("\"{name}\" does not hold closed loops yet"), right);
-    }
+    let Settings { jac, .. } = &document.simulation;
     if *jac != Jacobian::Analytic && shape.is_readable("simulation.jac") {
         let right = "expected \"analytic\" (the default): that of the constraints is exact";
         shape.refuse("simulation.jac", "differences do not see closed loops", right);

@@ -50,6 +50,26 @@ pub trait System {
         unreachable!("the system has no constraints");
     }
 
+    /// How far the constraints are from being held, m numbers: what [`Self::residual`] ends with.
+    fn gaps(&mut self, _t: f64, _q: &[f64], _gaps: &mut [f64]) -> Result<(), Interrupted> {
+        unreachable!("the system has no constraints");
+    }
+
+    /// The first derivatives of these in time.
+    fn gap_rates(&mut self, _t: f64, _q: &[f64], _v: &[f64], _rates: &mut [f64]) -> Result<(), Interrupted> {
+        unreachable!("the system has no constraints");
+    }
+
+    /// The second ones. `motion` are displacements, velocities and accelerations.
+    fn gap_accelerations(
+        &mut self,
+        _t: f64,
+        _motion: [&[f64]; 3],
+        _accelerations: &mut [f64],
+    ) -> Result<(), Interrupted> {
+        unreachable!("the system has no constraints");
+    }
+
     /// Accelerations and multipliers that hold the constraints at a start that fits them. `a` has n + m entries.
     fn constrained_start(
         &mut self,
@@ -255,6 +275,29 @@ impl<M: Model + ?Sized> System for FreeMotion<'_, M> {
     fn constraint_jacobian(&mut self, t: f64, q: &[f64], jacobian: &mut Matrix) -> Result<(), Interrupted> {
         self.0.set_time(t)?;
         self.0.gap_jacobian(q, jacobian);
+        Ok(())
+    }
+
+    fn gaps(&mut self, t: f64, q: &[f64], gaps: &mut [f64]) -> Result<(), Interrupted> {
+        self.0.set_time(t)?;
+        self.0.gaps(q, gaps);
+        Ok(())
+    }
+
+    fn gap_rates(&mut self, t: f64, q: &[f64], v: &[f64], rates: &mut [f64]) -> Result<(), Interrupted> {
+        self.0.set_time(t)?;
+        self.0.gap_rates(q, v, rates);
+        Ok(())
+    }
+
+    fn gap_accelerations(
+        &mut self,
+        t: f64,
+        [q, v, a]: [&[f64]; 3],
+        accelerations: &mut [f64],
+    ) -> Result<(), Interrupted> {
+        self.0.set_time(t)?;
+        self.0.gap_accelerations(q, v, a, accelerations);
         Ok(())
     }
 

@@ -37,12 +37,11 @@ impl<'a, 'c, M: Model> Course<'a, 'c, M> {
     /// Goes to the end, leg by leg, and says how it ended. What was reached is recorded however it did.
     pub(super) fn finish(
         &mut self,
-        start: [&[f64]; 2],
         method: &Method,
         t_eval: Option<&'a [f64]>,
         monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
     ) -> Status {
-        let found = self.legs(start, method, t_eval, monitor);
+        let found = self.legs(method, t_eval, monitor);
         // Control may have failed where a leg ended; a second failure tells nothing new.
         if self.has_begun {
             let _ = self.recorder.record(&mut self.run, true);
@@ -52,7 +51,6 @@ impl<'a, 'c, M: Model> Course<'a, 'c, M> {
 
     fn legs(
         &mut self,
-        start: [&[f64]; 2],
         method: &Method,
         t_eval: Option<&'a [f64]>,
         monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
@@ -73,8 +71,12 @@ impl<'a, 'c, M: Model> Course<'a, 'c, M> {
             if leg == 1 {
                 let rule = if matches!(method, Method::Newmark(_)) { Rule::Mean } else { Rule::Quintic };
                 let t_span = self.t_span;
-                self.meter = self.run.observe(|model, _| FlowMeter::new(model, rule, t0, start, t_eval));
-                self.watch = self.run.observe(|model, _| Watch::new(model, t_span, start, method));
+                // Where loops were open, or velocities did not fit them, it is not the start that was given.
+                self.meter = self
+                    .run
+                    .observe(|model, state| FlowMeter::new(model, rule, t0, [state.q, state.v], t_eval));
+                self.watch =
+                    self.run.observe(|model, state| Watch::new(model, t_span, [state.q, state.v], method));
             }
             self.recorder.record(&mut self.run, true)?;
             let status = self.finish_leg(leg == legs, monitor)?;

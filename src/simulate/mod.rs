@@ -233,10 +233,10 @@ impl Order<'_> {
         let start = Instant::now();
         let control_step = control.as_ref().map(|control| control.step);
         let Prepared { run, method, times, points } = self.prepare(model, control_step)?;
-        let Self { t_span, q0, v0, .. } = self;
+        let Self { t_span, q0, .. } = self;
         let recorder = Recorder::new(q0.len(), run.inputs().len(), points, times.as_deref());
         let mut course = Course::new(run, recorder, t_span, control);
-        let status = course.finish([q0, v0], &method, times.as_deref(), monitor);
+        let status = course.finish(&method, times.as_deref(), monitor);
         let mut simulation = Simulation::of(course, status, &method, q0);
         simulation.statistics.wall_time = start.elapsed().as_secs_f64();
         Ok(simulation)

@@ -107,9 +107,9 @@ impl StiffnessWatch {
         if step * rate < LIMITED * self.limit || rate < MANY_TIMES * visible {
             return None;
         }
-        let others = match model.constraints() {
-            0 => "\"radau\", which no rate limits, or \"auto\"",
-            _ => "\"generalised_alpha\", which no rate limits",
+        let others = match model.is_one_sided() {
+            false => "\"radau\", which no rate limits, or \"auto\"",
+            true => "\"generalised_alpha\", which no rate limits",
         };
         let message = format!(
             "The model is stiff: its largest rate at t = {t:.1e} s, {rate:.1e} per second, limits explicit steps to {:.1e} s, whatever the \

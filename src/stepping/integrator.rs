@@ -3,6 +3,7 @@
 use super::method::Method;
 use super::status::Status;
 use crate::balance::State;
+use crate::constraint::projection;
 use crate::error::{Checker, Interrupted, InvalidInput};
 use crate::model::Model;
 use crate::newmark;
@@ -43,8 +44,9 @@ impl<M: Model> Integrator<M> {
                 newmark::LinearSystem::check_memory(&FreeMotion(&mut model), options.derivative)?;
                 Self::Newmark { model, stepper: Box::new(stepper) }
             }
-            Method::Radau { .. } if model.constraints() > 0 => {
-                let expected = "\"generalised_alpha\", \"hht\" or an explicit method: radau does not hold closed loops yet";
+            Method::Radau { .. } if model.is_one_sided() => {
+                let expected = "\"generalised_alpha\" or \"hht\", or tendons with a `stiffness`: radau does not hold tendons that do not \
+                                stretch";
                 return Err(InvalidInput::new("method", "\"radau\"", expected));
             }
             Method::Radau { options, .. } => {
@@ -105,10 +107,15 @@ impl<M: Model> Integrator<M> {
         }
     }
 
-    /// Whether loops are so near to a singular position that no step of an explicit method may be small enough.
+    /// Whether loops are so near to a singular position that no step of a method that chooses them may be small enough.
     pub(super) fn is_nearly_singular(&mut self) -> bool {
         match self {
-            Self::Newmark { .. } | Self::Radau { .. } => false,
+            Self::Newmark { .. } => false,
+            Self::Radau { model, stepper } => {
+                model.constraints() > 0
+                    && projection::fit_velocities(model, stepper.q(), &mut stepper.v().to_vec())
+                        .is_ok_and(|fit| fit.is_singular())
+            }
             Self::FirstOrder { system, stepper, .. } => {
                 let [y, _] = stepper.state_mut();
                 system.is_nearly_singular(y)
@@ -252,7 +259,7 @@ impl<M: Model> Integrator<M> {
     pub(super) fn carry(&mut self, tape: &mut Tape<'_>) {
         match self {
             Self::Newmark { model, stepper } => stepper.carry(&FreeMotion(model), tape),
-            Self::Radau { stepper, .. } => stepper.carry(tape),
+            Self::Radau { model, stepper } => stepper.carry(&FreeMotion(model), tape),
             Self::FirstOrder { stepper, .. } => stepper.carry(tape),
         }
     }

@@ -29,4 +29,5 @@ pub use run::Run;
 pub use status::Status;
 
 pub(crate) use method::{check_span, check_step};
+pub(crate) use start::Start;
 pub(crate) use status::Stop;

@@ -179,8 +179,13 @@ impl<M: Model> Run<M> {
                 true => self.integrator.observe(|model, state| Stop::where_flawed(model, state.t, state.q)),
                 false => Some(Stop::at_singular_position(self.t())),
             };
-        } else if status == Some(Status::FirstOrder(ode::Status::StepTooSmall))
-            && self.integrator.is_nearly_singular()
+        } else if matches!(
+            status,
+            Some(
+                Status::FirstOrder(ode::Status::StepTooSmall)
+                    | Status::SecondOrder(second_order::Status::StepTooSmall)
+            )
+        ) && self.integrator.is_nearly_singular()
         {
             self.stop = Some(Stop::at_singular_position(self.t()));
         }
@@ -252,8 +257,7 @@ impl<M: Model> Run<M> {
         }
         let mut message = self.integrator.explain(status);
         if self.moved > 0.0 {
-            let moved = Number(self.moved);
-            message.push_str(&format!(" The start was moved by {moved} m to close its loops."));
+            message.push_str(&Start::sentence(self.moved));
         }
         if !status.is_success()
             && let Some(what) = self.integrator.model().not_finite()

@@ -2,23 +2,23 @@
 
 use crate::constraint::one_sided;
 use crate::constraint::projection::{self, Metric};
-use crate::error::InvalidInput;
+use crate::error::{InvalidInput, Number};
 use crate::model::Model;
 
 /// Starts that are moved by less than this part of the model's length are as they were given, to rounding.
 const UNMOVED: f64 = 1e-9;
 
 /// A state whose loops are closed.
-pub(super) struct Start {
-    pub(super) q: Vec<f64>,
-    pub(super) v: Vec<f64>,
+pub(crate) struct Start {
+    pub(crate) q: Vec<f64>,
+    pub(crate) v: Vec<f64>,
     /// How far the place that moved most is from where it was given, in metres; zero if that is rounding.
-    pub(super) moved: f64,
+    pub(crate) moved: f64,
 }
 
 impl Start {
     /// The state that is near this one. Refuses one whose loops cannot be closed from there.
-    pub(super) fn fitted<M: Model>(
+    pub(crate) fn fitted<M: Model>(
         model: &mut M,
         t: f64,
         q0: &[f64],
@@ -49,5 +49,10 @@ impl Start {
         }
         let moved = model.moved(q0, &q);
         Ok(Self { q, v, moved: if moved > UNMOVED * model.length() { moved } else { 0.0 } })
+    }
+
+    /// What is said of one that was moved, behind a message.
+    pub(crate) fn sentence(moved: f64) -> String {
+        format!(" The start was moved by {} m to close its loops.", Number(moved))
     }
 }

@@ -208,6 +208,12 @@ impl Base {
         [way, -self.velocity].map(|v| self.rotation.apply_transposed(v))
     }
 
+    /// Axes that rest in the world, as this base sees them; they are given as the base at rest does.
+    pub(crate) fn sees_axes(&self, axes: Rotation<f64>, at_rest: &Self) -> Rotation<f64> {
+        let seen = |v: Vector<f64>| self.rotation.apply_transposed(at_rest.rotation.apply(v));
+        Rotation { x: seen(axes.x), y: seen(axes.y), z: seen(axes.z) }
+    }
+
     /// A base of which nothing is known yet: NaN.
     pub(crate) fn unknown(&self) -> Self {
         let nan = Vector::<f64>::splat([f64::NAN; 3]);

@@ -549,10 +549,6 @@ def test_linear_models_keep_loops_closed():
 def test_what_does_not_hold_loops_says_so():
     robot, _ = windows(1)
     with pytest.raises(ValueError, match="does not hold them yet"):
-        lissom.simulate(robot, 1.0, method="auto")
-    with pytest.raises(ValueError, match="radau"):
-        lissom.simulate(robot, 1.0, method="radau")
-    with pytest.raises(ValueError, match="does not hold them yet"):
         robot.reach({"v1": np.eye(4)})
 
 
@@ -590,7 +586,7 @@ def test_a_driven_crank_moves_its_slider():
         return 0.2 * np.cos(3 * t + 0.3) + np.sqrt(0.25 - (0.2 * np.sin(3 * t + 0.3)) ** 2)
 
     q0 = [-0.3 - np.arcsin(0.2 * np.sin(0.3) / 0.5), slide(0)]
-    for method, tolerance in (("newmark", 1e-12), ("dop853", 1e-5)):
+    for method, tolerance in (("newmark", 1e-12), ("dop853", 1e-5), ("radau", 1e-5)):
         motion = lissom.simulate(robot, 1.5, q0=q0, method=method, dt=1e-3)
         assert motion.success, motion.message
         np.testing.assert_allclose(motion.q[:, 1], slide(motion.t), rtol=0, atol=tolerance)
@@ -618,7 +614,7 @@ def test_ends_of_loops_act_on_each_other():
     np.testing.assert_allclose(held + pinned, [0, 0.4 * 9.81, 0], rtol=0, atol=1e-9)
 
 
-@pytest.mark.parametrize("method", ["newmark", "dop853", "rk45"])
+@pytest.mark.parametrize("method", ["newmark", "dop853", "rk45", "radau"])
 def test_a_truss_stands(method):
     """Two bars that lean on each other at 60 degrees: the thrust is half a weight over tan 60 degrees."""
     hinge = Revolute((0, 0, 1))

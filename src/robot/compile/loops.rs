@@ -40,7 +40,8 @@ pub(crate) fn compile<G: Turning>(plan: &Plan<G>, robot: &Robot) -> Loops<G::Pac
         let mut reaches: Vec<usize> = moved_by.flat_map(|(s, _)| plan.pieces[*s].coordinates()).collect();
         reaches.sort_unstable();
         reaches.dedup();
-        loops.ties.push(TiePlan { ends, rows, first, reaches });
+        let number = loops.ties.len();
+        loops.ties.push(TiePlan { number, ends, rows, first, reaches });
     }
     let all = places_of_own(robot);
     for Loop { tie, .. } in &robot.loops {

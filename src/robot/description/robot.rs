@@ -204,6 +204,12 @@ impl Robot {
         base_moves || self.driven().any(Driven::varies_in_time)
     }
 
+    /// Whether a loop ties it to a world that its base moves in.
+    pub fn is_tied_to_world(&self) -> bool {
+        let mut ends = self.loops.iter().filter_map(|closed| closed.tie.ends()).flatten();
+        self.base_motion.is_some() && ends.any(|end| end.link.is_none())
+    }
+
     /// Whether anything of it depends on time by itself.
     pub fn depends_on_time(&self) -> bool {
         self.is_moved()
@@ -359,14 +365,6 @@ impl Robot {
             let found = format_args!("\"{}\", which another loop has", closed.name);
             check.require(is_new, &format!("{place}.name"), found, "a new name");
             check.nested(&place, closed.validate(length, self.coordinates()));
-            let ends = closed.tie.ends().into_iter().flatten();
-            let is_in_world = ends.into_iter().any(|end| end.link.is_none());
-            check.require(
-                !is_in_world || self.base_motion.is_none(),
-                &place,
-                "a loop through the world of a robot whose base moves",
-                "loops between links, or a base at rest: drive the first link's joint instead",
-            );
         }
     }
 

@@ -21,8 +21,9 @@ pub(crate) struct ClosedLoops;
 
 /// The frames of the ends of a tie, the kinematics up to date.
 pub(crate) fn frames<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, tie: &TiePlan<G::Pack>) -> [Frame; 2] {
-    tie.ends.each_ref().map(|end| {
-        let Some(on) = &end.on else { return end.frame };
+    std::array::from_fn(|e| {
+        let end = &tie.ends[e];
+        let Some(on) = &end.on else { return work.loops.world_ends[tie.number][e].frame };
         let state = &work.points[on.point];
         let axes = G::rotation_in_space(plan.frame, &state.rotation);
         let Frame { position, axes: beside } = end.frame;

@@ -6,7 +6,7 @@ use crate::robot::algebra::tie::{Frame, Motion};
 use crate::robot::effect::actuation;
 use crate::robot::effect::loops::{frames, held};
 use crate::robot::plan::Plan;
-use crate::robot::plan::loops::TieEnd;
+use crate::robot::plan::loops::TiePlan;
 use crate::robot::state::Workspace;
 use crate::robot::state::actuation::ActuationTangent;
 use crate::robot::state::loops::LoopTangent;
@@ -45,15 +45,18 @@ fn of_gears<G: Turning>(plan: &Plan<G>, values: &mut [f64], of: impl Fn([usize; 
     }
 }
 
-/// How the ends of a tie move, the motion up to date.
+/// How the ends of a tie move, the motion up to date; in the frame that follows the base with the velocity of its point, in
+/// which the world moves, but does not accelerate.
 fn velocities<G: Turning>(
     plan: &Plan<G>,
     work: &Workspace<G>,
-    ends: &[TieEnd<G::Pack>; 2],
+    tie: &TiePlan<G::Pack>,
     frames: &[Frame; 2],
 ) -> [Motion; 2] {
     std::array::from_fn(|e| {
-        let Some(on) = &ends[e].on else { return [Vector::zero(); 2] };
+        let Some(on) = &tie.ends[e].on else {
+            return [Vector::zero(), work.loops.world_ends[tie.number][e].velocity];
+        };
         at(plan, work.points[on.point].velocity, frames[e].position)
     })
 }
@@ -80,7 +83,7 @@ pub(crate) fn wrench<G: Turning>(
 pub(crate) fn rates<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, rates: &mut [f64]) {
     for tie in &plan.loops.ties {
         let frames = frames(plan, work, tie);
-        let velocities = velocities(plan, work, &tie.ends, &frames);
+        let velocities = velocities(plan, work, tie, &frames);
         for (rate, row) in rates[tie.first..].iter_mut().zip(&tie.rows) {
             *rate = row.rate(&frames, &velocities);
         }
@@ -101,7 +104,7 @@ pub(crate) fn accelerations<G: Turning>(
     let gravity = G::in_space(plan.frame, work.surroundings.gravity);
     for tie in &plan.loops.ties {
         let frames = frames(plan, work, tie);
-        let velocities = velocities(plan, work, &tie.ends, &frames);
+        let velocities = velocities(plan, work, tie, &frames);
         let accelerations: [Motion; 2] = std::array::from_fn(|e| {
             let Some(on) = &tie.ends[e].on else { return [Vector::zero(); 2] };
             let [angular, linear] = at(plan, work.points[on.point].acceleration, frames[e].position);

@@ -22,6 +22,9 @@ fn see<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, base: Base) {
     for (point, seen) in world_points.iter_mut().zip(surroundings::seen_points(plan, &base)) {
         *point = seen;
     }
+    for (ends, seen) in work.loops.world_ends.iter_mut().zip(surroundings::seen_ends(plan, &base)) {
+        *ends = seen;
+    }
 }
 
 /// Takes base and loads at the time `t`. Where a function of time fails, no time is set.

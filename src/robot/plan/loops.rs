@@ -38,6 +38,8 @@ impl<P> Loops<P> {
 /// A loop between two places.
 #[derive(Clone, Debug)]
 pub(crate) struct TiePlan<P> {
+    /// Its place among all ties.
+    pub(crate) number: usize,
     pub(crate) ends: [TieEnd<P>; 2],
     pub(crate) rows: Vec<Row>,
     /// The first of its rows among all.
@@ -49,7 +51,7 @@ pub(crate) struct TiePlan<P> {
 /// An end of a loop.
 #[derive(Clone, Debug)]
 pub(crate) struct TieEnd<P> {
-    /// Its frame: beside the section or body in the axes there; in the world, in the frame of the base.
+    /// Its frame: beside the section or body in the axes there; in the world, in the frame of the base at rest.
     pub(crate) frame: Frame,
     /// The point of the plan that it is on, and the pieces that move that, each with the weights of the integral up to it;
     /// none in the world.

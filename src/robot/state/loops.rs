@@ -4,11 +4,27 @@ use crate::lie::{Rotation, Vector};
 use crate::robot::algebra::tie::{Frame, Motion};
 use crate::robot::plan::loops::Loops;
 
+/// An end of a loop in the world, seen from the base.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct WorldEnd {
+    pub(crate) frame: Frame,
+    /// Of its origin. Its axes do not turn.
+    pub(crate) velocity: Vector<f64>,
+}
+
+impl WorldEnd {
+    pub(crate) fn at_rest(frame: Frame) -> Self {
+        Self { frame, velocity: Vector::zero() }
+    }
+}
+
 /// What is known of closed loops.
 #[derive(Clone, Debug)]
 pub(crate) struct LoopState {
     /// Per tie, the frames of its ends, in space and the frame of the plan.
     pub(crate) frames: Vec<[Frame; 2]>,
+    /// Per tie, its ends that are in the world; of others there is nothing to know.
+    pub(crate) world_ends: Vec<[WorldEnd; 2]>,
     /// What the rows answer: `tau + G^T multipliers = 0`.
     pub(crate) multipliers: Vec<f64>,
     /// Which tendons that do not stretch are slack, and hold nothing.
@@ -22,6 +38,9 @@ impl LoopState {
         let frame = Frame { position: Vector::zero(), axes: Rotation::identity() };
         Self {
             frames: vec![[frame; 2]; loops.ties.len()],
+            world_ends: (loops.ties.iter())
+                .map(|tie| tie.ends.each_ref().map(|end| WorldEnd::at_rest(end.frame)))
+                .collect(),
             multipliers: vec![0.0; loops.rows],
             slack: vec![false; loops.lengths.len()],
             gaps: vec![0.0; loops.rows],

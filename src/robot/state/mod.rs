@@ -111,8 +111,10 @@ impl<G: Space> Workspace<G> {
             None => plan.anchors.clone(),
         };
         let mut actuation = ActuationState::new(&plan.actuation, plan.n);
+        let mut loops = LoopState::new(&plan.loops);
         if plan.world.motion.is_some() {
             actuation.world_points = surroundings::seen_points(plan, &surroundings.base).collect();
+            loops.world_ends = surroundings::seen_ends(plan, &surroundings.base).collect();
         }
         let station = Station {
             orientation: G::start(),
@@ -146,7 +148,7 @@ impl<G: Space> Workspace<G> {
             acting: plan.loads.iter().map(|load| load.at_first()).collect(),
             inputs: plan.inputs.defaults().to_vec(),
             actuation,
-            loops: LoopState::new(&plan.loops),
+            loops,
             contact: ContactState::new(&plan.contacts),
             time: f64::NAN,
             surroundings,

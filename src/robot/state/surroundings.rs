@@ -1,6 +1,8 @@
 //! The world seen from the base, at a time.
 
+use super::loops::WorldEnd;
 use crate::lie::{Twist, Vector, VectorSpace};
+use crate::robot::algebra::tie::Frame;
 use crate::robot::plan::Plan;
 use crate::robot::plan::anchor::Anchor;
 use crate::robot::plan::space::Space;
@@ -74,4 +76,19 @@ pub(crate) fn seen_anchors<G: Space>(plan: &Plan<G>, base: &Base) -> impl Iterat
 /// Positions and velocities of the points of the world that tendons end at, as a base that moves sees them.
 pub(crate) fn seen_points<G: Space>(plan: &Plan<G>, base: &Base) -> impl Iterator<Item = [Vector<f64>; 2]> {
     plan.actuation.world_points.iter().map(|&point| base.sees(point, &plan.world.base))
+}
+
+/// Frames of the ends of loops that are in the world, and the velocities of their origins, as a base that moves sees them: two
+/// of each tie. Those on links are left as they are.
+pub(crate) fn seen_ends<G: Space>(plan: &Plan<G>, base: &Base) -> impl Iterator<Item = [WorldEnd; 2]> {
+    plan.loops.ties.iter().map(|tie| {
+        tie.ends.each_ref().map(|end| {
+            if end.on.is_some() {
+                return WorldEnd::at_rest(end.frame);
+            }
+            let [position, velocity] = base.sees(end.frame.position, &plan.world.base);
+            let axes = base.sees_axes(end.frame.axes, &plan.world.base);
+            WorldEnd { frame: Frame { position, axes }, velocity }
+        })
+    })
 }
