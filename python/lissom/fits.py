@@ -1,4 +1,4 @@
-"""Identification: parameters of a model from measured motions, static shapes and natural frequencies."""
+"""Parameter identification from measured motions, static shapes and natural frequencies."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ PART = 0.1
 
 @dataclass(frozen=True)
 class FitResult:
-    """Parameters that fit best, and how well the data determine them.
+    """Best-fit parameters, and how well the data determine them.
 
     Attributes
     ----------
@@ -42,26 +42,26 @@ class FitResult:
     values : ndarray, shape (p,)
         Their values.
     model : Robot
-        The model with them. Values at the start are not part of it.
+        The model with these values. Fitted initial states are not part of it.
     covariance : ndarray, shape (p, p)
-        Of the values, from the Jacobian at the solution and the noise; infinite on the diagonal and NaN
-        beside it for what the data do not determine.
+        Covariance of the values, from the Jacobian at the solution and the noise. For undetermined parameters
+        the diagonal is infinite and the rest of the row and column NaN.
     intervals : ndarray, shape (p, 2)
-        Confidence intervals of each value, by Student's distribution; exact where the model is linear in them
-        and the noise is normal and independent.
+        Confidence intervals from Student's t distribution; exact if the model is linear in the parameters and
+        the noise is normal and independent.
     undetermined : tuple of str
         Parameters that the data do not determine, alone or together.
     residuals : ndarray, shape (k, places, 3) or (k,)
-        Positions of the model minus measured ones, metres; of frequencies hertz.
+        Model minus data: positions in metres, or frequencies in hertz.
     noise : float
-        Standard deviation of the residuals, in their unit: that given, or estimated with as many degrees of
-        freedom as there are numbers more than parameters.
+        Standard deviation of the residuals, in their unit: the given one, or an estimate with as many degrees
+        of freedom as measured numbers minus parameters.
     runs : int
-        How often the model was evaluated with derivatives.
+        Number of evaluations of the model with derivatives.
     success : bool
         Whether the solver converged.
     message : str
-        Why it ended, and what the data do not determine.
+        Reason for termination, and the parameters that the data do not determine.
     """
 
     names: tuple[str, ...]
@@ -92,24 +92,24 @@ def fit(
     max_runs: int = 100,
     **options: Any,
 ) -> FitResult:
-    """Find the parameters that best fit what was measured, by least squares; needs SciPy.
+    """Fit model parameters to measured data by least squares; needs SciPy.
 
     Parameters
     ----------
     model : Rod or Robot
         The measured model, with initial values of all parameters.
     data : (t, positions), StaticShapes or NaturalFrequencies
-        Of a motion, increasing times, shape (k,), seconds, none before `t0`; and positions in the world,
-        metres, shape (k, 3) of one place or (k, places, 3). Or the positions in equilibria, or the lowest
-        natural frequencies about one.
+        A motion as increasing times, shape (k,), seconds, not before `t0`, and world positions, metres, shape
+        (k, 3) for one point or (k, places, 3); or positions in equilibria; or the lowest natural frequencies
+        about an equilibrium.
     parameters : mapping of str to float or (lowest, guess, highest)
-        Initial values by name, optionally with bounds. Names as for `sensitivity`; of the start of a motion
-        single coordinates such as 'q0[0]'.
+        Initial values by name, optionally with bounds. Names are those of `sensitivity`; initial states are
+        given coordinate by coordinate, such as 'q0[0]'.
     places : sequence, optional
         Measured points: arc lengths of the last link, names of links (their tips), or pairs (link, arc
         length). The last tip by default.
     t0, q0, v0 : optional
-        Start, as for `simulate`; of equilibria `q0`, as for `statics`.
+        Initial state, as for `simulate`; for equilibria `q0`, as for `statics`.
     dt : float
         Step size of motions, seconds.
     noise : float, optional
@@ -120,7 +120,7 @@ def fit(
     max_runs : int
         Maximum number of evaluations of the model.
     **options
-        As for `sensitivity`; of equilibria as for `equilibrium_sensitivity`.
+        As for `sensitivity`, or for equilibria as for `equilibrium_sensitivity`.
 
     Returns
     -------
@@ -130,10 +130,10 @@ def fit(
     Raises
     ------
     ValueError, TypeError
-        Before the first run, if an argument is invalid, a name is unknown, bounds are the wrong way round, or
-        there are fewer numbers than parameters.
+        Before the first run, if an argument is invalid, a name is unknown, bounds are reversed, or there are
+        fewer measured numbers than parameters.
     LissomError
-        If a run fails or no equilibrium is found; the message has the parameters.
+        If a run fails or no equilibrium is found; the message lists the parameters.
     ImportError
         Without SciPy.
 
