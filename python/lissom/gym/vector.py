@@ -137,7 +137,8 @@ class RobotVectorEnv(VectorEnv[Array, NDArray[np.float32], NDArray[Any]]):
             Raises
             ------
             ValueError, TypeError
-                        If a seed or the mask is invalid, or the number of seeds differs from the number of rows.
+                        If a seed or the mask is invalid, or the number of seeds differs from the number of
+                        rows.
         ConvergenceError
             If the task finds no initial state.
         """

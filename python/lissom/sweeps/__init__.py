@@ -1,4 +1,4 @@
-"""Parameter sweeps: runs over a grid of values, by threads or executors, with results that can be stored and resumed."""
+"""Parameter sweeps over grids of values, by threads or executors, with stores that can be resumed."""
 
 from __future__ import annotations
 
