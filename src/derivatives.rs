@@ -1,4 +1,4 @@
-//! First and second derivatives of a function of time by differences that verify themselves.
+//! First and second derivatives of a function of time by finite differences with an error check.
 //!
 //! Central differences over ever smaller distances are extrapolated to the distance zero (Richardson), and the entry
 //! of the tableau that agrees best with its neighbours is taken, with that disagreement as its error (Ridders 1982,

@@ -1,4 +1,4 @@
-//! Vectors that depend on time: what loads that vary and bases that move follow.
+//! Functions of time for varying loads and moving bases.
 //!
 //! ```
 //! use lissom::signal::{Signal, Table};

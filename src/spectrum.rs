@@ -1,4 +1,4 @@
-//! What can vibrate about a state, how fast, and how far that state sets it off.
+//! Vibrations about a state: their frequencies, and the amplitudes with which the state excites them.
 
 use crate::linalg::{Matrix, symmetric_eigen};
 use crate::model::{ForwardScratch, Model};

@@ -1,4 +1,4 @@
-//! Vibrations that fixed steps do not see: how far off they leave the tip.
+//! Vibrations that fixed steps do not resolve, and the error of the tip that they cause.
 //!
 //! Average acceleration makes a vibration of frequency w slower: `(2 / h) atan(w h / 2)` with steps of size h (Hughes
 //! 2000, section 9.1), and other members of the family are off by as much or damp it away. Until both have died down

@@ -1,4 +1,4 @@
-//! Many runs in threads, and what is kept of them.
+//! Many runs in threads, and the data kept of them.
 //!
 //! A row is one run. Which thread makes it is left to chance, but nothing that is kept depends on that: rows write to places
 //! of their own, and what is taken over all rows is taken in groups that only their number decides, merged in their order.

@@ -1,4 +1,4 @@
-//! Code on [`Pack`](super::Pack)s, run with the instructions that they are for.
+//! Running code on [`Pack`](super::Pack)s with the matching instruction set.
 
 use super::pack::Lanes;
 pub use pulp::NullaryFnOnce as Sweep;

@@ -1,4 +1,4 @@
-//! Shapes that mean nothing.
+//! Invalid shapes.
 
 /// One of the radii of two surfaces. What is not round has none.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

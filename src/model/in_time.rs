@@ -1,4 +1,4 @@
-//! What depends on time by itself.
+//! Time dependence of models.
 
 use crate::error::Interrupted;
 

@@ -1,4 +1,4 @@
-//! The state of an integration, and what a method does with it.
+//! The state of an integration, and the interface of methods.
 
 use super::System;
 use super::options::Tolerances;

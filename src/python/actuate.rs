@@ -1,4 +1,4 @@
-//! `lissom.actuate`: which inputs bring links where they shall be.
+//! `lissom.actuate`: inputs for target poses.
 
 use numpy::{IntoPyArray, PyArray1, PyArrayMethods, PyUntypedArrayMethods};
 use pyo3::exceptions::PyTypeError;

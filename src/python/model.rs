@@ -1,4 +1,4 @@
-//! The base class of all models: what [`crate::model::Model`] offers, with checked arrays.
+//! The base class of all models: [`crate::model::Model`] with checked arrays.
 
 use std::any::Any;
 use std::sync::{Mutex, MutexGuard, PoisonError};

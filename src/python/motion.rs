@@ -1,4 +1,4 @@
-//! What `newmark` and `simulate` return, and what their options have in common.
+//! The results of `newmark` and `simulate`, and their common options.
 
 use std::ffi::CString;
 use std::time::{Duration, Instant};

@@ -367,7 +367,7 @@ pub(crate) fn statics<'py>(
         ("newton", q0) => Start::Newton(q0.unwrap_or_else(|| vec![0.0; n])),
         ("load_path", Some(_)) => {
             return Err(PyValueError::new_err(
-                "q0: expected nothing: the path of loading begins at the unloaded shape; \"descent\" and \"newton\" take one",
+                "q0: expected nothing: the load path begins at the unloaded shape; \"descent\" and \"newton\" take one",
             ));
         }
         _ => {

@@ -1,4 +1,4 @@
-//! How far links are from where they shall be, as equations in the coordinates over their typical sizes.
+//! Errors of the target poses as equations in the scaled coordinates.
 
 use super::target::Target;
 use crate::error::Interrupted;

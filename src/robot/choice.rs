@@ -1,4 +1,4 @@
-//! What a robot is computed by, and how its linear systems are solved.
+//! Choice of the kernel and the linear solver of a robot.
 
 use super::description::{Link, Robot};
 use crate::actuator::{Actuator, Via};

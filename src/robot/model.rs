@@ -1,4 +1,4 @@
-//! A compiled robot with its memory: what the integrators work with.
+//! A compiled robot with its working memory, the model that the integrators use.
 
 use std::sync::Arc;
 

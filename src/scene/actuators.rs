@@ -1,4 +1,4 @@
-//! Actuators, from the tables that say what they are. They stand beside the rod or the links that they act on.
+//! Actuators from their tables, which stand beside the rod or the links that they act on.
 
 use super::document::{self, AlongRod, AlongRodTable, Command, Document, PathPart, Strain};
 use super::parts;

@@ -1,4 +1,4 @@
-//! What touches, from the tables that say what it is.
+//! Contacts from their tables.
 
 use super::document::{
     self, ContactFriction, ContactPlace, ContactSurface as Written, Document, ObstacleKind, Spacing,

@@ -1,4 +1,4 @@
-//! What is wrong with a scene file, with file, line and column, and the lines in question.
+//! Problems of a scene file with file, line and column, and the lines in question.
 
 use std::fmt;
 use std::ops::Range;

@@ -1,4 +1,4 @@
-//! What a scene file looks like: plain structs, from which the JSON Schema, the reader and the documentation of
+//! The structure of a scene file: plain structs, from which the JSON Schema, the reader and the documentation of
 //! every key are derived. Descriptions end up in editors, so they name units and defaults.
 //!
 //! An `example` on a required key is shown by editors, and stands in for a value that could not be read, so that

@@ -1,4 +1,4 @@
-//! What scenes import: links of a robot from another file, which somebody else reads.
+//! Imports of scenes: links of a robot from another file, which the caller reads.
 
 use crate::robot::Link;
 

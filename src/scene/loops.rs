@@ -1,4 +1,4 @@
-//! What closes loops of links, from the tables that say what it is.
+//! Closed loops from their tables.
 
 use super::document::{
     self, Document, Jacobian, LoopEnd as WrittenEnd, LoopKind, LoopPlace, LoopType, Method,

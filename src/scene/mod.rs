@@ -1,4 +1,4 @@
-//! Scene files: a TOML description of what is simulated and how, read and checked once.
+//! Scene files: TOML descriptions of a model and a simulation, read and validated.
 //!
 //! `document` is the file's shape in plain structs, from which the JSON Schema is generated; `shape` checks a file
 //! against that schema, for which `words` knows the old names of keys; `build`, with `parts` that rods and the `links` of

@@ -1,4 +1,4 @@
-//! What rods and links have in common, from the keys that say what they are: segments, loads, supports, fluids, motions
+//! Common parts of rods and links from their keys: segments, loads, supports, fluids, motions
 //! of bases.
 
 use std::sync::Arc;

@@ -1,4 +1,4 @@
-//! Checks the shape of a scene (keys, types, sizes, names) against its JSON Schema, all of it in one pass.
+//! Validates the structure of a scene (keys, types, sizes, names) against its JSON Schema in one pass.
 //!
 //! The result is a table that certainly deserialises: an unreadable value of an optional key is left out, an
 //! unreadable or missing value of a required key is replaced by the schema's example. So the physics of the rest

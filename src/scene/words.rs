@@ -1,4 +1,4 @@
-//! Old words of the format: keys that have a new name. This version still reads them and says the new one.
+//! Deprecated keys of the format, which are still read with a note that gives the new name.
 
 use serde_json::{Value as Json, json};
 use toml::Table;

@@ -1,4 +1,4 @@
-//! A motion as it is computed: the states that are asked for, collected step by step.
+//! The solution during a run: requested states, collected step by step.
 
 use super::status::{Counters, Status};
 use crate::error::{Checker, Interrupted, InvalidInput, Number};

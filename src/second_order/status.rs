@@ -1,4 +1,4 @@
-//! How an integration ended and what it has cost.
+//! Status and cost of an integration.
 
 use crate::tape::Tape;
 

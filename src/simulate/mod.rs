@@ -1,4 +1,4 @@
-//! Free motions of models over an interval, by the implicit Newmark family or an explicit Runge-Kutta method.
+//! Motions of models over an interval, by the implicit Newmark family, Radau IIA or an explicit Runge-Kutta method.
 //!
 //! ```
 //! use lissom::newmark;

@@ -1,4 +1,4 @@
-//! What may be wrong with a run although its method has nothing against it.
+//! Checks of a run that its method does not make itself.
 
 use crate::balance::State;
 use crate::model::Model;
@@ -112,8 +112,8 @@ impl StiffnessWatch {
             _ => "\"generalised_alpha\", which no rate limits",
         };
         let message = format!(
-            "The model is stiff: its largest rate at t = {t:.1e} s, {rate:.1e} per second, limits explicit steps to {:.1e} s, whatever the \
-             accuracy, and the rest of the time would take about {left:.0} of them. Use method {others}; or allow that many `max_steps`.",
+            "The model is stiff: its largest rate at t = {t:.1e} s, {rate:.1e} per second, limits explicit steps to {:.1e} s for stability, \
+             and the remaining time would take about {left:.0} of them. Use method {others}, or allow that many `max_steps`.",
             self.limit / rate
         );
         Some(Stop { status: Status::Stiff, message })

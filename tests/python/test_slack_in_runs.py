@@ -28,7 +28,7 @@ def test_a_tension_told_below_zero_is_said(method):
     assert found.success
     assert found.slack == ["back"]
     assert (
-        "The tension of 'back' is told to be as low as -0.1 N, first below zero at t = 0.10" in found.message
+        "The commanded tension of 'back' is as low as -0.1 N, first negative at t = 0.10" in found.message
     )
     assert found.message.endswith(": a tendon never pushes.")
 

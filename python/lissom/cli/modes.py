@@ -22,10 +22,11 @@ from .words import say
 def command(scene: Path, output: Path | None, at_start: bool, no_report: bool) -> int:
     """Find the natural frequencies and mode shapes of SCENE.
 
-    The modes are those about the equilibrium that "lissom statics" finds. The report animates the slowest.
+    The modes are those about the equilibrium that "lissom statics" finds. The
+    report animates the slowest ones.
 
-    Exit code: 0 done; 1 there are no modes, or no equilibrium was found (the files of "lissom statics" are
-    written then); 2 bad input; 130 interrupted.
+    Exit code: 0 done; 1 there are no modes, or no equilibrium was found (then the files of "lissom statics"
+    are written); 2 bad input; 130 interrupted.
     """
     from .. import studies
     from .._lissom import LissomError

@@ -1,4 +1,4 @@
-"""``lissom statics``: the shape in which a scene rests."""
+"""``lissom statics``: the equilibrium of a scene."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def command(scene: Path, output: Path | None, from_start: bool, no_report: bool)
 
 
 def say_statics(done: StaticsStudy, saved: Saved, problem: str = "") -> int:
-    """What was found, what is the matter with it; the exit code."""
+    """Print the result and any problem; return the exit code."""
     from ..report import studies as words
     from ..studies import setting_of
 

@@ -1,4 +1,4 @@
-//! Distances of points from what can be touched, and how they change as the points move.
+//! Distances of points from obstacles, and their derivatives.
 
 use std::sync::Arc;
 

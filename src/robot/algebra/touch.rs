@@ -1,4 +1,4 @@
-//! How two surfaces press and rub on each other where they overlap, and how that changes with their motion.
+//! Pressure and friction of two overlapping surfaces, and their derivatives.
 //!
 //! With the overlap d, its rate d', a stiffness k and a dissipation c the normal force is `f = k d max(0, 1 + c d')` (Hunt
 //! and Crossley 1975, eq. 13, with the exponent 1 of a foundation). Friction opposes the velocity v at which the surfaces

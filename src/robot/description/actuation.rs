@@ -1,4 +1,4 @@
-//! The actuators of a robot and the inputs of all that acts on it.
+//! The actuators of a robot, and the inputs of actuators and loads.
 
 use std::sync::Arc;
 

@@ -1,4 +1,4 @@
-//! Joints whose coordinates are not the robot's own: prescribed in time, or tied to another joint.
+//! Driven joints: prescribed as a function of time, or coupled to another joint.
 
 use super::link::Link;
 use crate::error::{Checker, InvalidInput, Number};

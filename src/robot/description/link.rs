@@ -1,4 +1,4 @@
-//! A link: a joint followed by a rod, a rigid body, or nothing but a frame.
+//! A link: a joint followed by a rod, a rigid body, or a frame alone.
 
 use super::driven::Driven;
 use crate::body::Body;

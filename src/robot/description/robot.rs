@@ -1,4 +1,4 @@
-//! A robot, in plain data: a tree of links, and what acts on them.
+//! A robot as plain data: a tree of links, with loads, actuators, loops and contacts.
 
 use super::driven::{Driven, check_mimics};
 use super::link::Link;

@@ -1,4 +1,4 @@
-//! A rod, in plain data: segments in a row, a base, loads and bodies.
+//! A rod as plain data: a sequence of segments, a base, loads and bodies.
 
 use super::link::check_orientation;
 use super::robot::{MAX_COORDINATES, Robot, check_integration, check_surroundings};

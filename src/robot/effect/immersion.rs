@@ -1,4 +1,4 @@
-//! What the fluid around a rod does to it, at the nodes: drag and added mass. Buoyancy is a dead load that is spread.
+//! Drag and added mass of the fluid around a rod, at the nodes. Buoyancy is a distributed dead load.
 //!
 //! With the current U = (0; u), in the frame uniform and steady at every time, the twist of a section relative to the
 //! fluid is `V_r = V - U`. Its drag is a force -h at the section. The added mass has the momentum `N_a V_r`, `N_a`

@@ -1,4 +1,4 @@
-//! What acts on the coordinate of a joint: spring, dampers, stops, and the inertia of what turns with it alone.
+//! Forces on joint coordinates: spring, damping, friction, stops and armature.
 //!
 //! It is no wrench at a place but a force on a coordinate: the hinge itself asks for it, and for its derivative.
 

@@ -1,4 +1,4 @@
-//! Whether a shape is one that the rod can have and that its quadrature nodes can follow.
+//! Whether a shape is valid and resolved by the quadrature nodes.
 
 use std::f64::consts::PI;
 

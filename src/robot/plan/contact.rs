@@ -1,4 +1,4 @@
-//! What touches, compiled for computing: rods as curves with radii, balls at points, obstacles, and the pairs of these.
+//! Contacts, compiled: rods as curves with radii, balls at points, obstacles, and the pairs of these.
 
 use std::ops::Range;
 

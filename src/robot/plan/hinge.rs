@@ -1,4 +1,4 @@
-//! A joint of one coordinate, compiled: what lies behind it moves along one twist.
+//! A joint with one coordinate, compiled: the part beyond it moves along one twist.
 
 use super::space::Space;
 use crate::joint::JointForces;

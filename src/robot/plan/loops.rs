@@ -1,4 +1,4 @@
-//! What closes loops of links, compiled for computing: constraints `g(q) = 0` between two frames, row by row.
+//! Closed loops, compiled: constraints `g(q) = 0` between two frames, row by row.
 
 use crate::model::Holder;
 use crate::robot::algebra::tie::{Frame, Row};

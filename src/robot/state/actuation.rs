@@ -1,4 +1,4 @@
-//! What is known of the actuators in a state.
+//! Actuators in a state.
 
 use crate::lie::{LANES, Scalar, Vector};
 use crate::robot::plan::actuation::{Actuation, Sleeve};

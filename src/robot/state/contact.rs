@@ -1,4 +1,4 @@
-//! What is known of contact in a state.
+//! Contacts in a state.
 
 use crate::lie::{Lanes, Vector};
 use crate::robot::algebra::distance;
@@ -53,7 +53,8 @@ pub(crate) struct Noted {
     pub(crate) moved: Vec<f64>,
 }
 
-/// Of one Chebyshev polynomial in the position of a curve, and in its first and second derivatives along the fraction of its length.
+/// Of one Chebyshev polynomial in the position of a curve, and in its first and second derivatives along the fraction of its
+/// length.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Term {
     pub(crate) position: Vector<f64>,

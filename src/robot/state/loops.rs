@@ -1,4 +1,4 @@
-//! What is known of closed loops in a state.
+//! Closed loops in a state.
 
 use crate::lie::{Rotation, Vector};
 use crate::robot::algebra::tie::{Frame, Motion};

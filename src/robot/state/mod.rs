@@ -1,4 +1,4 @@
-//! The memory of all sweeps along a rod, sized by the plan: nothing is allocated after construction.
+//! The working memory of all sweeps, sized by the plan; nothing is allocated after construction.
 
 pub(crate) mod actuation;
 pub(crate) mod contact;

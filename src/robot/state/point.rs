@@ -1,4 +1,4 @@
-//! What is known of a place in a state.
+//! A place in a state.
 
 use crate::lie::{Twist, VectorSpace, Wrench};
 use crate::robot::algebra::inertia::Inertia;

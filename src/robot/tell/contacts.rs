@@ -1,4 +1,4 @@
-//! What touches, in words.
+//! Explanations of contacts.
 
 use super::text::counted;
 use crate::contact::{Contact, Obstacle, Surface};

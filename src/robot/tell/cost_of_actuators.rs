@@ -1,4 +1,4 @@
-//! What actuators are compiled to, and what each takes of the products of a residual and of a tangent.
+//! The cost of each actuator: its share of the products of a residual and of a tangent.
 //!
 //! As in [`super::cost`], formulas are evaluated with [`Counted`] numbers; a test counts the products of packs that
 //! [`crate::robot::effect::actuation`] and [`crate::robot::kernel::lines`] really form. It is about actuators that pull or

@@ -1,5 +1,5 @@
-//! What each loop takes of the products of a residual and of a tangent. Solving with its constraints is counted with the
-//! linear systems.
+//! The cost of each loop: its share of the products of a residual and of a tangent. Solving with its constraints is counted with
+//! the linear systems.
 
 use crate::model::Holder;
 use crate::robot::algebra::tie::Row;

@@ -1,4 +1,4 @@
-//! What closes loops of links, in words.
+//! Explanations of closed loops.
 
 use super::explanation::Explanation;
 use super::text::{counted, listed};
@@ -63,7 +63,7 @@ pub(crate) fn tell_redundant(robot: &Robot, redundant: &[usize], explanation: &m
     let (is_there, why) = match named.is_empty() {
         true => (false, "none where all coordinates are zero".to_owned()),
         false => {
-            let why = "where all coordinates are zero; the others determine them, they get no multipliers";
+            let why = "where all coordinates are zero; implied by the others, without multipliers";
             (true, format!("{}, {why}", listed(named)))
         }
     };

@@ -1,4 +1,4 @@
-//! How rotations follow from the curvature: by Magnus steps in space, by a sum in the plane.
+//! Rotations from the curvature: by Magnus steps in space, by a sum in the plane.
 
 pub(crate) mod columns;
 pub(crate) mod place;
