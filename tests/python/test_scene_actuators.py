@@ -353,9 +353,10 @@ def test_friction_and_lengths_are_told():
     )
     said = lissom.Scene.loads(text).model.explain()
     assert "a spring of 40 N/m, damping 0.5 N s/m; slack below the commanded length" in said
-    assert re.search(r"tendon pull, friction +coefficient 0.2: .*; direction of sliding from the rate of its
-    length", said) told = lissom.Scene.loads(text.replace("friction = 0.2", "friction = 0.2\nsliding =
-    1")).model.explain()     assert "direction of sliding as commanded" in told
+    sliding = "direction of sliding from the rate of its length"
+    assert re.search(rf"tendon pull, friction +coefficient 0.2: .*; {sliding}", said)
+    told = lissom.Scene.loads(text.replace("friction = 0.2", "friction = 0.2\nsliding = 1")).model.explain()
+    assert "direction of sliding as commanded" in told
 
 
 def test_check_says_what_inputs_are_and_which_tendons_are_slack(path):

@@ -27,9 +27,7 @@ def test_a_tension_told_below_zero_is_said(method):
     found = run(tendon(tension=lambda t: 0.1 - t, name="back"), tendon(tension=0.1), method=method)
     assert found.success
     assert found.slack == ["back"]
-    assert (
-        "The commanded tension of 'back' is as low as -0.1 N, first negative at t = 0.10" in found.message
-    )
+    assert "The commanded tension of 'back' is as low as -0.1 N, first negative at t = 0.10" in found.message
     assert found.message.endswith(": a tendon never pushes.")
 
 

@@ -30,6 +30,7 @@ def command(scene: Path, output: Path | None, at_start: bool, no_report: bool) -
     """
     from .. import studies
     from .._lissom import LissomError
+    from ..advice import about_model
     from ..report import studies as words
     from ..swings import frequency
 
@@ -51,7 +52,8 @@ def command(scene: Path, output: Path | None, at_start: bool, no_report: bool) -
             return FAILED
         saved = save_study(done, folder, no_report)
     stable = done.found.is_stable
-    rows = [
+    rows = [("advice", sentence) for sentence in about_model(loaded.model)]
+    rows += [
         (
             f"mode {number}",
             f"{hertz} Hz, damping ratio {ratio}" if hertz != "0" else frequency(done.found, int(number) - 1),

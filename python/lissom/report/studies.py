@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from .._lissom import ContinuationResult, EquilibriumPath, ModesResult, Scene, StaticsResult
+from ..advice import about_model
 from ..results import Array
 from ..studies import ModesStudy, Setting, Slides, StaticsStudy, setting_of, way
 from ..swings import frequency, swing
@@ -37,11 +38,12 @@ def write(study: StaticsStudy | ModesStudy, path: Path) -> None:
 
 def statics(study: StaticsStudy) -> page.Page:
     """What the report of the equilibrium of a scene says."""
-    scene, start = study.scene, "let go from q0." if study.from_start else "from the unloaded state."
+    scene, start = study.scene, "released from q0." if study.from_start else "from the unloaded state."
     built = equilibrium(setting_of(scene), study.found, scene.name, scene.q0, study.wall_time)
     return replace(
         built,
         lead=f"Equilibrium at rest, {start}",
+        advice=about_model(scene.model),
         sections=[*built.sections, _source(scene)],
     )
 
@@ -59,7 +61,7 @@ def equilibrium(
         sections = _along(setting, path)
     elif start is None:
         alone = Slides(setting, np.zeros(1), found.q[None])
-        sections = motion.sections("Shape", alone, "The shape in which it rests.")
+        sections = motion.sections("Shape", alone, "The equilibrium shape.")
     else:
         both = Slides(
             setting,
@@ -218,7 +220,10 @@ def modes(study: ModesStudy) -> page.Page:
     scene, about = study.scene, "initial shape" if study.statics is None else "equilibrium at rest"
     built = vibrations(setting_of(scene), study.q, study.found, scene.name)
     return replace(
-        built, lead=f"Natural modes about the {about}.", sections=[*built.sections, _source(scene)]
+        built,
+        lead=f"Natural modes about the {about}.",
+        advice=about_model(scene.model),
+        sections=[*built.sections, _source(scene)],
     )
 
 

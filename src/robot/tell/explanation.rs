@@ -613,7 +613,7 @@ mod tests {
             "linear systems by sweeps along the segments",
         ];
         assert_eq!(skipped, absent);
-        assert!(full.to_string().contains("12 nodes: as asked for"));
+        assert!(full.to_string().contains("12 nodes: as given"));
     }
 
     #[test]
