@@ -301,7 +301,7 @@ def test_explain_says_what_each_actuator_is_compiled_to(path):
     actuators = rest.split("  output\n")[0]
     for what, words in {
         "tendon pull": "commanded tension, never less than zero",
-        "tendon pull, along rods": r"finger from 0.02 m to 0.15 m, 16 nodes: from strains alone",
+        "tendon pull, along rods": r"finger from 0.02 m to 0.15 m, 16 nodes: from strains only",
         "tendon pull, straight parts": "1: from poses",
         "tendon pull, coupling": "of 3 coordinates",
         "chamber blow": "finger: its volume is linear",
