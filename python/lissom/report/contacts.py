@@ -1,4 +1,4 @@
-"""What touches: obstacles, balls on links, forces between surfaces."""
+"""Contacts in reports: obstacles, balls on links, and contact forces."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a view in space is made of: tubes, solids, strands, arrows, dots and lines, in layers.
+"""Layers of a 3-D view: tubes, solids, strands, arrows, dots and lines.
 
 Plain geometry over the shapes that are shown. Each kind is drawn by one function of ``player/tubes.js`` or
 ``player/marks.js``.

@@ -1,4 +1,4 @@
-"""What a player is told: things over their shapes, where it looks from, how fast it plays."""
+"""The document of a player: objects over time, camera and speed."""
 
 from __future__ import annotations
 

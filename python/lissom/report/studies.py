@@ -37,7 +37,7 @@ def write(study: StaticsStudy | ModesStudy, path: Path) -> None:
 
 
 def statics(study: StaticsStudy) -> page.Page:
-    """What the report of the equilibrium of a scene says."""
+    """The report of the equilibrium of a scene."""
     scene, start = study.scene, "released from q0." if study.from_start else "from the unloaded state."
     built = equilibrium(setting_of(scene), study.found, scene.name, scene.q0, study.wall_time)
     return replace(
@@ -55,7 +55,7 @@ def equilibrium(
     start: Array | None = None,
     wall_time: float | None = None,
 ) -> page.Page:
-    """What the report of an equilibrium says; one without a path is shown with its start, if given."""
+    """The report of an equilibrium; without a path, it also shows the initial shape, if given."""
     path, shown = found.path, setting.view
     if path is not None:
         sections = _along(setting, path)
@@ -81,7 +81,7 @@ def equilibrium(
 
 
 def continuation(setting: Setting, found: ContinuationResult, title: str) -> page.Page:
-    """What the report of a path of equilibria says."""
+    """The report of a path of equilibria."""
     path = found.path
     factor = path.load_factor
     rows = [
@@ -216,7 +216,7 @@ def _stiffness(path: EquilibriumPath, clock: str) -> list[page.Part]:
 
 
 def modes(study: ModesStudy) -> page.Page:
-    """What the report of the natural modes of a scene says."""
+    """The report of the natural modes of a scene."""
     scene, about = study.scene, "initial shape" if study.statics is None else "equilibrium at rest"
     built = vibrations(setting_of(scene), study.q, study.found, scene.name)
     return replace(
@@ -228,7 +228,7 @@ def modes(study: ModesStudy) -> page.Page:
 
 
 def vibrations(setting: Setting, q: Array, found: ModesResult, title: str) -> page.Page:
-    """What the report of natural modes about a shape says."""
+    """The report of natural modes about a shape."""
     count = min(ANIMATED, len(found.frequency))
     animated = [
         section

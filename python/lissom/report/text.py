@@ -53,12 +53,12 @@ def quantity(value: float, unit: str = "", digits: int = 3) -> str:
 
 
 def pace(ratio: float) -> str:
-    """How many times faster than real time."""
+    """Speed relative to real time, as text."""
     return f"{ratio:,.0f} ×" if ratio >= 10.0 else f"{ratio:.2g} ×"
 
 
 def drift(run: Run | Made) -> str:
-    """The energy drift in words."""
+    """The energy drift as text."""
     if "energy" not in run.wants:
         return "not computed: the scene does not ask for energies"
     if not run.has_energies:
@@ -87,7 +87,7 @@ def lead(run: Run) -> str:
 
 
 def outcome(run: Run) -> tuple[str, bool]:
-    """How it went."""
+    """The outcome of a run, and whether it is good."""
     if run.interrupted:
         return f"Interrupted at {quantity(float(run.t[-1]))} s; what was computed until then is shown.", False
     if not run.motion.success:
@@ -100,7 +100,7 @@ def outcome(run: Run) -> tuple[str, bool]:
 
 
 def tiles(run: Run) -> list[tuple[str, str]]:
-    """The facts that people look for first."""
+    """The key facts of a run."""
     found = numbers(run)
     counters = found["counters"]
     tiles = [(quantity(run.motion.stats.wall_time, "s"), "run time")]
@@ -136,7 +136,7 @@ def statistics(run: Run) -> list[tuple[str, str]]:
 
 
 def tolerances(run: Run) -> tuple[str, str]:
-    """What was asked for, and what was reached."""
+    """Requested tolerances and estimated errors."""
     settings, stats = run.scene.simulation, run.motion.stats
     if settings.method != "auto":
         return "tolerances", f"relative {settings.rtol:g}, absolute {settings.atol:g}"
@@ -146,7 +146,7 @@ def tolerances(run: Run) -> tuple[str, str]:
 
 
 def outputs(scene: Scene) -> list[tuple[str, str]]:
-    """What a run of the scene keeps, what that costs beyond the steps, and what is left out."""
+    """The output of a run, what it costs beyond the steps, and what is left out."""
     settings, wants = scene.simulation, scene.simulation.quantities
     is_explicit = settings.method in EXPLICIT
     kept = settings.output_dt or settings.dt
@@ -164,7 +164,7 @@ def outputs(scene: Scene) -> list[tuple[str, str]]:
 
 
 def cost_of_steps(scene: Scene) -> list[tuple[str, str]]:
-    """What the first steps of a scene cost on this machine; the fastest of several runs."""
+    """Cost of the first steps of a scene on this machine, the fastest of several runs."""
     settings = scene.simulation
     # The whole scene for methods that choose their steps: they may make few.
     is_fixed = settings.method in FIXED_STEP
@@ -196,7 +196,7 @@ def cost_of_steps(scene: Scene) -> list[tuple[str, str]]:
 
 
 def _loops(scene: Scene, motion: MotionResult) -> list[tuple[str, str]]:
-    """Why loops are held that way, and which of their constraints are redundant where the scene starts."""
+    """Why the default method changes with loops and contacts, and the redundant constraints at the start."""
     seen = view(scene.model)
     if not seen.marks.loops:
         if seen.marks.contacts.pairs and scene.simulation.method == "newmark":
@@ -249,7 +249,7 @@ def _first_steps(scene: Scene, duration: float) -> MotionResult:
 
 
 def summary(run: Run) -> list[tuple[str, str]]:
-    """The few lines that the command line prints."""
+    """The summary that the command line prints."""
     found = numbers(run)
     settings, counters = run.scene.simulation, found["counters"]
     method = method_of(run.scene)
