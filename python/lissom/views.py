@@ -1,7 +1,7 @@
 """Views of models for results, reports, advice and linear models, apart from the equations.
 
-Each kind of model is described here once, as a `View`. Other modules use the view (links, frames, a sketch) and
-never distinguish kinds of models. A new kind of model needs one new function here.
+Each kind of model is described here once, as a `View`. Other modules use the view (links, frames, a sketch)
+and never distinguish kinds of models. A new kind of model needs one new function here.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Live view: an interactive page that shows a simulation while it is computed (`docs/view.md`).
 
-`motion` and `playback` advance the simulation, `shape` decides what is drawn, `canvas` and `controls` use viser,
-and `server` has the main loop.
+`motion` and `playback` advance the simulation, `shape` decides what is drawn, `canvas` and `controls` use
+viser, and `server` has the main loop.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Actuators in reports: tendons (thicker for higher tension), chambers, motors, and their curves over time."""
+"""Actuators in reports: tendons (thicker for higher tension), chambers, motors, and their curves."""
 
 from __future__ import annotations
 

@@ -110,13 +110,13 @@ class Tube:
 
     @property
     def points(self) -> Array:
-        """What the view makes room for."""
+        """Points that the view must include."""
         reach = np.abs(self.half).max(axis=1)[:, None]
         return np.concatenate([self.centres - reach, self.centres + reach], axis=1)
 
     @property
     def numbers(self) -> dict[str, Any]:
-        """What the player is told beside the name."""
+        """The data of the player, apart from the name."""
         return {
             "centres": still(self.centres),
             "turns": still(self.turns),
@@ -145,7 +145,7 @@ class Solid:
 
     @property
     def points(self) -> Array:
-        """What the view makes room for."""
+        """Points that the view must include."""
         if self.form == "box":
             w, x, y, z = self.turns.T
             axes = 2.0 * np.array(
@@ -164,7 +164,7 @@ class Solid:
 
     @property
     def numbers(self) -> dict[str, Any]:
-        """What the player is told beside the name."""
+        """The data of the player, apart from the name."""
         centres, turns = still(self.centres[:, None]), still(self.turns[:, None])
         return {"form": self.form, "size": np.asarray(self.size).tolist(), "centres": centres, "turns": turns}
 
@@ -184,7 +184,7 @@ class Strand:
 
     @property
     def numbers(self) -> dict[str, Any]:
-        """What the player is told beside the name."""
+        """The data of the player, apart from the name."""
         return {
             "points": still(self.points),
             "radius": still(self.radius[:, None], exact=True),
@@ -217,12 +217,12 @@ class Arrows:
 
     @property
     def points(self) -> Array:
-        """What the view makes room for."""
+        """Points that the view must include."""
         return np.concatenate([self.tails, self.tails + self.vectors], axis=1)
 
     @property
     def numbers(self) -> dict[str, Any]:
-        """What the player is told beside the name."""
+        """The data of the player, apart from the name."""
         return {
             "tails": still(self.tails),
             "vectors": still(self.vectors),
@@ -251,7 +251,7 @@ class Dots:
 
     @property
     def numbers(self) -> dict[str, Any]:
-        """What the player is told beside the name."""
+        """The data of the player, apart from the name."""
         return {"points": still(self.points), "radius": self.radius}
 
 
@@ -268,7 +268,7 @@ class Line:
 
     @property
     def numbers(self) -> dict[str, Any]:
-        """What the player is told beside the name."""
+        """The data of the player, apart from the name."""
         return {"points": self.points, "dashed": self.dashed}
 
 
