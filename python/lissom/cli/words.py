@@ -30,7 +30,7 @@ def say(name: str, outcome: str, good: bool, facts: Sequence[tuple[str, str]], s
 
 def note(what: str, extra: str) -> None:
     """Say what is missing, and which extra of the package provides it."""
-    click.echo(f"{what}; install it with: pip install 'lissom[{extra}]'", err=True)
+    click.echo(f"{what}; to install: pip install 'lissom[{extra}]'", err=True)
 
 
 def progress_bar(total: float, what: str, unit: str) -> Any:
