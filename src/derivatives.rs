@@ -42,7 +42,7 @@ pub(crate) struct Estimate<const N: usize> {
     pub(crate) error: f64,
 }
 
-/// What came of it.
+/// The outcome.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Derivatives<const N: usize> {
     pub(crate) first: Estimate<N>,

@@ -22,7 +22,7 @@ struct Goal {
     counted: [bool; 6],
 }
 
-/// What is left of a target.
+/// The error of a target.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Error {
     /// Distance of the point from where it shall be in metres, along the axes that matter; zero where no position is

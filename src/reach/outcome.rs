@@ -67,7 +67,7 @@ pub struct Reached {
     pub status: Status,
     /// The same in words, with numbers, and what to change.
     pub message: String,
-    /// What is left of every target.
+    /// The error of every target.
     pub errors: Vec<Error>,
     /// Where their sections and bodies are.
     pub poses: Vec<Pose>,
@@ -75,7 +75,7 @@ pub struct Reached {
     pub held: Vec<usize>,
     /// Starts that were tried.
     pub starts: usize,
-    /// What all of them took together.
+    /// Total counts of all starts.
     pub counters: Counters,
 }
 

@@ -8,7 +8,7 @@ use crate::lie::{Plane, Quaternion};
 use crate::loops::{Loop, LoopEnd};
 use crate::rod::{STRAIGHT, piece};
 
-/// What a robot is computed by.
+/// The kernel of a robot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kernel {
     /// Rotations about one axis: a robot whose joints, modes and reference strains stay in one plane.

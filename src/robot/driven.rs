@@ -42,7 +42,7 @@ struct Multiple {
     factor: f64,
 }
 
-/// What is given in time.
+/// The prescribed coordinates.
 #[derive(Clone, Debug)]
 enum Given {
     /// A coordinate, or `factor` times it plus `offset`.

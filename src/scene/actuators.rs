@@ -13,7 +13,7 @@ use crate::signal::Signal;
 /// Rate of its length below which a tendon's friction is smoothed, in m/s, unless the scene says another one.
 const FRICTION_VELOCITY: f64 = 1e-3;
 
-/// What actuators are on.
+/// The model that actuators act on.
 #[derive(Clone, Copy)]
 pub(super) struct Surroundings<'a> {
     /// Its links.

@@ -23,9 +23,9 @@ pub struct SceneProblem {
     pub column: usize,
     /// Path of the key, such as `rod[0].segment[1].radius`; empty for a syntax error.
     pub key: String,
-    /// What is wrong.
+    /// What was found.
     pub wrong: String,
-    /// What would be right; may be empty for a syntax error.
+    /// What was expected; may be empty for a syntax error.
     pub right: String,
     /// Bytes of the file that the problem is about.
     pub span: Range<usize>,

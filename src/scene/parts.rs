@@ -155,7 +155,7 @@ fn vector(written: &Vector, place: &str, shape: &mut Shape) -> Signal<3> {
     }
 }
 
-/// What an actuator is told, as it is written at `place`.
+/// The command of an actuator, as written at `place`.
 pub(super) fn command(written: &Command, place: &str, shape: &mut Shape) -> Signal<1> {
     match written {
         Command::Constant(value) => Signal::Constant([*value]),

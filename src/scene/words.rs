@@ -12,7 +12,7 @@ pub(super) struct OldWord {
     pub(super) old: &'static str,
     /// The new name, in the same table.
     pub(super) new: &'static str,
-    /// What to write now.
+    /// The current name.
     pub(super) instead: &'static str,
     /// Makes of the table, in which the value has its new name, what the old name meant; or says what is wrong with
     /// it and what would be right.

@@ -23,12 +23,12 @@ const LIMITED: f64 = 0.1;
 const MANY_TIMES: f64 = 10.0;
 const VISIBLE: f64 = 1e-5;
 
-/// What is looked at while a run goes on.
+/// The checks made during a run.
 pub(super) enum Watch {
     Nothing,
-    /// Of fixed steps: vibrations that they do not see.
+    /// With fixed steps: unresolved vibrations.
     Vibrations(Unseen),
-    /// Of explicit methods: whether stability limits their steps.
+    /// With explicit methods: whether stability limits the steps.
     Stiffness(StiffnessWatch),
 }
 

@@ -29,7 +29,7 @@ const CERTAINLY_CONVEX: f64 = 0.99;
 /// A place counts as nearest up to that part of the radius of curvature, seen from the hollow side: beyond, several are.
 const LEAST_STRETCH: f64 = 0.01;
 
-/// What lies below a surface.
+/// The region below a surface.
 #[derive(Clone, Debug)]
 pub(crate) struct HeightField {
     /// Where the first height stands, and the axes, in the frame of the plan.

@@ -7,7 +7,7 @@ use super::distance::{Distance, SHORTEST};
 use super::height_field::HeightField;
 use crate::lie::{Rotation, Symmetric, Vector};
 
-/// What can be touched, in space and the frame of the plan.
+/// An obstacle, in space and in the frame of the plan.
 #[derive(Clone, Debug)]
 pub(crate) enum Solid {
     HalfSpace {
@@ -28,9 +28,9 @@ pub(crate) enum Solid {
         axes: Rotation<f64>,
         half_extents: Vector<f64>,
     },
-    /// What lies below a surface; shared by all copies of a plan.
+    /// A height field, shared by all copies of a plan.
     HeightField(Arc<HeightField>),
-    /// What is within a radius of a convex body; likewise.
+    /// A rounded convex mesh, shared by all copies of a plan.
     ConvexMesh(Arc<ConvexMesh>),
 }
 

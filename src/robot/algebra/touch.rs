@@ -11,7 +11,7 @@ use super::ellipse::Rolling;
 use super::tie::Motion;
 use crate::lie::{Symmetric, Vector};
 
-/// What the surfaces are made of.
+/// The material constants of a contact.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Law {
     pub(crate) stiffness: f64,
@@ -19,7 +19,7 @@ pub(crate) struct Law {
     /// Forward, backward, sideways.
     pub(crate) friction: [f64; 3],
     pub(crate) slip_velocity: f64,
-    /// Of the patch over which friction resists spinning.
+    /// Radius of the patch over which friction resists spinning.
     pub(crate) patch_radius: f64,
 }
 

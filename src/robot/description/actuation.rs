@@ -129,7 +129,7 @@ fn is_prescribed(link: &Link) -> bool {
 }
 
 impl Robot {
-    /// What is set from outside.
+    /// The inputs.
     pub fn inputs(&self) -> Inputs {
         Inputs::of(self)
     }

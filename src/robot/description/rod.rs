@@ -38,9 +38,9 @@ pub struct Rod {
     pub supports: Vec<Support>,
     /// The fluid around it.
     pub fluid: Option<Fluid>,
-    /// What moves it when it is told to.
+    /// The actuators.
     pub actuators: Vec<Actuator>,
-    /// What it touches.
+    /// The contacts.
     pub contacts: Vec<Contact>,
 }
 

@@ -123,7 +123,7 @@ impl<G: Geometry, T: Scalar> Stream<G, T> {
         Wrench { moment: VectorSpace::zero(), force }.at(self.position)
     }
 
-    /// What the added mass needs in a motion, with the acceleration less gravity.
+    /// Wrench required by the added mass during a motion, with the acceleration less gravity.
     #[inline(always)]
     fn added_force(
         &self,
@@ -138,7 +138,7 @@ impl<G: Geometry, T: Scalar> Stream<G, T> {
         self.added_momentum(mass, felt) - relative.bracket_transposed(self.added_momentum(mass, relative))
     }
 
-    /// What is needed against the drag.
+    /// Wrench required against the drag.
     #[inline(always)]
     fn drag_force(&self, drag: &Drag<T>, velocity: Twist<G, T>) -> Wrench<G, T> {
         self.at_section(drag.force(self, &self.relative(velocity)))

@@ -14,7 +14,7 @@ use crate::robot::turning::Turning;
 /// another shape.
 const LARGEST_TURN: f64 = PI;
 
-/// What is wrong with a shape, if anything is.
+/// The flaw of a shape, if it has one.
 pub(crate) fn flaw<G: Turning>(plan: &Plan<G>, q: &[f64]) -> Option<Flaw> {
     inversion(plan, q).or_else(|| shortage(plan, q).map(|shortage| Flaw::Unresolved { shortage }))
 }

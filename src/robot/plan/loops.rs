@@ -3,7 +3,7 @@
 use crate::model::Holder;
 use crate::robot::algebra::tie::{Frame, Row};
 
-/// What closes the loops of a plan.
+/// The closed loops of a plan.
 #[derive(Clone, Debug)]
 pub(crate) struct Loops<P> {
     /// Between two places, with their rows in a row.

@@ -45,7 +45,7 @@ pub struct Place {
     pub(crate) beside: Option<Offset>,
 }
 
-/// All that is concentrated at one place.
+/// The concentrated effects at one place.
 #[derive(Clone, Debug)]
 pub(crate) struct Point<G: Space> {
     pub(crate) place: Place,

@@ -77,7 +77,7 @@ impl<G: Space> Joined<G> {
     }
 }
 
-/// Who carries whom.
+/// The tree of pieces.
 pub(crate) struct Families {
     /// By piece.
     ancestors: Vec<Vec<Relatives>>,

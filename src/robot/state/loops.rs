@@ -4,7 +4,7 @@ use crate::lie::{Rotation, Vector};
 use crate::robot::algebra::tie::{Frame, Motion};
 use crate::robot::plan::loops::Loops;
 
-/// What is known of closed loops.
+/// Closed loops in a state.
 #[derive(Clone, Debug)]
 pub(crate) struct LoopState {
     /// Per tie, the frames of its ends, in space and the frame of the plan.

@@ -69,7 +69,7 @@ impl Group<'_> {
     }
 }
 
-/// What is computed for an actuator, and what is not.
+/// Explains what is computed for an actuator, and what is skipped.
 fn parts(robot: &Robot, actuator: &Actuator, of_actuator: &OfActuator) -> (&'static str, Vec<Part>) {
     match actuator {
         Actuator::Tendon(tendon) => ("tendon", of_tendon(robot, tendon, of_actuator)),

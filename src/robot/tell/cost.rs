@@ -61,7 +61,7 @@ pub(crate) fn multiplications<G: Turning>(plan: &Plan<G>, solve: Solve) -> Multi
     Multiplications { residual, tangent, mass_matrix, factorisation, solution }
 }
 
-/// What a link is computed with, and its part of the products.
+/// Size of the computation for a link, and its share of the products.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct OfLink {
     /// Quadrature nodes of its rod.

@@ -12,7 +12,7 @@ use crate::robot::plan::actuation::{ActuatorPlan, End, Law, Part, Sleeve, pairs}
 use crate::robot::plan::piece::PiecePlan;
 use crate::robot::turning::Turning;
 
-/// What an actuator is computed with, and its part of the products.
+/// Size of the computation for an actuator, and its share of the products.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct OfActuator {
     /// Quadrature nodes of the parts that are embedded in rods, and the straight parts.

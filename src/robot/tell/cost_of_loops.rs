@@ -6,7 +6,7 @@ use crate::robot::algebra::tie::Row;
 use crate::robot::plan::Plan;
 use crate::robot::turning::Turning;
 
-/// What a loop is computed with, and its part of the products.
+/// Size of the computation for a loop, and its share of the products.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct OfLoop {
     /// Those that its forces act on.

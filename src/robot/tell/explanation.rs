@@ -22,19 +22,19 @@ use crate::rod::{
     Basis, GivenSection, Parts, Profile, STRAIGHT, STRAIN_NAMES, Section, Segment, Shape, piece, stiffness,
 };
 
-/// So many links, and actuators, are listed with their costs; of more, those that cost most.
+/// Number of links and actuators listed with their costs; of more, the most expensive ones.
 const LISTED_SHARES: usize = 10;
 
-/// What is computed for a robot and what is not, each with its reason.
+/// An explanation of what is computed for a robot and what is skipped, with reasons.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Explanation {
     /// One line on the whole.
     pub summary: String,
-    /// What is computed: a subject and what is to be said of it.
+    /// What is computed: subjects and remarks.
     pub computed: Vec<(String, String)>,
-    /// What costs nothing because the robot does not have it, likewise.
+    /// What is skipped because the robot does not have it: subjects and remarks.
     pub skipped: Vec<(String, String)>,
-    /// What evaluations cost, likewise.
+    /// The costs of evaluations: subjects and remarks.
     pub cost: Vec<(String, String)>,
     /// Which link of several costs what without actuators, likewise; where they are many, the dearest ones first.
     pub links: Vec<(String, String)>,
@@ -446,7 +446,7 @@ fn costs(cost: &Multiplications) -> Vec<(String, String)> {
     .into()
 }
 
-/// What a link or an actuator is computed with, and takes of the products.
+/// Size of the computation for a link or an actuator, and its share of the products.
 #[derive(Clone, Copy)]
 struct Share {
     coordinates: usize,
