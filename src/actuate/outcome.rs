@@ -168,7 +168,7 @@ pub(super) fn message(
             )
         }
     };
-    format!("{said} What is left: {left}.{slack}{stable}")
+    format!("{said} Remaining error: {left}.{slack}{stable}")
 }
 
 /// "'a' is", "'a' and 'b' are".

@@ -314,7 +314,7 @@ def test_explain_says_what_each_actuator_is_compiled_to(path):
         "tendon pull": "friction",
         "chamber blow": "tangent",
         "motor palm": "limits, tangent",
-        "linear systems by sweeps along the links": "what pull passes is coupled",
+        "linear systems by sweeps along the links": "pull couples the links along its path",
     }.items():
         assert re.search(rf"^ +{re.escape(what)}  +{words}$", skipped, re.MULTILINE), what
     names = [line.split()[0] for line in actuators.splitlines()]
@@ -342,7 +342,7 @@ def test_actuators_alike_are_told_together():
     )
     text = re.sub(r"(?s)\[\[tendon\]\].*\[sim", f"{tendons}[sim", SCENE)
     said = lissom.Scene.loads(text).model.explain()
-    assert re.search(r"^ +12 tendons, t0 to t11  +a tension", said, re.MULTILINE)
+    assert re.search(r"^ +12 tendons, t0 to t11  +commanded tension", said, re.MULTILINE)
     assert re.search(r"^ +2 other actuators  +", said, re.MULTILINE)
     assert said.count("t0 to t11") == 3
 

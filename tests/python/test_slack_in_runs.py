@@ -35,7 +35,7 @@ def test_a_controller_that_pushes_is_told_so():
     pulls = [tendon("a", tension=lissom.Input("a")), tendon("b", -1, tension=lissom.Input("b", 0.1))]
     found = run(*pulls, control=lambda t, q, v: [0.1, -2.0 if t > 0.05 else 0.1], control_step=0.01)
     assert found.slack == ["b"]
-    assert "as low as -2 N, first below zero at t = 0.06" in found.message
+    assert "as low as -2 N, first negative at t = 0.06" in found.message
     assert run(*pulls).slack == []
 
 
