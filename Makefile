@@ -122,6 +122,8 @@ wheel: $(VENV)/demo.stamp ## build a wheel for this system into dist/, and try i
 	@.ci/toolchain cargo
 	rm -f dist/*.whl
 	$(BIN)/maturin build --locked --release --strip --compression-level 9 --out dist
+	$(BIN)/python -m pip install --quiet --require-hashes --requirement requirements/wheel.txt
+	$(BIN)/python .ci/squeeze-wheel dist/*.whl
 	.ci/try-wheel dist/*.whl
 
 sdist: $(VENV)/demo.stamp ## pack the sources into dist/, and try to install from them

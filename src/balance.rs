@@ -1,4 +1,4 @@
-//! The energy balance of a motion: where the energy is, and what left or entered the system on the way.
+//! Energy balance of a motion: energies at each time, and the energy that left or entered the system.
 //!
 //! ```
 //! use lissom::newmark;
@@ -47,8 +47,8 @@ pub struct Balance {
 }
 
 impl Balance {
-    /// The balance of a motion through the states (q, v), n numbers each, under these inputs and with these flows. One evaluation of the
-    /// energy a state.
+    /// The balance of a motion through the states (q, v), n numbers each, under these inputs and with these flows. One evaluation
+    /// of the energy a state.
     pub fn new<M: Model + ?Sized>(
         model: &mut M,
         t: &[f64],

@@ -1,4 +1,4 @@
-//! First and second derivatives of a function of time by differences that verify themselves.
+//! First and second derivatives of a function of time by finite differences with an error check.
 //!
 //! Central differences over ever smaller distances are extrapolated to the distance zero (Richardson), and the entry
 //! of the tableau that agrees best with its neighbours is taken, with that disagreement as its error (Ridders 1982,
@@ -42,7 +42,7 @@ pub(crate) struct Estimate<const N: usize> {
     pub(crate) error: f64,
 }
 
-/// What came of it.
+/// The outcome.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Derivatives<const N: usize> {
     pub(crate) first: Estimate<N>,

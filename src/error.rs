@@ -1,4 +1,4 @@
-//! Bad input: what was wrong, where, and what would be right.
+//! Invalid input: lists of problems with place, value and expectation.
 //!
 //! Only input is an error in lissom. A numerical outcome (no convergence, a step too small, a non-finite
 //! value) is a *status* with a reason in the result of the computation.

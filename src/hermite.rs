@@ -1,4 +1,4 @@
-//! Polynomials over a step, of length `h`, from what is known at its ends; x runs from 0 to 1.
+//! Hermite polynomials over a step of length `h` from the values at its ends; x runs from 0 to 1.
 
 /// Cubic polynomial with given values and derivatives at the ends.
 pub(crate) fn cubic(x: f64, h: f64, value: [f64; 2], derivative: [f64; 2]) -> f64 {

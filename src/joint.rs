@@ -32,14 +32,14 @@ pub enum Joint {
     Revolute {
         /// Its direction in the joint's frame, of any length.
         axis: [f64; 3],
-        /// What acts on the angle.
+        /// Forces on the angle.
         forces: JointForces,
     },
     /// Along an axis: one displacement in metres.
     Prismatic {
         /// Its direction in the joint's frame, of any length.
         axis: [f64; 3],
-        /// What acts on the displacement.
+        /// Forces on the displacement.
         forces: JointForces,
     },
     /// Along an axis and about it.
@@ -64,7 +64,7 @@ pub enum Joint {
     Free,
 }
 
-/// What acts on the coordinate of a joint that has one: a spring, dampers, stops, and inertia.
+/// Forces on the coordinate of a joint that has one: spring, damping, friction, stops and armature.
 #[derive(Clone, Debug, PartialEq)]
 pub struct JointForces {
     /// Stiffness in N m (per radian) or N/m.
@@ -197,7 +197,7 @@ impl Joint {
         }
     }
 
-    /// What acts on its coordinate, if it can have that.
+    /// Forces on its coordinate, for joints that can have them.
     pub fn forces(&self) -> Option<&JointForces> {
         match self {
             Self::Revolute { forces, .. } | Self::Prismatic { forces, .. } => Some(forces),

@@ -1,4 +1,4 @@
-//! What closes a loop of links, in plain data: two places that a joint ties, a distance, or coordinates in a ratio.
+//! Closed loops as plain data: a joint between two places, a constant distance, or coordinates in a constant ratio.
 //!
 //! ```
 //! use lissom::joint::Joint;

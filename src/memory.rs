@@ -1,4 +1,4 @@
-//! Does it fit in memory? To find out later would end the process.
+//! Memory limits, checked before an allocation that could end the process.
 
 use std::fmt::Display;
 

@@ -1,4 +1,4 @@
-//! Springs to the world, stiff ones above all, and the coordinates in which they do no harm.
+//! Mixed formulation of stiff springs to the world, which keeps Newton's method well conditioned.
 //!
 //! A spring of stiffness k makes the forces of a shape k times as sensitive as its displacement. What is solved for
 //! coordinates alone then crawls along a narrow curved valley: a step by s leaves it by s^2, and meets forces that

@@ -1,4 +1,4 @@
-//! Work that threads share.
+//! Work shared by threads.
 //!
 //! [`for_each`] spreads items over threads that end with the call. The results do not depend on the number of threads, as long as
 //! the work on an item touches nothing but this item.

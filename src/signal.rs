@@ -1,4 +1,4 @@
-//! Vectors that depend on time: what loads that vary and bases that move follow.
+//! Functions of time for varying loads and moving bases.
 //!
 //! ```
 //! use lissom::signal::{Signal, Table};
@@ -34,7 +34,7 @@ pub enum Signal<const N: usize> {
 pub struct Input<const N: usize> {
     /// The name.
     pub name: Arc<str>,
-    /// What it is as long as nobody sets it.
+    /// Its default value.
     pub value: [f64; N],
 }
 
@@ -83,7 +83,7 @@ impl<const N: usize> Signal<N> {
         }
     }
 
-    /// What of it is set from outside.
+    /// The part of it that is an input.
     pub fn input(&self) -> Option<&Input<N>> {
         if let Self::Input(input) = self { Some(input) } else { None }
     }

@@ -1,4 +1,4 @@
-//! What can vibrate about a state, how fast, and how far that state sets it off.
+//! Vibrations about a state: their frequencies, and the amplitudes with which the state excites them.
 
 use crate::constraint::{MassSaddle, one_sided};
 use crate::linalg::{Matrix, symmetric_eigen};

@@ -1,4 +1,4 @@
-//! Springs to the world in a shape: their forces, and how these change with it.
+//! Springs to the world: their forces at a shape, and the derivatives of these.
 //!
 //! ```
 //! use lissom::model::Elastic;

@@ -1,4 +1,4 @@
-//! Whether a state at rest is stable: one verdict for statics and modes.
+//! Stability of a state at rest, shared by statics and modes.
 //!
 //! ```
 //! use lissom::robot::{Rod, RobotModel};

@@ -1,4 +1,4 @@
-//! What goes on from step to step, as numbers in a row: one function writes and reads it, so that both agree.
+//! Serialisation of the state between steps: one function both writes and reads it, so that the two agree.
 
 /// Whole numbers up to that are numbers of floating point.
 const LARGEST_COUNT: f64 = (1_u64 << f64::MANTISSA_DIGITS) as f64;

@@ -1,4 +1,4 @@
-//! Vibrations that fixed steps do not see: how far off they leave the tip.
+//! Vibrations that fixed steps do not resolve, and the error of the tip that they cause.
 //!
 //! Average acceleration makes a vibration of frequency w slower: `(2 / h) atan(w h / 2)` with steps of size h (Hughes
 //! 2000, section 9.1), and other members of the family are off by as much or damp it away. Until both have died down
@@ -106,7 +106,7 @@ impl Unseen {
         }
     }
 
-    /// What is worth a warning: the vibration that leaves the largest error of the tip, if that is large.
+    /// A warning about the vibration that causes the largest error of the tip, if that is large.
     pub(crate) fn verdict<M: Model>(&self, model: &mut M, q0: &[f64]) -> Option<String> {
         let length = model.length();
         let moved = |vibration: &Vibration| {
@@ -131,12 +131,13 @@ impl Unseen {
         };
         let step = movements.iter().map(enough).fold(self.dt, f64::min);
         Some(format!(
-            "The step of {} s does not resolve a vibration of {hertz:.3} Hz that moves the tip by {:.1} % of the length: the tip is wrong \
-             by about {:.1} %. Take steps of {:.1e} s, adaptive ones, or method \"auto\".",
+            "The step of {} s does not resolve a vibration of {hertz:.3} Hz that moves the tip by {:.1} % of the length: the error of \
+             the tip is about {:.1} % of the length. For an error below {:.1} %, take steps of {step:.1e} s, adaptive ones, or \
+             method \"auto\".",
             Number(self.dt),
             100.0 * moved,
             100.0 * error,
-            step
+            50.0 * WORTH_A_WARNING
         ))
     }
 }

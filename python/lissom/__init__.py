@@ -1,6 +1,9 @@
-"""lissom: soft rods that move."""
+"""Simulation of soft robots and slender bodies as Cosserat rods. `Rod` and `Robot` describe a model;
+`simulate`, `statics`, `modes` and `linearise` compute with it. `root`, `solve_ivp` and `newmark` are solvers
+for your own functions."""
 
-# Names come when they are asked for (PEP 562), so that the command hears Ctrl-C before it imports NumPy.
+# Names are imported on first access (PEP 562), so that the command line handles Ctrl-C before it imports
+# NumPy.
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from . import gym as gym
@@ -204,7 +207,8 @@ if not TYPE_CHECKING:
             return import_module(f"lissom.{name}")
         if name != "_lissom" and name not in __all__:
             raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-        # The second finds NumPy imported by the first: where that is missing or interrupted, Python says so.
+        # The first module imports NumPy. If NumPy is missing or its import is interrupted, Python's own error
+        # is raised.
         modules = [
             import_module(f"lissom.{name}")
             for name in (

@@ -1,6 +1,6 @@
-"""Actuators: what moves a robot when it is told to.
+"""Actuators: tendons, fluidic chambers, motors and active strains.
 
-Plain data: everything is checked where it is written, and computed in the core.
+These classes only hold data. They validate it when they are created; the compiled core does the computing.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ _VECTORS = ("along", "point", "gains", "limits")
 
 
 def _keep(instance: object) -> None:
-    """Makes tuples of sequences, so that what is equal compares equal."""
+    """Convert sequences to tuples, so that equal objects compare equal."""
     for each in fields(instance):  # type: ignore[arg-type]
         value = getattr(instance, each.name)
         if each.name in _VECTORS and value is not None:
@@ -46,7 +46,7 @@ def _keep(instance: object) -> None:
 
 
 def _plain(value: object) -> object:
-    """A pair of numbers or of sequences as tuples; all else as it is."""
+    """Convert a pair of numbers or sequences to tuples; return anything else unchanged."""
     if isinstance(value, np.ndarray) and value.ndim == 1:
         return tuple(value.tolist())
     if isinstance(value, tuple | list):
@@ -61,19 +61,19 @@ class Along:
     Parameters
     ----------
     link : str, optional
-        The link; may be left out where there is one.
+        The link; optional if the robot has only one.
     offset : pair (y, z)
-        Where it lies in the sections, from the rod's axis, metres; it may lie outside of them, as through the
-        holes of disks. Each one a number; two numbers, from which
-        it varies linearly between the ends of the part; a table ``(stations, values)``, a callable or a
-        `Profile` of the arc length of the whole rod of the link.
+        Offset from the rod's axis in the plane of the section, metres. It may lie outside the section, as
+        with guide disks. Each of y and z is a number; two numbers, interpolated linearly between the ends of
+        the part; or a table ``(stations, values)``, a callable or a `Profile` of the arc length of the link's
+        rod.
     along : (float, float), optional
-        Arc lengths of the unstretched rod between which it lies, metres; by default the whole of it.
+        Arc lengths of the unstretched rod between which the part runs, metres; by default the whole rod.
 
     Raises
     ------
     ValueError, TypeError
-        Naming every invalid parameter; the robot checks what must fit the link.
+        If parameters are invalid; the message lists all of them. The robot checks whether they fit the link.
     """
 
     link: str | None = None
@@ -87,22 +87,22 @@ class Along:
 
 @dataclass(frozen=True)
 class Via:
-    """A point through which a tendon runs, straight from the part before and to the part behind.
+    """A point that a tendon passes through. It runs straight from the previous part and to the next one.
 
     Parameters
     ----------
     link : str or None
-        The link that has the point; None is the world, where it stays when the base moves, and on a `Rod`
-        the rod.
+        Link that carries the point. None means the world for a `Robot`, where the point does not move with
+        the base, and the rod for a `Rod`.
     point : array_like, shape (3,)
-        In the axes of the body, of the section of a rod, or of the world, metres.
+        Position in the axes of the body, of the rod's section, or of the world, metres.
     at : float, optional
-        Arc length of the section of a rod, metres; by default its tip.
+        Arc length of the rod's section, metres; by default the tip.
 
     Raises
     ------
     ValueError, TypeError
-        Naming every invalid parameter; the robot checks what must fit the link.
+        If parameters are invalid; the message lists all of them. The robot checks whether they fit the link.
     """
 
     link: str | None
@@ -116,7 +116,7 @@ class Via:
 
 @dataclass(frozen=True)
 class _Actuator:
-    """What all actuators have in common."""
+    """Base class of all actuators."""
 
     def __post_init__(self) -> None:
         check_actuator(self)
@@ -127,42 +127,44 @@ class _Actuator:
 class Tendon(_Actuator):
     """A cable that pulls along its path and cannot push.
 
-    Give `tension`, or `length`. A tendon of given length has a `stiffness`, or else it does not stretch: its
-    path is never longer than `length`, by the tension that this takes (a constraint, held by a multiplier).
+    Give either `tension` or `length`. With `length` and `stiffness` the tendon is a spring that cannot push.
+    With `length` alone it is inextensible: a one-sided constraint keeps its path no longer than `length`, and
+    the tension is the multiplier.
 
     Parameters
     ----------
     name : str
-        The name.
+        Name of the tendon.
     path : sequence of Along and Via
-        Its path, from the end where it is pulled to the one where it is fixed. Between parts that do not
-        adjoin in the same rod it runs straight.
+        Path from the actuated end to the fixed end. The tendon runs straight between parts that are not
+        adjacent in the same rod.
     tension : float, (times, values), Harmonic, Input or callable, optional
-        Newtons. What a function, an input or a controller tells to be less than zero is slack; numbers,
-        tables, defaults and oscillations below zero are refused.
+        Tension, newtons. Negative values of functions, inputs and controllers mean a slack tendon; numbers,
+        tables, defaults and oscillations below zero are rejected.
     length : float, (times, values), Harmonic, Input or callable, optional
-        The length above which the tendon is taut, metres, not negative. With `stiffness` its tension is
+        Length above which the tendon is taut, metres, >= 0. With `stiffness` the tension is
         ``max(0, stiffness * (path - length) + damping * rate of path)``.
     stiffness : float, optional
-        Newtons per metre. Without it the tendon does not stretch; it then has neither damping nor friction,
-        and motions take method ``"generalised_alpha"`` (the default) or ``"hht"``.
+        Stiffness, newtons per metre. Without it the tendon is inextensible; it then has neither damping nor
+        friction, and `simulate` requires the method ``"generalised_alpha"`` (the default) or ``"hht"``.
     damping : float
-        Newton seconds per metre.
+        Damping, newton seconds per metre.
     friction : float
-        Coefficient of friction along embedded parts: the tension falls by
-        ``exp(-friction * angle)`` where the tendon turns by that angle, as on a capstan, away from the end
-        where it is pulled, and grows while it is let out; at points between straight parts, too.
+        Coefficient of friction. Where the tendon turns by an angle, the tension changes by
+        ``exp(-friction * angle)``, as on a capstan: it decreases away from the actuated end while the tendon
+        is pulled, and increases while it is released. This holds along embedded parts and at points between
+        straight parts.
     friction_velocity : float
-        Rate of the path's length below which friction is smoothed, metres per second.
+        Rate of change of the path length below which friction is smoothed, metres per second.
     sliding : float, (times, values), Harmonic, Input or callable, optional
-        The direction of sliding: 1 as while it is pulled, -1 as while it is let out, 0 without friction. By
-        default the rate of its length tells; statics, where that is zero, then knows no friction. What an
-        input, a table or a function tells beyond is held within [-1, 1].
+        Direction of sliding: 1 as if pulled, -1 as if released, 0 for no friction; values outside [-1, 1] are
+        clipped. By default the rate of change of the path length determines it; this rate is zero in statics,
+        which then has no friction.
 
     Raises
     ------
     ValueError, TypeError
-        Naming every invalid parameter.
+        If parameters are invalid; the message lists all of them.
 
     Examples
     --------
@@ -193,24 +195,24 @@ class Tendon(_Actuator):
 class Chamber(_Actuator):
     """A fluidic chamber along rods, with caps at its ends.
 
-    Its area is that of its cut with the sections, so that its volume is ``area`` times the integral of its
-    slope along the rod, and the generalised forces of a pressure do not depend on the shape.
+    `area` is measured in the plane of the rod's section, so the volume is ``area`` times the integral of the
+    middle line's axial slope, and the generalised forces of a pressure do not depend on the shape.
 
     Parameters
     ----------
     name : str
-        The name.
+        Name of the chamber.
     path : sequence of Along
-        Its middle line.
+        Middle line of the chamber.
     area : float
-        Square metres.
+        Area in the plane of the section, square metres.
     pressure : float, (times, values), Harmonic, Input or callable
-        Over that around, pascals.
+        Gauge pressure, pascals.
 
     Raises
     ------
     ValueError, TypeError
-        Naming every invalid parameter.
+        If parameters are invalid; the message lists all of them.
 
     Examples
     --------
@@ -233,30 +235,30 @@ class Chamber(_Actuator):
 class Motor(_Actuator):
     """A motor on a joint: a torque about its axis, or a force along it.
 
-    Give `torque`, or `position` with `gains`.
+    Give either `torque`, or `position` and `gains`.
 
     Parameters
     ----------
     joint : str
-        The name of a link whose joint has one coordinate, or of a coordinate of a joint as
-        `Robot.coordinates` has them. Spherical and free joints have no motors, nor has one whose motion is
-        prescribed; one that mimics another has.
+        Name of a link whose joint has one coordinate, or name of a joint coordinate as listed in
+        `Robot.coordinates`. Joints with `mimic` can have motors; spherical joints, free joints and joints
+        with a prescribed motion cannot.
     torque : float, (times, values), Harmonic, Input or callable, optional
-        Newton metres, or newtons.
+        Torque, newton metres, or force, newtons.
     position : float, (times, values), Harmonic, Input or callable, optional
-        Radians or metres: the motor answers ``gains[0] * (position - coordinate) - gains[1] * velocity``.
+        Set point, radians or metres. The motor applies
+        ``gains[0] * (position - coordinate) - gains[1] * velocity``.
     gains : (float, float), optional
-        Stiffness and damping of a motor that holds a position.
+        Stiffness and damping of a motor with a set point.
     limits : (float, float), optional
-        The lowest and the highest torque or force. It approaches them smoothly, within a thousandth of the
-        range between them.
+        Lowest and highest torque or force. Saturation is smooth, over a thousandth of the range.
     name : str, optional
-        The name; by default as `joint`.
+        Name of the motor; by default that of `joint`.
 
     Raises
     ------
     ValueError, TypeError
-        Naming every invalid parameter.
+        If parameters are invalid; the message lists all of them.
 
     Examples
     --------
@@ -285,29 +287,29 @@ class Motor(_Actuator):
 class ActiveStrain(_Actuator):
     """An actuated reference strain: a muscle, a shape-memory wire, a swimming gait.
 
-    The stress depends on the strain minus ``amount * shape`` and minus the reference strain of the segments.
-    A travelling wave is the sum of two: ``sin(k X - w t)`` has the shapes ``sin(k X)`` and ``cos(k X)`` with
-    the amounts ``cos(w t)`` and ``-sin(w t)``.
+    The stress depends on the strain minus the reference strain of the segments and minus ``amount * shape``.
+    Two active strains make a travelling wave: ``sin(k X - w t)`` has the shapes ``sin(k X)`` and ``cos(k X)``
+    with the amounts ``cos(w t)`` and ``-sin(w t)``.
 
     Parameters
     ----------
-    link : str or None
-        The link; may be None where there is one.
+    link : str, optional
+        The link; optional if the robot has only one.
     strain : str
-        'torsion', 'bend_y', 'bend_z', 'stretch', 'shear_y' or 'shear_z'; it needs modes to follow.
+        'torsion', 'bend_y', 'bend_z', 'stretch', 'shear_y' or 'shear_z'. The rod needs modes of this strain.
     shape : float, pair, table, Profile or callable
-        Along the whole rod of the link, in radians per metre, or metres per metre, for an amount of one: a
-        number; two numbers, linear from base to tip; a table ``(stations, values)``, a callable or a
-        `Profile` of the arc length.
+        Strain along the link's rod for an amount of one, in radians per metre or metres per metre: a number;
+        two numbers, interpolated linearly from base to tip; or a table ``(stations, values)``, a callable or
+        a `Profile` of the arc length.
     amount : float, (times, values), Harmonic, Input or callable
-        The amplitude.
+        Amplitude.
     name : str, optional
-        The name; by default the link and the strain.
+        Name of the actuator; by default made of the link and the strain.
 
     Raises
     ------
     ValueError, TypeError
-        Naming every invalid parameter.
+        If parameters are invalid; the message lists all of them.
 
     Examples
     --------

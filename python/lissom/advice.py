@@ -1,4 +1,4 @@
-"""Advice on a scene before it is run: what its step, modes and method resolve, computed from its model."""
+"""Advice on a scene before it is run: what its step, modes and method resolve, and implausible units."""
 
 from __future__ import annotations
 
@@ -30,26 +30,26 @@ EXPLICIT: dict[str, type[RK45] | type[DOP853]] = {"rk45": RK45, "dop853": DOP853
 #: A period of this many steps is resolved; average acceleration makes it (2 pi / 10)^2 / 12 (3 %) longer.
 STEPS_PER_PERIOD = 10
 
-#: A natural frequency counts as right when it changes by less with more modes of every strain.
+#: A natural frequency counts as accurate if more modes of every strain change it by less than this.
 RIGHT = 0.01
 MORE_MODES = 4
 
-#: So many right ones are enough: the fastest ones of any model are wrong, and seldom move.
+#: This many accurate frequencies are enough: the fastest ones of any model are inaccurate and seldom excited.
 ENOUGH = 3
 
-#: Length over radius below which the deflection by shear is looked at.
+#: Ratio of length to radius below which shear deflection is checked.
 SLENDER = 10.0
 
-#: Steps that stability takes for each that resolves the slowest vibration: a model with more counts as stiff.
+#: A model counts as stiff if stability needs this many times the steps that resolve the slowest vibration.
 STIFF = 30.0
 
 #: Growth in a step that counts as stable: undamped oscillations may grow by the method's own error.
 STABLE_GROWTH = 1e-3
 
-#: An impact of so many steps is resolved: it rises and falls. Those of fewer are made without rebound.
+#: An impact that lasts this many steps is resolved. Shorter ones are computed without rebound.
 STEPS_PER_IMPACT = 3
 
-#: Larger models are not looked at, so that checking stays quick.
+#: Larger models are not analysed, so that checking stays quick.
 MOST_COORDINATES = 100
 
 #: Pascals: softer than anything that holds its shape; brain and the softest gels have some 1 kPa
@@ -62,10 +62,10 @@ STIFFEST = 2e12
 #: Kilograms per cubic metre: lighter than foams, heavier than osmium (22 590).
 LIGHTEST, HEAVIEST = 10.0, 23e3
 
-#: Metres: half the width of a rod that somebody gave in millimetres.
+#: Metres: half the width of a rod whose sizes are probably in millimetres.
 WIDEST = 1.0
 
-#: m/s²: gravity of somebody who computes in millimetres or centimetres.
+#: m/s²: gravity above this is probably in other units.
 STRONGEST_GRAVITY = 100.0
 
 #: The strains in their order.
@@ -76,21 +76,20 @@ SHEAR_OF = {"bend_y": "shear_z", "bend_z": "shear_y"}
 
 
 def size(model: Model) -> str:
-    """How large a model is, in words."""
+    """Size of a model in words."""
     actuators = len(view(model).marks.actuators)
     moved = f", {actuators} actuator{'' if actuators == 1 else 's'}" if actuators else ""
     return f"{model.n} generalised coordinates{moved}"
 
 
 def advice(scene: Scene) -> list[str]:
-    """What is worth knowing about a scene before it is run, one sentence or two each; often nothing.
+    """Advice on a scene before it is run, one or two sentences each; often empty.
 
-    Natural frequencies are those about the equilibrium of the model. They are left out where none is found,
-    and for models of more than 100 coordinates.
+    Natural frequencies are those about the equilibrium of the model. They are left out if no equilibrium is
+    found, and for models of more than 100 coordinates.
     """
     model, seen = scene.model, view(scene.model)
-    said = [*about_units(seen), *about_gravity(model)]
-    said += [sentence for link in seen.links for sentence in about_shear(link)]
+    said = about_model(model)
     t0 = scene.simulation.t0
     said += about_inputs(model)
     said += about_slack(scene, seen.marks.actuators)
@@ -107,8 +106,15 @@ def advice(scene: Scene) -> list[str]:
     return said
 
 
+def about_model(model: Model) -> list[str]:
+    """Advice on a model alone: implausible units, and shear that it leaves out."""
+    seen = view(model)
+    shear = [sentence for link in seen.links for sentence in about_shear(link)]
+    return [*about_units(seen), *about_gravity(model), *shear]
+
+
 def about_inputs(model: Model) -> list[str]:
-    """Which inputs only a controller sets."""
+    """Inputs that keep their defaults without a controller."""
     if not model.inputs:
         return []
     values = ", ".join(f"{name} = {value:g}" for name, value in zip(model.inputs, model.u0, strict=True))
@@ -116,7 +122,7 @@ def about_inputs(model: Model) -> list[str]:
 
 
 def about_slack(scene: Scene, actuators: Sequence[ActuatorMark]) -> list[str]:
-    """Which tendons have more length at the start than their way takes."""
+    """Tendons that are slack at the start."""
     start = scene.q0[None], scene.v0[None], np.array([scene.simulation.t0]), scene.model.u0[None]
     slack = [repr(mark.name) for mark in actuators if mark.is_let_out and not mark.force(*start).any()]
     if not slack:
@@ -125,7 +131,7 @@ def about_slack(scene: Scene, actuators: Sequence[ActuatorMark]) -> list[str]:
 
 
 def about_impacts(scene: Scene) -> list[str]:
-    """Which contacts are too stiff for a fixed step to see rods bounce; a sentence on the stiffest one.
+    """The stiffest contact whose impacts a fixed step does not resolve.
 
     A rod that lies on a stiffness k per length with the mass m per length is thrown back after
     pi sqrt(m / k); two of them, of the masses m1 and m2, after that of m1 m2 / (m1 + m2).
@@ -150,7 +156,7 @@ def about_impacts(scene: Scene) -> list[str]:
 
 
 def impact_time(model: Model, contact: Contact) -> float | None:
-    """How long a slow impact of rods lasts, in seconds; nothing where none of the two is a rod."""
+    """Duration of a slow impact of rods, seconds; None if neither surface is a rod."""
     of_rods = {link.name: link for link in view(model).links}
     names = [surface for surface in (contact.a, contact.b) if isinstance(surface, str)]
     rods = [of_rods[name] for name in names if name in of_rods]
@@ -168,7 +174,7 @@ def impact_time(model: Model, contact: Contact) -> float | None:
 
 
 def line_density(segment: Segment) -> float:
-    """Mass per length where a segment is lightest, kg/m."""
+    """Smallest mass per length of a segment, kg/m."""
     return float(min(segment.inertia(X)[3, 3] for X in (0.0, segment.length)))
 
 
@@ -187,7 +193,7 @@ def material_stiffness(rods: Sequence[Link]) -> float:
 
 @dataclass(frozen=True)
 class Vibrations:
-    """How a model moves about its equilibrium."""
+    """Natural frequencies about the equilibrium of a model."""
 
     #: Natural frequencies of what oscillates, in hertz, the slowest first.
     frequencies: NDArray[np.float64]
@@ -196,7 +202,7 @@ class Vibrations:
 
     @classmethod
     def of(cls, model: Model, t: float = 0.0, q0: NDArray[np.float64] | None = None) -> Vibrations | None:
-        """Those at a time, at rest near a shape; nothing of a large model, or without an equilibrium."""
+        """Vibrations about the equilibrium near a shape; None for a large model or without an equilibrium."""
         if not 0 < model.n <= MOST_COORDINATES:
             return None
         rest = statics(model, q0, t=t)
@@ -212,7 +218,7 @@ class Vibrations:
 
 
 def about_step(found: Vibrations, settings: SimulationSettings) -> list[str]:
-    """Which natural frequencies a fixed step resolves, unless it is all of them."""
+    """Natural frequencies that a fixed step does not resolve."""
     frequencies, step = found.frequencies, settings.dt
     if settings.method not in FIXED_STEP:
         return []
@@ -229,7 +235,7 @@ def about_step(found: Vibrations, settings: SimulationSettings) -> list[str]:
 
 
 def about_stability(found: Vibrations, settings: SimulationSettings) -> list[str]:
-    """The step at which an explicit method is stable, where that is what costs."""
+    """The stable step of an explicit method, if stability determines the cost."""
     if settings.method not in EXPLICIT or not len(found.frequencies):
         return []
     stable = stable_step(EXPLICIT[settings.method], found.fastest)
@@ -246,7 +252,7 @@ def about_stability(found: Vibrations, settings: SimulationSettings) -> list[str
 
 
 def about_modes(found: Vibrations, richer: Vibrations) -> list[str]:
-    """How right the natural frequencies are, unless three of them or more are."""
+    """Accuracy of the natural frequencies, unless three of them or more are accurate."""
     count = min(len(found.frequencies), len(richer.frequencies))
     if count == 0:
         return []
@@ -265,7 +271,7 @@ def about_modes(found: Vibrations, richer: Vibrations) -> list[str]:
 
 
 def about_units(seen: View) -> list[str]:
-    """What no material or no rod has, and what its unit is. What all segments have in common is said once."""
+    """Implausible moduli, densities and widths, each mentioned once."""
     said: dict[str, None] = {}
     for segment in (segment for link in seen.links for segment in link.segments):
         E, density = segment.young_modulus, segment.density
@@ -285,7 +291,7 @@ def about_units(seen: View) -> list[str]:
 
 
 def about_gravity(model: Model) -> list[str]:
-    """Whether lengths are in another unit than metres."""
+    """A gravity that suggests that lengths are not in metres."""
     strength = float(np.linalg.norm(getattr(model, "gravity", 0.0)))
     if strength <= STRONGEST_GRAVITY:
         return []
@@ -293,7 +299,7 @@ def about_gravity(model: Model) -> list[str]:
 
 
 def about_shear(rod: Link) -> list[str]:
-    """What shear would add to the deflection of a thick rod that has none."""
+    """Shear deflection that a thick rod without shear modes leaves out."""
     widest = max(rod.half_extents())
     # A given section without inertia has no size.
     slenderness = rod.length / widest if widest > 0.0 else np.inf

@@ -27,11 +27,11 @@ class ContactEvent:
     Attributes
     ----------
     t : float
-        Seconds.
+        Time, seconds.
     contact : str
-        The name of the contact.
+        Name of the contact.
     kind : {'touch', 'lift_off'}
-        Whether they begin to touch or cease to.
+        Whether the surfaces begin or cease to touch.
     q, v : ndarray, shape (n,)
         Coordinates and velocities at this time.
     """

@@ -1,6 +1,6 @@
-"""Contact: what touches what, and how surfaces press and rub on each other.
+"""Contact: the surfaces that can touch, and their pressure and friction.
 
-Plain data: everything is checked where it is written, and computed in the core.
+These classes only hold data. They validate it when they are created; the compiled core does the computing.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 def _in_rows(shape: object, name: str, expected: str) -> None:
-    """Makes tuples of tuples of floats of the rows of a shape."""
+    """Convert the rows of a shape to tuples of floats."""
     value = getattr(shape, name)
     if np.ma.is_masked(value):
         raise TypeError(f"{name}: got masked values, expected {expected}")
@@ -48,17 +48,17 @@ def _place(shape: object) -> None:
 
 @dataclass(frozen=True)
 class HalfSpace:
-    """A floor or a wall: all that lies behind a plane.
+    """A floor or a wall: the region behind a plane.
 
     Parameters
     ----------
     point : array_like, shape (3,)
-        A point of the plane, metres.
+        A point on the plane, metres.
     normal : array_like, shape (3,)
-        Outward normal, away from the filled half; of any length.
+        Outward normal, pointing away from the solid. Its length does not matter.
     link : str, optional
-        The link that it is fixed to; by default it is fixed in the world. On a link positions and orientation
-        are in the axes of the section or body.
+        Link to which the shape is fixed; by default the world. On a link, positions and orientations are in
+        the axes of the section or body.
     at : float, optional
         Arc length of the link's unstretched rod, metres; by default the tip, or the base of a rigid link.
     """
@@ -76,17 +76,17 @@ class HalfSpace:
 
 @dataclass(frozen=True)
 class Sphere:
-    """A ball that is fixed in the world, or to a link.
+    """A sphere fixed in the world or to a link.
 
     Parameters
     ----------
     centre : array_like, shape (3,)
-        Metres.
+        Centre, metres.
     radius : float
-        Metres, > 0.
+        Radius, metres, > 0.
     link : str, optional
-        The link that it is fixed to; by default it is fixed in the world. On a link positions and orientation
-        are in the axes of the section or body.
+        Link to which the shape is fixed; by default the world. On a link, positions and orientations are in
+        the axes of the section or body.
     at : float, optional
         Arc length of the link's unstretched rod, metres; by default the tip, or the base of a rigid link.
     """
@@ -105,17 +105,17 @@ class Sphere:
 
 @dataclass(frozen=True)
 class Capsule:
-    """All that is within a radius of a straight line between two points: a peg, a bar, a pipe.
+    """A capsule fixed in the world, such as a peg, bar or pipe: the points within a radius of a line segment.
 
     Parameters
     ----------
     start, end : array_like, shape (3,)
-        Where the line begins and ends, metres.
+        End points of the line segment, metres.
     radius : float
-        Metres, > 0.
+        Radius, metres, > 0.
     link : str, optional
-        The link that it is fixed to; by default it is fixed in the world. On a link positions and orientation
-        are in the axes of the section or body.
+        Link to which the shape is fixed; by default the world. On a link, positions and orientations are in
+        the axes of the section or body.
     at : float, optional
         Arc length of the link's unstretched rod, metres; by default the tip, or the base of a rigid link.
     """
@@ -135,19 +135,19 @@ class Capsule:
 
 @dataclass(frozen=True)
 class Box:
-    """A box with sharp edges.
+    """A box with sharp edges, fixed in the world or to a link.
 
     Parameters
     ----------
     centre : array_like, shape (3,)
-        Metres.
+        Centre, metres.
     half_extents : array_like, shape (3,)
-        Half the lengths of its edges, metres, > 0.
+        Half the edge lengths, metres, > 0.
     orientation : array_like, shape (4,)
-        Of its axes: unit quaternion (w, x, y, z).
+        Orientation of its axes: unit quaternion (w, x, y, z).
     link : str, optional
-        The link that it is fixed to; by default it is fixed in the world. On a link positions and orientation
-        are in the axes of the section or body.
+        Link to which the shape is fixed; by default the world. On a link, positions and orientations are in
+        the axes of the section or body.
     at : float, optional
         Arc length of the link's unstretched rod, metres; by default the tip, or the base of a rigid link.
     """
@@ -166,24 +166,25 @@ class Box:
 
 @dataclass(frozen=True)
 class HeightField:
-    """Hilly ground: all that lies below a smooth surface through heights above a rectangle.
+    """Uneven ground: the region below a smooth surface that interpolates heights on a rectangular grid.
 
-    The surface is the natural cubic spline through the heights in both directions: forces change smoothly
-    along it. Beyond the rectangle it continues straight. Steps in the heights make it overshoot.
+    The surface is the natural cubic spline through the heights in both directions, so forces vary smoothly
+    along it. It is extended linearly beyond the grid. Steps in the heights make the spline overshoot.
 
     Parameters
     ----------
     heights : array_like, shape (k, l)
-        Metres, along the z axis; k along the x axis, l along the y axis, two or more each.
+        Heights along the z axis, metres: k >= 2 along the x axis, l >= 2 along the y axis.
     spacing : float or array_like, shape (2,)
-        Distance of neighbouring heights, metres, > 0; two numbers are along x and along y.
+        Distance between neighbouring heights, metres, > 0; give two numbers for different spacings along x
+        and y.
     corner : array_like, shape (3,)
-        Position above which the first height stands, metres.
+        Position of the first grid point, from which its height is measured, metres.
     orientation : array_like, shape (4,)
-        Of its axes: unit quaternion (w, x, y, z).
+        Orientation of its axes: unit quaternion (w, x, y, z).
     link : str, optional
-        The link that it is fixed to; by default it is fixed in the world. On a link positions and orientation
-        are in the axes of the section or body.
+        Link to which the shape is fixed; by default the world. On a link, positions and orientations are in
+        the axes of the section or body.
     at : float, optional
         Arc length of the link's unstretched rod, metres; by default the tip, or the base of a rigid link.
     """
@@ -211,14 +212,14 @@ class ConvexMesh:
     Parameters
     ----------
     points : array_like, shape (k, 3)
-        Its corners, metres, 4 to 2000; a face has every one of them.
+        Corners, metres; 4 to 2000. Every corner belongs to a face.
     faces : array_like of int, shape (l, 3)
-        Triangles by the places of their corners in `points`, from 0, in any order. They enclose the body.
+        Triangles, as indices into `points` (from 0) in any order. They must enclose the body.
     radius : float
-        Of the rounded edges, by which the body grows on all sides, metres, >= 0.
+        Rounding radius, metres, >= 0. The body grows by this radius on all sides.
     link : str, optional
-        The link that it is fixed to; by default it is fixed in the world. On a link positions and orientation
-        are in the axes of the section or body.
+        Link to which the shape is fixed; by default the world. On a link, positions and orientations are in
+        the axes of the section or body.
     at : float, optional
         Arc length of the link's unstretched rod, metres; by default the tip, or the base of a rigid link.
     """
@@ -242,20 +243,20 @@ class ConvexMesh:
 
 @dataclass(frozen=True)
 class Ball:
-    """A ball that is fixed to a link: a finger tip, a wheel that slides, a body's shape.
+    """A ball fixed to a link, such as a finger tip, a sliding wheel or the outline of a body.
 
     It has no mass; add a `Body` for that.
 
     Parameters
     ----------
     link : str
-        The link.
+        Name of the link.
     radius : float
-        Metres, > 0.
+        Radius, metres, > 0.
     at : float, optional
         Arc length of the link's unstretched rod, metres; by default the tip, or the base of a rigid link.
     position : array_like, shape (3,)
-        The centre relative to the section or body, in its axes, metres.
+        Centre of the ball in the axes of the section or body, metres.
     """
 
     link: str
@@ -271,39 +272,42 @@ class Ball:
 
 @dataclass(frozen=True)
 class Contact:
-    """A pair of surfaces that can touch: they press on each other where they overlap.
+    """A pair of surfaces that can touch.
 
-    With the overlap d they press with ``f = k d max(0, 1 + c d')``: newtons a metre along a rod, newtons
-    if neither is a rod (Hunt and Crossley 1975). Friction is ``-mu f v / sqrt(|v|^2 + v_s^2)`` with the
-    velocity v at which the surfaces slide. "Contact" in the documentation says what these constants mean for
-    steps and accuracy.
+    Where the surfaces overlap by d, they press on each other with ``f = k d max(0, 1 + c d')`` (Hunt and
+    Crossley 1975), in newtons per metre along a rod, or in newtons if neither surface is a rod. Friction is
+    ``-mu f v / sqrt(|v|^2 + v_s^2)`` with the sliding velocity v. The page "Contact" of the documentation
+    explains how these constants affect step sizes and accuracy.
 
     Parameters
     ----------
     a : str, Ball, HalfSpace, Sphere, Capsule, Box, HeightField or ConvexMesh
-        The moving surface: the name of a link, for its rod, with elliptic sections of their two half
-        extents (round against other rods, with the larger one); a ball on a link; or a shape with a `link`.
+        The moving surface: a ball, a shape with a `link`, or the name of a link for the surface of its rod.
+        The rod's sections are ellipses with its two half extents; against other rods they are circles with
+        the larger one.
     b : str, Ball, HalfSpace, Sphere, Capsule, Box, HeightField or ConvexMesh
-        What it touches, on another link or in the world. The name of the same link stands for contact of a
-        rod with itself, except between places that are nearer to each other along the rod than about three
-        diameters. Of two shapes one is a `HalfSpace` or a `Sphere`: boxes, meshes and capsules touch
-        half-spaces with their corners or ends.
+        The other surface, on another link or in the world. The name of the same link means self-contact of
+        its rod; places closer than about three diameters along the rod are left out. If both surfaces are
+        shapes, one of them must be a `HalfSpace` or a `Sphere`; boxes, meshes and capsules touch half-spaces
+        with their corners or ends.
     stiffness : float, optional
-        k: newtons per metre of overlap and metre of rod, N/m^2. By default that of the rods' material,
-        ``pi/4 E / (1 - nu^2)`` (Popov 2010, eq. 5.33). Where neither is a rod N/m, and to be given; boxes,
-        meshes and capsules have it at each corner or end that touches a half-space.
+        Stiffness k. With a rod in N/m^2, per metre of overlap and per metre of rod; the default follows from
+        the rods' material, ``pi/4 E / (1 - nu^2)`` (Popov 2010, eq. 5.33). Without a rod in N/m, and
+        required; boxes, meshes and capsules have it at each corner or end that touches a half-space.
     dissipation : float
-        c, s/m, >= 0. After a slow impact at the speed v the rebound has ``1 - 2 c v / 3`` of it.
+        Dissipation c, s/m, >= 0. The rebound speed after a slow impact at the speed v is ``v (1 - 2 c v /
+        3)``.
     friction : float or array_like, shape (3,)
-        mu, >= 0. Three numbers are for rods that slide forward along their axis, backward and sideways.
+        Coefficient of friction mu, >= 0. Three numbers are for a rod that slides forward along its axis,
+        backward, and sideways.
     slip_velocity : float
-        v_s, m/s, > 0. Sticking contacts creep at up to about this speed.
+        Velocity v_s, m/s, > 0. Sticking contacts creep at up to about this speed.
     patch_radius : float
-        r, metres, >= 0: radius of the patch over which friction resists spinning by
-        ``-mu f r w / sqrt(w^2 + (v_s/r)^2)``, with mu sideways and the angular velocity w about the normal.
-        Zero is no resistance.
+        Radius r of the contact patch, metres, >= 0. Friction then also resists spinning, with the torque
+        ``-mu f r w / sqrt(w^2 + (v_s/r)^2)``, where w is the angular velocity about the normal and mu the
+        sideways coefficient. Zero means no such resistance.
     name : str, optional
-        Its name in messages and results.
+        Name in messages and results.
 
     Raises
     ------
@@ -352,22 +356,22 @@ class Contact:
 
 @dataclass(frozen=True)
 class Touch:
-    """A place where two surfaces touch. Along a rod a contact is the sum of several.
+    """A place where two surfaces touch. A contact along a rod consists of several.
 
     Attributes
     ----------
     contact : str
-        The name of the contact.
+        Name of the contact.
     position : ndarray, shape (3,)
-        Where on the first surface, metres; where that is a shape, on the rod or ball that touches it.
+        Position on the first surface, metres; if that is a shape, on the rod or ball that touches it.
     normal : ndarray, shape (3,)
-        From the second surface to the first, unit vector.
+        Unit vector from the second surface to the first.
     force : ndarray, shape (3,)
-        On the first surface, newtons, friction included.
+        Force on the first surface, newtons, friction included.
     overlap : float
-        Metres.
+        Overlap, metres.
     sliding : ndarray, shape (3,)
-        Velocity of the first surface along the second, m/s.
+        Velocity of the first surface relative to the second, along the surface, m/s.
     along : tuple of float or None
         Arc lengths on the rods of the two surfaces, metres; None for a surface that is not a rod.
     """

@@ -1,4 +1,4 @@
-"""Results as datasets of xarray: named dimensions, units and long names, by the habits of CF."""
+"""Results as xarray datasets, with named dimensions, units and long names in CF style."""
 
 from __future__ import annotations
 

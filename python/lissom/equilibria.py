@@ -1,4 +1,4 @@
-"""Derivatives of equilibria and of their natural frequencies with respect to parameters of the model."""
+"""Derivatives of equilibria and of natural frequencies with respect to model parameters."""
 
 from __future__ import annotations
 
@@ -41,15 +41,16 @@ class EquilibriumSensitivityResult(Shown):
     dq : ndarray, shape (n, p), or None
         Their derivatives with respect to the parameters; None where an objective was given.
     value : float or None
-        The objective.
+        Value of the objective.
     gradient : ndarray, shape (p,), or None
-        Its derivatives with respect to the parameters.
+        Derivatives of the objective with respect to the parameters.
     frequencies : ndarray, shape (k,)
-        The lowest natural frequencies about the equilibrium, without damping, hertz.
+        The lowest undamped natural frequencies about the equilibrium, hertz.
     dfrequencies : ndarray, shape (k, p)
-        Their derivatives. NaN where two frequencies agree to one part in a million, and where one is zero.
+        Derivatives of the frequencies. NaN if a frequency is zero or agrees with another one to one part in a
+        million.
     statics : StaticsResult
-        How the equilibrium was found, and whether it is stable.
+        The equilibrium with its stability and the solver's statistics.
     """
 
     # Where pickles find it: there it has its methods.
@@ -75,7 +76,7 @@ class EquilibriumSensitivityResult(Shown):
         )
 
     def position(self, X: float | None = None, *, link: str | None = None) -> tuple[Array, Array]:
-        """Where a place of a robot is, and how that changes with the parameters.
+        """Position of a point of the robot, and its derivatives with respect to the parameters.
 
         Parameters
         ----------
@@ -87,7 +88,7 @@ class EquilibriumSensitivityResult(Shown):
         Returns
         -------
         position : ndarray, shape (3,)
-            In the world, metres.
+            World position, metres.
         derivative : ndarray, shape (3, p)
             Metres per unit of each parameter.
 
@@ -125,29 +126,28 @@ def equilibrium_sensitivity(
     u: ArrayLike | None = None,
     **options: Any,
 ) -> EquilibriumSensitivityResult:
-    """Differentiate an equilibrium, and its natural frequencies, with respect to parameters of the model.
+    """Differentiate an equilibrium and its natural frequencies with respect to model parameters.
 
-    The equilibrium is that of `statics`. By the implicit function theorem it changes by
-    ``dq/dp = -solve(dtau/dq, dtau/dp)``: one factorisation, and a few evaluations of forces for each
+    `statics` finds the equilibrium. The implicit function theorem gives
+    ``dq/dp = -solve(dtau/dq, dtau/dp)``, which takes one factorisation and a few force evaluations per
     parameter.
 
     Parameters
     ----------
     model : Model
-        What is in equilibrium: without closed loops and tendons that do not stretch.
+        A model without closed loops and inextensible tendons.
     parameters : sequence of str
-        Numbers that the model is made of, by the names that `sweep` takes, such as
-        'rod[0].segment[0].young_modulus', 'gravity[2]', 'link[1].joint.stiffness'. They are derivatives with
-        respect to that number alone.
+        Model parameters by the names that `sweep` uses, such as 'rod[0].segment[0].young_modulus',
+        'gravity[2]', 'link[1].joint.stiffness'. All other numbers are held constant.
     q0 : array_like, shape (n,), optional
         As for `statics`.
     objective : callable, optional
-        A number that depends on the shape: called once as ``objective(q)``, it returns the number and its
-        derivative with respect to `q`, of shape (n,). Then its gradient is computed by the adjoint: one
-        linear solution, however many parameters there are.
+        Scalar function of the shape. It is called once as ``objective(q)`` and returns its value and its
+        derivative with respect to `q`, shape (n,). The gradient is then computed by the adjoint method, with
+        one linear solve for any number of parameters.
     frequencies : int
-        How many natural frequencies are differentiated, the lowest ones: those of small motions without
-        damping. The change of the shape is part of theirs. Each parameter takes about four tangents.
+        Number of undamped natural frequencies to differentiate, from the lowest. The derivatives include the
+        change of the equilibrium. Each parameter costs about four tangents.
     t, u : optional
         As for `statics`.
     **options
@@ -284,7 +284,7 @@ def _value(objective: Objective, q: Array) -> tuple[float, Array]:
 def _frequencies(
     model: Model, parameters: Sequence[OfModel], q: Array, dq: Array, count: int, at: dict[str, Any]
 ) -> tuple[Array, Array]:
-    """The lowest frequencies, and how they change (Fox and Kapoor 1968, equation 5), in hertz."""
+    """The lowest frequencies and their derivatives (Fox and Kapoor 1968, equation 5), in hertz."""
     rest = np.zeros_like(q)
     stiffness, _, mass = model.tangent(q, rest, rest, **at)
     if np.abs(stiffness - stiffness.T).max() > SYMMETRIC * np.abs(stiffness).max():

@@ -1,4 +1,4 @@
-"""Identification: parameters of a model from measured motions, static shapes and natural frequencies."""
+"""Parameter identification from measured motions, static shapes and natural frequencies."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ PART = 0.1
 
 @dataclass(frozen=True, eq=False, repr=False)
 class FitResult(Shown):
-    """Parameters that fit best, and how well the data determine them.
+    """Best-fit parameters, and how well the data determine them.
 
     It can be copied, pickled and saved; `report(path)` writes a page with values, intervals, correlations and
     residuals, `plot()` draws what was measured beside the fitted model, `to_xarray()` returns a dataset.
@@ -47,36 +47,37 @@ class FitResult(Shown):
     values : ndarray, shape (p,)
         Their values.
     model : Robot
-        The model with them. Values at the start are not part of it.
+        The model with these values. Fitted initial states are not part of it.
     covariance : ndarray, shape (p, p)
-        Of the values, from the Jacobian at the solution and the noise; infinite on the diagonal and NaN
-        beside it for what the data do not determine.
+        Covariance of the values, from the Jacobian at the solution and the noise. For undetermined parameters
+        the diagonal is infinite and the rest of the row and column NaN.
     intervals : ndarray, shape (p, 2)
-        Confidence intervals of each value, by Student's distribution; exact where the model is linear in them
-        and the noise is normal and independent.
+        Confidence intervals from Student's t distribution; exact if the model is linear in the parameters and
+        the noise is normal and independent.
     undetermined : tuple of str
         Parameters that the data do not determine, alone or together.
     residuals : ndarray, shape (k, places, 3) or (k,)
-        Positions of the model minus measured ones, metres; of frequencies hertz.
+        Model minus data: positions in metres, or frequencies in hertz.
     noise : float
-        Standard deviation of the residuals, in their unit: that given, or estimated with as many degrees of
-        freedom as there are numbers more than parameters.
+        Standard deviation of the residuals, in their unit: the given one, or an estimate with as many degrees
+        of freedom as measured numbers minus parameters.
     runs : int
-        How often the model was evaluated with derivatives.
+        Number of evaluations of the model with derivatives.
     success : bool
         Whether the solver converged.
     message : str
-        Why it ended, what the data do not determine, which values are at a bound, how many trial runs failed.
+        Reason for termination, the parameters that the data do not determine, those at a bound, and the
+        number of failed trial runs.
     at_bounds : tuple of str
-        Parameters that ended at a bound: their intervals do not know of it, and do not hold there.
+        Parameters that ended at a bound. Their intervals ignore the bound and do not hold there.
     confidence : float
         Coverage probability of the intervals.
     measured : ndarray, shape as of the residuals
-        What was measured.
+        The measurements.
     t : ndarray, shape (k,), or None
         The times of a motion, seconds.
     places : tuple of str
-        Where positions were measured: link and arc length in metres; of frequencies none.
+        Where positions were measured: link and arc length in metres; empty for frequencies.
     """
 
     # Where pickles find it: there it has its methods.
@@ -122,24 +123,24 @@ def fit(
     max_runs: int = 100,
     **options: Any,
 ) -> FitResult:
-    """Find the parameters that best fit what was measured, by least squares; needs SciPy.
+    """Fit model parameters to measured data by least squares; needs SciPy.
 
     Parameters
     ----------
     model : Rod or Robot
         The measured model, with initial values of all parameters.
     data : (t, positions), StaticShapes or NaturalFrequencies
-        Of a motion, increasing times, shape (k,), seconds, none before `t0`; and positions in the world,
-        metres, shape (k, 3) of one place or (k, places, 3). Or the positions in equilibria, or the lowest
-        natural frequencies about one.
+        A motion as increasing times, shape (k,), seconds, not before `t0`, and world positions, metres, shape
+        (k, 3) for one point or (k, places, 3); or positions in equilibria; or the lowest natural frequencies
+        about an equilibrium.
     parameters : mapping of str to float or (lowest, guess, highest)
-        Initial values by name, optionally with bounds. Names as for `sensitivity`; of the start of a motion
-        single coordinates such as 'q0[0]'.
+        Initial values by name, optionally with bounds. Names are those of `sensitivity`; initial states are
+        given coordinate by coordinate, such as 'q0[0]'.
     places : sequence, optional
         Measured points: arc lengths of the last link, names of links (their tips), or pairs (link, arc
         length). The last tip by default.
     t0, q0, v0 : optional
-        Start, as for `simulate`; of equilibria `q0`, as for `statics`.
+        Initial state, as for `simulate`; for equilibria `q0`, as for `statics`.
     dt : float
         Step size of motions, seconds.
     noise : float, optional
@@ -150,8 +151,8 @@ def fit(
     max_runs : int
         Maximum number of evaluations of the model.
     **options
-        As for `sensitivity`, among them the inputs `u` and `control_step` of a motion that was driven; of
-        equilibria as for `equilibrium_sensitivity`.
+        As for `sensitivity`, among them the inputs `u` and `control_step` of a driven motion; for equilibria
+        as for `equilibrium_sensitivity`.
 
     Returns
     -------
@@ -166,10 +167,10 @@ def fit(
     Raises
     ------
     ValueError, TypeError
-        Before the first run, if an argument is invalid, a name is unknown, bounds are the wrong way round, or
-        there are fewer numbers than parameters.
+        Before the first run, if an argument is invalid, a name is unknown, bounds are reversed, or there are
+        fewer measured numbers than parameters.
     LissomError
-        If with the initial values the run fails or no equilibrium is found.
+        If with the initial values a run fails or no equilibrium is found; the message lists the parameters.
     ImportError
         Without SciPy.
 

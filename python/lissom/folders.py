@@ -35,7 +35,7 @@ TRIAL = 4096
 
 
 class NotOurs(Exception):
-    """A folder that must not be written: it has what lissom did not write, or another run writes into it."""
+    """A folder that must not be written: it has files of others, or another run is using it."""
 
 
 class Folder:
@@ -158,7 +158,7 @@ def check_target(folder: Path) -> None:
         more = f" and {len(foreign) - 1} more" if len(foreign) > 1 else ""
         raise NotOurs(
             f"{folder} has {foreign[0]}{more}, which lissom did not write; name another folder with -o, "
-            "or move what is yours out of this one"
+            "or move your own files out of this one"
         )
 
 

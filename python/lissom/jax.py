@@ -1,6 +1,6 @@
-"""Runs as functions of JAX, with their derivatives: ``import lissom.jax``.
+"""Simulations as differentiable JAX functions: ``import lissom.jax``.
 
-It takes the extra `jax`: ``pip install 'lissom[jax]'``. ``docs/sensitivities.md`` tells more.
+Needs the extra `jax`: ``pip install 'lissom[jax]'``. ``docs/sensitivities.md`` has examples and costs.
 """
 
 from __future__ import annotations
@@ -37,28 +37,31 @@ def simulation(
     control_step: float | None = None,
     **options: Any,
 ) -> Run:
-    """Make a function of JAX that runs a model, and that `jax.grad`, `jax.jit` and `jax.vmap` take.
+    """Return a JAX function that simulates a model and supports `jax.grad`, `jax.jit` and `jax.vmap`.
 
-    Derivatives are those of `lissom.sensitivity`, by the adjoint: of reverse mode (`grad`, `vjp`, `jacrev`)
-    and of first order. Under `vmap`, all runs are one `simulate_many`; the adjoints follow one by one.
+    Derivatives are those of `lissom.sensitivity` by the adjoint method: first order, in reverse mode (`grad`,
+    `vjp`, `jacrev`). Under `vmap`, one `simulate_many` computes all runs; their adjoints are computed one by
+    one.
 
     Parameters
     ----------
     model : Model
-        What moves, as for `sensitivity`.
+        Model to simulate, as for `sensitivity`.
     t_end : float
         End of the run, seconds; a whole number of steps after `t0`.
     parameters : sequence of str
-        Numbers of the model that the function takes, by the names that `sweep` takes.
+        Model parameters that the function takes, by the names that `sweep` uses.
     t : array_like, shape (m,), optional
-        Times of steps at which states are asked for, seconds; all steps by default.
+        Times at which the function returns states, seconds; they must be times of steps. By default all
+        steps.
     t0, dt, method
         As for `sensitivity`.
     control_step : float, optional
-        Then the function takes inputs, held for this long each, seconds; a whole number of steps.
+        Duration of a control step, seconds; a whole number of steps. The function then takes inputs, one row
+        per control step.
     **options
         `beta`, `gamma`, `alpha`, `rho_inf`, `rtol`, `atol`, `jac`, `predictor`, `reuse_jacobian`, `max_steps`
-        as for `simulate`. Derivatives are as good as steps are solved: `rtol` says how well.
+        as for `simulate`. `rtol` controls how accurately the steps are solved, and with it the derivatives.
 
     Returns
     -------

@@ -1,8 +1,9 @@
-"""Results in files that give them back with equal bits: ``save`` and ``load``.
+"""Saving and loading results bit for bit: ``save`` and ``load``.
 
-A file has the *record* of a result with its model. `records` says what may stand in one, so that a file can
-make results and do nothing else. NetCDF and NPZ files have arrays that other programs read beside it; `load`
-uses the record alone. Records are not compressed: what is read takes no more memory than the file has bytes.
+A file contains the *record* of a result and its model. `records` restricts what a record may contain, so that
+loading a file can create results and nothing else. NetCDF and NPZ files also contain arrays for other
+programs; `load` ignores them. Records are not compressed, so loading needs no more memory than the size of
+the file.
 """
 
 from __future__ import annotations
@@ -73,12 +74,12 @@ RESULTS = (
 
 
 def load(path: str | os.PathLike[str]) -> Result:
-    """Load a result from a file that its method ``save`` has written.
+    """Load a result from a file written by its ``save`` method.
 
     Parameters
     ----------
     path : path-like
-        A file ``.lissom``, ``.npz`` or ``.nc``.
+        A ``.lissom``, ``.npz`` or ``.nc`` file.
 
     Returns
     -------
@@ -88,8 +89,8 @@ def load(path: str | os.PathLike[str]) -> Result:
     Raises
     ------
     ValueError
-        If the suffix is unknown, or the file is damaged, from another program, from a version of lissom with
-        other results, or names what is not a part of results.
+        If the suffix is unknown, or if the file is damaged, was written by another program or an incompatible
+        version of lissom, or contains anything that is not part of a result.
     OSError
         If the file cannot be read.
     ImportError
@@ -111,9 +112,9 @@ def load(path: str | os.PathLike[str]) -> Result:
 
 
 def save(result: Result, path: str | os.PathLike[str], model: Model | None = None) -> None:
-    """Write a result to a file of the kind that its suffix says; one that is there is replaced.
+    """Write a result to a file whose suffix selects the format; an existing file is replaced.
 
-    The content is made in memory first: what fails leaves an old file as it was.
+    The content is assembled in memory first, so a failure leaves an existing file untouched.
     """
     path = Path(path)
     write = _by_suffix(path, WRITERS)
@@ -128,7 +129,7 @@ def _by_suffix(path: Path, known: dict[str, Any]) -> Any:
 
 
 def record(result: Result) -> bytes:
-    """What `load` reads; refused where it could not."""
+    """The record that `load` reads; raises if `load` could not read it."""
     try:
         content = records.write(result)
     except (pickle.PicklingError, AttributeError, TypeError) as error:

@@ -1,4 +1,4 @@
-"""Linear models of small motions about an equilibrium, for control: ``x' = A x + B u``, ``y = C x + D u``."""
+"""Linear state-space models of small motions about an equilibrium: ``x' = A x + B u``, ``y = C x + D u``."""
 
 from __future__ import annotations
 
@@ -32,15 +32,15 @@ class LinearModel:
     Attributes
     ----------
     A : ndarray, shape (2 n, 2 n)
-        The states are the n coordinates and the n velocities.
+        State matrix. The state consists of the n coordinates and the n velocities.
     B : ndarray, shape (2 n, p)
-        Inputs.
+        Input matrix.
     C : ndarray, shape (r, 2 n)
-        Outputs.
+        Output matrix.
     D : ndarray, shape (r, p)
-        Zero: no output depends directly on a force.
+        Feedthrough matrix: zero, because no output depends directly on a force.
     states, inputs, outputs : tuple of str
-        Names.
+        Names of states, inputs and outputs.
     """
 
     A: Array
@@ -65,39 +65,39 @@ def linearise(
     t: float = 0.0,
     u: ArrayLike | None = None,
 ) -> LinearModel:
-    """Linearise the motion of a model about an equilibrium, exactly: by the tangents, not by differences.
+    """Linearise the equations of motion about an equilibrium, with exact tangents.
 
     Parameters
     ----------
     model : Model
         A `Rod` or a `SpringPendulum`.
     q : array_like, shape (n,)
-        Coordinates of the equilibrium, such as the `q` of `statics`. Elsewhere the model is that of
-        the motion about rest with constant generalised forces that hold it there.
+        Coordinates of the equilibrium, such as `q` from `statics`. At other shapes the result is the linear
+        model about rest with constant generalised forces that hold the shape.
     inputs : str or sequence of str
-        What acts: 'forces' (the n generalised forces); for rods 'tip_force' and 'tip_moment' (three
-        components each in world axes), or a component of them such as 'tip_force_z'; for robots the same of
-        every link that carries no other, by its name instead of 'tip'. 'inputs' are the inputs of the model,
-        all of u; one of them goes by its name, such as 'pull', where that is none of the above. The length
-        of a tendon that does not stretch is none of them: it sets coordinates, not forces.
+        Inputs of the linear model. 'forces' are the n generalised forces. For rods, 'tip_force' and
+        'tip_moment' have three components each in world axes; 'tip_force_z' is a single component. For
+        robots, the name of a link without children replaces 'tip'. 'inputs' is the whole input vector u of
+        the model; a single input goes by its name, such as 'pull', unless that is one of the names above. The
+        length of an inextensible tendon cannot be an input, because it sets coordinates, not forces.
     outputs : str or sequence of str
-        What is measured: 'coordinates', 'velocities' (n each); for rods 'tip_position', 'tip_rotation' (a
-        small rotation vector), 'tip_velocity', 'tip_angular_velocity' (three components each in world axes),
-        or a component of them such as 'tip_position_z'; for robots as `inputs`. What is prescribed in a robot
-        carries its links at velocities that depend on q: the part of the outputs that follows from that is
-        found by central differences.
+        Outputs of the linear model: 'coordinates', 'velocities' (n each); for rods 'tip_position',
+        'tip_rotation' (a small rotation vector), 'tip_velocity', 'tip_angular_velocity' (three components
+        each in world axes), or a single component such as 'tip_position_z'; for robots named as for `inputs`.
+        Prescribed motions move links at velocities that depend on q; central differences give that part of
+        the outputs.
     t : float
-        The time at which loads and motions that vary in time are evaluated, seconds.
+        Time at which time-dependent loads and motions are evaluated, seconds.
     u : array_like, shape (m,), optional
-        The inputs about which it is linear; by default as `u0` of the model.
+        Inputs at the equilibrium; by default `u0` of the model.
 
     Returns
     -------
     LinearModel
-        `A`, `B`, `C`, `D` and the names of `states`, `inputs`, `outputs`. With closed loops the states are
-        those of coordinates that can be chosen freely, as many as there are less independent constraints.
-        Names of robots are those of their coordinates, with ".rate" for velocities and ".force" for
-        generalised forces, of other models `q0`, `v0`, `force0` and so on.
+        `A`, `B`, `C`, `D` and the names of `states`, `inputs`, `outputs`. With closed loops the states belong
+        to independent coordinates: the number of coordinates minus the number of independent constraints.
+        Robots use the names of their coordinates, with ".rate" for velocities and ".force" for generalised
+        forces; other models use `q0`, `v0`, `force0` and so on.
 
     Raises
     ------
@@ -105,7 +105,7 @@ def linearise(
         If an argument is invalid, `q` is a shape that the model does not resolve, or a load is not finite
         at `t`.
     LissomError
-        The mass matrix is not positive definite, or something is not finite.
+        If the mass matrix is not positive definite, or a value is not finite.
 
     Examples
     --------

@@ -1,6 +1,6 @@
-"""Links and the joints between them: what a `Robot` is made of.
+"""Links and joints, the parts of a `Robot`.
 
-Plain data: everything is checked where it is written, and computed in the core.
+These classes only hold data. They validate it when they are created; the compiled core does the computing.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 def _keep(instance: object) -> None:
-    """Makes tuples of floats of all vectors, so that what is equal compares equal."""
+    """Convert vectors to tuples of floats, so that equal objects compare equal."""
     for each in fields(instance):  # type: ignore[arg-type]
         value = getattr(instance, each.name)
         if each.name == "motion":
@@ -37,7 +37,7 @@ def _keep(instance: object) -> None:
 
 @dataclass(frozen=True)
 class Joint:
-    """How a link moves on its parent: the base class of all joints."""
+    """Base class of all joints."""
 
     def __post_init__(self) -> None:
         check_joint(self)
@@ -46,24 +46,24 @@ class Joint:
 
 @dataclass(frozen=True)
 class Weld(Joint):
-    """No motion at all."""
+    """A rigid connection."""
 
 
 @dataclass(frozen=True)
 class Mimic:
-    """What ties the coordinate of a joint to that of another one: gears, fingers that close together.
+    """A joint coordinate that follows another one, as in gears or coupled fingers.
 
-    The coordinate is ``multiplier * other + offset``, as of URDF's `mimic`.
+    The coordinate is ``multiplier * other + offset``, as in URDF's `mimic`.
 
     Parameters
     ----------
     link : str
-        The link with the other joint, which is a revolute or prismatic one, anywhere in the robot. That may
-        mimic a third one itself, or move as prescribed.
+        Link whose joint is followed. That joint is revolute or prismatic, anywhere in the robot; it may
+        itself mimic a third joint or have a prescribed motion.
     multiplier : float
-        Radians or metres for each radian or metre of the other one.
+        Ratio of this coordinate to the other one, in radians or metres per radian or metre.
     offset : float
-        In radians or metres.
+        Value of this coordinate when the other one is zero, in radians or metres.
 
     Examples
     --------
@@ -88,7 +88,7 @@ class Mimic:
 
 @dataclass(frozen=True)
 class _WithForces(Joint):
-    """A joint of one coordinate, on which something may act."""
+    """A joint with one coordinate, which can have a spring, damping, friction, stops and an armature."""
 
     _: KW_ONLY
     stiffness: float = 0.0
@@ -106,43 +106,44 @@ class _WithForces(Joint):
 
 @dataclass(frozen=True)
 class Revolute(_WithForces):
-    """A hinge: the link turns about an axis. Its coordinate `angle` is in radians.
+    """A hinge: the link rotates about an axis. The coordinate `angle` is in radians.
 
     Parameters
     ----------
     axis : array_like, shape (3,)
-        Its direction in the joint's frame, of any length.
+        Direction of the axis in the joint frame. Its length does not matter.
     stiffness : float
-        Of a spring on the coordinate, newton metres per radian.
+        Stiffness of a spring on the coordinate, newton metres per radian.
     rest : float
-        Where that spring is free of force, radians.
+        Angle at which the spring is unloaded, radians.
     damping : float
-        Viscous, newton metre seconds.
+        Viscous damping, newton metre seconds per radian.
     friction : float
-        Dry friction, newton metres: ``friction * v / sqrt(v**2 + friction_velocity**2)`` against the
-        velocity v.
+        Dry friction torque, newton metres. At the velocity v, the torque
+        ``friction * v / sqrt(v**2 + friction_velocity**2)`` opposes the motion.
     friction_velocity : float
-        Below it dry friction is smoothed, radians per second: what sticks creeps at less than this.
+        Velocity below which dry friction is smoothed, radians per second. A sticking joint creeps more slowly
+        than this.
     limits : (float, float), optional
-        Stops: stiff springs beyond these angles, radians.
+        Lowest and highest angle, radians. Stiff springs act beyond them.
     limit_stiffness : float
-        Of the stops, newton metres per radian; needed where there are limits.
+        Stiffness of the stops, newton metres per radian; required with `limits`.
     limit_dissipation : float
-        Of the stops, seconds per radian: beyond a limit by x they answer
+        Dissipation of the stops, seconds per radian. At x beyond a limit the torque is
         ``limit_stiffness * x * max(0, 1 + limit_dissipation * dx/dt)`` (Hunt and Crossley 1975).
     armature : float
-        Inertia of what turns with the coordinate alone, such as a rotor behind a gear, kg m^2.
+        Inertia added to this coordinate only, such as that of a geared rotor, kg m^2.
     motion : float, (times, values), Harmonic or callable, optional
-        Prescribes the angle, radians, as a function of time with two derivatives (`BaseMotion` has the
-        forms): the joint then adds no coordinate to the robot, and what moves it does work on the robot.
+        Prescribed angle, radians, as a twice differentiable function of time (`BaseMotion` lists the forms).
+        The joint then adds no coordinate to the robot, and its drive does work on the robot.
     mimic : Mimic, optional
-        Ties the angle to that of another joint: it then adds no coordinate either. Spring, dampers,
-        limits and armature act on the joint's own motion.
+        Makes the angle follow that of another joint; the joint then adds no coordinate either. Spring,
+        damping, limits and armature act on this joint's own motion.
 
     Raises
     ------
     ValueError, TypeError
-        Naming every invalid parameter.
+        If parameters are invalid; the message lists all of them.
     """
 
     axis: Vector
@@ -150,42 +151,44 @@ class Revolute(_WithForces):
 
 @dataclass(frozen=True)
 class Prismatic(_WithForces):
-    """A slider: the link moves along an axis. Its coordinate `displacement` is in metres.
+    """A slider: the link translates along an axis. The coordinate `displacement` is in metres.
 
     Parameters
     ----------
     axis : array_like, shape (3,)
-        Its direction in the joint's frame, of any length.
+        Direction of the axis in the joint frame. Its length does not matter.
     stiffness : float
-        Of a spring on the coordinate, newtons per metre.
+        Stiffness of a spring on the coordinate, newtons per metre.
     rest : float
-        Where that spring is free of force, metres.
+        Displacement at which the spring is unloaded, metres.
     damping : float
-        Viscous, newton seconds per metre.
+        Viscous damping, newton seconds per metre.
     friction : float
-        Dry friction, newtons: ``friction * v / sqrt(v**2 + friction_velocity**2)`` against the velocity v.
+        Dry friction force, newtons. At the velocity v, the force
+        ``friction * v / sqrt(v**2 + friction_velocity**2)`` opposes the motion.
     friction_velocity : float
-        Below it dry friction is smoothed, metres per second: what sticks creeps at less than this.
+        Velocity below which dry friction is smoothed, metres per second. A sticking joint creeps more slowly
+        than this.
     limits : (float, float), optional
-        Stops: stiff springs beyond these displacements, metres.
+        Lowest and highest displacement, metres. Stiff springs act beyond them.
     limit_stiffness : float
-        Of the stops, newtons per metre; needed where there are limits.
+        Stiffness of the stops, newtons per metre; required with `limits`.
     limit_dissipation : float
-        Of the stops, seconds per metre: beyond a limit by x they answer
+        Dissipation of the stops, seconds per metre. At x beyond a limit the force is
         ``limit_stiffness * x * max(0, 1 + limit_dissipation * dx/dt)`` (Hunt and Crossley 1975).
     armature : float
-        Inertia of what moves with the coordinate alone, kilograms.
+        Inertia added to this coordinate only, kilograms.
     motion : float, (times, values), Harmonic or callable, optional
-        Prescribes the displacement, metres, as a function of time with two derivatives (`BaseMotion` has the
-        forms): the joint then adds no coordinate to the robot, and what moves it does work on the robot.
+        Prescribed displacement, metres, as a twice differentiable function of time (`BaseMotion` lists the
+        forms). The joint then adds no coordinate to the robot, and its drive does work on the robot.
     mimic : Mimic, optional
-        Ties the displacement to that of another joint: it then adds no coordinate either. Spring, dampers,
-        limits and armature act on the joint's own motion.
+        Makes the displacement follow that of another joint; the joint then adds no coordinate either. Spring,
+        damping, limits and armature act on this joint's own motion.
 
     Raises
     ------
     ValueError, TypeError
-        Naming every invalid parameter.
+        If parameters are invalid; the message lists all of them.
     """
 
     axis: Vector
@@ -193,14 +196,14 @@ class Prismatic(_WithForces):
 
 @dataclass(frozen=True)
 class Cylindrical(Joint):
-    """The link slides along an axis and turns about it.
+    """A cylindrical joint: the link slides along an axis and rotates about it.
 
-    Its coordinates are `displacement`, in metres, and `angle`, in radians.
+    The coordinates are `displacement`, in metres, and `angle`, in radians.
 
     Parameters
     ----------
     axis : array_like, shape (3,)
-        Its direction in the joint's frame, of any length.
+        Direction of the axis in the joint frame. Its length does not matter.
     """
 
     axis: Vector
@@ -208,14 +211,15 @@ class Cylindrical(Joint):
 
 @dataclass(frozen=True)
 class Universal(Joint):
-    """A cross: the link turns about one axis, then about a second one that the first one turns.
+    """A universal joint: the link rotates about one axis, then about a second one that the first one carries.
 
-    Its coordinates `angle[0]` and `angle[1]` are in radians.
+    The coordinates `angle[0]` and `angle[1]` are in radians.
 
     Parameters
     ----------
     axis1, axis2 : array_like, shape (3,)
-        Their directions in the joint's frame where both angles are zero, of any length, not parallel.
+        Directions of the axes in the joint frame when both angles are zero. They must not be parallel; their
+        lengths do not matter.
     """
 
     axis1: Vector
@@ -224,16 +228,16 @@ class Universal(Joint):
 
 @dataclass(frozen=True)
 class Planar(Joint):
-    """The link moves across a normal and turns about it.
+    """A planar joint: the link translates in a plane and rotates about its normal.
 
-    Its coordinates are `displacement[0]` along the x axis of the joint's frame less its part along the normal
-    (along y, where the normal is along x), `displacement[1]` along the normal times that direction, both in
-    metres, and `angle` in radians.
+    The coordinates are `displacement[0]` and `displacement[1]`, in metres, and `angle`, in radians. The first
+    displacement is along the x axis of the joint frame, projected onto the plane (along y if the normal is
+    along x); the second one is along the cross product of the normal and that direction.
 
     Parameters
     ----------
     normal : array_like, shape (3,)
-        Its direction in the joint's frame, of any length.
+        Normal of the plane in the joint frame. Its length does not matter.
     """
 
     normal: Vector
@@ -241,22 +245,22 @@ class Planar(Joint):
 
 @dataclass(frozen=True)
 class Spherical(Joint):
-    """A ball: the link turns about a point.
+    """A ball joint: the link rotates about a point.
 
-    Its coordinates `rotation_x`, `rotation_y`, `rotation_z` are the rotation vector in radians; results keep
-    its length up to pi. Their velocities are its derivatives, not the angular velocity.
+    The coordinates `rotation_x`, `rotation_y`, `rotation_z` are the rotation vector in radians; results keep
+    its length at most pi. Their velocities are its time derivatives, not the angular velocity.
     """
 
 
 @dataclass(frozen=True)
 class Free(Joint):
-    """No connection: coordinates `x`, `y`, `z` (metres) and a rotation vector as that of `Spherical`.
+    """Six degrees of freedom: coordinates `x`, `y`, `z` (metres) and a rotation vector as in `Spherical`.
 
     Parameters
     ----------
     motion : BaseMotion, optional
-        Prescribes where the base of the link is, in the axes of the joint's frame, as a function of time: the
-        joint then adds no coordinate to the robot, and what moves it does work on the robot.
+        Prescribed motion of the base of the link, in the axes of the joint frame. The joint then adds no
+        coordinate to the robot, and its drive does work on the robot.
     """
 
     _: KW_ONLY
@@ -265,35 +269,37 @@ class Free(Joint):
 
 @dataclass(frozen=True)
 class Link:
-    """A joint followed by a rod, a rigid body, or nothing but a frame.
+    """A joint followed by a rod, a rigid body, or a frame alone.
 
-    The joint's frame lies on the parent at `position` with `orientation`, in the axes of the section or body
-    there; the joint moves the base of the link in that frame. A rod leaves its base along the base's x axis.
+    `position` and `orientation` place the joint frame on the parent, in the axes of the section or body
+    there. The joint moves the base of the link relative to that frame. A rod starts at the base, along its x
+    axis.
 
     Parameters
     ----------
     name : str
-        What loads, children and results call it.
+        Name by which loads, child links and results refer to the link.
     rod : sequence of Segment, optional
-        From base to tip.
+        Segments of the rod, from base to tip.
     body : Body, optional
-        Its centre and inertia are in the axes of the link's base.
+        Rigid body; its centre and inertia are in the axes of the link's base.
     joint : Joint
-        How it moves on its parent; by default not at all.
+        Joint between the link and its parent; by default a rigid connection.
     parent : str, optional
-        The link that carries it, which stands before it in the robot; by default the world.
+        Link that carries this one; it must come earlier in the robot. By default the world.
     at : float, optional
-        Arc length of the parent's rod where it is attached, metres; by default the tip. None where the parent
-        is rigid.
+        Arc length of the parent's rod at which the link is attached, metres; by default the tip. None if the
+        parent is rigid.
     position : array_like, shape (3,)
-        Of the joint's frame on the parent, metres.
+        Position of the joint frame on the parent, metres.
     orientation : array_like, shape (4,)
-        Of the joint's frame: unit quaternion (w, x, y, z) that turns its axes into those of the parent.
+        Orientation of the joint frame: unit quaternion (w, x, y, z) that maps its axes to those of the
+        parent.
 
     Raises
     ------
     ValueError, TypeError
-        Naming every invalid parameter; the `Robot` checks whether parent and place exist.
+        If parameters are invalid; the message lists all of them. `Robot` checks that parent and place exist.
 
     Examples
     --------

@@ -1,6 +1,6 @@
-"""Closed loops: what ties links of a robot beyond its tree.
+"""Closed loops: constraints between links beyond the tree of the robot.
 
-Plain data: everything is checked where it is written, and computed in the core.
+These classes only hold data. They validate it when they are created; the compiled core does the computing.
 """
 
 from __future__ import annotations
@@ -17,24 +17,24 @@ if TYPE_CHECKING:
     from typing import Any, TypeAlias
 
     Vector: TypeAlias = Sequence[float]
-    #: What an end may be given as: the name of a link, None for the world, entries in order or by name.
+    #: Accepted forms of an end: the name of a link, None for the world, entries in order or by name.
     Place: TypeAlias = "LoopEnd | str | Sequence[object] | Mapping[str, object] | None"
 
 
 @dataclass(frozen=True)
 class LoopEnd:
-    """A place with a frame at which a loop is closed.
+    """A frame at one end of a loop.
 
     Parameters
     ----------
     link : str, optional
-        The link; the world by default.
+        Name of the link; by default the world.
     at : float, optional
         Arc length of the link's unstretched rod, metres; by default the tip, or the base of a rigid link.
     position : array_like, shape (3,)
         Position of the frame relative to the section or body, in its axes, or in the world; metres.
     orientation : array_like, shape (4,)
-        How the frame is turned against these axes: unit quaternion (w, x, y, z).
+        Orientation of the frame relative to these axes: unit quaternion (w, x, y, z).
     """
 
     link: str | None = None
@@ -50,12 +50,12 @@ class LoopEnd:
 
 @dataclass(frozen=True)
 class Distance:
-    """Two points keep a distance: a rigid bar with ball joints, without mass.
+    """A constant distance between two points: a massless rigid bar with ball joints.
 
     Parameters
     ----------
     length : float
-        Metres, > 0.
+        Distance, metres, > 0.
     """
 
     length: float
@@ -66,7 +66,7 @@ class Distance:
 
 @dataclass(frozen=True)
 class Gear:
-    """A coordinate of the robot is ``ratio`` times another one plus ``offset``.
+    """A linear coupling: a coordinate of the robot is ``ratio`` times another one plus ``offset``.
 
     The ends of such a loop are names of coordinates (see `Robot.coordinates`). Joints can also mimic each
     other (`Mimic`), which costs less; a gear couples any two coordinates, and its force can be computed.
@@ -74,9 +74,9 @@ class Gear:
     Parameters
     ----------
     ratio : float
-        Not zero.
+        Ratio of the coordinates, not zero.
     offset : float
-        In the unit of the first coordinate.
+        Offset, in the unit of the first coordinate.
     """
 
     ratio: float = 1.0
@@ -89,7 +89,7 @@ class Gear:
 
 
 def _end(place: Place) -> LoopEnd:
-    """The end that was given in one of several ways."""
+    """Convert any accepted form of an end to a `LoopEnd`."""
     if isinstance(place, LoopEnd):
         return place
     if place is None or isinstance(place, str):
@@ -101,27 +101,27 @@ def _end(place: Place) -> LoopEnd:
 
 @dataclass(frozen=True)
 class Loop:
-    """A joint that closes a loop of links: between two of them, or between one and the world.
+    """A joint that closes a loop, between two links or between a link and the world.
 
-    Every step and every equilibrium satisfies the constraints of the loop exactly; the forces in
-    its joint are `Robot.loop_forces`.
+    Every step and every equilibrium satisfies the constraints of the loop to rounding. `Robot.loop_forces`
+    returns the constraint forces.
 
     Parameters
     ----------
     a, b : LoopEnd, str, tuple, dict or None
-        The ends: a `LoopEnd`; the name of a link, for its tip or base; a tuple ``(link, at, position,
-        orientation)``, which may be shorter; None for the origin of the world. Of a `Gear` the names of two
-        coordinates.
+        Ends of the loop: a `LoopEnd`; the name of a link, for its tip or base; a tuple ``(link, at, position,
+        orientation)``, whose last entries may be left out; or None for the origin of the world. For a `Gear`,
+        the names of two coordinates.
     kind : Joint, Distance or Gear
-        How the frame of `b` may move in that of `a`: a joint, without forces of its own and not `Free`; or a
-        distance that the ends keep.
+        Relative motion that the loop allows the frame of `b` in the frame of `a`: a joint without spring,
+        damping or friction and not `Free`, a constant distance, or a gear.
     name : str, optional
-        Its name in messages.
+        Name in messages.
 
     Raises
     ------
     ValueError, TypeError
-        If a value is invalid by itself; the robot checks that links and surfaces exist.
+        If a value is invalid by itself; the robot checks that the links exist.
 
     Examples
     --------

@@ -1,7 +1,6 @@
-"""What is drawn of a robot beside its links: joints, loops, contacts, loads, supports, gravity, the current.
+"""Geometry of everything drawn besides links: joints, loops, contacts, loads, supports, gravity and current.
 
-Plain geometry: where everything is and where it points, as functions of coordinates and time. How that looks
-is the reports' business.
+Positions and directions as functions of coordinates and time; reports decide how they look.
 """
 
 from __future__ import annotations
@@ -60,7 +59,7 @@ class SupportMark:
 
 @dataclass(frozen=True)
 class Marks:
-    """All that is drawn of a robot beside its links."""
+    """Everything drawn of a robot besides its links."""
 
     joints: Sequence[JointMark] = ()
     loads: Sequence[LoadMark] = ()
@@ -78,7 +77,7 @@ class Marks:
 
 
 def marks(robot: Robot, loads: Sequence[Load]) -> Marks:
-    """What is drawn of a robot on which these loads act."""
+    """Create the marks of a robot with these loads."""
     return Marks(
         joints=[mark for link in robot.links for mark in _joint(robot, link)],
         loads=[mark for load in loads for mark in _load(robot, load)],

@@ -1,4 +1,4 @@
-"""How the forces of robots change with the materials and sections of their segments."""
+"""Derivatives of forces with respect to materials and sections of segments."""
 
 from __future__ import annotations
 

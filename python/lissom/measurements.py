@@ -1,4 +1,4 @@
-"""What is measured of a robot, as `fit` takes it: motions, static shapes, natural frequencies."""
+"""Measured data for `fit`: motions, static shapes and natural frequencies."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ class StaticShapes:
     Parameters
     ----------
     positions : array_like, shape (k, 3) or (k, places, 3)
-        Of one place, or of several, in each of k equilibria; in the world, metres.
+        World positions of one or several points in each of k equilibria, metres.
     u : array_like, shape (k, m), optional
-        The inputs in each of them; by default as they are by themselves.
+        Inputs in each equilibrium; by default the defaults of the inputs.
 
     Raises
     ------
@@ -61,9 +61,9 @@ class NaturalFrequencies:
     Parameters
     ----------
     values : array_like, shape (k,)
-        The lowest k, increasing, hertz.
+        The lowest k natural frequencies in increasing order, hertz.
     u : array_like, shape (m,), optional
-        The inputs; by default as they are by themselves.
+        Inputs; by default their defaults.
 
     Raises
     ------
@@ -86,7 +86,7 @@ class NaturalFrequencies:
 
 
 class Measured(Protocol):
-    """Measured numbers, and what a model predicts in their place."""
+    """Measured numbers, and the model's prediction of them."""
 
     #: The numbers, and their unit.
     numbers: Array
@@ -95,7 +95,7 @@ class Measured(Protocol):
     def predicted(
         self, model: Robot, names: Sequence[str], start: Mapping[str, Array], options: Mapping[str, Any]
     ) -> tuple[Array, Array]:
-        """Numbers like those, and their derivatives with respect to the parameters, (size, p)."""
+        """Predicted numbers and their derivatives with respect to the parameters, shape (size, p)."""
 
 
 @dataclass

@@ -1,7 +1,7 @@
-"""What results can do with other packages: methods of the compiled classes that are written in Python.
+"""Methods of the compiled result classes that are written in Python and use other packages.
 
-The classes get them when the package is first asked for a name. The stubs in ``_lissom.pyi`` say the same; a
-test compares them. Matplotlib, xarray and h5py are imported by what needs them, when it is called.
+They are attached on the first access to a name of the package. The stubs in ``_lissom.pyi`` repeat their
+signatures; a test compares them. Matplotlib, xarray and h5py are imported on use.
 """
 
 from __future__ import annotations
@@ -31,27 +31,27 @@ if TYPE_CHECKING:
     from .contact_events import ContactEvent
     from .live.server import LiveView
 
-_SAVE = """Write the result to a file from which `lissom.load` gives it back with equal bits.
+_SAVE = """Write the result to a file that `lissom.load` reads back bit for bit.
 
 Parameters
 ----------
 path : path-like
-    {kinds}. A file that is there is replaced.
+    {kinds}. An existing file is replaced.
 {model}
 Raises
 ------
 ValueError
-    Where the suffix is unknown, or a model has functions of Python, which files cannot keep.
+    If the suffix is unknown, or the model contains Python functions, which files cannot store.
 OSError
-    Where the file cannot be written.
+    If the file cannot be written.
 ImportError
-    Where an extra is not installed; the message says how to install it.
+    If an extra is not installed; the message says how to install it.
 """
 _ALL_KINDS = (
     "``.lissom`` (the smallest), ``.npz`` (NumPy reads its arrays) or ``.nc`` (NetCDF, extra `files`)"
 )
 _MODEL = """model : Model or None
-    What rests or vibrates: names and units of the coordinates in NetCDF. The file does not keep the model.
+    The model, for names and units of the coordinates in NetCDF files. The file does not contain the model.
 """
 _DATASET = """The result as an ``xarray.Dataset`` with named dimensions and units (extra `files`).
 {model}
@@ -63,78 +63,78 @@ data : xarray.Dataset
 Raises
 ------
 ImportError
-    Where xarray is not installed.
+    If xarray is not installed.
 """
 _NAMES = """
 Parameters
 ----------
 model : Model or None
-    Names and units of the coordinates; without it they are numbered.
+    The model, for names and units of the coordinates; without it they are numbered.
 """
 _AXES = """
 Returns
 -------
 axes : ndarray of matplotlib.axes.Axes
-    One below the other, in a new figure of `pyplot`.
+    Axes of a new `pyplot` figure, one below the other.
 
 Raises
 ------
 ValueError
-    Where the result has nothing to show.
+    If the result has nothing to show.
 ImportError
-    Where Matplotlib is not installed (extra `plot`).
+    If Matplotlib is not installed (extra `plot`).
 """
 
 
-_REPORT = """Write the report of {what}: one HTML file, as the command line writes it for scenes.
+_REPORT = """Write an HTML report of {what} in a single file, as the command line does for scenes.
 
 Parameters
 ----------
 path : path-like
-    The file to write; one that is there is replaced.
+    File to write; an existing file is replaced.
 model : Model
     {role}
 {about}title : str
     Heading of the page.
 t : float
-    The time at which loads that depend on it are shown, seconds.
+    Time at which time-dependent loads are shown, seconds.
 u : array_like, shape (m,), optional
-    The inputs; by default as `u0` of the model{own}.
+    Inputs; by default `u0` of the model{own}.
 
 Raises
 ------
 ValueError, TypeError
-    Where an argument is invalid, or the result has nothing to show.
+    If an argument is invalid, or the result has nothing to show.
 OSError
-    Where the file cannot be written.
+    If the file cannot be written.
 """
 _ANIMATE = """Write {what} as an animation (extra `plot`).
 
 Parameters
 ----------
 path : path-like
-    ``.gif``, or ``.mp4`` or ``.webm``, which need the program ffmpeg. A file that is there is replaced.
+    ``.gif``, or ``.mp4`` or ``.webm``, which need the program ffmpeg. An existing file is replaced.
 model : Model
     {role}
 {about}fps : float
-    Pictures per second of the animation, 1 to 100; at most 3000 pictures in all. GIF counts hundredths of
-    a second: rates that do not divide 100 are rounded.
+    Frames per second, 1 to 100; at most 3000 frames in total. GIF times are multiples of 0.01 s: rates that
+    do not divide 100 are rounded.
 duration : float
     {lasts}
 t : float
-    The time at which the model is shown, seconds.
+    Time at which the model is shown, seconds.
 
 Raises
 ------
 ValueError, TypeError
-    Where an argument is invalid, or the result has nothing to show.
+    If an argument is invalid, or the result has nothing to show.
 OSError
-    Where the file cannot be written, or ffmpeg is not installed.
+    If the file cannot be written, or ffmpeg is not installed.
 ImportError
-    Where Matplotlib is not installed.
+    If Matplotlib is not installed.
 """
 _ABOUT = """q : array_like, shape (n,)
-    The equilibrium about which it vibrates, as it was passed to `modes`.
+    The equilibrium that was passed to `modes`.
 """
 _WHICH = """mode : int
     Index of the mode, from 0 for the slowest; reports and plots count from 1.
@@ -155,21 +155,21 @@ def _animate(
     Parameters
     ----------
     path : path-like
-        ``.gif``, or ``.mp4`` or ``.webm``, which need the program ffmpeg. A file that is there is replaced.
+        ``.gif``, or ``.mp4`` or ``.webm``, which need the program ffmpeg. An existing file is replaced.
     fps : float
-        Pictures per second of the animation, 1 to 100; at most 3000 pictures in all. GIF counts hundredths of
-        a second: rates that do not divide 100 are rounded.
+        Frames per second, 1 to 100; at most 3000 frames in total. GIF times are multiples of 0.01 s: rates
+        that do not divide 100 are rounded.
     speed : float
-        Seconds of the motion that are shown in a second. Each picture is the state that is nearest in time.
+        Playback speed: simulated seconds per second. Each frame shows the state nearest in time.
 
     Raises
     ------
     ValueError
-        Where an option or the suffix makes no sense, or the result has no model (`newmark`) or no states.
+        If an option or the suffix is invalid, or the result has no model (`newmark`) or no states.
     OSError
-        Where the file cannot be written, or ffmpeg is not installed.
+        If the file cannot be written, or ffmpeg is not installed.
     ImportError
-        Where Matplotlib is not installed.
+        If Matplotlib is not installed.
     """
     from .pictures import animate
 
@@ -177,21 +177,21 @@ def _animate(
 
 
 def _report(self: MotionResult, path: str | os.PathLike[str], *, title: str = "Motion") -> None:
-    """Write the report of the motion: one HTML file, with the robot in motion and its curves.
+    """Write an HTML report of the motion in a single file: an animation and curves over time.
 
     Parameters
     ----------
     path : path-like
-        The file to write; one that is there is replaced.
+        File to write; an existing file is replaced.
     title : str
         Heading of the page.
 
     Raises
     ------
     ValueError
-        Where the result has no model (`newmark`) or no states.
+        If the result has no model (`newmark`) or no states.
     OSError
-        Where the file cannot be written.
+        If the file cannot be written.
     """
     from .report import write_result
 
@@ -199,22 +199,22 @@ def _report(self: MotionResult, path: str | os.PathLike[str], *, title: str = "M
 
 
 def _contact_events(self: MotionResult) -> list[ContactEvent]:
-    """When surfaces began and ceased to touch.
+    """Times at which surfaces began and ceased to touch.
 
-    Each event is found by bisection along the polynomial of degree five between two states of the result.
-    What happens between two states and is undone before the second is not seen: take results of all accepted
-    steps (`t_eval="steps"` of the adaptive methods), which resolve impacts.
+    Each event is located by bisection on the quintic polynomial between two states of the result. A contact
+    that begins and ends between two states is missed; use `t_eval="steps"` with an adaptive method, whose
+    accepted steps resolve impacts.
 
     Returns
     -------
     events : list of ContactEvent
-        In the order of their times; empty for a model without contacts. Surfaces that touch at the start or
-        at the end make no event there.
+        Events in the order of their times; empty for a model without contacts. Surfaces that touch at the
+        start or at the end of the result give no event there.
 
     Raises
     ------
     ValueError
-        Where the result has no model (`newmark`).
+        If the result has no model (`newmark`).
 
     Examples
     --------
@@ -380,23 +380,23 @@ def _report_ensemble(
     *,
     title: str = "Many runs",
 ) -> None:
-    """Write the report of many runs: one HTML file with their spread, those that failed, and their cost.
+    """Write an HTML report of the ensemble in a single file: spread, failed runs and cost.
 
     Parameters
     ----------
     path : path-like
-        The file to write; one that is there is replaced.
+        File to write; an existing file is replaced.
     model : Model
-        Names and units of the coordinates; without it they are numbered.
+        The model, for names and units of the coordinates; without it they are numbered.
     title : str
         Heading of the page.
 
     Raises
     ------
     ValueError, TypeError
-        Where an argument is invalid.
+        If an argument is invalid.
     OSError
-        Where the file cannot be written.
+        If the file cannot be written.
     """
     from .report import write_ensemble
 
@@ -470,40 +470,40 @@ def _view(
     ranges: Mapping[str, Sequence[float]] | None = None,
     block: bool = True,
 ) -> LiveView:
-    """Show the motion as it is computed, in a browser (extra `view`), and change it there.
+    """Show the simulation live in a browser, and interact with it there (extra `view`).
 
-    The page has a button to pause and run, one to step, one to go back to the start, a slider for each input
-    of the model, and a handle at the tip that pulls it. It is served to this machine alone. The motion goes
-    on from the state of the simulation, which itself stays as it is; it waits until a page is open.
+    The page has buttons to pause, step and reset, a slider for each input of the model, and a handle that
+    pulls the tip. It is served to this machine only. The view continues from the state of the simulation,
+    which itself does not change; it waits until a page is open.
 
     Parameters
     ----------
     port : int
-        Where the page is served; the next one that is free where this one is taken. Any free one for 0.
+        Port of the page. If it is taken, the next free one is used; 0 selects any free port.
     speed : float
-        Seconds of the motion in a second of the clock.
+        Simulated seconds per second.
     paused : bool
-        Whether the motion begins paused.
+        Whether to start paused.
     ranges : mapping of str to (float, float), optional
-        The lowest and the highest value of sliders by the names of inputs. By default they are such that each
-        input moves the tips by about half the size of the model, as linear theory has it.
+        Lowest and highest values of the sliders by names of inputs. By default, each input moves the tips by
+        about half the size of the model according to linear theory.
     block : bool
-        Whether to print the address and to serve until Ctrl-C. If False, a thread serves the page until
-        `stop` of what is returned.
+        Whether to print the address and serve until Ctrl-C. If False, a thread serves the page until `stop`
+        of the returned view is called.
 
     Returns
     -------
     view : lissom.live.server.LiveView
-        With the address, `url`, and the method `stop`; a context manager.
+        The view with its address `url` and the method `stop`; a context manager.
 
     Raises
     ------
     ValueError, TypeError
-        Where an option makes no sense, or the model cannot be drawn.
+        If an option is invalid, or the model cannot be drawn.
     OSError
-        Where no port is free.
+        If no port is free.
     ImportError
-        Where viser is not installed.
+        If viser is not installed.
     """
     from .live import open_view
 
@@ -550,7 +550,7 @@ def attach() -> None:
     _attach(MotionResult, "to_xarray", _dataset_of_motion, _DATASET.format(model="", holds=trajectory))
     _attach(Simulation, "view", _view)
     _attach(EnsembleResult, "save", _save_with, _SAVE.format(kinds=_ALL_KINDS, model=_MODEL))
-    rows = "States, status and cost by rows; of places positions (m), or their mean and variance."
+    rows = "States, status and cost by rows; positions of places (m), or their mean and variance."
     _attach(EnsembleResult, "to_xarray", _dataset_of_ensemble, _DATASET.format(model=_NAMES, holds=rows))
     shown = "Draw the coordinates: their median and spread over time, or the last ones of each run."
     _attach(EnsembleResult, "plot", _plot_ensemble, f"{shown}\n{_NAMES}{_AXES}")
@@ -563,7 +563,7 @@ def attach() -> None:
     _attach(Shown, "plot", _plot_parameters, f"{drawn}\n{_AXES}")
     _attach(Shown, "report", _report_parameters)
     holds = {
-        StaticsResult: "The coordinates in equilibrium and the verdict.",
+        StaticsResult: "The coordinates at equilibrium and the stability.",
         ContinuationResult: "Coordinates, load factor, lowest eigenvalue and stability along the path.",
         ModesResult: "Frequencies (Hz), damping ratios, eigenvalues, shapes; real and imaginary parts apart.",
         ReachResult: "The coordinates, poses of the links, and by how much they miss the targets.",
@@ -572,26 +572,28 @@ def attach() -> None:
     for owner, held in holds.items():
         _attach(owner, "save", _save_with, _SAVE.format(kinds=_ALL_KINDS, model=_MODEL))
         _attach(owner, "to_xarray", _dataset_with, _DATASET.format(model=_NAMES, holds=held))
-    shown = "\nParameters\n----------\nmodel : Model\n    What rests.\n"
+    shown = "\nParameters\n----------\nmodel : Model\n    The model.\n"
     _attach(StaticsResult, "plot", _plot_statics, f"Draw the equilibrium shape.\n{shown}{_AXES}")
     path = f"Draw coordinates and the lowest eigenvalue over the load factor.\n{_NAMES}{_AXES}"
     _attach(ContinuationResult, "plot", _plot_path, path)
-    rests, vibrates = "What rests.", "What vibrates."
+    role = "The model."
     own = "; a path of inputs has its own"
     of_path, a_path = "a path of equilibria", "the path of equilibria, from its beginning to its end,"
-    of_rest = _REPORT.format(what="an equilibrium", role=rests, about="", own="")
+    of_rest = _REPORT.format(what="an equilibrium", role=role, about="", own="")
     _attach(StaticsResult, "report", _report_statics, of_rest)
-    _attach(StaticsResult, "__getattr__", _of_what_rests, "Say what to use in place of what is not there.")
-    of_path = _REPORT.format(what=of_path, role=rests, about="", own=own)
+    _attach(
+        StaticsResult, "__getattr__", _of_what_rests, "Explain what to use instead of a missing attribute."
+    )
+    of_path = _REPORT.format(what=of_path, role=role, about="", own=own)
     _attach(ContinuationResult, "report", _report_path, of_path)
     lasts = (
-        "Seconds of the animation; equal times show equal parts of the way, as coordinates and loads change."
+        "Duration of the animation, seconds. It advances uniformly along the path, by coordinates and loads."
     )
-    film = _ANIMATE.format(what=a_path, role=rests, about="", lasts=lasts)
+    film = _ANIMATE.format(what=a_path, role=role, about="", lasts=lasts)
     _attach(ContinuationResult, "animate", _animate_path, film)
-    of_modes = _REPORT.format(what="natural modes", role=vibrates, about=_ABOUT, own="")
+    of_modes = _REPORT.format(what="natural modes", role=role, about=_ABOUT, own="")
     _attach(ModesResult, "report", _report_modes, of_modes)
-    lasts = "Seconds of the animation, which is one period of the mode: it is not shown in real time."
-    film = _ANIMATE.format(what="one period of a mode", role=vibrates, about=_ABOUT + _WHICH, lasts=lasts)
+    lasts = "Duration of the animation, seconds: one period of the mode, not in real time."
+    film = _ANIMATE.format(what="one period of a mode", role=role, about=_ABOUT + _WHICH, lasts=lasts)
     _attach(ModesResult, "animate", _animate_mode, film)
     _attach(ModesResult, "plot", _plot_modes, f"Draw frequencies and damping ratios.\n{_AXES}")

@@ -1,4 +1,4 @@
-"""Parameters of models by name: their values, and how forces and places change with them."""
+"""Model parameters by name: their values, and derivatives of forces and places."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ class OfInput:
 
 @dataclass(frozen=True)
 class OfModel:
-    """A number that a model is made from.
+    """A parameter of the model.
 
     Attributes
     ----------
@@ -77,7 +77,7 @@ class OfModel:
 
     @property
     def path(self) -> list[paths.Part]:
-        """The way to it in its model."""
+        """Its path in the model."""
         return _path(self._model, self.name)
 
     @functools.cached_property

@@ -1,4 +1,4 @@
-"""Results drawn with Matplotlib: curves, shapes and animations."""
+"""Matplotlib figures and animations of results."""
 
 from __future__ import annotations
 

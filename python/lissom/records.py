@@ -1,4 +1,4 @@
-"""Records: results and models as bytes that can do nothing but make results and models again.
+"""Records: serialised results and models, from which only results and models can be created.
 
 A record is a pickle of few words. Pickles are programs: they call what they name, and change what they have
 called. Here they may name what `ALLOWED` has, and use the instructions in `INSTRUCTIONS`, none of which sets
@@ -78,7 +78,7 @@ def write(thing: Any) -> bytes:
 
 
 def read(content: bytes) -> Any:
-    """What a record holds; raises errors of all kinds where it is none."""
+    """Read a record; raises various errors if it is invalid."""
     return _Reader(io.BytesIO(content)).load()
 
 

@@ -44,7 +44,7 @@ COUNTERS = {
 
 @dataclass(frozen=True)
 class Run:
-    """A scene that was simulated: to its end, or as far as it came."""
+    """A simulated scene, complete or up to a failure or interruption."""
 
     scene: Scene
     #: Times, states, statistics.
@@ -100,12 +100,12 @@ class Run:
 
     @property
     def message(self) -> str:
-        """How it ended, in the words of a scene."""
+        """The message of the run, with the keys of scenes."""
         return in_words_of_a_scene(self.motion.message)
 
     @cached_property
     def advice(self) -> list[str]:
-        """What its step, its modes and its method can show, and which numbers are unlikely; often nothing."""
+        """Advice on the step, modes, method and units of the scene; often empty."""
         return advice(self.scene)
 
     @property
@@ -160,7 +160,7 @@ class Run:
 
 @dataclass(frozen=True)
 class Made:
-    """A motion of a model that was made in Python, as reports take it."""
+    """A motion of a model made in Python, for reports."""
 
     motion: MotionResult
     model: Model

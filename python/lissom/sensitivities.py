@@ -1,4 +1,4 @@
-"""Derivatives of whole runs with respect to the start and to parameters of the model."""
+"""Derivatives of runs with respect to the initial state and to model parameters."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ class SensitivityResult(Shown):
     Attributes
     ----------
     names : tuple of str
-        Names of the p parameters; 'q0' and 'v0' are taken apart into 'q0[0]', 'q0[1]' and so on, 'u' into
+        Names of the p parameters. 'q0' and 'v0' are expanded into 'q0[0]', 'q0[1]' and so on, 'u' into
         'u[0][0]', 'u[0][1]', then 'u[1][0]' and so on.
     t : ndarray, shape (m,)
         Times of all steps, seconds.
@@ -70,9 +70,9 @@ class SensitivityResult(Shown):
     dq, dv : ndarray, shape (m, n, p), or None
         Their derivatives with respect to the parameters; None where an objective was given.
     value : float or None
-        The objective.
+        Value of the objective.
     gradient : ndarray, shape (p,), or None
-        Its derivatives with respect to the parameters.
+        Derivatives of the objective with respect to the parameters.
     """
 
     # Where pickles find it: there it has its methods.
@@ -98,7 +98,7 @@ class SensitivityResult(Shown):
     def position(
         self, X: float | None = None, *, link: str | None = None, t: ArrayLike | None = None
     ) -> tuple[Array, Array]:
-        """Where a place of a robot is, and how that changes with the parameters.
+        """Position of a point of the robot, and its derivatives with respect to the parameters.
 
         Parameters
         ----------
@@ -112,7 +112,7 @@ class SensitivityResult(Shown):
         Returns
         -------
         position : ndarray, shape (k, 3)
-            In the world, metres.
+            World position, metres.
         derivative : ndarray, shape (k, 3, p)
             Metres per unit of each parameter.
 
@@ -185,9 +185,9 @@ def sensitivity(
 ) -> SensitivityResult:
     """Differentiate a run with respect to its initial state and parameters of the model.
 
-    The derivatives are those of the discrete solution: finite differences of whole runs with the same steps
-    agree with them for every step size. Their accuracy is that of the solution of each step; with fixed steps
-    `rtol` says it.
+    The derivatives are exact for the discrete solution: for every step size they agree with finite
+    differences of runs with the same steps. They are as accurate as the solution of each step, which `rtol`
+    controls for fixed steps.
 
     Parameters
     ----------
@@ -196,26 +196,27 @@ def sensitivity(
     t_end : float
         End of the run, seconds.
     parameters : sequence of str
-        What to differentiate with respect to: 'q0' and 'v0' (all coordinates and velocities at the start),
-        one of them as 'q0[2]'; 'u' (all inputs of all control steps), those of one control step as 'u[3]',
-        one of them as 'u[3][0]'; and parameters of the model, by the same names as in `sweep`, such
-        as 'rod[0].segment[0].young_modulus', 'gravity[2]', 'link[1].joint.damping'. They are derivatives with
-        respect to that number alone.
+        Parameters to differentiate with respect to: 'q0' and 'v0' (all initial coordinates and velocities) or
+        a single one such as 'q0[2]'; 'u' (all inputs of all control steps), 'u[3]' (all inputs of one control
+        step) or 'u[3][0]' (one input); and model parameters by the names that `sweep` uses, such as
+        'rod[0].segment[0].young_modulus', 'gravity[2]', 'link[1].joint.damping'. All other numbers are held
+        constant.
     t0, q0, v0 : optional
         As for `simulate`.
     u : array_like, shape (inputs,) or (steps, inputs), optional
-        Inputs, held for the whole run, or for one control step each. The defaults of the inputs by default.
+        Inputs, constant for the whole run or one row per control step. By default the defaults of the inputs.
     control_step : float, optional
-        How long each row of `u` is held, seconds; by default `dt`.
+        Duration of a control step, seconds; by default `dt`.
     method : str
         A member of the Newmark family, as for `simulate`, with steps of fixed size; or 'radau', which chooses
-        its steps by `rtol` and `atol`. These sizes are held: how they would change is not differentiated.
+        its step sizes by `rtol` and `atol`. The derivatives hold these step sizes constant.
     dt : float
         Step size of the Newmark family, seconds.
     objective : callable, optional
-        A number of the run: called once as ``objective(t, q, v)`` with arrays of shapes (m,), (m, n), (m, n),
-        it returns the number and its derivatives with respect to `q` and `v`, both of shape (m, n). Then its
-        gradient is computed by the adjoint, at a cost that hardly depends on how many parameters there are.
+        Scalar function of the run. It is called once as ``objective(t, q, v)`` with arrays of shapes (m,),
+        (m, n), (m, n), and returns its value and its derivatives with respect to `q` and `v`, both of shape
+        (m, n). The gradient is then computed by the adjoint method, at a cost that hardly depends on the
+        number of parameters.
     **options
         `beta`, `gamma`, `alpha`, `rho_inf`, `rtol`, `atol`, `jac`, `predictor`, `reuse_jacobian`, `max_step`,
         `min_step`, `max_steps`, `progress` as for `simulate`.
@@ -330,7 +331,7 @@ def sensitivity(
 
 
 def _on_forces(parameter: Parameter, by_adjoint: bool) -> Any:
-    """How forces depend on a parameter; on sections only the adjoint knows it without further models."""
+    """Dependence of the forces on a parameter. For sections, only the adjoint needs no further models."""
     if isinstance(parameter, OfInput):
         return parameter.step, parameter.input
     if isinstance(parameter, OfStart):
@@ -345,14 +346,14 @@ def _on_forces(parameter: Parameter, by_adjoint: bool) -> Any:
 
 
 def number_of_control_steps(duration: float, control_step: float) -> int:
-    """How many control steps a run has, the last one perhaps shorter."""
+    """Number of control steps in a run; the last one may be shorter."""
     return max(1, math.ceil(duration / control_step * (1.0 - ROUNDING_OF_STEPS)))
 
 
 def _held(
     model: Model, u: ArrayLike | None, control_step: float | None, duration: float, dt: float
 ) -> tuple[Array | None, float | None]:
-    """Inputs of all control steps, and how long these are."""
+    """Inputs of all control steps, and the duration of a control step."""
     if u is None:
         if control_step is not None:
             raise ValueError(

@@ -35,7 +35,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Setting:
-    """A model and what acts on it while it rests or vibrates."""
+    """A model at rest or in vibration, with its time and inputs."""
 
     model: Model
     #: When it does so, seconds: for loads that depend on time.
@@ -103,7 +103,7 @@ class Slides:
 
 
 def setting_of(scene: Scene) -> Setting:
-    """The model of a scene at its first time, with the inputs that it has by itself."""
+    """The model of a scene at its initial time, with default inputs."""
     return Setting(scene.model, scene.simulation.t0, scene.model.u0)
 
 
@@ -242,7 +242,7 @@ class ModesStudy:
 
 
 def study_statics(scene: Scene, from_start: bool = False) -> StaticsStudy:
-    """The equilibrium of a scene: from the unloaded state, or let go from its q0.
+    """Find the equilibrium of a scene from the unloaded state, or by release from its q0.
 
     Which shape closed loops have depends on the q0: where there is one they are let go from it.
     """
@@ -253,7 +253,7 @@ def study_statics(scene: Scene, from_start: bool = False) -> StaticsStudy:
 
 
 def study_modes(scene: Scene, rest: StaticsStudy | None) -> ModesStudy:
-    """The modes of a scene about its equilibrium, or about its q0 as it is.
+    """Find the modes of a scene about its equilibrium or about its q0.
 
     Raises LissomError where there are none, or no equilibrium.
     """

@@ -1,6 +1,6 @@
-"""Where links shall be: what `Robot.reach` is asked for.
+"""Target poses of links, for inverse kinematics with `Robot.reach`.
 
-Plain data: everything is checked where it is written, and computed in the core.
+`Target` only holds data. It is validated when it is created; the compiled core does the computing.
 """
 
 from __future__ import annotations
@@ -23,10 +23,10 @@ class Target:
     Parameters
     ----------
     link : str
-        Its name.
+        Name of the link.
     pose : array_like, shape (4, 4), (3,), (3, 3) or (4,)
-        Its target pose in the world: a homogeneous matrix as from `Robot.pose`, a position alone, metres,
-        or an orientation alone, as a rotation matrix or a quaternion (w, x, y, z).
+        Target in the world: a homogeneous matrix as returned by `Robot.pose`; a position alone, metres; or an
+        orientation alone, as a rotation matrix or a quaternion (w, x, y, z).
     X : float, optional
         Arc length of the link's unstretched rod, metres; by default its tip. None for a rigid link.
     point : array_like, shape (3,)
@@ -35,12 +35,12 @@ class Target:
         Weights of the position errors along the world axes; zero ignores an axis.
     orientation_weight : float or array_like, shape (3,)
         Weights of the orientation errors about the target's axes; zero ignores an axis:
-        ``(0, 1, 1)`` wants the x axis to point somewhere, however it is twisted.
+        ``(0, 1, 1)`` prescribes the direction of the x axis but not the rotation about it.
 
     Raises
     ------
     ValueError, TypeError
-        If it is invalid.
+        If a value is invalid.
     """
 
     link: str

@@ -1,6 +1,6 @@
 """Runs as functions of PyTorch, with their derivatives: ``import lissom.torch``.
 
-It takes the extra `torch`: ``pip install 'lissom[torch]'``. ``docs/sensitivities.md`` tells more.
+Needs the extra `torch`: ``pip install 'lissom[torch]'``. ``docs/sensitivities.md`` has examples and costs.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
-"""The rigid part of a robot from URDF, the XML format of ROS for robots.
+"""Import of rigid links and joints from URDF, the XML robot format of ROS.
 
-Nothing in a file is dropped in silence: what does not become a link, a joint or a body is listed with its
-place and a reason. The list has elements, attributes, texts, processing instructions and document type
-declarations. What stands within a listed element belongs to its entry. Comments are not listed.
+Content that lissom does not support is never dropped silently: every element, attribute, text, processing
+instruction and document type declaration that does not become part of a link, joint or body is listed with
+its location and a reason. Children of a listed element belong to its entry. Comments are not listed.
 """
 
 from __future__ import annotations
@@ -113,18 +113,19 @@ _REASONS: Mapping[str, Mapping[str, str]] = {
 
 @dataclass(frozen=True)
 class Left:
-    """What was not taken over from a file.
+    """An item of a file that was not imported.
 
     Parameters
     ----------
     line, column : int
-        Where it begins in the file, both from 1; the column counts characters.
+        Location in the file, both from 1; the column counts characters.
     path : str
-        Where in the tree: ``robot/link[hand]/visual``, an attribute ``robot/joint[wrist]/limit@effort``.
+        Path in the tree: ``robot/link[hand]/visual``, or for an attribute
+        ``robot/joint[wrist]/limit@effort``.
     what : str
-        The same without names: ``robot/link/visual``, ``robot/joint/limit@effort``.
+        The path without names: ``robot/link/visual``, ``robot/joint/limit@effort``.
     reason : str
-        Why, in plain words.
+        The reason.
     """
 
     line: int
@@ -139,20 +140,20 @@ class Left:
 
 @dataclass(frozen=True)
 class Imported:
-    """What a URDF file says, as far as lissom takes it over. As a string it is a summary.
+    """Content imported from a URDF file. Its string is a summary.
 
     Parameters
     ----------
     links : tuple of Link
-        For a `Robot`: parents before their children, depth first, children in the order of the file.
+        Links for a `Robot`: parents before their children, depth first, children in the order of the file.
     not_taken : tuple of Left
-        Everything else that is in the file, in its order.
+        Everything else in the file, in its order.
     joints : dict
-        The link behind every joint: coordinates are named after links.
+        Child link of every joint, because coordinates are named after links.
     name : str
-        Of the robot; empty where the file has none.
+        Name of the robot; empty if the file has none.
     file : str
-        As it was given.
+        The file as given.
     """
 
     links: tuple[Link, ...]
@@ -179,22 +180,22 @@ class Imported:
 
 @dataclass(frozen=True)
 class UrdfProblem:
-    """One thing that is wrong with a file.
+    """A problem in a file.
 
     Parameters
     ----------
     file : str
-        As it was given.
+        The file as given.
     line, column : int
-        Both from 1; the column counts characters.
+        Location, both from 1; the column counts characters.
     key : str
-        The element or attribute, such as ``robot/link[hand]/inertial/mass@value``; empty for broken XML.
+        Element or attribute, such as ``robot/link[hand]/inertial/mass@value``; empty for malformed XML.
     wrong : str
         What was found.
     right : str
-        What would be right; may be empty for broken XML.
+        What was expected; may be empty for malformed XML.
     snippet : str
-        The line in the file, with the place marked.
+        The line of the file with the location marked.
     """
 
     file: str
@@ -216,12 +217,12 @@ class UrdfProblem:
 
 
 class UrdfError(ValueError):
-    """A URDF file that was refused.
+    """An invalid URDF file.
 
     Attributes
     ----------
     problems : list of UrdfProblem
-        Everything that is wrong with it, in the order of the file.
+        All problems, in the order of the file.
     """
 
     problems: list[UrdfProblem]
@@ -237,7 +238,7 @@ class UrdfError(ValueError):
 
 
 class UrdfWarning(UserWarning):
-    """Something in a URDF file was not taken over."""
+    """Some content of a URDF file was not imported."""
 
 
 def read_urdf(
@@ -247,40 +248,40 @@ def read_urdf(
     limit_stiffness: float | None = None,
     mend_inertia: bool = False,
 ) -> Imported:
-    """Reads the links and joints of a URDF file.
+    """Read the links and joints of a URDF file.
 
-    Every link of the file becomes a `Link` of the same name, with the joint that the file has above it. A
-    link without <inertial> is a frame. ``revolute`` and ``continuous`` become `Revolute`, ``prismatic``
+    Every link of the file becomes a `Link` of the same name with the joint to its parent. A link without
+    <inertial> is a frame. ``revolute`` and ``continuous`` become `Revolute`, ``prismatic``
     `Prismatic`, ``fixed`` `Weld`, ``floating`` `Free`, ``planar`` `Planar`; damping and friction of
-    <dynamics> are those of the joint, <mimic> is its `mimic`. Nothing that the file names is opened, neither
-    meshes nor packages.
+    <dynamics> and <mimic> are taken over. Files that it refers to, such as meshes and packages, are not
+    opened.
 
     Parameters
     ----------
     path : path-like
-        The file, after xacro has run on it.
+        The URDF file. Run xacro on a xacro file first.
     floating : bool
         Whether the root link moves freely; by default it is welded to the world.
     limit_stiffness : float, optional
-        Of stops at the limits: of revolute joints in newton metres per radian, of prismatic ones in newtons
-        per metre. URDF has no number for it; by default limits are not taken over, and listed.
+        Stiffness of the stops at joint limits, newton metres per radian for revolute joints and newtons per
+        metre for prismatic ones. URDF does not specify it; without it, limits are not imported but listed.
     mend_inertia : bool
-        Whether moments of inertia that no body can have (one larger than the other two together, a negative
-        one) are replaced by the nearest ones that a body can have, and listed. By default they are an error.
+        Whether to replace impossible moments of inertia (one larger than the sum of the other two, or a
+        negative one) by the nearest possible ones, and list them. By default they are an error.
 
     Returns
     -------
     Imported
-        With all that was not taken over in `not_taken`.
+        The links; `not_taken` lists everything that was not imported.
 
     Raises
     ------
     UrdfError
-        Naming everything that is wrong with the file, with line and column.
+        If the file is invalid; the message lists all problems with line and column.
     OSError
         If the file cannot be read.
     ValueError, TypeError
-        For a limit_stiffness that is not positive.
+        If `limit_stiffness` is not positive.
 
     Examples
     --------
@@ -307,16 +308,16 @@ def imported_from(
     limit_stiffness: float | None = None,
     mend_inertia: bool = False,
 ) -> Imported:
-    """Reads the links and joints of a URDF file whose content is there already.
+    """Read links and joints from the content of a URDF file.
 
     Parameters
     ----------
     file : str
-        Its name in messages.
+        Name of the file in messages.
     content : bytes
-        Of the file.
+        Content of the file.
     floating, limit_stiffness, mend_inertia
-        As of `read_urdf`.
+        As for `read_urdf`.
 
     Returns
     -------
@@ -347,16 +348,16 @@ def robot_from_urdf(
     gravity: ArrayLike = (0, 0, -9.81),
     **others: Any,
 ) -> Robot:
-    """A robot of the links of a URDF file and of further ones.
+    """Create a robot from the links of a URDF file and additional links.
 
     Parameters
     ----------
     path, floating, limit_stiffness, mend_inertia
-        As of `read_urdf`.
+        As for `read_urdf`.
     links : iterable of Link
-        Further links behind those of the file, such as rods on them.
+        Additional links, such as rods attached to links of the file.
     gravity, **others
-        As of `Robot`.
+        As for `Robot`.
 
     Returns
     -------
@@ -365,14 +366,14 @@ def robot_from_urdf(
     Warns
     -----
     UrdfWarning
-        Once, with a summary of what was not taken over; `read_urdf` has all of it.
+        Once, with a summary of everything that was not imported; `read_urdf` returns the full list.
 
     Raises
     ------
     UrdfError, OSError
-        As `read_urdf` does.
+        As for `read_urdf`.
     ValueError, TypeError
-        As `Robot` does: for instance where a joint has no mass behind it.
+        As for `Robot`, for example if a joint moves no mass.
 
     Examples
     --------

@@ -1,7 +1,7 @@
-"""What results, reports, advice and linear models ask of a model beside its equations.
+"""Views of models for results, reports, advice and linear models, apart from the equations.
 
-Each kind of model is described here, once, as a `View`. The others ask the view of a model what there is
-(links, frames, a sketch), never what kind of model it is. A new kind of model is one new function here.
+Each kind of model is described here once, as a `View`. Other modules use the view (links, frames, a sketch)
+and never distinguish kinds of models. A new kind of model needs one new function here.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ WINDINGS = 11
 
 @dataclass(frozen=True)
 class Coordinate:
-    """What one generalised coordinate is."""
+    """Description of a generalised coordinate."""
 
     name: str
     unit: str
@@ -68,7 +68,7 @@ class Coordinate:
 
 @dataclass(frozen=True)
 class Link:
-    """A slender part of a model: segments one after the other, and where they are."""
+    """A slender part of a model: a sequence of segments, and their poses."""
 
     name: str
     segments: Sequence[Segment]
@@ -151,7 +151,7 @@ class Sketch:
 
 @dataclass(frozen=True)
 class View:
-    """What there is of a model beside its equations."""
+    """Everything about a model apart from its equations."""
 
     #: What the model is, in a few words.
     title: str
@@ -194,13 +194,13 @@ class View:
 
     @property
     def is_spatial(self) -> bool:
-        """Whether there is anything to be drawn in space."""
+        """Whether the model has parts to draw in space."""
         return bool(self.links or self.solids)
 
 
 @singledispatch
 def view(model: Model) -> View:
-    """The view of a model; of a kind that is not known here it has coordinates by number alone."""
+    """Return the view of a model; for an unknown kind it has numbered coordinates only."""
     return View(type(model).__name__, [Coordinate(f"q{i}", "", "coordinate") for i in range(model.n)])
 
 

@@ -1,4 +1,4 @@
-//! What the entries of u are: what they command, within which limits, and where they stay by themselves.
+//! The entries of u: the commands that they set, their limits and their defaults.
 
 use crate::actuator::{Actuator, Drive, MotorCommand};
 use crate::robot::Robot;

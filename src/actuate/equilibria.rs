@@ -1,4 +1,4 @@
-//! The equilibrium as a function of the inputs, followed from one to the next, and how it changes with them.
+//! The equilibrium as a function of the inputs, followed from one input to the next, and its derivatives.
 
 use crate::constraint::{one_sided, saddle::Saddle};
 use crate::error::Interrupted;

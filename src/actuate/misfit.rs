@@ -1,4 +1,4 @@
-//! How far links are from where they shall be, as equations in the inputs over their sizes.
+//! Errors of the target poses as equations in the scaled inputs.
 
 use super::equilibria::Equilibria;
 use crate::error::Interrupted;

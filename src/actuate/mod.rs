@@ -1,4 +1,4 @@
-//! Which inputs bring links of a robot where they shall be: the inverse of statics.
+//! Inverse statics: inputs that bring links of a robot to target poses.
 //!
 //! Least squares of what is left, within the limits of the inputs ([`crate::roots::least_squares`]). The equilibrium is
 //! solved for inside, by the way from the one before ([`crate::statics::continuation`]), and its sensitivity is exact:

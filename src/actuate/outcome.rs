@@ -1,4 +1,4 @@
-//! What came of a search for inputs.
+//! The result of a search for inputs.
 
 use super::equilibria::Lost;
 use crate::model::Flaw;
@@ -110,19 +110,19 @@ pub(super) fn message(
         Status::Reached => return format!("All targets are reached.{stable}"),
         Status::NotSettled => {
             return format!(
-                "All targets are reached, but the search for the least inputs that do so did not end. Where the \
-                 targets are at the edge of what can be reached there is nothing to choose.{stable}"
+                "All targets are reached, but the search for the smallest such inputs did not converge. At the edge \
+                 of the workspace there is nothing to choose.{stable}"
             );
         }
         Status::Nearest => "The targets cannot be reached from here: no small change of the inputs brings the links \
-                            nearer. Other inputs `u` to begin with may find a better place, if there is any."
+                            nearer. Other initial inputs `u` may find a better place, if there is any."
             .to_owned(),
         Status::AtLimits => {
             let names = robot.inputs().names();
             let held: Vec<String> = held.iter().map(|&k| format!("'{}'", names[k])).collect();
             format!(
                 "The targets cannot be reached within the limits: no small change of the inputs brings the links \
-                 nearer; {} held back.",
+                 nearer. {} held back.",
                 are(&held)
             )
         }
@@ -139,18 +139,18 @@ pub(super) fn message(
                     "beyond these inputs its equilibria cannot be followed: it buckles or snaps there, or nearly so"
                 }
             };
-            format!("The way to the targets ends before them: {why}. Begin with other inputs `u`.")
+            format!("The search ended before the targets: {why}. Start from other inputs `u`.")
         }
         Status::NoStart => {
-            "There is no equilibrium at the inputs with which the search begins. Give other ones as `u`, or a shape `q0` \
-             near their equilibrium."
+            "There is no equilibrium at the initial inputs. Give other ones as `u`, or a shape `q0` near their \
+             equilibrium."
                 .to_owned()
         }
         Status::IterationLimit => {
-            "The limit of iterations was reached. Allow more `max_iter`, or begin with other inputs `u`.".to_owned()
+            "The limit of iterations was reached. Allow more `max_iter`, or start from other inputs `u`.".to_owned()
         }
-        Status::Stalled => "No step, however short, brings the links nearer, although derivatives promise it. Begin \
-                            with other inputs `u`."
+        Status::Stalled => "No step, however short, brings the links nearer, although the derivatives predict it. \
+                            Start from other inputs `u`."
             .to_owned(),
     };
     let left = errors.map(|(link, error)| {
@@ -168,7 +168,7 @@ pub(super) fn message(
             )
         }
     };
-    format!("{said} What is left: {left}.{slack}{stable}")
+    format!("{said} Remaining error: {left}.{slack}{stable}")
 }
 
 /// "'a' is", "'a' and 'b' are".

@@ -1,4 +1,4 @@
-//! A finger that tendons bend to an arc of a circle: everything is known.
+//! A finger that tendons bend to a circular arc, with a known solution.
 
 use super::commands::{Command, Kind, commands};
 use super::equilibria::{Equilibria, Lost};

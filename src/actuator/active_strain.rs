@@ -1,4 +1,4 @@
-//! Reference strains that are driven: muscles, shape-memory wires, swimming gaits.
+//! Actuated reference strains: muscles, shape-memory wires, swimming gaits.
 
 use crate::error::Checker;
 use crate::rod::{Profile, STRAINS};

@@ -1,4 +1,4 @@
-//! Actuators of a robot, in plain data: what pulls, presses, turns or shortens it when it is told to.
+//! Actuators of a robot as plain data: tendons, chambers, motors and active strains.
 //!
 //! Each is a force on a length: an actuator whose length is l(q) and whose force is F has the generalised forces
 //! `F dl/dq` (docs/theory.md, "Actuators"). The length is that of a tendon's path, the volume of a chamber, the

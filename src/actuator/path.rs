@@ -1,4 +1,4 @@
-//! The way of a tendon or a chamber.
+//! The path of a tendon or a chamber.
 
 use crate::error::{Checker, InvalidInput, Number};
 use crate::rod::Profile;

@@ -1,4 +1,4 @@
-//! Tendons: cables that pull, and never push.
+//! Tendons: cables that pull and cannot push.
 
 use super::path::Part;
 use crate::error::{Checker, Number};

@@ -1,4 +1,4 @@
-//! Where rows write what is kept of them.
+//! Storage for the results of rows.
 
 use super::{Ensemble, Keep, Outcome, POSE, POSITION, Run, Spread};
 

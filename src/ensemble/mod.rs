@@ -1,4 +1,4 @@
-//! Many runs in threads, and what is kept of them.
+//! Many runs in threads, and the data kept of them.
 //!
 //! A row is one run. Which thread makes it is left to chance, but nothing that is kept depends on that: rows write to places
 //! of their own, and what is taken over all rows is taken in groups that only their number decides, merged in their order.
@@ -43,7 +43,7 @@ use self::kept::{Group, groups};
 
 pub use self::spread::Spread;
 
-/// What is kept of the runs.
+/// The data kept of the runs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Keep {
     /// The states at all times.
@@ -115,7 +115,7 @@ impl Size {
 /// A run of a row.
 #[derive(Clone, Debug)]
 pub struct Run {
-    /// What came of it.
+    /// The outcome.
     pub simulation: Simulation,
     /// Its slack tendons.
     pub slack: Vec<Slack>,
@@ -140,7 +140,7 @@ pub struct Outcome {
     pub reached: f64,
 }
 
-/// What is kept of many runs. What a row does not have is NaN.
+/// The data kept of many runs. Missing values are NaN.
 #[derive(Clone, Debug)]
 pub struct Ensemble {
     /// How many numbers there are of what.

@@ -1,4 +1,4 @@
-//! Mean and variance of many vectors, seen one after the other.
+//! Running mean and variance of vectors.
 
 /// Mean and sum of squared deviations of vectors of one length (Welford 1962). Two of them can be merged (Chan, Golub and
 /// LeVeque 1979), so that parts of the vectors may be seen elsewhere.

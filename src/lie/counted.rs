@@ -1,4 +1,4 @@
-//! A number that is not computed, only counted: what a formula costs, asked of the formula itself.
+//! A number type that counts operations instead of computing, to find the cost of a formula.
 
 use std::cell::Cell;
 use std::ops::{Add, AddAssign, Mul, Neg, Sub};

@@ -1,4 +1,4 @@
-//! What the sweeps along a rod ask of the space that it moves in: three dimensions, or a plane.
+//! The interface of the sweeps to the geometry of motion: in space or in a plane.
 //!
 //! In a plane, angular velocities and moments have one component and all turns commute: the same formulas with fewer
 //! numbers.

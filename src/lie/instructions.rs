@@ -1,4 +1,4 @@
-//! Code on [`Pack`](super::Pack)s, run with the instructions that they are for.
+//! Running code on [`Pack`](super::Pack)s with the matching instruction set.
 
 use super::pack::Lanes;
 pub use pulp::NullaryFnOnce as Sweep;
@@ -35,7 +35,7 @@ impl Instructions {
         has_wide && cfg!(any(target_arch = "x86_64", target_arch = "aarch64"))
     }
 
-    /// What they are called.
+    /// The name of the instruction set.
     pub fn name(self) -> &'static str {
         match (self.has_fused(), cfg!(target_arch = "x86_64")) {
             (true, true) => "AVX2 and FMA",

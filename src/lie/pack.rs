@@ -1,4 +1,4 @@
-//! Several doubles that take every operation together.
+//! SIMD packs: several doubles that take every operation together.
 
 use super::scalar::Scalar;
 use std::ops::{Add, AddAssign, Mul, Neg, Sub};

@@ -1,4 +1,4 @@
-//! Rotation vectors of rotations that are given otherwise, and how they change.
+//! Rotation vectors of rotations, and their rates.
 
 use super::{Quaternion, Vector};
 

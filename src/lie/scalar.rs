@@ -1,4 +1,4 @@
-//! What vectors and matrices of this module are made of.
+//! The scalar types of the vectors and matrices of this module.
 
 use std::ops::{Add, AddAssign, Mul, Neg, Sub};
 

@@ -1,4 +1,4 @@
-//! Why a matrix could not be factorised.
+//! Failures of factorisations.
 
 use std::fmt;
 

@@ -50,9 +50,9 @@ use crate::lie::{Instructions, LANES, Lanes, Pack, Sweep};
 /// Rows and columns of generators, as columns.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Generators {
-    /// What rows multiply.
+    /// Factors of the rows.
     pub rows: Matrix,
-    /// What columns multiply.
+    /// Factors of the columns.
     pub columns: Matrix,
 }
 
@@ -279,7 +279,7 @@ impl Layout {
     }
 }
 
-/// What is left of a link after elimination.
+/// The remainder of a link after elimination.
 #[derive(Clone, Debug)]
 struct Link {
     /// First coordinate, and their number.

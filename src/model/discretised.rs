@@ -1,4 +1,4 @@
-//! How finely a model stands for what it is a model of.
+//! Models with an adjustable discretisation.
 
 use super::flaw::{Flaw, at_least};
 use crate::error::InvalidInput;

@@ -1,4 +1,4 @@
-//! What equilibria and vibrations ask of a model.
+//! The interface of equilibria and vibrations to a model.
 
 use crate::linalg::Matrix;
 use crate::springs::Springs;

@@ -1,9 +1,9 @@
-//! Shapes that mean nothing.
+//! Invalid shapes.
 
 /// One of the radii of two surfaces. What is not round has none.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Radius {
-    /// What overlaps by more than that is sunk.
+    /// Overlap beyond which surfaces count as sunk.
     Smaller,
     /// Where the straight way leads so deep that surfaces may be pushed to either side.
     Larger,
@@ -45,7 +45,7 @@ pub enum Flaw {
     },
 }
 
-/// What holds constraints.
+/// The constraint that is violated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Holder {
     /// A loop, by its place among those of the model.

@@ -1,4 +1,4 @@
-//! What depends on time by itself.
+//! Time dependence of models.
 
 use crate::error::Interrupted;
 
@@ -22,7 +22,7 @@ pub trait InTime {
         0
     }
 
-    /// What they are as long as nobody sets them.
+    /// Their default values.
     fn default_inputs(&self) -> Vec<f64> {
         Vec::new()
     }

@@ -1,4 +1,4 @@
-//! What every mechanical system of lissom offers to the solvers.
+//! The interface of mechanical systems to the solvers.
 //!
 //! ```
 //! use lissom::model::Model;
@@ -84,14 +84,14 @@ pub trait Model: Elastic + InTime + Discretised + Tied {
     /// The derivative of `tau` with respect to the inputs, n x m, exact.
     fn input_tangent(&mut self, _q: &[f64], _qd: &[f64], _qdd: &[f64], _tangent: &mut Matrix) {}
 
-    /// Where the inertia of sections counts, where that acts on nothing but the forces along rods; none where more depends on it, or
-    /// the coordinates are not all free. Allocates.
+    /// Where the inertia of sections counts, where that acts on nothing but the forces along rods; none where more depends on it,
+    /// or the coordinates are not all free. Allocates.
     fn section_places(&self) -> Vec<SectionPlace> {
         Vec::new()
     }
 
-    /// Adds the derivatives of the power `rates . tau` with respect to the inertia matrices per length (of a twist in the section's
-    /// axes, (angular; linear)) at each of the [`Self::section_places`]. Allocates.
+    /// Adds the derivatives of the power `rates . tau` with respect to the inertia matrices per length (of a twist in the
+    /// section's axes, (angular; linear)) at each of the [`Self::section_places`]. Allocates.
     fn add_power_by_inertia(
         &mut self,
         _q: &[f64],
@@ -198,8 +198,8 @@ pub trait Model: Elastic + InTime + Discretised + Tied {
         false
     }
 
-    /// Whether surfaces meet too hard for a step of size `h`, in seconds, that begins with the coordinates and velocities `before`
-    /// and ends in a motion: too hard to see the impact rise and fall.
+    /// Whether surfaces meet too hard for a step of size `h`, in seconds, that begins with the coordinates and velocities
+    /// `before` and ends in a motion: too hard to see the impact rise and fall.
     fn is_jolted(&mut self, _before: [&[f64]; 2], _motion: [&[f64]; 3], _h: f64) -> bool {
         false
     }

@@ -1,4 +1,4 @@
-//! Whether surfaces of a model pass through each other on a way.
+//! Detection of surfaces that pass through each other during a step.
 
 use super::{Model, Radius};
 use crate::error::Interrupted;

@@ -4,7 +4,7 @@ use super::Flaw;
 use crate::error::InvalidInput;
 use crate::linalg::Matrix;
 
-/// What has changed of the constraints that hold.
+/// The change of the active constraints.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Switch {
     /// Nothing: all multipliers and gaps are on their sides.

@@ -1,4 +1,4 @@
-//! How fast Newton's method converges with a Jacobian from elsewhere.
+//! The convergence rate of Newton's method with an old Jacobian.
 
 use crate::tape::Tape;
 

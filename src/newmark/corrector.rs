@@ -1,4 +1,4 @@
-//! Newton's method for the accelerations at the end of a step, with a Jacobian that is kept while it serves.
+//! Newton's method for the accelerations at the end of a step, which reuses its Jacobian while it converges.
 //!
 //! The iteration stops by its increments, not by the residual: they have the units of the unknowns, whatever the units
 //! and sizes of the equations. The error that remains after an increment is estimated from the contraction rate, which a
@@ -56,13 +56,13 @@ const SHORTEST_INCREMENT: f64 = 1e-4;
 /// Increments that no shortening makes acceptable are taken as a whole that often, where surfaces meet.
 const MOST_LEAPS: usize = 20;
 
-/// A step that needs more fresh Jacobians than that is hard. Where surfaces meet, the next one is likely to be so, too, and Newton's
-/// method with one Jacobian is not tried first.
+/// A step that needs more fresh Jacobians than that is hard. Where surfaces meet, the next one is likely to be so, too, and
+/// Newton's method with one Jacobian is not tried first.
 const EASY: usize = 3;
 
-/// After so many steps in a row that have each begun with a new Jacobian the last one is tried all the same, for as long as it serves,
-/// where surfaces may touch: they let every step take two iterations, so that a new one saves none, and a rate that was measured close
-/// to where a Jacobian was evaluated says little about that of the last step.
+/// After so many steps in a row that have each begun with a new Jacobian the last one is tried all the same, for as long as it
+/// serves, where surfaces may touch: they let every step take two iterations, so that a new one saves none, and a rate that was
+/// measured close to where a Jacobian was evaluated says little about that of the last step.
 const STEPS_WITHOUT_TRY: u32 = 8;
 
 /// About as many iterations does a fresh Jacobian need.

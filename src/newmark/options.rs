@@ -1,4 +1,4 @@
-//! What a caller chooses, with its validation.
+//! Options and their validation.
 
 use super::Scheme;
 use crate::error::{Checker, InvalidInput, Number};

@@ -1,4 +1,4 @@
-//! Integration over an interval, with the states that are asked for on the way.
+//! Integration over an interval, with states at requested times.
 
 use super::linear_system::LinearSystem;
 use super::options::{Options, StepSize};

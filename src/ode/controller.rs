@@ -36,7 +36,7 @@ impl StepControl {
         Self { alpha: elementary - BETA_SHARE * beta, beta, previous_error: SMALLEST_PREVIOUS_ERROR }
     }
 
-    /// What it remembers.
+    /// Its memory.
     pub(super) fn carry(&mut self, tape: &mut Tape<'_>) {
         tape.number(&mut self.previous_error);
     }

@@ -1,4 +1,4 @@
-//! Jacobians of right-hand sides by forward differences, with increments that adapt themselves: the algorithm of
+//! Jacobians of right-hand sides by forward differences with adaptive increments: the algorithm of
 //! Salane (1986), "Adaptive routines for forming Jacobians numerically", as used by MATLAB's `numjac` and SciPy's
 //! `num_jac`. Columns whose nonzero rows are disjoint share an evaluation (Curtis, Powell and Reid 1974).
 

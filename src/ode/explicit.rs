@@ -132,7 +132,7 @@ impl Explicit {
         }
     }
 
-    /// What goes on from step to step.
+    /// The state between steps.
     pub(super) fn carry(&mut self, tape: &mut Tape<'_>) {
         tape.numbers(&mut self.accepted_stages);
         self.control.carry(tape);

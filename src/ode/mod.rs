@@ -109,7 +109,7 @@ pub trait System {
         false
     }
 
-    /// What is known about the Jacobian df/dy, which only implicit methods need.
+    /// The Jacobian df/dy, which only implicit methods need.
     fn jacobian_kind(&self) -> JacobianKind {
         JacobianKind::Differenced
     }

@@ -1,4 +1,4 @@
-//! What a caller chooses, with its validation.
+//! Options and their validation.
 
 use super::differences::Sparsity;
 use crate::error::{Checker, InvalidInput, Number};
@@ -111,7 +111,7 @@ impl Default for Options {
     }
 }
 
-/// What [`super::solve`] collects.
+/// The output that [`super::solve`] collects.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Output {
     /// Times at which the solution is wanted, in the order of the integration; `None`: every accepted step.

@@ -1,4 +1,4 @@
-//! The explicit pairs, by the methods that are named after them.
+//! The explicit pairs by name.
 
 use super::dormand_prince_5::DORMAND_PRINCE_5;
 use super::dormand_prince_8::DORMAND_PRINCE_8;

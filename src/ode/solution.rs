@@ -1,4 +1,4 @@
-//! Integration over an interval, with everything that is asked for on the way.
+//! Integration over an interval, with output times, events and dense output.
 
 use super::System;
 use super::dense::{DenseOutput, StepPolynomial};

@@ -1,4 +1,4 @@
-//! The state of an integration, and what a method does with it.
+//! The state of an integration, and the interface of methods.
 
 use super::System;
 use super::options::Tolerances;
@@ -6,7 +6,7 @@ use super::status::Status;
 use crate::signal::end_of_step;
 use crate::tape::Tape;
 
-/// What an integration has cost.
+/// The cost of an integration.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counters {
     /// Accepted steps.
@@ -59,7 +59,7 @@ impl State {
         self.min_step.max(SMALLEST_STEP_IN_SPACINGS * (next - self.t).abs())
     }
 
-    /// What goes on from step to step.
+    /// The state between steps.
     pub(super) fn carry(&mut self, tape: &mut Tape<'_>) {
         for number in [&mut self.t, &mut self.t_end, &mut self.t_old, &mut self.h_abs] {
             tape.number(number);

@@ -205,7 +205,7 @@ impl Stepper {
         &mut self.state.f
     }
 
-    /// What goes on from step to step of an explicit method.
+    /// The state between steps of an explicit method.
     pub(crate) fn carry(&mut self, tape: &mut Tape<'_>) {
         self.state.carry(tape);
         tape.flag(&mut self.started);
@@ -320,7 +320,7 @@ impl Stepper {
         self.state.direction
     }
 
-    /// What the integration has cost so far.
+    /// The cost of the integration so far.
     pub fn counters(&self) -> Counters {
         self.state.counters
     }

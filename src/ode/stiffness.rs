@@ -20,7 +20,7 @@ pub(super) struct StiffnessTest {
 }
 
 impl StiffnessTest {
-    /// What it has counted.
+    /// Its counters.
     pub(super) fn carry(&mut self, tape: &mut Tape<'_>) {
         tape.small_count(&mut self.suspicions);
         tape.small_count(&mut self.acquittals);

@@ -1,4 +1,4 @@
-//! `lissom.actuate`: which inputs bring links where they shall be.
+//! `lissom.actuate`: inputs for target poses.
 
 use numpy::{IntoPyArray, PyArray1, PyArrayMethods, PyUntypedArrayMethods};
 use pyo3::exceptions::PyTypeError;
@@ -22,16 +22,16 @@ use crate::stability::Stability;
 /// Attributes
 /// ----------
 /// u : ndarray, shape (m,)
-///     All inputs; those that come nearest where the targets are not reached.
+///     All inputs; if the targets are not reached, those that come nearest.
 /// q : ndarray, shape (n,)
 ///     The equilibrium at these inputs.
 /// success : bool
-///     True when all targets are reached, by the least inputs nearby.
+///     True if all targets are reached with locally smallest inputs.
 /// status : str
-///     'reached', 'not_settled' (reached, but the search for the least inputs did not end), 'nearest' (cannot be reached: no small
-///     change of the inputs comes nearer, by first and second derivatives), 'at_limits' (the same within limits without which it would
-///     come nearer), 'equilibrium_lost' (the way to the targets ends where the robot buckles or snaps), 'no_start' (no equilibrium at the
-///     inputs to begin with), 'iteration_limit' or 'stalled'.
+///     'reached', 'not_settled' (reached, but the search for the smallest inputs did not converge), 'nearest' (not reachable: a
+///     local minimum of the error by first and second derivatives), 'at_limits' (a local minimum within the limits, some of
+///     which are active), 'equilibrium_lost' (the robot buckles or snaps on the way to the targets), 'no_start' (no
+///     equilibrium at the initial inputs), 'iteration_limit' or 'stalled'.
 /// message : str
 ///     The status in words, with the remaining error, and what to change.
 /// position_error : float, or ndarray of shape (k,) for a mapping or a sequence of k targets
@@ -42,15 +42,15 @@ use crate::stability::Stability;
 /// pose : ndarray, shape (4, 4) or (k, 4, 4)
 ///     Poses of the sections and bodies of the targets, as from `Robot.pose`.
 /// at_limits : list of str
-///     The inputs that their limits hold back, of status 'at_limits'.
+///     Inputs whose limits are active, for the status 'at_limits'.
 /// is_stable : bool or None
 ///     Whether small disturbances of the equilibrium stay small.
 /// stability : str or None
 ///     As in StaticsResult.
 /// nit, nfev, njev : int
-///     Steps, evaluations of what is left, and of its derivative with respect to the inputs.
+///     Numbers of steps, evaluations of the error, and evaluations of its derivative with respect to the inputs.
 /// equilibria : int
-///     Equilibria that were looked for.
+///     Number of equilibria computed.
 #[pyclass(name = "ActuateResult", module = "lissom", frozen, get_all)]
 #[derive(FromPyObject)]
 pub(crate) struct PyActuateResult {
@@ -124,10 +124,10 @@ impl PyActuateResult {
 
 /// Find the inputs (tensions, pressures, torques, lengths) that bring links to given poses.
 ///
-/// Every step follows the equilibrium from the previous inputs to the new ones, as if they changed slowly. If
-/// there are more inputs than needed, as with antagonistic tendons, the smallest inputs that reach the
-/// targets are chosen: those with the least sum of squares, each relative to what the strongest input of its
-/// kind (tension, pressure, ...) needs to move the shape. Lengths and positions count from their defaults.
+/// Every step follows the equilibrium from the previous inputs to the new ones, as if they changed slowly. If there are more
+/// inputs than needed, as with antagonistic tendons, the smallest inputs that reach the targets are chosen. They minimise the
+/// sum of squares, each input relative to what the strongest input of its kind (tension, pressure, ...) needs to move the
+/// shape. Lengths and positions count from their defaults.
 ///
 /// Parameters
 /// ----------
@@ -138,7 +138,7 @@ impl PyActuateResult {
 ///     several; for a robot of one link a pose of its tip is enough. Targets at several stations `X` of a rod
 ///     prescribe its shape.
 /// inputs : sequence of str, optional
-///     The inputs that may change, by their names; by default all but directions of sliding (`sliding` of a `Tendon`).
+///     Names of the inputs that may change; by default all except sliding directions (`sliding` of a `Tendon`).
 /// limits : (lower, upper) or mapping from str to (lower, upper), optional
 ///     Bounds of all inputs, or bounds by name; infinite for no bound. In addition tensions and lengths are
 ///     not negative, torques stay within the `limits` of their motor, and directions of sliding between -1
@@ -148,18 +148,20 @@ impl PyActuateResult {
 ///     `u0` of the robot. A slack tendon has no effect on the shape: if its length is an input, start with
 ///     the tendon taut.
 /// q0 : array_like, shape (n,), optional
-///     A shape near the equilibrium to begin with, from which the robot is let go; by default the loads grow from zero, as for `statics`.
+///     Shape near the initial equilibrium, from which the robot is released. By default the loads are increased from zero, as in
+///     `statics`.
 /// t : float
-///     The time at which loads and motions that vary in time are evaluated, seconds.
+///     Time at which time-dependent loads and motions are evaluated, seconds.
 /// tol : float
-///     A target is reached when its position is off by at most this part of the robot's length, and its orientation by so many radians.
+///     A target counts as reached if the position error is at most `tol` times the robot's length and the orientation error at
+///     most `tol` radians.
 /// max_iter : int
-///     Largest number of steps.
+///     Maximum number of steps.
 ///
 /// Returns
 /// -------
 /// ActuateResult
-///     `u`, `q`, `success`, `status`, `message`, `position_error`, `stability` and more. What cannot be reached does not raise.
+///     `u`, `q`, `success`, `status`, `message`, `position_error`, `stability` and more. An unreachable target does not raise.
 ///
 /// Raises
 /// ------
@@ -168,9 +170,9 @@ impl PyActuateResult {
 ///
 /// Notes
 /// -----
-/// A step costs a few tangents of the model; where inputs are chosen, or where nothing reaches, a few for every input. The sensitivity
-/// of the equilibrium is exact, ``dq/du = -solve(dtau_dq, dtau_du)``. The least inputs are found by multipliers (Hestenes 1969; Powell
-/// 1969).
+/// A step costs a few tangents of the model, or a few per input while the smallest inputs or an unreachable target's nearest
+/// shape are sought. The sensitivity of the equilibrium is exact, ``dq/du = -solve(dtau_dq, dtau_du)``. The method of
+/// multipliers (Hestenes 1969; Powell 1969) finds the smallest inputs.
 ///
 /// Examples
 /// --------

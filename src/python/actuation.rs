@@ -1,4 +1,4 @@
-//! Actuators as Python describes them: objects with the attributes of `lissom.Tendon` and the others.
+//! Conversion of actuators: Python objects with the attributes of `lissom.Tendon` and the other classes.
 
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;

@@ -1,4 +1,4 @@
-//! Long computations that look for no signals themselves, such as decompositions of large matrices.
+//! Long computations that do not check for signals themselves, such as decompositions of large matrices.
 
 use std::panic::resume_unwind;
 use std::sync::Arc;

@@ -10,25 +10,24 @@ use crate::balance::Balance;
 use crate::error::Checker;
 use crate::model::Energy;
 
-/// The energy balance of a motion: where the energy is at each of its times, in joules, and what left or entered the
-/// system.
+/// Energy balance of a motion: energies at each output time, in joules, and the energy that left or entered the system.
 ///
 /// Attributes
 /// ----------
 /// kinetic, elastic, gravitational, loads : ndarray, shape (m,)
 ///     Energies of the states; `loads` is the potential of the constant dead forces.
 /// dissipated : ndarray, shape (m,)
-///     Energy that damping has taken out so far.
+///     Energy dissipated so far.
 /// work : ndarray, shape (m,)
-///     Work of the loads without a potential so far: moments of fixed direction, follower loads, forces that vary in time.
+///     Work so far of loads without a potential: moments of fixed direction, follower loads, time-dependent forces.
 /// total : ndarray, shape (m,)
-///     kinetic + elastic + gravitational + loads + dissipated - work: what an exact motion keeps constant.
+///     kinetic + elastic + gravitational + loads + dissipated - work; constant for an exact motion.
 /// scale : float
-///     The largest energy that moved: kinetic energy reached, or range of another part.
+///     Scale of the energy exchange: the largest kinetic energy, or the largest range of another part.
 /// drift : float
-///     The largest defect: change of the total, relative to `scale`; zero if nothing moved.
+///     Largest change of the total relative to `scale`; zero without motion.
 /// moves : bool
-///     False where all that moves is rounding of the parts.
+///     False if all changes are rounding errors.
 #[pyclass(name = "Balance", module = "lissom", frozen)]
 pub(crate) struct PyBalance {
     balance: Balance,
@@ -107,19 +106,19 @@ impl PyBalance {
         Self::from_core(py, balance)
     }
 
-    /// The largest energy that moved, joules.
+    /// Scale of the energy exchange, joules.
     #[getter]
     fn scale(&self) -> f64 {
         self.balance.scale()
     }
 
-    /// The largest defect, relative to the largest energy that moved.
+    /// Largest change of the total, relative to `scale`.
     #[getter]
     fn drift(&self) -> f64 {
         self.balance.drift()
     }
 
-    /// False where all that moves is rounding of the parts.
+    /// False if all changes are rounding errors.
     #[getter]
     fn moves(&self) -> bool {
         self.balance.moves()

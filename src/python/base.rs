@@ -11,35 +11,34 @@ use crate::world::{BaseMotion, BaseRotation};
 
 /// Prescribed motion of the base of a rod, as a function of time.
 ///
-/// The base of a rod is at ``base_position + translation(t)``, and its axes are those of ``base_orientation`` turned by
-/// ``rotation(t)``, or by ``angle(t)`` about `axis`, about its own point.
+/// The base is at ``base_position + translation(t)``. Its axes are those of ``base_orientation``, rotated by ``rotation(t)``
+/// or by ``angle(t)`` about `axis`.
 ///
 /// Parameters
 /// ----------
 /// translation : (times, values), Harmonic or callable
-///     Displacement in world axes, three numbers, metres. Zero by default.
+///     Displacement in world axes, three numbers, metres; by default zero.
 /// axis : array_like, shape (3,), optional
-///     Axis of the rotation in world axes, of any length.
+///     Axis of the rotation in world axes. Its length does not matter.
 /// angle : (times, values), Harmonic or callable
 ///     Angle about `axis`, one number, radians.
 /// rotation : (times, values) or callable, optional
-///     Instead of axis and angle: unit quaternion (w, x, y, z), four numbers, that turns the base in the world.
+///     Rotation in world axes as a unit quaternion (w, x, y, z), instead of `axis` and `angle`.
 ///
 /// Raises
 /// ------
 /// ValueError
-///     Naming every invalid parameter.
+///     If parameters are invalid; the message lists all of them.
 ///
 /// Notes
 /// -----
-/// The motion needs velocities and accelerations. A table is a cubic spline, twice continuously differentiable; of
-/// quaternions in R^4 and normalised, with less than a right angle from one to the next. It must cover the time of a
-/// run. A callable returns the value, whose derivatives are then found by differences (nine values or more, up to 4
-/// ms before and after), or a tuple of it with its velocity and its acceleration: of `translation` in m/s and m/s^2,
-/// of `angle` in rad/s and rad/s^2, of `rotation` the angular velocity and the angular acceleration in world axes,
-/// three numbers each. Where values are not finite, quaternions not of norm 1, derivatives not found or in
-/// contradiction to the values, whoever asks gets a ValueError that names the time; that of a run has what was
-/// computed as its attribute `result`.
+/// The motion needs velocities and accelerations. A table is interpolated by a twice continuously differentiable cubic
+/// spline (quaternions in R^4 and normalised; consecutive ones must differ by less than a right angle) and must cover the
+/// time of a run. A callable returns the value, or a tuple of value, velocity and acceleration: for `translation` in m/s and
+/// m/s^2, for `angle` in rad/s and rad/s^2, for `rotation` the angular velocity and angular acceleration in world axes, three
+/// numbers each. Without derivatives they are computed by finite differences (nine values or more, up to 4 ms before and
+/// after). A ValueError that names the time is raised if values are not finite, quaternions do not have norm 1, or derivatives
+/// cannot be found or contradict the values; in a run, its attribute `result` is the partial result.
 ///
 /// Examples
 /// --------

@@ -1,4 +1,4 @@
-//! What touches as Python describes it: objects with the attributes of `lissom.Contact` and its surfaces.
+//! Conversion of contacts: Python objects with the attributes of `lissom.Contact` and its surfaces.
 
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;

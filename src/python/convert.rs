@@ -1,4 +1,4 @@
-//! Arrays in and out, with messages that name the argument.
+//! Conversion of arrays, with messages that name the argument.
 
 use numpy::{
     IntoPyArray, PyArray2, PyArrayDyn, PyArrayMethods, PyUntypedArray, PyUntypedArrayMethods, ToPyArray,

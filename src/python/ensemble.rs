@@ -26,7 +26,7 @@ use crate::robot::{Place, Pose};
 use crate::second_order::number_of_steps;
 use crate::simulate::{Control, Simulation, slackness, times_of_run};
 
-/// Simulate many motions in parallel: of many models, or of one from many initial states or with many inputs.
+/// Simulate many motions in parallel: of many models, or of one model with many initial states or inputs.
 ///
 /// Each run is a row of the result, bitwise equal to that of `simulate` with the same model, initial state
 /// and inputs, for any number of threads. A run that fails has a status and does not affect the others.
@@ -39,35 +39,35 @@ use crate::simulate::{Control, Simulation, slackness, times_of_run};
 ///     One model for all rows, or one per row. All must have the same number of coordinates and the same
 ///     inputs.
 /// t_end : float
-///     All motions are simulated from `t0` to this time, seconds.
+///     End of all simulations, seconds.
 /// t0 : float
 ///     As for `simulate`.
 /// q0, v0 : array_like, shape (n,) or (count, n), optional
-///     Coordinates and velocities at the start, of all rows or of each; zero by default. The number of rows is that of the
-///     models, of `q0`, `v0` and `u`, which must agree; one where none has rows.
+///     Initial coordinates and velocities for all rows or one row each; by default zero. The models, `q0`, `v0` and `u` must
+///     agree in their number of rows.
 /// u : array_like, shape (inputs,), (count, inputs) or (count, steps, inputs), optional
-///     Inputs of the models: held during the run, for all rows or for each; or, of each row, those held from `t0` on, from
-///     ``t0 + control_step`` on, and so on to the end. The defaults of the inputs by default.
+///     Inputs of the models: constant during the run, for all rows or one row each; or for each row one set per control step,
+///     starting at `t0`. By default the defaults of the inputs.
 /// control_step : float, optional
-///     How long each of them is held, seconds; `dt` by default. Not for inputs that are constant over the
-///     run.
+///     Duration of a control step, seconds; by default `dt`. Not accepted for constant inputs.
 /// workers : int, optional
 ///     Maximum number of threads; by default the number of processors.
 /// progress : bool or callable, optional
-///     True shows a bar in the terminal. A callable is called as ``progress(done)`` with the number of finished runs about twenty
-///     times a second; returning True or raising StopIteration ends the rest. Other exceptions come through.
+///     True shows a bar in the terminal. A callable is called as ``progress(done)`` with the number of finished runs about
+///     twenty times a second; returning True or raising StopIteration skips the remaining runs. Other exceptions are raised.
 /// keep : {'states', 'final', 'summary'}
-///     What to store of each row: the states at all times, as in `simulate`; the last state; or the last
-///     state, the lowest and highest coordinates and, over all successful rows, mean and variance of the
-///     positions of the places at each time.
+///     Data to store for each row. 'states': the states at all times, as in `simulate`. 'final': the last state. 'summary': the
+///     last state, the lowest and highest coordinates and, over all successful rows, mean and variance of the positions of
+///     the places at each time.
 /// places : sequence, optional
-///     Places of robots whose poses are wanted: arc lengths (of the only link, metres), names of links (their tips; rigid ones
-///     themselves), or pairs (link, arc length). For 'summary' by default the tip of the last link (of a `SpringPendulum` its mass).
+///     Points whose poses are stored: arc lengths (if there is one link, metres), names of links (their tips; rigid links
+///     themselves), or pairs (link, arc length). For 'summary' by default the tip of the last link, or the mass of a
+///     `SpringPendulum`.
 /// memory_limit : float
-///     Largest memory in bytes, 4 GiB by default. An ensemble that needs more is refused before the first
-///     run.
+///     Memory limit in bytes, by default 4 GiB. An ensemble that needs more raises before the first run.
 /// method, dt, jac, rtol, atol, t_eval, beta, gamma, alpha, rho_inf, adaptive, max_step, min_step, max_steps, predictor, reuse_jacobian : optional
-///     As for `simulate`. Adaptive steps of the Newmark family need `t_eval`, except with keep='final': they end elsewhere in each row.
+///     As for `simulate`. Adaptive steps of the Newmark family need `t_eval`, because their times differ between rows, except
+///     with keep='final'.
 ///
 /// Returns
 /// -------
@@ -79,13 +79,12 @@ use crate::simulate::{Control, Simulation, slackness, times_of_run};
 /// ValueError, TypeError
 ///     Before the first run: if an argument of any row is invalid, or if the result needs too much memory.
 /// KeyboardInterrupt
-///     On Ctrl-C; its attribute `result` is the EnsembleResult so far. Exceptions raised by callables have it
-///     too.
+///     On Ctrl-C. Its attribute `result` is the EnsembleResult so far; exceptions raised by callables have it, too.
 ///
 /// Warns
 /// -----
 /// AccuracyWarning
-///     Once, if there are runs whose fixed steps do not see a vibration: `doubt` says which.
+///     Once, if the fixed steps of some runs do not resolve a vibration; `doubt` lists the runs.
 ///
 /// Examples
 /// --------
@@ -692,41 +691,41 @@ fn finish(
     }
 }
 
-/// Result of `simulate_many`: arrays with a row for each run. What a row does not have is NaN.
+/// Result of `simulate_many`: arrays with a row for each run. Missing values are NaN.
 ///
 /// Attributes
 /// ----------
 /// t : ndarray, shape (m,)
-///     Times, seconds, of all rows; with keep='final' those at which a run that comes to its end would have been known.
+///     Times of all rows, seconds. With keep='final', the output times that a complete run would have had.
 /// q, v : ndarray, shape (count, m, n) for keep='states', else (count, n)
-///     Coordinates and velocities: of each row at all times, or the last ones that it has.
+///     Coordinates and velocities of each row at all times, or its last ones.
 /// poses : ndarray, shape (count, m, k, 4, 4) for keep='states', else (count, k, 4, 4), or None
-///     Homogeneous matrices of the k places that were asked for, as from `Robot.pose`.
+///     Homogeneous matrices of the k requested places, as returned by `Robot.pose`.
 /// lowest, highest : ndarray, shape (count, n), or None
-///     The extremes of the coordinates over the times of each row, for keep='summary'.
+///     Extremes of the coordinates over time in each row, for keep='summary'.
 /// mean, variance : ndarray, shape (m, k, 3), or None
-///     Of the positions of the places at each time over the rows that succeeded, metres and square metres, for keep='summary'. The
-///     variance is the unbiased one.
+///     Mean and unbiased variance of the positions of the places at each time over the successful rows, metres and square
+///     metres, for keep='summary'.
 /// reached : ndarray, shape (count,)
-///     The last of the times that each row has, seconds.
+///     Last time of each row, seconds.
 /// success : ndarray of bool, shape (count,)
-///     True where the end was reached.
+///     True for rows that reached the end.
 /// status : ndarray of str, shape (count,)
-///     As of `MotionResult`; 'not_begun' of rows that Ctrl-C, `progress` or an exception left out.
+///     As in `MotionResult`, or 'not_begun' for rows that were skipped after Ctrl-C, `progress` or an exception.
 /// message : tuple of str
-///     The status of each row in words, as of `MotionResult`.
+///     Status of each row in words, as in `MotionResult`.
 /// doubt : tuple of str or None
-///     Why the motion of a row may be far from the right one, as of `MotionResult`.
+///     Why the motion of a row may be inaccurate, as in `MotionResult`.
 /// slack : tuple of tuple of str
-///     Slack tendons of each row, as of `MotionResult`.
+///     Slack tendons of each row, as in `MotionResult`.
 /// stats : dict of str to ndarray, shape (count,)
-///     What each row has cost: the attributes of `Statistics` by name; NaN and zero where there are none.
+///     Cost of each row: the attributes of `Statistics` by name; NaN or zero if missing.
 /// keep : str
-///     What was kept.
+///     The argument `keep`.
 /// workers : int
-///     Most threads.
+///     Maximum number of threads.
 /// wall_time : float
-///     Seconds, of all runs together.
+///     Run time of the whole ensemble, seconds.
 /// nbytes : int
 ///     Memory of the arrays, bytes.
 #[pyclass(name = "EnsembleResult", module = "lissom", frozen, get_all)]

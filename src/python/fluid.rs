@@ -6,10 +6,10 @@ use pyo3::types::PyDict;
 use super::convert;
 use crate::world::Fluid;
 
-/// A fluid of infinite extent around a whole rod, which flows uniformly and steadily far from it.
+/// An unbounded fluid around the whole rod, with uniform and steady flow far from it.
 ///
-/// By default it bears the rod by its buoyancy and moves with it as a fluid without friction would move with a
-/// circular section, and there is no drag: its coefficients depend on how fast the rod moves and how rough it is.
+/// By default, buoyancy and the added mass of a circular section in an inviscid fluid act, and there is no drag, because the
+/// drag coefficients depend on the Reynolds number and the roughness of the rod.
 /// With the velocity of a section relative to the fluid, ``v_n`` across the axis of the section and ``v_t`` along it,
 /// and the section's diameter d (that of the circle of the same area), the drag per metre of the unstretched rod is
 ///
@@ -18,22 +18,22 @@ use crate::world::Fluid;
 /// Parameters
 /// ----------
 /// density : float
-///     Kilograms per cubic metre.
+///     Density, kilograms per cubic metre.
 /// velocity : array_like, shape (3,)
-///     Of the fluid far from the rod, in the world, metres per second.
+///     Velocity of the fluid far from the rod in world axes, metres per second.
 /// viscous_drag : (float, float)
-///     ``c_n`` and ``c_t``: drag per length and velocity across the axis and along it, newton seconds per square metre.
+///     ``c_n`` and ``c_t``: drag per length and velocity, across and along the axis, newton seconds per square metre.
 /// drag_coefficients : (float, float)
 ///     ``C_n`` and ``C_t`` of the quadratic drag. Water around a smooth cable at Reynolds numbers from 1e3 to 1e5: about (1.2, 0.01).
 /// added_mass_coefficient : float
-///     Mass of the fluid that moves with the rod across its axis, relative to the fluid that it displaces.
+///     Added mass across the axis, relative to the mass of the displaced fluid.
 /// buoyancy : bool
-///     Whether buoyancy acts: the weight of the displaced fluid.
+///     Whether buoyancy acts.
 ///
 /// Raises
 /// ------
 /// ValueError
-///     Naming every invalid parameter.
+///     If parameters are invalid; the message lists all of them.
 ///
 /// Examples
 /// --------
@@ -98,13 +98,13 @@ impl PyFluid {
         self.0.drag_coefficients.into()
     }
 
-    /// Mass of the fluid that moves with the rod, relative to the fluid that it displaces.
+    /// Added mass across the axis, relative to the mass of the displaced fluid.
     #[getter]
     fn added_mass_coefficient(&self) -> f64 {
         self.0.added_mass_coefficient
     }
 
-    /// Whether the fluid bears the rod.
+    /// Whether buoyancy acts.
     #[getter]
     fn buoyancy(&self) -> bool {
         self.0.is_buoyant

@@ -1,4 +1,4 @@
-//! What Python says of the inputs of a model: mappings from their names to values.
+//! Conversion of inputs: mappings from their names to values.
 
 use std::ops::Range;
 

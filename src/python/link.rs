@@ -1,4 +1,4 @@
-//! Links and joints as Python describes them: objects with the attributes of `lissom.Link` and the joints' classes.
+//! Conversion of links and joints: Python objects with the attributes of `lissom.Link` and the joint classes.
 
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;

@@ -12,30 +12,30 @@ use crate::error::Checker;
 use crate::load::{Extent, Frame, Load};
 use crate::signal::Signal;
 
-/// A force and a moment on a rod, at one place or spread along a part of it.
+/// A force and a moment on a rod, at a point or distributed along a part of it.
 ///
 /// Parameters
 /// ----------
 /// force : array_like, shape (3,); or (times, values), Harmonic or callable
-///     Newtons; newtons per metre of the unstretched rod where the load is spread. A force that varies in time is a table (`times` in
-///     seconds, `values` of shape (m, 3); straight lines between them, held before and after), a `Harmonic`, or a function of the time
-///     in seconds that returns three numbers.
+///     Force, newtons; newtons per metre of the unstretched rod if distributed. A time-dependent force is a table (`times` in
+///     seconds, `values` of shape (m, 3), interpolated linearly and held constant outside), a `Harmonic`, or a function of
+///     the time in seconds that returns three numbers.
 /// moment : array_like, shape (3,); or (times, values), Harmonic or callable
-///     Newton metres; newtons where the load is spread. Likewise.
+///     Moment, newton metres; newton metres per metre if distributed. Takes the same forms as `force`.
 /// at : float, optional
 ///     Arc length of the unstretched rod where the load acts, metres; by default the tip.
 /// along : (float, float), optional
-///     Spreads the load evenly from one arc length to another instead.
+///     Arc lengths between which the load is distributed uniformly, instead of acting at a point.
 /// frame : {'world', 'body'}
-///     The axes of `force` and `moment`: those of the world, in which the load keeps its direction (a dead load), or those of the
-///     section that it acts on, with which it turns (a follower load).
+///     Axes of `force` and `moment`: 'world' for a load of constant direction (a dead load), or 'body' for a load that rotates
+///     with its section (a follower load).
 /// link : str, optional
-///     The link of a `Robot` that it acts on, which may be left out where there is one; `at` and `along` are those of its rod.
+///     Link of a `Robot` on which the load acts; optional if there is only one. `at` and `along` refer to its rod.
 ///
 /// Raises
 /// ------
 /// ValueError
-///     Naming every invalid parameter; a place beyond the end is found out by the `Rod`.
+///     If parameters are invalid; the message lists all of them. `Rod` and `Robot` check that `at` and `along` are on the rod.
 ///
 /// Examples
 /// --------
@@ -199,21 +199,20 @@ impl PyLoad {
 /// Parameters
 /// ----------
 /// mass : float
-///     Kilograms.
+///     Mass, kilograms.
 /// at : float, optional
-///     Arc length of the unstretched rod where it is fixed, metres; by default the tip.
+///     Arc length of the unstretched rod at which the body is fixed, metres; by default the tip.
 /// link : str, optional
-///     The link of a `Robot` that it is on, where it is not a link itself.
+///     Link of a `Robot` to which the body is fixed, unless the body belongs to a `Link` itself.
 /// centre : array_like, shape (3,)
-///     Its centre of mass seen from the section's centre, in the section's axes, metres.
+///     Centre of mass relative to the section's centre, in the section's axes, metres.
 /// inertia : array_like, shape (3,) or (3, 3)
-///     Moments of inertia about its centre of mass and axes parallel to the section's, kg m^2: three principal ones, or the whole
-///     symmetric tensor.
+///     Inertia tensor about the centre of mass in the section's axes, kg m^2, or its diagonal.
 ///
 /// Raises
 /// ------
 /// ValueError
-///     Naming every invalid parameter, such as an inertia tensor that no body has.
+///     If parameters are invalid, such as an inertia tensor that no body can have; the message lists all of them.
 ///
 /// Examples
 /// --------

@@ -1,4 +1,4 @@
-//! Closed loops as Python describes them: objects with the attributes of `lissom.Loop`, its ends and kinds.
+//! Conversion of closed loops: Python objects with the attributes of `lissom.Loop`, its ends and kinds.
 
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;

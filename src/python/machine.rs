@@ -1,4 +1,4 @@
-//! What this machine computes with.
+//! The instruction set and the number of processors of this machine.
 
 use pyo3::prelude::*;
 

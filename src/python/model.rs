@@ -1,4 +1,4 @@
-//! The base class of all models: what [`crate::model::Model`] offers, with checked arrays.
+//! The base class of all models: [`crate::model::Model`] with checked arrays.
 
 use std::any::Any;
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -271,7 +271,7 @@ impl<M: model::Model + Clone + Send + Sync + 'static> Native for M {
     }
 }
 
-/// A mechanical system with n generalised coordinates: the base class of `SpringPendulum` and `Rod`.
+/// Base class of mechanical systems with n generalised coordinates: `SpringPendulum`, `Rod` and `Robot`.
 ///
 /// Arguments `q`, `qd`, `qdd` are array-likes of shape (n,): coordinates, velocities and accelerations in SI units.
 /// Models are immutable and can be used from several threads at once.
@@ -405,13 +405,13 @@ impl PyModel {
         self.n
     }
 
-    /// Names of the inputs: of all that is set from outside, in the order of u.
+    /// Names of the inputs, in the order of u.
     #[getter]
     pub(super) fn inputs<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
         PyTuple::new(py, self.input_names())
     }
 
-    /// Values of the inputs as long as nobody sets them, shape (m,).
+    /// Default values of the inputs, shape (m,).
     #[getter]
     fn u0<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         self.default_inputs().into_pyarray(py)
@@ -426,14 +426,15 @@ impl PyModel {
     /// qd, qdd : array_like, shape (n,), optional
     ///     Velocities and accelerations; by default zero.
     /// t : float, optional
-    ///     The time of the state, seconds; needed where something varies in time.
+    ///     Time of the state, seconds. Required if anything varies in time.
     /// u : array_like, shape (m,), optional
-    ///     The inputs; by default as they are by themselves.
+    ///     Inputs; by default `u0`.
     ///
     /// Returns
     /// -------
     /// dtau_du : ndarray, shape (n, m)
-    ///     A small change of the inputs changes the accelerations by ``-solve(mass_matrix(q), dtau_du @ change)``.
+    ///     Derivatives of the generalised forces. A small change of the inputs changes the accelerations by
+    ///     ``-solve(mass_matrix(q), dtau_du @ change)``.
     #[pyo3(signature = (q, qd=None, qdd=None, *, t=None, u=None))]
     fn input_tangent<'py>(
         &self,
@@ -455,9 +456,9 @@ impl PyModel {
         Ok(convert::matrix_out(py, &tangent))
     }
 
-    /// Refuse a shape that the model does not resolve.
+    /// Raise if the model cannot represent a shape.
     ///
-    /// What is computed of such a shape means nothing. `statics`, `modes`, `linearise` and runs refuse it by themselves.
+    /// Results at such a shape are meaningless. `statics`, `modes`, `linearise` and `simulate` make this check themselves.
     ///
     /// Parameters
     /// ----------
@@ -467,25 +468,25 @@ impl PyModel {
     /// Raises
     /// ------
     /// ValueError
-    ///     The rod turns by more than half a turn between neighbouring quadrature nodes, or is turned inside out.
+    ///     If a rod turns by more than half a turn between neighbouring quadrature nodes, or its stretch is not positive.
     #[pyo3(signature = (q))]
     fn check_shape(&self, q: &Bound<'_, PyAny>) -> PyResult<()> {
         let q = self.state(q, "q")?;
         Ok(self.memory().model.check_shape(&q, "q")?)
     }
 
-    /// Generalised forces that a motion needs.
+    /// Inverse dynamics: the generalised forces that a motion requires.
     ///
-    /// Elasticity, damping, gravity and dead loads are included: the result is zero in free motion.
+    /// Elasticity, damping, gravity and loads are included, so the result is zero in free motion.
     ///
     /// Parameters
     /// ----------
     /// q, qd, qdd : array_like, shape (n,)
     ///     Coordinates, velocities, accelerations.
     /// t : float, optional
-    ///     The time of the state, seconds; needed where loads vary or the base moves.
+    ///     Time of the state, seconds. Required if loads vary or the base moves.
     /// u : array_like, shape (m,), optional
-    ///     The inputs; by default as they are by themselves.
+    ///     Inputs; by default `u0`.
     ///
     /// Returns
     /// -------
@@ -507,19 +508,19 @@ impl PyModel {
         Ok(tau.into_pyarray(py))
     }
 
-    /// Mass matrix at a configuration.
+    /// Mass matrix at a shape.
     ///
     /// Parameters
     /// ----------
     /// q : array_like, shape (n,)
     ///     Coordinates.
     /// t : float, optional
-    ///     The time, seconds; needed where joints move as prescribed.
+    ///     Time, seconds. Required if the motion of a joint is prescribed.
     ///
     /// Returns
     /// -------
     /// mass : ndarray, shape (n, n)
-    ///     Symmetric and positive definite (up to rounding), except where coordinates lose their meaning.
+    ///     Symmetric and positive definite (up to rounding), except at singularities of the coordinates.
     #[pyo3(signature = (q, *, t=None))]
     fn mass_matrix<'py>(
         &self,
@@ -542,16 +543,16 @@ impl PyModel {
         Ok(convert::matrix_out(py, &mass))
     }
 
-    /// Accelerations of the free motion.
+    /// Forward dynamics: the accelerations of the free motion.
     ///
     /// Parameters
     /// ----------
     /// q, qd : array_like, shape (n,)
     ///     Coordinates, velocities.
     /// t : float, optional
-    ///     The time of the state, seconds; needed where loads vary or the base moves.
+    ///     Time of the state, seconds. Required if loads vary or the base moves.
     /// u : array_like, shape (m,), optional
-    ///     The inputs; by default as they are by themselves.
+    ///     Inputs; by default `u0`.
     ///
     /// Returns
     /// -------
@@ -561,7 +562,7 @@ impl PyModel {
     /// Raises
     /// ------
     /// LissomError
-    ///     The mass matrix is not positive definite, so that no acceleration exists.
+    ///     If the mass matrix is not positive definite.
     #[pyo3(signature = (q, qd, *, t=None, u=None))]
     fn forward_dynamics<'py>(
         &self,
@@ -592,9 +593,9 @@ impl PyModel {
     /// q, qd, qdd : array_like, shape (n,)
     ///     Coordinates, velocities, accelerations.
     /// t : float, optional
-    ///     The time of the state, seconds; needed where loads vary or the base moves.
+    ///     Time of the state, seconds. Required if loads vary or the base moves.
     /// u : array_like, shape (m,), optional
-    ///     The inputs; by default as they are by themselves.
+    ///     Inputs; by default `u0`.
     ///
     /// Returns
     /// -------
@@ -633,9 +634,9 @@ impl PyModel {
     /// q, qd : array_like, shape (n,)
     ///     Coordinates, velocities.
     /// t : float, optional
-    ///     The time of the state, seconds; needed where loads vary or the base moves.
+    ///     Time of the state, seconds. Required if loads vary or the base moves.
     /// u : array_like, shape (m,), optional
-    ///     The inputs; by default as they are by themselves.
+    ///     Inputs; by default `u0`.
     ///
     /// Returns
     /// -------
@@ -655,21 +656,22 @@ impl PyModel {
         Ok(PyEnergy(energy))
     }
 
-    /// Power that damping takes out of a motion.
+    /// Power dissipated by damping.
     ///
     /// Parameters
     /// ----------
     /// q, qd : array_like, shape (n,)
     ///     Coordinates, velocities.
     /// t : float, optional
-    ///     The time of the state, seconds; needed where loads vary or the base moves, which drags the rod through its surroundings.
+    ///     Time of the state, seconds. Required if loads vary or the base moves, because a moving base drags the rod through its
+    ///     surroundings.
     /// u : array_like, shape (m,), optional
-    ///     The inputs; by default as they are by themselves.
+    ///     Inputs; by default `u0`.
     ///
     /// Returns
     /// -------
     /// power : float
-    ///     Watts, never negative.
+    ///     Dissipated power, watts, >= 0.
     #[pyo3(signature = (q, qd, *, t=None, u=None))]
     fn dissipated_power(
         &self,
@@ -684,26 +686,25 @@ impl PyModel {
         Ok(power)
     }
 
-    /// Power supplied by forces without a potential: follower loads, moments, forces varying in time, a base
-    /// that moves.
+    /// Power supplied by forces without a potential: follower loads, moments, time-dependent forces, inputs and a moving base.
     ///
-    /// Without damping the energy of a free motion grows by this power.
+    /// Without damping, the energy of a free motion increases at this rate.
     ///
     /// Parameters
     /// ----------
     /// q, qd : array_like, shape (n,)
     ///     Coordinates, velocities.
     /// qdd : array_like, shape (n,), optional
-    ///     Accelerations: they matter where the base moves. By default those of the free motion.
+    ///     Accelerations, used if the base moves. By default those of the free motion.
     /// t : float, optional
-    ///     The time of the state, seconds; needed where loads vary or the base moves.
+    ///     Time of the state, seconds. Required if loads vary or the base moves.
     /// u : array_like, shape (m,), optional
-    ///     The inputs; by default as they are by themselves.
+    ///     Inputs; by default `u0`.
     ///
     /// Returns
     /// -------
     /// power : float
-    ///     Watts.
+    ///     Supplied power, watts.
     #[pyo3(signature = (q, qd, qdd=None, *, t=None, u=None))]
     fn supplied_power(
         &self,
@@ -761,7 +762,7 @@ impl PyEnergy {
         self.0.loads
     }
 
-    /// The sum of all parts: constant in free motion without damping.
+    /// Sum of all parts; constant in free motion without damping.
     #[getter]
     fn total(&self) -> f64 {
         self.0.total()

@@ -15,28 +15,29 @@ use crate::stability::Stability;
 /// Attributes
 /// ----------
 /// frequency : ndarray, shape (m,)
-///     Natural frequencies, hertz. Where damping does not couple the undamped modes theirs, else ``abs(eigenvalue) / (2 pi)``.
-///     Zero where a motion grows without oscillation, and of rigid-body motions, whose eigenvalue is zero.
+///     Natural frequencies, hertz: those of the undamped modes if damping does not couple them, else
+///     ``abs(eigenvalue) / (2 pi)``. Zero for rigid-body motions (eigenvalue zero) and for motions that grow without
+///     oscillation.
 /// angular_frequency : ndarray, shape (m,)
 ///     The same in radians per second.
 /// damping_ratio : ndarray, shape (m,)
 ///     Negative if the motion grows, above one if it is overdamped.
 /// eigenvalues : ndarray of complex, shape (m,)
-///     s of the motions ``exp(s t)``, per second: of conjugate pairs the one with positive imaginary part; of the two real ones of
-///     a mode that creeps, where damping does not couple modes, the slower.
+///     Eigenvalues s of the motions ``exp(s t)``, per second. Of a conjugate pair, the one with positive imaginary part; of the
+///     two real eigenvalues of an overdamped mode that damping does not couple, the slower one.
 /// shapes : ndarray, shape (n, m)
-///     Shapes as columns, in generalised coordinates, of modal mass one: ``shapes.conj().T @ M @ shapes`` has ones on its
-///     diagonal. Real and orthogonal with m = n if `is_classical`, else complex, with n <= m <= 2 n.
+///     Mode shapes as columns, in generalised coordinates, with modal mass one: ``shapes.conj().T @ M @ shapes`` has ones on its
+///     diagonal. Real and M-orthogonal with m = n if `is_classical`, else complex, with n <= m <= 2 n.
 /// is_classical : bool
-///     True without damping, or with damping that does not couple the undamped modes.
+///     True if there is no damping, or if damping does not couple the undamped modes.
 /// is_stable : bool
-///     True when `stability` is 'stable'.
+///     True if `stability` is 'stable'.
 /// stability : str or None
-///     'stable', 'neutral' (no stiffness in some direction), 'divergence' or 'flutter': that of the model as it is, with all its damping,
-///     drag and Coriolis forces, as `statics` has it. None where nothing can be said.
+///     'stable', 'neutral' (no stiffness in some direction), 'divergence' or 'flutter', including damping, drag and Coriolis
+///     forces, as in `statics`. None if it cannot be determined.
 /// residual_norm : float
-///     Generalised forces at `q` times typical sizes of the coordinates, joules: nearly zero at an equilibrium. Elsewhere the
-///     modes are those of the model held there by constant generalised forces.
+///     Generalised forces at `q` times typical sizes of the coordinates, joules; nearly zero at an equilibrium. At other shapes
+///     the modes are those of the model held there by constant generalised forces.
 #[pyclass(name = "ModesResult", module = "lissom", frozen, get_all)]
 #[derive(FromPyObject)]
 pub(crate) struct PyModesResult {
@@ -79,13 +80,13 @@ impl PyModesResult {
 /// Parameters
 /// ----------
 /// model : Model
-///     A `Rod` or a `SpringPendulum`.
+///     A `Rod`, `Robot` or `SpringPendulum`.
 /// q : array_like, shape (n,)
-///     Coordinates of the equilibrium, such as the `q` of `statics`.
+///     Coordinates of the equilibrium, such as `q` from `statics`.
 /// t : float
-///     The time at which loads that depend on it are taken, seconds.
+///     Time at which time-dependent loads are evaluated, seconds.
 /// u : array_like, shape (m,), optional
-///     The inputs; by default as `u0` of the model.
+///     Inputs; by default `u0` of the model.
 ///
 /// Returns
 /// -------
@@ -97,7 +98,7 @@ impl PyModesResult {
 /// ValueError, TypeError
 ///     If an argument is invalid.
 /// LissomError
-///     The mass matrix is not positive definite, or the tangent not finite.
+///     If the mass matrix is not positive definite or the tangent is not finite.
 ///
 /// Examples
 /// --------

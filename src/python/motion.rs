@@ -1,4 +1,4 @@
-//! What `newmark` and `simulate` return, and what their options have in common.
+//! The results of `newmark` and `simulate`, and their common options.
 
 use std::ffi::CString;
 use std::time::{Duration, Instant};
@@ -22,7 +22,7 @@ use crate::newmark::{Predictor, StepSize};
 use crate::second_order::Counters;
 use crate::simulate::{Simulation, Slack, Statistics, accelerations};
 
-/// Result of `simulate` and `newmark`. On failure or interruption: everything that was computed.
+/// Result of `simulate` and `newmark`. After a failure or interruption it contains everything computed until then.
 ///
 /// Attributes
 /// ----------
@@ -33,7 +33,7 @@ use crate::simulate::{Simulation, Slack, Statistics, accelerations};
 ///     methods do not solve for accelerations: `a` is then computed on first access, with one evaluation per
 ///     time.
 /// u : ndarray, shape (m, inputs)
-///     The inputs from these times on; without control their defaults.
+///     Inputs from each of these times on; without a controller their defaults.
 /// stats : Statistics
 ///     Counts of steps, iterations and evaluations.
 /// balance : Balance or None
@@ -44,16 +44,16 @@ use crate::simulate::{Simulation, Slack, Statistics, accelerations};
 ///     The simulated model. Method 'auto' may replace the given one by one with more quadrature nodes. None
 ///     for `newmark`.
 /// success : bool
-///     True when the end of the interval was reached.
+///     True if the end of the interval was reached.
 /// status : str
-///     'finished', 'interrupted' (as the callback asked), 'no_initial_acceleration', 'newton_not_converged',
+///     'finished', 'interrupted' (by the callback), 'no_initial_acceleration', 'newton_not_converged',
 ///     'singular_jacobian', 'non_finite', 'non_finite_jacobian' (method 'radau'), 'step_too_small', 'too_many_steps',
-///     'accuracy_not_reached' (method 'auto'), 'stiff' (explicit methods: the largest rate of the model would take far too many
-///     steps), 'unresolved' (the rod turns by more than half a turn between neighbouring quadrature nodes), 'inverted' (its stretch is
+///     'accuracy_not_reached' (method 'auto'), 'stiff' (explicit methods: stability would require far too many steps),
+///     'unresolved' (the rod turns by more than half a turn between neighbouring quadrature nodes), 'inverted' (the stretch is
 ///     not positive somewhere), 'collapsed' (a tendon has pulled two points together, where its force has no direction), 'sunk'
-///     (surfaces overlap by more than a radius) or 'passed_through' (they would leave each other on the other side).
+///     (surfaces overlap by more than a radius) or 'passed_through' (a body would pass through another one).
 /// message : str
-///     The status in words, and what to change; and which tendons were slack.
+///     The status in words, what to change, and the names of slack tendons.
 /// slack : list of str
 ///     Tendons of a robot that were slack at any of these times: those of a given length whose path was
 ///     shorter, and those whose commanded tension was negative. Only these times are checked, not those in
@@ -233,15 +233,15 @@ impl PyMotionResult {
     }
 }
 
-/// What a run has cost. Counters that have no meaning for the method are zero.
+/// Cost of a run. Counters that do not apply to the method are zero.
 ///
 /// Attributes
 /// ----------
 /// wall_time : float
-///     Seconds.
+///     Run time, seconds.
 /// time_error, space_error : float or None
-///     Estimated errors of the tip by the steps in time and by the number of modes and nodes, relative to the model's length; None
-///     unless the method is 'auto'.
+///     Estimated errors of the tip due to the time steps and due to the number of modes and nodes, relative to the model's
+///     length; None unless the method is 'auto'.
 /// steps : int
 ///     Accepted steps.
 /// rejected : int
@@ -249,14 +249,13 @@ impl PyMotionResult {
 /// unsolved : int
 ///     Adaptive steps cut because their equations could not be solved.
 /// newton_iterations : int
-///     In all steps and for the initial accelerations.
+///     Newton iterations of all steps and for the initial accelerations.
 /// nfev : int
-///     Evaluations of the residual (explicit methods: of the forward dynamics), those for differenced Jacobians not
-///     included.
+///     Evaluations of the residual (explicit methods: of the forward dynamics), excluding those for finite-difference Jacobians.
 /// nfev_jac : int
-///     Evaluations for differenced Jacobians.
+///     Evaluations for finite-difference Jacobians.
 /// njev, nlu : int
-///     Jacobians, factorisations.
+///     Numbers of Jacobians and of factorisations.
 /// reuse_failures : int
 ///     Steps in which Newton's method failed with the Jacobian of an earlier step.
 /// full_newton : int
@@ -278,13 +277,13 @@ impl PyStatistics {
         self.0.wall_time
     }
 
-    /// Estimated error of the tip by the steps in time, relative to the model's length; None unless the method is 'auto'.
+    /// Estimated error of the tip due to the time steps, relative to the model's length; None unless the method is 'auto'.
     #[getter]
     fn time_error(&self) -> Option<f64> {
         self.0.time_error
     }
 
-    /// Estimated error of the tip by the number of modes and nodes, likewise; None where there are none.
+    /// Estimated error of the tip due to the number of modes and nodes, relative to the model's length, or None.
     #[getter]
     fn space_error(&self) -> Option<f64> {
         self.0.space_error
@@ -314,13 +313,13 @@ impl PyStatistics {
         self.counters().newton_iterations
     }
 
-    /// Evaluations, those for differenced Jacobians not included.
+    /// Evaluations, excluding those for finite-difference Jacobians.
     #[getter]
     fn nfev(&self) -> usize {
         self.counters().nfev
     }
 
-    /// Evaluations for differenced Jacobians.
+    /// Evaluations for finite-difference Jacobians.
     #[getter]
     fn nfev_jac(&self) -> usize {
         self.counters().nfev_jacobian

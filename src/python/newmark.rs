@@ -20,54 +20,54 @@ use crate::roots::Derivative;
 use crate::second_order::System;
 use crate::simulate::Simulation;
 
-/// Integrate second-order equations of motion ``residual(t, q, v, a) = 0`` by the Newmark family.
+/// Integrate second-order equations of motion ``residual(t, q, v, a) = 0`` with the Newmark family.
 ///
 /// Parameters
 /// ----------
 /// residual : callable
-///     ``residual(t, q, v, a, *args)`` for a time and displacements, velocities and accelerations of shape (n,); returns n
+///     ``residual(t, q, v, a, *args)`` of the time and of displacements, velocities and accelerations of shape (n,); returns n
 ///     numbers, such as ``M @ a + D @ v + K @ q - f(t)``. Any units.
 /// t_span : (t0, tf)
 ///     The interval, tf >= t0.
 /// q0, v0 : array_like, shape (n,)
-///     Displacements and velocities at t0. The accelerations there are solved for.
+///     Displacements and velocities at t0. The accelerations at t0 are computed from the residual.
 /// dt : float
-///     Step size, or with `adaptive` the first one. The last step is shorter if it must be.
+///     Step size, or with `adaptive` the first one. The last step may be shorter.
 /// beta, gamma : float
-///     Parameters of method 'newmark', and of no other; the defaults are the average acceleration rule.
+///     Parameters of method 'newmark'; other methods do not accept them. The defaults give the average acceleration method.
 /// jac : {'forward', 'central'} or callable
-///     Jacobian of a step: by forward differences (n more evaluations), by central differences (2n), or from
+///     Jacobian of a step: by forward differences (n additional evaluations), by central differences (2n), or from
 ///     ``jac(t, q, v, a, *args)``, which returns the three (n, n) derivatives of the residual with respect to q, v and a.
 /// method : str
 ///     'newmark', 'average_acceleration', 'linear_acceleration', 'fox_goodwin', 'central_difference', 'hht' (takes
 ///     `alpha`) or 'generalised_alpha' (takes `rho_inf`).
 /// alpha : float, optional
-///     Parameter of method 'hht', in [-1/3, 0]; -0.1 by default.
+///     Parameter of method 'hht', in [-1/3, 0]; by default -0.1.
 /// rho_inf : float, optional
-///     Parameter of method 'generalised_alpha', in [0, 1]: what infinitely fast oscillations are multiplied with in a step;
-///     0.8 by default.
+///     Parameter of method 'generalised_alpha', in [0, 1]: the spectral radius at infinite frequency, that is, the factor by
+///     which a step multiplies infinitely fast oscillations. By default 0.8.
 /// rtol, atol : float or array_like of shape (n,)
-///     A step is solved until the estimated error left in acceleration i is far below ``atol[i] + rtol[i] * abs(a[i])``. With
+///     A step is solved until the estimated error of the acceleration i is far below ``atol[i] + rtol[i] * abs(a[i])``. With
 ///     `adaptive` the local errors of displacement and velocity i are kept below ``atol[i] + rtol[i] * abs(q[i])`` and
-///     ``atol[i] + rtol[i] * abs(v[i])``, as root mean squares. `atol` is in the unit of q, of q per time and of q per time
-///     squared, respectively.
+///     ``atol[i] + rtol[i] * abs(v[i])``, in the root mean square. The unit of `atol` is that of q, of q per time, and of q per
+///     time squared, respectively.
 /// adaptive : bool
-///     Whether step sizes follow from an error estimate.
+///     Whether an error estimate controls the step size.
 /// max_step, min_step : float, optional
 ///     Bounds of adaptive steps.
 /// max_steps : int, optional
-///     Largest number of accepted steps; unlimited by default.
+///     Maximum number of accepted steps; by default unlimited.
 /// t_eval : array_like, optional
-///     Increasing times at which the motion is wanted. By default every step.
+///     Increasing output times. By default every step.
 /// a0 : array_like, shape (n,), optional
-///     Accelerations at t0, if they are not to be solved for.
+///     Accelerations at t0, if they shall not be computed from the residual.
 /// predictor : {'best', 'last', 'zero'}
-///     Accelerations that Newton's method starts from: zero, the last ones or the last two extrapolated, whichever was best in
-///     the last step; the last ones; or zero.
+///     Initial guess of the accelerations for Newton's method. 'last': those of the last step; 'zero'; 'best': zero, the last
+///     ones or an extrapolation of the last two, whichever was best in the last step.
 /// reuse_jacobian : bool
-///     Whether factorised Jacobians are kept while they serve; if not, every Newton iteration evaluates one.
+///     Whether factorised Jacobians are reused while they converge; otherwise every Newton iteration evaluates one.
 /// args : tuple, optional
-///     Further arguments of `residual` and `jac`.
+///     Additional arguments of `residual` and `jac`.
 /// callback : callable, optional
 ///     Called as ``callback(t, q, v, a)`` after every accepted step. Returning True or raising StopIteration ends the
 ///     integration, whose result then has the status 'interrupted'.
@@ -76,15 +76,14 @@ use crate::simulate::Simulation;
 /// -------
 /// MotionResult
 ///     `t` of shape (m,), `q`, `v`, `a` of shape (m, n), `stats`, `success`, `status`, `message`. A numerical failure does not
-///     raise: `success` is False and everything up to it is there.
+///     raise: `success` is False, and the result contains everything up to the failure.
 ///
 /// Raises
 /// ------
 /// ValueError, TypeError
-///     If an argument, or what `residual` or `jac` returns, is invalid. Exceptions of these and of `callback` come through
-///     unchanged.
+///     If an argument or a value returned by `residual` or `jac` is invalid. Exceptions of the callables are raised unchanged.
 /// KeyboardInterrupt
-///     On Ctrl-C; its attribute `result` is the MotionResult of what was computed.
+///     On Ctrl-C. Its attribute `result` is the MotionResult up to then.
 ///
 /// Examples
 /// --------

@@ -6,26 +6,26 @@ use super::convert;
 use super::model::PyModel;
 use crate::pendulum::SpringPendulum;
 
-/// A point mass on a massless spring that swings in a vertical plane, hinged at the origin.
+/// A point mass on a massless spring, hinged at the origin, that swings in a vertical plane.
 ///
-/// Coordinates: ``q[0]`` is the angle of the spring from the horizontal axis +x, counter-clockwise positive, in radians
-/// (the mass hangs at ``-pi/2``); ``q[1]`` is the elongation, in metres.
+/// The coordinate ``q[0]`` is the angle of the spring from the horizontal axis +x, counter-clockwise positive, in radians; the
+/// mass hangs at ``-pi/2``. ``q[1]`` is the elongation, in metres.
 ///
 /// Parameters
 /// ----------
 /// length : float
 ///     Rest length of the spring, metres, > 0.
 /// mass : float
-///     Kilograms, > 0.
+///     Mass, kilograms, > 0.
 /// stiffness : float
-///     Newtons per metre, >= 0.
+///     Stiffness of the spring, newtons per metre, >= 0.
 /// gravity : float
-///     Downward, metres per second squared.
+///     Downward acceleration of gravity, metres per second squared.
 ///
 /// Raises
 /// ------
 /// ValueError
-///     Naming every parameter that is out of its range.
+///     If parameters are invalid; the message lists all of them.
 #[pyclass(name = "SpringPendulum", module = "lissom", extends = PyModel, frozen)]
 pub(crate) struct PySpringPendulum(SpringPendulum);
 
@@ -37,7 +37,7 @@ impl PySpringPendulum {
 
 #[pymethods]
 impl PySpringPendulum {
-    /// What is computed for this model; to be printed.
+    /// Describe what lissom computes for this model. Print the returned text.
     #[allow(clippy::unused_self, reason = "a method of every model")]
     fn explain(&self) -> &'static str {
         "Spring pendulum with 2 coordinates: everything in closed form, nothing to skip\n"

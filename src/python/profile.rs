@@ -10,11 +10,11 @@ use super::convert::{self, Numbers};
 use crate::error::{Checker, InvalidInput};
 use crate::rod::{Parts, Profile, Unsampled};
 
-/// Numbers as a function of the arc length of a segment: what a `Segment` makes of a table or of a function.
+/// A function of the arc length of a segment, as `Segment` creates it from a table or a callable.
 ///
-/// A table is interpolated by cubics that do not overshoot (SciPy's ``PchipInterpolator``). A function is followed by
-/// a Chebyshev polynomial, of as high a degree as rounding asks for (128 at most). Give either `stations` and
-/// `values` or `coefficients`. Calling a profile evaluates it.
+/// A table is interpolated by cubics that do not overshoot (as by SciPy's ``PchipInterpolator``). A callable is approximated
+/// by a Chebyshev polynomial to rounding, with a degree of at most 128. Give either `stations` and `values` or
+/// `coefficients`. Calling a profile evaluates it.
 ///
 /// Parameters
 /// ----------
@@ -23,14 +23,14 @@ use crate::rod::{Parts, Profile, Unsampled};
 /// stations : array_like, shape (m,)
 ///     Increasing arc lengths from 0 to `length`, metres.
 /// values : array_like, shape (m, ...)
-///     The values at the stations.
+///     Values at the stations.
 /// coefficients : array_like, shape (d + 1, ...)
-///     Coefficients of Chebyshev's polynomials ``T_k(2 X / length - 1)``.
+///     Coefficients of the Chebyshev polynomials ``T_k(2 X / length - 1)``.
 ///
 /// Raises
 /// ------
 /// ValueError
-///     Naming every invalid parameter.
+///     If parameters are invalid; the message lists all of them.
 ///
 /// Examples
 /// --------

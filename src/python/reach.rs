@@ -17,18 +17,19 @@ use crate::robot::{Robot, RobotModel};
 /// The last row of a homogeneous transformation may differ by this from (0, 0, 0, 1): rounding of whoever computed it.
 const ROW_TOLERANCE: f64 = 1e-9;
 
-/// What `Robot.reach` found.
+/// Result of `Robot.reach`.
 ///
 /// Attributes
 /// ----------
 /// q : ndarray, shape (n,)
-///     Coordinates, rotation vectors of at most half a turn; those that come nearest where the targets are not reached.
+///     Coordinates, with rotation vectors of at most half a turn; if the targets are not reached, those that come nearest.
 /// success : bool
-///     True when all targets are reached, by the preferred shape if one was asked for.
+///     True if all targets are reached, by the preferred shape if one was requested.
 /// status : str
-///     'reached', 'not_settled' (reached, but the search for the preferred shape did not end), 'nearest' (a minimum of what is left: no small
-///     change comes nearer, by first and second derivatives), 'at_limits' (the same within limits without which it would come nearer),
-///     'iteration_limit', 'stalled', 'unresolved', 'inverted' or 'collapsed' (the way leads to shapes that the model does not have).
+///     'reached', 'not_settled' (reached, but the search for the preferred shape did not converge), 'nearest' (a local minimum of
+///     the error, by first and second derivatives), 'at_limits' (a local minimum within the limits, some of which are
+///     active), 'iteration_limit', 'stalled', 'unresolved', 'inverted' or 'collapsed' (the search led to shapes that the model
+///     cannot represent).
 /// message : str
 ///     The status in words, with the remaining error, and what to change.
 /// position_error : float, or ndarray of shape (k,) for a mapping or a sequence of k targets
@@ -39,11 +40,11 @@ const ROW_TOLERANCE: f64 = 1e-9;
 /// pose : ndarray, shape (4, 4) or (k, 4, 4)
 ///     Poses of the sections and bodies of the targets, as from `Robot.pose`.
 /// at_limits : list of str
-///     The coordinates that their limits hold back, of status 'at_limits'.
+///     Coordinates whose limits are active, for the status 'at_limits'.
 /// starts : int
-///     Starts that were tried.
+///     Number of starts tried.
 /// nit, nfev, njev : int
-///     Steps, evaluations of the shape, and of its Jacobians, from all starts together.
+///     Numbers of steps, evaluations of the shape, and Jacobians, from all starts together.
 #[pyclass(name = "ReachResult", module = "lissom", frozen, get_all)]
 #[derive(FromPyObject)]
 pub(crate) struct PyReachResult {

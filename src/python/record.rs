@@ -1,4 +1,4 @@
-//! What results have in common: nobody can write into their arrays, and they can be copied and pickled.
+//! Common behaviour of results: read-only arrays, copies and pickles.
 
 use numpy::PyUntypedArray;
 use pyo3::PyTypeInfo;

@@ -42,21 +42,22 @@ fn flat(halves: [Vector<f64>; 2]) -> Vec<f64> {
     halves.into_iter().flat_map(Vector::to_array).collect()
 }
 
-/// A robot: links that form a tree, each one a joint followed by a rod or a rigid body, and what acts on them.
+/// A robot: a tree of links, each of which is a joint followed by a rod or a rigid body, with loads, actuators, loops and
+/// contacts.
 ///
-/// Coordinates are ordered link by link as listed; within a link those of the joint, then the strain modes of the rod:
-/// segment by segment, then strain by strain (torsion, bend_y, bend_z, stretch, shear_y, shear_z), then by number of the
-/// mode. Velocities are their derivatives, also of rotation vectors. `Rod` is a robot of one link that is welded to the
-/// world.
+/// Coordinates are ordered by link, in the order of `links`. Within a link, those of the joint come first, then the strain
+/// modes of the rod: by segment, then by strain (torsion, bend_y, bend_z, stretch, shear_y, shear_z), then by mode.
+/// Velocities are the time derivatives of the coordinates, also for rotation vectors. A `Rod` is a robot with one link,
+/// welded to the world.
 ///
 /// Parameters
 /// ----------
 /// links : sequence of Link
-///     Parents before their children, at least one.
+///     Links, parents before their children, at least one.
 /// gravity : array_like, shape (3,)
-///     In the world, metres per second squared.
+///     Acceleration of gravity in world axes, metres per second squared.
 /// loads : sequence of Load
-///     Forces and moments; each one names its link.
+///     Forces and moments. Each names its link.
 /// bodies : sequence of Body
 ///     Additional rigid bodies on links; each one names its link.
 /// supports : sequence of Support
@@ -64,8 +65,7 @@ fn flat(halves: [Vector<f64>; 2]) -> Vec<f64> {
 /// fluid : Fluid, optional
 ///     The fluid around the rods; none by default. It does not act on rigid links.
 /// base_motion : BaseMotion, optional
-///     How all that is fixed to the world moves together, about the frame of the first link's joint; it rests by
-///     default.
+///     Motion of everything that is fixed to the world, about the frame of the first link's joint. By default it is at rest.
 /// loops : sequence of Loop
 ///     Joints that close loops of links.
 /// contacts : sequence of Contact
@@ -76,7 +76,7 @@ fn flat(halves: [Vector<f64>; 2]) -> Vec<f64> {
 /// Raises
 /// ------
 /// ValueError
-///     Naming every parameter that is out of its range.
+///     If parameters are invalid; the message lists all of them.
 ///
 /// Examples
 /// --------
@@ -138,7 +138,7 @@ fn inputs_of_states(u: &Bound<'_, PyAny>, m: usize, states: Option<usize>) -> Py
 type States<'a, 'py> = [Option<(&'a Bound<'py, PyAny>, &'a str)>; 3];
 
 impl PyRobot {
-    /// What it was made from.
+    /// Python objects that the robot was created from.
     pub(crate) fn description(&self) -> &Robot {
         &self.description
     }
@@ -384,15 +384,15 @@ impl PyRobot {
         Self::initializer(robot)
     }
 
-    /// The robot that a URDF file describes, with what is attached to it.
+    /// Create a robot from a URDF file and additional links.
     ///
     /// Parameters
     /// ----------
     /// path : str or path-like
-    ///     The file. Of a `xacro` the URDF that it makes.
+    ///     The URDF file. Run `xacro` on a xacro file first.
     /// **options
-    ///     Those of `lissom.urdf.robot_from_urdf`: `floating`, `limit_stiffness`, `mend_inertia`, further `links`, and
-    ///     what a `Robot` takes.
+    ///     Options of `lissom.urdf.robot_from_urdf`: `floating`, `limit_stiffness`, `mend_inertia`, additional `links`, and
+    ///     parameters of `Robot`.
     ///
     /// Returns
     /// -------
@@ -401,12 +401,12 @@ impl PyRobot {
     /// Raises
     /// ------
     /// UrdfError
-    ///     With everything that is wrong with the file.
+    ///     If the file is invalid; the message lists all problems.
     ///
     /// Warns
     /// -----
     /// UrdfWarning
-    ///     About what the file has and the robot has not.
+    ///     If the file has content that the robot does not include.
     #[staticmethod]
     #[pyo3(signature = (path, **options))]
     fn from_urdf<'py>(
@@ -438,18 +438,18 @@ impl PyRobot {
         PyTuple::new(py, links.collect::<PyResult<Vec<_>>>()?)
     }
 
-    /// A name for every coordinate: the link's, a dot, and that of the coordinate within the link.
+    /// Names of the coordinates: the name of the link, a dot, and the name of the coordinate within the link.
     #[getter]
     fn coordinates<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
         PyTuple::new(py, self.description.coordinate_names())
     }
 
-    /// The coordinates of a link among all: ``q[robot.slice("left")]``.
+    /// Slice of a link's coordinates: ``q[robot.slice("left")]``.
     ///
     /// Parameters
     /// ----------
     /// link : str
-    ///     Its name.
+    ///     Name of the link.
     ///
     /// Returns
     /// -------
@@ -472,7 +472,7 @@ impl PyRobot {
         PyTuple::new(py, loads.collect::<PyResult<Vec<_>>>()?)
     }
 
-    /// Further rigid bodies.
+    /// Additional rigid bodies.
     #[getter]
     fn bodies<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
         PyTuple::new(
@@ -496,7 +496,7 @@ impl PyRobot {
         )
     }
 
-    /// What surrounds the rod, or None.
+    /// Fluid around the rods, or None.
     #[getter]
     pub(super) fn fluid(&self) -> Option<PyFluid> {
         self.description.fluid.clone().map(PyFluid)
@@ -526,13 +526,13 @@ impl PyRobot {
         contacts_out(py, &self.description)
     }
 
-    /// Number of constraints of all loops together, and one of each tendon that does not stretch.
+    /// Number of constraints: those of all loops, plus one for each inextensible tendon.
     #[getter]
     fn constraints(&self) -> usize {
         self.description.constraints()
     }
 
-    /// Number of constraints that the others determine in a shape, loop by loop.
+    /// Number of redundant constraints of each loop at a shape, that is, of constraints that the others imply.
     ///
     /// Parameters
     /// ----------
@@ -542,9 +542,8 @@ impl PyRobot {
     /// Returns
     /// -------
     /// redundant : dict
-    ///     How many constraints of a loop, or of a tendon that does not stretch, are redundant, by its name; those without any
-    ///     are left out. Which rows of several
-    ///     loops count as the redundant ones is a choice; how many there are together is not.
+    ///     Number of redundant constraints by the name of the loop or inextensible tendon; those without any are left out. The
+    ///     total is unique, its distribution over several loops is not.
     fn redundant_constraints<'py>(
         &self,
         py: Python<'py>,
@@ -563,22 +562,22 @@ impl PyRobot {
         Ok(found)
     }
 
-    /// Length of an actuator: of a tendon's path, the volume of a chamber, the coordinate of a motor.
+    /// Length of an actuator: the path length of a tendon, the volume of a chamber, or the coordinate of a motor.
     ///
     /// Parameters
     /// ----------
     /// name : str
-    ///     Which actuator.
+    ///     Name of the actuator.
     /// q : array_like, shape (n,) or (k, n)
-    ///     Coordinates, or those of k states.
+    ///     Coordinates of a state, or of k states.
     /// t : float or array_like, shape (k,), optional
-    ///     The time of the state, or those of k states, seconds; needed where the base moves.
+    ///     Time of the state, or of each of the k states, seconds. Required if the base moves.
     ///
     /// Returns
     /// -------
     /// length : float, or ndarray of shape (k,)
-    ///     Metres of a tendon, cubic metres of a chamber, radians or metres of a motor; of an active strain the generalised
-    ///     displacement that its amount is dual to, joules for an amount of one.
+    ///     Metres for a tendon, cubic metres for a chamber, radians or metres for a motor. For an active strain, the generalised
+    ///     displacement conjugate to its amount, joules for an amount of one.
     #[pyo3(signature = (name, q, *, t=None))]
     fn actuator_length<'py>(
         &self,
@@ -599,21 +598,21 @@ impl PyRobot {
         )
     }
 
-    /// Rate of an actuator's length.
+    /// Rate of change of an actuator's length.
     ///
     /// Parameters
     /// ----------
     /// name : str
-    ///     Which actuator.
+    ///     Name of the actuator.
     /// q, qd : array_like, shape (n,) or (k, n)
-    ///     Coordinates and velocities, or those of k states.
+    ///     Coordinates and velocities of a state, or of k states.
     /// t : float or array_like, shape (k,), optional
-    ///     The time of the state, or those of k states, seconds; needed where the base moves.
+    ///     Time of the state, or of each of the k states, seconds. Required if the base moves.
     ///
     /// Returns
     /// -------
     /// rate : float, or ndarray of shape (k,)
-    ///     The unit of `actuator_length`, per second.
+    ///     Unit of `actuator_length` per second.
     #[pyo3(signature = (name, q, qd, *, t=None))]
     fn actuator_rate<'py>(
         &self,
@@ -635,16 +634,17 @@ impl PyRobot {
     /// Parameters
     /// ----------
     /// name : str
-    ///     Which actuator.
+    ///     Name of the actuator.
     /// q : array_like, shape (n,) or (k, n)
-    ///     Coordinates, or those of k states.
+    ///     Coordinates of a state, or of k states.
     /// t : float or array_like, shape (k,), optional
-    ///     The time of the state, or those of k states, seconds; needed where the base moves.
+    ///     Time of the state, or of each of the k states, seconds. Required if the base moves.
     ///
     /// Returns
     /// -------
     /// gradient : ndarray, shape (n,) or (k, n)
-    ///     ``gradient @ qd`` is the rate of the length; a tendon of tension T has the generalised forces ``-T * gradient``.
+    ///     Gradient of the length. ``gradient @ qd`` is the rate of the length; a tendon with the tension T exerts the
+    ///     generalised forces ``-T * gradient``.
     #[pyo3(signature = (name, q, *, t=None))]
     fn actuator_gradient<'py>(
         &self,
@@ -662,26 +662,27 @@ impl PyRobot {
         })
     }
 
-    /// What an actuator does: the tension of a tendon, the pressure of a chamber, the torque of a motor.
+    /// Force of an actuator: the tension of a tendon, the pressure of a chamber, or the torque of a motor.
     ///
     /// Parameters
     /// ----------
     /// name : str
-    ///     Which actuator.
+    ///     Name of the actuator.
     /// q, qd : array_like, shape (n,) or (k, n)
-    ///     Coordinates and velocities, or those of k states.
+    ///     Coordinates and velocities of a state, or of k states.
     /// t : float or array_like, shape (k,), optional
-    ///     The time of the state, or those of k states, seconds; needed where something varies in time.
+    ///     Time of the state, or of each of the k states, seconds. Required if anything varies in time.
     /// u : array_like, shape (m,) or (k, m), optional
-    ///     The inputs, for all states or for each; by default as they are by themselves.
+    ///     Inputs for all states or for each; by default `u0`.
     /// qdd : array_like, shape (n,) or (k, n), optional
-    ///     Accelerations, which the tension of a tendon that does not stretch depends on; by default those that the robot has
-    ///     in this state by itself.
+    ///     Accelerations, on which the tension of an inextensible tendon depends; by default those of the robot's free motion
+    ///     from this state.
     ///
     /// Returns
     /// -------
     /// force : float, or ndarray of shape (k,)
-    ///     Newtons, pascals, newton metres or newtons; zero of a tendon that is slack. Of an active strain its amount.
+    ///     Newtons for a tendon (zero if it is slack), pascals for a chamber, newton metres or newtons for a motor; for an active
+    ///     strain its amount.
     #[pyo3(signature = (name, q, qd, *, t=None, u=None, qdd=None))]
     fn actuator_force<'py>(
         &self,
@@ -716,7 +717,7 @@ impl PyRobot {
         PyTuple::new(py, kinematics.nodes())
     }
 
-    /// What the robot is computed by: "planar" where its joints, modes and reference strains keep it in one plane, else "spatial".
+    /// Kernel that computes the robot: "planar" if its joints, modes and reference strains keep it in one plane, else "spatial".
     #[getter]
     fn kernel(&self) -> &'static str {
         match self.kinematics.lock().unwrap_or_else(PoisonError::into_inner).kernel() {
@@ -725,11 +726,11 @@ impl PyRobot {
         }
     }
 
-    /// Multiplications of doubles that one evaluation takes, by what is evaluated.
+    /// Number of floating-point multiplications of one evaluation, by kind of evaluation.
     ///
-    /// ``"residual"``: inverse dynamics; ``"tangent"``: the Jacobian of an implicit step, where the residual is
-    /// known; ``"mass_matrix"``: where the shape is known; ``"factorisation"`` (LU) and ``"solution"`` of a step's
-    /// linear system. A multiply-add counts as one.
+    /// ``"residual"``: inverse dynamics; ``"tangent"``: Jacobian of an implicit step, given the residual; ``"mass_matrix"``:
+    /// mass matrix, given the shape; ``"factorisation"`` (LU) and ``"solution"`` of the linear system of a step. A
+    /// multiply-add counts as one.
     #[getter]
     fn multiplications<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let kinematics = self.kinematics.lock().unwrap_or_else(PoisonError::into_inner);
@@ -744,8 +745,8 @@ impl PyRobot {
         Ok(counts)
     }
 
-    /// What is computed for this robot, what is skipped because it has no part in it, and why, and how many multiplications
-    /// the evaluations take; to be printed.
+    /// Describe what lissom computes for this robot, what it skips and why, and how many multiplications the evaluations take.
+    /// Print the returned text.
     fn explain(&self) -> String {
         self.kinematics.lock().unwrap_or_else(PoisonError::into_inner).full_explanation().to_string()
     }
@@ -755,13 +756,13 @@ impl PyRobot {
     /// Parameters
     /// ----------
     /// q : array_like, shape (n,) or (k, n)
-    ///     Coordinates, or those of k states.
+    ///     Coordinates of a state, or of k states.
     /// X : float or array_like, shape (m,), optional
-    ///     Arc lengths of the link's unstretched rod, 0 <= X <= length, metres; by default its tip. None for a rigid link.
+    ///     Arc lengths of the link's unstretched rod, 0 <= X <= length, metres; by default the tip. None for a rigid link.
     /// link : str, optional
-    ///     Which link; may be left out where there is one.
+    ///     Name of the link; optional if the robot has only one.
     /// t : float or array_like, shape (k,), optional
-    ///     The time, or those of k states, seconds; needed where the base moves.
+    ///     Time of the state, or of each of the k states, seconds. Required if the base moves.
     ///
     /// Returns
     /// -------
@@ -826,20 +827,20 @@ impl PyRobot {
     /// Parameters
     /// ----------
     /// q : array_like, shape (n,) or (k, n)
-    ///     Coordinates, or those of k states.
+    ///     Coordinates of a state, or of k states.
     /// X : float, optional
     ///     Arc length of the link's unstretched rod from its base, metres; by default its tip.
     /// link : str, optional
-    ///     Which link; may be left out where there is one.
+    ///     Name of the link; optional if the robot has only one.
     /// t : float or array_like, shape (k,), optional
-    ///     The time of the state, or those of k states, seconds; needed where the base moves.
+    ///     Time of the state, or of each of the k states, seconds. Required if the base moves.
     ///
     /// Returns
     /// -------
     /// jacobian : ndarray, shape (6, n) or (k, 6, n)
-    ///     ``jacobian @ qd`` is the angular velocity of the section at X and the velocity of its centre, in world axes, on a base
-    ///     that does not move (else `velocity` adds that of the base);
-    ///     ``jacobian.T @ wrench`` are the generalised forces of a moment and a force that act there.
+    ///     ``jacobian @ qd`` is the angular velocity of the section at X and the velocity of its centre, in world axes, for a
+    ///     fixed base; `velocity` adds the motion of the base. ``jacobian.T @ wrench`` are the generalised forces of a moment and
+    ///     a force at the section.
     #[pyo3(signature = (q, X=None, *, link=None, t=None))]
     #[allow(non_snake_case, reason = "X is the arc length of the unstretched rod everywhere in this field")]
     fn jacobian<'py>(
@@ -872,13 +873,13 @@ impl PyRobot {
     /// Parameters
     /// ----------
     /// q, qd : array_like, shape (n,) or (k, n)
-    ///     Coordinates and velocities, or those of k states.
+    ///     Coordinates and velocities of a state, or of k states.
     /// X : float, optional
     ///     Arc length of the link's unstretched rod from its base, metres; by default its tip.
     /// link : str, optional
-    ///     Which link; may be left out where there is one.
+    ///     Name of the link; optional if the robot has only one.
     /// t : float or array_like, shape (k,), optional
-    ///     The time of the state, or those of k states, seconds; needed where the base moves.
+    ///     Time of the state, or of each of the k states, seconds. Required if the base moves.
     ///
     /// Returns
     /// -------
@@ -909,19 +910,19 @@ impl PyRobot {
 
     /// Acceleration of a section or body.
     ///
-    /// The derivative of `velocity` in time. What falls freely has that of gravity; `lissom.sensors.Accelerometer` tells what an
-    /// instrument there feels.
+    /// Time derivative of `velocity`. In free fall it is the acceleration of gravity. `lissom.sensors.Accelerometer` gives the
+    /// specific force, which an instrument would measure.
     ///
     /// Parameters
     /// ----------
     /// q, qd, qdd : array_like, shape (n,) or (k, n)
-    ///     Coordinates, velocities and accelerations, or those of k states.
+    ///     Coordinates, velocities and accelerations of a state, or of k states.
     /// X : float, optional
     ///     Arc length of the link's unstretched rod from its base, metres; by default its tip.
     /// link : str, optional
-    ///     Which link; may be left out where there is one.
+    ///     Name of the link; optional if the robot has only one.
     /// t : float or array_like, shape (k,), optional
-    ///     The time of the state, or those of k states, seconds; needed where the base moves.
+    ///     Time of the state, or of each of the k states, seconds. Required if the base moves.
     ///
     /// Returns
     /// -------
@@ -931,8 +932,8 @@ impl PyRobot {
     ///
     /// Notes
     /// -----
-    /// Exact, as `velocity` is: it costs an inverse dynamics. From the body's spatial acceleration (a; w') about the origin, at
-    /// its point p: ``a + w' x p + w x (v + w x p)`` (Featherstone 2008, section 2.11).
+    /// Exact, like `velocity`, at the cost of one inverse dynamics. Computed from the spatial acceleration (a; w') about the
+    /// origin, at the point p: ``a + w' x p + w x (v + w x p)`` (Featherstone 2008, section 2.11).
     ///
     /// Examples
     /// --------
@@ -971,9 +972,9 @@ impl PyRobot {
     /// Parameters
     /// ----------
     /// q : array_like, shape (n,) or (k, n)
-    ///     Coordinates, or those of k states.
+    ///     Coordinates of a state, or of k states.
     /// t : float or array_like, shape (k,), optional
-    ///     The time of the state, or those of k states, seconds; needed where the base moves.
+    ///     Time of the state, or of each of the k states, seconds. Required if the base moves.
     ///
     /// Returns
     /// -------
@@ -1004,9 +1005,9 @@ impl PyRobot {
     /// Parameters
     /// ----------
     /// q, qd : array_like, shape (n,) or (k, n)
-    ///     Coordinates and velocities, or those of k states.
+    ///     Coordinates and velocities of a state, or of k states.
     /// t : float or array_like, shape (k,), optional
-    ///     The time of the state, or those of k states, seconds; needed where the base moves.
+    ///     Time of the state, or of each of the k states, seconds. Required if the base moves.
     ///
     /// Returns
     /// -------
@@ -1037,13 +1038,13 @@ impl PyRobot {
     /// Parameters
     /// ----------
     /// q, qd, qdd : array_like, shape (n,) or (k, n)
-    ///     Coordinates, velocities and accelerations, or those of k states.
+    ///     Coordinates, velocities and accelerations of a state, or of k states.
     /// link : str, optional
-    ///     Which link; may be left out where there is one.
+    ///     Name of the link; optional if the robot has only one.
     /// t : float or array_like, shape (k,), optional
-    ///     The time of the state, or those of k states, seconds; needed where loads vary or the base moves.
+    ///     Time of the state, or of each of the k states, seconds. Required if loads vary or the base moves.
     /// u : array_like, shape (m,) or (k, m), optional
-    ///     The inputs, for all states or for each; by default as they are by themselves.
+    ///     Inputs for all states or for each; by default `u0`.
     ///
     /// Returns
     /// -------
@@ -1083,9 +1084,9 @@ impl PyRobot {
     /// name : str, optional
     ///     Which loop; may be left out where there is one.
     /// t : float or array_like, shape (k,), optional
-    ///     The time of the state, or those of k states, seconds; needed where loads vary or the base moves.
+    ///     Time of the state, or of each of the k states, seconds. Required if loads vary or the base moves.
     /// u : array_like, shape (m,) or (k, m), optional
-    ///     The inputs, for all states or for each; by default as they are by themselves.
+    ///     Inputs for all states or for each; by default `u0`.
     ///
     /// Returns
     /// -------
@@ -1116,21 +1117,21 @@ impl PyRobot {
         })
     }
 
-    /// Wrench of a contact on its first surface, summed over all points of contact.
+    /// Resultant wrench of a contact on its first surface.
     ///
     /// Parameters
     /// ----------
     /// q, qd : array_like, shape (n,) or (k, n)
-    ///     Coordinates and velocities of a state, or those of k states.
+    ///     Coordinates and velocities of a state, or of k states.
     /// name : str, optional
-    ///     Which contact; may be left out where there is one.
+    ///     Name of the contact; optional if the robot has only one.
     /// t : float or array_like, shape (k,), optional
-    ///     The time of the state, or those of k states, seconds; needed where the base moves or joints move as prescribed.
+    ///     Time of the state, or of each of the k states, seconds. Required if the motion of the base or a joint is prescribed.
     ///
     /// Returns
     /// -------
     /// wrench : ndarray, shape (6,) or (k, 6)
-    ///     Moment about the world's origin, newton metres, and force, newtons, in world axes: zeros where nothing touches.
+    ///     Moment about the world's origin, newton metres, and force, newtons, in world axes; zero without contact.
     #[pyo3(signature = (q, qd, *, name=None, t=None))]
     fn contact_forces<'py>(
         &self,
@@ -1146,21 +1147,21 @@ impl PyRobot {
         })
     }
 
-    /// Where surfaces touch in a state.
+    /// Places where surfaces touch in a state.
     ///
     /// Parameters
     /// ----------
     /// q : array_like, shape (n,)
     ///     Coordinates.
     /// qd : array_like, shape (n,), optional
-    ///     Velocities; at rest by default.
+    ///     Velocities; by default zero.
     /// t : float, optional
-    ///     The time of the state, seconds; needed where the base moves or joints move as prescribed.
+    ///     Time of the state, seconds. Required if the motion of the base or a joint is prescribed.
     ///
     /// Returns
     /// -------
     /// touches : list of Touch
-    ///     Contact by contact, along rods from base to tip.
+    ///     Places ordered by contact, along rods from base to tip.
     #[pyo3(signature = (q, qd=None, *, t=None))]
     fn touches<'py>(
         &self,
@@ -1216,19 +1217,19 @@ impl PyRobot {
         )
     }
 
-    /// How far closed loops are open.
+    /// Violation of the loop constraints.
     ///
     /// Parameters
     /// ----------
     /// q : array_like, shape (n,) or (k, n)
-    ///     Coordinates, or those of k states.
+    ///     Coordinates of a state, or of k states.
     /// t : float or array_like, shape (k,), optional
-    ///     The time of the state, or those of k states, seconds; needed where joints move as prescribed.
+    ///     Time of the state, or of each of the k states, seconds. Required if the motion of a joint is prescribed.
     ///
     /// Returns
     /// -------
     /// gaps : ndarray, shape (m,) or (k, m)
-    ///     Of each of the constraints: metres, differences of cosines, or of a coordinate.
+    ///     Violation of each constraint: metres, a difference of cosines, or the unit of a coordinate.
     #[pyo3(signature = (q, *, t=None))]
     fn loop_gaps<'py>(
         &self,
@@ -1255,18 +1256,18 @@ impl PyRobot {
     /// Parameters
     /// ----------
     /// q : array_like, shape (n,) or (k, n)
-    ///     Coordinates, or those of k states.
+    ///     Coordinates of a state, or of k states.
     /// X : float or array_like, shape (m,), optional
-    ///     Arc lengths of the link's unstretched rod, 0 <= X <= length, metres; by default its tip. Where two segments meet, the
-    ///     strain is that of the one before.
+    ///     Arc lengths of the link's unstretched rod, 0 <= X <= length, metres; by default the tip. Where two segments meet, the
+    ///     strain is that of the first one.
     /// link : str, optional
-    ///     Which link; may be left out where there is one.
+    ///     Name of the link; optional if the robot has only one.
     ///
     /// Returns
     /// -------
     /// strain : ndarray, shape (6,) for a number, (m, 6) for an array; (k, 6) and (k, m, 6) for k states
-    ///     Torsion, bend_y and bend_z, radians per metre; stretch, shear_y and shear_z, metres per metre: (0, 0, 0, 1, 0, 0) of a
-    ///     straight rod that is not deformed. In the section's axes, the reference strain included.
+    ///     Torsion, bend_y and bend_z, radians per metre; stretch, shear_y and shear_z, metres per metre; all in the axes of the
+    ///     section and including the reference strain. An undeformed straight rod has (0, 0, 0, 1, 0, 0).
     ///
     /// Examples
     /// --------
@@ -1299,31 +1300,30 @@ impl PyRobot {
         Ok(strains.into_pyarray(q.py()).reshape(shape)?.into_any())
     }
 
-    /// Moment and force that pass through sections of a rod in a motion: what the part before a section exerts on what lies
-    /// beyond it.
+    /// Internal moment and force in sections of a rod during a motion: the wrench that the part before a section exerts on
+    /// everything beyond it.
     ///
-    /// A rod that is pulled has a negative force along x: at its base the wrench is that of `joint_wrench`, in the axes of the
-    /// section. Loads, bodies and links that are exactly at X count as beyond it.
+    /// A rod under tension has a negative force along x. At the base the result equals `joint_wrench`, in the axes of the
+    /// section. Loads, bodies and links exactly at X count as beyond the section.
     ///
     /// Parameters
     /// ----------
     /// q, qd, qdd : array_like, shape (n,) or (k, n)
-    ///     Coordinates, velocities and accelerations, or those of k states.
+    ///     Coordinates, velocities and accelerations of a state, or of k states.
     /// X : float or array_like, shape (m,), optional
     ///     Arc lengths of the link's unstretched rod, 0 <= X <= length, metres; by default its tip.
     /// link : str, optional
-    ///     Which link; may be left out where there is one.
+    ///     Name of the link; optional if the robot has only one.
     /// t : float or array_like, shape (k,), optional
-    ///     The time, or those of k states, seconds; needed where loads vary or the base moves.
+    ///     Time of the state, or of each of the k states, seconds. Required if loads vary or the base moves.
     /// by : {'balance', 'material'}
-    ///     'balance': from the inertia of all that lies beyond, its weight, loads, fluid and supports; right for every motion that is
-    ///     given, also in strains without modes. 'material': from stiffness and damping of the section,
-    ///     ``-(H (xi - xi_0) + mu H xi')`` with active strains as part of xi_0, which knows neither loads nor strains without modes. In
-    ///     free motion and in equilibrium the modes see no difference between the two, and at every place it vanishes as modes
-    ///     become more; but what embedded tendons and chambers pass on is in the balance and not in the material: there they
-    ///     differ by the whole of it.
+    ///     'balance': from inertia, weight, loads, fluid and supports of everything beyond the section. It is valid for any given
+    ///     motion, also for strains without modes. 'material': from stiffness and damping of the section,
+    ///     ``-(H (xi - xi_0) + mu H xi')``, with active strains as part of xi_0. It includes neither loads nor strains without
+    ///     modes. In free motion and in equilibrium the two agree when projected onto the modes, and pointwise as the number of
+    ///     modes grows, except for the forces of embedded tendons and chambers, which only 'balance' includes.
     /// u : array_like, shape (m,) or (k, m), optional
-    ///     The inputs, for all states or for each; by default as they are by themselves.
+    ///     Inputs for all states or for each; by default `u0`.
     ///
     /// Returns
     /// -------
@@ -1332,7 +1332,7 @@ impl PyRobot {
     ///
     /// Examples
     /// --------
-    /// A rod of one kilogram that hangs carries less and less of its weight downwards:
+    /// A hanging rod of one kilogram carries less of its weight towards the tip:
     ///
     /// >>> import numpy as np, lissom
     /// >>> wire = lissom.Segment(1.0, 1e-3, 2e11, 8e10, 1 / (np.pi * 1e-6), modes={"bend_y": 1})
@@ -1374,7 +1374,7 @@ impl PyRobot {
         })
     }
 
-    /// Find a shape in which links have given poses: inverse kinematics.
+    /// Inverse kinematics: find a shape in which links have given poses.
     ///
     /// Minimises the squared errors within the limits of joints, by Gauss-Newton steps in a trust region, and
     /// by Newton steps where those are slow. A target out of reach therefore converges fast to the nearest
@@ -1394,29 +1394,32 @@ impl PyRobot {
     /// point : array_like, shape (3,), optional
     ///     The point to place, in the axes of the section or body, metres; by default its origin.
     /// position_weight, orientation_weight : float or array_like, shape (3,)
-    ///     How much the position counts, along the axes of the world, and the orientation, about the axes that are wanted; zero where it does
-    ///     not matter. With weights of one, a radian counts as much as the length of the robot. They matter where not all can be reached.
+    ///     Weights of the position error along the world axes and of the orientation error about the target's axes; zero ignores
+    ///     an axis. With weights of one, a radian counts as much as the length of the robot. The weights matter if the target
+    ///     cannot be reached.
     /// q0 : array_like, shape (n,), optional
-    ///     Where to begin, brought within the limits; by default zero.
+    ///     Initial shape, projected onto the limits; by default zero.
     /// bounds : (lower, upper), optional
-    ///     Between which values the coordinates may be, each a number or shape (n,): infinite where they have no limit, equal where they
-    ///     stay. The `limits` of joints apply in addition.
+    ///     Bounds of the coordinates, each a number or of shape (n,). Infinite values mean no bound, equal values fix a
+    ///     coordinate. The `limits` of joints apply in addition.
     /// prefer : {'start', 'energy'} or array_like of shape (n,), optional
-    ///     Which of all shapes that reach: the nearest to `q0`, by coordinates over their typical sizes or by these weights of their squares; or
-    ///     the one with the least elastic energy of rods and springs of joints, supports left out. By default any that is near.
+    ///     Preference among the solutions: the one nearest to `q0`, measured with the coordinates' typical sizes or with the
+    ///     given weights of their squares; or the one with the least elastic energy of rods and joint springs, without supports.
+    ///     By default any solution near the start.
     /// t : float, optional
-    ///     The time, seconds; needed where the base moves.
+    ///     Time, seconds. Required if the base moves.
     /// tol : float
-    ///     A target is reached when its position is off by at most this part of the robot's length, and its orientation by so many radians.
+    ///     A target counts as reached if the position error is at most `tol` times the robot's length and the orientation error
+    ///     at most `tol` radians.
     /// max_iter : int
-    ///     Largest number of steps from a start.
+    ///     Maximum number of steps from each start.
     /// restarts : int
-    ///     Largest number of further starts.
+    ///     Maximum number of additional starts.
     ///
     /// Returns
     /// -------
     /// ReachResult
-    ///     `q`, `success`, `status`, `message`, `position_error`, `orientation_error`, `pose` and more. What cannot be reached
+    ///     `q`, `success`, `status`, `message`, `position_error`, `orientation_error`, `pose` and more. An unreachable target
     ///     does not raise.
     ///
     /// Raises
@@ -1426,9 +1429,9 @@ impl PyRobot {
     ///
     /// Notes
     /// -----
-    /// A step costs a Jacobian of every target; one with second derivatives, and each step towards what is preferred, n of them. The
-    /// orientation that is left is the rotation vector of ``R_wanted.T @ R``, with its exact differential. The preferred shape
-    /// is found by multipliers (Hestenes 1969; Powell 1969), and is one that no small change makes better.
+    /// A Gauss-Newton step costs one Jacobian per target; a step with second derivatives, and each step towards the preferred
+    /// shape, cost n. The orientation error is the rotation vector of ``R_target.T @ R``, with its exact differential. The
+    /// method of multipliers (Hestenes 1969; Powell 1969) finds the preferred shape, which is a local optimum.
     ///
     /// Examples
     /// --------
@@ -1480,16 +1483,16 @@ impl PyRobot {
         reach::search(link.py(), model, link, single.as_ref(), &wishes)
     }
 
-    /// Moment and force that the base exerts on the robot in a motion.
+    /// Moment and force that the base exerts on the robot during a motion.
     ///
     /// Parameters
     /// ----------
     /// q, qd, qdd : array_like, shape (n,) or (k, n)
-    ///     Coordinates, velocities and accelerations, or those of k states.
+    ///     Coordinates, velocities and accelerations of a state, or of k states.
     /// t : float or array_like, shape (k,), optional
-    ///     The time of the state, or those of k states, seconds; needed where loads vary or the base moves.
+    ///     Time of the state, or of each of the k states, seconds. Required if loads vary or the base moves.
     /// u : array_like, shape (m,) or (k, m), optional
-    ///     The inputs, for all states or for each; by default as they are by themselves.
+    ///     Inputs for all states or for each; by default `u0`.
     ///
     /// Returns
     /// -------

@@ -17,46 +17,47 @@ use super::support::PySupport;
 use crate::error::InvalidInput;
 use crate::robot::{Robot, Rod};
 
-/// A Cosserat rod: segments in a row, clamped at the base, with loads and rigid bodies on it.
+/// A Cosserat rod that is clamped at its base: a sequence of segments with loads and rigid bodies.
 ///
-/// The coordinates are the strain modes: segment by segment, then strain by strain (torsion, bend_y, bend_z, stretch,
-/// shear_y, shear_z), then by number of the mode (for Legendre polynomials by degree). Segments of piecewise constant
-/// strain are ordered piece by piece first, as if they were segments.
+/// The coordinates are the amplitudes of the strain modes, ordered by segment, then by strain (torsion, bend_y, bend_z,
+/// stretch, shear_y, shear_z), then by mode (the degree of a Legendre polynomial). With piecewise constant strain, each
+/// piece counts as a segment of its own in this order.
 ///
 /// Parameters
 /// ----------
 /// segments : sequence of Segment
-///     From base to tip, at least one.
+///     Segments from base to tip, at least one.
 /// base_position : array_like, shape (3,)
-///     Metres.
+///     Position of the base, metres.
 /// base_orientation : array_like, shape (4,)
-///     Unit quaternion (w, x, y, z) that turns body axes into world axes; the rod leaves the base along its body x axis.
+///     Orientation of the base: unit quaternion (w, x, y, z) that maps body axes to world axes. The rod starts along the body
+///     x axis.
 /// gravity : array_like, shape (3,)
-///     In the world, metres per second squared.
+///     Acceleration of gravity in world axes, metres per second squared.
 /// tip_force, tip_moment : array_like, shape (3,)
-///     Dead loads in world axes, newtons and newton metres. A dead moment has no potential: it does not appear in the
-///     energy.
+///     Dead loads at the tip in world axes, newtons and newton metres. A dead moment has no potential, so `energy` does not
+///     include it.
 /// tip_mass : float
 ///     Point mass at the tip, kilograms.
 /// loads : sequence of Load
-///     Further forces and moments, anywhere on the rod.
+///     Additional forces and moments, anywhere on the rod.
 /// bodies : sequence of Body
-///     Further rigid bodies, anywhere on the rod.
+///     Additional rigid bodies, anywhere on the rod.
 /// base_motion : BaseMotion, optional
-///     How the base moves from its position and orientation; it rests by default.
+///     Motion of the base relative to its position and orientation. By default the base is fixed.
 /// supports : sequence of Support
 ///     Springs and dampers to the world, anywhere on the rod.
 /// fluid : Fluid, optional
-///     What surrounds the rod; by default nothing does.
+///     Fluid around the rod. By default there is none.
 /// actuators : sequence of Tendon, Chamber, Motor, ActiveStrain
 ///     The actuators of the rod.
 /// contacts : sequence of Contact
-///     What the rod, the link "rod", touches.
+///     Contacts of the rod, which they name as the link "rod".
 ///
 /// Raises
 /// ------
 /// ValueError
-///     Naming every parameter that is out of its range.
+///     If parameters are invalid; the message lists all of them.
 #[pyclass(name = "Rod", module = "lissom", extends = PyRobot, frozen)]
 pub(crate) struct PyRod {
     description: Rod,
@@ -66,7 +67,7 @@ pub(crate) struct PyRod {
 }
 
 impl PyRod {
-    /// What it was made from.
+    /// Python objects that the rod was created from.
     pub(crate) fn description(&self) -> &Rod {
         &self.description
     }
@@ -199,14 +200,14 @@ impl PyRod {
         self.description.tip_mass
     }
 
-    /// Further loads.
+    /// Additional loads.
     #[getter]
     fn loads<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
         let loads = self.description.loads.iter().map(|load| PyLoad::of(py, load, None));
         PyTuple::new(py, loads.collect::<PyResult<Vec<_>>>()?)
     }
 
-    /// Further rigid bodies.
+    /// Additional rigid bodies.
     #[getter]
     fn bodies<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
         let bodies = self.description.bodies.iter().cloned().map(|body| PyBody { body, link: None });

@@ -32,19 +32,19 @@ use crate::roots::{
 ///     'line_search_failed', 'trust_region_collapsed', 'longest_steps', 'non_finite_residual',
 ///     'non_finite_jacobian'.
 /// message : str
-///     What happened, and what to change if it was no success.
+///     What happened, and after a failure what to change.
 /// residual_norm : float
 ///     ``||fun / f_scale||_2``.
 /// step_norm : float
 ///     ``||dx / x_scale||_2`` of the last step; NaN if none was taken.
 /// nit, nfev, njev, nlu : int
-///     Steps, evaluations of `fun` (those for difference Jacobians included), Jacobians, factorisations.
+///     Numbers of steps, evaluations of `fun` (including those for finite-difference Jacobians), Jacobians and factorisations.
 /// nfev_jac : int
-///     The part of `nfev` that difference Jacobians took.
+///     Number of evaluations for finite-difference Jacobians, included in `nfev`.
 /// multiplicity : int or None
 ///     Estimated multiplicity of the root if convergence was linear.
 /// history : dict of ndarray or None
-///     Per iterate, the start included, if asked for: 'x', shape (nit + 1,) or (nit + 1, n); 'residual_norm',
+///     Data of each iterate including the start, if requested: 'x', shape (nit + 1,) or (nit + 1, n); 'residual_norm',
 ///     'step_norm', 'step_length' (relative to the full Newton step) and 'rate' (of the residual norms),
 ///     shape (nit + 1,).
 #[pyclass(frozen, get_all, name = "RootResult", module = "lissom")]
@@ -102,17 +102,17 @@ impl PyRootResult {
     }
 }
 
-/// The result of `check_jacobian`: the entry where the Jacobian differs most from central differences.
+/// Result of `check_jacobian`: the entry of the Jacobian that differs most from central differences.
 ///
 /// Attributes
 /// ----------
 /// relative_difference : float
-///     ``|given - difference|``, less what rounding of `fun` explains, over the larger of the two; infinite
-///     if one is not finite.
+///     ``|given - difference|``, minus what rounding of `fun` explains, relative to the larger of the two; infinite if one of
+///     them is not finite.
 /// row, column : int
-///     Where.
+///     Indices of the entry.
 /// given, difference : float
-///     The entry of `jac`, and by central differences.
+///     The entry from `jac` and from central differences.
 #[pyclass(frozen, get_all, name = "JacobianCheck", module = "lissom")]
 #[derive(FromPyObject)]
 pub(crate) struct PyJacobianCheck {
@@ -266,61 +266,58 @@ impl System for PyFunctions<'_, '_> {
     }
 }
 
-/// Root of a function of one or several variables, by Newton's method.
+/// Find a root of a function of one or several variables by Newton's method.
 ///
 /// Parameters
 /// ----------
 /// fun : callable
-///     ``fun(x, *args)``, the residual. x is a float if `x0` is a number, else an ndarray of shape (n,); the
-///     value is a number or an array-like of shape (m,). m and n may differ: then the steps are least-squares
-///     steps of minimum norm.
+///     Residual ``fun(x, *args)``. x is a float if `x0` is a number, else an ndarray of shape (n,); the value is a number or an
+///     array-like of shape (m,). If m and n differ, steps are minimum-norm least-squares steps.
 /// x0 : float or array_like, shape (n,)
-///     Where to start.
+///     Initial guess.
 /// args : tuple, optional
-///     Further arguments of `fun` and `jac`.
+///     Additional arguments of `fun` and `jac`.
 /// jac : {'forward', 'central'} or callable, optional
 ///     The Jacobian: forward differences (the default; n evaluations each), central differences (2n
 ///     evaluations, about three digits more), or ``jac(x, *args)`` of shape (m, n).
 /// method : {'newton', 'line_search', 'trust_region'}, optional
-///     Full Newton steps (the default), Newton steps shortened until the residual falls, or Powell's dogleg
-///     in a trust region.
+///     Full Newton steps (the default), Newton steps with a line search that reduces the residual, or Powell's dogleg method in
+///     a trust region.
 /// tol : float, optional
-///     Converged when ``||fun(x) / f_scale||_2 <= tol``; 1e-6 by default.
+///     Tolerance of the residual, ``||fun(x) / f_scale||_2 <= tol``; by default 1e-6.
 /// max_iter : int, optional
-///     Largest number of steps; 1000 by default.
+///     Maximum number of steps; by default 1000.
 /// xtol, xtol_abs : float, optional
-///     Converged also when a Newton step satisfies ``sqrt(mean((dx / (xtol_abs + xtol |x|))**2)) <= 1`` and
-///     the residual confirms it. Both zero, the default, switches this off.
+///     Tolerances of the step. The search also converges if a Newton step satisfies
+///     ``sqrt(mean((dx / (xtol_abs + xtol |x|))**2)) <= 1`` and the residual confirms it. Zero, the default, disables this
+///     criterion.
 /// x_scale : float or array_like, shape (n,), optional
-///     Typical sizes of the unknowns; 1 by default. Increments of differences are relative to ``max(|x|,
-///     x_scale)``.
+///     Typical sizes of the unknowns; by default 1. Finite-difference increments are relative to ``max(|x|, x_scale)``.
 /// f_scale : float or array_like, shape (m,), optional
-///     Typical sizes of the residuals; 1 by default.
+///     Typical sizes of the residuals; by default 1.
 /// max_step : float, optional
-///     Longest step, ``||dx / x_scale||_2``. By default 1000 times the start (at least 1000) in
-///     'line_search', else unlimited.
+///     Maximum step, ``||dx / x_scale||_2``. By default 1000 times the norm of the start (at least 1000) for 'line_search', else
+///     unlimited.
 /// keep_jacobian : bool, optional
-///     Keep the factorised Jacobian as long as the residual falls to a quarter or less in each step. False by
-///     default.
+///     Reuse the factorised Jacobian as long as each step reduces the residual to a quarter or less. By default False.
 /// accelerate : bool, optional
-///     Lengthen the steps where they show a multiple root. False by default.
+///     Lengthen the steps if they indicate a multiple root. By default False.
 /// history : bool, optional
-///     Keep every iterate in the result. False by default.
+///     Keep every iterate in the result. By default False.
 /// raise_on_failure : bool, optional
-///     Raise `ConvergenceError` unless the search succeeds. False by default.
+///     Raise `ConvergenceError` if the search fails. By default False.
 ///
 /// Returns
 /// -------
 /// RootResult
-///     `x`, `fun`, `success`, `status`, `message`, counters, and more: see there.
+///     `x`, `fun`, `success`, `status`, `message`, counters and more.
 ///
 /// Raises
 /// ------
 /// ConvergenceError
-///     If `raise_on_failure` is set and there is no success; its attribute `result` is the RootResult.
+///     If `raise_on_failure` is set and the search fails. Its attribute `result` is the RootResult.
 /// ValueError, TypeError
-///     If an argument, or what `fun` or `jac` returns, is invalid. Exceptions of `fun` and `jac` come
-///     through unchanged.
+///     If an argument or a value returned by `fun` or `jac` is invalid. Exceptions of `fun` and `jac` are raised unchanged.
 ///
 /// Examples
 /// --------
@@ -420,15 +417,15 @@ pub(crate) fn root<'py>(
 /// fun : callable
 ///     ``fun(x, *args)``, of shape (m,) or a number.
 /// x : float or array_like, shape (n,)
-///     Where.
+///     Point at which the Jacobian is evaluated.
 /// method : {'central', 'forward'}, optional
 ///     Central differences with increments ``eps**(1/3) max(|x|, x_scale)`` (error about eps**(2/3), 2n
 ///     evaluations; the default), or forward differences with ``eps**(1/2) max(|x|, x_scale)`` (error about
 ///     eps**(1/2), n + 1 evaluations).
 /// x_scale : float or array_like, shape (n,), optional
-///     Typical sizes of the unknowns; 1 by default.
+///     Typical sizes of the unknowns; by default 1.
 /// args : tuple, optional
-///     Further arguments of `fun`.
+///     Additional arguments of `fun`.
 ///
 /// Returns
 /// -------
@@ -437,7 +434,7 @@ pub(crate) fn root<'py>(
 /// Raises
 /// ------
 /// ValueError
-///     `fun` is NaN or infinite there.
+///     If `fun` is NaN or infinite near `x`.
 #[pyfunction]
 #[pyo3(signature = (fun, x, method="central", *, x_scale=None, args=None),
     text_signature = "(fun, x, method='central', *, x_scale=None, args=())")]
@@ -485,17 +482,17 @@ pub(crate) fn jacobian<'py>(
 /// jac : callable
 ///     ``jac(x, *args)``, of shape (m, n).
 /// x : float or array_like, shape (n,)
-///     Where.
+///     Point at which the Jacobian is evaluated.
 /// x_scale : float or array_like, shape (n,), optional
-///     Typical sizes of the unknowns; 1 by default.
+///     Typical sizes of the unknowns; by default 1.
 /// args : tuple, optional
-///     Further arguments of both functions.
+///     Additional arguments of both functions.
 ///
 /// Returns
 /// -------
 /// JacobianCheck
-///     The entry that differs most: `relative_difference`, `row`, `column`, `given`, `difference`. A right
-///     Jacobian gives about 1e-9, a wrong one about 1.
+///     The entry that differs most: `relative_difference`, `row`, `column`, `given`, `difference`. A correct Jacobian gives about
+///     1e-9, a wrong one about 1.
 #[pyfunction(name = "check_jacobian")]
 #[pyo3(signature = (fun, jac, x, *, x_scale=None, args=None),
     text_signature = "(fun, jac, x, *, x_scale=None, args=())")]

@@ -1,4 +1,4 @@
-//! What computations of many rows have in common: models, vectors and threads.
+//! Common arguments of computations with many rows: models, vectors and threads.
 
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;

@@ -1,4 +1,4 @@
-//! `lissom.Scene` and what it says about bad files.
+//! `lissom.Scene` and its errors.
 
 use std::path::PathBuf;
 

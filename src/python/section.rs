@@ -13,13 +13,13 @@ use super::profile;
 use crate::error::Checker;
 use crate::rod::{GivenSection, Parts, Profile, Section, Segment, Shape, ShearCorrection};
 
-/// What a segment looks like across: a shape of its material, or given stiffness and inertia.
+/// Cross-section of a segment: a shape filled with its material, or given stiffness and inertia.
 ///
-/// Made by `Section.circle`, `Section.hollow_circle`, `Section.rectangle`, `Section.ellipse` and `Section.given`.
-/// Sizes are metres: one number, a pair (at the segment's base, at its tip) for a linear taper, or a function of the
-/// arc length X from the segment's base, as a table (stations, values), a callable or a `Profile`. Callables need
-/// `length`, the segment's in metres, beside them. Width lies along body y, height along body z. Methods take the
-/// place as the fraction `x` of the segment's length, from 0 to 1.
+/// Create it with `Section.circle`, `Section.hollow_circle`, `Section.rectangle`, `Section.ellipse` or `Section.given`.
+/// Sizes are in metres: a number; a pair (segment's base, tip) for a linear taper; or a function of the arc length X from
+/// the segment's base as a table (stations, values), a callable or a `Profile`. Callables also need `length`, the length of
+/// the segment in metres. Width is along body y, height along body z. Methods take the position as the fraction `x` of the
+/// segment's length, from 0 to 1.
 ///
 /// Examples
 /// --------
@@ -84,9 +84,9 @@ impl PySection {
     /// Parameters
     /// ----------
     /// radius : float or (float, float) or table or callable or Profile
-    ///     Metres; at base and tip where it tapers linearly, or as a function of the arc length X.
+    ///     Radius, metres; a pair at base and tip for a linear taper, or a function of the arc length X.
     /// length : float, optional
-    ///     Length of the segment in metres, which callables need.
+    ///     Length of the segment, metres. Required with callables.
     ///
     /// Returns
     /// -------
@@ -100,14 +100,14 @@ impl PySection {
         Self::with_sizes([(radius, "radius")], length, |[radius]| Shape::Circle { radius })
     }
 
-    /// A tube.
+    /// A tube with a circular section.
     ///
     /// Parameters
     /// ----------
     /// outer, inner : float or (float, float) or table or callable or Profile
     ///     Radii in metres; the inner one may be zero.
     /// length : float, optional
-    ///     Length of the segment in metres, which callables need.
+    ///     Length of the segment, metres. Required with callables.
     ///
     /// Returns
     /// -------
@@ -128,9 +128,9 @@ impl PySection {
     /// Parameters
     /// ----------
     /// width, height : float or (float, float) or table or callable or Profile
-    ///     Whole sides along body y and along body z, metres.
+    ///     Sides along body y and along body z, metres.
     /// length : float, optional
-    ///     Length of the segment in metres, which callables need.
+    ///     Length of the segment, metres. Required with callables.
     ///
     /// Returns
     /// -------
@@ -151,9 +151,9 @@ impl PySection {
     /// Parameters
     /// ----------
     /// semi_axis_y, semi_axis_z : float or (float, float) or table or callable or Profile
-    ///     Half its width along body y and half its height along body z, metres.
+    ///     Semi-axes along body y and along body z, metres.
     /// length : float, optional
-    ///     Length of the segment in metres, which callables need.
+    ///     Length of the segment, metres. Required with callables.
     ///
     /// Returns
     /// -------
@@ -172,10 +172,10 @@ impl PySection {
         })
     }
 
-    /// Stiffness and inertia as they are: composites, profiles computed elsewhere, test cases.
+    /// Given stiffness and inertia, for example of composites or of sections computed elsewhere.
     ///
-    /// Its segment takes no moduli and no density. Each may also be a function of the arc length X from the segment's
-    /// base: a table (stations, values), a callable (which needs `length`) or a `Profile`, with values of these
+    /// The segment then takes neither moduli nor density. Each parameter may also be a function of the arc length X from the
+    /// segment's base: a table (stations, values), a callable (which requires `length`) or a `Profile`, with values of these
     /// shapes.
     ///
     /// Parameters
@@ -185,13 +185,13 @@ impl PySection {
     ///     diagonal. N m^2 between angular strains, N between linear ones, N m between one and another. It must be positive
     ///     definite on the strains that have modes; entries of others do not matter.
     /// mass : float
-    ///     Kilograms per metre.
+    ///     Mass per length, kilograms per metre.
     /// inertia : array_like, shape (3,) or (3, 3)
     ///     Inertia tensor per length about the centre of mass, in the section's axes, kg m, or its diagonal.
     /// centre : array_like, shape (2,)
-    ///     Centre of mass along body y and z, seen from the rod's axis, metres.
+    ///     Centre of mass along body y and z, relative to the rod's axis, metres.
     /// length : float, optional
-    ///     Length of the segment in metres, which callables need.
+    ///     Length of the segment, metres. Required with callables.
     ///
     /// Returns
     /// -------
@@ -248,8 +248,8 @@ impl PySection {
         }
     }
 
-    /// What it was made with, by name: sizes at base and tip, or stiffness, mass, inertia and centre; a Profile for
-    /// each function of X.
+    /// Parameters of the section by name: sizes at base and tip, or stiffness, mass, inertia and centre; a Profile for each
+    /// function of X.
     #[getter]
     fn parameters<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let parameters = PyDict::new(py);
@@ -311,9 +311,9 @@ impl PySection {
         Ok(self.shape_at(x)?.cowper(poisson_ratio).into())
     }
 
-    /// How far it reaches from the rod's axis, along y and along z, metres.
+    /// Half extents of the section along y and along z from the rod's axis, metres.
     ///
-    /// Of a given section that of the ellipse with the same radii of gyration.
+    /// For a section of kind 'given', those of the ellipse with the same radii of gyration.
     #[pyo3(signature = (x=0.0))]
     fn half_extents(&self, #[pyo3(from_py_with = convert::number)] x: f64) -> PyResult<(f64, f64)> {
         check_fraction(x)?;

@@ -15,40 +15,40 @@ use crate::rod::{
     generalised_stiffness,
 };
 
-/// A piece of rod with one kind of section.
+/// A segment of a rod with one kind of section and one material.
 ///
 /// Parameters
 /// ----------
 /// length : float
-///     Metres.
+///     Length, metres.
 /// radius : float or (float, float) or table or callable or Profile, optional
-///     Radius of a circular section in metres: one number, radii at the segment's base and tip, or a function of the arc length X
-///     as `reference_strain` takes it. Either this or `section`.
+///     Radius of a circular section, metres: a number, a pair of radii at the segment's base and tip, or a function of the arc
+///     length X in one of the forms of `reference_strain`. Give either `radius` or `section`.
 /// young_modulus, shear_modulus : float, optional
-///     E and G in pascals, with Poisson's ratio E/(2G) - 1 in (-1, 0.5]. Needed unless the section is given; in place of the
-///     shear modulus there may be `poisson_ratio`.
+///     Moduli E and G, pascals, with Poisson's ratio E/(2G) - 1 in (-1, 0.5]. Required unless the section is of kind 'given'.
+///     `poisson_ratio` can replace the shear modulus.
 /// density : float, optional
-///     Kilograms per cubic metre. Needed unless the section is given.
+///     Density, kilograms per cubic metre. Required unless the section is of kind 'given'.
 /// modes : dict of str to int
 ///     Number of modes of each strain: keys ``"torsion"``, ``"bend_y"``, ``"bend_z"``, ``"stretch"``,
-///     ``"shear_y"``, ``"shear_z"``; what is not named has none and keeps its reference strain.
+///     ``"shear_y"``, ``"shear_z"``. Strains that are not named have no modes and keep their reference values.
 /// retardation_time : float
-///     Kelvin-Voigt damping is this time, in seconds, times the stiffness.
+///     Retardation time of Kelvin-Voigt damping, seconds: the damping matrix is this time multiplied by the stiffness matrix.
 /// reference_strain : array_like, shape (6,), or table or callable or Profile
-///     Strain free of stress: torsion, bend_y, bend_z (radians per metre), stretch, shear_y, shear_z. A table is a pair of
-///     stations (arc lengths from 0 to `length`, metres) and values, shape (m, 6), interpolated without overshoot; a callable is
-///     given the arc length from the segment's base. See `Profile`.
+///     Stress-free strain: torsion, bend_y, bend_z (radians per metre), stretch, shear_y, shear_z. To vary it along the
+///     segment, give a table of stations (arc lengths from 0 to `length`, metres) and values, shape (m, 6), which is
+///     interpolated without overshoot; a callable of the arc length from the segment's base; or a `Profile`.
 /// shear_correction : float, (float, float) or 'cowper'
-///     Factor of the shear stiffness G A, factors for shear along y and along z, or those of Cowper (1966) for the shape and
-///     Poisson's ratio.
+///     Shear correction factor: one number, two numbers for shear along y and along z, or 'cowper' for the factors of Cowper
+///     (1966), which depend on the shape of the section and Poisson's ratio.
 /// nodes : int, optional
-///     Quadrature nodes, rounded up to a multiple of four; the default suits bends up to about half a turn.
+///     Number of quadrature nodes, rounded up to a multiple of four. The default is accurate for bending up to about half a turn.
 /// basis : {'legendre', 'chebyshev', 'monomial', 'piecewise_constant', 'hermite'}
-///     What the modes are, as functions of x = X / length: Legendre or Chebyshev polynomials of 2 x - 1, powers of x, one on
-///     each of so many equal pieces, or cubics with value and slope (times the distance of the knots) at equally spaced knots, two
-///     modes a knot. In the last two all strains have the same number of modes, or none.
+///     Shape functions of the modes, with x = X / length: Legendre or Chebyshev polynomials of 2 x - 1; powers of x; constants
+///     on equal pieces; or Hermite cubics on equally spaced knots, with two modes per knot for value and slope (times the
+///     knot spacing). With the last two, all strains that have modes have the same number.
 /// section : Section, optional
-///     A section of another shape, or one of given stiffness and inertia.
+///     Section of another shape, or with given stiffness and inertia.
 /// poisson_ratio : float, optional
 ///     Poisson's ratio nu in (-1, 0.5], instead of the shear modulus: G = E/(2 (1 + nu)). Then the shear modulus follows Young's
 ///     modulus where that is swept, fitted or differentiated with respect to.
@@ -56,7 +56,7 @@ use crate::rod::{
 /// Raises
 /// ------
 /// ValueError
-///     Naming every parameter that is out of its range.
+///     If parameters are invalid; the message lists all of them.
 #[pyclass(name = "Segment", module = "lissom", frozen, eq)]
 #[derive(Clone, PartialEq)]
 pub(crate) struct PySegment(pub(crate) Segment);
@@ -189,37 +189,37 @@ impl PySegment {
         }
     }
 
-    /// What it looks like across.
+    /// The cross-section.
     #[getter]
     fn section(&self) -> PySection {
         PySection::of(&self.0)
     }
 
-    /// Young's modulus in pascals; None where the section is given.
+    /// Young's modulus in pascals; None for a section of kind 'given'.
     #[getter]
     fn young_modulus(&self) -> Option<f64> {
         self.of_material(self.0.young_modulus)
     }
 
-    /// Shear modulus in pascals; None where the section is given.
+    /// Shear modulus in pascals; None for a section of kind 'given'.
     #[getter]
     fn shear_modulus(&self) -> Option<f64> {
         self.of_material(self.0.shear_modulus)
     }
 
-    /// Poisson's ratio E/(2G) - 1; None where the section is given.
+    /// Poisson's ratio E/(2G) - 1; None for a section of kind 'given'.
     #[getter]
     fn poisson_ratio(&self) -> Option<f64> {
         self.of_material(self.0.given_poisson_ratio.unwrap_or_else(|| self.0.poisson_ratio()))
     }
 
-    /// Density in kilograms per cubic metre; None where the section is given.
+    /// Density in kilograms per cubic metre; None for a section of kind 'given'.
     #[getter]
     fn density(&self) -> Option<f64> {
         self.of_material(self.0.density)
     }
 
-    /// Number of modes of each strain that has any.
+    /// Number of modes of each strain that has modes.
     #[getter]
     fn modes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let modes = PyDict::new(py);
@@ -235,13 +235,13 @@ impl PySegment {
         self.0.retardation_time
     }
 
-    /// What the modes are: 'legendre', 'chebyshev', 'monomial', 'piecewise_constant' or 'hermite'.
+    /// Shape functions of the modes: 'legendre', 'chebyshev', 'monomial', 'piecewise_constant' or 'hermite'.
     #[getter]
     fn basis(&self) -> &'static str {
         self.0.basis.name()
     }
 
-    /// Strain free of stress: torsion, bend_y, bend_z, stretch, shear_y, shear_z; a Profile where it varies.
+    /// Stress-free strain: torsion, bend_y, bend_z, stretch, shear_y, shear_z; a Profile if it varies.
     #[getter]
     fn reference_strain<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let profile = &self.0.reference_strain;
@@ -251,29 +251,30 @@ impl PySegment {
         }
     }
 
-    /// Factor of the shear stiffness G A, factors for y and for z, or 'cowper'.
+    /// Shear correction factor, factors for y and z, or 'cowper'.
     #[getter]
     fn shear_correction<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         section::shear_correction_out(py, self.0.shear_correction)
     }
 
-    /// Requested number of quadrature nodes; None for the default. `Rod.nodes` has the number in use.
+    /// Requested number of quadrature nodes; None for the default. `Rod.nodes` returns the number in use.
     #[getter]
     fn nodes(&self) -> Option<usize> {
         self.0.nodes
     }
 
-    /// Stiffness per length of the strains at arc length X from the segment's base.
+    /// Sectional stiffness at arc length X from the segment's base.
     ///
     /// Parameters
     /// ----------
     /// X : float
-    ///     Metres, from 0 to the segment's length.
+    ///     Arc length, metres, from 0 to the segment's length.
     ///
     /// Returns
     /// -------
     /// numpy.ndarray, shape (6, 6)
-    ///     In the order torsion, bend_y, bend_z, stretch, shear_y, shear_z; of shapes diagonal.
+    ///     Stiffness in the order torsion, bend_y, bend_z, stretch, shear_y, shear_z; diagonal unless the section is of kind
+    ///     'given'.
     #[pyo3(signature = (X=0.0))]
     #[allow(non_snake_case, reason = "arc length is X everywhere")]
     fn stiffness<'py>(
@@ -284,30 +285,30 @@ impl PySegment {
         section::rows(py, &self.properties(X)?.stiffness)
     }
 
-    /// Generalised stiffness: the material answers the segment's coordinates q with the generalised forces ``K @ q``, and their
-    /// rates with ``retardation_time * K @ v``.
+    /// Generalised stiffness K of the segment: its coordinates q give the generalised elastic forces ``K @ q`` and their
+    /// rates v the damping forces ``retardation_time * K @ v``.
     ///
     /// Returns
     /// -------
     /// numpy.ndarray, shape (k, k)
-    ///     Of the segment's k coordinates, in their order; symmetric. In N m^3 between modes of torsion and bending, in N m between
-    ///     those of stretch and shear.
+    ///     Symmetric matrix for the segment's k coordinates. Entries are in N m^3 for modes of torsion and bending, in N m for
+    ///     modes of stretch and shear.
     fn generalised_stiffness<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f64>> {
         convert::matrix_out(py, &generalised_stiffness(&self.0))
     }
 
-    /// Inertia per length at arc length X from the segment's base.
+    /// Sectional inertia at arc length X from the segment's base.
     ///
     /// Parameters
     /// ----------
     /// X : float
-    ///     Metres, from 0 to the segment's length.
+    ///     Arc length, metres, from 0 to the segment's length.
     ///
     /// Returns
     /// -------
     /// numpy.ndarray, shape (6, 6)
-    ///     Takes a twist (angular velocity, velocity of the rod's axis) to the momentum per length (angular about the axis, linear),
-    ///     all in the section's axes.
+    ///     Maps a twist (angular velocity, velocity of the axis) to the momentum per length (angular about the axis, linear), all
+    ///     in the axes of the section.
     #[pyo3(signature = (X=0.0))]
     #[allow(non_snake_case, reason = "arc length is X everywhere")]
     fn inertia<'py>(
@@ -383,7 +384,7 @@ impl PySegment {
 }
 
 impl PySegment {
-    /// What belongs to a material: nothing where the section is given.
+    /// A material property; none for a section of kind 'given'.
     fn of_material(&self, value: f64) -> Option<f64> {
         matches!(self.0.section, Section::Shape(_)).then_some(value)
     }

@@ -1,4 +1,4 @@
-//! What `lissom.sensitivity` asks of the core.
+//! The part of `lissom.sensitivity` that calls the core.
 
 use numpy::{IntoPyArray, PyArrayMethods};
 use pyo3::exceptions::{PyTypeError, PyValueError};
@@ -37,7 +37,8 @@ pub(crate) enum Dependence<'py> {
     Input((usize, usize)),
 }
 
-/// Derivatives of a run of the Newmark family with fixed steps, or of Radau IIA: of all states forward, or of a number by the adjoint.
+/// Derivatives of a run of the Newmark family with fixed steps, or of Radau IIA: of all states forward, or of a number by the
+/// adjoint.
 ///
 /// `lissom.sensitivity` says what they are.
 ///
@@ -49,10 +50,10 @@ pub(crate) enum Dependence<'py> {
 /// q, v, a : array_like, shape (m, n)
 ///     All accepted steps.
 /// forces : list
-///     For each of p parameters a list of (Model, float), models whose weighted sum of forces is their derivative, empty for what no
-///     force depends on; or for a segment's material (first coordinate, dK/dp, dD/dp), its k coordinates' stiffness and damping,
-///     shapes (k, k); or with `weights` for its section the same and (number of the segment, list of (Segment, float)), segments
-///     whose weighted sum of inertias is the derivative; or for an input (number of the leg, number of the input).
+/// For each of p parameters a list of (Model, float), models whose weighted sum of forces is their derivative, empty for what no
+/// force depends on; or for a segment's material (first coordinate, dK/dp, dD/dp), its k coordinates' stiffness and damping,
+/// shapes (k, k); or with `weights` for its section the same and (number of the segment, list of (Segment, float)), segments
+/// whose weighted sum of inertias is the derivative; or for an input (number of the leg, number of the input).
 /// dq0, dv0 : array_like, shape (n, p)
 ///     How the start moves with the parameters.
 /// legs : list of (int, array_like of shape (inputs,)), optional

@@ -20,12 +20,12 @@ use crate::robot::{Driven, Robot};
 use crate::signal::{Evaluate, Function, Harmonic, Input, Motion, Signal, Table};
 use crate::world::{BaseMotion, BaseRotation, quaternion_motion};
 
-/// A steady part and an oscillation: ``mean + rate * t + amplitude * sin(2 * pi * frequency * t + phase)``.
+/// A harmonic signal: ``mean + rate * t + amplitude * sin(2 * pi * frequency * t + phase)``.
 ///
 /// Parameters
 /// ----------
 /// amplitude : float or array_like, shape (3,)
-///     Largest deviation from the steady part; for a force or a moment one number for each axis.
+///     Amplitude of the oscillation; for a force or a moment one number per axis.
 /// frequency : float
 ///     Oscillations per second, hertz.
 /// phase : float
@@ -38,7 +38,7 @@ use crate::world::{BaseMotion, BaseRotation, quaternion_motion};
 /// Raises
 /// ------
 /// ValueError
-///     Naming every invalid parameter.
+///     If parameters are invalid; the message lists all of them.
 ///
 /// Examples
 /// --------
@@ -180,23 +180,23 @@ impl PyHarmonic {
     }
 }
 
-/// A number, or a vector of three, that is set during a motion: by a controller, or step by step.
+/// A scalar or three-component input that a controller or `Simulation.step` sets during a motion.
 ///
-/// It stands wherever a force, a moment or the command of an actuator is asked for. `Model.inputs` lists all of a model; as
-/// long as nobody sets them they have their defaults, so that statics, modes and runs without a controller know them, too.
+/// Use it in place of a force, a moment or the command of an actuator. `Model.inputs` lists the inputs of a model. In
+/// statics, modes and runs without a controller, inputs have their defaults.
 ///
 /// Parameters
 /// ----------
 /// name : str
-///     The name. Inputs with the same name are one input.
+///     Name of the input. Inputs with the same name are one input.
 /// default : float or array_like, shape (3,)
-///     Its value as long as nobody sets it; three numbers for a force or a moment, which then has the entries ``name.x``,
-///     ``name.y`` and ``name.z`` among the inputs.
+///     Value unless it is set; three numbers for a force or a moment, whose entries among the inputs are ``name.x``, ``name.y``
+///     and ``name.z``.
 ///
 /// Raises
 /// ------
 /// ValueError
-///     An empty name, or a default that is not finite.
+///     If the name is empty or the default is not finite.
 ///
 /// Examples
 /// --------
@@ -251,7 +251,7 @@ impl PyInput {
         &self.name
     }
 
-    /// Its value as long as nobody sets it.
+    /// Value unless it is set.
     #[getter]
     fn default<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let [x, y, z] = self.value;

@@ -24,81 +24,85 @@ use crate::simulate::{Control, Method, slackness};
 /// What `t_eval` is where all accepted steps are wanted.
 const EVERY_STEP: &str = "steps";
 
-/// Simulate the free motion of a model.
+/// Simulate the motion of a model from an initial state.
 ///
 /// Parameters
 /// ----------
 /// model : Model
-///     A `Rod` or a `SpringPendulum`.
+///     A `Rod`, `Robot` or `SpringPendulum`.
 /// t_end : float
-///     The motion is simulated from `t0` to this time, seconds.
+///     End of the simulation, seconds.
 /// t0 : float
-///     The time at the start, seconds: that of `q0` and `v0`, at which loads that vary and a base that moves are first taken.
+///     Start of the simulation, seconds: the time of `q0` and `v0`.
 /// q0, v0 : array_like, shape (n,), optional
-///     Coordinates and velocities at the start; zero by default.
+///     Initial coordinates and velocities; by default zero.
 /// method : str
-///     Implicit, of second order, through the inverse dynamics: 'newmark' (average acceleration unless `beta` and `gamma`
-///     say otherwise), 'average_acceleration', 'linear_acceleration', 'fox_goodwin', 'central_difference', 'hht' (takes
-///     `alpha`), 'generalised_alpha' (takes `rho_inf`); of order 5, adaptive: 'radau' (Radau IIA). Explicit, adaptive, through
-///     the forward dynamics: 'rk45', 'dop853'. 'auto' takes the accuracy that is wanted (`rtol`), chooses between the last ones by
-///     the stiffness of the model, and runs until an estimate of the error says that it is met; see ``docs/accuracy.md``.
+///     Implicit methods of second order, which use the inverse dynamics: 'newmark' (average acceleration unless `beta` and
+///     `gamma` are given), 'average_acceleration', 'linear_acceleration', 'fox_goodwin', 'central_difference', 'hht' (with
+///     `alpha`), 'generalised_alpha' (with `rho_inf`). Implicit, adaptive, of order 5: 'radau' (Radau IIA). Explicit and
+///     adaptive, using the forward dynamics: 'rk45', 'dop853'. 'auto' chooses among the adaptive methods by the stiffness of
+///     the model, and repeats the run until the estimated error meets the requested accuracy `rtol`; see
+///     ``docs/accuracy.md``.
 /// dt : float
-///     Step size of the Newmark family, seconds; the last step is shorter if it must be. For the other methods the
-///     distance of the times that are returned.
+///     Step size of the Newmark family, seconds; the last step may be shorter. For the other methods, the interval of the
+///     output times.
 /// jac : {'analytic', 'forward', 'central'}
-///     Jacobian of a step of the Newmark family: exact, by forward differences (n more evaluations), by central differences
-///     (2n). 'radau' always has the exact one.
+///     Jacobian of a step of the Newmark family: exact, by forward differences (n additional evaluations) or by central
+///     differences (2n). 'radau' always uses the exact one.
 /// rtol, atol : float or array_like of shape (n,)
-///     Newmark family: a step is solved until the estimated error left in acceleration i is far below
-///     ``atol[i] + rtol[i] * abs(a[i])``. Adaptive steps (and the other methods): the local errors of coordinate and velocity i are
-///     kept below ``atol[i] + rtol[i] * abs(q[i])`` and ``atol[i] + rtol[i] * abs(v[i])``, as root mean squares.
-///     `atol` is in the unit of q, of q per second and of q per second squared, respectively. 'auto': `rtol` (1e-4 by default) is
-///     the largest error of the tip relative to the model's length, and there is no `atol`.
+///     Newmark family: a step is solved until the estimated error of the acceleration i is far below
+///     ``atol[i] + rtol[i] * abs(a[i])``. Adaptive steps and the other methods: the local errors of coordinate and velocity i
+///     are kept below ``atol[i] + rtol[i] * abs(q[i])`` and ``atol[i] + rtol[i] * abs(v[i])``, in the root mean square. The
+///     unit of `atol` is that of q, of q per second, and of q per second squared, respectively. 'auto': `rtol` (by default
+///     1e-4) is the largest error of the tip relative to the model's length; `atol` is not used.
 /// t_eval : array_like or 'steps', optional
-///     Increasing times from `t0` to `t_end` at which the motion is wanted, or 'steps': at every accepted step. By default every step
-///     (Newmark family) or every `dt`.
+///     Increasing output times from `t0` to `t_end`, or 'steps' for every accepted step. By default every step (Newmark family)
+///     or every `dt`.
 /// control : callable, optional
-///     Called as ``control(t, q, v)``, at `t0` and every `control_step` from there on; returns what the model's inputs are until it
-///     is called again, shape (inputs,). Steps end at these times: those of fixed size are equal in between and at most `dt`. Its
-///     exceptions come through, with what was computed as their attribute `result`. By default inputs keep their defaults.
+///     Controller, called as ``control(t, q, v)`` at `t0` and after every `control_step`. It returns the model's inputs, shape
+///     (inputs,), which are held until the next call. Steps end at these times; steps of fixed size are equal in between and
+///     at most `dt`. Its exceptions are raised with the partial result as their attribute `result`. By default inputs keep
+///     their defaults.
 /// control_step : float, optional
-///     Seconds; `dt` by default.
+///     Interval of the controller, seconds; by default `dt`.
 /// progress : callable, optional
 ///     Called as ``progress(t)`` at the first step and then about twenty times a second. Returning True or raising
-///     StopIteration stops the run, whose result then has the status 'interrupted'. Other exceptions come through unchanged.
+///     StopIteration stops the run, whose result then has the status 'interrupted'. Other exceptions are raised unchanged.
 /// beta, gamma : float
-///     Parameters of method 'newmark', and of no other.
+///     Parameters of method 'newmark'; other methods do not accept them.
 /// alpha : float, optional
-///     Parameter of method 'hht', in [-1/3, 0]; -0.1 by default.
+///     Parameter of method 'hht', in [-1/3, 0]; by default -0.1.
 /// rho_inf : float, optional
-///     Parameter of method 'generalised_alpha', in [0, 1]: what infinitely fast oscillations are multiplied with in a step;
-///     0.8 by default.
+///     Parameter of method 'generalised_alpha', in [0, 1]: the spectral radius at infinite frequency, that is, the factor by
+///     which a step multiplies infinitely fast oscillations. By default 0.8.
 /// adaptive : bool
-///     Whether the Newmark family chooses its steps by an error estimate, beginning with `dt`. The other methods always
-///     choose theirs.
+///     Whether the Newmark family adapts its steps by an error estimate, starting with `dt`. The other methods are always
+///     adaptive.
 /// max_step, min_step : float, optional
-///     Bounds of adaptive steps, seconds ('auto': `max_step` only). They end at the times of tables and take at least four steps a
-///     period of harmonic loads and base motions; pulses of a callable are only seen for sure with a `max_step` shorter than them.
+///     Bounds of adaptive steps, seconds ('auto': `max_step` only). Adaptive steps end at the times of tables, and there are at
+///     least four per period of harmonic loads and base motions. To be sure that a pulse in a callable is not missed, choose
+///     a `max_step` shorter than the pulse.
 /// max_steps : int, optional
-///     Largest number of accepted steps; unlimited by default. 'auto': of each of its runs, a million by default.
+///     Maximum number of accepted steps; by default unlimited. 'auto': maximum for each of its runs, by default a million.
 /// predictor : {'best', 'last', 'zero'}
-///     Accelerations that Newton's method starts from in a step of the Newmark family: zero, the last ones or the last two
-///     extrapolated, whichever was best in the last step; the last ones; or zero.
+///     Initial guess of the accelerations for Newton's method in a step of the Newmark family. 'last': those of the last step;
+///     'zero'; 'best': zero, the last ones or an extrapolation of the last two, whichever was best in the last step.
 /// reuse_jacobian : bool
-///     Whether the Newmark family keeps factorised Jacobians while they serve; if not, every Newton iteration evaluates one.
+///     Whether the Newmark family reuses factorised Jacobians while they converge; otherwise every Newton iteration evaluates
+///     one.
 ///
 /// Returns
 /// -------
 /// MotionResult
 ///     `t` of shape (m,), `q`, `v`, `a` of shape (m, n), `stats`, `success`, `status`, `message`. A numerical failure does not
-///     raise: `success` is False and everything up to it is there.
+///     raise: `success` is False, and the result contains everything up to the failure.
 ///
 /// Raises
 /// ------
 /// ValueError, TypeError
-///     If an argument is invalid or is none of the method's, or if the result would not fit in memory.
+///     If an argument is invalid or not accepted by the method, or if the result would not fit in memory.
 /// KeyboardInterrupt
-///     On Ctrl-C; its attribute `result` is the MotionResult of what was computed.
+///     On Ctrl-C. Its attribute `result` is the MotionResult up to then.
 ///
 /// Examples
 /// --------
@@ -483,37 +487,37 @@ fn like<'py>(original: &Bound<'py, PyAny>, robot: &Robot) -> PyResult<Bound<'py,
     }
 }
 
-/// A rod or robot with the numbers of modes that an accuracy takes.
+/// Choose the numbers of modes of a rod or robot for a requested accuracy.
 ///
-/// Trials with more modes of every strain show which of them move the tip; those that do are kept. Strains that a
-/// perfectly symmetric motion does not set off get none. Takes as long as some five to fifteen motions.
+/// Trial runs with more modes of each strain show which modes affect the tip; these are kept. Strains that a perfectly
+/// symmetric motion does not excite get no modes. The cost is that of about five to fifteen simulations.
 ///
 /// Parameters
 /// ----------
 /// rod : Rod or Robot
-///     Its numbers of modes do not count.
+///     Model whose numbers of modes are replaced.
 /// t_end : float
-///     The rod moves from rest, without coordinates or velocities, from `t0` to this time, seconds.
+///     End of the trial runs, seconds. They start at `t0` with zero coordinates and velocities.
 /// rtol : float
-///     The error of the tip that the modes may leave, relative to the rod's length.
+///     Largest error of the tip due to the modes, relative to the rod's length.
 /// dt : float
-///     Distance of the times at which the tip is compared, seconds.
+///     Interval of the times at which the tip is compared, seconds.
 /// segments : sequence of int, optional
 ///     Segments whose modes are chosen, counted link by link; by default all of them.
 /// t0 : float
-///     The time at the start, seconds.
+///     Start of the trial runs, seconds.
 ///
 /// Returns
 /// -------
 /// Rod or Robot
-///     The same with other numbers of modes.
+///     The model with the chosen numbers of modes.
 ///
 /// Raises
 /// ------
 /// ValueError, TypeError
 ///     If an argument is invalid.
 /// LissomError
-///     No such numbers were found: the message says why.
+///     If no such numbers are found; the message gives the reason.
 ///
 /// Examples
 /// --------

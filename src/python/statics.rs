@@ -24,18 +24,18 @@ use crate::statics::{
 /// Attributes
 /// ----------
 /// kind : {'limit', 'bifurcation'}
-///     The load factor has an extremum there (snap-through), or paths cross (buckling).
+///     'limit': the load factor has an extremum (snap-through). 'bifurcation': paths cross (buckling).
 /// index : int
-///     It lies between this point of the path and the next.
+///     The critical point lies between this point of the path and the next one.
 /// load_factor : float
-///     Part of the loads; of a path of inputs how far they are, 0 to 1.
+///     Fraction of the loads; for a path of inputs, the path parameter from 0 to 1.
 /// u : ndarray, shape (m,), or None
 ///     The inputs, if the path varies them.
 /// q : ndarray, shape (n,)
 ///     Coordinates.
 /// directions : ndarray, shape (m, n)
-///     The directions without stiffness; m is 1, or more where several modes buckle at once. Each has norm one when divided
-///     by the typical sizes of the coordinates: about a radian of bending.
+///     Null vectors of the tangent stiffness; m > 1 if several modes buckle at once. Each has norm one when divided by the
+///     typical sizes of the coordinates, about a radian of bending.
 #[pyclass(name = "CriticalPoint", module = "lissom", frozen, get_all)]
 #[derive(FromPyObject)]
 pub(crate) struct PyCriticalPoint {
@@ -79,14 +79,14 @@ impl PyCriticalPoint {
 /// Attributes
 /// ----------
 /// load_factor : ndarray, shape (m,)
-///     Part of the loads, gravity included, that acts; of a path of inputs how far they are, 0 to 1.
+///     Fraction of the loads, including gravity; for a path of inputs, the path parameter from 0 to 1.
 /// u : ndarray, shape (m, k), or None
 ///     The k inputs, if the path varies them.
 /// q : ndarray, shape (m, n)
 ///     Coordinates.
 /// lowest_eigenvalue : ndarray, shape (m,)
-///     Smallest eigenvalue of the tangent stiffness relative to that of the material and of springs: one without load, zero at critical
-///     points, negative where the equilibrium is unstable.
+///     Smallest eigenvalue of the tangent stiffness relative to the stiffness of material and springs: one without load, zero
+///     at critical points, negative at unstable equilibria.
 /// stability : list of str or None
 ///     As in StaticsResult.
 /// critical_points : list of CriticalPoint
@@ -162,38 +162,38 @@ fn named(stability: Stability) -> String {
 /// q : ndarray, shape (n,)
 ///     Coordinates; after a failure those of the last good state.
 /// success : bool
-///     True when `q` is in equilibrium under the whole load.
+///     True if `q` is an equilibrium under the full load.
 /// status : str
-///     'converged', 'let_go' (in equilibrium, but the path of loading ended before and the model was let go there),
-///     'step_too_small', 'too_many_steps', 'iteration_limit', 'stalled', 'non_finite', 'unresolved' (the rod turns by more than half a
-///     turn between neighbouring quadrature nodes), 'inverted' (it is turned inside out: its stretch is not positive somewhere), 'collapsed' (a tendon has pulled two points
-///     together, where its force has no direction), or for method 'newton' a status of
-///     RootResult.
+///     'converged', 'let_go' (the load path ended before the full load, and the model was released there and came to rest),
+///     'step_too_small', 'too_many_steps', 'iteration_limit', 'stalled', 'non_finite', 'unresolved' (the rod turns by more
+///     than half a turn between neighbouring quadrature nodes), 'inverted' (the stretch is not positive somewhere),
+///     'collapsed' (a tendon has pulled two points together, where its force has no direction), or for method 'newton' a
+///     status of RootResult.
 /// message : str
 ///     The status in words, what to change, and notes on the equilibrium.
 /// load_factor : float
-///     Part of the loads that acts at `q`: 1 unless the search failed.
+///     Fraction of the loads at `q`: 1 unless the search failed.
 /// residual_norm : float
 ///     Joules: generalised forces times typical sizes of the coordinates, before the last step.
 /// step_norm : float
-///     Last Newton step, divided by the typical sizes: about the error of `q`. NaN where none was taken.
+///     Norm of the last Newton step, divided by the typical sizes: an estimate of the error of `q`. NaN if no step was taken.
 /// is_stable : bool or None
-///     Whether small disturbances stay small; None after a failure, or where the mass matrix is singular.
+///     Whether small disturbances stay small; None after a failure or if the mass matrix is singular.
 /// stability : str or None
-///     'stable', 'neutral' (no stiffness in some direction), 'divergence' or 'flutter': that of the motions of the model as it is, with
-///     all its damping, drag and Coriolis forces, as `modes` has it.
+///     'stable', 'neutral' (no stiffness in some direction), 'divergence' or 'flutter'. It includes damping, drag and Coriolis
+///     forces and agrees with `modes`.
 /// undamped_stability : str or None
-///     The same without any force that depends on velocities. Under follower loads the two differ, either way.
+///     The same without velocity-dependent forces. Under follower loads, damping can stabilise or destabilise.
 /// lowest_eigenvalue : float
-///     Smallest eigenvalue of the (symmetric part of the) tangent stiffness relative to that of the material and of springs: one
+///     Smallest eigenvalue of the symmetric part of the tangent stiffness relative to the stiffness of material and springs: one
 ///     without load, zero at critical points.
 /// slack : list of str
-///     Tendons of a robot that are slack: those of a given length whose path is shorter, and those of a tension that is told to be
-///     less than zero. The message names them, and those whose friction is left out because nothing says which way they slide.
+///     Slack tendons: those of a given length whose path is shorter, and those with a negative tension command. The message
+///     names them, and also tendons whose friction is left out because no sliding direction is given.
 /// path : EquilibriumPath or None
-///     The path of loading, where one was followed.
+///     The load path, if one was followed.
 /// nit, nfev, njev : int
-///     Newton iterations, evaluations of the forces, of their tangent.
+///     Numbers of Newton iterations, force evaluations and tangent evaluations.
 #[pyclass(name = "StaticsResult", module = "lissom", frozen, get_all)]
 #[derive(FromPyObject)]
 pub(crate) struct PyStaticsResult {
@@ -242,21 +242,21 @@ impl PyStaticsResult {
     }
 }
 
-/// What `continuation` returns.
+/// Result of `continuation`.
 ///
 /// Attributes
 /// ----------
 /// path : EquilibriumPath
-///     What was found, up to the failure if there was one.
+///     The path, up to the failure if there was one.
 /// success : bool
-///     True when the path was followed to one of its bounds.
+///     True if the path reached one of its bounds.
 /// status : str
 ///     'finished', 'no_start' (no equilibrium near `q0`), 'step_too_small', 'too_many_steps', 'unresolved', 'inverted' or
 ///     'collapsed'.
 /// message : str
 ///     The status in words, and what to change.
 /// nit, nfev, njev : int
-///     Newton iterations, evaluations of the forces, of their tangent.
+///     Numbers of Newton iterations, force evaluations and tangent evaluations.
 #[pyclass(name = "ContinuationResult", module = "lissom", frozen, get_all)]
 #[derive(FromPyObject)]
 pub(crate) struct PyContinuationResult {
@@ -292,33 +292,33 @@ impl PyContinuationResult {
 
 /// Find an equilibrium of a model at rest.
 ///
-/// Without `q0` the loads, gravity included, grow from zero, in as few steps as Newton's method needs to stay on
-/// the path of equilibria that begins at the unloaded shape. It is followed around limit points, and bifurcations on
-/// it are reported. With `q0` the model is let go from that shape and slides downhill into a stable equilibrium.
+/// Without `q0`, the loads including gravity are increased from zero, in as few steps as Newton's method needs to stay on the
+/// path of equilibria from the unloaded shape. The path is followed around limit points, and bifurcations on it are reported.
+/// With `q0`, the model is released from that shape, and its energy decreases until it reaches a stable equilibrium.
 ///
 /// Parameters
 /// ----------
 /// model : Model
-///     A `Rod` or a `SpringPendulum`.
+///     A `Rod`, `Robot` or `SpringPendulum`.
 /// q0 : array_like, shape (n,), optional
-///     A shape to start from under the whole load.
+///     Initial shape for a search under the full load.
 /// load_steps : 'auto', int or array_like
-///     Parts of the load at which the path of loading has to stop: none but the whole ('auto'), so many equal ones, or these
-///     (increasing, the last one 1). More steps in between are made where needed.
+///     Load fractions at which the load path must stop: only the full load ('auto'), this many equal increments, or these
+///     fractions (increasing, the last one 1). Further steps are added as needed.
 /// method : {'auto', 'load_path', 'descent', 'newton'}
-///     'load_path' and 'descent' are the ways described above, which 'auto' chooses by `q0`; a model with contact is let
-///     go from zero, since loads that grow bend the path of equilibria wherever a place more is touched. 'newton' looks for the nearest
-///     equilibrium, stable or not, by Newton's method in a trust region, from `q0` or from zero.
+///     'load_path' increases the loads and 'descent' releases the model, as described above. 'auto' chooses 'descent' if `q0` is
+///     given or the model has contacts (then from zero), because the path of equilibria has a kink at every new contact.
+///     'newton' finds a nearby equilibrium, stable or not, by Newton's method in a trust region, from `q0` or zero.
 /// t : float
-///     The time at which loads that depend on it are taken, seconds.
+///     Time at which time-dependent loads are evaluated, seconds.
 /// tol : float
-///     The search ends with a Newton step below this number; it is measured in radians of the whole rod, stretch and shear.
+///     The search ends when a Newton step is below this number, measured in radians of the whole rod, stretch and shear.
 /// max_iter : int
-///     Largest number of Newton iterations of 'descent' and 'newton'; ten times as many by default with contact.
+///     Maximum number of Newton iterations of 'descent' and 'newton'; the default is ten times as large with contact.
 /// max_steps : int
-///     Largest number of steps of 'load_path'.
+///     Maximum number of steps of 'load_path'.
 /// u : array_like, shape (m,), optional
-///     The inputs; by default as `u0` of the model.
+///     Inputs; by default `u0` of the model.
 ///
 /// Returns
 /// -------
@@ -367,7 +367,7 @@ pub(crate) fn statics<'py>(
         ("newton", q0) => Start::Newton(q0.unwrap_or_else(|| vec![0.0; n])),
         ("load_path", Some(_)) => {
             return Err(PyValueError::new_err(
-                "q0: expected nothing: the path of loading begins at the unloaded shape; \"descent\" and \"newton\" take one",
+                "q0: expected nothing: the load path begins at the unloaded shape; \"descent\" and \"newton\" take one",
             ));
         }
         _ => {
@@ -430,38 +430,38 @@ pub(crate) fn statics<'py>(
     })
 }
 
-/// Follow the path of equilibria of a model at rest over the load factor, through limit points and onto branches.
+/// Follow a path of equilibria over the load factor, through limit points and onto branches.
 ///
-/// The load factor scales all loads; or, with `inputs`, it leads inputs from one value at 0 to another at 1, under all loads: a path of
-/// tensions, pressures, lengths.
+/// The load factor scales all loads. With `inputs`, it interpolates inputs such as tensions, pressures and lengths between two
+/// values, at 0 and at 1, under the full load.
 ///
 /// Parameters
 /// ----------
 /// model : Model
-///     A `Rod` or a `SpringPendulum`.
+///     A `Rod`, `Robot` or `SpringPendulum`.
 /// q0 : array_like, shape (n,), optional
-///     Coordinates of the equilibrium at which the path begins, or near it; by default zero, with `inputs` the equilibrium that
-///     `statics` finds there.
+///     Coordinates at or near the equilibrium at which the path begins; by default zero, with `inputs` the equilibrium found by
+///     `statics`.
 /// load_factor : float
-///     Part of the loads, gravity included, that acts there; with `inputs` how far these are.
+///     Fraction of the loads, including gravity, at the beginning; with `inputs` the path parameter.
 /// direction : array_like, shape (n,), optional
 ///     The initial direction of the path: one of the `directions` of a bifurcation, or its opposite, to
 ///     follow the branches there. By default the path leads towards larger load factors.
 /// bounds : (float, float)
-///     Load factors at which the path ends.
+///     Lowest and highest load factor, at which the path ends.
 /// max_step : float
-///     Longest step, measured in radians of the whole rod, stretch, shear and the load factor together.
+///     Maximum step, measured jointly in radians of the whole rod, stretch, shear and load factor.
 /// max_steps : int
-///     Largest number of steps.
+///     Maximum number of steps.
 /// t : float
-///     The time at which loads that depend on it are taken, seconds.
+///     Time at which time-dependent loads are evaluated, seconds.
 /// tol : float
 ///     As for `statics`.
 /// u : array_like, shape (m,), optional
-///     The inputs, of `inputs` the others; by default as `u0` of the model.
+///     Inputs that do not vary along the path; by default `u0` of the model.
 /// inputs : mapping from str to (from, to), optional
-///     Inputs that the load factor leads from one value to another, by their names: two numbers, or two triples where the input is a
-///     vector. Its single entries may not be given as well.
+///     Names of the inputs that vary, with their values at 0 and at 1: two numbers, or two triples for a vector input. A vector
+///     input and its single entries cannot both be given.
 ///
 /// Returns
 /// -------
@@ -475,7 +475,7 @@ pub(crate) fn statics<'py>(
 ///
 /// Examples
 /// --------
-/// A column under one and a half times its buckling load, first straight, then buckled to one side:
+/// A column under one and a half times its buckling load, straight and then buckled to one side:
 ///
 /// >>> import numpy as np, lissom
 /// >>> column = lissom.Segment(1.0, 0.01, 1e9, 4e8, 1000, modes={"bend_y": 4})

@@ -9,33 +9,33 @@ use crate::support::Support;
 
 /// Springs and dampers between a section of a rod and a fixed pose in the world, its anchor.
 ///
-/// For small turns the rotational springs answer like ordinary ones; a turn by any angle about one axis of the anchor
-/// alone meets the moment ``rotational_stiffness * sin(angle)``. With ``rotational_stiffness=(0, k, k)`` the
-/// direction of the rod is held and its twist is free, through any number of turns.
+/// For small angles the rotational springs are linear; a rotation by any angle about a single axis of the anchor gives the
+/// moment ``rotational_stiffness * sin(angle)``. ``rotational_stiffness=(0, k, k)`` holds the direction of the rod and leaves
+/// its twist free, through any number of turns.
 ///
 /// Parameters
 /// ----------
 /// stiffness : float or array_like, shape (3,)
-///     Along the axes of the anchor, newtons per metre; one number stands for all three.
+///     Stiffness along the axes of the anchor, newtons per metre; one number applies to all three.
 /// rotational_stiffness : float or array_like, shape (3,)
-///     About the axes of the anchor, newton metres per radian.
+///     Stiffness about the axes of the anchor, newton metres per radian.
 /// damping, rotational_damping : float or array_like, shape (3,)
-///     Viscous, along and about the axes of the anchor: newton seconds per metre, newton metre seconds per radian.
+///     Viscous damping along and about the axes of the anchor, newton seconds per metre and newton metre seconds per radian.
 /// at : float, optional
-///     Arc length of the unstretched rod of the section that is held, metres; by default the tip.
+///     Arc length of the supported section on the unstretched rod, metres; by default the tip.
 /// position : array_like, shape (3,), optional
-///     Of the anchor in the world, metres; by default where the section is when all coordinates are zero and the base is at its
-///     ``base_position``, whatever its motion.
+///     Position of the anchor in the world, metres; by default that of the section when all coordinates are zero and the base is
+///     at ``base_position``, without base motion.
 /// orientation : array_like, shape (4,), optional
-///     Of the anchor: unit quaternion (w, x, y, z) that turns its axes into those of the world; by default that of the section then, its
-///     x axis along the rod.
+///     Orientation of the anchor: unit quaternion (w, x, y, z) that maps its axes to world axes; by default that of the section
+///     at this shape, with the x axis along the rod.
 /// link : str, optional
-///     The link of a `Robot` that it holds, which may be left out where there is one; `at` is an arc length of its rod.
+///     Supported link of a `Robot`; optional if there is only one. `at` is an arc length of its rod.
 ///
 /// Raises
 /// ------
 /// ValueError
-///     Naming every invalid parameter; a place beyond the end is found out by the `Rod`.
+///     If parameters are invalid; the message lists all of them. `Rod` and `Robot` check that `at` is on the rod.
 ///
 /// Examples
 /// --------

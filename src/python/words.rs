@@ -1,4 +1,4 @@
-//! Old words: this version still takes them, with a warning that says the new one.
+//! Deprecated names, which are still accepted with a warning that gives the new name.
 
 use pyo3::exceptions::PyFutureWarning;
 use pyo3::prelude::*;

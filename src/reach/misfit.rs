@@ -1,4 +1,4 @@
-//! How far links are from where they shall be, as equations in the coordinates over their typical sizes.
+//! Errors of the target poses as equations in the scaled coordinates.
 
 use super::target::Target;
 use crate::error::Interrupted;
@@ -22,7 +22,7 @@ struct Goal {
     counted: [bool; 6],
 }
 
-/// What is left of a target.
+/// The error of a target.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Error {
     /// Distance of the point from where it shall be in metres, along the axes that matter; zero where no position is

@@ -1,4 +1,4 @@
-//! Inverse kinematics: a shape of a robot that brings links where they shall be.
+//! Inverse kinematics: a shape of a robot that brings links to target poses.
 //!
 //! Least squares of what is left, within the limits of the coordinates ([`crate::roots::least_squares`]), from the start
 //! and, where that ends without reaching, from others; then, if one is preferred, the best of the shapes that reach.

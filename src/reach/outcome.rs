@@ -1,4 +1,4 @@
-//! What came of a search for a shape.
+//! The result of a search for a shape.
 
 use super::misfit::Error;
 use crate::model::{Flaw, at_least};
@@ -67,7 +67,7 @@ pub struct Reached {
     pub status: Status,
     /// The same in words, with numbers, and what to change.
     pub message: String,
-    /// What is left of every target.
+    /// The error of every target.
     pub errors: Vec<Error>,
     /// Where their sections and bodies are.
     pub poses: Vec<Pose>,
@@ -75,7 +75,7 @@ pub struct Reached {
     pub held: Vec<usize>,
     /// Starts that were tried.
     pub starts: usize,
-    /// What all of them took together.
+    /// Total counts of all starts.
     pub counters: Counters,
 }
 
@@ -92,26 +92,26 @@ pub(super) fn message(
     let said = match status {
         Status::Reached => return "All targets are reached.".to_owned(),
         Status::NotSettled => {
-            let reached = "All targets are reached, but the search for the shape that is preferred among those \
-                           that reach them did not end";
+            let reached = "All targets are reached, but the search for the preferred shape among those that reach \
+                           them did not converge";
             return match flaw {
-                Some(flaw) => format!("{reached}: its way leads to shapes in which a rod {flaw}. Start elsewhere."),
+                Some(flaw) => format!("{reached}: it leads to shapes in which a rod {flaw}. Start elsewhere."),
                 None => format!(
-                    "{reached}. Where the targets are at the edge of what can be reached there is nothing to \
-                     choose: leave `prefer` out; else start elsewhere."
+                    "{reached}. At the edge of the workspace there is nothing to choose: leave `prefer` out; \
+                     otherwise start elsewhere."
                 ),
             };
         }
         Status::Nearest => format!(
-            "The targets are not reached. No small change of this shape brings the links nearer, and it is the \
-             best that was found from {from}; another q0 or more `restarts` may find a better one, if there is any."
+            "The targets are not reached. No small change of this shape brings the links nearer; it is the best \
+             one found from {from}. Another q0 or more `restarts` may find a better one, if there is any."
         ),
         Status::AtLimits => {
             let names = robot.coordinate_names();
             let held: Vec<&str> = held.iter().map(|&k| names[k].as_str()).collect();
             format!(
-                "The targets are not reached. Within the limits no small change of this shape brings the links \
-                 nearer, and it is the best that was found from {from}; {} held back.",
+                "The targets are not reached. Within the limits, no small change of this shape brings the links \
+                 nearer; it is the best one found from {from}. {} held back.",
                 are(&held)
             )
         }
@@ -119,24 +119,24 @@ pub(super) fn message(
             "The limit of iterations was reached. Allow more `max_iter`, or start elsewhere.".to_owned()
         }
         Status::Stalled => {
-            "No step, however short, brings the links nearer, although derivatives promise it. Start elsewhere."
+            "No step, however short, brings the links nearer, although the derivatives predict it. Start elsewhere."
                 .to_owned()
         }
         Status::Flawed(flaw) => {
             let nodes = match flaw {
-                Flaw::Unresolved { shortage } => format!(" It would take more `nodes`{}.", at_least(shortage)),
+                Flaw::Unresolved { shortage } => format!(" It needs more `nodes`{}.", at_least(shortage)),
                 Flaw::Inverted { .. } | Flaw::Collapsed { .. } | Flaw::Open { .. } | Flaw::Sunk { .. } => {
                     String::new()
                 }
             };
-            format!("The way to the targets ends at a shape in which a rod {flaw}.{nodes} Start elsewhere.")
+            format!("The search ended at a shape in which a rod {flaw}.{nodes} Start elsewhere.")
         }
     };
     let left = errors.map(|(link, error)| {
         let Error { position, orientation } = error;
         format!("'{}' is off by {position:.3e} m and {orientation:.3e} rad", robot.links[link].name)
     });
-    format!("{said} What is left: {}.", left.collect::<Vec<_>>().join(", "))
+    format!("{said} Remaining error: {}.", left.collect::<Vec<_>>().join(", "))
 }
 
 /// "a is", "a, b and 7 others are".

@@ -1,4 +1,4 @@
-//! Which of all shapes that reach the targets: the one with the least of a quadratic form.
+//! The preferred shape among those that reach the targets: the minimum of a quadratic form.
 
 use std::f64::consts::TAU;
 

@@ -1,4 +1,4 @@
-//! Further starts of a search: shapes all over what a robot can do, the same ones every time.
+//! Additional starts of a search: deterministic shapes that cover the range of the robot.
 
 use std::f64::consts::PI;
 

@@ -1,4 +1,4 @@
-//! Where a link shall be.
+//! The target pose of a link.
 
 use crate::error::{Checker, InvalidInput};
 use crate::lie::{Quaternion, Rotation, Vector};

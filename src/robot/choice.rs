@@ -1,4 +1,4 @@
-//! What a robot is computed by, and how its linear systems are solved.
+//! Choice of the kernel and the linear solver of a robot.
 
 use super::description::{Link, Robot};
 use crate::actuator::{Actuator, Via};
@@ -8,7 +8,7 @@ use crate::lie::{Plane, Quaternion};
 use crate::loops::{Loop, LoopEnd};
 use crate::rod::{STRAIGHT, piece};
 
-/// What a robot is computed by.
+/// The kernel of a robot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kernel {
     /// Rotations about one axis: a robot whose joints, modes and reference strains stay in one plane.

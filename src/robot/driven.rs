@@ -1,4 +1,4 @@
-//! Joints that are driven: the coordinates of all joints and rods from those that are the robot's own.
+//! Driven joints: the coordinates of all joints and rods from the robot's independent ones.
 //!
 //! All of them are `q_all = G q + o(t)`: a coordinate is its own, or a multiple of another joint's plus an offset, or
 //! given in time. G is constant, so that `v_all = G v + o'`, `a_all = G a + o''`, and by virtual work `tau = G^T tau_all`:
@@ -42,7 +42,7 @@ struct Multiple {
     factor: f64,
 }
 
-/// What is given in time.
+/// The prescribed coordinates.
 #[derive(Clone, Debug)]
 enum Given {
     /// A coordinate, or `factor` times it plus `offset`.

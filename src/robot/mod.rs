@@ -1,4 +1,4 @@
-//! Robots ready to be moved.
+//! Robots, compiled for computing.
 //!
 //! `description` is what a robot is, in plain data; `plan` is the same compiled for computing, by `compile`. The
 //! sweeps read the plan and work in a `state`: the `kernel` has the recursions along the rod (where it is, what

@@ -1,4 +1,4 @@
-//! A compiled robot with its memory: what the integrators work with.
+//! A compiled robot with its working memory, the model that the integrators use.
 
 use std::sync::Arc;
 
@@ -350,12 +350,12 @@ impl RobotModel {
         }
     }
 
-    /// What it was compiled from.
+    /// The description from which it was compiled.
     pub fn description(&self) -> &Robot {
         &self.robot
     }
 
-    /// What is computed for this rod, what is skipped, and why.
+    /// Explains what is computed, what is skipped, and why.
     pub fn explanation(&self) -> &Explanation {
         &self.explanation
     }
@@ -485,7 +485,7 @@ impl RobotModel {
         coordinates.all([q, qd], |[q, qd]| on_sweeps!(sweeps, sweeps => sweeps.material_wrench(q, qd, place)))
     }
 
-    /// What an actuator is told, at the time and with the inputs that are set.
+    /// The command of an actuator at the current time and inputs.
     pub fn command(&self, actuator: usize) -> f64 {
         on_sweeps!(&self.sweeps, sweeps => sweeps.commands()[actuator])
     }
@@ -509,7 +509,7 @@ impl RobotModel {
         coordinates.all([q, qd], |[q, qd]| on_sweeps!(sweeps, sweeps => sweeps.touches(q, qd)))
     }
 
-    /// What a contact does to its first surface: moment about the world's origin, and force.
+    /// The wrench of a contact on its first surface: moment about the world's origin, and force.
     pub fn contact_wrench(&mut self, q: &[f64], qd: &[f64], contact: usize) -> [Vector<f64>; 2] {
         let touches = self.touches(q, qd);
         let own = touches.iter().filter(|touch| touch.contact == contact);

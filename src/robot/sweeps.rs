@@ -201,7 +201,7 @@ impl<G: Turning> Sweeps<G> {
         }
     }
 
-    /// What is set from outside.
+    /// The inputs.
     pub(crate) fn inputs(&self) -> &[f64] {
         &self.work.inputs
     }
@@ -394,7 +394,7 @@ impl<G: Turning> Sweeps<G> {
         self.work.motion_is_known = false;
     }
 
-    /// What actuators are told; NaN until a time is set that it depends on.
+    /// Commands of actuators; NaN until a required time is set.
     pub(crate) fn commands(&self) -> &[f64] {
         &self.work.actuation.commands
     }

@@ -1,4 +1,4 @@
-//! What strains are expanded in, as functions of the fraction x in [0, 1] of a segment.
+//! Bases of the strain, as functions of the fraction x in [0, 1] of a segment.
 
 /// Names of the bases in files and in Python.
 const NAMES: [(Basis, &str); 5] = [

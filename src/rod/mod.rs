@@ -1,4 +1,4 @@
-//! What a rod is, in plain data: segments with their sections, the strains they can have, and how these vary along them.
+//! Rods as plain data: segments with their sections, strain modes and reference strains.
 //!
 //! ```
 //! use lissom::rod::Segment;

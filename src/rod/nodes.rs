@@ -1,4 +1,4 @@
-//! How many quadrature nodes a piece of a segment takes, and where they are.
+//! Number and positions of the quadrature nodes of a piece of a segment.
 
 use std::f64::consts::PI;
 

@@ -1,4 +1,4 @@
-//! The part of a segment that is computed as one: the whole of it, or a piece of constant strain.
+//! The unit of computation within a segment: all of it, or a piece of constant strain.
 
 use super::basis::Basis;
 use super::section::SectionProperties;

@@ -1,4 +1,4 @@
-//! Numbers that vary along a segment: constant, linear, from a table, or a polynomial that follows a function.
+//! Functions of the arc length of a segment: constant, linear, a table, or a polynomial approximation of a function.
 
 use std::f64::consts::PI;
 

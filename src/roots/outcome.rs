@@ -1,4 +1,4 @@
-//! What came of a search.
+//! The result of a search.
 
 use std::fmt;
 
@@ -69,20 +69,20 @@ impl Status {
             }
             Self::AlreadyRoot => "The start is a root within the tolerance; no step was taken.",
             Self::StationaryPoint => {
-                "Stopped at a stationary point of |R| that is not a root: the Jacobian sees no direction in \
-                 which R decreases. Start somewhere else; if that ends here too, there may be no root \
-                 nearby. If the Jacobian comes from differences, check the scale of x."
+                "Stopped at a stationary point of |R| that is not a root: to first order, R decreases in no \
+                 direction. Start somewhere else; if that ends here too, there may be no root nearby. If the \
+                 Jacobian comes from finite differences, check the scale of x."
             }
             Self::SingularJacobian => {
                 "The Jacobian is singular to working precision and no finite step exists. Start somewhere \
                  else, check the Jacobian, or look for an unknown that no equation depends on."
             }
             Self::IterationLimit => {
-                "The limit of iterations was reached. If the residual was still falling, allow more; if not, \
+                "The limit of iterations was reached. If the residual was still decreasing, allow more; if not, \
                  start closer to the root or use a globalised method."
             }
             Self::Diverged => {
-                "The iterates ran away and the residual did not fall. Start closer to the root or use a \
+                "The iterates diverged and the residual did not decrease. Start closer to the root or use a \
                  globalised method."
             }
             Self::Stalled => {
@@ -91,7 +91,7 @@ impl Status {
                  loosen its tolerance or give its scale."
             }
             Self::LineSearchFailed => {
-                "The line search failed: the residual does not fall along the Newton step, however short. \
+                "The line search failed: the residual does not decrease along the Newton step, however short. \
                  Check the Jacobian against differences, start somewhere else, or use the trust region."
             }
             Self::TrustRegionCollapsed => {
@@ -100,7 +100,7 @@ impl Status {
                  tolerance or give its scale."
             }
             Self::LongestSteps => {
-                "Five steps in a row had the greatest allowed length: the residual may fall towards a limit \
+                "Five steps in a row had the maximum length: the residual may decrease towards a limit \
                  without a root. Start somewhere else, give the scale of x, or allow longer steps."
             }
             Self::NonFiniteResidual => {

@@ -1,4 +1,4 @@
-//! Actuators, from the tables that say what they are. They stand beside the rod or the links that they act on.
+//! Actuators from their tables, which stand beside the rod or the links that they act on.
 
 use super::document::{self, AlongRod, AlongRodTable, Command, Document, PathPart, Strain};
 use super::parts;
@@ -13,7 +13,7 @@ use crate::signal::Signal;
 /// Rate of its length below which a tendon's friction is smoothed, in m/s, unless the scene says another one.
 const FRICTION_VELOCITY: f64 = 1e-3;
 
-/// What actuators are on.
+/// The model that actuators act on.
 #[derive(Clone, Copy)]
 pub(super) struct Surroundings<'a> {
     /// Its links.

@@ -1,4 +1,4 @@
-//! What touches, from the tables that say what it is.
+//! Contacts from their tables.
 
 use super::document::{
     self, ContactFriction, ContactPlace, ContactSurface as Written, Document, ObstacleKind, Spacing,
@@ -56,7 +56,7 @@ pub(super) fn key_of_contact(place: &str, written: &[document::Contact], places:
     Some(format!("contact[{i}]{rest}"))
 }
 
-/// What surfaces can be on.
+/// The model that surfaces belong to.
 struct Known {
     links: Vec<String>,
     /// Whether there are more links that could not be read.
@@ -107,7 +107,7 @@ fn one(written: &document::Contact, here: &str, known: &Known, shape: &mut Shape
     })
 }
 
-/// What a surface is called in the name of a contact, as in Python.
+/// Name of a surface within the name of a contact, as in Python.
 fn word<'a>(surface: &Surface, links: &'a [String]) -> &'a str {
     match surface {
         Surface::Rod { link } | Surface::Ball { link, .. } | Surface::Solid { link, .. } => &links[*link],

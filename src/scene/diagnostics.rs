@@ -1,4 +1,4 @@
-//! What is wrong with a scene file, with file, line and column, and the lines in question.
+//! Problems of a scene file with file, line and column, and the lines in question.
 
 use std::fmt;
 use std::ops::Range;
@@ -23,9 +23,9 @@ pub struct SceneProblem {
     pub column: usize,
     /// Path of the key, such as `rod[0].segment[1].radius`; empty for a syntax error.
     pub key: String,
-    /// What is wrong.
+    /// What was found.
     pub wrong: String,
-    /// What would be right; may be empty for a syntax error.
+    /// What was expected; may be empty for a syntax error.
     pub right: String,
     /// Bytes of the file that the problem is about.
     pub span: Range<usize>,

@@ -1,4 +1,4 @@
-//! What a scene file looks like: plain structs, from which the JSON Schema, the reader and the documentation of
+//! The structure of a scene file: plain structs, from which the JSON Schema, the reader and the documentation of
 //! every key are derived. Descriptions end up in editors, so they name units and defaults.
 //!
 //! An `example` on a required key is shown by editors, and stands in for a value that could not be read, so that
@@ -32,31 +32,31 @@ pub(super) struct Document {
     /// The links of a robot, instead of a rod: parents before their children.
     #[serde(default)]
     pub(super) link: Vec<Link>,
-    /// What closes loops of the links: further joints between two of them, or one and the world.
+    /// Closed loops: additional joints between two links, or a link and the world.
     #[serde(default)]
     pub(super) r#loop: Vec<Loop>,
-    /// What touches: two surfaces of the rod, of links or of obstacles, which press on each other where they overlap.
+    /// Pairs of surfaces of the rod, of links or of obstacles, which press on each other where they overlap.
     #[serde(default)]
     pub(super) contact: Vec<Contact>,
-    /// How all that is fixed to the world moves together, about the frame of the first link's joint. Default: it rests.
+    /// Motion of everything fixed to the world, about the frame of the first link's joint. Default: it is at rest.
     pub(super) base_motion: Option<BaseMotion>,
-    /// What surrounds the rods of a robot. Default: nothing.
+    /// Fluid around the rods of a robot. Default: none.
     pub(super) fluid: Option<Fluid>,
-    /// Cables that pull along their paths, on the rod or between the links of a robot.
+    /// Tendons that pull along their paths, on the rod or between the links of a robot.
     #[serde(default)]
     pub(super) tendon: Vec<Tendon>,
-    /// Chambers along rods that a fluid presses on.
+    /// Fluidic chambers along rods.
     #[serde(default)]
     pub(super) chamber: Vec<Chamber>,
     /// Motors on the joints of a robot.
     #[serde(default)]
     pub(super) motor: Vec<Motor>,
-    /// Reference strains that are driven: muscles.
+    /// Actuated reference strains, such as muscles.
     #[serde(default)]
     pub(super) active_strain: Vec<ActiveStrain>,
     /// A spring pendulum, instead of a rod.
     pub(super) pendulum: Option<Pendulum>,
-    /// How long, and by which method.
+    /// Duration, method and output of the simulation.
     #[schemars(example = Simulation::example())]
     pub(super) simulation: Simulation,
 }
@@ -71,14 +71,14 @@ pub(super) struct General {
     pub(super) gravity: Option<[f64; 3]>,
 }
 
-/// A rod: segments in a row, clamped at its base, with loads and rigid bodies on it.
+/// A rod that is clamped at its base: a sequence of segments with loads and rigid bodies.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Rod {
     /// Pose of the clamped end.
     #[serde(default)]
     pub(super) base: Base,
-    /// How the base moves from there, as a function of time. Default: it rests.
+    /// Motion of the base relative to this pose, as a function of time. Default: it is fixed.
     pub(super) base_motion: Option<BaseMotion>,
     /// Dead force at the tip, in world axes, in newtons. Default: [0, 0, 0].
     #[serde(default)]
@@ -89,59 +89,59 @@ pub(super) struct Rod {
     /// Point mass at the tip, in kilograms. Default: 0.
     #[serde(default)]
     pub(super) tip_mass: f64,
-    /// Further forces and moments, anywhere on the rod.
+    /// Additional forces and moments, anywhere on the rod.
     #[serde(default)]
     pub(super) load: Vec<Load>,
-    /// Further rigid bodies, anywhere on the rod.
+    /// Additional rigid bodies, anywhere on the rod.
     #[serde(default)]
     pub(super) body: Vec<Body>,
     /// Springs and dampers to the world, anywhere on the rod.
     #[serde(default)]
     pub(super) support: Vec<Support>,
-    /// What surrounds the rod. Default: nothing.
+    /// Fluid around the rod. Default: none.
     pub(super) fluid: Option<Fluid>,
     /// Initial generalised coordinates, one per mode: segment by segment, in the order torsion, bend_y, bend_z,
     /// stretch, shear_y, shear_z, then by degree. Default: all zero, the stress-free rod.
     pub(super) q0: Option<Vec<f64>>,
     /// Initial generalised velocities, in the order of q0. Default: at rest.
     pub(super) v0: Option<Vec<f64>>,
-    /// The segments from base to tip; each continues where the one before ends.
+    /// Segments from base to tip; each one starts where the previous one ends.
     #[schemars(length(min = 1), example = Vec::<Segment>::new())]
     pub(super) segment: Vec<Segment>,
 }
 
-/// Links of a robot from a file. What it has and lissom has not is listed when the scene is read.
+/// Links of a robot from a file. Unsupported content is listed when the scene is read.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Import {
     /// A URDF file, seen from the folder of the scene.
     #[schemars(example = &"robot.urdf")]
     pub(super) urdf: String,
-    /// Whether its root link moves freely. Default: false, it is welded to the world.
+    /// Whether the root link moves freely. Default: false, it is welded to the world.
     #[serde(default)]
     pub(super) floating: bool,
-    /// Stiffness of stops at the limits of its joints, in N m/rad or N/m. Default: limits are not taken over.
+    /// Stiffness of the stops at joint limits, in N m/rad or N/m. Default: limits are not imported.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub(super) limit_stiffness: Option<f64>,
-    /// Whether moments of inertia that no body can have are replaced by the nearest ones. Default: false, they are refused.
+    /// Whether impossible moments of inertia are replaced by the nearest possible ones. Default: false, they are an error.
     #[serde(default)]
     pub(super) mend_inertia: bool,
-    /// Initial coordinates of its joints, in the order of the robot's coordinates. Default: all zero.
+    /// Initial coordinates of the joints, in the order of the robot's coordinates. Default: all zero.
     pub(super) q0: Option<Vec<f64>>,
     /// Initial velocities, the derivatives of the coordinates. Default: at rest.
     pub(super) v0: Option<Vec<f64>>,
 }
 
-/// A joint followed by a rod, a rigid body, or nothing but a frame.
+/// A joint followed by a rod, a rigid body, or a frame alone.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Link {
-    /// What children and results call it.
+    /// Name by which other parts of the scene and results refer to the link.
     #[schemars(example = &"link")]
     pub(super) name: String,
     /// Name of the link that carries it, which stands before it. Default: the world.
     pub(super) parent: Option<String>,
-    /// Arc length of the parent's unstretched rod where it is attached, in metres. Default: the tip, or the parent's body.
+    /// Arc length of the parent's unstretched rod at which the link is attached, in metres. Default: the tip, or the parent's body.
     #[schemars(range(min = 0.0))]
     pub(super) at: Option<f64>,
     /// Position of the joint's frame on the parent, in metres, in the axes of the section or body there. Default: [0, 0, 0].
@@ -151,21 +151,21 @@ pub(super) struct Link {
     /// leaves along the x axis. Default: [1, 0, 0, 0].
     #[serde(default = "unturned")]
     pub(super) orientation: [f64; 4],
-    /// How it moves on its parent. Default: not at all.
+    /// Joint to the parent. Default: a rigid connection.
     pub(super) joint: Option<Joint>,
-    /// Its rod, instead of a body.
+    /// Rod of the link, instead of a body.
     pub(super) rod: Option<LinkRod>,
-    /// Its rigid body, instead of a rod.
+    /// Rigid body of the link, instead of a rod.
     pub(super) body: Option<LinkBody>,
-    /// Forces and moments on it; at and along are arc lengths of its rod.
+    /// Forces and moments on the link; at and along are arc lengths of its rod.
     #[serde(default)]
     pub(super) load: Vec<Load>,
-    /// Springs and dampers between it and the world; at is an arc length of its rod.
+    /// Springs and dampers between the link and the world; at is an arc length of its rod.
     #[serde(default)]
     pub(super) support: Vec<Support>,
-    /// Its initial coordinates: those of the joint, then the modes of the rod. Default: all zero.
+    /// Initial coordinates of the link: those of the joint, then the modes of the rod. Default: all zero.
     pub(super) q0: Option<Vec<f64>>,
-    /// Its initial velocities, the derivatives of its coordinates. Default: at rest.
+    /// Initial velocities, the derivatives of the link's coordinates. Default: at rest.
     pub(super) v0: Option<Vec<f64>>,
 }
 
@@ -177,7 +177,7 @@ fn unturned() -> [f64; 4] {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct LinkRod {
-    /// The segments from base to tip; each continues where the one before ends.
+    /// Segments from base to tip; each one starts where the previous one ends.
     #[schemars(length(min = 1), example = Vec::<Segment>::new())]
     pub(super) segment: Vec<Segment>,
 }
@@ -189,7 +189,7 @@ pub(super) struct LinkBody {
     /// Mass in kilograms.
     #[schemars(range(min = 0.0), example = 0.1)]
     pub(super) mass: f64,
-    /// Its centre of mass in the axes of the link, in metres. Default: [0, 0, 0].
+    /// Centre of mass in the axes of the link, in metres. Default: [0, 0, 0].
     #[serde(default)]
     pub(super) centre: [f64; 3],
     /// Inertia tensor about its centre of mass in the axes of the link, in kg m^2: three rows. Default: zero, a point.
@@ -205,18 +205,18 @@ pub(super) struct Joint {
     /// Kind of joint.
     #[schemars(example = JointKind::Weld)]
     pub(super) r#type: JointKind,
-    /// Direction in the joint's frame, of any length.
+    /// Direction of the axis in the joint frame; its length does not matter.
     pub(super) axis: Option<[f64; 3]>,
     /// Direction of the first axis of a universal joint in the joint's frame, of any length.
     pub(super) axis1: Option<[f64; 3]>,
     /// Direction of its second axis where the first angle is zero.
     pub(super) axis2: Option<[f64; 3]>,
-    /// Direction across which a planar joint moves, of any length.
+    /// Normal of the plane of a planar joint; its length does not matter.
     pub(super) normal: Option<[f64; 3]>,
     /// Stiffness of a spring on the coordinate, in N m/rad or N/m. Default: 0.
     #[schemars(range(min = 0.0))]
     pub(super) stiffness: Option<f64>,
-    /// Where that spring is free of force, in radians or metres. Default: 0.
+    /// Coordinate at which that spring is unloaded, in radians or metres. Default: 0.
     pub(super) rest: Option<f64>,
     /// Viscous damping, in N m s or N s/m. Default: 0.
     #[schemars(range(min = 0.0))]
@@ -227,7 +227,7 @@ pub(super) struct Joint {
     /// Velocity below which dry friction is smoothed, in rad/s or m/s. Default: 1e-3.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub(super) friction_velocity: Option<f64>,
-    /// Stops at these values of the coordinate, in radians or metres: stiff springs beyond. Default: none.
+    /// Lowest and highest value of the coordinate, in radians or metres; stiff springs act beyond. Default: none.
     pub(super) limits: Option<[f64; 2]>,
     /// Stiffness of the stops, in N m/rad or N/m.
     #[schemars(range(min = 0.0))]
@@ -235,12 +235,12 @@ pub(super) struct Joint {
     /// Dissipation of the stops (Hunt and Crossley), in s/rad or s/m. Default: 0.
     #[schemars(range(min = 0.0))]
     pub(super) limit_dissipation: Option<f64>,
-    /// Inertia of what moves with the coordinate alone, in kg m^2 or kg. Default: 0.
+    /// Inertia added to this coordinate only, in kg m^2 or kg. Default: 0.
     #[schemars(range(min = 0.0))]
     pub(super) armature: Option<f64>,
-    /// Prescribes how the joint moves: it then adds no coordinate. Default: it moves freely.
+    /// Prescribed motion of the joint, which then adds no coordinate. Default: the joint moves freely.
     pub(super) motion: Option<JointMotion>,
-    /// Ties the coordinate to that of another joint: it then adds none. Default: it moves freely.
+    /// Makes the coordinate follow that of another joint, and adds none. Default: the joint moves freely.
     pub(super) mimic: Option<Mimic>,
 }
 
@@ -250,7 +250,7 @@ pub(super) struct Joint {
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub(super) struct JointMotion {
-    /// Times in seconds, increasing, for the values.
+    /// Increasing times of the values, in seconds.
     pub(super) times: Option<Vec<f64>>,
     /// Values of the coordinate at the times.
     pub(super) values: Option<Vec<f64>>,
@@ -267,7 +267,7 @@ pub(super) struct JointMotion {
     pub(super) rate: Option<f64>,
     /// Displacement of a free joint's link, in metres. Default: none.
     pub(super) translation: Option<VaryingVector>,
-    /// Axis of its rotation, of any length.
+    /// Axis of the rotation; its length does not matter.
     pub(super) axis: Option<[f64; 3]>,
     /// Angle about the axis, in radians.
     pub(super) angle: Option<VaryingNumber>,
@@ -275,16 +275,16 @@ pub(super) struct JointMotion {
     pub(super) rotation: Option<Orientations>,
 }
 
-/// What ties the coordinate of a joint to that of another one: multiplier times that plus offset.
+/// Makes the coordinate of a joint follow another one: multiplier times that coordinate plus offset.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Mimic {
     /// Name of the link with the other joint, a revolute or prismatic one.
     #[schemars(example = &"link")]
     pub(super) link: String,
-    /// Radians or metres for each radian or metre of the other one. Default: 1.
+    /// Ratio of this coordinate to the other one. Default: 1.
     pub(super) multiplier: Option<f64>,
-    /// In radians or metres. Default: 0.
+    /// Offset in radians or metres. Default: 0.
     pub(super) offset: Option<f64>,
 }
 
@@ -331,7 +331,7 @@ impl JointKind {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Loop {
-    /// What results and messages call it. Default: the names of its ends, such as "rocker to the world".
+    /// Name in results and messages. Default: the names of its ends, such as "rocker to the world".
     pub(super) name: Option<String>,
     /// Table with what it holds, such as { type = "revolute", axis = [0, 1, 0] }.
     #[schemars(example = LoopKind::example())]
@@ -352,20 +352,20 @@ pub(super) struct LoopKind {
     /// Kind of what closes the loop.
     #[schemars(example = LoopType::Spherical)]
     pub(super) r#type: LoopType,
-    /// Direction in the frames of both ends, of any length.
+    /// Direction of the axis in the frames of both ends; its length does not matter.
     pub(super) axis: Option<[f64; 3]>,
     /// Direction of the first axis of a universal joint in the frame of the first end, of any length.
     pub(super) axis1: Option<[f64; 3]>,
     /// Direction of its second axis in the frame of the second end.
     pub(super) axis2: Option<[f64; 3]>,
-    /// Direction across which a planar joint moves, in the frames of both ends, of any length.
+    /// Normal of the plane of a planar joint in the frames of both ends; its length does not matter.
     pub(super) normal: Option<[f64; 3]>,
-    /// Distance that the ends keep, in metres.
+    /// Distance between the ends, in metres.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub(super) length: Option<f64>,
-    /// What the first coordinate of a gear is, times the second one; not zero. Default: 1.
+    /// Ratio of the first coordinate of a gear to the second one, not zero. Default: 1.
     pub(super) ratio: Option<f64>,
-    /// What is added to that, in the unit of the first coordinate. Default: 0.
+    /// Offset, in the unit of the first coordinate. Default: 0.
     pub(super) offset: Option<f64>,
 }
 
@@ -393,7 +393,7 @@ pub(super) enum LoopType {
     Planar,
     /// It turns about a point.
     Spherical,
-    /// Two points keep a distance.
+    /// A constant distance between two points.
     Distance,
     /// A coordinate follows another one.
     Gear,
@@ -435,10 +435,10 @@ pub(super) struct LoopEnd {
     /// Arc length of the link's unstretched rod, in metres. Default: the tip, or the link's body.
     #[schemars(range(min = 0.0))]
     pub(super) at: Option<f64>,
-    /// Position of the frame beside the section or body, in its axes; in the world; in metres. Default: [0, 0, 0].
+    /// Position of the frame in the axes of the section or body, or in the world, in metres. Default: [0, 0, 0].
     #[serde(default)]
     pub(super) position: [f64; 3],
-    /// How the frame is turned against these axes: unit quaternion [w, x, y, z]. Default: [1, 0, 0, 0].
+    /// Orientation of the frame relative to these axes: unit quaternion [w, x, y, z]. Default: [1, 0, 0, 0].
     #[serde(default = "unturned")]
     pub(super) orientation: [f64; 4],
 }
@@ -447,7 +447,7 @@ pub(super) struct LoopEnd {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Contact {
-    /// What results and messages call it. Default: the names of its surfaces, such as "rod on sphere".
+    /// Name in results and messages. Default: the names of its surfaces, such as "rod on sphere".
     pub(super) name: Option<String>,
     /// What moves: the name of a link, for the surface of its rod ("rod" where the scene has a [[rod]]), or a ball or a shape on
     /// a link, such as { link = "finger", radius = 0.01 } or { kind = "box", link = "palm", centre = [0, 0, 0], half_extents =
@@ -471,7 +471,7 @@ pub(super) struct Contact {
     /// v_s, in m/s: what sticks creeps by up to that speed. Default: 1e-4.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub(super) slip_velocity: Option<f64>,
-    /// Radius in metres of the patch over which friction resists spinning: by up to mu, sideways, times force times radius.
+    /// Radius of the contact patch in metres: friction resists spinning by up to mu (sideways) times force times radius.
     /// Default: 0, no resistance.
     #[schemars(range(min = 0.0))]
     pub(super) patch_radius: Option<f64>,
@@ -501,34 +501,34 @@ pub(super) struct ContactSurface {
     /// Arc length of the link's unstretched rod where it is, in metres. Default: the tip, or the link's body.
     #[schemars(range(min = 0.0))]
     pub(super) at: Option<f64>,
-    /// Position of a ball's centre beside the section or body, in its axes, in metres. Default: [0, 0, 0].
+    /// Position of a ball's centre in the axes of the section or body, in metres. Default: [0, 0, 0].
     pub(super) position: Option<[f64; 3]>,
     /// Radius of a ball, a sphere or a capsule, in metres; of the rounded edges of a convex mesh, zero by default.
     #[schemars(range(min = 0.0))]
     pub(super) radius: Option<f64>,
     /// A point of the plane that bounds a half space, in metres. Default: [0, 0, 0].
     pub(super) point: Option<[f64; 3]>,
-    /// Away from what a half space fills, of any length. Default: [0, 0, 1].
+    /// Outward normal of a half space; its length does not matter. Default: [0, 0, 1].
     pub(super) normal: Option<[f64; 3]>,
     /// Centre of a sphere or a box, in metres.
     pub(super) centre: Option<[f64; 3]>,
-    /// Where the axis of a capsule begins, in metres.
+    /// Start of the axis of a capsule, in metres.
     pub(super) start: Option<[f64; 3]>,
-    /// Where it ends, in metres.
+    /// End of the axis, in metres.
     pub(super) end: Option<[f64; 3]>,
     /// Half the lengths of the edges of a box, in metres.
     pub(super) half_extents: Option<[f64; 3]>,
     /// Orientation of a box or a height field: unit quaternion [w, x, y, z]. Default: [1, 0, 0, 0].
     pub(super) orientation: Option<[f64; 4]>,
-    /// Heights of a height field in metres: rows along its x axis, in each of them numbers along its y axis.
+    /// Heights of a height field in metres: rows along its x axis, and in each row numbers along its y axis.
     pub(super) heights: Option<Vec<Vec<f64>>>,
-    /// Distance of neighbouring heights in metres: one number, or one along x and one along y.
+    /// Distance between neighbouring heights in metres: one number, or one along x and one along y.
     pub(super) spacing: Option<Spacing>,
-    /// Where the first height of a height field stands, in metres. Default: [0, 0, 0].
+    /// Position of the first height of a height field, in metres. Default: [0, 0, 0].
     pub(super) corner: Option<[f64; 3]>,
     /// Corners of a convex mesh, in metres.
     pub(super) points: Option<Vec<[f64; 3]>>,
-    /// Its faces: triangles by the places of their corners in points, from 0.
+    /// Faces of a convex mesh: triangles as indices into points, from 0.
     pub(super) faces: Option<Vec<[usize; 3]>>,
 }
 
@@ -562,17 +562,17 @@ impl ContactSurface {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub(super) enum ObstacleKind {
-    /// All that lies behind a plane.
+    /// The region behind a plane.
     HalfSpace,
     /// A ball.
     Sphere,
-    /// All that is within a radius of a straight line.
+    /// The points within a radius of a line segment.
     Capsule,
     /// A box with sharp edges.
     Box,
-    /// All that lies below a smooth surface through heights.
+    /// Uneven ground below a smooth surface through heights.
     HeightField,
-    /// All that is within a radius of a convex body with flat faces.
+    /// A convex polyhedron, rounded by a radius.
     ConvexMesh,
 }
 
@@ -616,7 +616,7 @@ impl ContactFriction {
     }
 }
 
-/// A force and a moment on a rod, at one place or spread along a part of it.
+/// A force and a moment on a rod, at a point or distributed along a part of it.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Load {
@@ -630,18 +630,18 @@ pub(super) struct Load {
     /// Arc length of the unstretched rod where the load acts, in metres. Default: the tip.
     #[schemars(range(min = 0.0))]
     pub(super) at: Option<f64>,
-    /// Spreads the load evenly from one arc length to another, in metres, instead.
+    /// Arc lengths between which the load is distributed uniformly, in metres, instead of at.
     pub(super) along: Option<[f64; 2]>,
     /// Axes of force and moment. Default: "world".
     #[serde(default)]
     pub(super) frame: Frame,
 }
 
-/// A cable that pulls along its path, by a tension, or by a length with a stiffness.
+/// A tendon that pulls along its path: a given tension, or a given length with or without a stiffness.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Tendon {
-    /// What it is known by.
+    /// Name of the actuator.
     #[schemars(example = &"tendon")]
     pub(super) name: String,
     /// Its way, from the end where it is pulled to the one where it is fixed; straight between parts that do not follow
@@ -653,19 +653,19 @@ pub(super) struct Tendon {
     /// Instead: the length at which it is free of force, in metres, likewise. Its tension is then
     /// stiffness (path - length) + damping (rate of path), and never less than zero.
     pub(super) length: Option<Command>,
-    /// Stiffness of one whose length is given, in N/m.
+    /// Stiffness of a tendon with a given length, in N/m.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub(super) stiffness: Option<f64>,
-    /// Damping of one whose length is given, in N s/m. Default: 0.
+    /// Damping of a tendon with a given length, in N s/m. Default: 0.
     #[schemars(range(min = 0.0))]
     pub(super) damping: Option<f64>,
-    /// Coefficient of friction where it is embedded (capstan). Default: 0.
+    /// Coefficient of friction (capstan). Default: 0.
     #[schemars(range(min = 0.0))]
     pub(super) friction: Option<f64>,
-    /// Rate of its length below which friction is smoothed, in m/s. Default: 1e-3.
+    /// Rate of change of the length below which friction is smoothed, in m/s. Default: 1e-3.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub(super) friction_velocity: Option<f64>,
-    /// Direction of sliding in [-1, 1]: 1 as while it is pulled, -1 as while it is let out. Default: by the rate of its length.
+    /// Direction of sliding in [-1, 1]: 1 if pulled, -1 if released. Default: from the rate of change of the length.
     pub(super) sliding: Option<Command>,
 }
 
@@ -678,9 +678,9 @@ pub(super) struct PathPart {
     /// Where it lies in the sections, y and z from the rod's axis in metres: each a number, two numbers from one end of the
     /// part to the other, or a table along the whole rod of the link. Default: [0, 0].
     pub(super) offset: Option<[AlongRod; 2]>,
-    /// Arc lengths of the unstretched rod between which it lies, in metres. Default: the whole rod.
+    /// Arc lengths of the unstretched rod between which the part runs, in metres. Default: the whole rod.
     pub(super) along: Option<[f64; 2]>,
-    /// Instead: a point in the axes of the section, of the body, or of the world, in metres.
+    /// Instead of offset: a point in the axes of the section, the body or the world, in metres.
     pub(super) point: Option<[f64; 3]>,
     /// Arc length of the section that has the point, in metres. Default: the tip of the rod, or the body.
     #[schemars(range(min = 0.0))]
@@ -693,7 +693,7 @@ pub(super) struct PathPart {
 pub(super) enum AlongRod {
     /// The same everywhere.
     Constant(f64),
-    /// From one end to the other, linear between them.
+    /// Linear between two values at the ends.
     Linear([f64; 2]),
     /// From a table.
     Table(AlongRodTable),
@@ -711,20 +711,20 @@ pub(super) struct AlongRodTable {
     pub(super) values: Vec<f64>,
 }
 
-/// A chamber along rods with caps at its ends, on which a fluid presses.
+/// A fluidic chamber along rods, with caps at its ends.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Chamber {
-    /// What it is known by.
+    /// Name of the actuator.
     #[schemars(example = &"chamber")]
     pub(super) name: String,
-    /// Its middle line: parts that are embedded in rods.
+    /// Middle line: parts that are embedded in rods.
     #[schemars(length(min = 1), example = Vec::<()>::new())]
     pub(super) path: Vec<PathPart>,
-    /// Area of its cut with the sections, in m^2.
+    /// Area in the plane of the section, in m^2.
     #[schemars(extend("exclusiveMinimum" = 0), example = 1e-4)]
     pub(super) area: f64,
-    /// Pressure over that around, in pascals: a number, or a table where it varies in time or is an input. Default: 0.
+    /// Gauge pressure in pascals: a number, or a table if it varies in time or is an input. Default: 0.
     pub(super) pressure: Option<Command>,
 }
 
@@ -737,31 +737,31 @@ pub(super) struct Motor {
     pub(super) joint: String,
     /// Torque in N m, or force in N: a number, or a table where it varies in time or is an input.
     pub(super) torque: Option<Command>,
-    /// Instead: the position that it holds, in radians or metres, likewise.
+    /// Instead of torque: set point in radians or metres, in the same forms.
     pub(super) position: Option<Command>,
     /// Stiffness and damping of a motor that holds a position.
     pub(super) gains: Option<[f64; 2]>,
     /// The lowest and the highest torque or force. Default: none.
     pub(super) limits: Option<[f64; 2]>,
-    /// What it is known by. Default: as the joint.
+    /// Name of the motor. Default: that of the joint.
     pub(super) name: Option<String>,
 }
 
-/// A reference strain that is driven: amount (in time) times shape (along the rod).
+/// An actuated reference strain: amount (in time) times shape (along the rod).
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct ActiveStrain {
     /// Name of the link. Default: the only one, or the rod.
     pub(super) link: Option<String>,
-    /// The strain, which needs modes to follow.
+    /// The strain. The rod needs modes of it.
     #[schemars(example = Strain::BendY)]
     pub(super) strain: Strain,
     /// Along the whole rod, in the unit of the strain for an amount of one: a number, two numbers from base to tip, or a
     /// table. Default: 1.
     pub(super) shape: Option<AlongRod>,
-    /// How much of it there is: a number, or a table where it varies in time or is an input. Default: 0.
+    /// Amplitude: a number, or a table if it varies in time or is an input. Default: 0.
     pub(super) amount: Option<Command>,
-    /// What it is known by. Default: the link and the strain.
+    /// Name of the actuator. Default: the link and the strain.
     pub(super) name: Option<String>,
 }
 
@@ -783,7 +783,7 @@ pub(super) enum Strain {
     ShearZ,
 }
 
-/// A number that is constant, varies in time, or is set from outside.
+/// A number that is constant, varies in time, or is an input.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub(super) enum Command {
@@ -798,9 +798,9 @@ pub(super) enum Command {
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub(super) struct VaryingCommand {
-    /// Times in seconds, increasing, for the values.
+    /// Increasing times of the values, in seconds.
     pub(super) times: Option<Vec<f64>>,
-    /// Values at the times, with straight lines between them, held before the first and after the last.
+    /// Values at these times, interpolated linearly and constant before the first and after the last one.
     pub(super) values: Option<Vec<f64>>,
     /// Largest deviation from the steady part. Default: 0.
     pub(super) amplitude: Option<f64>,
@@ -813,13 +813,13 @@ pub(super) struct VaryingCommand {
     pub(super) mean: Option<f64>,
     /// Growth of the steady part per second. Default: 0.
     pub(super) rate: Option<f64>,
-    /// Instead: the name of an input. Inputs of one name are one.
+    /// Instead: the name of an input. Inputs with the same name are one input.
     pub(super) input: Option<String>,
-    /// What the input is as long as nobody sets it. Default: 0.
+    /// Value of the input unless a controller sets it. Default: 0.
     pub(super) default: Option<f64>,
 }
 
-/// A vector that is constant, varies in time, or is set from outside.
+/// A vector that is constant, varies in time, or is an input.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub(super) enum Vector {
@@ -834,9 +834,9 @@ pub(super) enum Vector {
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub(super) struct VaryingLoad {
-    /// Times in seconds, increasing, for the values.
+    /// Increasing times of the values, in seconds.
     pub(super) times: Option<Vec<f64>>,
-    /// Values at the times, with straight lines between them, held before the first and after the last.
+    /// Values at these times, interpolated linearly and constant before the first and after the last one.
     pub(super) values: Option<Vec<[f64; 3]>>,
     /// Largest deviation from the steady part. Default: [0, 0, 0].
     pub(super) amplitude: Option<[f64; 3]>,
@@ -851,7 +851,7 @@ pub(super) struct VaryingLoad {
     pub(super) rate: Option<[f64; 3]>,
     /// Instead: the name of an input, which has the entries name.x, name.y and name.z.
     pub(super) input: Option<String>,
-    /// What the input is as long as nobody sets it. Default: [0, 0, 0].
+    /// Value of the input unless a controller sets it. Default: [0, 0, 0].
     pub(super) default: Option<[f64; 3]>,
 }
 
@@ -865,9 +865,9 @@ impl Default for Vector {
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub(super) struct VaryingVector {
-    /// Times in seconds, increasing, for the values.
+    /// Increasing times of the values, in seconds.
     pub(super) times: Option<Vec<f64>>,
-    /// Values at the times, with straight lines between them, held before the first and after the last.
+    /// Values at these times, interpolated linearly and constant before the first and after the last one.
     pub(super) values: Option<Vec<[f64; 3]>>,
     /// Largest deviation from the steady part. Default: [0, 0, 0].
     pub(super) amplitude: Option<[f64; 3]>,
@@ -886,10 +886,10 @@ pub(super) struct VaryingVector {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub(super) enum Frame {
-    /// Those of the world: a dead load.
+    /// Axes of the world: a dead load.
     #[default]
     World,
-    /// Those of the section that it acts on, with which it turns: a follower load.
+    /// Axes of the section, with which the load rotates: a follower load.
     Body,
 }
 
@@ -903,7 +903,7 @@ pub(super) struct Body {
     /// Arc length of the unstretched rod where the body is fixed, in metres. Default: the tip.
     #[schemars(range(min = 0.0))]
     pub(super) at: Option<f64>,
-    /// Its centre of mass seen from the section's centre, in the section's axes, in metres. Default: [0, 0, 0].
+    /// Centre of mass relative to the section's centre, in the section's axes, in metres. Default: [0, 0, 0].
     #[serde(default)]
     pub(super) centre: [f64; 3],
     /// Inertia tensor about its centre of mass in the section's axes, in kg m^2: three rows. Default: zero, a point.
@@ -915,7 +915,7 @@ pub(super) struct Body {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Support {
-    /// Arc length of the unstretched rod of the section that is held, in metres. Default: the tip.
+    /// Arc length of the supported section on the unstretched rod, in metres. Default: the tip.
     #[schemars(range(min = 0.0))]
     pub(super) at: Option<f64>,
     /// Stiffness in N/m: one number, or three along the axes of the anchor. Default: 0.
@@ -937,7 +937,7 @@ pub(super) struct Support {
     pub(super) orientation: Option<[f64; 4]>,
 }
 
-/// A fluid of infinite extent around the whole rod, which flows uniformly and steadily far from it.
+/// An unbounded fluid around the whole rod, with uniform and steady flow far from it.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Fluid {
@@ -953,10 +953,10 @@ pub(super) struct Fluid {
     /// Coefficients of the quadratic drag: [across the rod's axis, along it]. Default: [0, 0].
     #[serde(default)]
     pub(super) drag_coefficients: [f64; 2],
-    /// Mass of the fluid that moves with the rod across its axis, relative to the fluid that it displaces. Default: 1.
+    /// Added mass across the axis, relative to the mass of the displaced fluid. Default: 1.
     #[schemars(range(min = 0.0))]
     pub(super) added_mass_coefficient: Option<f64>,
-    /// Whether the fluid bears the rod with the weight of what it displaces. Default: true.
+    /// Whether buoyancy acts. Default: true.
     pub(super) buoyancy: Option<bool>,
 }
 
@@ -1003,17 +1003,17 @@ impl Default for Base {
     }
 }
 
-/// How a clamped end moves. Tables are cubic splines here, twice continuously differentiable, and must cover the run.
+/// Motion of a clamped end. Tables are twice continuously differentiable cubic splines and must cover the run.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub(super) struct BaseMotion {
     /// Displacement in the world, in metres. Default: none.
     pub(super) translation: Option<VaryingVector>,
-    /// Axis of the rotation in the world, of any length.
+    /// Axis of the rotation in the world; its length does not matter.
     pub(super) axis: Option<[f64; 3]>,
     /// Angle about the axis, in radians.
     pub(super) angle: Option<VaryingNumber>,
-    /// Instead of axis and angle: orientations that come after that of the base.
+    /// Instead of axis and angle: rotations relative to the base's orientation.
     pub(super) rotation: Option<Orientations>,
 }
 
@@ -1021,7 +1021,7 @@ pub(super) struct BaseMotion {
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub(super) struct VaryingNumber {
-    /// Times in seconds, increasing, for the values.
+    /// Increasing times of the values, in seconds.
     pub(super) times: Option<Vec<f64>>,
     /// Values at the times.
     pub(super) values: Option<Vec<f64>>,
@@ -1064,7 +1064,7 @@ pub(super) struct Segment {
     pub(super) radius: Option<Size>,
     /// A section of another kind, instead of the radius.
     pub(super) section: Option<Section>,
-    /// Young's modulus E in pascals. Required unless the section is given.
+    /// Young's modulus E in pascals. Required unless the section is of kind "given".
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub(super) young_modulus: Option<f64>,
     /// Shear modulus G in pascals.
@@ -1073,21 +1073,21 @@ pub(super) struct Segment {
     /// Poisson's ratio nu in (-1, 0.5], instead of the shear modulus: G = E / (2 (1 + nu)).
     #[schemars(extend("exclusiveMinimum" = -1, "maximum" = 0.5))]
     pub(super) poisson_ratio: Option<f64>,
-    /// Density in kg/m^3. Required unless the section is given.
+    /// Density in kg/m^3. Required unless the section is of kind "given".
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub(super) density: Option<f64>,
     /// Number of modes of each strain. Default of each: 0, the strain is suppressed. "auto":
     /// what the rtol of the simulation takes, chosen by trial motions when the scene is read.
     #[schemars(example = Modes { bend_y: 3, ..Modes::default() })]
     pub(super) modes: ModeChoice,
-    /// What the modes are. Default: "legendre".
+    /// Shape functions of the modes. Default: "legendre".
     #[serde(default)]
     pub(super) basis: Basis,
     /// Kelvin-Voigt retardation time in seconds: damping is this times stiffness. Default: 0, undamped.
     #[serde(default)]
     #[schemars(range(min = 0.0))]
     pub(super) retardation_time: f64,
-    /// Strain at which the segment is free of stress: [torsion, bend_y, bend_z, stretch, shear_y, shear_z], the
+    /// Stress-free strain: [torsion, bend_y, bend_z, stretch, shear_y, shear_z], the
     /// first three in 1/m; or a table of such strains along the segment. Default: [0, 0, 0, 1, 0, 0], straight.
     pub(super) reference_strain: Option<ReferenceStrain>,
     /// Shear correction: one factor, [of shear along y, along z], or "cowper" for those of the shape and Poisson's ratio.
@@ -1099,7 +1099,7 @@ pub(super) struct Segment {
     pub(super) nodes: Option<usize>,
 }
 
-/// The functions that strains are expanded in.
+/// Basis of the strain.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub(super) enum Basis {
@@ -1225,7 +1225,7 @@ pub(super) struct SizeTable {
     pub(super) values: Vec<f64>,
 }
 
-/// Who chooses the modes.
+/// Choice of the modes.
 #[derive(Clone, Copy, Debug, Deserialize, Serialize, JsonSchema)]
 #[serde(untagged)]
 pub(super) enum ModeChoice {
@@ -1327,20 +1327,20 @@ pub(super) struct Pendulum {
     pub(super) v0: Option<[f64; 2]>,
 }
 
-/// How long, and by which method.
+/// Duration, method and output of the simulation.
 #[derive(Debug, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Simulation {
-    /// Time at the end, in seconds.
+    /// End of the simulation, in seconds.
     #[schemars(example = 1.0)]
     pub(super) t_end: f64,
-    /// Time at the start, in seconds, at which loads that vary and a base that moves are first taken. Default: 0.
+    /// Start of the simulation, in seconds. Default: 0.
     #[serde(default)]
     pub(super) t0: f64,
     /// Time integrator. Default: "newmark".
     #[serde(default)]
     pub(super) method: Method,
-    /// Time step of the methods with a fixed step, in seconds. Default: 0.01. The others choose their own steps.
+    /// Step size of the methods with a fixed step, in seconds. Default: 0.01. The other methods are adaptive.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub(super) dt: Option<f64>,
     /// Jacobian of the equations of a fixed step. Default: "analytic".
@@ -1354,7 +1354,7 @@ pub(super) struct Simulation {
     /// Absolute tolerance, for values near zero. Default: 1e-9. Not with method "auto".
     #[schemars(range(min = 0.0))]
     pub(super) atol: Option<f64>,
-    /// What is kept of the run.
+    /// Output of the run.
     #[serde(default)]
     pub(super) output: Output,
 }
@@ -1369,20 +1369,20 @@ impl Simulation {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Method {
-    /// Newmark's implicit average-acceleration rule with a fixed step: unconditionally stable, keeps energy.
+    /// Newmark's implicit average-acceleration method with a fixed step: unconditionally stable, conserves energy.
     #[default]
     Newmark,
-    /// The implicit method of Hilber, Hughes and Taylor with a fixed step: damps what the step cannot resolve.
+    /// Implicit method of Hilber, Hughes and Taylor with a fixed step: damps vibrations that the step does not resolve.
     Hht,
-    /// The implicit generalised-alpha method with a fixed step: damps the same, and less of the slow motion.
+    /// Implicit generalised-alpha method with a fixed step: damps unresolved vibrations, and the slow motion less than "hht".
     GeneralisedAlpha,
-    /// Dormand and Prince's explicit Runge-Kutta pair of orders 5 and 4, with steps chosen by the error.
+    /// Adaptive explicit Runge-Kutta pair of orders 5 and 4 (Dormand and Prince).
     Rk45,
-    /// Dormand and Prince's explicit Runge-Kutta method of order 8, with steps chosen by the error.
+    /// Adaptive explicit Runge-Kutta method of order 8 (Dormand and Prince).
     Dop853,
-    /// The implicit Runge-Kutta method Radau IIA of order 5, for stiff models, with steps chosen by the error.
+    /// Adaptive implicit Runge-Kutta method Radau IIA of order 5, for stiff models.
     Radau,
-    /// DOP853 or Radau, whichever suits the model, with steps that meet rtol.
+    /// DOP853 or Radau, whichever suits the model, with the accuracy rtol.
     Auto,
 }
 
@@ -1406,19 +1406,19 @@ pub enum Jacobian {
     Central,
 }
 
-/// What is kept of the run.
+/// Output of the run.
 #[derive(Debug, Default, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Output {
-    /// Time between the states that are kept, in seconds. Default: the simulation's dt.
+    /// Interval of the output times, in seconds. Default: the simulation's dt.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub(super) dt: Option<f64>,
-    /// What is written beside the coordinates: any of "velocity", "acceleration", "energy", "shape".
+    /// Quantities written besides the coordinates: any of "velocity", "acceleration", "energy", "shape".
     /// Default: all of them.
     pub(super) quantities: Option<Vec<Quantity>>,
 }
 
-/// A quantity that a result holds beside the coordinates.
+/// A quantity in results besides the coordinates.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Quantity {

@@ -1,8 +1,8 @@
-//! What scenes import: links of a robot from another file, which somebody else reads.
+//! Imports of scenes: links of a robot from another file, which the caller reads.
 
 use crate::robot::Link;
 
-/// What a scene asks for.
+/// The request of a scene.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Request {
     /// The URDF file, as the scene writes it: seen from the scene's folder.
@@ -15,14 +15,14 @@ pub struct Request {
     pub mend_inertia: bool,
 }
 
-/// What a file says.
+/// The content of a file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Imported {
     /// Its links, parents before their children.
     pub links: Vec<Link>,
     /// The file itself, to read the scene again.
     pub content: Vec<u8>,
-    /// What it has and the links have not, in words, if there is anything.
+    /// Unsupported content of the file, in words, if there is any.
     pub not_taken: Option<String>,
 }
 
@@ -35,11 +35,11 @@ pub struct FileProblem {
     pub line: usize,
     /// Column in characters, from 1.
     pub column: usize,
-    /// What it is about, such as an element; may be empty.
+    /// Subject of the problem, such as an element; may be empty.
     pub key: String,
-    /// What is wrong.
+    /// What was found.
     pub wrong: String,
-    /// What would be right; may be empty.
+    /// What was expected; may be empty.
     pub right: String,
     /// The line it is about, with the place marked.
     pub snippet: String,
@@ -59,7 +59,7 @@ pub trait Imports {
     /// The links of a file.
     ///
     /// # Errors
-    /// Whatever is wrong with the file.
+    /// The problems of the file.
     fn read(&mut self, request: &Request) -> Result<Imported, Refusal>;
 }
 

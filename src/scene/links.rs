@@ -1,4 +1,4 @@
-//! The links of a robot, from the keys that say what they are.
+//! The links of a robot from their keys.
 
 use super::actuators::{Surroundings, actuators, key_of_actuator};
 use super::contacts::{contacts, key_of_contact};

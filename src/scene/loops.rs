@@ -1,4 +1,4 @@
-//! What closes loops of links, from the tables that say what it is.
+//! Closed loops from their tables.
 
 use super::document::{
     self, Document, Jacobian, LoopEnd as WrittenEnd, LoopKind, LoopPlace, LoopType, Simulation as Settings,
@@ -9,10 +9,10 @@ use crate::joint::Joint;
 use crate::loops::{Loop, LoopEnd, Tie};
 use crate::robot::Robot;
 
-/// So many names are listed in messages.
+/// Maximum number of names listed in messages.
 const LISTED: usize = 12;
 
-/// What the world is called in the names of loops.
+/// Name of the world within the names of loops.
 const WORLD: &str = "the world";
 
 /// Stand in for directions and lengths that could not be read, so that the rest can be checked.
@@ -67,7 +67,7 @@ pub(super) fn key_of_loop(place: &str, written: &[document::Loop], places: &[usi
     Some(format!("loop[{i}]{rest}"))
 }
 
-/// What ends can be on.
+/// The model that ends belong to.
 struct Known {
     links: Vec<String>,
     /// Whether there are more links that could not be read.

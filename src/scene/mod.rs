@@ -1,4 +1,4 @@
-//! Scene files: a TOML description of what is simulated and how, read and checked once.
+//! Scene files: TOML descriptions of a model and a simulation, read and validated.
 //!
 //! `document` is the file's shape in plain structs, from which the JSON Schema is generated; `shape` checks a file
 //! against that schema, for which `words` knows the old names of keys; `build`, with `parts` that rods and the `links` of
@@ -68,7 +68,7 @@ pub struct Scene {
     pub name: String,
     /// The text it was read from.
     pub text: String,
-    /// What is simulated.
+    /// The model.
     pub model: Model,
     /// Initial generalised coordinates.
     pub q0: Vec<f64>,
@@ -84,7 +84,7 @@ pub struct Scene {
     pub imported: Option<(String, Imported)>,
 }
 
-/// What a scene simulates.
+/// The model of a scene.
 #[derive(Clone, Debug, PartialEq)]
 #[allow(clippy::large_enum_variant, reason = "there is one in a scene")]
 pub enum Model {
@@ -138,7 +138,7 @@ pub struct Simulation {
     pub atol: f64,
     /// Time between the states that are kept, in seconds; `dt` if `None`.
     pub output_dt: Option<f64>,
-    /// What is kept beside the coordinates.
+    /// The quantities kept besides the coordinates.
     pub quantities: Vec<Quantity>,
 }
 

@@ -1,4 +1,4 @@
-//! What rods and links have in common, from the keys that say what they are: segments, loads, supports, fluids, motions
+//! Common parts of rods and links from their keys: segments, loads, supports, fluids, motions
 //! of bases.
 
 use std::sync::Arc;
@@ -160,7 +160,7 @@ fn vector(written: &Vector, place: &str, shape: &mut Shape) -> Signal<3> {
     }
 }
 
-/// What an actuator is told, as it is written at `place`.
+/// The command of an actuator, as written at `place`.
 pub(super) fn command(written: &Command, place: &str, shape: &mut Shape) -> Signal<1> {
     match written {
         Command::Constant(value) => Signal::Constant([*value]),

@@ -1,4 +1,4 @@
-//! The section of a segment, from the keys that say what it is.
+//! The section of a segment from its keys.
 
 use super::document::{
     Inertia, Section, SectionKind, Segment, ShearCorrection, ShearRule, Size, SizeTable, Stiffness,

@@ -1,4 +1,4 @@
-//! Checks the shape of a scene (keys, types, sizes, names) against its JSON Schema, all of it in one pass.
+//! Validates the structure of a scene (keys, types, sizes, names) against its JSON Schema in one pass.
 //!
 //! The result is a table that certainly deserialises: an unreadable value of an optional key is left out, an
 //! unreadable or missing value of a required key is replaced by the schema's example. So the physics of the rest
@@ -22,7 +22,7 @@ use crate::error::InvalidInput;
 pub(super) struct Shape {
     /// The document, with unreadable values left out or replaced.
     pub(super) table: toml::Table,
-    /// What was wrong.
+    /// The problems.
     pub(super) problems: Vec<SceneProblem>,
     /// Where each value stands in the file, by its path.
     pub(super) spans: HashMap<String, Range<usize>>,
@@ -302,7 +302,7 @@ impl<'a> Reader<'a> {
         None
     }
 
-    /// What to do about an unknown key, and the known key that it may have meant.
+    /// Advice about an unknown key, and the known key that it may mean.
     fn advice(
         &mut self,
         name: &str,
@@ -368,7 +368,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// What a schema expects, in words.
+    /// Describes what a schema expects.
     fn expected(&self, schema: &'a Json) -> String {
         let schema = self.resolve(schema);
         if let Some(words) = words(schema) {

@@ -1,4 +1,4 @@
-//! What an unknown word may have meant.
+//! Suggestions for unknown words.
 
 /// Least similarity (Jaro and Winkler 1990, 0 to 1) at which a known word is suggested for an unknown one.
 const SIMILARITY: f64 = 0.8;

@@ -1,4 +1,4 @@
-//! Old words of the format: keys that have a new name. This version still reads them and says the new one.
+//! Deprecated keys of the format, which are still read with a note that gives the new name.
 
 use serde_json::{Value as Json, json};
 use toml::Table;
@@ -12,7 +12,7 @@ pub(super) struct OldWord {
     pub(super) old: &'static str,
     /// The new name, in the same table.
     pub(super) new: &'static str,
-    /// What to write now.
+    /// The current name.
     pub(super) instead: &'static str,
     /// Makes of the table, in which the value has its new name, what the old name meant; or says what is wrong with
     /// it and what would be right.

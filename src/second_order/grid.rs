@@ -1,4 +1,4 @@
-//! When steps of one size end.
+//! The times of steps of fixed size.
 
 use crate::tape::Tape;
 

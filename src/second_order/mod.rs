@@ -1,4 +1,4 @@
-//! Second-order equations of motion, and what their integrators share: [`crate::newmark`] and [`crate::radau`].
+//! Second-order equations of motion, and common parts of their integrators: [`crate::newmark`] and [`crate::radau`].
 //!
 //! ```
 //! use lissom::newmark::{Options, solve};

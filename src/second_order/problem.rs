@@ -1,4 +1,4 @@
-//! What is wrong with an interval, a start and a step size.
+//! Validation of an interval, an initial state and a step size.
 
 use crate::error::{Checker, InvalidInput, Number};
 

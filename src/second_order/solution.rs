@@ -1,4 +1,4 @@
-//! A motion as it is computed: the states that are asked for, collected step by step.
+//! The solution during a run: requested states, collected step by step.
 
 use super::status::{Counters, Status};
 use crate::error::{Checker, Interrupted, InvalidInput, Number};
@@ -55,7 +55,7 @@ pub(crate) trait Steps<S: ?Sized> {
     fn state(&self) -> [&[f64]; 3];
     /// Those at a time within the last step.
     fn interpolate(&self, t: f64, q: &mut [f64], v: &mut [f64], a: &mut [f64]);
-    /// What it has cost so far.
+    /// The cost so far.
     fn counters(&self) -> Counters;
     /// A status in words.
     fn explain(&self, status: Status) -> String;

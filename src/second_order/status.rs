@@ -1,4 +1,4 @@
-//! How an integration ended and what it has cost.
+//! Status and cost of an integration.
 
 use crate::tape::Tape;
 
@@ -54,7 +54,7 @@ impl Status {
     }
 }
 
-/// What an integration has cost.
+/// The cost of an integration.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counters {
     /// Accepted steps.

@@ -1,4 +1,4 @@
-//! A run on its way.
+//! A run in progress.
 
 use super::Control;
 use super::recorder::Recorder;

@@ -1,4 +1,4 @@
-//! Free motions of models over an interval, by the implicit Newmark family or an explicit Runge-Kutta method.
+//! Motions of models over an interval, by the implicit Newmark family, Radau IIA or an explicit Runge-Kutta method.
 //!
 //! ```
 //! use lissom::newmark;
@@ -39,7 +39,7 @@ pub use crate::stepping::{Method, Status};
 use crate::stepping::check_span;
 pub(crate) use crate::stepping::check_step;
 
-/// What sets the inputs of a model during a run, at times that are equally far apart; in between they are held.
+/// The controller, which sets the inputs of a model at equal intervals; in between they are constant.
 pub struct Control<'a> {
     /// How far these times are apart, in seconds; the first is the start of the run.
     pub step: f64,
@@ -56,7 +56,7 @@ impl std::fmt::Debug for Control<'_> {
     }
 }
 
-/// What a run has cost. Counters that have no meaning for the method are zero.
+/// The cost of a run. Counters that do not apply to the method are zero.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Statistics {
     /// Seconds from the start to the end of the run, on the wall clock.
@@ -65,7 +65,7 @@ pub struct Statistics {
     pub time_error: Option<f64>,
     /// Estimated error of the tip by the number of modes and nodes, likewise; only where there are any.
     pub space_error: Option<f64>,
-    /// What was counted. For first-order methods `nfev` are forward dynamics.
+    /// Counters. For first-order methods, `nfev` counts forward dynamics.
     pub counters: second_order::Counters,
 }
 
@@ -80,7 +80,7 @@ pub struct Simulation {
     pub v: Vec<f64>,
     /// Accelerations, likewise; `None` where the method does not solve for them: [`Self::accelerations`] does.
     pub a: Option<Vec<f64>>,
-    /// What was set from outside from these times on, as many numbers each as the model has inputs.
+    /// Inputs from these times on, one number for each input of the model.
     pub u: Vec<f64>,
     /// Number of coordinates n.
     pub n: usize,
@@ -170,7 +170,7 @@ pub fn simulate_controlled<M: Model>(
     order.run(model, Some(control), monitor)
 }
 
-/// What is to be computed.
+/// What to compute.
 struct Order<'a> {
     t_span: (f64, f64),
     q0: &'a [f64],
@@ -340,7 +340,7 @@ fn check_control(step: f64, (t0, t_end): (f64, f64)) -> Result<(), InvalidInput>
 }
 
 impl Simulation {
-    /// What has become of a run.
+    /// The state of a run.
     fn of<M: Model>(course: Course<'_, '_, M>, status: Status, method: &Method, q0: &[f64]) -> Self {
         let Course { mut run, recorder, meter, watch, stop, .. } = course;
         let Recorder { t, q, v, a, u, .. } = recorder;

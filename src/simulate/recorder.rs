@@ -1,4 +1,4 @@
-//! Collects the states that a run is asked for.
+//! Collects the requested states of a run.
 
 use crate::error::Interrupted;
 use crate::model::Model;

@@ -1,4 +1,4 @@
-//! What a motion says of the tendons of a robot: which went slack, and which were told to push. Looked at where the motion is
+//! Slack tendons during a motion, and negative tension commands. They are looked for where the motion is
 //! known, not between these times.
 
 use super::Simulation;
@@ -79,7 +79,7 @@ impl Slack {
         match lowest {
             None => format!("'{name}' is slack, first at t = {}.", Number(*from)),
             Some(lowest) => format!(
-                "The tension of '{name}' is told to be as low as {} N, first below zero at t = {}: a tendon never pushes.",
+                "The commanded tension of '{name}' is as low as {} N, first negative at t = {}: a tendon never pushes.",
                 Number(*lowest),
                 Number(*from)
             ),

@@ -1,4 +1,4 @@
-//! What may be wrong with a run although its method has nothing against it.
+//! Checks of a run that its method does not make itself.
 
 use crate::balance::State;
 use crate::model::Model;
@@ -23,12 +23,12 @@ const LIMITED: f64 = 0.1;
 const MANY_TIMES: f64 = 10.0;
 const VISIBLE: f64 = 1e-5;
 
-/// What is looked at while a run goes on.
+/// The checks made during a run.
 pub(super) enum Watch {
     Nothing,
-    /// Of fixed steps: vibrations that they do not see.
+    /// With fixed steps: unresolved vibrations.
     Vibrations(Unseen),
-    /// Of explicit methods: whether stability limits their steps.
+    /// With explicit methods: whether stability limits the steps.
     Stiffness(StiffnessWatch),
 }
 
@@ -112,8 +112,8 @@ impl StiffnessWatch {
             true => "\"generalised_alpha\", which no rate limits",
         };
         let message = format!(
-            "The model is stiff: its largest rate at t = {t:.1e} s, {rate:.1e} per second, limits explicit steps to {:.1e} s, whatever the \
-             accuracy, and the rest of the time would take about {left:.0} of them. Use method {others}; or allow that many `max_steps`.",
+            "The model is stiff: its largest rate at t = {t:.1e} s, {rate:.1e} per second, limits explicit steps to {:.1e} s for stability, \
+             and the remaining time would take about {left:.0} of them. Use method {others}, or allow that many `max_steps`.",
             self.limit / rate
         );
         Some(Stop { status: Status::Stiff, message })

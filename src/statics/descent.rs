@@ -1,4 +1,4 @@
-//! Letting go: from any shape to a stable equilibrium nearby, downhill in potential energy.
+//! Descent in potential energy from any shape to a nearby stable equilibrium.
 //!
 //! Newton's method in a trust region (Levenberg 1944; Conn, Gould and Toint 2000, chapter 6). Energies are never
 //! asked for, as some loads have none: the work of the generalised forces along a step, by the trapezoidal rule,
@@ -35,8 +35,8 @@ const LARGEST_SHIFT: f64 = 1e12;
 /// Steps as short as that are taken without looking at their work, which is rounding then.
 const TRUSTED: f64 = 1e-6;
 
-/// Where surfaces begin to touch within such a step the tangent is another one at its end: only steps that are shorter by that factor
-/// leave rounding alone.
+/// Where surfaces begin to touch within such a step the tangent is another one at its end: only steps that are shorter by that
+/// factor leave rounding alone.
 const AT_KINKS: f64 = 1e-3;
 
 /// How often at most a trial's springs are made to carry what they should, each time to about twice as many digits;

@@ -1,4 +1,4 @@
-//! The equations of equilibrium of a model under a part of its loads.
+//! The equations of equilibrium of a model under a fraction of its loads.
 
 use super::growth::Growth;
 use super::stability::Stiffness;

@@ -1,4 +1,4 @@
-//! What grows along a path of equilibria: all loads together, or inputs from one place to another.
+//! The parameter of a path of equilibria: a factor of all loads, or inputs between two values.
 
 use crate::error::{Checker, Interrupted};
 use crate::linalg::Matrix;

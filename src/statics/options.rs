@@ -1,4 +1,4 @@
-//! How equilibria are searched for.
+//! Options of the search for equilibria.
 
 use super::growth::InputPath;
 use crate::error::{Checker, InvalidInput};

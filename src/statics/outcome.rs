@@ -1,4 +1,4 @@
-//! What came of a search for equilibria.
+//! The result of a search for equilibria.
 
 use super::equations::Counters;
 use super::path::{CriticalKind, Path};
@@ -11,7 +11,7 @@ use crate::stability::{Stability, Verdict};
 pub enum Status {
     /// In equilibrium under the whole load.
     Converged,
-    /// In equilibrium under the whole load; but the path of loading ended before, and the model was let go there.
+    /// In equilibrium under the full load, after the load path ended early and the model was released there.
     LetGo,
     /// A continuation reached one of its bounds.
     Finished,
@@ -64,8 +64,8 @@ impl Status {
         match self {
             Self::Converged => "The forces are in equilibrium.".to_owned(),
             Self::LetGo => format!(
-                "The forces are in equilibrium. The path of loading ended at load factor {load_factor:.6}, where the model \
-                 was let go: what it came to rest in need not be reached by loading it slowly."
+                "The forces are in equilibrium. The load path ended at load factor {load_factor:.6}, where the model \
+                 was released and came to rest; slow loading need not lead to this shape."
             ),
             Self::Finished => "The path was followed to a bound of the load factor.".to_owned(),
             Self::NoStart => format!(
@@ -74,19 +74,19 @@ impl Status {
             ),
             Self::StepTooSmall => format!(
                 "The path of equilibria could not be followed beyond load factor {load_factor:.6}; `q` is the last one \
-                 found. Look there for two paths that almost touch; add a small load that prefers one of them, give a \
-                 shape `q0` to be let go, or give the rod more quadrature `nodes`."
+                 found. Two paths may nearly touch there: add a small load that favours one of them, give a shape `q0` to \
+                 release the model from, or give the rod more quadrature `nodes`."
             ),
             Self::TooManySteps => format!(
                 "The limit of steps was reached at load factor {load_factor:.6}; `q` is the last equilibrium found. \
-                 Allow more `max_steps`, or give a shape `q0` to be let go."
+                 Allow more `max_steps`, or give a shape `q0` to release the model from."
             ),
             Self::IterationLimit => "The limit of iterations was reached; `q` is the last shape. If there is any equilibrium, \
                  allow more `max_iter` or start closer to it; under follower loads there may be none that is stable."
                 .to_owned(),
-            Self::Stalled => "No step goes downhill, yet the forces are not in equilibrium; `q` is the last shape. Start \
-                 somewhere else; if that ends here too, give the rod more quadrature `nodes`: its discretised forces need not \
-                 have a potential where it is bent sharply."
+            Self::Stalled => "No step reduces the energy, but the forces are not in equilibrium; `q` is the last shape. Start \
+                 from another shape; if that ends here too, give the rod more quadrature `nodes`: the discretised forces of a \
+                 sharply bent rod need not have a potential."
                 .to_owned(),
             Self::NonFinite => "Forces or stiffnesses are NaN or infinite. Start from a smaller `q0`.".to_owned(),
             Self::Flawed(flaw) => {
@@ -94,8 +94,8 @@ impl Status {
                     Flaw::Unresolved { shortage } => {
                         format!("Give the segment more `nodes`{}", at_least(shortage))
                     }
-                    Flaw::Inverted { .. } => "It is loaded beyond what its stiffness against stretch bears: there, linear elasticity \
-                                              does not hold"
+                    Flaw::Inverted { .. } => "The compression exceeds the axial stiffness of the rod, where linear elasticity does \
+                                              not hold"
                         .to_owned(),
                     Flaw::Open { .. } => {
                         "Start from a `q0` in which the loops are nearly closed; loops that conflict cannot be closed at all"
@@ -105,11 +105,11 @@ impl Status {
                         "Start from a `q0` that touches nothing, or give the contact more `stiffness`".to_owned()
                     }
                     Flaw::Collapsed { .. } => {
-                        "Where they touch its force has no direction: pull less, or keep them apart with a joint that has `limits`"
+                        "The tendon's force then has no direction: pull less, or keep the points apart with a joint that has `limits`"
                             .to_owned()
                     }
                 };
-                format!("What the search came to at load factor {load_factor:.6} is a model that {flaw}, so it is none. {cure}.")
+                format!("The search ended at load factor {load_factor:.6} in an invalid shape: the model {flaw}. {cure}.")
             }
             Self::Newton(status) => status.message().to_owned(),
         }
@@ -136,7 +136,7 @@ pub struct Equilibrium {
     /// Smallest eigenvalue of the (symmetric part of the) tangent stiffness relative to that of material and springs:
     /// one without load, zero at critical points.
     pub lowest: f64,
-    /// The path of loading; empty where none was followed.
+    /// The load path; empty if none was followed.
     pub path: Path,
     /// Counts of steps, iterations and evaluations.
     pub counters: Counters,
@@ -155,7 +155,7 @@ pub struct Continuation {
     pub counters: Counters,
 }
 
-/// The status in words, with what stability and critical points say. `end` is where the path of loading ended.
+/// The status in words, with what stability and critical points say. `end` is where the load path ended.
 pub(super) fn message(status: Status, end: f64, verdict: Option<Verdict>, path: &Path) -> String {
     let mut message = status.message(end);
     if status == Status::Finished || !status.is_success() {
@@ -171,7 +171,7 @@ pub(super) fn message(status: Status, end: f64, verdict: Option<Verdict>, path: 
             let crossing = path.critical.iter().find(|point| point.kind == CriticalKind::Bifurcation);
             message += &match crossing {
                 Some(point) => format!(
-                    " The path of loading crossed a bifurcation at load factor {:.6}: give `q0`, a shape a little off in the \
+                    " The load path crossed a bifurcation at load factor {:.6}: give `q0`, a shape a little off in the \
                      direction found there, to reach the buckled equilibria.",
                     point.load_factor
                 ),

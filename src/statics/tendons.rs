@@ -72,7 +72,7 @@ impl Tendons {
             message += &format!(" Slack: {}.", quoted(self.slack.iter()));
         }
         for (name, tension) in &self.told_to_push {
-            message += &format!(" The tension of '{name}' is told to be {tension} N: a tendon never pushes.");
+            message += &format!(" The commanded tension of '{name}' is {tension} N: a tendon never pushes.");
         }
         if !self.without_friction.is_empty() {
             message += &format!(
@@ -157,7 +157,7 @@ mod tests {
         assert_eq!(found.told_to_push, [("push".to_owned(), -2.5)]);
         assert_eq!(found.slack, ["push"]);
         let message = found.message();
-        assert!(message.contains("The tension of 'push' is told to be -2.5 N"), "{message}");
+        assert!(message.contains("The commanded tension of 'push' is -2.5 N"), "{message}");
     }
 
     #[test]

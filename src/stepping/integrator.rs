@@ -1,4 +1,4 @@
-//! A model with the stepper of a method: what all methods have in common.
+//! A model with the stepper of a method: the common interface of all methods.
 
 use super::method::Method;
 use super::status::Status;

@@ -1,4 +1,4 @@
-//! How a motion is computed.
+//! Integration methods and their options.
 
 use crate::error::{Checker, InvalidInput, Number};
 use crate::newmark;

@@ -1,4 +1,4 @@
-//! Motions of models that are stepped from outside: [`Run`].
+//! Simulations that the caller advances step by step: [`Run`].
 //!
 //! ```
 //! use lissom::pendulum::SpringPendulum;

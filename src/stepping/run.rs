@@ -1,4 +1,4 @@
-//! A motion that is stepped from outside.
+//! A simulation that the caller advances step by step.
 
 use super::integrator::Integrator;
 use super::method::{Method, check_span, check_step};

@@ -1,4 +1,4 @@
-//! States at which a motion of closed loops can begin.
+//! Initial states that satisfy the constraints of closed loops.
 
 use crate::constraint::one_sided;
 use crate::constraint::projection::{self, Metric};

@@ -1,4 +1,4 @@
-//! The base of a rod: where it is, and how it moves.
+//! The pose and the motion of the base of a rod.
 //!
 //! A base that moves is followed by an inertial frame: at every time the one that coincides with the base and moves
 //! with its point. In it the base never leaves its place, so that the kinematics along the rod know nothing of its

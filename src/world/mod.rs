@@ -1,4 +1,4 @@
-//! What surrounds a robot: the fluid, and the motion of what it stands on.
+//! The surroundings of a robot: the fluid, and the motion of its base.
 //!
 //! ```
 //! use lissom::world::Fluid;

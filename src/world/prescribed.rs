@@ -1,4 +1,4 @@
-//! Motions of a base that a function prescribes, which somebody else provides: its values are checked whenever it is
+//! Base motions prescribed by a function of the caller: its values are checked whenever it is
 //! asked, its derivatives found or verified.
 
 use std::sync::atomic::{AtomicUsize, Ordering};

@@ -1,4 +1,4 @@
-//! Signals with derivatives: what positions and angles follow, where loads follow values alone.
+//! Signals with derivatives, for positions and angles; loads need values only.
 
 use super::prescribed::Prescribed;
 use crate::error::{Checker, Interrupted};

@@ -268,7 +268,7 @@ def test_without_an_equilibrium_to_begin_with():
     found = lissom.actuate(robot, height(0.05))
     assert found.status == "no_start"
     assert not found.success
-    assert "no equilibrium at the inputs" in found.message
+    assert "no equilibrium at the initial inputs" in found.message
     assert np.isfinite(found.u).all()
 
 

@@ -103,7 +103,7 @@ def test_the_doctor_finds_all_well():
     assert code == 0
     assert rows["lissom"].strip().startswith(lissom.__version__)
     assert "numpy" not in rows["NumPy"]
-    assert rows["simulation"].strip().startswith("right: deflection to")
+    assert rows["simulation"].strip().startswith("correct: deflection with an error of")
     assert {"[files]", "[plot]"} <= set(rows)
 
 

@@ -389,7 +389,7 @@ def test_a_gripper_moves_as_its_reduction():
     energy, of_free = driven.energy(q, v), free.energy(G @ q + o, G @ v)
     assert_close([energy.kinetic, energy.elastic], [of_free.kinetic, of_free.elastic])
     assert_close(driven.dissipated_power(q, v), free.dissipated_power(G @ q + o, G @ v))
-    assert "as another joint does" in driven.explain()
+    assert "follows another joint" in driven.explain()
 
 
 def test_two_geared_pendulums_swing_with_their_frequency():

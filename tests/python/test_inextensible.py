@@ -417,7 +417,7 @@ def test_lengths_that_cannot_be_are_refused():
 
 def test_it_is_explained():
     robot = finger([along(length=0.3)])
-    assert "never longer than it is told" in robot.explain()
+    assert "never longer than the commanded length" in robot.explain()
     assert "1 constraint held by multipliers" in robot.explain()
     assert robot.actuators[0].stiffness is None
 
@@ -470,6 +470,6 @@ def test_simulations_say_what_is_slack_and_what_is_told_to_push():
     simulation.step([0.5])
     assert simulation.message == "The end of the interval was reached."
     simulation.step([-0.5])
-    assert "'pull' is told to be -0.5 N: a tendon never pushes" in simulation.message
+    assert "commanded tension of 'pull' is -0.5 N: a tendon never pushes" in simulation.message
     other = simulation.copy()
     assert simulation.message == other.message

@@ -74,7 +74,7 @@ def test_the_result_says_which_tendons_are_slack_and_which_were_told_to_push():
     found = lissom.statics(rod, u=[1.0, -2.0])
     assert found.slack == ["b", "c"] or found.slack == ["c", "b"]
     assert "Slack: " in found.message
-    assert "The tension of 'b' is told to be -2 N: a tendon never pushes." in found.message
+    assert "The commanded tension of 'b' is -2 N: a tendon never pushes." in found.message
     assert "'a'" not in found.message
     assert_allclose(found.q, lissom.statics(rod, u=[1.0, 0.0]).q, atol=1e-12)
     assert lissom.statics(pair()).message == "The forces are in equilibrium."

@@ -300,12 +300,12 @@ def test_explain_says_what_each_actuator_is_compiled_to(path):
     links, rest = rest.split("  cost of links\n")[1].split("  cost of actuators\n")
     actuators = rest.split("  output\n")[0]
     for what, words in {
-        "tendon pull": "a tension that it is told, never less than zero",
-        "tendon pull, along rods": r"finger from 0.02 m to 0.15 m, 16 nodes: from strains alone",
+        "tendon pull": "commanded tension, never less than zero",
+        "tendon pull, along rods": r"finger from 0.02 m to 0.15 m, 16 nodes: from strains only",
         "tendon pull, straight parts": "1: from poses",
         "tendon pull, coupling": "of 3 coordinates",
         "chamber blow": "finger: its volume is linear",
-        "motor palm": "a force on palm.angle that it is told",
+        "motor palm": "commanded force on palm.angle",
         "active strain finger.bend_y": "a reference bend_y of finger",
         "inputs": "pull: set from outside",
     }.items():
@@ -314,7 +314,7 @@ def test_explain_says_what_each_actuator_is_compiled_to(path):
         "tendon pull": "friction",
         "chamber blow": "tangent",
         "motor palm": "limits, tangent",
-        "linear systems by sweeps along the links": "what pull passes is coupled",
+        "linear systems by sweeps along the links": "pull couples the links along its path",
     }.items():
         assert re.search(rf"^ +{re.escape(what)}  +{words}$", skipped, re.MULTILINE), what
     names = [line.split()[0] for line in actuators.splitlines()]
@@ -342,7 +342,7 @@ def test_actuators_alike_are_told_together():
     )
     text = re.sub(r"(?s)\[\[tendon\]\].*\[sim", f"{tendons}[sim", SCENE)
     said = lissom.Scene.loads(text).model.explain()
-    assert re.search(r"^ +12 tendons, t0 to t11  +a tension", said, re.MULTILINE)
+    assert re.search(r"^ +12 tendons, t0 to t11  +commanded tension", said, re.MULTILINE)
     assert re.search(r"^ +2 other actuators  +", said, re.MULTILINE)
     assert said.count("t0 to t11") == 3
 
@@ -352,10 +352,11 @@ def test_friction_and_lengths_are_told():
         f"tension = {TENSION}", "length = 0.15\nstiffness = 40\ndamping = 0.5\nfriction = 0.2"
     )
     said = lissom.Scene.loads(text).model.explain()
-    assert "a spring of its length, 40 N/m, damping 0.5 N s/m: slack where it is too short" in said
-    assert re.search(r"tendon pull, friction +coefficient 0.2: .*; slides as its length changes", said)
+    assert "a spring of 40 N/m, damping 0.5 N s/m; slack below the commanded length" in said
+    sliding = "direction of sliding from the rate of its length"
+    assert re.search(rf"tendon pull, friction +coefficient 0.2: .*; {sliding}", said)
     told = lissom.Scene.loads(text.replace("friction = 0.2", "friction = 0.2\nsliding = 1")).model.explain()
-    assert "slides as it is told" in told
+    assert "direction of sliding as commanded" in told
 
 
 def test_check_says_what_inputs_are_and_which_tendons_are_slack(path):

@@ -257,7 +257,7 @@ def test_explain_tells_loops(tmp_path):
         "redundant constraints +4 of coupler to the world",
         "coupler to the world +.* of the residual, .* of the Jacobian: 2 coordinates",
         "method +generalised alpha .*0.8",
-        "why +closed loops need damping",
+        "why +closed loops need numerical damping",
     ):
         assert any(re.search(line, found) for found in told.splitlines()), (line, told)
 

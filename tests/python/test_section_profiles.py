@@ -240,7 +240,7 @@ def test_the_stiffness_of_pieces_is_the_integral_of_the_table():
 def test_explanations_name_what_varies():
     text = str(rod(VARYING[1]).explain())
     assert "circle: at the cost of a circle; in X radius a table of 5 stations" in text
-    assert "its modes and its taper need" in text
+    assert "for its modes and its taper" in text
     assert "stiffness a polynomial of degree" in str(rod(VARYING[5]).explain())
 
 

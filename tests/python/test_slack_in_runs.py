@@ -27,9 +27,7 @@ def test_a_tension_told_below_zero_is_said(method):
     found = run(tendon(tension=lambda t: 0.1 - t, name="back"), tendon(tension=0.1), method=method)
     assert found.success
     assert found.slack == ["back"]
-    assert (
-        "The tension of 'back' is told to be as low as -0.1 N, first below zero at t = 0.10" in found.message
-    )
+    assert "The commanded tension of 'back' is as low as -0.1 N, first negative at t = 0.10" in found.message
     assert found.message.endswith(": a tendon never pushes.")
 
 
@@ -37,7 +35,7 @@ def test_a_controller_that_pushes_is_told_so():
     pulls = [tendon("a", tension=lissom.Input("a")), tendon("b", -1, tension=lissom.Input("b", 0.1))]
     found = run(*pulls, control=lambda t, q, v: [0.1, -2.0 if t > 0.05 else 0.1], control_step=0.01)
     assert found.slack == ["b"]
-    assert "as low as -2 N, first below zero at t = 0.06" in found.message
+    assert "as low as -2 N, first negative at t = 0.06" in found.message
     assert run(*pulls).slack == []
 
 

@@ -485,7 +485,7 @@ class TestFailures:
         found = lissom.statics(model, max_steps=1)
         assert found.success
         assert found.status == "let_go"
-        assert "let go" in found.message
+        assert "released" in found.message
         np.testing.assert_allclose(found.q, lissom.statics(model).q, atol=1e-8)
 
     def test_limits_keep_the_last_state(self):

@@ -348,4 +348,4 @@ rtol = 1e-6
     run = scene.run()
     assert run.success
     assert run.balance.drift < 1e-4
-    assert "sees the world around it" in scene.model.explain()
+    assert "supports and fluid evaluated once" in scene.model.explain()

@@ -65,7 +65,7 @@ def lissom_runs(water: bool, reference, quick: bool) -> Iterator[dict]:
     model, name = octopus.robot(AUTO_MODES, water), f"{AUTO_MODES} + {octopus.MODES_ACROSS} modes an arm"
     tips, seconds = timed(lambda: octopus.tips(model, method="auto", rtol=ONE_PERCENT))
     error = octopus.error(tips, reference)
-    yield row(water, "lissom, which tells its error", name, f"auto, rtol = {ONE_PERCENT:g}", seconds, error)
+    yield row(water, "lissom, with its error estimate", name, f"auto, rtol = {ONE_PERCENT:g}", seconds, error)
 
 
 def mujoco_runs(reference, quick: bool) -> Iterator[dict]:

@@ -1,4 +1,4 @@
-"""``lissom doctor``: what is installed, what is missing, and whether it computes."""
+"""``lissom doctor``: versions, missing extras, and a test simulation."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from .exits import FAILED
 #: A requirement of an extra: a name at the beginning, the extra in a marker.
 REQUIREMENT = re.compile(r"""(?P<name>[\w.-]+).*;.*extra\s*==\s*["'](?P<extra>[\w.-]+)["']""")
 
-#: A wire of steel, and a force (N) that bends it by a thousandth of its length: there linear theory is
-#: right to 1e-6.
+#: A steel wire, and a force (N) that bends it by a thousandth of its length, where linear theory is accurate
+#: to 1e-6.
 LENGTH, RADIUS, YOUNG_MODULUS = 1.0, 1e-3, 210e9
 FORCE = 5e-4
 
-#: Relative error of the deflection by which something is wrong.
+#: Relative error of the deflection above which the test fails.
 WRONG = 1e-4
 
 
@@ -52,15 +52,15 @@ def command() -> int:
 
 
 def processor() -> str:
-    """The instructions that lissom uses here, and on how many processors."""
+    """The number of processors (threads used by default) and the instruction set that lissom uses."""
     from .._lissom import machine
 
     instructions, processors = machine()
-    return f"{processors} x {platform.machine()}, {instructions}"
+    return f"{platform.machine()} with {instructions}, {processors} threads"
 
 
 def extras() -> Iterator[tuple[str, str]]:
-    """For each extra of the package what is installed of it, and how to install what is missing."""
+    """The installed packages of each extra, and how to install missing ones."""
     try:
         names = metadata("lissom").get_all("Provides-Extra") or []
         needs = requires("lissom") or []
@@ -80,7 +80,7 @@ def extras() -> Iterator[tuple[str, str]]:
 
 
 def trial() -> tuple[bool, str]:
-    """Whether a wire hangs as far down as it should, and how long a second of its motion takes."""
+    """Whether the deflection of a wire is correct, and how long one second of its motion takes."""
     from .._lissom import Rod, Segment, simulate, statics
 
     wire = Segment(
@@ -96,8 +96,9 @@ def trial() -> tuple[bool, str]:
     error = abs(float(pushed.pose(statics(pushed).q)[2, 3]) / exact - 1.0)
     motion = simulate(Rod([wire]), t_end=1.0, dt=1e-2)
     well = error < WRONG and motion.success
-    right = "right" if well else "WRONG"
-    return well, f"{right}: deflection to {error:.0e}; 1 s of motion in {1e3 * motion.stats.wall_time:.2g} ms"
+    verdict = "correct" if well else "WRONG"
+    time = 1e3 * motion.stats.wall_time
+    return well, f"{verdict}: deflection with an error of {error:.0e}; 1 s of motion takes {time:.2g} ms"
 
 
 def _version(package: str) -> str | None:

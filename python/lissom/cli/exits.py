@@ -1,4 +1,4 @@
-"""Exit codes: beside these, 0 is done."""
+"""Exit codes other than 0 (success)."""
 
 #: The simulation failed, or something could not be written.
 FAILED = 1

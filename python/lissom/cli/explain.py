@@ -1,4 +1,4 @@
-"""``lissom explain``: what a scene is compiled to and what its steps cost."""
+"""``lissom explain``: what is computed for a scene, and what its steps cost."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``lissom lab``: the numerical-methods lab, done again."""
+"""``lissom lab``: the numerical-methods lab, rerun."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ def command(output: Path) -> int:
     Reproduces its nine figures and three tables and compares them with the numbers of its report, in some
     seconds. Replaces earlier results; refuses a folder that contains anything else.
 
-    Exit code: 0 done, 1 it could not be written, 2 bad input, 130 interrupted (the parts that were done are
-    written then).
+    Exit code: 0 done; 1 the results could not be written; 2 bad input; 130 interrupted (finished parts are
+    written).
     """
     from ..evidence import lab as numerical_lab
 

@@ -22,13 +22,15 @@ from .words import say
 def command(scene: Path, output: Path | None, at_start: bool, no_report: bool) -> int:
     """Find the natural frequencies and mode shapes of SCENE.
 
-    The modes are those about the equilibrium that "lissom statics" finds. The report animates the slowest.
+    The modes are those about the equilibrium that "lissom statics" finds. The
+    report animates the slowest ones.
 
-    Exit code: 0 done; 1 there are no modes, or no equilibrium was found (the files of "lissom statics" are
-    written then); 2 bad input; 130 interrupted.
+    Exit code: 0 done; 1 there are no modes, or no equilibrium was found (then the files of "lissom statics"
+    are written); 2 bad input; 130 interrupted.
     """
     from .. import studies
     from .._lissom import LissomError
+    from ..advice import about_model
     from ..report import studies as words
     from ..swings import frequency
 
@@ -50,7 +52,8 @@ def command(scene: Path, output: Path | None, at_start: bool, no_report: bool) -
             return FAILED
         saved = save_study(done, folder, no_report)
     stable = done.found.is_stable
-    rows = [
+    rows = [("advice", sentence) for sentence in about_model(loaded.model)]
+    rows += [
         (
             f"mode {number}",
             f"{hertz} Hz, damping ratio {ratio}" if hertz != "0" else frequency(done.found, int(number) - 1),

@@ -10,7 +10,7 @@ import click
 from .exits import FAILED
 from .saving import unwritten
 
-#: What there is to start from, by the names of the files in ``lissom/templates``.
+#: Descriptions of the templates, by the names of the files in ``lissom/templates``.
 KINDS = {"rod": "a clamped rod", "finger": "a finger with tendons", "robot": "links, joints and a motor"}
 
 #: The file that the first line of a scene points editors to.

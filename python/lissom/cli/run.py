@@ -49,7 +49,7 @@ def command(scene: Path, output: Path | None, no_report: bool) -> int:
 
 
 def _simulate(scene: Scene) -> Run:
-    """Simulate with a progress bar. From the first step on Ctrl-C ends the simulation, not the program."""
+    """Simulate with a progress bar. From the first step on, Ctrl-C stops the simulation, not the program."""
     from .._lissom import AccuracyWarning
     from ..results import Run
 
@@ -62,7 +62,7 @@ def _simulate(scene: Scene) -> Run:
             return interruption.requested
 
         with warnings.catch_warnings():
-            # The summary says it.
+            # The summary reports it.
             warnings.simplefilter("ignore", AccuracyWarning)
             motion = scene.run(progress=progress)
     return Run(scene, motion, interrupted=motion.status == "interrupted")

@@ -1,4 +1,4 @@
-"""Folders that commands write into: options, and how results get there."""
+"""Result folders of commands: options, and safe writing of files."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def output_option(what: str, default: Path | None = None) -> Callable[[Any], Any
 
 @contextmanager
 def results_folder(target: Path) -> Iterator[Folder]:
-    """A folder that certainly can be written, before anything is computed; or the end of the program."""
+    """Create and test the result folder before anything is computed; exit if it cannot be written."""
     try:
         folder = Folder(target)
     except NotOurs as error:
@@ -46,9 +46,9 @@ def results_folder(target: Path) -> Iterator[Folder]:
 
 
 def save(folder: Folder, write: Callable[[Path], list[str]]) -> Saved:
-    """Write results, into a temporary folder if the one they are meant for fails them.
+    """Write results, or into a temporary folder if the target fails.
 
-    From here on Ctrl-C is deferred. ``write`` returns what it could not write, in words.
+    From here on Ctrl-C is deferred. ``write`` returns messages about files that it could not write.
     """
     interruption.defer(SAVING)
     try:
@@ -72,7 +72,7 @@ def _written(folder: Folder, write: Callable[[Path], list[str]], code: int) -> S
 
 
 def save_study(done: StaticsStudy | ModesStudy, folder: Folder, no_report: bool) -> Saved:
-    """Write an equilibrium or natural modes, with a report unless there shall be none."""
+    """Write an equilibrium or natural modes, with a report unless `no_report`."""
     from .. import studies
     from ..report import studies as pages
 

@@ -1,4 +1,4 @@
-"""Scenes that commands are given, and what is said of those that cannot be used."""
+"""Loading of scenes for commands, and messages about invalid ones."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from .exits import BAD_INPUT, FAILED
 if TYPE_CHECKING:
     from .._lissom import Scene
 
-#: What a command takes as a scene.
+#: The scene argument of a command.
 SCENE = click.Path(exists=True, dir_okay=False, path_type=Path)
 
 
 class Refused(click.ClickException):
-    """A scene that cannot be used, with everything that is wrong with it."""
+    """An invalid scene, with all of its problems."""
 
     exit_code = BAD_INPUT
 
@@ -51,7 +51,7 @@ def load(path: Path) -> Scene:
 
 @contextmanager
 def _notes() -> Iterator[None]:
-    """Within it, what becomes different in the next version is said in a line, and nothing else happens."""
+    """Print deprecations of scenes as notes instead of warnings."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", FutureWarning)
         try:
@@ -63,7 +63,7 @@ def _notes() -> Iterator[None]:
 
 @contextmanager
 def refusals_of(path: Path) -> Iterator[None]:
-    """Within it, what the solvers find wrong with a scene is one line and the end of the program."""
+    """Turn errors of solvers about a scene into a one-line message and exit."""
     try:
         yield
     except ValueError as error:

@@ -1,4 +1,4 @@
-"""``lissom statics``: the shape in which a scene rests."""
+"""``lissom statics``: the equilibrium of a scene."""
 
 from __future__ import annotations
 
@@ -44,12 +44,14 @@ def command(scene: Path, output: Path | None, from_start: bool, no_report: bool)
 
 
 def say_statics(done: StaticsStudy, saved: Saved, problem: str = "") -> int:
-    """What was found, what is the matter with it; the exit code."""
+    """Print the result and any problem; return the exit code."""
+    from ..advice import about_model
     from ..report import studies as words
     from ..studies import setting_of
 
     outcome, good = words.outcome(done.found)
-    facts = words.summary(setting_of(done.scene), done.found, done.wall_time)
+    facts = [("advice", sentence) for sentence in about_model(done.scene.model)]
+    facts += words.summary(setting_of(done.scene), done.found, done.wall_time)
     say(done.scene.name, outcome, good, facts, saved)
     if done.found.message:
         click.echo(done.found.message)

@@ -16,12 +16,8 @@ from .words import progress_bar, say
 
 @click.command("stress")
 @output_option("Folder for the results.", Path("results/stress"))
-@click.option(
-    "--quick", is_flag=True, help="Run some of the cases, in seconds; all of them take some minutes."
-)
-@click.option(
-    "--update", is_flag=True, help="Replace the table that later runs are compared with by this result."
-)
+@click.option("--quick", is_flag=True, help="Run a few cases in seconds; all of them take some minutes.")
+@click.option("--update", is_flag=True, help="Replace the committed table, with which runs are compared.")
 @click.option("--no-report", is_flag=True, help="Write the numbers only.")
 def command(output: Path, quick: bool, update: bool, no_report: bool) -> int:
     """Run hundreds of hard cases and judge each result.
@@ -31,7 +27,7 @@ def command(output: Path, quick: bool, update: bool, no_report: bool) -> int:
     success. Writes a report with a heat map for every group.
 
     Exit code: 0 nothing became worse than in the committed table; 3 something did, or is wrong; 1 the results
-    could not be written; 2 bad input; 130 interrupted (the groups that were done are written then).
+    could not be written; 2 bad input; 130 interrupted (finished groups are written).
     """
     from ..evidence import stress as matrix
     from ..evidence.stress import pages, table

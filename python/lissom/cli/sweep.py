@@ -1,4 +1,4 @@
-"""``lissom sweep``: simulate a scene for all values of some of its keys."""
+"""``lissom sweep``: simulate a scene for ranges of its keys."""
 
 from __future__ import annotations
 
@@ -109,7 +109,7 @@ def _value(text: str) -> Any:
     multiple=True,
     required=True,
     metavar="KEY=VALUES",
-    help=f"A key of the scene and its values: {FORM}. Several: all their combinations.",
+    help=f"A key of the scene and its values: {FORM}. Repeat it to combine several keys.",
 )
 @click.option(
     "--store",
@@ -117,7 +117,7 @@ def _value(text: str) -> Any:
     metavar="DIR",
     help="Save finished runs in a Zarr store, and resume from it.",
 )
-@click.option("--workers", type=click.IntRange(1), help="Threads; as many as processors unless given.")
+@click.option("--workers", type=click.IntRange(1), help="Number of threads; by default one per processor.")
 @output_option("Folder for the results; results/NAME-sweep unless given.")
 @click.option("--no-report", is_flag=True, help="Write the numbers only.")
 def command(

@@ -1,4 +1,4 @@
-"""``lissom validate``: questions with known answers."""
+"""``lissom validate``: comparison with known answers."""
 
 from __future__ import annotations
 
@@ -32,8 +32,8 @@ def command(output: Path, update_docs: Path | None, no_report: bool) -> int:
     minute with PyElastica). Prints a table; writes an HTML report with a plot for each case, and the numbers.
     Names the cases that are left out because a code is not installed.
 
-    Exit code: 0 all cases are within their tolerance; 1 it could not be written; 2 bad input; 3 a case is
-    outside its tolerance; 130 interrupted (finished cases are written, FILE is not).
+    Exit code: 0 all cases are within their tolerance; 1 the results could not be written; 2 bad input; 3 a
+    case is outside its tolerance; 130 interrupted (finished cases are written, FILE is not).
     """
     from ..evidence import validation
     from ..evidence.validation import pages as report

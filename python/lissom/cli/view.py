@@ -19,7 +19,7 @@ from .words import note
     type=click.IntRange(0, 65535),
     default=8080,
     show_default=True,
-    help="Where the page is served; the next free one if it is taken, any free one for 0.",
+    help="Port of the page. If it is taken, the next free one; 0 for any free one.",
 )
 @click.option(
     "--speed",
@@ -28,7 +28,7 @@ from .words import note
     show_default=True,
     help="Simulated seconds per second.",
 )
-@click.option("--paused", is_flag=True, help="Begin paused.")
+@click.option("--paused", is_flag=True, help="Start paused.")
 def command(scene: Path, port: int, speed: float, paused: bool) -> int:
     """Simulate SCENE live in a browser.
 

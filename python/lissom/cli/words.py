@@ -1,4 +1,4 @@
-"""What commands say."""
+"""Output of commands on the terminal."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ class Saved(NamedTuple):
 
     target: Path
     files: list[str]
-    #: 0 if all that was wanted is where it was wanted.
+    #: Exit code: 0 if all files are where they were requested.
     code: int
 
 
 def say(name: str, outcome: str, good: bool, facts: Sequence[tuple[str, str]], saved: Saved) -> None:
-    """What was done, and where its results are."""
+    """Print the outcome, the facts, and where the results are."""
     click.echo(click.style(f"{name}: {outcome}", bold=True, fg=None if good else "red"))
     rows = [*facts, ("results", f"{saved.target}/"), *(("", file) for file in saved.files)]
     width = max(len(name) for name, _ in rows)
@@ -29,8 +29,8 @@ def say(name: str, outcome: str, good: bool, facts: Sequence[tuple[str, str]], s
 
 
 def note(what: str, extra: str) -> None:
-    """Say what is left out, and which extra of the package it takes."""
-    click.echo(f"{what}; install it with: pip install 'lissom[{extra}]'", err=True)
+    """Say what is missing, and which extra of the package provides it."""
+    click.echo(f"{what}; to install: pip install 'lissom[{extra}]'", err=True)
 
 
 def progress_bar(total: float, what: str, unit: str) -> Any:

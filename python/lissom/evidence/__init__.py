@@ -1,4 +1,4 @@
-"""What shows that lissom is right: the numerical lab, questions with known answers, hard cases.
+"""Verification of lissom: the numerical lab, the validation gallery and the stress test.
 
 The commands of the same names run them. The simulator imports nothing of this.
 """

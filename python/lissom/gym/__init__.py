@@ -1,12 +1,12 @@
-"""Environments for reinforcement learning, by Gymnasium's API: ``import lissom.gym`` registers them.
+"""Environments for reinforcement learning with Gymnasium's API: ``import lissom.gym`` registers them.
 
 - ``lissom/Reach-v0``: an arm with six tendons brings its tip to a target (`Reach`);
 - ``lissom/Balance-v0``: a flexible pole on a cart is held upright (`Balance`);
-- ``lissom/Swim-v0``: an eel swims ahead by its muscles (`Swim`).
+- ``lissom/Swim-v0``: an eel swims forward with its muscles (`Swim`).
 
-``gymnasium.make`` makes one environment (`RobotEnv`), ``gymnasium.make_vec`` many that are stepped together
-on all cores (`RobotVectorEnv`). Both take a `Task`: subclass it for environments of one's own.
-``docs/gym.md`` tells more. It takes the extra `gym`: ``pip install 'lissom[gym]'``.
+``gymnasium.make`` creates one environment (`RobotEnv`), ``gymnasium.make_vec`` many that are stepped together
+on all cores (`RobotVectorEnv`). Subclass `Task` for your own environments; ``docs/gym.md`` shows how.
+Needs the extra `gym`: ``pip install 'lissom[gym]'``.
 """
 
 try:

@@ -1,4 +1,4 @@
-"""A flexible pole on a cart that is to be held upright.
+"""A flexible pole on a cart, to be balanced upright.
 
 The robot is that of the regulator in ``examples/python/cart_pole_lqr.py``.
 """
@@ -32,13 +32,13 @@ def cart_pole(
     Parameters
     ----------
     young_modulus : float
-        Of the pole, pascals.
+        Young's modulus of the pole, pascals.
     density : float
-        Of the pole, kilograms per cubic metre.
+        Density of the pole, kilograms per cubic metre.
     cart_mass : float
-        Kilograms.
+        Mass of the cart, kilograms.
     length : float
-        Of the pole, metres.
+        Length of the pole, metres.
     """
     pole = Segment(
         length, 0.006, young_modulus, 0.4 * young_modulus, density, {"bend_y": 2}, retardation_time=0.002
@@ -56,10 +56,10 @@ def cart_pole(
 class Balance(Task):
     """Hold a flexible pole upright by pushing the cart on which it is hinged.
 
-    The action is the force on the cart, 1 is `FORCE`. Observed are the coordinates (place of the cart, angle
-    of the hinge, two modes of bending) and their rates. A step is rewarded with one, less `AWAY` times
-    the square of the place as part of the track and `EFFORT` times that of the action. An episode ends where
-    the pole leans by more than `LEAN` or the cart leaves the track.
+    The action is the force on the cart; 1 means `FORCE`. Observations are the coordinates (position of the
+    cart, angle of the hinge, two bending modes) and their rates. The reward of a step is one, minus `AWAY`
+    times the squared position relative to the length of the track, minus `EFFORT` times the squared action.
+    An episode ends when the pole leans by more than `LEAN` or the cart leaves the track.
     """
 
     dt: ClassVar[float] = 5e-3

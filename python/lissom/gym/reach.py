@@ -1,7 +1,7 @@
 """An arm with tendons that brings its tip to a point.
 
-A hanging arm of silicone, 25 cm long, of two sections. Three tendons run to the end of the first one, three
-others, between them, to the tip. Targets are where the tip comes to rest under random tensions: all of them
+A hanging silicone arm, 25 cm long, in two sections. Three tendons end at the first section and three others,
+between them, at the tip. Targets are equilibrium positions of the tip under random tensions, so all of them
 can be reached.
 """
 
@@ -34,16 +34,16 @@ TRIES = 20
 
 
 def arm(young_modulus: float = 6e5, density: float = 1070.0, retardation_time: float = 0.05) -> Rod:
-    """The arm; its material may be another one.
+    """Return the arm, optionally of another material.
 
     Parameters
     ----------
     young_modulus : float
-        Pascals.
+        Young's modulus, pascals.
     density : float
-        Kilograms per cubic metre.
+        Density, kilograms per cubic metre.
     retardation_time : float
-        Seconds.
+        Retardation time of the material, seconds.
     """
     section = Segment(
         LENGTH / 2,
@@ -79,9 +79,9 @@ def _tendons() -> list[tuple[str, tuple[float, float], float]]:
 class Reach(Task):
     """Bring the tip of a tendon arm to a target and keep it there.
 
-    Actions set the tensions, -1 none and 1 `TENSION`. Observed are the coordinates of the arm and their
-    rates, the position of the tip and the way from there to the target. The reward of a step is
-    ``exp(-distance / NEAR)``, less `EFFORT` times the mean square of the tensions as parts of the largest.
+    Actions set the tensions from zero (-1) to `TENSION` (1). Observations are the coordinates of the arm and
+    their rates, the position of the tip, and the vector from the tip to the target. The reward of a step is
+    ``exp(-distance / NEAR)`` minus `EFFORT` times the mean square of the tensions relative to `TENSION`.
     """
 
     dt: ClassVar[float] = 5e-3

@@ -15,16 +15,16 @@ from .tasks import task_of
 
 
 class RobotEnv(gymnasium.Env[Array, NDArray[np.float32]]):
-    """An environment of one robot, as Gymnasium wants it.
+    """A Gymnasium environment with one robot.
 
     Parameters
     ----------
     task : Task or str
-        What it is about; "reach", "balance" and "swim" are those of `lissom.gym`.
+        The task; "reach", "balance" and "swim" name those of `lissom.gym`.
     randomise : callable, optional
-        ``randomise(random)`` gives another `Robot` with the same coordinates and inputs, by a generator of
-        random numbers. A new one is made at the first reset and at each one with a seed; the episodes in
-        between keep it.
+        ``randomise(random)`` returns a `Robot` with the same coordinates and inputs, drawn with a random
+        number generator. It is called at the first reset and at every reset with a seed; the episodes in
+        between keep the robot.
     render_mode : str, optional
         "rgb_array" for pictures (needs matplotlib).
 
@@ -32,9 +32,9 @@ class RobotEnv(gymnasium.Env[Array, NDArray[np.float32]]):
     ----------
     task : Task
     robot : Robot
-        What moves.
+        The robot of the current episode.
     simulation : Simulation
-        Its motion.
+        Its simulation.
 
     Raises
     ------
@@ -43,13 +43,12 @@ class RobotEnv(gymnasium.Env[Array, NDArray[np.float32]]):
 
     Notes
     -----
-    A step that the simulation cannot make terminates the episode, and so does a state that leaves the
-    observation space: ``info["status"]`` is the word for it, ``info["message"]`` says more, the reward is
-    `Task.failed_reward`, and the observation is that of where the simulation stopped, within its bounds.
-    Copies and pickles go on to the bit.
+    The episode terminates if a step fails or a state leaves the observation space. ``info["status"]`` and
+    ``info["message"]`` then give the reason, the reward is `Task.failed_reward`, and the observation is that
+    of the last state, clipped to its bounds. Copies and pickles continue bit for bit.
 
-    Only ``gymnasium.make``, or ``gymnasium.wrappers.TimeLimit``, truncates episodes. A step after the end of
-    one goes on from there.
+    Only ``gymnasium.make`` and ``gymnasium.wrappers.TimeLimit`` truncate episodes. A step after the end of an
+    episode continues it.
 
     Examples
     --------
@@ -81,14 +80,14 @@ class RobotEnv(gymnasium.Env[Array, NDArray[np.float32]]):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Array, dict[str, Any]]:
-        """Begins an episode; the same seed gives the same bits.
+        """Start an episode. Equal seeds give equal bits.
 
         Raises
         ------
         ValueError, TypeError
             If the seed is invalid.
         ConvergenceError
-            If the task finds no start.
+            If the task finds no initial state.
         """
         super().reset(seed=checked_seed(seed))
         if self._randomise is not None and (self._goal is None or seed is not None):
@@ -101,12 +100,12 @@ class RobotEnv(gymnasium.Env[Array, NDArray[np.float32]]):
         return outcome.observations[0], _numbers(outcome.infos)
 
     def step(self, action: NDArray[Any]) -> tuple[Array, float, bool, bool, dict[str, Any]]:
-        """Holds an action for a control step; one beyond -1 or 1 counts as these.
+        """Apply an action for one control step. Actions are clipped to [-1, 1].
 
         Raises
         ------
         ValueError, TypeError
-            If the action has another shape, or is no finite number.
+            If the action has the wrong shape or is not finite.
         gymnasium.error.ResetNeeded
             Before the first reset.
         """

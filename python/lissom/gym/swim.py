@@ -1,7 +1,7 @@
-"""An eel that swims ahead.
+"""An eel that swims forward.
 
-A tapered body of 40 cm that floats in still water and moves in a plane. Four muscles along it bend it to
-either side; the water pushes it on (docs/fluid.md).
+A tapered body of 40 cm floats in still water and moves in a plane. Four muscles along it bend it to either
+side; drag and added mass of the water propel it (docs/fluid.md).
 """
 
 from __future__ import annotations
@@ -34,16 +34,16 @@ def eel(
     retardation_time: float = 0.02,
     drag_coefficients: tuple[float, float] = (1.2, 0.02),
 ) -> Robot:
-    """The eel; it swims along the x axis where it does not turn.
+    """Return the eel. It swims along the x axis unless it turns.
 
     Parameters
     ----------
     young_modulus : float
-        Pascals.
+        Young's modulus, pascals.
     retardation_time : float
-        Seconds.
+        Retardation time of the material, seconds.
     drag_coefficients : (float, float)
-        Of the water across the body and along it.
+        Drag coefficients across the body and along it.
     """
     body = Segment(
         LENGTH,
@@ -79,12 +79,12 @@ def velocity(robot: Robot, q: Array, v: Array) -> Array:
 
 
 class Swim(Task):
-    """Swim ahead, with little effort.
+    """Swim forward with little effort.
 
-    Actions are what the muscles do, 1 is a curvature of `CURVATURE` to one side. Observed are the sine and
-    the cosine of the head's angle, the five modes of bending, the velocity of the centre of mass along the
-    head and across it, and the rates of angle and modes. The reward of a step is the speed of the centre of
-    mass along x in body lengths per second, less `EFFORT` times the mean square of the actions.
+    Actions are muscle activations; 1 means a curvature of `CURVATURE` to one side. Observations are the sine
+    and cosine of the head's angle, the five bending modes, the velocity of the centre of mass along and
+    across the head, and the rates of the angle and the modes. The reward of a step is the speed of the centre
+    of mass along x in body lengths per second, minus `EFFORT` times the mean square of the actions.
     """
 
     dt: ClassVar[float] = 1.25e-3

@@ -1,8 +1,7 @@
-"""What an environment is about, over many rows at once.
+"""Tasks: the robot of an environment with its initial states, observations and rewards.
 
-A `Task` has a robot and the formulas of an environment: where an episode starts, what an agent sees, what it
-is rewarded for. They are written over arrays with a row for each environment, and entry by entry: a row has
-the same bits, however many there are. So the environment of one robot and that of many are the same task.
+Tasks work on arrays with one row per environment, elementwise, so that a row has the same bits however many
+rows there are. One class therefore serves both single and vector environments.
 """
 
 from __future__ import annotations
@@ -30,7 +29,7 @@ OUT_OF_BOUNDS = "out_of_bounds"
 
 @dataclass(frozen=True)
 class Start:
-    """Where an episode starts: coordinates (n,), velocities (n,), and what is to be reached."""
+    """Initial state of an episode: coordinates (n,), velocities (n,), and the goal."""
 
     q: Array
     v: Array
@@ -71,7 +70,7 @@ class States:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What an agent gets: observations (k, channels), rewards (k,), and numbers to look at, each one (k,)."""
+    """Observations (k, channels), rewards (k,), and additional numbers for `info`, each of shape (k,)."""
 
     observations: Array
     rewards: Array
@@ -97,31 +96,31 @@ class Method(TypedDict):
 
 
 class Task(ABC):
-    """What an environment is about: subclass it for environments of one's own.
+    """Definition of an environment; subclass it for your own.
 
-    Everything is in SI units. Rows of arrays are environments; a formula must give a row the same numbers,
-    however many others there are (so sums along rows, and no products of matrices).
+    All quantities are in SI units. Rows of arrays are environments. A row's results must not depend on the
+    number of rows: use elementwise formulas and sums along rows, not matrix products.
 
     Attributes
     ----------
     robot : Robot
-        What moves, as it is without randomisation.
+        The robot without randomisation.
     channels : mapping of str to float
-        Names of observations, and the magnitude within which each one stays. An episode ends where one
-        leaves it.
+        Names of the observations with the bounds of their magnitudes. An episode ends when an observation
+        exceeds its bound.
     dt : float
         Size of the steps of Newmark's method, seconds.
     rtol, atol : float
-        Tolerances of the equations of a step, as of `Simulation`; what they leave is far less than what the
-        size of the steps does.
+        Tolerances of the equations of a step, as for `Simulation`. The resulting error is far below that of
+        the step size.
     control_step : float
-        How long an action is held, seconds.
+        Duration of an action, seconds.
     max_episode_steps : int
         Default number of actions after which an episode is truncated.
     failed_reward : float
-        Reward of a step after which a run cannot go on, or that leaves the bounds.
+        Reward of a step that fails or leaves the bounds.
     window : pair of three floats
-        Corners of the box that pictures show, metres; they look along the axis without extent, if any.
+        Corners of the box shown in pictures, metres. If the box is flat, pictures look along its normal.
     """
 
     robot: Robot
@@ -136,15 +135,15 @@ class Task(ABC):
 
     @abstractmethod
     def start(self, robot: Robot, random: np.random.Generator) -> Start:
-        """Where an episode of a robot starts, by the random numbers of its row."""
+        """Return the initial state of an episode, drawn with the random number generator of its row."""
 
     @abstractmethod
     def inputs(self, actions: Array) -> Array:
-        """Inputs of the robot, shape (k, inputs), for actions from -1 to 1, shape (k, inputs)."""
+        """Return the robot's inputs, shape (k, inputs), for actions in [-1, 1], shape (k, inputs)."""
 
     @abstractmethod
     def outcome(self, states: States) -> Outcome:
-        """What the agent gets to see of states, and the reward for having come there."""
+        """Return the observations of states and the rewards for reaching them."""
 
     @property
     def action_space(self) -> Box:

@@ -1,4 +1,4 @@
-"""An environment of many robots that are stepped on all cores."""
+"""A vector environment whose robots are stepped on all cores."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ Infos = dict[str, Any]
 
 
 class RobotVectorEnv(VectorEnv[Array, NDArray[np.float32], NDArray[Any]]):
-    """Environments of many robots, stepped together by `lissom.Simulations`.
+    """A Gymnasium vector environment, stepped by `lissom.Simulations`.
 
     Row i has the same bits as a `RobotEnv` with the seed and the actions of that row.
 
@@ -40,16 +40,16 @@ class RobotVectorEnv(VectorEnv[Array, NDArray[np.float32], NDArray[Any]]):
     task : Task or str
         As for `RobotEnv`.
     num_envs : int
-        How many.
+        Number of environments.
     max_episode_steps : int, optional
-        After how many actions an episode is truncated; by default as the task says.
+        Number of actions after which an episode is truncated; by default that of the task.
     autoreset_mode : AutoresetMode or str
-        "NextStep": the step after the end of an episode begins the next one, whatever its action;
-        "SameStep": the same step does, and ``infos["final_obs"]`` and ``infos["final_info"]`` tell how the
-        last one ended;
-        "Disabled": ``reset(options={"reset_mask": mask})`` is asked for.
+        "NextStep": the step after the end of an episode starts the next one and ignores the action;
+        "SameStep": the last step of an episode starts the next one, and ``infos["final_obs"]`` and
+        ``infos["final_info"]`` contain the end of the previous one;
+        "Disabled": call ``reset(options={"reset_mask": mask})``.
     randomise : callable, optional
-        As for `RobotEnv`: a robot for each row, by the generator of that row.
+        As for `RobotEnv`; it draws a robot for each row with the generator of that row.
     workers : int, optional
         Number of threads; by default the number of processors.
     render_mode : str, optional
@@ -61,7 +61,7 @@ class RobotVectorEnv(VectorEnv[Array, NDArray[np.float32], NDArray[Any]]):
     robots : tuple of Robot
         One for all rows, or one for each.
     simulations : Simulations
-        Their motions.
+        Their simulations.
 
     Raises
     ------
@@ -70,8 +70,8 @@ class RobotVectorEnv(VectorEnv[Array, NDArray[np.float32], NDArray[Any]]):
 
     Notes
     -----
-    What ends episodes is said as by `RobotEnv`: ``infos["status"]`` and ``infos["message"]``, where the masks
-    ``infos["_status"]`` and ``infos["_message"]`` are true.
+    ``infos["status"]`` and ``infos["message"]`` give the reasons for failed steps, as in `RobotEnv`, in the
+    rows where the masks ``infos["_status"]`` and ``infos["_message"]`` are true.
 
     Examples
     --------
@@ -124,21 +124,23 @@ class RobotVectorEnv(VectorEnv[Array, NDArray[np.float32], NDArray[Any]]):
         seed: int | Sequence[int | None] | None = None,
         options: dict[str, Any] | None = None,
     ) -> tuple[Array, Infos]:
-        """Begins episodes.
+        """Start episodes.
 
-        Parameters
-        ----------
-        seed : int or sequence of int, optional
-            Row i has the seed ``seed + i``, or ``seed[i]``. Rows without one go on with their random numbers.
+            Parameters
+            ----------
+            seed : int or sequence of int, optional
+                        Row i has the seed ``seed + i`` or ``seed[i]``. Rows without a seed keep their random
+                        number generators.
         options : dict, optional
-            "reset_mask": the rows in which an episode begins, bool, shape (num_envs,); by default all.
+            "reset_mask": rows in which an episode starts, bool, shape (num_envs,); by default all.
 
-        Raises
-        ------
-        ValueError, TypeError
-            If seeds are none, or not as many as rows, or a mask is invalid.
+            Raises
+            ------
+            ValueError, TypeError
+                        If a seed or the mask is invalid, or the number of seeds differs from the number of
+                        rows.
         ConvergenceError
-            If the task finds no start.
+            If the task finds no initial state.
         """
         seeds = self._seeds(seed)
         mask = self._mask(options)
@@ -160,14 +162,14 @@ class RobotVectorEnv(VectorEnv[Array, NDArray[np.float32], NDArray[Any]]):
     def step(
         self, actions: NDArray[Any]
     ) -> tuple[Array, NDArray[Any], NDArray[Any], NDArray[Any], dict[str, Any]]:
-        """Holds an action for a control step in each row; one beyond -1 or 1 counts as these.
+        """Apply an action in each row for one control step. Actions are clipped to [-1, 1].
 
-        Raises
-        ------
-        ValueError, TypeError
-            If the actions have another shape, or are no finite numbers.
+            Raises
+            ------
+            ValueError, TypeError
+                        If the actions have the wrong shape or are not finite.
         gymnasium.error.ResetNeeded
-            Before the first reset, and where an episode has ended and nothing begins the next one.
+            Before the first reset, or if an episode has ended and autoreset is disabled.
         """
         if self._goals is None:
             raise gymnasium.error.ResetNeeded("the environments have no state yet: call reset first")

@@ -1,7 +1,7 @@
-"""Simulations live: a page that shows a motion as it is computed, with hands on it (`docs/view.md`).
+"""Live view: an interactive page that shows a simulation while it is computed (`docs/view.md`).
 
-`motion` and `playback` move, `shape` says what is drawn, `canvas` and `controls` know viser, `server` is the
-loop.
+`motion` and `playback` advance the simulation, `shape` decides what is drawn, `canvas` and `controls` use
+viser, and `server` has the main loop.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ def open_view(
     ranges: Mapping[str, Sequence[float]] | None = None,
     title: str = "lissom",
 ) -> LiveView:
-    """A page of a simulation, which does not play yet; raises as `Simulation.view` does."""
+    """Create the page of a simulation, not playing yet; raises as `Simulation.view` does."""
     if missing("viser"):
         raise ImportError("live views need viser: pip install 'lissom[view]'")
     port = _whole("port", port)
@@ -59,12 +59,12 @@ def _whole(name: str, value: Any) -> int:
 
 
 def of_scene(scene: Scene, *, port: int = PORT, speed: float = 1.0, paused: bool = False) -> LiveView:
-    """A page of a scene, which does not play yet; raises as `Simulation.view` does."""
+    """Create the page of a scene, not playing yet; raises as `Simulation.view` does."""
     return open_view(simulation_of(scene), port=port, speed=speed, paused=paused, title=scene.name)
 
 
 def simulation_of(scene: Scene) -> Simulation:
-    """The simulation that begins as the run of a scene does, with its method."""
+    """A simulation with the initial state and the method of a scene."""
     settings = scene.simulation
     start: dict[str, Any] = {"t0": settings.t0, "q0": scene.q0, "v0": scene.v0, "dt": settings.dt}
     if settings.method == "auto":

@@ -1,4 +1,4 @@
-"""Draws things with viser: a node of its scene for each, which moves from shape to shape."""
+"""Drawing with viser: each object is a node of the scene, which moves from frame to frame."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ class Canvas:
         self._nodes.clear()
 
     def draw(self, things: Sequence[Thing]) -> None:
-        """Show these things, each in its first shape, and nothing else."""
+        """Show exactly these objects, each in its first shape."""
         self._names.clear()
         seen: set[str] = set()
         for thing in things:
@@ -93,13 +93,13 @@ class Canvas:
                 node.visible = name in seen
 
     def _name(self, thing: Thing) -> str:
-        """A name of its own in the tree of nodes."""
+        """A unique name in the tree of nodes."""
         name = f"/{thing.layer}/{thing.name.partition(',')[0].replace('/', '-')}"
         self._names[name] += 1
         return name if self._names[name] == 1 else f"{name} ({self._names[name]})"
 
     def _is_new(self, name: str, *values: Array) -> bool:
-        """Whether a node has to show other values than before; these are kept."""
+        """Whether the values of a node have changed; remembers them."""
         old = self._shown.get(name)
         self._shown[name] = list(values)
         return old is None or not all(map(np.array_equal, old, values))

@@ -1,4 +1,4 @@
-"""The page's controls: buttons, sliders, the handle at a tip; what they do is done by the loop."""
+"""Controls of the page: buttons, sliders and the handle at a tip. The main loop executes their actions."""
 
 from __future__ import annotations
 
@@ -57,13 +57,13 @@ class Controls:
         self._handle = self._of_pull(shape.stage.size) if self._motion.tips else None
 
     def _folder(self, name: str, entries: Sequence[Any]) -> Sequence[Any]:
-        """The same entries, below a heading where there are any."""
+        """Entries below a heading, if there are any."""
         if entries:
             self._server.gui.add_markdown(f"**{name}**")
         return entries
 
     def _later(self, what: Callable[[], None]) -> Callable[[object], None]:
-        """A callback that leaves word for the loop."""
+        """A callback that queues an action for the main loop."""
 
         def leave(_: object) -> None:
             self._todo.put(what)
@@ -97,7 +97,7 @@ class Controls:
         speed.on_update(self._later(set_speed))
 
     def _of_picture(self) -> Any:
-        """What rods are coloured by, and whether tips leave a trace; the words about the colours."""
+        """Controls for the colours of rods and the traces of tips, with the text about the colours."""
         gui, shape = self._server.gui, self._shape
         if shape.view.frames or shape.view.sketch is not None:
             trace = gui.add_checkbox("Trace", False, hint="Draw the way that the tips have taken")
@@ -120,7 +120,7 @@ class Controls:
         self._playback.is_paused = not self._playback.is_paused
 
     def _look(self, client: viser.ClientHandle | None) -> None:
-        """Bring the model to the middle of a page."""
+        """Centre the model in a page."""
         places = [
             np.asarray(link.pose(self._motion.q, link.stations, self._motion.t))
             for link in self._motion.view.links
@@ -186,7 +186,7 @@ class Controls:
             self._motion.release()
 
     def do(self) -> None:
-        """Do what was left to be done."""
+        """Execute queued actions."""
         while True:
             try:
                 what = self._todo.get_nowait()
@@ -195,7 +195,7 @@ class Controls:
             what()
 
     def follow(self) -> Array | None:
-        """Bring the handle to the tip; where it is held, the two ends (2, 3) of the spring."""
+        """Move the handle to the tip; return the two ends (2, 3) of the spring while it is held."""
         if self._handle is None:
             return None
         place = self._motion.place(self._tip)
@@ -207,7 +207,7 @@ class Controls:
         return None
 
     def tell(self) -> None:
-        """Show time, energy and speed, and why it cannot go on."""
+        """Show time, energy, speed, and the reason of a failure."""
         playback, motion = self._playback, self._motion
         label = "Run" if playback.is_paused else "Pause"
         if self._run.label != label:
@@ -249,5 +249,5 @@ def readout(playback: Playback) -> str:
 
 
 def _plain(text: str) -> str:
-    """Text in which Markdown finds nothing."""
+    """Text with Markdown escaped."""
     return "".join(f"\\{letter}" if letter in "\\`*_{}[]<>#|" else letter for letter in text)

@@ -1,4 +1,4 @@
-"""Skins of things: vertices and triangles of rods with their true sections, of bars from point to point."""
+"""Meshes: vertices and triangles of rods with their true sections, and of bars between points."""
 
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ def balls(points: Array, radius: float) -> tuple[Array, Triangles]:
 
 
 class TubeSkin:
-    """The skin of a rod in bands along it: a wall, the ends of the first and the last band, a hole."""
+    """The mesh of a rod in bands along it: walls, end caps, and the hole of a tube."""
 
     def __init__(self, tube: Tube) -> None:
         stations = len(tube.stations)

@@ -1,6 +1,6 @@
-"""A simulation with hands on it: inputs that are held, a tip that is pulled, steps, the way back.
+"""An interactive simulation: constant inputs, a pulled tip, single steps, and reset.
 
-Nothing here knows of clocks, servers or pictures.
+This module is independent of clocks, servers and drawing.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ KEPT = ("unresolved", "inverted", "collapsed")
 
 
 class Motion:
-    """A motion that goes on from the state of a simulation, which itself stays as it is."""
+    """A motion that continues from the state of a simulation, which does not change."""
 
     def __init__(self, simulation: Simulation) -> None:
         self.model = simulation.model
@@ -94,28 +94,28 @@ class Motion:
 
     @property
     def u(self) -> Array:
-        """The inputs of the model as they are held, (inputs,)."""
+        """Current inputs of the model, (inputs,)."""
         return self._u[self._own]
 
     @property
     def energy(self) -> Energy:
-        """Without that of a pull, which is a force from outside."""
+        """Energies of the model, without the pull."""
         return self.model.energy(self.q, self.v, t=self.t, u=self.u)
 
     @property
     def trouble(self) -> str:
-        """Why the motion cannot go on; nothing where it can."""
+        """Why the motion cannot continue; empty if it can."""
         return self._trouble
 
     @property
     def chunk(self) -> float:
-        """Seconds by which the motion is advanced at once."""
+        """Duration by which the motion is advanced at once, seconds."""
         held = HELD if self.pulled is None else HELD_WHILE_PULLED
         return held if self._dt is None else self._dt * max(1, round(held / self._dt))
 
     @property
     def step_size(self) -> float:
-        """Seconds of a step: that of the method where it is fixed."""
+        """Duration of a single step, seconds: that of the method if it is fixed."""
         return self._dt or HELD
 
     @property
@@ -151,7 +151,7 @@ class Motion:
             self._spring = spring(self.model, tip, self.q, self.t, self.u, held)
 
     def release(self) -> None:
-        """Pull no more."""
+        """Release the tip."""
         self.pulled = None
 
     def advance(self, duration: float | None = None) -> bool:
@@ -182,7 +182,7 @@ class Motion:
         return "" if self._simulation.success else self._simulation.message
 
     def reset(self) -> None:
-        """Go back to the start; inputs are held as they are."""
+        """Return to the initial state; inputs keep their values."""
         self.release()
         self._trouble = self.let_go = ""
         self._simulation.reset(**self._start)

@@ -1,4 +1,4 @@
-"""A motion that keeps up with a clock: it drops pictures, and falls behind rather than block."""
+"""Playback in real time: drops frames, and falls behind rather than block."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ ROUNDING = 1e-9
 
 
 class Playback:
-    """Advances a motion to the time that a clock shows.
+    """Advances a motion to the time of a clock.
 
     Parameters
     ----------
@@ -52,7 +52,7 @@ class Playback:
         self._computed = 0.0
 
     def frame(self) -> None:
-        """Bring the motion to the time that the clock shows."""
+        """Advance the motion to the time of the clock."""
         now = self._clock()
         self._owed += self.speed * (now - (now if self._last is None else self._last))
         self._last = now
@@ -93,7 +93,7 @@ class Playback:
             self.motion.advance(self.motion.step_size)
 
     def reset(self) -> None:
-        """Go back to the start, and play on if it was playing or could not go on."""
+        """Return to the initial state, and continue if it was playing or had failed."""
         if self.motion.trouble:
             self.is_paused = False
         self.motion.reset()
@@ -102,12 +102,12 @@ class Playback:
 
     @property
     def real_time_factor(self) -> float | None:
-        """Seconds of the motion in a second, over the last one; None where it does not play."""
+        """Simulated seconds per second, over the last second; None if paused."""
         return self._rate(1)
 
     @property
     def load(self) -> float | None:
-        """Part of the time that computing takes, over the last second; None where it does not play."""
+        """Fraction of the time spent on computing, over the last second; None if paused."""
         return self._rate(2)
 
     def _rate(self, column: int) -> float | None:

@@ -1,4 +1,4 @@
-"""A page that shows a motion: the loop between the clock, the motion, the controls and the picture."""
+"""The server of a live view, with the loop between clock, motion, controls and drawing."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ SPRING = 0.004
 
 
 class LiveView:
-    """A page that shows a simulation in motion, and lets hands change it.
+    """A page that shows a running simulation and lets users interact with it.
 
     `Simulation.view` makes it. It is a context manager, which stops the server at its end.
     """
@@ -85,12 +85,12 @@ class LiveView:
 
     @property
     def t(self) -> float:
-        """Time of the motion that is shown, seconds."""
+        """Time of the current frame, seconds."""
         return self._t
 
     @property
     def pictures(self) -> int:
-        """How many pictures were drawn."""
+        """Number of frames drawn."""
         return self._pictures
 
     def __enter__(self) -> LiveView:
@@ -100,7 +100,7 @@ class LiveView:
         self.stop()
 
     def serve(self) -> None:
-        """Play until `stop` is called; KeyboardInterrupt (Ctrl-C) ends it, too."""
+        """Run until `stop` is called or Ctrl-C is pressed."""
         try:
             self._is_served = True
             while not self._closing.is_set():
@@ -115,12 +115,12 @@ class LiveView:
             self._end()
 
     def start(self) -> None:
-        """Play in a thread, until `stop` is called."""
+        """Run in a thread until `stop` is called."""
         self._thread = threading.Thread(target=self.serve, name="lissom view", daemon=True)
         self._thread.start()
 
     def stop(self) -> None:
-        """Stop the server; once more does no harm."""
+        """Stop the server; may be called repeatedly."""
         self._closing.set()
         if self._thread is not None:
             self._thread.join()

@@ -1,4 +1,4 @@
-"""What is drawn of a motion at one time: the things that reports draw, in one shape after the other."""
+"""The objects drawn at one time of a motion: those of reports, one frame after another."""
 
 from __future__ import annotations
 

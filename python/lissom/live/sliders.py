@@ -1,4 +1,4 @@
-"""Sliders for the inputs of a model: how far each goes."""
+"""Ranges of the sliders for the inputs of a model."""
 
 from __future__ import annotations
 

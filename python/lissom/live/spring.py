@@ -1,4 +1,4 @@
-"""Springs by which hands pull tips, and how far inputs reach: both from the model about a shape."""
+"""Springs that pull tips, and visible ranges of inputs, from the linear model about a shape."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The way that tips have taken: a line that follows them."""
+"""Traces of the tips."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class Trace:
         self._places: deque[Array] = deque(maxlen=PLACES)
 
     def clear(self) -> None:
-        """Begin anew."""
+        """Clear the trace."""
         self._places.clear()
         self._t = -np.inf
 

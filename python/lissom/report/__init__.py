@@ -1,4 +1,4 @@
-"""Reports of motions: one HTML file with the view, the coordinates, the energies, the statistics."""
+"""HTML reports of motions in single files: view, coordinates, energies and statistics."""
 
 from __future__ import annotations
 
@@ -100,7 +100,7 @@ def write_modes(
 
 
 def build_result(result: MotionResult, title: str) -> page.Page:
-    """What the report of a motion of a model made in Python says."""
+    """The report of a motion of a model made in Python."""
     if result.model is None:
         raise ValueError("result: its model is not known; it has to be one of `simulate`, not of `newmark`")
     if len(result.t) == 0:
@@ -122,7 +122,7 @@ def build_result(result: MotionResult, title: str) -> page.Page:
 
 
 def build(run: Run) -> page.Page:
-    """What the report says."""
+    """The report of a run."""
     sections = [
         *_shown(run),
         page.Section("Solver", [page.Table(("", ""), text.statistics(run))]),
@@ -154,7 +154,7 @@ def _shown(run: Run | Made) -> list[page.Section]:
 
 
 def _whole(run: Run | Made) -> list[page.Section]:
-    """The curves of a model that is looked at as a whole."""
+    """The curves of a model as a whole."""
     return [
         *(
             page.Section(frame.name.capitalize(), [page.Figure(curves.position(run, frame))])
@@ -167,20 +167,20 @@ def _whole(run: Run | Made) -> list[page.Section]:
 
 
 def _links(run: Run | Made) -> list[page.Section]:
-    """The curves of a robot: of the link that is picked."""
+    """The curves of a robot, for the selected link."""
     at = curves.instants(run)
     options = [(member.name, _member(run, member, at)) for member in run.view.members]
     return [page.Section("Links", [page.Choice("Link", options)])]
 
 
 def _actuators(run: Run | Made) -> list[page.Section]:
-    """What actuators do over time; nothing where there are none."""
+    """Curves of actuators over time, if there are any."""
     figure = actuators.figure(run)
     return [] if figure is None else [page.Section("Actuators", [page.Figure(figure)])]
 
 
 def _loops(run: Run | Made) -> list[page.Section]:
-    """What holds closed loops, and how far they are open; nothing where there are none."""
+    """Forces and constraint violations of closed loops, if there are any."""
     marks = run.view.marks.loops
     if not marks:
         return []
@@ -197,13 +197,13 @@ def _loops(run: Run | Made) -> list[page.Section]:
 
 
 def _held(run: Run | Made, mark: LoopMark) -> list[page.Part]:
-    """What holds a loop; nothing where that is not known."""
+    """Forces of a loop, if they are known."""
     figure = loops.forces(run, mark)
     return [] if figure is None else [page.Figure(figure, text.held(mark))]
 
 
 def _contacts(run: Run | Made) -> list[page.Section]:
-    """How surfaces press on each other over time; nothing where nothing can touch."""
+    """Contact forces over time, if there are contacts."""
     options: list[tuple[str, list[page.Part]]] = []
     for mark in run.view.marks.contacts.pairs:
         figure = contacts.forces(run, mark)

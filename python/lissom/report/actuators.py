@@ -1,4 +1,4 @@
-"""Actuators: tendons as thick as they pull, chambers, motors; and what they do over time."""
+"""Actuators in reports: tendons (thicker for higher tension), chambers, motors, and their curves."""
 
 from __future__ import annotations
 

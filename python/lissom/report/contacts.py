@@ -1,4 +1,4 @@
-"""What touches: obstacles, balls and shapes on links, forces between surfaces."""
+"""Contacts in reports: obstacles, balls and shapes on links, and contact forces."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The report of many runs: how they spread, and which of them failed."""
+"""The report of an ensemble: spread and failed runs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a view in space is made of: tubes, solids, strands, arrows, dots and lines, in layers.
+"""Layers of a 3-D view: tubes, solids, strands, arrows, dots and lines.
 
 Plain geometry over the shapes that are shown. Each kind is drawn by one function of ``player/tubes.js`` or
 ``player/marks.js``.
@@ -111,13 +111,13 @@ class Tube:
 
     @property
     def points(self) -> Array:
-        """What the view makes room for."""
+        """Points that the view must include."""
         reach = np.abs(self.half).max(axis=1)[:, None]
         return np.concatenate([self.centres - reach, self.centres + reach], axis=1)
 
     @property
     def numbers(self) -> dict[str, Any]:
-        """What the player is told beside the name."""
+        """The data of the player, apart from the name."""
         return {
             "centres": still(self.centres),
             "turns": still(self.turns),
@@ -146,7 +146,7 @@ class Solid:
 
     @property
     def points(self) -> Array:
-        """What the view makes room for."""
+        """Points that the view must include."""
         if self.form == "box":
             w, x, y, z = self.turns.T
             axes = 2.0 * np.array(
@@ -165,7 +165,7 @@ class Solid:
 
     @property
     def numbers(self) -> dict[str, Any]:
-        """What the player is told beside the name."""
+        """The data of the player, apart from the name."""
         centres, turns = still(self.centres[:, None]), still(self.turns[:, None])
         return {"form": self.form, "size": np.asarray(self.size).tolist(), "centres": centres, "turns": turns}
 
@@ -185,7 +185,7 @@ class Strand:
 
     @property
     def numbers(self) -> dict[str, Any]:
-        """What the player is told beside the name."""
+        """The data of the player, apart from the name."""
         return {
             "points": still(self.points),
             "radius": still(self.radius[:, None], exact=True),
@@ -218,12 +218,12 @@ class Arrows:
 
     @property
     def points(self) -> Array:
-        """What the view makes room for."""
+        """Points that the view must include."""
         return np.concatenate([self.tails, self.tails + self.vectors], axis=1)
 
     @property
     def numbers(self) -> dict[str, Any]:
-        """What the player is told beside the name."""
+        """The data of the player, apart from the name."""
         return {
             "tails": still(self.tails),
             "vectors": still(self.vectors),
@@ -252,7 +252,7 @@ class Dots:
 
     @property
     def numbers(self) -> dict[str, Any]:
-        """What the player is told beside the name."""
+        """The data of the player, apart from the name."""
         return {"points": still(self.points), "radius": self.radius}
 
 
@@ -269,7 +269,7 @@ class Line:
 
     @property
     def numbers(self) -> dict[str, Any]:
-        """What the player is told beside the name."""
+        """The data of the player, apart from the name."""
         return {"points": self.points, "dashed": self.dashed}
 
 

@@ -1,4 +1,4 @@
-"""Loads as they are at the time of each picture: arrows of forces, rings of moments."""
+"""Loads at each frame: arrows for forces, rings for moments."""
 
 from __future__ import annotations
 

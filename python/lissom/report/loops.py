@@ -1,4 +1,4 @@
-"""Closed loops: what ties their links, the forces that hold them, and how far they are open."""
+"""Closed loops in reports: connections, constraint forces and violations."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Arrays within documents that a browser reads: numbers of 8 or 16 bits, deflated, as text.
+"""Compact encoding of arrays in documents for the browser: 8 or 16 bits per number, deflated, as text.
 
 A document is plain data (dictionaries, lists, numbers, text) with arrays in it. `pack` puts a reference in
 the place of each array, and the numbers of all of them into one text:

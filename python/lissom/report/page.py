@@ -1,4 +1,4 @@
-"""A self-contained HTML page: text, tables, curves and views in space, nothing loaded from anywhere."""
+"""Self-contained HTML pages with text, tables, curves and 3-D views, which load nothing."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from .scene import Scene
 
 @dataclass(frozen=True)
 class Figure:
-    """Curves with a sentence below them."""
+    """Curves with a caption."""
 
     figure: plots.Figure
     caption: str = ""
@@ -25,7 +25,7 @@ class Figure:
 
 @dataclass(frozen=True)
 class Player:
-    """A view in space that plays, with a sentence below it."""
+    """An animated 3-D view with a caption."""
 
     scene: Scene
     #: Name of its clock, which curves over the same time share.
@@ -47,7 +47,7 @@ class Table:
 
 @dataclass(frozen=True)
 class Cell:
-    """A cell of a map: its kind, what stands in it, and more for who points at it."""
+    """A cell of a map: its kind, its text and its tooltip."""
 
     kind: str
     text: str
@@ -71,14 +71,14 @@ class Cells:
 
 @dataclass(frozen=True)
 class Lesson:
-    """A sentence that stands out."""
+    """A highlighted sentence."""
 
     text: str
 
 
 @dataclass(frozen=True)
 class Source:
-    """Text to be shown as it is, folded away at first."""
+    """Preformatted text, initially collapsed."""
 
     title: str
     text: str
@@ -99,7 +99,7 @@ PREFIX = "lissom/"
 
 @dataclass(frozen=True)
 class Choice:
-    """Parts of which the reader picks what is shown; the first one at first."""
+    """Alternative parts, of which the reader selects one."""
 
     #: What is picked.
     what: str
@@ -120,7 +120,7 @@ class Section:
 
 @dataclass(frozen=True)
 class Page:
-    """What a page says, from top to bottom."""
+    """The content of a page, from top to bottom."""
 
     title: str
     lead: str
@@ -169,7 +169,7 @@ def render(page: Page) -> str:
 
 
 def _drawn(parts: Sequence[Part]) -> list[Figure | Player]:
-    """All that is drawn by scripts, in its order."""
+    """All parts that scripts draw, in order."""
     found: list[Figure | Player] = []
     for part in parts:
         match part:

@@ -101,7 +101,7 @@ class _Told:
 
 
 def document(figure: Figure) -> dict[str, Any]:
-    """What the player is told, with arrays for `packing.pack`."""
+    """The document of the player, with arrays for `packing.pack`."""
     told = _Told()
     return {
         "height": figure.height,

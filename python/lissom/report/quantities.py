@@ -1,4 +1,4 @@
-"""What rods can be coloured by: curvature, stress, speed."""
+"""Quantities for the colours of rods: curvature, stress and speed."""
 
 from __future__ import annotations
 

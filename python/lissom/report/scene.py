@@ -1,4 +1,4 @@
-"""What a player is told: things over their shapes, where it looks from, how fast it plays."""
+"""The document of a player: objects over time, camera and speed."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ class Scene:
         return f"View in space with {what}, from {low} to {high}, in a box of {size} m."
 
     def document(self) -> dict[str, Any]:
-        """What the player is told, with arrays for `packing.pack`."""
+        """The document of the player, with arrays for `packing.pack`."""
         axis, place, is_up = self.ground
         return {
             "version": VERSION,

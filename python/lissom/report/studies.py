@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from .._lissom import ContinuationResult, EquilibriumPath, ModesResult, Scene, StaticsResult
+from ..advice import about_model
 from ..results import Array
 from ..studies import ModesStudy, Setting, Slides, StaticsStudy, setting_of, way
 from ..swings import frequency, swing
@@ -36,12 +37,13 @@ def write(study: StaticsStudy | ModesStudy, path: Path) -> None:
 
 
 def statics(study: StaticsStudy) -> page.Page:
-    """What the report of the equilibrium of a scene says."""
-    scene, start = study.scene, "let go from q0." if study.from_start else "from the unloaded state."
+    """The report of the equilibrium of a scene."""
+    scene, start = study.scene, "released from q0." if study.from_start else "from the unloaded state."
     built = equilibrium(setting_of(scene), study.found, scene.name, scene.q0, study.wall_time)
     return replace(
         built,
         lead=f"Equilibrium at rest, {start}",
+        advice=about_model(scene.model),
         sections=[*built.sections, _source(scene)],
     )
 
@@ -53,13 +55,13 @@ def equilibrium(
     start: Array | None = None,
     wall_time: float | None = None,
 ) -> page.Page:
-    """What the report of an equilibrium says; one without a path is shown with its start, if given."""
+    """The report of an equilibrium; without a path, it also shows the initial shape, if given."""
     path, shown = found.path, setting.view
     if path is not None:
         sections = _along(setting, path)
     elif start is None:
         alone = Slides(setting, np.zeros(1), found.q[None])
-        sections = motion.sections("Shape", alone, "The shape in which it rests.")
+        sections = motion.sections("Shape", alone, "The equilibrium shape.")
     else:
         both = Slides(
             setting,
@@ -79,7 +81,7 @@ def equilibrium(
 
 
 def continuation(setting: Setting, found: ContinuationResult, title: str) -> page.Page:
-    """What the report of a path of equilibria says."""
+    """The report of a path of equilibria."""
     path = found.path
     factor = path.load_factor
     rows = [
@@ -214,16 +216,19 @@ def _stiffness(path: EquilibriumPath, clock: str) -> list[page.Part]:
 
 
 def modes(study: ModesStudy) -> page.Page:
-    """What the report of the natural modes of a scene says."""
+    """The report of the natural modes of a scene."""
     scene, about = study.scene, "initial shape" if study.statics is None else "equilibrium at rest"
     built = vibrations(setting_of(scene), study.q, study.found, scene.name)
     return replace(
-        built, lead=f"Natural modes about the {about}.", sections=[*built.sections, _source(scene)]
+        built,
+        lead=f"Natural modes about the {about}.",
+        advice=about_model(scene.model),
+        sections=[*built.sections, _source(scene)],
     )
 
 
 def vibrations(setting: Setting, q: Array, found: ModesResult, title: str) -> page.Page:
-    """What the report of natural modes about a shape says."""
+    """The report of natural modes about a shape."""
     count = min(ANIMATED, len(found.frequency))
     animated = [
         section

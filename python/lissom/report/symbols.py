@@ -1,4 +1,4 @@
-"""Symbols of what is drawn beside links and loads: supports, gravity, current; where the floor is."""
+"""Symbols of supports, gravity and current, and the position of the floor."""
 
 from __future__ import annotations
 

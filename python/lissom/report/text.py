@@ -1,4 +1,4 @@
-"""What the report, and the command line, say about a run in words and numbers."""
+"""Text about a run for reports and the command line."""
 
 from __future__ import annotations
 
@@ -53,12 +53,12 @@ def quantity(value: float, unit: str = "", digits: int = 3) -> str:
 
 
 def pace(ratio: float) -> str:
-    """How many times faster than real time."""
+    """Speed relative to real time, as text."""
     return f"{ratio:,.0f} ×" if ratio >= 10.0 else f"{ratio:.2g} ×"
 
 
 def drift(run: Run | Made) -> str:
-    """The energy drift in words."""
+    """The energy drift as text."""
     if "energy" not in run.wants:
         return "not computed: the scene does not ask for energies"
     if not run.has_energies:
@@ -66,7 +66,7 @@ def drift(run: Run | Made) -> str:
     if not run.balance.moves:
         return "none: nothing moves"
     moved = quantity(run.balance.scale, "J")
-    return f"{quantity(run.balance.drift, digits=2)} of the {moved} that moved"
+    return f"{quantity(run.balance.drift, digits=2)} of the {moved} exchanged"
 
 
 def method_of(scene: Scene) -> str:
@@ -87,7 +87,7 @@ def lead(run: Run) -> str:
 
 
 def outcome(run: Run) -> tuple[str, bool]:
-    """How it went."""
+    """The outcome of a run, and whether it is good."""
     if run.interrupted:
         return f"Interrupted at {quantity(float(run.t[-1]))} s; what was computed until then is shown.", False
     if not run.motion.success:
@@ -100,7 +100,7 @@ def outcome(run: Run) -> tuple[str, bool]:
 
 
 def tiles(run: Run) -> list[tuple[str, str]]:
-    """The facts that people look for first."""
+    """The key facts of a run."""
     found = numbers(run)
     counters = found["counters"]
     tiles = [(quantity(run.motion.stats.wall_time, "s"), "run time")]
@@ -136,25 +136,25 @@ def statistics(run: Run) -> list[tuple[str, str]]:
 
 
 def tolerances(run: Run) -> tuple[str, str]:
-    """What was asked for, and what was reached."""
+    """Requested tolerances and estimated errors."""
     settings, stats = run.scene.simulation, run.motion.stats
     if settings.method != "auto":
         return "tolerances", f"relative {settings.rtol:g}, absolute {settings.atol:g}"
     errors = {"in time": stats.time_error, "in space": stats.space_error}
     reached = [f"{error:.0e} {where}" for where, error in errors.items() if error is not None]
-    return "error of the tip", f"{', '.join(reached) or 'unknown'}; {settings.rtol:g} was asked for"
+    return "error of the tip", f"{', '.join(reached) or 'unknown'}; requested: {settings.rtol:g}"
 
 
 def outputs(scene: Scene) -> list[tuple[str, str]]:
-    """What a run of the scene keeps, what that costs beyond the steps, and what is left out."""
+    """The output of a run, what it costs beyond the steps, and what is left out."""
     settings, wants = scene.simulation, scene.simulation.quantities
     is_explicit = settings.method in EXPLICIT
     kept = settings.output_dt or settings.dt
     costs = {
         "velocity": "at no cost",
-        "acceleration": "one evaluation each time" if is_explicit else "at no cost: steps solve for it",
-        "energy": "one evaluation each time, and the power of damping in every step",
-        "shape": f"{SECTIONS_PER_SEGMENT} sections a segment, at {MAX_SHAPES} times at most",
+        "acceleration": "one evaluation per time" if is_explicit else "at no cost: steps solve for it",
+        "energy": "one evaluation per time, and the power of damping in every step",
+        "shape": f"{SECTIONS_PER_SEGMENT} sections per segment, at {MAX_SHAPES} times at most",
     }
     if not view(scene.model).links:
         del costs["shape"]
@@ -164,7 +164,7 @@ def outputs(scene: Scene) -> list[tuple[str, str]]:
 
 
 def cost_of_steps(scene: Scene) -> list[tuple[str, str]]:
-    """What the first steps of a scene cost on this machine; the fastest of several runs."""
+    """Cost of the first steps of a scene on this machine, the fastest of several runs."""
     settings = scene.simulation
     # The whole scene for methods that choose their steps: they may make few.
     is_fixed = settings.method in FIXED_STEP
@@ -196,21 +196,21 @@ def cost_of_steps(scene: Scene) -> list[tuple[str, str]]:
 
 
 def _loops(scene: Scene, motion: MotionResult) -> list[tuple[str, str]]:
-    """Why loops are held that way, and which of their constraints are redundant where the scene starts."""
+    """Why the default method changes with loops and contacts, and the redundant constraints at the start."""
     seen = view(scene.model)
     if not seen.marks.loops:
         if seen.marks.contacts.pairs and scene.simulation.method == "newmark":
-            why = "contact sets in at once and needs damping of what is fast; average acceleration has none"
+            why = "contact excites fast vibrations and needs numerical damping; average acceleration has none"
             return [("why", why)]
         return []
     rows = []
     if scene.simulation.method == "newmark":
-        why = "closed loops need damping of what is infinitely fast; average acceleration has none"
+        why = "closed loops need numerical damping of infinitely fast modes; average acceleration has none"
         rows.append(("why", why))
     if len(motion.q):
         found = seen.redundant(motion.q[0])
         named = ", ".join(f"{number} of {name}" for name, number in found.items()) or "none"
-        rows.append(("redundant", f"{named} of the constraints at the start, its loops closed"))
+        rows.append(("redundant", f"{named} of the constraints at the start, with loops closed"))
     return rows
 
 
@@ -249,7 +249,7 @@ def _first_steps(scene: Scene, duration: float) -> MotionResult:
 
 
 def summary(run: Run) -> list[tuple[str, str]]:
-    """The few lines that the command line prints."""
+    """The summary that the command line prints."""
     found = numbers(run)
     settings, counters = run.scene.simulation, found["counters"]
     method = method_of(run.scene)
@@ -273,8 +273,8 @@ def animation(run: Run | Made) -> str:
     if sizes and min(sizes) < motion.LEAST_RADIUS * run.view.size:
         note += "; the rod itself is drawn thicker than it is"
     if run.view.marks.loads:
-        note += ". Arrows and rings of loads follow them in time; small ones are drawn larger than to scale"
-    return f"{note}. Layers are switched in the legend."
+        note += ". Arrows and rings show loads over time; small ones are enlarged"
+    return f"{note}. Use the legend to show and hide layers."
 
 
 def coordinates(shown: Sequence[Coordinate]) -> str:
@@ -290,10 +290,10 @@ def coordinates(shown: Sequence[Coordinate]) -> str:
 def held(mark: LoopMark) -> str:
     """Below the forces that hold a loop."""
     if mark.kind == "gear":
-        return f"The generalised force on the first coordinate that {mark.name} ties: {mark.between}."
+        return f"The generalised force on the first coordinate of {mark.name}: {mark.between}."
     return (
-        f"What the second end of {mark.name} gets from the first one ({mark.between}), in the axes of the "
-        "world; the moment is about the second end. Where constraints are redundant these are the smallest "
+        f"Force and moment of the first end of {mark.name} on the second one ({mark.between}), in world "
+        "axes; the moment is about the second end. If constraints are redundant, these are the smallest "
         "forces that hold all loops."
     )
 
@@ -301,15 +301,15 @@ def held(mark: LoopMark) -> str:
 def pressed(mark: ContactMark) -> str:
     """Below the force of a contact."""
     return (
-        f"What the first surface of {mark.name} gets from the second one ({mark.between}), friction "
-        "included, in the axes of the world, at the states that are kept: impacts can be shorter."
+        f"Force that the second surface of {mark.name} exerts on the first one ({mark.between}), friction "
+        "included, in world axes, at the output times; impacts can be shorter."
     )
 
 
 def gaps(run: Run | Made) -> str:
     """Below the gaps of closed loops."""
     widest = quantity(float(np.nanmax(loops.widest(run), initial=0.0)), digits=2)
-    return f"How far loops are open, the largest constraint of each: at most {widest}. Exact is zero."
+    return f"The largest constraint violation of each loop; at most {widest}. The exact value is zero."
 
 
 def energy(run: Run | Made) -> str:

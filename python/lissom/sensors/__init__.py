@@ -1,14 +1,14 @@
-"""Sensors of robots: what instruments on a robot show in a motion, with noise, bias, sampling and delay.
+"""Simulated sensors on robots, with noise, bias, sampling and delay.
 
-A sensor belongs to a `Robot` and a place or joint of it. It can be asked in four ways:
+A sensor belongs to a `Robot` and to a place or joint of it. There are four ways to use it:
 
-- `measure`: what an ideal one shows in a state, or in many: a function of the state and nothing else;
-- `read`: what it shows now, in a loop, a state at a time, with its own rate, noise, bias and delay;
-- `observe`: the same of an object that has the state, such as a `Simulation`;
+- `measure`: the ideal measurement in one or many states, a function of the state only;
+- `read`: the current reading in a loop, with sampling rate, noise, bias and delay;
+- `observe`: the same for an object that has the state, such as a `Simulation`;
 - `record`: the same over a finished run, all at once.
 
-Without noise `read` and `record` give the same numbers to the bit, and so they do with noise of the same
-seed, as far as the noise is added (that of orientations is a rotation).
+Without noise, `read` and `record` agree bit for bit. With noise of the same seed they do, too, if the noise
+is additive (that of orientations is a rotation).
 """
 
 from .actuators import ActuatorForce, ActuatorLength

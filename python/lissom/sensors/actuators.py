@@ -60,16 +60,16 @@ class OfActuator(Sensor):
 
 @dataclass(frozen=True, eq=False)
 class ActuatorLength(OfActuator):
-    """The length of an actuator: of a tendon, by an encoder of its winch; the volume of a chamber.
+    """Length of an actuator: the path length of a tendon, as from a winch encoder, or a chamber's volume.
 
-    Metres, cubic metres; of a motor its coordinate, radians or metres.
+    Metres or cubic metres; for a motor its coordinate, radians or metres.
 
     Parameters
     ----------
     robot : Robot
         Where it sits.
     actuator : str, optional
-        Its name; may be left out where there is one.
+        Name of the actuator; optional if the robot has only one.
     name, noise, bias, rate, delay, seed
         Those of every `Sensor`.
 
@@ -95,16 +95,16 @@ class ActuatorLength(OfActuator):
 
 @dataclass(frozen=True, eq=False)
 class ActuatorForce(OfActuator):
-    """The force of an actuator: the tension of a tendon, as a load cell shows it; pressure; torque.
+    """Force of an actuator: the tension of a tendon, as from a load cell, a pressure or a torque.
 
-    Newtons, pascals, newton metres; of an active strain its amount.
+    Newtons, pascals or newton metres; for an active strain its amount.
 
     Parameters
     ----------
     robot : Robot
         Where it sits.
     actuator : str, optional
-        Its name; may be left out where there is one.
+        Name of the actuator; optional if the robot has only one.
     name, noise, bias, rate, delay, seed
         Those of every `Sensor`.
 

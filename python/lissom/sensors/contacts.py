@@ -42,14 +42,14 @@ class OfContact(Sensor):
 
 @dataclass(frozen=True, eq=False)
 class ContactForce(OfContact):
-    """The force of a contact on its first surface, friction included, in world axes, newtons.
+    """Force of a contact on its first surface, friction included, in world axes, newtons.
 
     Parameters
     ----------
     robot : Robot
-        Which has the contact.
+        Robot with the contact.
     contact : str, optional
-        The name of the contact; may be left out where there is one.
+        Name of the contact; optional if the robot has only one.
     name, noise, bias, rate, delay, seed
         Those of every `Sensor`.
 
@@ -91,20 +91,20 @@ class ContactForce(OfContact):
 
 @dataclass(frozen=True, eq=False)
 class Tactile(OfContact):
-    """A tactile strip: the force with which the surfaces of a contact press on each other, newtons.
+    """A tactile strip: the normal force between the surfaces of a contact, newtons.
 
-    Friction is not part of it. Along a rod it can have several cells, which show the force on their stretch
-    each.
+    Friction is not included. Along a rod the strip can have several cells; each measures the force on its
+    part.
 
     Parameters
     ----------
     robot : Robot
-        Which has the contact.
+        Robot with the contact.
     contact : str, optional
-        The name of the contact; may be left out where there is one.
+        Name of the contact; optional if the robot has only one.
     cells : array_like, shape (m + 1,), optional
-        Arc lengths of the contact's first surface, a rod, between which the m cells lie, metres, increasing.
-        By default one cell takes all.
+        Increasing arc lengths, metres, that bound the m cells on the contact's first surface, a rod. By
+        default one cell covers everything.
     name, noise, bias, rate, delay, seed
         Those of every `Sensor`.
 
@@ -119,8 +119,8 @@ class Tactile(OfContact):
 
     Notes
     -----
-    The force along a rod is known at the nodes of its quadrature: cells shorter than the distance of these
-    show it in jumps.
+    The force along a rod is known at its quadrature nodes; cells shorter than the node spacing change in
+    jumps.
     """
 
     cells: ArrayLike | None = None

@@ -19,20 +19,18 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class ForceTorque(Sensor):
-    """A force-torque sensor: moment and force that pass through it to what lies beyond.
+    """A massless force-torque sensor: moment and force on the part beyond it, including inertia.
 
-    In newton metres and newtons. In a joint the moment is about the place where that begins, and the axes are
-    those of the link's base; in a section of a rod both are the section's. What follows from inertia is
-    included: it is what an ideal sensor without mass shows. Embedded tendons and chambers are part of a
-    section: what they pass on is in what it shows (``internal_wrench`` by balance), beside the part of the
-    material.
+    In newton metres and newtons. In a joint, the moment is about the origin of the joint frame, and the axes
+    are those of the link's base. In a section of a rod, both belong to the section, and the forces of
+    embedded tendons and chambers are included (`Robot.internal_wrench` by balance).
 
     Parameters
     ----------
     robot : Robot
         Where it sits.
     link : str, optional
-        Through whose joint, or in whose rod; may be left out where there is one.
+        Link whose joint or rod has the sensor; optional if the robot has only one.
     at : float, optional
         Arc length of the link's unstretched rod, 0 <= at <= length, metres; by default the sensor is in the
         joint.

@@ -80,15 +80,15 @@ class OfJoint(Sensor):
 class Encoder(OfJoint):
     """An encoder: the coordinates of a joint, radians and metres.
 
-    Its channels have the names of the coordinates. Joints that are driven have none.
+    The channels have the names of the coordinates. Joints with a prescribed motion or `mimic` have none.
 
     Parameters
     ----------
     robot : Robot
         Where it sits.
     joint : str, optional
-        Which joint: a link, for all coordinates of its joint, or one of `Robot.coordinates`. May be left out
-        where there is one coordinate of a joint.
+        Name of a link, for all coordinates of its joint, or one of `Robot.coordinates`. Optional if the robot
+        has only one joint coordinate.
     name, noise, bias, rate, delay, seed
         Those of every `Sensor`.
 
@@ -121,8 +121,8 @@ class Tachometer(OfJoint):
     robot : Robot
         Where it sits.
     joint : str, optional
-        Which joint: a link, for all coordinates of its joint, or one of `Robot.coordinates`. May be left out
-        where there is one coordinate of a joint.
+        Name of a link, for all coordinates of its joint, or one of `Robot.coordinates`. Optional if the robot
+        has only one joint coordinate.
     name, noise, bias, rate, delay, seed
         Those of every `Sensor`.
 

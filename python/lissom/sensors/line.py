@@ -1,4 +1,4 @@
-"""What lies between an instrument and who reads it: samples at its own rate, and their delay."""
+"""Sampling and delay between a sensor and its reader."""
 
 from __future__ import annotations
 

@@ -21,19 +21,19 @@ def _axes(name: str, *what: str) -> tuple[str, ...]:
 
 @dataclass(frozen=True, eq=False)
 class Marker(Placed):
-    """A marker of motion capture: x, y and z of its point in the world, metres.
+    """A motion-capture marker: the world position of its point, metres.
 
     Parameters
     ----------
     robot : Robot
-        Where it sits.
+        Robot that carries the sensor.
     link : str, optional
-        Which link; may be left out where there is one.
+        Name of the link; optional if the robot has only one.
     at : float, optional
         Arc length of the link's unstretched rod, 0 <= at <= length, metres; by default its tip. None for a
         rigid link.
     point : array_like, shape (3,)
-        Its position relative to the origin of the section or body, in the axes there, metres.
+        Position of the sensor in the axes of the section or body, metres.
     name, noise, bias, rate, delay, seed
         Those of every `Sensor`.
 
@@ -60,23 +60,22 @@ class Marker(Placed):
 
 @dataclass(frozen=True, eq=False)
 class PoseTracker(Mounted):
-    """A tracker, optical or electromagnetic: its position, metres, and orientation in the world.
+    """An optical or electromagnetic tracker: its world position, metres, and orientation.
 
-    The orientation is a quaternion (w, x, y, z), of the two of each orientation the one with w >= 0. Noise
-    and bias have six numbers: of the position, along the axes of the world, metres, and of the orientation,
-    a rotation vector in the axes of the tracker, radians.
+    The orientation is a unit quaternion (w, x, y, z) with w >= 0. Noise and bias have six components:
+    position along the world axes, metres, and a rotation vector in the axes of the tracker, radians.
 
     Parameters
     ----------
     robot : Robot
-        Where it sits.
+        Robot that carries the sensor.
     link : str, optional
-        Which link; may be left out where there is one.
+        Name of the link; optional if the robot has only one.
     at : float, optional
         Arc length of the link's unstretched rod, 0 <= at <= length, metres; by default its tip. None for a
         rigid link.
     point : array_like, shape (3,)
-        Its position relative to the origin of the section or body, in the axes there, metres.
+        Position of the sensor in the axes of the section or body, metres.
     orientation : array_like, shape (4,)
         Quaternion (w, x, y, z) of the sensor's axes in those of the section or body.
     name, noise, bias, rate, delay, seed
@@ -117,19 +116,19 @@ class PoseTracker(Mounted):
 
 @dataclass(frozen=True, eq=False)
 class Velocimeter(Mounted):
-    """A velocimeter: the velocity of its point over the ground in its own axes, metres per second.
+    """A velocimeter: the world velocity of its point in its own axes, metres per second.
 
     Parameters
     ----------
     robot : Robot
-        Where it sits.
+        Robot that carries the sensor.
     link : str, optional
-        Which link; may be left out where there is one.
+        Name of the link; optional if the robot has only one.
     at : float, optional
         Arc length of the link's unstretched rod, 0 <= at <= length, metres; by default its tip. None for a
         rigid link.
     point : array_like, shape (3,)
-        Its position relative to the origin of the section or body, in the axes there, metres.
+        Position of the sensor in the axes of the section or body, metres.
     orientation : array_like, shape (4,)
         Quaternion (w, x, y, z) of the sensor's axes in those of the section or body.
     name, noise, bias, rate, delay, seed
@@ -163,7 +162,7 @@ class Velocimeter(Mounted):
 
 @dataclass(frozen=True, eq=False)
 class Inertial(Mounted):
-    """What gyroscopes and accelerometers have in common."""
+    """Base class of gyroscopes and accelerometers."""
 
     def _felt(self, given: States, rotations: Array, rates: Array) -> Array:
         """The specific force on an instrument: its acceleration less that of gravity."""
@@ -179,19 +178,19 @@ class Inertial(Mounted):
 class Gyroscope(Inertial):
     """A gyroscope: its angular velocity in its own axes, radians per second.
 
-    Where on a section or body it is makes no difference.
+    Its position on the section or body does not matter.
 
     Parameters
     ----------
     robot : Robot
-        Where it sits.
+        Robot that carries the sensor.
     link : str, optional
-        Which link; may be left out where there is one.
+        Name of the link; optional if the robot has only one.
     at : float, optional
         Arc length of the link's unstretched rod, 0 <= at <= length, metres; by default its tip. None for a
         rigid link.
     point : array_like, shape (3,)
-        Its position relative to the origin of the section or body, in the axes there, metres.
+        Position of the sensor in the axes of the section or body, metres.
     orientation : array_like, shape (4,)
         Quaternion (w, x, y, z) of the sensor's axes in those of the section or body.
     name, noise, bias, rate, delay, seed
@@ -223,20 +222,20 @@ class Gyroscope(Inertial):
 class Accelerometer(Inertial):
     """An accelerometer: the specific force at its point in its own axes, metres per second squared.
 
-    That is its acceleration less that of gravity: at rest it shows what points upwards with 9.81 m/s^2, in
-    free fall zero.
+    The specific force is the acceleration minus that of gravity: 9.81 m/s^2 upwards at rest, zero in free
+    fall.
 
     Parameters
     ----------
     robot : Robot
-        Where it sits.
+        Robot that carries the sensor.
     link : str, optional
-        Which link; may be left out where there is one.
+        Name of the link; optional if the robot has only one.
     at : float, optional
         Arc length of the link's unstretched rod, 0 <= at <= length, metres; by default its tip. None for a
         rigid link.
     point : array_like, shape (3,)
-        Its position relative to the origin of the section or body, in the axes there, metres.
+        Position of the sensor in the axes of the section or body, metres.
     orientation : array_like, shape (4,)
         Quaternion (w, x, y, z) of the sensor's axes in those of the section or body.
     name, noise, bias, rate, delay, seed
@@ -268,20 +267,20 @@ class Accelerometer(Inertial):
 class Imu(Inertial):
     """An inertial measurement unit: a gyroscope and an accelerometer.
 
-    It shows angular velocity, radians per second, and specific force, metres per second squared, at its point
-    in its own axes. The channels are those of a `Gyroscope`, then those of an `Accelerometer`.
+    It measures angular velocity, radians per second, and specific force, metres per second squared, at its
+    point in its own axes. The channels are those of a `Gyroscope` followed by those of an `Accelerometer`.
 
     Parameters
     ----------
     robot : Robot
-        Where it sits.
+        Robot that carries the sensor.
     link : str, optional
-        Which link; may be left out where there is one.
+        Name of the link; optional if the robot has only one.
     at : float, optional
         Arc length of the link's unstretched rod, 0 <= at <= length, metres; by default its tip. None for a
         rigid link.
     point : array_like, shape (3,)
-        Its position relative to the origin of the section or body, in the axes there, metres.
+        Position of the sensor in the axes of the section or body, metres.
     orientation : array_like, shape (4,)
         Quaternion (w, x, y, z) of the sensor's axes in those of the section or body.
     name, noise, bias, rate, delay, seed

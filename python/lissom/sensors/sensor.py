@@ -1,4 +1,4 @@
-"""What all sensors have in common: how they are asked, noise, bias, rate and delay."""
+"""Base class of sensors: measurements, noise, bias, sampling rate and delay."""
 
 from __future__ import annotations
 
@@ -29,29 +29,29 @@ class Sensor(ABC):
     Parameters
     ----------
     robot : Robot
-        Where it sits.
+        Robot that carries the sensor.
     name : str, optional
-        Of the sensor; by default its kind and place.
+        Name of the sensor; by default made of its kind and place.
     noise : float or array_like
-        Standard deviation of white noise, one for all channels or one each, in their units. Every sample has
-        its own.
+        Standard deviation of white noise in the units of the channels, one number for all or one per channel.
+        Every sample has independent noise.
     bias : float or array_like
-        What is added to every sample, likewise.
+        Constant added to every sample, one number for all channels or one per channel.
     rate : float, optional
-        Samples per second, counted from the first reading, which is one; what is read between two samples is
-        the one before. By default every reading is a sample.
+        Samples per second, from the first reading on. Readings between two samples return the earlier one. By
+        default every reading is a sample.
     delay : float
-        Seconds from a sample to when it can be read. Until the first one arrives it is shown as if all had
-        been at rest before.
+        Time from a sample until it can be read, seconds. Before the first sample arrives, readings return it
+        as if the robot had been at rest.
     seed : int
-        Of the noise, which is the same in every run. Sensors of different names have different noise.
+        Seed of the noise, which is the same in every run. Sensors with different names have different noise.
 
     Attributes
     ----------
     channels : tuple of str
         Names of the measured quantities.
     units : tuple of str
-        Their units.
+        Units of the channels.
 
     Raises
     ------
@@ -101,7 +101,7 @@ class Sensor(ABC):
     @property
     @abstractmethod
     def units(self) -> tuple[str, ...]:
-        """Their units."""
+        """Units of the channels."""
 
     def measure(
         self,
@@ -111,14 +111,14 @@ class Sensor(ABC):
         a: ArrayLike | None = None,
         u: ArrayLike | None = None,
     ) -> Array:
-        """What an ideal sensor shows: without noise, bias, rate and delay.
+        """Ideal measurement: without noise, bias, sampling and delay.
 
         Parameters
         ----------
         t : float or array_like, shape (k,)
-            The time, seconds, or those of k states.
+            Time of the state, or of each of the k states, seconds.
         q, v, a : array_like, shape (n,) or (k, n)
-            Coordinates, velocities, accelerations; those that the sensor needs.
+            Coordinates, velocities and accelerations, as far as the sensor needs them.
         u : array_like, shape (m,) or (k, m), optional
             Inputs of the robot.
 
@@ -143,15 +143,15 @@ class Sensor(ABC):
         a: ArrayLike | None = None,
         u: ArrayLike | None = None,
     ) -> Array:
-        """What the sensor shows now, in a loop.
+        """Current reading of the sensor, for use in a loop.
 
         Parameters
         ----------
         t : float
-            The time, seconds, not before that of the last reading. A second reading at the same time is that
-            of the first.
+            Current time, seconds, not before the last reading. A second reading at the same time returns the
+            first one.
         q, v, a : array_like, shape (n,)
-            Coordinates, velocities, accelerations; those that the sensor needs.
+            Coordinates, velocities and accelerations, as far as the sensor needs them.
         u : array_like, shape (m,), optional
             Inputs of the robot.
 
@@ -162,7 +162,7 @@ class Sensor(ABC):
         Raises
         ------
         ValueError, TypeError
-            If an argument is invalid. Then the sensor is as it was before.
+            If an argument is invalid; the sensor is unchanged.
         """
         given, is_one = self._states(t=t, q=q, v=v, a=a, u=u)
         if not is_one:
@@ -171,12 +171,13 @@ class Sensor(ABC):
         return shown.copy()
 
     def observe(self, simulation: Any) -> Array:
-        """Read the sensor from an object with a state: `read` with its `t`, `q`, `v`, `a` and `u`.
+        """Reading from an object that has a state: `read` with its `t`, `q`, `v`, `a` and `u`.
 
         Parameters
         ----------
         simulation : Simulation
-            Or another object with these attributes, as far as the sensor needs them; `u` may be missing.
+            A simulation, or another object with these attributes, as far as the sensor needs them; `u` is
+            optional.
 
         Returns
         -------
@@ -185,23 +186,23 @@ class Sensor(ABC):
         Raises
         ------
         ValueError, TypeError
-            As `read`.
+            As for `read`.
         """
         return self.read(**self._parts(simulation, "simulation"))
 
     def record(self, result: Any, u: ArrayLike | None = None) -> Array:
-        """What a new sensor like this one shows over a finished run, read at each of its times.
+        """Readings of a new copy of this sensor at each time of a finished run.
 
-        The state of this sensor is not touched. Without a `rate` that is one evaluation a time, all in native
-        code.
+        The state of this sensor does not change. Without a `rate`, this takes one evaluation per time, all in
+        native code.
 
         Parameters
         ----------
         result : MotionResult
-            Of `lissom.simulate` with this robot, or another object with `t` (k,), `q`, `v` and `a` (k, n), as
-            far as the sensor needs them.
+            Result of `lissom.simulate` with this robot, or another object with `t` (k,), `q`, `v` and `a`
+            (k, n), as far as the sensor needs them.
         u : array_like, shape (m,) or (k, m), optional
-            Inputs of the robot; by default those of the result, if it has some.
+            Inputs of the robot; by default those of the result, if it has any.
 
         Returns
         -------
@@ -226,12 +227,12 @@ class Sensor(ABC):
         return samples[shown]
 
     def reset(self, seed: int | None = None) -> None:
-        """Forget all samples, and begin the noise again.
+        """Discard all samples and restart the noise.
 
         Parameters
         ----------
         seed : int, optional
-            Of the noise from now on; by default the one that it had.
+            Seed of the noise from now on; by default the current one.
         """
         if seed is not None:
             if isinstance(seed, bool) or not isinstance(seed, int | np.integer):

@@ -51,20 +51,20 @@ class OnRod(Sensor):
 
 @dataclass(frozen=True, eq=False)
 class CurvatureSensor(OnRod):
-    """A sensor of curvature, such as fibres with Bragg gratings.
+    """A curvature sensor, such as fibres with Bragg gratings.
 
-    It shows torsion and bending about y and z, radians per metre, in the axes of the section; what the rod
-    has at rest is included.
+    It measures torsion and bending about y and z, radians per metre, in the axes of the section, including
+    the reference strain.
 
     Parameters
     ----------
     robot : Robot
-        Where it sits.
+        Robot that carries the sensor.
     link : str, optional
-        Which link; may be left out where there is one.
+        Name of the link; optional if the robot has only one.
     at : float or array_like, shape (s,), optional
-        Arc length of the link's unstretched rod, 0 <= at <= length, metres, or those of s places: channels
-        are place by place. By default its tip.
+        Arc length of the link's unstretched rod, 0 <= at <= length, metres, or s of them; channels are
+        ordered by place. By default the tip.
     name, noise, bias, rate, delay, seed
         Those of every `Sensor`.
 
@@ -91,22 +91,22 @@ class CurvatureSensor(OnRod):
 
 @dataclass(frozen=True, eq=False)
 class StrainGauge(OnRod):
-    """A strain gauge along a rod: the change of length over the length that it has without load.
+    """A strain gauge along a rod: the relative change of length.
 
-    It is glued on at an offset from the axis, or embedded there, and feels bending by it. Temperature and the
-    width of the gauge have no part in it.
+    It is attached at an offset from the axis and therefore measures bending, too. Temperature and the width
+    of the gauge are not modelled.
 
     Parameters
     ----------
     robot : Robot
-        Where it sits.
+        Robot that carries the sensor.
     link : str, optional
-        Which link; may be left out where there is one.
+        Name of the link; optional if the robot has only one.
     at : float or array_like, shape (s,), optional
-        Arc length of the link's unstretched rod, 0 <= at <= length, metres, or those of s places, a channel
-        each. By default its tip.
+        Arc length of the link's unstretched rod, 0 <= at <= length, metres, or s of them, one channel each.
+        By default the tip.
     offset : array_like, shape (2,)
-        Where in the section it is, along y and z, metres; by default on the axis.
+        Position in the section along y and z, metres; by default on the axis.
     name, noise, bias, rate, delay, seed
         Those of every `Sensor`.
 
@@ -117,8 +117,8 @@ class StrainGauge(OnRod):
 
     Notes
     -----
-    A fibre at the offset d has the direction and stretch ``u = gamma + kappa x d`` with the strains kappa and
-    gamma of the rod; the gauge shows ``|u| / |u_0| - 1``, with the reference strain in u_0.
+    A fibre at the offset d has the tangent ``u = gamma + kappa x d`` with the strains kappa and gamma of the
+    rod. The gauge measures ``|u| / |u_0| - 1``, where u_0 is u at the reference strain.
     """
 
     offset: ArrayLike = (0.0, 0.0)

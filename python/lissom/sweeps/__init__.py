@@ -1,4 +1,4 @@
-"""Sweeps: runs for all values of some parameters, here or elsewhere, kept and gone on with."""
+"""Parameter sweeps over grids of values, by threads or executors, with stores that can be resumed."""
 
 from __future__ import annotations
 
@@ -67,63 +67,65 @@ def sweep(
 ) -> xarray.Dataset:
     """Simulate over a grid of parameter values; needs the extra `sweep`.
 
-    Every value of every parameter is checked before the first run. Points with invalid combinations of
-    parameters have the status 'refused', and failed runs have theirs; neither affects other points.
+    Every value of every parameter is checked before the first run. Points with invalid combinations of values
+    have the status 'refused', and failed runs have the status of their failure; neither affects other points.
 
     Parameters
     ----------
     model : Scene, Model or callable
-        A scene, a model, or a function of the parameters that returns one of them. With other processes the
-        function must be importable there by its name.
+        A scene, a model, or a function of the parameters that returns one. Executors with processes must be
+        able to import the function by its name.
     parameters : mapping of str to sequence
         Values by parameter: numbers, booleans or strings. For a scene the names are key paths, such as
-        ``rod[0].segment[0].young_modulus`` or ``simulation.dt``, also of keys left at their defaults; for a
+        ``rod[0].segment[0].young_modulus`` or ``simulation.dt``, including keys left at their defaults; for a
         model the same paths, or attributes (``segments[0].radius``); for a function its arguments.
     executor : executor, optional
-        Runs the simulations: any executor with the interface of `concurrent.futures`, or a client of
-        `dask.distributed`. By default threads on all processors. Points are grouped into tasks of about a
+        Executor for the simulations, with the interface of `concurrent.futures`, or a client of
+        `dask.distributed`. By default threads on all processors. Points are grouped into tasks of about one
         second, estimated from earlier ones.
     store : path-like, optional
-        A Zarr store for finished runs: a call with the same arguments resumes from it.
+        Zarr store for finished runs. A call with the same arguments resumes from it.
     combine : {'product', 'zip'}
-        'product': all combinations of values. 'zip': the first values of all parameters, the second ones, and
-        so on; the sequences have the same length, and the dataset one dimension ``point``.
+        'product': all combinations of values. 'zip': the first values of all parameters, then the second
+        ones, and so on; the sequences have the same length, and the dataset has one dimension ``point``.
     keep : {'final', 'states'}
-        The last states and positions, or those of all times, which must then be the same at every point.
+        Keep the final states and positions, or those at all times, which must then be the same for all
+        points.
     places : sequence, optional
-        Places of a robot whose positions are kept, as for `simulate_many`; by default the tip of the last
+        Points of a robot whose positions are kept, as for `simulate_many`; by default the tip of the last
         link.
     measure : callable, optional
-        Called as ``measure(result)`` with the `MotionResult` of each point, which is another run; returns a
-        number or an array, or several by name. Its exceptions are passed on. With other processes it must be
-        importable there by its name.
+        Called as ``measure(result)`` with the `MotionResult` of each point, which takes a second run; returns
+        a number, an array, or a mapping of names to these. Its exceptions are raised. Executors with
+        processes must be able to import it by its name.
     workers : int, optional
-        Threads of each task; without an executor all processors by default, else one.
+        Threads per task; by default one with an executor, and all processors without.
     progress : bool or callable, optional
         True shows a bar in the terminal; a callable is called as ``progress(done)`` with the number of
         finished points.
     **options
-        Options of `simulate` (not `control` and `progress`), which replace those of a scene; of models
-        `t_end` among them.
+        Options of `simulate`, except `control` and `progress`. They override those of a scene; models and
+        functions that return models need `t_end`.
 
     Returns
     -------
     xarray.Dataset
-        Arrays with the parameters as first dimensions and coordinates: `q`, `v`, `lowest`, `highest` (of the
-        coordinates over time), `position`, `position_lowest`, `position_highest` (of the places), `success`,
-        `status`, `message`, `is_doubtful`, `reached`, `steps`, `wall_time`, and what `measure` returns. NaN
-        where there is nothing. What has another shape at some points (the coordinates, where numbers of modes
-        are swept) is NaN there.
+        Arrays whose first dimensions are the parameters: `q`, `v`, `lowest`, `highest` (of the coordinates
+        over time), `position`, `position_lowest`, `position_highest` (of the places), `success`, `status`,
+        `message`, `is_doubtful`, `reached`, `steps`, `wall_time`, and the results of `measure`. Missing
+        values are NaN; so are arrays whose shape differs from that of the first point, such as coordinates in
+        a sweep over numbers of modes.
 
     Raises
     ------
     ValueError, TypeError
-        Before the first run: a parameter that does not exist, a value that makes no sense, a store of another
-        sweep.
+        Before the first run, if a parameter does not exist, a value is invalid, or the store belongs to
+        another sweep.
     ImportError
         If xarray is missing, or zarr for a store.
     KeyboardInterrupt
-        On Ctrl-C; its attribute `result` is the dataset of finished runs, as for errors of executors.
+        On Ctrl-C. Its attribute `result` is the dataset of the finished runs; errors of executors have it,
+        too.
 
     Examples
     --------

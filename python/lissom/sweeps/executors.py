@@ -1,4 +1,4 @@
-"""Tasks of points that executors make: chunks as long as suits them, nothing lost and nothing twice."""
+"""Distribution of the points of a sweep to executors, in tasks of suitable size."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Key paths such as ``rod[0].segment[0].radius``: their parts, and what they lead to."""
+"""Key paths such as ``rod[0].segment[0].radius``: parsing, reading and replacing."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a sweep of a scene found, and its folder on disk."""
+"""The result of a sweep of a scene, and its folder on disk."""
 
 from __future__ import annotations
 

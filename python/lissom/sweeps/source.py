@@ -1,4 +1,4 @@
-"""What is swept: a scene, a model, or a function that makes one of them from parameters."""
+"""Sources of sweeps: scenes, models, and functions that return one of them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where the results of a sweep are kept: in memory, or in a Zarr store that another call can go on from."""
+"""Storage of the results of a sweep: in memory, or in a Zarr store from which a later call resumes."""
 
 from __future__ import annotations
 

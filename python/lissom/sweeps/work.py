@@ -1,4 +1,4 @@
-"""The runs of some points, wherever they are made."""
+"""Execution of the runs of some points, in any process."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-//! What an integration returns.
+//! The result of an integration.
 
 use std::sync::Arc;
 

@@ -1,4 +1,4 @@
-//! The right-hand sides that Python offers: callables, compiled functions, lissom's own models.
+//! Right-hand sides from Python: callables, compiled functions, and lissom's models.
 
 use std::sync::{Arc, Mutex, PoisonError};
 

@@ -1,4 +1,4 @@
-//! A run that is stepped from outside, with what its owner in Python asks beside it.
+//! A run with the additional data of its Python owner.
 
 use pyo3::prelude::*;
 

@@ -1,4 +1,4 @@
-//! Motions that are stepped from outside: one, or many at once.
+//! Simulations advanced step by step: one, or many at once.
 
 mod memory;
 mod simulation;

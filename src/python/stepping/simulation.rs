@@ -18,7 +18,7 @@ use super::memory::{Memory, Outcome, READY, Start, start};
 use crate::newmark::Parameters;
 use crate::simulate::Method;
 
-/// A motion that you advance step by step, with inputs.
+/// A simulation that you advance step by step, with inputs.
 ///
 /// With fixed steps a simulation is bitwise equal to `simulate` over the same time, and its copies and
 /// pickles continue exactly as the original. Each simulation has its own model, so several can run in
@@ -29,13 +29,13 @@ use crate::simulate::Method;
 /// model : Model
 ///     A `Rod`, a `Robot` or a `SpringPendulum`.
 /// dt : float
-///     Duration of a step by default, seconds; for the Newmark family also the size of its steps (adaptive: of the first one).
+///     Default duration of a step, seconds; for the Newmark family also its step size (if adaptive, the first one).
 /// method : str
-///     As for `simulate`, 'auto' excepted.
+///     As for `simulate`, except 'auto'.
 /// q0, v0 : array_like, shape (n,), optional
-///     Coordinates and velocities at the start; zero by default.
+///     Initial coordinates and velocities; by default zero.
 /// t0 : float
-///     The time at the start, seconds.
+///     Initial time, seconds.
 /// rtol, atol, beta, gamma, alpha, rho_inf, adaptive, max_step, min_step : optional
 ///     As for `simulate`.
 ///
@@ -44,15 +44,15 @@ use crate::simulate::Method;
 /// model : Model
 ///     The model.
 /// t : float
-///     The time, seconds.
+///     Current time, seconds.
 /// q, v, a : ndarray, shape (n,)
-///     Coordinates, velocities and accelerations now: copies.
+///     Copies of the current coordinates, velocities and accelerations.
 /// u : ndarray, shape (inputs,)
 ///     The current inputs.
 /// energy : Energy
-///     The energies of the state, joules; computed when they are asked for.
+///     Energies of the current state, joules; computed on access.
 /// status : str
-///     How the last step ended: a word of `MotionResult.status`, 'finished' for a success; 'ready' before the first one.
+///     Outcome of the last step, as in `MotionResult.status`: 'finished' for success, 'ready' before the first step.
 /// success : bool
 ///     False after a step that failed.
 /// message : str
@@ -186,32 +186,32 @@ impl PySimulation {
         Ok(Self { model, options: options.unbind(), method, memory: Mutex::new(memory) })
     }
 
-    /// Go on by a duration, with inputs that are held.
+    /// Advance the simulation with constant inputs.
     ///
     /// Parameters
     /// ----------
     /// u : array_like, shape (inputs,), optional
-    ///     The inputs of the model from now on; those of the last step by default.
+    ///     Inputs from now on; by default those of the last step.
     /// duration : float, optional
-    ///     Seconds; `dt` by default. Methods that choose their steps end one there. The others take steps of `dt` where that divides
-    ///     the duration, otherwise equal ones of less.
+    ///     Duration, seconds; by default `dt`. Adaptive methods end a step there. The others take steps of `dt` if it divides the
+    ///     duration, otherwise slightly shorter equal steps.
     ///
     /// Returns
     /// -------
     /// status : str
-    ///     'finished', or why not: a word of `MotionResult.status`; `message` says more. Where a step could not be made the state
-    ///     is that before it, and `t` says how far that is. A shape that means nothing ('unresolved', 'inverted', 'collapsed') is reached, as in
-    ///     a run of `simulate`.
+    ///     'finished', or the reason for a failure as in `MotionResult.status`; `message` gives details. After a failed step the
+    ///     state is the one before it, at the time `t`. For the statuses 'unresolved', 'inverted' and 'collapsed' it is the
+    ///     invalid shape itself, as in `simulate`.
     ///
     /// Raises
     /// ------
     /// ValueError, TypeError
-    ///     If `u` or `duration` is invalid; nothing has changed then.
+    ///     If `u` or `duration` is invalid; the state is unchanged.
     /// KeyboardInterrupt
-    ///     On Ctrl-C, in steps that take long; the state is that after the last full step. So it is after exceptions of
-    ///     functions of time.
+    ///     On Ctrl-C during a long step. The state is that after the last complete step, also after exceptions of functions of
+    ///     time.
     /// RuntimeError
-    ///     If another thread is in the middle of a step of this simulation, or a function that it calls.
+    ///     If this simulation is already in a step, in another thread or in a function that the step calls.
     #[pyo3(signature = (u=None, duration=None))]
     fn step<'py>(
         &self,
@@ -239,19 +239,19 @@ impl PySimulation {
         Ok(PyString::new(py, status.name()))
     }
 
-    /// Begin again.
+    /// Restart the simulation.
     ///
     /// Parameters
     /// ----------
     /// q0, v0 : array_like, shape (n,), optional
-    ///     Coordinates and velocities at the start; those of the last start by default.
+    ///     Initial coordinates and velocities; by default those of the last start.
     /// t0 : float, optional
-    ///     The time at the start, seconds; that of the last start by default.
+    ///     Initial time, seconds; by default that of the last start.
     ///
     /// Raises
     /// ------
     /// ValueError, TypeError
-    ///     If an argument is invalid; nothing has changed then.
+    ///     If an argument is invalid; the state is unchanged.
     #[pyo3(signature = (*, q0=None, v0=None, t0=None))]
     fn reset(
         &self,
@@ -323,7 +323,7 @@ impl PySimulation {
         Ok(self.memory()?.run.state()[2].to_pyarray(py))
     }
 
-    /// What is set from outside, shape (inputs,).
+    /// Current inputs, shape (inputs,).
     #[getter]
     fn u<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
         Ok(self.memory()?.run.inputs().to_pyarray(py))

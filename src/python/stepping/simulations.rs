@@ -25,7 +25,7 @@ use crate::simulate::Method;
 /// Numbers that the smallest row takes: 1.4 kB of a spring pendulum, measured.
 const NUMBERS_OF_A_ROW: usize = 170;
 
-/// Many motions that you advance together step by step, in parallel.
+/// Many simulations that you advance together step by step, in parallel.
 ///
 /// Each motion is a row, bitwise equal to a `Simulation` with the same model, initial state and inputs, for
 /// any number of threads. A row that fails keeps the state before the failed step and does not affect the
@@ -37,13 +37,13 @@ const NUMBERS_OF_A_ROW: usize = 170;
 ///     One model for `count` rows, or one per row. All must have the same number of coordinates and the same
 ///     inputs.
 /// count : int, optional
-///     Number of rows; the number of models by default.
+///     Number of rows; by default the number of models.
 /// dt : float
 ///     As for `Simulation`.
 /// q0, v0 : array_like, shape (n,) or (count, n), optional
-///     Coordinates and velocities at the start, of all rows or of each; zero by default.
+///     Initial coordinates and velocities for all rows or one row each; by default zero.
 /// t0 : float
-///     The time at the start, seconds.
+///     Initial time, seconds.
 /// workers : int, optional
 ///     Maximum number of threads; by default the number of processors. Steps that take less than about 0.2 ms
 ///     in total run in the calling thread.
@@ -55,15 +55,15 @@ const NUMBERS_OF_A_ROW: usize = 170;
 /// models : tuple of Model
 ///     The models, one per row.
 /// count, workers : int
-///     Number of rows, and of threads.
+///     Number of rows and maximum number of threads.
 /// t : ndarray, shape (count,)
-///     The times, seconds.
+///     Current times, seconds.
 /// q, v, a : ndarray, shape (count, n)
-///     Coordinates, velocities and accelerations now: copies.
+///     Copies of the current coordinates, velocities and accelerations.
 /// u : ndarray, shape (count, inputs)
 ///     The current inputs.
 /// status : list of str
-///     How the last step of each row ended, as of `Simulation`.
+///     Outcome of the last step of each row, as in `Simulation`.
 /// success : ndarray of bool, shape (count,)
 ///     False after a step that failed.
 ///
@@ -82,7 +82,7 @@ const NUMBERS_OF_A_ROW: usize = 170;
 /// >>> success.all(), swarm.t, swarm.q.shape
 /// (np.True_, array([1., 1., 1., 1., 1.]), (5, 2))
 ///
-/// `swarm[2]` is a `Simulation` that goes on from the state of a row.
+/// `swarm[2]` is a `Simulation` that continues from the state of that row.
 #[pyclass(name = "Simulations", module = "lissom", frozen)]
 pub(crate) struct PySimulations {
     models: Vec<Py<PyModel>>,
@@ -317,29 +317,29 @@ impl PySimulations {
         Ok(Self { models, options, method, workers, n, inputs, rows: Mutex::new(rows) })
     }
 
-    /// Go on with all rows by a duration, with inputs that are held.
+    /// Advance all rows with constant inputs.
     ///
     /// Parameters
     /// ----------
     /// u : array_like, shape (inputs,) or (count, inputs), optional
-    ///     The inputs of all rows or of each from now on; those of the last step by default.
+    ///     Inputs from now on, for all rows or one row each; by default those of the last step.
     /// duration : float, optional
-    ///     Seconds; `dt` by default. As for `Simulation.step`.
+    ///     Duration, seconds, as for `Simulation.step`; by default `dt`.
     ///
     /// Returns
     /// -------
     /// success : ndarray of bool, shape (count,)
-    ///     False for rows whose step failed: `status` and `message` say why.
+    ///     False for rows whose step failed; `status` and `message` give the reason.
     ///
     /// Raises
     /// ------
     /// ValueError, TypeError
-    ///     If `u` or `duration` is invalid; nothing has changed then.
+    ///     If `u` or `duration` is invalid; the state is unchanged.
     /// KeyboardInterrupt
-    ///     On Ctrl-C, in steps that take long. Each row is at its end or after its last full step. So it is after exceptions
-    ///     of functions of time.
+    ///     On Ctrl-C during a long step. Each row is at its end or after its last complete step, also after exceptions of
+    ///     functions of time.
     /// RuntimeError
-    ///     If another thread is in the middle of a step of these simulations, or a function that they call.
+    ///     If these simulations are already in a step, in another thread or in a function that the step calls.
     #[pyo3(signature = (u=None, duration=None))]
     fn step<'py>(
         &self,
@@ -372,21 +372,21 @@ impl PySimulations {
         Ok(success.into_pyarray(py))
     }
 
-    /// Begin again with some rows, or all.
+    /// Restart some or all rows.
     ///
     /// Parameters
     /// ----------
     /// which : array_like of bool, shape (count,), or of int, optional
-    ///     A mask, or the numbers of rows; all by default.
+    ///     A mask or the indices of rows; by default all.
     /// q0, v0 : array_like, shape (n,) or (k, n), optional
-    ///     Coordinates and velocities at the start, of all these k rows or of each; those of their last start by default.
+    ///     Initial coordinates and velocities for all of these k rows or one row each; by default those of their last start.
     /// t0 : float, optional
-    ///     The time at the start, seconds; that of their last start by default.
+    ///     Initial time, seconds; by default that of their last start.
     ///
     /// Raises
     /// ------
     /// ValueError, TypeError
-    ///     If an argument is invalid; nothing has changed then.
+    ///     If an argument is invalid; the state is unchanged.
     #[pyo3(signature = (which=None, *, q0=None, v0=None, t0=None))]
     fn reset(
         &self,
@@ -420,7 +420,7 @@ impl PySimulations {
         Ok(())
     }
 
-    /// Simulations that go on from here by themselves, as these do.
+    /// An independent copy that continues exactly as this one.
     fn copy(&self, py: Python<'_>) -> PyResult<Self> {
         let rows = self.rows()?.iter().map(Memory::copy).collect();
         Ok(Self {
@@ -445,7 +445,7 @@ impl PySimulations {
         self.models.len()
     }
 
-    /// A simulation that goes on from the state of a row by itself.
+    /// An independent simulation that continues from the state of a row.
     fn __getitem__(&self, py: Python<'_>, row: i64) -> PyResult<PySimulation> {
         let row = self.existing_row(row)?;
         let memory = self.rows()?[row].copy();
@@ -457,17 +457,17 @@ impl PySimulations {
         })
     }
 
-    /// How the last step of a row ended in words, and what to change.
+    /// Status of a row in words, and what to change.
     ///
     /// Parameters
     /// ----------
     /// row : int
-    ///     Its number.
+    ///     Index of the row.
     ///
     /// Returns
     /// -------
     /// message : str
-    ///     As of `Simulation`.
+    ///     As in `Simulation`.
     ///
     /// Raises
     /// ------
@@ -490,7 +490,7 @@ impl PySimulations {
         self.models.len()
     }
 
-    /// Most threads that share the work.
+    /// Maximum number of threads.
     #[getter]
     fn workers(&self) -> usize {
         self.workers
@@ -520,7 +520,7 @@ impl PySimulations {
         self.vectors(py, self.n, |row| row.run.state()[2])
     }
 
-    /// What is set from outside, shape (count, inputs).
+    /// Current inputs, shape (count, inputs).
     #[getter]
     fn u<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         self.vectors(py, self.inputs, |row| row.run.inputs())

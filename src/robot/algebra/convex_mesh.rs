@@ -1,4 +1,4 @@
-//! Distances from convex bodies with flat faces, and from all that is within a radius of them.
+//! Distances from convex polyhedra and from polyhedra rounded by a radius.
 
 use super::distance::{Distance, SHORTEST};
 use crate::lie::{Symmetric, Vector};

@@ -1,4 +1,4 @@
-//! How far points are from surfaces, and how that changes as they move.
+//! Distances of points from surfaces, and their derivatives.
 
 use crate::lie::{Symmetric, Vector};
 

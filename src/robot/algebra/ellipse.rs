@@ -1,4 +1,4 @@
-//! Where the edge of an elliptic section is nearest to what it touches.
+//! The point of an elliptic section that is nearest to another surface.
 
 use super::distance::Distance;
 use super::obstacle::Placed;
@@ -12,8 +12,8 @@ const MOST_HALVINGS: usize = 20;
 /// It ends where the distance changes by less than that part of the semi-axes a radian.
 const LEVEL: f64 = 1e-13;
 
-/// How the place that touches moves along the edge of a section: by `along (of_turn . turn + of_shift . shift)` as the section turns
-/// and the place of the material that touches moves.
+/// How the place that touches moves along the edge of a section: by `along (of_turn . turn + of_shift . shift)` as the section
+/// turns and the place of the material that touches moves.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Rolling {
     pub(crate) along: Vector<f64>,

@@ -1,4 +1,4 @@
-//! Distances from what lies below a surface that heights over a rectangle span.
+//! Distances from the ground below a surface through heights on a rectangular grid.
 //!
 //! The surface is the natural cubic spline through the heights, in both directions: its second derivatives are continuous, and
 //! zero across the edges, beyond which it continues straight (de Boor 2001, chapter IV). The nearest place is found by Newton's
@@ -12,8 +12,8 @@ use crate::lie::{Rotation, Symmetric, Vector};
 const MOST_STEPS: usize = 40;
 const MOST_HALVINGS: usize = 30;
 
-/// Newton's method takes steps of up to that part of the distance and a cell as they are, since values no longer tell whether they
-/// lead down; it ends with steps of the second part, after which the square of that is left.
+/// Newton's method takes steps of up to that part of the distance and a cell as they are, since values no longer tell whether
+/// they lead down; it ends with steps of the second part, after which the square of that is left.
 const NEAR: f64 = 1e-5;
 const SAME_PLACE: f64 = 1e-9;
 
@@ -29,7 +29,7 @@ const CERTAINLY_CONVEX: f64 = 0.99;
 /// A place counts as nearest up to that part of the radius of curvature, seen from the hollow side: beyond, several are.
 const LEAST_STRETCH: f64 = 0.01;
 
-/// What lies below a surface.
+/// The region below a surface.
 #[derive(Clone, Debug)]
 pub(crate) struct HeightField {
     /// Where the first height stands, and the axes, in the frame of the plan.
@@ -129,9 +129,9 @@ impl HeightField {
         Range::of(self.bernstein_of_cell(i, j).into_iter().flatten()).0
     }
 
-    /// Looks for nearer places in a part of a cell (branch and bound, as of Hansen and Walster 2004, chapter 12): parts that are too far,
-    /// in which half the square of the distance is monotonic or not hollow anywhere hold none, and where it is hollow everywhere
-    /// there is one at most. The rest is divided.
+    /// Looks for nearer places in a part of a cell (branch and bound, as of Hansen and Walster 2004, chapter 12): parts that are
+    /// too far, in which half the square of the distance is monotonic or not hollow anywhere hold none, and where it is hollow
+    /// everywhere there is one at most. The rest is divided.
     fn look_within(&self, point: [f64; 3], patch: &Patch, divisions: usize, best: &mut Best) {
         let Patch { from, size, heights, is_at_edge } = patch;
         let rise = Range::of(heights.iter().flatten().map(|height| height - point[2]));

@@ -1,6 +1,6 @@
-//! Distances of points from what can be touched, and how they change as the points move.
+//! Distances of points from obstacles, and their derivatives.
 //!
-//! A solid that moves is known in its own axes: points are seen from there, and what is found is turned back.
+//! A solid that moves is known in its own axes: points are transformed to these, and distances, normals and curvatures back.
 
 use std::sync::Arc;
 
@@ -9,7 +9,7 @@ use super::distance::{Distance, SHORTEST};
 use super::height_field::HeightField;
 use crate::lie::{Geometry as _, Rotation, Spatial, Symmetric, Vector};
 
-/// What can be touched, in the axes that it is fixed in.
+/// An obstacle, in the axes that it is fixed in.
 #[derive(Clone, Debug)]
 pub(crate) enum Solid {
     HalfSpace {
@@ -30,9 +30,9 @@ pub(crate) enum Solid {
         axes: Rotation<f64>,
         half_extents: Vector<f64>,
     },
-    /// What lies below a surface; shared by all copies of a plan.
+    /// A height field, shared by all copies of a plan.
     HeightField(Arc<HeightField>),
-    /// What is within a radius of a convex body; likewise.
+    /// A rounded convex mesh, shared by all copies of a plan.
     ConvexMesh(Arc<ConvexMesh>),
 }
 

@@ -1,4 +1,4 @@
-//! Numbers of products, of packs and of single numbers.
+//! Numbers of products of packs and of scalars.
 
 use std::ops::AddAssign;
 

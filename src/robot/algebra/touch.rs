@@ -1,4 +1,4 @@
-//! How two surfaces press and rub on each other where they overlap, and how that changes with their motion.
+//! Pressure and friction of two overlapping surfaces, and their derivatives.
 //!
 //! With the overlap d, its rate d', a stiffness k and a dissipation c the normal force is `f = k d max(0, 1 + c d')` (Hunt
 //! and Crossley 1975, eq. 13, with the exponent 1 of a foundation). Friction opposes the velocity v at which the surfaces
@@ -23,7 +23,7 @@ use super::ellipse::Rolling;
 use super::tie::Motion;
 use crate::lie::{Symmetric, Vector};
 
-/// What the surfaces are made of.
+/// The material constants of a contact.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Law {
     pub(crate) stiffness: f64,
@@ -31,7 +31,7 @@ pub(crate) struct Law {
     /// Forward, backward, sideways.
     pub(crate) friction: [f64; 3],
     pub(crate) slip_velocity: f64,
-    /// Of the patch over which friction resists spinning.
+    /// Radius of the patch over which friction resists spinning.
     pub(crate) patch_radius: f64,
 }
 

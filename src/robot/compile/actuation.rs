@@ -1,4 +1,4 @@
-//! Actuators made into parts of a plan.
+//! Compiles actuators to parts of a plan.
 
 use std::ops::Range;
 

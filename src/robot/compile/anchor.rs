@@ -1,4 +1,4 @@
-//! Supports made into anchors of a plan.
+//! Compiles supports to anchors of a plan.
 
 use crate::lie::{Quaternion, Rotation, Vector};
 use crate::robot::kernel::kinematics;

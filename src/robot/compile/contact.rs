@@ -1,4 +1,4 @@
-//! What touches of a robot, made ready for a plan.
+//! Compiles contacts to parts of a plan.
 
 use std::f64::consts::{FRAC_PI_4, PI};
 use std::ops::Range;

@@ -1,4 +1,4 @@
-//! The fluid made into a part of a plan.
+//! Compiles the fluid to a part of a plan.
 
 use super::load;
 use crate::lie::Vector;

@@ -1,4 +1,4 @@
-//! Joints made into pieces of a plan.
+//! Compiles joints to pieces of a plan.
 
 use crate::joint::{JointForces, Motion};
 use crate::lie::{Twist, VectorSpace};

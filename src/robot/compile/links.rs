@@ -1,4 +1,4 @@
-//! The links of a robot made into pieces of a plan that hang together.
+//! Compiles the links of a robot to connected pieces of a plan.
 
 use super::{joint, piece};
 use crate::lie::{Quaternion, Vector};

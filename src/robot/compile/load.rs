@@ -1,4 +1,4 @@
-//! Loads made into parts of a plan.
+//! Compiles loads to parts of a plan.
 
 use super::links::Tree;
 use crate::lie::{Rotation, VectorSpace, Wrench};

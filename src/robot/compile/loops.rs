@@ -1,4 +1,4 @@
-//! What closes loops of links, made into constraints of a plan.
+//! Compiles closed loops to constraints of a plan.
 
 use super::links::Tree;
 use crate::joint::{Joint, across, unit};

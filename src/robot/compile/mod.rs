@@ -1,4 +1,4 @@
-//! A robot in plain data made into a plan.
+//! Compiles the description of a robot to a plan.
 
 mod actuation;
 mod anchor;

@@ -1,4 +1,4 @@
-//! A piece of a segment made into a part of a plan.
+//! Compiles a piece of a segment to a part of a plan.
 
 use crate::lie::{LANES, Lanes, VectorSpace};
 use crate::robot::algebra::inertia;

@@ -1,4 +1,4 @@
-//! What is concentrated at places made into points of a plan.
+//! Compiles concentrated loads, bodies and supports to points of a plan.
 
 use super::links::Tree;
 use crate::body::Body;

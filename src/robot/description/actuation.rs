@@ -1,4 +1,4 @@
-//! The actuators of a robot and the inputs of all that acts on it.
+//! The actuators of a robot, and the inputs of actuators and loads.
 
 use std::sync::Arc;
 
@@ -129,7 +129,7 @@ fn is_prescribed(link: &Link) -> bool {
 }
 
 impl Robot {
-    /// What is set from outside.
+    /// The inputs.
     pub fn inputs(&self) -> Inputs {
         Inputs::of(self)
     }

@@ -1,4 +1,4 @@
-//! Joints whose coordinates are not the robot's own: prescribed in time, or tied to another joint.
+//! Driven joints: prescribed as a function of time, or coupled to another joint.
 
 use super::link::Link;
 use crate::error::{Checker, InvalidInput, Number};
@@ -7,7 +7,7 @@ use crate::signal::Signal;
 use crate::world::BaseMotion;
 use crate::world::smooth::{check_smooth, span};
 
-/// What gives the coordinates of a joint that is driven: it adds none to those of the robot.
+/// The source of the coordinates of a driven joint, which adds none to the robot.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Driven {
     /// The coordinate of a revolute or prismatic joint is `multiplier` times that of another one, plus `offset`.

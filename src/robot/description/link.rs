@@ -1,4 +1,4 @@
-//! A link: a joint followed by a rod, a rigid body, or nothing but a frame.
+//! A link: a joint followed by a rod, a rigid body, or a frame alone.
 
 use super::driven::Driven;
 use crate::body::Body;
@@ -12,7 +12,7 @@ use crate::rod::{STRAIN_NAMES, Segment, piece};
 /// along the base's x axis.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Link {
-    /// What it is called by loads, children and results.
+    /// Name by which loads, children and results refer to the link.
     pub name: String,
     /// Its place among the links of its parent, which stands before it; `None` is the world.
     pub parent: Option<usize>,
@@ -24,7 +24,7 @@ pub struct Link {
     pub orientation: [f64; 4],
     /// How it moves there.
     pub joint: Joint,
-    /// What gives the coordinates of the joint; by default they are the robot's.
+    /// The source of the joint's coordinates; by default they are coordinates of the robot.
     pub driven: Option<Driven>,
     /// The segments of its rod, from base to tip; none where it is rigid.
     pub rod: Vec<Segment>,

@@ -1,4 +1,4 @@
-//! What a robot is, in plain data: a tree of links, and what acts on them. A rod is a robot of one link that is welded
+//! Robots as plain data: a tree of links, with loads, actuators, loops and contacts. A rod is a robot of one link that is welded
 //! to the world.
 
 mod actuation;

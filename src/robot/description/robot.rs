@@ -1,4 +1,4 @@
-//! A robot, in plain data: a tree of links, and what acts on them.
+//! A robot as plain data: a tree of links, with loads, actuators, loops and contacts.
 
 use super::driven::{Driven, check_mimics};
 use super::link::Link;
@@ -41,7 +41,7 @@ pub struct Robot {
     pub supports: Vec<Support>,
     /// The fluid around the rods.
     pub fluid: Option<Fluid>,
-    /// What moves it when it is told to.
+    /// The actuators.
     pub actuators: Vec<Actuator>,
     /// Joints that close loops of links.
     pub loops: Vec<Loop>,
@@ -162,7 +162,7 @@ impl Robot {
         if longest > 0.0 { longest } else { 1.0 }
     }
 
-    /// What drives its joints, link by link.
+    /// The sources of driven joints, link by link.
     fn driven(&self) -> impl Iterator<Item = &Driven> {
         self.links.iter().filter_map(|link| link.driven.as_ref())
     }
@@ -217,7 +217,7 @@ impl Robot {
             || self.actuator_signals().any(Signal::varies_in_time)
     }
 
-    /// What its actuators are told.
+    /// The commands of the actuators.
     fn actuator_signals(&self) -> impl Iterator<Item = &Signal<1>> {
         self.actuators.iter().flat_map(Actuator::signals)
     }

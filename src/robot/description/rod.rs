@@ -1,4 +1,4 @@
-//! A rod, in plain data: segments in a row, a base, loads and bodies.
+//! A rod as plain data: a sequence of segments, a base, loads and bodies.
 
 use super::link::check_orientation;
 use super::robot::{MAX_COORDINATES, Robot, check_integration, check_surroundings};
@@ -38,9 +38,9 @@ pub struct Rod {
     pub supports: Vec<Support>,
     /// The fluid around it.
     pub fluid: Option<Fluid>,
-    /// What moves it when it is told to.
+    /// The actuators.
     pub actuators: Vec<Actuator>,
-    /// What it touches.
+    /// The contacts.
     pub contacts: Vec<Contact>,
 }
 

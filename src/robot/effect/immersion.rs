@@ -1,4 +1,4 @@
-//! What the fluid around a rod does to it, at the nodes: drag and added mass. Buoyancy is a dead load that is spread.
+//! Drag and added mass of the fluid around a rod, at the nodes. Buoyancy is a distributed dead load.
 //!
 //! With the current U = (0; u), in the frame uniform and steady at every time, the twist of a section relative to the
 //! fluid is `V_r = V - U`. Its drag is a force -h at the section. The added mass has the momentum `N_a V_r`, `N_a`
@@ -123,7 +123,7 @@ impl<G: Geometry, T: Scalar> Stream<G, T> {
         Wrench { moment: VectorSpace::zero(), force }.at(self.position)
     }
 
-    /// What the added mass needs in a motion, with the acceleration less gravity.
+    /// Wrench required by the added mass during a motion, with the acceleration less gravity.
     #[inline(always)]
     fn added_force(
         &self,
@@ -138,7 +138,7 @@ impl<G: Geometry, T: Scalar> Stream<G, T> {
         self.added_momentum(mass, felt) - relative.bracket_transposed(self.added_momentum(mass, relative))
     }
 
-    /// What is needed against the drag.
+    /// Wrench required against the drag.
     #[inline(always)]
     fn drag_force(&self, drag: &Drag<T>, velocity: Twist<G, T>) -> Wrench<G, T> {
         self.at_section(drag.force(self, &self.relative(velocity)))

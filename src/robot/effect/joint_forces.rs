@@ -1,4 +1,4 @@
-//! What acts on the coordinate of a joint: spring, dampers, stops, and the inertia of what turns with it alone.
+//! Forces on joint coordinates: spring, damping, friction, stops and armature.
 //!
 //! It is no wrench at a place but a force on a coordinate: the hinge itself asks for it, and for its derivative.
 
@@ -42,7 +42,7 @@ fn beyond(forces: &JointForces, q: f64) -> f64 {
     (q - upper).max(0.0) + (q - lower).min(0.0)
 }
 
-/// What the dissipation of a stop adds to its spring: it never pulls.
+/// Contribution of the dissipation of a stop to its spring force, which never pulls.
 #[inline(always)]
 fn of_stop(forces: &JointForces, q: f64, qd: f64) -> f64 {
     let beyond = beyond(forces, q);

@@ -1,4 +1,4 @@
-//! Loads: forces and moments at points, or spread along a part of the rod.
+//! Loads: forces and moments at points, or distributed along a part of the rod.
 
 use super::Effect;
 use crate::lie::{Counted, LANES, Lanes, Twist, VectorSpace, Wrench, products};

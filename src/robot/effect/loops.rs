@@ -16,7 +16,7 @@ use crate::robot::state::point::PointState;
 use crate::robot::state::tangent::{Tangent, TangentWorkspace, Weights};
 use crate::robot::turning::Turning;
 
-/// What closes the loops of a plan.
+/// The closed loops of a plan.
 pub(crate) struct ClosedLoops;
 
 /// The frames of the ends of a tie, the kinematics up to date.

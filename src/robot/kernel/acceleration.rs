@@ -1,4 +1,4 @@
-//! How places accelerate.
+//! Accelerations of places.
 
 use super::kinematics::position;
 use crate::lie::{Cross, LANES, Lanes, Twist, Vector};

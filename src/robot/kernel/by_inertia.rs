@@ -1,4 +1,4 @@
-//! How the power of inertial forces in a virtual motion changes with the inertia of sections.
+//! The derivative of the virtual power of inertial forces with respect to the inertia of sections.
 
 use crate::lie::{Cross as _, LANES, Lanes, Twist, Vector};
 use crate::model::{InertiaMatrix, SectionPlace};
@@ -39,8 +39,8 @@ impl<G: Turning> Motion<G> {
     /// Adds the derivatives of the power of its forces in the virtual motion that is up to date, with respect to the inertia per
     /// length at each of the [`places`].
     ///
-    /// With the virtual motion W the power is `W . (N A - ad_V^T N V) = W . N A - (ad_V W) . N V`, which is linear in N. The twists
-    /// are taken into the axes of the section, where N is the inertia matrix M of the section.
+    /// With the virtual motion W the power is `W . (N A - ad_V^T N V) = W . N A - (ad_V W) . N V`, which is linear in N. The
+    /// twists are taken into the axes of the section, where N is the inertia matrix M of the section.
     pub(crate) fn add(&self, plan: &Plan<G>, work: &Workspace<G>, by_inertia: &mut [InertiaMatrix]) {
         let components: Vec<usize> =
             (0..G::COMPONENTS).map(|c| component_in_space::<G>(plan.frame, c)).collect();

@@ -1,4 +1,4 @@
-//! What the material of a rod answers to deformation: `K q + D qd` and what follows from it.
+//! Elastic and damping forces of a rod: `K q + D qd`, with energy and dissipation.
 
 use crate::lie::{Symmetric, VectorSpace};
 use crate::linalg::{Matrix, symmetric_eigen};

@@ -1,4 +1,4 @@
-//! Energies of a state, and the power that is put into it.
+//! Energies of a state, and the supplied power.
 
 use super::elasticity;
 use crate::lie::{Lanes, Scalar, Twist, VectorSpace};

@@ -1,4 +1,4 @@
-//! The derivative of the inverse dynamics with respect to what is set from outside.
+//! The derivative of the inverse dynamics with respect to the inputs.
 //!
 //! Forces of actuators are known with it. Loads act linearly: that of a unit of one, with nothing else at nodes and
 //! points, is gathered from them as all forces are.

@@ -1,4 +1,4 @@
-//! Where the rod is: rotations from the curvature, positions by integration.
+//! Kinematics of the rod: rotations from the curvature, positions by integration.
 
 use super::{hinge, points};
 use crate::lie::{Cross, LANES, Lanes, Rotation, Scalar, Sweep, Twist, Vector, VectorSpace, weighted_sum};

@@ -1,4 +1,4 @@
-//! How the straight parts of tendons move with the coordinates.
+//! Motion of the straight parts of tendons with the coordinates.
 
 use crate::lie::Vector;
 use crate::robot::effect::actuation::line;

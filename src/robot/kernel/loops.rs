@@ -1,4 +1,4 @@
-//! Closed loops and tendons that do not stretch: how far constraints are from being held, and their derivatives.
+//! Constraint violations of closed loops and inextensible tendons, and their derivatives.
 
 use crate::lie::{Sweep, Twist, Vector};
 use crate::linalg::Matrix;
@@ -94,7 +94,8 @@ pub(crate) fn rates<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, rates: &mut
     of_lengths(plan, work, rates, |i| state.rates[i] - state.command_rates[i][0]);
 }
 
-/// Writes d2g/dt2, the motion and how straight parts of tendons move up to date. Points of bodies accelerate by `a + w' x p + w x (v + w x p)` (see `acceleration`).
+/// Writes d2g/dt2, the motion and how straight parts of tendons move up to date. Points of bodies accelerate by `a + w' x p + w x
+/// (v + w x p)` (see `acceleration`).
 pub(crate) fn accelerations<G: Turning>(
     plan: &Plan<G>,
     work: &Workspace<G>,

@@ -1,4 +1,4 @@
-//! Mass, centre of mass and momentum of all that moves.
+//! Mass, centre of mass and momentum of the robot.
 
 use crate::lie::{Cross, Lanes, Vector, VectorSpace, Wrench};
 use crate::robot::plan::Plan;

@@ -1,4 +1,4 @@
-//! What is concentrated at places of the rod: forces, moments, rigid bodies, springs to the world.
+//! Concentrated effects at places of the rod: forces, moments, rigid bodies, springs to the world.
 //!
 //! A place X inside a piece is reached by the weights u_l of the integral up to it: what lies there moves by
 //! `Psi(X) = sum_l u_l S_l`. A wrench W there has the generalised forces

@@ -1,4 +1,4 @@
-//! What a section of a rod says of itself: its strain, and the moment and force that pass through it.
+//! Strain and internal wrench of sections.
 //!
 //! These pass by two laws, which a finite number of modes makes true in different senses. The balance of all that lies
 //! beyond the section, `F(X) = F_tip + int_X^L f`, holds at every place. The law of the material,

@@ -1,4 +1,4 @@
-//! What depends on the time by itself, taken at a time: the base, the world seen from it, and the loads that vary.
+//! Evaluation of time-dependent quantities: the base, the world seen from it, and varying loads.
 
 use crate::error::Interrupted;
 use crate::robot::plan::{Plan, load};

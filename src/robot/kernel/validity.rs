@@ -1,4 +1,4 @@
-//! Whether a shape is one that the rod can have and that its quadrature nodes can follow.
+//! Whether a shape is valid and resolved by the quadrature nodes.
 
 use std::f64::consts::PI;
 
@@ -14,7 +14,7 @@ use crate::robot::turning::Turning;
 /// another shape.
 const LARGEST_TURN: f64 = PI;
 
-/// What is wrong with a shape, if anything is.
+/// The flaw of a shape, if it has one.
 pub(crate) fn flaw<G: Turning>(plan: &Plan<G>, q: &[f64]) -> Option<Flaw> {
     inversion(plan, q).or_else(|| shortage(plan, q).map(|shortage| Flaw::Unresolved { shortage }))
 }

@@ -20,7 +20,7 @@ pub(crate) struct Anchor {
     pub(crate) held: Option<[Vector<f64>; 2]>,
 }
 
-/// What a support has along and about the axes of its anchor.
+/// Coefficients of a support along and about the axes of its anchor.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct AlongAxes {
     pub(crate) stiffness: [f64; 3],

@@ -1,4 +1,4 @@
-//! What loads and actuators are told.
+//! Commands of loads and actuators.
 
 use crate::error::Interrupted;
 use crate::robot::description::Inputs;

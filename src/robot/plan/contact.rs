@@ -1,5 +1,4 @@
-//! What touches, compiled for computing: rods as curves with radii, balls and solids that are fixed to something, and the pairs
-//! of these.
+//! Contacts, compiled: rods as curves with radii, balls and solids that are fixed to something, and the pairs of these.
 
 use std::ops::Range;
 
@@ -23,7 +22,7 @@ pub(crate) const PLACES: usize = 3;
 pub(crate) const NODES: [f64; PLACES] = [0.112_701_665_379_258_31, 0.5, 0.887_298_334_620_741_7];
 pub(crate) const WEIGHTS: [f64; PLACES] = [5.0 / 18.0, 8.0 / 18.0, 5.0 / 18.0];
 
-/// What touches of a plan.
+/// The contacts of a plan.
 #[derive(Clone, Debug)]
 pub(crate) struct Contacts<G: Space> {
     pub(crate) curves: Vec<Curve<G::Pack>>,
@@ -146,7 +145,7 @@ pub(crate) enum Side {
     Solid(usize),
 }
 
-/// Two that touch. If one is a rod, the first one is.
+/// A pair of surfaces that can touch. If one of them is a rod, it is the first.
 #[derive(Clone, Debug)]
 pub(crate) struct Pair {
     /// The contact of the robot that it is of, and whether its surfaces are the other way round there.

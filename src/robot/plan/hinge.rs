@@ -1,4 +1,4 @@
-//! A joint of one coordinate, compiled: what lies behind it moves along one twist.
+//! A joint with one coordinate, compiled: the part beyond it moves along one twist.
 
 use super::space::Space;
 use crate::joint::JointForces;
@@ -11,7 +11,7 @@ pub(crate) struct Hinge<G: Space> {
     pub(crate) twist: Twist<G, f64>,
     /// Whether it is a turn.
     pub(crate) turns: bool,
-    /// What acts on its coordinate, if anything does.
+    /// Forces on its coordinate, if there are any.
     pub(crate) forces: Option<JointForces>,
     /// Its place among all hinges.
     pub(crate) index: usize,

@@ -1,4 +1,4 @@
-//! Where the links of a robot are in its plan.
+//! Positions of the links of a robot in its plan.
 
 use std::ops::Range;
 

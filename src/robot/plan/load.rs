@@ -46,7 +46,7 @@ pub(crate) fn wrench<G: Space>(
     Wrench { moment: G::axial_of(frame, moment), force: G::vector_of(frame, force) }
 }
 
-/// What of a load acts on one piece.
+/// The part of a load on one piece.
 #[derive(Clone, Debug)]
 pub(crate) struct Spread<G: Space> {
     pub(crate) load: usize,

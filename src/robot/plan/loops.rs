@@ -1,9 +1,9 @@
-//! What closes loops of links, compiled for computing: constraints `g(q) = 0` between two frames, row by row.
+//! Closed loops, compiled: constraints `g(q) = 0` between two frames, row by row.
 
 use crate::model::Holder;
 use crate::robot::algebra::tie::{Frame, Row};
 
-/// What closes the loops of a plan.
+/// The closed loops of a plan.
 #[derive(Clone, Debug)]
 pub(crate) struct Loops<P> {
     /// Between two places, with their rows in a row.

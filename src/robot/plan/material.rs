@@ -1,4 +1,4 @@
-//! What the material of a piece does: its stiffness and its mass.
+//! The material of a piece: its stiffness and its mass.
 
 use super::space::Space;
 use crate::linalg::Matrix;

@@ -61,10 +61,10 @@ pub(crate) struct Plan<G: Space> {
     pub(crate) frame: G::Frame,
     pub(crate) world: World,
     pub(crate) loads: Vec<LoadPlan<G>>,
-    /// What is set from outside, and what moves the robot when it is told to.
+    /// The inputs and the actuators.
     pub(crate) inputs: Inputs,
     pub(crate) actuation: Actuation<G::Pack>,
-    /// What is concentrated at places, in their order.
+    /// Concentrated effects, ordered by place.
     pub(crate) points: Vec<Point<G>>,
     /// The springs to the world, in the frame of the base at rest.
     pub(crate) anchors: Vec<Anchor>,

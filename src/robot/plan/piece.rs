@@ -23,7 +23,7 @@ pub(crate) struct PiecePlan<G: Space> {
     pub(crate) joined: Joined<G>,
     /// Whether it is no piece of a rod.
     pub(crate) is_joint: bool,
-    /// What it is as a joint of one coordinate.
+    /// The piece as a joint with one coordinate.
     pub(crate) hinge: Option<Hinge<G>>,
     /// First coordinate and number of coordinates.
     pub(crate) first: usize,
@@ -64,7 +64,7 @@ pub(crate) struct PiecePlan<G: Space> {
     pub(crate) mass: Vec<G::Pack>,
     pub(crate) moments: Moments<G>,
     pub(crate) retardation_time: f64,
-    /// What is spread along it, and what is concentrated at places of it.
+    /// Distributed and concentrated effects on the piece.
     pub(crate) spread: Vec<Spread<G>>,
     pub(crate) points: Points,
     /// The fluid around it, where that answers to motion.

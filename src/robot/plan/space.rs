@@ -1,4 +1,4 @@
-//! The spaces that rods move in, with what a piece knows of how it turns.
+//! The plane and the space in which rods move, with the data of rotations per piece.
 
 use crate::lie::{Geometry, Planar, Plane, PlaneRotation, Quaternion, Rotation, Spatial, Turn, Vector};
 

@@ -1,4 +1,4 @@
-//! How the pieces of a plan hang together: each begins where another one ends or passes, or at the frame.
+//! The topology of a plan: each piece starts at or within another one, or at the frame.
 
 use std::ops::Range;
 
@@ -77,7 +77,7 @@ impl<G: Space> Joined<G> {
     }
 }
 
-/// Who carries whom.
+/// The tree of pieces.
 pub(crate) struct Families {
     /// By piece.
     ancestors: Vec<Vec<Relatives>>,

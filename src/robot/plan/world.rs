@@ -1,4 +1,4 @@
-//! What the base and the world are, whatever the time.
+//! Time-independent data of the base and the world.
 
 use crate::lie::Vector;
 use crate::load::{Extent, Frame};

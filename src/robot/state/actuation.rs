@@ -1,4 +1,4 @@
-//! What is known of the actuators in a state.
+//! Actuators in a state.
 
 use crate::lie::{LANES, Scalar, Vector};
 use crate::robot::plan::actuation::{Actuation, Sleeve};
@@ -12,10 +12,10 @@ pub(crate) struct Force {
     pub(crate) of_command: f64,
 }
 
-/// What is known of the actuators.
+/// The actuators in a state.
 #[derive(Clone, Debug)]
 pub(crate) struct ActuationState<P> {
-    /// What they are told, NaN until a time is set that it depends on.
+    /// Their commands; NaN until a required time is set.
     pub(crate) commands: Vec<f64>,
     /// The first two derivatives in time of what tendons are told that do not stretch; zero of others.
     pub(crate) command_rates: Vec<[f64; 2]>,
@@ -54,7 +54,7 @@ pub(crate) struct Sliding {
     pub(crate) of_told: f64,
 }
 
-/// What is known of a straight part of a tendon, in the frame of the plan.
+/// A straight part of a tendon in a state, in the frame of the plan.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LineState {
     pub(crate) ends: [Vector<f64>; 2],

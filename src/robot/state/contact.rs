@@ -1,4 +1,4 @@
-//! What is known of contact in a state.
+//! Contacts in a state.
 
 use std::ops::Range;
 
@@ -66,7 +66,8 @@ pub(crate) struct Noted {
     pub(crate) branches: Vec<(Vector<f64>, f64)>,
 }
 
-/// Of one Chebyshev polynomial in the position of a curve, and in its first and second derivatives along the fraction of its length.
+/// Of one Chebyshev polynomial in the position of a curve, and in its first and second derivatives along the fraction of its
+/// length.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Term {
     pub(crate) position: Vector<f64>,

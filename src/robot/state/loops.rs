@@ -1,4 +1,4 @@
-//! What is known of closed loops in a state.
+//! Closed loops in a state.
 
 use crate::lie::{Rotation, Vector};
 use crate::robot::algebra::tie::{Frame, Motion};
@@ -18,7 +18,7 @@ impl WorldEnd {
     }
 }
 
-/// What is known of closed loops.
+/// Closed loops in a state.
 #[derive(Clone, Debug)]
 pub(crate) struct LoopState {
     /// Per tie, the frames of its ends, in space and the frame of the plan.

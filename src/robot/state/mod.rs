@@ -1,4 +1,4 @@
-//! The memory of all sweeps along a rod, sized by the plan: nothing is allocated after construction.
+//! The working memory of all sweeps, sized by the plan; nothing is allocated after construction.
 
 pub(crate) mod actuation;
 pub(crate) mod contact;
@@ -76,10 +76,10 @@ pub(crate) struct Workspace<G: Space> {
     pub(crate) internal: Vec<Wrench<G, G::Pack>>,
     /// The same in body axes, about the node.
     pub(crate) body: Vec<Wrench<G, G::Pack>>,
-    /// What is known of the plan's points, and the wrenches of its loads.
+    /// The plan's points in a state, and the wrenches of loads.
     pub(crate) points: Vec<PointState<G>>,
     pub(crate) acting: Vec<Wrench<G, f64>>,
-    /// What is set from outside, and what is known of the actuators.
+    /// The inputs and the actuators in a state.
     pub(crate) inputs: Vec<f64>,
     pub(crate) actuation: ActuationState<G::Pack>,
     pub(crate) loops: LoopState,

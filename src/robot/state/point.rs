@@ -1,4 +1,4 @@
-//! What is known of a place in a state.
+//! A place in a state.
 
 use crate::lie::{Twist, VectorSpace, Wrench};
 use crate::robot::algebra::inertia::Inertia;
@@ -15,7 +15,7 @@ pub(crate) struct PointState<G: Space> {
     /// Acceleration minus gravity.
     pub(crate) acceleration: Twist<G, f64>,
     pub(crate) momentum: Wrench<G, f64>,
-    /// What the motion of the bodies needs, less the loads.
+    /// The wrench required by the motion of the bodies, minus the loads.
     pub(crate) force: Wrench<G, f64>,
 }
 

@@ -1,4 +1,4 @@
-//! The memory of the tangent: what a coordinate is outside its own piece, and what lies behind a place.
+//! The working memory of the tangent: coordinates outside their own pieces, and the part beyond a place.
 
 use crate::lie::{Geometry, Twist, VectorSpace, Wrench};
 use crate::linalg::{Matrix, TreeMatrix};

@@ -1,4 +1,4 @@
-//! What actuators are compiled to, in words.
+//! Explanations of actuators.
 
 use super::cost_of_actuators::OfActuator;
 use super::text::{counted, listed};
@@ -69,7 +69,7 @@ impl Group<'_> {
     }
 }
 
-/// What is computed for an actuator, and what is not.
+/// Explains what is computed for an actuator, and what is skipped.
 fn parts(robot: &Robot, actuator: &Actuator, of_actuator: &OfActuator) -> (&'static str, Vec<Part>) {
     match actuator {
         Actuator::Tendon(tendon) => ("tendon", of_tendon(robot, tendon, of_actuator)),
@@ -101,14 +101,14 @@ fn first(text: impl Into<String>) -> Part {
 
 fn of_tendon(robot: &Robot, tendon: &Tendon, of_actuator: &OfActuator) -> Vec<Part> {
     let force = match tendon.drive {
-        Drive::Tension(_) => "a tension that it is told, never less than zero".to_owned(),
+        Drive::Tension(_) => "commanded tension, never less than zero".to_owned(),
         Drive::Length { stiffness: None, .. } => {
-            "1 constraint: its path is never longer than it is told, by the tension that this takes"
+            "1 constraint: the path is never longer than the commanded length; its multiplier is the tension"
                 .to_owned()
         }
         Drive::Length { stiffness: Some(stiffness), damping, .. } => {
             let damping = if damping > 0.0 { format!(", damping {damping} N s/m") } else { String::new() };
-            format!("a spring of its length, {stiffness} N/m{damping}: slack where it is too short")
+            format!("a spring of {stiffness} N/m{damping}; slack below the commanded length")
         }
     };
     let along: Vec<&Along> = tendon.path.iter().filter_map(|part| part.along()).collect();
@@ -116,21 +116,19 @@ fn of_tendon(robot: &Robot, tendon: &Tendon, of_actuator: &OfActuator) -> Vec<Pa
     vec![
         first(force),
         part("along rods", nodes > 0, || {
-            format!("{}, {}: from strains alone, no pose", ways(robot, &along), counted(nodes, "node"))
+            format!("{}, {}: from strains only, without poses", ways(robot, &along), counted(nodes, "node"))
         }),
-        part("straight parts", lines > 0, || {
-            format!("{lines}: from poses; on both of its ends a load that keeps its direction")
-        }),
+        part("straight parts", lines > 0, || format!("{lines}: from poses; dead loads on both ends")),
         part("friction", tendon.friction > 0.0, || {
             let slides = match tendon.sliding {
-                Some(_) => "slides as it is told",
-                None => "slides as its length changes",
+                Some(_) => "direction of sliding as commanded",
+                None => "direction of sliding from the rate of its length",
             };
-            let what = "its angle, and a tangent by one more quadrature out and back";
+            let what = "its angle, and a tangent with one more sweep out and back";
             format!("coefficient {}: {what}; {slides}", tendon.friction)
         }),
         part("coupling", couples_pieces, || {
-            format!("of {}: linear systems with all entries", counted(coordinates, "coordinate"))
+            format!("of {}: dense linear systems", counted(coordinates, "coordinate"))
         }),
     ]
 }
@@ -145,7 +143,7 @@ fn of_motor(robot: &Robot, motor: &Motor) -> Vec<Part> {
     let link = &robot.links[motor.link];
     let coordinate = format!("{}.{}", link.name, link.joint.coordinates()[motor.coordinate]);
     let (what, is_servo) = match motor.command {
-        MotorCommand::Torque(_) => (format!("a force on {coordinate} that it is told"), false),
+        MotorCommand::Torque(_) => (format!("commanded force on {coordinate}"), false),
         MotorCommand::Position { stiffness, damping, .. } => {
             (format!("holds {coordinate} by a spring of {stiffness} and a damper of {damping}"), true)
         }
@@ -154,7 +152,7 @@ fn of_motor(robot: &Robot, motor: &Motor) -> Vec<Part> {
         first(what),
         part("limits", motor.limits.is_some(), || {
             let [lowest, highest] = motor.limits.unwrap_or_default();
-            format!("from {lowest} to {highest}, with a bend that has a derivative")
+            format!("from {lowest} to {highest}, smoothed to be differentiable")
         }),
         part("tangent", is_servo, || "one entry".to_owned()),
     ]

@@ -1,11 +1,11 @@
-//! What touches, in words.
+//! Explanations of contacts.
 
 use super::text::counted;
 use crate::contact::{Contact, Obstacle, Surface};
 use crate::robot::compile::contact::stiffness;
 use crate::robot::description::Robot;
 
-/// What is computed for the contacts of a robot, or not: what, and why.
+/// Explains what is computed for the contacts of a robot.
 pub(super) fn tell(robot: &Robot) -> Vec<(bool, String, String)> {
     if robot.contacts.is_empty() {
         return vec![(false, "contact".to_owned(), "none".to_owned())];
@@ -18,7 +18,7 @@ pub(super) fn tell(robot: &Robot) -> Vec<(bool, String, String)> {
     said
 }
 
-/// What presses on what, and how, in words.
+/// Describes a pair of surfaces with its stiffness and friction.
 fn pair(robot: &Robot, contact: &Contact) -> String {
     let [a, b] = &contact.surfaces;
     let between = match (a, b) {

@@ -1,4 +1,4 @@
-//! What a plan costs: the products of doubles that its sweeps form.
+//! The cost of a plan: numbers of floating-point products in its sweeps.
 //!
 //! The loops are those of the sweeps; what acts on the robot says itself what it costs. What stands in the loops is not
 //! a number taken from a formula but the formula itself, evaluated with [`Counted`] numbers. A test counts what the
@@ -61,7 +61,7 @@ pub(crate) fn multiplications<G: Turning>(plan: &Plan<G>, solve: Solve) -> Multi
     Multiplications { residual, tangent, mass_matrix, factorisation, solution }
 }
 
-/// What a link is computed with, and its part of the products.
+/// Size of the computation for a link, and its share of the products.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct OfLink {
     /// Quadrature nodes of its rod.

@@ -1,4 +1,4 @@
-//! What actuators are compiled to, and what each takes of the products of a residual and of a tangent.
+//! The cost of each actuator: its share of the products of a residual and of a tangent.
 //!
 //! As in [`super::cost`], formulas are evaluated with [`Counted`] numbers; a test counts the products of packs that
 //! [`crate::robot::effect::actuation`] and [`crate::robot::kernel::lines`] really form. It is about actuators that pull or
@@ -12,7 +12,7 @@ use crate::robot::plan::actuation::{ActuatorPlan, End, Law, Part, Sleeve, pairs}
 use crate::robot::plan::piece::PiecePlan;
 use crate::robot::turning::Turning;
 
-/// What an actuator is computed with, and its part of the products.
+/// Size of the computation for an actuator, and its share of the products.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct OfActuator {
     /// Quadrature nodes of the parts that are embedded in rods, and the straight parts.

@@ -1,12 +1,12 @@
-//! What each loop takes of the products of a residual and of a tangent. Solving with its constraints is counted with the
-//! linear systems.
+//! The cost of each loop: its share of the products of a residual and of a tangent. Solving with its constraints is counted with
+//! the linear systems.
 
 use crate::model::Holder;
 use crate::robot::algebra::tie::Row;
 use crate::robot::plan::Plan;
 use crate::robot::turning::Turning;
 
-/// What a loop is computed with, and its part of the products.
+/// Size of the computation for a loop, and its share of the products.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct OfLoop {
     /// Those that its forces act on.

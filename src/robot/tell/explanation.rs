@@ -1,4 +1,4 @@
-//! What a robot was compiled to, in words: what is computed, what is skipped, and why.
+//! Explanation of a compiled robot: what is computed, what is skipped, and why.
 
 use std::cmp::Reverse;
 use std::fmt::{self, Write as _};
@@ -22,19 +22,19 @@ use crate::rod::{
     Basis, GivenSection, Parts, Profile, STRAIGHT, STRAIN_NAMES, Section, Segment, Shape, piece, stiffness,
 };
 
-/// So many links, and actuators, are listed with their costs; of more, those that cost most.
+/// Number of links and actuators listed with their costs; of more, the most expensive ones.
 const LISTED_SHARES: usize = 10;
 
-/// What is computed for a robot and what is not, each with its reason.
+/// An explanation of what is computed for a robot and what is skipped, with reasons.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Explanation {
     /// One line on the whole.
     pub summary: String,
-    /// What is computed: a subject and what is to be said of it.
+    /// What is computed: subjects and remarks.
     pub computed: Vec<(String, String)>,
-    /// What costs nothing because the robot does not have it, likewise.
+    /// What is skipped because the robot does not have it: subjects and remarks.
     pub skipped: Vec<(String, String)>,
-    /// What evaluations cost, likewise.
+    /// The costs of evaluations: subjects and remarks.
     pub cost: Vec<(String, String)>,
     /// Which link of several costs what without actuators, likewise; where they are many, the dearest ones first.
     pub links: Vec<(String, String)>,
@@ -115,15 +115,15 @@ impl Explanation {
         let coordinates = link.joint.coordinates();
         let what = if link.rod.is_empty() { "a rigid link" } else { "a rod" };
         let why = match coordinates.len() {
-            0 => format!("{what}: it adds no coordinate"),
-            _ => format!("{what} that moves by {}", coordinates.join(", ")),
+            0 => format!("{what}: no coordinates"),
+            _ => format!("{what} with {}", coordinates.join(", ")),
         };
         let why = match &link.driven {
             None => why,
             Some(Driven::Mimic { .. }) => {
-                format!("{what} that moves as another joint does: it adds no coordinate")
+                format!("{what} that follows another joint: no coordinates")
             }
-            Some(_) => format!("{what} that moves as prescribed: it adds no coordinate"),
+            Some(_) => format!("{what} with prescribed motion: no coordinates"),
         };
         self.add(!coordinates.is_empty(), format!("{name}{} joint", link.joint.name()), why);
         let Some(forces) = link.joint.forces() else { return };
@@ -183,7 +183,7 @@ impl Explanation {
         self.add(true, what("modes"), strains);
         if !absent.is_empty() {
             let names = named(&absent, &|strain| STRAIN_NAMES[strain].to_owned());
-            self.add(false, what("strains"), format!("{names}: no modes, they keep their reference"));
+            self.add(false, what("strains"), format!("{names}: no modes, fixed at their reference values"));
         }
         let is_extensible = segment.modes[3..].iter().any(|&modes| modes > 0);
         let is_straight =
@@ -202,10 +202,10 @@ impl Explanation {
             needs.push("its reference strain");
         }
         let reason = match segment.nodes {
-            Some(_) => "as asked for".to_owned(),
-            None => format!("what {} need", needs.join(" and ")),
+            Some(_) => "as given".to_owned(),
+            None => format!("for {}", needs.join(" and ")),
         };
-        self.add(true, what("quadrature"), format!("{nodes} nodes: {reason}, in whole packs of 4"));
+        self.add(true, what("quadrature"), format!("{nodes} nodes: {reason}, a multiple of 4"));
         if !segment.basis.is_orthogonal() {
             let condition = stiffness::condition_of_stiffness(segment);
             self.add(
@@ -236,7 +236,7 @@ impl Explanation {
             Basis::Chebyshev => Some("Chebyshev polynomials".to_owned()),
             Basis::Monomial => Some("powers of X / L".to_owned()),
             Basis::PiecewiseConstant => Some(format!(
-                "constant strain on {}, each computed as a segment of its own",
+                "constant strain on {}, each computed as a separate segment",
                 counted(piece::number(segment), "piece")
             )),
             Basis::Hermite => Some(format!("Hermite's cubics between {}", counted(modes / 2, "knot"))),
@@ -299,7 +299,12 @@ impl Explanation {
         } else {
             self.add(true, "gravity", "at no cost: an acceleration of the base");
         }
-        self.loads_of(robot, "dead loads", Frame::World, "the tangent knows that they keep their direction");
+        self.loads_of(
+            robot,
+            "dead loads",
+            Frame::World,
+            "they keep their direction, which the tangent includes",
+        );
         self.loads_of(
             robot,
             "follower loads",
@@ -328,10 +333,10 @@ impl Explanation {
                 self.add(true, "motion of the base", what);
             }
             Some(_) => {
-                let what = "velocity and acceleration of its first section; sees the world around it once for each time";
+                let what = "velocity and acceleration of its first section; supports and fluid evaluated once for each time";
                 self.add(true, "motion of the base", what);
             }
-            None => self.add(false, "motion of the base", "none: it rests"),
+            None => self.add(false, "motion of the base", "none: it is fixed"),
         }
         let bodies: Vec<Body> = robot.all_bodies().collect();
         let is_point = |body: &&Body| body.centre == [0.0; 3] && body.inertia == [[0.0; 3]; 3];
@@ -374,7 +379,7 @@ impl Explanation {
         let has_mass = fluid.has_added_mass();
         self.add(has_mass, "added mass of the fluid", if has_mass { mass } else { none });
         let is_borne = fluid.bears(robot.gravity);
-        let why = if is_borne { "a dead load along the rod" } else { "not asked for, or without weight" };
+        let why = if is_borne { "a dead load along the rod" } else { "switched off, or without gravity" };
         self.add(is_borne, "buoyancy", why);
         let is_moving = fluid.velocity != [0.0; 3];
         self.add(is_moving, "current", if is_moving { "uniform and steady" } else { "the fluid is at rest" });
@@ -403,24 +408,24 @@ impl Explanation {
         let sweeps = format!("linear systems by sweeps along the {parts}");
         match solve {
             Solve::Tree => {
-                self.add(true, sweeps, format!("their cost is that of the {parts} one by one"));
-                let why = format!("not formed: dearer from {limit} on");
+                self.add(true, sweeps, format!("their cost is linear in the number of {parts}"));
+                let why = format!("not formed: more expensive from {limit} on");
                 self.add(false, format!("blocks between {parts}"), why);
             }
             Solve::Dense if robot.links.iter().any(|link| link.driven.is_some()) => {
-                self.add(false, sweeps, "joints are driven: what follows others couples branches");
+                self.add(false, sweeps, "driven joints couple branches");
             }
             Solve::Dense if !robot.loops.is_empty() => {
                 self.add(false, sweeps, "closed loops couple branches");
             }
             Solve::Dense if robot.constraints() > 0 => {
-                self.add(false, sweeps, "tendons that do not stretch are constraints");
+                self.add(false, sweeps, "inextensible tendons are constraints");
             }
             Solve::Dense if !robot.contacts.is_empty() => {
-                self.add(false, sweeps, "contact couples what touches");
+                self.add(false, sweeps, "contact couples the links that touch");
             }
             Solve::Dense if !coupling.is_empty() => {
-                self.add(false, sweeps, format!("what {} passes is coupled", listed(coupling)));
+                self.add(false, sweeps, format!("{} couples the links along its path", listed(coupling)));
             }
             Solve::Dense => self.add(false, sweeps, format!("cheaper from {limit} on")),
         }
@@ -441,7 +446,7 @@ fn costs(cost: &Multiplications) -> Vec<(String, String)> {
     .into()
 }
 
-/// What a link or an actuator is computed with, and takes of the products.
+/// Size of the computation for a link or an actuator, and its share of the products.
 #[derive(Clone, Copy)]
 struct Share {
     coordinates: usize,
@@ -608,7 +613,7 @@ mod tests {
             "linear systems by sweeps along the segments",
         ];
         assert_eq!(skipped, absent);
-        assert!(full.to_string().contains("12 nodes: as asked for"));
+        assert!(full.to_string().contains("12 nodes: as given"));
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! What closes loops of links, in words.
+//! Explanations of closed loops.
 
 use super::explanation::Explanation;
 use super::text::{counted, listed};
@@ -6,7 +6,7 @@ use crate::actuator::Actuator;
 use crate::loops::{Loop, Tie};
 use crate::robot::description::Robot;
 
-/// What is computed for the loops of a robot.
+/// Explains what is computed for the loops of a robot.
 pub(super) fn tell(robot: &Robot, explanation: &mut Explanation) {
     if robot.loops.is_empty() {
         explanation.add(false, "closed loops", "none");
@@ -33,7 +33,7 @@ pub(super) fn tell(robot: &Robot, explanation: &mut Explanation) {
     explanation.add(true, if robot.loops.is_empty() { "constraints" } else { "closed loops" }, why);
 }
 
-/// What a loop holds, in words.
+/// Describes the constraint of a loop.
 fn kind(robot: &Robot, closed: &Loop, names: &[String]) -> String {
     let ends = || {
         let ends = closed.tie.ends().into_iter().flatten();
@@ -63,7 +63,7 @@ pub(crate) fn tell_redundant(robot: &Robot, redundant: &[usize], explanation: &m
     let (is_there, why) = match named.is_empty() {
         true => (false, "none where all coordinates are zero".to_owned()),
         false => {
-            let why = "where all coordinates are zero; the others determine them, they get no multipliers";
+            let why = "where all coordinates are zero; implied by the others, without multipliers";
             (true, format!("{}, {why}", listed(named)))
         }
     };

@@ -1,4 +1,4 @@
-//! What is computed for a robot, and what it costs.
+//! Explanations and costs of a robot.
 
 mod actuators;
 mod contacts;

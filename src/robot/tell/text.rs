@@ -1,4 +1,4 @@
-//! Numbers and lists in words.
+//! Formatting of numbers and lists.
 
 /// `1 link`, `2 links`.
 pub(super) fn counted(number: usize, what: &str) -> String {

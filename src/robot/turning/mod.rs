@@ -1,4 +1,4 @@
-//! How rotations follow from the curvature: by Magnus steps in space, by a sum in the plane.
+//! Rotations from the curvature: by Magnus steps in space, by a sum in the plane.
 
 pub(crate) mod columns;
 pub(crate) mod place;
@@ -31,7 +31,7 @@ pub(crate) trait Turning: Space {
         rotations: &mut [Self::Rotation<Self::Pack>],
     ) -> Self::Orientation;
 
-    /// What [`Self::turn`] costs.
+    /// The cost of [`Self::turn`].
     fn products_of_turn(piece: &PiecePlan<Self>) -> Products;
 
     /// Prepares the way from one place of a piece to another, given as fractions of its length.

@@ -1,4 +1,4 @@
-//! Places of a rod, and how it is turned there.
+//! Positions and rotations at places of a rod.
 
 use std::ops::Range;
 

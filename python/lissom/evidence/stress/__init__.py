@@ -1,4 +1,4 @@
-"""The stress test: a matrix of hard cases, each of which has to end well or to say why it does not.
+"""The stress test: a matrix of hard cases, each of which must succeed or give a reason.
 
 A cell is a function that returns an outcome (``cell``); groups of cells are heat maps, one
 module for each theme. What is right is decided in ``judge``; what was committed is compared in ``table``.

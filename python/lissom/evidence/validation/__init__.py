@@ -1,4 +1,4 @@
-"""The validation gallery: questions with known answers, asked of lissom and shown as one table.
+"""The validation gallery: comparisons with known answers, in one table.
 
 Every module of this package holds the cases of one theme; ``exact`` computes wanted values with NumPy alone.
 """

@@ -31,7 +31,14 @@ export function figure(holder, told, clock) {
     holder.append(make("div", { className: "plots" }, ...row.map(({ element }) => element)));
   }
   const redraw = () => all.forEach((plot) => plot.draw());
-  new ResizeObserver(redraw).observe(holder);
+  // Draw at once: the observer calls back in the next frame only, and a page that is ready must show its curves.
+  redraw();
+  let width = holder.clientWidth;
+  new ResizeObserver(() => {
+    if (holder.clientWidth === width) return;
+    width = holder.clientWidth;
+    redraw();
+  }).observe(holder);
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", redraw);
 }
 
