@@ -204,7 +204,10 @@ def test_a_base_that_moves_is_a_joint_that_does():
         # Between their steps, methods that choose them interpolate.
         assert np.abs(base.loop_gaps(motion.q, t=motion.t)).max() < 1e-9
         forces = [
-            robot.loop_forces(run.q, run.v, robot.forward_dynamics(run.q, run.v, t=times), t=times)
+            [
+                robot.loop_forces(q, v, robot.forward_dynamics(q, v, t=t), t=t)
+                for q, v, t in zip(run.q, run.v, times, strict=True)
+            ]
             for robot, run in ((base, motion), (cart, right))
         ]
         np.testing.assert_allclose(forces[0], forces[1], rtol=0, atol=1e3 * error)
