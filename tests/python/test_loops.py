@@ -673,3 +673,24 @@ def test_singular_starts_are_left():
             assert found.success, found.message
             q = np.atleast_2d(found.q)[-1]
             assert np.abs(robot.loop_gaps(q)).max() < 1e-9
+
+
+@pytest.mark.parametrize("other", [None, "arm", "hand", "tip"])
+def test_ends_on_links_that_are_welded_together(other):
+    """Each link lies elsewhere beside the place that they share."""
+    body = Body(0.1, inertia=1e-4 * np.eye(3))
+    turned = (0.8, 0.0, 0.6, 0.0)
+    links = [
+        Link("arm", joint=Revolute((0, 1, 0)), body=body),
+        Link("hand", parent="arm", position=(0.3, 0.1, -0.2), orientation=turned, body=body),
+        Link("tip", parent="hand", position=(0.0, 0.2, 0.1), body=body),
+    ]
+    free = Robot(links)
+    for name in ("arm", "hand", "tip"):
+        offset = (0.05, -0.02, 0.03)
+        place = (free.pose([0.4], link=name) @ [*offset, 1.0])[:3]
+        loops = [Loop((name, None, offset), (None, None, place), Spherical(), name="pin")]
+        if other is not None:
+            loops.insert(0, Loop(other, (None, None), lissom.Planar((0, 1, 0))))
+        gaps = Robot(links, loops=loops).loop_gaps([0.4])
+        np.testing.assert_allclose(gaps[-3:], 0, atol=1e-12)

@@ -77,7 +77,7 @@ fn places_of_own(robot: &Robot) -> Vec<usize> {
 fn end<G: Turning>(plan: &Plan<G>, robot: &Robot, described: &LoopEnd, number: usize) -> TieEnd<G::Pack> {
     let (position, orientation) =
         (Vector::from(described.position), Quaternion::from_array(described.orientation));
-    if described.link.is_none() {
+    let Some(link) = described.link else {
         // The frame of the plan is that of the first link's joint.
         let root = &robot.links[0];
         let base = Quaternion::from_array(root.orientation).rotation();
@@ -86,12 +86,14 @@ fn end<G: Turning>(plan: &Plan<G>, robot: &Robot, described: &LoopEnd, number: u
         let axes = Rotation { x: seen(x), y: seen(y), z: seen(z) };
         let frame = Frame { position: seen(position - Vector::from(root.position)), axes };
         return TieEnd { frame, on: None };
-    }
+    };
     let has_it = |point: &Point<G>| point.tied.contains(&number);
     let point = plan.points.iter().position(has_it).expect("every end is at a point");
     let at = &plan.points[point].place;
-    let beside = Offset { orientation, position };
-    let beside = at.beside.map_or(beside, |place| place.times(beside));
+    let own = Offset { orientation, position };
+    // A point serves all links that are welded together there; each of them lies elsewhere beside it.
+    let of_link = place::on_link(&plan.pieces, &plan.links[link], described.at).beside;
+    let beside = of_link.map_or(own, |place| place.times(own));
     let on = On { point, moved_by: kinematics::moved_by(plan, at) };
     let frame = Frame { position: beside.position, axes: beside.orientation.rotation() };
     TieEnd { frame, on: Some(on) }
