@@ -183,12 +183,16 @@ def test_reports_of_scenes_with_contact_plot_its_force(tmp_path):
     path = tmp_path / "report.html"
     lissom.report.write_result(motion, path)
     page = path.read_text()
-    for wanted in ("What the first surface of floor gets", "What the first surface of peg gets", "obstacles"):
+    for wanted in (
+        "that the second surface of floor exerts",
+        "that the second surface of peg exerts",
+        "obstacles",
+    ):
         assert wanted in page
     # A model that touches nothing has no such section.
     (single,) = [lissom.Segment(0.1, 0.01, 1e6, poisson_ratio=0.4, density=1000, modes={"bend_y": 1})]
     lissom.report.write_result(lissom.simulate(lissom.Rod([single]), 0.05), path)
-    assert "What the first surface" not in path.read_text()
+    assert "that the second surface of" not in path.read_text()
 
 
 TEXT = (SCENES / "falling_rod.toml").read_text()

@@ -29,7 +29,8 @@ t_end = 0.5
 
 def test_a_scene_makes_the_rod_that_python_would_make():
     scene = lissom.Scene.loads(WIRE, "wire")
-    segment = lissom.Segment(2.0, (2e-3, 1e-3), 3e5, 1e5, 1000, {"bend_y": 1, "bend_z": 1})
+    modes = {"bend_y": 1, "bend_z": 1}
+    segment = lissom.Segment(2.0, (2e-3, 1e-3), 3e5, density=1000, modes=modes, poisson_ratio=0.5)
     assert isinstance(scene.model, lissom.Rod)
     assert scene.model.segments == (segment,)
     assert scene.name == "wire"

@@ -739,7 +739,7 @@ def test_fixed_steps_say_what_they_do_not_see(what, hertz):
     assert found.doubt == str(caught[0].message)
     error = error_of(rod, found, **start)
     assert error > 0.03
-    said = float(re.search(r"wrong by about ([\d.]+) %", found.doubt)[1]) / 100
+    said = float(re.search(r"error of the tip is about ([\d.]+) %", found.doubt)[1]) / 100
     assert 0.4 * error < said < 2.5 * error
     # The step that it names is enough, and so is what else it names.
     step = float(re.search(r"steps of ([\d.e-]+) s, adaptive", found.doubt)[1])

@@ -591,7 +591,7 @@ mod tests {
         ] {
             assert!(has(&simple.skipped, skipped) && !has(&simple.computed, skipped), "{skipped}");
         }
-        assert!(simple.to_string().contains("12 nodes: what its modes need"));
+        assert!(simple.to_string().contains("12 nodes: for its modes"));
         assert!(has(&simple.cost, "residual") && simple.to_string().contains("8 multiplications"));
 
         let loaded =
@@ -630,10 +630,8 @@ mod tests {
         assert!(said(Basis::Monomial, 4).contains("not orthogonal: condition number 2e4"));
         assert!(said(Basis::Hermite, 6).contains("Hermite's cubics between 3 knots"));
         let pieces = said(Basis::PiecewiseConstant, 3);
-        assert!(pieces.contains("constant strain on 3 pieces, each computed as a segment of its own"));
-        assert!(
-            pieces.contains("36 nodes: what its modes need") && pieces.contains("the basis is orthogonal")
-        );
+        assert!(pieces.contains("constant strain on 3 pieces, each computed as a separate segment"));
+        assert!(pieces.contains("36 nodes: for its modes") && pieces.contains("the basis is orthogonal"));
     }
 
     #[test]

@@ -755,6 +755,12 @@ _SAVED = {
     "ContinuationResult": "lissom.continuation(v.planar(), max_steps=5)",
     "ModesResult": "lissom.modes(v.planar(), [0.0, 0.0])",
 }
+_FOUND = {
+    "ReachResult": "v.planar().reach('rod', v.planar().pose(v.array([0.1, 0.2])))",
+    "ActuateResult": (
+        "lissom.actuate(v.pulled(), lissom.Target('rod', [0.2, 0, 0], position_weight=(0, 0, 1)))"
+    ),
+}
 _SHOWN = {"model": "v.planar()", "t": "0.1"}
 _PAGE = {"path": "v.place('x.html')", "title": "'A rod'", "u": "[]"}
 _FILM = {"path": "v.place('x.gif')", "fps": "10.0", "duration": "0.2"}
@@ -784,9 +790,12 @@ RECIPES |= {
     },
     **{
         f"{name}.save": {"self": result, "path": "v.place('x.nc')", "model": "v.planar()"}
-        for name, result in _SAVED.items()
+        for name, result in (_SAVED | _FOUND).items()
     },
-    **{f"{name}.to_xarray": {"self": result, "model": "v.planar()"} for name, result in _SAVED.items()},
+    **{
+        f"{name}.to_xarray": {"self": result, "model": "v.planar()"}
+        for name, result in (_SAVED | _FOUND).items()
+    },
     "StaticsResult.plot": {"self": f"v.alone({_SAVED['StaticsResult']})", "model": "v.planar()"},
     "ContinuationResult.plot": {"self": f"v.alone({_SAVED['ContinuationResult']})", "model": "v.planar()"},
     "ModesResult.plot": {"self": f"v.alone({_SAVED['ModesResult']})"},

@@ -66,6 +66,25 @@ pub(super) fn measure<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, q: &[
     }
 }
 
+/// The second derivative of the length of a line in time, the motion of all points up to date: that of `|d|` with the way d between
+/// its ends. Points of bodies accelerate by `a + w' x p + w x (v + w x p)` (see `kernel::acceleration`); the world does not.
+pub(super) fn acceleration<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, line: usize) -> f64 {
+    let gravity = G::in_space(plan.frame, work.surroundings.gravity);
+    let of_end = |e: &End<G::Pack>| {
+        let &End::On { point, .. } = e else { return Vector::zero() };
+        let [position, velocity] = end(plan, work, e);
+        let Twist { angular, linear } = work.points[point].acceleration;
+        let turning = G::axial_in_space(plan.frame, work.points[point].velocity.angular);
+        G::in_space(plan.frame, linear)
+            + gravity
+            + G::axial_in_space(plan.frame, angular).cross(position)
+            + turning.cross(velocity)
+    };
+    let [from, to] = plan.actuation.lines[line].ends.each_ref().map(of_end);
+    let &LineState { direction, inverse_length, velocity, rate, .. } = &work.actuation.lines[line];
+    direction.dot(to - from) + (velocity.dot(velocity) - rate * rate) * inverse_length
+}
+
 /// The force on an end of a line, with its place.
 fn force_on<G: Turning>(
     plan: &Plan<G>,

@@ -132,10 +132,13 @@ pub(crate) fn acceleration<G: Turning>(
     i: usize,
 ) -> f64 {
     let [_, qd, qdd] = [0, 1, 2].map(|part| &work.motion_of[part * plan.n..][..plan.n]);
-    complete(plan, &work.actuation, memory, i);
-    find_gradient_rate(plan, &work.actuation, memory, i, qd);
+    find_gradient_rate_of_sleeves(plan, &work.actuation, memory, i, qd);
     let along = |of: &[f64], by: &[f64]| of.iter().zip(by).map(|(of, by)| of * by).sum::<f64>();
-    along(&memory.gradient, qdd) + along(&memory.gradient_rate, qd)
+    let gradient = &work.actuation.gradients[i * plan.n..][..plan.n];
+    let lines = (0..plan.actuation.lines.len()).filter(|&l| plan.actuation.lines[l].actuator == i);
+    along(gradient, qdd)
+        + along(&memory.gradient_rate, qd)
+        + lines.map(|l| line::acceleration(plan, work, l)).sum::<f64>()
 }
 
 /// Adds the derivative of the generalised forces.
@@ -256,6 +259,23 @@ fn find_gradient_rate<G: Turning>(
     actuator: usize,
     qd: &[f64],
 ) {
+    find_gradient_rate_of_sleeves(plan, state, memory, actuator, qd);
+    for (l, _) in plan.actuation.lines.iter().enumerate().filter(|(_, line)| line.actuator == actuator) {
+        let of_line = &memory.rate_gradients[l * plan.n..][..plan.n];
+        for (rate, of_line) in memory.gradient_rate.iter_mut().zip(of_line) {
+            *rate += of_line;
+        }
+    }
+}
+
+/// The same of its embedded parts alone.
+fn find_gradient_rate_of_sleeves<G: Turning>(
+    plan: &Plan<G>,
+    state: &ActuationState<G::Pack>,
+    memory: &mut ActuationTangent<G::Pack>,
+    actuator: usize,
+    qd: &[f64],
+) {
     memory.gradient_rate.fill(0.0);
     let (mut slope, mut node) = (0, 0);
     for sleeve in &plan.actuation.sleeves {
@@ -277,12 +297,6 @@ fn find_gradient_rate<G: Turning>(
             }
             slope += slopes;
             node += sleeve.packs;
-        }
-    }
-    for (l, _) in plan.actuation.lines.iter().enumerate().filter(|(_, line)| line.actuator == actuator) {
-        let of_line = &memory.rate_gradients[l * plan.n..][..plan.n];
-        for (rate, of_line) in memory.gradient_rate.iter_mut().zip(of_line) {
-            *rate += of_line;
         }
     }
 }
