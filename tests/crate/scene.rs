@@ -117,6 +117,7 @@ output = { dt = 0.1, quantities = ["shape", "energy"] }
     assert_eq!(scene.v0, [7.0, 6.0, 5.0, 4.0, 3.0, 2.0, 1.0]);
     let first = rod::Segment {
         section: rod::Section::circle([2e-3, 1e-3]),
+        given_poisson_ratio: Some(0.5),
         modes: [1; 6],
         retardation_time: 1e-3,
         reference_strain: [1.0, 2.0, 3.0, 1.0, 5.0, 6.0].into(),
@@ -288,7 +289,7 @@ fn missing_keys_are_named_where_they_belong() {
     refused(
         "[simulation]\nt_end = 3\n",
         "",
-        &["1:1: simulation: missing; add simulation: How long, and by which method"],
+        &["1:1: simulation: missing; add simulation: Duration, method and output of the simulation"],
     );
     refused(
         "shear_modulus = 80e9\n",
