@@ -488,10 +488,11 @@ impl Stages {
         let (e_q, e_v) = self.error.split_at_mut(n);
         let [_, c, m] = &self.tangents;
         e_q.fill(0.0);
-        for j in 0..n {
-            let (of_mass, of_damping) = (x * x * g_v[j] + x * g_q[j], x * x * g_q[j]);
-            for i in 0..n {
-                e_q[i] += m[(i, j)] * of_mass + c[(i, j)] * of_damping;
+        let [of_m, of_c] = [m, c].map(|matrix| matrix.as_slice().chunks_exact(n.max(1)));
+        for (((m, c), g_v), g_q) in of_m.zip(of_c).zip(g_v).zip(g_q) {
+            let (of_mass, of_damping) = (x * x * g_v + x * g_q, x * x * g_q);
+            for ((e_q, m), c) in e_q.iter_mut().zip(m).zip(c) {
+                *e_q += m * of_mass + c * of_damping;
             }
         }
         for (e_q, residual) in e_q.iter_mut().zip(&self.residual) {

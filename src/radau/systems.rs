@@ -110,7 +110,8 @@ impl Systems {
 
 /// `out <- weights[0] K + weights[1] C + weights[2] M`.
 pub(super) fn sum([k, c, m]: &[Matrix; 3], weights: [f64; 3], out: &mut Matrix) {
-    for (((out, k), c), m) in out.iter_mut().zip(k.iter()).zip(c.iter()).zip(m.iter()) {
+    let parts = k.as_slice().iter().zip(c.as_slice()).zip(m.as_slice());
+    for (out, ((k, c), m)) in out.as_mut_slice().iter_mut().zip(parts) {
         *out = weights[0] * k + weights[1] * c + weights[2] * m;
     }
 }
