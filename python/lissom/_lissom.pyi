@@ -1140,6 +1140,7 @@ def simulate(
     control_step: float | None = None,
 ) -> MotionResult: ...
 def has_separate_sections(model: Model) -> bool: ...
+def has_free_lengths(model: Model) -> bool: ...
 def has_one_sided_forces(model: Model) -> bool: ...
 def sensitivities(
     model: Model,
@@ -1152,6 +1153,7 @@ def sensitivities(
         | tuple[int, ArrayLike, ArrayLike]
         | tuple[int, ArrayLike, ArrayLike, int, Sequence[tuple[Segment, float]]]
         | tuple[int, int]
+        | int
     ],
     dq0: ArrayLike,
     dv0: ArrayLike,

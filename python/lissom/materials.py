@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import differences
-from ._lissom import Model, Robot, Segment, has_separate_sections
+from ._lissom import Model, Robot, Segment, has_free_lengths, has_separate_sections
 from .actuators import ActiveStrain
 from .sweeps import paths
 from .views import is_rod
@@ -141,6 +141,18 @@ class Materials:
         section = OfSection(number, nearby)
         return OfMaterial(value, first, changed, segment.retardation_time * changed, section)
 
+    def free_length(self, path: Sequence[paths.Part]) -> int | None:
+        """Number of the segment whose length the path leads to, if nothing else depends on that length."""
+        segment, number, _, within = self._segment(path)
+        if segment is None or list(within) != ["length"] or not self._have_free_lengths:
+            return None
+        try:
+            # Tables along the segment refuse another length.
+            paths.replacing(segment, within)(segment.length * (1.0 + differences.STEP))
+        except ValueError:
+            return None
+        return number
+
     def _segment(self, path: Sequence[paths.Part]) -> tuple[Segment | None, int, int, Sequence[paths.Part]]:
         """The segment that a path leads into, its number and first coordinate, and the rest of the path."""
         places = [i for i, part in enumerate(path) if isinstance(part, int)]
@@ -154,6 +166,10 @@ class Materials:
     @functools.cached_property
     def _are_separate(self) -> bool:
         return has_separate_sections(self._model)
+
+    @functools.cached_property
+    def _have_free_lengths(self) -> bool:
+        return has_free_lengths(self._model)
 
     @functools.cached_property
     def _segments(self) -> dict[tuple[paths.Part, ...], tuple[Segment, int, int]]:

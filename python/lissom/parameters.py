@@ -68,12 +68,16 @@ class OfModel:
     ----------
     material : OfMaterial or None
         Where nothing but a segment's stiffness, damping and inertia depends on it.
+    length_of : int or None
+        Number of the segment whose length it is, where nothing else depends on that and the adjoint is asked
+        for.
     """
 
     name: str
     value: float
     material: OfMaterial | None
     _model: Model = field(repr=False)
+    length_of: int | None = None
 
     @property
     def path(self) -> list[paths.Part]:
@@ -153,10 +157,17 @@ def names_of(names: object) -> list[str]:
     return listed
 
 
-def resolved(model: Model, names: Sequence[str], inputs: tuple[int, int] | None = None) -> list[Parameter]:
+def resolved(
+    model: Model,
+    names: Sequence[str],
+    inputs: tuple[int, int] | None = None,
+    *,
+    by_adjoint: bool = False,
+) -> list[Parameter]:
     """Parameters with these names; `q0` and `v0` are as many as there are coordinates.
 
-    `inputs` are the numbers of control steps and of inputs; None where inputs are no parameters.
+    `inputs` are the numbers of control steps and of inputs; None where inputs are no parameters. `by_adjoint`
+    tells that the adjoint of a run is asked for, which needs no other models for some lengths.
 
     Raises ValueError for a name of nothing, and for a parameter that nothing depends on.
     """
@@ -170,7 +181,7 @@ def resolved(model: Model, names: Sequence[str], inputs: tuple[int, int] | None 
         elif held is not None:
             new = list(_of_inputs(name, held, inputs))
         else:
-            new = [_of_model(model, name, materials)]
+            new = [_of_model(model, name, materials, by_adjoint)]
         for parameter in new:
             if parameter.name in known:
                 raise ValueError(f"parameters: got {parameter.name!r} a second time, expected it once")
@@ -204,8 +215,12 @@ def _of_inputs(name: str, held: re.Match[str], inputs: tuple[int, int] | None) -
             yield OfInput(f"u[{step}][{i}]", step, i)
 
 
-def _of_model(model: Model, name: str, materials: Materials) -> OfModel:
+def _of_model(model: Model, name: str, materials: Materials, by_adjoint: bool) -> OfModel:
     path = _path(model, name)
+    length_of = materials.free_length(path) if by_adjoint else None
+    if length_of is not None:
+        # A rod that is longer has more mass, and reaches farther.
+        return OfModel(name, _number(paths.found(model, path), name), None, model, length_of)
     material = materials.derivative(path)
     value = _number(paths.found(model, path), name) if material is None else material.value
     parameter = OfModel(name, value, material, model)

@@ -267,7 +267,8 @@ def sensitivity(
         if finite_array(given, name).ndim:
             raise ValueError(f"{name}: got {given!r}, expected a number of seconds")
     held, control_step = _held(model, u, control_step, t_end - t0, dt)
-    wanted = resolved(model, names_of(parameters), None if held is None else held.shape)
+    shape = None if held is None else held.shape
+    wanted = resolved(model, names_of(parameters), shape, by_adjoint=objective is not None)
     scheme = {name: options[name] for name in OF_SCHEME if options.get(name) is not None}
     # What is not differentiated is refused before the run; whether there are accelerations, the run says.
     rest, none = np.zeros((1, model.n)), np.zeros((model.n, 0))
@@ -336,6 +337,8 @@ def _on_forces(parameter: Parameter, by_adjoint: bool) -> Any:
         return parameter.step, parameter.input
     if isinstance(parameter, OfStart):
         return []
+    if parameter.length_of is not None:
+        return parameter.length_of
     material = parameter.material
     if material is None or (material.section is not None and not by_adjoint):
         return list(parameter.terms)

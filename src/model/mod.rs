@@ -102,6 +102,23 @@ pub trait Model: Elastic + InTime + Discretised + Tied {
     ) {
     }
 
+    /// How many segments, the first ones, have lengths on which nothing depends but the rods that they are parts of: all of them, or
+    /// none where more depends on one, such as the place of a load inside a rod.
+    fn free_lengths(&self) -> usize {
+        0
+    }
+
+    /// Adds the derivatives of the power `rates . tau` with respect to the length of each of the [`Self::free_lengths`]. Allocates.
+    fn add_power_by_length(
+        &mut self,
+        _q: &[f64],
+        _qd: &[f64],
+        _qdd: &[f64],
+        _rates: &[f64],
+        _by_length: &mut [f64],
+    ) {
+    }
+
     /// The symmetric positive definite mass matrix.
     fn mass_matrix(&mut self, q: &[f64], mass: &mut Matrix);
 

@@ -110,7 +110,7 @@ mod _lissom {
     #[pymodule_export]
     use super::segment::PySegment;
     #[pymodule_export]
-    use super::sensitivity::{has_one_sided_forces, has_separate_sections, sensitivities};
+    use super::sensitivity::{has_free_lengths, has_one_sided_forces, has_separate_sections, sensitivities};
     #[pymodule_export]
     use super::signal::{PyHarmonic, PyInput};
     #[pymodule_export]

@@ -16,7 +16,9 @@ use crate::linalg::Matrix;
 use crate::model::{InertiaMatrix, SectionPlace};
 use crate::newmark::{Parameters, Scheme};
 use crate::rod::SectionProperties;
-use crate::sensitivity::{self, Course, Failure, ForceDerivative, Leg, OfInertia, Parameter, Rule, Sections};
+use crate::sensitivity::{
+    self, Course, Failure, ForceDerivative, Leg, Lengths, OfInertia, Parameter, Rule, Sections, Together,
+};
 
 /// Models that differ in a parameter, with their weights in the derivative with respect to it.
 type Terms = Vec<(Py<PyModel>, f64)>;
@@ -35,6 +37,8 @@ pub(crate) enum Dependence<'py> {
     Section(OfSection<'py>),
     /// Number of a leg, and of an input.
     Input((usize, usize)),
+    /// Number of the segment whose length it is.
+    Length(usize),
 }
 
 /// Derivatives of a run of the Newmark family with fixed steps, or of Radau IIA: of all states forward, or of a number by the
@@ -53,7 +57,8 @@ pub(crate) enum Dependence<'py> {
 /// For each of p parameters a list of (Model, float), models whose weighted sum of forces is their derivative, empty for what no
 /// force depends on; or for a segment's material (first coordinate, dK/dp, dD/dp), its k coordinates' stiffness and damping,
 /// shapes (k, k); or with `weights` for its section the same and (number of the segment, list of (Segment, float)), segments
-/// whose weighted sum of inertias is the derivative; or for an input (number of the leg, number of the input).
+/// whose weighted sum of inertias is the derivative; or with `weights` for a length the number of the segment; or for an input
+/// (number of the leg, number of the input).
 /// dq0, dv0 : array_like, shape (n, p)
 ///     How the start moves with the parameters.
 /// legs : list of (int, array_like of shape (inputs,)), optional
@@ -125,11 +130,18 @@ pub(crate) fn sensitivities<'py>(
     let p = forces.len();
     let places = native.section_places();
     let (dq0, dv0) = (convert::matrix_of(dq0, (n, p), "dq0")?, convert::matrix_of(dv0, (n, p), "dv0")?);
-    let (forces, sections) = of_parameters(&forces, n, &places)?;
-    if !sections.is_empty() && weights.is_none() {
-        return Err(PyValueError::new_err("forces: got sections, expected none without weights"));
+    let OfParameters { forces, sections, lengths } = of_parameters(&forces, n, &places)?;
+    if !(sections.is_empty() && lengths.is_empty()) && weights.is_none() {
+        return Err(PyValueError::new_err("forces: got sections or lengths, expected none without weights"));
     }
-    let sections = Sections::new(sections, places.len());
+    let free = native.free_lengths();
+    if let Some([_, segment]) = lengths.iter().find(|[_, segment]| *segment >= free) {
+        return Err(PyValueError::new_err(format!(
+            "forces: got the length of segment {segment}, expected one of {free} on which nothing else depends"
+        )));
+    }
+    let together =
+        Together { sections: Sections::new(sections, places.len()), lengths: Lengths::new(lengths, free) };
     let legs = legs_of(legs.unwrap_or_default(), t.len(), native.inputs())?;
     let course = Course { t: &t, q: &q, v: &v, a: &a, rule, legs: &legs };
     let is_wrong = |force: &Force| match force {
@@ -149,7 +161,7 @@ pub(crate) fn sensitivities<'py>(
             raised.catch(Python::attach(|py| py.check_signals()))
         };
         let weights = weights.as_ref().map(|(q, v)| [q.as_slice(), v.as_slice()]);
-        compute(&mut *native, &course, (forces, sections), [&dq0, &dv0], weights, &mut monitor)
+        compute(&mut *native, &course, (forces, together), [&dq0, &dv0], weights, &mut monitor)
     });
     raised.into_result()?;
     let computed = computed.map_err(|failure| match failure {
@@ -192,18 +204,29 @@ fn legs_of(given: Vec<(usize, Bound<'_, PyAny>)>, states: usize, inputs: usize) 
     Ok(legs)
 }
 
-/// The forces of all parameters, and what the inertia of sections has to do with them.
+/// The forces of all parameters, what the inertia of sections has to do with them, and the parameters that are lengths, with
+/// their segments.
+struct OfParameters {
+    forces: Vec<Force>,
+    sections: Vec<OfInertia>,
+    lengths: Vec<[usize; 2]>,
+}
+
 fn of_parameters(
     dependences: &[Dependence<'_>],
     n: usize,
     places: &[SectionPlace],
-) -> PyResult<(Vec<Force>, Vec<OfInertia>)> {
-    let mut sections = Vec::new();
+) -> PyResult<OfParameters> {
+    let (mut sections, mut lengths) = (Vec::new(), Vec::new());
     let mut forces = Vec::with_capacity(dependences.len());
     for (parameter, dependence) in dependences.iter().enumerate() {
         forces.push(match dependence {
             Dependence::Models(terms) => Force::Models(of_models(terms, n)?),
             Dependence::Input((leg, input)) => Force::Input(*leg, *input),
+            Dependence::Length(segment) => {
+                lengths.push([parameter, *segment]);
+                Force::Models(Vec::new())
+            }
             Dependence::Material((first, stiffness, damping)) => {
                 of_material(*first, [stiffness, damping], n)?
             }
@@ -213,7 +236,7 @@ fn of_parameters(
             }
         });
     }
-    Ok((forces, sections))
+    Ok(OfParameters { forces, sections, lengths })
 }
 
 fn of_material(first: usize, [stiffness, damping]: [&Bound<'_, PyAny>; 2], n: usize) -> PyResult<Force> {
@@ -261,6 +284,12 @@ pub(crate) fn has_separate_sections(model: &Bound<'_, PyModel>) -> bool {
     !model.get().native().section_places().is_empty()
 }
 
+/// Whether nothing depends on lengths of segments but the rods that they are parts of.
+#[pyfunction]
+pub(crate) fn has_free_lengths(model: &Bound<'_, PyModel>) -> bool {
+    model.get().native().free_lengths() > 0
+}
+
 /// Whether some forces may act in a part of all states only.
 #[pyfunction]
 pub(crate) fn has_one_sided_forces(model: &Bound<'_, PyModel>) -> bool {
@@ -282,7 +311,7 @@ fn of_models(terms: &Terms, n: usize) -> PyResult<Vec<(Box<dyn Native>, f64)>> {
 fn compute(
     model: &mut dyn Native,
     course: &Course<'_>,
-    (forces, mut sections): (Vec<Force>, Sections),
+    (forces, mut together): (Vec<Force>, Together),
     [dq0, dv0]: [&Matrix; 2],
     weights: Option<[&[f64]; 2]>,
     monitor: &mut dyn FnMut() -> Result<(), Interrupted>,
@@ -304,7 +333,7 @@ fn compute(
     let mut parameters = sensitivity::Parameters { dq0, dv0, of: &mut of };
     match weights {
         Some(weights) => {
-            sensitivity::adjoint(model, course, weights, &mut parameters, &mut sections, monitor)
+            sensitivity::adjoint(model, course, weights, &mut parameters, &mut together, monitor)
                 .map(|gradient| vec![gradient])
         }
         None => sensitivity::forward(model, course, &mut parameters, monitor).map(Vec::from),

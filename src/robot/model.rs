@@ -685,6 +685,12 @@ impl RobotModel {
 }
 
 impl RobotModel {
+    /// Whether the inertia of sections acts on nothing but the forces along their rods.
+    fn has_separate_sections(&self) -> bool {
+        let Robot { base_motion, fluid, contacts, .. } = &*self.robot;
+        base_motion.is_none() && fluid.is_none() && contacts.is_empty() && self.coordinates.are_own()
+    }
+
     /// Which tendons that do not stretch are slack.
     fn slack(&self) -> Vec<bool> {
         on_sweeps!(&self.sweeps, sweeps => sweeps.slack().to_vec())
@@ -787,12 +793,30 @@ impl Model for RobotModel {
     }
 
     fn section_places(&self) -> Vec<SectionPlace> {
-        let Robot { base_motion, fluid, contacts, .. } = &*self.robot;
-        let is_separate = base_motion.is_none() && fluid.is_none() && contacts.is_empty();
-        if !is_separate || !self.coordinates.are_own() {
+        if !self.has_separate_sections() {
             return Vec::new();
         }
         on_sweeps!(&self.sweeps, sweeps => sweeps.section_places())
+    }
+
+    fn free_lengths(&self) -> usize {
+        if self.has_separate_sections() && self.robot.has_all_at_tips() {
+            on_sweeps!(&self.sweeps, sweeps => sweeps.free_lengths())
+        } else {
+            0
+        }
+    }
+
+    fn add_power_by_length(
+        &mut self,
+        q: &[f64],
+        qd: &[f64],
+        qdd: &[f64],
+        rates: &[f64],
+        by_length: &mut [f64],
+    ) {
+        let sweeps = &mut self.sweeps;
+        on_sweeps!(sweeps, sweeps => sweeps.add_power_by_length([q, qd, qdd], rates, by_length));
     }
 
     fn add_power_by_inertia(

@@ -9,11 +9,12 @@ use super::effect::all as effects;
 use super::effect::contact::told::{self, Touching};
 use super::effect::contact::{find, passing};
 use super::effect::support::Held;
+use super::kernel::by_length::ByLength;
 use super::kernel::kinematics::Pose;
 use super::kernel::momentum::Momentum;
 use super::kernel::{
-    acceleration, by_inertia, elasticity, energy, inputs, inverse_dynamics, kinematics, lines, loops,
-    momentum, section, tangent, time,
+    acceleration, by_inertia, by_length, elasticity, energy, inputs, inverse_dynamics, kinematics, lines,
+    loops, momentum, section, tangent, time,
 };
 use super::plan::Plan;
 use super::plan::contact::Side;
@@ -287,6 +288,20 @@ impl<G: Turning> Sweeps<G> {
         let motion = by_inertia::Motion::of(&self.work);
         self.update_velocities(state[0], rates);
         motion.add(&self.plan, &self.work, by_inertia);
+    }
+
+    /// How many segments have lengths that nothing but their rods depends on.
+    pub(crate) fn free_lengths(&self) -> usize {
+        by_length::segments(&self.plan)
+    }
+
+    /// Adds the derivatives of the power in a virtual motion with respect to the lengths of segments. Allocates.
+    pub(crate) fn add_power_by_length(&mut self, state: [&[f64]; 3], rates: &[f64], by_length: &mut [f64]) {
+        let mut tau = vec![0.0; self.plan.n];
+        self.inverse_dynamics(state, &mut tau);
+        let Self { plan, work, .. } = self;
+        let [q, ..] = state;
+        plan.instructions.run::<G::Pack, _>(ByLength { plan, work, q, rates, tau: &tau, by_length });
     }
 
     /// Takes these for what closed loops answer.

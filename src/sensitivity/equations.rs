@@ -1,6 +1,6 @@
 //! The equations of a run at one state, linearised: how they change with coordinates, velocities and parameters.
 
-use super::{Failure, Leg, Parameter, Sections};
+use super::{Failure, Leg, Parameter, Together};
 use crate::linalg::{Matrix, dot};
 use crate::model::{ForwardScratch, Model};
 
@@ -135,14 +135,14 @@ impl<'a, M: Model + ?Sized> Equations<'a, M> {
         Ok(())
     }
 
-    /// Adds `lambda . dr/dp` to the gradient with respect to all parameters, and what sections need to know.
+    /// Adds `lambda . dr/dp` to the gradient with respect to all parameters, and what parameters ask for together.
     pub(super) fn gather<F: Model + ?Sized>(
         &mut self,
         at: &Linearised,
         lambda: &[f64],
         parameters: &mut [Parameter<F>],
         gradient: &mut [f64],
-        sections: &mut Sections,
+        together: &mut Together,
     ) -> Result<(), Failure> {
         self.differentiate_inputs(at, parameters);
         let state = [&at.q[..], &at.v, &at.a];
@@ -155,9 +155,13 @@ impl<'a, M: Model + ?Sized> Equations<'a, M> {
                 Parameter::Input { .. } | Parameter::Start => 0.0,
             };
         }
-        if let Some(by_inertia) = sections.wanted() {
+        let [q, v, a] = state;
+        if let Some(by_length) = together.lengths.wanted() {
             self.model.set_time(at.t)?;
-            let [q, v, a] = state;
+            self.model.add_power_by_length(q, v, a, lambda, by_length);
+        }
+        if let Some(by_inertia) = together.sections.wanted() {
+            self.model.set_time(at.t)?;
             self.model.add_power_by_inertia(q, v, a, lambda, by_inertia);
         }
         Ok(())

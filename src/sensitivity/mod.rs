@@ -37,6 +37,7 @@
 
 mod equations;
 mod force;
+mod lengths;
 mod newmark;
 mod radau;
 mod sections;
@@ -49,6 +50,7 @@ use crate::model::Model;
 use crate::newmark::Scheme;
 
 pub use self::force::ForceDerivative;
+pub use self::lengths::Lengths;
 pub use self::sections::{OfInertia, Sections};
 
 /// Asked after every step whether to go on.
@@ -162,6 +164,15 @@ impl<M: ?Sized> Parameters<'_, M> {
     }
 }
 
+/// Parameters whose derivatives are added up over the run for all of them together.
+#[derive(Clone, Debug)]
+pub struct Together {
+    /// Those that the inertia of sections depends on.
+    pub sections: Sections,
+    /// Lengths of segments.
+    pub lengths: Lengths,
+}
+
 /// Derivatives of coordinates and of velocities, states one after the other, each n x p by rows.
 struct Kept([Vec<f64>; 2]);
 
@@ -233,7 +244,7 @@ pub fn forward<M: Model + ?Sized, F: Model + ?Sized>(
 }
 
 /// The gradient of a number with respect to all parameters: `weights` are its derivatives with respect to coordinates and
-/// velocities of all states, each m x n. What the inertia of `sections` does is added to that.
+/// velocities of all states, each m x n. What parameters do `together` is added to that.
 ///
 /// `monitor` is asked after every step whether to go on.
 pub fn adjoint<M: Model + ?Sized, F: Model + ?Sized>(
@@ -241,7 +252,7 @@ pub fn adjoint<M: Model + ?Sized, F: Model + ?Sized>(
     course: &Course<'_>,
     weights: [&[f64]; 2],
     parameters: &mut Parameters<'_, F>,
-    sections: &mut Sections,
+    together: &mut Together,
     monitor: &mut dyn FnMut() -> Result<(), Interrupted>,
 ) -> Result<Vec<f64>, Failure> {
     if let Some(step) = course.turned(model) {
@@ -249,10 +260,11 @@ pub fn adjoint<M: Model + ?Sized, F: Model + ?Sized>(
     }
     let mut gradient = match course.rule {
         Rule::Newmark(scheme) => {
-            newmark::adjoint(model, (course, scheme), weights, parameters, sections, monitor)
+            newmark::adjoint(model, (course, scheme), weights, parameters, together, monitor)
         }
-        Rule::Radau => radau::adjoint(model, course, weights, parameters, sections, monitor),
+        Rule::Radau => radau::adjoint(model, course, weights, parameters, together, monitor),
     }?;
-    sections.add_to(&mut gradient);
+    together.sections.add_to(&mut gradient);
+    together.lengths.add_to(&mut gradient);
     Ok(gradient)
 }

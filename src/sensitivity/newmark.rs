@@ -1,7 +1,7 @@
 //! Derivatives of runs of the Newmark family.
 
 use super::equations::{Equations, Linearised};
-use super::{Course, Failure, Kept, Monitor, Parameters, Sections};
+use super::{Course, Failure, Kept, Monitor, Parameters, Together};
 use crate::linalg::{Lu, Matrix, Singular};
 use crate::model::Model;
 use crate::newmark::Scheme;
@@ -76,10 +76,10 @@ impl<'a, M: Model + ?Sized> System<'a, M> {
         lambda: &mut [f64],
         parameters: &mut Parameters<'_, F>,
         [gradient, on_q, on_v]: [&mut [f64]; 3],
-        sections: &mut Sections,
+        together: &mut Together,
     ) -> Result<(), Failure> {
         self.lu.solve(lambda);
-        self.equations.gather(&self.at, lambda, parameters.of, gradient, sections)?;
+        self.equations.gather(&self.at, lambda, parameters.of, gradient, together)?;
         self.at.add_transposed(lambda, [on_q, on_v]);
         Ok(())
     }
@@ -142,7 +142,7 @@ pub(super) fn adjoint<M: Model + ?Sized, F: Model + ?Sized>(
     (course, scheme): (&Course<'_>, Scheme),
     weights: [&[f64]; 2],
     parameters: &mut Parameters<'_, F>,
-    sections: &mut Sections,
+    together: &mut Together,
     monitor: &mut Monitor<'_>,
 ) -> Result<Vec<f64>, Failure> {
     let n = model.n();
@@ -164,7 +164,7 @@ pub(super) fn adjoint<M: Model + ?Sized, F: Model + ?Sized>(
                 lambda[i] = -(on_a[i] + on_s[i]);
                 on_a[i] = -on_s[i];
             }
-            system.back(&mut lambda, parameters, [&mut gradient, &mut on_q, &mut on_v], sections)?;
+            system.back(&mut lambda, parameters, [&mut gradient, &mut on_q, &mut on_v], together)?;
             if leg > 0 {
                 system.equations.hold(leg - 1, parameters.of);
             }
@@ -177,7 +177,7 @@ pub(super) fn adjoint<M: Model + ?Sized, F: Model + ?Sized>(
             for i in 0..n {
                 lambda[i] = -(on_a[i] + of_a[0] * on_q[i] + of_a[1] * on_v[i] + carried.gain * on_s[i]);
             }
-            system.back(&mut lambda, parameters, [&mut gradient, &mut on_q, &mut on_v], sections)?;
+            system.back(&mut lambda, parameters, [&mut gradient, &mut on_q, &mut on_v], together)?;
             for i in 0..n {
                 let (q, v, s) = (on_q[i], on_v[i], on_s[i]);
                 let of =

@@ -8,7 +8,7 @@
 //! ```
 
 use super::equations::{Equations, Linearised};
-use super::{Course, Failure, Kept, Monitor, Parameters, Sections};
+use super::{Course, Failure, Kept, Monitor, Parameters, Together};
 use crate::linalg::{Lu, Matrix, Singular, norm_inf};
 use crate::model::Model;
 use crate::ode::radau_iia::{A, A_SQUARED, C, STAGES};
@@ -171,7 +171,7 @@ pub(super) fn adjoint<M: Model + ?Sized, F: Model + ?Sized>(
     course: &Course<'_>,
     weights: [&[f64]; 2],
     parameters: &mut Parameters<'_, F>,
-    sections: &mut Sections,
+    together: &mut Together,
     monitor: &mut Monitor<'_>,
 ) -> Result<Vec<f64>, Failure> {
     let n = model.n();
@@ -207,7 +207,7 @@ pub(super) fn adjoint<M: Model + ?Sized, F: Model + ?Sized>(
             on_v[i] += h * on_q[i];
         }
         for (i, (at, lambda)) in stages.at.iter().zip(lambda.chunks_exact(n.max(1))).enumerate() {
-            stages.equations.gather(at, lambda, parameters.of, &mut gradient, sections)?;
+            stages.equations.gather(at, lambda, parameters.of, &mut gradient, together)?;
             from_q.fill(0.0);
             from_v.fill(0.0);
             at.add_transposed(lambda, [&mut from_q, &mut from_v]);

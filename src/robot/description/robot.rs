@@ -3,14 +3,14 @@
 use super::driven::{Driven, check_mimics};
 use super::link::Link;
 use super::rod::Rod;
-use crate::actuator::Actuator;
+use crate::actuator::{Actuator, Along, Drive};
 use crate::body::Body;
 use crate::contact::Contact;
 use crate::error::{Checker, InvalidInput, Number};
 use crate::joint::Joint;
 use crate::load::{Extent, Load};
 use crate::loops::Loop;
-use crate::rod::{Section, Segment};
+use crate::rod::{Profile, Section, Segment};
 use crate::signal::Signal;
 use crate::support::Support;
 use crate::world::{BaseMotion, Fluid};
@@ -98,6 +98,31 @@ impl Robot {
             }
         };
         self.links.iter().enumerate().filter_map(of_link).collect()
+    }
+
+    /// Whether all that rods carry stands at their tips, and what acts along them does so alike all along: then the length of a
+    /// segment changes nothing but how its own rod stretches out.
+    pub(crate) fn has_all_at_tips(&self) -> bool {
+        let acts_alike = |actuator: &Actuator| {
+            let is_alike = match actuator {
+                Actuator::Motor(_) | Actuator::Chamber(_) => true,
+                Actuator::Tendon(tendon) => {
+                    matches!(tendon.drive, Drive::Tension(_)) && tendon.friction == 0.0
+                }
+                Actuator::ActiveStrain(_) => false,
+            };
+            let is_whole = |along: &&Along| {
+                along.along == [0.0, self.links[along.link].length()]
+                    && along.offset.iter().all(Profile::is_constant)
+            };
+            is_alike && actuator.vias().is_empty() && actuator.along().iter().all(is_whole)
+        };
+        self.links.iter().all(|link| link.at.is_none())
+            && self.bodies.iter().all(|body| body.at.is_none())
+            && self.loads.iter().all(|load| load.extent == Extent::Tip)
+            && self.supports.is_empty()
+            && self.loops.is_empty()
+            && self.actuators.iter().all(acts_alike)
     }
 
     /// All segments, link by link.

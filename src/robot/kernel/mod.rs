@@ -2,6 +2,7 @@
 
 pub(crate) mod acceleration;
 pub(crate) mod by_inertia;
+pub(crate) mod by_length;
 pub(crate) mod elasticity;
 pub(crate) mod energy;
 pub(crate) mod hinge;

@@ -30,6 +30,7 @@ mod responses;
 mod row;
 mod scope;
 
+pub(super) use self::points::gyroscopes;
 use self::scope::Scope;
 use super::{elasticity, lines, loops, tree};
 use crate::lie::{Scalar, Sweep};

@@ -163,7 +163,7 @@ pub(crate) fn add_carried<G: Turning>(
 
 /// Gyroscopes of what is at a point: of the bodies, and of wrenches that keep their direction.
 #[inline(always)]
-fn gyroscopes<G: Turning>(
+pub(crate) fn gyroscopes<G: Turning>(
     plan: &Plan<G>,
     work: &Workspace<G>,
     p: usize,

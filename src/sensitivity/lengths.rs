@@ -1,0 +1,33 @@
+//! The gradient of a number with respect to lengths of segments.
+
+/// Parameters that are lengths of segments: one pass over the run serves all of them.
+#[derive(Clone, Debug)]
+pub struct Lengths {
+    /// Numbers of parameters and of segments.
+    of: Vec<[usize; 2]>,
+    by_length: Vec<f64>,
+}
+
+impl Lengths {
+    /// Of these parameters with their segments, for a model with so many [free lengths](crate::model::Model::free_lengths).
+    ///
+    /// # Panics
+    /// If the length of a segment is not free.
+    pub fn new(of: Vec<[usize; 2]>, free: usize) -> Self {
+        assert!(of.iter().all(|&[_, segment]| segment < free), "{free} lengths are free");
+        let wanted = if of.is_empty() { 0 } else { free };
+        Self { of, by_length: vec![0.0; wanted] }
+    }
+
+    /// Where the derivatives of the power are added up, if a parameter asks for them.
+    pub(super) fn wanted(&mut self) -> Option<&mut [f64]> {
+        if self.of.is_empty() { None } else { Some(&mut self.by_length) }
+    }
+
+    /// Adds what has been summed up to the derivatives with respect to the parameters.
+    pub(super) fn add_to(&self, gradient: &mut [f64]) {
+        for &[parameter, segment] in &self.of {
+            gradient[parameter] += self.by_length[segment];
+        }
+    }
+}
