@@ -146,6 +146,30 @@ def test_six_wires_hold_a_plate(method):
         np.testing.assert_allclose(held[:3], -tips[i, 15:18], rtol=0, atol=5e-7)
 
 
+def test_six_wires_move_a_plate_alike_by_radau_and_in_many_runs():
+    """30 constraints on 36 coordinates, from a shape that does not fit: fixed steps converge to Radau IIA."""
+    robot = six_wires({"torsion": 1, "bend_y": 2, "bend_z": 2})
+    given = {"t_end": 0.02, "q0": bent_like_an_s(robot)}
+
+    def place(**options):
+        run = lissom.simulate(robot, **given, **options)
+        assert run.success, run.message
+        return robot.pose(run.q[-1], link="plate")[:3, 3]
+
+    exact = place(method="radau", rtol=1e-6)
+    np.testing.assert_allclose(place(method="radau", rtol=1e-5), exact, rtol=0, atol=1e-8)
+    errors = [np.abs(place(method="generalised_alpha", dt=dt) - exact).max() for dt in (2e-4, 5e-5)]
+    assert errors[0] < 5e-5
+    assert errors[1] < 1e-6
+    fixed = {"method": "generalised_alpha", "dt": 2e-4}
+    alone = lissom.simulate(robot, **given, **fixed)
+    starts = np.stack([given["q0"], 0.99 * given["q0"]])
+    for workers in (1, 2):
+        many = lissom.simulate_many(robot, 0.02, q0=starts, workers=workers, **fixed)
+        assert list(many.status) == ["finished"] * 2
+        np.testing.assert_array_equal(many.q[0], alone.q)
+
+
 #: An arch from a wire of a metre between clamps that are nearer to each other.
 STIFFNESS, SPAN = YOUNG * SECOND, 0.95
 

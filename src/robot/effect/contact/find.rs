@@ -108,8 +108,11 @@ fn look<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, state: &mut ContactStat
             away = away.max(way.dot(way));
             thickest = thickest.max(sample.radius);
         }
-        let between = LONGER * fastest.sqrt() * curve.length * piece.gauss.largest_gap();
-        *bound = (centre, away.sqrt() + between + thickest);
+        let longest = if piece.is_extensible { LONGER * fastest.sqrt() } else { 1.0 } * curve.length;
+        let around_samples = (centre, away.sqrt() + longest * piece.gauss.largest_gap() + thickest);
+        // A curve is as far from both of its ends together as it is long at most.
+        let around_ends = ((own[0][0] + own[last][0]) * 0.5, 0.5 * longest + thickest);
+        *bound = if around_ends.1 < around_samples.1 { around_ends } else { around_samples };
     }
     for (ball, centre) in plan.contacts.balls.iter().zip(&mut state.centres) {
         let Some(fixture) = ball.on else {
