@@ -7,7 +7,7 @@ use super::description::Robot;
 use super::effect::actuation;
 use super::effect::all as effects;
 use super::effect::contact::told::{self, Touching};
-use super::effect::contact::{find, passing};
+use super::effect::contact::{self, find, passing};
 use super::effect::support::Held;
 use super::kernel::by_length::ByLength;
 use super::kernel::kinematics::Pose;
@@ -17,7 +17,6 @@ use super::kernel::{
     loops, momentum, section, tangent, time,
 };
 use super::plan::Plan;
-use super::plan::contact::Side;
 use super::plan::point::Place;
 use super::state::Workspace;
 use super::state::tangent::{Tangent, TangentWorkspace};
@@ -495,6 +494,14 @@ impl<G: Turning> Sweeps<G> {
         if !effects::dissipates(&self.plan) {
             return power;
         }
+        if !self.plan.contacts.pairs.is_empty() {
+            // Mostly nothing is near: then the shape is enough.
+            self.update_kinematics(q);
+            find::see_near(&self.plan, &mut self.work);
+            if !effects::may_dissipate(&self.plan, &self.work) {
+                return power;
+            }
+        }
         self.update_velocities(q, qd);
         power + effects::dissipated_power(&self.plan, &self.work)
     }
@@ -561,8 +568,7 @@ impl<G: Turning> Sweeps<G> {
 
     /// Whether surfaces are so near each other there that they may touch in the next one; balls always are.
     pub(crate) fn may_touch(&self) -> bool {
-        let has_balls = || self.plan.contacts.pairs.iter().any(|pair| matches!(pair.sides[0], Side::Ball(_)));
-        self.work.contact.is_near.contains(&true) || has_balls()
+        contact::may_touch(&self.plan, &self.work)
     }
 
     /// Takes down where surfaces are in a shape: [`Self::have_passed`] goes on from there.

@@ -2,6 +2,7 @@
 
 python benches/python/speed/contact.py                 # one rod
 python benches/python/speed/contact.py --pile 5 10 50  # rods dropped into a box
+python benches/python/speed/contact.py --itself        # a rod of 64 segments that may touch itself
 """
 
 from __future__ import annotations
@@ -83,6 +84,33 @@ def one_rod(dt: float = 1e-4, steps: int = 400) -> None:
         print(f"| {name} | {touches} | {each:.1f} | {relative:.2f} | {counts[0]:.2f} | {counts[1]:.2f} |")
 
 
+def itself(dt: float = 1e-3, steps: int = 100, rounds: int = 15) -> None:
+    """What the search for self-contact costs in a step of a chain, where nothing touches."""
+    segment = lissom.Segment(
+        1 / 64, 0.005, 1e6, 4e5, 1100, modes={"bend_y": 1, "bend_z": 1}, retardation_time=0.01
+    )
+    segments = [segment] * 64
+    # A chain is solved as one; contact, as a cable, may couple all of its coordinates. The cable is slack.
+    cable = lissom.Tendon("cable", [lissom.Along(offset=(0, 0.003))], length=1.5, stiffness=10.0)
+    rods = {
+        "none": lissom.Rod(segments),
+        "a slack cable": lissom.Rod(segments, actuators=[cable]),
+        "the rod with itself": lissom.Rod(segments, contacts=[lissom.Contact("rod", "rod")]),
+    }
+    times: dict[str, list[float]] = {name: [] for name in rods}
+    for _ in range(rounds):
+        for name, rod in rods.items():
+            before = time.perf_counter()
+            run = lissom.simulate(rod, dt * steps, dt=dt, method="generalised_alpha")
+            times[name].append(time.perf_counter() - before)
+            assert run.success, run.message
+    print("| what may act | step, µs | relative to a slack cable |")
+    print("|---|---|---|")
+    for name, taken in times.items():
+        relative = median(a / b for a, b in zip(taken, times["a slack cable"], strict=True))
+        print(f"| {name} | {1e6 * median(taken) / steps:.0f} | {relative:.2f} |")
+
+
 def pile(number: int, friction: float = 0.3) -> lissom.Robot:
     """Rods over a box, in layers of five that lie across each other; every pair can touch."""
     segment = lissom.Segment(
@@ -148,12 +176,15 @@ def main() -> None:
     parser.add_argument(
         "--pile", type=int, nargs="+", metavar="RODS", help="drop that many rods into a box instead"
     )
+    parser.add_argument("--itself", action="store_true", help="move a rod of 64 segments instead")
     parser.add_argument("--dt", type=float, default=1e-3, help="steps of the pile, seconds")
     parser.add_argument("--time", type=float, default=0.3, help="how long the rods fall, seconds")
     arguments = parser.parse_args()
     print(machine.description(), end="\n\n")
     if arguments.pile:
         piles(arguments.pile, arguments.dt, arguments.time)
+    elif arguments.itself:
+        itself()
     else:
         one_rod()
 

@@ -210,6 +210,7 @@ fn add_rod<G: Turning>(contacts: &mut Contacts<G>, plan: &Plan<G>, link: usize) 
             is_round,
             whole,
             samples,
+            largest_gap: piece.length * piece.gauss.largest_gap(),
             first_sample,
             expansion,
             first_coefficient,

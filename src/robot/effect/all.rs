@@ -227,6 +227,11 @@ pub(crate) fn dissipates<G: Turning>(plan: &Plan<G>) -> bool {
     any_effect!(Kind => <Kind as Effect<G>>::dissipates(plan))
 }
 
+/// [`Effect::may_dissipate`].
+pub(crate) fn may_dissipate<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -> bool {
+    any_effect!(Kind => <Kind as Effect<G>>::may_dissipate(plan, work))
+}
+
 /// [`Effect::drives`].
 pub(crate) fn drives<G: Turning>(plan: &Plan<G>) -> bool {
     any_effect!(Kind => <Kind as Effect<G>>::drives(plan))

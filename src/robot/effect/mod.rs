@@ -138,6 +138,10 @@ pub(crate) trait Effect<G: Turning> {
     fn dissipates(plan: &Plan<G>) -> bool {
         false
     }
+    /// The same of the shape that was looked at last.
+    fn may_dissipate(plan: &Plan<G>, work: &Workspace<G>) -> bool {
+        Self::dissipates(plan)
+    }
     fn drives(plan: &Plan<G>) -> bool {
         false
     }

@@ -66,6 +66,8 @@ pub(crate) struct Curve<P> {
     pub(crate) is_round: bool,
     /// Places where it is looked at first: its ends and nodes.
     pub(crate) samples: Vec<Sample>,
+    /// The longest way between neighbouring ones, at zero strain.
+    pub(crate) largest_gap: f64,
     /// The first of them among those of all curves.
     pub(crate) first_sample: usize,
     /// Chebyshev coefficients of what has these values at the nodes: the weights of each, polynomial by polynomial.

@@ -37,6 +37,15 @@ pub(crate) fn see<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>) {
     work.contact = state;
 }
 
+/// The same, and which curves may touch anything there.
+pub(crate) fn see_near<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>) {
+    let mut state = std::mem::take(&mut work.contact);
+    look(plan, work, &mut state);
+    find_near(plan, work, &mut state);
+    mark_near(plan, work, &mut state);
+    work.contact = state;
+}
+
 struct Find<'a, G: Turning> {
     plan: &'a Plan<G>,
     work: &'a Workspace<G>,
@@ -108,10 +117,10 @@ fn look<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, state: &mut ContactStat
             away = away.max(way.dot(way));
             thickest = thickest.max(sample.radius);
         }
-        let longest = if piece.is_extensible { LONGER * fastest.sqrt() } else { 1.0 } * curve.length;
-        let around_samples = (centre, away.sqrt() + longest * piece.gauss.largest_gap() + thickest);
+        let stretched = if piece.is_extensible { LONGER * fastest.sqrt() } else { 1.0 };
+        let around_samples = (centre, away.sqrt() + stretched * curve.largest_gap + thickest);
         // A curve is as far from both of its ends together as it is long at most.
-        let around_ends = ((own[0][0] + own[last][0]) * 0.5, 0.5 * longest + thickest);
+        let around_ends = ((own[0][0] + own[last][0]) * 0.5, 0.5 * stretched * curve.length + thickest);
         *bound = if around_ends.1 < around_samples.1 { around_ends } else { around_samples };
     }
     for (ball, centre) in plan.contacts.balls.iter().zip(&mut state.centres) {

@@ -18,6 +18,7 @@ use crate::linalg::Matrix;
 use crate::model::Energy;
 use crate::robot::algebra::tie::Motion;
 use crate::robot::plan::Plan;
+use crate::robot::plan::contact::Side;
 use crate::robot::plan::piece::PiecePlan;
 use crate::robot::state::Workspace;
 use crate::robot::state::contact::{ContactTangent, Standing, Touch};
@@ -113,6 +114,10 @@ impl<G: Turning> Effect<G> for Touching {
         plan.contacts.pairs.iter().any(|pair| pair.law.dissipation > 0.0 || pair.law.friction != [0.0; 3])
     }
 
+    fn may_dissipate(plan: &Plan<G>, work: &Workspace<G>) -> bool {
+        <Self as Effect<G>>::dissipates(plan) && may_touch(plan, work)
+    }
+
     fn add_energy(_: &Plan<G>, work: &Workspace<G>, energy: &mut Energy) {
         let touches = work.contact.touches.iter();
         energy.elastic += touches.map(|touch| touch.meeting.energy(&touch.pressing)).sum::<f64>();
@@ -121,6 +126,12 @@ impl<G: Turning> Effect<G> for Touching {
     fn dissipated_power(_: &Plan<G>, work: &Workspace<G>) -> f64 {
         work.contact.touches.iter().map(|touch| touch.pressing.dissipated_power()).sum()
     }
+}
+
+/// Whether surfaces may touch in the shape that was looked at last; balls always may.
+pub(crate) fn may_touch<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -> bool {
+    let has_balls = || plan.contacts.pairs.iter().any(|pair| matches!(pair.sides[0], Side::Ball(_)));
+    work.contact.is_near.contains(&true) || has_balls()
 }
 
 /// Adds the derivative of the forces of a touch. Cost: 12 products an entry, 6 against what is fixed in the world.
