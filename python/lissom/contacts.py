@@ -283,8 +283,7 @@ class Contact:
     ----------
     a : str, Ball, HalfSpace, Sphere, Capsule, Box, HeightField or ConvexMesh
         The moving surface: a ball, a shape with a `link`, or the name of a link for the surface of its rod.
-        The rod's sections are ellipses with its two half extents; against other rods they are circles with
-        the larger one.
+        The rod's sections are ellipses with its two half extents.
     b : str, Ball, HalfSpace, Sphere, Capsule, Box, HeightField or ConvexMesh
         The other surface, on another link or in the world. The name of the same link means self-contact of
         its rod; places closer than about three diameters along the rod are left out. If both surfaces are

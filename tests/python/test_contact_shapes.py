@@ -390,21 +390,6 @@ def test_in_a_plane_rods_are_as_thick_as_they_are_in_it():
             assert bool(robot.touches(q)) == is_touched
 
 
-def test_explain_says_that_rods_are_round_to_each_other():
-    segment = lissom.Segment(
-        0.3, section=ELLIPSE, young_modulus=1e6, poisson_ratio=0.4, density=1000, modes={"bend_y": 1}
-    )
-    links = [lissom.Link(name, joint=lissom.Free(), rod=[segment]) for name in "ab"]
-    robot = lissom.Robot(links, contacts=[lissom.Contact("a", "b"), lissom.Contact("a", lissom.HalfSpace())])
-    told = str(robot.explain()).splitlines()
-    assert [("as if sections were round" in line) for line in told if "N/m^2" in line] == [True, False]
-
-
-# Integrals over edges
-
-
-@pytest.mark.parametrize("size", [0.002, 0.01, 0.03])
-@pytest.mark.parametrize("shift", [0.0, 0.013])
 def test_forces_of_small_edges_are_integrated(size, shift):
     """A straight rod across a bar narrower than the way between its nodes, by SciPy's integral."""
     radius, overlap, k = 0.01, 0.004, 1e4

@@ -30,16 +30,25 @@ pub(crate) struct Nearest {
 }
 
 /// The nearest place of the ellipse about a centre with these semi-axes, which stand across each other.
-pub(crate) fn nearest(solid: &Placed<'_>, centre: Vector<f64>, [a, b]: [Vector<f64>; 2]) -> Nearest {
+pub(crate) fn nearest(solid: &Placed<'_>, centre: Vector<f64>, semi_axes: [Vector<f64>; 2]) -> Nearest {
+    nearest_to(|place| solid.distance(place), centre, semi_axes)
+}
+
+/// The same, by how far places are from another surface.
+pub(crate) fn nearest_to(
+    to_surface: impl Fn(Vector<f64>) -> Distance,
+    centre: Vector<f64>,
+    [a, b]: [Vector<f64>; 2],
+) -> Nearest {
     let beside = |angle: f64| {
         let (sine, cosine) = angle.sin_cos();
         [a * cosine + b * sine, b * cosine - a * sine]
     };
     // Nearest to a plane that stands across the way from the centre.
-    let normal = solid.distance(centre).normal;
+    let normal = to_surface(centre).normal;
     let mut angle = (-normal.dot(b)).atan2(-normal.dot(a));
     let [mut own, mut slope] = beside(angle);
-    let mut distance = solid.distance(centre + own);
+    let mut distance = to_surface(centre + own);
     let size = a.dot(a).max(b.dot(b)).sqrt();
     let bend = |own: Vector<f64>, slope: Vector<f64>, distance: &Distance| {
         slope.dot(distance.curvature.times(slope)) - distance.normal.dot(own)
@@ -55,7 +64,7 @@ pub(crate) fn nearest(solid: &Placed<'_>, centre: Vector<f64>, [a, b]: [Vector<f
         let mut is_nearer = false;
         for _ in 0..MOST_HALVINGS {
             let [next, next_slope] = beside(angle + step);
-            let there = solid.distance(centre + next);
+            let there = to_surface(centre + next);
             // Beside the place the values are equal to rounding, and the slope tells.
             is_nearer = there.value < distance.value
                 || (there.value <= distance.value + LEVEL * size

@@ -3,6 +3,7 @@
 pub(crate) mod convex_mesh;
 pub(crate) mod distance;
 pub(crate) mod ellipse;
+pub(crate) mod elliptic_tube;
 pub(crate) mod height_field;
 pub(crate) mod inertia;
 pub(crate) mod obstacle;

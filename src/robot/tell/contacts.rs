@@ -46,25 +46,7 @@ fn pair(robot: &Robot, contact: &Contact) -> String {
         0.0 => String::new(),
         radius => format!(", against spinning over a patch of {radius} m"),
     };
-    let is_rod = |surface: &&Surface| matches!(surface, Surface::Rod { .. });
-    let are_rods = contact.surfaces.iter().filter(is_rod).count() == 2;
-    let as_if = if are_rods && !contact.surfaces.iter().all(|surface| is_round(robot, surface)) {
-        ", as if sections were round with the larger half extent"
-    } else {
-        ""
-    };
-    format!("{between}: {stiffness:.3e} {unit}, {friction}{spinning}{as_if}")
-}
-
-/// Whether the rod of a surface has circles as sections, at its ends and in the middle of its segments.
-fn is_round(robot: &Robot, surface: &Surface) -> bool {
-    let segments = surface.link().map_or(&[][..], |link| &robot.links[link].rod[..]);
-    segments.iter().all(|segment| {
-        [0.0, 0.5, 1.0].into_iter().all(|x| {
-            let [y, z] = segment.section.half_extents(x);
-            (y - z).abs() <= 1e-12 * y.max(z)
-        })
-    })
+    format!("{between}: {stiffness:.3e} {unit}, {friction}{spinning}")
 }
 
 fn surface(robot: &Robot, surface: &Surface) -> String {

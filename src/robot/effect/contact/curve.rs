@@ -6,6 +6,7 @@
 use super::intervals::SAME_PLACE;
 use crate::lie::{Lanes, Scalar, Vector, VectorSpace};
 use crate::robot::algebra::distance;
+use crate::robot::algebra::elliptic_tube::Course;
 use crate::robot::plan::Plan;
 use crate::robot::plan::contact::Curve;
 use crate::robot::state::Workspace;
@@ -15,6 +16,9 @@ use crate::robot::turning::Turning;
 /// A curve between two samples is longer than what their slopes say by that factor at most, and bends by no more than that factor
 /// further away from its chord than a cubic, unless a rod turns by far more than a radian between them.
 pub(super) const LONGER: f64 = 1.2;
+
+/// Slopes along sections that are not round are differences over that part of the way between two samples.
+pub(super) const BESIDE: f64 = 1e-5;
 
 /// What bends a curve beside that cubic: that part of its length.
 const ROUGHNESS: f64 = 0.02;
@@ -248,6 +252,20 @@ impl Part<'_> {
         let [begin, end] = self.half_extents?;
         let axes = self.shape.axes_at(self.from + self.part * x);
         Some([0, 1].map(|i| axes[i] * (begin[i] + (end[i] - begin[i]) * x)))
+    }
+
+    /// How a tube with these sections goes on at a fraction of it.
+    pub(super) fn course(&self, x: f64) -> Course {
+        let [_, slope, bend] = self.at(x);
+        let square = slope.dot(slope).max(f64::MIN_POSITIVE);
+        // Towards the middle, so that it is within the part.
+        let next = if x < 0.5 { x + BESIDE } else { x - BESIDE };
+        let across = bend - slope * (slope.dot(bend) / square);
+        Course {
+            bend: across * square.recip(),
+            beyond: self.semi_axes(next).unwrap_or_default(),
+            step: (next - x) * square.sqrt(),
+        }
     }
 
     /// At a fraction of it, position and its first and second derivatives along that fraction.

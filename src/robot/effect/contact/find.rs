@@ -6,12 +6,13 @@
 
 use std::ops::Range;
 
-use super::curve::{self, LONGER, Part, Shape, expand, part};
+use super::curve::{self, BESIDE, LONGER, Part, Shape, expand, part};
 use super::intervals::{SAME_PLACE, changes, touched};
 use super::near;
-use crate::lie::{LANES, Lanes, Rotation, Sweep, Twist, Vector, VectorSpace};
+use crate::lie::{LANES, Lanes, Rotation, Sweep, Symmetric, Twist, Vector, VectorSpace};
 use crate::robot::algebra::distance::{self, Distance};
 use crate::robot::algebra::ellipse::{self, Nearest as Rim, Rolling};
+use crate::robot::algebra::elliptic_tube::{self, Section};
 use crate::robot::algebra::obstacle::{Placed, Pose, Solid};
 use crate::robot::algebra::touch::Meeting;
 use crate::robot::plan::Plan;
@@ -19,9 +20,6 @@ use crate::robot::plan::contact::{Ball, Curve, Fixed, NODES, Pair, Side, WEIGHTS
 use crate::robot::state::Workspace;
 use crate::robot::state::contact::{ContactState, Span, Standing, Term, Touch};
 use crate::robot::turning::Turning;
-
-/// Slopes along sections that are not round are differences over that part of the way between two samples.
-const BESIDE: f64 = 1e-5;
 
 /// Finds all touches of a state whose motion is up to date.
 pub(crate) fn find<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>) {
@@ -337,6 +335,8 @@ struct Nearest {
     centre: Option<Vector<f64>>,
     /// From its centre to its surface.
     radius: f64,
+    /// Whether it turns the normal with it, as sections do that are not round: its centre is then that of the first side.
+    is_carried: bool,
 }
 
 /// A first side that may touch: where it is, and how much of the stiffness there is.
@@ -348,6 +348,11 @@ struct First {
     rolling: Option<Rolling>,
     weight: f64,
     axis: Vector<f64>,
+}
+
+/// Of two semi-axes.
+fn smaller(semi_axes: [Vector<f64>; 2]) -> f64 {
+    semi_axes.map(|axis| axis.dot(axis)).into_iter().fold(f64::INFINITY, f64::min).sqrt()
 }
 
 impl<'a, G: Turning> Scene<'a, G> {
@@ -454,8 +459,8 @@ impl<'a, G: Turning> Scene<'a, G> {
         seen: &mut Option<(usize, Option<Nearest>)>,
         found: &mut Found<'_, G::Pack>,
     ) {
-        if let (Some(_), Other::Solid { solid, .. }) = (part.half_extents, other) {
-            self.meet_along_ellipses(p, c, part, solid, other, found);
+        if part.half_extents.is_some() {
+            self.meet_along_ellipses(p, c, part, other, found);
             return;
         }
         let widening = part.radii[1] - part.radii[0];
@@ -496,19 +501,20 @@ impl<'a, G: Turning> Scene<'a, G> {
         p: usize,
         c: usize,
         part: &Part<'_>,
-        solid: &Placed<'_>,
         other: &Other<'_>,
         found: &mut Found<'_, G::Pack>,
     ) {
         let thickest = part.radii[0].max(part.radii[1]);
         // Seen from the middle of the sections, as thick rods.
-        let [start, end] = part.ends.map(|[place, _]| solid.distance(place).value - thickest);
+        let [[start, _], [end, _]] = part.ends;
+        let [start, end] = [(0.0, start), (1.0, end)]
+            .map(|(x, place)| self.distance(other, part, x, place).value - thickest);
         if start + end >= part.reach() {
             return;
         }
         let value = |x: f64| {
             let semi = part.semi_axes(x).unwrap_or_default();
-            ellipse::nearest(solid, part.at(x)[0], semi).distance.value
+            self.rim(other, part, x, part.at(x)[0], semi).distance.value
         };
         // Sections turn along the rod: the slope is that of neighbours.
         let gap = |x: f64| {
@@ -569,21 +575,45 @@ impl<'a, G: Turning> Scene<'a, G> {
             let axis = self.axis(p, c, part, x, found);
             let known = is_whole.then(|| &self.plan.contacts.curves[c].whole[part.index][i][..]);
             let centre = self.reach((c, at), known, found, 0);
-            if let (Some(semi), Other::Solid { solid, on: on_other, centre: of_other }) =
-                (part.semi_axes(x), other)
-            {
-                let Rim { place, distance, rolling } = ellipse::nearest(solid, centre, semi);
-                let thickness = semi.map(|s| s.dot(s)).into_iter().fold(f64::INFINITY, f64::min).sqrt();
+            let arc = part.arc + part.length * x;
+            if let Some(semi) = part.semi_axes(x) {
+                let Rim { place, distance, rolling } = self.rim(other, part, x, centre, semi);
+                let Some(nearest) = self.nearest(other, place, Some(arc)) else { continue };
+                let thickness = smaller(semi);
                 let rolling = Some(rolling);
                 let first = First { on, centre: place, radius: 0.0, thickness, rolling, weight, axis };
-                let nearest = Nearest { distance, on: *on_other, centre: *of_other, radius: solid.round() };
-                self.press(p, &first, &nearest, found);
+                self.press(p, &first, &Nearest { distance, ..nearest }, found);
                 continue;
             }
-            if let Some(nearest) = self.nearest(other, centre, Some(part.arc + part.length * x)) {
+            if let Some(nearest) = self.nearest(other, centre, Some(arc)) {
                 let radius = part.radius(x);
                 let first = First { on, centre, radius, thickness: radius, rolling: None, weight, axis };
                 self.press(p, &first, &nearest, found);
+            }
+        }
+    }
+
+    /// How far the other is from a point that belongs to a place of a part; infinitely far where there is nothing but neighbours.
+    fn distance(&self, other: &Other<'_>, part: &Part<'_>, x: f64, point: Vector<f64>) -> Distance {
+        let nowhere =
+            Distance { value: f64::INFINITY, normal: Vector::zero(), curvature: Symmetric::diagonal(0.0) };
+        self.nearest(other, point, Some(part.arc + part.length * x))
+            .map_or(nowhere, |nearest| nearest.distance)
+    }
+
+    /// The place of the edge of a section of a part, with this centre and these semi-axes, that is nearest to the other.
+    fn rim(
+        &self,
+        other: &Other<'_>,
+        part: &Part<'_>,
+        x: f64,
+        centre: Vector<f64>,
+        semi: [Vector<f64>; 2],
+    ) -> Rim {
+        match other {
+            Other::Solid { solid, .. } => ellipse::nearest(solid, centre, semi),
+            Other::Rod { .. } => {
+                ellipse::nearest_to(|place| self.distance(other, part, x, place), centre, semi)
             }
         }
     }
@@ -619,7 +649,8 @@ impl<'a, G: Turning> Scene<'a, G> {
         match other {
             Other::Solid { solid, on, centre } => {
                 let distance = solid.distance(point);
-                Some(Nearest { distance, on: *on, centre: *centre, radius: solid.round() })
+                let is_carried = matches!(on, Standing::On(_)) && centre.is_none();
+                Some(Nearest { distance, on: *on, centre: *centre, radius: solid.round(), is_carried })
             }
             Other::Rod { pair, first, end, .. } => {
                 let arc = if pair.neighbourhood > 0.0 { arc } else { None };
@@ -700,9 +731,21 @@ impl<'a, G: Turning> Scene<'a, G> {
         let square = slope.dot(slope);
         let is_inside = slope.dot(way).abs() <= 1e-6 * (square * way.dot(way)).sqrt();
         let stretch = (1.0 - way.dot(bend) / square.max(f64::MIN_POSITIVE)).max(0.1);
-        let distance =
-            Distance::from_curve(way, radius, is_inside.then_some((slope * square.sqrt().recip(), stretch)));
-        Some(Nearest { distance, on, centre: None, radius })
+        let along = slope * square.max(f64::MIN_POSITIVE).sqrt().recip();
+        if let Some(semi_axes) = part.semi_axes(x) {
+            let section = Section { centre: position, along, semi_axes };
+            let course = is_inside.then(|| part.course(x));
+            let distance = elliptic_tube::distance(point, &section, course.as_ref());
+            return Some(Nearest {
+                distance,
+                on,
+                centre: None,
+                radius: smaller(semi_axes),
+                is_carried: true,
+            });
+        }
+        let distance = Distance::from_curve(way, radius, is_inside.then_some((along, stretch)));
+        Some(Nearest { distance, on, centre: None, radius, is_carried: false })
     }
 
     /// A place of a curve, in space and the frame of the plan; tells how the nodes reach it, which may be known, in the memory
@@ -775,9 +818,12 @@ impl<'a, G: Turning> Scene<'a, G> {
             return;
         }
         let sides = [on, nearest.on];
-        let is_carried = matches!(nearest.on, Standing::On(_)) && nearest.centre.is_none();
+        let is_carried = nearest.is_carried;
         let of_other = match (nearest.on, nearest.centre) {
-            (Standing::Along { curve, x }, _) => self.reach((curve, x), None, found, 1),
+            (Standing::Along { curve, x }, _) => {
+                let middle = self.reach((curve, x), None, found, 1);
+                if is_carried { centre } else { middle }
+            }
             (Standing::Still, _) => Vector::zero(),
             (Standing::On(_), Some(of_other)) => of_other,
             (Standing::On(_), None) => centre,
