@@ -43,3 +43,48 @@ impl Search {
         length * (self.work / (self.work + work.abs())).clamp(1.0 - LONGEST, LONGEST)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Looks for the minimum of a potential, by its derivative downhill; returns the length and how many were tried.
+    fn search(derivative: impl Fn(f64) -> f64) -> (f64, usize) {
+        let mut search = Search::new(derivative(0.0));
+        let mut length = 1.0;
+        for tried in 1..=MOST_LENGTHS {
+            let work = derivative(length);
+            if search.is_done(work) {
+                return (length, tried);
+            }
+            length = search.shorter(length, work);
+        }
+        panic!("no length is good");
+    }
+
+    #[test]
+    fn increments_that_do_not_reach_the_minimum_or_pass_it_a_little_are_whole() {
+        assert_eq!(search(|x| 1.0 - 0.3 * x), (1.0, 1));
+        assert_eq!(search(|x| 1.0 - 1.4 * x), (1.0, 1));
+    }
+
+    #[test]
+    fn friction_that_reverses_and_walls_are_found_within_a_few_lengths() {
+        // Sliding that would stop at a place is pushed back beyond it as hard as before.
+        for place in [0.9, 0.3, 0.05, 0.01] {
+            let (length, tried) = search(|x| if x < place { 1.0 } else { -9.0 });
+            assert!(length < place && tried <= 4, "{place}: {length} after {tried}");
+        }
+        // A wall a thousand times as stiff as what moves against it.
+        let wall = |x: f64| 1.0 - x - 1e3 * (x - 0.4).max(0.0);
+        let (length, tried) = search(wall);
+        assert!(wall(length) >= -BEYOND && tried <= 6, "{length} after {tried}");
+    }
+
+    #[test]
+    fn without_a_minimum_ahead_lengths_are_halved() {
+        let mut search = Search::new(-1.0);
+        assert!(!search.is_done(0.0));
+        assert_eq!([search.shorter(1.0, -2.0), search.shorter(0.5, f64::NAN)], [0.5, 0.25]);
+    }
+}
