@@ -201,6 +201,10 @@ pub trait Model: Elastic + InTime + Discretised + Tied {
     /// Lets surfaces pass through each other from now on, or no more.
     fn leave_contact(&mut self, _is_left: bool) {}
 
+    /// From now on tangents linearise friction as suits an iteration that begins anew, or that has taken this part of the last
+    /// increment; with nothing they are exact again.
+    fn follow_friction(&mut self, _length: Option<f64>) {}
+
     /// Where surfaces have gone into each other by more than a radius.
     fn sunk(&mut self, _q: &[f64]) -> Option<Flaw> {
         None

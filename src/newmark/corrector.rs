@@ -9,6 +9,7 @@ use super::contraction::{Contraction, iterations_needed, remaining_error};
 use super::jacobian::Jacobian;
 use super::linear_system::LinearSystem;
 use super::options::Options;
+use super::search::Search;
 use super::trial::Trial;
 use crate::error::Interrupted;
 use crate::second_order::{Counters, Failure, System};
@@ -247,9 +248,10 @@ impl Corrector {
             trial.set(guess);
         }
         let before = counters.njev;
-        let outcome = self.with_fresh_jacobians(system, trial, h, counters)?;
+        let outcome = self.with_fresh_jacobians(system, trial, h, counters);
+        system.follow_friction(None);
         self.was_hard = counters.njev - before > EASY;
-        Ok(outcome)
+        outcome
     }
 
     /// Newton's method with the kept Jacobian, or with one of this step where there is none or it is too slow.
@@ -371,7 +373,8 @@ impl Corrector {
     }
 
     /// Newton's method with a fresh Jacobian in every iteration, and increments that are shortened until the next one
-    /// with the same Jacobian would be smaller (restricted natural monotonicity test, Deuflhard 2011, section 3.3).
+    /// with the same Jacobian would be smaller (restricted natural monotonicity test, Deuflhard 2011, section 3.3), or, where
+    /// surfaces touch, until little of their work is left ([`Search`]).
     fn with_fresh_jacobians<S: System + ?Sized>(
         &mut self,
         system: &mut S,
@@ -381,7 +384,9 @@ impl Corrector {
     ) -> Result<Result<(), Failure>, Interrupted> {
         self.evaluate_residual(system, trial, counters)?;
         let mut leaps = MOST_LEAPS;
+        let mut length = 0.0;
         for _ in 0..MAX_FULL_ITERATIONS {
+            system.follow_friction(Some(length));
             if let Err(failure) = self.evaluate_jacobian(system, trial, h, counters)? {
                 return Ok(Err(failure));
             }
@@ -391,7 +396,11 @@ impl Corrector {
             }
             self.start.copy_from_slice(&trial.a);
             self.direction.copy_from_slice(&self.increment);
-            let mut length = 1.0;
+            // Constraints make a saddle of what has a minimum.
+            let is_minimised = system.has_contact() && system.constraints() == 0;
+            let mut search =
+                Search::new(if is_minimised { dot(&self.residual, &self.direction) } else { 0.0 });
+            length = 1.0;
             let next_size = loop {
                 for (increment, direction) in self.increment.iter_mut().zip(&self.direction) {
                     *increment = length * direction;
@@ -403,7 +412,8 @@ impl Corrector {
                 }
                 self.evaluate_residual(system, trial, counters)?;
                 let next_size = self.compute_increment();
-                if next_size <= (1.0 - 0.25 * length) * size {
+                let work = dot(&self.residual, &self.direction);
+                if next_size <= (1.0 - 0.25 * length) * size || search.is_done(work) {
                     break next_size;
                 }
                 // Two increments of Jacobians at the place are within what is tolerated, or below what can be computed.
@@ -412,7 +422,7 @@ impl Corrector {
                 {
                     return Ok(Ok(()));
                 }
-                length *= 0.5;
+                length = search.shorter(length, work);
                 if length < SHORTEST_INCREMENT {
                     if leaps == 0 || !system.has_contact() {
                         return Ok(Err(Failure::NotConverged));
@@ -585,6 +595,10 @@ impl Corrector {
             self.inverse_tolerance[i] = 1.0 / tolerance.max(SMALLEST_TOLERANCE);
         }
     }
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 /// Makes of constraints on displacements ones on accelerations: however small the step is, what is solved is of one size

@@ -30,6 +30,7 @@ mod jacobian;
 mod linear_system;
 mod options;
 mod scheme;
+mod search;
 mod solution;
 mod stepper;
 mod trial;

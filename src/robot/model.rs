@@ -1010,6 +1010,10 @@ impl Model for RobotModel {
         on_sweeps!(&mut self.sweeps, sweeps => sweeps.leave_contact(is_left));
     }
 
+    fn follow_friction(&mut self, length: Option<f64>) {
+        on_sweeps!(&mut self.sweeps, sweeps => sweeps.follow_friction(length));
+    }
+
     fn has_contact(&self) -> bool {
         !self.robot.contacts.is_empty()
     }

@@ -408,6 +408,13 @@ impl<G: Turning> Sweeps<G> {
         self.work.motion_is_known = false;
     }
 
+    /// Lets tangents follow friction.
+    pub(crate) fn follow_friction(&mut self, length: Option<f64>) {
+        let followed = &mut self.tangent.contact.followed;
+        followed.is_new |= length.is_none();
+        followed.length = length;
+    }
+
     /// Commands of actuators; NaN until a required time is set.
     pub(crate) fn commands(&self) -> &[f64] {
         &self.work.actuation.commands

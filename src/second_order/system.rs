@@ -111,6 +111,9 @@ pub trait System {
         false
     }
 
+    /// From now on tangents linearise friction as suits an iteration ([`Model::follow_friction`]).
+    fn follow_friction(&mut self, _length: Option<f64>) {}
+
     /// Whether they have set in so hard, in a step of size `h` that began with the displacements and velocities `before` and ends
     /// in a motion (displacements, velocities, accelerations), that it does not see them rise and fall.
     fn is_jolted(
@@ -214,6 +217,10 @@ impl<M: Model + ?Sized> System for FreeMotion<'_, M> {
 
     fn has_contact(&self) -> bool {
         self.0.has_contact()
+    }
+
+    fn follow_friction(&mut self, length: Option<f64>) {
+        self.0.follow_friction(length);
     }
 
     fn is_jolted(

@@ -77,8 +77,11 @@ pub(crate) struct Pressing {
     /// The rate of the distance, and the velocity at which the first surface slides over the second.
     pub(crate) rate: f64,
     pub(crate) sliding: Vector<f64>,
-    /// Friction on the first side.
+    /// Friction on the first side, and that of a unit normal force on the second.
     pub(crate) friction: Vector<f64>,
+    pub(crate) rubbing: Vector<f64>,
+    /// Where it would point at a unit of the regularised speed.
+    direction: Vector<f64>,
     /// Along the first side, in the plane of contact; the velocity along it, and the coefficient of friction at that.
     along: Vector<f64>,
     inverse_along: f64,
@@ -136,7 +139,8 @@ impl Meeting {
         }
         let [speed, of_speed, _] = of_along;
         let direction = sliding * sideways + along * ((of_speed - sideways) * speed);
-        let friction = direction * (-normal_force * inverse_speed);
+        let rubbing = direction * inverse_speed;
+        let friction = rubbing * -normal_force;
         let [mut torsion, mut spin, mut inverse_spin] = [0.0; 3];
         if patch_radius > 0.0 {
             spin = self.normal.dot(turning - other_turning);
@@ -149,6 +153,8 @@ impl Meeting {
             rate,
             sliding,
             friction,
+            rubbing,
+            direction,
             along,
             inverse_along,
             of_along,
@@ -171,6 +177,7 @@ impl Meeting {
     pub(crate) fn change(
         &self,
         pressing: &Pressing,
+        rubbing: Vector<f64>,
         [[turn, shift], [other_turn, other_shift]]: [Motion; 2],
         [[spin, velocity], [other_spin, other_velocity]]: [Motion; 2],
     ) -> [Motion; 2] {
@@ -223,15 +230,14 @@ impl Meeting {
         };
         let speed_change = along_change.dot(sliding) + along.dot(sliding_change);
         let excess = of_speed - sideways;
-        let direction = sliding * sideways + along * (excess * speed);
         let direction_change = sliding_change * sideways
             + along * (slope * speed_change * speed + excess * speed_change)
             + along_change * (excess * speed);
         let factor = normal_force * inverse_speed;
-        let factor_change = force_change * inverse_speed
-            - factor * inverse_speed * inverse_speed * sliding.dot(sliding_change);
+        let factor_change =
+            force_change - normal_force * inverse_speed * inverse_speed * sliding.dot(sliding_change);
         let change = normal * force_change + normal_change * normal_force
-            - direction * factor_change
+            - rubbing * factor_change
             - direction_change * factor;
         let force = normal * normal_force + pressing.friction;
         let moment = arm_change.cross(force) + arm.cross(change);
@@ -256,6 +262,15 @@ impl Meeting {
 }
 
 impl Pressing {
+    /// How friction of a unit normal force is to be linearised in the motion `next`, if it was linearised as `rubbing` here and
+    /// the sides have taken that part of the way to where this led.
+    pub(crate) fn turned(&self, rubbing: Vector<f64>, next: &Self, length: f64) -> Vector<f64> {
+        let inverse = self.inverse_speed;
+        let slid = next.sliding - self.sliding;
+        let answer = next.direction - self.direction - rubbing * (self.sliding.dot(slid) * inverse);
+        rubbing + (self.rubbing - rubbing) * length + answer * inverse
+    }
+
     /// By how much dissipation makes the surfaces stiffer.
     pub(crate) fn stiffening(&self) -> f64 {
         self.normal_force / self.elastic
@@ -316,7 +331,7 @@ mod tests {
             let here = meeting(centres, motions, axis, friction);
             let pressing = here.pressing();
             assert!(pressing.normal_force > 0.0 && pressing.dissipated_power() >= 0.0);
-            let change = here.change(&pressing, moved, faster);
+            let change = here.change(&pressing, pressing.rubbing, moved, faster);
             let h = 1e-6;
             let at = |h: f64| {
                 let centres = [0, 1].map(|s| centres[s] + moved[s][1] * h);
@@ -389,7 +404,7 @@ mod tests {
             let here = carried(&solid, &pose, centre, motions);
             let pressing = here.pressing();
             assert!(here.overlap > 0.0 && pressing.normal_force > 0.0, "{solid:?}");
-            let change = here.change(&pressing, moved, faster);
+            let change = here.change(&pressing, pressing.rubbing, moved, faster);
             let at = |h: f64| {
                 let [[_, shift], [turn, of_material]] = moved.map(|motion| motion.map(|v| v * h));
                 let small = Quaternion::exp(turn).rotation();

@@ -218,6 +218,31 @@ pub(crate) struct ContactTangent {
     pub(crate) faster: Vec<[[Vector<f64>; 2]; 2]>,
     /// The former, component by component: turns and shifts of the first side, then of the second.
     pub(crate) components: [Vec<f64>; 12],
+    pub(crate) followed: Followed,
+}
+
+/// Friction as the tangents of an iteration linearise it (see `effect::contact::follow`).
+#[derive(Clone, Debug)]
+pub(crate) struct Followed {
+    /// Which part of the last increment was taken; nothing where tangents are exact.
+    pub(crate) length: Option<f64>,
+    /// Whether the iteration begins.
+    pub(crate) is_new: bool,
+    /// At the touches of the tangent at hand, and of the last one of the iteration.
+    pub(crate) now: Vec<Rubbing>,
+    pub(crate) before: Vec<Rubbing>,
+}
+
+/// Friction at a touch as it is linearised.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Rubbing {
+    /// The pair, and the curve of the first side.
+    pub(crate) of: [usize; 2],
+    /// Where on that it is.
+    pub(crate) x: f64,
+    pub(crate) pressing: Pressing,
+    /// Of a unit normal force, on the second side.
+    pub(crate) linearised: Vector<f64>,
 }
 
 impl ContactTangent {
@@ -227,6 +252,12 @@ impl ContactTangent {
             moved: vec![[[Vector::zero(); 2]; 2]; n],
             faster: vec![[[Vector::zero(); 2]; 2]; n],
             components: std::array::from_fn(|_| vec![0.0; n]),
+            followed: Followed {
+                length: None,
+                is_new: true,
+                now: Vec::with_capacity(contacts.capacity),
+                before: Vec::with_capacity(contacts.capacity),
+            },
         }
     }
 }

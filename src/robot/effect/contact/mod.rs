@@ -7,6 +7,7 @@
 
 mod curve;
 pub(crate) mod find;
+mod follow;
 mod intervals;
 mod near;
 pub(crate) mod passing;
@@ -104,6 +105,7 @@ impl<G: Turning> Effect<G> for Touching {
         if weights.is_mass_only {
             return;
         }
+        follow::follow(&work.contact.touches, &mut memory.contact.followed);
         for touch in 0..work.contact.touches.len() {
             let sweep = Stiffen { plan, work, memory: &mut memory.contact, weights, matrix, touch };
             plan.instructions.run_apart::<G::Pack, _>(sweep);
@@ -171,7 +173,7 @@ impl<G: Turning> Sweep for Stiffen<'_, G> {
         let Self { plan, work, memory, weights, matrix, touch: t } = self;
         let touch = &work.contact.touches[t];
         let pair = &plan.contacts.pairs[touch.pair];
-        let ContactTangent { moved, faster, components } = memory;
+        let ContactTangent { moved, faster, components, followed } = memory;
         let reaches = || pair.reaches.iter().cloned().flatten();
         for k in reaches() {
             moved[k] = [[Vector::zero(); 2]; 2];
@@ -220,12 +222,13 @@ impl<G: Turning> Sweep for Stiffen<'_, G> {
             }
         }
         let wrenches = touch.meeting.wrenches(&touch.pressing);
+        let rubbing = followed.now[t].linearised;
         for k in reaches() {
             let displaced = moved[k].map(|motion| motion.map(|v| v * weights.q));
             let rates: [Motion; 2] = std::array::from_fn(|s| {
                 std::array::from_fn(|m| moved[k][s][m] * weights.v + faster[k][s][m] * weights.q)
             });
-            let change = touch.meeting.change(&touch.pressing, displaced, rates);
+            let change = touch.meeting.change(&touch.pressing, rubbing, displaced, rates);
             let answer = |s: usize, m: usize| -(change[s][m] + wrenches[s][m].cross(displaced[s][0]));
             let answers = [answer(0, 0), answer(0, 1), answer(1, 0), answer(1, 1)];
             let column = &mut matrix.as_mut_slice()[k * n..][..n];

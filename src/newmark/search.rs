@@ -1,0 +1,90 @@
+//! How far to go along an increment of Newton's method where surfaces touch.
+//!
+//! Pressing and rubbing surfaces, with the normal force of friction as it is, have a convex potential of the velocities (Castro,
+//! Permenter and Han 2022), whose derivative along the increment is the work of the residual. That falls from where the increment
+//! begins, through zero at the minimum. An increment is long enough when little of the work is left, or when it has grown no more
+//! than that beyond the minimum (Matthies and Strang 1979). The size of the next increment is no measure of this: it jumps as
+//! friction reverses.
+
+/// So much of the work may be left beyond the minimum (Matthies and Strang 1979, section 5).
+const BEYOND: f64 = 0.5;
+
+/// A length that is too long is shortened to that part of it at least, and at most to the rest.
+const LONGEST: f64 = 0.9;
+
+/// After so many lengths they are halved.
+const MOST_LENGTHS: usize = 12;
+
+/// A search along one increment, by the work of the residual in it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Search {
+    /// At the beginning; what is not above zero leads to no minimum.
+    work: f64,
+    lengths: usize,
+}
+
+impl Search {
+    /// Before anything is known but the work where the increment begins.
+    pub(super) fn new(work: f64) -> Self {
+        Self { work, lengths: 0 }
+    }
+
+    /// Whether a length is good at which so much of the work is left.
+    pub(super) fn is_done(&self, work: f64) -> bool {
+        self.work > 0.0 && (-BEYOND * self.work..=self.work).contains(&work)
+    }
+
+    /// The next length to be tried after one that is not good: where the work vanishes if it falls evenly.
+    pub(super) fn shorter(&mut self, length: f64, work: f64) -> f64 {
+        self.lengths += 1;
+        if self.work <= 0.0 || self.lengths > MOST_LENGTHS || !work.is_finite() {
+            return 0.5 * length;
+        }
+        length * (self.work / (self.work + work.abs())).clamp(1.0 - LONGEST, LONGEST)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Looks for the minimum of a potential, by its derivative downhill; returns the length and how many were tried.
+    fn search(derivative: impl Fn(f64) -> f64) -> (f64, usize) {
+        let mut search = Search::new(derivative(0.0));
+        let mut length = 1.0;
+        for tried in 1..=MOST_LENGTHS {
+            let work = derivative(length);
+            if search.is_done(work) {
+                return (length, tried);
+            }
+            length = search.shorter(length, work);
+        }
+        panic!("no length is good");
+    }
+
+    #[test]
+    fn increments_that_do_not_reach_the_minimum_or_pass_it_a_little_are_whole() {
+        assert_eq!(search(|x| 1.0 - 0.3 * x), (1.0, 1));
+        assert_eq!(search(|x| 1.0 - 1.4 * x), (1.0, 1));
+    }
+
+    #[test]
+    fn friction_that_reverses_and_walls_are_found_within_a_few_lengths() {
+        // Sliding that would stop at a place is pushed back beyond it as hard as before.
+        for place in [0.9, 0.3, 0.05, 0.01] {
+            let (length, tried) = search(|x| if x < place { 1.0 } else { -9.0 });
+            assert!(length < place && tried <= 4, "{place}: {length} after {tried}");
+        }
+        // A wall a thousand times as stiff as what moves against it.
+        let wall = |x: f64| 1.0 - x - 1e3 * (x - 0.4).max(0.0);
+        let (length, tried) = search(wall);
+        assert!(wall(length) >= -BEYOND && tried <= 6, "{length} after {tried}");
+    }
+
+    #[test]
+    fn without_a_minimum_ahead_lengths_are_halved() {
+        let mut search = Search::new(-1.0);
+        assert!(!search.is_done(0.0));
+        assert_eq!([search.shorter(1.0, -2.0), search.shorter(0.5, f64::NAN)], [0.5, 0.25]);
+    }
+}
