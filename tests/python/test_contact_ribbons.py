@@ -146,7 +146,7 @@ def test_a_flat_loop_touches_itself_with_its_thin_side():
         q[6], q[7] = curvature, climb
         return deepest(robot, q)
 
-    # As a spiral the ends come nearer the less it climbs; with the wide side as radius all of these would touch.
+    # As a spiral the ends come nearer the less it climbs; with the wide side as radius all would touch.
     full = 2 * np.pi / 0.4
     overlaps = [overlap(1.35 * full, climb) for climb in np.linspace(0, 12, 13)]
     assert overlaps[0] > 0.0
