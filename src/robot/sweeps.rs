@@ -544,10 +544,11 @@ impl<G: Turning> Sweeps<G> {
         !self.work.contact.touches.is_empty()
     }
 
-    /// Whether surfaces are so near each other there that they may touch in the next one; balls always are.
+    /// Whether surfaces are so near each other there that they may touch in the next one; what is rigid always is.
     pub(crate) fn may_touch(&self) -> bool {
-        let has_balls = || self.plan.contacts.pairs.iter().any(|pair| matches!(pair.sides[0], Side::Ball(_)));
-        self.work.contact.is_near.contains(&true) || has_balls()
+        let is_rigid = |side: &Side| matches!(side, Side::Ball(_) | Side::Body(_));
+        let has_rigid = || self.plan.contacts.pairs.iter().any(|pair| is_rigid(&pair.sides[0]));
+        self.work.contact.is_near.contains(&true) || has_rigid()
     }
 
     /// Takes down where surfaces are in a shape: [`Self::have_passed`] goes on from there.
