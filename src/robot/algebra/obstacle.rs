@@ -243,8 +243,19 @@ mod tests {
         }
     }
 
-    fn block() -> ConvexMesh {
-        let points: Vec<_> = (0..8)
+    #[test]
+    fn faces_go_inwards_and_flat_ones_have_no_edges() {
+        let (mesh, points) = (block(), corners());
+        assert_eq!(mesh.edges().len(), 12);
+        for (inset, corner) in mesh.inset(&points, 0.01).into_iter().zip(points) {
+            for (inset, corner) in inset.to_array().into_iter().zip(corner.to_array()) {
+                assert!((inset - (corner - 0.01 * corner.signum())).abs() < 1e-9);
+            }
+        }
+    }
+
+    fn corners() -> Vec<Vector<f64>> {
+        (0..8)
             .map(|k| {
                 Vector::new(
                     if k & 4 > 0 { 0.2 } else { -0.2 },
@@ -252,7 +263,10 @@ mod tests {
                     if k & 1 > 0 { 0.1 } else { -0.1 },
                 )
             })
-            .collect();
+            .collect()
+    }
+
+    fn block() -> ConvexMesh {
         let faces = [
             [0, 1, 3],
             [0, 3, 2],
@@ -267,7 +281,7 @@ mod tests {
             [1, 3, 7],
             [1, 7, 5],
         ];
-        ConvexMesh::new(&points, &faces, 0.05)
+        ConvexMesh::new(&corners(), &faces, 0.05)
     }
 
     proptest! {

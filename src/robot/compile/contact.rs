@@ -279,14 +279,12 @@ impl<'a> Form<'a> {
                 Self::Balls { centres: ends.to_vec(), radius: *radius, thickness: *radius }
             }
             Obstacle::Cuboid { centre, half_extents, orientation } => {
-                let thickness = half_extents.iter().copied().fold(f64::INFINITY, f64::min);
                 let corners = bodies::corners_of_box(*centre, *half_extents, *orientation);
                 let centres = corners.iter().map(|corner| corner.to_array()).collect();
-                Self::Balls { centres, radius: 0.0, thickness }
+                Self::Balls { centres, radius: 0.0, thickness: bodies::thickness(shape) }
             }
-            Obstacle::ConvexMesh { points, faces, radius } => {
-                let places: Vec<_> = points.iter().map(|&p| Vector::from(p)).collect();
-                let thickness = ConvexMesh::new(&places, faces, *radius).thickness(&places);
+            Obstacle::ConvexMesh { points, radius, .. } => {
+                let thickness = bodies::thickness(shape);
                 Self::Balls { centres: points.clone(), radius: *radius, thickness }
             }
             Obstacle::HalfSpace { .. } | Obstacle::Sphere { .. } | Obstacle::HeightField { .. } => {

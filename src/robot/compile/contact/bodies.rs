@@ -11,7 +11,7 @@ use crate::robot::algebra::obstacle::Solid;
 use crate::robot::plan::contact::{Body, Contacts, Fixed, Side};
 use crate::robot::plan::space::Space;
 
-/// Edges of boxes and sharp meshes are rounded by that part of half the thickness: overlaps are far smaller, as a rule, and the
+/// Edges of boxes and sharp meshes are rounded by that part of half the thickness of the thinner body: overlaps are far smaller, as a rule, and the
 /// support that a box has is narrower by no more.
 const ROUNDING: f64 = 0.04;
 
@@ -29,8 +29,8 @@ pub(super) fn meet<G: Space>(
     let is_field = |shape: &Obstacle| matches!(shape, Obstacle::HeightField { .. });
     let mut found = Vec::new();
     if first.has_corners() && second.has_corners() {
-        let cores = [Core::of(first), Core::of(second)];
-        let thickness = cores[0].thickness.min(cores[1].thickness);
+        let thickness = thickness(first).min(thickness(second));
+        let cores = [first, second].map(|shape| Core::of(shape, ROUNDING * thickness));
         for s in 0..2 {
             let other = 1 - s;
             let own = &cores[s];
@@ -42,8 +42,8 @@ pub(super) fn meet<G: Space>(
     }
     for (s, shape, field) in [(0, first, second), (1, second, first)] {
         if shape.has_corners() && is_field(field) {
-            let (places, radius, thickness) = places_on_ground(shape);
-            let body = add_body(contacts, &axes[s], &places, Vec::new(), radius, thickness);
+            let (places, radius) = places_on_ground(shape);
+            let body = add_body(contacts, &axes[s], &places, Vec::new(), radius, thickness(shape));
             let ground = solid(field, &axes[1 - s]);
             found.push((s == 1, [body, add_solid(contacts, &axes[1 - s], ground)]));
         }
@@ -77,34 +77,43 @@ struct Core {
     corners: Vec<Vector<f64>>,
     edges: Vec<[usize; 2]>,
     radius: f64,
-    /// From the middle of the body to its surface.
-    thickness: f64,
+}
+
+/// From the middle of a body to its surface.
+pub(super) fn thickness(shape: &Obstacle) -> f64 {
+    match shape {
+        Obstacle::Capsule { radius, .. } => *radius,
+        Obstacle::Cuboid { half_extents, .. } => half_extents.iter().copied().fold(f64::INFINITY, f64::min),
+        Obstacle::ConvexMesh { points, faces, radius } => {
+            let points: Vec<_> = points.iter().map(|&point| Vector::from(point)).collect();
+            ConvexMesh::new(&points, faces, *radius).thickness(&points)
+        }
+        _ => f64::INFINITY,
+    }
 }
 
 impl Core {
-    fn of(shape: &Obstacle) -> Self {
+    /// Of a body whose edges, if they are sharp, are rounded by a radius.
+    fn of(shape: &Obstacle, rounding: f64) -> Self {
         match shape {
             Obstacle::Capsule { ends, radius } => Self {
                 corners: ends.iter().map(|&end| Vector::from(end)).collect(),
                 edges: vec![[0, 1]],
                 radius: *radius,
-                thickness: *radius,
             },
             Obstacle::Cuboid { centre, half_extents, orientation } => {
-                let thickness = half_extents.iter().copied().fold(f64::INFINITY, f64::min);
-                let radius = ROUNDING * thickness;
-                let corners = corners_of_box(*centre, half_extents.map(|half| half - radius), *orientation);
-                Self { corners, edges: edges_of_box(), radius, thickness }
+                let half_extents = half_extents.map(|half| half - rounding);
+                let corners = corners_of_box(*centre, half_extents, *orientation);
+                Self { corners, edges: edges_of_box(), radius: rounding }
             }
             Obstacle::ConvexMesh { points, faces, radius } => {
                 let points: Vec<_> = points.iter().map(|&point| Vector::from(point)).collect();
                 let mesh = ConvexMesh::new(&points, faces, *radius);
-                let (edges, thickness) = (mesh.edges(), mesh.thickness(&points));
+                let edges = mesh.edges();
                 if *radius > 0.0 {
-                    return Self { corners: points, edges, radius: *radius, thickness };
+                    return Self { corners: points, edges, radius: *radius };
                 }
-                let radius = ROUNDING * thickness;
-                Self { corners: mesh.inset(&points, radius), edges, radius, thickness }
+                Self { corners: mesh.inset(&points, rounding), edges, radius: rounding }
             }
             _ => unreachable!("half-spaces, spheres and height fields have no corners"),
         }
@@ -148,9 +157,9 @@ fn edges_of_box() -> Vec<[usize; 2]> {
     (0..3).flat_map(along).collect()
 }
 
-/// The places of a body that touch hilly ground, their radius and the thickness of the body: corners, and the middles of edges and
+/// The places of a body that touch hilly ground, and their radius: corners, and the middles of edges and
 /// faces; of a capsule, places along it.
-fn places_on_ground(shape: &Obstacle) -> (Vec<Vector<f64>>, f64, f64) {
+fn places_on_ground(shape: &Obstacle) -> (Vec<Vector<f64>>, f64) {
     let mean = |points: &[Vector<f64>]| {
         let sum = points.iter().fold(Vector::zero(), |sum, &point| sum + point);
         sum * (points.len() as f64).recip()
@@ -159,10 +168,9 @@ fn places_on_ground(shape: &Obstacle) -> (Vec<Vector<f64>>, f64, f64) {
         Obstacle::Capsule { ends, radius } => {
             let [start, end] = ends.map(Vector::from);
             let place = |k: usize| start + (end - start) * (k as f64 / (PLACES_OF_CAPSULE - 1) as f64);
-            ((0..PLACES_OF_CAPSULE).map(place).collect(), *radius, *radius)
+            ((0..PLACES_OF_CAPSULE).map(place).collect(), *radius)
         }
         Obstacle::Cuboid { centre, half_extents, orientation } => {
-            let thickness = half_extents.iter().copied().fold(f64::INFINITY, f64::min);
             let mut places = corners_of_box(*centre, *half_extents, *orientation);
             let corners = places.clone();
             places.extend(edges_of_box().iter().map(|&[p, q]| mean(&[corners[p], corners[q]])));
@@ -172,7 +180,7 @@ fn places_on_ground(shape: &Obstacle) -> (Vec<Vector<f64>>, f64, f64) {
                     places.push(mean(&face));
                 }
             }
-            (places, 0.0, thickness)
+            (places, 0.0)
         }
         Obstacle::ConvexMesh { points, faces, radius } => {
             let mut places: Vec<_> = points.iter().map(|&point| Vector::from(point)).collect();
@@ -180,7 +188,7 @@ fn places_on_ground(shape: &Obstacle) -> (Vec<Vector<f64>>, f64, f64) {
             let mesh = ConvexMesh::new(&corners, faces, *radius);
             places.extend(mesh.edges().iter().map(|&[p, q]| mean(&[corners[p], corners[q]])));
             places.extend(faces.iter().map(|face| mean(&face.map(|p| corners[p]))));
-            (places, *radius, mesh.thickness(&corners))
+            (places, *radius)
         }
         _ => unreachable!("half-spaces, spheres and height fields have no corners"),
     }
