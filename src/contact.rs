@@ -74,16 +74,15 @@ pub enum Obstacle {
 
 impl Obstacle {
     /// Whether two shapes of which neither is a rod or a ball on a link can touch: through the centre of a sphere, or the corners
-    /// of a body beside a plane.
+    /// and edges of a body.
     fn touches(&self, other: &Self) -> bool {
-        let has_corners = |shape: &Self| {
-            matches!(shape, Self::Capsule { .. } | Self::Cuboid { .. } | Self::ConvexMesh { .. })
-        };
-        match (self, other) {
-            (Self::Sphere { .. }, _) | (_, Self::Sphere { .. }) => true,
-            (Self::HalfSpace { .. }, shape) | (shape, Self::HalfSpace { .. }) => has_corners(shape),
-            _ => false,
-        }
+        let is_ball = |shape: &Self| matches!(shape, Self::Sphere { .. });
+        [self, other].into_iter().any(|shape| is_ball(shape) || shape.has_corners())
+    }
+
+    /// Whether it is a body with corners: the ends of a capsule are such.
+    pub(crate) fn has_corners(&self) -> bool {
+        matches!(self, Self::Capsule { .. } | Self::Cuboid { .. } | Self::ConvexMesh { .. })
     }
 
     /// What it is called in messages.
@@ -256,7 +255,8 @@ impl Surface {
 /// A pair of surfaces that can touch: they press on each other where they overlap.
 ///
 /// Along a rod they press with `f = k d max(0, 1 + c d')` a metre, where they overlap by d; a ball with as much at its point
-/// (Hunt and Crossley 1975). Boxes, meshes and capsules on links press on half-spaces so with each of their corners or ends. Friction is `-mu f v / sqrt(|v|^2 + v_s^2)` with the
+/// (Hunt and Crossley 1975). Boxes, meshes and capsules press on half-spaces so with each
+/// of their corners or ends, and on each other with these and the nearest places of their edges. Friction is `-mu f v / sqrt(|v|^2 + v_s^2)` with the
 /// velocity v at which they slide.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Contact {
@@ -264,7 +264,7 @@ pub struct Contact {
     pub name: String,
     /// The first one is not an obstacle.
     pub surfaces: [Surface; 2],
-    /// k, in N/m^2 along rods, in N/m of balls and of each corner of what touches a half-space; of rods that of their material
+    /// k, in N/m^2 along rods, in N/m of balls and of each corner and edge of bodies; of rods that of their material
     /// where it is `None`.
     pub stiffness: Option<f64>,
     /// c, in s/m.
@@ -321,8 +321,7 @@ impl Contact {
                 shape.touches(other),
                 "b",
                 format_args!("{} for {}", other.name(), shape.name()),
-                "a half-space, a sphere, a rod or a ball: with other shapes let one of the two be a rod \
-                 (without modes it is stiff) or balls, such as some at the corners of a box",
+                "a body: half-spaces and height fields touch rods, balls, spheres, capsules, boxes and meshes",
             );
         }
         let is_one = a.link().is_some() && a.link() == b.link();

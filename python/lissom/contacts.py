@@ -137,6 +137,9 @@ class Capsule:
 class Box:
     """A box with sharp edges, fixed in the world or to a link.
 
+    Against boxes, meshes and capsules its edges are rounded by 0.04 of half the thickness of the thinner
+    body.
+
     Parameters
     ----------
     centre : array_like, shape (3,)
@@ -287,12 +290,12 @@ class Contact:
     b : str, Ball, HalfSpace, Sphere, Capsule, Box, HeightField or ConvexMesh
         The other surface, on another link or in the world. The name of the same link means self-contact of
         its rod; places closer than about three diameters along the rod are left out. If both surfaces are
-        shapes, one of them must be a `HalfSpace` or a `Sphere`; boxes, meshes and capsules touch half-spaces
-        with their corners or ends.
+        shapes, one of them must be a `Sphere`, `Capsule`, `Box` or `ConvexMesh`: these touch each other,
+        half-spaces and height fields, with their corners, edges or ends.
     stiffness : float, optional
         Stiffness k. With a rod in N/m^2, per metre of overlap and per metre of rod; the default follows from
         the rods' material, ``pi/4 E / (1 - nu^2)`` (Popov 2010, eq. 5.33). Without a rod in N/m, and
-        required; boxes, meshes and capsules have it at each corner or end that touches a half-space.
+        required; boxes, meshes and capsules have it at each corner, end and edge that touches.
     dissipation : float
         Dissipation c, s/m, >= 0. The rebound speed after a slow impact at the speed v is ``v (1 - 2 c v /
         3)``.

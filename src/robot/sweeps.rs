@@ -573,7 +573,7 @@ impl<G: Turning> Sweeps<G> {
         !self.work.contact.touches.is_empty()
     }
 
-    /// Whether surfaces are so near each other there that they may touch in the next one; balls always are.
+    /// Whether surfaces are so near each other there that they may touch in the next one; what is rigid always is.
     pub(crate) fn may_touch(&self) -> bool {
         contact::may_touch(&self.plan, &self.work)
     }

@@ -191,9 +191,88 @@ fn pairs_with_solids(bare: &mut RobotModel, q: &[f64]) -> Vec<(&'static str, [Su
     ]
 }
 
+/// Half the thickness of the bodies below is at least that.
+const THICKNESS: f64 = 0.2;
+
+/// Bodies beside the block, moved along a direction until the deepest overlap is a hundredth of that thickness.
+fn pairs_of_bodies() -> Vec<(&'static str, [Surface; 2], f64)> {
+    let mut bare = bare_model();
+    let q = state(bare.n(), 0.1);
+    let mut pose_of = |link, at| {
+        let place = bare.place_on(link, at);
+        bare.pose_at(&q, &place)
+    };
+    let poses = [pose_of(2, None), pose_of(1, Some(0.25))];
+    let on_block = |shape| Surface::Solid { link: 2, at: None, shape };
+    let turned = [0.8, 0.36, -0.48, 0.0];
+    let cuboid = |centre| Obstacle::Cuboid { centre, half_extents: [0.2, 0.3, 0.25], orientation: turned };
+    let long = |centre| Obstacle::Cuboid {
+        centre,
+        half_extents: [0.9, 0.2, 0.3],
+        orientation: [0.6, 0.0, 0.64, -0.48],
+    };
+    let capsule = |[x, y, z]: [f64; 3]| Obstacle::Capsule {
+        ends: [[x - 0.1, y + 0.5, z - 0.2], [x + 0.2, y - 0.6, z + 0.3]],
+        radius: 0.2,
+    };
+    let tetrahedron = |[x, y, z]: [f64; 3]| Obstacle::ConvexMesh {
+        points: [[-0.9, -0.7, -0.6], [1.1, -0.4, -0.5], [0.1, 0.9, -0.7], [0.2, 0.1, 1.2]]
+            .map(|[a, b, c]| [x + a, y + b, z + c])
+            .to_vec(),
+        faces: vec![[0, 1, 2], [0, 1, 3], [1, 2, 3], [2, 0, 3]],
+        radius: 0.0,
+    };
+    let field = |[x, y, z]: [f64; 3]| Obstacle::HeightField {
+        heights: (0..36).map(|k| 0.1 * (1.3 * f64::from(k)).sin()).collect(),
+        shape: [6, 6],
+        spacing: [0.5, 0.5],
+        corner: [x - 1.3, y - 1.2, z - 0.1],
+        orientation: [1.0, 0.0, 0.0, 0.0],
+    };
+    type Shape<'a> = &'a dyn Fn([f64; 3]) -> Obstacle;
+    let kinds: [(&'static str, Shape<'_>, Shape<'_>, [f64; 3]); 9] = [
+        ("box and box, a corner", &cuboid, &cuboid, [0.4, -1.0, 0.3]),
+        ("box and long box", &cuboid, &long, [0.1, 0.3, -1.0]),
+        ("long box and box", &long, &cuboid, [-0.2, 1.0, 0.5]),
+        ("box and capsule", &cuboid, &capsule, [0.3, 0.2, -1.0]),
+        ("capsule and capsule", &capsule, &capsule, [1.0, 0.2, 0.1]),
+        ("capsule and long box", &capsule, &long, [0.1, 0.1, -1.0]),
+        ("tetrahedron and box", &tetrahedron, &cuboid, [0.2, -0.6, -1.0]),
+        ("tetrahedra", &tetrahedron, &tetrahedron, [1.0, 0.3, 0.2]),
+        ("box and hills", &cuboid, &field, [0.0, 0.0, -1.0]),
+    ];
+    let mut found = Vec::new();
+    for (name, own, other, direction) in kinds {
+        let direction = Vector::from(direction);
+        for moves in [false, true] {
+            let surfaces = |way: f64| {
+                let place = poses[0].position + direction * way;
+                let second = if moves {
+                    let there = poses[1].rotation.apply_transposed(place - poses[1].position);
+                    Surface::Solid { link: 1, at: Some(0.25), shape: other(there.to_array()) }
+                } else {
+                    Surface::Obstacle(other(place.to_array()))
+                };
+                [on_block(own([0.0; 3])), second]
+            };
+            let deepest = |way: f64| {
+                let touches = with(surfaces(way), [0.0; 3]).touches(&q, &vec![0.0; q.len()]);
+                touches.iter().map(|touch| touch.overlap).fold(0.0, f64::max)
+            };
+            let [mut near, mut far] = [0.0, 4.0];
+            for _ in 0..50 {
+                let middle = 0.5 * (near + far);
+                if deepest(middle) > 0.01 * THICKNESS { near = middle } else { far = middle }
+            }
+            found.push((name, surfaces(far), 1e-6));
+        }
+    }
+    found
+}
+
 #[test]
 fn tangents_are_derivatives_and_power_is_accounted_for() {
-    for (name, surfaces, tolerance) in pairs() {
+    for (name, surfaces, tolerance) in pairs().into_iter().chain(pairs_of_bodies()) {
         for friction in [[0.0; 3], [0.5; 3], [0.2, 0.7, 1.1]] {
             let is_rod = matches!(surfaces[0], Surface::Rod { .. });
             if !is_rod && friction[0] != friction[2] {

@@ -524,15 +524,14 @@ def test_tiny_and_deep_are_told():
 
 
 def test_pairs_that_do_not_touch_are_refused_with_what_does():
-    box, bar = Box((0, 0, 0), (1, 1, 1), link="a"), Capsule((0, 0, 0), (1, 0, 0), 0.1, link="b")
+    box = Box((0, 0, 0), (1, 1, 1), link="a")
     field = HeightField(np.zeros((2, 2)), 1.0)
     for a, b, named in [
-        (box, bar, "a capsule for a box"),
-        (box, Box((0, 0, 0), (1, 1, 1)), "a box for a box"),
-        (bar, field, "a height field for a capsule"),
+        (HalfSpace(link="a"), field, "a height field for a half-space"),
+        (HeightField(np.zeros((2, 2)), 1.0, link="a"), field, "a height field for a height field"),
         (HalfSpace(link="a"), HalfSpace(), "a half-space for a half-space"),
     ]:
-        with pytest.raises(ValueError, match=rf"b: got {named}.*balls, such as some at the corners of a box"):
+        with pytest.raises(ValueError, match=rf"b: got {named}.*a body: half-spaces and height fields touch"):
             Contact(a, b, stiffness=1e3)
     with pytest.raises(ValueError, match="obstacles come second"):
         Contact(HalfSpace(), Ball("a", 0.1), stiffness=1e3)

@@ -3,6 +3,18 @@
 use super::distance::{Distance, SHORTEST};
 use crate::lie::{Symmetric, Vector};
 
+/// Faces whose normals differ by less than that sine are one.
+const FLAT: f64 = 1e-9;
+
+/// The mean of points.
+fn middle(points: &[Vector<f64>]) -> Vector<f64> {
+    let mut middle = Vector::zero();
+    for &point in points {
+        middle = middle.add_scaled(point, 1.0 / points.len() as f64);
+    }
+    middle
+}
+
 /// What is within a radius of a convex body whose faces are triangles.
 #[derive(Clone, Debug)]
 pub(crate) struct ConvexMesh {
@@ -40,10 +52,7 @@ struct Nearest {
 impl ConvexMesh {
     /// Of points that are in convex position, and faces that are not degenerate, in any order of their corners.
     pub(crate) fn new(points: &[Vector<f64>], faces: &[[usize; 3]], radius: f64) -> Self {
-        let mut middle = Vector::zero();
-        for &point in points {
-            middle = middle.add_scaled(point, 1.0 / points.len() as f64);
-        }
+        let middle = middle(points);
         let face = |&places: &[usize; 3]| {
             let corners = places.map(|c| points[c]);
             let [a, b, c] = corners;
@@ -59,6 +68,45 @@ impl ConvexMesh {
     pub(crate) fn reach(&self) -> f64 {
         let corners = self.faces.iter().flat_map(|face| face.corners);
         corners.map(|corner| corner.dot(corner).sqrt()).fold(0.0, f64::max) + self.radius
+    }
+
+    /// How deep the middle of its points lies.
+    pub(crate) fn thickness(&self, points: &[Vector<f64>]) -> f64 {
+        -self.distance(middle(points)).value
+    }
+
+    /// Its edges, by their points, but for those that divide flat faces.
+    pub(crate) fn edges(&self) -> Vec<[usize; 2]> {
+        let mut sides: Vec<([usize; 2], Vector<f64>)> = Vec::new();
+        for face in &self.faces {
+            for k in 0..3 {
+                let (p, q) = (face.places[k], face.places[(k + 1) % 3]);
+                sides.push(([p.min(q), p.max(q)], face.normal));
+            }
+        }
+        sides.sort_by_key(|&(edge, _)| edge);
+        let bent = sides.chunks_exact(2).filter(|both| {
+            let across = both[0].1.cross(both[1].1);
+            across.dot(across).sqrt() > FLAT
+        });
+        bent.map(|both| both[0].0).collect()
+    }
+
+    /// The places of its points if all faces go inwards by a distance; of points where more than three meet, the best fit.
+    pub(crate) fn inset(&self, points: &[Vector<f64>], by: f64) -> Vec<Vector<f64>> {
+        let moved = |(p, &point): (usize, &Vector<f64>)| {
+            let (mut squares, mut sum) = (Symmetric::diagonal(0.0), Vector::zero());
+            let own = || self.faces.iter().filter(move |face| face.places.contains(&p));
+            for face in own() {
+                squares += Symmetric::square(face.normal);
+                sum += face.normal;
+            }
+            let [a, b, c] = (squares + Symmetric::diagonal(FLAT * own().count() as f64)).rows();
+            let [bc, ca, ab] = [b.cross(c), c.cross(a), a.cross(b)];
+            let [x, y, z] = sum.to_array();
+            point - (bc * x + ca * y + ab * z) * (by / a.dot(bc))
+        };
+        points.iter().enumerate().map(moved).collect()
     }
 
     /// What is nearest to a point: the nearest face inside; the nearest face, edge or corner outside.

@@ -114,7 +114,7 @@ mod tests {
             let solids = [
                 Solid::HalfSpace { point: v((0.0, 0.0, 0.1)), normal: v((0.0, 0.6, 0.8)) },
                 Solid::Ball { centre: Vector::zero(), radius: 0.1 },
-                Solid::Cuboid { centre: Vector::zero(), axes: unturned, half_extents: v((0.1, 0.05, 0.1)) },
+                Solid::Cuboid { centre: Vector::zero(), axes: unturned, half_extents: v((0.1, 0.05, 0.1)), radius: 0.0 },
             ];
             let (omega, centre) = (v(omega), v(way));
             let semi = turned(omega);

@@ -2,6 +2,7 @@
 
 pub(crate) mod convex_mesh;
 pub(crate) mod distance;
+pub(crate) mod edge;
 pub(crate) mod ellipse;
 pub(crate) mod elliptic_tube;
 pub(crate) mod height_field;

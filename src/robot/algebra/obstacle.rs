@@ -25,10 +25,12 @@ pub(crate) enum Solid {
         ends: [Vector<f64>; 2],
         radius: f64,
     },
+    /// Points at most that far from a box with sharp edges.
     Cuboid {
         centre: Vector<f64>,
         axes: Rotation<f64>,
         half_extents: Vector<f64>,
+        radius: f64,
     },
     /// A height field, shared by all copies of a plan.
     HeightField(Arc<HeightField>),
@@ -59,9 +61,10 @@ impl Solid {
                     Distance::from_curve(point - (*start + along * x), *radius, Some((along, 1.0)))
                 }
             }
-            Self::Cuboid { centre, axes, half_extents } => {
+            Self::Cuboid { centre, axes, half_extents, radius } => {
                 let beside = axes.apply_transposed(point - *centre).to_array();
-                cuboid(beside, half_extents.to_array(), axes)
+                let sharp = cuboid(beside, half_extents.to_array(), axes);
+                Distance { value: sharp.value - radius, ..sharp }
             }
             Self::HeightField(field) => field.distance(point),
             Self::ConvexMesh(mesh) => mesh.distance(point),
@@ -77,7 +80,7 @@ impl Solid {
             Self::HalfSpace { .. } | Self::HeightField(_) => f64::INFINITY,
             Self::Ball { centre, radius } => size(*centre) + radius,
             Self::Capsule { ends, radius } => ends.iter().map(|end| size(*end)).fold(0.0, f64::max) + radius,
-            Self::Cuboid { centre, half_extents, .. } => size(*centre) + size(*half_extents),
+            Self::Cuboid { centre, half_extents, radius, .. } => size(*centre) + size(*half_extents) + radius,
             Self::ConvexMesh(mesh) => mesh.reach(),
         }
     }
@@ -96,7 +99,7 @@ impl Solid {
                 let x = way.dot(point - *start);
                 [usize::from(x > 0.0), usize::from(x >= way.dot(way)), 0]
             }
-            Self::Cuboid { centre, axes, half_extents } => {
+            Self::Cuboid { centre, axes, half_extents, .. } => {
                 let beside = axes.apply_transposed(point - *centre).to_array();
                 let half = half_extents.to_array();
                 let side = |i: usize| if beside[i] < 0.0 { 1 } else { 2 };
@@ -203,7 +206,12 @@ mod tests {
             Solid::HalfSpace { point: v(0.1, 0.2, 0.3), normal: v(0.6, 0.0, 0.8) },
             Solid::Ball { centre: v(0.1, 0.0, -0.2), radius: 0.3 },
             Solid::Capsule { ends: [v(0.0, 0.0, 0.0), v(0.5, 0.1, 0.0)], radius: 0.1 },
-            Solid::Cuboid { centre: v(0.0, 0.1, 0.0), axes: turned, half_extents: v(0.2, 0.3, 0.1) },
+            Solid::Cuboid {
+                centre: v(0.0, 0.1, 0.0),
+                axes: turned,
+                half_extents: v(0.2, 0.3, 0.1),
+                radius: 0.02,
+            },
         ];
         let points = [
             v(0.3, 0.4, 0.5),
@@ -235,8 +243,19 @@ mod tests {
         }
     }
 
-    fn block() -> ConvexMesh {
-        let points: Vec<_> = (0..8)
+    #[test]
+    fn faces_go_inwards_and_flat_ones_have_no_edges() {
+        let (mesh, points) = (block(), corners());
+        assert_eq!(mesh.edges().len(), 12);
+        for (inset, corner) in mesh.inset(&points, 0.01).into_iter().zip(points) {
+            for (inset, corner) in inset.to_array().into_iter().zip(corner.to_array()) {
+                assert!((inset - (corner - 0.01 * corner.signum())).abs() < 1e-9);
+            }
+        }
+    }
+
+    fn corners() -> Vec<Vector<f64>> {
+        (0..8)
             .map(|k| {
                 Vector::new(
                     if k & 4 > 0 { 0.2 } else { -0.2 },
@@ -244,7 +263,10 @@ mod tests {
                     if k & 1 > 0 { 0.1 } else { -0.1 },
                 )
             })
-            .collect();
+            .collect()
+    }
+
+    fn block() -> ConvexMesh {
         let faces = [
             [0, 1, 3],
             [0, 3, 2],
@@ -259,7 +281,7 @@ mod tests {
             [1, 3, 7],
             [1, 7, 5],
         ];
-        ConvexMesh::new(&points, &faces, 0.05)
+        ConvexMesh::new(&corners(), &faces, 0.05)
     }
 
     proptest! {
@@ -268,7 +290,8 @@ mod tests {
         fn blocks_are_boxes((x, y, z) in (-0.5..0.5, -0.5..0.5, -0.5..0.5)) {
             let v = Vector::new;
             let axes = Rotation { x: v(1.0, 0.0, 0.0), y: v(0.0, 1.0, 0.0), z: v(0.0, 0.0, 1.0) };
-            let wanted = Solid::Cuboid { centre: Vector::zero(), axes, half_extents: v(0.2, 0.3, 0.1) };
+            let half_extents = v(0.2, 0.3, 0.1);
+            let wanted = Solid::Cuboid { centre: Vector::zero(), axes, half_extents, radius: 0.0 };
             let (found, wanted) = (block().distance(v(x, y, z)), wanted.distance(v(x, y, z)));
             prop_assert!((found.value + 0.05 - wanted.value).abs() < 1e-12);
             if wanted.value > 1e-6 {

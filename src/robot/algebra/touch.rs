@@ -388,7 +388,12 @@ mod tests {
             Solid::HalfSpace { point: v(0.1, 0.2, 0.2), normal: v(0.6, 0.0, 0.8) },
             Solid::Ball { centre: v(0.1, 0.0, 0.1), radius: 0.3 },
             Solid::Capsule { ends: [v(-0.5, 0.0, 0.0), v(0.6, 0.1, 0.0)], radius: 0.3 },
-            Solid::Cuboid { centre: v(0.0, 0.1, -0.1), axes: turned, half_extents: v(0.2, 0.3, 0.1) },
+            Solid::Cuboid {
+                centre: v(0.0, 0.1, -0.1),
+                axes: turned,
+                half_extents: v(0.2, 0.3, 0.1),
+                radius: 0.0,
+            },
         ]
     }
 

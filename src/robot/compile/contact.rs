@@ -1,5 +1,7 @@
 //! Compiles contacts to parts of a plan.
 
+mod bodies;
+
 use std::f64::consts::{FRAC_PI_4, PI};
 use std::ops::Range;
 use std::sync::Arc;
@@ -54,6 +56,14 @@ pub(crate) fn compile<G: Turning>(plan: &Plan<G>, robot: &Robot) -> Contacts<G> 
             }
         });
         let [a, b] = &contact.surfaces;
+        if let Some(pairs) = bodies::meet([a, b], &axes, &mut contacts) {
+            for (is_turned, sides) in pairs {
+                let law = law(contact, robot);
+                let reaches = reaches(plan, &contacts, &sides);
+                contacts.pairs.push(Pair { contact: c, is_turned, sides, law, neighbourhood: 0.0, reaches });
+            }
+            continue;
+        }
         let forms = [Form::beside(a, b), Form::beside(b, a)];
         let mut sides: [Vec<Side>; 2] = std::array::from_fn(|s| match &forms[s] {
             Form::Rod { link } => {
@@ -80,7 +90,7 @@ pub(crate) fn compile<G: Turning>(plan: &Plan<G>, robot: &Robot) -> Contacts<G> 
         let rank = |sides: &[Side]| match sides[0] {
             Side::Rod(_) => 0,
             Side::Ball(_) => 1,
-            Side::Solid(_) => 2,
+            Side::Body(_) | Side::Solid(_) => 2,
         };
         let is_turned = rank(&sides[1]) < rank(&sides[0]);
         if is_turned {
@@ -94,9 +104,7 @@ pub(crate) fn compile<G: Turning>(plan: &Plan<G>, robot: &Robot) -> Contacts<G> 
                 [Side::Rod(a), Side::Rod(b)] if a == b => NEIGHBOURHOOD * thickest(&contacts, a),
                 _ => 0.0,
             };
-            let Contact { dissipation, friction, slip_velocity, patch_radius, .. } = *contact;
-            let stiffness = stiffness(contact, robot);
-            let law = Law { stiffness, dissipation, friction, slip_velocity, patch_radius };
+            let law = law(contact, robot);
             let reaches = reaches(plan, &contacts, &sides);
             contacts.pairs.push(Pair { contact: c, is_turned, sides, law, neighbourhood, reaches });
         }
@@ -104,6 +112,11 @@ pub(crate) fn compile<G: Turning>(plan: &Plan<G>, robot: &Robot) -> Contacts<G> 
     contacts.rods = curves_of.into_iter().flatten().collect();
     contacts.capacity = contacts.pairs.iter().map(|pair| places_of(&contacts, &pair.sides)).sum();
     contacts
+}
+
+fn law(contact: &Contact, robot: &Robot) -> Law {
+    let Contact { dissipation, friction, slip_velocity, patch_radius, .. } = *contact;
+    Law { stiffness: stiffness(contact, robot), dissipation, friction, slip_velocity, patch_radius }
 }
 
 /// How many places of a first side can be touched.
@@ -116,7 +129,11 @@ fn places_of<G: Turning>(contacts: &Contacts<G>, [side, other]: &[Side; 2]) -> u
             let parts = contacts.curves[curves.clone()].iter().map(|curve| curve.samples.len() - 1);
             parts.map(|parts| PLACES * MOST_INTERVALS * divided * parts).sum()
         }
-        _ => 1,
+        Side::Body(body) => {
+            let body = &contacts.bodies[*body];
+            body.corners.len() + body.edges.len()
+        }
+        Side::Ball(_) | Side::Solid(_) => 1,
     }
 }
 
@@ -140,6 +157,7 @@ fn reaches<G: Turning>(plan: &Plan<G>, contacts: &Contacts<G>, sides: &[Side; 2]
                 }
             }
             Side::Ball(ball) => pieces.extend(moving(contacts.balls[*ball].on)),
+            Side::Body(body) => pieces.extend(moving(contacts.bodies[*body].on)),
             Side::Solid(solid) => pieces.extend(moving(contacts.solids[*solid].on)),
         }
     }
@@ -262,22 +280,12 @@ impl<'a> Form<'a> {
                 Self::Balls { centres: ends.to_vec(), radius: *radius, thickness: *radius }
             }
             Obstacle::Cuboid { centre, half_extents, orientation } => {
-                let axes = Quaternion::from_array(*orientation).rotation();
-                let corner = |k: usize| {
-                    let beside =
-                        std::array::from_fn(|i| half_extents[i] * if k >> i & 1 == 0 { -1.0 } else { 1.0 });
-                    (Vector::from(*centre) + axes.apply(Vector::from(beside))).to_array()
-                };
-                let thickness = half_extents.iter().copied().fold(f64::INFINITY, f64::min);
-                Self::Balls { centres: (0..8).map(corner).collect(), radius: 0.0, thickness }
+                let corners = bodies::corners_of_box(*centre, *half_extents, *orientation);
+                let centres = corners.iter().map(|corner| corner.to_array()).collect();
+                Self::Balls { centres, radius: 0.0, thickness: bodies::thickness(shape) }
             }
-            Obstacle::ConvexMesh { points, faces, radius } => {
-                let places: Vec<_> = points.iter().map(|&p| Vector::from(p)).collect();
-                let mut middle = Vector::zero();
-                for &place in &places {
-                    middle = middle.add_scaled(place, 1.0 / places.len() as f64);
-                }
-                let thickness = -ConvexMesh::new(&places, faces, *radius).distance(middle).value;
+            Obstacle::ConvexMesh { points, radius, .. } => {
+                let thickness = bodies::thickness(shape);
                 Self::Balls { centres: points.clone(), radius: *radius, thickness }
             }
             Obstacle::HalfSpace { .. } | Obstacle::Sphere { .. } | Obstacle::HeightField { .. } => {
@@ -386,7 +394,8 @@ fn solid(shape: &Obstacle, axes: &Axes) -> Solid {
         }
         Obstacle::Cuboid { centre, half_extents, orientation } => {
             let axes = axes_of(orientation);
-            Solid::Cuboid { centre: seen(centre), axes, half_extents: Vector::from(*half_extents) }
+            let half_extents = Vector::from(*half_extents);
+            Solid::Cuboid { centre: seen(centre), axes, half_extents, radius: 0.0 }
         }
         Obstacle::HeightField { heights, shape, spacing, corner, orientation } => {
             let axes = axes_of(orientation);

@@ -30,6 +30,7 @@ pub(crate) struct Contacts<G: Space> {
     pub(crate) rods: Vec<Range<usize>>,
     pub(crate) fixtures: Vec<Fixture<G::Pack>>,
     pub(crate) balls: Vec<Ball>,
+    pub(crate) bodies: Vec<Body>,
     pub(crate) solids: Vec<Fixed>,
     pub(crate) pairs: Vec<Pair>,
     /// The largest number of packs of a curve's piece.
@@ -45,6 +46,7 @@ impl<G: Space> Contacts<G> {
             rods: Vec::new(),
             fixtures: Vec::new(),
             balls: Vec::new(),
+            bodies: Vec::new(),
             solids: Vec::new(),
             pairs: Vec::new(),
             packs: 0,
@@ -129,6 +131,25 @@ pub(crate) struct Ball {
     pub(crate) thickness: f64,
 }
 
+/// Corners and edges of a body that meets a solid: all that can touch this first.
+#[derive(Clone, Debug)]
+pub(crate) struct Body {
+    /// The fixture; nothing is the frame of the plan.
+    pub(crate) on: Option<usize>,
+    /// In the axes there.
+    pub(crate) corners: Vec<Vector<f64>>,
+    /// By their corners.
+    pub(crate) edges: Vec<[usize; 2]>,
+    /// The first of its corners among those of all bodies.
+    pub(crate) first_corner: usize,
+    /// No corner is further from the first one.
+    pub(crate) size: f64,
+    /// By which corners and edges are rounded.
+    pub(crate) radius: f64,
+    /// How deep it may sink in.
+    pub(crate) thickness: f64,
+}
+
 /// A solid that is fixed to something.
 #[derive(Clone, Debug)]
 pub(crate) struct Fixed {
@@ -144,6 +165,8 @@ pub(crate) enum Side {
     /// The curves of a rod.
     Rod(Range<usize>),
     Ball(usize),
+    /// The corners and edges of a body, which meet a solid.
+    Body(usize),
     Solid(usize),
 }
 

@@ -32,8 +32,9 @@ pub(crate) struct ContactState<P> {
     /// Curves of two rods that may touch, pair by pair, in ascending order; and which of these are of each pair.
     pub(crate) near: Vec<[usize; 2]>,
     pub(crate) near_of: Vec<Range<usize>>,
-    /// Centres of the balls, and where the axes of the solids are.
+    /// Centres of the balls, corners of the bodies, and where the axes of the solids are.
     pub(crate) centres: Vec<Vector<f64>>,
+    pub(crate) corners: Vec<Vector<f64>>,
     pub(crate) poses: Vec<Pose>,
     /// Where surfaces were in another shape.
     pub(crate) noted: Noted,
@@ -55,10 +56,11 @@ pub(crate) struct ContactState<P> {
 pub(crate) struct Noted {
     /// Its coordinates.
     pub(crate) of: Vec<f64>,
-    /// Samples and bounds of all curves, centres of all balls, and axes of all solids, as above.
+    /// Samples and bounds of all curves, centres of all balls, corners of all bodies, and axes of all solids, as above.
     pub(crate) places: Vec<Vector<f64>>,
     pub(crate) bounds: Vec<(Vector<f64>, f64)>,
     pub(crate) centres: Vec<Vector<f64>>,
+    pub(crate) corners: Vec<Vector<f64>>,
     pub(crate) poses: Vec<Pose>,
     /// How far the curves have moved since then, at most; balls around what they sweep, and around what branches of rods sweep.
     pub(crate) moved: Vec<f64>,
@@ -158,6 +160,7 @@ impl<P> Default for ContactState<P> {
             near: Vec::new(),
             near_of: Vec::new(),
             centres: Vec::new(),
+            corners: Vec::new(),
             poses: Vec::new(),
             noted: Noted::default(),
             is_left: false,
@@ -193,6 +196,7 @@ impl<P: Lanes> ContactState<P> {
             near: Vec::new(),
             near_of: vec![0..0; contacts.pairs.len()],
             centres: vec![Vector::zero(); contacts.balls.len()],
+            corners: vec![Vector::zero(); contacts.bodies.iter().map(|body| body.corners.len()).sum()],
             poses: vec![Pose::unmoved(); contacts.solids.len()],
             noted: Noted::default(),
             is_left: false,

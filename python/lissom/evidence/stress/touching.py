@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import partial
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -144,6 +145,39 @@ def corner_first(speed: float) -> Scene:
     return Scene(robot, start={"v0": v0}, weight=float(box.body.mass) * GRAVITY if box.body else None)
 
 
+def stacked(number: int) -> Scene:
+    """Boxes that are dropped on each other and a table, each turned against the one below it."""
+    half = (0.04, 0.03, 0.02)
+    links = [
+        box_of(
+            f"box {i}",
+            half,
+            position=(0.004 * i, -0.003 * i, 0.021 + 0.042 * i),
+            orientation=(np.cos(0.2 * i), 0, 0, np.sin(0.2 * i)),
+        )
+        for i in range(number)
+    ]
+    shapes = [Box((0, 0, -0.05), (0.2, 0.2, 0.05))]
+    shapes += [Box((0, 0, 0), half, link=link.name) for link in links]
+    contacts = [
+        Contact(upper, lower, stiffness=1e5, friction=0.5, name=str(i))
+        for i, (lower, upper) in enumerate(pairwise(shapes))
+    ]
+    weight = sum(link.body.mass for link in links if link.body) * GRAVITY
+    return Scene(Robot(links, contacts=contacts), weight=float(weight))
+
+
+def on_edge(speed: float) -> Scene:
+    """A box that turns hits an edge of a fixed one with an edge."""
+    half = (0.04, 0.03, 0.02)
+    turn = (np.cos(0.4), np.sin(0.4) * 0.6, np.sin(0.4) * 0.8, 0)
+    box = box_of("box", half, position=(0, 0, 0.06), orientation=turn)
+    table = Box((-0.2, 0, -0.05), (0.2, 0.2, 0.05))
+    contact = Contact(Box((0, 0, 0), half, link="box"), table, stiffness=1e5, friction=0.5)
+    v0 = np.array([0.2, 0.0, -speed, 3.0, -5.0, 8.0])
+    return Scene(Robot([box], contacts=[contact]), start={"v0": v0}, weight=None)
+
+
 def on_board(ratio: float) -> Scene:
     """A rod is dropped on a free board, of so many times its mass, that bridges two pegs."""
     half = (0.15, 0.05, 0.005)
@@ -226,6 +260,8 @@ CASES: dict[str, Callable[[], Scene]] = {
     "on a box that ends at the clamp": partial(clamped, Box((0.05, 0, -0.06), (0.05, 0.1, 0.045))),
     "on a peg at the clamp": partial(clamped, Capsule((0.001, -0.1, -0.0205), (0.001, 0.1, -0.0205), 0.01)),
     "box, corner first at 3 m/s": partial(corner_first, 3.0),
+    "box, on the edge of another at 3 m/s": partial(on_edge, 3.0),
+    "boxes, three on a fixed one": partial(stacked, 3),
     "on a free board of its mass": partial(on_board, 1.0),
     "hit by a paddle at 10 rad/s": partial(paddle, 10.0),
     "2 in a box": partial(pile, 2),

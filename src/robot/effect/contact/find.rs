@@ -11,12 +11,13 @@ use super::intervals::{SAME_PLACE, changes, touched};
 use super::near;
 use crate::lie::{LANES, Lanes, Rotation, Sweep, Symmetric, Twist, Vector, VectorSpace};
 use crate::robot::algebra::distance::{self, Distance};
+use crate::robot::algebra::edge;
 use crate::robot::algebra::ellipse::{self, Nearest as Rim, Rolling};
 use crate::robot::algebra::elliptic_tube::{self, Section};
 use crate::robot::algebra::obstacle::{Placed, Pose, Solid};
 use crate::robot::algebra::touch::Meeting;
 use crate::robot::plan::Plan;
-use crate::robot::plan::contact::{Ball, Curve, Fixed, NODES, Pair, Side, WEIGHTS};
+use crate::robot::plan::contact::{Ball, Body, Curve, Fixed, NODES, Pair, Side, WEIGHTS};
 use crate::robot::state::Workspace;
 use crate::robot::state::contact::{ContactState, Span, Standing, Term, Touch};
 use crate::robot::turning::Turning;
@@ -28,7 +29,7 @@ pub(crate) fn find<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>) {
     work.contact = state;
 }
 
-/// Finds where the samples of curves, balls and solids are in a shape, and no touches.
+/// Finds where the samples of curves, balls, bodies and solids are in a shape, and no touches.
 pub(crate) fn see<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>) {
     let mut state = std::mem::take(&mut work.contact);
     look(plan, work, &mut state);
@@ -71,6 +72,7 @@ impl<G: Turning> Sweep for Find<'_, G> {
             near,
             near_of,
             centres,
+            corners,
             poses,
             touches,
             up_to,
@@ -80,8 +82,21 @@ impl<G: Turning> Sweep for Find<'_, G> {
         } = state;
         touches.clear();
         let near = Near { curves: near, of_pairs: near_of };
-        let scene =
-            Scene { plan, work, terms, axes, samples, spans, bounds, chords, is_near, near, centres, poses };
+        let scene = Scene {
+            plan,
+            work,
+            terms,
+            axes,
+            samples,
+            spans,
+            bounds,
+            chords,
+            is_near,
+            near,
+            centres,
+            corners,
+            poses,
+        };
         let mut found = Found { touches, up_to, weights, polynomials };
         for (p, pair) in plan.contacts.pairs.iter().enumerate() {
             scene.meet(p, pair, &mut found);
@@ -89,7 +104,7 @@ impl<G: Turning> Sweep for Find<'_, G> {
     }
 }
 
-/// Where the samples of all curves are, bounds of these, centres of all balls, and axes of all solids.
+/// Where the samples of all curves are, bounds of these, centres of all balls, corners of all bodies, and axes of all solids.
 #[inline(always)]
 fn look<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, state: &mut ContactState<G::Pack>) {
     state.is_seen.fill(false);
@@ -133,6 +148,15 @@ fn look<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, state: &mut ContactStat
         let point = &work.points[point];
         let beside = G::rotate(&point.rotation, G::vector_of(plan.frame, ball.centre));
         *centre = G::in_space(plan.frame, point.position + beside);
+    }
+    for body in &plan.contacts.bodies {
+        let pose = body
+            .on
+            .map_or_else(Pose::unmoved, |fixture| pose_of(plan, work, plan.contacts.fixtures[fixture].point));
+        let corners = &mut state.corners[body.first_corner..][..body.corners.len()];
+        for (corner, own) in corners.iter_mut().zip(&body.corners) {
+            *corner = pose.place(*own);
+        }
     }
     for (fixed, pose) in plan.contacts.solids.iter().zip(&mut state.poses) {
         if let Some(fixture) = fixed.on {
@@ -258,7 +282,7 @@ fn mark_near<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, state: &mut Contac
                     let reach = radius + plan.contacts.balls[*ball].radius;
                     is_near[c] |= distance::between(centre, centres[*ball]) <= reach;
                 }
-                Side::Rod(_) => {}
+                Side::Rod(_) | Side::Body(_) => {}
             }
         }
     }
@@ -302,6 +326,7 @@ struct Scene<'a, G: Turning> {
     is_near: &'a [bool],
     near: Near<'a>,
     centres: &'a [Vector<f64>],
+    corners: &'a [Vector<f64>],
     poses: &'a [Pose],
 }
 
@@ -394,6 +419,7 @@ impl<'a, G: Turning> Scene<'a, G> {
             Side::Rod(curves) => {
                 Other::Rod { pair, first: curves.start, end: curves.end, near: self.near.of_pair(p) }
             }
+            Side::Body(_) => return,
         };
         match &pair.sides[0] {
             Side::Ball(ball) => {
@@ -422,7 +448,46 @@ impl<'a, G: Turning> Scene<'a, G> {
                     }
                 }
             }
+            Side::Body(body) => {
+                if let Other::Solid { solid, on, .. } = other {
+                    self.meet_body(p, &self.plan.contacts.bodies[*body], &solid, on, found);
+                }
+            }
             Side::Solid(_) => {}
+        }
+    }
+
+    /// Adds the touches of the corners and edges of a body.
+    #[inline(never)]
+    fn meet_body(
+        &self,
+        p: usize,
+        body: &Body,
+        solid: &Placed<'_>,
+        on: Standing,
+        found: &mut Found<'_, G::Pack>,
+    ) {
+        let corners = &self.corners[body.first_corner..][..body.corners.len()];
+        let Body { radius, thickness, .. } = *body;
+        let mut press = |centre, distance, rolling| {
+            let standing = Standing::of(body.on);
+            let axis = Vector::zero();
+            let first = First { on: standing, centre, radius, thickness, rolling, weight: 1.0, axis };
+            let is_carried = matches!(on, Standing::On(_));
+            self.press(p, &first, &Nearest { distance, on, centre: None, radius: 0.0, is_carried }, found);
+        };
+        if solid.distance(corners[0]).value > radius + body.size {
+            return;
+        }
+        for &corner in corners {
+            press(corner, solid.distance(corner), None);
+        }
+        for &ends in &body.edges {
+            if let Some(edge::Nearest { place, distance, rolling }) =
+                edge::nearest(solid, ends.map(|end| corners[end]), radius)
+            {
+                press(place, distance, rolling);
+            }
         }
     }
 

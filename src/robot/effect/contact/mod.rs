@@ -130,10 +130,11 @@ impl<G: Turning> Effect<G> for Touching {
     }
 }
 
-/// Whether surfaces may touch in the shape that was looked at last; balls always may.
+/// Whether surfaces may touch in the shape that was looked at last; what is rigid always may.
 pub(crate) fn may_touch<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -> bool {
-    let has_balls = || plan.contacts.pairs.iter().any(|pair| matches!(pair.sides[0], Side::Ball(_)));
-    work.contact.is_near.contains(&true) || has_balls()
+    let is_rigid = |side: &Side| matches!(side, Side::Ball(_) | Side::Body(_));
+    let has_rigid = || plan.contacts.pairs.iter().any(|pair| is_rigid(&pair.sides[0]));
+    work.contact.is_near.contains(&true) || has_rigid()
 }
 
 /// Adds the derivative of the forces of a touch. Cost: 12 products an entry, 6 against what is fixed in the world.

@@ -16,7 +16,7 @@ use crate::model::Radius;
 use crate::robot::algebra::distance::{between as distance, of_segments as distance_of_segments};
 use crate::robot::algebra::obstacle::{Placed, Pose, Solid};
 use crate::robot::plan::Plan;
-use crate::robot::plan::contact::{Fixed, Pair, Side};
+use crate::robot::plan::contact::{Body, Fixed, Pair, Side};
 use crate::robot::state::Workspace;
 use crate::robot::state::contact::{ContactState, Noted, Span};
 use crate::robot::turning::Turning;
@@ -45,13 +45,14 @@ pub(crate) fn is_possible<G: Turning>(plan: &Plan<G>) -> bool {
 /// Takes down where surfaces are, as was seen last.
 pub(crate) fn note<G: Turning>(work: &mut Workspace<G>) {
     let contact = &mut work.contact;
-    let Noted { of, places, bounds, centres, poses, .. } = &mut contact.noted;
+    let Noted { of, places, bounds, centres, corners, poses, .. } = &mut contact.noted;
     of.clear();
     of.extend_from_slice(&work.kinematics_of);
     places.clear();
     places.extend(contact.samples.iter().map(|[place, _]| *place));
     bounds.clone_from(&contact.bounds);
     centres.clone_from(&contact.centres);
+    corners.clone_from(&contact.corners);
     poses.clone_from(&contact.poses);
 }
 
@@ -129,10 +130,11 @@ pub(crate) fn has_passed<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, me
                     can_be_passed(solid)
                         && Patch([way; 2]).is_deep_in(solid, radius, measure.of(radius, round(solid)))
                 }
-                Side::Rod(_) => unreachable!("a rod is the first side"),
+                Side::Rod(_) | Side::Body(_) => unreachable!("what meets solids is the first side"),
             }
         }
-        [Side::Solid(_), _] => false,
+        [Side::Body(body), Side::Solid(solid)] => ways.has_body_passed(&plan.contacts.bodies[*body], *solid),
+        [Side::Solid(_), _] | [_, Side::Body(_)] | [Side::Body(_), _] => false,
     })
 }
 
@@ -233,6 +235,34 @@ impl<G: Turning> Ways<'_, G> {
         })
     }
 
+    /// Whether the corners and edges of a body have passed through a solid, deeper than half of what they may sink in.
+    fn has_body_passed(&self, body: &Body, solid: usize) -> bool {
+        let own = body.first_corner..body.first_corner + body.corners.len();
+        let corners =
+            || self.contact.noted.corners[own.clone()].iter().zip(&self.contact.corners[own.clone()]);
+        let way = |corner: usize| {
+            let k = body.first_corner + corner;
+            [self.contact.noted.corners[k], self.contact.corners[k]]
+        };
+        let Body { radius, thickness, .. } = *body;
+        let fixed = &self.plan.contacts.solids[solid].solid;
+        let fastest = corners().map(|(before, now)| distance(*before, *now)).fold(0.0, f64::max);
+        let moving = self.moving(solid);
+        let is_deep = |ways: [Way; 2]| match &moving {
+            Some(moving) => moving.goes_deep(ways, radius, thickness),
+            None => Patch(ways).is_deep_in(fixed, radius, thickness),
+        };
+        if moving.is_none() {
+            let [before, now] = way(0);
+            let nearest = fixed.distance(now).value.min(fixed.distance(before).value);
+            if nearest > radius + body.size + fastest {
+                return false;
+            }
+        }
+        body.edges.iter().any(|ends| is_deep(ends.map(way)))
+            || (body.edges.is_empty() && (0..body.corners.len()).any(|k| is_deep([way(k); 2])))
+    }
+
     fn parts(&self, c: usize) -> impl Iterator<Item = Part> + '_ {
         let curve = &self.plan.contacts.curves[c];
         let seen = curve.first_sample..curve.first_sample + curve.samples.len();
@@ -298,7 +328,11 @@ impl<'a> Moving<'a> {
 
     /// Whether a rod or a ball of a radius on these ways meets it as deep as it did not begin.
     fn meets(&self, ways: [Way; 2], radius: f64, measure: Radius) -> bool {
-        let measure = measure.of(radius, round(self.solid));
+        self.goes_deep(ways, radius, measure.of(radius, round(self.solid)))
+    }
+
+    /// Whether it comes deeper than half of a measure, as it did not begin.
+    fn goes_deep(&self, ways: [Way; 2], radius: f64, measure: f64) -> bool {
         let [before, now] = &self.poses;
         let mut bend: f64 = 0.0;
         let angle = self.turn.dot(self.turn).sqrt();
