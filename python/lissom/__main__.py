@@ -1,4 +1,4 @@
-"""The command ``lissom``, also as ``python -m lissom``: hears Ctrl-C before it imports what takes time."""
+"""The command ``lissom``, also as ``python -m lissom``: handles Ctrl-C before slow imports."""
 
 import os
 import sys
@@ -14,8 +14,8 @@ def main() -> None:
     try:
         command()
     except OSError as error:
-        # Commands say themselves what is wrong with files. What is left are outputs that cannot be written
-        # to; what they still hold back must not be tried again at the end.
+        # Commands report file errors themselves. What remains are output streams that cannot be written
+        # to; their buffered data must not be flushed again at exit.
         os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
         sys.exit(f"lissom: {error}")
 

@@ -1,4 +1,4 @@
-"""What is drawn and plotted of a robot's actuators: where they run, and what they do over time.
+"""Geometry and time histories of a robot's actuators, for drawings and plots.
 
 Plain geometry and numbers, as functions of coordinates and time; how that looks is the reports' business.
 """
@@ -24,31 +24,31 @@ POINTS_OF_PART = 17
 
 @dataclass(frozen=True)
 class ActuatorMark:
-    """An actuator."""
+    """One actuator as it is drawn and plotted."""
 
     name: str
     kind: Literal["tendon", "chamber", "motor", "active strain"]
-    #: What its force and its length are, with their units.
+    #: Names and units of its force and of its length.
     quantities: tuple[str, str]
     #: Its tension, pressure, torque, force or amount, (k,): of (k, n) coordinates and velocities, (k,) times
     #: and (k, m) inputs.
     force: Callable[[Array, Array, Array, Array], Array]
     #: Its length, volume or coordinate, likewise.
     length: Callable[[Array, Array], Array]
-    #: Its way, (k, points, 3), straight from one point to the next; None where it has none.
+    #: Its path as a polyline, (k, points, 3); None if it has none.
     way: Callable[[Array, Array], Array] | None = None
-    #: Radius of the circle with its area, metres: of a chamber.
+    #: For a chamber, the radius of the circle with its area, metres.
     radius: float = 0.0
     #: The coordinate that a motor moves: its link, and its place among those of the joint.
     coordinate: tuple[str, str] | None = None
-    #: Whether it is a tendon that is told a length, and slack where its way is shorter.
+    #: Whether it is a tendon with a commanded length, which is slack where its path is shorter.
     is_let_out: bool = False
     #: The input that is its tension, which is never negative.
     pulled_by: str | None = None
 
 
 def actuator_marks(robot: Robot) -> list[ActuatorMark]:
-    """What there is to draw and plot of the actuators of a robot."""
+    """Marks of all actuators of a robot."""
     return [_mark(robot, actuator) for actuator in robot.actuators]
 
 
@@ -94,7 +94,7 @@ def _points(robot: Robot, part: Along | Via, q: Array, t: Array) -> Array:
             return np.broadcast_to(point, (len(q), 1, 3))
         pose = robot.pose(q, part.at, link=part.link, t=t)
         return _beside(pose[:, None], point[None])
-    # The robot has put in the link where it was left out.
+    # `Robot` has already filled in omitted links.
     assert part.link is not None
     rod = next(link.rod for link in robot.links if link.name == part.link)
     length = sum(segment.length for segment in rod or ())
@@ -110,12 +110,12 @@ def _beside(poses: Array, points: Array) -> Array:
 
 
 def _along(offset: Any, X: Array) -> Array:
-    """An offset as a robot gives it, at arc lengths of its part.
+    """Evaluate an offset of a robot's path at arc lengths of its part.
 
     It is a number, two numbers at the ends of the part, a table of two stations or a profile.
     """
     if isinstance(offset, Profile):
-        # Where a rod ends is rounded.
+        # The end of the rod is subject to rounding.
         return np.asarray(offset(np.clip(X, 0.0, offset.length)), float)
     if isinstance(offset, tuple) and isinstance(offset[0], tuple):
         return np.interp(X, *offset)

@@ -13,10 +13,10 @@ from ._lissom import MotionResult, Robot
 
 Array = NDArray[np.float64]
 
-#: Events are found to that part of the step in which they are.
+#: Accuracy of the times of events, relative to the step.
 ACCURACY = 1e-12
 
-#: Coordinates that change by more between two states are others: rotation vectors begin anew at half a turn.
+#: Larger changes between two states are jumps of the coordinates: rotation vectors jump at half a turn.
 LARGEST_CHANGE = np.pi
 
 
@@ -69,7 +69,7 @@ def _event(robot: Robot, result: MotionResult, k: int, name: str, *, begins: boo
     start, h = result.t[k], result.t[k + 1] - result.t[k]
     lower, upper = 0.0, 1.0
     if np.abs(result.q[k + 1] - result.q[k]).max() > LARGEST_CHANGE:
-        # No polynomial leads from the one to the other: the event is told at the end.
+        # The coordinates jump, so interpolation is impossible: report the event at the end of the step.
         lower = upper
     polynomial = _quintic(result, k)
     while upper - lower > ACCURACY:
@@ -92,7 +92,7 @@ def _quintic(result: MotionResult, k: int) -> Callable[[float], tuple[Array, Arr
     (q, next_q), (v, next_v), (a, next_a) = (x[k : k + 2] for x in (result.q, result.v, result.a))
     curvature = 0.5 * h**2 * a
     left = np.stack([next_q - q - h * v - curvature, h * (next_v - v) - 2.0 * curvature, h**2 * (next_a - a)])
-    # What a cubic, a quartic and a quintic term must add at the end: value, first and second derivative.
+    # Contributions of the cubic, quartic and quintic terms at the end: value, first and second derivative.
     higher = np.linalg.solve([[1.0, 1.0, 1.0], [3.0, 4.0, 5.0], [6.0, 12.0, 20.0]], left)
     terms = np.stack([q, h * v, curvature, *higher])
     powers = np.arange(6.0)

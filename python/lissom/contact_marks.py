@@ -1,4 +1,4 @@
-"""What is drawn and plotted of what touches: obstacles, balls and shapes on links, forces.
+"""Geometry and forces of contacts, for drawings and plots: obstacles, and balls and shapes on links.
 
 Plain geometry and numbers, as functions of coordinates and time; how that looks is the reports' business.
 """
@@ -18,7 +18,7 @@ from .joint_marks import Pose
 
 Array = NDArray[np.float64]
 
-#: What shapes are called.
+#: Display names of shapes.
 WORDS = {
     HalfSpace: "a half space",
     Sphere: "a sphere",
@@ -30,21 +30,21 @@ WORDS = {
 
 Obstacle = HalfSpace | Sphere | Capsule | Box | HeightField | ConvexMesh
 
-#: Lines that a height field is drawn with along each axis, at most.
+#: Maximum number of lines that a height field is drawn with along each axis.
 MOST_LINES = 60
 
-#: What separates lines.
+#: Separator between polylines.
 BREAK = np.full((1, 3), np.nan)
 
 
 @dataclass(frozen=True)
 class ContactMark:
-    """Two surfaces that can touch."""
+    """A pair of surfaces that can touch."""
 
     name: str
-    #: What touches what, in words.
+    #: Description of the pair.
     between: str
-    #: What is fixed in the world, if it is one of the two.
+    #: The obstacle fixed in the world, if one of the two is.
     obstacle: Obstacle | None
     #: Poses of the centres of the balls on links among the two, and their radii, metres.
     balls: Sequence[tuple[Pose, float]]
@@ -57,7 +57,7 @@ class ContactMark:
 
 @dataclass(frozen=True)
 class Touching:
-    """All that can touch of a robot."""
+    """All contact pairs of a robot."""
 
     pairs: Sequence[ContactMark] = ()
     #: Where surfaces touch: of (n,) coordinates and velocities, and a time.
@@ -69,7 +69,7 @@ NOTHING_TOUCHES: Touching = Touching()
 
 
 def contact_marks(robot: Robot) -> Touching:
-    """What there is to draw and plot of the contacts of a robot."""
+    """Marks of all contacts of a robot."""
     if not robot.contacts:
         return NOTHING_TOUCHES
     return Touching([_mark(robot, contact) for contact in robot.contacts], partial(_touches, robot))
@@ -84,7 +84,7 @@ def turn_of(orientation: Sequence[float]) -> Array:
 
 
 def ground(obstacle: HeightField) -> Array:
-    """Where the heights of a field are, (k, l, 3), metres."""
+    """Grid points of a height field, (k, l, 3), metres."""
     heights = np.asarray(obstacle.heights, float)
     spacing = np.broadcast_to(obstacle.spacing, 2)
     x, y = (step * np.arange(number) for step, number in zip(spacing, heights.shape, strict=True))

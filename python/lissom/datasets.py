@@ -29,7 +29,7 @@ from .views import Coordinate, view
 if TYPE_CHECKING:
     import xarray
 
-#: What stands at arrays whose units differ from coordinate to coordinate.
+#: Units of arrays whose units differ from coordinate to coordinate.
 SEE = "see unit"
 
 
@@ -46,7 +46,7 @@ def _dataset(result: Any, model: Model | None) -> xarray.Dataset:
 
 
 def coordinates(model: Model | None, n: int) -> list[Coordinate]:
-    """What the coordinates are; their numbers alone where no model is known."""
+    """Descriptions of the coordinates; only their indices if the model is not known."""
     if model is None:
         return [Coordinate(f"q{i}", "", "coordinate") for i in range(n)]
     if not isinstance(model, Model):
@@ -99,7 +99,7 @@ def _with_shapes(data: xarray.Dataset, result: MotionResult, model: Model) -> xa
     if shown.links or shown.frames:
         data = data.assign_coords(axis=("axis", ["x", "y", "z"], {"long_name": "axis of the world"}))
     for link in shown.links:
-        # NetCDF has no names with a slash in them.
+        # NetCDF allows no slash in names.
         suffix = f"_{link.name}".replace("/", "\N{DIVISION SLASH}") if len(shown.links) > 1 else ""
         X = f"X{suffix}"
         arc_length = {"units": "m", "long_name": "arc length of the unstretched rod"}
@@ -144,7 +144,7 @@ def _of_modes(result: ModesResult, model: Model | None) -> xarray.Dataset:
     data = _begin(model, result.shapes.shape[0], "Vibrations")
     data["frequency"] = ("mode", result.frequency, {"long_name": "frequency", "units": "Hz"})
     data["damping_ratio"] = ("mode", result.damping_ratio, {"long_name": "damping ratio", "units": "1"})
-    # Other programs than xarray have no complex numbers.
+    # Only xarray reads complex numbers.
     for name, values, unit in (("eigenvalue", result.eigenvalues, "s-1"), ("shape", result.shapes, SEE)):
         dimensions = ("mode",) if values.ndim == 1 else ("coordinate", "mode")
         for part in ("real", "imag"):
@@ -240,7 +240,7 @@ def _of_equilibrium_sensitivity(result: EquilibriumSensitivityResult, model: Mod
 def _of_fit(result: FitResult, model: Model | None) -> xarray.Dataset:
     data = _begin(None, 0, "Identification", success=int(result.success), message=result.message)
     data = _with_parameters(data.drop_vars(("coordinate", "unit")), result)
-    # NetCDF has no dimension twice.
+    # A NetCDF variable cannot have the same dimension twice.
     data = data.assign_coords(other=("other", list(result.names), {"long_name": "another parameter"}))
     data["value"] = ("parameter", result.values, {"long_name": "value that fits best"})
     for i, end in enumerate(("low", "high")):
@@ -268,7 +268,7 @@ def _of_fit(result: FitResult, model: Model | None) -> xarray.Dataset:
 
 
 def _with_targets(data: xarray.Dataset, result: ReachResult | ActuateResult) -> xarray.Dataset:
-    """Poses of the links that were to be brought somewhere, and by how much they miss that."""
+    """Poses of the links that have targets, and the remaining errors."""
     poses = np.reshape(result.pose, (-1, 4, 4))
     axes = ("target", "row", "column")
     data["pose"] = (axes, poses, {"long_name": "poses of the links, homogeneous matrices"})

@@ -1,4 +1,4 @@
-"""Derivatives as weighted sums of what is made with values nearby."""
+"""Finite-difference derivatives as weighted sums of objects built with nearby values."""
 
 from __future__ import annotations
 
@@ -6,13 +6,13 @@ import math
 from collections.abc import Callable
 from typing import TypeVar
 
-#: Distance of the nodes of differences, relative to the parameter. Fourth order leaves its fourth power,
-#: 2e-11, times a derivative of fifth order (nothing of polynomials up to the fourth power); rounding leaves
-#: as much.
+#: Spacing of the difference nodes, relative to the parameter. The truncation error is its fourth power,
+#: 2e-11, times the fifth derivative (zero for polynomials up to degree four); the rounding error is about
+#: as large.
 STEP = 2e-3
 
-#: The same where forces act in a part of all states only: in states between the edges of that part for the
-#: nodes a difference is wrong. Rounding leaves 1e-10 of the forces.
+#: The same for forces that act in some states only. In states between the edges of that region for the
+#: individual nodes the difference is wrong. The rounding error is 1e-10 of the forces.
 FINE_STEP = 1e-6
 
 #: Nodes and weights of the derivative by four differences, central and to one side (Fornberg 1988, tables 1
@@ -20,10 +20,10 @@ FINE_STEP = 1e-6
 CENTRAL = ((-2, 1 / 12), (-1, -2 / 3), (1, 2 / 3), (2, -1 / 12))
 ONE_SIDED = ((0, -25 / 12), (1, 4.0), (2, -3.0), (3, 4 / 3), (4, -1 / 4))
 
-#: The same of what is linear in the parameter, by two.
+#: Two nodes, for quantities that are linear in the parameter.
 OF_LINEAR = ((-1, -1 / 2), (1, 1 / 2))
 
-#: Sums below that part of what they are made of are rounding.
+#: Sums smaller than this fraction of their terms are rounding errors.
 ROUNDING = 1e-13
 
 #: Nodes in steps from the value, with weights.
@@ -35,7 +35,7 @@ T = TypeVar("T")
 def terms(
     with_value: Callable[[float], T], value: float, nodes: Nodes = CENTRAL, relative: float = STEP
 ) -> tuple[tuple[T, float], ...]:
-    """What is made with values nearby, with its weights in the derivative.
+    """Objects built with nearby values, and their weights in the derivative.
 
     Their distance is relative to the value. To one side where that is zero, or `with_value` raises a
     ValueError: at the end of what makes sense, such as a Poisson ratio of 0.5, or a rod that cannot be

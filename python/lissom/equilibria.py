@@ -18,11 +18,11 @@ Array = NDArray[np.float64]
 #: Objective of a gradient: a number, and its derivative with respect to the coordinates.
 Objective = Callable[[Array], tuple[float, ArrayLike]]
 
-#: Frequencies that differ by less than this part of them have no derivatives of their own: a small change
+#: Frequencies with a smaller relative difference have no separate derivatives: a small change
 #: of a parameter may turn one mode into the other.
 DISTINCT = 1e-6
 
-#: Most that entries of a symmetric stiffness differ from their mirror images, relative to the largest entry.
+#: Largest asymmetry of a stiffness that counts as symmetric, relative to its largest entry.
 SYMMETRIC = 1e-6
 
 
@@ -220,7 +220,7 @@ def differentiated(
     u: ArrayLike | None = None,
     **options: Any,
 ) -> EquilibriumSensitivityResult:
-    """An equilibrium and its derivatives; what parameters are made of serves all equilibria of a model."""
+    """An equilibrium and its derivatives; the parameter data are shared by all equilibria of a model."""
     found = statics(model, q0, t=t, u=u, **options)
     if not found.success:
         raise LissomError(f"no equilibrium was found: {found.message}")
@@ -263,7 +263,7 @@ def differentiated(
 
 
 def _solved(stiffness: Array, right: Array) -> Array:
-    # What is free to move has an equilibrium, but no derivative of its own.
+    # If the robot can move freely, the stiffness is singular and the derivative does not exist.
     if np.linalg.cond(stiffness) * np.finfo(float).eps > 1e-3:
         raise LissomError("the equilibrium is not determined by the parameters: its stiffness is singular")
     return np.asarray(np.linalg.solve(stiffness, right))
@@ -295,7 +295,7 @@ def _frequencies(
     lower = np.linalg.cholesky(mass)
     halved = np.linalg.solve(lower, np.linalg.solve(lower, 0.5 * (stiffness + stiffness.T)).T)
     squares, vectors = np.linalg.eigh(0.5 * (halved + halved.T))
-    # Of mass one.
+    # Normalised to unit mass.
     shapes = np.linalg.solve(lower.T, vectors)
     own = np.sqrt(np.maximum(squares[:count], 0.0)) / (2 * np.pi)
     changes = np.full((count, len(parameters)), np.nan)

@@ -38,7 +38,7 @@ def dataset(run: Run) -> xarray.Dataset:
             "unit": ("coordinate", units, {"long_name": "unit of the coordinate"}),
         },
         attrs={
-            # HDF5 has no text with NUL in it.
+            # HDF5 strings cannot contain NUL.
             "title": run.scene.name.replace("\0", "\N{REPLACEMENT CHARACTER}"),
             "source": f"lissom {__version__}",
             "scene": run.scene.text,
@@ -60,7 +60,7 @@ def dataset(run: Run) -> xarray.Dataset:
         for name, values in energies(run.balance).items():
             data[f"energy_{name}"] = ("time", values, {"long_name": f"energy: {name}", "units": "J"})
     for shape in shapes(run):
-        # NetCDF has no names with a slash in them.
+        # NetCDF allows no slash in names.
         suffix = shape.suffix.replace("/", "\N{DIVISION SLASH}")
         X = f"X{suffix}"
         arc_length = {"units": "m", "long_name": "arc length of the unstretched rod"}
@@ -77,7 +77,7 @@ def dataset(run: Run) -> xarray.Dataset:
 
 
 def imported(scene: Scene) -> dict[str, str]:
-    """What results keep of the files that a scene imports, if it does: their contents by name, as JSON.
+    """The contents of the files that a scene imports, by name, as JSON.
 
     Bytes that are not UTF-8 come back by ``encode(errors="surrogateescape")``.
     """
@@ -86,7 +86,7 @@ def imported(scene: Scene) -> dict[str, str]:
 
 
 def write_trajectory(run: Run, folder: Path) -> str:
-    """Write ``trajectory.nc``, or ``trajectory.npz`` where the extra ``files`` fails; why it does, in words.
+    """Write ``trajectory.nc``, or ``trajectory.npz`` if the extra ``files`` fails; return the reason.
 
     The file is made in memory: HDF5 that cannot write to its own file ends the process.
     """
@@ -103,7 +103,7 @@ def write_trajectory(run: Run, folder: Path) -> str:
 
 
 def arrays(run: Run) -> dict[str, Any]:
-    """The trajectory by the names that ``trajectory.npz`` has."""
+    """The arrays of ``trajectory.npz`` by name."""
     found: dict[str, Any] = {
         "t": run.t,
         "q": run.q,
@@ -132,7 +132,7 @@ def write_summary(numbers: dict[str, Any], folder: Path) -> None:
 
 
 def plain(value: Any) -> Any:
-    """The same in what JSON knows: numbers that are not finite become null."""
+    """The same as valid JSON: numbers that are not finite become null."""
     if isinstance(value, dict):
         return {key: plain(inner) for key, inner in value.items()}
     if isinstance(value, list):
@@ -141,12 +141,12 @@ def plain(value: Any) -> Any:
 
 
 def in_words(error: Exception) -> str:
-    """An error of somebody else's code on one line."""
+    """An error from other packages on one line."""
     return " ".join(f"{type(error).__name__}: {error}".split())
 
 
 def write_report(report: Callable[[Any, Path], None] | None, subject: Any, path: Path) -> list[str]:
-    """Write a report, if there is to be one. Its failure costs nothing else: why it failed, if it did."""
+    """Write a report, if requested. A failure affects no other file; return its reason, if any."""
     if report is None:
         return []
     try:
@@ -158,7 +158,7 @@ def write_report(report: Callable[[Any, Path], None] | None, subject: Any, path:
 
 
 def write(run: Run, folder: Path, report: Callable[[Run, Path], None] | None) -> list[str]:
-    """Write the files of a run, what was computed before what can be made from it.
+    """Write the files of a run: computed data first, then what can be derived from them.
 
     Parameters
     ----------
@@ -181,5 +181,5 @@ def write(run: Run, folder: Path, report: Callable[[Run, Path], None] | None) ->
 
 
 def missing(*modules: str) -> list[str]:
-    """Those of the modules that cannot be imported."""
+    """The modules that cannot be imported."""
     return [module for module in modules if importlib.util.find_spec(module) is None]

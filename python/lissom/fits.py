@@ -26,10 +26,11 @@ from .shown import Shown
 
 Array = NDArray[np.float64]
 
-#: Singular values of the scaled Jacobian below this part of the largest mean that the data say nothing.
+#: The data do not determine directions whose singular value of the scaled Jacobian is below this fraction of
+#: the largest.
 RANK = 1e-8
 
-#: A parameter takes part in what the data do not determine if it has this part of it at least.
+#: A parameter counts as undetermined if its component of an undetermined direction is at least this large.
 PART = 0.1
 
 
@@ -198,7 +199,7 @@ def fit(
         raise ValueError(f"max_runs: got {max_runs!r}, expected a whole number > 0")
     if noise is not None and not 0.0 < noise < np.inf:
         raise ValueError(f"noise: got {noise!r}, expected a number > 0 in metres or hertz")
-    # Also where nothing moves: what makes no sense is refused whatever the data are.
+    # Validate the options even if there is nothing to fit.
     for name, value in (("t0", t0), ("dt", dt)):
         if finite_array(value, name).ndim or (name == "dt" and value <= 0.0):
             raise ValueError(f"{name}: got {value!r}, expected a number of seconds" + " > 0" * (name == "dt"))
@@ -219,7 +220,7 @@ def fit(
     size = measured.numbers.size
     if size < len(names):
         raise ValueError(f"data: got {size} numbers, expected at least {len(names)}: one for each parameter")
-    # Parameters of very different size count alike.
+    # Scale, so that parameters of very different magnitude have equal weight.
     scale = np.where(guess != 0.0, np.abs(guess), 1.0)
     start = {}
     if isinstance(measured, OfMotion) or q0 is not None:
@@ -246,10 +247,10 @@ def fit(
                 predicted, derivatives = measured.predicted(changed, names, begin, options)
             except (LissomError, ValueError) as error:
                 if not runs:
-                    # What is wrong with the call itself is said at once.
+                    # Errors in the call itself are raised at once.
                     kind = LissomError if isinstance(error, LissomError) else ValueError
                     raise kind(f"with {values}: {error}" if kind is LissomError else str(error)) from None
-                # The solver takes shorter steps until the numbers are finite.
+                # Non-finite residuals make the solver shorten its steps.
                 failures, failed = failures + 1, f"with {values}: {error}"
                 kept[key] = np.full(measured.numbers.size, np.inf), np.zeros((measured.numbers.size, len(z)))
             else:
@@ -379,7 +380,7 @@ def _places(model: Robot, places: Sequence[Any] | None) -> Places:
             case _:
                 found.append((last, float(place)))
         link, X = found[-1]
-        # Refuses what is no place of this robot, before the next place is read.
+        # Reject a place that is not on this robot before reading the next one.
         model.jacobian(np.zeros(model.n), X, link=link)
     return found
 

@@ -1,4 +1,4 @@
-"""Folders of results: tried and held from before the first step on, and filled when everything is there."""
+"""Folders of results: checked and locked before the first step, filled when all files are complete."""
 
 from __future__ import annotations
 
@@ -27,19 +27,19 @@ OWN_FILES = (
     SUMMARY,
 )
 
-#: How the names of folders begin that hold results until they are complete.
+#: Prefix of the temporary folders that hold results until they are complete.
 PARTIAL = ".lissom-partial-"
 
-#: Bytes that are written to see whether a folder takes any: a block of most file systems.
+#: Bytes written to test whether a folder is writable: one block of most file systems.
 TRIAL = 4096
 
 
 class NotOurs(Exception):
-    """A folder that must not be written: it has files of others, or another run is using it."""
+    """The folder must not be written: it contains other files, or another run is using it."""
 
 
 class Folder:
-    """A folder for results, held by one run from its beginning to its end.
+    """A folder for results, locked by one run from beginning to end.
 
     It is made, locked and tried at once. What is written goes to ``partial``, a hidden folder within it, and
     is moved to its place by ``publish``, the summary last: till then results of an earlier run stand. Without
@@ -54,13 +54,13 @@ class Folder:
         self.target = target
         self._place = target.resolve()
         self._made = _make(self._place)
-        # Who is refused here leaves the folder to the run that holds it.
+        # If this raises, the folder stays with the run that holds the lock.
         self._lock = _lock(self._place, target)
         #: Where the files are written.
         self.partial = self._place / f"{PARTIAL}{secrets.token_hex(8)}"
         try:
             if self._lock is not None:
-                # Nobody else is at work here: these are of runs that were killed.
+                # This run holds the lock, so these are left over from killed runs.
                 for leftover in self._place.glob(f"{PARTIAL}*"):
                     shutil.rmtree(leftover, ignore_errors=True)
             # Another run may have ended since the first look.
@@ -83,7 +83,7 @@ class Folder:
         """Move the files of ``partial`` into the folder instead of those of earlier runs; their names."""
         written = [name for name in OWN_FILES if (self.partial / name).exists()]
         for name in written:
-            # A disk that is full may say so only now.
+            # A full disk may be reported only now.
             _flush(self.partial / name)
         for stale in OWN_FILES:
             if stale not in written:
@@ -106,14 +106,14 @@ class Folder:
 
 
 def _make(folder: Path) -> list[Path]:
-    """Make a folder and those around it; the ones that were not there, the innermost first."""
+    """Make a folder and its parents; return those that did not exist, innermost first."""
     absent = [path for path in (folder, *folder.parents) if not path.exists()]
     folder.mkdir(parents=True, exist_ok=True)
     return absent
 
 
 def _lock(folder: Path, name: Path) -> int | None:
-    """Hold a folder until the process ends, however it ends; None where the system has no such locks."""
+    """Lock a folder until the process ends, however it ends; None if the system has no such locks."""
     if sys.platform == "win32":
         return None
     import fcntl
@@ -127,7 +127,7 @@ def _lock(folder: Path, name: Path) -> int | None:
             f"another run of lissom is writing into {name}; wait for its end, or name another folder with -o"
         ) from None
     except OSError:
-        # Some network file systems have none: there runs into one folder end one after the other.
+        # Some network file systems have no locks. There, the last of several runs into one folder wins.
         os.close(handle)
         return None
     return handle

@@ -1,4 +1,4 @@
-"""Ctrl-C in the command line: heard from the first moment on, and answered where nothing is lost by it.
+"""Ctrl-C in the command line: noted from the start, and handled where no data are lost.
 
 Imports nothing that takes time: it is there before NumPy and the extension module are.
 """
@@ -17,16 +17,16 @@ if TYPE_CHECKING:
 
     T = TypeVar("T")
 
-#: What Ctrl-C is answered where it raises nothing.
+#: Message after Ctrl-C where it raises no exception.
 STOPPING = "The simulation stops at its next step; what it computed is saved."
 SAVING = "What was computed is being saved; that ends by itself."
 
-#: Seconds after a KeyboardInterrupt in which another Ctrl-C raises none, so that cleaning up ends.
+#: Seconds after a KeyboardInterrupt during which another Ctrl-C is ignored, so that cleanup can finish.
 CALM = 1.0
 
 
 class Interruption:
-    """Whether somebody pressed Ctrl-C, and what the next one does."""
+    """Whether Ctrl-C was pressed, and the effect of the next one."""
 
     def __init__(self) -> None:
         #: True from the first Ctrl-C on.
@@ -36,7 +36,7 @@ class Interruption:
         self._word = b""
 
     def install(self) -> None:
-        """Note Ctrl-C from here on; it raises nothing until ``answer``."""
+        """Note Ctrl-C from here on without raising, until ``answer``."""
         signal.signal(signal.SIGINT, self._hear)
 
     def answer(self) -> None:
@@ -46,15 +46,15 @@ class Interruption:
             raise KeyboardInterrupt
 
     def defer(self, word: str = "") -> None:
-        """From here on Ctrl-C is noted, and answered by a word alone."""
+        """Note Ctrl-C from here on, and only print a message."""
         self._raises = False
         self._word = f"{word}\n".encode() if word else b""
 
     def collect(self, computed: Iterable[T]) -> list[T]:
-        """What is computed until Ctrl-C, which is deferred then; KeyboardInterrupt if that is nothing."""
+        """The results computed until Ctrl-C, which is deferred; raise KeyboardInterrupt if there are none."""
         found: list[T] = []
         try:
-            # Not a loop of Python's, between whose steps Ctrl-C would lose what has just been computed.
+            # `extend` consumes the iterator in C. In a Python loop, Ctrl-C could lose the current item.
             found.extend(computed)
             self.defer(SAVING)
         except KeyboardInterrupt:
@@ -70,9 +70,9 @@ class Interruption:
                 self._calm_until = time.monotonic() + CALM
                 raise KeyboardInterrupt
         elif self._word:
-            # What was interrupted may be writing to sys.stderr, which cannot be entered twice.
+            # The interrupted code may be writing to sys.stderr, which is not reentrant.
             os.write(2, self._word)
 
 
-#: The one of this process.
+#: The instance of this process.
 interruption = Interruption()

@@ -1,4 +1,4 @@
-"""How joints are drawn: axes, planes and points where two frames meet."""
+"""Geometry of joints for drawings: axes, planes and points where two frames meet."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ class JointMark:
     kind: Literal["turning", "sliding", "plane", "ball"]
     #: The frame of the mark: x along the axis, or along the normal of the plane.
     pose: Pose
-    #: What the joint has moved: the base of the link.
+    #: The frame that the joint moves: the base of the link.
     base: Pose
 
     def travel(self, q: Array, t: float | Array) -> Array:
-        """How far the base has moved from the mark along its axes, (..., 3), metres."""
+        """Displacement of the base relative to the mark, along the axes of the mark, (..., 3), metres."""
         mark, base = self.pose(q, t), self.base(q, t)
         moved: Array = np.einsum("...ij,...i->...j", mark[..., :3, :3], base[..., :3, 3] - mark[..., :3, 3])
         return moved
@@ -58,7 +58,7 @@ def joint_marks(name: str, joint: Joint, frame: Pose, base: Pose) -> list[JointM
         case Spherical():
             return [mark("ball", frame, np.eye(3))]
         case _:
-            # A weld is no motion, and nothing joins what is free.
+            # Welds and free joints have no marks.
             return []
 
 
@@ -70,7 +70,7 @@ def _turned(pose: Pose, axes: Array, q: Array, t: float | Array) -> Array:
 
 
 def _along(axis: ArrayLike) -> Array:
-    """Axes of which the first is this one."""
+    """A frame whose first axis is this one."""
     x = _unit(np.asarray(axis, float))
     y = _unit(np.cross(np.eye(3)[int(np.argmin(np.abs(x)))], x))
     return np.stack([x, y, np.cross(x, y)], axis=1)

@@ -51,22 +51,22 @@ if TYPE_CHECKING:
         | FitResult
     )
 
-#: With what a file ``.lissom`` begins; the record follows.
+#: First bytes of a ``.lissom`` file; the record follows.
 HEAD = b"lissom record 1\n"
 
-#: With what a record begins: pickles are valid for one version.
+#: First bytes of a record: pickles are valid for one version only.
 VERSION = f"{__version__}\n".encode()
 
-#: What to do where a model has what files cannot keep.
+#: Hint in messages about models that files cannot store.
 NO_FUNCTIONS = "give functions of time as tables or `Harmonic`"
 
 #: The name of the record in NetCDF and NPZ files.
 RECORD = "lissom_record"
 
-#: The file of the record in the archive that an NPZ file is.
+#: Name of the record's file within the NPZ archive.
 MEMBER = f"{RECORD}.npy"
 
-#: What `save` returns; `load` gives nothing else.
+#: The types that `save` accepts and `load` returns.
 RESULTS = (
     *("MotionResult", "StaticsResult", "ContinuationResult", "ModesResult", "EnsembleResult"),
     *("SensitivityResult", "EquilibriumSensitivityResult", "FitResult", "ReachResult", "ActuateResult"),
@@ -194,7 +194,7 @@ def _read_npz(path: Path) -> bytes:
     content = path.read_bytes()
     try:
         with zipfile.ZipFile(io.BytesIO(content)) as archive:
-            # A small file cannot swell: neither what is stored nor the array that it declares.
+            # Reject files that expand: neither stored data nor declared arrays may be larger than the file.
             member = archive.getinfo(MEMBER)
             if member.compress_type != zipfile.ZIP_STORED or member.file_size > len(content):
                 raise ValueError("its record is compressed")
@@ -229,7 +229,7 @@ def _read_netcdf(path: Path) -> bytes:
     content = path.read_bytes()
     try:
         with h5py.File(io.BytesIO(content), "r") as file:
-            # Links lead to other files; what is compressed or declared may be more than the memory holds.
+            # External links point to other files; compressed or declared data may exceed the memory.
             if not isinstance(file.get(RECORD, getlink=True), h5py.HardLink):
                 raise ValueError("its record is elsewhere")
             kept = file[RECORD]

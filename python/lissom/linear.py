@@ -159,7 +159,7 @@ def linearise(
 
 
 def _check_inputs(model: Model, names: Sequence[str]) -> None:
-    """Refuses what sets coordinates in place of forces."""
+    """Reject inputs that prescribe coordinates instead of forces."""
     tendons = [each for each in getattr(model, "actuators", ()) if isinstance(each, Tendon)]
     for tendon in tendons:
         length = tendon.length
@@ -171,14 +171,14 @@ def _check_inputs(model: Model, names: Sequence[str]) -> None:
             )
 
 
-#: Derivatives of gaps that are smaller than this beside the others are determined by them.
+#: Rows of the constraint Jacobian whose independent part is smaller than this are redundant.
 DEPENDENT = 1e-8
 
 
 def _within_loops(
     robot: Robot, q: Array, mass: Array, t: float, u: ArrayLike | None
 ) -> tuple[list[int], Array, Array]:
-    """Coordinates that can be chosen freely, how all follow from them, and the stiffness of loops.
+    """Independent coordinates, the map from them to all coordinates, and the stiffness of loops.
 
     The dependent ones are those that close the loops with the least inertia: Gram and Schmidt's
     orthogonalisation of the columns of the gaps' derivative, the one first of which most is left.
@@ -209,7 +209,7 @@ def _within_loops(
 
 
 def _names(seen: View, n: int) -> tuple[list[str], list[str], list[str]]:
-    """Of coordinates, velocities and generalised forces."""
+    """Names of coordinates, velocities and generalised forces."""
     names = seen.signals
     if names is not None:
         return list(names), [f"{name}.rate" for name in names], [f"{name}.force" for name in names]
@@ -235,13 +235,13 @@ def _forces(model: Model, seen: View, q: Array, t: float, u: ArrayLike | None) -
 
 
 def _inputs(model: Model, q: Array, t: float, u: ArrayLike | None) -> dict[str, Group]:
-    """What acts when the inputs of a model change: all of them, and the vectors among them."""
+    """Generalised forces per unit of each input: all inputs, and the vector inputs among them."""
     names = list(model.inputs)
     if not names:
         return {}
 
     def forces() -> Array:
-        # What a motion needs against them, the other way.
+        # Opposite sign: inverse dynamics returns the force that balances the inputs.
         return -model.input_tangent(q, t=t, u=u).T
 
     groups: dict[str, Group] = {"inputs": (names, forces)}
@@ -282,18 +282,18 @@ def _measurements(model: Model, seen: View, q: Array, t: float) -> dict[str, Gro
 def _motions(
     frame: Frame, carrier: Callable[[float], Array] | None, q: Array, t: float, of_q: Array, of_v: Array
 ) -> dict[str, Callable[[], Array]]:
-    """How a frame moves, as rows; ``carrier`` is the angular velocity that the model is carried with."""
+    """Motion of a frame, as rows; ``carrier`` is the angular velocity of the base."""
 
     def velocity() -> Array:
         moved = frame.jacobian(q, t)[LINEAR]
         rows = moved @ of_v
         if carrier is not None:
-            # The farther out, the faster; the angular velocity is the same everywhere.
+            # The linear velocity depends on the position; the angular velocity does not.
             rows += np.cross(carrier(t), moved, axisb=0, axisc=0) @ of_q
         return rows + carried(LINEAR)
 
     def carried(rows: slice) -> Array:
-        """What comes of prescribed motions elsewhere."""
+        """Derivative of the part of the velocity that is due to prescribed motions."""
         along = frame.carried
         if along is None:
             return np.zeros((3, of_q.shape[1]))
@@ -314,7 +314,7 @@ def _components(name: str) -> list[str]:
 def _signals(
     argument: str, wanted: str | Sequence[str], groups: dict[str, Group]
 ) -> tuple[tuple[str, ...], Array]:
-    """Names and rows of the signals that are asked for, groups or single ones."""
+    """Names and rows of the requested signals, groups or single ones."""
     names: list[str] = []
     rows: list[Array] = []
     for name in [wanted] if isinstance(wanted, str) else list(wanted):

@@ -321,7 +321,7 @@ class Link:
 
     def __post_init__(self) -> None:
         if isinstance(self.rod, Iterable):
-            # What can be read but once is kept.
+            # Iterators can be read only once.
             object.__setattr__(self, "rod", tuple(self.rod))
         check_link(self)
         _keep(self)

@@ -1,4 +1,4 @@
-"""What is drawn and plotted of what closes loops: where it is, what it holds, how far it is open.
+"""Geometry, forces and gaps of closed loops, for drawings and plots.
 
 Plain geometry and numbers, as functions of coordinates and time; how that looks is the reports' business.
 """
@@ -20,7 +20,7 @@ from .loops import Distance, Gear, Loop, LoopEnd
 
 Array = NDArray[np.float64]
 
-#: How many of its constraints are in metres, and how many are differences of cosines.
+#: Number of constraints in metres, and number of differences of cosines, by type of joint.
 ROWS: Mapping[type, tuple[int, int]] = {
     Weld: (3, 3),
     Revolute: (3, 2),
@@ -35,26 +35,26 @@ ROWS: Mapping[type, tuple[int, int]] = {
 
 @dataclass(frozen=True)
 class LoopMark:
-    """What closes a loop."""
+    """A joint that closes a loop, as it is drawn and plotted."""
 
     name: str
     kind: Literal["joint", "weld", "distance", "gear"]
-    #: What it ties, in words.
+    #: Description of the two ends.
     between: str
-    #: What its joint is drawn as: axes, planes or points.
+    #: Marks of its joint: axes, planes or points.
     joints: Sequence[JointMark]
     #: The frames of its ends, and the section or body that each is on, None in the world; of a gear none.
     ends: Sequence[tuple[Pose, Pose | None]]
     #: Moment about its second end and force there, in world axes, (k, 6), or the generalised force of a gear,
     #: (k,): of (k, n) coordinates, velocities, accelerations, (k,) times and (k, m) inputs.
     force: Callable[[Array, Array, Array, Array, Array], Array]
-    #: How far it is open at most, (k,), by unit: of (k, n) coordinates and (k,) times.
+    #: Largest gap, (k,), by unit: of (k, n) coordinates and (k,) times.
     gaps: Callable[[Array, Array], Mapping[str, Array]]
 
 
 def loop_marks(robot: Robot) -> list[LoopMark]:
-    """What there is to draw and plot of the closed loops of a robot."""
-    # Gears stand behind all others.
+    """Marks of all closed loops of a robot."""
+    # Gears come last.
     first = 0
     places: dict[str, int] = {}
     for closed in sorted(robot.loops, key=lambda closed: isinstance(closed.kind, Gear)):
@@ -85,8 +85,8 @@ def _mark(robot: Robot, closed: Loop, first: int) -> LoopMark:
 
 
 def _end(robot: Robot, end: object) -> tuple[Pose, Pose | None]:
-    """The frame of an end, and what it is on."""
-    # The robot has made ends of all that may be given as one.
+    """The frame of an end, and the link it is fixed to."""
+    # `Robot` has converted all forms of an end to `LoopEnd`.
     assert isinstance(end, LoopEnd)
     place = Link("frame", body=Body(1.0), position=end.position, orientation=end.orientation)
     local = Robot([place]).pose(np.zeros(0))

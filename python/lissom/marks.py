@@ -22,7 +22,7 @@ from .loop_marks import LoopMark, loop_marks
 
 Array = NDArray[np.float64]
 
-#: Places at which a force, or a moment, is drawn that is spread along a rod.
+#: Number of places at which a distributed force or moment is drawn.
 PLACES_OF_FORCES, PLACES_OF_MOMENTS = 5, 3
 
 
@@ -36,11 +36,11 @@ class LoadMark:
     is_spread: bool
     #: Poses (..., places, 4, 4) of the places where it acts.
     pose: Pose
-    #: Newtons or newton metres, per metre where it is spread, shape (k, 3): of (k,) times and (k, m) inputs.
+    #: Newtons or newton metres, per metre if distributed, shape (k, 3): of (k,) times and (k, m) inputs.
     value: Callable[[Array, Array], Array]
-    #: Whether these are in the axes of the places, and not in those of the world.
+    #: Whether the components are in the axes of the places, not in world axes.
     follows: bool
-    #: Where the rod ends there: 1 at its tip, -1 at its base, 0 elsewhere and on bodies.
+    #: 1 at the tip of a rod, -1 at its base, 0 elsewhere and on bodies.
     outwards: int = 0
 
 
@@ -50,10 +50,10 @@ class SupportMark:
 
     #: The link that it holds.
     name: str
-    #: Where its anchor is (3,), and the poses of what it holds.
+    #: Position of its anchor (3,), and the poses of the supported places.
     anchor: Array
     pose: Pose
-    #: Whether it holds places, and not directions alone.
+    #: Whether it restrains positions, not only orientations.
     holds_places: bool
 
 
@@ -64,15 +64,15 @@ class Marks:
     joints: Sequence[JointMark] = ()
     loads: Sequence[LoadMark] = ()
     supports: Sequence[SupportMark] = ()
-    #: Where links are welded to the world, or to the base that moves.
+    #: Frames at which links are welded to the world or to a moving base.
     clamps: Sequence[Pose] = ()
     actuators: Sequence[ActuatorMark] = ()
     loops: Sequence[LoopMark] = ()
-    #: What can touch.
+    #: Contact pairs.
     contacts: Touching = NOTHING_TOUCHES
-    #: In the world, m/s^2.
+    #: Gravity in world axes, m/s^2.
     gravity: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    #: Velocity of the fluid in the world, m/s.
+    #: Velocity of the fluid in world axes, m/s.
     current: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
 
@@ -103,7 +103,7 @@ def _base(robot: Robot, link: Link, q: Array, t: float | Array) -> Array:
 def _frame(robot: Robot, link: Link) -> Pose:
     """Poses of the frame of the joint of a link, before the joint moves the link."""
     if link.parent is None:
-        # What is fixed to the world moves with the base, about the frame of the first link's joint.
+        # Links on the world move with a moving base, about the frame of the first link's joint.
         first = robot.links[0]
         fixed = Robot(
             [_welded("first", first), _welded("frame", link)],
@@ -124,7 +124,7 @@ def _frame(robot: Robot, link: Link) -> Pose:
 
 
 def _welded(name: str, link: Link) -> Link:
-    """A body that rests in the world where a link is on its parent."""
+    """A body fixed in the world, at the pose at which a link is attached to its parent."""
     return Link(name, body=Body(1.0), position=link.position, orientation=link.orientation)
 
 
@@ -134,7 +134,7 @@ def _joint(robot: Robot, link: Link) -> list[JointMark]:
 
 
 def _load(robot: Robot, load: Load) -> list[LoadMark]:
-    """The force and the moment of a load, those that there are."""
+    """The force and the moment of a load, those that it has."""
     name = load.link or robot.links[0].name
     link = next(link for link in robot.links if link.name == name)
     length = sum(segment.length for segment in link.rod or ())
@@ -176,11 +176,11 @@ def _value(robot: Robot, signal: Any, t: Array, u: Array) -> Array:
 
 
 def value_at(signal: Any, t: float | Array) -> Array:
-    """Values (..., 3) at times (...) of what a `Load` takes as force or moment."""
+    """Values (..., 3) at times (...) of anything that `Load` accepts as force or moment."""
     times = np.asarray(t, float)
     found: Array
     if isinstance(signal, Input):
-        # As long as nobody sets it.
+        # The default of the input.
         found = np.asarray(signal.default, float)
     elif isinstance(signal, Harmonic):
         phase = 2.0 * np.pi * signal.frequency * times[..., None] + signal.phase
@@ -215,11 +215,11 @@ def _support(robot: Robot, support: Support) -> SupportMark:
 
 
 def _at_rest(robot: Robot) -> Robot:
-    """The links of a robot where nothing moves as prescribed: what is, has a coordinate like others."""
+    """The links of a robot with prescribed joint motions replaced by ordinary coordinates."""
     links = []
     for link in robot.links:
         prescribed = {name: None for name in ("motion", "mimic") if hasattr(link.joint, name)}
         links.append(replace(link, joint=replace(link.joint, **prescribed)))
-    # What moves as prescribed needs no inertia, coordinates do.
+    # Prescribed joints may lack inertia, coordinates must have it.
     bodies = [Body(1.0, inertia=(1.0, 1.0, 1.0), link=link.name) for link in links]
     return Robot(links, bodies=bodies)

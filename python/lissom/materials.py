@@ -17,23 +17,23 @@ from .views import is_rod
 
 Array = NDArray[np.float64]
 
-#: Numbers of a segment that only its generalised stiffness depends on, and that of its damping beside it.
+#: Numbers that affect only a segment's generalised stiffness, and the number that affects only its damping.
 OF_STIFFNESS = ("young_modulus", "shear_modulus", "poisson_ratio")
 OF_DAMPING = "retardation_time"
 
-#: How paths to segments begin, in a rod and in a robot.
+#: Prefixes of paths to segments, in a rod and in a robot.
 OF_SEGMENTS = ("segment", "segments", "link", "links")
 
-#: Parts of a segment whose numbers its stiffness and the inertia of its sections depend on, and nothing else.
+#: Arguments of a segment that affect only its stiffness and the inertia of its sections.
 OF_SECTION = ("density", "radius", "section", "shear_correction")
 
-#: Numbers that forces are linear in, wherever they stand in a model.
+#: Numbers in which the forces are linear, anywhere in a model.
 LINEAR = ("density", "gravity", "tip_mass")
 
 
 @dataclass(frozen=True)
 class OfSection:
-    """A number that the sections of a segment depend on.
+    """A number that affects the sections of a segment.
 
     Attributes
     ----------
@@ -49,7 +49,7 @@ class OfSection:
 
 @dataclass(frozen=True)
 class OfMaterial:
-    """How a segment's generalised stiffness and damping change with a number of its material.
+    """Derivatives of a segment's generalised stiffness and damping with respect to a material parameter.
 
     Attributes
     ----------
@@ -71,7 +71,7 @@ class OfMaterial:
 
 
 def nodes_of(path: Sequence[paths.Part]) -> differences.Nodes:
-    """At which values models are made for the derivative with respect to the number that a path leads to."""
+    """Values at which models are built for the derivative with respect to the number at a path."""
     return differences.OF_LINEAR if any(part in LINEAR for part in path[-2:]) else differences.CENTRAL
 
 
@@ -103,13 +103,13 @@ def _of_modulus(segment: Segment, key: paths.Part) -> Array:
 
 
 class Materials:
-    """Segments of a model on whose material nothing but their stiffness and damping depends."""
+    """Segments of a model whose material affects only their stiffness and damping."""
 
     def __init__(self, model: Model) -> None:
         self._model = model
 
     def derivative(self, path: Sequence[paths.Part]) -> OfMaterial | None:
-        """The derivative with respect to the number that a path leads to; None if it is not of a segment."""
+        """The derivative with respect to the number at a path; None if it does not belong to a segment."""
         segment, number, first, within = self._segment(path)
         if segment is None:
             return None
@@ -121,7 +121,7 @@ class Materials:
         # A radius that is the same at both ends.
         if isinstance(value, tuple) and len(value) == 2 and value[0] == value[1]:
             value = value[0]
-        # A section that is given has no material; what is wrong with others is told elsewhere.
+        # A section given by its stiffness has no material. Invalid materials are reported elsewhere.
         if isinstance(value, bool) or not isinstance(value, int | float) or not np.isfinite(value):
             return None
         stiffness = segment.generalised_stiffness()
@@ -130,13 +130,13 @@ class Materials:
         if key in OF_STIFFNESS and len(within) == 1:
             changed = _of_modulus(segment, key)
             return OfMaterial(value, first, changed, segment.retardation_time * changed)
-        # Without coordinates of its own it takes those of others to matter.
+        # A segment without coordinates matters only through those of other links.
         if key not in OF_SECTION or not len(stiffness) or not self._are_separate:
             return None
         nodes = nodes_of(path)
         nearby, changed = _nearby(segment, within, value, nodes)
         if len(nearby) > len(nodes):
-            # To one side, at the end of what makes sense: others are not.
+            # At the limit of the valid range only one-sided differences exist, which are left to the caller.
             return None
         section = OfSection(number, nearby)
         return OfMaterial(value, first, changed, segment.retardation_time * changed, section)
@@ -154,7 +154,7 @@ class Materials:
         return number
 
     def _segment(self, path: Sequence[paths.Part]) -> tuple[Segment | None, int, int, Sequence[paths.Part]]:
-        """The segment that a path leads into, its number and first coordinate, and the rest of the path."""
+        """The segment at a path, its number and first coordinate, and the rest of the path."""
         places = [i for i, part in enumerate(path) if isinstance(part, int)]
         depth = 1 if is_rod(self._model) else 2
         if len(places) >= depth and places[depth - 1] + 1 < len(path) and path[0] in OF_SEGMENTS:
@@ -173,7 +173,7 @@ class Materials:
 
     @functools.cached_property
     def _segments(self) -> dict[tuple[paths.Part, ...], tuple[Segment, int, int]]:
-        """By their places in a path, with their numbers and the first of their coordinates."""
+        """Segments by their prefix in a path, with their numbers and first coordinates."""
         model = self._model
         # Contact takes its stiffness from materials, and activation acts through the stiffness.
         if not isinstance(model, Robot) or model.contacts:
@@ -184,7 +184,7 @@ class Materials:
         for i, link in enumerate(model.links):
             segments = tuple(link.rod or ())
             sizes = [sum(segment.modes.values()) for segment in segments]
-            # Those of the joint come first.
+            # The coordinates of the joint come first.
             first = model.slice(link.name).stop - sum(sizes)
             for j, (segment, size) in enumerate(zip(segments, sizes, strict=True)):
                 found[(j,) if is_rod(model) else (i, j)] = segment, len(found), first

@@ -128,7 +128,7 @@ class OfShapes:
     inputs: Sequence[Array | None]
     places: Places
     unit: str = "metres"
-    #: Equilibria of the last model, near which those of the next one are.
+    #: Equilibria of the previous model, used as starting points for the next one.
     last: dict[int, Array] = field(default_factory=dict)
 
     def predicted(

@@ -515,7 +515,7 @@ def _view(
             print(f"Open {view.url} in a browser; Ctrl-C ends.", flush=True)
             view.serve()
         except KeyboardInterrupt:
-            # Before the page was served; from then on `serve` hears it.
+            # Before the page is served; from then on `serve` handles Ctrl-C.
             view.stop()
     else:
         view.start()
@@ -523,7 +523,7 @@ def _view(
 
 
 def _attach(owner: type, name: str, function: Any, text: str | None = None) -> None:
-    """Give a class a function of its own as a method."""
+    """Attach a copy of a function to a class as a method."""
     import types
 
     own = types.FunctionType(function.__code__, function.__globals__, name, function.__defaults__)
@@ -535,7 +535,7 @@ def _attach(owner: type, name: str, function: Any, text: str | None = None) -> N
 
 
 def attach() -> None:
-    """Give the classes of results their methods; once more does no harm."""
+    """Attach the methods to the classes of results. Repeated calls have no effect."""
     paraview = f"{_ALL_KINDS}; ``.vtkhdf`` is for ParaView alone (extra `files`) and cannot be loaded again"
     trajectory = (
         "States, inputs, energies (J), centre lines of rods and positions of tips (m) over the time (s)."

@@ -20,19 +20,19 @@ from .views import is_rod
 
 Array = NDArray[np.float64]
 
-#: The state at the start, all of it or a coordinate.
+#: The initial state: all of it, or one coordinate.
 START = re.compile(r"(?P<which>q0|v0)(\[(?P<index>\d+)\])?")
 
-#: Inputs: all, those of a control step, or one.
+#: Inputs: all, those of one control step, or a single one.
 INPUT = re.compile(r"u(\[(?P<step>\d+)\](\[(?P<input>\d+)\])?)?")
 
-#: Parts of paths to what acts in a part of all states only.
+#: Parts of paths to effects that act in some states only.
 ONE_SIDED = frozenset(("contact", "contacts", "limits", "limit_stiffness", "limit_dissipation"))
 
-#: How paths to actuators begin; some of them, such as tendons of given length, act in a part of all states.
+#: Prefix of paths to actuators; some of them, such as tendons of given length, act in some states only.
 OF_ACTUATORS = frozenset(("actuator", "actuators", "tendon", "tendons", "motor", "motors"))
 
-#: Arguments that are numbers where they are the same in all three directions.
+#: Arguments that may be a single number if they are equal in all three directions.
 OF_ALL_DIRECTIONS = frozenset(
     ("friction", "stiffness", "damping", "rotational_stiffness", "rotational_damping")
 )
@@ -44,7 +44,7 @@ M = TypeVar("M", bound=Model)
 
 @dataclass(frozen=True)
 class OfStart:
-    """A coordinate or a velocity at the start."""
+    """An initial coordinate or velocity."""
 
     name: str
     which: str
@@ -86,7 +86,7 @@ class OfModel:
 
     @functools.cached_property
     def terms(self) -> tuple[Term, ...]:
-        """The derivative with respect to it as weighted models."""
+        """The derivative with respect to the parameter, as weighted models."""
         path = self.path
 
         def with_value(value: float) -> Model:
@@ -126,7 +126,7 @@ def value_of(model: Model, name: str) -> float:
 
 
 def _number(value: Any, name: str) -> float:
-    # A radius that is the same at both ends, or a stiffness that is the same in all directions.
+    # A single number: a constant radius, or a stiffness that is equal in all directions.
     of_all = 3 if name.rpartition(".")[2] in OF_ALL_DIRECTIONS else 2
     if isinstance(value, tuple) and len(value) == of_all and len(set(value)) == 1:
         value = value[0]
@@ -143,7 +143,7 @@ def _path(model: Model, name: str) -> list[paths.Part]:
 
 
 def names_of(names: object) -> list[str]:
-    """The names that were given, once each."""
+    """The given names, without repetition."""
     if isinstance(names, str) or not isinstance(names, Iterable):
         raise TypeError(f"parameters: got {type(names).__name__}, expected a sequence of names")
     listed = list(names)
@@ -230,7 +230,7 @@ def _of_model(model: Model, name: str, materials: Materials, by_adjoint: bool) -
         )
         matters = acts_in_some_states or _matters(parameter.terms)
     else:
-        # Whatever moves by itself has inertia that matters.
+        # The inertia of everything that moves matters.
         has_inertia = material.section is not None and path[-1] != "shear_correction"
         matters = has_inertia or bool(material.stiffness.any() or material.damping.any())
     if matters:
@@ -245,9 +245,9 @@ def _matters(terms: Sequence[Term]) -> bool:
     """Whether models differ in forces or in places."""
     models = [model for model, _ in terms]
     n = models[0].n
-    # Numbers without a pattern that a model could have.
+    # Arbitrary numbers, so that no symmetry of a model hides a difference.
     state = [0.1 * np.sin(1.7 * np.arange(n) + shift) for shift in (0.3, 1.1, 2.3)]
-    # What starts later, such as a load, has a rise to be seen in; what acts on inputs may rest by default.
+    # At later times, because loads may start at zero; with nonzero inputs, because defaults may be zero.
     inputs = len(models[0].inputs)
     of_inputs = [None, 1.0 + 0.1 * np.sin(1.7 * np.arange(inputs))] if inputs else [None]
     for t in (0.0, 0.137, 1.71):
@@ -267,7 +267,7 @@ def pose(model: Any, q: Array) -> Array:
 def place_derivative(
     parameter: OfModel, q: Array, X: float | None, t: Array, place: Mapping[str, Any]
 ) -> Array | None:
-    """How lengths, placements and prescribed motions move a place while the coordinates stay.
+    """Derivative of a position with respect to lengths, placements and motions at fixed coordinates.
 
     Of coordinates (k, n) at times (k,), shape (k, 3); None where they do not move it.
     """

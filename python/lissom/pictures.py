@@ -36,19 +36,19 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-#: Suffixes of animations, and the codec of those that take ffmpeg.
+#: Suffixes of animations, with the codec of those that need ffmpeg.
 CODECS = {".gif": None, ".mp4": "libx264", ".webm": "libvpx-vp9"}
 
-#: Most pictures of an animation: beyond it, drawing takes minutes.
+#: Maximum number of frames of an animation; more take minutes to draw.
 MOST_PICTURES = 3000
 
-#: Fewest and most pictures per second.
+#: Lowest and highest frame rate.
 RATES = (1.0, 100.0)
 
-#: Most times of a curve: more than a screen can show.
+#: Maximum number of points of a curve: more than a screen can show.
 MOST_POINTS = 5000
 
-#: Most parameters that have axes of their own; the first ones.
+#: Maximum number of parameters with axes of their own.
 MOST_PARAMETERS = 12
 
 #: Pixels per inch of animations.
@@ -81,7 +81,7 @@ def _curves(axes: Axes, x: Array, values: Array, names: list[str], label: str) -
 
 
 def _by_kind(known: list[Coordinate]) -> dict[tuple[str, str], list[int]]:
-    """Numbers of the coordinates of each kind and unit; those of a kind share axes."""
+    """Indices of the coordinates by kind and unit; each kind has its own axes."""
     kinds: dict[tuple[str, str], list[int]] = {}
     for i, coordinate in enumerate(known):
         kinds.setdefault((coordinate.kind, coordinate.unit), []).append(i)
@@ -118,7 +118,7 @@ def of_motion(result: MotionResult) -> NDArray[Any]:
 
 
 def of_statics(result: StaticsResult, model: Model) -> NDArray[Any]:
-    """The shape in which the model rests."""
+    """The equilibrium shape of the model."""
     if not isinstance(model, Model):
         raise TypeError(f"model: a {type(model).__name__} is not a model")
     coordinates(model, len(result.q))
@@ -157,7 +157,7 @@ def of_path(result: ContinuationResult, model: Model | None) -> NDArray[Any]:
 
 
 def of_modes(result: ModesResult) -> NDArray[Any]:
-    """Frequencies and damping ratios, mode by mode."""
+    """Frequency and damping ratio of each mode."""
     axes = _axes(2)
     numbers = np.arange(1, len(result.frequency) + 1)
     axes[0].bar(numbers, result.frequency)
@@ -174,7 +174,7 @@ def of_modes(result: ModesResult) -> NDArray[Any]:
 
 
 def of_ensemble(result: EnsembleResult, model: Model | None) -> NDArray[Any]:
-    """Coordinates by kind: over time how the runs spread, of last states those of each run."""
+    """Coordinates by kind: their spread over time, or the final values of each run."""
     if not result.success.any():
         raise ValueError(f"result: no run came to its end; {result.message[0]}")
     known = coordinates(model, result.q.shape[-1])
@@ -200,7 +200,7 @@ def of_ensemble(result: EnsembleResult, model: Model | None) -> NDArray[Any]:
 
 
 def of_parameters(result: Any) -> NDArray[Any]:
-    """Derivatives of a run or of an equilibrium, or a fit beside what was measured."""
+    """Derivatives of a run or of an equilibrium, or a fit with the measured data."""
     if isinstance(result, FitResult):
         return _of_fit(result)
     assert isinstance(result, SensitivityResult | EquilibriumSensitivityResult)
@@ -237,7 +237,7 @@ def _bars(names: Sequence[str], of_each: dict[str, Array]) -> NDArray[Any]:
 
 
 def _of_fit(result: FitResult) -> NDArray[Any]:
-    """What was measured as dots, the fitted model as lines, place after place; residuals below."""
+    """Measured data as dots and the fitted model as lines, for each place; residuals below."""
     fitted = result.measured + result.residuals
     x: Array = np.arange(1.0, 1.0 + len(fitted)) if result.t is None else np.asarray(result.t)
     below = "time (s)" if result.t is not None else "shape" if result.places else "mode"
@@ -283,7 +283,7 @@ class _Drawn:
             getattr(self.axes, f"set_{name}label")(f"{name} (m)")
 
     def _limits(self) -> None:
-        """One scale for all axes, wide enough for the whole motion."""
+        """Set the same scale on all axes, large enough for the whole motion."""
         everything = np.concatenate([shape.reshape(-1, shape.shape[-1]) for shape, _ in self._shapes])
         low, high = everything.min(axis=0), everything.max(axis=0)
         half = 0.55 * max(float((high - low).max()), SMALLEST)
@@ -292,7 +292,7 @@ class _Drawn:
         if len(low) == 3:
             self.axes.set_box_aspect((1, 1, 1))
             for name in "xyz":
-                # Numbers of three axes that are seen at an angle stand close to each other.
+                # Few ticks: labels of three axes in perspective are close together.
                 axis = getattr(self.axes, f"{name}axis")
                 axis.get_major_locator().set_params(nbins=4)
                 axis.labelpad = 9.0
@@ -314,7 +314,7 @@ def _number(name: str, value: Any) -> float:
 
 
 def animate(result: MotionResult, path: str | os.PathLike[str], fps: float, speed: float) -> None:
-    """Write a motion as a GIF or a film."""
+    """Write a motion as a GIF or a video."""
     path, fps, speed = _suffixed(path), _rate(fps), _positive("speed", speed)
     if result.model is None:
         raise ValueError("result: its model is not known; it has to be one of `simulate`, not of `newmark`")
@@ -328,13 +328,13 @@ def animate(result: MotionResult, path: str | os.PathLike[str], fps: float, spee
 def animate_path(
     result: ContinuationResult, path: str | os.PathLike[str], setting: Setting, fps: float, duration: float
 ) -> None:
-    """Write a path of equilibria as a GIF or a film."""
+    """Write a path of equilibria as a GIF or a video."""
     path, fps, duration = _suffixed(path), _rate(fps), _positive("duration", duration)
     found = result.path
     if len(found.q) == 0:
         raise ValueError(f"result: it has no equilibria to show; {result.message}")
     place, at = way(found), np.linspace(0.0, 1.0, _count(fps, duration))
-    # Between equilibria shapes are interpolated, as in reports.
+    # Shapes are interpolated between equilibria, as in reports.
     q = np.stack([np.interp(at, place, column) for column in found.q.T], axis=1).reshape(len(at), -1)
     titles = [f"load factor {factor:.3f}" for factor in np.interp(at, place, found.load_factor)]
     _film(path, fps, setting.view, q, np.full(len(at), setting.t), titles)
@@ -349,7 +349,7 @@ def animate_mode(
     fps: float,
     duration: float,
 ) -> None:
-    """Write one period of a mode as a GIF or a film."""
+    """Write one period of a mode as a GIF or a video."""
     path, fps, duration = _suffixed(path), _rate(fps), _positive("duration", duration)
     if isinstance(mode, bool) or not isinstance(mode, int | np.integer):
         raise TypeError(f"mode: a {type(mode).__name__} is not a whole number")
@@ -359,7 +359,7 @@ def animate_mode(
             f"mode: got {mode}, expected a number from 0 to {number - 1}: there are {number} modes"
         )
     count = _count(fps, duration)
-    # The last picture is the one before the first: players go on without a halt.
+    # The period ends one frame before it repeats, so that players loop smoothly.
     states = swing(setting, q, result.shapes[:, mode], np.arange(count) / count)
     title = f"mode {mode + 1} of {number}: {frequency(result, int(mode))}"
     _film(path, fps, setting.view, states, np.full(count, setting.t), [title] * count)
@@ -387,7 +387,7 @@ def _positive(name: str, value: float) -> float:
 
 
 def _count(fps: float, duration: float) -> int:
-    """Pictures of a film of so many seconds."""
+    """Number of frames of a video of this duration, seconds."""
     count = fps * duration
     if not count < MOST_PICTURES:
         raise ValueError(
@@ -397,7 +397,7 @@ def _count(fps: float, duration: float) -> int:
 
 
 def _pictures(t: Array, fps: float, speed: float) -> NDArray[np.intp]:
-    """Of each picture the number of the state that is nearest in time."""
+    """For each frame, the index of the state that is nearest in time."""
     count = (t[-1] - t[0]) * fps / speed
     if not count < MOST_PICTURES:
         raise ValueError(
@@ -420,7 +420,7 @@ def _film(path: Path, fps: float, shown: View, q: Array, t: Array, titles: Seque
         raise FileNotFoundError(
             f"{path.suffix} files need the program ffmpeg, which is not installed; .gif files do not"
         )
-    with path.open("ab"):  # what cannot be written is refused before minutes of drawing
+    with path.open("ab"):  # fails before minutes of drawing if the file cannot be written
         pass
     try:
         _draw_film(path, fps, codec, shown, q, t, titles)
@@ -439,7 +439,7 @@ def _draw_film(
     figure = Figure(figsize=(6.0, 5.0))
     FigureCanvasAgg(figure)
     drawn = _Drawn(shown, q, t, figure)
-    # Both take fractions, though Matplotlib's annotations do not say so; GIF counts hundredths of a second.
+    # Both writers accept fractions, contrary to Matplotlib's annotations; GIF counts hundredths of a second.
     rate: Any = fps
     writer: AbstractMovieWriter = PillowWriter(rate) if codec is None else FFMpegWriter(rate, codec)
     with writer.saving(figure, str(path), RESOLUTION):

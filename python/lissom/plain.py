@@ -1,4 +1,4 @@
-"""Numbers that plain data are given, as floats."""
+"""Conversion of the numbers in plain data to floats."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import numpy as np
 
 
 def number(name: str, value: object) -> float:
-    """A number as a float; text and times are none, though Python makes numbers of some."""
+    """A number as a float. Text and times are rejected, although Python can convert some of them."""
     if np.ma.is_masked(value):
         raise TypeError(f"{name}: got a masked value, expected a number")
     found = np.asarray(value)
@@ -16,11 +16,11 @@ def number(name: str, value: object) -> float:
 
 
 def with_number(thing: object, name: str) -> None:
-    """Makes a float of an attribute."""
+    """Convert an attribute to a float."""
     object.__setattr__(thing, name, number(name, getattr(thing, name)))
 
 
 def in_floats(thing: object, *names: str) -> None:
-    """Makes tuples of floats of attributes."""
+    """Convert attributes to tuples of floats."""
     for name in names:
         object.__setattr__(thing, name, tuple(number(name, x) for x in getattr(thing, name)))

@@ -1,4 +1,4 @@
-"""Runs as functions of arrays, with vector-Jacobian products: what bridges to other frameworks stand on."""
+"""Runs as functions of arrays, with vector-Jacobian products, for the bridges to other frameworks."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from .sensitivities import NEWMARK, OF_SCHEME, OF_STEPS, number_of_control_steps
 
 Array = NDArray[np.float64]
 
-#: A time is that of a step if it differs by no more than this part of a step.
+#: Tolerance for times that must coincide with steps, relative to the step.
 OF_STEP = 1e-6
 
 
 @dataclass(frozen=True)
 class Pullback:
-    """Runs of a model from parameters and a start, and how their derivatives come back.
+    """Runs of a model as functions of parameters and initial states, with their vector-Jacobian products.
 
     Attributes
     ----------
@@ -98,7 +98,7 @@ class Pullback:
 
     def _gradient(self, values: Array, q0: Array, v0: Array, u: Array, on_q: Array, on_v: Array) -> Array:
         failed = np.full(len(values) + len(q0) + len(v0) + u.size, np.nan)
-        # Also of what a failed run leaves behind, where weights are NaN.
+        # Also for failed runs, whose weights are NaN.
         if not (np.isfinite(on_q).all() and np.isfinite(on_v).all()):
             return failed
         model = self._with(values)
@@ -110,7 +110,7 @@ class Pullback:
 
         def weighted(t: Array, q: Array, v: Array) -> tuple[float, Array, Array]:
             by_q, by_v = np.zeros_like(q), np.zeros_like(v)
-            # A time may be asked for twice.
+            # A time may occur twice.
             np.add.at(by_q, self._steps, on_q)
             np.add.at(by_v, self._steps, on_v)
             return float(np.sum(by_q * q) + np.sum(by_v * v)), by_q, by_v
@@ -154,7 +154,7 @@ def pullback(
     control_step: float | None = None,
     **options: Any,
 ) -> Pullback:
-    """Runs of a model as a function of these parameters and of the start; refuses what has no derivatives."""
+    """Runs of a model as a function of these parameters and the initial state."""
     if not isinstance(model, Model):
         raise TypeError(f"model: expected a Model (Rod, Robot, SpringPendulum), got {type(model).__name__}")
     if method not in NEWMARK:
@@ -186,7 +186,7 @@ def _held(model: Model, control_step: float | None, duration: float, dt: float) 
         raise ValueError(
             "control_step: expected nothing: this model has no inputs; give loads or actuators a lissom.Input"
         )
-    # Then all steps are of one size.
+    # Then all steps have the same size.
     is_whole = control_step > 0.0 and abs(control_step / dt - round(control_step / dt)) <= OF_STEP
     if not is_whole or round(control_step / dt) < 1:
         raise ValueError(f"control_step: got {control_step!r}, expected a whole number of steps of {dt} s")
@@ -206,7 +206,7 @@ def _steps(t: ArrayLike | None, t0: float, t_end: float, dt: float) -> tuple[Arr
     if times.ndim != 1 or not len(times):
         raise ValueError(f"t: got shape {times.shape}, expected (m,) with m of 1 at least")
     for i, time in enumerate(times):
-        # The first comparison refuses NaN, too.
+        # The first comparison also rejects NaN.
         is_within = t0 - OF_STEP * dt <= time <= t_end + OF_STEP * dt
         if not is_within or abs(t0 + round((time - t0) / dt) * dt - time) > OF_STEP * dt:
             raise ValueError(f"t[{i}]: got {time}, expected the time of a step, {t0} + k {dt} up to {t_end}")

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from ._lissom import Section
 
-#: Of what results and models consist, by module.
+#: The classes and functions that results and models consist of, by module.
 PARTS = {
     "_lissom": (
         *("MotionResult", "StaticsResult", "ContinuationResult", "ModesResult", "EnsembleResult"),
@@ -44,10 +44,10 @@ PARTS = {
     "materials": ("OfMaterial", "OfSection"),
 }
 
-#: Kinds of numbers and texts that arrays may have: truth values, integers, floats, complex numbers, text.
+#: Allowed kinds of array elements: booleans, integers, floats, complex numbers, text.
 KINDS = "biufcSU"
 
-#: What a record may tell its reader; `pickle` has more.
+#: Opcodes allowed in a record, a subset of those of `pickle`.
 INSTRUCTIONS = (
     *(
         pickle.PROTO,
@@ -83,7 +83,7 @@ def read(content: bytes) -> Any:
 
 
 class _Writer(pickle.Pickler):
-    """Writes what changes objects in `pickle`'s own way as calls that make them whole."""
+    """Writes objects as constructor calls, where `pickle` would modify them after construction."""
 
     def reducer_override(self, thing: Any) -> Any:
         if isinstance(thing, np.ndarray | np.generic):
@@ -99,7 +99,7 @@ class _Writer(pickle.Pickler):
 
 
 class _Reader(pickle._Unpickler):
-    """Reads nothing but parts of results.
+    """Reads only the classes and functions that results consist of.
 
     It is the reader that is written in Python, since that one has a table of its instructions.
     """
@@ -115,7 +115,7 @@ def _refused(reader: pickle._Unpickler) -> NoReturn:
 
 
 def _new(depth: int, known: Callable[[Any], None]) -> Callable[[Any], None]:
-    """`known` for compiled classes alone: their ``__new__`` checks what it is given."""
+    """`known`, restricted to compiled classes, whose ``__new__`` validates its arguments."""
 
     def make(reader: Any) -> None:
         owner = reader.stack[-depth]
@@ -136,27 +136,27 @@ for _word, _depth in ((pickle.NEWOBJ, 2), (pickle.NEWOBJ_EX, 3)):
 
 
 def _array(kind: str, shape: tuple[int, ...], content: bytes, number: bool) -> NDArray[Any]:
-    """An array from its bytes, or with `number` the one number in it."""
+    """An array from its bytes, or the single number in it if `number` is set."""
     dtype = np.dtype(str(kind))
     if dtype.kind not in KINDS or dtype.fields is not None or dtype.subdtype is not None:
         raise pickle.UnpicklingError(f"an array of {kind}")
     if dtype.itemsize == 0 or math.prod(shape) * dtype.itemsize != len(content):
         raise pickle.UnpicklingError(f"an array of shape {shape} in {len(content)} bytes")
     array = np.frombuffer(content, dtype).reshape(shape) if content else np.empty(shape, dtype)
-    # Its own memory: what a model keeps may be written to.
+    # Copy, because the arrays of a model must be writable.
     found: NDArray[Any] = array.copy()
     return found[()] if number else found
 
 
 def _made(owner: type, attributes: dict[str, Any]) -> Any:
-    """An object with these attributes, as its class makes and checks it."""
+    """An object with these attributes, created and validated by its class."""
     if owner is not SimpleNamespace and not (_is_part(owner) and is_dataclass(owner)):
         raise pickle.UnpicklingError(f"{owner!r:.80} from attributes")
     return owner(**attributes)
 
 
 def _maker(owner: Any, name: str) -> Callable[..., Any]:
-    """What records call `getattr` for: how compiled classes make their objects again, and nothing else."""
+    """Replaces `getattr` in records: gives access only to the constructors of compiled classes."""
     if not (_is_part(owner) and (name == "_restore" or (owner is Section and name in SHAPES))):
         raise pickle.UnpicklingError(f"attribute {name}")
     maker: Callable[..., Any] = getattr(owner, name)
@@ -167,7 +167,7 @@ def _is_part(owner: Any) -> bool:
     return any(owner is known for known in ALLOWED.values())
 
 
-#: The shapes of sections, by the functions that make them.
+#: The functions that create sections, by shape.
 SHAPES = tuple(name for name in vars(Section) if isinstance(vars(Section)[name], staticmethod))
 
 ALLOWED: dict[tuple[str, str], Any] = {

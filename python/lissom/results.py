@@ -1,4 +1,4 @@
-"""Results of a scene: the run with its numbers."""
+"""The result of a scene: a run and its statistics."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ from .views import Link, View, view
 
 Array = NDArray[np.float64]
 
-#: What messages of the solvers call options of ``simulate`` that scenes have in another form.
+#: Options of ``simulate`` named in messages of the solvers, and the corresponding keys of scenes.
 SCENE_KEYS = {"t_eval": "output.dt"}
 
-#: Advice of the solvers that a scene cannot follow.
+#: Advice of the solvers that does not apply to scenes.
 NOT_FOR_SCENES = ", or give the accelerations (`a0` of `newmark`)"
 
-#: What is said of a run whose energies are not finite.
+#: Message for runs whose energies are not finite.
 NO_ENERGIES = "Its energy balance is not finite: energies overflow or are NaN."
 
-#: Most instants at which the centre line is kept: more than a screen can show or an eye can see.
+#: Maximum number of times at which the centre line is stored: more than the eye can distinguish.
 MAX_SHAPES = 2000
 
 #: Counters of the solvers, by their names in ``MotionResult.stats``, in the order in which they are shown.
@@ -49,11 +49,11 @@ class Run:
     scene: Scene
     #: Times, states, statistics.
     motion: MotionResult
-    #: True when somebody stopped it.
+    #: Whether the user stopped it.
     interrupted: bool = False
-    #: What stands around the times of an animation.
+    #: Text before and after the times of an animation.
     label: ClassVar[tuple[str, str]] = ("t = ", " s")
-    #: The labels of an animation are its times.
+    #: Labels of an animation: its times.
     labels: ClassVar[None] = None
     #: The state at which an animation opens.
     opens_at: ClassVar[int] = 0
@@ -90,17 +90,17 @@ class Run:
 
     @property
     def load_factor(self) -> Array:
-        """How much of the loads acts, shape (m,): all of them."""
+        """Load factors, shape (m,): always 1."""
         return np.ones(len(self.t))
 
     @property
     def outline(self) -> tuple[str, Array]:
-        """What is drawn dashed, and its coordinates (n,)."""
+        """Label and coordinates (n,) of the shape drawn dashed."""
         return "initial shape", self.q[0]
 
     @property
     def message(self) -> str:
-        """The message of the run, with the keys of scenes."""
+        """The message of the run, in terms of scene keys."""
         return in_words_of_a_scene(self.motion.message)
 
     @cached_property
@@ -110,7 +110,7 @@ class Run:
 
     @property
     def has_energies(self) -> bool:
-        """False where energies that the scene asked for are not finite."""
+        """False if energies that the scene requests are not finite."""
         return "energy" not in self.wants or bool(np.isfinite(self.balance.drift))
 
     @property
@@ -124,7 +124,7 @@ class Run:
             return self.motion.balance
         try:
             energy = self.scene.model.energy(self.scene.q0, self.scene.v0, t=self.scene.simulation.t0)
-        except LissomError:  # the start is beyond all numbers
+        except LissomError:  # the initial state overflows
             unknown = [math.nan]
             return Balance(
                 kinetic=unknown,
@@ -145,12 +145,12 @@ class Run:
 
     @cached_property
     def view(self) -> View:
-        """What there is of the model to be kept and drawn."""
+        """The view of the model, for files and drawings."""
         return view(self.scene.model)
 
     @property
     def wants(self) -> frozenset[str]:
-        """The quantities that the scene asked to keep."""
+        """The quantities that the scene requests."""
         return frozenset(self.scene.simulation.quantities)
 
     def instants(self, most: int) -> NDArray[np.intp]:
@@ -201,17 +201,17 @@ class Made:
 
     @property
     def load_factor(self) -> Array:
-        """How much of the loads acts, shape (m,): all of them."""
+        """Load factors, shape (m,): always 1."""
         return np.ones(len(self.t))
 
     @property
     def outline(self) -> tuple[str, Array]:
-        """What is drawn dashed, and its coordinates (n,)."""
+        """Label and coordinates (n,) of the shape drawn dashed."""
         return "initial shape", self.q[0]
 
     @cached_property
     def view(self) -> View:
-        """What there is of the model to be drawn."""
+        """The view of the model, for drawings."""
         return view(self.model)
 
     @cached_property
@@ -231,18 +231,18 @@ class Made:
 
 
 def in_words_of_a_scene(message: str) -> str:
-    """A message of a solver without names of options that a scene does not have."""
+    """A message of a solver with scene keys in place of the options of ``simulate``."""
     advice = message.replace(NOT_FOR_SCENES, "")
     return re.sub(r"`(\w+)`", lambda name: f"`{SCENE_KEYS.get(name[1], name[1])}`", advice)
 
 
 def instants(count: int, most: int) -> NDArray[np.intp]:
-    """At most ``most`` of ``count`` indices, evenly spread, first and last included."""
+    """At most ``most`` of ``count`` indices, evenly spaced, first and last included."""
     return np.unique(np.linspace(0, count - 1, min(most, count)).round().astype(np.intp))
 
 
 def statistics(run: Run) -> dict[str, Any]:
-    """The run in numbers, as plain JSON."""
+    """Summary of the run as plain JSON data."""
     settings = run.scene.simulation
     simulated = float(run.t[-1] - run.t[0])
     stats = run.motion.stats
@@ -268,7 +268,7 @@ def statistics(run: Run) -> dict[str, Any]:
 
 
 def energies(parts: Balance) -> dict[str, Array]:
-    """The balance by name, in the order of all tables and figures."""
+    """The energy balance by name, in the order used in tables and figures."""
     named = {
         "kinetic": parts.kinetic,
         "elastic": parts.elastic,
@@ -283,10 +283,10 @@ def energies(parts: Balance) -> dict[str, Array]:
 
 @dataclass(frozen=True)
 class Shapes:
-    """A link at some of the times that are kept."""
+    """A link at some of the stored times."""
 
     link: Link
-    #: What follows the names of its variables; nothing where there is one link only.
+    #: Suffix of the names of its variables; empty if there is only one link.
     suffix: str
     #: Indices of the times.
     at: NDArray[np.intp]

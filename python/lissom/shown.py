@@ -1,4 +1,4 @@
-"""What results written in Python share: read-only arrays, and the methods that `methods` gives them."""
+"""Common base of results written in Python: read-only arrays, and the methods defined in `methods`."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class Shown:
-    """Base of frozen dataclasses that are results with numbers for parameters."""
+    """Base of frozen dataclasses for results with one number per parameter."""
 
     def __post_init__(self) -> None:
         self._protect()
@@ -27,7 +27,7 @@ class Shown:
                 value.flags.writeable = False
 
     def __setstate__(self, state: dict[str, Any]) -> None:
-        # Arrays from pickles and deep copies can be changed.
+        # Arrays from pickles and deep copies are writable.
         self.__dict__.update(state)
         self._protect()
 

@@ -1,4 +1,4 @@
-"""How the runs of an ensemble spread."""
+"""Quantiles of the runs of an ensemble."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from ._lissom import EnsembleResult
 
 Array = NDArray[np.float64]
 
-#: Parts of the runs that lie below a band, and below its upper edge.
+#: Quantiles of the lower and upper edge of the band.
 BAND = (0.05, 0.95)
 
 
 def quantiles(result: EnsembleResult) -> Array:
-    """Lower edge of the band, median, and upper edge of the coordinates of the runs that came to their end.
+    """Lower edge of the band, median and upper edge of the coordinates of the completed runs.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""Where scenes begin: starts with closed loops, and shapes from which equilibria are searched."""
+"""Initial states of scenes: states that close the loops, and starting points for equilibria."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ Array = NDArray[np.float64]
 
 
 def check_start(scene: Scene) -> None:
-    """Raise ValueError where the loops of a scene cannot be closed from its start."""
+    """Raise ValueError if the loops of a scene cannot be closed from its initial state."""
     settings = scene.simulation
     if not view(scene.model).marks.loops:
         return
@@ -21,7 +21,7 @@ def check_start(scene: Scene) -> None:
 
 
 def rest_start(scene: Scene) -> Array | None:
-    """Where the search for the equilibrium of a scene begins: its q0, which says how loops are closed.
+    """Starting point for the equilibrium of a scene: its q0, which selects the way loops are closed.
 
     None is the unloaded state.
     """

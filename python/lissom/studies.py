@@ -38,42 +38,42 @@ class Setting:
     """A model at rest or in vibration, with its time and inputs."""
 
     model: Model
-    #: When it does so, seconds: for loads that depend on time.
+    #: Time in seconds, for loads that depend on time.
     t: float
     #: The inputs, shape (inputs,).
     u: Array
 
     @cached_property
     def view(self) -> View:
-        """What there is of the model to be drawn."""
+        """The view of the model, for drawings."""
         return view(self.model)
 
 
 @dataclass(frozen=True)
 class Slides:
-    """Shapes of a model to be shown one after the other."""
+    """A sequence of shapes of a model."""
 
     setting: Setting
-    #: When each shape is shown, shape (m,), rising: times in seconds, or places in a series.
+    #: Parameter of each shape, shape (m,), increasing: time in seconds, or position in a sequence.
     t: Array
     #: Coordinates, shape (m, n).
     q: Array
-    #: What stands around a label.
+    #: Text before and after a label.
     label: tuple[str, str] = ("t = ", " s")
     #: The shape that is shown first.
     opens_at: int = 0
-    #: How much of the loads acts, shape (m,); all of them by default.
+    #: Load factors, shape (m,); 1 by default.
     factors: Array | None = None
     #: Inputs of each shape, shape (m, inputs); those of the setting by default.
     inputs: Array | None = None
-    #: What the labels say, shape (m,); `t` by default.
+    #: Labels, shape (m,); `t` by default.
     labels: Array | None = None
-    #: What is drawn dashed, and its coordinates (n,).
+    #: Label and coordinates (n,) of the shape drawn dashed.
     outline: tuple[str, Array] | None = None
 
     @cached_property
     def v(self) -> Array:
-        """Velocities, shape (m, n): none."""
+        """Velocities, shape (m, n): zero."""
         return np.zeros_like(self.q)
 
     @cached_property
@@ -84,12 +84,12 @@ class Slides:
 
     @cached_property
     def load_factor(self) -> Array:
-        """How much of the loads acts, shape (m,)."""
+        """Load factors, shape (m,)."""
         return np.ones(len(self.t)) if self.factors is None else self.factors
 
     @property
     def view(self) -> View:
-        """What there is of the model to be drawn."""
+        """The view of the model, for drawings."""
         return self.setting.view
 
     @cached_property
@@ -98,7 +98,7 @@ class Slides:
         return np.full(len(self.t), self.setting.t)
 
     def instants(self, most: int) -> NDArray[np.intp]:
-        """Indices of at most so many shapes, evenly spread, first and last included."""
+        """Indices of at most ``most`` shapes, evenly spaced, first and last included."""
         return instants(len(self.t), most)
 
 
@@ -108,7 +108,7 @@ def setting_of(scene: Scene) -> Setting:
 
 
 def setting_for(model: Model, n: int, t: float, u: ArrayLike | None) -> Setting:
-    """The model of a result with ``n`` coordinates, as somebody names it: checked."""
+    """The model that a caller gives for a result with ``n`` coordinates, validated."""
     if not isinstance(model, Model):
         raise TypeError(f"model: a {type(model).__name__} is not a model")
     if model.n != n:
@@ -122,7 +122,7 @@ def setting_for(model: Model, n: int, t: float, u: ArrayLike | None) -> Setting:
 
 
 def vector(name: str, values: ArrayLike, count: int) -> Array:
-    """So many finite numbers."""
+    """An array of ``n`` finite numbers."""
     try:
         array = np.asarray(values)
     except ValueError:  # lists of different lengths
@@ -139,7 +139,7 @@ def vector(name: str, values: ArrayLike, count: int) -> Array:
 
 
 def way(path: EquilibriumPath) -> Array:
-    """Distance along a path of equilibria, shape (k,), rising from 0 to 1 also where the loads turn back.
+    """Distance along a path of equilibria, shape (k,), increasing from 0 to 1 where loads decrease, too.
 
     Each step counts by the change of the coordinates and of the load factor, both relative to their ranges.
     """
@@ -152,14 +152,14 @@ def way(path: EquilibriumPath) -> Array:
 
 @dataclass(frozen=True)
 class StaticsStudy:
-    """A scene at rest."""
+    """The equilibrium of a scene."""
 
-    #: Name of the file that keeps it.
+    #: Name of its data file.
     file: ClassVar[str] = "equilibrium.npz"
 
     scene: Scene
     found: StaticsResult
-    #: Whether it was let go from the scene's q0, not from the unloaded state.
+    #: Whether it was found by release from the scene's q0, not from the unloaded state.
     from_start: bool
     wall_time: float
 
@@ -200,11 +200,11 @@ class StaticsStudy:
 class ModesStudy:
     """Natural modes of a scene about a shape."""
 
-    #: Name of the file that keeps them.
+    #: Name of its data file.
     file: ClassVar[str] = "modes.npz"
 
     scene: Scene
-    #: How that shape was found; None where it is the scene's q0.
+    #: Result of the search for that shape; None if the shape is the scene's q0.
     statics: StaticsStudy | None
     q: Array
     found: ModesResult
@@ -267,7 +267,7 @@ def study_modes(scene: Scene, rest: StaticsStudy | None) -> ModesStudy:
 def write(
     study: StaticsStudy | ModesStudy, folder: Path, report: Callable[[Any, Path], None] | None
 ) -> list[str]:
-    """Write the files of a study into an empty folder; what could not be written, like ``files.write``."""
+    """Write the files of a study into an empty folder; return the failures, like ``files.write``."""
     np.savez_compressed(folder / study.file, **study.arrays())
     write_summary(study.numbers, folder)
     return write_report(report, study, folder / "report.html")

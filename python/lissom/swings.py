@@ -1,4 +1,4 @@
-"""Natural modes as motions that can be seen: their shapes at an amplitude that shows them."""
+"""Natural modes as visible motions: their shapes at a suitable amplitude."""
 
 from __future__ import annotations
 
@@ -10,19 +10,19 @@ from .studies import Setting
 
 Array = NDArray[np.float64]
 
-#: Largest deflection of a mode that is shown, relative to the model's size; in coordinates for a pendulum.
+#: Largest deflection in drawings of a mode, relative to the model's size; in coordinates for a pendulum.
 AMPLITUDE = 0.15
 
 
 def swing(setting: Setting, q: Array, shape: NDArray[np.number], phase: Array) -> Array:
-    """Coordinates (m, n) of a mode of this shape (n,) about ``q``, at parts (m,) of its period."""
+    """Coordinates (m, n) of a mode with shape (n,) about ``q``, at fractions (m,) of its period."""
     scaled = shape * (AMPLITUDE / _deflection(setting, q, shape))
     moved: Array = q + np.real(np.exp(2j * np.pi * phase)[:, None] * scaled)
     return moved
 
 
 def frequency(found: ModesResult, k: int) -> str:
-    """The frequency of a mode in words."""
+    """The frequency of a mode as text."""
     hertz = found.frequency[k]
     if hertz > 0:
         return f"{hertz:.4g} Hz"
@@ -36,7 +36,7 @@ def _deflection(setting: Setting, q: Array, shape: NDArray[np.number]) -> float:
         return float(np.abs(shape).max())
 
     def largest(part: Array) -> float:
-        # Of small motions: the shape itself may be a bend of many turns.
+        # Linearised: the shape itself, added to q, could bend the rod by many turns.
         size = float(np.abs(part).max()) * seen.size
         if size == 0.0:
             return 0.0
@@ -51,7 +51,7 @@ def _deflection(setting: Setting, q: Array, shape: NDArray[np.number]) -> float:
         return moved * (size / 1e-4) / seen.size
 
     deflection = float(np.hypot(largest(np.real(shape)), largest(np.imag(shape))))
-    # Torsion of a straight rod deflects nothing: a radian of it is shown.
+    # Torsion of a straight rod has no deflection; use an angle of one radian.
     return (
         deflection
         if deflection > 1e-9 * float(np.abs(shape).max()) * seen.size

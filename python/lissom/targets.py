@@ -53,11 +53,11 @@ class Target:
 
     def __post_init__(self) -> None:
         check_target(self)
-        # Numbers and tuples of them, so that what is equal compares equal and nobody changes it.
+        # Immutable numbers and tuples, so that equal targets compare equal.
         for name in ("pose", "point", "position_weight", "orientation_weight"):
             object.__setattr__(self, name, _tuples(np.asarray(getattr(self, name), dtype=float).tolist()))
 
 
 def _tuples(value: Any) -> Any:
-    """The same with tuples in place of lists."""
+    """The same with tuples instead of lists."""
     return tuple(map(_tuples, value)) if isinstance(value, list) else value

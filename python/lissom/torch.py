@@ -126,7 +126,7 @@ def simulation(
 
 
 def _doubles(name: str, given: Any) -> Any:
-    """A tensor of 64 bits; numbers and sequences become one."""
+    """Convert numbers, sequences and tensors to a tensor of doubles."""
     if not isinstance(given, torch.Tensor):
         return torch.as_tensor(given, dtype=torch.float64)
     if given.dtype != torch.float64:

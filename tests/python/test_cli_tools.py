@@ -3,6 +3,7 @@
 import html
 import os
 import re
+import shlex
 import subprocess
 import sys
 import tomllib
@@ -51,7 +52,7 @@ def test_new_scenes_are_good_and_run(kind, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     code, said = called("new", "my robot", "--kind", kind)
     assert code == 0
-    assert "lissom run my robot.toml" in said
+    assert "lissom run 'my robot.toml'" in said
     scene = lissom.Scene.load("my robot.toml")
     assert advice(scene) == []
     motion = scene.run()
@@ -88,6 +89,25 @@ def test_new_leaves_files_as_they_are(tmp_path, monkeypatch):
         assert code == 1
         told = f"{folder}/mine.toml could not be written: there is no folder {folder}; make it first"
         assert told in said.replace(os.sep, "/")
+
+
+@pytest.mark.parametrize("name", ["", ".toml", "a/", "a/.toml", "two\nlines", "bell\a"])
+def test_new_refuses_what_names_no_file(name, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    code, said = called("new", name)
+    assert code == 2
+    assert f"NAME: got {name!r}, expected the name of a file, such as arm" in said
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.skipif(os.name == "nt", reason="quotes of POSIX shells")
+@pytest.mark.parametrize("name", ["my arm", "größe", "it's $HOME", "C:\\temp\\arm"])
+def test_the_command_that_new_suggests_works_in_a_shell(name, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    code, said = called("new", name)
+    assert code == 0
+    assert shlex.split(said.split("To simulate it: ")[1]) == ["lissom", "run", f"{name}.toml"]
+    assert (tmp_path / f"{name}.toml").is_file()
 
 
 def test_new_with_a_schema(tmp_path, monkeypatch):

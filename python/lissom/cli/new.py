@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import os
+import shlex
+import subprocess
 from importlib.resources import files
 from pathlib import Path
 
@@ -32,9 +35,13 @@ SCHEMA = "lissom-scene.schema.json"
 def command(name: str, kind: str, schema: bool) -> int:
     """Write NAME.toml, a commented scene to start from.
 
-    Never overwrites a file. Exit code: 0 done, 1 the file could not be written, 2 it exists.
+    Never overwrites a file. Exit code: 0 done, 1 the file could not be written, 2 it exists or NAME is no
+    name of a file.
     """
-    path = Path(name) if name.endswith(".toml") else Path(f"{name}.toml")
+    stem = name.removesuffix(".toml")
+    if not stem or stem.endswith(("/", os.sep)) or not name.isprintable():
+        raise click.UsageError(f"NAME: got {name!r}, expected the name of a file, such as arm")
+    path = Path(f"{stem}.toml")
     text = (files("lissom") / "templates" / f"{kind}.toml").read_text(encoding="utf-8")
     if schema:
         text = f"#:schema ./{SCHEMA}\n{text}"
@@ -52,8 +59,13 @@ def command(name: str, kind: str, schema: bool) -> int:
             )
             return FAILED
         return unwritten(path, error)
-    click.echo(f"{path} describes {KINDS[kind]}. To simulate it: lissom run {path}")
+    click.echo(f"{path} describes {KINDS[kind]}. To simulate it: lissom run {_quoted(path)}")
     return 0
+
+
+def _quoted(path: Path) -> str:
+    """A path as an argument in the user's shell."""
+    return subprocess.list2cmdline([str(path)]) if os.name == "nt" else shlex.quote(str(path))
 
 
 def _write_schema(path: Path) -> None:

@@ -83,5 +83,7 @@ def save_study(done: StaticsStudy | ModesStudy, folder: Folder, no_report: bool)
 
 def unwritten(target: Path, error: Exception) -> int:
     """Say that something could not be written; the exit code."""
-    click.echo(f"{target} could not be written: {error}", err=True)
+    # Without the number of the error, and without a path that repeats the target.
+    reason = getattr(error, "strerror", None) or error
+    click.echo(f"{target} could not be written: {reason}", err=True)
     return FAILED

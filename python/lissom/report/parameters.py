@@ -41,6 +41,10 @@ def build(
     return _equilibrium(result, title or "Derivatives of an equilibrium")
 
 
+def _number(count: int) -> str:
+    return "1 parameter" if count == 1 else f"{count} parameters"
+
+
 def _rows(shown: list[plots.Plot]) -> list[list[plots.Plot]]:
     return [shown[i : i + BESIDE] for i in range(0, len(shown), BESIDE)]
 
@@ -62,7 +66,7 @@ def _run(result: SensitivityResult, title: str) -> page.Page:
     count, duration = len(result.names), result.t[-1] - result.t[0]
     return page.Page(
         title=title,
-        lead=f"{count} parameters, {result.q.shape[1]} generalised coordinates, {duration:.4g} s.",
+        lead=f"{_number(count)}, {result.q.shape[1]} generalised coordinates, {duration:.4g} s.",
         sections=sections,
     )
 
@@ -85,7 +89,8 @@ def _curves(result: SensitivityResult) -> page.Section:
             for k, name in enumerate(names)
         ]
         shown.append(
-            plots.Plot(plots.Axis("time (s)"), plots.Axis(f"{what} per unit of {parameter}"), curves)
+            # The name stands above the plot: as part of the axis title it may be longer than the axis.
+            plots.Plot(plots.Axis("time (s)"), plots.Axis(f"{what} per unit"), curves, title=parameter)
         )
     more = f" The first {SHOWN} of {len(result.names)} parameters." if len(result.names) > SHOWN else ""
     caption = f"How the {what.partition(' ')[0]} moves with each parameter, all others being held.{more}"
@@ -120,7 +125,7 @@ def _equilibrium(result: EquilibriumSensitivityResult, title: str) -> page.Page:
         sections.append(page.Section("Natural frequencies", [_table(result.names, columns, caption)]))
     return page.Page(
         title=title,
-        lead=f"{len(result.names)} parameters, {len(result.q)} generalised coordinates.",
+        lead=f"{_number(len(result.names))}, {len(result.q)} generalised coordinates.",
         sections=sections,
     )
 
@@ -153,7 +158,7 @@ def _fit(result: FitResult, title: str) -> page.Page:
         advice.append(f"At a bound: {', '.join(result.at_bounds)}. The intervals do not hold there.")
     return page.Page(
         title=title,
-        lead=f"{len(result.names)} parameters from {size:,} measured numbers.",
+        lead=f"{_number(len(result.names))} from {size:,} measured numbers.",
         outcome=("Converged." if result.success else f"Not converged: {result.message}", result.success),
         advice=advice,
         sections=[
