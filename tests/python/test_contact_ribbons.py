@@ -82,7 +82,7 @@ def test_forces_are_the_gradient_of_the_energy():
     bare = lissom.Robot(robot.links, gravity=(0, 0, 0))
     rest = np.zeros(robot.n)
     h, pressed = 1e-6, 0
-    for _ in range(8):
+    for _ in range(20):
         q = np.concatenate([1e-3 * random.standard_normal(3), 0.05 * random.standard_normal(robot.n - 3)])
         q[robot.n // 2 :][:3] = 1e-3 * random.standard_normal(3)
         if not 0.0 < deepest(robot, q) < 0.9 * THIN:

@@ -104,7 +104,7 @@ mod tests {
             let solid = Placed { solid: &solid, pose: None };
             let ends = [-1.0, 1.0].map(|side| v(middle) + rotation.x * (side * half));
             let bowed = |x: f64| {
-                solid.distance(v(middle) + rotation.x * x).value + BOW * x * x / half
+                solid.distance(v(middle) + rotation.x * x).value + 2.0 * BOW * x * x / half
             };
             let tried = (-500..=500).map(|k| bowed(half * f64::from(k) / 500.0)).fold(f64::INFINITY, f64::min);
             let Some(here) = nearest(&solid, ends, 0.0) else {

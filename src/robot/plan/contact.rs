@@ -146,8 +146,9 @@ pub(crate) struct Body {
     pub(crate) size: f64,
     /// By which corners and edges are rounded.
     pub(crate) radius: f64,
-    /// How deep it may sink in.
+    /// How deep it may sink in, and twice how deep it may get in a single step.
     pub(crate) thickness: f64,
+    pub(crate) measure: f64,
 }
 
 /// A solid that is fixed to something.

@@ -34,7 +34,14 @@ pub(super) fn meet<G: Space>(
         for s in 0..2 {
             let other = 1 - s;
             let own = &cores[s];
-            let body = add_body(contacts, &axes[s], &own.corners, own.edges.clone(), own.radius, thickness);
+            // Beyond the rounded edges the nearest face may be another one than where a corner has entered.
+            let measure = thickness.min(2.0 * (cores[0].radius + cores[1].radius));
+            let body = Body {
+                edges: own.edges.clone(),
+                measure,
+                ..body(&axes[s], &own.corners, own.radius, thickness)
+            };
+            let body = add_body(contacts, body);
             let solid = cores[other].solid([first, second][other], &axes[other]);
             found.push((s == 1, [body, add_solid(contacts, &axes[other], solid)]));
         }
@@ -43,7 +50,7 @@ pub(super) fn meet<G: Space>(
     for (s, shape, field) in [(0, first, second), (1, second, first)] {
         if shape.has_corners() && is_field(field) {
             let (places, radius) = places_on_ground(shape);
-            let body = add_body(contacts, &axes[s], &places, Vec::new(), radius, thickness(shape));
+            let body = add_body(contacts, body(&axes[s], &places, radius, thickness(shape)));
             let ground = solid(field, &axes[1 - s]);
             found.push((s == 1, [body, add_solid(contacts, &axes[1 - s], ground)]));
         }
@@ -51,19 +58,18 @@ pub(super) fn meet<G: Space>(
     if found.is_empty() { None } else { Some(found) }
 }
 
-fn add_body<G: Space>(
-    contacts: &mut Contacts<G>,
-    axes: &Axes,
-    corners: &[Vector<f64>],
-    edges: Vec<[usize; 2]>,
-    radius: f64,
-    thickness: f64,
-) -> Side {
+/// A body without edges.
+fn body(axes: &Axes, corners: &[Vector<f64>], radius: f64, thickness: f64) -> Body {
     let corners: Vec<_> = corners.iter().map(|corner| axes.place(corner.to_array())).collect();
     let away = corners.iter().map(|&corner| (corner - corners[0]).dot(corner - corners[0]));
     let size = away.fold(0.0, f64::max).sqrt();
+    let edges = Vec::new();
+    Body { on: axes.on, corners, edges, first_corner: 0, size, radius, thickness, measure: thickness }
+}
+
+fn add_body<G: Space>(contacts: &mut Contacts<G>, body: Body) -> Side {
     let first_corner = contacts.bodies.iter().map(|body| body.corners.len()).sum();
-    contacts.bodies.push(Body { on: axes.on, corners, edges, first_corner, size, radius, thickness });
+    contacts.bodies.push(Body { first_corner, ..body });
     Side::Body(contacts.bodies.len() - 1)
 }
 

@@ -235,7 +235,7 @@ impl<G: Turning> Ways<'_, G> {
         })
     }
 
-    /// Whether the corners and edges of a body have passed through a solid, deeper than half of what they may sink in.
+    /// Whether the corners and edges of a body have come so deep into a solid that its surface does not tell any more where they entered.
     fn has_body_passed(&self, body: &Body, solid: usize) -> bool {
         let own = body.first_corner..body.first_corner + body.corners.len();
         let corners =
@@ -244,13 +244,13 @@ impl<G: Turning> Ways<'_, G> {
             let k = body.first_corner + corner;
             [self.contact.noted.corners[k], self.contact.corners[k]]
         };
-        let Body { radius, thickness, .. } = *body;
+        let Body { radius, measure, .. } = *body;
         let fixed = &self.plan.contacts.solids[solid].solid;
         let fastest = corners().map(|(before, now)| distance(*before, *now)).fold(0.0, f64::max);
         let moving = self.moving(solid);
         let is_deep = |ways: [Way; 2]| match &moving {
-            Some(moving) => moving.goes_deep(ways, radius, thickness),
-            None => Patch(ways).is_deep_in(fixed, radius, thickness),
+            Some(moving) => moving.goes_deep(ways, radius, measure),
+            None => Patch(ways).is_deep_in(fixed, radius, measure),
         };
         if moving.is_none() {
             let [before, now] = way(0);
