@@ -171,7 +171,7 @@ def pullback(
             raise ValueError(
                 f"parameters[{i}]: got {name!r}, expected a number of the model: the start is an argument"
             )
-    resolved(model, names)
+    resolved(model, names, by_adjoint=True)
     times, steps = _steps(t, t0, t_end, dt)
     held = _held(model, control_step, t_end - t0, dt)
     chosen = {"t_end": t_end, "t0": t0, "dt": dt, "method": method} | options

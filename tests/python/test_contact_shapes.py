@@ -390,6 +390,11 @@ def test_in_a_plane_rods_are_as_thick_as_they_are_in_it():
             assert bool(robot.touches(q)) == is_touched
 
 
+# Integrals over edges
+
+
+@pytest.mark.parametrize("size", [0.002, 0.01, 0.03])
+@pytest.mark.parametrize("shift", [0.0, 0.013])
 def test_forces_of_small_edges_are_integrated(size, shift):
     """A straight rod across a bar narrower than the way between its nodes, by SciPy's integral."""
     radius, overlap, k = 0.01, 0.004, 1e4

@@ -10,7 +10,7 @@ use crate::error::{Checker, InvalidInput, Number};
 use crate::joint::Joint;
 use crate::load::{Extent, Load};
 use crate::loops::Loop;
-use crate::rod::{Profile, Section, Segment};
+use crate::rod::{Section, Segment};
 use crate::signal::Signal;
 use crate::support::Support;
 use crate::world::{BaseMotion, Fluid};
@@ -113,7 +113,7 @@ impl Robot {
             };
             let is_whole = |along: &&Along| {
                 along.along == [0.0, self.links[along.link].length()]
-                    && along.offset.iter().all(Profile::is_constant)
+                    && along.offset.iter().all(|offset| offset.constant().is_some())
             };
             is_alike && actuator.vias().is_empty() && actuator.along().iter().all(is_whole)
         };
