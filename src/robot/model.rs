@@ -800,10 +800,15 @@ impl Model for RobotModel {
     }
 
     fn free_lengths(&self) -> usize {
-        if self.has_separate_sections() && self.robot.has_all_at_tips() {
-            on_sweeps!(&self.sweeps, sweeps => sweeps.free_lengths())
-        } else {
-            0
+        if !self.has_separate_sections() || !self.robot.has_all_at_tips() {
+            return 0;
+        }
+        // Portable packs are for machines of long ago: there lengths take other models, and the sweep no space in wheels.
+        match &self.sweeps {
+            AnySweeps::Planar(sweeps) => sweeps.free_lengths(),
+            AnySweeps::Spatial(sweeps) => sweeps.free_lengths(),
+            #[cfg(feature = "portable")]
+            AnySweeps::PortablePlanar(_) | AnySweeps::PortableSpatial(_) => 0,
         }
     }
 
@@ -815,8 +820,15 @@ impl Model for RobotModel {
         rates: &[f64],
         by_length: &mut [f64],
     ) {
-        let sweeps = &mut self.sweeps;
-        on_sweeps!(sweeps, sweeps => sweeps.add_power_by_length([q, qd, qdd], rates, by_length));
+        let state = [q, qd, qdd];
+        match &mut self.sweeps {
+            AnySweeps::Planar(sweeps) => sweeps.add_power_by_length(state, rates, by_length),
+            AnySweeps::Spatial(sweeps) => sweeps.add_power_by_length(state, rates, by_length),
+            #[cfg(feature = "portable")]
+            AnySweeps::PortablePlanar(_) | AnySweeps::PortableSpatial(_) => {
+                unreachable!("no length is free")
+            }
+        }
     }
 
     fn add_power_by_inertia(

@@ -130,15 +130,7 @@ impl<G: Turning> Sweep for ByLength<'_, G> {
             }
             if piece.packs > 0 {
                 let virtual_motion = &nodes[piece.node_packs()];
-                let within = match &piece.moments {
-                    Moments::Round(rotary) => {
-                        let sections = Round { mass: &piece.mass, rotary };
-                        densities(plan, piece, work, &sections, virtual_motion)
-                    }
-                    Moments::General(sections) => {
-                        densities(plan, piece, work, &General(sections), virtual_motion)
-                    }
-                };
+                let within = densities(plan, piece, work, virtual_motion);
                 if let Some(segment) = segment_of[p] {
                     let own = piece.coordinates();
                     let power: f64 = rates[own.clone()].iter().zip(&tau[own]).map(|(l, tau)| l * tau).sum();
@@ -208,12 +200,17 @@ fn densities<G: Turning>(
     plan: &Plan<G>,
     piece: &PiecePlan<G>,
     work: &Workspace<G>,
-    sections: &impl Sections<G>,
     virtual_motion: &[Twist<G, G::Pack>],
 ) -> Vec<Density<G>> {
     let at_node = |(pack, node): (usize, usize)| {
-        let seen = sections.seen(plan.frame, pack, &work.rotation[node], work.position[node]);
-        let inertia: Inertia<G, G::Pack> = seen.weighted(G::Pack::splat(1.0));
+        let (rotation, position) = (&work.rotation[node], work.position[node]);
+        let inertia: Inertia<G, G::Pack> = match &piece.moments {
+            Moments::Round(rotary) => {
+                let sections = Round { mass: &piece.mass, rotary };
+                sections.seen(plan.frame, pack, rotation, position).weighted(G::Pack::splat(1.0))
+            }
+            Moments::General(sections) => General(sections).seen(plan.frame, pack, rotation, position),
+        };
         let gyroscope = Gyroscope::new(&inertia, work.velocity[node], work.momentum[node]);
         let moves = virtual_motion[pack];
         Density { z: inertia.momentum(moves), y: gyroscope.transposed_times(moves) }
