@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import lissom
+from lissom._lissom import machine
 from lissom.parameters import model_with, resolved, value_of
 
 TIGHT = {"rtol": 1e-13, "atol": 1e-13}
@@ -97,9 +98,10 @@ def begin(model):
 def test_gradients_are_those_of_whole_runs(name, options):
     model = ALONE[name]
     names = lengths_of(model)
-    assert [parameter.length_of for parameter in resolved(model, names, by_adjoint=True)] == list(
-        range(len(names))
-    )
+    # Sweeps of portable packs do not know lengths: there all take other models.
+    if machine()[0] != "no wide registers":
+        found = [parameter.length_of for parameter in resolved(model, names, by_adjoint=True)]
+        assert found == list(range(len(names)))
     # The last step is shorter than the others.
     given = {"t_end": 0.031, "dt": 2e-3} | begin(model) | options | TIGHT
     objective = objective_for((17, model.n))
