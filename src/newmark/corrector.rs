@@ -12,6 +12,7 @@ use super::options::Options;
 use super::search::Search;
 use super::trial::Trial;
 use crate::error::Interrupted;
+use crate::linalg::dot;
 use crate::second_order::{Counters, Failure, System};
 use crate::tape::Tape;
 
@@ -595,10 +596,6 @@ impl Corrector {
             self.inverse_tolerance[i] = 1.0 / tolerance.max(SMALLEST_TOLERANCE);
         }
     }
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 /// Makes of constraints on displacements ones on accelerations: however small the step is, what is solved is of one size

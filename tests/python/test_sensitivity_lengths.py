@@ -88,6 +88,15 @@ def objective_for(shape):
     return lambda t, q, v: (float((on_q * q).sum() + (on_v * v).sum()), on_q, on_v)
 
 
+def assert_adjoint_is_forward(model, given, rtol):
+    forward = lissom.sensitivity(model, **given)
+    objective = objective_for(forward.q.shape)
+    gradient = lissom.sensitivity(model, objective=objective, **given).gradient
+    _, on_q, on_v = objective(forward.t, forward.q, forward.v)
+    expected = np.einsum("mn,mnp->p", on_q, forward.dq) + np.einsum("mn,mnp->p", on_v, forward.dv)
+    np.testing.assert_allclose(gradient, expected, rtol=rtol)
+
+
 def begin(model):
     rng = np.random.default_rng(3)
     return {"q0": 0.05 * rng.standard_normal(model.n), "v0": 0.1 * rng.standard_normal(model.n)}
@@ -122,23 +131,13 @@ def test_steps_that_are_solved_loosely(options):
     # What a step leaves unsolved depends on the length too: the derivative of the discrete solution knows it.
     model = ALONE["in space"]
     given = {"t_end": 0.03, "dt": 2e-3, "parameters": lengths_of(model)} | begin(model) | options
-    forward = lissom.sensitivity(model, **given)
-    objective = objective_for(forward.q.shape)
-    gradient = lissom.sensitivity(model, objective=objective, **given).gradient
-    _, on_q, on_v = objective(forward.t, forward.q, forward.v)
-    expected = np.einsum("mn,mnp->p", on_q, forward.dq) + np.einsum("mn,mnp->p", on_v, forward.dv)
-    np.testing.assert_allclose(gradient, expected, rtol=1e-8)
+    assert_adjoint_is_forward(model, given, rtol=1e-8)
 
 
 def test_stages_of_radau():
     model = ALONE["tree"]
     given = {"t_end": 0.05, "method": "radau", "rtol": 1e-6, "parameters": lengths_of(model)} | begin(model)
-    forward = lissom.sensitivity(model, **given)
-    objective = objective_for(forward.q.shape)
-    gradient = lissom.sensitivity(model, objective=objective, **given).gradient
-    _, on_q, on_v = objective(forward.t, forward.q, forward.v)
-    expected = np.einsum("mn,mnp->p", on_q, forward.dq) + np.einsum("mn,mnp->p", on_v, forward.dv)
-    np.testing.assert_allclose(gradient, expected, rtol=1e-7)
+    assert_adjoint_is_forward(model, given, rtol=1e-7)
 
 
 NOT_ALONE = {
@@ -168,12 +167,7 @@ def test_lengths_that_more_depends_on_take_other_models(name):
     given = {"t_end": 0.01, "dt": 2e-3, "parameters": names} | begin(model)
     if "friction" in name:
         given["method"] = "generalised_alpha"
-    forward = lissom.sensitivity(model, **given)
-    objective = objective_for(forward.q.shape)
-    gradient = lissom.sensitivity(model, objective=objective, **given).gradient
-    _, on_q, on_v = objective(forward.t, forward.q, forward.v)
-    expected = np.einsum("mn,mnp->p", on_q, forward.dq) + np.einsum("mn,mnp->p", on_v, forward.dv)
-    np.testing.assert_allclose(gradient, expected, rtol=1e-9)
+    assert_adjoint_is_forward(model, given, rtol=1e-9)
 
 
 def test_a_length_with_a_table_is_refused_before_the_run():

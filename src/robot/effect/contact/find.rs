@@ -39,10 +39,16 @@ pub(crate) fn see<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>) {
 /// The same, and which curves may touch anything there.
 pub(crate) fn see_near<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>) {
     let mut state = std::mem::take(&mut work.contact);
-    look(plan, work, &mut state);
-    find_near(plan, work, &mut state);
-    mark_near(plan, work, &mut state);
+    look_around(plan, work, &mut state);
     work.contact = state;
+}
+
+/// Where all surfaces are, and which curves may touch anything.
+#[inline(always)]
+fn look_around<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, state: &mut ContactState<G::Pack>) {
+    look(plan, work, state);
+    find_near(plan, work, state);
+    mark_near(plan, work, state);
 }
 
 struct Find<'a, G: Turning> {
@@ -57,9 +63,7 @@ impl<G: Turning> Sweep for Find<'_, G> {
     #[inline(always)]
     fn call(self) {
         let Self { plan, work, state } = self;
-        look(plan, work, state);
-        find_near(plan, work, state);
-        mark_near(plan, work, state);
+        look_around(plan, work, state);
         expand(plan, work, state);
         let ContactState {
             terms,
