@@ -172,7 +172,7 @@ def resolved(
     Raises ValueError for a name of nothing, and for a parameter that nothing depends on.
     """
     found: list[Parameter] = []
-    known: set[str] = set()
+    known: dict[object, str] = {}
     materials = Materials(model)
     for name in names:
         start, held = START.fullmatch(name), INPUT.fullmatch(name)
@@ -183,9 +183,13 @@ def resolved(
         else:
             new = [_of_model(model, name, materials, by_adjoint)]
         for parameter in new:
-            if parameter.name in known:
-                raise ValueError(f"parameters: got {parameter.name!r} a second time, expected it once")
-            known.add(parameter.name)
+            key: object = parameter.name
+            if isinstance(parameter, OfModel):
+                key = paths.written_out(model, parameter.path)
+            if key in known:
+                also = "" if known[key] == parameter.name else f", first as {known[key]!r}"
+                raise ValueError(f"parameters: got {parameter.name!r} a second time{also}, expected it once")
+            known[key] = parameter.name
         found += new
     return found
 

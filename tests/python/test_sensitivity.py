@@ -137,6 +137,8 @@ def test_loads_in_time():
         (["q0[9]"], "an index below 6"),
         (["q0", "q0[1]"], "second time"),
         (["gravity[2]", "gravity[2]"], "second time"),
+        (["segments[0].radius", "rod[0].segment[0].radius"], "first as 'segments[0].radius'"),
+        (["segments[0].length.x"], "segments[0].length has no parts"),
         ([], "at least one"),
         (["gravity"], "a finite number"),
         (["rod[1].segment[0].radius"], "rod[1]: the model is one rod, expected rod[0]"),

@@ -73,7 +73,7 @@ def set_in_document(document: dict[str, Any], path: Sequence[Part], value: Any) 
         is_last = i == len(path) - 1
         if isinstance(part, int):
             if not isinstance(here, list) or part >= len(here):
-                there = f"{len(here)} entries" if isinstance(here, list) else "no array"
+                there = _entries(here) if isinstance(here, list) else "no array"
                 raise ValueError(f"{up_to(path, i + 1)}: the scene has {there} at {up_to(path, i)}")
         elif not isinstance(here, dict):
             raise ValueError(f"{up_to(path, i + 1)}: {up_to(path, i)} has no keys")
@@ -86,6 +86,11 @@ def set_in_document(document: dict[str, Any], path: Sequence[Part], value: Any) 
             here[part] = value
         else:
             here = here[part]
+
+
+def _entries(sequence: Sequence[Any]) -> str:
+    count = len(sequence)
+    return f"{count} entry" if count == 1 else f"{count} entries"
 
 
 def toml(value: Any) -> str:
@@ -111,6 +116,10 @@ PLURALS = {"body": "bodies", "tendon": "actuators", "chamber": "actuators", "mot
 
 #: Arguments in place of which there may be another one.
 TWO_OF_ONE = {"poisson_ratio": "shear_modulus", "shear_modulus": "poisson_ratio"}
+
+
+#: Values without parts; Python can copy them from arguments, as objects with parts.
+PLAIN = (bool, int, float, str)
 
 
 def replaced(thing: Any, path: Sequence[Part], value: Any) -> Any:
@@ -154,6 +163,20 @@ def found(thing: Any, path: Sequence[Part]) -> Any:
     return thing
 
 
+def written_out(thing: Any, path: Sequence[Part]) -> tuple[Part, ...]:
+    """The keys that a path uses: equal for two spellings of one path.
+
+    Raises ValueError where nothing of the kind is there.
+    """
+    keys: list[Part] = []
+    done = 0
+    while done < len(path):
+        inside = _inside(thing, path, done)
+        thing, done = inside.parts[inside.key], inside.done
+        keys.append(inside.key)
+    return tuple(keys)
+
+
 class _Inside(NamedTuple):
     """Copies of the parts of a thing, and which of them a path leads to."""
 
@@ -176,7 +199,7 @@ def _inside(thing: Any, path: Sequence[Part], done: int) -> _Inside:
         part = path[done]
     if isinstance(part, int):
         if not isinstance(thing, list | tuple) or part >= len(thing):
-            there = f"{len(thing)} entries" if isinstance(thing, list | tuple) else "no sequence"
+            there = _entries(thing) if isinstance(thing, list | tuple) else "no sequence"
             raise ValueError(f"{up_to(path, done + 1)}: the model has {there} at {up_to(path, done)}")
         return _Inside(list(thing), part, tuple, done + 1)
     if isinstance(thing, dict):
@@ -184,7 +207,7 @@ def _inside(thing: Any, path: Sequence[Part], done: int) -> _Inside:
             raise ValueError(f"{up_to(path, done + 1)}: {meant(part, thing)}")
         return _Inside(dict(thing), part, dict, done + 1)
     maker: Callable[..., Any] = type(thing)
-    arguments = constructed(thing)
+    arguments = None if isinstance(thing, PLAIN) else constructed(thing)
     if isinstance(thing, Section):
         # Each shape has a maker of its own.
         maker, values = thing.__reduce__()
