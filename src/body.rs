@@ -53,6 +53,12 @@ impl Body {
         check.finish()
     }
 
+    /// Root mean square distance of the mass from its centre, in metres; zero without a mass.
+    pub(crate) fn radius_of_gyration(&self) -> f64 {
+        let trace: f64 = (0..3).map(|i| self.inertia[i][i]).sum();
+        if self.mass > 0.0 { (0.5 * trace / self.mass).sqrt() } else { 0.0 }
+    }
+
     /// Inertia tensor about the section's centre, in the section's axes.
     pub(crate) fn inertia_about_section(&self) -> [[f64; 3]; 3] {
         carried_inertia(self.mass, self.centre, &self.inertia)

@@ -348,10 +348,15 @@ impl Contact {
         }
         check.non_negative(self.dissipation, "dissipation", "s/m");
         let [forward, backward, sideways] = self.friction;
-        for (mu, place) in [(forward, "forward"), (backward, "backward"), (sideways, "sideways")] {
-            check.non_negative(mu, &format!("friction.{place}"), "1");
+        // NaN is even, too.
+        let is_even = [backward, sideways].iter().all(|mu| mu.to_bits() == forward.to_bits());
+        if is_even {
+            check.non_negative(forward, "friction", "1");
+        } else {
+            for (mu, place) in [(forward, "forward"), (backward, "backward"), (sideways, "sideways")] {
+                check.non_negative(mu, &format!("friction.{place}"), "1");
+            }
         }
-        let is_even = forward == backward && forward == sideways;
         check.require(
             is_even || matches!(a, Surface::Rod { .. }),
             "friction",

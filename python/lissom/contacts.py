@@ -341,10 +341,11 @@ class Contact:
     name: str = ""
 
     def __post_init__(self) -> None:
-        friction = np.atleast_1d(np.asarray(self.friction, dtype=float))
-        if friction.shape == (1,):
-            friction = np.repeat(friction, 3)
-        object.__setattr__(self, "friction", tuple(float(mu) for mu in friction))
+        if np.ndim(self.friction) == 0:
+            with_number(self, "friction")
+            object.__setattr__(self, "friction", (self.friction,) * 3)
+        else:
+            in_floats(self, "friction")
         if not self.name:
 
             def of(surface: Surface) -> str:

@@ -23,4 +23,7 @@ def with_number(thing: object, name: str) -> None:
 def in_floats(thing: object, *names: str) -> None:
     """Convert attributes to tuples of floats."""
     for name in names:
-        object.__setattr__(thing, name, tuple(number(name, x) for x in getattr(thing, name)))
+        values = getattr(thing, name)
+        if np.ndim(values) != 1:
+            raise TypeError(f"{name}: got {values!r:.80}, expected a sequence of numbers")
+        object.__setattr__(thing, name, tuple(number(name, x) for x in values))

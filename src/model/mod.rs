@@ -30,7 +30,8 @@ pub(crate) use flaw::at_least;
 pub use flaw::{Flaw, Holder, Radius};
 pub use forward::{ForwardScratch, SingularMass, Tree};
 pub use in_time::InTime;
-pub(crate) use passing::have_passed;
+pub use passing::Beside;
+pub(crate) use passing::{have_passed, have_touched};
 pub use tied::{Switch, Tied};
 
 /// A place along a rod.
@@ -210,6 +211,11 @@ pub trait Model: Elastic + InTime + Discretised + Tied {
         None
     }
 
+    /// Whether any surfaces overlap in a shape.
+    fn overlaps(&mut self, _q: &[f64]) -> bool {
+        false
+    }
+
     /// Takes down where surfaces are in a shape: [`Self::have_passed`] goes on from there.
     fn note_surfaces(&mut self, _q: &[f64]) {}
 
@@ -236,7 +242,7 @@ pub trait Model: Elastic + InTime + Discretised + Tied {
     }
 
     /// Whether such a step ends with more energy than it began with, by more than errors of steps that see their impacts.
-    fn gains_energy(&mut self, _before: [&[f64]; 2], _motion: [&[f64]; 3], _h: f64) -> bool {
+    fn gains_energy(&mut self, _before: [&[f64]; 2], _motion: [&[f64]; 3], _h: f64, _beside: Beside) -> bool {
         false
     }
 

@@ -51,9 +51,9 @@ impl Contraction {
 
     /// Learns from the rate that was measured at a distance. A rate that may owe itself to rounding is no more than an
     /// upper bound.
-    pub(super) fn measured(&mut self, rate: f64, distance: f64, may_be_rounding: bool) {
+    pub(super) fn measured(&mut self, rate: f64, distance: f64, is_bound: bool) {
         self.unmeasured_steps = 0;
-        if may_be_rounding || rate <= SMALLEST_RATE {
+        if is_bound || rate <= SMALLEST_RATE {
             let upper = rate.max(SMALLEST_RATE) / distance;
             self.cautious = self.cautious.min(upper);
             self.hopeful = self.hopeful.min(upper);
@@ -87,10 +87,10 @@ pub(super) fn remaining_error(size: f64, rate: f64) -> f64 {
     if rate < 1.0 { size * rate / (1.0 - rate) } else { f64::INFINITY }
 }
 
-/// How many iterations it takes, the one of this increment included, until the remaining error is below 1; infinite when
-/// that is not worth trying.
-pub(super) fn iterations_needed(size: f64, rate: f64) -> f64 {
-    let mut error = remaining_error(size, rate);
+/// How many iterations it takes, the one of this increment included, until the error that is left after it is below 1; infinite
+/// when that is not worth trying.
+pub(super) fn iterations_needed(left: f64, rate: f64) -> f64 {
+    let mut error = left;
     if !error.is_finite() || rate > SLOWEST_RATE {
         return f64::INFINITY;
     }

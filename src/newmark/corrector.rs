@@ -62,13 +62,14 @@ const MOST_LEAPS: usize = 20;
 /// Newton's method with one Jacobian is not tried first.
 const EASY: usize = 3;
 
-/// After so many steps in a row that have each begun with a new Jacobian the last one is tried all the same, for as long as it
-/// serves, where surfaces may touch: they let every step take two iterations, so that a new one saves none, and a rate that was
-/// measured close to where a Jacobian was evaluated says little about that of the last step.
-const STEPS_WITHOUT_TRY: u32 = 8;
-
 /// About as many iterations does a fresh Jacobian need.
 const FRESH_ITERATIONS: f64 = 2.0;
+
+/// The error that is left after an increment of that size. Where surfaces may touch, what touches in the place that it leads to
+/// is not in any rate: the last increment itself must be small.
+fn left_after<S: System + ?Sized>(system: &S, size: f64, rate: f64) -> f64 {
+    if system.may_touch() { size } else { remaining_error(size, rate) }
+}
 
 /// The history of the factorised Jacobian.
 #[derive(Clone, Copy, Debug)]
@@ -95,8 +96,6 @@ pub(super) struct Corrector {
     reuse: bool,
     /// Whether the last step that was solved with fresh Jacobians was hard.
     was_hard: bool,
-    /// How many steps have begun with a new Jacobian since the kept one was tried in vain.
-    renewed_at_once: u32,
     kept: Option<Kept>,
     linear: LinearSystem,
     /// Where the Jacobian was evaluated.
@@ -131,7 +130,6 @@ impl Corrector {
             jacobian: Jacobian::new(options.derivative, &rtol, &atol),
             reuse: options.reuse_jacobian,
             was_hard: false,
-            renewed_at_once: 0,
             kept: None,
             linear: LinearSystem::empty(),
             q_jacobian: vec![0.0; n],
@@ -200,7 +198,6 @@ impl Corrector {
         }
         self.contraction.carry(tape);
         tape.flag(&mut self.was_hard);
-        tape.small_count(&mut self.renewed_at_once);
         tape.number(&mut self.first_size);
         for values in [&mut self.q_jacobian, &mut self.v_jacobian, &mut self.last_first] {
             tape.numbers(values);
@@ -234,7 +231,6 @@ impl Corrector {
                 return Ok(Ok(()));
             }
             counters.reuse_failures += 1;
-            self.renewed_at_once = 0;
             self.contraction = Contraction::unknown();
             trial.set(guess);
         }
@@ -265,17 +261,13 @@ impl Corrector {
     ) -> Result<Result<(), Failure>, Interrupted> {
         let jacobian_cost = self.jacobian.cost(system);
         let mut cost = 0.0;
-        let mut renew = !self.kept_jacobian_pays(trial, h)
-            && (self.kept.is_none() || !system.may_touch() || self.renewed_at_once < STEPS_WITHOUT_TRY);
-        if renew {
-            self.renewed_at_once = self.renewed_at_once.saturating_add(1);
-        }
+        let mut renew = !self.kept_jacobian_pays(system, trial, h);
         let mut is_fresh = false;
         // Size of the increment before with the same Jacobian.
         let mut last_size = None;
         // Size of the first increment, and whether it is like that of the last step.
         let mut first = None;
-        for _ in 0..MAX_ITERATIONS {
+        for iteration in 0..MAX_ITERATIONS {
             self.evaluate_residual(system, trial, counters)?;
             cost += 1.0;
             let mut size = f64::NAN;
@@ -296,16 +288,18 @@ impl Corrector {
                     return Ok(Ok(()));
                 }
                 let distance = self.distance_from_jacobian(trial, h);
-                self.contraction.measured(rate, distance, size <= NEGLIGIBLE);
-                let needed = iterations_needed(size, rate);
+                // Where surfaces touch every step is measured, also next to where the Jacobian was evaluated. There the rate is that
+                // of what the tangent neglects, and says nothing about places that are farther away.
+                let is_bound = size <= NEGLIGIBLE || is_fresh && system.may_touch();
+                self.contraction.measured(rate, distance, is_bound);
+                let needed = iterations_needed(left_after(system, size, rate), rate);
                 renew = match self.kept {
                     _ if needed == 1.0 => false,
+                    // What begins to touch in a step makes the first rate poor; the next one is that of the Jacobian.
+                    _ if iteration == 1 && system.may_touch() => false,
                     Some(kept) if !is_fresh => kept.is_beaten_by(cost - 1.0 + needed),
                     _ => needed > jacobian_cost + FRESH_ITERATIONS,
                 };
-                if renew {
-                    self.renewed_at_once = 0;
-                }
             }
             if renew {
                 if let Err(failure) = self.renew_jacobian(system, trial, h, counters)? {
@@ -336,9 +330,7 @@ impl Corrector {
                 }
                 None => f64::INFINITY,
             };
-            // What may touch in the place that the increment leads to is not in any rate.
-            let left = if system.may_touch() { size } else { remaining_error(size, rate) };
-            if size <= NEGLIGIBLE || left <= 1.0 {
+            if size <= NEGLIGIBLE || left_after(system, size, rate) <= 1.0 {
                 if measured_rate.is_none() {
                     self.contraction.not_measured();
                 }
@@ -357,9 +349,12 @@ impl Corrector {
     }
 
     /// Whether a kept Jacobian is expected to be cheaper than a fresh one in a step that begins like the last one.
-    fn kept_jacobian_pays(&self, trial: &Trial, h: f64) -> bool {
+    fn kept_jacobian_pays<S: System + ?Sized>(&self, system: &S, trial: &Trial, h: f64) -> bool {
         self.kept.is_some_and(|kept| {
-            let iterations = |distance| iterations_needed(self.first_size, self.contraction.expect(distance));
+            let iterations = |distance| {
+                let rate = self.contraction.expect(distance);
+                iterations_needed(left_after(system, self.first_size, rate), rate)
+            };
             let needed = iterations(self.distance_from_jacobian(trial, h));
             self.first_size <= NEGLIGIBLE || needed <= iterations(0.0) || !kept.is_beaten_by(needed)
         })

@@ -8,7 +8,7 @@ use super::trial::Trial;
 use crate::constraint::one_sided::most_switches;
 use crate::error::{Interrupted, InvalidInput, Number};
 use crate::hermite::cubic;
-use crate::model::{Radius, Switch};
+use crate::model::{Beside, Radius, Switch};
 use crate::second_order::{Counters, Failure, Grid, ROUNDING_OF_STEPS, Status, System, number_of_steps};
 use crate::signal::end_of_step;
 use crate::tape::Tape;
@@ -269,7 +269,8 @@ impl Stepper {
             // One that is flawed whatever its size says why.
             let Trial { t, q, .. } = &self.trial;
             if !system.is_flawed(*t, q)?
-                && system.have_passed(&[(self.t, &self.q), (*t, q)], Radius::Smaller)?
+                && (system.have_passed(&[(self.t, &self.q), (*t, q)], Radius::Smaller)?
+                    || self.gains_energy(system, h, Beside::All)?)
             {
                 return Ok(Err(Failure::PassedThrough));
             }
@@ -288,7 +289,7 @@ impl Stepper {
         if let Err(failure) = self.attempt_without_memory(system, t_new, h)? {
             return Ok(Err(failure));
         }
-        if self.is_flawed(system)? {
+        if self.is_flawed(system)? || self.gains_energy(system, h, Beside::All)? {
             return Ok(Err(Failure::NotConverged));
         }
         self.accept_without_memory(system, t_new, h)?;
@@ -383,8 +384,22 @@ impl Stepper {
         }
         let is_jolted = system.is_jolted(*t, before, motion, h)?;
         self.will_touch = system.is_touched();
-        let touches = self.touches || self.will_touch;
-        Ok(has_stopped || is_jolted || (touches && system.gains_energy(*t, before, motion, h)?))
+        Ok(has_stopped || is_jolted || self.gains_energy(system, h, Beside::Motion)?)
+    }
+
+    /// Whether surfaces that touch at one of its ends make the trial gain energy: bodies that have come too deep push each other out
+    /// by another side than they entered.
+    fn gains_energy<S: System + ?Sized>(
+        &mut self,
+        system: &mut S,
+        h: f64,
+        beside: Beside,
+    ) -> Result<bool, Interrupted> {
+        if !system.has_contact() || !(self.touches || system.is_touched()) {
+            return Ok(false);
+        }
+        let Trial { t, q, v, a, .. } = &self.trial;
+        system.gains_energy(*t, [&self.q, &self.v], [q, v, a], h, beside)
     }
 
     fn adaptive_step<S: System + ?Sized>(&mut self, system: &mut S) -> Result<Option<Status>, Interrupted> {
@@ -419,7 +434,8 @@ impl Stepper {
             let factor = estimate.factor(error, rejected);
             if error <= 1.0
                 && system.has_contact()
-                && system.have_passed(&[(self.t, &self.q), (t_new, &self.trial.q)], Radius::Smaller)?
+                && (system.have_passed(&[(self.t, &self.q), (t_new, &self.trial.q)], Radius::Smaller)?
+                    || system.have_touched([self.t, t_new], ends.q, ends.v, &mut self.straight_on)?)
             {
                 self.counters.rejected += 1;
                 h = CUT * step;
@@ -749,8 +765,9 @@ impl Stepper {
                  ends there. Reduce `dt` or use adaptive steps, and check the equations of motion near the last state."
             ),
             Status::StepFailed(Failure::PassedThrough) => format!(
-                "Surfaces pass through each other in the step from t = {t} (step size {h}), in parts of it as well; the result ends \
-                 there. Give the contact more `stiffness`, or reduce `dt`."
+                "Surfaces pass through each other, or come so deep that they push each other out by another side, in the step from \
+                 t = {t} (step size {h}), in parts of it as well; the result ends there. Give the contact more `stiffness`, or \
+                 reduce `dt`."
             ),
             Status::StepTooSmall => format!(
                 "The step size fell below its limit at t = {t} after {} rejected and {} unsolved steps: loosen `rtol` and \

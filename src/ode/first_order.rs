@@ -4,7 +4,7 @@ use super::{JacobianKind, System};
 use crate::constraint::projection::{self, Fit};
 use crate::error::Interrupted;
 use crate::linalg::{Cholesky, Matrix};
-use crate::model::{Flaw, ForwardScratch, Model, Radius, have_passed, rotation_vectors};
+use crate::model::{Beside, Flaw, ForwardScratch, Model, Radius, have_passed, rotation_vectors};
 
 /// Errors of a step change velocities by less than this part of the largest ones when loops are closed; another branch of
 /// the motion, by about all of them.
@@ -130,7 +130,8 @@ impl<M: Model> System for FirstOrder<M> {
             return Ok(true);
         }
         let h = t[1] - t[0];
-        Ok(model.has_contact() && model.gains_energy([q_before, v_before], [q, v, &dydt[1][*n..]], h))
+        Ok(model.has_contact()
+            && model.gains_energy([q_before, v_before], [q, v, &dydt[1][*n..]], h, Beside::Motion))
     }
 
     fn may_miss(&self) -> bool {

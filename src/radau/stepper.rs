@@ -4,7 +4,7 @@ use super::Options;
 use super::stages::{Stages, Start};
 use crate::error::{Interrupted, InvalidInput, Number};
 use crate::hermite::{self, Quintic};
-use crate::model::Radius;
+use crate::model::{Beside, Radius};
 use crate::newmark::{self, LinearSystem};
 use crate::ode::norm::all_finite;
 use crate::ode::radau_iia::{
@@ -252,6 +252,7 @@ impl Stepper {
                                     [ends[0], rates[0]],
                                     [ends[1], rates[1], a],
                                     h,
+                                    Beside::Motion,
                                 )?)
                 {
                     flawed += 1;
@@ -444,7 +445,7 @@ fn set_scale(scale: &mut [f64], tolerances: &Tolerances, start: [&[f64]; 2], end
     }
 }
 
-/// Whether surfaces pass through each other within a step between these ends.
+/// Whether surfaces pass through each other, or touch and part again, within a step between these ends.
 fn has_missed<S: System + ?Sized>(
     system: &mut S,
     [t, t_new]: [f64; 2],
@@ -456,7 +457,8 @@ fn has_missed<S: System + ?Sized>(
         return Ok(false);
     }
     hermite::middle(t_new - t, ends, rates, middle);
-    system.have_passed(&[(t, ends[0]), (0.5 * (t + t_new), middle), (t_new, ends[1])], Radius::Smaller)
+    let way = [(t, ends[0]), (0.5 * (t + t_new), &middle[..]), (t_new, ends[1])];
+    Ok(system.have_passed(&way, Radius::Smaller)? || system.have_touched([t, t_new], ends, rates, middle)?)
 }
 
 /// The motion as a system of first order, with the mass matrix of the start: good enough to choose the first step.

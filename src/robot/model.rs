@@ -25,7 +25,7 @@ use crate::lie::{Instructions, Planar, Plane, Spatial, Vector};
 use crate::linalg::{Matrix, TreeMatrix, symmetric_eigen};
 use crate::loops::{Loop, Tie};
 use crate::model::{
-    Discretised, Elastic, Energy, Flaw, ForwardScratch, Holder, InTime, InertiaMatrix, Model, Radius,
+    Beside, Discretised, Elastic, Energy, Flaw, ForwardScratch, Holder, InTime, InertiaMatrix, Model, Radius,
     SectionPlace, SingularMass, Switch, Tied, Tree, forward,
 };
 use crate::rod::{MAX_NODES, STRAINS, piece};
@@ -985,7 +985,7 @@ impl Model for RobotModel {
     }
 
     /// By a part of what moves that no error of a step is which resolves its impacts.
-    fn gains_energy(&mut self, [q, qd]: [&[f64]; 2], motion: [&[f64]; 3], h: f64) -> bool {
+    fn gains_energy(&mut self, [q, qd]: [&[f64]; 2], motion: [&[f64]; 3], h: f64, beside: Beside) -> bool {
         // What moves the robot from outside is seen at one time alone.
         if self.coordinates.vary_in_time() || self.robot.base_motion.is_some() {
             return false;
@@ -995,7 +995,11 @@ impl Model for RobotModel {
         let before = self.energy(q, qd);
         let supplied = if self.is_driven() { h * self.supplied_power(q_after, qd_after, qdd) } else { 0.0 };
         let gain = after.total() - before.total() - supplied.max(0.0);
-        gain > LARGEST_GAIN * after.kinetic.max(before.kinetic)
+        let size = |energy: &Energy| match beside {
+            Beside::Motion => energy.kinetic,
+            Beside::All => energy.kinetic + energy.elastic,
+        };
+        gain > LARGEST_GAIN * size(&after).max(size(&before))
     }
 
     fn sunk(&mut self, q: &[f64]) -> Option<Flaw> {
@@ -1006,6 +1010,11 @@ impl Model for RobotModel {
         let (contact, overlap) =
             coordinates.all([q, q], |[q, _]| on_sweeps!(sweeps, sweeps => sweeps.sunk(q)))?;
         Some(Flaw::Sunk { contact, overlap })
+    }
+
+    fn overlaps(&mut self, q: &[f64]) -> bool {
+        let Self { sweeps, coordinates, .. } = self;
+        coordinates.all([q, q], |[q, _]| on_sweeps!(sweeps, sweeps => sweeps.overlaps(q)))
     }
 
     fn note_surfaces(&mut self, q: &[f64]) {

@@ -575,7 +575,7 @@ impl<G: Turning> Sweeps<G> {
 
     /// Whether surfaces are so near each other there that they may touch in the next one; what is rigid always is.
     pub(crate) fn may_touch(&self) -> bool {
-        contact::may_touch(&self.plan, &self.work)
+        contact::may_touch(&self.work.contact)
     }
 
     /// Takes down where surfaces are in a shape: [`Self::have_passed`] goes on from there.
@@ -608,10 +608,21 @@ impl<G: Turning> Sweeps<G> {
 
     /// A contact whose surfaces overlap by more than a radius, and by how much.
     pub(crate) fn sunk(&mut self, q: &[f64]) -> Option<(usize, f64)> {
+        self.find_touches(q);
+        told::sunk(&self.plan, &self.work)
+    }
+
+    /// Whether any surfaces overlap.
+    pub(crate) fn overlaps(&mut self, q: &[f64]) -> bool {
+        self.find_touches(q);
+        self.is_touched()
+    }
+
+    /// Finds what touches in a shape, at any velocities.
+    fn find_touches(&mut self, q: &[f64]) {
         if !self.work.motion_is_known || !is_same_shape(&self.work.kinematics_of, q) {
             self.with_zeros(|sweeps, zeros| sweeps.update_motion([q, zeros, zeros]));
         }
-        told::sunk(&self.plan, &self.work)
     }
 
     /// Where surfaces touch in a state.

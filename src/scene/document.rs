@@ -6,7 +6,7 @@
 
 use std::collections::BTreeMap;
 
-use schemars::{JsonSchema, Schema, generate::SchemaSettings};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// The only version of the format so far.
@@ -1432,34 +1432,55 @@ pub enum Quantity {
     Shape,
 }
 
-/// The JSON Schema of a scene file.
-pub(super) fn schema() -> Schema {
-    let settings =
-        SchemaSettings::draft07().with_transform(schemars::transform::RecursiveTransform(without_null));
-    settings.into_generator().into_root_schema_for::<Document>()
-}
+#[cfg(test)]
+mod tests {
+    use schemars::{Schema, generate::SchemaSettings};
 
-/// TOML has no null: an optional key is left out.
-fn without_null(schema: &mut Schema) {
-    let Some(object) = schema.as_object_mut() else { return };
-    if let Some(serde_json::Value::Array(types)) = object.get_mut("type") {
-        types.retain(|name| name != "null");
-        if let [only] = types.as_slice() {
-            let only = only.clone();
-            object.insert("type".to_owned(), only);
+    use super::*;
+
+    /// Set it to write the file anew.
+    const UPDATE: &str = "UPDATE_SCHEMA";
+
+    #[test]
+    fn the_schema_in_the_repository_is_that_of_the_document() {
+        let generated = super::super::pretty(schema().as_value());
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/src/scene/schema.json");
+        if std::env::var_os(UPDATE).is_some() {
+            std::fs::write(path, &generated).expect("the schema is written");
         }
+        let committed = std::fs::read_to_string(path).expect("the schema is read");
+        assert!(generated == committed, "{path} is old: run `{UPDATE}=1 cargo test --lib schema`");
     }
-    if let Some(serde_json::Value::Array(branches)) = object.get_mut("anyOf") {
-        branches.retain(|branch| branch.get("type").is_none_or(|name| name != "null"));
-        if let [only] = branches.as_slice() {
-            let only = only.clone();
-            object.remove("anyOf");
-            if let serde_json::Value::Object(only) = only {
-                object.extend(only);
+
+    /// The JSON Schema of a scene file.
+    fn schema() -> Schema {
+        let settings =
+            SchemaSettings::draft07().with_transform(schemars::transform::RecursiveTransform(without_null));
+        settings.into_generator().into_root_schema_for::<Document>()
+    }
+
+    /// TOML has no null: an optional key is left out.
+    fn without_null(schema: &mut Schema) {
+        let Some(object) = schema.as_object_mut() else { return };
+        if let Some(serde_json::Value::Array(types)) = object.get_mut("type") {
+            types.retain(|name| name != "null");
+            if let [only] = types.as_slice() {
+                let only = only.clone();
+                object.insert("type".to_owned(), only);
             }
         }
-    }
-    if object.get("default").is_some_and(serde_json::Value::is_null) {
-        object.remove("default");
+        if let Some(serde_json::Value::Array(branches)) = object.get_mut("anyOf") {
+            branches.retain(|branch| branch.get("type").is_none_or(|name| name != "null"));
+            if let [only] = branches.as_slice() {
+                let only = only.clone();
+                object.remove("anyOf");
+                if let serde_json::Value::Object(only) = only {
+                    object.extend(only);
+                }
+            }
+        }
+        if object.get("default").is_some_and(serde_json::Value::is_null) {
+            object.remove("default");
+        }
     }
 }

@@ -1,6 +1,6 @@
 //! Scene files: TOML descriptions of a model and a simulation, read and validated.
 //!
-//! `document` is the file's shape in plain structs, from which the JSON Schema is generated; `shape` checks a file
+//! `document` is the file's shape in plain structs, from which `schema.json` is generated; `shape` checks a file
 //! against that schema, for which `words` knows the old names of keys; `build`, with `parts` that rods and the `links` of
 //! robots have in common, and with `actuators`, `loops` and `contacts`, turns it into a model with the
 //! constructors that everybody uses; `diagnostics` says what is wrong, where. A scene never executes anything.
@@ -58,8 +58,10 @@ pub use imports::{FileProblem, Imported, Imports, NoImports, Refusal, Request};
 
 use shape::Shape;
 
-/// What scene files may hold, by which they are checked.
-static SCHEMA: LazyLock<serde_json::Value> = LazyLock::new(|| document::schema().to_value());
+/// What scene files may hold, by which they are checked. A test keeps the file equal to what `document` says: generating it
+/// here would make the library a fiftieth larger.
+static SCHEMA: LazyLock<serde_json::Value> =
+    LazyLock::new(|| serde_json::from_str(include_str!("schema.json")).expect("the schema is JSON"));
 
 /// A checked scene: every number in it is one that the simulator accepts.
 #[derive(Clone, Debug)]
@@ -283,12 +285,17 @@ impl Scene {
     /// The JSON Schema of scene files, for editors, with the old names of keys marked as deprecated; the one in
     /// `scenes/` is this text.
     pub fn schema() -> String {
-        let mut schema = document::schema().to_value();
+        let mut schema = SCHEMA.clone();
         words::add_old_words(&mut schema);
-        let mut text = serde_json::to_string_pretty(&schema).expect("a schema is JSON");
-        text.push('\n');
-        text
+        pretty(&schema)
     }
+}
+
+/// JSON as it is written to files.
+fn pretty(json: &serde_json::Value) -> String {
+    let mut text = serde_json::to_string_pretty(json).expect("a value is JSON");
+    text.push('\n');
+    text
 }
 
 /// Keys of another version mean something else, so the version is checked before anything else is read.

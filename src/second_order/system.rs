@@ -4,7 +4,7 @@ use super::Failure;
 use crate::constraint::one_sided;
 use crate::error::Interrupted;
 use crate::linalg::{Matrix, TreeMatrix};
-use crate::model::{Flaw, Model, Radius, Switch, have_passed, rotation_vectors};
+use crate::model::{Beside, Flaw, Model, Radius, Switch, have_passed, have_touched, rotation_vectors};
 
 /// Equations of motion `r(t, q, v, a) = 0` for displacements q, velocities v and accelerations a, n of each.
 pub trait System {
@@ -143,6 +143,7 @@ pub trait System {
         _before: [&[f64]; 2],
         _motion: [&[f64]; 3],
         _h: f64,
+        _beside: Beside,
     ) -> Result<bool, Interrupted> {
         Ok(false)
     }
@@ -160,6 +161,18 @@ pub trait System {
     /// Whether surfaces pass through each other on a way, unseen at the times and displacements that are given of it, by more than
     /// half of a radius.
     fn have_passed(&mut self, _way: &[(f64, &[f64])], _radius: Radius) -> Result<bool, Interrupted> {
+        Ok(false)
+    }
+
+    /// Whether surfaces touch within a step between these times, displacements and velocities although they do at neither end.
+    /// `memory` is any vector, kept to save allocations.
+    fn have_touched(
+        &mut self,
+        _times: [f64; 2],
+        _ends: [&[f64]; 2],
+        _rates: [&[f64]; 2],
+        _memory: &mut Vec<f64>,
+    ) -> Result<bool, Interrupted> {
         Ok(false)
     }
 
@@ -339,9 +352,10 @@ impl<M: Model + ?Sized> System for FreeMotion<'_, M> {
         before: [&[f64]; 2],
         [q, v, a]: [&[f64]; 3],
         h: f64,
+        beside: Beside,
     ) -> Result<bool, Interrupted> {
         self.0.set_time(t)?;
-        Ok(self.0.gains_energy(before, [q, v, &a[..q.len()]], h))
+        Ok(self.0.gains_energy(before, [q, v, &a[..q.len()]], h, beside))
     }
 
     fn is_flawed(&mut self, t: f64, q: &[f64]) -> Result<bool, Interrupted> {
@@ -359,6 +373,16 @@ impl<M: Model + ?Sized> System for FreeMotion<'_, M> {
             return Ok(false);
         }
         have_passed(self.0, way.iter().copied(), radius)
+    }
+
+    fn have_touched(
+        &mut self,
+        times: [f64; 2],
+        ends: [&[f64]; 2],
+        rates: [&[f64]; 2],
+        memory: &mut Vec<f64>,
+    ) -> Result<bool, Interrupted> {
+        have_touched(self.0, times, ends, rates, memory)
     }
 
     fn is_one_sided(&self) -> bool {

@@ -255,3 +255,97 @@ def test_nothing_passes_through_a_body():
     run = lissom.simulate(robot, 0.05, dt=3e-3, v0=[0, 0, -10, 0, 0, 0])
     assert run.success or run.status in {"passed_through", "sunk"}, run.message
     assert run.q[-1][2] > -0.1
+
+
+# What no corner tells
+
+
+@pytest.mark.parametrize("centre", [0.0, 1e-18])
+def test_stiff_boxes_do_not_gain_energy(centre):
+    """A centre of mass that is rounding is no length to compare with. An impact takes a third of a step."""
+    half = (0.03, 0.03, 0.03)
+    body = Body(0.3, centre=(centre, 0, 0), inertia=(1.5e-4,) * 3)
+    tilted = turned(Rotation.from_rotvec([0.5, 0.3, 0.1]))
+    link = Link("box", joint=Free(), body=body, position=(0, 0, 0.2), orientation=tilted)
+    for stiffness in (1e6, 1e7):
+        contact = Contact(box("box", half), lissom.HalfSpace(), stiffness=stiffness, friction=0.3)
+        run = lissom.simulate(lissom.Robot([link], contacts=[contact]), 0.5, dt=1e-3)
+        assert run.success, run.message
+        balance = run.balance
+        energy = balance.kinetic + balance.elastic + balance.gravitational
+        fallen = 0.3 * GRAVITY * 0.2
+        assert np.maximum(np.diff(energy), 0).sum() < 0.05 * fallen
+        assert run.doubt is None
+
+
+@pytest.mark.parametrize(
+    ("a", "b", "place"),
+    [
+        (Box((0, 0, 0), (0.05, 0.04, 0.03), link="a"), box("b", (0.05, 0.04, 0.03)), (0, 0, 0)),
+        (box("a", (0.2, 0.02, 0.02)), box("b", (0.02, 0.2, 0.02)), (0, 0, 0.012)),
+        (ConvexMesh(0.03 * OCTAHEDRON, OCTAHEDRON_FACES, link="a"), box("b", (0.05, 0.04, 0.03)), (0, 0, 0)),
+        (
+            Capsule((-0.1, 0, 0), (0.1, 0, 0), 0.02, link="a"),
+            Capsule((0, -0.1, 0), (0, 0.1, 0), 0.02, link="b"),
+            (0, 0, 0),
+        ),
+    ],
+    ids=["one box", "crossed bars", "octahedron in a box", "crossed capsules"],
+)
+def test_bodies_that_are_in_each_other_are_refused(a, b, place):
+    """No corner or edge of some of them is in the other one, or only just."""
+    links = [free("a", (0.05,) * 3), free("b", (0.05,) * 3, position=place)]
+    robot = lissom.Robot(links, gravity=(0, 0, 0), contacts=[Contact(a, b, stiffness=1e5)])
+    with pytest.raises(ValueError, match=r"overlaps by 0\.0"):
+        lissom.simulate(robot, 0.1, dt=1e-3)
+
+
+@pytest.mark.parametrize("top", ["box", "ball", "mesh"])
+@pytest.mark.parametrize("start", [0.02, -0.03])
+def test_bodies_on_what_is_moved_start_where_they_are(top, start):
+    """A slider that follows a table of its position is nowhere before its time is known."""
+    corners = np.array(list(itertools.product((-1, 1), repeat=3)), dtype=float)
+    faces = [[0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1], [2, 3, 7], [2, 7, 6]]
+    faces += [[0, 2, 6], [0, 6, 4], [1, 5, 7], [1, 7, 3]]
+    half = np.array([0.05, 0.05, 0.02])
+    tops = {
+        "box": box("top", half),
+        "ball": lissom.Ball("top", 0.02),
+        "mesh": ConvexMesh(half * corners, faces, link="top"),
+    }
+    table = ConvexMesh(corners * [0.5, 0.5, 0.1] + [0, 0, -0.1], faces, link="slider")
+    slider = Link(
+        "slider",
+        joint=lissom.Prismatic((1, 0, 0), motion=lissom.Harmonic(0.02, 2.0)),
+        body=Body(1.0, inertia=(1,) * 3),
+    )
+    links = [slider, free("top", half, position=(0, 0, start - 6e-6))]
+    robot = lissom.Robot(links, contacts=[Contact(tops[top], table, stiffness=1e5, friction=0.3)])
+    if start > 0:
+        assert lissom.simulate(robot, 0.05, dt=1e-3).success
+    else:
+        with pytest.raises(ValueError, match=r"overlaps by 0\.0"):
+            lissom.simulate(robot, 0.05, dt=1e-3)
+
+
+def test_a_flat_face_of_triangles_is_as_stiff_as_one():
+    """Corners of a block lie above sides that divide the faces of a mesh: these are no edges."""
+    corners = np.array(list(itertools.product((-1, 1), repeat=3)), dtype=float) * [0.3, 0.3, 0.1] - [
+        0,
+        0,
+        0.1,
+    ]
+    faces = [[0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1], [2, 3, 7], [2, 7, 6]]
+    faces += [[0, 2, 6], [0, 6, 4], [1, 5, 7], [1, 7, 3]]
+    half = (0.05, 0.05, 0.02)
+    tangents = []
+    for table in (ConvexMesh(corners, faces), Box((0, 0, -0.1), (0.3, 0.3, 0.1))):
+        contact = Contact(box("block", half), table, stiffness=STIFFNESS)
+        springs = lissom.Support(link="block", stiffness=2000.0, rotational_stiffness=1.0)
+        robot = lissom.Robot(
+            [free("block", half, position=(0, 0, 0.021))], contacts=[contact], supports=[springs]
+        )
+        found = lissom.statics(robot)
+        assert (found.success, found.stability) == (True, "stable")
+        tangents.append(robot.tangent(found.q, np.zeros(6), np.zeros(6))[0])
+    assert_allclose(tangents[0], tangents[1], rtol=1e-6, atol=1e-3)

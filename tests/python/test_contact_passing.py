@@ -149,6 +149,45 @@ def test_rods_do_not_cross(method):
     assert momentum[5] == pytest.approx(robot.momentum(run.q[0], run.v[0])[5], rel=1e-2)
 
 
+@pytest.mark.parametrize(
+    "options", [{"method": "radau", "rtol": 1e-3}, {"method": "rk45", "rtol": 1e-3}, {"dt": 0.02}]
+)
+@pytest.mark.parametrize(
+    "section", [lissom.Section.ellipse(0.012, 0.004), lissom.Section.rectangle(0.024, 0.008)]
+)
+def test_ribbons_do_not_cross(section, options):
+    """They lie flat across each other and meet at their thin side, well inside their width."""
+    links = []
+    for name, height, turn in [("still", 0.0, 0.0), ("thrown", 0.02, 0.25 * math.pi)]:
+        along = np.array([math.cos(2 * turn), math.sin(2 * turn), 0.0])
+        segment = lissom.Segment(
+            0.3,
+            section=section,
+            young_modulus=2e6,
+            poisson_ratio=0.45,
+            density=1000,
+            modes={"bend_y": 3, "bend_z": 3, "torsion": 2},
+        )
+        links.append(
+            lissom.Link(
+                name,
+                rod=[segment],
+                joint=lissom.Free(),
+                position=-0.15 * along + [0, 0, height],
+                orientation=(math.cos(turn), 0, 0, math.sin(turn)),
+            )
+        )
+    contact = lissom.Contact("still", "thrown", friction=0.3, stiffness=2e5)
+    robot = lissom.Robot(links, gravity=(0, 0, 0), contacts=[contact])
+    v0 = np.zeros(robot.n)
+    v0[list(robot.coordinates).index("still.z")] = 0.5
+    v0[list(robot.coordinates).index("thrown.z")] = -1.0
+    run = lissom.simulate(robot, 0.04, v0=v0, **options)
+    assert run.success, run.message
+    still, thrown = (robot.pose(run.q[-1], 0.15, link=name)[2, 3] for name in ("still", "thrown"))
+    assert thrown > still
+
+
 @pytest.mark.parametrize("method", ["radau", "rk45", "dop853", "auto"])
 def test_what_spins_freely_is_followed(method):
     """Its rate does not change, so that no error limits steps: one that turns it too far is tried again."""

@@ -124,6 +124,10 @@ impl ConvexMesh {
             }
             let (place, feature) = nearest_on(&face.corners, point);
             let way = point - place;
+            // Above a side that divides a flat face is above the face.
+            let across = way.cross(face.normal);
+            let is_above = across.dot(across) <= FLAT * FLAT * way.dot(way);
+            let feature = if is_above { Feature::Inside } else { feature };
             let length = if let Feature::Inside = feature { above } else { way.dot(way).sqrt() };
             if best.as_ref().is_none_or(|best| length < best.length) {
                 best = Some(Nearest { face: f, feature, length, way });

@@ -180,7 +180,8 @@ impl Robot {
         let mut reach = Vec::with_capacity(self.links.len());
         for link in &self.links {
             let start = link.parent.map_or(0.0, |parent| reach[parent] + size(link.position));
-            let of_body = link.body.as_ref().map_or(0.0, |body| size(body.centre));
+            let of_body =
+                link.body.as_ref().map_or(0.0, |body| size(body.centre).max(body.radius_of_gyration()));
             reach.push(start + link.length().max(of_body));
         }
         let longest = reach.into_iter().fold(0.0, f64::max);

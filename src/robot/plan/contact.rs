@@ -95,6 +95,11 @@ impl<P> Curve<P> {
     pub(crate) fn terms(&self) -> usize {
         self.expansion.len() + self.polynomials()
     }
+
+    /// The arc lengths of the rod between which one of its parts lies.
+    pub(crate) fn arcs(&self, part: usize) -> [f64; 2] {
+        [part, part + 1].map(|i| self.start + self.samples[i].x * self.length)
+    }
 }
 
 /// A place where a curve is looked at first.

@@ -24,6 +24,8 @@ pub(crate) struct ContactState<P> {
     /// Of every curve, the centre and the radius of a ball that it lies in, and whether anything else may touch it.
     pub(crate) bounds: Vec<(Vector<f64>, f64)>,
     pub(crate) is_near: Vec<bool>,
+    /// Whether any ball or body is near what it may touch.
+    pub(crate) is_rigid_near: bool,
     /// Whether curves were seen closely in this state, and what these lie in around their chords.
     pub(crate) is_seen: Vec<bool>,
     pub(crate) chords: Vec<Span>,
@@ -163,6 +165,7 @@ impl<P> Default for ContactState<P> {
             corners: Vec::new(),
             poses: Vec::new(),
             noted: Noted::default(),
+            is_rigid_near: false,
             is_left: false,
             touches: Vec::new(),
             rates: Vec::new(),
@@ -199,6 +202,7 @@ impl<P: Lanes> ContactState<P> {
             corners: vec![Vector::zero(); contacts.bodies.iter().map(|body| body.corners.len()).sum()],
             poses: vec![Pose::unmoved(); contacts.solids.len()],
             noted: Noted::default(),
+            is_rigid_near: false,
             is_left: false,
             touches: Vec::with_capacity(contacts.capacity),
             rates: Vec::with_capacity(contacts.capacity),

@@ -245,7 +245,9 @@ fn find_near<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, state: &mut Contac
                 let [c, o] = near[i];
                 look_closely(plan, &work.slope, state, c);
                 look_closely(plan, &work.slope, state, o);
-                if state.chords[c].meets(&state.chords[o]) {
+                let is_near = state.chords[c].meets(&state.chords[o])
+                    && (pair.neighbourhood == 0.0 || parts_are_near(plan, state, [c, o], pair.neighbourhood));
+                if is_near {
                     near[kept] = [c, o];
                     kept += 1;
                 }
@@ -264,6 +266,29 @@ fn find_near<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, state: &mut Contac
         *of_pair = first..near.len();
     }
     (state.near, state.near_of) = (near, near_of);
+}
+
+/// Whether parts of two curves of a rod that are no neighbours come as near to each other as their radius. The chords of curves that
+/// follow each other always meet.
+fn parts_are_near<G: Turning>(
+    plan: &Plan<G>,
+    state: &ContactState<G::Pack>,
+    [c, o]: [usize; 2],
+    neighbourhood: f64,
+) -> bool {
+    let parts = |c: usize| {
+        let curve = &plan.contacts.curves[c];
+        let spans = &state.spans[curve.first_sample..][..curve.samples.len() - 1];
+        let radius = |index: usize| curve.samples[index].radius.max(curve.samples[index + 1].radius);
+        spans.iter().enumerate().map(move |(index, span)| (span, curve.arcs(index), radius(index)))
+    };
+    parts(c).any(|(span, [from, to], radius)| {
+        let around = span.widened(radius);
+        around.meets(&state.chords[o])
+            && parts(o).any(|(other, [begin, end], _)| {
+                !(begin < to + neighbourhood && end > from - neighbourhood) && around.meets(other)
+            })
+    })
 }
 
 /// Marks the curves that may touch anything.
@@ -290,10 +315,34 @@ fn mark_near<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, state: &mut Contac
             }
         }
     }
+    state.is_rigid_near = plan.contacts.pairs.iter().any(|pair| is_rigid_near(plan, state, pair));
     for c in 0..state.is_near.len() {
         if state.is_near[c] {
             look_closely(plan, &work.slope, state, c);
         }
+    }
+}
+
+/// Whether a pair's ball or body is near the other side: by its own size, so that no increment of a step leads past.
+fn is_rigid_near<G: Turning>(plan: &Plan<G>, state: &ContactState<G::Pack>, pair: &Pair) -> bool {
+    let ContactState { bounds, centres, corners, poses, .. } = state;
+    let contacts = &plan.contacts;
+    let around_ball = |ball: usize| (centres[ball], 2.0 * contacts.balls[ball].radius);
+    let (centre, reach) = match &pair.sides[0] {
+        Side::Ball(ball) => around_ball(*ball),
+        Side::Body(body) => {
+            let Body { first_corner, radius, size, .. } = contacts.bodies[*body];
+            (corners[first_corner], 2.0 * (radius + size))
+        }
+        Side::Rod(_) | Side::Solid(_) => return false,
+    };
+    let is_in_reach =
+        |(other, radius): (Vector<f64>, f64)| distance::between(centre, other) <= reach + radius;
+    match &pair.sides[1] {
+        Side::Solid(solid) => placed(plan, poses, *solid).distance(centre).value <= reach,
+        Side::Ball(ball) => is_in_reach(around_ball(*ball)),
+        Side::Rod(curves) => bounds[curves.clone()].iter().copied().any(is_in_reach),
+        Side::Body(_) => true,
     }
 }
 
@@ -399,12 +448,6 @@ impl<'a, G: Turning> Scene<'a, G> {
         &self.spans[curve.first_sample..][..curve.samples.len() - 1]
     }
 
-    /// The arc lengths of the rod between which a part of a curve lies.
-    fn arcs(&self, c: usize, index: usize) -> [f64; 2] {
-        let curve = &self.plan.contacts.curves[c];
-        [index, index + 1].map(|i| curve.start + curve.samples[i].x * curve.length)
-    }
-
     /// Finds where the two of a pair touch.
     fn meet(&self, p: usize, pair: &Pair, found: &mut Found<'_, G::Pack>) {
         let round;
@@ -505,12 +548,12 @@ impl<'a, G: Turning> Scene<'a, G> {
     fn part_may_meet(&self, c: usize, index: usize, other: &Other<'_>) -> bool {
         let Other::Rod { pair, near, .. } = *other else { return true };
         let span = &self.spans(c)[index];
-        let [from, to] = self.arcs(c, index);
+        let [from, to] = self.plan.contacts.curves[c].arcs(index);
         others(near, c).any(|o| {
             span.meets(&self.chords[o])
                 && self.spans(o).iter().enumerate().any(|(i, there)| {
                     let is_neighbour = pair.neighbourhood > 0.0 && {
-                        let [begin, end] = self.arcs(o, i);
+                        let [begin, end] = self.plan.contacts.curves[o].arcs(i);
                         begin < to + pair.neighbourhood && end > from - pair.neighbourhood
                     };
                     !is_neighbour && span.meets(there)
@@ -737,7 +780,7 @@ impl<'a, G: Turning> Scene<'a, G> {
     ) -> Option<Nearest> {
         let is_neighbour = |c: usize, index: usize| {
             but.is_some_and(|(arc, near)| {
-                let [begin, end] = self.arcs(c, index);
+                let [begin, end] = self.plan.contacts.curves[c].arcs(index);
                 begin < arc + near && end > arc - near
             })
         };
@@ -785,7 +828,7 @@ impl<'a, G: Turning> Scene<'a, G> {
         // What is nearest may be the end of what is looked at, beyond which there are neighbours.
         let (arc, is_end) = (part.arc + part.length * x, x == 0.0 || x == 1.0);
         let adjoins = |o: usize, i: usize| {
-            let beyond = self.arcs(o, i)[if x == 0.0 { 1 } else { 0 }];
+            let beyond = self.plan.contacts.curves[o].arcs(i)[if x == 0.0 { 1 } else { 0 }];
             (arc - beyond).abs() <= SAME_PLACE * part.length.max(arc) && is_neighbour(o, i)
         };
         if is_end && but.is_some() && curves.clone().any(|o| (0..self.spans(o).len()).any(|i| adjoins(o, i)))

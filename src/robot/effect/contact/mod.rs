@@ -19,10 +19,9 @@ use crate::linalg::Matrix;
 use crate::model::Energy;
 use crate::robot::algebra::tie::Motion;
 use crate::robot::plan::Plan;
-use crate::robot::plan::contact::Side;
 use crate::robot::plan::piece::PiecePlan;
 use crate::robot::state::Workspace;
-use crate::robot::state::contact::{ContactTangent, Standing, Touch};
+use crate::robot::state::contact::{ContactState, ContactTangent, Standing, Touch};
 use crate::robot::state::tangent::{Tangent, TangentWorkspace, Weights};
 use crate::robot::turning::{Turning, columns};
 
@@ -117,7 +116,7 @@ impl<G: Turning> Effect<G> for Touching {
     }
 
     fn may_dissipate(plan: &Plan<G>, work: &Workspace<G>) -> bool {
-        <Self as Effect<G>>::dissipates(plan) && may_touch(plan, work)
+        <Self as Effect<G>>::dissipates(plan) && may_touch(&work.contact)
     }
 
     fn add_energy(_: &Plan<G>, work: &Workspace<G>, energy: &mut Energy) {
@@ -130,11 +129,9 @@ impl<G: Turning> Effect<G> for Touching {
     }
 }
 
-/// Whether surfaces may touch in the shape that was looked at last; what is rigid always may.
-pub(crate) fn may_touch<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -> bool {
-    let is_rigid = |side: &Side| matches!(side, Side::Ball(_) | Side::Body(_));
-    let has_rigid = || plan.contacts.pairs.iter().any(|pair| is_rigid(&pair.sides[0]));
-    work.contact.is_near.contains(&true) || has_rigid()
+/// Whether surfaces may touch in the shape that was looked at last.
+pub(crate) fn may_touch<P>(contact: &ContactState<P>) -> bool {
+    contact.is_rigid_near || contact.is_near.contains(&true)
 }
 
 /// Adds the derivative of the forces of a touch. Cost: 12 products an entry, 6 against what is fixed in the world.

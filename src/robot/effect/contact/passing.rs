@@ -186,7 +186,7 @@ type Way = [Vector<f64>; 2];
 struct Part {
     ways: [Way; 2],
     radius: f64,
-    /// How far it reaches in the direction in which that is least: to obstacles sections are ellipses, to rods round.
+    /// How far it reaches in the direction in which that is least: what passes through it gets nearer than that.
     thin: f64,
     arc: f64,
     length: f64,
@@ -436,7 +436,7 @@ impl Patch {
 
 /// Whether two parts of rods come so near to each other on their ways as they did not begin.
 fn have_crossed(part: &Part, other: &Part, measure: Radius) -> bool {
-    let measure = measure.of(part.radius, other.radius);
+    let measure = measure.of(part.thin, other.thin);
     let moved = |way: Way| way[1] - way[0];
     let mut fastest: f64 = 0.0;
     for way in part.ways {
@@ -448,7 +448,7 @@ fn have_crossed(part: &Part, other: &Part, measure: Radius) -> bool {
     if measure <= 0.0 || fastest <= shallow {
         return false;
     }
-    let deep = part.radius + other.radius - DEEP * measure;
+    let deep = part.thin + other.thin - DEEP * measure;
     let at = |ways: [Way; 2], x: f64| ways.map(|[from, to]| from + (to - from) * x);
     let (mut x, mut is_start) = (0.0, true);
     while x < 1.0 {

@@ -1,7 +1,9 @@
 //! What is told of touches: where they are and how hard, and whether steps see them.
 
+use super::find;
 use crate::lie::{Cross, Twist, Vector};
 use crate::robot::plan::Plan;
+use crate::robot::plan::contact::{Body, Side};
 use crate::robot::state::Workspace;
 use crate::robot::state::contact::{ContactState, Standing, Touch};
 use crate::robot::turning::Turning;
@@ -18,8 +20,20 @@ pub(crate) fn sunk<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -> Option<(u
         let smallest = if second > 0.0 { first.min(second) } else { first };
         touch.meeting.overlap > smallest
     };
-    let touch = work.contact.touches.iter().find(is_sunk)?;
-    Some((plan.contacts.pairs[touch.pair].contact, touch.meeting.overlap))
+    if let Some(touch) = work.contact.touches.iter().find(is_sunk) {
+        return Some((plan.contacts.pairs[touch.pair].contact, touch.meeting.overlap));
+    }
+    // Bodies that are in each other up to their middles need not touch with a corner or an edge.
+    plan.contacts.pairs.iter().find_map(|pair| {
+        let [Side::Body(body), Side::Solid(solid)] = pair.sides else { return None };
+        let Body { first_corner, corners, thickness, .. } = &plan.contacts.bodies[body];
+        let mut middle = Vector::zero();
+        for &corner in &work.contact.corners[*first_corner..][..corners.len()] {
+            middle += corner * (corners.len() as f64).recip();
+        }
+        let depth = -find::placed(plan, &work.contact.poses, solid).distance(middle).value;
+        (depth > 0.0).then_some((pair.contact, thickness + depth))
+    })
 }
 
 /// Takes down how fast the surfaces that touch approach each other, the motion up to date.
