@@ -64,9 +64,6 @@ pub fn simulate_to_accuracy<M: Model + Clone>(
     monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
 ) -> Result<(Simulation, Option<M>), InvalidInput> {
     let clock = Instant::now();
-    if model.is_one_sided() {
-        model.check_untied("method \"auto\"")?;
-    }
     let wanted = wanted(model.n(), t_span, [q0, v0], request, t_eval)?;
     let start = fitted(&mut model, t_span.0, [q0, v0])?;
     let [q0, v0] = [&start.q[..], &start.v];

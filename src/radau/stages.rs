@@ -600,12 +600,14 @@ impl Stages {
         if fitting.factorise().is_err() {
             return Ok(false);
         }
+        // Where what is told has a corner, this step fits what is told before.
+        let before = if system.is_one_sided() { t.next_down() } else { t };
         scratch[..n].fill(0.0);
-        system.gap_rates(t, q, v, &mut scratch[n..])?;
+        system.gap_rates(before, q, v, &mut scratch[n..])?;
         fitting.solve(scratch);
         v.iter_mut().zip(&*scratch).for_each(|(v, change)| *v -= change);
         scratch[..n].fill(0.0);
-        system.gap_accelerations(t, [q, v, &end[..n]], &mut scratch[n..])?;
+        system.gap_accelerations(before, [q, v, &end[..n]], &mut scratch[n..])?;
         fitting.solve(scratch);
         end.iter_mut().zip(&*scratch).for_each(|(a, change)| *a -= change);
         Ok(true)

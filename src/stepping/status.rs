@@ -26,6 +26,8 @@ pub enum Status {
     Sunk,
     /// Closed loops are at a singular position that the method cannot pass.
     Singular,
+    /// Tendons that do not stretch become taut and slack again without an end.
+    Chattering,
     /// Stability would force more steps on an explicit method than are sensible.
     Stiff,
 }
@@ -43,6 +45,7 @@ impl Status {
             | Self::Open
             | Self::Sunk
             | Self::Singular
+            | Self::Chattering
             | Self::Stiff => false,
         }
     }
@@ -59,6 +62,7 @@ impl Status {
             Self::Open => "loop_open",
             Self::Sunk => "sunk",
             Self::Singular => "singular_position",
+            Self::Chattering => "chattering",
             Self::Stiff => "stiff",
         }
     }
@@ -80,6 +84,28 @@ impl Stop {
             Number(t),
         );
         Self { status: Status::Singular, message }
+    }
+
+    /// Where a tendon of given length is longer by so much, although no step was.
+    pub(crate) fn where_too_long(t: f64, by: f64) -> Self {
+        let message = format!(
+            "At t = {} the length of a tendon that does not stretch jumps to {} m less than its path: no finite force shortens it at \
+             once. Change lengths gradually, give the tendon a `stiffness`, or take `method=\"generalised_alpha\"`, which follows \
+             within a step.",
+            Number(t),
+            Number(by),
+        );
+        Self { status: Status::Open, message }
+    }
+
+    /// Where tendons become taut and slack again without an end.
+    pub(crate) fn at_chatter(t: f64) -> Self {
+        let message = format!(
+            "Near t = {} tendons that do not stretch become taut and slack again ever faster. Take \
+             `method=\"generalised_alpha\"`, which does not resolve it, or give the tendons a `stiffness`.",
+            Number(t),
+        );
+        Self { status: Status::Chattering, message }
     }
 
     /// At a state that means nothing.
