@@ -19,6 +19,10 @@ const PUSHES: f64 = 1e-10;
 const ON_THE_SPOT: f64 = 1e-12;
 const MOST_CORRECTIONS: usize = 8;
 
+/// Where a tendon that is taut is off by more than this within a step, in units of the model's length, it is told what no step of that
+/// size follows.
+const ASTRAY: f64 = 1e-3;
+
 /// Changes that follow each other within this part of the way are a chatter when there are as many in a row.
 const QUICK: f64 = 1e-6;
 const MOST_QUICK: usize = 100;
@@ -43,6 +47,8 @@ pub(super) enum Verdict {
     ChangeAtStart(Option<usize>),
     /// The step ends there.
     EndAt(Event),
+    /// A taut tendon is off by so much on the way: the step is shortened.
+    Astray(f64),
 }
 
 /// The changes of a run.
@@ -62,18 +68,18 @@ pub(super) struct Changes {
 }
 
 /// How near constraints are to a change at a time.
-struct Look {
-    t: f64,
+pub(super) struct Look {
     /// Of the one that is nearest, above zero behind the change, and its number.
     nearest: Point,
     which: usize,
     held: Vec<bool>,
     passed: Vec<[f64; 2]>,
+    /// How far those are off that hold, here or on the way.
+    astray: f64,
 }
 
-/// States within the last step, and the model.
-pub(super) type States<'a> =
-    dyn FnMut(f64, &mut dyn FnMut(&mut dyn Model, [&[f64]; 2])) -> Result<(), Interrupted> + 'a;
+/// Looks at times within the last step.
+pub(super) type Looks<'a> = dyn FnMut(f64) -> Result<Look, Interrupted> + 'a;
 
 impl Changes {
     pub(super) fn new(t_span: (f64, f64)) -> Self {
@@ -99,115 +105,35 @@ impl Changes {
         self.quick <= MOST_QUICK
     }
 
-    /// Judges a step between two times, which was to end at an event if it was `planned`.
-    pub(super) fn judge(
+    /// Looks at a state of the last step.
+    pub(super) fn look(
         &mut self,
-        [t_old, t]: [f64; 2],
-        planned: Option<(Event, usize)>,
-        states: &mut States<'_>,
-    ) -> Result<Verdict, Interrupted> {
-        let (found, end) = self.search([t_old, t], states)?;
-        let (planned, corrections) =
-            planned.map_or((None, 0), |(event, corrections)| (Some(event), corrections));
-        let planned = planned.filter(|event| event.t == t);
-        let is_planned = |event: Event| planned.is_some_and(|planned| planned.which == event.which);
-        let event = match (found, planned) {
-            (Some(event), _) if event.is_let_go && is_planned(event) => Event { t, ..event },
-            (Some(event), _) => event,
-            (None, Some(event)) if event.is_let_go => event,
-            (None, Some(event)) => {
-                let [by, rate] = end.passed[event.which];
-                if rate <= 0.0 {
-                    return Ok(self.at_end(&end));
-                }
-                Event { t: if by.abs() <= ON_THE_SPOT { t } else { t - by / rate }, ..event }
-            }
-            (None, None) => return Ok(self.at_end(&end)),
-        };
-        let without = event.is_let_go.then_some(event.which);
-        Ok(if event.t <= t_old {
-            Verdict::ChangeAtStart(without)
-        } else if event.t == t || corrections >= MOST_CORRECTIONS {
-            Verdict::Change(without)
-        } else if event.t >= self.t_span.1 {
-            Verdict::Done
-        } else {
-            Verdict::EndAt(event)
-        })
-    }
-
-    /// Where what a tendon is told has a corner, it stops what moves or is slack.
-    fn at_end(&self, end: &Look) -> Verdict {
-        let is_left = |(&is_held, [_, rate]): (&bool, &[f64; 2])| is_held && rate.abs() > LEAVES;
-        if end.held.iter().zip(&end.passed).any(is_left) { Verdict::Change(None) } else { Verdict::Done }
-    }
-
-    /// The first event of a step, and what there is at its end.
-    fn search(
-        &mut self,
-        [t_old, t]: [f64; 2],
-        states: &mut States<'_>,
-    ) -> Result<(Option<Event>, Look), Interrupted> {
-        let mut before = self.look(t_old, states)?;
-        if before.nearest.value > 0.0 {
-            let event = before.event();
-            return Ok((Some(event), before));
+        model: &mut dyn Model,
+        t: f64,
+        [q, v]: [&[f64]; 2],
+    ) -> Result<Look, Interrupted> {
+        model.set_time(t)?;
+        let (passed, mut held) = (model.passed(q, v), model.held());
+        let first = held.len() - passed.len();
+        held.drain(..first);
+        let mut multipliers = vec![0.0; first + passed.len()];
+        if held.contains(&true) {
+            // Without a mass there is no motion, either.
+            let _ = saddle::accelerations(model, q, v, &mut vec![0.0; q.len()], &mut multipliers);
         }
-        for k in 1..=LOOKS {
-            let time = if k == LOOKS { t } else { t_old + (t - t_old) * (k as f64 / LOOKS as f64) };
-            let mut after = self.look(time, states)?;
-            if after.nearest.value <= 0.0
-                && let Some(top) = highest(&before, &after)
-            {
-                let there = self.look(top, states)?;
-                if there.nearest.value > 0.0 {
-                    after = there;
-                }
-            }
-            if after.nearest.value > 0.0 {
-                let at =
-                    find_zero(before.nearest, after.nearest, |t| Ok(self.look(t, states)?.nearest.value))?;
-                let found = self.look(at, states)?;
-                let mut event = found.event();
-                if !event.is_let_go {
-                    let [by, rate] = found.passed[event.which];
-                    event.t = if rate > 0.0 { (at - by / rate).clamp(t_old, t) } else { at };
-                }
-                return Ok((Some(event), after));
-            }
-            before = after;
+        let tensions = &multipliers[first..];
+        self.largest_tension =
+            tensions.iter().fold(self.largest_tension, |largest, tension| largest.max(tension.abs()));
+        let (mut nearest, mut which, mut astray) = (f64::NEG_INFINITY, 0, 0.0_f64);
+        for (i, (&is_held, [by, _])) in held.iter().zip(&passed).enumerate() {
+            let value = match is_held {
+                true => -tensions[i] / self.largest_tension.max(f64::MIN_POSITIVE) - PUSHES,
+                false => by - TAKEN_UP,
+            };
+            (nearest, which) = if value > nearest { (value, i) } else { (nearest, which) };
+            astray = if is_held { astray.max(by.abs()) } else { astray };
         }
-        Ok((None, before))
-    }
-
-    fn look(&mut self, t: f64, states: &mut States<'_>) -> Result<Look, Interrupted> {
-        let (mut found, mut nearest) = (Ok(()), (f64::NEG_INFINITY, 0));
-        let (mut held, mut passed) = (Vec::new(), Vec::new());
-        states(t, &mut |model, [q, v]| {
-            found = model.set_time(t);
-            passed = model.passed(q, v);
-            held = model.held();
-            let first = held.len() - passed.len();
-            held.drain(..first);
-            let mut multipliers = vec![0.0; first + passed.len()];
-            if held.contains(&true) {
-                // Without a mass there is no motion, either.
-                let _ = saddle::accelerations(model, q, v, &mut vec![0.0; q.len()], &mut multipliers);
-            }
-            let tensions = &multipliers[first..];
-            let largest = tensions.iter().fold(self.largest_tension, |largest, x| largest.max(x.abs()));
-            self.largest_tension = largest;
-            for (i, &is_held) in held.iter().enumerate() {
-                let value = match is_held {
-                    true => -tensions[i] / largest.max(f64::MIN_POSITIVE) - PUSHES,
-                    false => passed[i][0] - TAKEN_UP,
-                };
-                nearest = if value > nearest.0 { (value, i) } else { nearest };
-            }
-        })?;
-        found?;
-        let (value, which) = nearest;
-        Ok(Look { t, nearest: Point { t, value }, which, held, passed })
+        Ok(Look { nearest: Point { t, value: nearest }, which, held, passed, astray })
     }
 
     /// What goes on from leg to leg.
@@ -231,9 +157,87 @@ impl Changes {
     }
 }
 
+/// Judges a step between two times of a leg that ends at `t_end`; the step was to end at an event if that was `planned`, after so many
+/// corrections.
+pub(super) fn judge(
+    [t_old, t]: [f64; 2],
+    t_end: f64,
+    planned: Option<(Event, usize)>,
+    look: &mut Looks<'_>,
+) -> Result<Verdict, Interrupted> {
+    let (found, end) = search([t_old, t], look)?;
+    let (planned, corrections) = planned.map_or((None, 0), |(event, corrections)| (Some(event), corrections));
+    let planned = planned.filter(|event| event.t == t);
+    let is_planned = |event: Event| planned.is_some_and(|planned| planned.which == event.which);
+    let event = match (found, planned) {
+        (Some(event), _) if event.is_let_go && is_planned(event) => Event { t, ..event },
+        (Some(event), _) => event,
+        (None, Some(event)) if event.is_let_go => event,
+        (None, Some(event)) => {
+            let [by, rate] = end.passed[event.which];
+            if rate <= 0.0 {
+                return Ok(at_end(&end));
+            }
+            Event { t: if by.abs() <= ON_THE_SPOT { t } else { t - by / rate }, ..event }
+        }
+        (None, None) if end.astray > ASTRAY => return Ok(Verdict::Astray(end.astray)),
+        (None, None) => return Ok(at_end(&end)),
+    };
+    let without = event.is_let_go.then_some(event.which);
+    Ok(if event.t <= t_old {
+        Verdict::ChangeAtStart(without)
+    } else if event.t == t || corrections >= MOST_CORRECTIONS {
+        Verdict::Change(without)
+    } else if event.t >= t_end {
+        Verdict::Done
+    } else {
+        Verdict::EndAt(event)
+    })
+}
+
+/// The first event of a step, and what there is at its end.
+fn search([t_old, t]: [f64; 2], look: &mut Looks<'_>) -> Result<(Option<Event>, Look), Interrupted> {
+    let mut before = look(t_old)?;
+    if before.nearest.value > 0.0 {
+        let event = before.event();
+        return Ok((Some(event), before));
+    }
+    for k in 1..=LOOKS {
+        let time = if k == LOOKS { t } else { t_old + (t - t_old) * (k as f64 / LOOKS as f64) };
+        let mut after = look(time)?;
+        if after.nearest.value <= 0.0
+            && let Some(top) = highest(&before, &after)
+        {
+            let there = look(top)?;
+            if there.nearest.value > 0.0 {
+                after = there;
+            }
+        }
+        if after.nearest.value > 0.0 {
+            let at = find_zero(before.nearest, after.nearest, |t| Ok(look(t)?.nearest.value))?;
+            let found = look(at)?;
+            let mut event = found.event();
+            if !event.is_let_go {
+                let [by, rate] = found.passed[event.which];
+                event.t = if rate > 0.0 { (at - by / rate).clamp(t_old, t) } else { at };
+            }
+            return Ok((Some(event), after));
+        }
+        after.astray = after.astray.max(before.astray);
+        before = after;
+    }
+    Ok((None, before))
+}
+
+/// Where what a tendon is told has a corner, it stops what moves or is slack.
+fn at_end(end: &Look) -> Verdict {
+    let is_left = |(&is_held, [_, rate]): (&bool, &[f64; 2])| is_held && rate.abs() > LEAVES;
+    if end.held.iter().zip(&end.passed).any(is_left) { Verdict::Change(None) } else { Verdict::Done }
+}
+
 impl Look {
     fn event(&self) -> Event {
-        Event { t: self.t, which: self.which, is_let_go: self.held[self.which] }
+        Event { t: self.nearest.t, which: self.which, is_let_go: self.held[self.which] }
     }
 }
 
@@ -242,12 +246,65 @@ fn highest(before: &Look, after: &Look) -> Option<f64> {
     let tendons = before.passed.iter().zip(&after.passed).zip(&before.held);
     let peaks =
         tendons.filter(|(([_, rises], [_, falls]), is_held)| !**is_held && *rises > 0.0 && *falls < 0.0);
-    let h = after.t - before.t;
+    let h = after.nearest.t - before.nearest.t;
     // Of a parabola with these slopes.
     let peak = |(([by, rises], [_, falls]), _): (([f64; 2], [f64; 2]), bool)| {
         let x = rises / (rises - falls);
-        (by + 0.5 * rises * x * h, before.t + x * h)
+        (by + 0.5 * rises * x * h, before.nearest.t + x * h)
     };
     let peaks = peaks.map(|((a, b), held)| peak(((*a, *b), *held)));
     peaks.filter(|(height, _)| *height > -TAUT).max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, t)| t)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A step with a tendon that is slack, longer than it is told by this and with this rate.
+    fn judge_slack(
+        excess: impl Fn(f64) -> [f64; 2],
+        times: [f64; 2],
+        planned: Option<(Event, usize)>,
+    ) -> Verdict {
+        let mut look = |t: f64| {
+            let passed = vec![excess(t)];
+            let nearest = Point { t, value: passed[0][0] - TAKEN_UP };
+            Ok(Look { nearest, which: 0, held: vec![false], passed, astray: 0.0 })
+        };
+        judge(times, 10.0, planned, &mut look).expect("nothing interrupts it")
+    }
+
+    #[test]
+    fn steps_end_where_a_slack_tendon_is_as_long_as_it_is_told() {
+        let fall = |t: f64| [t * t - 4.0, 2.0 * t];
+        assert_eq!(judge_slack(fall, [0.0, 1.9], None), Verdict::Done);
+        let Verdict::EndAt(event) = judge_slack(fall, [0.0, 3.0], None) else { panic!("it was passed") };
+        assert!((event.t - 2.0).abs() < 1e-9 && !event.is_let_go);
+        assert_eq!(
+            judge_slack(fall, [0.0, 2.0], Some((Event { t: 2.0, ..event }, 1))),
+            Verdict::Change(None)
+        );
+        // Too early: the same again, a little later.
+        let Verdict::EndAt(corrected) =
+            judge_slack(fall, [0.0, 1.999], Some((Event { t: 1.999, ..event }, 1)))
+        else {
+            panic!("it was not there yet")
+        };
+        assert!((corrected.t - 2.0).abs() < 1e-6);
+    }
+
+    #[test]
+    fn an_end_that_is_reached_and_left_within_a_step_is_seen() {
+        let throw = |t: f64| [1e-6 - (t - 0.47) * (t - 0.47), -2.0 * (t - 0.47)];
+        let Verdict::EndAt(event) = judge_slack(throw, [0.0, 1.0], None) else { panic!("it was passed") };
+        assert!((event.t - 0.469).abs() < 1e-6);
+    }
+
+    #[test]
+    fn changes_that_follow_each_other_quickly_are_a_chatter_and_others_are_not() {
+        let mut changes = Changes::new((0.0, 1.0));
+        assert!((0..10 * MOST_QUICK).all(|k| changes.count(1e-3 * k as f64, [0.0; 2])));
+        let quick = (0..2 * MOST_QUICK).take_while(|_| changes.count(20.0, [1.0, 0.0])).count();
+        assert_eq!(quick, MOST_QUICK + 1);
+    }
 }

@@ -36,8 +36,8 @@ impl<M: Model> Integrator<M> {
                     check_holding(options)?;
                 }
                 if model.is_one_sided() && options.step_size != newmark::StepSize::Fixed {
-                    let expected = "steps of one size, or tendons with a `stiffness`: the error of a step is not estimated with tendons that \
-                                    do not stretch";
+                    let expected = "steps of one size, method \"radau\" or \"auto\", or tendons with a `stiffness`: this error estimate does not see \
+                                    tendons that become taut";
                     return Err(InvalidInput::new("adaptive", "True", expected));
                 }
                 let stepper = newmark::Stepper::new(n, t_span, q0, v0, options)?;

@@ -7,12 +7,16 @@ use super::start::Start;
 use super::status::{Status, Stop};
 use crate::balance::State;
 use crate::constraint::one_sided::{self, Unsettled};
+use crate::constraint::projection::{self, Metric};
 use crate::error::{Interrupted, InvalidInput, Number};
 use crate::model::{Energy, ForwardScratch, Model, SingularMass};
 use crate::ode;
 use crate::second_order::{self, Counters, Failure, Grid, is_whole, number_of_steps};
 use crate::signal::covers;
 use crate::tape::Tape;
+
+/// A step that is this part of the way is not shortened where what is told a tendon is not followed: it jumps.
+const SHORTEST: f64 = 1e-9;
 
 /// A motion of a model that goes on as far as it is told, with inputs that are held on the way: state in, inputs in, steps,
 /// state out. It has a model of its own. All its memory is there after [`Self::begin`].
@@ -262,6 +266,16 @@ impl<M: Model> Run<M> {
                     (planned, corrections) = (Some(event), corrections + 1);
                     continue;
                 }
+                Verdict::Astray(by) => {
+                    integrator.take_back();
+                    let middle = 0.5 * (times[0] + times[1]);
+                    if times[1] - times[0] <= SHORTEST * (t_end - times[0]) {
+                        return Ok(self.unsettled(Unsettled::Passed(by)));
+                    }
+                    integrator.go_on(middle);
+                    planned = None;
+                    continue;
+                }
             }
             if times[1] == t_end {
                 return Ok(status);
@@ -304,7 +318,7 @@ impl<M: Model> Run<M> {
         if changes.count(t, changed.flow) {
             return Ok(None);
         }
-        Ok(self.unsettled(Unsettled::Undecided))
+        Ok(Some(self.stop.insert(Stop::at_chatter(t)).status))
     }
 
     /// Ends the leg where no change was found; `None` where the mass is singular.
@@ -312,7 +326,7 @@ impl<M: Model> Run<M> {
         let t = self.t();
         let stop = match why {
             Unsettled::Passed(by) => Stop::where_too_long(t, by * self.integrator.model().length().max(1.0)),
-            Unsettled::Undecided => Stop::at_chatter(t),
+            Unsettled::Undecided => Stop::at_conflict(t),
             Unsettled::SingularMass => return None,
         };
         Some(self.stop.insert(stop).status)
@@ -410,8 +424,16 @@ impl<M: Model> Run<M> {
     }
 
     /// Writes the state at a time within the last step; false where it is not finite.
-    pub(crate) fn interpolate(&mut self, t: f64, state: [&mut [f64]; 3]) -> Result<bool, Interrupted> {
-        self.integrator.interpolate(t, state)
+    pub(crate) fn interpolate(&mut self, t: f64, [q, v, a]: [&mut [f64]; 3]) -> Result<bool, Interrupted> {
+        let is_finite = self.integrator.interpolate(t, [&mut *q, &mut *v, a])?;
+        if is_finite && self.changes.is_some() {
+            // Between its ends a step leaves lengths as far from what is told as its error is: they would seem slack.
+            let model: &mut dyn Model = self.integrator.model();
+            model.set_time(t)?;
+            let _ = projection::close(model, q, Metric::Mass)
+                .and_then(|_| projection::fit_velocities(model, q, v));
+        }
+        Ok(is_finite)
     }
 
     /// All that goes on from leg to leg, as numbers.

@@ -89,11 +89,20 @@ impl Stop {
     /// Where a tendon of given length is longer by so much, although no step was.
     pub(crate) fn where_too_long(t: f64, by: f64) -> Self {
         let message = format!(
-            "At t = {} the length of a tendon that does not stretch jumps to {} m less than its path: no finite force shortens it at \
-             once. Change lengths gradually, give the tendon a `stiffness`, or take `method=\"generalised_alpha\"`, which follows \
-             within a step.",
+            "At t = {} the length of a tendon that does not stretch jumps, by {by:.1e} m away from the length of its path: no finite force \
+             moves it there at once. Change lengths gradually, give the tendon a `stiffness`, or take \
+             `method=\"generalised_alpha\"`, which follows within a step.",
             Number(t),
-            Number(by),
+        );
+        Self { status: Status::Open, message }
+    }
+
+    /// Where tendons of given length, with closed loops, leave no motion.
+    pub(crate) fn at_conflict(t: f64) -> Self {
+        let message = format!(
+            "At t = {} no motion keeps all tendons that do not stretch as short as they are told: their lengths, or those and \
+             closed loops, conflict there.",
+            Number(t),
         );
         Self { status: Status::Open, message }
     }
