@@ -17,6 +17,9 @@ pub(crate) const TAKEN_UP: f64 = 1e-10;
 /// constraints is less.
 pub(crate) const LEAVES: f64 = 1e-9;
 
+/// Nor do those leave that would be back before they are shorter by more than this part: well above what is taken up.
+const SHOWS: f64 = 10.0 * TAKEN_UP;
+
 /// Switches that are tried for every constraint until it is clear which of them hold.
 const SWITCHES: usize = 4;
 
@@ -141,17 +144,34 @@ pub(crate) fn change(
         v = fitted;
         flow = [lost, model.energy(&q, &v).kinetic - before + lost];
     }
-    for ([_, rate], may_hold) in model.passed(&q, &v).into_iter().zip(&mut may_hold[first..]) {
-        *may_hold = if rate < -LEAVES { 0.0 } else { *may_hold };
+    let near = may_hold.clone();
+    let rates: Vec<f64> = model.passed(&q, &v).into_iter().map(|[_, rate]| rate).collect();
+    for (rate, may_hold) in rates.iter().zip(&mut may_hold[first..]) {
+        *may_hold = if *rate < -LEAVES { 0.0 } else { *may_hold };
     }
-    hold_some(model, &may_hold, first, &mut |model, multipliers, rises| {
-        saddle::accelerations(model, &q, &v, &mut a[..n], multipliers)?;
-        model.release(&may_hold);
-        model.gap_accelerations(&q, &v, &a[..n], rises);
-        Ok(())
-    })?;
+    let mut rises = vec![0.0; m];
+    for _ in 0..2 {
+        hold_some(model, &may_hold, first, &mut |model, multipliers, may_rise| {
+            saddle::accelerations(model, &q, &v, &mut a[..n], multipliers)?;
+            model.release(&near);
+            model.gap_accelerations(&q, &v, &a[..n], may_rise);
+            rises.copy_from_slice(may_rise);
+            Ok(())
+        })?;
+        // What would be back before anything shows stays: else it would leave and be back ever sooner.
+        let is_back = |i: usize, rate: f64| rate * rate < 2.0 * rises[i] * SHOWS;
+        let mut has_others = false;
+        for (i, &rate) in (first..m).zip(&rates) {
+            if near[i] == 1.0 && may_hold[i] == 0.0 && is_back(i, rate) {
+                (may_hold[i], has_others) = (1.0, true);
+            }
+        }
+        if !has_others {
+            break;
+        }
+    }
     projection::close(model, &mut q, Metric::Mass)?;
-    projection::fit_velocities(model, &q, &mut v)?;
+    flow[0] += 0.5 * projection::fit_velocities(model, &q, &mut v)?.change;
     let (accelerations, multipliers) = a.split_at_mut(n);
     saddle::accelerations(model, &q, &v, accelerations, multipliers)?;
     model.keep_held(true);

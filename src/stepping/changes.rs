@@ -10,7 +10,7 @@ use crate::roots::bracket::{Point, find_zero};
 use crate::tape::Tape;
 
 /// At so many times of a step it is looked.
-const LOOKS: usize = 5;
+const LOOKS: usize = 4;
 
 /// A tendon is let go where it pushes by more than this part of the largest tension so far: less is rounding.
 const PUSHES: f64 = 1e-10;

@@ -1,6 +1,6 @@
 //! A simulation that the caller advances step by step.
 
-use super::changes::{Changes, Verdict};
+use super::changes::{Changes, Verdict, judge};
 use super::integrator::Integrator;
 use super::method::{Method, check_span, check_step};
 use super::start::Start;
@@ -209,6 +209,7 @@ impl<M: Model> Run<M> {
         if self.integrator.steps() > steps {
             self.stop = match self.integrator.hold()? {
                 true => self.integrator.observe(|model, state| Stop::where_flawed(model, state.t, state.q)),
+                false if self.changes.is_some() => Some(Stop::at_jump_or_singular_position(self.t())),
                 false => Some(Stop::at_singular_position(self.t())),
             };
         } else if matches!(
@@ -241,18 +242,18 @@ impl<M: Model> Run<M> {
             let times = [integrator.t_old(), integrator.t()];
             let n = integrator.state()[0].len();
             let mut states = [vec![0.0; n], vec![0.0; n], vec![0.0; n]];
-            let verdict =
-                changes.judge(times, planned.map(|event| (event, corrections)), &mut |t, look| {
-                    let [q, v, a] = &mut states;
-                    if t == times[1] {
-                        let [at_end, rate, _] = integrator.state();
-                        (q.copy_from_slice(at_end), v.copy_from_slice(rate));
-                    } else {
-                        integrator.interpolate(t, [q, v, a])?;
-                    }
-                    look(integrator.model(), [q, v]);
-                    Ok(())
-                })?;
+            let planned_so = planned.map(|event| (event, corrections));
+            let verdict = judge(times, t_end, planned_so, &mut |t| {
+                let [q, v, a] = &mut states;
+                if t == times[1] {
+                    let [at_end, rate, _] = integrator.state();
+                    q.copy_from_slice(at_end);
+                    v.copy_from_slice(rate);
+                } else {
+                    integrator.interpolate(t, [q, v, a])?;
+                }
+                changes.look(integrator.model(), t, [q, v])
+            })?;
             match verdict {
                 Verdict::Done => {}
                 Verdict::Change(without) => changes.due = Some(without),

@@ -86,6 +86,17 @@ impl Stop {
         Self { status: Status::Singular, message }
     }
 
+    /// The same with tendons that do not stretch.
+    pub(crate) fn at_jump_or_singular_position(t: f64) -> Self {
+        let message = format!(
+            "Near t = {} the length of a tendon that does not stretch jumps, or constraints pass a singular position, where there \
+             are several ways to go on: the last state says nothing about the motion. Change lengths gradually, give the \
+             tendon a `stiffness`, or take `method=\"generalised_alpha\"`.",
+            Number(t),
+        );
+        Self { status: Status::Singular, message }
+    }
+
     /// Where a tendon of given length is longer by so much, although no step was.
     pub(crate) fn where_too_long(t: f64, by: f64) -> Self {
         let message = format!(

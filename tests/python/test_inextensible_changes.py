@@ -253,8 +253,8 @@ def test_a_ball_between_two_ropes(method):
     assert motion.balance.drift < 1e-6
     for name in ("left", "right"):
         assert robot.actuator_length(name, motion.q).max() < 0.5 + 1e-9
-    low = motion.balance.total() if callable(motion.balance.total) else motion.balance.total
-    assert np.ptp(low) < 1e-6 * motion.balance.scale
+    np.testing.assert_allclose(motion.q[-1][[0, 2]], [0.0, -0.4], atol=1e-8)
+    np.testing.assert_allclose(motion.v[-1][[0, 2]], 0.0, atol=1e-8)
 
 
 # With closed loops, along rods
@@ -350,11 +350,11 @@ def test_an_accuracy_is_reached_and_told(rtol):
     fell, _ = fallen(0.3, 0.6)
     cases = [(over, taut_at + 0.3, place(0, -ROPE, speed)), (fell, 0.6, place(0.3, 0.0))]
     for end, t_end, start in cases:
-        robot = bob()
-        motion = run(robot, t_end, "auto", rtol, **start)
+        motion = run(bob(), t_end, "auto", rtol, **start)
         assert motion.status == "finished", motion.message
         assert "tensions are not estimated" in motion.message
-        error = np.hypot(*(motion.q[-1][[0, 2]] - end)) / robot.length
+        # The length of a robot without rods is one metre.
+        error = np.hypot(*(motion.q[-1][[0, 2]] - end))
         assert error < motion.stats.time_error <= rtol
 
 
@@ -416,7 +416,8 @@ def test_a_length_that_jumps_ends_a_run(method):
         motion = run(robot, 0.5, method, **place(0.1, -np.sqrt(ROPE**2 - 0.01)))
         assert not motion.success
         assert motion.t[-1] <= 0.1
-        assert motion.status in ("loop_open", "step_too_small")
+        assert motion.status in ("loop_open", "step_too_small", "singular_position")
+        assert "jump" in motion.message or method == "radau"
 
 
 @pytest.mark.parametrize("method", METHODS)
