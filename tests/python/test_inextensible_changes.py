@@ -1,4 +1,4 @@
-"""Tendons that do not stretch by methods that stop where they become taut or slack, against closed forms and SciPy."""
+"""Tendons that do not stretch, by methods that stop where these change: against closed forms and SciPy."""
 
 import pickle
 
@@ -59,7 +59,7 @@ def fallen(x, t_end):
 
 
 def gone_over(speed, after):
-    """Where a bob is that goes over the top with this speed at the bottom, falls where v^2 = g l cos, and swings on for a while."""
+    """Where a bob is that swings with this speed at the bottom, falls where v^2 = g l cos, and swings on."""
 
     def tension(_, y):
         return G * np.cos(y[0]) + ROPE * y[1] ** 2
@@ -152,7 +152,7 @@ def test_nothing_happens_without_tension(method):
 
 @pytest.mark.parametrize("method", METHODS)
 def test_a_winch_that_runs_ahead_stops_and_lifts(method):
-    """The bob falls freely as the winch outruns it, stops dead at the end, and is jerked up at the corner of the table."""
+    """The bob falls freely behind the winch, stops dead at the end, and is jerked up at a corner."""
     robot = bob(rope(([0.0, 0.1, 0.2, 0.5, 0.8], [0.5, 0.5, 0.8, 0.8, 0.6])))
     times = np.array([0.05, 0.25, 0.34, 0.4, 0.45, 0.6, 0.7])
     motion = run(robot, 0.7, method, t_eval=times, **place(0, -0.5))
@@ -245,7 +245,7 @@ def test_a_plate_that_falls_askew_rocks_until_both_cords_are_taut(tilt):
 
 @pytest.mark.parametrize("method", METHODS)
 def test_a_ball_between_two_ropes(method):
-    """It falls into one that ends on the left, swings into one that ends on the right, and comes to rest below both."""
+    """It falls into one that ends on the left, swings into the other, and comes to rest below both."""
     ropes = [rope(0.5, "left", (-0.3, 0, 0)), rope(0.5, "right", (0.3, 0, 0))]
     robot = bob(*ropes)
     motion = run(robot, 4.0, method, t_eval="steps", **place(-0.25, -0.1))
@@ -266,9 +266,7 @@ def test_a_bead_on_a_rail_stops_where_its_rope_ends(method):
     slope = 0.4
     along = (np.cos(slope), 0.0, -np.sin(slope))
     rail = lissom.Loop(("bob", None), (None, None), lissom.Prismatic(along))
-    motion = run(
-        bob(loops=[rail]), 1.0, method, q0=0.1 * np.array([*along, 0, 0, 0]), t_eval=[0.2, 0.4, 0.9]
-    )
+    motion = run(bob(loops=[rail]), 1.0, method, q0=0.1 * np.array([*along, 0, 0, 0]), t_eval=[0.2, 0.4, 0.9])
     assert motion.success, motion.message
     travelled = motion.q[:, :3] @ along
     np.testing.assert_allclose(travelled[:2], 0.1 + G / 2 * np.sin(slope) * motion.t[:2] ** 2, atol=1e-9)
