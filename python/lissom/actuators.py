@@ -147,8 +147,8 @@ class Tendon(_Actuator):
     stiffness : float, optional
         Stiffness, newtons per metre. Without it the tendon is inextensible; it then has neither damping nor
         friction, and `simulate` takes every method except the Newmark family with adaptive steps.
-        ``"radau"``, ``"auto"`` and the explicit methods end a step where the tendon becomes taut or slack, and
-        end a run where the length of a taut tendon jumps, as an `Input` does that is shortened.
+        ``"radau"``, ``"auto"`` and the explicit methods end a step where the tendon becomes taut or slack,
+        and a run where the length of a taut tendon jumps, as an `Input` does that is shortened.
     damping : float
         Damping, newton seconds per metre.
     friction : float

@@ -15,6 +15,9 @@ const LOOKS: usize = 4;
 /// A tendon is let go where it pushes by more than this part of the largest tension so far: less is rounding.
 const PUSHES: f64 = 1e-10;
 
+/// Where a step ends at which a tendon was to be let go, it pulls by less than this part of the largest tension.
+const HARDLY_PULLS: f64 = 1e-4;
+
 /// A step that ends at a change ends within this distance of it, in units of the model's length; for that its end is corrected as often.
 const ON_THE_SPOT: f64 = 1e-12;
 const MOST_CORRECTIONS: usize = 8;
@@ -69,7 +72,9 @@ pub(super) struct Changes {
 
 /// How near constraints are to a change at a time.
 pub(super) struct Look {
-    /// Of the one that is nearest, above zero behind the change, and its number.
+    /// Of every one, above zero behind its change: what it is passed by, or with what part of the largest tension it pushes.
+    values: Vec<f64>,
+    /// The highest of these, and its number.
     nearest: Point,
     which: usize,
     held: Vec<bool>,
@@ -124,16 +129,13 @@ impl Changes {
         let tensions = &multipliers[first..];
         self.largest_tension =
             tensions.iter().fold(self.largest_tension, |largest, tension| largest.max(tension.abs()));
-        let (mut nearest, mut which, mut astray) = (f64::NEG_INFINITY, 0, 0.0_f64);
-        for (i, (&is_held, [by, _])) in held.iter().zip(&passed).enumerate() {
-            let value = match is_held {
-                true => -tensions[i] / self.largest_tension.max(f64::MIN_POSITIVE) - PUSHES,
-                false => by - TAKEN_UP,
-            };
-            (nearest, which) = if value > nearest { (value, i) } else { (nearest, which) };
-            astray = if is_held { astray.max(by.abs()) } else { astray };
-        }
-        Ok(Look { nearest: Point { t, value: nearest }, which, held, passed, astray })
+        let largest = self.largest_tension.max(f64::MIN_POSITIVE);
+        let tendons = held.iter().zip(&passed).zip(tensions);
+        let value = |((&is_held, [by, _]), tension): ((&bool, &[f64; 2]), &f64)| match is_held {
+            true => -tension / largest - PUSHES,
+            false => by - TAKEN_UP,
+        };
+        Ok(Look::new(t, tendons.map(value).collect(), held, passed))
     }
 
     /// What goes on from leg to leg.
@@ -172,7 +174,8 @@ pub(super) fn judge(
     let event = match (found, planned) {
         (Some(event), _) if event.is_let_go && is_planned(event) => Event { t, ..event },
         (Some(event), _) => event,
-        (None, Some(event)) if event.is_let_go => event,
+        (None, Some(event)) if event.is_let_go && end.values[event.which] > -HARDLY_PULLS => event,
+        (None, Some(event)) if event.is_let_go => return Ok(at_end(&end)),
         (None, Some(event)) => {
             let [by, rate] = end.passed[event.which];
             if rate <= 0.0 {
@@ -236,6 +239,15 @@ fn at_end(end: &Look) -> Verdict {
 }
 
 impl Look {
+    fn new(t: f64, values: Vec<f64>, held: Vec<bool>, passed: Vec<[f64; 2]>) -> Self {
+        let (mut nearest, mut which, mut astray) = (f64::NEG_INFINITY, 0, 0.0_f64);
+        for (i, &value) in values.iter().enumerate() {
+            (nearest, which) = if value > nearest { (value, i) } else { (nearest, which) };
+            astray = if held[i] { astray.max(passed[i][0].abs()) } else { astray };
+        }
+        Self { values, nearest: Point { t, value: nearest }, which, held, passed, astray }
+    }
+
     fn event(&self) -> Event {
         Event { t: self.nearest.t, which: self.which, is_let_go: self.held[self.which] }
     }
@@ -268,8 +280,7 @@ mod tests {
     ) -> Verdict {
         let mut look = |t: f64| {
             let passed = vec![excess(t)];
-            let nearest = Point { t, value: passed[0][0] - TAKEN_UP };
-            Ok(Look { nearest, which: 0, held: vec![false], passed, astray: 0.0 })
+            Ok(Look::new(t, vec![passed[0][0] - TAKEN_UP], vec![false], passed))
         };
         judge(times, 10.0, planned, &mut look).expect("nothing interrupts it")
     }
@@ -298,6 +309,22 @@ mod tests {
         let throw = |t: f64| [1e-6 - (t - 0.47) * (t - 0.47), -2.0 * (t - 0.47)];
         let Verdict::EndAt(event) = judge_slack(throw, [0.0, 1.0], None) else { panic!("it was passed") };
         assert!((event.t - 0.469).abs() < 1e-6);
+    }
+
+    #[test]
+    fn steps_end_where_a_taut_tendon_would_push() {
+        let judge_taut = |by: f64, times: [f64; 2], planned: Option<(Event, usize)>| {
+            let mut look = |t: f64| Ok(Look::new(t, vec![t - 2.0], vec![true], vec![[by, 0.0]]));
+            judge(times, 10.0, planned, &mut look).expect("nothing interrupts it")
+        };
+        assert_eq!(judge_taut(0.0, [0.0, 1.9], None), Verdict::Done);
+        let Verdict::EndAt(event) = judge_taut(0.0, [0.0, 3.0], None) else { panic!("it would push") };
+        assert!((event.t - 2.0).abs() < 1e-12 && event.is_let_go);
+        let reached = |t: f64| judge_taut(0.0, [0.0, t], Some((Event { t, ..event }, 1)));
+        assert_eq!(reached(2.0 - 1e-6), Verdict::Change(Some(0)));
+        assert_eq!(reached(1.5), Verdict::Done);
+        // It is told what the step does not follow.
+        assert_eq!(judge_taut(-0.01, [0.0, 1.9], None), Verdict::Astray(0.01));
     }
 
     #[test]
