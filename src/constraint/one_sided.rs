@@ -116,8 +116,8 @@ pub(crate) struct Changed {
     pub(crate) flow: [f64; 2],
 }
 
-/// Finds which constraints hold from here on, and keeps them ([`keep_held`](crate::model::Tied::keep_held)). Those that are passed at a speed
-/// stop by impulses without rebound; `released` is one that does not hold any more. Allocates.
+/// Finds which constraints hold from here on, and keeps them ([`keep_held`](crate::model::Tied::keep_held)). Those that are
+/// passed at a speed stop by impulses without rebound; `released` is one that does not hold any more. Allocates.
 pub(crate) fn change(
     model: &mut dyn Model,
     [q, v]: [&[f64]; 2],
@@ -149,26 +149,18 @@ pub(crate) fn change(
     for (rate, may_hold) in rates.iter().zip(&mut may_hold[first..]) {
         *may_hold = if *rate < -LEAVES { 0.0 } else { *may_hold };
     }
-    let mut rises = vec![0.0; m];
-    for _ in 0..2 {
-        hold_some(model, &may_hold, first, &mut |model, multipliers, may_rise| {
-            saddle::accelerations(model, &q, &v, &mut a[..n], multipliers)?;
-            model.release(&near);
-            model.gap_accelerations(&q, &v, &a[..n], may_rise);
-            rises.copy_from_slice(may_rise);
-            Ok(())
-        })?;
-        // What would be back before anything shows stays: else it would leave and be back ever sooner.
-        let is_back = |i: usize, rate: f64| rate * rate < 2.0 * rises[i] * SHOWS;
-        let mut has_others = false;
-        for (i, &rate) in (first..m).zip(&rates) {
-            if near[i] == 1.0 && may_hold[i] == 0.0 && is_back(i, rate) {
-                (may_hold[i], has_others) = (1.0, true);
-            }
+    let rises = accelerate(model, [&q, &v], [&may_hold, &near], first, &mut a)?;
+    // What would be back before anything shows stays: else it would leave and be back ever sooner.
+    let (mut has_others, length) = (false, model.length().max(1.0));
+    for (i, &rate) in (first..m).zip(&rates) {
+        if near[i] == 1.0 && may_hold[i] == 0.0 && rate * rate < 2.0 * rises[i] / length * SHOWS {
+            (may_hold[i], has_others) = (1.0, true);
         }
-        if !has_others {
-            break;
-        }
+    }
+    if has_others {
+        model.release(&may_hold);
+        flow[0] += 0.5 * projection::fit_velocities(model, &q, &mut v)?.change;
+        accelerate(model, [&q, &v], [&may_hold, &near], first, &mut a)?;
     }
     projection::close(model, &mut q, Metric::Mass)?;
     flow[0] += 0.5 * projection::fit_velocities(model, &q, &mut v)?.change;
@@ -176,6 +168,25 @@ pub(crate) fn change(
     saddle::accelerations(model, &q, &v, accelerations, multipliers)?;
     model.keep_held(true);
     Ok(Changed { q, v, a, flow })
+}
+
+/// Finds accelerations and multipliers of those that hold, and how fast those rise that are near. They hold from then on.
+fn accelerate(
+    model: &mut dyn Model,
+    [q, v]: [&[f64]; 2],
+    [may_hold, near]: [&[f64]; 2],
+    first: usize,
+    a: &mut [f64],
+) -> Result<Vec<f64>, Unsettled> {
+    let mut found = vec![0.0; near.len()];
+    hold_some(model, may_hold, first, &mut |model, multipliers, rises| {
+        saddle::accelerations(model, q, v, &mut a[..q.len()], multipliers)?;
+        model.release(near);
+        model.gap_accelerations(q, v, &a[..q.len()], rises);
+        found.copy_from_slice(rises);
+        Ok(())
+    })?;
+    Ok(found)
 }
 
 /// Velocities after impulses that stop what is passed at a speed, and the energy that is lost.
