@@ -17,7 +17,8 @@ pub(crate) const TAKEN_UP: f64 = 1e-10;
 /// constraints is less.
 pub(crate) const LEAVES: f64 = 1e-9;
 
-/// Nor do those leave that would be back before they are shorter by more than this part: well above what is taken up.
+/// Those are near there that are shorter by less than this part; nor do those leave that would be back before they are shorter by
+/// more: well above what is taken up.
 const SHOWS: f64 = 10.0 * TAKEN_UP;
 
 /// Switches that are tried for every constraint until it is clear which of them hold.
@@ -132,7 +133,7 @@ pub(crate) fn change(
     if farthest > TAUT {
         return Err(Unsettled::Passed(farthest));
     }
-    let is_near = |i: usize| passed[i][0] >= -TAUT && released != Some(i);
+    let is_near = |i: usize| passed[i][0] >= -SHOWS && released != Some(i);
     let mut may_hold = vec![1.0; m];
     for (i, may_hold) in may_hold[first..].iter_mut().enumerate() {
         *may_hold = if is_near(i) { 1.0 } else { 0.0 };
