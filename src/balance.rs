@@ -29,7 +29,7 @@ const GAUSS: [(f64, f64); 3] =
 /// model has no such flow.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Flow {
-    /// What damping has taken out.
+    /// What damping, and impacts of tendons that do not stretch, have taken out.
     pub dissipated: Vec<f64>,
     /// Work of what has no potential, such as moments of fixed direction.
     pub work: Vec<f64>,
@@ -168,7 +168,9 @@ impl<'a> FlowMeter<'a> {
         [q0, v0]: [&[f64]; 2],
         t_eval: Option<&'a [f64]>,
     ) -> Option<Self> {
-        let (is_damped, is_driven) = (model.is_damped(), model.is_driven());
+        // Methods that stop at impacts tell what is lost there.
+        let has_impacts = rule == Rule::Quintic && model.is_one_sided();
+        let (is_damped, is_driven) = (model.is_damped() || has_impacts, model.is_driven());
         if !is_damped && !is_driven {
             return None;
         }
@@ -216,7 +218,7 @@ impl<'a> FlowMeter<'a> {
         let h = state.t - self.t;
         let before = self.total;
         // Between the ends of a step a tendon that does not stretch is shorter or longer than it is told.
-        let is_at_ends = model.is_one_sided();
+        let is_at_ends = self.rule == Rule::Mean && model.is_one_sided();
         let parts: &[(f64, f64)] = match self.rule {
             _ if is_at_ends => &[(0.0, 0.5), (1.0, 0.5)],
             Rule::Mean if model.varies_in_time() => &[(0.0, 0.5), (1.0, 0.5)],
@@ -260,12 +262,14 @@ impl<'a> FlowMeter<'a> {
         Ok(())
     }
 
-    /// Takes note of inputs that have jumped: with them the accelerations have, and energies by this work.
-    pub(crate) fn jump(&mut self, state: State<'_>, work: f64) {
+    /// Takes note of a jump, of inputs or by an impact: accelerations have jumped, and energies by what was dissipated and by
+    /// this work.
+    pub(crate) fn jump(&mut self, state: State<'_>, [dissipated, work]: [f64; 2]) {
         // As it is written now: rotation vectors may have changed.
         self.q.copy_from_slice(state.q);
         self.v.copy_from_slice(state.v);
         self.a.copy_from_slice(state.a);
+        self.total[0] += dissipated;
         self.total[1] += work;
     }
 

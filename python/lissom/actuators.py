@@ -146,7 +146,9 @@ class Tendon(_Actuator):
         ``max(0, stiffness * (path - length) + damping * rate of path)``.
     stiffness : float, optional
         Stiffness, newtons per metre. Without it the tendon is inextensible; it then has neither damping nor
-        friction, and `simulate` requires the method ``"generalised_alpha"`` (the default) or ``"hht"``.
+        friction, and `simulate` takes every method except the Newmark family with adaptive steps.
+        ``"radau"``, ``"auto"`` and the explicit methods end a step where the tendon becomes taut or slack,
+        and a run where the length of a taut tendon jumps, as an `Input` does that is shortened.
     damping : float
         Damping, newton seconds per metre.
     friction : float

@@ -32,7 +32,7 @@ impl Choice {
         let slowest = spectrum.modes.iter().map(|mode| mode.frequency).filter(|&w| w > 0.0);
         let slowest = slowest.fold(f64::INFINITY, f64::min);
         if has_loops {
-            let reason = "Method: radau, because it holds closed loops as equations of its steps.";
+            let reason = "Method: radau, because it holds constraints as equations of its steps.";
             let moves = slowest.is_finite();
             let resolved = if moves { following.highest(tolerance).max(slowest) } else { f64::INFINITY };
             let frequency = if moves { (slowest * resolved).sqrt() } else { 1.0 };

@@ -64,9 +64,6 @@ pub fn simulate_to_accuracy<M: Model + Clone>(
     monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
 ) -> Result<(Simulation, Option<M>), InvalidInput> {
     let clock = Instant::now();
-    if model.is_one_sided() {
-        model.check_untied("method \"auto\"")?;
-    }
     let wanted = wanted(model.n(), t_span, [q0, v0], request, t_eval)?;
     let start = fitted(&mut model, t_span.0, [q0, v0])?;
     let [q0, v0] = [&start.q[..], &start.v];
@@ -105,9 +102,8 @@ pub fn simulate_to_accuracy<M: Model + Clone>(
     Ok((simulation, (factor > 1).then_some(model)))
 }
 
-/// What is not estimated of a motion with closed loops.
-const IN_LOOPS: &str =
-    " The errors are those of places on the links; those of the forces in closed loops are not estimated.";
+/// What is not estimated of a motion with closed loops, or with tendons that do not stretch.
+const IN_LOOPS: &str = " The errors are those of places on the links; those of the forces in closed loops and of tensions are not estimated.";
 
 /// A start whose loops are closed.
 fn fitted<M: Model>(model: &mut M, t: f64, [q0, v0]: [&[f64]; 2]) -> Result<Start, InvalidInput> {

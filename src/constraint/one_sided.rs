@@ -2,8 +2,24 @@
 //! them hold is found by trying: one that would have to push is let go, one that is passed is taken up.
 
 use super::projection::{self, Metric};
-use super::saddle;
+use super::saddle::{self, MassSaddle};
 use crate::model::{Model, SingularMass, Switch};
+
+/// Tendons that do not stretch count as taut, in a state that somebody gives, where they are shorter than they are told by less
+/// than this part of the robot's length, or of a metre: more than methods leave, less than what shows. The same, per second,
+/// of the rates of their lengths.
+pub(crate) const TAUT: f64 = 1e-7;
+
+/// They are taken up where they are longer by this part: well above rounding.
+pub(crate) const TAKEN_UP: f64 = 1e-10;
+
+/// At a change, those are not taut that become shorter by more than this part in a second: rounding of velocities that fit the
+/// constraints is less.
+pub(crate) const LEAVES: f64 = 1e-9;
+
+/// Those are near there that are shorter by less than this part; nor do those leave that would be back before they are shorter by
+/// more: well above what is taken up.
+const SHOWS: f64 = 10.0 * TAKEN_UP;
 
 /// Switches that are tried for every constraint until it is clear which of them hold.
 const SWITCHES: usize = 4;
@@ -72,4 +88,162 @@ fn until_settled<M: Model + ?Sized>(
         find(model, multipliers)?;
     }
     Ok(())
+}
+
+/// Why no change was found.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Unsettled {
+    /// One is passed by that part of the length: more than an error.
+    Passed(f64),
+    SingularMass,
+    /// Whatever holds, something pushes or is passed.
+    Undecided,
+}
+
+impl From<SingularMass> for Unsettled {
+    fn from(_: SingularMass) -> Self {
+        Self::SingularMass
+    }
+}
+
+/// A state with what holds it, at a change of the constraints that hold.
+#[derive(Clone, Debug)]
+pub(crate) struct Changed {
+    pub(crate) q: Vec<f64>,
+    pub(crate) v: Vec<f64>,
+    /// Accelerations, and multipliers behind them.
+    pub(crate) a: Vec<f64>,
+    /// Energy that is lost, and work of what drives the constraints, in joules.
+    pub(crate) flow: [f64; 2],
+}
+
+/// Finds which constraints hold from here on, and keeps them ([`keep_held`](crate::model::Tied::keep_held)). Those that are
+/// passed at a speed stop by impulses without rebound; `released` is one that does not hold any more. Allocates.
+pub(crate) fn change(
+    model: &mut dyn Model,
+    [q, v]: [&[f64]; 2],
+    released: Option<usize>,
+) -> Result<Changed, Unsettled> {
+    model.keep_held(false);
+    let (n, m) = (q.len(), model.constraints());
+    let (mut q, mut v, mut a) = (q.to_vec(), v.to_vec(), vec![0.0; n + m]);
+    let passed = model.passed(&q, &v);
+    let first = m - passed.len();
+    let farthest = passed.iter().map(|[by, _]| *by).fold(0.0, f64::max);
+    if farthest > TAUT {
+        return Err(Unsettled::Passed(farthest));
+    }
+    let is_near = |i: usize| passed[i][0] >= -SHOWS && released != Some(i);
+    let mut may_hold = vec![1.0; m];
+    for (i, may_hold) in may_hold[first..].iter_mut().enumerate() {
+        *may_hold = if is_near(i) { 1.0 } else { 0.0 };
+    }
+    let mut flow = [0.0; 2];
+    if (0..passed.len()).any(|i| is_near(i) && passed[i][1] > LEAVES) {
+        let before = model.energy(&q, &v).kinetic;
+        let (fitted, lost) = impulses(model, [&q, &v], &may_hold, first)?;
+        v = fitted;
+        flow = [lost, model.energy(&q, &v).kinetic - before + lost];
+    }
+    let near = may_hold.clone();
+    let rates: Vec<f64> = model.passed(&q, &v).into_iter().map(|[_, rate]| rate).collect();
+    for (rate, may_hold) in rates.iter().zip(&mut may_hold[first..]) {
+        *may_hold = if *rate < -LEAVES { 0.0 } else { *may_hold };
+    }
+    let rises = accelerate(model, [&q, &v], [&may_hold, &near], first, &mut a)?;
+    // What would be back before anything shows stays: else it would leave and be back ever sooner.
+    let (mut has_others, length) = (false, model.length().max(1.0));
+    for (i, &rate) in (first..m).zip(&rates) {
+        if near[i] == 1.0 && may_hold[i] == 0.0 && rate * rate < 2.0 * rises[i] / length * SHOWS {
+            (may_hold[i], has_others) = (1.0, true);
+        }
+    }
+    if has_others {
+        model.release(&may_hold);
+        flow[0] += 0.5 * projection::fit_velocities(model, &q, &mut v)?.change;
+        accelerate(model, [&q, &v], [&may_hold, &near], first, &mut a)?;
+    }
+    projection::close(model, &mut q, Metric::Mass)?;
+    flow[0] += 0.5 * projection::fit_velocities(model, &q, &mut v)?.change;
+    let (accelerations, multipliers) = a.split_at_mut(n);
+    saddle::accelerations(model, &q, &v, accelerations, multipliers)?;
+    model.keep_held(true);
+    Ok(Changed { q, v, a, flow })
+}
+
+/// Finds accelerations and multipliers of those that hold, and how fast those rise that are near. They hold from then on.
+fn accelerate(
+    model: &mut dyn Model,
+    [q, v]: [&[f64]; 2],
+    [may_hold, near]: [&[f64]; 2],
+    first: usize,
+    a: &mut [f64],
+) -> Result<Vec<f64>, Unsettled> {
+    let mut found = vec![0.0; near.len()];
+    hold_some(model, may_hold, first, &mut |model, multipliers, rises| {
+        saddle::accelerations(model, q, v, &mut a[..q.len()], multipliers)?;
+        model.release(near);
+        model.gap_accelerations(q, v, &a[..q.len()], rises);
+        found.copy_from_slice(rises);
+        Ok(())
+    })?;
+    Ok(found)
+}
+
+/// Velocities after impulses that stop what is passed at a speed, and the energy that is lost.
+fn impulses(
+    model: &mut dyn Model,
+    [q, v]: [&[f64]; 2],
+    may_hold: &[f64],
+    first: usize,
+) -> Result<(Vec<f64>, f64), Unsettled> {
+    let (mut fitted, mut lost) = (v.to_vec(), 0.0);
+    hold_some(model, may_hold, first, &mut |model, multipliers, rises| {
+        let mut rates = vec![0.0; may_hold.len()];
+        model.gap_rates(q, v, &mut rates);
+        let (step, opposite) = MassSaddle::new(model, q)?.closing(&rates);
+        fitted.iter_mut().zip(v).zip(step).for_each(|((fitted, v), step)| *fitted = v - step);
+        multipliers.iter_mut().zip(&opposite).for_each(|(multiplier, opposite)| *multiplier = -opposite);
+        lost = 0.5 * rates.iter().zip(multipliers).map(|(rate, multiplier)| rate * *multiplier).sum::<f64>();
+        model.release(may_hold);
+        model.gap_rates(q, &fitted, rises);
+        Ok(())
+    })?;
+    Ok((fitted, lost))
+}
+
+/// Multipliers, and how fast what may hold rises, of those that hold.
+type Find<'a> = dyn FnMut(&mut dyn Model, &mut [f64], &mut [f64]) -> Result<(), SingularMass> + 'a;
+
+/// Of constraints that may hold, from `first` on one way only, holds those with which no multiplier is below zero and nothing rises that
+/// does not hold: the first one that does not fit changes sides (Murty 1974, "Note on a Bard-type scheme for solving the
+/// complementarity problem"; it ends for independent constraints).
+fn hold_some(
+    model: &mut dyn Model,
+    may_hold: &[f64],
+    first: usize,
+    find: &mut Find<'_>,
+) -> Result<(), Unsettled> {
+    /// Multipliers and rises that are smaller than the largest ones by that factor are rounding.
+    const ROUNDING: f64 = 1e-12;
+    let m = may_hold.len();
+    let [mut held, mut multipliers, mut rises] = [may_hold.to_vec(), vec![0.0; m], vec![0.0; m]];
+    let mut largest: f64 = 0.0;
+    for _ in 0..most_switches(m) * m.max(1) {
+        model.release(&held);
+        find(model, &mut multipliers, &mut rises)?;
+        let size = |values: &[f64]| values[first..].iter().fold(0.0, |size: f64, x| size.max(x.abs()));
+        largest = largest.max(size(&rises));
+        let [slightest_pull, slightest_rise] = [size(&multipliers), largest].map(|size| ROUNDING * size);
+        let fits = |i: usize| match held[i] == 0.0 {
+            true => may_hold[i] == 0.0 || rises[i] <= slightest_rise,
+            false => multipliers[i] >= -slightest_pull,
+        };
+        let Some(other) = (first..m).find(|&i| !fits(i)) else {
+            model.release(&held);
+            return Ok(());
+        };
+        held[other] = 1.0 - held[other];
+    }
+    Err(Unsettled::Undecided)
 }

@@ -61,6 +61,16 @@ pub trait Tied {
         Switch::Nothing
     }
 
+    /// From now on those hold that do, whatever a shape or multipliers say ([`Self::release_open`] and [`Self::switch`] change
+    /// nothing), or no longer. A method that finds itself when they change keeps them within a step.
+    fn keep_held(&mut self, _is_kept: bool) {}
+
+    /// How far those are passed that hold one way only, and the rates of that: whether they hold or not, in units of the
+    /// model's length, to the right of corners in time. Their rows are the last ones. Allocates.
+    fn passed(&mut self, _q: &[f64], _qd: &[f64]) -> Vec<[f64; 2]> {
+        Vec::new()
+    }
+
     /// How far loops are open, g(q): metres, or differences of cosines, or of a coordinate.
     fn gaps(&mut self, _q: &[f64], _gaps: &mut [f64]) {}
 

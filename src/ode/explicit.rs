@@ -132,6 +132,11 @@ impl Explicit {
         }
     }
 
+    /// The right-hand side at the start of the last accepted step.
+    pub(super) fn rate_before(&self) -> &[f64] {
+        &self.accepted_stages[..self.argument.len()]
+    }
+
     /// The state between steps.
     pub(super) fn carry(&mut self, tape: &mut Tape<'_>) {
         tape.numbers(&mut self.accepted_stages);

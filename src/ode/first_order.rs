@@ -52,10 +52,14 @@ impl<M: Model> FirstOrder<M> {
 
     /// Closes loops that a step has opened by its error, and fits velocities to them, with the right-hand side there. False
     /// where that changes more than errors do: at a singular position there are several ways to go on.
-    pub(crate) fn hold(&mut self, y: &mut [f64], dydt: &mut [f64]) -> bool {
+    pub(crate) fn hold(&mut self, t: f64, y: &mut [f64], dydt: &mut [f64]) -> Result<bool, Interrupted> {
         let Self { model, n, scratch, fastest, rank, .. } = self;
         if model.constraints() == 0 {
-            return true;
+            return Ok(true);
+        }
+        if model.is_one_sided() {
+            // Where what is told has a corner, this step fits what is told before.
+            model.set_time(t.next_down())?;
         }
         let ((q, v), (velocity, acceleration)) = (y.split_at_mut(*n), dydt.split_at_mut(*n));
         *fastest = fastest.max(2.0 * model.energy(q, v).kinetic);
@@ -66,13 +70,18 @@ impl<M: Model> FirstOrder<M> {
                 Ok(fit)
             });
         velocity.copy_from_slice(v);
-        held.is_ok_and(|fit| {
+        Ok(held.is_ok_and(|fit| {
             let Fit { change, largest, rank: now, .. } = fit;
             let is_regular = now >= *rank && !fit.is_singular();
             *rank = now.max(*rank);
             let is_small = change <= LARGEST_CHANGE * LARGEST_CHANGE * *fastest || largest <= ROUNDING;
             is_regular && is_small
-        })
+        }))
+    }
+
+    /// Other constraints hold from now on.
+    pub(crate) fn forget_rank(&mut self) {
+        self.rank = 0;
     }
 
     /// Whether a state is so near to a singular position that no step from there may be small enough.

@@ -100,6 +100,15 @@ impl State {
         self.f.copy_from_slice(f_new);
         self.counters.accepted += 1;
     }
+
+    /// Goes back to the state before the last step, with the right-hand side there.
+    pub(super) fn take_back(&mut self, f_old: &[f64]) {
+        self.t = self.t_old;
+        self.y.copy_from_slice(&self.y_old);
+        self.f.copy_from_slice(f_old);
+        self.counters.accepted -= 1;
+        self.counters.rejected += 1;
+    }
 }
 
 /// How a method's attempt to make a step ended.

@@ -205,6 +205,25 @@ impl Stepper {
         &mut self.state.f
     }
 
+    /// Takes back the last step of an explicit method.
+    pub(crate) fn take_back(&mut self) {
+        let Scheme::Explicit(explicit) = &self.scheme else {
+            unreachable!("implicit motions have a method of second order")
+        };
+        self.state.take_back(explicit.rate_before());
+        self.status = None;
+        self.has_interpolant = false;
+    }
+
+    /// Goes on from this state, where the right-hand side jumps.
+    pub(crate) fn restart(&mut self, parts: [&[f64]; 2]) {
+        let (head, tail) = self.state.y.split_at_mut(parts[0].len());
+        head.copy_from_slice(parts[0]);
+        tail.copy_from_slice(parts[1]);
+        self.started = false;
+        self.has_interpolant = false;
+    }
+
     /// The state between steps of an explicit method.
     pub(crate) fn carry(&mut self, tape: &mut Tape<'_>) {
         self.state.carry(tape);

@@ -51,7 +51,9 @@ use crate::simulate::{Simulation, Slack, Statistics, accelerations};
 ///     'accuracy_not_reached' (method 'auto'), 'stiff' (explicit methods: stability would require far too many steps),
 ///     'unresolved' (the rod turns by more than half a turn between neighbouring quadrature nodes), 'inverted' (the stretch is
 ///     not positive somewhere), 'collapsed' (a tendon has pulled two points together, where its force has no direction), 'sunk'
-///     (surfaces overlap by more than a radius) or 'passed_through' (a body would pass through another one).
+///     (surfaces overlap by more than a radius), 'passed_through' (a body would pass through another one), 'loop_open' (closed
+///     loops or tendons of given length cannot be held), 'singular_position' (of closed loops, which the method cannot pass) or
+///     'chattering' (tendons of given length become taut and slack ever faster).
 /// message : str
 ///     The status in words, what to change, and the names of slack tendons.
 /// slack : list of str

@@ -34,6 +34,10 @@ const NEGLIGIBLE: f64 = 0.03;
 const MOST_CORRECTIONS: usize = 10;
 const LEAST_PROGRESS: f64 = 0.5;
 
+/// Corrections of velocities that are larger, in typical sizes of the coordinates a second, are no errors of a step: the length that a
+/// tendon is told jumps, of which a function's rate tells nothing.
+const SWIFT: f64 = 10.0;
+
 /// The state from which a step starts.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Start<'a> {
@@ -571,7 +575,9 @@ impl Stages {
     ) -> Result<bool, Interrupted> {
         let n = self.n;
         self.fitting_is_of_start = false;
-        let Self { fitting: Some(fitting), tangents, q, v, end, scratch, .. } = self else { return Ok(true) };
+        let Self { fitting: Some(fitting), tangents, q, v, end, scratch, sizes, .. } = self else {
+            return Ok(true);
+        };
         let x = h / MU_REAL;
         sum(tangents, [x * x, x, 1.0], &mut fitting.tangent);
         system.constraint_jacobian(t, q, &mut fitting.constraints)?;
@@ -600,12 +606,18 @@ impl Stages {
         if fitting.factorise().is_err() {
             return Ok(false);
         }
+        // Where what is told has a corner, this step fits what is told before.
+        let before = if system.is_one_sided() { t.next_down() } else { t };
         scratch[..n].fill(0.0);
-        system.gap_rates(t, q, v, &mut scratch[n..])?;
+        system.gap_rates(before, q, v, &mut scratch[n..])?;
         fitting.solve(scratch);
+        let is_swift = |(change, size): (&f64, &f64)| change.abs() > SWIFT * size;
+        if system.is_one_sided() && scratch[..n].iter().zip(&*sizes).any(is_swift) {
+            return Ok(false);
+        }
         v.iter_mut().zip(&*scratch).for_each(|(v, change)| *v -= change);
         scratch[..n].fill(0.0);
-        system.gap_accelerations(t, [q, v, &end[..n]], &mut scratch[n..])?;
+        system.gap_accelerations(before, [q, v, &end[..n]], &mut scratch[n..])?;
         fitting.solve(scratch);
         end.iter_mut().zip(&*scratch).for_each(|(a, change)| *a -= change);
         Ok(true)

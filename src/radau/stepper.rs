@@ -301,6 +301,35 @@ impl Stepper {
         self.stages.forget_last();
     }
 
+    /// Takes back the last step.
+    pub(crate) fn take_back(&mut self) {
+        self.t = self.t_old;
+        self.q.copy_from_slice(&self.q_old);
+        self.v.copy_from_slice(&self.v_old);
+        self.a.copy_from_slice(&self.a_old);
+        self.stages.forget_last();
+        self.status = None;
+        self.counters.steps -= 1;
+        self.counters.rejected += 1;
+    }
+
+    /// Goes on from this state, with other constraints; `a` are accelerations, and multipliers behind them.
+    pub(crate) fn restart<S: System + ?Sized>(
+        &mut self,
+        system: &mut S,
+        [q, v, a]: [&[f64]; 3],
+    ) -> Result<(), Interrupted> {
+        self.q.copy_from_slice(q);
+        self.v.copy_from_slice(v);
+        self.a.copy_from_slice(a);
+        self.stages.forget_last();
+        self.last = None;
+        let start = Start { t: self.t, q: &self.q, v: &self.v, a: &self.a };
+        self.stages.evaluate_tangents(system, &start, &mut self.counters)?;
+        self.h = self.h.min(self.select_first_step(system)?);
+        Ok(())
+    }
+
     /// What goes on from step to step.
     pub(crate) fn carry<S: System + ?Sized>(&mut self, system: &S, tape: &mut Tape<'_>) {
         if tape.reads() {
@@ -366,7 +395,7 @@ impl Stepper {
             [(self.t_old, [&self.q_old, &self.v_old, &self.a_old]), (self.t, [&self.q, &self.v, &self.a])];
         if let Some((_, state)) = ends.iter().find(|(end, _)| *end == t) {
             for (out, values) in [q, v, a].into_iter().zip(state) {
-                out.copy_from_slice(values);
+                out.copy_from_slice(&values[..out.len()]);
             }
             return;
         }

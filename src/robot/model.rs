@@ -19,6 +19,7 @@ use super::tell::cost_of_loops::of_loops;
 use super::tell::loops::tell_redundant;
 use super::tell::{Explanation, Multiplications, cost, cost_of_actuators};
 use crate::actuator::Actuator;
+use crate::constraint::one_sided::{TAKEN_UP, TAUT};
 use crate::constraint::{Independent, one_sided};
 use crate::error::{Checker, Interrupted, InvalidInput};
 use crate::lie::{Instructions, Planar, Plane, Spatial, Vector};
@@ -34,14 +35,6 @@ use crate::springs::Springs;
 /// Loops that are open by more than this part of the robot's length, or of a radian, are open: far more than what a method
 /// leaves that holds them, far less than what shows.
 const LARGEST_GAP: f64 = 1e-6;
-
-/// Tendons that do not stretch count as taut, in a state that somebody gives, where they are shorter than they are told by less
-/// than this part of the robot's length, or of a metre: more than methods leave, less than what shows. The same, per second,
-/// of the rates of their lengths.
-const TAUT: f64 = 1e-7;
-
-/// They are taken up where they are longer by this part: well above rounding.
-const TAKEN_UP: f64 = 1e-10;
 
 /// A step into contact that gains energy by more than this part of the kinetic one does not see its impacts: with steps of a
 /// tenth of an impact, generalised-alpha is off by less.
@@ -66,6 +59,8 @@ pub struct RobotModel {
     marks: Arc<[Mark]>,
     /// What is taken for the forces of the supports' springs.
     held: Option<Vec<f64>>,
+    /// Whether tendons that do not stretch stay taut or slack as they are.
+    slack_is_kept: bool,
 }
 
 /// A place of a robot, or one beside it in the axes there.
@@ -264,6 +259,7 @@ impl RobotModel {
             rotation_vectors: robot.rotation_vectors().into(),
             marks: Arc::new([]),
             held: None,
+            slack_is_kept: false,
         };
         model.check_inertia()?;
         model.marks = model.marks_of_links().into();
@@ -1159,7 +1155,7 @@ impl Tied for RobotModel {
     }
 
     fn release_open(&mut self, q: &[f64], qd: Option<&[f64]>) {
-        if !self.is_one_sided() {
+        if self.slack_is_kept || !self.is_one_sided() {
             return;
         }
         let opens = |[excess, rate]: [f64; 2], length: f64| {
@@ -1174,6 +1170,9 @@ impl Tied for RobotModel {
     }
 
     fn switch(&mut self, q: &[f64], multipliers: &mut [f64]) -> Switch {
+        if self.slack_is_kept {
+            return Switch::Nothing;
+        }
         let mut slack = self.slack();
         let length = self.robot.length().max(1.0);
         let mut has_taken_up = false;
@@ -1197,6 +1196,15 @@ impl Tied for RobotModel {
         };
         self.set_slack(&slack);
         switch
+    }
+
+    fn keep_held(&mut self, is_kept: bool) {
+        self.slack_is_kept = is_kept;
+    }
+
+    fn passed(&mut self, q: &[f64], qd: &[f64]) -> Vec<[f64; 2]> {
+        let length = self.robot.length().max(1.0);
+        self.excesses(q, qd).into_iter().map(|excess| excess.map(|x| x / length)).collect()
     }
 
     fn open_loop(&mut self, q: &[f64]) -> Option<Flaw> {

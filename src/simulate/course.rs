@@ -102,8 +102,9 @@ impl<'a, 'c, M: Model> Course<'a, 'c, M> {
         self.run.set_inputs(&inputs);
         let work = self.run.energy()?.total() - before;
         let status = self.run.begin()?;
+        let [dissipated, of_impact] = self.run.take_flow().unwrap_or_default();
         if let Some(meter) = &mut self.meter {
-            self.run.observe(|_, state| meter.jump(state, work));
+            self.run.observe(|_, state| meter.jump(state, [dissipated, work + of_impact]));
         }
         Ok(status)
     }
@@ -116,6 +117,9 @@ impl<'a, 'c, M: Model> Course<'a, 'c, M> {
         loop {
             let before = self.run.counters().steps;
             let status = self.run.step()?;
+            if let (Some(flow), Some(meter)) = (self.run.take_flow(), &mut self.meter) {
+                self.run.observe(|_, state| meter.jump(state, flow));
+            }
             let steps = self.run.counters().steps;
             if steps > before {
                 // Where another leg follows, accelerations and inputs at its start are those of that one.

@@ -107,13 +107,10 @@ impl StiffnessWatch {
         if step * rate < LIMITED * self.limit || rate < MANY_TIMES * visible {
             return None;
         }
-        let others = match model.is_one_sided() {
-            false => "\"radau\", which no rate limits, or \"auto\"",
-            true => "\"generalised_alpha\", which no rate limits",
-        };
         let message = format!(
             "The model is stiff: its largest rate at t = {t:.1e} s, {rate:.1e} per second, limits explicit steps to {:.1e} s for stability, \
-             and the remaining time would take about {left:.0} of them. Use method {others}, or allow that many `max_steps`.",
+             and the remaining time would take about {left:.0} of them. Use method \"radau\", which no rate limits, or \"auto\", or allow \
+             that many `max_steps`.",
             self.limit / rate
         );
         Some(Stop { status: Status::Stiff, message })

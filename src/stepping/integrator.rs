@@ -36,28 +36,18 @@ impl<M: Model> Integrator<M> {
                     check_holding(options)?;
                 }
                 if model.is_one_sided() && options.step_size != newmark::StepSize::Fixed {
-                    let expected = "steps of one size, or tendons with a `stiffness`: the error of a step is not estimated with tendons that \
-                                    do not stretch";
+                    let expected = "steps of one size, method \"radau\" or \"auto\", or tendons with a `stiffness`: this error estimate does not see \
+                                    tendons that become taut";
                     return Err(InvalidInput::new("adaptive", "True", expected));
                 }
                 let stepper = newmark::Stepper::new(n, t_span, q0, v0, options)?;
                 newmark::LinearSystem::check_memory(&FreeMotion(&mut model), options.derivative)?;
                 Self::Newmark { model, stepper: Box::new(stepper) }
             }
-            Method::Radau { .. } if model.is_one_sided() => {
-                let expected = "\"generalised_alpha\" or \"hht\", or tendons with a `stiffness`: radau does not hold tendons that do not \
-                                stretch";
-                return Err(InvalidInput::new("method", "\"radau\"", expected));
-            }
             Method::Radau { options, .. } => {
                 radau::check_memory(&FreeMotion(&mut model))?;
                 let stepper = radau::Stepper::new(n, t_span, q0, v0, options)?;
                 Self::Radau { model, stepper: Box::new(stepper) }
-            }
-            Method::FirstOrder { .. } if model.is_one_sided() => {
-                let expected = "\"generalised_alpha\" or \"hht\", or tendons with a `stiffness`: explicit methods do not hold tendons that \
-                                do not stretch";
-                return Err(InvalidInput::new("method", "an explicit one", expected));
             }
             Method::FirstOrder { options, .. } => {
                 let state = [q0, v0].concat();
@@ -96,13 +86,41 @@ impl<M: Model> Integrator<M> {
     }
 
     /// Closes loops that the last step has opened by its error. False where there are several ways to go on.
-    pub(super) fn hold(&mut self) -> bool {
+    pub(super) fn hold(&mut self) -> Result<bool, Interrupted> {
         match self {
             // Constraints are equations of their steps.
-            Self::Newmark { .. } | Self::Radau { .. } => true,
+            Self::Newmark { .. } | Self::Radau { .. } => Ok(true),
             Self::FirstOrder { system, stepper, .. } => {
+                let t = stepper.t();
                 let [y, rate] = stepper.state_mut();
-                system.hold(y, rate)
+                system.hold(t, y, rate)
+            }
+        }
+    }
+
+    /// Whether constraints that hold one way only change between its steps, and not within.
+    pub(super) fn changes_between_steps(&mut self) -> bool {
+        !matches!(self, Self::Newmark { .. }) && self.model().is_one_sided()
+    }
+
+    /// Takes back the last step.
+    pub(super) fn take_back(&mut self) {
+        match self {
+            Self::Newmark { .. } => unreachable!("constraints change within its steps"),
+            Self::Radau { stepper, .. } => stepper.take_back(),
+            Self::FirstOrder { stepper, .. } => stepper.take_back(),
+        }
+    }
+
+    /// Goes on from this state with other constraints; `a` are accelerations, and multipliers behind them.
+    pub(super) fn restart(&mut self, [q, v, a]: [&[f64]; 3]) -> Result<(), Interrupted> {
+        match self {
+            Self::Newmark { .. } => unreachable!("constraints change within its steps"),
+            Self::Radau { model, stepper } => stepper.restart(&mut FreeMotion(model), [q, v, a]),
+            Self::FirstOrder { system, stepper, .. } => {
+                system.forget_rank();
+                stepper.restart([q, v]);
+                stepper.start(&mut **system)
             }
         }
     }
@@ -155,6 +173,15 @@ impl<M: Model> Integrator<M> {
             Self::Newmark { stepper, .. } => stepper.t(),
             Self::Radau { stepper, .. } => stepper.t(),
             Self::FirstOrder { stepper, .. } => stepper.t(),
+        }
+    }
+
+    /// Where the last step began.
+    pub(super) fn t_old(&self) -> f64 {
+        match self {
+            Self::Newmark { stepper, .. } => stepper.t_old(),
+            Self::Radau { stepper, .. } => stepper.t_old(),
+            Self::FirstOrder { stepper, .. } => stepper.t_old(),
         }
     }
 

@@ -18,6 +18,7 @@
 //! # Ok::<(), lissom::error::InvalidInput>(())
 //! ```
 
+mod changes;
 mod integrator;
 mod method;
 mod run;

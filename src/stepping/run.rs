@@ -1,16 +1,22 @@
 //! A simulation that the caller advances step by step.
 
+use super::changes::{Changes, Verdict, judge};
 use super::integrator::Integrator;
 use super::method::{Method, check_span, check_step};
 use super::start::Start;
 use super::status::{Status, Stop};
 use crate::balance::State;
+use crate::constraint::one_sided::{self, Unsettled};
+use crate::constraint::projection::{self, Metric};
 use crate::error::{Interrupted, InvalidInput, Number};
 use crate::model::{Energy, ForwardScratch, Model, SingularMass};
 use crate::ode;
 use crate::second_order::{self, Counters, Failure, Grid, is_whole, number_of_steps};
 use crate::signal::covers;
 use crate::tape::Tape;
+
+/// A step that is this part of the way is not shortened where what is told a tendon is not followed: it jumps.
+const SHORTEST: f64 = 1e-9;
 
 /// A motion of a model that goes on as far as it is told, with inputs that are held on the way: state in, inputs in, steps,
 /// state out. It has a model of its own. All its memory is there after [`Self::begin`].
@@ -33,6 +39,8 @@ pub struct Run<M> {
     scratch: ForwardScratch,
     /// How far the start was moved to close loops, in metres.
     moved: f64,
+    /// Where constraints that hold one way only change between steps.
+    changes: Option<Box<Changes>>,
     stop: Option<Stop>,
 }
 
@@ -67,8 +75,10 @@ impl<M: Model> Run<M> {
         }
         let inputs = model.default_inputs();
         let scratch = ForwardScratch::of(&model);
+        let mut integrator = Integrator::new(model, t_span, q0, v0, method)?;
+        let changes = integrator.changes_between_steps().then(|| Box::new(Changes::new(t_span)));
         Ok(Self {
-            integrator: Integrator::new(model, t_span, q0, v0, method)?,
+            integrator,
             dt,
             known,
             grid: Grid::new(t_span.0, dt),
@@ -77,6 +87,7 @@ impl<M: Model> Run<M> {
             jumped: vec![0.0; n],
             scratch,
             moved: start.moved,
+            changes,
             stop: None,
         })
     }
@@ -112,6 +123,9 @@ impl<M: Model> Run<M> {
     pub fn set_out(&mut self, t_end: f64) {
         self.grid = self.grid_now();
         self.stop = None;
+        if let Some(changes) = &mut self.changes {
+            changes.t_span = (self.integrator.t(), t_end);
+        }
         self.integrator.go_on(t_end);
     }
 
@@ -141,11 +155,21 @@ impl<M: Model> Run<M> {
     ///
     /// [`simulate_controlled`]: crate::simulate::simulate_controlled
     pub fn begin(&mut self) -> Result<Option<Status>, Interrupted> {
+        if self.changes.as_ref().is_some_and(|changes| !changes.has_begun)
+            && let Some(status) = self.find_held()?
+        {
+            return Ok(Some(status));
+        }
         if let Some(status) = self.integrator.start()? {
             return Ok(Some(status));
         }
         if !self.inputs_have_jumped {
             return Ok(None);
+        }
+        if let Some(changes) = &mut self.changes {
+            let without = changes.due.take().flatten();
+            self.inputs_have_jumped = false;
+            return self.change(without);
         }
         let Self { integrator, jumped, scratch, .. } = self;
         let found = integrator.observe(|model, state| {
@@ -168,7 +192,8 @@ impl<M: Model> Run<M> {
     /// made, which leaves the state as it was. After an interruption the state is that of the last accepted step, and
     /// stepping may be tried again.
     ///
-    /// A step to a shape that means nothing is made, and ends the leg.
+    /// A step to a shape that means nothing is made, and ends the leg. Where tendons that do not stretch become taut or slack, the change
+    /// is made instead of a step.
     ///
     /// # Panics
     /// When the leg was over before.
@@ -176,11 +201,19 @@ impl<M: Model> Run<M> {
         if let Some(status) = self.begin()? {
             return Ok(Some(status));
         }
+        match self.changes {
+            None => self.single_step(),
+            Some(_) => self.step_to_change(),
+        }
+    }
+
+    fn single_step(&mut self) -> Result<Option<Status>, Interrupted> {
         let steps = self.integrator.steps();
         let status = self.integrator.step()?;
         if self.integrator.steps() > steps {
-            self.stop = match self.integrator.hold() {
+            self.stop = match self.integrator.hold()? {
                 true => self.integrator.observe(|model, state| Stop::where_flawed(model, state.t, state.q)),
+                false if self.changes.is_some() => Some(Stop::at_jump_or_singular_position(self.t())),
                 false => Some(Stop::at_singular_position(self.t())),
             };
         } else if matches!(
@@ -194,6 +227,120 @@ impl<M: Model> Run<M> {
             self.stop = Some(Stop::at_singular_position(self.t()));
         }
         Ok(self.stop.as_ref().map(|stop| stop.status).or(status))
+    }
+
+    /// A step that goes no farther than to where others of the constraints hold that hold one way only.
+    fn step_to_change(&mut self) -> Result<Option<Status>, Interrupted> {
+        let Some(changes) = &mut self.changes else { unreachable!("they change within steps") };
+        if let Some(without) = changes.due.take() {
+            return self.change(without);
+        }
+        let (t_end, mut planned, mut corrections) = (changes.t_span.1, None, 0);
+        loop {
+            let steps = self.integrator.steps();
+            let status = self.single_step()?;
+            let Self { integrator, changes: Some(changes), stop: None, .. } = self else { return Ok(status) };
+            if integrator.steps() == steps {
+                return Ok(status);
+            }
+            let times = [integrator.t_old(), integrator.t()];
+            let n = integrator.state()[0].len();
+            let mut states = [vec![0.0; n], vec![0.0; n], vec![0.0; n]];
+            let planned_so = planned.map(|event| (event, corrections));
+            let verdict = judge(times, t_end, planned_so, &mut |t| {
+                let [q, v, a] = &mut states;
+                if t == times[1] {
+                    let [at_end, rate, _] = integrator.state();
+                    q.copy_from_slice(at_end);
+                    v.copy_from_slice(rate);
+                } else {
+                    integrator.interpolate(t, [q, v, a])?;
+                }
+                changes.look(integrator.model(), t, [q, v])
+            })?;
+            match verdict {
+                Verdict::Done => {}
+                Verdict::Change(without) => changes.due = Some(without),
+                Verdict::ChangeAtStart(without) => {
+                    integrator.take_back();
+                    return self.change(without);
+                }
+                Verdict::EndAt(event) => {
+                    integrator.take_back();
+                    integrator.go_on(event.t);
+                    (planned, corrections) = (Some(event), corrections + 1);
+                    continue;
+                }
+                Verdict::Astray(by) => {
+                    integrator.take_back();
+                    let middle = 0.5 * (times[0] + times[1]);
+                    if times[1] - times[0] <= SHORTEST * (t_end - times[0]) {
+                        return Ok(self.unsettled(Unsettled::Passed(by)));
+                    }
+                    integrator.go_on(middle);
+                    planned = None;
+                    continue;
+                }
+            }
+            if times[1] == t_end {
+                return Ok(status);
+            }
+            integrator.go_on(t_end);
+            return Ok(None);
+        }
+    }
+
+    /// Finds which constraints hold at the start.
+    fn find_held(&mut self) -> Result<Option<Status>, Interrupted> {
+        let found = self.integrator.observe(|model, state| {
+            model.set_time(state.t)?;
+            Ok(one_sided::change(model, [state.q, state.v], None))
+        })?;
+        if let Some(changes) = &mut self.changes {
+            changes.has_begun = true;
+        }
+        Ok(found.err().and_then(|why| self.unsettled(why)))
+    }
+
+    /// Others of the constraints hold from here on: without this one, if there is one.
+    fn change(&mut self, without: Option<usize>) -> Result<Option<Status>, Interrupted> {
+        let found = self.integrator.observe(|model, state| {
+            model.set_time(state.t)?;
+            Ok(one_sided::change(model, [state.q, state.v], without))
+        })?;
+        let changed = match found {
+            Ok(changed) => changed,
+            Err(why) => {
+                let status = self.unsettled(why);
+                let none = self.integrator.no_acceleration(Failure::SingularJacobian);
+                return Ok(Some(status.unwrap_or(none)));
+            }
+        };
+        let t = self.integrator.t();
+        let Some(changes) = &mut self.changes else { unreachable!("they change within steps") };
+        self.integrator.go_on(changes.t_span.1);
+        self.integrator.restart([&changed.q, &changed.v, &changed.a])?;
+        if changes.count(t, changed.flow) {
+            return Ok(None);
+        }
+        Ok(Some(self.stop.insert(Stop::at_chatter(t)).status))
+    }
+
+    /// Ends the leg where no change was found; `None` where the mass is singular.
+    fn unsettled(&mut self, why: Unsettled) -> Option<Status> {
+        let t = self.t();
+        let stop = match why {
+            Unsettled::Passed(by) => Stop::where_too_long(t, by * self.integrator.model().length().max(1.0)),
+            Unsettled::Undecided => Stop::at_conflict(t),
+            Unsettled::SingularMass => return None,
+        };
+        Some(self.stop.insert(stop).status)
+    }
+
+    /// The energy that changes of the constraints have taken out, and their work, in joules, since this was asked last; `None` where
+    /// there was no change.
+    pub(crate) fn take_flow(&mut self) -> Option<[f64; 2]> {
+        self.changes.as_mut()?.flow.take()
     }
 
     /// Writes the state with rotation vectors no longer than pi, where a step has passed that. The next step would.
@@ -282,8 +429,16 @@ impl<M: Model> Run<M> {
     }
 
     /// Writes the state at a time within the last step; false where it is not finite.
-    pub(crate) fn interpolate(&mut self, t: f64, state: [&mut [f64]; 3]) -> Result<bool, Interrupted> {
-        self.integrator.interpolate(t, state)
+    pub(crate) fn interpolate(&mut self, t: f64, [q, v, a]: [&mut [f64]; 3]) -> Result<bool, Interrupted> {
+        let is_finite = self.integrator.interpolate(t, [&mut *q, &mut *v, a])?;
+        if is_finite && self.changes.is_some() {
+            // Between its ends a step leaves lengths as far from what is told as its error is: they would seem slack.
+            let model: &mut dyn Model = self.integrator.model();
+            model.set_time(t)?;
+            let _ = projection::close(model, q, Metric::Mass)
+                .and_then(|_| projection::fit_velocities(model, q, v));
+        }
+        Ok(is_finite)
     }
 
     /// All that goes on from leg to leg, as numbers.
@@ -314,5 +469,8 @@ impl<M: Model> Run<M> {
         tape.flag(&mut self.inputs_have_jumped);
         self.grid.carry(tape);
         self.integrator.carry(tape);
+        if let Some(changes) = &mut self.changes {
+            changes.carry(self.integrator.model(), tape);
+        }
     }
 }

@@ -26,6 +26,8 @@ pub enum Status {
     Sunk,
     /// Closed loops are at a singular position that the method cannot pass.
     Singular,
+    /// Tendons that do not stretch become taut and slack again without an end.
+    Chattering,
     /// Stability would force more steps on an explicit method than are sensible.
     Stiff,
 }
@@ -43,6 +45,7 @@ impl Status {
             | Self::Open
             | Self::Sunk
             | Self::Singular
+            | Self::Chattering
             | Self::Stiff => false,
         }
     }
@@ -59,6 +62,7 @@ impl Status {
             Self::Open => "loop_open",
             Self::Sunk => "sunk",
             Self::Singular => "singular_position",
+            Self::Chattering => "chattering",
             Self::Stiff => "stiff",
         }
     }
@@ -80,6 +84,48 @@ impl Stop {
             Number(t),
         );
         Self { status: Status::Singular, message }
+    }
+
+    /// The same with tendons that do not stretch.
+    pub(crate) fn at_jump_or_singular_position(t: f64) -> Self {
+        let message = format!(
+            "Near t = {} the length of a tendon that does not stretch jumps, or constraints pass a singular position, where there \
+             are several ways to go on: the last state says nothing about the motion. Change lengths gradually, give the \
+             tendon a `stiffness`, or take `method=\"generalised_alpha\"`.",
+            Number(t),
+        );
+        Self { status: Status::Singular, message }
+    }
+
+    /// Where a tendon of given length is longer by so much, although no step was.
+    pub(crate) fn where_too_long(t: f64, by: f64) -> Self {
+        let message = format!(
+            "At t = {} the length of a tendon that does not stretch jumps, by {by:.1e} m away from the length of its path: no finite force \
+             moves it there at once. Change lengths gradually, give the tendon a `stiffness`, or take \
+             `method=\"generalised_alpha\"`, which follows within a step.",
+            Number(t),
+        );
+        Self { status: Status::Open, message }
+    }
+
+    /// Where tendons of given length, with closed loops, leave no motion.
+    pub(crate) fn at_conflict(t: f64) -> Self {
+        let message = format!(
+            "At t = {} no motion keeps all tendons that do not stretch as short as they are told: their lengths, or those and \
+             closed loops, conflict there.",
+            Number(t),
+        );
+        Self { status: Status::Open, message }
+    }
+
+    /// Where tendons become taut and slack again without an end.
+    pub(crate) fn at_chatter(t: f64) -> Self {
+        let message = format!(
+            "Near t = {} tendons that do not stretch become taut and slack again ever faster. Take \
+             `method=\"generalised_alpha\"`, which does not resolve it, or give the tendons a `stiffness`.",
+            Number(t),
+        );
+        Self { status: Status::Chattering, message }
     }
 
     /// At a state that means nothing.
