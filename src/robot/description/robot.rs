@@ -86,6 +86,21 @@ impl Robot {
         first..first + self.links[link].coordinates()
     }
 
+    /// The numbers of coordinates, one after another, of links that carry each other, or the same link.
+    pub(crate) fn parts(&self) -> Vec<usize> {
+        let mut roots: Vec<usize> = Vec::with_capacity(self.links.len());
+        let mut sizes = Vec::new();
+        for (i, link) in self.links.iter().enumerate() {
+            roots.push(link.parent.map_or(i, |parent| roots[parent]));
+            match sizes.last_mut() {
+                Some(last) if i > 0 && roots[i] == roots[i - 1] => *last += link.coordinates(),
+                _ => sizes.push(link.coordinates()),
+            }
+        }
+        sizes.retain(|&size| size > 0);
+        sizes
+    }
+
     /// The first coordinates of the rotation vectors of joints.
     pub fn rotation_vectors(&self) -> Vec<usize> {
         let of_link = |(i, link): (usize, &Link)| {
