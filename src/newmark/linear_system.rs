@@ -62,10 +62,11 @@ impl LinearSystem {
         system: &S,
         derivative: Derivative,
     ) -> Result<(), InvalidInput> {
-        /// The Jacobian and its factors.
-        const SQUARE_MATRICES: usize = 2;
+        /// The Jacobian and its factors, and where it has parts both kinds of factors.
+        const SQUARE_MATRICES: [usize; 2] = [2, 3];
         let is_chain = derivative == Derivative::Analytic && system.tree().is_some();
-        let matrices = if is_chain { 0 } else { SQUARE_MATRICES };
+        let has_parts = system.parts().len() >= FEWEST_PARTS;
+        let matrices = if is_chain { 0 } else { SQUARE_MATRICES[usize::from(has_parts)] };
         memory::check_square(
             matrices,
             system.n(),

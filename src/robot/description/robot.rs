@@ -86,18 +86,23 @@ impl Robot {
         first..first + self.links[link].coordinates()
     }
 
-    /// The numbers of coordinates, one after another, of links that carry each other, or the same link.
+    /// The numbers of coordinates, one after another, of links that a coordinate of the same link moves.
     pub(crate) fn parts(&self) -> Vec<usize> {
-        let mut roots: Vec<usize> = Vec::with_capacity(self.links.len());
+        let mut roots: Vec<Option<usize>> = Vec::with_capacity(self.links.len());
         let mut sizes = Vec::new();
+        let mut last_root = None;
         for (i, link) in self.links.iter().enumerate() {
-            roots.push(link.parent.map_or(i, |parent| roots[parent]));
+            let size = link.coordinates();
+            let carrier = link.parent.and_then(|parent| roots[parent]);
+            let root = carrier.or((size > 0).then_some(i));
+            roots.push(root);
             match sizes.last_mut() {
-                Some(last) if i > 0 && roots[i] == roots[i - 1] => *last += link.coordinates(),
-                _ => sizes.push(link.coordinates()),
+                _ if size == 0 => continue,
+                Some(last) if root == last_root => *last += size,
+                _ => sizes.push(size),
             }
+            last_root = root;
         }
-        sizes.retain(|&size| size > 0);
         sizes
     }
 
