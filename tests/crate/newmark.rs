@@ -1,8 +1,9 @@
 //! The Newmark family against exact solutions and its own theory.
 
+use lissom::body::Body;
 use lissom::contact::{Contact, Obstacle, Surface};
 use lissom::error::Interrupted;
-use lissom::joint::Joint;
+use lissom::joint::{Joint, JointForces};
 use lissom::linalg::{Lu, Matrix};
 use lissom::model::Model;
 use lissom::newmark::{METHODS, Options, Parameters, Predictor, Scheme, StepSize, Stepper, solve};
@@ -950,12 +951,19 @@ mod adaptive_steps {
     }
 }
 
-/// A system that is solved with as a whole.
-struct Whole<S>(S);
+/// A system whose tangent is divided into these parts.
+struct Divided<S> {
+    system: S,
+    parts: Vec<usize>,
+}
 
-impl<S: System> System for Whole<S> {
+impl<S: System> System for Divided<S> {
     fn n(&self) -> usize {
-        self.0.n()
+        self.system.n()
+    }
+
+    fn parts(&self) -> Vec<usize> {
+        self.parts.clone()
     }
 
     fn residual(
@@ -966,7 +974,7 @@ impl<S: System> System for Whole<S> {
         a: &[f64],
         r: &mut [f64],
     ) -> Result<(), Interrupted> {
-        self.0.residual(t, q, v, a, r)
+        self.system.residual(t, q, v, a, r)
     }
 
     fn tangent(
@@ -978,23 +986,23 @@ impl<S: System> System for Whole<S> {
         weights: [f64; 3],
         tangent: &mut Matrix,
     ) -> Result<(), Interrupted> {
-        self.0.tangent(t, q, v, a, weights, tangent)
+        self.system.tangent(t, q, v, a, weights, tangent)
     }
 
     fn has_contact(&self) -> bool {
-        self.0.has_contact()
+        self.system.has_contact()
     }
 
     fn may_touch(&self) -> bool {
-        self.0.may_touch()
+        self.system.may_touch()
     }
 
     fn follow_friction(&mut self, length: Option<f64>) {
-        self.0.follow_friction(length);
+        self.system.follow_friction(length);
     }
 
     fn typical_displacements(&self, sizes: &mut [f64]) {
-        self.0.typical_displacements(sizes);
+        self.system.typical_displacements(sizes);
     }
 }
 
@@ -1031,22 +1039,15 @@ fn parts_are_solved_for_as_the_whole_is() {
     let options = Options { rtol: 1e-9.into(), atol: 1e-12.into(), ..Options::new(1e-3) };
     let rest = vec![0.0; n];
     let pushed: Vec<f64> = (0..n).map(|k| 0.02 * (1.3 * k as f64).sin()).collect();
-    let mut run = |is_whole: bool| {
-        let system = FreeMotion(&mut model);
-        let motion = match is_whole {
-            true => {
-                solve(&mut Whole(system), (0.0, 0.03), &rest, &pushed, &options, None, &mut |_, _| Ok(()))
-            }
-            false => {
-                let mut system = system;
-                solve(&mut system, (0.0, 0.03), &rest, &pushed, &options, None, &mut |_, _| Ok(()))
-            }
-        };
+    let parts = model.parts();
+    let mut run = |parts: &[usize]| {
+        let mut system = Divided { system: FreeMotion(&mut model), parts: parts.to_vec() };
+        let motion = solve(&mut system, (0.0, 0.03), &rest, &pushed, &options, None, &mut |_, _| Ok(()));
         let motion = motion.unwrap();
         assert!(motion.status.is_success(), "{}", motion.message);
         motion
     };
-    let [parts, again, whole] = [false, false, true].map(&mut run);
+    let [parts, again, whole] = [&parts[..], &parts, &[]].map(&mut run);
     assert!(parts.q == again.q && parts.v == again.v && parts.a == again.a);
     assert_eq!(parts.t, whole.t);
     for (x, wanted, tolerance) in [(&parts.q, &whole.q, 1e-9), (&parts.v, &whole.v, 1e-6)] {
@@ -1054,4 +1055,22 @@ fn parts_are_solved_for_as_the_whole_is() {
             assert!((x - wanted).abs() <= tolerance, "{x} is not {wanted}");
         }
     }
+}
+
+/// Links that the same coordinate moves are one part, as far as they come one after another; what stands on the same link without
+/// coordinates is not.
+#[test]
+fn parts_are_what_coordinates_move() {
+    let body = Body { inertia: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], ..Body::point(0.3) };
+    let link = |name, parent, joint| Link { parent, joint, body: Some(body.clone()), ..Link::new(name) };
+    let hinge = || Joint::Revolute { axis: [0.0, 0.0, 1.0], forces: JointForces::default() };
+    let links = vec![
+        link("ground", None, Joint::Fixed),
+        link("arm", Some(0), hinge()),
+        link("forearm", Some(1), hinge()),
+        link("leg", Some(0), hinge()),
+        link("hand", Some(2), hinge()),
+        link("stone", None, Joint::Free),
+    ];
+    assert_eq!(RobotModel::new(&Robot::new(links)).unwrap().parts(), [2, 1, 1, 6]);
 }
