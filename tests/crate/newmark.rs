@@ -1065,7 +1065,7 @@ fn parts_are_what_coordinates_move() {
     let link = |name, parent, joint| Link { parent, joint, body: Some(body.clone()), ..Link::new(name) };
     let hinge = || Joint::Revolute { axis: [0.0, 0.0, 1.0], forces: JointForces::default() };
     let links = vec![
-        link("ground", None, Joint::Fixed),
+        link("ground", None, Joint::Weld),
         link("arm", Some(0), hinge()),
         link("forearm", Some(1), hinge()),
         link("leg", Some(0), hinge()),
