@@ -15,9 +15,11 @@
 
 use std::borrow::Cow;
 
+mod block_lu;
 mod cholesky;
 mod complex_lu;
 mod eigen;
+mod elimination;
 mod failure;
 mod lu;
 pub mod small_cholesky;
@@ -25,6 +27,7 @@ pub mod small_lu;
 mod svd;
 mod tree;
 
+pub use block_lu::BlockLu;
 pub use cholesky::Cholesky;
 pub use complex_lu::ComplexLu;
 pub(crate) use eigen::symmetric_part;

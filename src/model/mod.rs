@@ -129,6 +129,12 @@ pub trait Model: Elastic + InTime + Discretised + Tied {
         None
     }
 
+    /// The numbers of coordinates, one after another, of parts that move by themselves unless something couples them, such as
+    /// contact; none where all is one. Allocates; not for step loops.
+    fn parts(&self) -> Vec<usize> {
+        Vec::new()
+    }
+
     /// [`Self::weighted_tangent`] of a model that is a chain.
     fn tree_tangent(
         &mut self,

@@ -94,10 +94,12 @@ impl Jacobian {
                 system.tangent(*t, q, v, a, *weights, &mut saddle.tangent)?;
                 return system.constraint_jacobian(*t, q, &mut saddle.constraints);
             }
-            LinearSystem::Dense { jacobian, .. } if self.derivative == Derivative::Analytic => {
+            LinearSystem::Dense { jacobian, .. } | LinearSystem::Blocks { jacobian, .. }
+                if self.derivative == Derivative::Analytic =>
+            {
                 return system.tangent(*t, q, v, a, *weights, jacobian);
             }
-            LinearSystem::Dense { jacobian, .. } => jacobian,
+            LinearSystem::Dense { jacobian, .. } | LinearSystem::Blocks { jacobian, .. } => jacobian,
         };
         let [wq, wv, _] = trial.weights;
         // How far displacements, or velocities times h, move with the accelerations.

@@ -2,11 +2,14 @@
 
 use crate::constraint::Saddle;
 use crate::error::InvalidInput;
-use crate::linalg::{Lu, Matrix, Singular, TreeLu, TreeMatrix};
+use crate::linalg::{BlockLu, Lu, Matrix, Singular, TreeLu, TreeMatrix};
 use crate::memory;
 use crate::roots::Derivative;
 use crate::second_order::{Failure, System};
 use crate::tape::Tape;
+
+/// With fewer parts there is nothing to gain: even where none is coupled with another, factors are a small part of a step.
+const FEWEST_PARTS: usize = 4;
 
 /// A Jacobian and its factorisation, with memory for repeated use.
 #[derive(Clone, Debug)]
@@ -15,6 +18,11 @@ pub(crate) enum LinearSystem {
     Dense {
         jacobian: Matrix,
         lu: Lu,
+    },
+    /// Of parts most pairs of which are not coupled.
+    Blocks {
+        jacobian: Matrix,
+        lu: BlockLu,
     },
     Tree {
         jacobian: TreeMatrix,
@@ -38,8 +46,15 @@ impl LinearSystem {
         let chain = if derivative == Derivative::Analytic { system.tree() } else { None };
         match chain {
             Some(jacobian) => Self::Tree { lu: TreeLu::new(&jacobian), jacobian },
-            None => Self::dense(system.n()),
+            None => Self::of_parts(&system.parts()).unwrap_or_else(|| Self::dense(system.n())),
         }
+    }
+
+    /// That of so many unknowns each, where there are enough parts.
+    fn of_parts(sizes: &[usize]) -> Option<Self> {
+        let n = sizes.iter().sum();
+        (sizes.len() >= FEWEST_PARTS)
+            .then(|| Self::Blocks { jacobian: Matrix::zeros(n, n), lu: BlockLu::new(sizes) })
     }
 
     /// Refuses a system whose matrices do not fit in memory.
@@ -47,10 +62,11 @@ impl LinearSystem {
         system: &S,
         derivative: Derivative,
     ) -> Result<(), InvalidInput> {
-        /// The Jacobian and its factors.
-        const SQUARE_MATRICES: usize = 2;
+        /// The Jacobian and its factors, and where it has parts both kinds of factors.
+        const SQUARE_MATRICES: [usize; 2] = [2, 3];
         let is_chain = derivative == Derivative::Analytic && system.tree().is_some();
-        let matrices = if is_chain { 0 } else { SQUARE_MATRICES };
+        let has_parts = system.parts().len() >= FEWEST_PARTS;
+        let matrices = if is_chain { 0 } else { SQUARE_MATRICES[usize::from(has_parts)] };
         memory::check_square(
             matrices,
             system.n(),
@@ -75,6 +91,7 @@ impl LinearSystem {
     pub(crate) fn factorise(&mut self) -> Result<(), Failure> {
         let factorised = match self {
             Self::Dense { jacobian, lu } => lu.factorise(jacobian),
+            Self::Blocks { jacobian, lu } => lu.factorise(jacobian),
             Self::Tree { jacobian, lu } => lu.factorise(jacobian),
             Self::Saddle(saddle) => saddle.factorise(),
         };
@@ -85,7 +102,9 @@ impl LinearSystem {
     /// The Jacobian. Its factors follow from that.
     pub(super) fn carry(&mut self, tape: &mut Tape<'_>) {
         match self {
-            Self::Dense { jacobian, .. } => tape.numbers(jacobian.as_mut_slice()),
+            Self::Dense { jacobian, .. } | Self::Blocks { jacobian, .. } => {
+                tape.numbers(jacobian.as_mut_slice())
+            }
             Self::Tree { jacobian, .. } => {
                 for matrix in jacobian.parts_mut() {
                     tape.numbers(matrix.as_mut_slice());
@@ -100,7 +119,9 @@ impl LinearSystem {
 
     fn is_finite(&self) -> bool {
         match self {
-            Self::Dense { jacobian, .. } => jacobian.iter().all(|entry| entry.is_finite()),
+            Self::Dense { jacobian, .. } | Self::Blocks { jacobian, .. } => {
+                jacobian.iter().all(|entry| entry.is_finite())
+            }
             Self::Tree { jacobian, .. } => jacobian.is_finite(),
             Self::Saddle(saddle) => {
                 saddle.tangent.iter().chain(saddle.constraints.iter()).all(|entry| entry.is_finite())
@@ -112,6 +133,7 @@ impl LinearSystem {
     pub(crate) fn solve(&mut self, b: &mut [f64]) {
         match self {
             Self::Dense { lu, .. } => lu.solve(b),
+            Self::Blocks { lu, .. } => lu.solve(b),
             Self::Tree { lu, .. } => lu.solve(b),
             Self::Saddle(saddle) => saddle.solve(b),
         }

@@ -177,7 +177,9 @@ impl Stages {
                 saddle.tangent.copy_from(&self.tangents[2]);
                 saddle.constraints.copy_from(&self.constraints);
             }
-            LinearSystem::Tree { .. } => unreachable!("all entries are solved with"),
+            LinearSystem::Tree { .. } | LinearSystem::Blocks { .. } => {
+                unreachable!("all entries are solved with")
+            }
         }
         system.factorise().map(|()| system)
     }

@@ -56,7 +56,9 @@ impl Systems {
                 saddle.constraints.copy_from(constraints);
                 &mut saddle.tangent
             }
-            LinearSystem::Tree { .. } => unreachable!("all entries are solved with"),
+            LinearSystem::Tree { .. } | LinearSystem::Blocks { .. } => {
+                unreachable!("all entries are solved with")
+            }
         };
         sum(tangents, [x * x, x, 1.0], matrix);
         self.real.factorise()?;

@@ -887,6 +887,10 @@ impl Model for RobotModel {
         })
     }
 
+    fn parts(&self) -> Vec<usize> {
+        self.robot.parts()
+    }
+
     fn tree_tangent(
         &mut self,
         q: &[f64],

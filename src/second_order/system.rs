@@ -87,6 +87,12 @@ pub trait System {
         None
     }
 
+    /// The numbers of coordinates, one after another, of parts most pairs of which the tangent does not couple; none where it is
+    /// solved with as a whole. Allocates; not for step loops.
+    fn parts(&self) -> Vec<usize> {
+        Vec::new()
+    }
+
     /// The tangent of a system that is a chain.
     fn tree_tangent(
         &mut self,
@@ -396,6 +402,10 @@ impl<M: Model + ?Sized> System for FreeMotion<'_, M> {
     fn switch(&mut self, t: f64, q: &[f64], multipliers: &mut [f64]) -> Result<Switch, Interrupted> {
         self.0.set_time(t)?;
         Ok(self.0.switch(q, multipliers))
+    }
+
+    fn parts(&self) -> Vec<usize> {
+        self.0.parts()
     }
 
     fn tree(&self) -> Option<TreeMatrix> {

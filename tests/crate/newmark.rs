@@ -1,11 +1,16 @@
 //! The Newmark family against exact solutions and its own theory.
 
+use lissom::body::Body;
+use lissom::contact::{Contact, Obstacle, Surface};
 use lissom::error::Interrupted;
+use lissom::joint::{Joint, JointForces};
 use lissom::linalg::{Lu, Matrix};
 use lissom::model::Model;
 use lissom::newmark::{METHODS, Options, Parameters, Predictor, Scheme, StepSize, Stepper, solve};
 use lissom::ode::Tolerance;
 use lissom::pendulum::SpringPendulum;
+use lissom::robot::{Link, Robot, RobotModel};
+use lissom::rod::Segment;
 use lissom::roots::Derivative;
 use lissom::second_order::{Counters, Failure, FreeMotion, Solution, Status, System};
 use proptest::prelude::*;
@@ -944,4 +949,128 @@ mod adaptive_steps {
         });
         assert!(error < 0.1, "{error}");
     }
+}
+
+/// A system whose tangent is divided into these parts.
+struct Divided<S> {
+    system: S,
+    parts: Vec<usize>,
+}
+
+impl<S: System> System for Divided<S> {
+    fn n(&self) -> usize {
+        self.system.n()
+    }
+
+    fn parts(&self) -> Vec<usize> {
+        self.parts.clone()
+    }
+
+    fn residual(
+        &mut self,
+        t: f64,
+        q: &[f64],
+        v: &[f64],
+        a: &[f64],
+        r: &mut [f64],
+    ) -> Result<(), Interrupted> {
+        self.system.residual(t, q, v, a, r)
+    }
+
+    fn tangent(
+        &mut self,
+        t: f64,
+        q: &[f64],
+        v: &[f64],
+        a: &[f64],
+        weights: [f64; 3],
+        tangent: &mut Matrix,
+    ) -> Result<(), Interrupted> {
+        self.system.tangent(t, q, v, a, weights, tangent)
+    }
+
+    fn has_contact(&self) -> bool {
+        self.system.has_contact()
+    }
+
+    fn may_touch(&self) -> bool {
+        self.system.may_touch()
+    }
+
+    fn follow_friction(&mut self, length: Option<f64>) {
+        self.system.follow_friction(length);
+    }
+
+    fn typical_displacements(&self, sizes: &mut [f64]) {
+        self.system.typical_displacements(sizes);
+    }
+}
+
+/// Rods side by side on a floor, each of which rubs on its neighbours, and one that lies across a few.
+fn rods_on_a_floor() -> RobotModel {
+    const RODS: usize = 9;
+    let rod = |i: usize| {
+        let segment = Segment { modes: [1, 2, 1, 0, 0, 0], ..Segment::straight(0.3, 0.01, 1e6, 4e5, 1000.0) };
+        let lying = Link { rod: vec![segment], joint: Joint::Free, ..Link::new(&format!("rod {i}")) };
+        let half = std::f64::consts::FRAC_1_SQRT_2;
+        match i {
+            0 => Link { position: [0.1, 0.0, 0.029], orientation: [half, 0.0, 0.0, half], ..lying },
+            _ => Link { position: [0.002 * i as f64, 0.0199 * i as f64, 0.0099], ..lying },
+        }
+    };
+    let between = |a: usize, b: Option<usize>| {
+        let floor = Surface::Obstacle(Obstacle::HalfSpace { point: [0.0; 3], normal: [0.0, 0.0, 1.0] });
+        let other = b.map_or(floor, |link| Surface::Rod { link });
+        let contact = Contact::between(&format!("{a} {b:?}"), [Surface::Rod { link: a }, other]);
+        Contact { friction: [0.3; 3], ..contact }
+    };
+    let pairs = (0..RODS).flat_map(|a| (a + 1..RODS).map(move |b| between(a, Some(b))));
+    let contacts = pairs.chain((0..RODS).map(|a| between(a, None))).collect();
+    RobotModel::new(&Robot { contacts, ..Robot::new((0..RODS).map(rod).collect()) }).unwrap()
+}
+
+/// Newton's method ends at the same accelerations, within what it leaves, whether the tangent is factorised by blocks or with all
+/// its entries; and by blocks with the same bits in every run.
+#[test]
+fn parts_are_solved_for_as_the_whole_is() {
+    let mut model = rods_on_a_floor();
+    let n = model.n();
+    assert_eq!(model.parts(), [10; 9]);
+    let options = Options { rtol: 1e-9.into(), atol: 1e-12.into(), ..Options::new(1e-3) };
+    let rest = vec![0.0; n];
+    let pushed: Vec<f64> = (0..n).map(|k| 0.02 * (1.3 * k as f64).sin()).collect();
+    let parts = model.parts();
+    let mut run = |parts: &[usize]| {
+        let mut system = Divided { system: FreeMotion(&mut model), parts: parts.to_vec() };
+        let motion = solve(&mut system, (0.0, 0.03), &rest, &pushed, &options, None, &mut |_, _| Ok(()));
+        let motion = motion.unwrap();
+        assert!(motion.status.is_success(), "{}", motion.message);
+        motion
+    };
+    let [parts, again, whole] = [&parts[..], &parts, &[]].map(&mut run);
+    assert!(parts.q == again.q && parts.v == again.v && parts.a == again.a);
+    assert_eq!(parts.t, whole.t);
+    for (x, wanted, tolerance) in [(&parts.q, &whole.q, 1e-9), (&parts.v, &whole.v, 1e-6)] {
+        for (x, wanted) in x.iter().zip(wanted) {
+            assert!((x - wanted).abs() <= tolerance, "{x} is not {wanted}");
+        }
+    }
+}
+
+/// Links that the same coordinate moves are one part, as far as they come one after another; what stands on the same link without
+/// coordinates is not.
+#[test]
+fn parts_are_what_coordinates_move() {
+    let body = Body { inertia: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], ..Body::point(0.3) };
+    let link = |name, parent, joint| Link { parent, joint, body: Some(body.clone()), ..Link::new(name) };
+    let hinge = || Joint::Revolute { axis: [0.0, 0.0, 1.0], forces: JointForces::default() };
+    let links = vec![
+        link("ground", None, Joint::Weld),
+        link("arm", Some(0), hinge()),
+        link("forearm", Some(1), hinge()),
+        link("leg", Some(0), hinge()),
+        link("hand", Some(2), hinge()),
+        link("stone", None, Joint::Free),
+    ];
+    assert_eq!(RobotModel::new(&Robot::new(links)).unwrap().parts(), [2, 1, 1, 6]);
 }

@@ -86,6 +86,26 @@ impl Robot {
         first..first + self.links[link].coordinates()
     }
 
+    /// The numbers of coordinates, one after another, of links that a coordinate of the same link moves.
+    pub(crate) fn parts(&self) -> Vec<usize> {
+        let mut roots: Vec<Option<usize>> = Vec::with_capacity(self.links.len());
+        let mut sizes = Vec::new();
+        let mut last_root = None;
+        for (i, link) in self.links.iter().enumerate() {
+            let size = link.coordinates();
+            let carrier = link.parent.and_then(|parent| roots[parent]);
+            let root = carrier.or((size > 0).then_some(i));
+            roots.push(root);
+            match sizes.last_mut() {
+                _ if size == 0 => continue,
+                Some(last) if root == last_root => *last += size,
+                _ => sizes.push(size),
+            }
+            last_root = root;
+        }
+        sizes
+    }
+
     /// The first coordinates of the rotation vectors of joints.
     pub fn rotation_vectors(&self) -> Vec<usize> {
         let of_link = |(i, link): (usize, &Link)| {

@@ -226,6 +226,8 @@ pub(crate) struct ContactTangent {
     pub(crate) faster: Vec<[[Vector<f64>; 2]; 2]>,
     /// The former, component by component: turns and shifts of the first side, then of the second.
     pub(crate) components: [Vec<f64>; 12],
+    /// What each side answers to a unit of each coordinate: moment and force.
+    pub(crate) answers: Vec<[[f64; 6]; 2]>,
     pub(crate) followed: Followed,
 }
 
@@ -260,6 +262,7 @@ impl ContactTangent {
             moved: vec![[[Vector::zero(); 2]; 2]; n],
             faster: vec![[[Vector::zero(); 2]; 2]; n],
             components: std::array::from_fn(|_| vec![0.0; n]),
+            answers: vec![[[0.0; 6]; 2]; n],
             followed: Followed {
                 length: None,
                 is_new: true,

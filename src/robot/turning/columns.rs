@@ -53,7 +53,8 @@ pub(crate) fn visit<'a, G: Turning>(
                     sums[0] = sums[0].add_scaled(shape, weight);
                     sums[1] = sums[1].add_scaled(work.velocity[node].bracket(shape), weight);
                 }
-                visit(component.first + degree, sums.map(Twist::sum));
+                let [shape, rate] = sums;
+                visit(component.first + degree, [shape.sum(), rate.sum()]);
             }
         }
     }
