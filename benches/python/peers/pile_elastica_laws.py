@@ -1,4 +1,4 @@
-"""lissom's contact law and its damping, written for PyElastica as its interfaces for contacts and dampers ask.
+"""lissom's laws of contact and damping, as PyElastica's interfaces for contacts and dampers want them.
 
 PyElastica's own contact of two rods has no friction, and its own dampers also slow a rod that falls.
 """
@@ -51,9 +51,7 @@ def cross(a, b):
 def surface_velocity(along, arm, element, velocities, omegas, directors):
     """At an arm from the place `along` an element, from 0 to 1."""
     omega = directors[:, :, element].T @ omegas[:, element]
-    return (
-        (1.0 - along) * velocities[:, element] + along * velocities[:, element + 1] + cross(omega, arm)
-    )
+    return (1.0 - along) * velocities[:, element] + along * velocities[:, element + 1] + cross(omega, arm)
 
 
 @njit(cache=True)

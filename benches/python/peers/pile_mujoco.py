@@ -60,7 +60,8 @@ def hinges(link: int, length: float) -> str:
     bending = YOUNG_MODULUS * SECOND_MOMENT / length
     torsion = 2.0 * SHEAR_MODULUS * SECOND_MOMENT / length
     found = [
-        f'<joint axis="{numbers(axis)}" stiffness="{stiffness!r}" damping="{RETARDATION_TIME * stiffness!r}"/>'
+        f'<joint axis="{numbers(axis)}" stiffness="{stiffness!r}" '
+        f'damping="{RETARDATION_TIME * stiffness!r}"/>'
         for axis, stiffness in zip(np.eye(3), (torsion, bending, bending), strict=True)
     ]
     # Turns about three axes one after the other twist a little; the next piece twists back.

@@ -35,7 +35,7 @@ DISSIPATION, FRICTION, SLIP_VELOCITY = 1.0, 0.3, 1e-4
 TIMES = (0.08, 0.1, 0.12, 0.15)
 SETTLED = 0.3
 # A run is repeated so often if it is shorter than that, and the median counts.
-REPEATS, SHORT = 3, 5.0
+REPEATS, SHORT = 3, 1.5
 
 
 @dataclass(frozen=True)
@@ -141,12 +141,6 @@ def settled(state: State) -> dict[str, float]:
     lengths = np.linalg.norm(np.diff(state.lines, axis=1), axis=-1)
     height = float((0.5 * (z[:, 1:] + z[:, :-1]) * lengths).sum() / lengths.sum())
     return {"height": height, "overlap": largest_overlap(state.lines), "kinetic": state.kinetic}
-
-
-def error(points: np.ndarray, reference: np.ndarray) -> np.ndarray:
-    """Root mean square distance of the points at each time, in lengths of a rod."""
-    squares = ((points - reference) ** 2).sum(axis=-1)
-    return np.sqrt(squares.mean(axis=(1, 2))) / LENGTH
 
 
 def record(code: str, rods: int, size: int, discretisation: str, step: float, motion: Motion) -> dict:
