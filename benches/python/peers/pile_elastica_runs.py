@@ -20,7 +20,7 @@ def ladder(rods: int) -> Ladder:
         for step in STEPS
         if step <= MARGIN * largest_stable_step(elements)
     )
-    return Ladder(rungs, (80, 5e-5) if rods < 50 else (60, 1e-4), (20, 2e-4))
+    return Ladder(rungs, (80, 5e-5) if rods < 50 else (60, 1e-4), (40, 2e-4))
 
 
 def main() -> None:

@@ -4,9 +4,10 @@ import numpy as np
 from pile_scene import GRAVITY, LENGTH, TIMES, Pile
 
 # Of the length of a rod.
-TOLERANCES = (1e-2, 3e-3, 1e-3)
-# A rod has touched if it is farther from where it would have fallen to, in its lengths.
-TOUCHED = 1e-4
+TOLERANCES = (1e-2, 5e-3, 3e-3, 1e-3)
+# A rod has touched if it is farther from where it would have fallen to, in its lengths. Falls in steps of
+# backward Euler, which lissom makes while others hit the floor, are off by half of that.
+TOUCHED = 1e-3
 
 
 def touched(points: np.ndarray, pile: Pile) -> np.ndarray:
