@@ -15,9 +15,17 @@ RODS = {
     "mujoco": ("mujoco_cable.py", "mujoco==3.3.2"),
     "soromox": ("soromox_gvs.py", "soromox==0.5.0"),
 }
-PEERS = RODS | {
-    "robots": ("robot_peers_measured.py", SCRIPTS.parents[2] / "requirements" / "peers.txt"),
+PILES = {
+    "pile-mujoco": ("pile_mujoco_runs.py", "mujoco==4.0.0"),
+    "pile-pyelastica": ("pile_elastica_runs.py", "pyelastica==1.0.0"),
 }
+PEERS = (
+    RODS
+    | PILES
+    | {
+        "robots": ("robot_peers_measured.py", SCRIPTS.parents[2] / "requirements" / "peers.txt"),
+    }
+)
 # Written last, so that an environment without it is known to be unfinished.
 STAMP = "requirement.txt"
 

@@ -111,10 +111,10 @@ def itself(dt: float = 1e-3, steps: int = 100, rounds: int = 15) -> None:
         print(f"| {name} | {1e6 * median(taken) / steps:.0f} | {relative:.2f} |")
 
 
-def pile(number: int, friction: float = 0.3) -> lissom.Robot:
+def pile(number: int, friction: float = 0.3, modes: dict[str, int] | None = None) -> lissom.Robot:
     """Rods over a box, in layers of five that lie across each other; every pair can touch."""
     segment = lissom.Segment(
-        LENGTH, RADIUS, 1e6, poisson_ratio=0.45, density=1000, modes=PILED, retardation_time=0.01
+        LENGTH, RADIUS, 1e6, poisson_ratio=0.45, density=1000, modes=modes or PILED, retardation_time=0.01
     )
     random = np.random.default_rng(1)
     links = []
