@@ -3,7 +3,7 @@
 use super::{Model, Radius};
 use crate::error::Interrupted;
 
-/// Whether surfaces of a model pass through each other on a way of which these times and shapes are known.
+/// Whether surfaces of a model pass through each other along a path given by times and shapes.
 pub(crate) fn have_passed<'a, M: Model + ?Sized>(
     model: &mut M,
     way: impl Iterator<Item = (f64, &'a [f64])>,
