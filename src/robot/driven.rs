@@ -1,8 +1,8 @@
 //! Driven joints: all coordinates of joints and rods from the robot's independent ones.
 //!
 //! All coordinates are `q_all = G q + o(t)`: each one is independent, or a multiple of another joint's
-//! coordinate plus an offset, or prescribed in time. G is constant, so that `v_all = G v + o'`, `a_all = G a
-//! + o''`, and by virtual work `tau = G^T tau_all`: tangents and mass matrices are `G^T K_all G`, Jacobians
+//! coordinate plus an offset, or prescribed in time. G is constant, so that `v_all = G v + o'`, `a_all = G
+//! a + o''`, and by virtual work `tau = G^T tau_all`: tangents and mass matrices are `G^T K_all G`, Jacobians
 //! `J_all G`. The sweeps treat all coordinates alike; robots without driven joints skip this step.
 
 use super::description::{Driven, Robot, origin};

@@ -21,9 +21,9 @@ pub struct Counters {
     pub tangents: usize,
 }
 
-/// Equilibrium equations `R(q, lambda) = 0` at rest with the load factor lambda ([`Growth`]): `tau_elastic(q)
-/// + lambda (tau(q) - tau_elastic(q))` if lambda scales all loads including gravity, or `tau(q; u(lambda))`
-/// if inputs follow a path. Loads need no potential.
+/// Equilibrium equations `R(q, lambda) = 0` at rest with the load factor lambda ([`Growth`]):
+/// `tau_elastic(q) + lambda (tau(q) - tau_elastic(q))` if lambda scales all loads including gravity, or
+/// `tau(q; u(lambda))` if inputs follow a path. Loads need no potential.
 ///
 /// Coordinates and forces have mixed units. Norms are therefore those of `q_i / s_i` (dimensionless) and `s_i
 /// R_i` (joules) with the typical sizes s of the model; these are called *scaled* below. Systems are solved

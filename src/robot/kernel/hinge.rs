@@ -1,6 +1,6 @@
 //! Joints with one coordinate. In the inertial frame such a joint is a node of weight one: with its unit
-//! twist s in the axes of the preceding place and S = Ad_g s, everything beyond it moves by `V + S qd` and `A
-//! + S qdd + ad_V (S qd)`, and the force of the coordinate is `S . F`.
+//! twist s in the axes of the preceding place and S = Ad_g s, everything beyond it moves by `V + S qd` and
+//! `A + S qdd + ad_V (S qd)`, and the force of the coordinate is `S . F`.
 
 use super::inverse_dynamics::carried;
 use crate::lie::{LANES, Lanes, Scalar, Twist, Wrench, sine_cosine};
