@@ -272,8 +272,8 @@ impl RobotModel {
         Ok(model)
     }
 
-    /// Places for [`Model::places`] on the links; bases of links without rod and body only if there is
-    /// nothing else. If loops may hold tips, also the middles of rods.
+    /// Places for [`Model::places`] on links with a rod or a body; the tip of the robot if there are none. If
+    /// loops may hold tips, also the middles of rods.
     fn marks_of_links(&self) -> Vec<Mark> {
         let mut marks = Vec::new();
         for (i, link) in self.robot.links.iter().enumerate() {
