@@ -349,8 +349,7 @@ class Actuated:
 
 
 def strain_energy(segment, q, driven, shape, start, kinks):
-    """Elastic energy of a segment from `start` on, with reference strain increased by `driven` times
-    `shape`."""
+    """Elastic energy of a segment from `start` on, with the additional reference strain `driven * shape`."""
 
     def density(X):
         strain = segment.basis(X) @ q - driven * shape(start + X)

@@ -7,8 +7,8 @@ of continuum and soft robots: a strain parameterization based approach", IEEE T-
 
 Inward, for the body wrench F required by the rest of the rod, and the generalised forces tau:
 
-    F jumps by the wrench of bodies and other attached items, minus the loads there
-    F jumps by what a body there, and whatever else the rod holds there, needs less the loads there
+    F' = ad_xi^T F - (M eta_t - ad_eta^T M eta - gravity - loads per length)
+    F jumps by the wrench that bodies and other attached items require, minus the loads there
     tau = int (B Phi)^T (F + H (xi - xi0) + mu H xi_t)
 
 Twists and wrenches have the angular part first; a subscript t is a time derivative. Slow on purpose: nothing
