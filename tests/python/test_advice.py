@@ -151,8 +151,7 @@ def test_the_stable_step_is_the_largest_stable_one(method, eigenvalue):
 
 
 def test_known_stability_limits():
-    """On the real axis: Hairer and Wanner (1996), section IV.2; their DOP853 has 6.1 as limit for
-    stiffness."""
+    """On the real axis: Hairer and Wanner (1996), section IV.2; their DOP853 has the stiffness limit 6.1."""
     assert_allclose(words.stable_step(lissom.RK45, -1.0 + 0j), 3.3, atol=0.05)
     assert 6.1 < words.stable_step(lissom.DOP853, -1.0 + 0j) < 6.5
 

@@ -325,8 +325,7 @@ def test_frequencies_of_a_turning_beam_are_the_published_ones(speed, frequency):
     ],
 )
 def test_a_round_shaft_whirls_above_its_critical_speed_where_it_is_damped(speed, damping, stability):
-    """The shaft sees the frequencies omega -+ Omega; internal damping excites the slow whirl (Kimball
-    1924)."""
+    """The shaft sees omega -+ Omega; internal damping excites the slow whirl (Kimball 1924)."""
     segment = {**ARM, "modes": {"bend_y": 3, "bend_z": 3}, "retardation_time": damping}
     slow = lissom.modes(rod_of(None, segment, gravity=WEIGHTLESS), np.zeros(6)).angular_frequency[0]
     motion = lissom.BaseMotion(axis=(1, 0, 0), angle=lissom.Harmonic(rate=speed * slow))
