@@ -481,8 +481,7 @@ def test_profiles_have_at_least_one_number_in_a_row():
             lissom.Profile(1.0, **options)
 
 
-# -------------------------------------------------------------------------- results that overflow are
-# rejected
+# ------------------------------------------------------------------------- results that overflow are rejected
 
 HUGE = [1e300, -1e300]
 

@@ -119,8 +119,7 @@ def test_the_same_signal_as_table_harmonic_and_callable_gives_the_same_motion():
 
 @pytest.mark.parametrize("ratio", [0.5, 0.97, 2.0])
 def test_a_small_harmonic_force_gives_the_response_of_the_modes(ratio):
-    """M q'' + K q = b F sin(Omega t) from rest: each mode is a driven oscillator, near resonance with
-    beats."""
+    """M q'' + K q = b F sin(Omega t) from rest: each mode is a driven oscillator, with beats at resonance."""
     wire = lissom.Segment(1.0, 2e-3, 2e9, 8e8, 1000.0, {"bend_y": 2})
     at_rest = lissom.Rod([wire], **WEIGHTLESS)
     rest = np.zeros(2)

@@ -66,8 +66,7 @@ def slope(x, y):
 
 
 def errors_of_solution(found, residual, rtol, atol):
-    """Errors of the accelerations of average acceleration, relative to exactly solved steps, in
-    tolerances."""
+    """Errors of average acceleration's accelerations relative to exactly solved steps, in tolerances."""
     errors = []
     for i, dt in enumerate(np.diff(found.t)):
         t, q, v, a = found.t[i + 1], found.q[i], found.v[i], found.a[i]
