@@ -197,7 +197,7 @@ mod tests {
         }
     }
 
-    /// A base that begins to move with an acceleration: the mean of both sides, as a table of them would have it.
+    /// A base that starts with an acceleration: the mean of both sides, as for a table.
     #[test]
     fn where_the_acceleration_jumps_it_is_the_mean() {
         let (found, _) = of(0.0, |t| 0.5 * 9.0 * t.max(0.0).powi(2));
@@ -207,7 +207,7 @@ mod tests {
 
     #[test]
     fn noise_has_no_derivatives() {
-        // Fractional parts of a large multiple: as good as random.
+        // Fractional parts of a large multiple, as pseudorandom numbers.
         let noise = |t: f64| 1e-9 * (t * 1e9 * 0.754_877_666).fract();
         assert!(!of(0.3, noise).0.are_known);
     }

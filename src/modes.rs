@@ -304,7 +304,7 @@ mod tests {
         assert!(modes.is_classical && modes.residual_norm < 1e-14);
     }
 
-    /// Two masses between springs with one damper: against the characteristic polynomial.
+    /// Two masses between springs with one damper, compared with the characteristic polynomial.
     #[test]
     fn damping_that_couples_has_complex_shapes() {
         let motions = SmallMotions {

@@ -280,7 +280,7 @@ mod tests {
         (model, q)
     }
 
-    /// Forces and tangent at held forces, put together again with the springs, are those of the rod.
+    /// Forces and tangent at held forces, combined with the springs, are those of the rod.
     #[test]
     fn held_forces_and_springs_are_the_whole() {
         let (mut model, q) = held_rod(300.0);

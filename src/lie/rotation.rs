@@ -221,7 +221,7 @@ mod tests {
         let quarter = std::f64::consts::FRAC_PI_2;
         let about_x = Quaternion::exp(Vector { x: quarter, y: 0.0, z: 0.0 });
         let about_z = Quaternion::exp(Vector { x: 0.0, y: 0.0, z: quarter });
-        // e_y turned about x gives e_z, which a turn about z leaves alone.
+        // e_y rotated about x gives e_z, which a rotation about z does not change.
         let v = about_z.times(about_x).rotation().apply(Vector { x: 0.0, y: 1.0, z: 0.0 });
         assert!((v.z - 1.0).abs() < 1e-15 && v.x.abs() < 1e-15 && v.y.abs() < 1e-15);
     }

@@ -665,7 +665,7 @@ mod tests {
             assert!(if i < 700 { pair[1] >= pair[0] - 1e-14 } else { pair[1] <= pair[0] + 1e-12 }, "{i}");
             assert!((pair[1] - pair[0]).abs() < 0.05, "continuous at {i}");
         }
-        // The trapezoidal rule for the function whose integral is exact.
+        // The trapezoidal rule, compared with the exact integral.
         let sum: f64 = fine.windows(2).map(|pair| 0.5 * (pair[0] + pair[1]) / 1500.0).sum();
         assert!((table.integral(1.0)[0] - sum).abs() < 1e-5);
     }
