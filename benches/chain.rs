@@ -1,4 +1,4 @@
-//! Scaling with the number of segments, as chains and densely: `cargo bench --bench chain`.
+//! Scaling with the number of segments, with block and dense solves: `cargo bench --bench chain`.
 
 use std::hint::black_box;
 
@@ -16,7 +16,7 @@ const SOLVES: [(Solve, &str); 2] = [(Solve::Tree, "chain"), (Solve::Dense, "dens
 /// The weights of a Newmark step of 10 ms.
 const WEIGHTS: [f64; 3] = [2.5e-5, 5e-3, 1.0];
 
-/// Soft segments in space with two modes of bending each.
+/// Soft spatial segments, each with two modes per bending direction.
 fn rod(segments: usize, solve: Solve) -> RobotModel {
     let segment = Segment {
         modes: [0, 1, 1, 0, 0, 0],
@@ -34,7 +34,7 @@ fn residual(criterion: &mut Criterion) {
         let (mut q, qd, qdd, mut tau) = (vec![0.1; n], vec![0.2; n], vec![0.3; n], vec![0.0; n]);
         group.bench_function(BenchmarkId::from_parameter(segments), |bencher| {
             bencher.iter(|| {
-                // A new state each time: the model remembers the last one.
+                // A new state in every iteration, because the model caches the last one.
                 q[0] = 0.21 - q[0];
                 model.inverse_dynamics(black_box(&q), &qd, &qdd, &mut tau);
             });

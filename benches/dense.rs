@@ -1,6 +1,6 @@
 //! Small dense systems, factorised and solved by lissom, nalgebra and faer: `cargo bench --bench dense`.
 //!
-//! Where the curves cross are the constants `SMALL` of `src/linalg/lu.rs` and `cholesky.rs`.
+//! The crossings of the curves are the constants `SMALL` of `src/linalg/lu.rs` and `cholesky.rs`.
 
 use std::hint::black_box;
 
@@ -14,14 +14,14 @@ use lissom::linalg::{Matrix, small_cholesky, small_lu};
 
 const SIZES: [usize; 13] = [2, 3, 4, 6, 8, 12, 16, 20, 24, 32, 36, 48, 64];
 
-/// A symmetric, positive definite matrix, not too close to diagonal.
+/// A symmetric positive definite matrix that is not close to diagonal.
 fn matrix(n: usize) -> Matrix {
     Matrix::from_fn(n, n, |i, j| {
         1.0 / (1.0 + i.abs_diff(j) as f64) + if i == j { 1.0 + 0.1 * i as f64 } else { 0.0 }
     })
 }
 
-/// The same with its rows in reverse order, so that there is something to pivot.
+/// The matrix with its rows in reverse order, so that pivoting is needed.
 fn reversed(n: usize) -> Matrix {
     let matrix = matrix(n);
     Matrix::from_fn(n, n, |i, j| matrix[(n - 1 - i, j)])

@@ -1,6 +1,7 @@
 //! Fixed cases whose instructions are counted: `python benches/python/instructions.py`.
 //!
-//! `instructions CASE COUNT` computes a case so many times; the difference of two counts is the cost of the case alone.
+//! `instructions CASE COUNT` evaluates a case COUNT times; the difference of two counts is the cost of the
+//! case alone.
 
 use std::hint::black_box;
 
@@ -26,7 +27,7 @@ fn lab() -> RobotModel {
     RobotModel::of_rod(&Rod::new(vec![segment])).expect("a valid rod")
 }
 
-/// Two soft segments in space with `modes` each, and so many tendons along both.
+/// Two soft spatial segments with `modes` each, and `tendons` tendons along both.
 fn two(modes: [usize; 6], tendons: usize) -> RobotModel {
     let segment = Segment { modes, retardation_time: 0.01, ..Segment::straight(0.3, 0.01, 1e6, 4e5, 1000.0) };
     let tendon = |i: usize| {
@@ -45,7 +46,7 @@ fn two(modes: [usize; 6], tendons: usize) -> RobotModel {
     RobotModel::of_rod(&Rod { actuators, ..Rod::new(vec![segment; 2]) }).expect("a valid rod")
 }
 
-/// A chain of so many soft segments in space with two modes of bending each.
+/// A chain of `segments` soft spatial segments, each with two modes per bending direction.
 fn chain(segments: &str) -> RobotModel {
     let segment = Segment {
         modes: [0, 1, 1, 0, 0, 0],
@@ -70,7 +71,7 @@ fn rod(name: &str) -> RobotModel {
     }
 }
 
-/// Shapes that differ from one evaluation to the next, so that nothing is known from the last one.
+/// The shape of evaluation `i`; shapes differ, so that no cached result is reused.
 fn shape(n: usize, i: usize) -> Vec<f64> {
     let mut q = vec![0.1; n];
     q[0] += 0.01 * (i % 2) as f64;
@@ -105,7 +106,7 @@ fn forward(model: &mut RobotModel, count: usize) {
     }
 }
 
-/// What an iteration of Newton's method takes that renews its Jacobian.
+/// A Newton iteration that evaluates a new Jacobian.
 fn newton(model: &mut RobotModel, count: usize) {
     let n = model.n();
     let (qd, qdd, mut tau) = (vec![0.2; n], vec![0.3; n], vec![0.0; n]);
@@ -131,7 +132,7 @@ fn newmark_steps<M: Model>(model: &mut M, q0: &[f64], count: usize) {
     }
 }
 
-/// A whole run of so many steps, with all that is recorded and looked at on the way.
+/// A complete run of `count` steps, including recording and checks.
 fn run(model: RobotModel, count: usize) {
     let zeros = vec![0.0; model.n()];
     let method = Method::Newmark(newmark::Options::new(1e-2));

@@ -1,7 +1,7 @@
-//! What the lanes of a register hold: nodes of one run, or the same node of several runs. `cargo bench --bench lanes`.
+//! SIMD lanes for nodes of one run, or for the same node of several runs: `cargo bench --bench lanes`.
 //!
-//! The forces of a planar rod without stretch, in its simplest form, once with each. The sweeps of lissom hold nodes;
-//! `docs/ensembles.md` says what this measures.
+//! Both variants compute the forces of a planar rod without stretch, in the simplest form. lissom uses lanes
+//! for nodes; `docs/ensembles.md` explains the results.
 
 use std::hint::black_box;
 
@@ -20,9 +20,9 @@ const GRAVITY: f64 = 9.81;
 /// Tables of a rod of length one with K modes and N nodes.
 struct Tables<const K: usize, const N: usize> {
     weighted_basis: [[f64; N]; K],
-    /// What each mode of curvature turns the nodes by.
+    /// Rotation of the nodes by each mode of curvature.
     turns: [[f64; N]; K],
-    /// Integrals from the base to the nodes, and from the nodes to the tip.
+    /// Integration matrices from the base to the nodes, and from the nodes to the tip.
     from_base: [[f64; N]; N],
     to_tip: [[f64; N]; N],
 }
@@ -53,7 +53,7 @@ impl<const K: usize, const N: usize> Tables<K, N> {
     }
 }
 
-/// Per length of the rod: the direction, and what accelerates its points; and the angular acceleration.
+/// Per length of the rod: the direction and the acceleration of the points; and the angular acceleration.
 #[inline(always)]
 fn rates(angle: Four, velocity: Four, acceleration: Four) -> ([Four; 2], [Four; 2]) {
     let (sine, cosine) = sine_cosine(angle);
@@ -62,7 +62,7 @@ fn rates(angle: Four, velocity: Four, acceleration: Four) -> ([Four; 2], [Four; 
     ([cosine, sine], along)
 }
 
-/// Force and moment about the origin that a node needs.
+/// Inertial force and moment about the origin, at a node.
 #[inline(always)]
 fn forces([x, y]: [Four; 2], acceleration: [Four; 2], angular: Four) -> [Four; 3] {
     let [f, g] = acceleration.map(|a| a * MASS);
@@ -217,7 +217,7 @@ impl<const K: usize, const N: usize, const P: usize> Sweep for AcrossNodes<'_, K
     }
 }
 
-/// A rod of K coordinates with N nodes in P packs, of which M would do where nothing has to fill packs.
+/// Benchmarks a rod of K coordinates with N nodes in P packs; M nodes would suffice without full packs.
 fn rod<const K: usize, const N: usize, const P: usize, const M: usize>(criterion: &mut Criterion) {
     let instructions = Instructions::of_machine();
     if !instructions.has_fused() {
@@ -243,7 +243,7 @@ fn rod<const K: usize, const N: usize, const P: usize, const M: usize>(criterion
     });
 }
 
-/// The lab's rod fills its packs; twelve modes take 22 nodes.
+/// The lab's rod fills its packs; twelve modes need 22 nodes.
 fn both(criterion: &mut Criterion) {
     rod::<3, 12, 3, 12>(criterion);
     rod::<12, 24, 6, 22>(criterion);

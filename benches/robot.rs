@@ -19,7 +19,8 @@ const STEP: f64 = 1e-3;
 
 const SOLVES: [(Solve, &str); 2] = [(Solve::Tree, "by links"), (Solve::Dense, "densely")];
 
-/// Revolute joints about x, y and z in turn, links of a decimetre, each behind the one that `parent` says.
+/// Revolute joints about x, y and z in turn, with links of a decimetre; `parent` gives the parent of each
+/// link.
 fn rigid(links: usize, parent: impl Fn(usize) -> Option<usize>) -> Robot {
     let link = |i: usize| Link {
         parent: parent(i),
@@ -50,7 +51,7 @@ fn tree(links: usize) -> Robot {
     rigid(links, |i| i.checked_sub(1).map(|before| before / 2))
 }
 
-/// A chain that carries one more rigid link welded behind each of its joints: a frame, or a body.
+/// A chain with an additional rigid link welded behind each joint, or with an additional body there.
 fn chain_with_welds(links: usize, body: Option<&Body>) -> Robot {
     let mut robot = chain(links);
     robot.links.extend((0..links).map(|i| Link {
@@ -62,7 +63,7 @@ fn chain_with_welds(links: usize, body: Option<&Body>) -> Robot {
     robot
 }
 
-/// A palm on a rail and a hinge, five soft fingers of so many modes of bending in each direction.
+/// A palm on a rail and a hinge, with five soft fingers of `modes` modes per bending direction.
 fn hand(modes: usize) -> Robot {
     let finger = Segment {
         modes: [0, modes, modes, 0, 0, 0],
@@ -93,7 +94,7 @@ fn cases() -> Vec<(String, RobotModel)> {
     robots.into_iter().map(|(name, robot)| (name, RobotModel::new(&robot).unwrap())).collect()
 }
 
-/// Robots by both solves.
+/// The robots with both solves.
 fn by_solve() -> Vec<(String, RobotModel)> {
     let mut robots: Vec<(String, Robot)> = Vec::new();
     for (name, make) in [("chain", chain as fn(usize) -> Robot), ("star", star), ("tree", tree)] {
@@ -122,7 +123,7 @@ fn residual(criterion: &mut Criterion) {
         let ([mut q, qd, qdd], mut tau) = (state(n), vec![0.0; n]);
         group.bench_function(BenchmarkId::from_parameter(name), |bencher| {
             bencher.iter(|| {
-                // A new state each time: the model remembers the last one.
+                // A new state in every iteration, because the model caches the last one.
                 q[0] = 0.21 - q[0];
                 model.inverse_dynamics(black_box(&q), &qd, &qdd, &mut tau);
             });

@@ -1,7 +1,7 @@
 //! Inverse dynamics, tangents, forward dynamics and Newmark steps of rods: `cargo bench --bench rod`.
 //!
-//! `kernels` are rods of 3 to 36 coordinates, `scaling` rods of many segments or modes, `machine` is how fast this machine
-//! multiplies and adds. `benches/python/speed/suite.py` makes tables of the results.
+//! `kernels`: rods of 3 to 36 coordinates. `scaling`: rods with many segments or modes. `machine`:
+//! multiply-add throughput of this machine. `benches/python/speed/suite.py` creates tables from the results.
 
 use std::hint::black_box;
 use std::time::Duration;
@@ -39,7 +39,7 @@ fn rods() -> Vec<(&'static str, Rod)> {
     ]
 }
 
-/// One metre of soft rod in so many segments, each with so many modes of torsion and of both bends.
+/// One metre of soft rod in `segments` segments, each with `modes` modes of torsion and of both bends.
 fn chain(segments: usize, modes: usize) -> Rod {
     let segment = Segment {
         modes: [modes, modes, modes, 0, 0, 0],
@@ -59,13 +59,13 @@ fn sweeps(group: &mut BenchmarkGroup<'_, WallTime>, name: &str, rod: &Rod) {
     let mut flip = 1.0;
     group.bench_function(format!("residual of {name}"), |bencher| {
         bencher.iter(|| {
-            // A new state each time: the model remembers the last one.
+            // A new state in every iteration, because the model caches the last one.
             flip = -flip;
             q[0] = 0.1 + 0.01 * flip;
             model.inverse_dynamics(black_box(&q), &qd, &qdd, &mut tau);
         });
     });
-    // As a step asks for it.
+    // The form of the tangent that a step uses.
     let mut chain = model.tree().map(|chain| chain.tangent);
     group.bench_function(format!("tangent of {name}"), |bencher| {
         bencher.iter(|| {
@@ -93,7 +93,7 @@ fn forward(group: &mut BenchmarkGroup<'_, WallTime>, name: &str, rod: &Rod) {
     });
 }
 
-/// The first steps of the rod that is let go: later ones, when it comes to rest, would be cheaper.
+/// The first steps of a rod released from rest; later steps, near rest, are cheaper.
 fn newmark_steps(group: &mut BenchmarkGroup<'_, WallTime>, name: &str, mut model: RobotModel, steps: usize) {
     let rest = vec![0.0; model.n()];
     let options = newmark::Options::new(STEP);
@@ -119,7 +119,7 @@ fn kernels(criterion: &mut Criterion) {
     group.finish();
 }
 
-/// Doublings of the segments; modes up to where the quadrature nodes are many.
+/// Numbers of segments in powers of two; modes up to a large number of quadrature nodes.
 fn scaling(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("scaling");
     for segments in [1, 2, 4, 8, 16, 32, 64, 128] {
@@ -161,7 +161,7 @@ impl pulp::WithSimd for MultiplyAdds {
     }
 }
 
-/// Numbers in a register of the kind that the sweeps use.
+/// Number of lanes in the registers that the sweeps use.
 struct Width;
 
 impl pulp::WithSimd for Width {

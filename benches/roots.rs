@@ -1,4 +1,4 @@
-//! Newton's method: what an iteration costs beside the residual, and what a kept Jacobian saves.
+//! Newton's method: cost of an iteration without the residual, and savings of a reused Jacobian.
 //!
 //! `cargo bench --bench roots`
 

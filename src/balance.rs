@@ -1,4 +1,4 @@
-//! Energy balance of a motion: energies at each time, and the energy that left or entered the system.
+//! Energy balance of a motion: energies over time, and the energy that left or entered the system.
 //!
 //! ```
 //! use lissom::newmark;
@@ -18,37 +18,37 @@ use crate::error::Interrupted;
 use crate::hermite::{Quintic, cubic};
 use crate::model::{Energy, ForwardScratch, Model, rotation_vectors};
 
-/// Energies that move by less than this, relative to the largest part, are at rest.
+/// Relative change, with respect to the largest part, below which energies count as constant.
 const ROUNDING: f64 = 1e3 * f64::EPSILON;
 
 /// Nodes on [0, 1] and weights of the Gauss-Legendre formula of order 6.
 const GAUSS: [(f64, f64); 3] =
     [(0.112_701_665_379_258_31, 5.0 / 18.0), (0.5, 8.0 / 18.0), (0.887_298_334_620_741_7, 5.0 / 18.0)];
 
-/// Energy that has flowed out of and into a motion since its start, in joules, at each of its times. Empty where the
-/// model has no such flow.
+/// Accumulated energy flows of a motion since its start, in joules, at each of its times. A vector is empty
+/// if the model has no such flow.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Flow {
     /// What damping, and impacts of tendons that do not stretch, have taken out.
     pub dissipated: Vec<f64>,
-    /// Work of what has no potential, such as moments of fixed direction.
+    /// Work of loads without a potential, such as moments of fixed direction.
     pub work: Vec<f64>,
 }
 
 /// Energies in joules at each time of a motion.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Balance {
-    /// What the states have.
+    /// Energies of the states.
     pub energies: Vec<Energy>,
-    /// What damping has taken out so far.
+    /// Energy dissipated by damping so far.
     pub dissipated: Vec<f64>,
-    /// Work that loads without a potential have put in so far.
+    /// Work of loads without a potential so far.
     pub work: Vec<f64>,
 }
 
 impl Balance {
-    /// The balance of a motion through the states (q, v), n numbers each, under these inputs and with these flows. One evaluation
-    /// of the energy a state.
+    /// Computes the balance of a motion with the states (q, v), n numbers each, for given inputs and flows.
+    /// Evaluates the energy once per state.
     pub fn new<M: Model + ?Sized>(
         model: &mut M,
         t: &[f64],
@@ -71,13 +71,14 @@ impl Balance {
         Ok(Self { dissipated: flow_of(&flow.dissipated), work: flow_of(&flow.work), energies })
     }
 
-    /// Kinetic + elastic + gravitational + loads + dissipated - work, at each time: what an exact motion keeps constant.
+    /// Kinetic + elastic + gravitational + loads + dissipated - work, at each time: constant for an exact
+    /// motion.
     pub fn total(&self) -> Vec<f64> {
         let flows = self.dissipated.iter().zip(&self.work);
         self.energies.iter().zip(flows).map(|(energy, (out, work))| energy.total() + out - work).collect()
     }
 
-    /// The largest energy that moved: kinetic energy reached, or range of another part, in joules.
+    /// Energy scale in joules: the largest kinetic energy, or the largest range of another part.
     pub fn scale(&self) -> f64 {
         let parts: [&dyn Fn(usize) -> f64; 5] = [
             &|i| self.energies[i].elastic,
@@ -88,14 +89,14 @@ impl Balance {
         ];
         let range = |part: &dyn Fn(usize) -> f64| {
             let values = || (0..self.energies.len()).map(part);
-            // Without times nothing moves.
+            // A motion without times has no energies to compare.
             if self.energies.is_empty() { 0.0 } else { largest(values()) + largest(values().map(|x| -x)) }
         };
         let kinetic = self.energies.iter().map(|energy| energy.kinetic.abs());
         largest(parts.into_iter().map(range).chain(kinetic).chain([0.0]))
     }
 
-    /// False where all that moves is rounding of the parts. What is not known moves.
+    /// False if all changes of the energies are rounding errors. NaN counts as a change.
     pub fn moves(&self) -> bool {
         let size = |energy: &Energy| {
             [energy.kinetic, energy.elastic, energy.gravitational, energy.loads].map(f64::abs)
@@ -105,8 +106,8 @@ impl Balance {
         !scale.is_finite() || !rounding.is_finite() || scale > rounding
     }
 
-    /// The largest defect: change of the total, relative to the largest energy that moved; zero if nothing moved, NaN
-    /// where an energy is not finite.
+    /// Largest change of the total, relative to [`Balance::scale`]; zero if nothing moved, NaN if an energy
+    /// is not finite.
     pub fn drift(&self) -> f64 {
         let total = self.total();
         let Some(first) = total.first().filter(|_| self.moves()) else { return 0.0 };
@@ -114,7 +115,7 @@ impl Balance {
     }
 }
 
-/// The largest of some numbers; NaN if one of them is, which `f64::max` passes over.
+/// Maximum of the values; NaN if one of them is NaN, which `f64::max` would ignore.
 fn largest(values: impl Iterator<Item = f64>) -> f64 {
     values.fold(f64::NEG_INFINITY, |most, value| if most >= value || most.is_nan() { most } else { value })
 }
@@ -122,15 +123,17 @@ fn largest(values: impl Iterator<Item = f64>) -> f64 {
 /// How flows are integrated over a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Rule {
-    /// One power, of the mean of the states at the ends; the mean of two where loads vary, with those of the ends.
-    /// With every step of the average-acceleration rule, the balance of a linear system is then exact. With constraints that hold
-    /// one way only always the powers of the ends, where they hold.
+    /// One evaluation of the power, at the mean of the states at both ends of the step; if loads vary in
+    /// time, the mean of the powers at both ends. For the average-acceleration rule without varying loads,
+    /// the balance of a linear system is then exact. With one-sided constraints always the powers at both
+    /// ends, where the constraints hold.
     Mean,
-    /// Three powers, along the quintic polynomial through the states at the ends: order 5.
+    /// Gauss-Legendre with three evaluations along the quintic polynomial through the states at both ends:
+    /// order 5.
     Quintic,
 }
 
-/// A state on the way.
+/// State of a motion at a time.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct State<'a> {
     pub(crate) t: f64,
@@ -139,7 +142,8 @@ pub(crate) struct State<'a> {
     pub(crate) a: &'a [f64],
 }
 
-/// Integrates the powers of a model along its motion, step by step; only those that it has.
+/// Integrates dissipated power and power of loads along a motion, step by step. Skips flows that the model
+/// lacks.
 #[derive(Clone, Debug)]
 pub(crate) struct FlowMeter<'a> {
     is_damped: bool,
@@ -159,8 +163,8 @@ pub(crate) struct FlowMeter<'a> {
 }
 
 impl<'a> FlowMeter<'a> {
-    /// A meter at the start `t0` of a motion whose flow is wanted at the times `t_eval`, or after every step; `None`
-    /// for a model without flows.
+    /// Creates a meter at the start `t0` of a motion that records the flow at the times `t_eval`, or after
+    /// every step; `None` for a model without flows.
     pub(crate) fn new<M: Model + ?Sized>(
         model: &mut M,
         rule: Rule,
@@ -177,7 +181,8 @@ impl<'a> FlowMeter<'a> {
         let n = model.n();
         let mut a = vec![0.0; n];
         if rule == Rule::Quintic || model.varies_in_time() {
-            // Where there are no loads or no accelerations there will be no steps.
+            // If loads or accelerations cannot be evaluated, the run takes no step, and the meter is not
+            // used.
             if model.set_time(t0).is_ok() {
                 let _ = model.forward_dynamics(q0, v0, &mut a, &mut ForwardScratch::new(n));
             }
@@ -207,13 +212,13 @@ impl<'a> FlowMeter<'a> {
         Some(meter)
     }
 
-    /// Takes note of an accepted step to this state.
+    /// Integrates over an accepted step to this state.
     pub(crate) fn step<M: Model + ?Sized>(
         &mut self,
         model: &mut M,
         state: State<'_>,
     ) -> Result<(), Interrupted> {
-        // The step began in these coordinates.
+        // Express the start of the step in the rotation vectors of its end.
         rotation_vectors::wrap(model.rotation_vectors(), &mut self.q, &mut self.v, &mut [&mut self.a]);
         let h = state.t - self.t;
         let before = self.total;
@@ -273,9 +278,9 @@ impl<'a> FlowMeter<'a> {
         self.total[1] += work;
     }
 
-    /// The flow at the first `points` of the times that were wanted.
+    /// Flow at the first `points` of the requested times.
     pub(crate) fn into_flow(mut self, points: usize) -> Flow {
-        // A run that was stopped while its last step was being measured lacks that.
+        // A run stopped during the integration over its last step has no entry for that step.
         let flows = [
             (self.is_damped, &mut self.flow.dissipated, self.total[0]),
             (self.is_driven, &mut self.flow.work, self.total[1]),
@@ -286,7 +291,7 @@ impl<'a> FlowMeter<'a> {
         self.flow
     }
 
-    /// Dissipated power and power of what has no potential, in watts.
+    /// Dissipated power and power of loads without a potential, in watts.
     fn powers<M: Model + ?Sized>(
         &self,
         model: &mut M,
@@ -308,8 +313,7 @@ impl<'a> FlowMeter<'a> {
         }
     }
 
-    /// Records the wanted times within the step to `state`: between its ends by the cubic polynomial of energies and
-    /// powers.
+    /// Records the requested times within the step to `state`, by cubic interpolation of energies and powers.
     fn record_up_to<M: Model + ?Sized>(
         &mut self,
         model: &mut M,

@@ -1,4 +1,4 @@
-//! Rigid bodies on a rod, in plain data.
+//! Rigid bodies attached to a rod, as plain data.
 //!
 //! ```
 //! use lissom::body::Body;
@@ -13,32 +13,32 @@ use nalgebra::Matrix3;
 use crate::error::{Checker, InvalidInput, Number};
 use crate::load::check_place;
 
-/// Inertia tensors may violate symmetry and the inequalities of principal moments by this much of their largest entry:
-/// rounding of whoever computed them.
+/// Tolerated violation of symmetry and of the inequalities of principal moments, relative to the largest
+/// entry of an inertia tensor: rounding errors of the input.
 const INERTIA_TOLERANCE: f64 = 1e-9;
 
 /// A rigid body fixed to a section of the rod.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Body {
-    /// The link that it is on, by its place among those of a robot; 0 on a rod.
+    /// Index of the link in the robot; 0 for a rod.
     pub link: usize,
-    /// Arc length from the base of the section that it is fixed to, in metres; `None` is the tip.
+    /// Arc length from the base to the section that carries the body, in metres; `None` is the tip.
     pub at: Option<f64>,
     /// Mass in kilograms.
     pub mass: f64,
-    /// Centre of mass seen from the section's centre, in the section's axes, in metres.
+    /// Centre of mass relative to the section's centre, in the section's axes, in metres.
     pub centre: [f64; 3],
     /// Inertia tensor about the centre of mass, in the section's axes, in kg m^2: rows of a symmetric matrix.
     pub inertia: [[f64; 3]; 3],
 }
 
 impl Body {
-    /// A point mass at the tip.
+    /// Point mass at the tip.
     pub fn point(mass: f64) -> Self {
         Self { link: 0, at: None, mass, centre: [0.0; 3], inertia: [[0.0; 3]; 3] }
     }
 
-    /// Everything that is wrong with this body on a rod of this length (infinite where it is not known yet).
+    /// Reports every problem of this body on a rod of this length (infinite if not known yet).
     pub fn validate(&self, length: f64) -> Result<(), InvalidInput> {
         let mut check = Checker::new();
         if let Some(x) = self.at {
@@ -65,7 +65,7 @@ impl Body {
     }
 }
 
-/// Notes what no body's inertia tensor about its centre of mass can be.
+/// Reports a tensor that cannot be the inertia tensor of a body about its centre of mass.
 pub(crate) fn check_inertia(check: &mut Checker, inertia: &[[f64; 3]; 3]) {
     let is_finite = [0, 1, 2].map(|i| check.finite(&inertia[i], &format!("inertia[{i}]")));
     if is_finite != [true; 3] {
@@ -87,7 +87,8 @@ pub(crate) fn check_inertia(check: &mut Checker, inertia: &[[f64; 3]; 3]) {
     }
 }
 
-/// An inertia tensor about the centre of mass, seen from where that centre is at `c`: the parallel-axis theorem.
+/// Inertia tensor about a point from which the centre of mass is at `c`, given the tensor about the centre of
+/// mass (parallel-axis theorem).
 pub(crate) fn carried_inertia(mass: f64, c: [f64; 3], inertia: &[[f64; 3]; 3]) -> [[f64; 3]; 3] {
     let square: f64 = c.iter().map(|x| x * x).sum();
     std::array::from_fn(|i| {

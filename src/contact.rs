@@ -1,4 +1,4 @@
-//! What touches, in plain data: surfaces of links and obstacles, and how they press on each other.
+//! Contacts as plain data: surfaces of links and obstacles, and the forces between them.
 //!
 //! ```
 //! use lissom::contact::{Contact, Obstacle, Surface};
@@ -14,14 +14,14 @@ use crate::error::{Checker, InvalidInput, Number};
 use crate::lie::QUATERNION_TOLERANCE;
 use crate::load::check_place;
 
-/// A shape that can be touched, fixed in the world or to a link: in the axes of what it is fixed to.
+/// A shape for contacts, fixed in the world or to a link, in the axes of the world or of the link.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Obstacle {
-    /// All that lies behind a plane.
+    /// The half-space behind a plane.
     HalfSpace {
         /// A point of the plane, metres.
         point: [f64; 3],
-        /// Away from what it fills; normalised on use.
+        /// Outward normal; normalised on use.
         normal: [f64; 3],
     },
     /// A ball.
@@ -31,61 +31,61 @@ pub enum Obstacle {
         /// Metres.
         radius: f64,
     },
-    /// All that is not further from a straight line between two points than a radius.
+    /// All points within `radius` of a straight segment.
     Capsule {
-        /// Where the line begins and ends, metres.
+        /// Ends of the segment, metres.
         ends: [[f64; 3]; 2],
         /// Metres.
         radius: f64,
     },
     /// A box with sharp edges.
     Cuboid {
-        /// Metres.
+        /// Centre, metres.
         centre: [f64; 3],
-        /// Half the lengths along its axes, metres.
+        /// Half the edge lengths along the axes of the box, metres.
         half_extents: [f64; 3],
-        /// Of its axes: unit quaternion (w, x, y, z).
+        /// Orientation of these axes: unit quaternion (w, x, y, z).
         orientation: [f64; 4],
     },
-    /// All that lies below a smooth surface through heights above a rectangle: the natural cubic spline in both directions,
-    /// which continues straight beyond the rectangle.
+    /// The region below a smooth surface over a rectangle: a natural cubic spline through heights in both
+    /// directions, extended linearly beyond the rectangle.
     HeightField {
-        /// Along its z axis, metres; those along its y axis follow each other.
+        /// Heights along the field's z axis, metres, in row-major order: neighbours along y are adjacent.
         heights: Vec<f64>,
-        /// How many there are along its x axis, and along its y axis.
+        /// Number of heights along the x axis and along the y axis.
         shape: [usize; 2],
-        /// Between neighbours along its x axis and its y axis, metres.
+        /// Distance between neighbours along the x axis and along the y axis, metres.
         spacing: [f64; 2],
-        /// Where the first height stands, metres.
+        /// Position of the first height's base point, metres.
         corner: [f64; 3],
-        /// Of its axes: unit quaternion (w, x, y, z).
+        /// Orientation of the field's axes: unit quaternion (w, x, y, z).
         orientation: [f64; 4],
     },
-    /// All that is within a radius of a convex body with flat faces.
+    /// All points within `radius` of a convex polyhedron.
     ConvexMesh {
-        /// Its corners, metres.
+        /// Corners of the polyhedron, metres.
         points: Vec<[f64; 3]>,
-        /// Triangles, by their corners in any order; all of them enclose the body.
+        /// Triangles as indices of corners, in any order; together they enclose the polyhedron.
         faces: Vec<[usize; 3]>,
-        /// Of its rounded edges, metres; zero is a sharp one.
+        /// Radius of the rounded edges, metres; zero means sharp edges.
         radius: f64,
     },
 }
 
 impl Obstacle {
-    /// Whether two shapes of which neither is a rod or a ball on a link can touch: through the centre of a sphere, or the corners
-    /// and edges of a body.
+    /// Whether contact is supported between two shapes, neither of which is a rod or a ball of a link: one
+    /// must be a sphere or have corners.
     fn touches(&self, other: &Self) -> bool {
         let is_ball = |shape: &Self| matches!(shape, Self::Sphere { .. });
         [self, other].into_iter().any(|shape| is_ball(shape) || shape.has_corners())
     }
 
-    /// Whether it is a body with corners: the ends of a capsule are such.
+    /// Whether the shape has corners; the ends of a capsule count as corners.
     pub(crate) fn has_corners(&self) -> bool {
         matches!(self, Self::Capsule { .. } | Self::Cuboid { .. } | Self::ConvexMesh { .. })
     }
 
-    /// What it is called in messages.
+    /// Name in messages.
     pub(crate) fn name(&self) -> &'static str {
         match self {
             Self::HalfSpace { .. } => "a half-space",
@@ -97,7 +97,7 @@ impl Obstacle {
         }
     }
 
-    /// Everything that is wrong with it.
+    /// Reports every problem of the shape.
     pub fn validate(&self) -> Result<(), InvalidInput> {
         let mut check = Checker::new();
         match self {
@@ -155,7 +155,7 @@ impl Obstacle {
     }
 }
 
-/// More heights are no model of what robots touch, but a mistake.
+/// Largest number of heights: more would be a mistake in the input rather than a model of terrain.
 const MOST_HEIGHTS: usize = 250_000;
 
 fn check_orientation(check: &mut Checker, orientation: &[f64; 4]) {
@@ -170,40 +170,42 @@ fn check_orientation(check: &mut Checker, orientation: &[f64; 4]) {
     }
 }
 
-/// One of two that touch.
+/// One of the two surfaces of a contact.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Surface {
-    /// That of a link's rod: sections are ellipses with their half extents; against rods they are round, with the larger one.
+    /// Surface of a link's rod. Sections are ellipses with the half extents of the section; against another
+    /// rod they are circles with the larger half extent.
     Rod {
-        /// The link, by its place among those of the robot.
+        /// Index of the link in the robot.
         link: usize,
     },
-    /// A ball that is fixed to a link.
+    /// A ball fixed to a link.
     Ball {
-        /// The link, by its place among those of the robot.
+        /// Index of the link in the robot.
         link: usize,
-        /// Arc length from the base of the link's rod, in metres; `None` is the tip, or the base of a rigid link.
+        /// Arc length from the base of the link's rod, in metres; `None` is the tip, or the base of a rigid
+        /// link.
         at: Option<f64>,
-        /// Its centre beside the section or body, in the axes there, metres.
+        /// Centre of the ball relative to the section or body, in its axes, metres.
         position: [f64; 3],
         /// Metres.
         radius: f64,
     },
-    /// A shape that is fixed to a link.
+    /// A shape fixed to a link.
     Solid {
-        /// The link, by its place among those of the robot.
+        /// Index of the link in the robot.
         link: usize,
         /// Arc length from the base of the link's rod, in metres; `None` is the tip, or the base of a rigid link.
         at: Option<f64>,
-        /// The shape, in the axes of the section or body there.
+        /// The shape, in the axes of that section or body.
         shape: Obstacle,
     },
-    /// What is fixed in the world.
+    /// A shape fixed in the world.
     Obstacle(Obstacle),
 }
 
 impl Surface {
-    /// The link that it is on.
+    /// Index of the link that carries the surface; `None` for an obstacle.
     pub fn link(&self) -> Option<usize> {
         match self {
             Self::Rod { link } | Self::Ball { link, .. } | Self::Solid { link, .. } => Some(*link),
@@ -211,7 +213,7 @@ impl Surface {
         }
     }
 
-    /// The shape of what is neither a rod nor a ball.
+    /// Shape of the surface; `None` for rods and balls.
     pub(crate) fn shape(&self) -> Option<&Obstacle> {
         match self {
             Self::Rod { .. } | Self::Ball { .. } => None,
@@ -252,38 +254,40 @@ impl Surface {
     }
 }
 
-/// A pair of surfaces that can touch: they press on each other where they overlap.
+/// A pair of surfaces with a contact force where they overlap.
 ///
-/// Along a rod they press with `f = k d max(0, 1 + c d')` a metre, where they overlap by d; a ball with as much at its point
-/// (Hunt and Crossley 1975). Boxes, meshes and capsules press on half-spaces so with each
-/// of their corners or ends, and on each other with these and the nearest places of their edges. Friction is `-mu f v / sqrt(|v|^2 + v_s^2)` with the
-/// velocity v at which they slide.
+/// Along a rod the normal force per metre is `f = k d max(0, 1 + c d')` at the overlap d; a ball has one such
+/// force at its point of contact (Hunt and Crossley 1975). Boxes, meshes and capsules have one such force at
+/// each corner or end in contact with a half-space; between two of these bodies the closest points of edges
+/// carry forces too. Friction is `-mu f v / sqrt(|v|^2 + v_s^2)` with the sliding velocity v.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Contact {
     /// Its name in messages and results.
     pub name: String,
-    /// The first one is not an obstacle.
+    /// The surfaces; the first one is not an obstacle.
     pub surfaces: [Surface; 2],
-    /// k, in N/m^2 along rods, in N/m of balls and of each corner and edge of bodies; of rods that of their material
-    /// where it is `None`.
+    /// k, in N/m^2 along rods, in N/m for balls and for each corner and edge of bodies; `None` takes the
+    /// stiffness of the rod's material.
     pub stiffness: Option<f64>,
     /// c, in s/m.
     pub dissipation: f64,
-    /// mu of the first surface as it slides forward along its rod, backward, and sideways; of a ball all are the same.
+    /// mu of the first surface for sliding forward along its rod, backward, and sideways; balls use one value
+    /// for all three.
     pub friction: [f64; 3],
-    /// v_s, in m/s: what sticks creeps by less than that.
+    /// v_s, in m/s. Sticking surfaces creep at less than this velocity.
     pub slip_velocity: f64,
-    /// r, in metres: friction resists spinning by up to the coefficient sideways, times the normal force, times r.
+    /// r, in metres: friction resists spin with a moment of up to the sideways coefficient times the normal
+    /// force times r.
     pub patch_radius: f64,
 }
 
 impl Contact {
-    /// Loses about as much in an impact of 0.1 m/s as rubber does: 7 percent of its speed.
+    /// Default dissipation in s/m: an impact at 0.1 m/s loses about 7 percent of its speed, as rubber does.
     pub const DISSIPATION: f64 = 1.0;
-    /// Far below what a robot moves at.
+    /// Default slip velocity in m/s, far below the velocities of robots.
     pub const SLIP_VELOCITY: f64 = 1e-4;
 
-    /// Of material stiffness, without friction.
+    /// A contact with the stiffness of the material and without friction.
     pub fn between(name: &str, surfaces: [Surface; 2]) -> Self {
         Self {
             name: name.to_owned(),
@@ -296,13 +300,13 @@ impl Contact {
         }
     }
 
-    /// Whether forces are spread along a rod.
+    /// Whether forces are distributed along a rod.
     pub fn is_spread(&self) -> bool {
         self.surfaces.iter().any(|surface| matches!(surface, Surface::Rod { .. }))
     }
 
-    /// Everything that is wrong with it on a robot whose links have these lengths (zero of rigid ones, `None` where there is
-    /// no such link).
+    /// Reports every problem of the contact on a robot whose links have these lengths (zero for rigid links,
+    /// `None` for indices without a link).
     pub fn validate(&self, length: &dyn Fn(usize) -> Option<f64>) -> Result<(), InvalidInput> {
         let mut check = Checker::new();
         check.require(!self.name.is_empty(), "name", "''", "a name");

@@ -1,48 +1,50 @@
-//! First and second derivatives of a function of time by finite differences with an error check.
+//! First and second derivatives of a function of time by finite differences with an error estimate.
 //!
-//! Central differences over ever smaller distances are extrapolated to the distance zero (Richardson), and the entry
-//! of the tableau that agrees best with its neighbours is taken, with that disagreement as its error (Ridders 1982,
-//! Adv. Eng. Software 4(2); Press et al., Numerical Recipes, section 5.7). Slow functions take nine values. A
-//! function that oscillates, or has a kink, within the largest distance takes smaller ones; one with a kink or a jump
-//! right there never converges.
+//! Central differences over decreasing distances are extrapolated to distance zero (Richardson). The result
+//! is the entry of the tableau that agrees best with its neighbours; the disagreement is the error estimate
+//! (Ridders 1982, Adv. Eng. Software 4(2); Press et al., Numerical Recipes, section 5.7). Slow functions take
+//! nine values. A function that oscillates or has a kink within the largest distance takes more and shorter
+//! distances; a function with a kink or a jump at the point itself never converges.
 
 use crate::error::Interrupted;
 use crate::signal::Motion;
 
-/// The largest distance in seconds: so far a function is asked before and after a run.
+/// Largest distance in seconds. Functions are also evaluated this far before and after a run.
 pub(crate) const REACH: f64 = 4e-3;
 
-/// Each distance over the next one: the golden ratio. No oscillation has a period of which all distances are
-/// multiples, so that none looks like rest.
+/// Ratio of successive distances: the golden ratio. No period divides all distances, so that no oscillation
+/// looks constant.
 const RATIO: f64 = 1.618_033_988_749_895;
 
-/// Distances that are tried at most: down to 0.26 microseconds.
+/// Maximum number of distances: down to 0.26 microseconds.
 const LEVELS: usize = 20;
 
-/// Distances before which nothing is believed: chance may make two or three agree.
+/// Minimum number of distances before a result is accepted: two or three may agree by chance.
 const FEWEST_LEVELS: usize = 4;
 
-/// Entries of a row of the tableau. Longer rows would use distances over which a fast function is not smooth.
+/// Entries per row of the tableau. Longer rows would include distances over which a fast function is not
+/// smooth.
 const COLUMNS: usize = 8;
 
-/// Relative error at which no further distance is tried; largest one that is accepted when all have been.
+/// Relative error at which the search stops (`WANTED`), and the largest one that is accepted after all
+/// distances (`ACCEPTED`).
 const WANTED: f64 = 1e-8;
 const ACCEPTED: f64 = 1e-3;
 
-/// Values of a function are taken to be right to so many units of rounding, of theirs and of their times.
+/// Assumed error of function values and of their times, in units of rounding.
 const UNITS_OF_ROUNDING: f64 = 8.0;
 
-/// Errors below this size, in any units, are those of numbers that underflow, such as the tails of pulses.
+/// Errors below this size, in any units, come from underflow, such as in the tails of pulses.
 const NOTHING: f64 = 1e-100;
 
-/// A derivative that was found, and the error that is estimated of its components.
+/// A derivative with the estimated error of its components.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Estimate<const N: usize> {
     pub(crate) value: [f64; N],
     pub(crate) error: f64,
 }
 
-/// The outcome.
+/// First and second derivatives.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Derivatives<const N: usize> {
     pub(crate) first: Estimate<N>,
@@ -52,21 +54,21 @@ pub(crate) struct Derivatives<const N: usize> {
 }
 
 impl<const N: usize> Derivatives<N> {
-    /// The motion of the function with the value `here`.
+    /// Value `here` and both derivatives of the function.
     pub(crate) fn motion(&self, here: [f64; N]) -> Motion<N> {
         [here, self.first.value, self.second.value]
     }
 
-    /// What errors of the first and of the second derivative are relative to. What the second one adds to the first
-    /// over the largest distance counts for that, too.
+    /// Scales for relative errors of the first and of the second derivative. The scale of the first
+    /// derivative includes its change over the largest distance.
     pub(crate) fn scales(&self) -> [f64; 2] {
         let second = size(&self.second.value);
         [size(&self.first.value) + REACH * second, second]
     }
 }
 
-/// The derivatives at `t` of a function with the value `here`. Values that are not finite make a distance useless:
-/// beyond the ends of what a function knows smaller ones may do.
+/// Derivatives at `t` of a function with the value `here`. A distance with non-finite values is discarded:
+/// shorter distances may stay within the function's domain.
 pub(crate) fn derivatives<const N: usize>(
     t: f64,
     here: [f64; N],
@@ -75,7 +77,7 @@ pub(crate) fn derivatives<const N: usize>(
     let [mut first, mut second] = [Tableau::new(), Tableau::new()];
     let mut wanted = REACH;
     for level in 1..=LEVELS {
-        // The distance between numbers that are there: their rounding is no error of the difference.
+        // The distance between representable times, so that rounding of `t + wanted` adds no error.
         let h = (t + wanted) - t;
         wanted /= RATIO;
         let (before, after) = (value(t - h)?, value(t + h)?);
@@ -101,12 +103,12 @@ pub(crate) fn derivatives<const N: usize>(
     Ok(found)
 }
 
-/// The largest magnitude.
+/// Largest magnitude.
 pub(crate) fn size(values: &[f64]) -> f64 {
     values.iter().map(|x| x.abs()).fold(0.0, f64::max)
 }
 
-/// The last row of Neville's tableau in the square of the distance, and the best of all its entries.
+/// Last row of Neville's tableau in the squared distance, and the best of all its entries.
 struct Tableau<const N: usize> {
     row: [[f64; N]; COLUMNS],
     rows: usize,
@@ -195,7 +197,7 @@ mod tests {
         }
     }
 
-    /// A base that begins to move with an acceleration: the mean of both sides, as a table of them would have it.
+    /// A base that starts with an acceleration: the mean of both sides, as for a table.
     #[test]
     fn where_the_acceleration_jumps_it_is_the_mean() {
         let (found, _) = of(0.0, |t| 0.5 * 9.0 * t.max(0.0).powi(2));
@@ -205,7 +207,7 @@ mod tests {
 
     #[test]
     fn noise_has_no_derivatives() {
-        // Fractional parts of a large multiple: as good as random.
+        // Fractional parts of a large multiple, as pseudorandom numbers.
         let noise = |t: f64| 1e-9 * (t * 1e9 * 0.754_877_666).fract();
         assert!(!of(0.3, noise).0.are_known);
     }

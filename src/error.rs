@@ -1,7 +1,7 @@
 //! Invalid input: lists of problems with place, value and expectation.
 //!
-//! Only input is an error in lissom. A numerical outcome (no convergence, a step too small, a non-finite
-//! value) is a *status* with a reason in the result of the computation.
+//! lissom reports only invalid input as an error. A numerical outcome (no convergence, a step too small, a
+//! non-finite value) is a *status* with a reason in the result of the computation.
 //!
 //! ```
 //! use lissom::rod::Segment;
@@ -13,7 +13,7 @@
 use std::borrow::Cow;
 use std::fmt;
 
-/// One thing that is wrong with an input.
+/// A problem of an input.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Problem {
     /// Where: the path of the value, such as `segments[0].radius`.
@@ -30,12 +30,12 @@ impl fmt::Display for Problem {
     }
 }
 
-/// Most problems of one input that a message has: nobody reads more, and inputs can have millions.
+/// Maximum number of problems in one message; inputs can have millions.
 pub const MAX_PROBLEMS: usize = 100;
 
-/// What was found, of a length that is still read: its beginning and its end where it is longer.
+/// The text, or its beginning and its end if it is too long to read.
 pub(crate) fn shortened(text: &str) -> Cow<'_, str> {
-    /// Characters of the whole, and of each of both parts.
+    /// Maximum number of characters of the whole text, and of each part of a shortened one.
     const LONGEST: usize = 200;
     const PART: usize = 80;
     let Some((at, _)) = text.char_indices().nth(PART).filter(|_| text.chars().nth(LONGEST).is_some()) else {
@@ -45,12 +45,12 @@ pub(crate) fn shortened(text: &str) -> Cow<'_, str> {
     format!("{} ... {}", &text[..at], &text[end..]).into()
 }
 
-/// The end of a message that leaves out problems.
+/// End of a message that omits some problems.
 pub(crate) fn rest_of(problems: usize) -> String {
     format!("and {problems} more problem{}", if problems == 1 { "" } else { "s" })
 }
 
-/// An input that was refused, with everything that is wrong with it. Never empty.
+/// A rejected input with all its problems. Never empty.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct InvalidInput {
     /// The problems, in the order of the input.
@@ -85,7 +85,7 @@ impl fmt::Display for InvalidInput {
 
 impl std::error::Error for InvalidInput {}
 
-/// A number in a message: very large and very small ones with an exponent instead of hundreds of digits.
+/// Formats a number for messages: very large and very small values with an exponent.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Number(pub(crate) f64);
 
@@ -104,12 +104,12 @@ pub struct Checker {
 }
 
 impl Checker {
-    /// A checker that has found nothing yet.
+    /// A checker without problems.
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// Notes a problem unless `ok`; returns `ok`.
+    /// Adds a problem unless `ok`; returns `ok`.
     pub fn require(&mut self, ok: bool, place: &str, found: impl fmt::Display, expected: &str) -> bool {
         if !ok {
             self.problems.push(Problem {
@@ -133,9 +133,10 @@ impl Checker {
         self.require(value.is_finite() && value >= 0.0, place, Number(value), &expected)
     }
 
-    /// Every entry of `values` must be finite; the place of an offender is `place[i]`.
+    /// Every entry of `values` must be finite; a problem is reported at `place[i]`.
     pub fn finite(&mut self, values: &[f64], place: &str) -> bool {
-        // Names are made for offenders alone: this is on the way of every array that comes from Python.
+        // Formats names only for offending entries, because every array from Python passes through this
+        // check.
         let mut offenders = values.iter().enumerate().filter(|(_, value)| !value.is_finite()).peekable();
         let ok = offenders.peek().is_none();
         for (i, &value) in offenders {
@@ -150,7 +151,7 @@ impl Checker {
         self.require(values.len() == expected, place, format_args!("{} values", values.len()), &wanted)
     }
 
-    /// Takes over the problems of an inner input that stands at `place`.
+    /// Adds the problems of a nested input located at `place`.
     pub fn nested<T>(&mut self, place: &str, result: Result<T, InvalidInput>) -> Option<T> {
         match result {
             Ok(value) => Some(value),
@@ -166,26 +167,26 @@ impl Checker {
         }
     }
 
-    /// Takes over the problems of the same input that were found elsewhere.
+    /// Adds problems of the same input that were found elsewhere.
     pub fn all(&mut self, result: Result<(), InvalidInput>) {
         if let Err(error) = result {
             self.problems.extend(error.problems);
         }
     }
 
-    /// True while nothing is wrong.
+    /// True if no problem was found so far.
     pub fn is_ok(&self) -> bool {
         self.problems.is_empty()
     }
 
-    /// `Ok` when nothing was wrong, else all the problems.
+    /// `Ok` without problems, otherwise all of them.
     pub fn finish(self) -> Result<(), InvalidInput> {
         if self.problems.is_empty() { Ok(()) } else { Err(InvalidInput { problems: self.problems }) }
     }
 }
 
-/// Somebody (a callback that failed, a user who pressed Ctrl-C) asked the computation to stop.
-/// Who asked keeps the reason; the core only passes this on.
+/// A request to stop the computation, such as Ctrl-C or a failed callback. The caller that requested the stop
+/// keeps the reason; the core only passes the request on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Interrupted;
 

@@ -1,4 +1,4 @@
-//! Hermite polynomials over a step of length `h` from the values at its ends; x runs from 0 to 1.
+//! Hermite interpolation over a step of length `h` from the values at its ends; x runs from 0 to 1.
 
 /// Cubic polynomial with given values and derivatives at the ends.
 pub(crate) fn cubic(x: f64, h: f64, value: [f64; 2], derivative: [f64; 2]) -> f64 {
@@ -7,24 +7,24 @@ pub(crate) fn cubic(x: f64, h: f64, value: [f64; 2], derivative: [f64; 2]) -> f6
         + x * x * ((1.0 + 2.0 * y) * value[1] - y * h * derivative[1])
 }
 
-/// Values of that polynomial in the middle.
+/// Values of the cubic polynomial at the middle of the step.
 pub(crate) fn middle(h: f64, [from, to]: [&[f64]; 2], [leaving, coming]: [&[f64]; 2], out: &mut Vec<f64>) {
     out.clear();
     let ends = from.iter().zip(to).zip(leaving.iter().zip(coming));
     out.extend(ends.map(|((a, b), (u, v))| 0.5 * (a + b) + 0.125 * h * (u - v)));
 }
 
-/// The polynomial of degree five through displacements, velocities and accelerations at both ends: a motion over a step.
+/// Quintic polynomial through displacements, velocities and accelerations at both ends of a step.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Quintic {
     h: f64,
-    /// Weights of the end's displacement (the start's are 1 less that), of both velocities and of both accelerations,
-    /// in the displacement and its first two derivatives with respect to x.
+    /// Weights, in the displacement and its first two derivatives with respect to x, of the displacement at
+    /// the end (the weight at the start is 1 minus that), of both velocities and of both accelerations.
     weights: [[f64; 5]; 3],
 }
 
 impl Quintic {
-    /// The polynomial at x.
+    /// Evaluates the weights at x.
     pub(crate) fn at(x: f64, h: f64) -> Self {
         let (x2, x3) = (x * x, x * x * x);
         let weights = [
@@ -53,7 +53,7 @@ impl Quintic {
         Self { h, weights }
     }
 
-    /// Displacement, velocity and acceleration of one coordinate from those at the start and at the end.
+    /// Displacement, velocity and acceleration of one coordinate, given these at the start and at the end.
     pub(crate) fn motion(&self, start: [f64; 3], end: [f64; 3]) -> [f64; 3] {
         let Self { h, weights } = self;
         let change = end[0] - start[0];

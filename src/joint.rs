@@ -1,4 +1,4 @@
-//! Joints between links, in plain data.
+//! Joints between links, as plain data.
 //!
 //! ```
 //! use lissom::joint::{Joint, JointForces};
@@ -9,87 +9,87 @@
 
 use crate::error::{Checker, InvalidInput, Number};
 
-/// Axes shorter than this have no direction to rounding: whoever gives one means something else.
+/// Axes shorter than this are rejected: rounding determines their direction.
 const SHORTEST_AXIS: f64 = 1e-9;
 
-/// Axes of a universal joint that are nearer to each other than this angle (radians) count as one: both coordinates
-/// then turn the link about it.
+/// Smallest angle in radians between the axes of a universal joint. Axes closer than that count as parallel.
 const SMALLEST_ANGLE: f64 = 1e-6;
 
-/// The normal of a planar joint that is nearer to its x axis than this counts as that: the first direction then
-/// follows y.
+/// A normal of a planar joint that is closer to the x axis than this counts as parallel to x; the first
+/// direction then follows y.
 const NORMAL_IS_X: f64 = 1e-9;
 
-/// Velocity, in radians or metres per second, below which dry friction is smoothed, unless given.
+/// Default velocity, in radians or metres per second, below which dry friction is smoothed.
 pub const FRICTION_VELOCITY: f64 = 1e-3;
 
-/// How a link moves on its parent.
+/// Kinematics of a joint: the motion of a link relative to its parent.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Joint {
-    /// Not at all.
+    /// No motion.
     Weld,
-    /// About an axis: one angle in radians.
+    /// Rotation about an axis: one angle in radians.
     Revolute {
-        /// Its direction in the joint's frame, of any length.
+        /// Direction of the axis in the joint's frame, of any length.
         axis: [f64; 3],
         /// Forces on the angle.
         forces: JointForces,
     },
-    /// Along an axis: one displacement in metres.
+    /// Translation along an axis: one displacement in metres.
     Prismatic {
-        /// Its direction in the joint's frame, of any length.
+        /// Direction of the axis in the joint's frame, of any length.
         axis: [f64; 3],
         /// Forces on the displacement.
         forces: JointForces,
     },
-    /// Along an axis and about it.
+    /// Translation along an axis and rotation about it.
     Cylindrical {
-        /// Its direction in the joint's frame, of any length.
+        /// Direction of the axis in the joint's frame, of any length.
         axis: [f64; 3],
     },
-    /// About one axis, then about a second one that the first one turns.
+    /// Rotation about one axis, then about a second one that the first rotation carries along.
     Universal {
-        /// Their directions in the joint's frame, of any length, not parallel.
+        /// Directions of the axes in the joint's frame, of any length, not parallel.
         axes: [[f64; 3]; 2],
     },
-    /// Across a normal, then about it. The first direction is the x axis of the joint's frame less its part along the
-    /// normal (the y axis, where the normal is along x); the second one is the normal times the first.
+    /// Two translations perpendicular to a normal, then a rotation about it. The first direction is the x
+    /// axis of the joint's frame minus its component along the normal (the y axis if the normal is along x);
+    /// the second one is the cross product of the normal and the first direction.
     Planar {
-        /// Its direction in the joint's frame, of any length.
+        /// Direction of the normal in the joint's frame, of any length.
         normal: [f64; 3],
     },
-    /// About all axes: a rotation vector.
+    /// Any rotation: a rotation vector.
     Spherical,
     /// Any motion: a position and a rotation vector.
     Free,
 }
 
-/// Forces on the coordinate of a joint that has one: spring, damping, friction, stops and armature.
+/// Forces on the coordinate of a joint with one coordinate: spring, damping, friction, stops and armature.
 #[derive(Clone, Debug, PartialEq)]
 pub struct JointForces {
     /// Stiffness in N m (per radian) or N/m.
     pub stiffness: f64,
-    /// Where the spring is free of force: radians or metres.
+    /// Coordinate at which the spring is relaxed, in radians or metres.
     pub rest: f64,
     /// Viscous damping in N m s or N s/m.
     pub damping: f64,
     /// Dry friction in N m or N, smoothed: `friction v / sqrt(v^2 + friction_velocity^2)`.
     pub friction: f64,
-    /// In radians or metres per second.
+    /// Smoothing velocity of dry friction, in radians or metres per second.
     pub friction_velocity: f64,
-    /// Between which values the coordinate moves freely.
+    /// Range in which the coordinate moves freely, in radians or metres.
     pub limits: Option<[f64; 2]>,
     /// Stiffness of the stops beyond the limits, in N m (per radian) or N/m.
     pub limit_stiffness: f64,
-    /// Dissipation of the stops d in s/rad or s/m (Hunt and Crossley 1975): beyond a limit by x, the stop answers
-    /// `limit_stiffness x max(0, 1 + d x')`.
+    /// Dissipation d of the stops in s/rad or s/m (Hunt and Crossley 1975): a coordinate beyond a limit by x
+    /// meets the force `limit_stiffness x max(0, 1 + d x')`.
     pub limit_dissipation: f64,
-    /// Inertia of what turns with the coordinate alone, such as a rotor behind a gear: kg m^2 or kg.
+    /// Inertia of parts that only this coordinate moves, such as a rotor behind a gear: kg m^2 or kg.
     pub armature: f64,
 }
 
 impl Default for JointForces {
-    /// None of them.
+    /// No forces.
     fn default() -> Self {
         Self {
             stiffness: 0.0,
@@ -106,7 +106,7 @@ impl Default for JointForces {
 }
 
 impl JointForces {
-    /// Whether they do nothing.
+    /// Whether all forces are absent.
     pub fn are_absent(&self) -> bool {
         let Self { stiffness, damping, friction, limits, armature, .. } = self;
         [stiffness, damping, friction, armature].into_iter().all(|&x| x == 0.0) && limits.is_none()
@@ -137,19 +137,19 @@ impl JointForces {
     }
 }
 
-/// How a joint moves a link, one step after the other.
+/// Elementary motion of a joint; a joint is a sequence of these.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Motion {
-    /// By an angle about a unit axis.
+    /// Rotation by an angle about a unit axis.
     About([f64; 3]),
-    /// By a length along a unit axis.
+    /// Translation along a unit axis.
     Along([f64; 3]),
-    /// By a rotation vector.
+    /// Rotation by a rotation vector.
     AboutAll,
 }
 
 impl Joint {
-    /// Its name as users write it.
+    /// Name in scenes and messages.
     pub fn name(&self) -> &'static str {
         match self {
             Self::Weld => "weld",
@@ -163,7 +163,7 @@ impl Joint {
         }
     }
 
-    /// The names of its coordinates.
+    /// Names of the coordinates.
     pub fn coordinates(&self) -> &'static [&'static str] {
         match self {
             Self::Weld => &[],
@@ -177,7 +177,7 @@ impl Joint {
         }
     }
 
-    /// Its motions, from the joint's frame to the link; the joint is valid.
+    /// Elementary motions from the joint's frame to the link. The joint must be valid.
     pub(crate) fn motions(&self) -> Vec<Motion> {
         match self {
             Self::Weld => Vec::new(),
@@ -197,7 +197,7 @@ impl Joint {
         }
     }
 
-    /// Forces on its coordinate, for joints that can have them.
+    /// Forces on the coordinate, for joints that can have them.
     pub fn forces(&self) -> Option<&JointForces> {
         match self {
             Self::Revolute { forces, .. } | Self::Prismatic { forces, .. } => Some(forces),
@@ -205,7 +205,7 @@ impl Joint {
         }
     }
 
-    /// Everything that is wrong with this joint.
+    /// Reports every problem of this joint.
     pub fn validate(&self) -> Result<(), InvalidInput> {
         let mut check = Checker::new();
         match self {
@@ -236,7 +236,7 @@ fn check_axis(check: &mut Checker, axis: &[f64; 3], place: &str) -> bool {
         && check.require(norm(*axis) > SHORTEST_AXIS, place, format_args!("{axis:?}"), expected)
 }
 
-/// The directions of a planar joint across its unit normal.
+/// Both translation directions of a planar joint, perpendicular to its unit normal.
 pub(crate) fn across(normal: [f64; 3]) -> [[f64; 3]; 2] {
     let less = |direction: [f64; 3]| {
         let along: f64 = direction.iter().zip(normal).map(|(a, b)| a * b).sum();
@@ -248,7 +248,7 @@ pub(crate) fn across(normal: [f64; 3]) -> [[f64; 3]; 2] {
 }
 
 fn norm(v: [f64; 3]) -> f64 {
-    // The largest entry first, so that neither squares nor quotients leave the range of numbers.
+    // Divide by the largest entry first, so that squares and quotients do not overflow.
     let largest = v.iter().fold(0.0_f64, |largest, x| largest.max(x.abs()));
     if largest == 0.0 { 0.0 } else { largest * v.iter().map(|x| (x / largest).powi(2)).sum::<f64>().sqrt() }
 }

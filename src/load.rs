@@ -1,4 +1,4 @@
-//! Forces and moments on a rod, in plain data.
+//! Forces and moments on a rod, as plain data.
 //!
 //! ```
 //! use lissom::load::{Extent, Frame, Load};
@@ -11,43 +11,43 @@
 use crate::error::{Checker, InvalidInput};
 use crate::signal::Signal;
 
-/// Where along the unstretched rod a load acts, by arc length from the base in metres.
+/// Where a load acts along the unstretched rod, by arc length from the base in metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Extent {
     /// At the end of the rod.
     Tip,
-    /// At one place.
+    /// At a point.
     At(f64),
-    /// Spread evenly from one place to another.
+    /// Distributed uniformly between two arc lengths.
     Along([f64; 2]),
 }
 
 /// The axes in which a load keeps its direction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Frame {
-    /// Those of the world: a dead load.
+    /// The axes of the world: a dead load.
     World,
-    /// Those of the section that it acts on: a follower load.
+    /// The axes of the section at which the load acts: a follower load.
     Body,
 }
 
-/// A force and a moment, at a place or spread along a part of the rod.
+/// A force and a moment, at a point or distributed along a part of the rod.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Load {
-    /// The link that it is on, by its place among those of a robot; 0 on a rod.
+    /// Index of the link in the robot; 0 for a rod.
     pub link: usize,
-    /// Where it acts.
+    /// Where the load acts.
     pub extent: Extent,
-    /// What it keeps its direction in.
+    /// The axes of force and moment.
     pub frame: Frame,
-    /// Force in newtons; per metre of the unstretched rod where it is spread.
+    /// Force in newtons; newtons per metre of the unstretched rod if distributed.
     pub force: Signal<3>,
-    /// Moment in newton metres, or in newtons where it is spread.
+    /// Moment in newton metres, or in newtons if distributed.
     pub moment: Signal<3>,
 }
 
 impl Load {
-    /// No load yet at the tip, in world axes: a start for `..` syntax.
+    /// Zero load at the tip, in world axes: a start for `..` syntax.
     pub fn at_tip() -> Self {
         Self {
             link: 0,
@@ -58,22 +58,22 @@ impl Load {
         }
     }
 
-    /// Whether its force or its moment depends on time by itself.
+    /// Whether force or moment depends on time explicitly.
     pub(crate) fn varies_in_time(&self) -> bool {
         self.force.varies_in_time() || self.moment.varies_in_time()
     }
 
-    /// How far a step from `t` may go that cannot pass over a part of it unseen ([`Signal::horizon`]).
+    /// Latest end of a step from `t` that cannot miss a feature of the load ([`Signal::horizon`]).
     pub fn horizon(&self, t: f64) -> f64 {
         self.force.horizon(t).min(self.moment.horizon(t))
     }
 
-    /// Its shortest period in seconds; infinite where nothing oscillates.
+    /// Shortest period in seconds; infinite for a load that does not oscillate.
     pub fn period(&self) -> f64 {
         self.force.period().min(self.moment.period())
     }
 
-    /// Everything that is wrong with this load on a rod of this length (infinite where it is not known yet).
+    /// Reports every problem of this load on a rod of this length (infinite if not known yet).
     pub fn validate(&self, length: f64) -> Result<(), InvalidInput> {
         let mut check = Checker::new();
         match self.extent {
@@ -94,8 +94,8 @@ impl Load {
     }
 }
 
-/// `x` must be an arc length of a rod of this length, any where the length is infinite; says nothing where the length
-/// itself makes no sense.
+/// `x` must be an arc length of a rod of this length, or any arc length if the length is infinite. Reports
+/// nothing if the length itself is invalid.
 pub(crate) fn check_place(check: &mut Checker, x: f64, place: &str, length: f64) -> bool {
     let is_inside = x.is_finite() && x >= 0.0 && x <= length;
     if length == f64::INFINITY {

@@ -1,4 +1,5 @@
-//! Closed loops as plain data: a joint between two places, a constant distance, or coordinates in a constant ratio.
+//! Closed loops as plain data: a joint between two places, a constant distance, or a constant ratio of
+//! coordinates.
 //!
 //! ```
 //! use lissom::joint::Joint;
@@ -14,16 +15,16 @@ use crate::joint::Joint;
 use crate::lie::QUATERNION_TOLERANCE;
 use crate::load::check_place;
 
-/// A place with a frame that a loop is closed at.
+/// A frame at which a loop is closed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LoopEnd {
-    /// The link that it is on, by its place among those of the robot; `None` is the world.
+    /// Index of the link in the robot; `None` is the world.
     pub link: Option<usize>,
     /// Arc length from the base of the link's rod, in metres; `None` is the tip, or the base of a rigid link.
     pub at: Option<f64>,
     /// Position of the frame relative to the section or body, in its axes, or in the world; metres.
     pub position: [f64; 3],
-    /// How it is turned against these: quaternion (w, x, y, z).
+    /// Orientation of the frame in the same axes: quaternion (w, x, y, z).
     pub orientation: [f64; 4],
 }
 
@@ -33,7 +34,7 @@ impl LoopEnd {
         Self { link: Some(link), at: None, position: [0.0; 3], orientation: [1.0, 0.0, 0.0, 0.0] }
     }
 
-    /// A point of the world.
+    /// A point in the world.
     pub fn in_world(position: [f64; 3]) -> Self {
         Self { link: None, at: None, position, orientation: [1.0, 0.0, 0.0, 0.0] }
     }
@@ -72,36 +73,37 @@ impl LoopEnd {
     }
 }
 
-/// What a loop holds.
+/// The constraint of a loop.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Tie {
-    /// The second end moves beside the first one as this joint lets it, whose axes are those of the ends' frames.
+    /// The second end moves relative to the first one as in this joint, whose axes are given in the frames of
+    /// the ends.
     Joint {
-        /// The places.
+        /// Both ends.
         ends: [LoopEnd; 2],
-        /// Neither free nor with forces of its own.
+        /// The joint; not `Free`, and without forces.
         joint: Joint,
     },
-    /// The ends keep this distance, in metres.
+    /// Both ends keep this distance, in metres.
     Distance {
-        /// The places.
+        /// Both ends.
         ends: [LoopEnd; 2],
-        /// More than zero.
+        /// The distance; > 0.
         length: f64,
     },
-    /// A coordinate is `ratio` times another one plus `offset`.
+    /// One coordinate is `ratio` times another one plus `offset`.
     Coordinates {
-        /// The one that follows, and the other one, by their places among those of the robot.
+        /// Indices in the robot of the dependent coordinate and of the other one.
         coordinates: [usize; 2],
-        /// Not zero.
+        /// The ratio; not zero.
         ratio: f64,
-        /// In the unit of the first one.
+        /// The offset, in the unit of the dependent coordinate.
         offset: f64,
     },
 }
 
 impl Tie {
-    /// The number of scalar constraints.
+    /// Number of scalar constraints.
     pub fn rows(&self) -> usize {
         match self {
             Self::Joint { joint, .. } => rows(joint),
@@ -109,7 +111,7 @@ impl Tie {
         }
     }
 
-    /// The places that it ties.
+    /// Both ends; `None` for a ratio of coordinates.
     pub fn ends(&self) -> Option<&[LoopEnd; 2]> {
         match self {
             Self::Joint { ends, .. } | Self::Distance { ends, .. } => Some(ends),
@@ -118,23 +120,23 @@ impl Tie {
     }
 }
 
-/// How many of the six motions a joint forbids.
+/// Number of relative motions, out of six, that a joint prevents.
 fn rows(joint: &Joint) -> usize {
     6 - joint.coordinates().len()
 }
 
-/// What closes a loop.
+/// A closed loop.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Loop {
     /// Its name in messages.
     pub name: String,
-    /// What it holds.
+    /// The constraint.
     pub tie: Tie,
 }
 
 impl Loop {
-    /// Everything that is wrong with it on a robot whose links have these lengths (zero of rigid ones, `None` where there is
-    /// no such link) and that has so many coordinates.
+    /// Reports every problem of the loop on a robot with this number of coordinates whose links have these
+    /// lengths (zero for rigid links, `None` for indices without a link).
     pub fn validate(
         &self,
         length: impl Fn(usize) -> Option<f64>,

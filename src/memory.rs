@@ -4,21 +4,21 @@ use std::fmt::Display;
 
 use crate::error::InvalidInput;
 
-/// Largest memory for the points of a result, in bytes (4 GiB): beyond it a slip in the step size is likelier than a
-/// wish.
+/// Largest memory for the points of a result, in bytes (4 GiB). A larger request is more likely a mistake in
+/// the step size.
 pub(crate) const LARGEST_RESULT: usize = 1 << 32;
 
-/// Largest memory for one array or for the matrices of a problem, in bytes (64 GiB): to factorise a matrix of that
-/// size takes days. Some systems grant any memory, and end the process once it is used.
+/// Largest memory for one array or for the matrices of a problem, in bytes (64 GiB): factorising a matrix of
+/// that size takes days. Some systems grant any request and end the process once the memory is used.
 const LARGEST_PROBLEM: usize = 1 << 36;
 
-/// How many points of so many numbers a result may have.
+/// Largest number of points of a result with this many numbers per point.
 pub(crate) fn points_in_memory(numbers: usize) -> usize {
     LARGEST_RESULT / size_of::<f64>().saturating_mul(numbers.max(1))
 }
 
-/// Refuses what takes so many numbers (a saturated count will do) if they cannot be allocated: `found` at `place`;
-/// `instead` says what takes less.
+/// Rejects a problem whose numbers cannot be allocated (the count may be saturated): `found` at `place`;
+/// `instead` suggests a problem that takes less memory.
 pub(crate) fn check(
     numbers: usize,
     place: &str,
@@ -34,7 +34,7 @@ pub(crate) fn check(
     Err(InvalidInput::new(place, found, expected))
 }
 
-/// The same for so many dense matrices of n x n numbers, which a problem of `n` values takes.
+/// The same for dense matrices of n x n numbers for a problem of `n` values.
 pub(crate) fn check_square(
     matrices: usize,
     n: usize,

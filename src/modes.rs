@@ -20,32 +20,34 @@ use crate::small_motions::{
 };
 use crate::stability::{Stability, verdict};
 
-/// Damping that couples the undamped modes so little that eigenvalues change by less than this part is taken for
-/// uncoupled: they change with the square of the coupling.
+/// Damping counts as uncoupled if its coupling of the undamped modes changes eigenvalues by less than this
+/// relative amount. The change is quadratic in the coupling.
 const UNCOUPLED: f64 = 1e-9;
 
-/// A stiffness is rounding if it is less than this part of the sum of its summands' sizes.
+/// A stiffness below this fraction of the sum of the magnitudes of its terms is a rounding error.
 const ROUNDING: f64 = 64.0 * f64::EPSILON;
 
-/// The vibrations of a model, slowest first.
+/// Vibrations of a model, slowest first.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Modes {
-    /// Natural frequencies in rad/s, shape (m,): of the undamped motion where damping does not couple its modes, else
-    /// `|s|` of the eigenvalue s. Zero where an undamped motion diverges, and of rigid-body motions, which nothing holds.
+    /// Natural frequencies in rad/s, shape (m,): of the undamped motion if damping does not couple its modes,
+    /// otherwise `|s|` of the eigenvalue s. Zero for undamped motions that diverge and for rigid-body motions
+    /// without restoring force.
     pub frequency: Vec<f64>,
-    /// Damping ratios, shape (m,): negative where the motion grows; above one where it creeps back.
+    /// Damping ratios, shape (m,): negative if the motion grows, above one if it is overdamped.
     pub damping: Vec<f64>,
-    /// Eigenvalues s of the motions exp(s t), shape (m,): of conjugate pairs the one with positive imaginary part, of
-    /// a pair of real ones in uncoupled motions the larger one.
+    /// Eigenvalues s of the motions exp(s t), shape (m,): of conjugate pairs the one with positive imaginary
+    /// part, of two real eigenvalues of an uncoupled motion the larger one.
     pub eigenvalues: Vec<Complex>,
-    /// Shapes as columns, n x m. Where damping does not couple them, real and of modal mass one (`phi^T M phi = 1`),
-    /// m = n, less independent constraints; else of modal mass one with their conjugates (`phi^H M phi = 1`), and m between n and 2 n.
+    /// Shapes as columns, n x m. If damping does not couple them, they are real and mass-normalised (`phi^T M
+    /// phi = 1`), and m is n minus the number of independent constraints. Otherwise they are normalised with
+    /// their conjugates (`phi^H M phi = 1`), and m is between n and 2 n.
     pub shapes: Vec<Complex>,
-    /// Whether shapes are real: without damping, or with damping that does not couple the undamped modes.
+    /// Whether shapes are real: without damping, or if damping does not couple the undamped modes.
     pub is_classical: bool,
     /// `|s R|` in joules, as in statics: zero at an equilibrium.
     pub residual_norm: f64,
-    /// What small disturbances do, as statics says it of an equilibrium; `None` where that is unknown.
+    /// Stability of the equilibrium, as in statics; `None` if unknown.
     pub stability: Option<Stability>,
 }
 
@@ -69,9 +71,9 @@ impl std::fmt::Display for NoModes {
 
 impl std::error::Error for NoModes {}
 
-/// The vibrations of `model` about rest at `q`, at the time last set; with closed loops those that keep them closed, as many
-/// as there are coordinates less independent constraints. Cost: some 10 n^3 flops, or some 200 n^3 where
-/// damping couples the modes or loads have no potential.
+/// Computes the vibrations of `model` about rest at `q`, at the time set last. With closed loops, only
+/// motions that keep the loops closed: one for each coordinate, minus independent constraints. Cost: about 10
+/// n^3 flops, or about 200 n^3 if damping couples the modes or loads have no potential.
 pub fn modes(model: &mut dyn Model, q: &[f64]) -> Result<Modes, NoModes> {
     let n = model.n();
     let rest = vec![0.0; n];
@@ -92,7 +94,8 @@ pub fn modes(model: &mut dyn Model, q: &[f64]) -> Result<Modes, NoModes> {
     Ok(Modes { residual_norm, stability, ..motions.modes()? })
 }
 
-/// Gives a model at rest the multipliers of its loops; returns the derivatives of these in scaled coordinates.
+/// Sets the multipliers of the loops for a model at rest; returns the constraint Jacobian in scaled
+/// coordinates.
 fn hold(model: &mut dyn Model, q: &[f64], sizes: &[f64]) -> Result<Matrix, NoModes> {
     let (n, m) = (q.len(), model.constraints());
     let (rest, mut multipliers) = (vec![0.0; n], vec![0.0; m]);
@@ -107,7 +110,7 @@ fn hold(model: &mut dyn Model, q: &[f64], sizes: &[f64]) -> Result<Matrix, NoMod
 }
 
 impl SmallMotions {
-    /// Their modes; the residual is not known here.
+    /// Computes modes without residual norm.
     pub(crate) fn modes(&self) -> Result<Modes, NoModes> {
         let is_finite = |a: &Matrix| a.iter().all(|x| x.is_finite());
         if ![&self.mass, &self.damping, &self.stiffness].into_iter().all(is_finite) {
@@ -118,13 +121,13 @@ impl SmallMotions {
         } else {
             self.general()?
         };
-        // Products of what is finite may overflow.
+        // Products of finite numbers may overflow.
         let numbers = modes.frequency.iter().chain(&modes.damping).copied();
         let complex = modes.eigenvalues.iter().chain(&modes.shapes).flat_map(|number| [number.re, number.im]);
         if numbers.chain(complex).all(f64::is_finite) { Ok(modes) } else { Err(NoModes::NonFinite) }
     }
 
-    /// Undamped modes first, then what damping makes of them.
+    /// Undamped modes first, then the effect of damping.
     fn symmetric(&self) -> Result<Modes, NoModes> {
         let (squares, shapes) = self.undamped()?;
         let damping = shapes.transpose() * symmetric_part(&self.damping) * &shapes;
@@ -160,7 +163,7 @@ impl SmallMotions {
             });
             modes.eigenvalues.push(eigenvalue);
             let shape = &self.basis * shapes.column(i);
-            // The sign of an eigenvector is arbitrary; ours makes the largest entry positive.
+            // The sign of an eigenvector is arbitrary: make the largest entry positive.
             let largest = shape.iter().fold(0.0_f64, |m, x| if x.abs() > m.abs() { *x } else { m });
             let sign = 1f64.copysign(largest);
             let scaled = shape.iter().zip(&self.sizes).map(|(x, size)| Complex::from(sign * size * x));
@@ -169,11 +172,11 @@ impl SmallMotions {
         Ok(modes)
     }
 
-    /// Squares of the undamped frequencies, smallest first, and shapes of modal mass one.
+    /// Squares of the undamped frequencies, in increasing order, and mass-normalised shapes.
     fn undamped(&self) -> Result<(Vec<f64>, Matrix), NoModes> {
         let stiffness = symmetric_part(&self.stiffness);
-        // The large eigenvalues of a matrix are its accurate ones: those of K^-1 M belong to the slow motions, which are
-        // millions of times slower than shear waves across a wire.
+        // Eigensolvers resolve large eigenvalues accurately. Those of K^-1 M belong to the slow motions,
+        // which can be millions of times slower than shear waves across a wire.
         let by_stiffness = stiffness.clone().cholesky().and_then(|factor| {
             let lower = factor.l();
             let (_, vectors) = symmetric_eigen(&reduced(&self.mass, &lower)?)?;
@@ -191,7 +194,7 @@ impl SmallMotions {
             }
         };
         let shapes = shapes.ok_or(NoModes::NonFinite)?;
-        // Rayleigh's quotient has twice the digits of the shape.
+        // Rayleigh's quotient is accurate to twice the digits of the shape.
         let mut order: Vec<(f64, usize)> = Vec::with_capacity(self.n());
         for (k, shape) in shapes.column_iter().enumerate() {
             let mass = shape.dot(&(&self.mass * shape));
@@ -199,7 +202,7 @@ impl SmallMotions {
         }
         order.sort_by(|a, b| a.0.total_cmp(&b.0));
         let ordered = Matrix::from_fn(self.n(), self.n(), |i, j| shapes[(i, order[j].1)]);
-        // Fast shapes are the less accurate ones: what they have of slower ones is taken out of them.
+        // Fast shapes are less accurate than slow ones: remove their components along slower shapes.
         let lower = symmetric_part(&(ordered.transpose() * &self.mass * &ordered))
             .cholesky()
             .ok_or(NoModes::SingularMass)?
@@ -212,14 +215,14 @@ impl SmallMotions {
         let mut squares = Vec::with_capacity(self.n());
         for shape in shapes.column_iter() {
             let square = shape.dot(&(&stiffness * shape));
-            // What nothing holds moves freely: a rigid-body motion.
+            // Without restoring force: a rigid-body motion.
             let rounding = ROUNDING * shape.abs().dot(&(stiffness.abs() * shape.abs()));
             squares.push(if square.abs() <= rounding { 0.0 } else { square });
         }
         Ok((squares, shapes))
     }
 
-    /// Loads without potential: by the mass matrix.
+    /// For loads without a potential, by the mass matrix.
     fn general(&self) -> Result<Modes, NoModes> {
         let lower = self.mass.clone().cholesky().ok_or(NoModes::SingularMass)?.l();
         let stiffness = reduced(&self.stiffness, &lower).ok_or(NoModes::SingularMass)?;
@@ -229,8 +232,8 @@ impl SmallMotions {
         self.coupled(&stiffness, &damping, &basis)
     }
 
-    /// The modes of `y'' + D y' + K y = 0` with x = basis y, where the basis has modal masses one: eigenvalues of the
-    /// state matrix.
+    /// Modes of `y'' + D y' + K y = 0` with x = basis y, where the basis is mass-normalised, by eigenvalues
+    /// of the state matrix.
     fn coupled(&self, stiffness: &Matrix, damping: &Matrix, basis: &Matrix) -> Result<Modes, NoModes> {
         let n = self.n();
         type Pairs = Vec<(Complex, Vec<Complex>)>;
@@ -243,7 +246,7 @@ impl SmallMotions {
         let slow = slow
             .map(|pairs| pairs.into_iter().map(|(value, vector)| (value, vector[..n].to_vec())).collect());
         let mut pairs: Pairs = merged(slow, fast);
-        // Of a conjugate pair one is enough. A mode that diverges without oscillation comes first.
+        // Keep one of each conjugate pair. A mode that diverges without oscillation comes first.
         pairs.retain(|(value, _)| value.im >= 0.0);
         let frequency = |value: &Complex| if value.im == 0.0 && value.re > 0.0 { 0.0 } else { value.norm() };
         pairs.sort_by(|(a, _), (b, _)| frequency(a).total_cmp(&frequency(b)).then(b.re.total_cmp(&a.re)));
@@ -251,7 +254,7 @@ impl SmallMotions {
         for (value, vector) in pairs {
             let with_mass = times(&self.mass, &vector);
             let size = vector.iter().zip(with_mass).map(|(x, m)| (x.conj() * m).re).sum::<f64>().sqrt();
-            // A unit of modal mass, with its largest entry real and positive.
+            // Mass-normalised, with the largest entry real and positive.
             let shape = times(&self.basis, &vector);
             let largest =
                 shape.iter().fold(Complex::from(0.0), |m, x| if x.norm() > m.norm() { *x } else { m });
@@ -266,7 +269,7 @@ impl SmallMotions {
 }
 
 impl Modes {
-    /// Eigenvalues of the motions that grow.
+    /// Eigenvalues of growing motions.
     pub fn growing(&self) -> impl Iterator<Item = Complex> {
         self.eigenvalues.iter().copied().filter(|s| s.re > GROWING * s.norm())
     }
@@ -301,7 +304,7 @@ mod tests {
         assert!(modes.is_classical && modes.residual_norm < 1e-14);
     }
 
-    /// Two masses between springs with one damper: against the characteristic polynomial.
+    /// Two masses between springs with one damper, compared with the characteristic polynomial.
     #[test]
     fn damping_that_couples_has_complex_shapes() {
         let motions = SmallMotions {

@@ -1,25 +1,27 @@
 //! Mixed formulation of stiff springs to the world, which keeps Newton's method well conditioned.
 //!
-//! A spring of stiffness k makes the forces of a shape k times as sensitive as its displacement. What is solved for
-//! coordinates alone then crawls along a narrow curved valley: a step by s leaves it by s^2, and meets forces that
-//! have nothing to do with those in equilibrium. So the forces of springs are unknowns of their own, as in mixed
-//! methods (Magisano, Leonetti and Garcea 2017, "Advantages of the mixed format in geometrically nonlinear analysis
-//! of beams and shells using solid finite elements"): tangents are taken at forces that are *held*, which follow from
-//! the last linear solve, and steps no longer depend on stiffness.
+//! A spring of stiffness k makes the forces of a shape k times as sensitive as its displacement. A solver for
+//! coordinates alone then follows a narrow curved valley: a step of size s leaves the valley by s^2, where
+//! forces have nothing to do with those at equilibrium. In the mixed formulation the forces of springs are
+//! separate unknowns (Magisano, Leonetti and Garcea 2017, "Advantages of the mixed format in geometrically
+//! nonlinear analysis of beams and shells using solid finite elements"). Tangents are evaluated at *held*
+//! forces, which follow from the last linear solve, so that the step size no longer depends on stiffness.
 
 use crate::linalg::{Matrix, full_svd, norm};
 use crate::model::Model;
 use crate::springs::Springs;
 
-/// Steps below that are within the rounding of coordinates and positions, in coordinates divided by their typical sizes.
+/// Steps below this size are within the rounding of coordinates and positions, in coordinates divided by
+/// their typical sizes.
 pub(crate) const DISPLACEMENT_ROUNDING: f64 = 1e-12;
 
-/// Natural coordinates x, `q = W x`: the stiffness of the material and of the springs together is one in all of them,
-/// `W^T (K + J^T G G^T J) W = 1`. However stiff springs are, what is computed there is not stiff.
+/// Natural coordinates x with `q = W x`, in which the stiffness of material and springs together is the
+/// identity, `W^T (K + J^T G G^T J) W = 1`. Computations in these coordinates are not stiff, however stiff
+/// the springs are.
 #[derive(Clone, Debug)]
 pub(crate) struct Natural {
     basis: Basis,
-    /// `W^T J^T G`, n x m: the springs' part of that one is this times its transpose.
+    /// `W^T J^T G`, n x m. This matrix times its transpose is the springs' part of the identity.
     springs: Matrix,
 }
 
@@ -30,8 +32,9 @@ enum Basis {
 }
 
 impl Natural {
-    /// For a symmetric positive stiffness K of the material and the springs, both in the same coordinates. Where K is
-    /// not positive definite, `fallback` is taken for its diagonal. `None` where something is not finite.
+    /// Natural coordinates for a symmetric positive stiffness K of the material, and for springs in the same
+    /// coordinates. If K is not positive definite, the diagonal `fallback` replaces it. `None` if a number is
+    /// not finite.
     pub(crate) fn new(
         material: &Matrix,
         springs: Option<&Springs>,
@@ -63,7 +66,7 @@ impl Natural {
         }
     }
 
-    /// Those of a material with springs, by the singular values of `W^T J^T G`.
+    /// Natural coordinates of a material with springs, by the singular values of `W^T J^T G`.
     fn with_springs(&self, springs: &Springs) -> Option<Self> {
         let roots = springs.jacobian.transpose() * &springs.root;
         let roots = self.columns_to_natural(&roots);
@@ -99,7 +102,7 @@ impl Natural {
         }
     }
 
-    /// `W^T f` of forces.
+    /// `W^T f` for forces f.
     pub(crate) fn forces(&self, forces: &[f64]) -> Vec<f64> {
         match &self.basis {
             Basis::Diagonal(scale) => scale.iter().zip(forces).map(|(scale, force)| scale * force).collect(),
@@ -110,7 +113,7 @@ impl Natural {
         }
     }
 
-    /// `W x` of natural coordinates.
+    /// `W x` for natural coordinates x.
     pub(crate) fn coordinates(&self, x: &[f64]) -> Vec<f64> {
         match &self.basis {
             Basis::Diagonal(scale) => scale.iter().zip(x).map(|(scale, x)| scale * x).collect(),
@@ -128,14 +131,14 @@ impl Natural {
         }
     }
 
-    /// The tangent of forces and springs together, from that at held forces.
+    /// Tangent of forces and springs together, from the tangent at held forces.
     pub(crate) fn tangent(&self, held: &Matrix, springs: Option<&Springs>) -> Matrix {
         let Some(springs) = springs else { return self.matrix(held) };
         let rest = springs.jacobian.tr_mul(&(&springs.rest * &springs.jacobian));
         self.matrix(&(held + rest)) + &self.springs * self.springs.transpose()
     }
 
-    /// The natural residual of forces and springs together, from that at held forces.
+    /// Natural residual of forces and springs together, from the residual at held forces.
     pub(crate) fn residual(&self, at_held: &[f64], springs: Option<&Springs>, held: &[f64]) -> Vec<f64> {
         let Some(springs) = springs else { return self.forces(at_held) };
         let [amplitudes, left] = springs.mismatch(held);
@@ -150,7 +153,7 @@ impl Natural {
         residual
     }
 
-    /// How the springs' forces change with natural coordinates.
+    /// Change of the springs' forces with natural coordinates.
     pub(crate) fn change_of_forces(&self, springs: &Springs, x: &[f64]) -> Vec<f64> {
         let m = springs.forces.len();
         let amplitudes: Vec<f64> =
@@ -167,7 +170,7 @@ impl Natural {
             .collect()
     }
 
-    /// The smallest step, in natural coordinates, that makes springs carry what is held, to first order.
+    /// The smallest step, in natural coordinates, after which springs carry the held forces, to first order.
     pub(crate) fn restoring(&self, springs: &Springs, held: &[f64]) -> Vec<f64> {
         let [amplitudes, _] = springs.mismatch(held);
         (0..self.springs.nrows())
@@ -177,9 +180,10 @@ impl Natural {
 }
 
 impl Natural {
-    /// The springs' forces as an equilibrium has them, given its natural residual at their own. What a stiff spring's
-    /// displacement says of its force is rounding times stiffness; where less than the rounding of a displacement
-    /// makes the difference, equilibrium knows better.
+    /// The springs' forces at equilibrium, given the natural residual at the forces that follow from
+    /// displacements. The displacement of a stiff spring determines its force only up to rounding times
+    /// stiffness. If the correction is smaller than the rounding of displacements, the force from equilibrium
+    /// is more accurate.
     pub(crate) fn settled(&self, springs: &Springs, residual: &[f64]) -> Vec<f64> {
         let (n, m) = self.springs.shape();
         let amplitudes: Vec<f64> =
@@ -196,7 +200,7 @@ impl Natural {
     }
 }
 
-/// The tangent of a model's material, in coordinates divided by `sizes`.
+/// Tangent of a model's material, in coordinates divided by `sizes`.
 pub(crate) fn material(model: &mut dyn Model, q: &[f64], sizes: &[f64]) -> Matrix {
     let no_forces = vec![0.0; model.springs()];
     model.hold_springs(Some(&no_forces));
@@ -206,10 +210,10 @@ pub(crate) fn material(model: &mut dyn Model, q: &[f64], sizes: &[f64]) -> Matri
     scaled(tangent, sizes)
 }
 
-/// Stiffnesses of coordinates that need not have elasticity: the elastic ones, and where there is none what a tangent
-/// has in that row. All > 0.
+/// Reference stiffnesses, all > 0: the elastic ones, and for coordinates without elasticity the size of the
+/// tangent's row.
 pub(crate) fn reference(elastic: &Matrix, tangent: &Matrix) -> Vec<f64> {
-    /// Rows below that part of the largest one are rounding: of what lies on a floor and may be anywhere.
+    /// Rows below this fraction of the largest row are rounding errors, such as of a free body on a floor.
     const NOTHING: f64 = 1e-13;
     let row = |i: usize| tangent.row(i).iter().map(|entry| entry.abs()).sum::<f64>();
     let largest = (0..tangent.nrows()).map(row).fold(0.0, f64::max);
@@ -235,7 +239,7 @@ pub(crate) fn scaled(mut a: Matrix, sizes: &[f64]) -> Matrix {
     a
 }
 
-/// The springs of a model in a shape, in coordinates divided by `sizes`; `None` where it has none.
+/// Springs of a model in a shape, in coordinates divided by `sizes`; `None` for a model without springs.
 pub(crate) fn linearised(model: &mut dyn Model, q: &[f64], sizes: &[f64]) -> Option<Springs> {
     let m = model.springs();
     (m > 0).then(|| {
@@ -276,7 +280,7 @@ mod tests {
         (model, q)
     }
 
-    /// Forces and tangent at held forces, put together again with the springs, are those of the rod.
+    /// Forces and tangent at held forces, combined with the springs, are those of the rod.
     #[test]
     fn held_forces_and_springs_are_the_whole() {
         let (mut model, q) = held_rod(300.0);

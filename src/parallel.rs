@@ -1,7 +1,7 @@
 //! Work shared by threads.
 //!
-//! [`for_each`] spreads items over threads that end with the call. The results do not depend on the number of threads, as long as
-//! the work on an item touches nothing but this item.
+//! [`for_each`] distributes items over threads that end with the call. If the work on an item touches no
+//! other item, the results do not depend on the number of threads.
 //!
 //! ```
 //! let mut numbers: Vec<u64> = (0..1000).collect();
@@ -19,23 +19,25 @@ use std::time::Duration;
 
 use crate::error::Interrupted;
 
-/// A thread takes this part of its share of what is left: large pieces first, which are quick to hand out, and small ones at
-/// the end, where others would leave threads idle (guided self-scheduling; Polychronopoulos and Kuck 1987).
+/// A thread takes this fraction of its share of the remaining items: large pieces first, which need few
+/// locks, and small pieces at the end, so that no thread idles (guided self-scheduling; Polychronopoulos and
+/// Kuck 1987).
 const PART: usize = 8;
 
-/// How long nobody is asked whether to go on: not noticed by a user who waits.
+/// Interval between calls of `watch`, too short for a waiting user to notice.
 const INTERVAL: Duration = Duration::from_millis(50);
 
-/// As many threads as there are processors for this process.
+/// Number of processors available to this process.
 pub fn processors() -> usize {
     thread::available_parallelism().map_or(1, NonZero::get)
 }
 
-/// Does `work` on every item, in as many threads as `workers` says, which end with this call. Which thread takes which
-/// items is left to chance: the results must not depend on it.
+/// Calls `work` on every item in `workers` threads, which end with this call. The assignment of items to
+/// threads is not deterministic; the results must not depend on it.
 ///
-/// `watch` is asked about twenty times a second. When it, or the work on an item, asks for an end, no other items are begun
-/// and the flag that `work` is given is set; this returns once all threads have ended.
+/// `watch` is called about twenty times a second. When it, or the work on an item, requests a stop, no
+/// further item is started and the flag passed to `work` is set. This function returns once all threads have
+/// ended.
 pub fn for_each<T: Send>(
     items: &mut [T],
     workers: usize,
@@ -45,7 +47,7 @@ pub fn for_each<T: Send>(
     let workers = workers.min(items.len()).max(1);
     let queue = Mutex::new(items);
     let is_over = AtomicBool::new(false);
-    // Nothing is sent: the channel closes once the last worker has ended.
+    // Carries no messages: the channel closes once the last worker has ended.
     let (working, is_working) = channel::<()>();
     thread::scope(|scope| {
         for _ in 0..workers {
@@ -79,7 +81,7 @@ pub fn for_each<T: Send>(
     if is_over.into_inner() { Err(Interrupted) } else { Ok(()) }
 }
 
-/// Takes the next items of what is left; none where nothing is.
+/// Takes the next items from the queue; returns an empty slice if none are left.
 fn next_piece<'a, T>(queue: &Mutex<&'a mut [T]>, workers: usize) -> &'a mut [T] {
     let mut left = queue.lock().unwrap_or_else(PoisonError::into_inner);
     let rest = std::mem::take(&mut *left);

@@ -35,15 +35,15 @@ pub struct SpringPendulum {
 }
 
 impl Default for SpringPendulum {
-    /// 1 m, 1 kg, 10 N/m, in standard gravity.
+    /// 1 m, 1 kg, 10 N/m, with standard gravity.
     fn default() -> Self {
         Self { length: 1.0, mass: 1.0, stiffness: 10.0, gravity: 9.81 }
     }
 }
 
 impl SpringPendulum {
-    /// A pendulum of rest length `length > 0` (metres), `mass > 0` (kilograms), `stiffness >= 0` (newtons per metre), in
-    /// downward `gravity` (metres per second squared, any sign).
+    /// A pendulum of rest length `length > 0` (metres), `mass > 0` (kilograms), `stiffness >= 0` (newtons per
+    /// metre), in downward `gravity` (metres per second squared, any sign).
     pub fn new(length: f64, mass: f64, stiffness: f64, gravity: f64) -> Result<Self, InvalidInput> {
         let mut checker = Checker::new();
         checker.positive(length, "length", "metres");
@@ -64,7 +64,7 @@ impl SpringPendulum {
         self.length
     }
 
-    /// The mass, kilograms.
+    /// Mass, kilograms.
     pub fn mass(&self) -> f64 {
         self.mass
     }
@@ -181,7 +181,7 @@ impl Elastic for SpringPendulum {
         tangent[(1, 1)] = self.stiffness;
     }
 
-    /// One radian, and the length of the spring.
+    /// One radian, and the rest length of the spring.
     fn typical_coordinates(&self, sizes: &mut [f64]) {
         sizes[0] = 1.0;
         sizes[1] = self.length;

@@ -1,4 +1,4 @@
-//! Functions of time for varying loads and moving bases.
+//! Functions of time for loads, inputs and moving bases.
 //!
 //! ```
 //! use lissom::signal::{Signal, Table};
@@ -17,24 +17,24 @@ use crate::error::{Checker, Interrupted, InvalidInput, Number};
 /// N numbers as a function of time.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Signal<const N: usize> {
-    /// Always the same.
+    /// A constant.
     Constant([f64; N]),
-    /// A steady part and an oscillation.
+    /// A steady part plus an oscillation.
     Harmonic(Harmonic<N>),
-    /// Given at some times.
+    /// A table of values over time.
     Table(Arc<Table<N>>),
     /// Anything else.
     Function(Function<N>),
-    /// Set from outside while a model moves.
+    /// An input, set from outside while a model moves.
     Input(Input<N>),
 }
 
-/// N numbers that a controller sets. Those of one name are one.
+/// N numbers set by a controller. Inputs of the same name are the same input.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Input<const N: usize> {
     /// The name.
     pub name: Arc<str>,
-    /// Its default value.
+    /// Default value.
     pub value: [f64; N],
 }
 
@@ -51,7 +51,7 @@ impl<const N: usize> Default for Signal<N> {
 }
 
 impl<const N: usize> Signal<N> {
-    /// The value at a time; of an input the one that it has as long as nobody sets it. Only a function can fail.
+    /// Value at a time; the default value of an input. Only a function can fail.
     pub fn at(&self, t: f64) -> Result<[f64; N], Interrupted> {
         match self {
             Self::Constant(value) => Ok(*value),
@@ -62,10 +62,10 @@ impl<const N: usize> Signal<N> {
         }
     }
 
-    /// Its first two derivatives in time, to the right of a corner; of a function by differences to the right. Only a function
-    /// can fail.
+    /// First two derivatives with respect to time, to the right of a corner; of a function by forward
+    /// differences. Only a function can fail.
     pub(crate) fn rates(&self, t: f64) -> Result<[[f64; N]; 2], Interrupted> {
-        /// Seconds: rounding and what differences leave out are both below 1e-3 of what moves within seconds.
+        /// Seconds. Rounding and truncation errors are both below 1e-3 of signals that vary within seconds.
         const APART: f64 = 1e-4;
         match self {
             Self::Constant(_) | Self::Input(_) => Ok([[0.0; N]; 2]),
@@ -83,28 +83,28 @@ impl<const N: usize> Signal<N> {
         }
     }
 
-    /// The part of it that is an input.
+    /// The input, if the signal is one.
     pub fn input(&self) -> Option<&Input<N>> {
         if let Self::Input(input) = self { Some(input) } else { None }
     }
 
-    /// Whether it depends on time by itself.
+    /// Whether the signal depends on time explicitly.
     pub fn varies_in_time(&self) -> bool {
         !matches!(self, Self::Constant(_) | Self::Input(_))
     }
 
-    /// The value, if it is always the same.
+    /// Value of a constant signal.
     pub fn constant(&self) -> Option<[f64; N]> {
         if let Self::Constant(value) = self { Some(*value) } else { None }
     }
 
-    /// Whether it is zero at all times, and known to be.
+    /// Whether the signal is a zero constant.
     pub fn is_zero(&self) -> bool {
         self.constant() == Some([0.0; N])
     }
 
-    /// The lowest value of an entry that it certainly takes as long as nobody sets it, and where in it that is said; nothing of a
-    /// function, and of what grows.
+    /// A lower bound of an entry while inputs keep their default values, and the path of the value that
+    /// determines it; `None` for functions and for growing signals.
     pub fn known_lowest(&self, entry: usize) -> Option<(f64, String)> {
         match self {
             Self::Constant(value) => Some((value[entry], String::new())),
@@ -121,10 +121,10 @@ impl<const N: usize> Signal<N> {
         }
     }
 
-    /// How far a step from `t` may go that cannot pass over a part of this signal unseen: to the next time of a
-    /// table, by a quarter of a period. Always beyond `t`; infinite for a function, of which nothing is known.
+    /// Latest end of a step from `t` that cannot miss a feature of this signal: the next time of a table, or
+    /// a quarter of a period. Always later than `t`; infinite for functions, about which nothing is known.
     pub fn horizon(&self, t: f64) -> f64 {
-        /// Four looks a period see every oscillation.
+        /// Evaluations per period that detect every oscillation.
         const LOOKS: f64 = 4.0;
         match self {
             Self::Constant(_) | Self::Function(_) | Self::Input(_) => f64::INFINITY,
@@ -133,7 +133,7 @@ impl<const N: usize> Signal<N> {
         }
     }
 
-    /// The period of its oscillation in seconds; infinite where it has none.
+    /// Period of the oscillation in seconds; infinite without an oscillation.
     pub fn period(&self) -> f64 {
         match self {
             Self::Harmonic(harmonic) if harmonic.amplitude.iter().any(|&amplitude| amplitude != 0.0) => {
@@ -143,7 +143,7 @@ impl<const N: usize> Signal<N> {
         }
     }
 
-    /// Everything that is wrong with this signal, which stands at `place`.
+    /// Reports every problem of this signal, located at `place`.
     pub fn check(&self, check: &mut Checker, place: &str) {
         match self {
             Self::Constant(value) if N == 1 => {
@@ -160,7 +160,7 @@ impl<const N: usize> Signal<N> {
                 );
                 check.finite(&input.value, &format!("{place}.default"));
             }
-            // A table was checked when it was made; what a function returns is seen when it is called.
+            // Tables are checked on creation; values of functions are checked when they are called.
             Self::Table(_) | Self::Function(_) => {}
         }
     }
@@ -182,7 +182,7 @@ pub struct Harmonic<const N: usize> {
 }
 
 impl<const N: usize> Harmonic<N> {
-    /// Nothing yet: a start for `..` syntax.
+    /// Zero: a start for `..` syntax.
     pub fn zero() -> Self {
         Self { mean: [0.0; N], rate: [0.0; N], amplitude: [0.0; N], frequency: 0.0, phase: 0.0 }
     }
@@ -192,7 +192,7 @@ impl<const N: usize> Harmonic<N> {
         std::array::from_fn(|i| self.mean[i] + self.rate[i] * t + self.amplitude[i] * sine)
     }
 
-    /// The value and its first two derivatives.
+    /// Value and first two derivatives.
     pub(crate) fn motion(&self, t: f64) -> Motion<N> {
         let omega = std::f64::consts::TAU * self.frequency;
         let (sine, cosine) = (omega * t + self.phase).sin_cos();
@@ -203,7 +203,7 @@ impl<const N: usize> Harmonic<N> {
         ]
     }
 
-    /// Everything that is wrong with it.
+    /// Reports every problem of the oscillation.
     pub fn validate(&self) -> Result<(), InvalidInput> {
         let mut check = Checker::new();
         check.finite(&self.mean, "mean");
@@ -215,7 +215,7 @@ impl<const N: usize> Harmonic<N> {
     }
 }
 
-/// Values at some times: straight lines from one to the next, held before the first and after the last.
+/// Values at given times: linear interpolation, constant before the first and after the last time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Table<const N: usize> {
     times: Vec<f64>,
@@ -223,8 +223,8 @@ pub struct Table<const N: usize> {
 }
 
 impl<const N: usize> Table<N> {
-    /// The first of its times after `t`; infinite behind the last. One that only rounding of times separates from `t`
-    /// is `t`: a step to it would be all rounding.
+    /// The first time of the table after `t`; infinite after the last time. Times within rounding of `t`
+    /// count as `t`, because a step to them would consist of rounding errors.
     fn next_time(&self, t: f64) -> f64 {
         let apart = (self.times[self.times.len() - 1] - self.times[0]) / self.times.len() as f64;
         let margin = rounding_of_times(apart, t);
@@ -232,7 +232,7 @@ impl<const N: usize> Table<N> {
         self.times.get(next).copied().unwrap_or(f64::INFINITY)
     }
 
-    /// Values at times in seconds, which must increase; at least two.
+    /// A table of values at strictly increasing times in seconds; at least two.
     pub fn new(times: Vec<f64>, values: Vec<[f64; N]>) -> Result<Self, InvalidInput> {
         let mut check = Checker::new();
         let enough = check.require(
@@ -267,12 +267,12 @@ impl<const N: usize> Table<N> {
         &self.times
     }
 
-    /// The values at these times.
+    /// The values at the times.
     pub fn values(&self) -> &[[f64; N]] {
         &self.values
     }
 
-    /// To the right of a time.
+    /// Slope to the right of a time.
     fn slope(&self, t: f64) -> [f64; N] {
         let after = self.times.partition_point(|&time| time <= t);
         if after == 0 || after == self.times.len() {
@@ -293,46 +293,46 @@ impl<const N: usize> Table<N> {
     }
 }
 
-/// A function of time that somebody else provides.
+/// A user-defined function of time.
 pub trait Evaluate<const N: usize>: std::any::Any + Debug + Send + Sync {
-    /// The value at a time; one that is not finite ends the run with a status that says so.
+    /// Value at a time. A non-finite value ends the run with a status that names the function.
     fn value(&self, t: f64) -> Result<[f64; N], Interrupted>;
 
-    /// The value with its first two derivatives, if the function knows them; where they are needed and it does not,
-    /// they are found by differences.
+    /// Value and first two derivatives, if the function provides them; otherwise they are computed by finite
+    /// differences.
     fn motion(&self, _t: f64) -> Result<Option<Motion<N>>, Interrupted> {
         Ok(None)
     }
 
-    /// Says what is wrong with a value of this function that makes it useless; who provides it may keep that, and
-    /// raise it where the computation ends.
+    /// Reports a useless value of this function. The implementation may keep the message and raise it after
+    /// the computation.
     fn refuse(&self, _found: String, _expected: &str) -> Interrupted {
         Interrupted
     }
 
-    /// Functions of the same identity are the same; by default one is only the same as itself.
+    /// Functions with the same identity are the same function. By default each function has its own identity.
     fn identity(&self) -> usize {
         std::ptr::from_ref(self).cast::<()>() as usize
     }
 }
 
-/// A value with its first and its second derivative.
+/// A value with its first and second derivatives.
 pub type Motion<const N: usize> = [[f64; N]; 3];
 
-/// The end of a step from `t` that goes as far as it may: the horizon, unless only rounding of times separates that
-/// from the end of the run, which a step of its own would not survive.
+/// End of the longest step from `t`: the horizon, or the end of the run if both differ only by rounding,
+/// because the remaining step would be too short.
 pub(crate) fn end_of_step(t: f64, t_end: f64, horizon: f64) -> f64 {
     if t_end - horizon <= rounding_of_times(t_end - t, t_end) { t_end } else { horizon }
 }
 
-/// How far times that are meant to be the same may be apart, near `t`, where those that are not are so far `apart`.
+/// Tolerance, near `t`, for times that are meant to be equal, if distinct times are `apart`.
 fn rounding_of_times(apart: f64, t: f64) -> f64 {
     const PART: f64 = 1e-9;
     const UNITS: f64 = 8.0;
     (PART * apart).max(UNITS * f64::EPSILON * t.abs())
 }
 
-/// Whether a time lies between two others, or beyond them by rounding only: that of the last step of a run.
+/// Whether a time lies between two others, or beyond them by rounding only, as at the last step of a run.
 pub(crate) fn covers([from, to]: [f64; 2], t: f64) -> bool {
     /// Rounding of a time, relative to the length of the interval.
     const ROUNDING: f64 = 1e-12;
@@ -340,9 +340,8 @@ pub(crate) fn covers([from, to]: [f64; 2], t: f64) -> bool {
     (from - margin..=to + margin).contains(&t)
 }
 
-/// Cubic spline through the values of a table, twice continuously differentiable, with the ends that need no further
-/// condition: the first two pieces are one cubic, and the last two (de Boor 1978, chapter IV, "not-a-knot"). Known
-/// between its ends, NaN beyond.
+/// Cubic spline through the values of a table, twice continuously differentiable, with not-a-knot ends: the
+/// first two pieces are one cubic, and so are the last two (de Boor 1978, chapter IV). NaN outside the table.
 #[derive(Clone, Debug)]
 pub(crate) struct Spline<const N: usize> {
     times: Vec<f64>,
@@ -364,7 +363,7 @@ impl<const N: usize> Spline<N> {
         Self { times, values, bends }
     }
 
-    /// The value and its first two derivatives.
+    /// Value and first two derivatives.
     pub(crate) fn motion(&self, t: f64) -> Motion<N> {
         if !covers([self.times[0], self.times[self.times.len() - 1]], t) {
             return [[f64::NAN; N]; 3];
@@ -393,12 +392,13 @@ fn bends_of(times: &[f64], values: &[f64]) -> Vec<f64> {
     let slope: Vec<f64> = values.windows(2).zip(&h).map(|(pair, h)| (pair[1] - pair[0]) / h).collect();
     match n {
         0..=2 => return vec![0.0; n],
-        // One parabola.
+        // A single parabola.
         3 => return vec![2.0 * (slope[1] - slope[0]) / (h[0] + h[1]); 3],
         _ => {}
     }
-    // h[i-1] m[i-1] + 2 (h[i-1] + h[i]) m[i] + h[i] m[i+1] = 6 (slope[i] - slope[i-1]) inside, the ends expressed by
-    // their neighbours: Gaussian elimination of a tridiagonal, diagonally dominant matrix.
+    // h[i-1] m[i-1] + 2 (h[i-1] + h[i]) m[i] + h[i] m[i+1] = 6 (slope[i] - slope[i-1]) in the interior, with
+    // both end values eliminated by the not-a-knot conditions: Gaussian elimination of a tridiagonal,
+    // diagonally dominant matrix.
     let inside = n - 2;
     let mut diagonal: Vec<f64> = (0..inside).map(|i| 2.0 * (h[i] + h[i + 1])).collect();
     let mut above: Vec<f64> = (0..inside).map(|i| h[i + 1]).collect();

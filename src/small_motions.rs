@@ -5,20 +5,20 @@ use crate::linalg::{Complex, Matrix, eigenvalues, full_svd};
 use crate::model::Model;
 use crate::natural::{self, Natural, scaled};
 
-/// Stiffness and damping are symmetric when no entry differs from its mirror image by more than this part of the matrix's
-/// largest one in scaled coordinates.
+/// Stiffness and damping count as symmetric if no entry differs from its transpose by more than this fraction
+/// of the largest entry, in scaled coordinates.
 const SYMMETRIC: f64 = 1e-6;
 
-/// Eigenvalues whose real part is smaller than this part of their size do not grow but are rounding.
+/// Eigenvalues whose real part is smaller than this fraction of their magnitude do not count as growing.
 pub(crate) const GROWING: f64 = 1e-9;
 
-/// Where rates differ by more than this, the slow ones are taken from the inverse of the problem.
+/// If rates differ by more than this factor, slow eigenvalues come from the inverse problem.
 const WIDE: f64 = 1e3;
 
-/// Constraints with a singular value below this part of the largest one are determined by others.
+/// Constraints with a singular value below this fraction of the largest one count as redundant.
 const DEPENDENT: f64 = 1e-8;
 
-/// The matrices of small motions, in natural coordinates x of the shape: `q / s = W x` with the typical sizes s.
+/// Matrices of small motions, in natural coordinates x of the shape: `q / s = W x` with the typical sizes s.
 pub(crate) struct SmallMotions {
     pub(crate) mass: Matrix,
     pub(crate) damping: Matrix,
@@ -33,8 +33,8 @@ impl SmallMotions {
         self.mass.nrows()
     }
 
-    /// Those that leave constraints as they are, whose derivatives are given for scaled coordinates: in coordinates of the null
-    /// space, by singular values.
+    /// Small motions that satisfy constraints with these derivatives in scaled coordinates: projection onto
+    /// their null space, found by singular values.
     pub(crate) fn within(&self, constraints: &Matrix) -> Option<Self> {
         let mut natural = constraints * &self.basis;
         let longest = natural.row_iter().map(|row| row.norm()).fold(0.0, f64::max);
@@ -64,15 +64,15 @@ impl SmallMotions {
         Some(merged(slow, bare(eigenvalues(&fast)?)).into_iter().map(|(value, ())| value).collect())
     }
 
-    /// The state matrix whose eigenvalues are the inverses of those of the motion: what is slow is large there, and
-    /// so accurate.
+    /// State matrix whose eigenvalues are the inverses of the motion's eigenvalues: slow ones are large
+    /// there, and hence accurate.
     pub(crate) fn inverse(&self) -> Option<Matrix> {
         let factors = self.stiffness.clone().lu();
         Some(state_matrix(&factors.solve(&self.mass)?, &factors.solve(&self.damping)?))
     }
 }
 
-/// Small motions of a model about rest at `q`; `None` where something is not finite.
+/// Small motions of a model about rest at `q`; `None` if a number is not finite.
 pub(crate) fn small_motions(model: &mut dyn Model, q: &[f64], sizes: &[f64]) -> Option<SmallMotions> {
     let n = q.len();
     let rest = vec![0.0; n];
@@ -111,7 +111,7 @@ pub(crate) fn small_motions(model: &mut dyn Model, q: &[f64], sizes: &[f64]) -> 
     Some(SmallMotions { mass, damping, stiffness, basis: natural.basis(), sizes: sizes.to_vec() })
 }
 
-/// Compares each entry with the diagonal ones of its row and column.
+/// Compares each entry with the diagonal entries of its row and column.
 pub(crate) fn is_symmetric(a: &Matrix) -> bool {
     let n = a.nrows();
     let size = |i: usize| a.row(i).iter().fold(0.0_f64, |m, x| m.max(x.abs()));
@@ -127,8 +127,8 @@ pub(crate) fn reduced(a: &Matrix, lower: &Matrix) -> Option<Matrix> {
     lower.solve_lower_triangular_mut(&mut whole).then_some(whole.transpose())
 }
 
-/// `[0 u; -K/u -D]` for `y'' + D y' + K y = 0`. Velocities are divided by a typical rate u, so that both halves are
-/// of one size.
+/// `[0 u; -K/u -D]` for `y'' + D y' + K y = 0`. Velocities are divided by a typical rate u to balance both
+/// halves.
 pub(crate) fn state_matrix(stiffness: &Matrix, damping: &Matrix) -> Matrix {
     let n = stiffness.nrows();
     let mut state = Matrix::zeros(2 * n, 2 * n);
@@ -143,9 +143,9 @@ pub(crate) fn state_matrix(stiffness: &Matrix, damping: &Matrix) -> Matrix {
     state
 }
 
-/// Eigenvalues of a motion from those of its inverse, where slow ones are accurate, and from its own, where fast ones
-/// are: an error of rounding times the largest of them matters to the smallest. They are parted at the widest gap in
-/// the middle of their range.
+/// Combines eigenvalues of the inverse problem, in which slow ones are accurate, with those of the problem
+/// itself, in which fast ones are: absolute errors are rounding times the largest eigenvalue. The split is at
+/// the widest gap in the middle of the range.
 pub(crate) fn merged<T>(inverse: Option<Vec<(Complex, T)>>, own: Vec<(Complex, T)>) -> Vec<(Complex, T)> {
     let Some(inverse) = inverse else { return own };
     let slow: Vec<_> = inverse.into_iter().map(|(value, x)| (value.inv(), x)).collect();

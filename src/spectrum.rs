@@ -4,29 +4,30 @@ use crate::constraint::{MassSaddle, one_sided};
 use crate::linalg::{Matrix, symmetric_eigen};
 use crate::model::{ForwardScratch, Model};
 
-/// Vibrations about the start, `M x'' + C x' + K x = 0`, without the coupling by damping; those that keep closed loops closed.
+/// Vibrations about the start, `M x'' + C x' + K x = 0`, ignoring coupling by damping. With closed loops,
+/// only motions that keep them closed.
 #[derive(Clone, Debug)]
 pub(crate) struct Spectrum {
     pub(crate) modes: Vec<Vibration>,
 }
 
-/// One vibration.
+/// A vibration mode.
 #[derive(Clone, Debug)]
 pub(crate) struct Vibration {
-    /// Natural frequency in rad/s; zero where the motion diverges.
+    /// Natural frequency in rad/s; zero if the motion diverges.
     pub(crate) frequency: f64,
     /// Modal damping over modal mass, in 1/s.
     pub(crate) damping: f64,
-    /// Coordinates of a vibration of modal amplitude one (its mass is one).
+    /// Mode shape, mass-normalised.
     pub(crate) shape: Vec<f64>,
     /// Modal velocity of the state.
     pub(crate) velocity: f64,
-    /// Modal amplitude that the state sets off, if everything that drives the model stays as it is.
+    /// Modal amplitude that the state excites under constant loads.
     pub(crate) size: f64,
 }
 
 impl Vibration {
-    /// Magnitude of the fastest of its two eigenvalues, in 1/s: what limits an explicit step.
+    /// Magnitude of the faster of both eigenvalues, in 1/s, which limits explicit steps.
     pub(crate) fn rate(&self) -> f64 {
         let half = 0.5 * self.damping.abs();
         if self.is_overdamped() {
@@ -36,29 +37,29 @@ impl Vibration {
         }
     }
 
-    /// How far the tip of `model` goes from `q` with this modal amplitude, in metres; infinite beyond any range.
+    /// Displacement of the tip of `model` from `q` for this modal amplitude, in metres; may be infinite.
     pub(crate) fn reach<M: Model>(&self, model: &mut M, q: &[f64], size: f64) -> f64 {
         let moved: Vec<f64> = q.iter().zip(&self.shape).map(|(q, x)| q + x * size).collect();
         let by = model.moved(q, &moved);
         if by.is_nan() { f64::INFINITY } else { by }
     }
 
-    /// Creeps back instead of oscillating.
+    /// Returns to rest without oscillation.
     pub(crate) fn is_overdamped(&self) -> bool {
         0.5 * self.damping.abs() > self.frequency
     }
 }
 
-/// Eigenvalues are known to this many times the precision of the largest one, times their number.
+/// Accuracy of eigenvalues: this factor times the precision of the largest one times their number.
 const ROUNDING: f64 = 16.0;
 
 impl Spectrum {
-    /// The largest rate, in 1/s: what limits explicit steps.
+    /// Largest rate, in 1/s, which limits explicit steps.
     pub(crate) fn rate(&self) -> f64 {
         self.modes.iter().map(Vibration::rate).fold(0.0, f64::max)
     }
 
-    /// The highest frequency, in rad/s, of the vibrations that oscillate and move the tip by more than `distance`
+    /// Highest frequency, in rad/s, among vibrations that oscillate and move the tip by more than `distance`
     /// metres; zero if there are none.
     pub(crate) fn highest_visible<M: Model>(&self, model: &mut M, q: &[f64], distance: f64) -> f64 {
         let visible = self
@@ -68,8 +69,8 @@ impl Spectrum {
         visible.map(|mode| mode.frequency).fold(0.0, f64::max)
     }
 
-    /// `None` where the mass matrix is not positive definite, something is not finite, or a function of time fails.
-    /// About 20 n^3 flops.
+    /// `None` if the mass matrix is not positive definite, a number is not finite, or a function of time
+    /// fails. About 20 n^3 flops.
     pub(crate) fn new<M: Model>(model: &mut M, t: f64, q0: &[f64], v0: &[f64]) -> Option<Self> {
         let n = model.n();
         model.set_time(t).ok()?;
@@ -104,7 +105,7 @@ impl Spectrum {
         lower.solve_lower_triangular_mut(&mut whole).then_some(())?;
         let (squares, mut shapes) = free_eigen(whole, &held)?;
         lower.tr_solve_lower_triangular_mut(&mut shapes).then_some(())?;
-        // What is free to move has no frequency, but for rounding of the others.
+        // Free motions have frequency zero up to the rounding of the others.
         let largest = squares.iter().fold(0.0, |largest: f64, square| largest.max(square.abs()));
         let rounding = ROUNDING * n as f64 * f64::EPSILON * largest;
         let modes = squares.iter().enumerate().map(|(k, &square)| {
@@ -129,9 +130,9 @@ impl Spectrum {
     }
 }
 
-/// Eigenvalues and eigenvectors of a symmetric matrix between directions that are orthogonal to the held ones.
+/// Eigenvalues and eigenvectors of a symmetric matrix on the orthogonal complement of the held directions.
 fn free_eigen(matrix: Matrix, held: &Matrix) -> Option<(Vec<f64>, Matrix)> {
-    /// Held directions get eigenvalues beyond all others by this factor.
+    /// Held directions are shifted beyond all other eigenvalues by this factor.
     const BEYOND: f64 = 2.0;
     if held.ncols() == 0 {
         return symmetric_eigen(&matrix);

@@ -1,4 +1,4 @@
-//! Springs to the world: their forces at a shape, and the derivatives of these.
+//! Springs to the world: their forces in a shape, and the derivatives of these forces.
 //!
 //! ```
 //! use lissom::model::Elastic;
@@ -15,19 +15,19 @@
 
 use crate::linalg::Matrix;
 
-/// The springs of a model in a shape. Their m forces f enter the generalised forces as `-J^T f`, and change by
-/// `-(G G^T + S) J dq`.
+/// Springs of a model in a shape. Their m forces f contribute `-J^T f` to the generalised forces, and change
+/// by `-(G G^T + S) J dq`.
 #[derive(Clone, Debug)]
 pub struct Springs {
     /// The forces f, shape (m,), in axes that do not move with the coordinates.
     pub forces: Vec<f64>,
-    /// J: displacements of where they act for unit rates of the coordinates, m x n.
+    /// J: displacements of the points of attack per unit change of the coordinates, m x n.
     pub jacobian: Matrix,
-    /// G: a root of the stiffness, m x m.
+    /// G: a square root of the stiffness, m x m.
     pub root: Matrix,
-    /// Its pseudo-inverse.
+    /// Pseudo-inverse of G.
     pub inverse_root: Matrix,
-    /// S: stiffness that has no real root, or nearly none; m x m, symmetric.
+    /// S: the part of the stiffness with no real root, or nearly none; m x m, symmetric.
     pub rest: Matrix,
     /// Potential energy of the springs, in joules.
     pub energy: f64,
@@ -47,27 +47,27 @@ impl Springs {
         }
     }
 
-    /// In coordinates divided by these sizes.
+    /// Converts to coordinates divided by these sizes.
     pub(crate) fn scale(&mut self, sizes: &[f64]) {
         for (mut column, size) in self.jacobian.column_iter_mut().zip(sizes) {
             column *= *size;
         }
     }
 
-    /// How the forces change with coordinates: `-(G G^T + S) J dq`.
+    /// Change of the forces with coordinates: `-(G G^T + S) J dq`.
     pub(crate) fn changes(&self, dq: &[f64]) -> Vec<f64> {
         let moved = &self.jacobian * nalgebra::DVector::from_column_slice(dq);
         let changes = &self.root * self.root.tr_mul(&moved) + &self.rest * moved;
         changes.iter().map(|change| -change).collect()
     }
 
-    /// `G+ (f - held)`, and what of `f - held` that leaves.
+    /// `G+ (f - held)`, and the remainder of `f - held` outside the range of G.
     pub(crate) fn mismatch(&self, held: &[f64]) -> [Vec<f64>; 2] {
         let m = held.len();
         let times = |a: &Matrix, x: &[f64]| -> Vec<f64> {
             (0..m).map(|i| (0..m).map(|j| a[(i, j)] * x[j]).sum()).collect()
         };
-        // The difference of the amplitudes, not of the forces, keeps its digits.
+        // Subtracting amplitudes instead of forces avoids cancellation.
         let [own, other] = [&self.forces[..], held].map(|forces| times(&self.inverse_root, forces));
         let amplitudes: Vec<f64> = own.iter().zip(&other).map(|(own, other)| own - other).collect();
         let [own_part, other_part] = [own, other].map(|amplitudes| times(&self.root, &amplitudes));

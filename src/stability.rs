@@ -16,34 +16,34 @@
 use crate::linalg::{Complex, Matrix, eigenvalues, symmetric_eigenvalues, symmetric_part};
 use crate::small_motions::{self, GROWING, SmallMotions};
 
-/// A stiffness is symmetric, so that its loads have a potential, when no entry differs from its mirror image by more
-/// than this part of the elastic stiffnesses it couples. Above what the quadrature of strongly bent rods leaves,
-/// below what any follower load that matters does.
+/// A stiffness counts as symmetric, so that its loads have a potential, if no entry differs from its
+/// transpose by more than this fraction of the elastic stiffnesses it couples. This is above the quadrature
+/// error of strongly bent rods and below the effect of any relevant follower load.
 const SYMMETRIC: f64 = 1e-6;
 
-/// Stiffnesses relative to the elastic one, or to a larger one such as that of surfaces that touch, that are rounding: some units
-/// for each coordinate.
+/// Rounding of a stiffness per coordinate, relative to the elastic stiffness, or to a larger one such as a
+/// contact stiffness.
 const ROUNDING: f64 = 100.0 * f64::EPSILON;
 
-/// An eigenvalue of the motion whose imaginary part is larger than this part of its size belongs to flutter; below,
-/// it may be what rounding makes of two equal real ones.
+/// An eigenvalue whose imaginary part exceeds this fraction of its magnitude is flutter. A smaller imaginary
+/// part may be the rounding error of two equal real eigenvalues.
 const FLUTTER: f64 = 1e-5;
 
-/// What small disturbances of a state at rest do.
+/// Stability of a state at rest against small disturbances.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stability {
-    /// They stay small.
+    /// Disturbances stay small.
     Stable,
-    /// In some direction there is no restoring force, to rounding: a critical point, or freedom to turn.
+    /// In some direction there is no restoring force, to rounding: a critical point, or a freedom to turn.
     Neutral,
-    /// They grow away from the state.
+    /// Disturbances grow without oscillation.
     Divergence,
-    /// They grow as oscillations, which follower loads, currents and turning bases can do.
+    /// Disturbances grow as oscillations, as follower loads, currents and rotating bases can cause.
     Flutter,
 }
 
 impl Stability {
-    /// As one word in lower case.
+    /// The name as one word in lower case.
     pub fn name(self) -> &'static str {
         match self {
             Self::Stable => "stable",
@@ -54,21 +54,21 @@ impl Stability {
     }
 }
 
-/// A verdict on small motions.
+/// Stability of small motions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Verdict {
-    /// Of the motions as they are: with all damping, drag and gyroscopic forces.
+    /// Stability of the actual motion, with all damping, drag and gyroscopic forces.
     pub stability: Stability,
-    /// Without any force that depends on velocities.
+    /// Stability without forces that depend on velocities.
     pub undamped: Stability,
 }
 
-/// The verdict on motions in natural coordinates, in which the elastic stiffness is one; `None` where something is
+/// Stability of motions in natural coordinates, in which the elastic stiffness is one; `None` if a number is
 /// not finite or the mass matrix is not positive definite.
 ///
-/// Damping matters for it: with a symmetric positive stiffness none can do harm (Thomson and Tait 1879; Chetaev
-/// 1961), but under follower loads it takes stability away from some motions (Ziegler 1952) and gives it to others,
-/// such as the equal frequencies of round rods.
+/// Damping matters. It cannot destabilise a symmetric positive stiffness (Thomson and Tait 1879; Chetaev
+/// 1961), but under follower loads it destabilises some motions (Ziegler 1952) and stabilises others, such as
+/// those with the equal frequencies of round rods.
 pub(crate) fn verdict(motions: &SmallMotions) -> Option<Verdict> {
     let SmallMotions { stiffness, damping, .. } = motions;
     let (n, size) = (stiffness.nrows(), largest(stiffness));
@@ -82,7 +82,7 @@ pub(crate) fn verdict(motions: &SmallMotions) -> Option<Verdict> {
         let size = largest(damping);
         let dissipates = lowest(damping)? >= -rounding * size;
         let is_gyroscopic = !small_motions::is_symmetric(damping);
-        // What is not stable without damping can only be made so by gyroscopic forces.
+        // Only gyroscopic forces can stabilise a motion that is unstable without damping.
         if !is_damped || dissipates && (undamped == Stability::Stable || !is_gyroscopic) {
             return same(undamped);
         }
@@ -93,18 +93,18 @@ pub(crate) fn verdict(motions: &SmallMotions) -> Option<Verdict> {
     Some(Verdict { stability, undamped })
 }
 
-/// The largest absolute entry.
+/// Largest absolute entry.
 pub(crate) fn largest(a: &Matrix) -> f64 {
     a.iter().fold(0.0, |size: f64, x| size.max(x.abs()))
 }
 
-/// What is rounding in a stiffness of n natural coordinates and this size.
+/// Rounding of a stiffness of this size in n natural coordinates.
 fn rounding(n: usize, size: f64) -> f64 {
     ROUNDING * n as f64 * size.max(1.0)
 }
 
-/// That of motions with a symmetric stiffness of n natural coordinates, the smallest eigenvalue and the size of which are given,
-/// where all that depends on velocities is friction. `None` where it is NaN.
+/// Verdict from the smallest eigenvalue and the size of a symmetric stiffness in n natural coordinates, if
+/// friction is the only force that depends on velocities. `None` for NaN.
 pub(crate) fn of_stiffness(lowest: f64, n: usize, size: f64) -> Option<Verdict> {
     let stability = match lowest {
         lowest if lowest.is_nan() => return None,
@@ -115,7 +115,8 @@ pub(crate) fn of_stiffness(lowest: f64, n: usize, size: f64) -> Option<Verdict> 
     Some(Verdict { stability, undamped: stability })
 }
 
-/// That of `M x'' + K x = 0`: its solutions are `exp(i omega t)` with `1 / omega^2` an eigenvalue of `K^-1 M`.
+/// Stability of `M x'' + K x = 0`: its solutions are `exp(i omega t)` with `1 / omega^2` an eigenvalue of
+/// `K^-1 M`.
 fn without_damping(motions: &SmallMotions, rounding: f64) -> Option<Stability> {
     let SmallMotions { mass, stiffness, .. } = motions;
     let is_neutral = smallest(stiffness)? <= rounding;
@@ -142,13 +143,13 @@ fn without_damping(motions: &SmallMotions, rounding: f64) -> Option<Stability> {
     })
 }
 
-/// That of `M x'' + D x' + K x = 0`.
+/// Stability of `M x'' + D x' + K x = 0`.
 fn in_motion(motions: &SmallMotions, rounding: f64) -> Option<Stability> {
     let is_neutral = smallest(&motions.stiffness)? <= rounding;
     let values = motions.eigenvalues()?;
     let slowest = values.iter().map(|value| value.norm()).fold(f64::INFINITY, f64::min);
     let mut growing = values.iter().copied().filter(|s| {
-        // What has no stiffness moves as slowly as rounding lets it.
+        // Motions without stiffness have rates of the size of rounding.
         s.re > GROWING * s.norm() && !(is_neutral && s.norm() <= 10.0 * slowest)
     });
     Some(match growing.clone().any(is_complex) {
@@ -168,7 +169,7 @@ pub(crate) fn is_symmetric(a: &Matrix) -> bool {
     (0..a.nrows()).all(|j| (0..j).all(|i| (a[(i, j)] - a[(j, i)]).abs() <= SYMMETRIC))
 }
 
-/// The smallest absolute eigenvalue.
+/// Smallest absolute eigenvalue.
 fn smallest(a: &Matrix) -> Option<f64> {
     Some(eigenvalues(a)?.iter().map(|value| value.norm()).fold(f64::INFINITY, f64::min))
 }

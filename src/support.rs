@@ -1,4 +1,4 @@
-//! Elastic supports of a rod, in plain data.
+//! Elastic supports of a rod, as plain data.
 //!
 //! ```
 //! use lissom::support::Support;
@@ -11,24 +11,26 @@ use crate::error::{Checker, InvalidInput};
 use crate::lie::QUATERNION_TOLERANCE;
 use crate::load::check_place;
 
-/// Springs and dampers between a section of the rod and a fixed pose in the world, the *anchor*.
+/// Springs and dampers between a section of the rod and a pose fixed in the world, the *anchor*.
 ///
-/// With the section's centre at r and its axes `e_i`, the anchor at p with the axes `a_i`, stiffnesses `k_i` and
-/// rotational stiffnesses `kappa_i`, both along and about the axes of the anchor, the potential is
+/// Let the section have its centre at r and the axes `e_i`, and the anchor its origin at p and the axes
+/// `a_i`. With stiffnesses `k_i` along and rotational stiffnesses `kappa_i` about the axes of the anchor, the
+/// potential is
 ///
 /// ```text
 /// 1/2 sum_i k_i (a_i . (r - p))^2 + sum_i c_i (1 - a_i . e_i),   c_1 = (kappa_2 + kappa_3 - kappa_1) / 2 and so on
 /// ```
 ///
-/// (the modified trace function of Koditschek 1989). For small turns by the rotation vector theta the second sum is
-/// `1/2 sum_i kappa_i theta_i^2`; a turn by any angle about axis i alone meets the moment `kappa_i sin angle`. It is
-/// smooth for all rotations, and has no minimum but that with `e_i = a_i` where all `kappa_i > 0`. With one `kappa_i`
-/// zero and the other two equal, it does not depend at all on how far the section turns about that axis of its own.
+/// (the modified trace function of Koditschek 1989). For small rotations by the rotation vector theta the
+/// second sum is `1/2 sum_i kappa_i theta_i^2`; a rotation by any angle about axis i alone meets the moment
+/// `kappa_i sin angle`. The potential is smooth for all rotations, and its only minimum is at `e_i = a_i` if
+/// all `kappa_i > 0`. If one `kappa_i` is zero and the other two are equal, the potential does not depend on
+/// rotations of the section about its own axis i.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Support {
-    /// The link that it is on, by its place among those of a robot; 0 on a rod.
+    /// Index of the link in the robot; 0 for a rod.
     pub link: usize,
-    /// Arc length from the base of the section that it holds, in metres; `None` is the tip.
+    /// Arc length from the base to the supported section, in metres; `None` is the tip.
     pub at: Option<f64>,
     /// Stiffness along the axes of the anchor, in N/m.
     pub stiffness: [f64; 3],
@@ -38,16 +40,16 @@ pub struct Support {
     pub damping: [f64; 3],
     /// Viscous damping of rotation about the axes of the anchor, in N m s/rad.
     pub rotational_damping: [f64; 3],
-    /// Position of the anchor in the world, in metres; `None` is where the section is when all coordinates are zero and
-    /// the base is at its place, without its motion.
+    /// Position of the anchor in the world, in metres; `None` is the position of the section at zero
+    /// coordinates with the base at its initial pose.
     pub position: Option<[f64; 3]>,
-    /// Orientation of the anchor: quaternion (w, x, y, z) that turns its axes into those of the world, normalised on
-    /// use; `None` is that of the section then.
+    /// Orientation of the anchor: quaternion (w, x, y, z) that rotates its axes into those of the world,
+    /// normalised on use; `None` is the orientation of that section.
     pub orientation: Option<[f64; 4]>,
 }
 
 impl Support {
-    /// No spring yet, at the tip: a start for `..` syntax.
+    /// A support without springs at the tip: a start for `..` syntax.
     pub fn at_tip() -> Self {
         Self {
             link: 0,
@@ -61,7 +63,7 @@ impl Support {
         }
     }
 
-    /// Everything that is wrong with this support of a rod of this length (infinite where it is not known yet).
+    /// Reports every problem of this support on a rod of this length (infinite if not known yet).
     pub fn validate(&self, length: f64) -> Result<(), InvalidInput> {
         let mut check = Checker::new();
         if let Some(x) = self.at {

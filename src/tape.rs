@@ -1,9 +1,9 @@
-//! Serialisation of the state between steps: one function both writes and reads it, so that the two agree.
+//! Serialisation of the state between steps. One function both writes and reads it, so that both agree.
 
-/// Whole numbers up to that are numbers of floating point.
+/// Largest whole number below which all are represented exactly.
 const LARGEST_COUNT: f64 = (1_u64 << f64::MANTISSA_DIGITS) as f64;
 
-/// Takes what is passed to it, one after the other, or gives back what it took.
+/// Records the values passed to it in order, or replaces them with the recorded ones.
 #[derive(Debug)]
 pub(crate) struct Tape<'a>(Mode<'a>);
 
@@ -14,23 +14,22 @@ enum Mode<'a> {
 }
 
 impl<'a> Tape<'a> {
-    /// Appends to these numbers.
+    /// Appends to `numbers`.
     pub(crate) fn writing(numbers: &'a mut Vec<f64>) -> Self {
         Self(Mode::Writing(numbers))
     }
 
-    /// Gives back these numbers.
+    /// Reads from `numbers`.
     pub(crate) fn reading(numbers: &'a [f64]) -> Self {
         Self(Mode::Reading { rest: numbers, is_right: true })
     }
 
-    /// True where what is passed is replaced.
+    /// True if values are replaced.
     pub(crate) fn reads(&self) -> bool {
         matches!(self.0, Mode::Reading { .. })
     }
 
-    /// True unless something was read that had not been written so: too little, too much, or what is none of the values that
-    /// were asked for.
+    /// False if too few or too many numbers were read, or a number outside the allowed values.
     pub(crate) fn is_right(&self) -> bool {
         match &self.0 {
             Mode::Writing(_) => true,
@@ -38,7 +37,7 @@ impl<'a> Tape<'a> {
         }
     }
 
-    /// As many numbers.
+    /// Reads or writes `values.len()` numbers.
     pub(crate) fn numbers(&mut self, values: &mut [f64]) {
         match &mut self.0 {
             Mode::Writing(numbers) => numbers.extend_from_slice(values),
@@ -82,14 +81,14 @@ impl<'a> Tape<'a> {
         *value = number as u32;
     }
 
-    /// Yes or no.
+    /// A Boolean.
     pub(crate) fn flag(&mut self, value: &mut bool) {
         let mut number = usize::from(*value);
         self.below(2, &mut number);
         *value = number == 1;
     }
 
-    /// Something that may be missing: `blank` is what is read into.
+    /// An optional value; `blank` is the initial value for reading.
     pub(crate) fn optional<T>(
         &mut self,
         value: &mut Option<T>,

@@ -1,34 +1,35 @@
-//! Vibrations that fixed steps do not resolve, and the error of the tip that they cause.
+//! Vibrations that fixed steps do not resolve, and the resulting error of the tip.
 //!
-//! Average acceleration makes a vibration of frequency w slower: `(2 / h) atan(w h / 2)` with steps of size h (Hughes
-//! 2000, section 9.1), and other members of the family are off by as much or damp it away. Until both have died down
-//! the error of its phase grows with the time. How strong the vibrations are is seen in the motion itself, whatever
-//! set them off: the accelerations of each, over the square of its frequency, are its distance from its equilibrium,
-//! if it is slow beside what drives it; where it is fast, it follows almost without acceleration, and so counts as
-//! little as it should.
+//! Average acceleration lowers the frequency w of a vibration to `(2 / h) atan(w h / 2)` for steps of size h
+//! (Hughes 2000, section 9.1); other members of the family have similar errors or damp the vibration. The
+//! phase error grows with time until the vibration has decayed. The motion itself shows how strong a
+//! vibration is, whatever its cause: the modal acceleration over the squared frequency is its distance from
+//! equilibrium if the vibration is slow compared with its excitation. A fast vibration follows its excitation
+//! almost without acceleration, and its estimate is accordingly small.
 
 use crate::error::Number;
 use crate::linalg::Matrix;
 use crate::model::Model;
 use crate::spectrum::Spectrum;
 
-/// Errors of the tip by this part of the length are worth a warning.
+/// Errors of the tip above this fraction of the length cause a warning.
 const WORTH_A_WARNING: f64 = 1e-2;
 
-/// Models of more coordinates are not looked at: their spectrum would cost more than a short run.
+/// Models with more coordinates are not checked: their spectrum would cost more than a short run.
 const MOST_COORDINATES: usize = 100;
 
-/// Below this half angle of a step the series of the arc tangent is exact to a part of 1e-6, and a difference would be rounding.
+/// Below this half angle of a step, the series of the arc tangent is accurate to 1e-6, whereas the difference
+/// would be dominated by rounding.
 const SMALL_ANGLE: f64 = 1e-3;
 
-/// By how much average acceleration makes a vibration slower, in rad/s: `w - (2 / h) atan(w h / 2)`.
+/// Error of average acceleration in the frequency of a vibration, in rad/s: `w - (2 / h) atan(w h / 2)`.
 fn drift(frequency: f64, dt: f64) -> f64 {
     let angle = 0.5 * frequency * dt;
     let part = if angle < SMALL_ANGLE { angle * angle / 3.0 } else { 1.0 - angle.atan() / angle };
     frequency * part
 }
 
-/// The vibrations of a model about its start, and how strong each was so far.
+/// Vibrations of a model about its start, and their strength so far.
 #[derive(Clone, Debug)]
 pub(crate) struct Unseen {
     dt: f64,
@@ -38,24 +39,24 @@ pub(crate) struct Unseen {
 
 #[derive(Clone, Debug)]
 struct Vibration {
-    /// In rad/s.
+    /// Frequency in rad/s.
     frequency: f64,
-    /// How fast it dies down, and how fast the phase goes wrong, in 1/s.
+    /// Rates of decay and of phase error, in 1/s.
     decay: f64,
     drift: f64,
     shape: Vec<f64>,
-    /// What makes accelerations its distance from equilibrium, with modal mass one: mass times shape over the square
-    /// of the frequency.
+    /// Weights that turn accelerations into the modal distance from equilibrium: mass times mass-normalised
+    /// shape over the squared frequency.
     weights: Vec<f64>,
-    /// The largest error so far that it will have come to at the end, as a modal coordinate, and the distance that it
-    /// comes from.
+    /// Largest expected error at the end of the run, as a modal coordinate, and the modal distance that
+    /// causes it.
     error: f64,
     distance: f64,
 }
 
 impl Vibration {
-    /// The largest error, relative to the amplitude at the beginning, of this vibration in a time: it grows with the
-    /// phase until that is lost, and dies down.
+    /// Largest error within a time, relative to the initial amplitude: it grows with the phase error until
+    /// the phase is lost, and decays with the vibration.
     fn growth(&self, time: f64) -> f64 {
         let at = time.min(1.0 / self.decay).min(2.0 / self.drift);
         (-self.decay * at).exp() * self.drift * at
@@ -63,8 +64,8 @@ impl Vibration {
 }
 
 impl Unseen {
-    /// Those of a run from `q0`, `v0` with steps of size `dt`. None of a model that is large or has no spectrum
-    /// there, and none where nothing could be wrong.
+    /// Vibrations of a run from `q0`, `v0` with steps of size `dt`. `None` for large models, for constrained
+    /// models and for models without a spectrum at the start.
     pub(crate) fn new<M: Model>(
         model: &mut M,
         t_span: (f64, f64),
@@ -72,7 +73,7 @@ impl Unseen {
         dt: f64,
     ) -> Option<Self> {
         let n = model.n();
-        // The spectrum is that of a model whose loops are open: it says nothing of one that keeps them closed.
+        // The spectrum describes a model with open loops and does not apply to closed ones.
         if n > MOST_COORDINATES || model.constraints() > 0 {
             return None;
         }
@@ -101,12 +102,12 @@ impl Unseen {
         Some(unseen)
     }
 
-    /// Takes note of the accelerations after a step.
+    /// Updates the error estimates with the accelerations after a step.
     pub(crate) fn step(&mut self, t: f64, a: &[f64]) {
         let left = self.t_span.1 - t;
         for vibration in &mut self.vibrations {
             let distance = vibration.weights.iter().zip(a).map(|(weight, a)| weight * a).sum::<f64>().abs();
-            // No growth is more than two.
+            // `growth` never exceeds two.
             if 2.0 * distance > vibration.error {
                 let error = distance * vibration.growth(left);
                 if error > vibration.error {
@@ -116,7 +117,7 @@ impl Unseen {
         }
     }
 
-    /// A warning about the vibration that causes the largest error of the tip, if that is large.
+    /// A warning about the vibration with the largest error of the tip, if that error is large.
     pub(crate) fn verdict<M: Model>(&self, model: &mut M, q0: &[f64]) -> Option<String> {
         let length = model.length();
         let moved = |vibration: &Vibration| {
@@ -133,7 +134,7 @@ impl Unseen {
             return None;
         }
         let hertz = vibration.frequency / std::f64::consts::TAU;
-        // With short steps the drift of the phase is w^3 h^2 / 12: half of what is worth a warning.
+        // For short steps the phase drift is w^3 h^2 / 12; aim for half the error that causes a warning.
         let time = self.t_span.1 - self.t_span.0;
         let enough = |(moved, vibration): &(f64, &Vibration)| {
             let drift = 0.5 * WORTH_A_WARNING / (moved * time.min(1.0 / vibration.decay));

@@ -1,4 +1,4 @@
-//! Steps allocate nothing: all memory is there before the first one.
+//! Steps do not allocate: all memory is allocated before the first one.
 #![allow(unsafe_code, reason = "an allocator that counts")]
 
 use std::alloc::{GlobalAlloc, Layout, System};
@@ -25,7 +25,7 @@ thread_local! {
 
 struct Counting;
 
-// SAFETY: everything is passed on to the system's allocator.
+// SAFETY: all calls are forwarded to the system's allocator.
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         ALLOCATIONS.with(|count| count.set(count.get() + 1));
@@ -49,8 +49,8 @@ fn allocations(run: impl FnOnce()) -> usize {
     ALLOCATIONS.with(Cell::get) - before
 }
 
-/// A planar and a spatial rod of one and of several segments, with few and with many coordinates; long chains. With loads and masses
-/// at the tip alone, and inside segments as well.
+/// Planar and spatial rods of one and several segments, with few and many coordinates, and long chains; with
+/// loads and masses at the tip and inside segments.
 fn models() -> Vec<RobotModel> {
     let segment =
         |modes| Segment { modes, retardation_time: 0.01, ..Segment::straight(0.3, 0.01, 1e6, 4e5, 1e3) };

@@ -1,9 +1,9 @@
-//! Fuzzing of scenes and rods: the committed corpus, and so many mutations of it, the same ones every time.
+//! Fuzzing of scenes and rods: the committed corpus, and deterministic mutations of it.
 //!
-//! `LISSOM_FUZZ_RUNS=100000 cargo test --test fuzz` tries more than the default number; `LISSOM_FUZZ_SEED` others; an input that
-//! ends in a new way is added to the corpus with `LISSOM_FUZZ_GROW=1`. An input that
-//! breaks something is written to `target/fuzz`; it belongs into `tests/fuzz/corpus` once it is mended. `fuzz/` runs the same targets under
-//! cargo-fuzz, which looks for new paths through the code by itself.
+//! `LISSOM_FUZZ_RUNS=100000 cargo test --test fuzz` sets the number of mutations, `LISSOM_FUZZ_SEED` selects
+//! other mutations, and `LISSOM_FUZZ_GROW=1` adds inputs with new outcomes to the corpus. An input that
+//! causes a failure is written to `target/fuzz`; add it to `tests/fuzz/corpus` after the fix. `fuzz/` runs
+//! the same targets under cargo-fuzz, which searches for new paths through the code.
 
 #![allow(clippy::print_stderr, reason = "a fuzzer says what it tried and what it found")]
 
@@ -26,15 +26,15 @@ use std::time::{Duration, Instant};
 
 use mutate::Random;
 
-/// No input takes longer, in a build with debug assertions on a busy machine.
+/// Time limit for an input, in a build with debug assertions on a busy machine.
 const TIME_LIMIT: Duration = Duration::from_secs(10);
 
-/// A target: what is done with an input, and how inputs are changed.
+/// A target: the function under test, and the mutations of its inputs.
 struct Target {
     name: &'static str,
     run: fn(&[u8]) -> String,
     mutate: fn(&mut Random, &[u8], &[u8]) -> Vec<u8>,
-    /// Mutations where nothing is said about their number.
+    /// Default number of mutations.
     runs: usize,
 }
 
@@ -55,7 +55,7 @@ impl Target {
         paths.iter().map(|path| fs::read(path).unwrap()).collect()
     }
 
-    /// Keeps an input that breaks something; returns where.
+    /// Saves an input that causes a failure; returns its path.
     fn keep(&self, input: &[u8]) -> PathBuf {
         let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("fuzz");
         fs::create_dir_all(&folder).unwrap();
@@ -115,14 +115,14 @@ impl Target {
         drop(started);
         watch.join().unwrap();
         assert!(broken.is_empty(), "{} inputs break {}: {broken:?}", broken.len(), self.name);
-        // Inputs that all end in the same way would test nothing.
+        // If all inputs had the same outcome, nothing would be tested.
         assert!(outcomes.len() >= 10, "{outcomes:?}");
         if std::env::var_os("LISSOM_FUZZ_RUNS").is_some() {
             eprintln!("{}: {runs} runs, slowest {slowest:?}, {outcomes:#?}", self.name);
         }
     }
 
-    /// Ends the process when an input takes too long: nothing else ends a hang.
+    /// Ends the process if an input takes too long, because nothing else ends a hang.
     fn watch(&self, inputs: &Receiver<Vec<u8>>) {
         let Ok(mut input) = inputs.recv() else { return };
         loop {

@@ -1,11 +1,11 @@
-"""Instructions of fixed cases, counted by callgrind: unlike run times they repeat exactly.
+"""Instruction counts of fixed cases by callgrind; unlike run times, they are reproducible.
 
     python benches/python/instructions.py            # count and compare with benches/instructions.json
     python benches/python/instructions.py --update   # count and write that file
 
-Fails when a case needs more than five percent more instructions than the file says. Counts belong to one
-compiler and one kind of machine: with another compiler, without valgrind or without AVX2 nothing is compared,
-and the output says why. Part of `make test`.
+Fails if a case needs over five percent more instructions than in the file. Counts depend on the compiler and
+the kind of machine: with another compiler, without valgrind or without AVX2, nothing is compared and the
+output gives the reason. Part of `make test`.
 """
 
 import argparse
@@ -21,7 +21,7 @@ ROOT = Path(__file__).parents[2]
 COUNTS = ROOT / "benches" / "instructions.json"
 GROWTH = 1.05
 
-# The number of repetitions that is counted: steps differ from one another, sweeps do not.
+# Numbers of repetitions that are counted: steps differ from each other, sweeps do not.
 CASES = {
     **{
         f"{kind}/{rod}": 100
@@ -51,7 +51,7 @@ def output_of(*command: str) -> str:
 
 
 def build() -> str:
-    """The compiled cases."""
+    """Builds the cases; returns the path of the executable."""
     messages = output_of(
         "cargo",
         "bench",
@@ -71,7 +71,7 @@ def instructions(executable: str, case: str, count: int) -> int:
     command = ["valgrind", "--tool=callgrind", "--callgrind-out-file=/dev/null", executable, case, str(count)]
     done = subprocess.run(command, check=False, capture_output=True, text=True)
     if done.returncode == -signal.SIGILL:
-        # Rare encodings that compilers choose once in a while; another order of the same sums avoids them.
+        # Compilers occasionally choose rare encodings; another order of the same sums avoids them.
         unknown = [line for line in done.stderr.splitlines() if "unhandled instruction bytes" in line]
         sys.exit(f"{case}: valgrind does not know an instruction of this build\n" + "\n".join(unknown))
     done.check_returncode()
@@ -79,7 +79,7 @@ def instructions(executable: str, case: str, count: int) -> int:
 
 
 def count(executable: str) -> dict[str, int]:
-    """Instructions of one repetition of each case, without what starting takes."""
+    """Instructions of one repetition of each case, without the start of the program."""
     counts = {}
     for case, repetitions in CASES.items():
         few, many = (instructions(executable, case, n * repetitions) for n in (1, 2))
@@ -88,7 +88,7 @@ def count(executable: str) -> dict[str, int]:
 
 
 def obstacle() -> str | None:
-    """Why nothing can be counted here."""
+    """The reason why counting is not possible here, if any."""
     if shutil.which("valgrind") is None:
         return "valgrind is not installed"
     cpu = Path("/proc/cpuinfo")

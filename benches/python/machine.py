@@ -1,4 +1,4 @@
-"""What a measurement was made on."""
+"""Description of the machine of a measurement."""
 
 import os
 import platform
@@ -6,7 +6,7 @@ from pathlib import Path
 
 
 def processor() -> str:
-    """The processor's name where Linux tells it."""
+    """The processor's name, if Linux provides it."""
     try:
         lines = Path("/proc/cpuinfo").read_text().splitlines()
     except OSError:
@@ -16,6 +16,6 @@ def processor() -> str:
 
 
 def description() -> str:
-    """Processor, cores, system, Python, and how busy the machine is now."""
+    """Processor, cores, system, Python, and the current load of the machine."""
     system = f"{processor()}, {os.cpu_count()} cores, {platform.system()}, Python {platform.python_version()}"
     return f"{system}; load at the start: {os.getloadavg()[0]:.2f}"

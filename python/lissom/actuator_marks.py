@@ -1,6 +1,6 @@
 """Geometry and time histories of a robot's actuators, for drawings and plots.
 
-Plain geometry and numbers, as functions of coordinates and time; how that looks is the reports' business.
+Plain geometry and numbers, as functions of coordinates and time; reports decide how they look.
 """
 
 from __future__ import annotations
@@ -24,26 +24,26 @@ POINTS_OF_PART = 17
 
 @dataclass(frozen=True)
 class ActuatorMark:
-    """One actuator as it is drawn and plotted."""
+    """An actuator in drawings and plots."""
 
     name: str
     kind: Literal["tendon", "chamber", "motor", "active strain"]
-    #: Names and units of its force and of its length.
+    #: Names and units of its force and its length.
     quantities: tuple[str, str]
-    #: Its tension, pressure, torque, force or amount, (k,): of (k, n) coordinates and velocities, (k,) times
-    #: and (k, m) inputs.
+    #: Tension, pressure, torque, force or amount, (k,), for (k, n) coordinates and velocities, (k,) times and
+    #: (k, m) inputs.
     force: Callable[[Array, Array, Array, Array], Array]
-    #: Its length, volume or coordinate, likewise.
+    #: Length, volume or coordinate, (k,), for (k, n) coordinates and (k,) times.
     length: Callable[[Array, Array], Array]
     #: Its path as a polyline, (k, points, 3); None if it has none.
     way: Callable[[Array, Array], Array] | None = None
     #: For a chamber, the radius of the circle with its area, metres.
     radius: float = 0.0
-    #: The coordinate that a motor moves: its link, and its place among those of the joint.
+    #: The coordinate that a motor moves: its link, and its name within the joint.
     coordinate: tuple[str, str] | None = None
-    #: Whether it is a tendon with a commanded length, which is slack where its path is shorter.
+    #: Whether it is a tendon with a commanded length, which is slack if its path is shorter.
     is_let_out: bool = False
-    #: The input that is its tension, which is never negative.
+    #: Name of the input that gives its tension, which is never negative.
     pulled_by: str | None = None
 
 
@@ -104,7 +104,7 @@ def _points(robot: Robot, part: Along | Via, q: Array, t: Array) -> Array:
 
 
 def _beside(poses: Array, points: Array) -> Array:
-    """Points (points, 3), each in its frame (k, points, 4, 4), seen from the world."""
+    """Points (points, 3), each given in its frame (k, points, 4, 4), in world axes."""
     seen: Array = np.einsum("kpij,pj->kpi", poses[..., :3, :3], points) + poses[..., :3, 3]
     return seen
 

@@ -1,4 +1,4 @@
-"""When surfaces begin and cease to touch during a motion."""
+"""Times at which surfaces begin and cease to touch during a motion."""
 
 from __future__ import annotations
 
@@ -84,9 +84,9 @@ def _event(robot: Robot, result: MotionResult, k: int, name: str, *, begins: boo
 
 
 def _quintic(result: MotionResult, k: int) -> Callable[[float], tuple[Array, Array]]:
-    """Coordinates and velocities from state k, at 0, to the next one, at 1: the polynomial of degree five.
+    """Coordinates and velocities between state k, at 0, and the next one, at 1.
 
-    It has the coordinates, velocities and accelerations of both.
+    The quintic polynomial matches the coordinates, velocities and accelerations of both states.
     """
     h = result.t[k + 1] - result.t[k]
     (q, next_q), (v, next_v), (a, next_a) = (x[k : k + 2] for x in (result.q, result.v, result.a))

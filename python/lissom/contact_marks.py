@@ -1,6 +1,6 @@
 """Geometry and forces of contacts, for drawings and plots: obstacles, and balls and shapes on links.
 
-Plain geometry and numbers, as functions of coordinates and time; how that looks is the reports' business.
+Plain geometry and numbers, as functions of coordinates and time; reports decide how they look.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ WORDS = {
 
 Obstacle = HalfSpace | Sphere | Capsule | Box | HeightField | ConvexMesh
 
-#: Maximum number of lines that a height field is drawn with along each axis.
+#: Maximum number of lines along each axis in drawings of a height field.
 MOST_LINES = 60
 
 #: Separator between polylines.
@@ -46,11 +46,11 @@ class ContactMark:
     between: str
     #: The obstacle fixed in the world, if one of the two is.
     obstacle: Obstacle | None
-    #: Poses of the centres of the balls on links among the two, and their radii, metres.
+    #: Poses of the centres of the balls of the pair that are on links, and their radii, metres.
     balls: Sequence[tuple[Pose, float]]
-    #: Shapes on links among the two, with the poses of the axes that they are given in.
+    #: Shapes of the pair that are on links, and the poses of the axes in which they are given.
     shapes: Sequence[tuple[Obstacle, Pose]]
-    #: Force on the first surface in world axes, (k, 3), newtons: of (k, n) coordinates and velocities and
+    #: Force on the first surface in world axes, (k, 3), newtons, for (k, n) coordinates and velocities and
     #: (k,) times.
     force: Callable[[Array, Array, Array], Array]
 
@@ -60,11 +60,11 @@ class Touching:
     """All contact pairs of a robot."""
 
     pairs: Sequence[ContactMark] = ()
-    #: Where surfaces touch: of (n,) coordinates and velocities, and a time.
+    #: Touching places, for (n,) coordinates and velocities, and a time.
     touches: Callable[[Array, Array, float], Sequence[Touch]] | None = None
 
 
-#: Of a robot without contacts.
+#: A robot without contacts.
 NOTHING_TOUCHES: Touching = Touching()
 
 
@@ -143,5 +143,5 @@ def _ball(robot: Robot, ball: Ball, q: Array, t: float | Array) -> Array:
 
 
 def _axes(robot: Robot, shape: Obstacle, q: Array, t: float | Array) -> Array:
-    """Poses of the axes that a shape on a link is given in."""
+    """Poses of the axes in which a shape on a link is given."""
     return robot.pose(q, shape.at, link=shape.link, t=t)

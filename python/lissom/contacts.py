@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     Vector: TypeAlias = Sequence[float]
-    #: What can touch: the name of a link with a rod, a ball on a link, a shape in the world or on a link.
+    #: A surface: the name of a link with a rod, a ball on a link, a shape in the world or on a link.
     Surface: TypeAlias = "str | Ball | HalfSpace | Sphere | Capsule | Box | HeightField | ConvexMesh"
 
 
@@ -41,7 +41,7 @@ def _in_rows(shape: object, name: str, expected: str) -> None:
 
 
 def _place(shape: object) -> None:
-    """Makes a float of the place on a link, if there is one."""
+    """Convert the place on a link to a float, if given."""
     if getattr(shape, "at", None) is not None:
         with_number(shape, "at")
 

@@ -195,7 +195,7 @@ def _with_parameters(data: xarray.Dataset, result: Any) -> xarray.Dataset:
 
 
 def _with_position(data: xarray.Dataset, result: Any, dimensions: tuple[str, ...]) -> xarray.Dataset:
-    """Where the last tip of a robot is, and how that changes with the parameters."""
+    """Position of the tip of the last link of a robot, and its derivatives with respect to the parameters."""
     if result.dq is None or not isinstance(result._model, Robot):
         return data
     position, derivative = result.position()

@@ -11,8 +11,8 @@ from typing import TypeVar
 #: as large.
 STEP = 2e-3
 
-#: The same for forces that act in some states only. In states between the edges of that region for the
-#: individual nodes the difference is wrong. The rounding error is 1e-10 of the forces.
+#: The same for forces that act in some states only. If only some nodes are in such a state, the difference is
+#: wrong. The rounding error is 1e-10 of the forces.
 FINE_STEP = 1e-6
 
 #: Nodes and weights of the derivative by four differences, central and to one side (Fornberg 1988, tables 1
@@ -37,9 +37,9 @@ def terms(
 ) -> tuple[tuple[T, float], ...]:
     """Objects built with nearby values, and their weights in the derivative.
 
-    Their distance is relative to the value. To one side where that is zero, or `with_value` raises a
-    ValueError: at the end of what makes sense, such as a Poisson ratio of 0.5, or a rod that cannot be
-    shorter because of a load at its tip.
+    Their distance is relative to the value. One-sided differences are used if the value is zero, or
+    `with_value` raises a ValueError at the end of the valid range, such as a Poisson ratio of 0.5, or the
+    length of a rod with a load at its tip.
     """
     step = relative * (abs(value) or 1.0)
 

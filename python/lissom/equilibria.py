@@ -39,7 +39,7 @@ class EquilibriumSensitivityResult(Shown):
     q : ndarray, shape (n,)
         Coordinates of the equilibrium.
     dq : ndarray, shape (n, p), or None
-        Their derivatives with respect to the parameters; None where an objective was given.
+        Derivatives with respect to the parameters; None if an objective was given.
     value : float or None
         Value of the objective.
     gradient : ndarray, shape (p,), or None
@@ -53,7 +53,7 @@ class EquilibriumSensitivityResult(Shown):
         The equilibrium with its stability and the solver's statistics.
     """
 
-    # Where pickles find it: there it has its methods.
+    # Pickles refer to the class by this module, where it has its methods.
     __module__ = "lissom"
 
     names: tuple[str, ...]

@@ -1,4 +1,4 @@
-"""Files that keep results: of runs here, and what all kinds of results share."""
+"""Files of results: those of scene runs, and common functions for all results."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ def dataset(run: Run) -> xarray.Dataset:
 def imported(scene: Scene) -> dict[str, str]:
     """The contents of the files that a scene imports, by name, as JSON.
 
-    Bytes that are not UTF-8 come back by ``encode(errors="surrogateescape")``.
+    Bytes that are not UTF-8 are restored by ``encode(errors="surrogateescape")``.
     """
     contents = {name: content.decode(errors="surrogateescape") for name, content in scene.imports.items()}
     return {"imports": json.dumps(contents)} if contents else {}
@@ -88,7 +88,7 @@ def imported(scene: Scene) -> dict[str, str]:
 def write_trajectory(run: Run, folder: Path) -> str:
     """Write ``trajectory.nc``, or ``trajectory.npz`` if the extra ``files`` fails; return the reason.
 
-    The file is made in memory: HDF5 that cannot write to its own file ends the process.
+    The file is created in memory, because HDF5 ends the process if it cannot write to its own file.
     """
     failure = ""
     try:
@@ -126,13 +126,13 @@ def arrays(run: Run) -> dict[str, Any]:
 
 
 def write_summary(numbers: dict[str, Any], folder: Path) -> None:
-    """Write ``summary.json``, by which lissom recognises its own folders."""
+    """Write ``summary.json``, which marks folders of lissom."""
     text = json.dumps(plain(numbers), indent=2, allow_nan=False) + "\n"
     (folder / SUMMARY).write_text(text, encoding="utf-8")
 
 
 def plain(value: Any) -> Any:
-    """The same as valid JSON: numbers that are not finite become null."""
+    """The value as valid JSON: numbers that are not finite become null."""
     if isinstance(value, dict):
         return {key: plain(inner) for key, inner in value.items()}
     if isinstance(value, list):
@@ -163,7 +163,7 @@ def write(run: Run, folder: Path, report: Callable[[Run, Path], None] | None) ->
     Parameters
     ----------
     run : Run
-        What was simulated.
+        The simulated run.
     folder : Path
         An empty folder.
     report : callable or None
@@ -172,7 +172,7 @@ def write(run: Run, folder: Path, report: Callable[[Run, Path], None] | None) ->
     Returns
     -------
     failures : list of str
-        What is missing or other than it should be, and why.
+        Missing or incomplete files, with the reasons.
     """
     failure = write_trajectory(run, folder)
     write_summary(statistics(run), folder)

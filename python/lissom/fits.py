@@ -39,7 +39,7 @@ class FitResult(Shown):
     """Best-fit parameters, and how well the data determine them.
 
     It can be copied, pickled and saved; `report(path)` writes a page with values, intervals, correlations and
-    residuals, `plot()` draws what was measured beside the fitted model, `to_xarray()` returns a dataset.
+    residuals, `plot()` draws the measurements and the fitted model, `to_xarray()` returns a dataset.
 
     Attributes
     ----------
@@ -81,7 +81,7 @@ class FitResult(Shown):
         Where positions were measured: link and arc length in metres; empty for frequencies.
     """
 
-    # Where pickles find it: there it has its methods.
+    # Pickles refer to the class by this module, where it has its methods.
     __module__ = "lissom"
 
     names: tuple[str, ...]
@@ -162,8 +162,8 @@ def fit(
 
     Notes
     -----
-    Trial values that the model refuses, or with which a run fails, are taken for very bad ones, so that the
-    search turns back; the message tells of them. With the initial values a run must succeed.
+    Trial values that the model rejects, or for which a run fails, get a very large residual, so that the
+    search turns back; the message reports their number. With the initial values the run must succeed.
 
     Raises
     ------
@@ -324,7 +324,7 @@ def _names_of(model: Robot, measured: Measured) -> tuple[str, ...]:
 def _covariance(
     jacobian: Array, scale: Array, spread: float, names: Sequence[str]
 ) -> tuple[Array, tuple[str, ...]]:
-    """Covariance of the parameters, and which of them the data do not determine."""
+    """Covariance of the parameters, and the parameters that the data do not determine."""
     lengths = np.linalg.norm(jacobian, axis=0)
     silent = lengths <= RANK * lengths.max()
     lengths[silent] = 1.0

@@ -41,16 +41,16 @@ class NotOurs(Exception):
 class Folder:
     """A folder for results, locked by one run from beginning to end.
 
-    It is made, locked and tried at once. What is written goes to ``partial``, a hidden folder within it, and
-    is moved to its place by ``publish``, the summary last: till then results of an earlier run stand. Without
-    ``publish`` nothing is left. Files that lissom did not write are never touched.
+    It is created, locked and tested immediately. Files are written to ``partial``, a hidden folder inside,
+    and moved to their places by ``publish``, the summary last; until then results of an earlier run remain.
+    Without ``publish`` nothing is left. Files that lissom did not write are never changed.
 
     Raises NotOurs for a folder that must not be written, OSError for one that cannot be.
     """
 
     def __init__(self, target: Path) -> None:
         check_target(target)
-        #: The folder as it was named.
+        #: The folder as given.
         self.target = target
         self._place = target.resolve()
         self._made = _make(self._place)
@@ -63,7 +63,7 @@ class Folder:
                 # This run holds the lock, so these are left over from killed runs.
                 for leftover in self._place.glob(f"{PARTIAL}*"):
                     shutil.rmtree(leftover, ignore_errors=True)
-            # Another run may have ended since the first look.
+            # Another run may have ended since the first check.
             check_target(target)
             self.partial.mkdir()
             _try(self.partial / "trial")
@@ -80,7 +80,7 @@ class Folder:
         self.close()
 
     def publish(self) -> list[str]:
-        """Move the files of ``partial`` into the folder instead of those of earlier runs; their names."""
+        """Move the files of ``partial`` into the folder, replacing older ones; returns their names."""
         written = [name for name in OWN_FILES if (self.partial / name).exists()]
         for name in written:
             # A full disk may be reported only now.
@@ -93,7 +93,7 @@ class Folder:
         return written
 
     def close(self) -> None:
-        """Remove what is incomplete, and the folder itself where this run made it and it is empty."""
+        """Remove incomplete files, and the folder itself if this run created it and it is empty."""
         shutil.rmtree(self.partial, ignore_errors=True)
         for made in self._made:
             try:
@@ -145,7 +145,7 @@ def _flush(path: Path) -> None:
 
 
 def check_target(folder: Path) -> None:
-    """Raise NotOurs unless ``folder`` may be written: it is absent, empty, or has results of lissom alone."""
+    """Raise NotOurs unless ``folder`` may be written: absent, empty, or with results of lissom only."""
     if not folder.exists():
         return
     if not folder.is_dir():
@@ -163,7 +163,7 @@ def check_target(folder: Path) -> None:
 
 
 def is_own(path: Path) -> bool:
-    """Whether lissom writes files of this name."""
+    """Whether lissom writes files with this name."""
     return path.name in OWN_FILES and path.is_file() and not path.is_symlink()
 
 

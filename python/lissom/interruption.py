@@ -1,6 +1,6 @@
-"""Ctrl-C in the command line: noted from the start, and handled where no data are lost.
+"""Ctrl-C in the command line: recorded from the start, and handled when no data are lost.
 
-Imports nothing that takes time: it is there before NumPy and the extension module are.
+Imports nothing slow, because it is used before NumPy and the extension module are imported.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     T = TypeVar("T")
 
-#: Message after Ctrl-C where it raises no exception.
+#: Message after Ctrl-C if no exception is raised.
 STOPPING = "The simulation stops at its next step; what it computed is saved."
 SAVING = "What was computed is being saved; that ends by itself."
 
@@ -36,17 +36,17 @@ class Interruption:
         self._word = b""
 
     def install(self) -> None:
-        """Note Ctrl-C from here on without raising, until ``answer``."""
+        """Record Ctrl-C from now on without raising, until ``answer``."""
         signal.signal(signal.SIGINT, self._hear)
 
     def answer(self) -> None:
-        """From here on Ctrl-C raises KeyboardInterrupt; so does one that was pressed earlier."""
+        """From now on Ctrl-C raises KeyboardInterrupt; so does an earlier one."""
         self._raises = True
         if self.requested:
             raise KeyboardInterrupt
 
     def defer(self, word: str = "") -> None:
-        """Note Ctrl-C from here on, and only print a message."""
+        """Record Ctrl-C from now on, and only print a message."""
         self._raises = False
         self._word = f"{word}\n".encode() if word else b""
 

@@ -67,15 +67,15 @@ def simulation(
     -------
     callable
         ``run(values, q0, v0)`` with a dictionary of a number for each parameter and arrays of shape (n,)
-        returns `t` of shape (m,), `q` and `v` of shape (m, n). With a `control_step` it
-        is ``run(values, q0, v0, u)`` with inputs of shape (control steps, inputs). Where a run fails, `q` and
-        `v` are NaN from there on, and so are its derivatives.
+        returns `t` of shape (m,), `q` and `v` of shape (m, n). With a `control_step` it is
+        ``run(values, q0, v0, u)`` with inputs of shape (control steps, inputs). If a run fails, `q` and `v`
+        are NaN from then on, and so are its derivatives.
 
     Raises
     ------
     ValueError, TypeError
         If an argument is invalid, a name is unknown, nothing depends on a parameter; when called, if names or
-        shapes are others, or JAX computes in 32 bits.
+        shapes do not match, or JAX computes in 32 bits.
 
     Examples
     --------

@@ -14,7 +14,7 @@ from .links import Cylindrical, Joint, Planar, Prismatic, Revolute, Spherical, U
 
 Array = NDArray[np.float64]
 
-#: Poses of shape (..., 4, 4): of coordinates (..., n) and a time or as many times.
+#: Poses of shape (..., 4, 4), for coordinates (..., n) and a time or an array of times.
 Pose = Callable[[Array, float | Array], Array]
 
 
@@ -38,7 +38,7 @@ class JointMark:
 
 
 def joint_marks(name: str, joint: Joint, frame: Pose, base: Pose) -> list[JointMark]:
-    """The marks of a joint between its frame and a base, which it moves."""
+    """The marks of a joint between its frame and the base that it moves."""
 
     def mark(kind: Literal["turning", "sliding", "plane", "ball"], pose: Pose, axes: Array) -> JointMark:
         return JointMark(name, kind, partial(_turned, pose, axes), base)
@@ -51,7 +51,7 @@ def joint_marks(name: str, joint: Joint, frame: Pose, base: Pose) -> list[JointM
         case Cylindrical(axis=axis):
             return [mark("sliding", frame, _along(axis)), mark("turning", base, _along(axis))]
         case Universal(axis1=axis1, axis2=axis2):
-            # The second axis is turned about the first one, and about itself.
+            # The joint rotates the second axis about the first one, and the link about the second one.
             return [mark("turning", frame, _along(axis1)), mark("turning", base, _along(axis2))]
         case Planar(normal=normal):
             return [mark("plane", frame, _plane(normal)), mark("turning", base, _along(normal))]
@@ -63,21 +63,21 @@ def joint_marks(name: str, joint: Joint, frame: Pose, base: Pose) -> list[JointM
 
 
 def _turned(pose: Pose, axes: Array, q: Array, t: float | Array) -> Array:
-    """Frames with other axes, which are the columns of a matrix."""
+    """Frames with other axes, the columns of a matrix."""
     turn = np.eye(4)
     turn[:3, :3] = axes
     return pose(q, t) @ turn
 
 
 def _along(axis: ArrayLike) -> Array:
-    """A frame whose first axis is this one."""
+    """A frame with this axis as its first."""
     x = _unit(np.asarray(axis, float))
     y = _unit(np.cross(np.eye(3)[int(np.argmin(np.abs(x)))], x))
     return np.stack([x, y, np.cross(x, y)], axis=1)
 
 
 def _plane(normal: ArrayLike) -> Array:
-    """Axes of a plane: its normal, then x less its part along that (y where the normal is along x)."""
+    """Axes of a plane: its normal, then x projected onto the plane (y if the normal is along x)."""
     n = _unit(np.asarray(normal, float))
     start = np.eye(3)[1 if np.linalg.norm(np.cross(n, [1.0, 0.0, 0.0])) == 0.0 else 0]
     first = _unit(start - (start @ n) * n)

@@ -57,7 +57,7 @@ HEAD = b"lissom record 1\n"
 #: First bytes of a record: pickles are valid for one version only.
 VERSION = f"{__version__}\n".encode()
 
-#: Hint in messages about models that files cannot store.
+#: Hint in messages about models that cannot be saved.
 NO_FUNCTIONS = "give functions of time as tables or `Harmonic`"
 
 #: The name of the record in NetCDF and NPZ files.
@@ -129,7 +129,7 @@ def _by_suffix(path: Path, known: dict[str, Any]) -> Any:
 
 
 def record(result: Result) -> bytes:
-    """The record that `load` reads; raises if `load` could not read it."""
+    """The record for `load`; raises if `load` could not read it."""
     try:
         content = records.write(result)
     except (pickle.PicklingError, AttributeError, TypeError) as error:
@@ -183,7 +183,7 @@ def _write_npz(result: Result, model: Model | None) -> bytes:
 
 
 def _arrays(result: Any) -> dict[str, Any]:
-    """Arrays of a result, and of its path, by their names."""
+    """Arrays of a result, and of its path, by name."""
     path = getattr(result, "path", None)
     parts = [result] if path is None else [result, path]
     found = {name: getattr(part, name) for part in parts for name in dir(part) if name[0] != "_"}

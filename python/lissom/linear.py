@@ -180,8 +180,8 @@ def _within_loops(
 ) -> tuple[list[int], Array, Array]:
     """Independent coordinates, the map from them to all coordinates, and the stiffness of loops.
 
-    The dependent ones are those that close the loops with the least inertia: Gram and Schmidt's
-    orthogonalisation of the columns of the gaps' derivative, the one first of which most is left.
+    The dependent coordinates are those that close the loops with the least inertia: Gram-Schmidt
+    orthogonalisation of the columns of the gaps' derivative, with the largest remainder first.
     """
     n = robot.n
     parts = robot._loops_at_rest(q, t=t, u=u)
@@ -253,7 +253,7 @@ def _inputs(model: Model, q: Array, t: float, u: ArrayLike | None) -> dict[str, 
 
 
 def _vector(name: str) -> list[str]:
-    """Names of the entries of an input that is a vector."""
+    """Names of the components of a vector input."""
     return [f"{name}.{axis}" for axis in AXES]
 
 

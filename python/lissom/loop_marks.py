@@ -1,6 +1,6 @@
 """Geometry, forces and gaps of closed loops, for drawings and plots.
 
-Plain geometry and numbers, as functions of coordinates and time; how that looks is the reports' business.
+Plain geometry and numbers, as functions of coordinates and time; reports decide how they look.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ ROWS: Mapping[type, tuple[int, int]] = {
 
 @dataclass(frozen=True)
 class LoopMark:
-    """A joint that closes a loop, as it is drawn and plotted."""
+    """A joint that closes a loop, for drawings and plots."""
 
     name: str
     kind: Literal["joint", "weld", "distance", "gear"]
@@ -43,12 +43,13 @@ class LoopMark:
     between: str
     #: Marks of its joint: axes, planes or points.
     joints: Sequence[JointMark]
-    #: The frames of its ends, and the section or body that each is on, None in the world; of a gear none.
+    #: The frames of its ends, each with the pose of its section or body, or None in the world; empty for a
+    #: gear.
     ends: Sequence[tuple[Pose, Pose | None]]
-    #: Moment about its second end and force there, in world axes, (k, 6), or the generalised force of a gear,
-    #: (k,): of (k, n) coordinates, velocities, accelerations, (k,) times and (k, m) inputs.
+    #: Moment about the second end and force there, in world axes, (k, 6), or the generalised force of a gear,
+    #: (k,), for (k, n) coordinates, velocities, accelerations, (k,) times and (k, m) inputs.
     force: Callable[[Array, Array, Array, Array, Array], Array]
-    #: Largest gap, (k,), by unit: of (k, n) coordinates and (k,) times.
+    #: Largest gap, (k,), by unit, for (k, n) coordinates and (k,) times.
     gaps: Callable[[Array, Array], Mapping[str, Array]]
 
 
@@ -85,7 +86,7 @@ def _mark(robot: Robot, closed: Loop, first: int) -> LoopMark:
 
 
 def _end(robot: Robot, end: object) -> tuple[Pose, Pose | None]:
-    """The frame of an end, and the link it is fixed to."""
+    """The frame of an end, and the pose of its link."""
     # `Robot` has converted all forms of an end to `LoopEnd`.
     assert isinstance(end, LoopEnd)
     place = Link("frame", body=Body(1.0), position=end.position, orientation=end.orientation)

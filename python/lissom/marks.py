@@ -30,13 +30,13 @@ PLACES_OF_FORCES, PLACES_OF_MOMENTS = 5, 3
 class LoadMark:
     """A force or a moment on a link."""
 
-    #: The link that it acts on.
+    #: The link on which it acts.
     name: str
     kind: Literal["force", "moment"]
     is_spread: bool
-    #: Poses (..., places, 4, 4) of the places where it acts.
+    #: Poses (..., places, 4, 4) of the places at which it acts.
     pose: Pose
-    #: Newtons or newton metres, per metre if distributed, shape (k, 3): of (k,) times and (k, m) inputs.
+    #: Newtons or newton metres, per metre if distributed, shape (k, 3), for (k,) times and (k, m) inputs.
     value: Callable[[Array, Array], Array]
     #: Whether the components are in the axes of the places, not in world axes.
     follows: bool
@@ -134,7 +134,7 @@ def _joint(robot: Robot, link: Link) -> list[JointMark]:
 
 
 def _load(robot: Robot, load: Load) -> list[LoadMark]:
-    """The force and the moment of a load, those that it has."""
+    """The force and the moment of a load, if nonzero."""
     name = load.link or robot.links[0].name
     link = next(link for link in robot.links if link.name == name)
     length = sum(segment.length for segment in link.rod or ())
@@ -162,7 +162,7 @@ def _load(robot: Robot, load: Load) -> list[LoadMark]:
 
 
 def _places(robot: Robot, link: str, X: Array | None, q: Array, t: float | Array) -> Array:
-    """Poses (..., places, 4, 4) of places of a rod, or of the one of a body."""
+    """Poses (..., places, 4, 4) of places on a rod, or of the single one of a body."""
     found = robot.pose(q, X, link=link, t=t)
     return found if X is not None else found[..., None, :, :]
 

@@ -17,7 +17,7 @@ from .views import is_rod
 
 Array = NDArray[np.float64]
 
-#: Numbers that affect only a segment's generalised stiffness, and the number that affects only its damping.
+#: Parameters that affect only a segment's generalised stiffness, and the one that affects only its damping.
 OF_STIFFNESS = ("young_modulus", "shear_modulus", "poisson_ratio")
 OF_DAMPING = "retardation_time"
 
@@ -27,20 +27,20 @@ OF_SEGMENTS = ("segment", "segments", "link", "links")
 #: Arguments of a segment that affect only its stiffness and the inertia of its sections.
 OF_SECTION = ("density", "radius", "section", "shear_correction")
 
-#: Numbers in which the forces are linear, anywhere in a model.
+#: Parameters on which the forces depend linearly, anywhere in a model.
 LINEAR = ("density", "gravity", "tip_mass")
 
 
 @dataclass(frozen=True)
 class OfSection:
-    """A number that affects the sections of a segment.
+    """A parameter that affects the sections of a segment.
 
     Attributes
     ----------
     segment : int
-        Number of the segment, all rods in a row.
+        Index of the segment, counted over all rods.
     nearby : tuple of (Segment, float)
-        The segment with values nearby, and weights of these in the derivative.
+        The segment with nearby values, and their weights in the derivative.
     """
 
     segment: int
@@ -54,13 +54,13 @@ class OfMaterial:
     Attributes
     ----------
     value : float
-        The number.
+        The parameter's value.
     first : int
         The first of the segment's k coordinates.
     stiffness, damping : ndarray, shape (k, k)
         Derivatives.
     section : OfSection or None
-        If the inertia of the sections depends on the number, too.
+        Set if the inertia of the sections also depends on the parameter.
     """
 
     value: float
@@ -78,7 +78,7 @@ def nodes_of(path: Sequence[paths.Part]) -> differences.Nodes:
 def _nearby(
     segment: Segment, within: Sequence[paths.Part], value: float, nodes: differences.Nodes
 ) -> tuple[tuple[tuple[Segment, float], ...], Array]:
-    """A segment with values nearby, with weights, and the derivative of its generalised stiffness."""
+    """A segment with nearby values, their weights, and the derivative of its generalised stiffness."""
     nearby = differences.terms(paths.replacing(segment, within), value, nodes)
     if within[0] == "density":
         return nearby, np.zeros_like(segment.generalised_stiffness())
@@ -98,7 +98,7 @@ def _of_modulus(segment: Segment, key: paths.Part) -> Array:
     if key == "young_modulus":
         return _nearby(segment, [key], young, nodes)[1]
     _, changed = _nearby(segment, ["shear_modulus"], shear, nodes)
-    # Poisson's ratio stands for the shear modulus G = E / (2 (1 + nu)).
+    # Poisson's ratio represents the shear modulus G = E / (2 (1 + nu)).
     return changed if key == "shear_modulus" else -2.0 * shear**2 / young * changed
 
 
@@ -130,7 +130,7 @@ class Materials:
         if key in OF_STIFFNESS and len(within) == 1:
             changed = _of_modulus(segment, key)
             return OfMaterial(value, first, changed, segment.retardation_time * changed)
-        # A segment without coordinates matters only through those of other links.
+        # Segments without coordinates affect only coordinates of other links.
         if key not in OF_SECTION or not len(stiffness) or not self._are_separate:
             return None
         nodes = nodes_of(path)
@@ -142,12 +142,12 @@ class Materials:
         return OfMaterial(value, first, changed, segment.retardation_time * changed, section)
 
     def free_length(self, path: Sequence[paths.Part]) -> int | None:
-        """Number of the segment whose length the path leads to, if nothing else depends on that length."""
+        """Index of the segment whose length is at the path, if nothing else depends on that length."""
         segment, number, _, within = self._segment(path)
         if segment is None or list(within) != ["length"] or not self._have_free_lengths:
             return None
         try:
-            # Tables along the segment refuse another length.
+            # Tables along the segment do not allow another length.
             paths.replacing(segment, within)(segment.length * (1.0 + differences.STEP))
         except ValueError:
             return None

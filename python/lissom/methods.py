@@ -1,4 +1,4 @@
-"""Methods of the compiled result classes that are written in Python and use other packages.
+"""Python methods of the compiled result classes, which use other packages.
 
 They are attached on the first access to a name of the package. The stubs in ``_lissom.pyi`` repeat their
 signatures; a test compares them. Matplotlib, xarray and h5py are imported on use.
@@ -422,21 +422,21 @@ def _plot_parameters(self: Shown) -> NDArray[Any]:
 
 
 def _report_parameters(self: Shown, path: str | os.PathLike[str], *, title: str | None = None) -> None:
-    """Write the report: one HTML file that needs nothing but a browser.
+    """Write an HTML report in a single file.
 
     Parameters
     ----------
     path : path-like
-        The file to write; one that is there is replaced.
+        File to write; an existing file is replaced.
     title : str, optional
         Heading of the page.
 
     Raises
     ------
     TypeError
-        Where the title is no text.
+        If the title is not a string.
     OSError
-        Where the file cannot be written.
+        If the file cannot be written.
     """
     from .report import write_parameters
 

@@ -26,7 +26,7 @@ START = re.compile(r"(?P<which>q0|v0)(\[(?P<index>\d+)\])?")
 #: Inputs: all, those of one control step, or a single one.
 INPUT = re.compile(r"u(\[(?P<step>\d+)\](\[(?P<input>\d+)\])?)?")
 
-#: Parts of paths to effects that act in some states only.
+#: Path components of effects that act in some states only.
 ONE_SIDED = frozenset(("contact", "contacts", "limits", "limit_stiffness", "limit_dissipation"))
 
 #: Prefix of paths to actuators; some of them, such as tendons of given length, act in some states only.
@@ -67,10 +67,10 @@ class OfModel:
     Attributes
     ----------
     material : OfMaterial or None
-        Where nothing but a segment's stiffness, damping and inertia depends on it.
+        Set if only a segment's stiffness, damping and inertia depend on it.
     length_of : int or None
-        Number of the segment whose length it is, where nothing else depends on that and the adjoint is asked
-        for.
+        Index of the segment whose length it is, if nothing else depends on that length and the adjoint is
+        requested.
     """
 
     name: str
@@ -121,7 +121,7 @@ def model_with(model: M, values: Mapping[str, float]) -> M:
 
 
 def value_of(model: Model, name: str) -> float:
-    """The number that a model has for a parameter."""
+    """The value of a parameter in a model."""
     return _number(paths.found(model, _path(model, name)), name)
 
 
@@ -164,12 +164,12 @@ def resolved(
     *,
     by_adjoint: bool = False,
 ) -> list[Parameter]:
-    """Parameters with these names; `q0` and `v0` are as many as there are coordinates.
+    """Parameters with these names; `q0` and `v0` are expanded to one per coordinate.
 
-    `inputs` are the numbers of control steps and of inputs; None where inputs are no parameters. `by_adjoint`
-    tells that the adjoint of a run is asked for, which needs no other models for some lengths.
+    `inputs` are the numbers of control steps and of inputs; None if inputs are not parameters. `by_adjoint`
+    requests the adjoint of a run, which needs no other models for some lengths.
 
-    Raises ValueError for a name of nothing, and for a parameter that nothing depends on.
+    Raises ValueError for unknown names, and for parameters on which nothing depends.
     """
     found: list[Parameter] = []
     known: dict[object, str] = {}
@@ -223,7 +223,7 @@ def _of_model(model: Model, name: str, materials: Materials, by_adjoint: bool) -
     path = _path(model, name)
     length_of = materials.free_length(path) if by_adjoint else None
     if length_of is not None:
-        # A rod that is longer has more mass, and reaches farther.
+        # A longer rod has more mass, and a longer reach.
         return OfModel(name, _number(paths.found(model, path), name), None, model, length_of)
     material = materials.derivative(path)
     value = _number(paths.found(model, path), name) if material is None else material.value
@@ -273,7 +273,7 @@ def place_derivative(
 ) -> Array | None:
     """Derivative of a position with respect to lengths, placements and motions at fixed coordinates.
 
-    Of coordinates (k, n) at times (k,), shape (k, 3); None where they do not move it.
+    For coordinates (k, n) at times (k,), shape (k, 3); None if the parameter does not move the place.
     """
     if parameter.material is not None:
         return None

@@ -26,13 +26,13 @@ class Pullback:
     Attributes
     ----------
     model : Model
-        What moves, with values of its own for the parameters.
+        The simulated model, with its own values of the parameters.
     names : tuple of str
         Names of the p parameters.
     t : ndarray, shape (m,)
-        Times at which states are asked for, seconds.
+        Times of the returned states, seconds.
     held : (int, int)
-        Numbers of control steps and of inputs; zeros where inputs keep their defaults.
+        Numbers of control steps and of inputs; zeros if inputs keep their defaults.
     """
 
     model: Model
@@ -44,14 +44,14 @@ class Pullback:
     _options: dict[str, Any] = field(repr=False)
 
     def run(self, values: ArrayLike, q0: ArrayLike, v0: ArrayLike, u: ArrayLike) -> tuple[Array, Array]:
-        """Coordinates and velocities at the times; of runs that fail, NaN from there on.
+        """Coordinates and velocities at the times; NaN after a failure.
 
         Parameters
         ----------
         values : array_like, shape (..., p)
         q0, v0 : array_like, shape (..., n)
         u : array_like, shape (..., steps, inputs)
-            All with the same leading axes: a run for each row, all in one `simulate_many`.
+            All with the same leading axes: a run for each row, in a single `simulate_many`.
 
         Returns
         -------
@@ -68,19 +68,19 @@ class Pullback:
     def pull(
         self, values: ArrayLike, q0: ArrayLike, v0: ArrayLike, u: ArrayLike, on_q: ArrayLike, on_v: ArrayLike
     ) -> tuple[Array, Array, Array, Array]:
-        """Vector-Jacobian products, by the adjoint; NaN for runs that do not come to their end.
+        """Vector-Jacobian products by the adjoint method; NaN for failed runs.
 
         Parameters
         ----------
         values, q0, v0, u : array_like
             As for `run`.
         on_q, on_v : array_like, shape (..., m, n)
-            Derivatives of a number with respect to what `run` returns.
+            Derivatives of a number with respect to the results of `run`.
 
         Returns
         -------
         on_values, on_q0, on_v0, on_u : ndarray, shapes (..., p), (..., n), (..., n), (..., steps, inputs)
-            Its derivatives with respect to what `run` takes.
+            Derivatives of the number with respect to the arguments of `run`.
         """
         values, q0, v0, u, batch = self._rows(values, q0, v0, u)
         p, n = len(self.names), self.model.n

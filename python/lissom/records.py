@@ -1,9 +1,10 @@
 """Records: serialised results and models, from which only results and models can be created.
 
-A record is a pickle of few words. Pickles are programs: they call what they name, and change what they have
-called. Here they may name what `ALLOWED` has, and use the instructions in `INSTRUCTIONS`, none of which sets
-attributes (`BUILD` would rewrite classes and forge arrays of objects). Arrays are kinds, shapes and bytes,
-because NumPy's own way believes a file that says its bytes are addresses of objects.
+A record is a pickle with a restricted vocabulary. Pickles are programs: they call the functions that they
+name, and modify objects. Here they may name only the members of `ALLOWED`, and use only the instructions in
+`INSTRUCTIONS`, none of which sets attributes (`BUILD` could rewrite classes and forge arrays of objects).
+Arrays are stored as types, shapes and bytes, because NumPy's own format accepts bytes as addresses of
+objects.
 """
 
 from __future__ import annotations
@@ -70,7 +71,7 @@ INSTRUCTIONS = (
 def write(thing: Any) -> bytes:
     """The record of a result.
 
-    Raises pickle.PicklingError, AttributeError or TypeError where it has what no record can have.
+    Raises pickle.PicklingError, AttributeError or TypeError if it contains anything not allowed in a record.
     """
     content = io.BytesIO()
     _Writer(content, protocol=5).dump(thing)
@@ -101,7 +102,7 @@ class _Writer(pickle.Pickler):
 class _Reader(pickle._Unpickler):
     """Reads only the classes and functions that results consist of.
 
-    It is the reader that is written in Python, since that one has a table of its instructions.
+    Based on the Python implementation of the reader, because it has a table of its instructions.
     """
 
     def find_class(self, module: str, name: str) -> Any:

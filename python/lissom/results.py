@@ -60,7 +60,7 @@ class Run:
 
     @cached_property
     def t(self) -> Array:
-        """Times in seconds, shape (m,). A run that failed at once has its initial state, so that m > 0."""
+        """Times in seconds, shape (m,), m > 0: a run that failed immediately has its initial state."""
         return self.motion.t if self._has_states else np.array([self.scene.simulation.t0])
 
     @cached_property
@@ -75,7 +75,7 @@ class Run:
 
     @cached_property
     def a(self) -> Array:
-        """Accelerations, shape (m, n); NaN where none could be found."""
+        """Accelerations, shape (m, n); NaN if none could be found."""
         return self.motion.a if self._has_states else np.full_like(self.q, np.nan)
 
     @cached_property
@@ -154,13 +154,13 @@ class Run:
         return frozenset(self.scene.simulation.quantities)
 
     def instants(self, most: int) -> NDArray[np.intp]:
-        """Indices of at most so many times, evenly spread, first and last included."""
+        """Indices of at most `most` times, evenly spaced, first and last included."""
         return instants(len(self.t), most)
 
 
 @dataclass(frozen=True)
 class Made:
-    """A motion of a model made in Python, for reports."""
+    """A motion of a model created in Python, for reports."""
 
     motion: MotionResult
     model: Model
@@ -226,7 +226,7 @@ class Made:
         return bool(np.isfinite(self.balance.drift))
 
     def instants(self, most: int) -> NDArray[np.intp]:
-        """Indices of at most so many times, evenly spread, first and last included."""
+        """Indices of at most `most` times, evenly spaced, first and last included."""
         return instants(len(self.t), most)
 
 
@@ -290,12 +290,12 @@ class Shapes:
     suffix: str
     #: Indices of the times.
     at: NDArray[np.intp]
-    #: Of the centre line, (times, sections, 3), metres.
+    #: Positions of the centre line, (times, sections, 3), metres.
     positions: Array
 
 
 def shapes(run: Run) -> list[Shapes]:
-    """The links of a model in motion; none where the scene does not ask for them."""
+    """The links of a model in motion; empty if the scene does not request them."""
     if "shape" not in run.wants:
         return []
     at, links = run.instants(MAX_SHAPES), run.view.links

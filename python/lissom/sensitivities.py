@@ -34,10 +34,10 @@ NEWMARK = (
 #: Methods whose runs are differentiated.
 METHODS = (*NEWMARK, "radau")
 
-#: Control steps are counted so that a remainder of less than this part of one is rounding, as in `simulate`.
+#: A remainder of less than this fraction of a control step is rounding, as in `simulate`.
 ROUNDING_OF_STEPS = 1e-9
 
-#: Options of `simulate` that say which scheme it is, and those that say how its steps are made and solved.
+#: Options of `simulate` that define the scheme, and those that control its steps and their solution.
 OF_SCHEME = ("beta", "gamma", "alpha", "rho_inf")
 OF_STEPS = (
     "rtol",
@@ -68,14 +68,14 @@ class SensitivityResult(Shown):
     q, v : ndarray, shape (m, n)
         Coordinates and velocities.
     dq, dv : ndarray, shape (m, n, p), or None
-        Their derivatives with respect to the parameters; None where an objective was given.
+        Derivatives with respect to the parameters; None if an objective was given.
     value : float or None
         Value of the objective.
     gradient : ndarray, shape (p,), or None
         Derivatives of the objective with respect to the parameters.
     """
 
-    # Where pickles find it: there it has its methods.
+    # Pickles refer to the class by this module, where it has its methods.
     __module__ = "lissom"
 
     names: tuple[str, ...]
@@ -136,7 +136,7 @@ class SensitivityResult(Shown):
         for i, parameter in enumerate(self._parameters):
             if not isinstance(parameter, OfModel):
                 continue
-            # Lengths, placements and prescribed motions move places by themselves.
+            # Lengths, placements and prescribed motions also move places directly.
             by_itself = place_derivative(parameter, q, X, times, place)
             if by_itself is not None:
                 derivative[:, :, i] += by_itself
@@ -270,7 +270,7 @@ def sensitivity(
     shape = None if held is None else held.shape
     wanted = resolved(model, names_of(parameters), shape, by_adjoint=objective is not None)
     scheme = {name: options[name] for name in OF_SCHEME if options.get(name) is not None}
-    # What is not differentiated is refused before the run; whether there are accelerations, the run says.
+    # Unsupported features are rejected before the run; the run reports whether there are accelerations.
     rest, none = np.zeros((1, model.n)), np.zeros((model.n, 0))
     with contextlib.suppress(LissomError):
         sensitivities(model, [t0], rest, rest, rest, [], none, none, method=method, **scheme)

@@ -23,7 +23,7 @@ def quantiles(result: EnsembleResult) -> Array:
     Raises
     ------
     ValueError
-        If only the last states were kept, or no run came to its end.
+        If only the final states were saved, or no run was completed.
     """
     if result.keep != "states":
         raise ValueError(

@@ -21,8 +21,8 @@ def check_start(scene: Scene) -> None:
 
 
 def rest_start(scene: Scene) -> Array | None:
-    """Starting point for the equilibrium of a scene: its q0, which selects the way loops are closed.
+    """Starting point for the equilibrium of a scene: its q0, which determines how loops are closed.
 
-    None is the unloaded state.
+    None represents the unloaded state.
     """
     return scene.q0 if view(scene.model).marks.loops and np.any(scene.q0) else None

@@ -108,7 +108,7 @@ def setting_of(scene: Scene) -> Setting:
 
 
 def setting_for(model: Model, n: int, t: float, u: ArrayLike | None) -> Setting:
-    """The model that a caller gives for a result with ``n`` coordinates, validated."""
+    """The model given for a result with ``n`` coordinates, validated."""
     if not isinstance(model, Model):
         raise TypeError(f"model: a {type(model).__name__} is not a model")
     if model.n != n:
@@ -139,7 +139,7 @@ def vector(name: str, values: ArrayLike, count: int) -> Array:
 
 
 def way(path: EquilibriumPath) -> Array:
-    """Distance along a path of equilibria, shape (k,), increasing from 0 to 1 where loads decrease, too.
+    """Distance along a path of equilibria, shape (k,), increasing from 0 to 1 even if loads decrease.
 
     Each step counts by the change of the coordinates and of the load factor, both relative to their ranges.
     """
@@ -165,7 +165,7 @@ class StaticsStudy:
 
     @property
     def numbers(self) -> dict[str, Any]:
-        """What was found, as plain JSON."""
+        """The results as plain JSON data."""
         found = self.found
         path = found.path
         return {
@@ -189,7 +189,7 @@ class StaticsStudy:
         }
 
     def arrays(self) -> dict[str, Any]:
-        """What ``file`` keeps."""
+        """Contents of ``file``."""
         kept: dict[str, Any] = {"q": self.found.q, "scene": np.array(self.scene.text), **imported(self.scene)}
         if self.found.path is not None:
             kept |= {"path_load_factor": self.found.path.load_factor, "path_q": self.found.path.q}
@@ -204,14 +204,14 @@ class ModesStudy:
     file: ClassVar[str] = "modes.npz"
 
     scene: Scene
-    #: Result of the search for that shape; None if the shape is the scene's q0.
+    #: Result of the search for this shape; None if the shape is the scene's q0.
     statics: StaticsStudy | None
     q: Array
     found: ModesResult
 
     @property
     def numbers(self) -> dict[str, Any]:
-        """What was found, as plain JSON."""
+        """The results as plain JSON data."""
         found = self.found
         return {
             "scene": self.scene.name,
@@ -228,7 +228,7 @@ class ModesStudy:
         }
 
     def arrays(self) -> dict[str, Any]:
-        """What ``file`` keeps."""
+        """Contents of ``file``."""
         found = self.found
         return {
             "q": self.q,
@@ -244,7 +244,7 @@ class ModesStudy:
 def study_statics(scene: Scene, from_start: bool = False) -> StaticsStudy:
     """Find the equilibrium of a scene from the unloaded state, or by release from its q0.
 
-    Which shape closed loops have depends on the q0: where there is one they are let go from it.
+    The shape of closed loops depends on q0: a scene with loops and a q0 is released from it.
     """
     start = time.perf_counter()
     begin = scene.q0 if from_start else rest_start(scene)
@@ -255,7 +255,7 @@ def study_statics(scene: Scene, from_start: bool = False) -> StaticsStudy:
 def study_modes(scene: Scene, rest: StaticsStudy | None) -> ModesStudy:
     """Find the modes of a scene about its equilibrium or about its q0.
 
-    Raises LissomError where there are none, or no equilibrium.
+    Raises LissomError if there are no modes, or no equilibrium.
     """
     if rest is not None and not rest.found.success:
         raise LissomError(rest.found.message)

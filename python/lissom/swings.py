@@ -51,7 +51,7 @@ def _deflection(setting: Setting, q: Array, shape: NDArray[np.number]) -> float:
         return moved * (size / 1e-4) / seen.size
 
     deflection = float(np.hypot(largest(np.real(shape)), largest(np.imag(shape))))
-    # Torsion of a straight rod has no deflection; use an angle of one radian.
+    # Torsion of a straight rod has no deflection; an angle of one radian is used.
     return (
         deflection
         if deflection > 1e-9 * float(np.abs(shape).max()) * seen.size

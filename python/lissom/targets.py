@@ -59,5 +59,5 @@ class Target:
 
 
 def _tuples(value: Any) -> Any:
-    """The same with tuples instead of lists."""
+    """The value with tuples in place of lists."""
     return tuple(map(_tuples, value)) if isinstance(value, list) else value

@@ -1,4 +1,4 @@
-"""Runs as functions of PyTorch, with their derivatives: ``import lissom.torch``.
+"""Simulations as differentiable PyTorch functions: ``import lissom.torch``.
 
 Needs the extra `torch`: ``pip install 'lissom[torch]'``. ``docs/sensitivities.md`` has examples and costs.
 """
@@ -25,7 +25,7 @@ Run = Callable[..., tuple[Any, Any, Any]]
 
 
 class _States(torch.autograd.Function):
-    """Coordinates and velocities, by the host."""
+    """Coordinates and velocities, computed on the CPU."""
 
     @staticmethod
     def forward(ctx: Any, found: Pullback, values: Any, q0: Any, v0: Any, u: Any) -> tuple[Any, Any]:
@@ -54,10 +54,11 @@ def simulation(
     control_step: float | None = None,
     **options: Any,
 ) -> Run:
-    """Make a function of PyTorch that runs a model, and whose results know their derivatives.
+    """Return a PyTorch function that simulates a model and supports differentiation.
 
-    Derivatives are those of `lissom.sensitivity`, by the adjoint, and of first order. Tensors with leading
-    axes are many runs: one `simulate_many`; the adjoints follow one by one. Runs are made on the processor.
+    Derivatives are those of `lissom.sensitivity` by the adjoint method: first order only. Tensors with
+    leading axes represent many runs in one `simulate_many`; the adjoints are computed one by one. Runs are
+    computed on the CPU.
 
     Parameters
     ----------
@@ -70,13 +71,13 @@ def simulation(
         ``run(values, q0, v0)`` with a dictionary of a tensor of shape (...) for each parameter and tensors of
         shape (..., n), which broadcast, returns `t` of shape (m,), `q` and `v` of shape (..., m, n); with a
         `control_step`, ``run(values, q0, v0, u)`` with inputs of shape (..., control steps, inputs). Tensors
-        are of 64 bits. Where a run fails, `q` and `v` are NaN from there on, and so are its derivatives.
+        are 64-bit. If a run fails, `q` and `v` are NaN from then on, and so are its derivatives.
 
     Raises
     ------
     ValueError, TypeError
         If an argument is invalid, a name is unknown, nothing depends on a parameter; when called, if names or
-        shapes are others, or a tensor has not 64 bits.
+        shapes do not match, or a tensor is not 64-bit.
     """
     found = pullback(
         model, t_end, parameters, t=t, t0=t0, dt=dt, method=method, control_step=control_step, **options

@@ -26,27 +26,28 @@ from numpy.typing import ArrayLike, NDArray
 from ._lissom import Body, Robot
 from .links import Free, Joint, Link, Mimic, Planar, Prismatic, Revolute, Weld
 
-#: Most problems, and most characters of a key and of a sentence about it, that a message has.
+#: Maximum number of problems in a message, and maximum lengths of a key and of its sentence.
 _MOST_PROBLEMS = 100
 _LONGEST_KEY = 200
 _LONGEST_SENTENCE = 1000
 
-#: Among more words than this nothing is looked for that was meant.
+#: No suggestions are searched among more words than this.
 _MOST_GUESSES = 300
 
-#: How much of a line is shown on either side of a problem, in characters.
+#: Number of characters shown on either side of a problem.
 _LINE_AROUND = 80
 
-#: So many lines are named for entries of one kind.
+#: Number of lines named for entries of the same kind.
 _LINES_NAMED = 3
 
-#: What is read is at most four elements deep (robot/link/inertial/mass); what is unknown there is listed.
+#: Supported content is at most four elements deep (robot/link/inertial/mass); unknown deeper content is
+#: listed.
 _DEEPEST = 5
 
-#: Quaternions are printed with few digits: their norm may be off by this much, as that of a `Link` may.
+#: Quaternions are often rounded; the norm may differ from one by this much, as for a `Link`.
 _QUATERNION_TOLERANCE = 1e-3
 
-#: Rounding of whoever computed a tensor, relative to its largest entry: `Body` takes it.
+#: Tolerance for rounding errors of a tensor, relative to its largest entry, as for `Body`.
 _INERTIA_TOLERANCE = 1e-9
 
 _TYPES = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
@@ -78,7 +79,7 @@ _TEXT = "text means nothing here: URDF says all in elements and attributes"
 
 _RUN_XACRO = "expected plain URDF; run xacro first: xacro robot.urdf.xacro > robot.urdf"
 
-#: Those that change how the robot moves stand first in a summary.
+#: Entries that affect the robot's motion come first in a summary.
 _FIRST = (_NO_MIMIC, _MENDED, _NO_STOPS, _NO_ROOM, _NO_LIMIT, _NO_LIMITS, _NO_FORCES)
 
 _OTHER_SIMULATORS = "settings of another simulator"
@@ -251,10 +252,9 @@ def read_urdf(
     """Read the links and joints of a URDF file.
 
     Every link of the file becomes a `Link` of the same name with the joint to its parent. A link without
-    <inertial> is a frame. ``revolute`` and ``continuous`` become `Revolute`, ``prismatic``
-    `Prismatic`, ``fixed`` `Weld`, ``floating`` `Free`, ``planar`` `Planar`; damping and friction of
-    <dynamics> and <mimic> are taken over. Files that it refers to, such as meshes and packages, are not
-    opened.
+    <inertial> is a frame. ``revolute`` and ``continuous`` become `Revolute`, ``prismatic`` `Prismatic`,
+    ``fixed`` `Weld`, ``floating`` `Free`, ``planar`` `Planar`; damping and friction of <dynamics> and <mimic>
+    are imported. Referenced files, such as meshes and packages, are not opened.
 
     Parameters
     ----------
@@ -334,7 +334,7 @@ def imported_from(
 
 def _check_stiffness(limit_stiffness: float | None) -> None:
     if limit_stiffness is not None:
-        # The joint says what is wrong with it.
+        # The joint validates the stiffness.
         Revolute((1.0, 0.0, 0.0), limits=(-1.0, 1.0), limit_stiffness=limit_stiffness)
 
 
@@ -396,7 +396,7 @@ def _count(number: int, what: str) -> str:
 
 
 def _short(text: str, most: int) -> str:
-    """Cut, and on one line."""
+    """The text shortened to one line."""
     text = re.sub(r"[\x00-\x1f\x7f]", lambda found: repr(found[0])[1:-1], text)
     return text if len(text) <= most else text[:most] + "..."
 
@@ -414,7 +414,7 @@ def _places(entries: Sequence[Left]) -> str:
 
 
 def _quaternion(roll: float, pitch: float, yaw: float) -> tuple[float, float, float, float]:
-    """Of turns about the fixed axes x, y, z in this order: Rz(yaw) Ry(pitch) Rx(roll)."""
+    """Quaternion of rotations about the fixed axes x, y, z in this order: Rz(yaw) Ry(pitch) Rx(roll)."""
     (cr, sr), (cp, sp), (cy, sy) = ((cos(angle / 2), sin(angle / 2)) for angle in (roll, pitch, yaw))
     return (
         cy * cp * cr + sy * sp * sr,
@@ -425,7 +425,7 @@ def _quaternion(roll: float, pitch: float, yaw: float) -> tuple[float, float, fl
 
 
 def _rotated(tensor: NDArray[np.float64], q: Sequence[float]) -> NDArray[np.float64]:
-    """R I R^T: a tensor in the axes that the quaternion turns into."""
+    """R I R^T: a tensor in the rotated axes."""
     w, x, y, z = q
     R = np.array(
         [
@@ -439,9 +439,9 @@ def _rotated(tensor: NDArray[np.float64], q: Sequence[float]) -> NDArray[np.floa
 
 
 def _mended(tensor: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The nearest tensor that a body can have (in the Frobenius norm); the same object where a body has it.
+    """The nearest valid inertia tensor in the Frobenius norm; the same object if it is valid.
 
-    Principal moments a <= b <= c are those of a body where c <= a + b; that no moment is negative follows.
+    Principal moments a <= b <= c are valid if c <= a + b; it follows that none is negative.
     """
     (a, b, c), axes = np.linalg.eigh(tensor)
     excess = (c - a - b) / 3
@@ -449,18 +449,18 @@ def _mended(tensor: NDArray[np.float64]) -> NDArray[np.float64]:
         return tensor
     moments = np.array([a + excess, b + excess, c - excess])
     if moments[1] > moments[2]:
-        # They would change places: what is nearest is a needle, or nothing at all.
+        # The moments would change their order; the nearest tensor is that of a needle, or zero.
         moments = np.array([0.0, 1.0, 1.0]) * max(0.0, (b + c) / 2)
     mended: NDArray[np.float64] = axes * moments @ axes.T
     return (mended + mended.T) / 2
 
 
-# XML with places
+# XML with positions
 
 
 @dataclass(slots=True)
 class _Element:
-    """An element with its place: line and column from 1, and its first byte in the text."""
+    """An element with its position: line and column from 1, and its first byte in the text."""
 
     tag: str
     attributes: dict[str, str]
@@ -474,11 +474,11 @@ class _Element:
 
 
 class _Refused(Exception):
-    """What ends the reading of a file at once; the problem is noted already."""
+    """Ends the reading of a file; the problem is already recorded."""
 
 
 class _Document:
-    """The elements of a text, and what is wrong with it."""
+    """The elements of a text, and its problems."""
 
     def __init__(self, file: str, data: bytes) -> None:
         self.file = file
@@ -490,7 +490,7 @@ class _Document:
         self._xacro_prefixes = {"xacro"}
         self._xacro: list[tuple[int, int, str]] = []
         try:
-            # As XML wants it, and so that lines are what editors count.
+            # Line ends as required by XML, so that lines agree with those of editors.
             self.data = self._decoded(data).replace(b"\r\n", b"\n").replace(b"\r", b"\n")
             self.lines = self.data.decode("utf-8").split("\n")
             self._parse()
@@ -514,7 +514,7 @@ class _Document:
             encoding = found
         elif declared := _ENCODING.match(data):
             name = declared[1].decode("ascii").lower()
-            # What could be read byte by byte is no such text, whatever it says of itself.
+            # A text that was read byte by byte cannot have such an encoding, whatever it declares.
             encoding = "utf-8" if name.startswith(("utf-16", "utf-32", "utf16", "ucs-2", "ucs-4")) else name
         try:
             return data.decode(encoding).encode("utf-8")
@@ -544,7 +544,7 @@ class _Document:
             self.note(error.lineno, error.offset + 1, "", wrong, "")
             raise _Refused from None
         finally:
-            # It refers to this object, and this object to it.
+            # Break the reference cycle between the parser and this object.
             del self._parser
         if self._xacro:
             line, column, what = self._xacro[0]
@@ -596,7 +596,7 @@ class _Document:
         self.left.append(Left(*self._place(), path, path, "a processing instruction for other programs"))
 
     def _doctype(self, name: str, system: str | None, public: str | None, internal: int) -> None:
-        # The parser has read it as far as its name and its identifiers.
+        # The parser has read its name and identifiers.
         start = self.data.rfind(b"<!DOCTYPE", 0, self._parser.CurrentByteIndex + len(b"<!DOCTYPE"))
         line = self.data.count(b"\n", 0, start) + 1
         column = len(self.data[self.data.rfind(b"\n", 0, start) + 1 : start].decode("utf-8")) + 1
@@ -609,7 +609,7 @@ class _Document:
         )
 
     def note(self, line: int, column: int, key: str, wrong: str, right: str) -> None:
-        """Notes a problem."""
+        """Record a problem."""
         text = self.lines[line - 1] if line <= len(self.lines) else ""
         snippet = ""
         if text.strip():
@@ -623,7 +623,7 @@ class _Document:
         self.problems.append(UrdfProblem(self.file, line, column, key, wrong, right, snippet))
 
     def place_of(self, element: _Element, attribute: str | None, *, is_value: bool) -> tuple[int, int]:
-        """Line and column of an element, or of an attribute that it has: of its name or of its value."""
+        """Line and column of an element, or of the name or the value of one of its attributes."""
         if attribute is None or attribute not in element.attributes:
             return element.line, element.column
         at = element.start + 1 + len(element.tag.encode("utf-8"))
@@ -678,7 +678,7 @@ class _Reader:
         self.mimic: list[_MimicRead] = []
 
     def imported(self, floating: bool) -> Imported:
-        """What the file says; refuses it with all that is wrong."""
+        """The imported content; raises an error with all problems."""
         root = self.document.root
         assert root is not None, "a document without one is not well-formed"
         links: tuple[Link, ...] = ()
@@ -699,10 +699,10 @@ class _Reader:
             file=self.document.file,
         )
 
-    # What is wrong, and what is left
+    # Problems, and content that is not imported
 
     def _guess(self, word: str, words: Iterable[str]) -> str | None:
-        """What was meant, where that is found quickly and read by somebody."""
+        """The probable intention, if it can be found quickly."""
         words = list(words)
         if len(words) > _MOST_GUESSES or len(self.document.problems) > _MOST_PROBLEMS:
             return None
@@ -722,7 +722,7 @@ class _Reader:
     def _refused(
         self, error: ValueError, element: _Element, places: dict[str, tuple[_Element | None, str | None]]
     ) -> None:
-        """Puts what a body or joint refuses where its values stand in the file."""
+        """Assign problems reported by a body or joint to the positions of its values in the file."""
         for sentence in str(error).splitlines():
             match = _REFUSED.fullmatch(sentence)
             place, wrong, right = match.groups() if match else ("", sentence, "")
@@ -736,7 +736,7 @@ class _Reader:
     def _open(
         self, element: _Element, attributes: Sequence[str], once: Sequence[str] = (), many: Sequence[str] = ()
     ) -> dict[str, _Element]:
-        """The children that are taken at most once; lists all that is not taken."""
+        """The supported children, each at most once; lists all others."""
         reasons = _REASONS.get(element.tag, {})
         for name in element.attributes:
             if name in attributes:
@@ -777,7 +777,7 @@ class _Reader:
     def _numbers(
         self, element: _Element | None, attribute: str, default: Sequence[float] | None, count: int = 3
     ) -> tuple[float, ...] | None:
-        """So many finite numbers; the default where there are none; None where they make no sense."""
+        """`count` finite numbers; the default if missing; None if invalid."""
         value = element.attributes.get(attribute) if element else None
         if element is None or (value is None and default is not None):
             assert default is not None, "elements that must be there are looked for before their numbers"
@@ -804,7 +804,7 @@ class _Reader:
         return None if values is None else values[0]
 
     def _pose(self, origin: _Element | None) -> tuple[tuple[float, ...], tuple[float, ...]]:
-        """Position and quaternion (w, x, y, z); those of no motion where they make no sense."""
+        """Position and quaternion (w, x, y, z); the identity if invalid."""
         nowhere, upright = (0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0)
         if origin is None:
             return nowhere, upright
@@ -850,7 +850,7 @@ class _Reader:
                 self._leave(inertia_at, _MENDED)
             tensor = mended
         try:
-            # As it stands in the file, so that messages have its numbers.
+            # As in the file, so that messages contain its numbers.
             body = Body(mass, centre=centre, inertia=tensor)
             if turn != (1.0, 0.0, 0.0, 0.0):
                 body = Body(mass, centre=centre, inertia=_rotated(tensor, turn))
@@ -866,7 +866,7 @@ class _Reader:
     def _limits(
         self, joint: _Element, limit: _Element | None, kind: str | None
     ) -> tuple[float, float] | None:
-        """The limits that become stops; lists those that do not."""
+        """The limits that become stops; lists the others."""
         has_limits = kind in ("revolute", "prismatic")
         if limit is None:
             if has_limits:
@@ -887,13 +887,13 @@ class _Reader:
             return lower, upper
         reason = _NO_STOPS if self.limit_stiffness is None else _NO_ROOM
         given = [name for name in ("lower", "upper") if name in limit.attributes]
-        # URDF takes zero for those that are not given.
+        # In URDF, missing limits are zero.
         for name in given or (None,):
             self._leave(limit, reason, name)
         return None
 
     def _one_coordinate(self, element: _Element, parts: dict[str, _Element], kind: str | None) -> Joint:
-        """A hinge or a slider."""
+        """A revolute or prismatic joint."""
         axis = self._axis(parts.get("axis"))
         limits = self._limits(element, parts.get("limit"), kind)
         dynamics = parts.get("dynamics")
@@ -928,7 +928,7 @@ class _Reader:
 
     def _kind(self, element: _Element, kind: str | None, parts: dict[str, _Element]) -> Joint:
         if kind not in ("fixed", "floating", "planar"):
-            # Of an unknown type at least the numbers are looked at.
+            # For an unknown type, at least the numbers are checked.
             return self._one_coordinate(element, parts, kind)
         self._limits(element, parts.get("limit"), kind)
         if "dynamics" in parts:
@@ -980,7 +980,7 @@ class _Reader:
             self.mimic.append(_MimicRead(element, joint, of, multiplier, offset))
 
     def _couple(self, joints: dict[str, _JointRead]) -> None:
-        """Ties joints to those that they mimic; refuses what can be no such joint, and circles."""
+        """Couple mimicking joints; rejects invalid ones, and cycles."""
         right = "expected a revolute, continuous or prismatic joint"
         following: dict[str, _MimicRead] = {}
         for mimic in self.mimic:
@@ -1073,7 +1073,7 @@ class _Reader:
     def _edges(
         self, links: Mapping[str, tuple[_Element, Body | None]], joints: Iterable[_JointRead]
     ) -> tuple[dict[str, _JointRead], dict[str, list[str]]]:
-        """The joint above every link but the root, and the links behind every link."""
+        """The joint above every link except the root, and the child links of every link."""
         above: dict[str, _JointRead] = {}
         below: dict[str, list[str]] = {name: [] for name in links}
         for joint in joints:
@@ -1095,7 +1095,7 @@ class _Reader:
                 )
                 self._problem(joint.parts["child"], "link", wrong, "expected a link without another parent")
                 continue
-            # Also where its parent is unknown: it is no root then.
+            # Also if its parent is unknown, so that it is not a root.
             above[joint.child] = joint
             if known and joint.parent is not None:
                 below[joint.parent].append(joint.child)
@@ -1107,7 +1107,7 @@ class _Reader:
         above: Mapping[str, _JointRead],
         below: Mapping[str, list[str]],
     ) -> list[str]:
-        """The links from the root, depth first; notes further roots and links that go round in a circle."""
+        """The links from the root, depth first; records additional roots and cycles of links."""
         roots = [name for name in links if name not in above]
         for name in roots[1:]:
             wrong = f'got a second root; the first one is "{roots[0]}" in line {links[roots[0]][0].line}'
@@ -1133,7 +1133,7 @@ class _Reader:
         return order
 
     def _circle(self, circle: Sequence[str], above: Mapping[str, _JointRead]) -> None:
-        """Notes links that are each other's parents, at the last of their joints in the file."""
+        """Record a cycle of links, at the last of their joints in the file."""
         closing = max((above[name] for name in circle), key=lambda joint: joint.element.start)
         first = circle.index(closing.child or "")
         turned = [*circle[first:], *circle[:first], circle[first]]
@@ -1154,6 +1154,6 @@ def _nearest(word: str, words: Iterable[str], likeness: float = 0.6) -> str | No
 
 @lru_cache(1000)
 def _unknown(what: str, name: str, known: tuple[str, ...]) -> str:
-    """Why an element or attribute that is not known was left, with what was meant, if anything."""
+    """Reason for not importing an unknown element or attribute, with a suggestion if there is one."""
     guess = _nearest(name.lower(), known, 0.75)
     return f"an unknown {what}; did you mean {guess}?" if guess else f"an unknown {what}"

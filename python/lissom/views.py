@@ -20,7 +20,7 @@ from .marks import Marks, marks
 
 Array = NDArray[np.float64]
 
-#: Kinds and units of strains in their order: those of bending and torsion are curvatures, others are ratios.
+#: Kinds and units of strains in their order: torsion and bending are curvatures, the others ratios.
 STRAINS = {
     "torsion": ("torsion", "rad/m"),
     "bend_y": ("bending about y", "rad/m"),
@@ -30,7 +30,7 @@ STRAINS = {
     "shear_z": ("shear along z", "1"),
 }
 
-#: Kinds and units of the coordinates of joints by what their names begin with.
+#: Kinds and units of joint coordinates, by the beginnings of their names.
 JOINTS = {
     "angle": ("joint angle", "rad"),
     "displacement": ("joint displacement", "m"),
@@ -40,13 +40,13 @@ JOINTS = {
     "z": ("position", "m"),
 }
 
-#: Sections along each segment at which the centre line is kept and drawn.
+#: Number of sections along each segment at which the centre line is saved and drawn.
 SECTIONS_PER_SEGMENT = 24
 
-#: Places between which a section is not looked at.
+#: Number of places along a segment at which its section is evaluated.
 PLACES = 32
 
-#: Most modes of a strain that a segment may have.
+#: Maximum number of modes of a strain in a segment.
 MOST_MODES = 64
 
 #: Windings of the drawn spring.
@@ -59,9 +59,9 @@ class Coordinate:
 
     name: str
     unit: str
-    #: What it measures; coordinates of a kind share a plot.
+    #: The measured quantity; coordinates of the same kind share a plot.
     kind: str
-    #: Segment and degree of the mode whose amplitude it is; no degree where it is none.
+    #: Segment and degree of the mode whose amplitude it is; no degree for other coordinates.
     segment: int = 0
     degree: int | None = None
 
@@ -74,78 +74,78 @@ class Link:
     segments: Sequence[Segment]
     #: Length without load, metres.
     length: float
-    #: Poses of sections as `Rod.pose` gives them: of coordinates, arc lengths X and a time.
+    #: Poses of sections as from `Rod.pose`, for coordinates, arc lengths X and a time.
     pose: Callable[[Array, Array, float | Array], Array]
-    #: Strains (k, m, 6) of sections as `Rod.strain` gives them: of (k, n) coordinates and arc lengths (m,).
+    #: Strains (k, m, 6) of sections as from `Rod.strain`, for (k, n) coordinates and arc lengths (m,).
     strain: Callable[[Array, Array], Array] | None = None
-    #: Velocities (k, 6) of a section, angular above linear, in world axes: of (k, n) coordinates and
-    #: velocities, an arc length and (k,) times.
+    #: Velocities (k, 6) of a section, angular first, in world axes, for (k, n) coordinates and velocities, an
+    #: arc length and (k,) times.
     velocity: Callable[[Array, Array, float, Array], Array] | None = None
 
     @cached_property
     def stations(self) -> Array:
-        """Arc lengths of the sections at which the link is kept and drawn, shape (s,), metres."""
+        """Arc lengths of the sections at which the link is saved and drawn, shape (s,), metres."""
         ends = np.concatenate([[0.0], np.cumsum([segment.length for segment in self.segments])])
         inner = [np.linspace(a, b, SECTIONS_PER_SEGMENT, endpoint=False) for a, b in pairwise(ends)]
         # The sum of the lengths may differ from the link's length by rounding.
         return np.append(np.concatenate(inner), self.length)
 
     def half_extents(self) -> list[float]:
-        """How far the link reaches from its axis along y and along z, at places along each segment."""
+        """Half extents of the link along y and z, at places along each segment."""
         places = [i / PLACES for i in range(PLACES + 1)]
         return [size for part in self.segments for x in places for size in part.section.half_extents(x)]
 
 
 @dataclass(frozen=True)
 class Solid:
-    """A rigid body, drawn as the ellipsoid of even density that has its mass and inertia."""
+    """A rigid body, drawn as the ellipsoid of uniform density with the same mass and inertia."""
 
     name: str
-    #: Semi-axes (3,), metres; zero where nothing is known of its size.
+    #: Semi-axes (3,), metres; zero if the size is unknown.
     semi_axes: Array
-    #: Poses of shape (..., 4, 4) of centre and principal axes: of coordinates (..., n) and a time.
+    #: Poses of shape (..., 4, 4) of centre and principal axes, for coordinates (..., n) and a time.
     pose: Callable[[Array, float | Array], Array]
 
 
 @dataclass(frozen=True)
 class Frame:
-    """A frame that moves with a model, and at which it can be pushed and measured: a tip."""
+    """A frame of a model at which forces can act and motion is measured: a tip."""
 
     name: str
-    #: Poses of shape (..., 4, 4): of coordinates (..., n) and a time.
+    #: Poses of shape (..., 4, 4), for coordinates (..., n) and a time.
     pose: Callable[[Array, float | Array], Array]
-    #: Geometric Jacobian (6, n), angular above linear, in world axes: of coordinates (n,) and a time.
+    #: Geometric Jacobian (6, n), angular first, in world axes, for coordinates (n,) and a time.
     jacobian: Callable[[Array, float], Array]
-    #: The link whose end it is; None of a rod, which has one.
+    #: The link whose end it is; None for a `Rod`.
     link: str | None = None
-    #: Where it is carried along by what is prescribed: the velocity (6,) that it has by that alone, angular
-    #: above linear, in world axes: of coordinates (n,) and a time.
+    #: For prescribed motions: the velocity (6,) that they alone cause, angular first, in world axes, for
+    #: coordinates (n,) and a time.
     carried: Callable[[Array, float], Array] | None = None
 
 
 @dataclass(frozen=True)
 class Member:
-    """A link of a robot of several, whose curves are shown by themselves."""
+    """A link of a robot with several links, with its own curves."""
 
     name: str
-    #: Its tip, or what moves with its body, in words.
+    #: Its tip, or the frame of its body.
     frame: Frame
-    #: Which coordinates are those of its joint and its rod.
+    #: Slice of the coordinates of its joint and its rod.
     coordinates: slice
-    #: Moment (N m) and force (N) that it gets through its joint, (k, 6): of (k, n) coordinates, velocities,
-    #: accelerations, (k,) times and (k, m) inputs.
+    #: Moment (N m) and force (N) that it receives through its joint, (k, 6), for (k, n) coordinates,
+    #: velocities, accelerations, (k,) times and (k, m) inputs.
     wrench: Callable[[Array, Array, Array, Array, Array], Array]
-    #: What it gets them from, in words.
+    #: Description of the body that exerts them.
     carrier: str
 
 
 @dataclass(frozen=True)
 class Sketch:
-    """How a model in the plane is drawn: a mass on a line from the origin, in the world's x and y."""
+    """Drawing of a planar model: a mass on a line from the origin, in the world's x and y."""
 
-    #: Positions of the mass (m, 2), metres: of coordinates (m, n).
+    #: Positions of the mass (m, 2), metres, for coordinates (m, n).
     mass: Callable[[Array], Array]
-    #: Corners of the line (points, 2), metres: of coordinates (n,).
+    #: Corners of the line (points, 2), metres, for coordinates (n,).
     line: Callable[[Array], Array]
 
 
@@ -153,36 +153,36 @@ class Sketch:
 class View:
     """Everything about a model apart from its equations."""
 
-    #: What the model is, in a few words.
+    #: Short description of the model.
     title: str
     coordinates: Sequence[Coordinate]
-    #: What is drawn, in words.
+    #: Description of the drawing.
     caption: str = ""
     #: Slender parts, drawn in space.
     links: Sequence[Link] = ()
     #: Rigid bodies, drawn in space.
     solids: Sequence[Solid] = ()
-    #: Joints, loops, loads, supports and what is around it all, drawn in space.
+    #: Joints, loops, loads, supports and surroundings, drawn in space.
     marks: Marks = field(default_factory=Marks)
     #: Frames at which forces act and motions are measured.
     frames: Sequence[Frame] = ()
-    #: The links of a model of several, one by one.
+    #: The links of a model with several links.
     members: Sequence[Member] = ()
-    #: How a model without links is drawn.
+    #: Drawing of a model without links.
     sketch: Sketch | None = None
-    #: Angular velocity (3,) of what carries the model, rad/s in world axes: of a time; None where that rests.
+    #: Angular velocity (3,) of the base, rad/s in world axes, for a time; None if the base is fixed.
     carrier_velocity: Callable[[float], Array] | None = None
-    #: The same model with so many more modes of each strain; None where it cannot have them.
+    #: The same model with this many more modes of each strain; None if that is impossible.
     with_more_modes: Callable[[int], Model | None] = lambda more: None
-    #: The same model on which these loads act as well; None of a model that takes no loads.
+    #: The same model with these additional loads; None for a model that accepts no loads.
     with_loads: Callable[[Sequence[Load]], Model] | None = None
-    #: Numbers of multiplications of what the solvers compute, by its name.
+    #: Numbers of multiplications of the solvers' computations, by name.
     multiplications: Callable[[], Mapping[str, int] | None] = lambda: None
 
-    #: How many constraints of closed loops the others determine, by the loops' names: of coordinates (n,).
+    #: Number of redundant constraints of closed loops, by the loops' names, for coordinates (n,).
     redundant: Callable[[Array], Mapping[str, int]] = lambda q: {}
 
-    #: What linear models call the coordinates; by their number where that is None.
+    #: Names of the coordinates in linear models; None if they are numbered.
     signals: Sequence[str] | None = None
     #: Length in metres to which deflections are relative; by default that of all slender parts.
     reach: float | None = None
@@ -205,7 +205,7 @@ def view(model: Model) -> View:
 
 
 def is_rod(model: Model) -> bool:
-    """Whether the parts of a model have the names of a rod's in scenes, not those of links."""
+    """Whether the parts of a model are named as those of a rod in scenes, not as those of links."""
     return isinstance(model, Rod)
 
 
@@ -289,7 +289,7 @@ def _with_loads(robot: Robot, loads: Sequence[Load]) -> Model:
 
 @view.register(Robot)
 def of_robot(robot: Robot) -> View:
-    """All rods, all rigid bodies, and the tips of the links that carry no others."""
+    """All rods, all rigid bodies, and the tips of the links without children."""
     links = robot.links
     parents = {link.parent for link in links}
     return View(
@@ -341,7 +341,7 @@ def of_robot(robot: Robot) -> View:
 
 
 def _member(robot: Robot, link: Joined) -> Member:
-    """A link with what is shown of it."""
+    """Views of a link."""
 
     def wrench(q: Array, v: Array, a: Array, t: Array, u: Array) -> Array:
         return robot.joint_wrench(q, v, a, link=link.name, t=t, u=u)
@@ -371,7 +371,7 @@ def _length(segments: Sequence[Segment]) -> float:
 
 
 def _reach(robot: Robot) -> float:
-    """How far the links reach when they are stretched out, metres."""
+    """Distance that the links reach when stretched out, metres."""
     reach: dict[str | None, float] = {None: 0.0}
     for link in robot.links:
         own = _length(link.rod) if link.rod is not None else 0.0
@@ -412,7 +412,7 @@ def _velocity_of_tip(robot: Robot, link: str, q: Array, t: float) -> Array:
 
 
 def _solid(robot: Robot, name: str, link: str, at: float | None, body: Body) -> Solid:
-    """The ellipsoid of a body: of even density, its moments are m (b^2 + c^2) / 5 and so on."""
+    """The ellipsoid of a body: with uniform density its moments are m (b^2 + c^2) / 5 and so on."""
     moments, axes = np.linalg.eigh(np.asarray(body.inertia))
     local = np.eye(4)
     local[:3, :3], local[:3, 3] = axes * np.sign(np.linalg.det(axes)), body.centre

@@ -1,8 +1,8 @@
-"""Motions for ParaView: one file in the format VTKHDF, which it opens as a time series.
+"""Motions for ParaView: one file in the format VTKHDF, which is opened as a time series.
 
-The format is HDF5 with names that VTK has laid down (VTK File Formats, "VTKHDF", version 2.0, transient
-PolyData); h5py, which NetCDF takes anyway, writes it. The other ways take VTK itself, a large package for a
-file of polylines, or one file a time.
+The format is HDF5 with names defined by VTK (VTK File Formats, "VTKHDF", version 2.0, transient PolyData). It
+is written by h5py, which NetCDF needs anyway. Alternatives need VTK itself, a large package for a file of
+polylines, or one file per time.
 """
 
 from __future__ import annotations
@@ -76,7 +76,7 @@ def _write(t: Array, points: Array, data: dict[str, Array], counts: list[int]) -
         root.attrs.create("Type", b"PolyData", dtype=h5py.string_dtype("ascii", len("PolyData")))
         root["NumberOfPoints"] = np.full(steps, per_step)
         root["Points"] = points.reshape(-1, 3)
-        # Lines do not change: all steps read the same ones.
+        # Lines do not change: all steps refer to the same ones.
         for cells in CELLS:
             group = root.create_group(cells)
             own = counts if cells == "Lines" else []

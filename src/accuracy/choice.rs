@@ -1,4 +1,5 @@
-//! Explicit or implicit: by what the largest rate of the model allows and what the accuracy needs.
+//! Choice between the explicit and the implicit method, from the largest rate of the model and the required
+//! accuracy.
 
 use std::f64::consts::TAU;
 
@@ -6,28 +7,28 @@ use super::following::Following;
 use super::integrator::{DOP853, Integrator, RADAU};
 use crate::spectrum::Spectrum;
 
-/// Which method, and why.
+/// The chosen method, and the reason.
 #[derive(Clone, Debug)]
 pub(super) struct Choice {
     pub(super) integrator: &'static Integrator,
-    /// The highest frequency that is to be resolved, in rad/s; infinite where that is not known.
+    /// Highest frequency to be resolved, in rad/s; infinite if unknown.
     pub(super) resolved: f64,
-    /// What relates errors of velocities to those of coordinates, in rad/s: between the lowest frequency and the one
-    /// that is to be resolved.
+    /// Scale between errors of velocities and of coordinates, in rad/s: between the lowest frequency and the
+    /// highest one to be resolved.
     pub(super) frequency: f64,
-    /// One sentence.
+    /// Reason in one sentence.
     pub(super) reason: String,
 }
 
 impl Choice {
-    /// Without a spectrum.
+    /// The implicit method, for models without a spectrum.
     pub(super) fn implicit() -> Self {
         let reason = "Method: radau.".to_owned();
         Self { integrator: &RADAU, resolved: f64::INFINITY, frequency: 1.0, reason }
     }
 
-    /// Compares the costs of a second of motion. Closed loops are left to Radau: it holds them as equations of its steps, while
-    /// explicit methods project after each of them.
+    /// Compares the costs of one second of motion. Models with closed loops use Radau, which includes the
+    /// constraints in the equations of its steps, whereas explicit methods project after each step.
     pub(super) fn new(spectrum: &Spectrum, following: &Following, tolerance: f64, has_loops: bool) -> Self {
         let slowest = spectrum.modes.iter().map(|mode| mode.frequency).filter(|&w| w > 0.0);
         let slowest = slowest.fold(f64::INFINITY, f64::min);

@@ -1,31 +1,32 @@
-//! What loads and the motion of the base do to the vibrations about the start: by the response of each of them,
-//! without the others, to modal forces that are straight lines between the times at which they are looked at.
+//! Vibrations about the start that loads and the base motion excite: the response of each mode, uncoupled
+//! from the others, to modal forces that are linear between sample times.
 
 use crate::error::Interrupted;
 use crate::model::Model;
 use crate::spectrum::{Spectrum, Vibration};
 
-/// Looks at what drives the model over the whole time, at least.
+/// Minimum number of samples of the excitation over the whole time.
 const LOOKS: f64 = 2000.0;
 
-/// Looks at each of the parts between which something is known to happen.
+/// Minimum number of samples of each part between known features of the excitation.
 const LOOKS_OF_A_PART: f64 = 4.0;
 
-/// After so many looks, parts are no longer distinguished that are shorter than what `LOOKS` tell apart: some tenths
-/// of a second of work.
+/// After this number of samples (some tenths of a second of work), parts shorter than the resolution of
+/// `LOOKS` are merged.
 const MOST_LOOKS: usize = 20_000;
 
-/// What drives a model.
+/// Excitation of a model.
 pub(super) struct Drive {
     /// Largest modal amplitude of each vibration.
     pub(super) sizes: Vec<f64>,
-    /// The longest step, in seconds, that passes over nothing of it.
+    /// Longest step, in seconds, that misses no feature of the excitation.
     pub(super) longest_step: f64,
 }
 
 impl Drive {
-    /// That of a model in the state `q0` over `t_span`. Changes that move the tip by less than `visible`, relative to
-    /// the length, do not shorten steps. `monitor` sees the start now and then and may stop it.
+    /// Excitation of a model in the state `q0` over `t_span`. Changes that move the tip by less than
+    /// `visible`, relative to the length, do not limit steps. `monitor` is called regularly with the start
+    /// time and may stop the search.
     pub(super) fn new<M: Model>(
         model: &mut M,
         t_span: (f64, f64),
@@ -65,15 +66,16 @@ impl Drive {
     }
 }
 
-/// How far the tip moves under a modal force of one, relative to the length; zero where nothing holds it.
+/// Displacement of the tip under a unit modal force, relative to the length; zero for modes without restoring
+/// force.
 fn softness<M: Model>(mode: &Vibration, model: &mut M, q0: &[f64]) -> f64 {
     let of_one = mode.frequency.powi(-2);
     if of_one.is_finite() { mode.reach(model, q0, of_one) / model.length() } else { 0.0 }
 }
 
-/// In how many looks the forces of a part of the time run through all their values, where they change fastest;
-/// infinite where they are straight lines, which methods that stop at their ends see, or where that would not be seen
-/// of the tip.
+/// Number of samples in which the modal forces of a part would run through their whole range at their fastest
+/// rate of change. Infinite if the forces are linear, which methods that stop at the ends of parts resolve,
+/// or if the deviation has no visible effect on the tip.
 fn steps_of_change(part: &[Vec<f64>], softness: &[f64], visible: f64) -> f64 {
     let last = part.len() - 1;
     let mut fewest = f64::INFINITY;
@@ -92,7 +94,7 @@ fn steps_of_change(part: &[Vec<f64>], softness: &[f64], visible: f64) -> f64 {
     fewest
 }
 
-/// Modal forces on a model at rest at its start.
+/// Modal forces on a model at rest in its initial shape.
 struct Forces<'a> {
     q0: &'a [f64],
     rest: Vec<f64>,
@@ -116,7 +118,7 @@ impl<'a> Forces<'a> {
 struct Oscillation {
     x: f64,
     v: f64,
-    /// The largest amplitude about where the force would hold it.
+    /// Largest amplitude about the static displacement under the force.
     largest: f64,
 }
 
@@ -125,7 +127,7 @@ impl Oscillation {
         Self { x: 0.0, v: mode.velocity, largest: 0.0 }
     }
 
-    /// A step with a force that is a straight line: exact.
+    /// Exact step for a force linear in time.
     fn step(&mut self, mode: &Vibration, h: f64, [from, to]: [f64; 2]) {
         if mode.frequency == 0.0 || mode.is_overdamped() {
             return;
@@ -164,7 +166,7 @@ mod tests {
             parts.step(&mode, t(1), [force(t(i)), force(t(i + 1))]);
         }
         assert!((whole.x - parts.x).abs() < 1e-12 && (whole.v - parts.v).abs() < 1e-12);
-        // The equation itself, by differences.
+        // The differential equation itself, by finite differences.
         let h = 1e-4;
         let at = |t: f64| {
             let mut motion = Oscillation::new(&mode);

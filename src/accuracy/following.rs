@@ -1,9 +1,9 @@
-//! Vibrations that the steps have to follow, and how long steps may be that do.
+//! Vibrations that steps must resolve, and the step sizes that resolve them.
 //!
-//! An implicit method that damps what it steps over says nothing about it: two runs that step over the same vibration
-//! agree with each other, and not with the truth. What can be seen of the tip is followed from the start, therefore,
-//! and the vibrations that can be are known beforehand: those that the start sets off, and those that loads and a
-//! moving base do, by the linear response of each of them to what drives the model.
+//! An implicit method damps vibrations that its steps do not resolve, without any sign in its error estimate:
+//! two runs that both miss a vibration agree with each other, but not with the exact motion. Therefore
+//! vibrations visible at the tip are resolved from the start. They are known beforehand: those excited by the
+//! initial state, and those excited by loads and the base motion, by the linear response of each mode.
 
 use std::f64::consts::E;
 
@@ -13,51 +13,51 @@ use crate::error::Interrupted;
 use crate::model::Model;
 use crate::spectrum::{Spectrum, Vibration};
 
-/// Vibrations whose tip moves by less than this part of the tolerance need not be resolved.
+/// Vibrations that move the tip by less than this fraction of the tolerance need not be resolved.
 const VISIBLE: f64 = 0.1;
 
-/// Of the tolerance of a run each vibration gets this part.
+/// Fraction of the tolerance of a run that each vibration may use.
 const SHARE: f64 = 0.5;
 
-/// The tip cannot be farther off than this, relative to the length.
+/// Upper bound of the tip error, relative to the length.
 const FARTHEST: f64 = 2.0;
 
-/// Steps in each period of what is known to drive the model, at least.
+/// Minimum number of steps per known period of the excitation.
 const STEPS_OF_A_PERIOD: f64 = 4.0;
 
-/// One vibration that is to be followed.
+/// A vibration that must be resolved.
 #[derive(Clone, Copy, Debug)]
 struct Followed {
-    /// In rad/s.
+    /// Frequency in rad/s.
     frequency: f64,
-    /// How far it moves the tip, relative to the length.
+    /// Amplitude at the tip, relative to the length.
     reach: f64,
-    /// Over how many radians its error adds up: of the whole time, or until it has died away.
+    /// Radians over which its error accumulates: during the whole time, or until the vibration has decayed.
     radians: f64,
 }
 
-/// What is to be followed.
+/// Vibrations to be resolved, and other limits of the step.
 #[derive(Clone, Debug)]
 pub(super) struct Following {
-    /// Those of each state that was looked at.
+    /// Vibrations of each state examined so far.
     vibrations: Vec<Vec<Followed>>,
-    /// Longest step, in seconds, that passes over nothing that drives the model.
+    /// Longest step, in seconds, that misses no feature of the excitation.
     of_drive: f64,
-    /// The largest rate, in 1/s: an explicit method's estimate of its error lets longer steps than stable ones pass,
-    /// which do harm in time.
+    /// Largest rate, in 1/s. The error estimate of an explicit method tolerates steps beyond the stability
+    /// limit, which cause errors in the long run.
     rate: f64,
     /// Tolerance of the first run.
     loosest: f64,
 }
 
 impl Following {
-    /// Nothing.
+    /// No limits.
     pub(super) fn nothing() -> Self {
         Self { vibrations: Vec::new(), of_drive: f64::INFINITY, rate: 0.0, loosest: 0.0 }
     }
 
-    /// What the state `q0` sets off, with the vibrations about it, and what drives the model over `t_span`. `loosest`
-    /// is the tolerance of the first run. `monitor` sees the start now and then and may stop it.
+    /// Vibrations about `q0` that the initial state and the excitation over `t_span` cause. `loosest` is the
+    /// tolerance of the first run. `monitor` is called regularly with the start time and may stop the search.
     pub(super) fn new<M: Model>(
         model: &mut M,
         t_span: (f64, f64),
@@ -80,7 +80,7 @@ impl Following {
         Ok(following)
     }
 
-    /// What a state on the way has set off.
+    /// Adds the vibrations that a later state of the motion contains.
     pub(super) fn look<M: Model>(&mut self, model: &mut M, t: f64, duration: f64, [q, v]: [&[f64]; 2]) {
         if let Some(spectrum) = Spectrum::new(model, t, q, v) {
             let sizes: Vec<f64> = spectrum.modes.iter().map(|mode| mode.size).collect();
@@ -103,8 +103,8 @@ impl Following {
         self.vibrations.push(followed.collect());
     }
 
-    /// What steps of this size leave of all vibrations together, relative to the length: of those that are stepped
-    /// over all of it is lost, in every run alike.
+    /// Error of all vibrations together for steps of this size, relative to the length. Unresolved vibrations
+    /// are lost completely, in every run alike.
     pub(super) fn lost(&self, integrator: &Integrator, step: f64) -> f64 {
         let part = |vibration: &Followed| {
             let of_a_radian = integrator.error_of_a_radian(vibration.frequency, step);
@@ -114,14 +114,14 @@ impl Following {
         self.vibrations.iter().map(of_state).fold(0.0, f64::max)
     }
 
-    /// The highest frequency, in rad/s, that is visible at this tolerance; zero if there is none.
+    /// Highest visible frequency at this tolerance, in rad/s; zero if there is none.
     pub(super) fn highest(&self, tolerance: f64) -> f64 {
         self.visible(tolerance).map(|vibration| vibration.frequency).fold(0.0, f64::max)
     }
 
-    /// The longest step, in seconds, with which no vibration leaves an error of more than its share of `tolerance`.
+    /// Longest step, in seconds, for which the error of each vibration stays within its share of `tolerance`.
     pub(super) fn longest_step(&self, integrator: &Integrator, tolerance: f64) -> f64 {
-        // Two runs must not have the same steps, whatever limits them: they would share the same errors.
+        // Two runs must not have the same steps, whatever limits the steps: they would have the same errors.
         let shorter = integrator.shorter((tolerance / self.loosest).min(1.0));
         let of_vibration = |vibration: &Followed| {
             let allowed = SHARE * tolerance / (vibration.reach * vibration.radians);
@@ -131,7 +131,7 @@ impl Following {
         self.visible(tolerance).map(of_vibration).fold(of_all, f64::min)
     }
 
-    /// The same vibrations for all runs of a request, so that they can be compared.
+    /// The same vibrations for all runs of a request, to make the runs comparable.
     fn visible(&self, tolerance: f64) -> impl Iterator<Item = &Followed> {
         let visible = VISIBLE * tolerance.max(self.loosest);
         self.vibrations.iter().flatten().filter(move |vibration| vibration.reach > visible)

@@ -1,4 +1,4 @@
-//! The two methods among which is chosen, and what is known of their errors.
+//! The explicit and the implicit method, with their error constants.
 
 use crate::ode;
 use crate::radau;
@@ -6,29 +6,30 @@ use crate::simulate::Method;
 
 use super::request::Request;
 
-/// What there is to know of a method.
+/// Properties of a method.
 #[derive(Debug, PartialEq)]
 pub(super) struct Integrator {
     pub(super) name: &'static str,
-    /// The error of a motion is of the order of this power of the step.
+    /// Order of the error of a motion in the step size.
     pub(super) order: i32,
-    /// A step h multiplies a vibration of the rate omega by `exp(i omega h) (1 + e)` with
-    /// `|e| = omega h (omega h)^order / constant`: from the stability functions (Hairer and Wanner 1996, sections
-    /// IV.3 and IV.10; that of DOP853 from its coefficients). Radau's error is dissipation, that of DOP853 a phase.
+    /// A step h multiplies a vibration of rate omega by `exp(i omega h) (1 + e)` with `|e| = omega h (omega
+    /// h)^order / constant`: from the stability functions (Hairer and Wanner 1996, sections IV.3 and IV.10;
+    /// for DOP853 from its coefficients). The error of Radau is dissipation, that of DOP853 a phase error.
     constant: f64,
-    /// Beyond this step, times the frequency, that formula does not hold.
+    /// Largest step, times the frequency, for which this formula holds.
     pub(super) longest: f64,
-    /// The longest stable step, times the largest rate: 6.1 for DOP853 (Hairer and Wanner 1996, section IV.2), with
-    /// room for a rate that grows.
+    /// Longest stable step times the largest rate: 6.1 for DOP853 (Hairer and Wanner 1996, section IV.2),
+    /// reduced to allow for a growing rate.
     pub(super) stability: f64,
-    /// The step that accuracy takes, times the largest frequency that is to be resolved, over `tolerance^(1/order)`:
+    /// Step required for accuracy, times the largest frequency to be resolved, over `tolerance^(1/order)`:
     /// measured on the lab's rod.
     pub(super) step: f64,
-    /// What a step costs, in inverse dynamics: twelve forward dynamics; some three iterations of three residuals, and
-    /// the tangents.
+    /// Cost of a step in units of inverse dynamics: twelve forward dynamics for DOP853; about three
+    /// iterations of three residuals, and the tangents, for Radau.
     pub(super) cost: f64,
-    /// The error of a run grows with this power of its tolerance: steps of size h meet one of the order of h^8 with
-    /// DOP853, whose error is of the order of h^8, and of h^4 with Radau, of h^5.
+    /// The error of a run is proportional to this power of its tolerance. The local error estimate of a step
+    /// of size h is of order h^8 for DOP853, whose global error is of order h^8, and of order h^4 for Radau,
+    /// whose global error is of order h^5.
     pub(super) exponent: f64,
 }
 
@@ -54,35 +55,36 @@ pub(super) static RADAU: Integrator = Integrator {
     exponent: 1.25,
 };
 
-/// Radau's relative tolerance over the one of a run, which is absolute: it keeps large coordinates from asking for
-/// less than rounding.
+/// Relative tolerance of Radau over the tolerance of a run, which is absolute. Prevents tolerances below the
+/// rounding of large coordinates.
 const RADAU_RELATIVE: f64 = 1e-2;
 
 impl Integrator {
-    /// What steps of this size do to a vibration while it turns by a radian, relative to its amplitude.
+    /// Relative error of a vibration per radian for steps of this size.
     pub(super) fn error_of_a_radian(&self, frequency: f64, step: f64) -> f64 {
         (frequency * step).powi(self.order) / self.constant
     }
 
-    /// The step, times the frequency, that does this.
+    /// Step, times the frequency, that causes this error.
     pub(super) fn step_of_error(&self, error: f64) -> f64 {
         (self.constant * error).powf(1.0 / f64::from(self.order))
     }
 
-    /// By how much steps are shorter at a tolerance that is smaller by this factor.
+    /// Ratio of steps at a tolerance that is smaller by this factor.
     pub(super) fn shorter(&self, factor: f64) -> f64 {
         factor.powf(1.0 / f64::from(self.order))
     }
 
-    /// The error of a looser run over that of this one, each with its tolerance and number of steps: by the
-    /// tolerances, as far as the steps bear that out.
+    /// Expected ratio of the errors of a looser run and of this one, each given by its tolerance and number
+    /// of steps: from the tolerances, but not more than the numbers of steps support.
     pub(super) fn gain(&self, [looser, this]: [(f64, f64); 2]) -> f64 {
         let expected = (looser.0 / this.0).powf(self.exponent);
         let seen = (this.1 / looser.1).powi(self.order);
         expected.min(seen).max(1.0)
     }
 
-    /// With errors up to `tolerance` of coordinates relative to `sizes`, and of velocities to `sizes` times `frequency`.
+    /// The method with tolerances for errors up to `tolerance`, of coordinates relative to `sizes` and of
+    /// velocities relative to `sizes` times `frequency`.
     pub(super) fn method(&self, sizes: &[f64], frequency: f64, tolerance: f64, request: Request) -> Method {
         let Request { dt, max_steps, max_step, .. } = request;
         let of_velocities = sizes.iter().map(|size| size * frequency * tolerance);
@@ -115,7 +117,7 @@ mod tests {
     use super::*;
     use nalgebra::Complex;
 
-    /// `(1 + 2 z/5 + z^2/20) / (1 - 3 z/5 + 3 z^2/20 - z^3/60)`, Radau's stability function.
+    /// `(1 + 2 z/5 + z^2/20) / (1 - 3 z/5 + 3 z^2/20 - z^3/60)`, the stability function of Radau.
     fn radau(z: Complex<f64>) -> Complex<f64> {
         let one = Complex::from(1.0);
         (one + z * 0.4 + z * z * 0.05) / (one - z * 0.6 + z * z * 0.15 - z * z * z / 60.0)

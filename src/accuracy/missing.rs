@@ -1,9 +1,9 @@
-//! Which modes a model lacks, by the forces that its motion leaves unbalanced.
+//! Modes that a model lacks, found from the unbalanced forces of its motion.
 //!
-//! States of a motion are given to a model with many more modes: the forces that hold the modes there are not zero
-//! for the new ones, and what they would do to the tip if the new modes gave way, elastically and at once, tells
-//! which strains without modes matter, and how much of what is missing a model with only two more modes of each
-//! strain finds. Kinks, point loads and springs near an end are not seen by the next modes but by much higher ones.
+//! States of a motion are inserted into a model with many more modes. The forces on the new modes do not
+//! vanish, and the static displacement of the tip that they would cause shows which strains without modes
+//! matter, and which fraction of the missing displacement a model with only two more modes per strain
+//! captures. Kinks, point loads and springs near an end act on much higher modes than the next ones.
 
 use super::paths::{largest, size};
 use crate::constraint::one_sided;
@@ -11,67 +11,68 @@ use crate::linalg::Matrix;
 use crate::model::{ForwardScratch, Model};
 use crate::simulate::Simulation;
 
-/// More modes of a strain that has any, of one that has none, in the model that is moved, and in the one that is only
-/// asked for forces.
+/// Additional modes: of a strain that has modes, of a strain without modes, in the model that is simulated,
+/// and in the richest model, which is only evaluated for forces.
 const MORE_MODES: usize = 2;
 const ANY_MODES: usize = 1;
 const MANY_MODES: usize = 12;
 const SOME_MODES: usize = 3;
 
-/// The largest model that is asked for forces: a second of work.
+/// Largest model for evaluations of forces: one second of work.
 const MOST_COORDINATES: usize = 600;
 
-/// States of the motion that are looked at; not the first one, from which no error has moved the tip yet.
+/// Number of examined states of the motion, without the first state, in which the tip has no error yet.
 const STATES: usize = 12;
 
-/// Strains without modes get one if they move the tip by this part of the tolerance, relative to the length, or
-/// deform the model by it, relative to typical deformations: what twists a straight rod moves the tip only in time.
+/// Strains without modes get some if they move the tip by this fraction of the tolerance, relative to the
+/// length, or deform the model by this fraction, relative to typical deformations. The second condition
+/// matters for the torsion of a straight rod, which moves the tip only later.
 const MATTERS: f64 = 0.1;
 
-/// Strains without modes that are faster than what is resolved by this factor give way at once, and get none: the
-/// forces tell all.
+/// Strains without modes whose frequency exceeds the resolved ones by this factor respond statically; the
+/// forces give their whole effect, and they get no modes.
 const FAST: f64 = 10.0;
 
-/// What gives way suddenly swings as far again (Hooke's law: a load that is let go moves a spring by twice its static
-/// displacement).
+/// A suddenly loaded spring overshoots to twice its static displacement.
 const SUDDEN: f64 = 2.0;
 
-/// What is claimed, relative to what is found: not less than the truth for most random rods
+/// Claimed error over the estimate: not less than the true error for most random rods
 /// (`benches/python/accuracy/honesty.py --space`).
 pub(super) const SAFETY: f64 = 2.0;
 
-/// The tip cannot be farther off than this, relative to the length.
+/// Upper bound of the tip error, relative to the length.
 const FARTHEST: f64 = 2.0;
 
-/// A model to compare with.
+/// A finer model for comparison.
 pub(super) struct Finer<M> {
     pub(super) model: M,
     pub(super) estimate: Estimate,
-    /// Which of its coordinates are those of the coarse one.
+    /// Indices of the coarse model's coordinates in this model.
     places: Vec<usize>,
 }
 
 impl<M: Model> Finer<M> {
-    /// Coordinates of the coarse model as those of this one.
+    /// Converts coordinates of the coarse model to coordinates of this model.
     pub(super) fn embed(&self, values: &[f64]) -> Vec<f64> {
         embed(values, &self.places, self.model.n())
     }
 }
 
-/// What new modes do to the tip at once, relative to the length.
+/// Static displacements of the tip by new modes, relative to the length.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Estimate {
-    /// Those of the finer model.
+    /// By the modes of the finer model.
     finds: f64,
-    /// Those that even it lacks, without the fast strains.
+    /// By modes that even the finer model lacks, without fast strains.
     leaves: f64,
-    /// Those of fast strains.
+    /// By fast strains.
     fast: f64,
 }
 
 impl Estimate {
-    /// The space error of the coarse model, where the finer one is apart from it by so much. What even the finer one
-    /// lacks is added: in proportion to what came of that which it has, if that is most of it.
+    /// Space error of the coarse model whose tip differs from that of the finer model by `apart`. The effect
+    /// of modes that even the finer model lacks is added: in proportion to the observed difference, if the
+    /// finer model captures most of the static displacement.
     pub(super) fn error(self, apart: f64) -> f64 {
         let left =
             if self.leaves < self.finds { apart * self.leaves / self.finds } else { self.leaves.max(apart) };
@@ -79,8 +80,8 @@ impl Estimate {
     }
 }
 
-/// The model to compare `coarse` with, which has moved like this and whose steps resolved frequencies up to
-/// `resolved` rad/s; why there is none where there is none, and nothing for models that are not discretised.
+/// A finer model for comparison with `coarse`, given its motion, whose steps resolved frequencies up to
+/// `resolved` rad/s. An error is the reason why there is none; `None` for models that are not discretised.
 pub(super) fn finer<M: Model + Clone>(
     coarse: &M,
     motion: &Simulation,
@@ -102,7 +103,7 @@ pub(super) fn finer<M: Model + Clone>(
     let richest = with_more(MANY_MODES, SOME_MODES);
     let is_small = richest.iter().sum::<usize>() <= MOST_COORDINATES;
     let Some(mut richer) = is_small.then(|| coarse.with_modes(&richest)).flatten() else {
-        // Nothing tells which strains matter, nor what is left.
+        // Too large to find out which strains matter and how much even the finer model lacks.
         return model_with(&with_more(MORE_MODES, 0), Estimate::default());
     };
     let missing = Missing::new(coarse, &mut richer, &all_places(&modes, &richest, &between), motion);
@@ -150,8 +151,8 @@ fn embed(values: &[f64], places: &[usize], n: usize) -> Vec<f64> {
     all
 }
 
-/// Where the coordinates of a model with these numbers of modes are among those of one with more of them, where so many
-/// others stand between the modes of both.
+/// Indices of the coordinates of a model with `modes` modes in a model with more modes (`of`), where
+/// `between` other coordinates precede the modes of each series in both models.
 fn all_places(modes: &[usize], of: &[usize], between: &[usize]) -> Vec<usize> {
     let mut first = 0;
     let mut places = Vec::new();
@@ -162,7 +163,7 @@ fn all_places(modes: &[usize], of: &[usize], between: &[usize]) -> Vec<usize> {
     places
 }
 
-/// The same of the modes alone: joints do not give way at once, they swing.
+/// The same for modes only, because joints do not respond statically.
 fn places_of_modes(modes: &[usize], of: &[usize], between: &[usize]) -> Vec<usize> {
     let mut first = 0;
     let mut places = Vec::new();
@@ -174,13 +175,13 @@ fn places_of_modes(modes: &[usize], of: &[usize], between: &[usize]) -> Vec<usiz
     places
 }
 
-/// The forces that hold a richer model in the states of a motion of a coarser one.
+/// Forces on a richer model in the states of a coarser model's motion.
 struct Missing {
     /// Coordinates of the richer model, and the forces on them.
     states: Vec<[Vec<f64>; 2]>,
     stiffness: Matrix,
     mass: Matrix,
-    /// Typical ones of the coordinates.
+    /// Typical sizes of the coordinates.
     sizes: Vec<f64>,
 }
 
@@ -222,12 +223,12 @@ impl Missing {
         Self { states, stiffness, mass, sizes }
     }
 
-    /// That of a coordinate without the others, in rad/s.
+    /// Uncoupled frequency of a coordinate, in rad/s.
     fn frequency(&self, i: usize) -> f64 {
         (self.stiffness[(i, i)] / self.mass[(i, i)]).sqrt()
     }
 
-    /// How far these coordinates give way in each state.
+    /// Static response of these coordinates in each state.
     fn gives(&self, chosen: &[usize]) -> Vec<Vec<f64>> {
         let of_chosen =
             Matrix::from_fn(chosen.len(), chosen.len(), |i, j| self.stiffness[(chosen[i], chosen[j])]);
@@ -240,7 +241,7 @@ impl Missing {
         self.states.iter().map(gives).collect()
     }
 
-    /// By how much these coordinates give way at most, relative to their typical sizes.
+    /// Largest static response of these coordinates, relative to their typical sizes.
     fn deforms(&self, chosen: &[usize]) -> f64 {
         let relative = |give: Vec<f64>| {
             chosen.iter().zip(give).map(|(&place, give)| (give / self.sizes[place]).abs()).fold(0.0, f64::max)
@@ -248,7 +249,7 @@ impl Missing {
         self.gives(chosen).into_iter().map(relative).fold(0.0, f64::max)
     }
 
-    /// How far the places move in each state where these coordinates give way.
+    /// Displacements of the measured places by the static response of these coordinates, in each state.
     fn moved<M: Model>(&self, richer: &mut M, chosen: &[usize]) -> Vec<[f64; 3]> {
         let (mut from, mut to) = (Vec::new(), Vec::new());
         for ([q, _], give) in self.states.iter().zip(self.gives(chosen)) {

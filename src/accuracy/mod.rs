@@ -1,14 +1,15 @@
-//! Motions to an accuracy that is asked for: method, step sizes and an honest estimate of what was reached.
+//! Motions to a requested accuracy: chooses method and step sizes, and estimates the error that was reached.
 //!
-//! The accuracy is that of the tip: the largest distance, over the times that are returned, between the tip and where
-//! it would be without error, relative to the length of the model. Two errors count: that of the steps in time, and
-//! that of the finite number of modes and nodes in space.
+//! The error is measured at the tip: the largest distance, over the returned times, between the computed and
+//! the exact position of the tip, relative to the length of the model. It has two parts: the error of the
+//! steps in time, and the error of the finite number of modes and nodes in space.
 //!
-//! The time error is measured, not trusted: every run is compared with one at a tolerance five times tighter, of
-//! which the difference tells the error (tolerance proportionality; Hairer, Norsett and Wanner 1993, section II.4),
-//! and tightened until it is met. What two runs would miss alike is followed by the steps of both, or counted. The
-//! space error is the difference that two more modes of every strain make, with more nodes, and what is still missing
-//! then; where more nodes alone make a difference, they are taken.
+//! The time error is measured: every run is compared with a run at a tolerance five times tighter, and the
+//! difference estimates the error (tolerance proportionality; Hairer, Norsett and Wanner 1993, section II.4).
+//! Tolerances are tightened until the estimate meets the request. Vibrations that both runs would miss are
+//! resolved by both, or included in the estimate. The space error is the difference to a run with two more
+//! modes of every strain and more nodes, plus an estimate of what the finer model lacks. If additional nodes
+//! alone change the motion, the number of nodes is increased.
 //!
 //! ```
 //! use lissom::accuracy::{Request, simulate_to_accuracy};
@@ -48,12 +49,13 @@ pub use request::{DEFAULT_MAX_STEPS, DEFAULT_RTOL, Request};
 
 use run::Plan;
 
-/// The free motion of `model` from `q0`, `v0` over `t_span`, to an accuracy; and a model with more quadrature nodes
-/// that took its place, where it leaves their number open and the accuracy needs them. `t_eval` are increasing times
-/// at which the motion is wanted. `monitor` sees the time after every accepted step of every run and may stop it.
+/// Computes the free motion of `model` from `q0`, `v0` over `t_span` to an accuracy. Also returns a model
+/// with more quadrature nodes, if the number of nodes was open and the accuracy required more. `t_eval` are
+/// the increasing times of the result. `monitor` is called with the time after every accepted step of every
+/// run and may stop the computation.
 ///
-/// The statistics of the result have the estimated errors, and the counters of the run that is returned; the wall
-/// time is that of all of them. Where the accuracy could not be reached, the status says so.
+/// The statistics contain the estimated errors and the counters of the returned run; the wall time includes
+/// all runs. If the accuracy was not reached, the status says so.
 pub fn simulate_to_accuracy<M: Model + Clone>(
     mut model: M,
     t_span: (f64, f64),
@@ -105,18 +107,19 @@ pub fn simulate_to_accuracy<M: Model + Clone>(
 /// What is not estimated of a motion with closed loops, or with tendons that do not stretch.
 const IN_LOOPS: &str = " The errors are those of places on the links; those of the forces in closed loops and of tensions are not estimated.";
 
-/// A start whose loops are closed.
+/// Initial state projected onto closed loops.
 fn fitted<M: Model>(model: &mut M, t: f64, [q0, v0]: [&[f64]; 2]) -> Result<Start, InvalidInput> {
     let n = model.n();
     let is_sensible = [q0, v0].iter().all(|values| values.len() == n && values.iter().all(|x| x.is_finite()));
     match is_sensible {
         true => Start::fitted(model, t, q0, v0),
-        // Whoever checks them says what is wrong.
+        // Validation reports the problem.
         false => Ok(Start { q: q0.to_vec(), v: v0.to_vec(), moved: 0.0 }),
     }
 }
 
-/// Refuses what [`simulate_to_accuracy`] would refuse, before any evaluation of a motion; else the times of its result.
+/// Rejects all arguments that [`simulate_to_accuracy`] would reject, before any evaluation of a motion;
+/// returns the times of its result.
 pub fn check<M: Model>(
     model: &mut M,
     t_span: (f64, f64),
@@ -132,7 +135,7 @@ pub fn check<M: Model>(
     Ok(times)
 }
 
-/// The times of a result.
+/// Times of the result.
 fn wanted(
     n: usize,
     t_span: (f64, f64),

@@ -1,4 +1,4 @@
-//! How many modes of each strain a motion takes.
+//! Choice of the number of modes of each strain for a motion.
 
 use super::missing::SAFETY;
 use super::paths::{distances, largest};
@@ -11,46 +11,47 @@ use crate::robot::{Robot, RobotModel};
 use crate::rod::{MAX_MODES, STRAINS};
 use crate::simulate::{Simulation, Status};
 
-/// Modes to begin with: of bending two, of the other strains none.
+/// Initial modes: two for bending, none for other strains.
 const FIRST_MODES: [usize; STRAINS] = [0, 2, 2, 0, 0, 0];
 
-/// More modes that a strain is tried with, if it has any, and if it has none.
+/// Additional modes in a trial, for a strain with modes and for a strain without.
 const MORE_MODES: usize = 2;
 const ANY_MODES: usize = 1;
 
-/// A mode is kept if it moves the tip by this part of the tolerance; after each verification that fails, by a smaller
-/// one.
+/// A mode is kept if it moves the tip by this fraction of the tolerance; the fraction decreases after each
+/// failed verification.
 const KEPT: f64 = 0.1;
 const SMALLER: f64 = 0.25;
 
-/// Tolerance in time of the trials, relative to what is asked for.
+/// Time tolerance of the trials, relative to the requested accuracy.
 const TRIAL_TOLERANCE: f64 = 0.3;
 
-/// Trials until the accuracy counts as out of reach.
+/// Maximum number of trials.
 const TRIALS: usize = 24;
 
-/// States of a trial that are looked at.
+/// Number of states of a trial that are examined.
 const STATES: usize = 32;
 
-/// What came of a choice of modes.
+/// Result of a choice of modes.
 #[derive(Clone, Debug)]
 pub struct Modes {
-    /// The robot with them.
+    /// The robot with the chosen modes.
     pub robot: Robot,
-    /// What the last trial with more of them changed at the tip, relative to the length; `None` where there was no
-    /// such trial.
+    /// Change of the tip by the additional modes of the last trial, relative to the length; `None` without
+    /// such a trial.
     pub space_error: Option<f64>,
-    /// `Finished`, or why there is no choice: the status of the trial that failed, or [`Status::AccuracyNotReached`].
+    /// `Finished`, or the status of the trial that failed, or [`Status::AccuracyNotReached`].
     pub status: Status,
-    /// The status in words.
+    /// Status in words.
     pub message: String,
 }
 
-/// Chooses the numbers of modes of the segments `open` of a robot, counted link by link, such that its motion from rest over `t_span` has the
-/// accuracy that is asked for, as far as modes go: by trials with more modes of every strain, of which those are kept
-/// that move the tip. `monitor` sees the time after every step of every trial and may stop it.
+/// Chooses the numbers of modes of the segments `open` of a robot, counted link by link, such that its motion
+/// from rest over `t_span` has the requested accuracy with respect to modes. Each trial has additional modes
+/// of every strain and keeps those that move the tip. `monitor` is called with the time after every step of
+/// every trial and may stop the search.
 ///
-/// Strains that a perfectly symmetric motion does not set off get no modes. Costs some five to fifteen motions.
+/// Strains that a symmetric motion does not excite get no modes. Costs about five to fifteen motions.
 pub fn choose_modes(
     robot: &Robot,
     open: &[usize],
@@ -89,7 +90,7 @@ pub fn choose_modes(
         let is_enough =
             needed.iter().flatten().zip(modes.iter().flatten()).all(|(needed, modes)| needed <= modes);
         if !is_enough {
-            // What was needed once stays: less may only show that a trial was too coarse.
+            // Modes needed once are kept: a smaller number may only mean that the trial was too coarse.
             for (modes, needed) in modes.iter_mut().flatten().zip(needed.iter().flatten()) {
                 *modes = (*modes).max(*needed);
             }
@@ -123,7 +124,7 @@ pub fn choose_modes(
     })
 }
 
-/// Where nothing moves by as much as was asked for.
+/// Result if nothing moves by the requested accuracy.
 fn unmoved(robot: &Robot, open: &[usize], error: f64, status: Status) -> Modes {
     let one_bend = [0, 1, 0, 0, 0, 0];
     let message = "Nothing moves the tip by as much as the accuracy: one mode of bending is there because a rod needs one. If a load \
@@ -132,7 +133,7 @@ fn unmoved(robot: &Robot, open: &[usize], error: f64, status: Status) -> Modes {
     Modes { robot, space_error: Some(error), status, message: message.to_owned() }
 }
 
-/// What a strain is tried with.
+/// Number of modes of a strain in a trial.
 fn more(modes: usize) -> usize {
     if modes == 0 { ANY_MODES } else { (modes + MORE_MODES).min(MAX_MODES) }
 }
@@ -146,7 +147,7 @@ fn with_modes(robot: &Robot, open: &[usize], modes: &[[usize; STRAINS]]) -> Robo
     robot
 }
 
-/// What all trials have in common.
+/// Data shared by all trials.
 struct Trials<'a> {
     open: &'a [usize],
     t_span: (f64, f64),
@@ -154,7 +155,7 @@ struct Trials<'a> {
     monitor: &'a mut dyn FnMut(f64) -> Result<(), Interrupted>,
 }
 
-/// A motion with so many modes.
+/// A motion with a given number of modes.
 struct Trial {
     robot: Robot,
     model: RobotModel,
@@ -193,8 +194,8 @@ impl Trials<'_> {
         Ok(Ok(Trial { robot, model, simulation, tips }))
     }
 
-    /// The least numbers of modes beyond which none moves the tip by more than `tolerance` times the length, to first
-    /// order.
+    /// Smallest numbers of modes such that no further mode moves the tip by more than `tolerance` times the
+    /// length, to first order.
     fn needed(&self, trial: &Trial, modes: &[[usize; STRAINS]], tolerance: f64) -> Vec<[usize; STRAINS]> {
         let moved = trial.moved();
         let mut needed = vec![[0; STRAINS]; modes.len()];
@@ -214,7 +215,7 @@ impl Trials<'_> {
 }
 
 impl Trial {
-    /// How far each coordinate has moved the tip at most, to first order: metres.
+    /// Largest displacement of the tip by each coordinate, to first order, in metres.
     fn moved(&self) -> Vec<f64> {
         let mut model = self.model.clone();
         let n = model.n();
@@ -224,7 +225,7 @@ impl Trial {
         let states = self.simulation.q.chunks_exact(n.max(1));
         let every = states.len().div_ceil(STATES).max(1);
         for (q, &t) in states.zip(&self.simulation.t).rev().step_by(every) {
-            // The run has asked for this time already: what fails now has failed there.
+            // The run has already evaluated this time; a failure here has occurred there too.
             if model.set_time(t).is_err() {
                 continue;
             }

@@ -1,21 +1,21 @@
-//! Where the tip is in the course of a motion, and how far two motions are apart.
+//! Paths of the tip, and distances between two motions.
 
 use crate::error::Interrupted;
 use crate::model::Model;
 use crate::simulate::Simulation;
 
-/// At so many times runs are compared, at least.
+/// Minimum number of times at which runs are compared.
 const COMPARED: usize = 100;
 
-/// Differences that grow by this factor from the first half of the time to the second one multiply: the others grow
-/// with the time and its square.
+/// If differences grow by this factor from the first half of the time to the second one, errors are
+/// multiplied; otherwise they grow at most quadratically in time.
 const GROWTH: f64 = 100.0;
 
-/// How many tips are found between two calls of the monitor: they cost less than steps do.
+/// Number of evaluated tips between two calls of the monitor; a tip costs less than a step.
 const TIPS_BETWEEN: usize = 16;
 
-/// These times and, where they are few, more of them: runs that agree at one time by chance do not at all of them.
-/// Times that make no sense are left to those who refuse them.
+/// These times and, if they are few, additional ones: runs may agree by chance at one time, but not at all of
+/// them. Invalid times are left for validation to reject.
 pub(super) fn with_more_times(times: &[f64], (t0, t_end): (f64, f64)) -> Vec<f64> {
     let mut all = times.to_vec();
     let make_sense = times.iter().all(|t| (t0..=t_end).contains(t)) && times.is_sorted();
@@ -27,7 +27,8 @@ pub(super) fn with_more_times(times: &[f64], (t0, t_end): (f64, f64)) -> Vec<f64
     all
 }
 
-/// Where the places are at all times, one time after the other. `monitor` sees the end of the run now and then and may stop it.
+/// Measured places at all times, one time after the other. `monitor` is called regularly with the end time
+/// and may stop the evaluation.
 pub(super) fn tips<M: Model>(
     model: &mut M,
     simulation: &Simulation,
@@ -47,12 +48,12 @@ pub(super) fn tips<M: Model>(
     Ok(tips)
 }
 
-/// The distances of two paths at each of their times.
+/// Distances between two paths at each time.
 pub(super) fn distances(a: &[[f64; 3]], b: &[[f64; 3]]) -> Vec<f64> {
     a.iter().zip(b).map(|(a, b)| size(&std::array::from_fn(|i| a[i] - b[i]))).collect()
 }
 
-/// How far paths over so many times go from their starts.
+/// Largest distance of paths over this number of times from their starts.
 pub(super) fn range(tips: &[[f64; 3]], times: usize) -> f64 {
     let places = tips.len() / times.max(1);
     let starts = tips.iter().take(places).cycle().copied().take(tips.len());

@@ -1,4 +1,4 @@
-//! Runs of a model at a tolerance, with steps that follow what can be seen.
+//! Runs of a model at a tolerance, with steps that resolve visible vibrations.
 
 use super::choice::Choice;
 use super::following::Following;
@@ -11,19 +11,20 @@ use crate::second_order;
 use crate::simulate::{Simulation, Status, simulate};
 use crate::spectrum::Spectrum;
 
-/// The first run's tolerance over the one that is asked for, so that the second one meets it as a rule.
+/// Tolerance of the first run over the requested one, chosen such that the second run usually meets the
+/// request.
 pub(super) const FIRST_TOLERANCE: f64 = 1.5;
 
-/// States of the first run that are looked at for what is to be followed.
+/// Number of states of the first run that are examined for further vibrations.
 const STATES: usize = 4;
 
-/// Steps that are made of a run that cannot reach its end within its limit of more of them.
+/// Number of steps computed of a run that cannot finish within a larger limit.
 const SHOWN: usize = 1000;
 
-/// The status of runs that take too many steps, of first and of second order.
+/// Status name of runs with too many steps, for methods of first and of second order.
 const TOO_MANY_STEPS: &str = "too_many_steps";
 
-/// What all runs of a model have in common.
+/// Data shared by all runs of a model.
 pub(super) struct Plan<'a, M> {
     pub(super) model: &'a M,
     pub(super) choice: Choice,
@@ -34,7 +35,7 @@ pub(super) struct Plan<'a, M> {
     pub(super) t_eval: Option<&'a [f64]>,
 }
 
-/// A motion with its tolerance, and where the tip is at its times.
+/// A motion with its tolerance, and the paths of the tip.
 pub(super) struct Run {
     pub(super) simulation: Simulation,
     pub(super) tolerance: f64,
@@ -50,7 +51,7 @@ impl Run {
         self.simulation.statistics.counters.steps as f64
     }
 
-    /// Stopped after its end, when its error was looked for.
+    /// Marks a run as interrupted during the estimation of its error.
     pub(super) fn interrupt(&mut self) {
         self.simulation.status = Status::SecondOrder(second_order::Status::Interrupted);
         self.simulation.message = "The run was stopped, as asked for, before its error was known.".to_owned();
@@ -58,7 +59,7 @@ impl Run {
 }
 
 impl<'a, M: Model + Clone> Plan<'a, M> {
-    /// Chooses the method and finds what is to be followed, of which `monitor` may stop the search.
+    /// Chooses the method and finds the vibrations to be resolved. `monitor` may stop the search.
     pub(super) fn new(
         model: &'a mut M,
         t_span: (f64, f64),
@@ -75,7 +76,8 @@ impl<'a, M: Model + Clone> Plan<'a, M> {
             let has_loops = model.constraints() > 0;
             Some((Choice::new(&spectrum, &following, request.rtol, has_loops), following))
         });
-        // Where there are no accelerations, a function of time fails or the search is stopped, the run says so.
+        // Without accelerations, after a failure of a function of time or after a stop: the run will report
+        // the same problem.
         let (choice, following) = known.unwrap_or_else(|| (Choice::implicit(), Following::nothing()));
         Ok(Self { model, choice, following, t_span, start, request, t_eval })
     }
@@ -84,7 +86,7 @@ impl<'a, M: Model + Clone> Plan<'a, M> {
         self.t_span.1 - self.t_span.0
     }
 
-    /// A run whose steps are no longer than `longest_step`.
+    /// A run with steps no longer than `longest_step`.
     pub(super) fn run(
         &self,
         tolerance: f64,
@@ -99,7 +101,8 @@ impl<'a, M: Model + Clone> Plan<'a, M> {
         let max_step = self.request.max_step.min(followed).min(longest_step);
         let fewest = self.duration() / max_step;
         let is_too_long = fewest > self.request.max_steps as f64;
-        // Hours of work that must end at the limit are not begun: some steps show what the model does there.
+        // Do not start hours of work that cannot finish within the limit: a few steps show the behaviour of
+        // the model.
         let is_shown = is_too_long && self.request.max_steps > SHOWN;
         let max_steps = if is_shown { SHOWN } else { self.request.max_steps };
         let request = Request { max_step, max_steps, ..self.request };
@@ -123,7 +126,7 @@ impl<'a, M: Model + Clone> Plan<'a, M> {
         }
     }
 
-    /// Whether the steps of a run were short enough for what its own states show that it has set off.
+    /// Whether the steps of a run were short enough for the vibrations that its own states contain.
     pub(super) fn follows(&mut self, run: &Run) -> bool {
         let mut model = self.model.clone();
         let Simulation { t, q, v, n, .. } = &run.simulation;

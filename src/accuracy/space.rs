@@ -1,4 +1,4 @@
-//! The error that a finite number of modes and nodes leaves: measured by a run of a model with more of them.
+//! Error due to the finite number of modes and nodes, measured by a run of a model with more of both.
 
 use super::missing::finer;
 use super::paths::{distances, largest};
@@ -9,19 +9,19 @@ use crate::error::{Interrupted, InvalidInput};
 use crate::model::Model;
 use crate::simulate::Status;
 
-/// Tolerance of the tightest run of a finer model, relative to what is asked for.
+/// Tolerance of the tightest run of a finer model, relative to the requested accuracy.
 const TIGHTEST: f64 = 0.1;
 
-/// Tolerance of the first run of a finer model: the error is large as a rule, and found by a cheap run if it is so
-/// many times the tolerance.
+/// Tolerance of the first run of a finer model, and the multiple of the tolerance that identifies an error.
+/// Space errors are usually large, and a cheap run finds them.
 const FIRST: f64 = 1e-3;
 const CLEAR: f64 = 3.0;
 
-/// Difference by more nodes that calls for them, relative to what is asked for.
+/// Change by additional nodes that requires them, relative to the requested accuracy.
 const NODES: f64 = 0.3;
 
-/// Adds the space error to a run, or why it is not known: by a run of a finer model, with the method that suits that
-/// one, and no more accurate than it takes to tell an error of the modes from one of the steps.
+/// Adds the space error to a run, or the reason why it is unknown. Simulates a finer model, with the method
+/// that suits that model, only as accurately as needed to distinguish errors of modes from errors of steps.
 pub(super) fn add_error<M: Model + Clone>(
     plan: &Plan<'_, M>,
     run: &mut Run,
@@ -68,8 +68,8 @@ pub(super) fn add_error<M: Model + Clone>(
     Ok(())
 }
 
-/// The model with `factor` times as many nodes, if it moves differently in a run that is the same otherwise: asked
-/// only where the space error is too large or unknown.
+/// The model with `factor` times as many nodes, if its motion differs in an otherwise identical run. Called
+/// only if the space error is too large or unknown.
 pub(super) fn with_nodes<M: Model + Clone>(
     plan: &Plan<'_, M>,
     run: &Run,
@@ -89,7 +89,8 @@ pub(super) fn with_nodes<M: Model + Clone>(
     let (choice, following) = (plan.choice.clone(), plan.following.clone());
     let matters = NODES * wanted;
     let other = Plan { model: &model, choice, following, ..*plan };
-    // No looser than the run: where errors multiply, those of the steps would be taken for those of the nodes.
+    // At the tolerance of the run: if errors multiply, errors of looser steps would be attributed to the
+    // nodes.
     let other = other.run(run.tolerance, f64::INFINITY, monitor)?;
     let changed = largest(&distances(&other.tips, &run.tips)) / plan.model.length();
     Ok((other.is_success() && changed > matters).then_some(model))

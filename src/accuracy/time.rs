@@ -1,4 +1,4 @@
-//! The error that the steps leave: measured by two runs, and made as small as is asked for.
+//! Error of the time steps, measured by pairs of runs and reduced to the requested accuracy.
 
 use super::paths::{distances, grows, largest, range};
 use super::run::{FIRST_TOLERANCE, Plan, Run};
@@ -6,37 +6,38 @@ use crate::error::{Interrupted, InvalidInput};
 use crate::model::Model;
 use crate::simulate::Status;
 
-/// Each run's tolerance over that of the next one, with which it is compared.
+/// Ratio of the tolerances of two runs that are compared.
 pub(super) const TIGHTENING: f64 = 5.0;
 
-/// Where the accuracy was not met, the next run aims at this part of it, with a tolerance that is smaller by this
-/// factor at most.
+/// If the accuracy was not met, the next run aims at this fraction of it, with a tolerance reduced at most by
+/// `SMALLEST_FACTOR`.
 const AIM: f64 = 0.5;
 const SMALLEST_FACTOR: f64 = 1e-3;
 
-/// Two runs can be compared if the better one should have gained that much, by its steps: its error is their
-/// difference then, at most. If not, it is repeated with so many more of them that it gains enough.
+/// Two runs are comparable if the expected gain in accuracy, from their numbers of steps, is at least this:
+/// then their difference bounds the error of the better run. Otherwise the better run is repeated with enough
+/// steps for `ENOUGH_GAIN`.
 const LEAST_GAIN: f64 = 2.0;
 const ENOUGH_GAIN: f64 = 4.0;
 
-/// The error of the better one of two runs is taken for so many times their difference, over the root of what the
-/// better one should have gained: not less than the median by proportionality, and not less than the truth in 99 of
-/// 100 random motions (`benches/python/accuracy/honesty.py`).
+/// The estimated error of the better of two runs is this factor times their difference, over the square root
+/// of the expected gain. The estimate is not less than the median by proportionality, and not less than the
+/// true error in 99 of 100 random motions (`benches/python/accuracy/honesty.py`).
 const SAFETY: f64 = 2.5;
 
-/// No run is better than this part of its tolerance, whatever it agrees with: more is luck.
+/// Smallest error attributed to a run, relative to its tolerance; closer agreement is chance.
 const LUCK: f64 = 0.05;
 
-/// A run that has lost or gained this part of the energy that moved is not trusted, whatever it agrees with.
+/// A run whose energy drifts by this fraction of the moved energy is not trusted, whatever it agrees with.
 const LARGE_DRIFT: f64 = 0.1;
 
-/// Runs until an accuracy counts as out of reach, in motions that multiply every error.
+/// Maximum number of runs, for motions that multiply every error.
 const RUNS: usize = 6;
 
-/// Tightest tolerance of a run; below, rounding rules.
+/// Tightest tolerance of a run; below, rounding errors dominate.
 const SMALLEST_RUN_TOLERANCE: f64 = 1e-13;
 
-/// A run to compare with.
+/// A looser run for comparison.
 struct Looser {
     tolerance: f64,
     steps: f64,
@@ -49,8 +50,8 @@ impl From<Run> for Looser {
     }
 }
 
-/// Runs of ever tighter tolerances, until the estimated error of one is below the tolerance that is asked for. It has
-/// the estimate, a message and a status that say what came of it.
+/// Runs with decreasing tolerances until the estimated error is below the requested one. The result contains
+/// the estimate, a message and a status.
 pub(super) fn to_accuracy<M: Model + Clone>(
     plan: &mut Plan<'_, M>,
     monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
@@ -67,7 +68,7 @@ pub(super) fn to_accuracy<M: Model + Clone>(
             return Ok(run);
         }
         let Some(looser) = previous.take() else {
-            // What has set off what it could not follow is no run to compare with.
+            // A run that did not resolve a vibration which it excited itself cannot be compared with.
             if runs > 1 || plan.follows(&run) {
                 previous = Some(run.into());
                 tolerance = (tolerance / TIGHTENING).max(SMALLEST_RUN_TOLERANCE);
@@ -77,7 +78,7 @@ pub(super) fn to_accuracy<M: Model + Clone>(
         let integrator = plan.choice.integrator;
         let gain = integrator.gain([(looser.tolerance, looser.steps), (tolerance, run.steps())]);
         if gain < LEAST_GAIN && runs < RUNS {
-            // Steps that something else than the tolerance limits say nothing about the errors that they share.
+            // Steps limited by something other than the tolerance have the same errors in both runs.
             longest_step = plan.duration() / looser.steps * integrator.shorter(1.0 / ENOUGH_GAIN);
             previous = Some(looser);
             continue;
@@ -98,7 +99,7 @@ pub(super) fn to_accuracy<M: Model + Clone>(
             };
             return Ok(run);
         }
-        // The next run is compared with this one, of which the error is smaller than that by this gain.
+        // The next run is compared with this one, whose error is smaller than the estimate by this gain.
         let gain = (error / (AIM * wanted)).powi(2) / gain;
         let factor = gain.powf(-1.0 / integrator.exponent).clamp(SMALLEST_FACTOR, 1.0 / TIGHTENING);
         previous = Some(run.into());
@@ -106,20 +107,21 @@ pub(super) fn to_accuracy<M: Model + Clone>(
     }
 }
 
-/// The error of a run beside a looser one, relative to the length: of what the tips say, with what both runs miss
-/// alike, and no less than goes with the energy that was lost.
+/// Estimated error of a run compared with a looser one, relative to the length: the difference of the tips,
+/// plus errors common to both runs, and at least the error that corresponds to the energy drift.
 fn error<M: Model + Clone>(plan: &Plan<'_, M>, run: &Run, looser: &Looser, gain: f64) -> f64 {
     let apart = distances(&run.tips, &looser.tips);
-    // Where errors multiply, or the steps were hardly shorter, what is left of them need not be less.
+    // If errors multiply, or the steps were hardly shorter, the remaining error need not be smaller than the
+    // difference.
     let share = if gain >= LEAST_GAIN && !grows(&apart) { SAFETY / gain.sqrt() } else { SAFETY };
     let missed = plan.following.lost(plan.choice.integrator, plan.duration() / run.steps().max(1.0));
     let seen = share * largest(&apart) / plan.model.length();
     (seen + missed + LUCK * run.tolerance).max(drained(plan, run))
 }
 
-/// The error of the tip that goes with the energy that a run has lost or gained, if that is much: as of a vibration,
-/// whose amplitude goes with the root of its energy. The balance itself has errors where loads jump; methods that
-/// damp what they step over lose most of it.
+/// Tip error that corresponds to a large energy drift of a run, as for a vibration, whose amplitude is
+/// proportional to the square root of its energy. Smaller drifts are ignored: the balance itself has errors
+/// where loads jump. Methods that damp unresolved vibrations lose most of the energy.
 fn drained<M: Model + Clone>(plan: &Plan<'_, M>, run: &Run) -> f64 {
     let balance = run.simulation.balance(&mut plan.model.clone());
     let drift = balance.map_or(0.0, |balance| balance.drift());

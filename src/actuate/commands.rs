@@ -1,10 +1,10 @@
-//! The entries of u: the commands that they set, their limits and their defaults.
+//! Commands, limits and defaults of the entries of u.
 
 use crate::actuator::{Actuator, Drive, MotorCommand};
 use crate::robot::Robot;
 use crate::signal::Input;
 
-/// What an input commands. Inputs of one kind have one unit.
+/// Quantity that an input commands. All inputs of one kind have the same unit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Kind {
     Force,
@@ -23,18 +23,18 @@ pub(super) enum Kind {
 pub(super) struct Command {
     pub(super) kind: Kind,
     pub(super) limits: [f64; 2],
-    /// What it is when it does nothing, or by default where it says a length or a position.
+    /// Value without effect; the default value for lengths and positions.
     pub(super) least: f64,
 }
 
 const ANY: [f64; 2] = [f64::NEG_INFINITY, f64::INFINITY];
 const NOT_NEGATIVE: [f64; 2] = [0.0, f64::INFINITY];
 
-/// The entries of u of a robot.
+/// One command for each entry of u of a robot.
 pub(super) fn commands(robot: &Robot) -> Vec<Command> {
     let inputs = robot.inputs();
     let mut commands = vec![Command { kind: Kind::Force, limits: ANY, least: 0.0 }; inputs.defaults().len()];
-    // From the last one on, so that of several of a name the first says what it is.
+    // In reverse order, so that the first of several commands with the same input name decides.
     let of_loads = robot.loads.iter().flat_map(|load| {
         [(&load.force, Kind::Force), (&load.moment, Kind::Moment)]
             .map(|(signal, kind)| (signal.input().map(|input| place(&inputs, input)), kind, ANY))

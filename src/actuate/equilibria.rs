@@ -1,4 +1,4 @@
-//! The equilibrium as a function of the inputs, followed from one input to the next, and its derivatives.
+//! Equilibria and their sensitivity as a function of the inputs, by continuation from one input to the next.
 
 use crate::constraint::{one_sided, saddle::Saddle};
 use crate::error::Interrupted;
@@ -9,51 +9,52 @@ use crate::statics::{
     Continuation, ContinuationOptions, CriticalKind, InputPath, Monitor, Status, continuation,
 };
 
-/// Bound of the last Newton step, in scaled coordinates: rounding, for derivatives are differences of what follows.
+/// Bound of the last Newton step, in scaled coordinates: rounding, because derivatives are differences of
+/// equilibria.
 const TOLERANCE: f64 = 1e-12;
 
-/// No limit: steps are as long as Newton's method lets them be.
+/// Effectively no limit: Newton's method determines the step length.
 const MAX_STEP: f64 = 1e6;
 
-/// More than what a way between two neighbours takes.
+/// More than any path between neighbouring inputs takes.
 const MAX_STEPS: usize = 100;
 
-/// How far back a path may turn that has lost its way.
+/// Load factor at which a path that turned back is abandoned.
 const BACK: f64 = -1.0;
 
-/// Inputs and the shape that belongs to them.
+/// Inputs and the equilibrium shape at these inputs.
 #[derive(Clone, Debug)]
 struct State {
     u: Vec<f64>,
     q: Vec<f64>,
 }
 
-/// Why there is no equilibrium that belongs to some inputs.
+/// Reason why no equilibrium was found for some inputs.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Lost {
-    /// The inputs on the way had to turn back: it snaps there.
+    /// The path reached a limit point and turned back: the equilibrium snaps through.
     Limit,
-    /// The way could not be followed.
+    /// Continuation failed with this status.
     Way(Status),
 }
 
-/// Equilibria along the way of a search.
+/// Equilibria computed during a search.
 pub(super) struct Equilibria<'a, 'b> {
     model: &'a mut RobotModel,
     monitor: Monitor<'b>,
     time: f64,
     sizes: Vec<f64>,
-    /// Where ways begin: the last one from which steps were taken.
+    /// Start of continuation paths: the equilibrium at the search's latest iterate.
     anchor: State,
     latest: State,
-    /// Why the last one that was not found from here was not.
+    /// Reason for the last failure since the anchor was set.
     pub(super) lost: Option<Lost>,
-    /// How many were looked for.
+    /// Number of equilibria requested.
     pub(super) number: usize,
 }
 
 impl<'a, 'b> Equilibria<'a, 'b> {
-    /// From an equilibrium on.
+    /// Starts at an equilibrium.
     pub(super) fn new(
         model: &'a mut RobotModel,
         time: f64,
@@ -67,8 +68,7 @@ impl<'a, 'b> Equilibria<'a, 'b> {
         Self { model, monitor, time, sizes, latest: anchor.clone(), anchor, lost: None, number: 0 }
     }
 
-    /// The shape at these inputs, by the way from the last ones that steps were taken from; `None` where that does not lead
-    /// there.
+    /// Shape at these inputs, by continuation from the anchor; `None` if the path does not lead there.
     pub(super) fn at(&mut self, u: &[f64]) -> Result<Option<&[f64]>, Interrupted> {
         if self.latest.u != u {
             self.number += 1;
@@ -83,7 +83,7 @@ impl<'a, 'b> Equilibria<'a, 'b> {
         Ok(Some(&self.latest.q))
     }
 
-    /// From now on ways begin here, if these are the inputs that were asked for last.
+    /// Moves the anchor to these inputs, if they were the last ones requested.
     pub(super) fn settle_at(&mut self, u: &[f64]) {
         if self.latest.u == u && self.anchor.u != u {
             self.anchor = self.latest.clone();
@@ -91,7 +91,7 @@ impl<'a, 'b> Equilibria<'a, 'b> {
         }
     }
 
-    /// The model and the monitor, with the shape `near` or the last one.
+    /// Returns the model and the monitor, with the shape `near` or the latest one.
     pub(super) fn into_parts(self, near: Option<Vec<f64>>) -> (&'a mut RobotModel, Monitor<'b>, Vec<f64>) {
         let Self { model, monitor, latest, .. } = self;
         (model, monitor, near.unwrap_or(latest.q))
@@ -110,7 +110,7 @@ impl<'a, 'b> Equilibria<'a, 'b> {
         let found = continuation(self.model, &options, self.monitor);
         let Continuation { path, status, .. } = match found {
             Ok(found) => found?,
-            // Inputs or a shape that are not finite.
+            // Inputs or shape are not finite.
             Err(_) => {
                 self.lost = Some(Lost::Way(Status::NonFinite));
                 return Ok(None);
@@ -124,8 +124,9 @@ impl<'a, 'b> Equilibria<'a, 'b> {
         Ok(Some(path.q[path.q.len() - self.sizes.len()..].to_vec()))
     }
 
-    /// How the latest shape changes with the inputs, `[K, G^T; G, 0] [dq; dlambda] = -[dtau; dg]`, in coordinates over their
-    /// typical sizes; n x m. K is the tangent stiffness, G that of what holds loops closed. `None` where they are singular.
+    /// Derivative of the latest shape with respect to the inputs, `[K, G^T; G, 0] [dq; dlambda] = -[dtau;
+    /// dg]`, in scaled coordinates; n x m. K is the tangent stiffness, G the constraint Jacobian. `None` if
+    /// the matrix is singular.
     pub(super) fn sensitivity(&mut self) -> Result<Option<Matrix>, Interrupted> {
         let State { u, q } = &self.latest;
         let (n, m) = (q.len(), u.len());
@@ -166,7 +167,8 @@ impl<'a, 'b> Equilibria<'a, 'b> {
         Ok(Some(pushed))
     }
 
-    /// How gaps change with the inputs: those of lengths that are told, straight. Shape (constraints, inputs).
+    /// Derivatives of the gaps with respect to the inputs, which are linear in commanded lengths. Shape
+    /// (constraints, inputs).
     fn gaps_of_inputs(&mut self) -> Result<Matrix, Interrupted> {
         let State { u, q } = &self.latest;
         let constraints = self.model.constraints();

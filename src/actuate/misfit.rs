@@ -1,4 +1,4 @@
-//! Errors of the target poses as equations in the scaled inputs.
+//! Errors of the target poses as a function of the scaled inputs.
 
 use super::equilibria::Equilibria;
 use crate::error::Interrupted;
@@ -7,15 +7,15 @@ use crate::reach::misfit::Misfit;
 use crate::roots::System;
 use crate::roots::least_squares::LeastSquares;
 
-/// The targets of a robot in the equilibrium that belongs to its inputs.
+/// Targets of a robot at the equilibrium for its inputs.
 pub(super) struct Actuated<'a, 'b> {
     pub(super) equilibria: Equilibria<'a, 'b>,
-    /// In coordinates over their typical sizes.
+    /// Targets as a function of scaled coordinates.
     pub(super) targets: Misfit<'a, 'b>,
-    /// All inputs, of which those in `free` change.
+    /// All inputs; entries in `free` are unknowns.
     u: Vec<f64>,
     free: Vec<usize>,
-    /// Sizes of those.
+    /// Scales of the free inputs.
     sizes: Vec<f64>,
     of_shape: Matrix,
 }
@@ -32,7 +32,7 @@ impl<'a, 'b> Actuated<'a, 'b> {
         Self { equilibria, targets, u, free, sizes, of_shape }
     }
 
-    /// All inputs, of unknowns.
+    /// All inputs for these unknowns.
     pub(super) fn inputs(&mut self, x: &[f64]) -> Vec<f64> {
         for ((&entry, x), size) in self.free.iter().zip(x).zip(&self.sizes) {
             self.u[entry] = x * size;
@@ -54,7 +54,7 @@ impl System for Actuated<'_, '_> {
         self.targets.equations()
     }
 
-    /// NaN where there is no equilibrium on the way.
+    /// NaN if no equilibrium is found.
     fn residual(&mut self, x: &[f64], residual: &mut [f64]) -> Result<(), Interrupted> {
         let u = self.inputs(x);
         let Some(q) = self.equilibria.at(&u)?.map(<[f64]>::to_vec) else {
@@ -67,7 +67,7 @@ impl System for Actuated<'_, '_> {
 
     fn jacobian(&mut self, x: &[f64], jacobian: &mut Matrix) -> Result<(), Interrupted> {
         let u = self.inputs(x);
-        // Whoever asks for the derivative at the latest inputs goes on from there.
+        // The solver requests a Jacobian only at an accepted iterate.
         self.equilibria.settle_at(&u);
         let q = self.equilibria.at(&u)?.map(<[f64]>::to_vec);
         let change = if q.is_some() { self.equilibria.sensitivity()? } else { None };

@@ -1,10 +1,12 @@
 //! Inverse statics: inputs that bring links of a robot to target poses.
 //!
-//! Least squares of what is left, within the limits of the inputs ([`crate::roots::least_squares`]). The equilibrium is
-//! solved for inside, by the way from the one before ([`crate::statics::continuation`]), and its sensitivity is exact:
-//! `dq/du = -K^-1 dtau/du`. Where more inputs act than it takes, the least ones are chosen.
+//! A least-squares problem for the errors of the targets within limits of the inputs
+//! ([`crate::roots::least_squares`]). Each evaluation solves for the equilibrium by continuation from the
+//! previous one ([`crate::statics::continuation`]). Its sensitivity is exact: `dq/du = -K^-1 dtau/du`. If the
+//! targets do not determine all inputs, the smallest ones are chosen.
 //!
-//! `commands` says what the inputs are, `equilibria` which shape belongs to them, `misfit` how far that is.
+//! `commands` describes the inputs, `equilibria` computes shapes for inputs, and `misfit` the errors of the
+//! targets.
 //!
 //! ```
 //! use lissom::actuate::{Options, actuate};
@@ -61,28 +63,28 @@ use commands::{Command, Kind, commands};
 use equilibria::Equilibria;
 use misfit::Actuated;
 
-/// An input that could change what it does by less than this part of the largest change leaves a choice: rounding.
+/// Relative singular value below which the targets do not determine an input, because of rounding.
 const RANK: f64 = 1e-8;
 
-/// Positions come from equilibria that are found to this many rounding units.
+/// Accuracy of positions from equilibria, in units of rounding.
 const TERMS: f64 = 1e3;
 
-/// How to search.
+/// Options of the search.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Options {
-    /// The inputs to begin with, brought within their limits, shape (m,); as they are by themselves by default.
+    /// Initial inputs, clipped to their limits, shape (m,); defaults of the robot if `None`.
     pub u: Option<Vec<f64>>,
-    /// A shape near the equilibrium there, from which the robot is let go; by default the loads grow from zero.
+    /// A shape near the equilibrium at the initial inputs; if `None`, loads grow from zero.
     pub q0: Option<Vec<f64>>,
-    /// The entries of u that may change; by default all but directions of sliding.
+    /// Entries of u that may change; by default all except directions of sliding.
     pub free: Option<Vec<usize>>,
-    /// Limits of entries of u, beside those that hold anyway: tensions and lengths are not negative, torques within the limits
-    /// of their motor, directions of sliding within [-1, 1].
+    /// Additional limits of entries of u. These always hold: tensions and lengths are not negative, torques
+    /// stay within the limits of their motor, directions of sliding within [-1, 1].
     pub limits: Vec<(usize, [f64; 2])>,
-    /// The time, in seconds, at which the model is.
+    /// Time of the model, in seconds.
     pub time: f64,
-    /// A target is reached when its position is off by at most this part of the length of the robot, and its orientation
-    /// by so many radians; 1e-9 by default.
+    /// A target is reached when its position error is at most this fraction of the robot's length, and its
+    /// orientation error at most this number of radians; 1e-9 by default.
     pub tol: f64,
     /// Largest number of steps; 100 by default.
     pub max_iter: usize,
@@ -94,10 +96,11 @@ impl Default for Options {
     }
 }
 
-/// Inputs that bring links to their targets, or as near as they can, with the equilibrium that belongs to them. A step costs
-/// some tangents of the model; where more inputs act than targets ask for, or where nothing reaches, some for every input.
+/// Finds inputs that bring links to their targets, or as near as possible, and the equilibrium at these
+/// inputs. A step costs a few tangents of the model, and a few for every input if the targets do not
+/// determine the inputs or cannot be reached.
 ///
-/// Fails before any search when an argument is wrong.
+/// Fails before the search if an argument is invalid.
 pub fn actuate(
     model: &mut RobotModel,
     targets: &[Target],
@@ -108,9 +111,9 @@ pub fn actuate(
     Ok(search(model, targets, options, problem, monitor))
 }
 
-/// What is to be found, checked.
+/// The search problem after validation.
 struct Problem {
-    /// Where the search begins.
+    /// Initial inputs.
     u: Vec<f64>,
     free: Vec<usize>,
     commands: Vec<Command>,
@@ -179,8 +182,8 @@ impl Problem {
         Ok(Self { u, free, commands })
     }
 
-    /// Sizes of the free inputs: a change by as much moves the shape by about a typical size, for the strongest input of its
-    /// kind.
+    /// Scales of the free inputs: a change by one unit of scale moves the shape by about a typical size, for
+    /// the most effective input of its kind.
     fn sizes(&self, sensitivity: &Matrix) -> Vec<f64> {
         let strongest = |kind: Kind| {
             let of_kind = self.free.iter().filter(|&&entry| self.commands[entry].kind == kind);
@@ -200,7 +203,7 @@ impl Problem {
         self.free.iter().map(size).collect()
     }
 
-    /// The tendons whose lengths are free inputs and which are slack: there is no derivative by these lengths.
+    /// Slack tendons whose lengths are free inputs. Derivatives with respect to these lengths vanish.
     fn slack(
         &self,
         model: &mut RobotModel,
@@ -221,7 +224,7 @@ impl Problem {
         Ok(names.filter(|name| slack.iter().any(|slack| slack == name)).map(str::to_owned).collect())
     }
 
-    /// Something of every free input, over its size.
+    /// Evaluates `of` for every free input and divides by its scale.
     fn of_free(&self, sizes: &[f64], of: impl Fn(&Command, usize) -> f64) -> Vec<f64> {
         self.free.iter().zip(sizes).map(|(&entry, size)| of(&self.commands[entry], entry) / size).collect()
     }
@@ -286,7 +289,7 @@ fn search(
     }
     let mut u = system.inputs(&x);
     for &entry in &problem.free {
-        // Not beyond what was given, by the rounding of sizes.
+        // Scaling must not move an input beyond its limits by rounding.
         let [lower, upper] = problem.commands[entry].limits;
         u[entry] = u[entry].max(lower).min(upper);
     }
@@ -306,7 +309,7 @@ fn search(
     Ok(conclude(&mut of_targets, end))
 }
 
-/// What a search ends with, before it is put in words.
+/// Result of a search, before its message is written.
 struct Ending {
     u: Vec<f64>,
     q: Vec<f64>,
@@ -328,7 +331,8 @@ fn search_of(options: &Options, tolerance: f64) -> least_squares::Options {
     least_squares::Options { tolerance, terms: TERMS, max_iter: options.max_iter, second_order: false }
 }
 
-/// The best inputs near x. What can be reached is reached whatever counts how much, and soonest if all counts alike.
+/// Finds the best inputs near x. Equal weights come first, because they converge fastest; if all targets can
+/// be reached, weights do not matter.
 fn descend(
     system: &mut Actuated<'_, '_>,
     x: &mut [f64],
@@ -347,7 +351,7 @@ fn descend(
     Ok((found, counters))
 }
 
-/// Whether other inputs nearby do the same.
+/// Whether other inputs nearby give the same poses.
 fn leaves_a_choice(system: &mut Actuated<'_, '_>, x: &[f64]) -> Result<bool, Interrupted> {
     let mut jacobian = Matrix::zeros(system.equations(), x.len());
     system.jacobian(x, &mut jacobian)?;

@@ -8,24 +8,24 @@ use crate::roots::least_squares::{Counters, End};
 use crate::stability::{Stability, Verdict};
 use crate::statics;
 
-/// How a search ended.
+/// Status of the search.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Status {
-    /// All targets are reached, by the least inputs nearby.
+    /// All targets are reached, by the smallest inputs nearby.
     Reached,
-    /// All targets are reached, but the search for the least inputs that do so did not end.
+    /// All targets are reached, but the search for the smallest such inputs did not converge.
     NotSettled,
-    /// Inputs of which no small change brings the links nearer, by first and second derivatives.
+    /// A local minimum of the errors, by first and second derivatives.
     Nearest,
-    /// The same with inputs at their limits, without which there would be nearer ones.
+    /// A local minimum with inputs at their limits; without the limits the errors would decrease.
     AtLimits,
-    /// The way to the targets ends where there is no equilibrium near the present one any more.
+    /// On the path to the targets the equilibrium ceases to exist.
     EquilibriumLost,
-    /// There is no equilibrium at the inputs at which the search begins.
+    /// No equilibrium was found at the initial inputs.
     NoStart,
     /// The limit of iterations was reached.
     IterationLimit,
-    /// No step, however short, brings the links nearer.
+    /// No step, however short, reduces the errors.
     Stalled,
 }
 
@@ -33,24 +33,24 @@ impl Status {
     pub(super) fn of(end: End, is_held: bool, lost: Option<Lost>) -> Self {
         match end {
             End::Root => Self::Reached,
-            // No longer step was possible, and shorter ones gain nothing.
+            // Longer steps lose the equilibrium, and shorter ones do not reduce the errors.
             End::Minimum if lost.is_some() => Self::EquilibriumLost,
             End::Minimum if is_held => Self::AtLimits,
             End::Minimum => Self::Nearest,
             End::IterationLimit => Self::IterationLimit,
             End::Stalled | End::NonFinite if lost.is_some() => Self::EquilibriumLost,
             End::Stalled => Self::Stalled,
-            // A stiffness that is zero has no derivative.
+            // At zero stiffness the equilibrium has no derivative.
             End::NonFinite => Self::EquilibriumLost,
         }
     }
 
-    /// True when what was asked for was found.
+    /// True if all targets are reached.
     pub fn is_success(self) -> bool {
         self == Self::Reached
     }
 
-    /// A stable name in lower case.
+    /// Stable name in lower case.
     pub fn name(self) -> &'static str {
         match self {
             Self::Reached => "reached",
@@ -65,32 +65,32 @@ impl Status {
     }
 }
 
-/// Inputs, and how near the shape that belongs to them brings the links.
+/// Inputs, the equilibrium at these inputs, and the remaining errors of the targets.
 #[derive(Clone, Debug)]
 pub struct Found {
-    /// All inputs, shape (m,): those that come nearest, where none reach.
+    /// All inputs, shape (m,): the best ones found if the targets are not reached.
     pub u: Vec<f64>,
-    /// The equilibrium that belongs to them, shape (n,).
+    /// Equilibrium at these inputs, shape (n,).
     pub q: Vec<f64>,
     /// How the search ended.
     pub status: Status,
-    /// The same in words, with numbers, and what to change.
+    /// Status in words, with numbers and advice.
     pub message: String,
-    /// What is left of every target.
+    /// Remaining error of each target.
     pub errors: Vec<Error>,
-    /// Where their sections and bodies are.
+    /// Poses of the targets' sections and bodies.
     pub poses: Vec<Pose>,
-    /// The entries of u that their limits hold back.
+    /// Entries of u at limits that prevent smaller errors.
     pub held: Vec<usize>,
-    /// What small disturbances of the equilibrium do; `None` where that is unknown.
+    /// Stability of the equilibrium; `None` if unknown.
     pub verdict: Option<Verdict>,
-    /// What the search took: steps, residuals and Jacobians.
+    /// Numbers of steps, residuals and Jacobians.
     pub counters: Counters,
-    /// Equilibria that it looked for.
+    /// Number of equilibria computed.
     pub equilibria: usize,
 }
 
-/// What happened, in words; `slack` are tendons whose lengths were to be found.
+/// Describes the result; `slack` lists slack tendons whose lengths are free.
 pub(super) fn message(
     status: Status,
     robot: &Robot,

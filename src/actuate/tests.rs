@@ -1,4 +1,4 @@
-//! A finger that tendons bend to a circular arc, with a known solution.
+//! A finger bent by tendons to a circular arc, with a known solution.
 
 use super::commands::{Command, Kind, commands};
 use super::equilibria::{Equilibria, Lost};
@@ -34,23 +34,23 @@ fn tendon(name: &str, z: f64, drive: Drive) -> Actuator {
     })
 }
 
-/// Bends in a plane by a constant curvature alone, without weight.
+/// A weightless finger that bends in a plane with constant curvature.
 fn finger(actuators: Vec<Actuator>) -> RobotModel {
     let straight = Segment::straight(LENGTH, RADIUS, YOUNG_MODULUS, 4e5, 1000.0);
     let segment = Segment { modes: [0, 1, 0, 0, 0, 0], ..straight };
     RobotModel::of_rod(&Rod { gravity: [0.0; 3], actuators, ..Rod::new(vec![segment]) }).unwrap()
 }
 
-/// Two tendons of given tensions, one on each side.
+/// Two tendons with tensions as inputs, one on each side.
 fn pulled() -> RobotModel {
     let tendon = |name, z| tendon(name, z, Drive::Tension(input(name, 0.0)));
     finger(vec![tendon("up", OFFSET), tendon("down", -OFFSET)])
 }
 
-/// The tip of the arc to which a tension bends, in the plane of x and z.
+/// The tip of the arc for a tension, in the plane of x and z.
 fn tip(tension: f64) -> [f64; 3] {
     let inertia = std::f64::consts::PI * RADIUS.powi(4) / 4.0;
-    // About y, which turns x to -z.
+    // About y, which rotates x to -z.
     let curvature = -tension * OFFSET / (YOUNG_MODULUS * inertia);
     let angle = curvature * LENGTH;
     [angle.sin() / curvature, 0.0, -(1.0 - angle.cos()) / curvature]
@@ -72,7 +72,7 @@ fn the_tension_of_an_arc_is_found() {
         assert!((found.u[0] - tension).abs() < 1e-7 && found.u[1].abs() < 1e-7, "{:?}", found.u);
         assert!(found.errors[0].position < 1e-9 && found.held.is_empty() && found.equilibria > 1);
     }
-    // The other way the other one pulls.
+    // In the other direction the other tendon pulls.
     let [x, y, z] = tip(1.0);
     let found = search(&mut pulled(), at([x, y, -z]), &Options::default());
     assert!(found.u[0].abs() < 1e-7 && (found.u[1] - 1.0).abs() < 1e-7, "{:?}", found.u);
@@ -85,7 +85,7 @@ fn what_is_out_of_reach_is_said() {
     assert!((far.errors[0].position - 0.1).abs() < 1e-9);
     let options = Options { limits: vec![(0, [0.0, 0.5])], ..Options::default() };
     let held = search(&mut pulled(), at(tip(1.0)), &options);
-    // The other one would have to push.
+    // The other tendon would have to push.
     assert_eq!((held.status, &held.held[..]), (Status::AtLimits, &[0, 1][..]), "{}", held.message);
     assert!(held.message.contains("'up' and 'down' are held back"), "{}", held.message);
     assert!((held.u[0] - 0.5).abs() < 1e-12 && held.u[1] == 0.0, "{:?}", held.u);
@@ -99,12 +99,12 @@ fn a_slack_tendon_is_named_where_it_is_why_nothing_is_found() {
     let found = search(&mut slack(), at(tip(1.0)), &Options::default());
     assert!(!found.status.is_success());
     assert!(found.message.contains("'up' is slack there"), "{}", found.message);
-    // From a taut one there is a way.
+    // From a taut tendon the target is reachable.
     let taut = Options { u: Some(vec![0.299]), ..Options::default() };
     let found = search(&mut slack(), at(tip(1.0)), &taut);
     assert_eq!(found.status, Status::Reached, "{}", found.message);
     assert!(!found.message.contains("slack"));
-    // One that is not asked for is none of its business.
+    // An input that is not requested is ignored.
     let both = vec![
         tendon("up", OFFSET, Drive::Tension(input("up", 0.0))),
         tendon("down", -OFFSET, length("down", 0.31)),
@@ -174,7 +174,7 @@ fn every_input_is_known_by_what_it_commands() {
         }),
         motor("servo", position, None),
         motor("weak", MotorCommand::Torque(input("torque", 0.5)), Some([-1.0, 2.0])),
-        // Of one name: the first says what it is.
+        // Of inputs with the same name, the first one determines the kind.
         tendon("other", -OFFSET, Drive::Tension(input("pressure", 5.0))),
     ];
     let any = [f64::NEG_INFINITY, f64::INFINITY];
@@ -183,7 +183,7 @@ fn every_input_is_known_by_what_it_commands() {
         command(Kind::Force, any, 0.0),
         command(Kind::Force, any, 0.0),
         command(Kind::Force, any, 0.0),
-        // A length that does nothing is that of the default.
+        // For lengths, the input of least effort is the default.
         command(Kind::Length, [0.0, f64::INFINITY], 0.2),
         command(Kind::Pressure, any, 0.0),
         command(Kind::Position, any, 0.4),
@@ -206,7 +206,7 @@ fn equilibria_change_with_inputs_as_their_sensitivity_says() {
     let difference = (found[1] - found[0]) / (2.0 * step) / size[0];
     assert!((sensitivity[(0, 0)] - difference).abs() < 1e-6 * difference.abs(), "{difference}");
     assert!((sensitivity[(0, 0)] + sensitivity[(0, 1)]).abs() < 1e-12 * difference.abs());
-    // What is not finite is lost, and the way back is there.
+    // Non-finite inputs fail, and the previous state remains usable.
     assert!(equilibria.at(&[f64::NAN, 0.0]).unwrap().is_none());
     assert_eq!(equilibria.lost, Some(Lost::Way(statics::Status::NonFinite)));
     assert!(equilibria.at(&[1.0, 0.2]).unwrap().is_some());
@@ -220,7 +220,7 @@ fn the_misfit_changes_with_inputs_as_its_jacobian_says() {
     let targets = [at([0.2, 0.0, 0.1])];
     let misfit = Misfit::new(&mut seen, &targets, Vec::new(), &mut neither);
     let mut system = Actuated::new(equilibria, misfit, vec![0.0, 0.3], vec![0], vec![0.5]);
-    // Over its size; the other input stays.
+    // Larger than its size; the other input is unchanged.
     assert_eq!(system.inputs(&[2.0]), [1.0, 0.3]);
     let residual = |system: &mut Actuated<'_, '_>, x: f64| {
         let mut residual = vec![0.0; system.equations()];

@@ -4,17 +4,17 @@ use crate::error::Checker;
 use crate::rod::{Profile, STRAINS};
 use crate::signal::Signal;
 
-/// A reference strain `amount(t) shape(X)` of a rod, beside the one that its segments have: the material answers
-/// `H (strain - reference)`.
+/// A reference strain `amount(t) shape(X)` of a rod, added to the reference strain of its segments: the
+/// material's force is `H (strain - reference)`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ActiveStrain {
     /// The name.
     pub name: String,
-    /// The link, by its place among those of a robot.
+    /// Index of the link in the robot.
     pub link: usize,
-    /// The strain component, by its place among the six.
+    /// Index of the strain component (0 to 5).
     pub strain: usize,
-    /// Along the whole of the link's rod, in units of the strain for an amount of one.
+    /// Shape along the whole rod of the link, in units of the strain per unit amount.
     pub shape: Profile<1>,
     /// The amplitude.
     pub amount: Signal<1>,

@@ -1,8 +1,8 @@
 //! Actuators of a robot as plain data: tendons, chambers, motors and active strains.
 //!
-//! Each is a force on a length: an actuator whose length is l(q) and whose force is F has the generalised forces
-//! `F dl/dq` (docs/theory.md, "Actuators"). The length is that of a tendon's path, the volume of a chamber, the
-//! coordinate of a joint.
+//! Each actuator is a force that acts on a length: a length l(q) and a force F give the generalised forces `F
+//! dl/dq` (docs/theory.md, "Actuators"). The length is that of a tendon's path, the volume of a chamber, or
+//! the coordinate of a joint.
 //!
 //! ```
 //! use lissom::actuator::{Actuator, Motor, MotorCommand};
@@ -32,21 +32,22 @@ pub use motor::{Motor, MotorCommand};
 pub use path::{Along, Part, Via};
 pub use tendon::{Drive, Tendon};
 
-/// Something that acts on a robot when it is told to.
+/// An actuator with its command.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Actuator {
     /// A cable that pulls along its path.
     Tendon(Tendon),
-    /// A volume along a rod that a fluid presses on.
+    /// A volume along a rod under fluid pressure.
     Chamber(Chamber),
     /// A torque about a joint, or a force along it.
     Motor(Motor),
-    /// A reference strain that is driven.
+    /// A commanded reference strain.
     ActiveStrain(ActiveStrain),
 }
 
 impl Actuator {
-    /// Whether its force follows another law in a part of all states: a tendon that goes slack, a motor at its limits.
+    /// Whether the force law differs between parts of the state space: a tendon that goes slack, a motor at
+    /// its limits.
     pub fn is_one_sided(&self) -> bool {
         match self {
             Self::Tendon(tendon) => matches!(tendon.drive, Drive::Length { .. }),
@@ -65,12 +66,12 @@ impl Actuator {
         }
     }
 
-    /// What it is told.
+    /// Signal of the command.
     pub fn command(&self) -> &Signal<1> {
         self.named_command().1
     }
 
-    /// What it is told, and what that is called.
+    /// The command and its name.
     fn named_command(&self) -> (&'static str, &Signal<1>) {
         match self {
             Self::Tendon(tendon) => tendon.drive.command(),
@@ -80,32 +81,32 @@ impl Actuator {
         }
     }
 
-    /// The direction in which a tendon slides, where that is given.
+    /// Prescribed direction of sliding of a tendon, if any.
     pub fn sliding(&self) -> Option<&Signal<1>> {
         if let Self::Tendon(tendon) = self { tendon.sliding.as_ref() } else { None }
     }
 
-    /// All its signals, the command first.
+    /// All signals, the command first.
     pub fn signals(&self) -> impl Iterator<Item = &Signal<1>> {
         self.named_signals().map(|(_, signal)| signal)
     }
 
-    /// The same, with what they are called.
+    /// All signals with their names.
     pub fn named_signals(&self) -> impl Iterator<Item = (&'static str, &Signal<1>)> {
         [self.named_command()].into_iter().chain(self.sliding().map(|sliding| ("sliding", sliding)))
     }
 
-    /// Whether it is a tendon that holds its length whatever that takes.
+    /// Whether the actuator is an inextensible tendon.
     pub fn is_inextensible(&self) -> bool {
         matches!(self, Self::Tendon(tendon) if tendon.is_inextensible())
     }
 
-    /// Whether its force counts positive where it resists lengthening: that of a tendon does.
+    /// Whether a positive force resists lengthening, as the tension of a tendon does.
     pub fn pulls(&self) -> bool {
         matches!(self, Self::Tendon(_))
     }
 
-    /// The parts of its path along rods.
+    /// Parts of the path along rods.
     pub fn along(&self) -> Vec<&Along> {
         match self {
             Self::Tendon(tendon) => tendon.path.iter().filter_map(Part::along).collect(),
@@ -114,7 +115,7 @@ impl Actuator {
         }
     }
 
-    /// The points of its path.
+    /// Points of the path.
     pub fn vias(&self) -> Vec<&Via> {
         match self {
             Self::Tendon(tendon) => tendon.path.iter().filter_map(Part::via).collect(),
@@ -122,7 +123,7 @@ impl Actuator {
         }
     }
 
-    /// Everything that is wrong with it by itself.
+    /// Reports every problem of the actuator, without the robot.
     pub fn validate(&self) -> Result<(), InvalidInput> {
         let mut check = Checker::new();
         check.require(!self.name().is_empty(), "name", "\"\"", "a name");

@@ -8,22 +8,22 @@ use crate::signal::Signal;
 pub struct Motor {
     /// The name.
     pub name: String,
-    /// The link whose joint it moves.
+    /// Index of the link whose joint the motor moves.
     pub link: usize,
-    /// The coordinate of the joint, by its place among those.
+    /// Index of the coordinate among those of the joint.
     pub coordinate: usize,
-    /// What it is told.
+    /// Command of the motor.
     pub command: MotorCommand,
-    /// The lowest and the highest torque in N m, or force in N.
+    /// Minimum and maximum torque in N m, or force in N.
     pub limits: Option<[f64; 2]>,
 }
 
-/// What a motor is told.
+/// Command of a motor.
 #[derive(Clone, Debug, PartialEq)]
 pub enum MotorCommand {
     /// A torque in N m, or a force in N.
     Torque(Signal<1>),
-    /// A coordinate q_0, in radians or metres: the motor answers `k (q_0 - q) - c q'`.
+    /// A desired coordinate q_0, in radians or metres: the motor's force is `k (q_0 - q) - c q'`.
     Position {
         /// q_0.
         position: Signal<1>,
@@ -35,7 +35,7 @@ pub enum MotorCommand {
 }
 
 impl MotorCommand {
-    /// The command and what it is called.
+    /// The command and its name.
     pub(super) fn signal(&self) -> (&'static str, &Signal<1>) {
         match self {
             Self::Torque(torque) => ("torque", torque),

@@ -3,49 +3,49 @@
 use crate::error::{Checker, InvalidInput, Number};
 use crate::rod::Profile;
 
-/// A part of a path that is embedded in a rod.
+/// A part of a path embedded in a rod.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Along {
-    /// The link, by its place among those of a robot.
+    /// Index of the link in the robot.
     pub link: usize,
-    /// Where it lies in the section, y and z from the rod's axis in metres, along the whole of the link's rod.
+    /// Offsets y and z from the rod's axis in the section, in metres, along the whole rod of the link.
     pub offset: [Profile<1>; 2],
-    /// Arc lengths of the unstretched rod between which it lies, in metres.
+    /// Start and end of the part, as arc lengths of the unstretched rod in metres.
     pub along: [f64; 2],
 }
 
-/// A point of a link, or of the world, through which a path leads.
+/// A point of a link or of the world on a path.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Via {
     /// The link; `None` is the world.
     pub link: Option<usize>,
     /// The point in the axes of the section, of the body, or of the world, in metres.
     pub point: [f64; 3],
-    /// Arc length of the section of a rod, in metres; `None` is its tip, or the body.
+    /// Arc length of the section of a rod, in metres; `None` is the tip, or the body of a rigid link.
     pub at: Option<f64>,
 }
 
-/// A part of a tendon's path. From one to the next it runs straight.
+/// A part of a tendon's path. Straight lines connect successive parts.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Part {
     /// Embedded in a rod.
     Along(Along),
-    /// Through a point.
+    /// A point of the path.
     Via(Via),
 }
 
 impl Part {
-    /// The part, where it is embedded.
+    /// The part, if it is embedded.
     pub fn along(&self) -> Option<&Along> {
         if let Self::Along(along) = self { Some(along) } else { None }
     }
 
-    /// The point, where it is one.
+    /// The point, if the part is one.
     pub fn via(&self) -> Option<&Via> {
         if let Self::Via(via) = self { Some(via) } else { None }
     }
 
-    /// Everything that is wrong with it by itself.
+    /// Reports every problem of the part, without the robot.
     pub fn validate(&self) -> Result<(), InvalidInput> {
         match self {
             Self::Along(along) => along.validate(),
@@ -59,7 +59,7 @@ impl Part {
 }
 
 impl Along {
-    /// Everything that is wrong with it by itself.
+    /// Reports every problem of the point, without the robot.
     pub fn validate(&self) -> Result<(), InvalidInput> {
         let [from, to] = self.along;
         let mut check = Checker::new();

@@ -4,34 +4,35 @@ use super::path::Part;
 use crate::error::{Checker, Number};
 use crate::signal::Signal;
 
-/// A cable through a robot, frictionless or with friction where it is embedded.
+/// A cable along a path through a robot, with optional friction in embedded parts.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tendon {
     /// The name.
     pub name: String,
-    /// Its way, from the end where it is pulled to the one where it is fixed.
+    /// Path, from the actuated end to the fixed end.
     pub path: Vec<Part>,
-    /// What it is told.
+    /// Command of the tendon.
     pub drive: Drive,
-    /// Coefficient of friction mu along the parts that are embedded (capstan).
+    /// Coefficient of friction mu along embedded parts (capstan equation).
     pub friction: f64,
-    /// Rate of its length, in m/s, below which friction is smoothed.
+    /// Rate of the tendon's length, in m/s, below which friction is smoothed.
     pub friction_velocity: f64,
-    /// The direction of sliding in [-1, 1], 1 as while it is pulled, where the rate of its length does not tell.
+    /// Direction of sliding in [-1, 1] where the rate of length is zero, as in statics; 1 as if the tendon is
+    /// pulled.
     pub sliding: Option<Signal<1>>,
 }
 
-/// How a tendon is driven.
+/// Command of a tendon.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Drive {
-    /// By its tension in newtons, which pulls where it is positive.
+    /// Tension in newtons; positive values pull.
     Tension(Signal<1>),
-    /// By the length l_0 at which it is free of force, in metres: `T = max(0, k (l - l_0) + c l')`, or, where it does not
-    /// stretch, `l <= l_0` with the tension that this takes.
+    /// Rest length l_0 in metres: `T = max(0, k (l - l_0) + c l')`; for an inextensible tendon the constraint
+    /// `l <= l_0` and its multiplier as tension.
     Length {
         /// l_0.
         length: Signal<1>,
-        /// k in N/m; `None` where it does not stretch.
+        /// k in N/m; `None` for an inextensible tendon.
         stiffness: Option<f64>,
         /// c in N s/m.
         damping: f64,
@@ -39,7 +40,7 @@ pub enum Drive {
 }
 
 impl Drive {
-    /// The command and what it is called.
+    /// The command and its name.
     pub(super) fn command(&self) -> (&'static str, &Signal<1>) {
         match self {
             Self::Tension(tension) => ("tension", tension),
@@ -48,7 +49,7 @@ impl Drive {
     }
 }
 
-/// Notes where a signal is known to fall below zero as long as nobody sets it.
+/// Reports a signal with a known value below zero. Inputs count with their default value.
 fn check_never_below_zero(check: &mut Checker, signal: &Signal<1>, name: &str, expected: &str) {
     if let Some((lowest, place)) = signal.known_lowest(0)
         && lowest < 0.0
@@ -59,8 +60,8 @@ fn check_never_below_zero(check: &mut Checker, signal: &Signal<1>, name: &str, e
 }
 
 impl Tendon {
-    /// Where all of its path is, in words, if that is one body or section, which cannot change its length. On a robot alone: by
-    /// itself a tendon does not know links.
+    /// The single body or section that carries all points of the path, in words; the length of such a tendon
+    /// is constant. Needs the robot, because a tendon does not know its links.
     pub(crate) fn only_body(&self) -> Option<&'static str> {
         let vias = self.path.iter().map(Part::via).collect::<Option<Vec<_>>>()?;
         let first = vias.first()?;
@@ -68,7 +69,7 @@ impl Tendon {
         is_one.then_some(if first.link.is_some() { "on one body or section" } else { "in the world" })
     }
 
-    /// Whether it holds its length whatever that takes.
+    /// Whether the tendon is inextensible.
     pub fn is_inextensible(&self) -> bool {
         matches!(self.drive, Drive::Length { stiffness: None, .. })
     }

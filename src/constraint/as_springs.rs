@@ -1,7 +1,8 @@
-//! A model whose loops are held by springs that hardly give: how statics and vibrations see it.
+//! A model whose constraints are replaced by almost rigid springs, for statics and vibrations.
 //!
-//! There the forces of springs are unknowns of their own (see [`crate::natural`]), so that what is computed does not depend on
-//! how stiff they are. What they give is the force over the stiffness: no more than rounding.
+//! Statics and vibrations treat the forces of springs as separate unknowns (see [`crate::natural`]), so that
+//! results do not depend on the stiffness. The springs' deflection, force over stiffness, is at the level of
+//! rounding.
 
 use crate::error::{Interrupted, InvalidInput};
 use crate::linalg::Matrix;

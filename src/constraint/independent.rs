@@ -1,4 +1,4 @@
-//! Which rows of a matrix determine the others.
+//! Selection of linearly independent rows of a matrix.
 
 use crate::linalg::{Matrix, dot};
 

@@ -1,8 +1,8 @@
 //! Equations of motion with constraints `g(q, t) = 0`, held by multipliers: `tau + G^T lambda = 0`, `G = dg/dq`.
 //!
-//! Constraints may be redundant: those of a mechanism in a plane that hinges of six rows close, or of one that passes a
-//! singular position. [`Independent`] picks rows that determine the others; the others get no multipliers in a solve, and
-//! hold by themselves where they do not conflict.
+//! Constraints may be redundant, as those of a planar mechanism whose loops are closed by hinges with six
+//! rows, or of a mechanism at a singular position. [`Independent`] selects independent rows; the other rows
+//! get no multipliers, and are satisfied automatically unless they conflict.
 
 mod as_springs;
 mod independent;

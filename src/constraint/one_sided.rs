@@ -1,5 +1,5 @@
-//! Constraints that hold one way only, `g <= 0` with multipliers that are not below zero: tendons that do not stretch. Which of
-//! them hold is found by trying: one that would have to push is let go, one that is passed is taken up.
+//! One-sided constraints, `g <= 0` with non-negative multipliers: inextensible tendons. The active set is
+//! found iteratively: a constraint that would have to push is released, a violated one is activated.
 
 use super::projection::{self, Metric};
 use super::saddle::{self, MassSaddle};

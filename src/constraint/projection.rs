@@ -1,4 +1,4 @@
-//! States that fit constraints, near ones that do not.
+//! Projection of states onto constraints.
 
 use super::saddle::MassSaddle;
 use crate::linalg::Matrix;

@@ -140,13 +140,13 @@ mod tests {
         ] {
             assert!(wrong(points, faces).contains(expected), "{}", wrong(points, faces));
         }
-        // A corner of a face that is pushed in.
+        // One corner of a face is pushed in.
         let hollow = [[0, 1, 2], [0, 1, 3], [3, 2, 0], [1, 2, 4], [2, 3, 4], [3, 1, 4]];
         assert!(wrong(&POINTS, &hollow).contains("both sides"));
         let mut flat = POINTS[..4].to_vec();
         flat[3] = [1.0, 1.0, 0.0];
         assert!(wrong(&flat, &FACES).contains("one plane"));
-        // A face of the corners of an edge and a point on that.
+        // A face from the corners of an edge and a point on that edge.
         let mut slit = POINTS.to_vec();
         slit[4] = [0.5, 0.0, 0.0];
         let faces = [[0, 1, 4], [0, 4, 2], [4, 1, 2], [0, 1, 3], [3, 2, 0], [1, 2, 3]];

@@ -2,7 +2,7 @@
 
 use super::{Ensemble, Keep, Outcome, POSE, POSITION, Run, Spread};
 
-/// Rows that follow one another, with their part of what is kept.
+/// Consecutive rows with their part of the kept data.
 pub(super) struct Group<'a> {
     pub(super) first: usize,
     keep: Keep,
@@ -15,7 +15,7 @@ pub(super) struct Group<'a> {
     spread: Spread,
 }
 
-/// All rows of an ensemble: one by one, or as many together as means are taken of.
+/// Splits an ensemble into single rows, or into the groups over which means are accumulated.
 pub(super) fn groups(ensemble: &mut Ensemble, keep: Keep) -> Vec<Group<'_>> {
     let size = ensemble.size;
     let (rows, width) = match keep {
@@ -45,14 +45,14 @@ pub(super) fn groups(ensemble: &mut Ensemble, keep: Keep) -> Vec<Group<'_>> {
     groups.collect()
 }
 
-/// What is left of numbers of which every row has as many.
+/// Remaining values, of which every row has the same number.
 struct Parts<'a> {
     rest: &'a mut [f64],
     width: usize,
 }
 
 impl<'a> Parts<'a> {
-    /// Of `rows` of the `count` rows each, the last one of less.
+    /// Splits `values` with `count` numbers per row into parts of `rows` rows; the last part may be smaller.
     fn new(values: &'a mut [f64], rows: usize, count: usize) -> Self {
         let width = values.len() / count.max(1) * rows;
         Self { rest: values, width }
@@ -66,20 +66,20 @@ impl<'a> Parts<'a> {
     }
 }
 
-/// The numbers of a row among those of its group.
+/// Values of a row within its group.
 fn of_row(values: &mut [f64], row: usize, rows: usize) -> &mut [f64] {
     let width = values.len() / rows;
     &mut values[row * width..(row + 1) * width]
 }
 
-/// Writes values, and NaN where there are no more.
+/// Writes values, followed by NaN.
 fn write(kept: &mut [f64], values: &[f64]) {
     let (known, unknown) = kept.split_at_mut(values.len());
     known.copy_from_slice(values);
     unknown.fill(f64::NAN);
 }
 
-/// The last `width` of them, or none.
+/// The last `width` values, or none.
 fn last(values: &[f64], width: usize) -> &[f64] {
     &values[values.len() - width.min(values.len())..]
 }
@@ -93,7 +93,7 @@ impl Group<'_> {
         &self.spread
     }
 
-    /// Takes what is kept of the run of a row.
+    /// Stores the data to be kept of a row's run.
     pub(super) fn keep(&mut self, row: usize, run: Run) {
         let Run { simulation, slack, poses } = run;
         let (rows, n) = (self.rows(), simulation.n);
@@ -132,7 +132,7 @@ impl Group<'_> {
         });
     }
 
-    /// Of rows that were not begun nothing is known.
+    /// Sets the data of rows that were not started to NaN.
     pub(super) fn forget_what_was_not_begun(&mut self) {
         let rows = self.rows();
         for row in (0..rows).filter(|&row| self.outcomes[row].is_none()) {

@@ -1,7 +1,8 @@
-//! Many runs in threads, and the data kept of them.
+//! Many runs in threads, and their stored results.
 //!
-//! A row is one run. Which thread makes it is left to chance, but nothing that is kept depends on that: rows write to places
-//! of their own, and what is taken over all rows is taken in groups that only their number decides, merged in their order.
+//! A row is one run. The assignment of rows to threads is not deterministic, but the results are: each row
+//! writes to its own part, and statistics over rows are accumulated in groups that depend only on the number
+//! of rows, and merged in order.
 //!
 //! ```
 //! use lissom::ensemble::{Keep, Refusal, Run, Runs, Size, simulate_many};
@@ -43,56 +44,58 @@ use self::kept::{Group, groups};
 
 pub use self::spread::Spread;
 
-/// The data kept of the runs.
+/// Data stored of the runs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Keep {
     /// The states at all times.
     States,
     /// The last state.
     Final,
-    /// The last state, the lowest and highest coordinates, and mean and variance of the places over all rows.
+    /// The last state, the minimum and maximum of the coordinates, and mean and variance of the places over
+    /// all rows.
     Summary,
 }
 
-/// How many numbers an ensemble has of what.
+/// Dimensions of an ensemble.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Size {
-    /// Rows.
+    /// Number of rows.
     pub count: usize,
-    /// Times at which the states are known.
+    /// Number of times of the states.
     pub times: usize,
-    /// Coordinates.
+    /// Number of coordinates.
     pub n: usize,
-    /// Places that are followed.
+    /// Number of recorded places.
     pub places: usize,
 }
 
-/// Entries of a homogeneous matrix.
+/// Number of entries of a homogeneous matrix.
 pub const POSE: usize = 16;
 
-/// Where the position stands in a homogeneous matrix that is written row by row.
+/// Indices of the position in a row-major homogeneous matrix.
 const POSITION: [usize; 3] = [3, 7, 11];
 
-/// Most groups of rows whose means are taken by themselves: enough for the threads of a large machine, few enough that
-/// their memory does not matter.
+/// Maximum number of groups with separate means: enough for the threads of a large machine, with negligible
+/// memory.
 const GROUPS: usize = 256;
 
 impl Size {
-    /// Times at which a row keeps its states.
+    /// Number of times at which a row stores its states.
     fn kept_times(&self, keep: Keep) -> usize {
         if keep == Keep::States { self.times } else { 1 }
     }
 
-    /// Numbers that are kept of every row.
+    /// Number of values stored per row.
     fn of_row(&self, keep: Keep) -> usize {
         let extremes = if keep == Keep::Summary { 2 * self.n } else { 0 };
         let of_time = POSE.saturating_mul(self.places).saturating_add(2 * self.n);
         self.kept_times(keep).saturating_mul(of_time).saturating_add(extremes)
     }
 
-    /// Numbers that an ensemble takes at most, in so many threads: what it keeps, and the runs that are under way.
+    /// Maximum number of values of an ensemble with this number of threads: stored data plus runs in
+    /// progress.
     pub fn numbers(&self, keep: Keep, inputs: usize, workers: usize) -> usize {
-        /// Of times, coordinates, velocities, accelerations and the flow of energy.
+        /// Additional values: times, coordinates, velocities, accelerations and energy flow.
         const BESIDE: usize = 3;
         let of_run = self.times.saturating_mul(3 * self.n + inputs + BESIDE);
         let means = if keep == Keep::Summary { self.rows_of_groups().1 } else { 0 };
@@ -105,73 +108,74 @@ impl Size {
         self.times.saturating_mul(3 * self.places)
     }
 
-    /// Rows of a group, and number of groups, where means are taken.
+    /// Rows per group and number of groups for means.
     fn rows_of_groups(&self) -> (usize, usize) {
         let rows = self.count.div_ceil(GROUPS).max(1);
         (rows, self.count.div_ceil(rows))
     }
 }
 
-/// A run of a row.
+/// Run of a row.
 #[derive(Clone, Debug)]
 pub struct Run {
-    /// The outcome.
+    /// Result of the run.
     pub simulation: Simulation,
-    /// Its slack tendons.
+    /// Slack tendons during the run.
     pub slack: Vec<Slack>,
-    /// Homogeneous matrices, row by row, of the places at the last of its times: at all of them, or at less.
+    /// Row-major homogeneous matrices of the places, at all times or at the last ones.
     pub poses: Vec<f64>,
 }
 
-/// How a run ended.
+/// Outcome of a run.
 #[derive(Clone, Debug)]
 pub struct Outcome {
-    /// Its status.
+    /// Status.
     pub status: Status,
-    /// The status in words.
+    /// Status in words.
     pub message: String,
-    /// Why the motion may be far from the right one.
+    /// Reason to doubt the motion, if any.
     pub doubt: Option<String>,
-    /// Its slack tendons.
+    /// Slack tendons during the run.
     pub slack: Vec<Slack>,
     /// Counts of steps, iterations and evaluations.
     pub statistics: Statistics,
-    /// The last of its times; NaN where it has none.
+    /// Last time that was reached; NaN if none was.
     pub reached: f64,
 }
 
-/// The data kept of many runs. Missing values are NaN.
+/// Stored results of many runs. Missing values are NaN.
 #[derive(Clone, Debug)]
 pub struct Ensemble {
-    /// How many numbers there are of what.
+    /// Dimensions.
     pub size: Size,
-    /// Coordinates, row by row: at all times one after the other, or at the last one.
+    /// Coordinates, row by row: all times in sequence, or the last time.
     pub q: Vec<f64>,
-    /// Velocities, likewise.
+    /// Velocities, in the same layout.
     pub v: Vec<f64>,
-    /// Homogeneous matrices of the places, likewise.
+    /// Homogeneous matrices of the places, in the same layout.
     pub poses: Vec<f64>,
-    /// The lowest and the highest coordinates of every row over its times, where they are wanted.
+    /// Minimum and maximum of each coordinate over the times of each row, if requested.
     pub extremes: Option<[Vec<f64>; 2]>,
-    /// The positions of the places at all times, of the rows that succeeded, where their means are wanted.
+    /// Positions of the places at all times over the successful rows, if statistics are requested.
     pub spread: Option<Spread>,
-    /// How the runs ended; `None` of those that were not begun.
+    /// Outcomes of the runs; `None` for runs that were not started.
     pub outcomes: Vec<Option<Outcome>>,
-    /// Seconds from the start to the end of all runs.
+    /// Wall-clock time of all runs, in seconds.
     pub wall_time: f64,
 }
 
-/// Sees the time of a run after every step, and may end it.
+/// Called with the time of a run after every step; may stop the run.
 pub type Monitor<'a> = dyn FnMut(f64) -> Result<(), Interrupted> + 'a;
 
-/// Makes the run of a row, in whatever thread.
+/// Computes the run of a row, in any thread.
 pub type Runs<'a> = dyn Fn(usize, &mut Monitor<'_>) -> Result<Run, Refusal> + Sync + 'a;
 
-/// Makes the runs of all rows, as many threads as `workers` says at once.
+/// Computes the runs of all rows in `workers` threads.
 ///
-/// `run` makes that of a row and is asked by its monitor whether to go on. `watch` is told how many are done about twenty
-/// times a second and may end the rest: runs under way then have the status "interrupted", others none. Where a run is
-/// refused, or asks for an end, there is an end, too, and the refusal is returned beside what was done, with its row.
+/// `run` computes one row and calls its monitor after every step. `watch` is called with the number of
+/// finished runs about twenty times a second and may stop the ensemble: runs in progress then have the status
+/// "interrupted", and rows that were not started have no outcome. A rejected or stopped run also stops the
+/// ensemble; the refusal is returned with its row, beside the results so far.
 pub fn simulate_many(
     size: Size,
     keep: Keep,
@@ -219,7 +223,7 @@ pub fn simulate_many(
         }
         Ok(())
     };
-    // Who ended it knows that; the rows say which were not made.
+    // The caller of `watch` knows the reason; outcomes show which rows are missing.
     let _ = parallel::for_each(&mut all, workers, work, &mut || watch(done.load(Ordering::Relaxed)));
     let spread = is_summary.then(|| {
         let mut spread = Spread::new(size.width_of_means());
@@ -234,17 +238,17 @@ pub fn simulate_many(
     (ensemble, refused.map_or(Ok(()), Err))
 }
 
-/// Why there are no more runs after one.
+/// Reason to stop the ensemble after a run.
 #[derive(Debug)]
 pub enum Refusal {
-    /// It makes no sense.
+    /// The input of the run is invalid.
     Input(InvalidInput),
-    /// What it calls asked for an end; what it has done so far.
+    /// A callback stopped the run; contains the results so far.
     Ended(Box<Run>),
 }
 
-/// Where the places of a robot are at the times of a motion from the one of this number on: as many poses for each time.
-/// Only a function of time can fail.
+/// Poses of the places of a robot at the times of a motion, starting with time index `from`; the same number
+/// of poses for each time. Only a function of time can fail.
 pub fn poses(
     model: &mut RobotModel,
     simulation: &Simulation,
@@ -263,7 +267,8 @@ pub fn poses(
     Ok(poses)
 }
 
-/// Where the [tip](Model::tip) of a model is at the times of a motion from the one of this number on, in its frame.
+/// Positions of the [tip](Model::tip) of a model, in its frame, at the times of a motion, starting with time
+/// index `from`.
 pub fn tips<M: Model + ?Sized>(model: &mut M, simulation: &Simulation, from: usize) -> Vec<[f64; 3]> {
     let n = simulation.n;
     (from..simulation.t.len()).map(|i| model.tip(&simulation.q[i * n..][..n])).collect()
@@ -282,7 +287,7 @@ mod tests {
         Size { count, times: TIMES, n: 2, places: 1 }
     }
 
-    /// A pendulum that swings out the farther the higher its row; its tip is its place.
+    /// A pendulum whose amplitude increases with the row; its place is its tip.
     fn run_of(row: usize, monitor: &mut Monitor<'_>) -> Result<Run, Refusal> {
         let mut pendulum = SpringPendulum::new(1.0, 1.0, 50.0, 9.81).unwrap();
         let start = [0.01 * row as f64, 0.1];

@@ -1,7 +1,7 @@
 //! Running mean and variance of vectors.
 
-/// Mean and sum of squared deviations of vectors of one length (Welford 1962). Two of them can be merged (Chan, Golub and
-/// LeVeque 1979), so that parts of the vectors may be seen elsewhere.
+/// Mean and sum of squared deviations of vectors (Welford 1962). Two of these can be merged (Chan, Golub and
+/// LeVeque 1979), so that parts of the data can be accumulated separately.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Spread {
     samples: usize,
@@ -10,12 +10,12 @@ pub struct Spread {
 }
 
 impl Spread {
-    /// That of no vectors of `width` numbers.
+    /// Statistics of no vectors, with `width` numbers each.
     pub fn new(width: usize) -> Self {
         Self { samples: 0, mean: vec![0.0; width], squares: vec![0.0; width] }
     }
 
-    /// Sees another vector.
+    /// Adds a vector.
     pub fn add(&mut self, values: impl IntoIterator<Item = f64>) {
         self.samples += 1;
         let count = self.samples as f64;
@@ -26,7 +26,7 @@ impl Spread {
         }
     }
 
-    /// Takes what another one of this width has seen as if it had come after its own.
+    /// Merges the statistics of vectors that follow those seen so far.
     pub fn merge(&mut self, other: &Self) {
         if other.samples == 0 {
             return;
@@ -44,17 +44,17 @@ impl Spread {
         self.samples += other.samples;
     }
 
-    /// How many vectors were seen.
+    /// Number of vectors.
     pub fn samples(&self) -> usize {
         self.samples
     }
 
-    /// Their mean; NaN where there were none.
+    /// Mean; NaN without vectors.
     pub fn mean(&self) -> Vec<f64> {
         if self.samples == 0 { vec![f64::NAN; self.mean.len()] } else { self.mean.clone() }
     }
 
-    /// Their unbiased variance; NaN where there were less than two.
+    /// Unbiased variance; NaN with fewer than two vectors.
     pub fn variance(&self) -> Vec<f64> {
         if self.samples < 2 {
             return vec![f64::NAN; self.squares.len()];
@@ -68,7 +68,7 @@ impl Spread {
 mod tests {
     use super::*;
 
-    /// Vectors far from zero, where sums of squares would lose all digits.
+    /// Vectors far from zero, for which sums of squares would lose all digits.
     fn vectors() -> Vec<[f64; 2]> {
         (0..10).map(|i| [1e9 + f64::from(i), 1e9 - 3.0 * f64::from(i)]).collect()
     }
@@ -84,7 +84,7 @@ mod tests {
         let spread = of(&vectors());
         assert_eq!(spread.samples(), 10);
         assert_eq!(spread.mean(), [1e9 + 4.5, 1e9 - 13.5]);
-        // (n^2 - 1) / 12 times n / (n - 1) for n whole numbers in a row.
+        // Variance (n^2 - 1) / 12 times n / (n - 1) of n consecutive whole numbers.
         let wanted = 99.0 / 12.0 * 10.0 / 9.0;
         for (found, wanted) in spread.variance().iter().zip([wanted, 9.0 * wanted]) {
             assert!((found - wanted).abs() < 1e-9, "{found}");

@@ -1,4 +1,4 @@
-//! A number type that counts operations instead of computing, to find the cost of a formula.
+//! A number type that counts operations, to find the cost of a formula.
 
 use std::cell::Cell;
 use std::ops::{Add, AddAssign, Mul, Neg, Sub};
@@ -9,22 +9,22 @@ thread_local! {
     static PRODUCTS: Cell<u64> = const { Cell::new(0) };
 }
 
-/// The number of products that are formed while `formula` runs: those of [`Counted`] numbers, each one of which
-/// stands for a double. Sums are free, as they are on a machine with fused multiply-adds.
+/// Number of products of [`Counted`] numbers during `formula`; each one stands for a double. Sums are free,
+/// as on a machine with fused multiply-adds.
 pub fn products<R>(formula: impl FnOnce() -> R) -> u64 {
     let before = PRODUCTS.get();
     formula();
     PRODUCTS.get() - before
 }
 
-/// Notes that so many products were formed.
+/// Adds to the number of products.
 #[inline(always)]
 pub(super) fn note(number: u64) {
     PRODUCTS.set(PRODUCTS.get() + number);
 }
 
-/// Stands for a double in formulas that are generic over a [`Scalar`]. Conditions on its size see a zero: where a formula
-/// has a special way for small numbers, that way is counted.
+/// Stands for a double in formulas that are generic over a [`Scalar`]. Its value is zero in comparisons: if a
+/// formula has a special branch for small numbers, that branch is counted.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Counted;
 

@@ -1,14 +1,14 @@
 //! The interface of the sweeps to the geometry of motion: in space or in a plane.
 //!
-//! In a plane, angular velocities and moments have one component and all turns commute: the same formulas with fewer
-//! numbers.
+//! In a plane, angular velocities and moments have one component and rotations commute, so that the same
+//! formulas need fewer numbers.
 
 use std::fmt::Debug;
 use std::ops::{Add, AddAssign, Mul, Neg, Sub};
 
 use super::{Lanes, Rotation, Scalar, Vector};
 
-/// Sums and multiples.
+/// Linear combinations.
 pub trait VectorSpace<T: Scalar>:
     Copy
     + Debug
@@ -28,9 +28,9 @@ pub trait VectorSpace<T: Scalar>:
     fn dot_add(self, other: Self, sum: T) -> T;
 }
 
-/// The vector product, where it makes sense.
+/// The vector product of two types for which it is defined.
 pub trait Cross<Other> {
-    /// What the product is.
+    /// Type of the product.
     type Output;
     /// Vector product.
     fn cross(self, other: Other) -> Self::Output;
@@ -38,17 +38,17 @@ pub trait Cross<Other> {
     fn cross_add(self, other: Other, sum: Self::Output) -> Self::Output;
 }
 
-/// Second moments about the origin, which take angular velocities to angular momenta.
+/// Second moments about the origin, which map angular velocities to angular momenta.
 pub trait SecondMoment: Copy + Debug + Add<Output = Self> + AddAssign {
     /// No inertia.
     fn zero() -> Self;
 }
 
-/// The space of a rod, [`super::Spatial`] or [`super::Planar`], and the numbers that it is computed with.
+/// The space of a rod, [`super::Spatial`] or [`super::Planar`], and its number types.
 pub trait Geometry: Copy + Debug + Send + Sync + 'static {
-    /// What holds the values at neighbouring nodes.
+    /// Number type for the values at neighbouring nodes.
     type Pack: Lanes;
-    /// Where this space lies in the three-dimensional one.
+    /// Position of this space in the three-dimensional one.
     type Frame: Copy + Debug + Send + Sync;
     /// Angular velocities and moments.
     type Axial<T: Scalar>: VectorSpace<T>
@@ -63,9 +63,10 @@ pub trait Geometry: Copy + Debug + Send + Sync + 'static {
     /// Second moments of inertia.
     type SecondMoment<T: Scalar>: SecondMoment + Mul<T, Output = Self::SecondMoment<T>>;
 
-    /// Components of an angular velocity; those of a strain are these and then the ones of a vector.
+    /// Number of components of an angular velocity; a strain has these followed by the components of a
+    /// vector.
     const ANGULAR: usize;
-    /// Components of a twist.
+    /// Number of components of a twist.
     const COMPONENTS: usize;
 
     /// Applies a function to every component.
@@ -87,15 +88,15 @@ pub trait Geometry: Copy + Debug + Send + Sync + 'static {
 
     /// No rotation.
     fn unrotated<T: Scalar>() -> Self::Rotation<T>;
-    /// Takes body axes to those of the frame.
+    /// Maps from body axes to the axes of the frame.
     fn rotate<T: Scalar>(r: &Self::Rotation<T>, v: Self::Vector<T>) -> Self::Vector<T>;
-    /// Takes the axes of the frame to those of the body.
+    /// Maps from the axes of the frame to body axes.
     fn rotate_back<T: Scalar>(r: &Self::Rotation<T>, v: Self::Vector<T>) -> Self::Vector<T>;
     /// [`Self::rotate`] of angular velocities and moments.
     fn rotate_axial<T: Scalar>(r: &Self::Rotation<T>, a: Self::Axial<T>) -> Self::Axial<T>;
     /// [`Self::rotate_back`] of angular velocities and moments.
     fn rotate_axial_back<T: Scalar>(r: &Self::Rotation<T>, a: Self::Axial<T>) -> Self::Axial<T>;
-    /// The first rotation after the second.
+    /// Composition: the second rotation, then the first one.
     fn compose<T: Scalar>(first: &Self::Rotation<T>, second: &Self::Rotation<T>) -> Self::Rotation<T>;
     /// Angular velocity about one body axis.
     fn angular_axis<T: Scalar>(r: &Self::Rotation<T>, index: usize) -> Self::Axial<T>;
@@ -107,22 +108,22 @@ pub trait Geometry: Copy + Debug + Send + Sync + 'static {
     /// Angular momentum of a circular section about its centre, with rotary inertia `rotary` about a diameter and
     /// twice that about its axis.
     fn spin<T: Scalar>(rotary: T, axis: Self::Vector<T>, angular: Self::Axial<T>) -> Self::Axial<T>;
-    /// Second moments of such a section about the origin.
+    /// Second moments of such a circular section about the origin.
     fn section<T: Scalar>(
         mass: T,
         rotary: T,
         axis: Self::Vector<T>,
         position: Self::Vector<T>,
     ) -> Self::SecondMoment<T>;
-    /// Second moments given in body axes, in the axes of the frame.
+    /// Rotates second moments from body axes to the axes of the frame.
     fn rotate_second_moment<T: Scalar>(
         r: &Self::Rotation<T>,
         m: &Self::SecondMoment<T>,
     ) -> Self::SecondMoment<T>;
-    /// Angular momentum of second moments.
+    /// Angular momentum of second moments at an angular velocity.
     fn angular_momentum<T: Scalar>(m: &Self::SecondMoment<T>, angular: Self::Axial<T>) -> Self::Axial<T>;
-    /// `-(J [w] + (J [w])^T) - (c v^T + v c^T) + 2 (c . v) 1` of second moments J, first moment c, angular velocity w and
-    /// linear velocity v.
+    /// `-(J [w] + (J [w])^T) - (c v^T + v c^T) + 2 (c . v) 1` with second moments J, first moment c, angular
+    /// velocity w and linear velocity v.
     fn gyroscopic<T: Scalar>(
         m: &Self::SecondMoment<T>,
         first_moment: Self::Vector<T>,
@@ -132,16 +133,16 @@ pub trait Geometry: Copy + Debug + Send + Sync + 'static {
 
     /// Index of a strain (0..6) among the components of this space.
     fn strain_index(frame: Self::Frame, strain: usize) -> usize;
-    /// What of a three-dimensional angular velocity or moment lies in this space.
+    /// Components of a three-dimensional angular velocity or moment in this space.
     fn axial_of(frame: Self::Frame, a: Vector<f64>) -> Self::Axial<f64>;
     /// The angular velocity or moment in three dimensions.
     fn axial_in_space(frame: Self::Frame, a: Self::Axial<f64>) -> Vector<f64>;
-    /// What of a three-dimensional vector lies in this space.
+    /// Components of a three-dimensional vector in this space.
     fn vector_of(frame: Self::Frame, v: Vector<f64>) -> Self::Vector<f64>;
-    /// The rotary inertia of a section with this inertia tensor, if it looks like a circle from this space: the same
-    /// about all of its diameters that the section turns about, and twice that about its axis.
+    /// Rotary inertia of a section with this inertia tensor, if the section is equivalent to a circle in this
+    /// space: the same inertia about all diameters about which it can rotate, and twice that about its axis.
     fn rotary_inertia(frame: Self::Frame, m: [[f64; 3]; 3]) -> Option<f64>;
-    /// What of three-dimensional second moments (a symmetric matrix by its rows) lies in this space.
+    /// Components of three-dimensional second moments (a symmetric matrix by rows) in this space.
     fn second_moment_of(frame: Self::Frame, m: [[f64; 3]; 3]) -> Self::SecondMoment<f64>;
     /// The vector in three dimensions.
     fn in_space(frame: Self::Frame, v: Self::Vector<f64>) -> Vector<f64>;

@@ -3,12 +3,13 @@
 use super::pack::Lanes;
 pub use pulp::NullaryFnOnce as Sweep;
 
-/// What a machine can do with packs. Code that runs with wide instructions is compiled for them where all of it is
-/// inlined. A [`Sweep`] is therefore a struct with an `#[inline(always)]` method: a closure does not promise that.
+/// The instruction set of a machine for packs. Code is compiled for wide instructions only if it is fully
+/// inlined. Therefore a [`Sweep`] is a struct with an `#[inline(always)]` method; closures do not guarantee
+/// inlining.
 #[derive(Clone, Copy, Debug)]
 pub struct Instructions {
-    /// 256-bit registers and fused multiply-add. The 512-bit instructions are left alone: the sweeps were at most five
-    /// percent faster with them, and a third of all compiled code was theirs.
+    /// 256-bit registers and fused multiply-add. 512-bit instructions are not used: they made the sweeps at
+    /// most five percent faster, for a third of all compiled code.
     #[cfg(target_arch = "x86_64")]
     wide: Option<pulp::x86::V3>,
     #[cfg(not(target_arch = "x86_64"))]
@@ -16,7 +17,7 @@ pub struct Instructions {
 }
 
 impl Instructions {
-    /// Those of this machine. Cheap: what was found is kept.
+    /// Instruction set of this machine. Cheap: detection is cached.
     pub fn of_machine() -> Self {
         Self {
             #[cfg(target_arch = "x86_64")]
@@ -26,7 +27,7 @@ impl Instructions {
         }
     }
 
-    /// Whether multiplying and adding is one instruction: on 64-bit ARM it is, and on x86-64 with wide registers.
+    /// Whether multiply-add is one instruction: true on 64-bit ARM, and on x86-64 with wide registers.
     pub fn has_fused(self) -> bool {
         #[cfg(target_arch = "x86_64")]
         let has_wide = self.wide.is_some();
@@ -35,7 +36,7 @@ impl Instructions {
         has_wide && cfg!(any(target_arch = "x86_64", target_arch = "aarch64"))
     }
 
-    /// The name of the instruction set.
+    /// Name of the instruction set.
     pub fn name(self) -> &'static str {
         match (self.has_fused(), cfg!(target_arch = "x86_64")) {
             (true, true) => "AVX2 and FMA",
@@ -44,14 +45,14 @@ impl Instructions {
         }
     }
 
-    /// Whether this build has sweeps for this machine: without the feature `portable`, only machines that
-    /// [have fused instructions](Self::has_fused) are served.
+    /// Whether this build contains sweeps for this machine. Without the feature `portable` it supports only
+    /// machines that [have fused instructions](Self::has_fused).
     pub fn are_compiled(self) -> bool {
         cfg!(feature = "portable") || self.has_fused()
     }
 
-    /// Runs what works on packs of this kind. Packs that are fused are for machines that [have that](Self::has_fused):
-    /// elsewhere this panics.
+    /// Runs a sweep on packs of this kind. Panics for fused packs on machines [without fused
+    /// instructions](Self::has_fused).
     #[inline(always)]
     pub fn run<P: Lanes, S: Sweep>(self, sweep: S) -> S::Output {
         if !P::FUSED {
@@ -63,15 +64,15 @@ impl Instructions {
         self.arch.dispatch(sweep)
     }
 
-    /// [`Self::run`] as a call of its own within a sweep that runs already: what few robots need then costs the loops
-    /// of all others no registers.
+    /// Like [`Self::run`], as a separate call within a running sweep, so that rarely needed code takes no
+    /// registers from the loops of all robots.
     #[inline(never)]
     pub fn run_apart<P: Lanes, S: Sweep>(self, sweep: S) -> S::Output {
         self.run::<P, S>(sweep)
     }
 }
 
-/// Runs a sweep with the instructions that all machines have. Never inlined: these copies are only needed once.
+/// Runs a sweep with the baseline instruction set. Never inlined, so that there is only one copy.
 #[inline(never)]
 pub fn run_portably<S: Sweep>(sweep: S) -> S::Output {
     sweep.call()

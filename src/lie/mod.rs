@@ -1,8 +1,8 @@
 //! Rigid motions in space and in the plane: vectors, rotations, twists and wrenches.
 //!
-//! Everything is generic over a [`Scalar`]: `f64` for one point of a rod, [`Pack`] for several points at once; what
-//! sweeps along a rod, over a [`Geometry`] as well. Twists are (angular; linear) and wrenches (moment; force), both
-//! seen from the origin of the inertial frame.
+//! All types are generic over a [`Scalar`]: `f64` for one point of a rod, [`Pack`] for several points at
+//! once. Sweeps along a rod are also generic over a [`Geometry`]. Twists are (angular; linear) and wrenches
+//! (moment; force), both about the origin of the inertial frame.
 //!
 //! ```
 //! use lissom::lie::{Quaternion, Vector};

@@ -1,4 +1,4 @@
-//! SIMD packs: several doubles that take every operation together.
+//! SIMD packs: several doubles processed together.
 
 use super::scalar::Scalar;
 use std::ops::{Add, AddAssign, Mul, Neg, Sub};
@@ -6,25 +6,26 @@ use std::ops::{Add, AddAssign, Mul, Neg, Sub};
 #[cfg(test)]
 use super::counted::note;
 
-/// Number of doubles in a [`Pack`]: one 256-bit register, and few enough that node counts round up cheaply.
+/// Number of doubles in a [`Pack`]: one 256-bit register, small enough to keep the padding of node counts
+/// cheap.
 pub const LANES: usize = 4;
 
 /// Several doubles, such as the values of a quantity at neighbouring nodes of a rod.
 pub trait Lanes: Scalar {
     /// Whether [`Scalar::mul_add`] is one instruction.
     const FUSED: bool;
-    /// From the numbers in the lanes.
+    /// Creates a pack from the numbers in the lanes.
     fn from_lanes(lanes: [f64; LANES]) -> Self;
     /// The number in one lane.
     fn lane(&self, lane: usize) -> f64;
-    /// Puts a number in one lane.
+    /// Sets the number in one lane.
     fn set_lane(&mut self, lane: usize, value: f64);
-    /// The sum of the lanes.
+    /// Sum of the lanes.
     fn sum(self) -> f64;
 }
 
-/// [`LANES`] doubles in a register. `FUSED` is for machines that multiply and add in one instruction, with one rounding;
-/// elsewhere that would be a slow function, so that there are two kinds of packs.
+/// [`LANES`] doubles in a register. `FUSED` packs multiply and add in one instruction with one rounding. On
+/// machines without this instruction that would be a slow function call; hence the two kinds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(align(32))]
 pub struct Pack<const FUSED: bool>([f64; LANES]);
@@ -46,7 +47,7 @@ impl<const FUSED: bool> Lanes for Pack<FUSED> {
     }
     #[inline(always)]
     fn sum(self) -> f64 {
-        // Halves onto each other, as registers are added up.
+        // Pairwise by halves, as hardware reductions do.
         (self.0[0] + self.0[2]) + (self.0[1] + self.0[3])
     }
 }
@@ -54,7 +55,7 @@ impl<const FUSED: bool> Lanes for Pack<FUSED> {
 impl<const FUSED: bool> Pack<FUSED> {
     #[inline(always)]
     fn zip(self, other: Self, f: impl Fn(f64, f64) -> f64) -> Self {
-        // A plain loop: array::from_fn is not always inlined, and vectorised only where it is.
+        // A plain loop: array::from_fn is not always inlined, and only vectorised when inlined.
         let mut result = self;
         for (a, &b) in result.0.iter_mut().zip(&other.0) {
             *a = f(*a, b);
@@ -168,9 +169,9 @@ impl<const FUSED: bool> Scalar for Pack<FUSED> {
     }
 }
 
-/// `start + sum_l weights[l] values_l`, where `values_l` is the quantity in lane `l` counted through all packs:
-/// with the rows of an integration matrix as weights, the integral up to [`LANES`] nodes at once. `add_lane`
-/// adds what stands in one lane, times a weight, to every lane.
+/// `start + sum_l weights[l] values_l`, where `values_l` is the quantity in lane `l`, counted through all
+/// packs. With rows of an integration matrix as weights this is the integral up to [`LANES`] nodes at once.
+/// `add_lane` adds one lane times a weight to every lane.
 #[inline(always)]
 pub fn weighted_sum<P: Lanes, V: Copy>(
     start: V,

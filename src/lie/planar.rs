@@ -1,4 +1,4 @@
-//! The plane: one angular component, two linear ones.
+//! Planar geometry: one angular component, two linear ones.
 
 use std::ops::{Add, AddAssign, Mul, Neg, Sub};
 
@@ -10,12 +10,12 @@ use super::{Pack, Rotation, Scalar, Vector};
 #[derive(Clone, Copy, Debug)]
 pub struct Planar<const FUSED: bool>;
 
-/// A plane by the axes of the frame (0, 1, 2 for x, y, z): `first x second = normal`.
+/// A coordinate plane by the axes of the frame (0, 1, 2 for x, y, z): `first x second = normal`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Plane {
-    /// The axis of all turns.
+    /// Axis of all rotations.
     pub normal: usize,
-    /// The axes in the plane.
+    /// Axes in the plane.
     pub axes: [usize; 2],
 }
 
@@ -133,7 +133,7 @@ impl<T: Scalar> SecondMoment for Turn<T> {
     }
 }
 
-/// Turns about the same axis commute.
+/// Rotations about the same axis commute.
 impl<T: Scalar> Cross<Self> for Turn<T> {
     type Output = Self;
     #[inline(always)]

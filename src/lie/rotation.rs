@@ -3,7 +3,7 @@
 use super::sine_cosine::sine_cosine;
 use super::{Lanes, Scalar, Vector};
 
-/// A quaternion whose norm is off by more than this is refused as a mistake rather than normalised.
+/// Quaternions whose norm differs from one by more than this are rejected rather than normalised.
 pub const QUATERNION_TOLERANCE: f64 = 1e-3;
 
 /// A unit quaternion (w, x, y, z) that turns body axes into world axes.
@@ -14,7 +14,8 @@ pub struct Quaternion<T> {
     pub v: Vector<T>,
 }
 
-/// Up to this squared half-angle the exponential is a Taylor polynomial: no division near the zero angle.
+/// Up to this squared half-angle the exponential is a Taylor polynomial, which avoids a division by small
+/// angles.
 const TAYLOR_LIMIT: f64 = 0.25;
 
 /// Taylor coefficients of cos(sqrt x): (-1)^k / (2k)!. With x up to [`TAYLOR_LIMIT`] the remainder is below 1e-18.
@@ -56,7 +57,7 @@ impl<T: Scalar> Quaternion<T> {
         let (cosine, sine_over_angle) = if squared_half_angle.largest() <= TAYLOR_LIMIT {
             (polynomial(&COSINE, squared_half_angle), polynomial(&SINE, squared_half_angle))
         } else {
-            // Lanes with a vanishing angle divide by at least this; their rotation vector is as small.
+            // Avoids a division by zero in lanes with a vanishing angle, whose rotation vector vanishes too.
             let half_angle = (squared_half_angle + T::splat(f64::MIN_POSITIVE)).sqrt();
             let (sine, cosine) = sine_cosine(half_angle);
             (cosine, sine * half_angle.reciprocal())
@@ -64,7 +65,7 @@ impl<T: Scalar> Quaternion<T> {
         Self { w: cosine, v: omega * (sine_over_angle * 0.5) }
     }
 
-    /// First `other`, then `self`.
+    /// Composition: first `other`, then `self`.
     #[inline(always)]
     pub fn times(self, other: Self) -> Self {
         Self {
@@ -73,7 +74,7 @@ impl<T: Scalar> Quaternion<T> {
         }
     }
 
-    /// The same rotation with norm 1 to rounding.
+    /// The same rotation, normalised to rounding.
     #[inline(always)]
     pub fn normalised(self) -> Self {
         let factor = self.v.dot_add(self.v, self.w * self.w).sqrt().reciprocal();
@@ -95,7 +96,8 @@ impl<T: Scalar> Quaternion<T> {
 }
 
 impl Quaternion<f64> {
-    /// Of a rotation matrix, by the largest of its four squares, so that nothing small is divided by (Shepperd 1978).
+    /// From a rotation matrix, by the largest of the four squares, so that no divisor is small (Shepperd
+    /// 1978).
     pub fn of_rotation(r: &Rotation<f64>) -> Self {
         let [xx, yy, zz] = [r.x.x, r.y.y, r.z.z];
         let squares = [1.0 + xx + yy + zz, 1.0 + xx - yy - zz, 1.0 - xx + yy - zz, 1.0 - xx - yy + zz];
@@ -124,7 +126,7 @@ impl<P: Lanes> Quaternion<P> {
         Quaternion { w: self.w.lane(lane), v: self.v.lane(lane) }
     }
 
-    /// Puts a quaternion in one lane.
+    /// Sets the quaternion in one lane.
     #[inline(always)]
     pub fn set_lane(&mut self, lane: usize, quaternion: Quaternion<f64>) {
         self.w.set_lane(lane, quaternion.w);
@@ -149,7 +151,7 @@ impl<T: Scalar> Rotation<T> {
         Self { x: axis([1.0, 0.0, 0.0]), y: axis([0.0, 1.0, 0.0]), z: axis([0.0, 0.0, 1.0]) }
     }
 
-    /// This rotation of what another one has rotated.
+    /// Composition: first `other`, then `self`.
     #[inline(always)]
     pub fn times(&self, other: &Self) -> Self {
         Self { x: self.apply(other.x), y: self.apply(other.y), z: self.apply(other.z) }
@@ -219,7 +221,7 @@ mod tests {
         let quarter = std::f64::consts::FRAC_PI_2;
         let about_x = Quaternion::exp(Vector { x: quarter, y: 0.0, z: 0.0 });
         let about_z = Quaternion::exp(Vector { x: 0.0, y: 0.0, z: quarter });
-        // e_y turned about x gives e_z, which a turn about z leaves alone.
+        // e_y rotated about x gives e_z, which a rotation about z does not change.
         let v = about_z.times(about_x).rotation().apply(Vector { x: 0.0, y: 1.0, z: 0.0 });
         assert!((v.z - 1.0).abs() < 1e-15 && v.x.abs() < 1e-15 && v.y.abs() < 1e-15);
     }

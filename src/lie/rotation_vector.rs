@@ -1,8 +1,8 @@
-//! Rotation vectors of rotations, and their rates.
+//! Rotation vectors and their rates.
 
 use super::{Quaternion, Vector};
 
-/// Up to this squared angle `c` is its series: beyond, the closed forms lose few digits.
+/// Up to this squared angle `c` is evaluated by its series; beyond, the closed form loses few digits.
 const SERIES_LIMIT: f64 = 0.5;
 
 /// Coefficients of `c(x) = (1 - (angle / 2) cot(angle / 2)) / angle^2` in the squared angle x: `|B_2k| / (2k)!` with
@@ -22,23 +22,23 @@ impl Quaternion<f64> {
     /// The rotation vector of a unit quaternion, no longer than pi.
     pub fn log(self) -> Vector<f64> {
         let sine = self.v.dot(self.v).sqrt();
-        // Where the sine is as small as rounding, the quotient is one to rounding.
+        // If the sine is at the level of rounding, the quotient is one to rounding.
         let angle_over_sine = if sine < f64::MIN_POSITIVE { 1.0 } else { sine.atan2(self.w.abs()) / sine };
         self.v * (2.0 * angle_over_sine * 1.0_f64.copysign(self.w))
     }
 }
 
-/// The rate of a rotation vector of less than a whole turn for an angular velocity in the axes of what it turns:
-/// `phi' = (1 + phi^ / 2 + c phi^ phi^) w` (Bullo and Murray 1995).
+/// Rate of a rotation vector shorter than 2 pi for an angular velocity in body axes: `phi' = (1 + phi^ / 2 +
+/// c phi^ phi^) w` (Bullo and Murray 1995).
 pub fn rotation_vector_rate(phi: Vector<f64>, angular_velocity: Vector<f64>) -> Vector<f64> {
     let [c, _] = factor(phi.dot(phi));
     let across = phi.cross(angular_velocity);
     angular_velocity + across * 0.5 + phi.cross(across) * c
 }
 
-/// The rotation vector phi of a rotation and its first two derivatives, from angular velocity and angular acceleration in the
-/// axes of the space: `phi' = T^-1(phi) w` with `T^-1 = 1 - phi^ / 2 + c phi^ phi^` (Bullo and Murray 1995, eq. 2.4),
-/// and the derivative of that.
+/// The rotation vector phi of a rotation and its first two derivatives, from angular velocity and angular
+/// acceleration in world axes: `phi' = T^-1(phi) w` with `T^-1 = 1 - phi^ / 2 + c phi^ phi^` (Bullo and
+/// Murray 1995, eq. 2.4), and its time derivative.
 pub fn rotation_vector_motion(
     rotation: Quaternion<f64>,
     angular_velocity: Vector<f64>,
@@ -59,7 +59,7 @@ pub fn rotation_vector_motion(
     [phi, rate, of_acceleration + of_change]
 }
 
-/// `c` at a squared angle, and its derivative with respect to that.
+/// `c` and its derivative with respect to the squared angle.
 fn factor(x: f64) -> [f64; 2] {
     if x < SERIES_LIMIT {
         let value = SERIES.iter().rev().fold(0.0, |sum, c| sum * x + c);

@@ -2,7 +2,7 @@
 
 use std::ops::{Add, AddAssign, Mul, Neg, Sub};
 
-/// What the vectors of this module are made of: `f64` or [`super::Pack`].
+/// Number type of the vectors of this module: `f64` or [`super::Pack`].
 pub trait Scalar:
     Copy
     + std::fmt::Debug
@@ -13,19 +13,19 @@ pub trait Scalar:
     + AddAssign
     + Mul<f64, Output = Self>
 {
-    /// The number in every lane.
+    /// Sets every lane to this number.
     fn splat(value: f64) -> Self;
     /// `self * factor + addend`.
     fn mul_add(self, factor: Self, addend: Self) -> Self;
     /// `minuend - self * factor`.
     fn mul_sub_from(self, factor: Self, minuend: Self) -> Self;
-    /// The square root of every lane.
+    /// Square root of every lane.
     fn sqrt(self) -> Self;
-    /// One over every lane.
+    /// Reciprocal of every lane.
     fn reciprocal(self) -> Self;
-    /// Sine and cosine of every lane, one by one, for angles of any size.
+    /// Sine and cosine lane by lane, for angles of any size.
     fn slow_sine_cosine(self) -> (Self, Self);
-    /// Largest lane; NaN where a lane is NaN.
+    /// Largest lane; NaN if a lane is NaN.
     fn largest(self) -> f64;
 }
 

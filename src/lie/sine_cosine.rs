@@ -1,15 +1,16 @@
-//! Sine and cosine without branches, so that they are computed in all lanes at once.
+//! Branch-free sine and cosine, for all lanes at once.
 
 use super::Scalar;
 
-/// Beyond that the reduction to [-pi/4, pi/4] loses digits: products of [`HALF_PI`]'s parts and the number of quarter
-/// turns are exact below 2^20 quarter turns.
+/// Beyond this angle the reduction to [-pi/4, pi/4] loses digits: products of the parts of [`HALF_PI`] and
+/// the number of quarter turns are exact below 2^20 quarter turns.
 const LARGEST_ANGLE: f64 = 1e6;
 
-/// pi/2 in two parts of 33 bits and a rest (fdlibm 5.3, e_rem_pio2.c: pio2_1, pio2_2, pio2_2t).
+/// pi/2 in two parts of 33 bits and a remainder (fdlibm 5.3, e_rem_pio2.c: pio2_1, pio2_2, pio2_2t).
 const HALF_PI: [f64; 3] = [1.570_796_326_734_125_6, 6.077_100_506_303_966e-11, 2.022_266_248_795_950_6e-21];
 
-/// Taylor-like coefficients of sin x / x in x^2, below 2^-58 on [-pi/4, pi/4] (fdlibm 5.3, k_sin.c: S1 to S6).
+/// Minimax coefficients of sin x / x in x^2, with an error below 2^-58 on [-pi/4, pi/4] (fdlibm 5.3, k_sin.c:
+/// S1 to S6).
 const SINE: [f64; 6] = [
     -1.666_666_666_666_663_2e-1,
     8.333_333_333_322_49e-3,
@@ -19,7 +20,7 @@ const SINE: [f64; 6] = [
     1.589_690_995_211_55e-10,
 ];
 
-/// Those of cos x beyond 1 - x^2/2 (fdlibm 5.3, k_cos.c: C1 to C6).
+/// Coefficients of cos x beyond 1 - x^2/2 (fdlibm 5.3, k_cos.c: C1 to C6).
 const COSINE: [f64; 6] = [
     4.166_666_666_666_66e-2,
     -1.388_888_888_887_411e-3,
@@ -42,7 +43,7 @@ fn polynomial<T: Scalar>(coefficients: &[f64; 6], x: T) -> T {
     coefficients.iter().rev().fold(T::splat(0.0), |sum, &c| sum.mul_add(x, T::splat(c)))
 }
 
-/// `(sin x, cos x)`, exact to about a unit in the last place of 1.
+/// `(sin x, cos x)`, with an absolute error of about one unit in the last place of 1.
 #[inline(always)]
 pub fn sine_cosine<T: Scalar>(x: T) -> (T, T) {
     let largest = (x * x).largest();

@@ -1,4 +1,4 @@
-//! The space of three dimensions.
+//! Three-dimensional geometry.
 
 use super::geometry::{Cross, Geometry, SecondMoment, VectorSpace};
 use super::{Pack, Rotation, Scalar, Symmetric, Vector};

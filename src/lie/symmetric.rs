@@ -1,10 +1,10 @@
-//! Symmetric matrices of size three.
+//! Symmetric 3 x 3 matrices.
 
 use std::ops::{Add, AddAssign, Mul, Sub};
 
 use super::{Lanes, Scalar, Vector};
 
-/// A symmetric matrix by its six different entries.
+/// A symmetric matrix, stored as six entries.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[allow(missing_docs, reason = "the entries of a matrix")]
 pub struct Symmetric<T> {
@@ -70,7 +70,7 @@ impl<T: Scalar> Symmetric<T> {
 }
 
 impl<P: Lanes> Symmetric<P> {
-    /// The sum of the matrices in the lanes.
+    /// Sum of the matrices in the lanes.
     #[inline(always)]
     pub fn sum(self) -> Symmetric<f64> {
         Symmetric {

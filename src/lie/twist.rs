@@ -9,11 +9,11 @@ use super::{Cross, Geometry, Lanes, Scalar, VectorSpace};
 pub struct Twist<G: Geometry, T: Scalar> {
     /// Angular part.
     pub angular: G::Axial<T>,
-    /// Linear part, of the point of the body that passes the origin.
+    /// Linear part: velocity of the body's point at the origin.
     pub linear: G::Vector<T>,
 }
 
-/// A force-like element of its dual: (moment; force).
+/// A force-like element of the dual of the Lie algebra: (moment; force).
 #[derive(Clone, Copy, Debug)]
 pub struct Wrench<G: Geometry, T: Scalar> {
     /// Moment about the origin.
@@ -56,7 +56,7 @@ impl<G: Geometry, T: Scalar> Twist<G, T> {
         self.dot_add(wrench, T::splat(0.0))
     }
 
-    /// The same, added to a sum.
+    /// Power of a wrench on this twist, added to `sum`.
     #[inline(always)]
     pub fn dot_add(self, wrench: Wrench<G, T>, sum: T) -> T {
         self.angular.dot_add(wrench.moment, self.linear.dot_add(wrench.force, sum))
@@ -64,13 +64,13 @@ impl<G: Geometry, T: Scalar> Twist<G, T> {
 }
 
 impl<G: Geometry, T: Scalar> Wrench<G, T> {
-    /// About the origin, what acts as this moment and force at `position`.
+    /// Converts a moment and a force at `position` to the wrench about the origin.
     #[inline(always)]
     pub fn at(self, position: G::Vector<T>) -> Self {
         Self { moment: position.cross(self.force) + self.moment, force: self.force }
     }
 
-    /// In the axes of the frame, what is given in those of the body.
+    /// Rotates from body axes to the axes of the frame.
     #[inline(always)]
     pub fn rotated(self, rotation: &G::Rotation<T>) -> Self {
         Self { moment: G::rotate_axial(rotation, self.moment), force: G::rotate(rotation, self.force) }
@@ -101,7 +101,7 @@ macro_rules! linear_operations {
                 }
             }
 
-            /// A component, the angular ones first.
+            /// Component `index`, angular components first.
             #[inline(always)]
             pub fn component_mut(&mut self, index: usize) -> &mut T {
                 if index < G::ANGULAR {
@@ -152,7 +152,7 @@ macro_rules! linear_operations {
         }
 
         impl<G: Geometry> $name<G, f64> {
-            /// The same in every lane.
+            /// Sets every lane to these components.
             #[inline(always)]
             pub fn splat(self) -> $name<G, G::Pack> {
                 self.map(|&component| G::Pack::splat(component))
@@ -160,13 +160,13 @@ macro_rules! linear_operations {
         }
 
         impl<G: Geometry, P: Lanes> $name<G, P> {
-            /// `self + weight * other`, of which one lane counts for all.
+            /// Adds `weight` times one lane of `other` to every lane.
             #[inline(always)]
             pub fn add_lane(self, other: &Self, lane: usize, weight: P) -> Self {
                 self.add_scaled(other.map(|pack| P::splat(pack.lane(lane))), weight)
             }
 
-            /// The sum over the lanes.
+            /// Sum over the lanes.
             #[inline(always)]
             pub fn sum(self) -> $name<G, f64> {
                 self.map(|pack| pack.sum())

@@ -1,10 +1,10 @@
-//! Vectors of three components.
+//! Three-dimensional vectors.
 
 use std::ops::{Add, AddAssign, Mul, Neg, Sub};
 
 use super::{Lanes, Scalar};
 
-/// A vector of space.
+/// A three-dimensional vector.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[allow(missing_docs, reason = "the components of a vector")]
 pub struct Vector<T> {
@@ -111,7 +111,7 @@ impl<P: Lanes> Vector<P> {
         Vector { x: self.x.sum(), y: self.y.sum(), z: self.z.sum() }
     }
 
-    /// Puts a vector in one lane.
+    /// Sets the vector in one lane.
     #[inline(always)]
     pub fn set_lane(&mut self, lane: usize, v: Vector<f64>) {
         self.x.set_lane(lane, v.x);

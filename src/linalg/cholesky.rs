@@ -7,12 +7,12 @@ use faer::{Conj, MatMut, Par};
 use super::failure::NotPositiveDefinite;
 use super::{Matrix, small_cholesky, view, view_mut};
 
-/// Up to this size [`small_cholesky`] is faster than faer or even: factorising and solving takes half of faer's time
-/// at n = 2, 0.9 at 8 and 12, and 1.3 times as long at 16 to 24; nalgebra's is never the fastest by more than the
-/// measurement's error (`benches/dense.rs`, two-core x86-64, 2026).
+/// Up to this size [`small_cholesky`] is faster than faer, or equally fast: factorising and solving takes
+/// half of faer's time at n = 2, 0.9 at 8 and 12, and 1.3 times as long at 16 to 24; nalgebra's is never the
+/// fastest by more than the measurement's error (`benches/dense.rs`, two-core x86-64, 2026).
 const SMALL: usize = 12;
 
-/// `A = L L^T`, with memory for repeated use at one size.
+/// `A = L L^T`, with memory for repeated use at a fixed size.
 pub struct Cholesky {
     factors: Matrix,
     is_factorised: bool,
@@ -68,7 +68,7 @@ impl Cholesky {
     /// Solves `A x = b` in place.
     ///
     /// # Panics
-    /// When the last factorisation failed or none was made.
+    /// If the last factorisation failed, or there was none.
     pub fn solve(&self, b: &mut [f64]) {
         assert!(self.is_factorised, "solve comes after a successful factorise");
         let n = self.factors.nrows();

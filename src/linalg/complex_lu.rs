@@ -1,4 +1,4 @@
-//! LU factorisation of complex matrices that are made of real ones.
+//! LU factorisation of complex matrices composed of real ones.
 
 use dyn_stack::{MemBuffer, MemStack, StackReq};
 use faer::linalg::lu::partial_pivoting::{factor, solve};
@@ -7,9 +7,9 @@ use faer::{Conj, MatMut, MatRef, Par, c64};
 
 use super::{Matrix, Singular};
 
-/// `P (s I - A) = L U` for a complex number s and a real matrix A, or `P (A + i B) = L U`, with memory for repeated
-/// use at one size: the systems of an implicit Runge-Kutta method for a conjugate pair of eigenvalues of its
-/// coefficient matrix.
+/// `P (s I - A) = L U` for a complex number s and a real matrix A, or `P (A + i B) = L U`, with memory for
+/// repeated use at a fixed size: the systems of an implicit Runge-Kutta method for a conjugate pair of
+/// eigenvalues of its coefficient matrix.
 pub struct ComplexLu {
     n: usize,
     factors: Vec<c64>,

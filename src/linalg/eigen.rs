@@ -10,16 +10,16 @@ pub(crate) fn symmetric_part(a: &Matrix) -> Matrix {
     (a + a.transpose()) * 0.5
 }
 
-/// Eigenvalues of a symmetric matrix (its lower triangle is read), smallest first; `None` when it is not finite.
-/// Cost: 4/3 n^3 flops.
+/// Eigenvalues of a symmetric matrix (only its lower triangle is read) in increasing order; `None` if the
+/// matrix is not finite. Cost: 4/3 n^3 flops.
 pub fn symmetric_eigenvalues(a: &Matrix) -> Option<Vec<f64>> {
     let (a, scale) = moderate(a)?;
     let values = view(&a).self_adjoint_eigenvalues(faer::Side::Lower).ok()?;
     Some(values.into_iter().map(|value| value * scale).collect())
 }
 
-/// Eigenvalues of a symmetric matrix (its lower triangle is read), smallest first, with orthonormal eigenvectors as
-/// columns; `None` when it is not finite. Cost: about 9 n^3 flops.
+/// Eigenvalues of a symmetric matrix (only its lower triangle is read) in increasing order, with orthonormal
+/// eigenvectors as columns; `None` if the matrix is not finite. Cost: about 9 n^3 flops.
 pub fn symmetric_eigen(a: &Matrix) -> Option<(Vec<f64>, Matrix)> {
     if a.is_empty() {
         // faer counts its memory from the size less one.
@@ -32,15 +32,16 @@ pub fn symmetric_eigen(a: &Matrix) -> Option<(Vec<f64>, Matrix)> {
     Some(((0..n).map(|i| values[i] * scale).collect(), Matrix::from_fn(n, n, |i, j| vectors[(i, j)])))
 }
 
-/// Eigenvalues of a square matrix, in no particular order; `None` when it is not finite. Cost: about 10 n^3 flops.
+/// Eigenvalues of a square matrix, in no particular order; `None` if it is not finite. Cost: about 10 n^3
+/// flops.
 pub fn eigenvalues(a: &Matrix) -> Option<Vec<Complex>> {
     let (a, scale) = moderate(a)?;
     let values = view(&a).eigenvalues().ok()?;
     Some(values.into_iter().map(|value| value * scale).collect())
 }
 
-/// Eigenvalues of a square matrix, in no particular order, each with its right eigenvector, of norm one; `None` when
-/// it is not finite. Cost: about 25 n^3 flops.
+/// Eigenvalues of a square matrix, in no particular order, each with its right eigenvector of norm one;
+/// `None` if the matrix is not finite. Cost: about 25 n^3 flops.
 pub fn eigen(a: &Matrix) -> Option<Vec<(Complex, Vec<Complex>)>> {
     let (a, scale) = moderate(a)?;
     let evd = view(&a).eigen().ok()?;

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-/// A pivot was zero or not finite.
+/// A pivot is zero or not finite.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Singular;
 
@@ -14,7 +14,7 @@ impl fmt::Display for Singular {
 
 impl std::error::Error for Singular {}
 
-/// The matrix was not positive definite (or not finite).
+/// The matrix is not positive definite (or not finite).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct NotPositiveDefinite;
 

@@ -14,7 +14,7 @@ use super::{Matrix, small_lu, view, view_mut};
 /// two-core x86-64, 2026).
 const SMALL: usize = 24;
 
-/// `P A = L U` of a square matrix, with memory for repeated use at one size.
+/// `P A = L U` of a square matrix, with memory for repeated use at a fixed size.
 pub struct Lu {
     factors: Matrix,
     norm_1: f64,
@@ -106,7 +106,8 @@ impl Lu {
         );
     }
 
-    /// `min |u_ii| / max |u_ii|` of the factorised matrix: a cheap hint that it may be close to singular; not a bound.
+    /// `min |u_ii| / max |u_ii|` of the factorised matrix: a cheap indication that it may be close to
+    /// singular; not a bound.
     pub fn pivot_ratio(&self) -> f64 {
         // The reciprocals that small matrices keep have the same ratio.
         let (mut smallest, mut largest) = (f64::INFINITY, 0.0_f64);
@@ -135,8 +136,8 @@ impl Lu {
         );
     }
 
-    /// Estimate of `1 / (|A|_1 |A^-1|_1)` of the factorised matrix, by Hager's method (Hager 1984; Higham 1988,
-    /// algorithm 2.4): O(n^2), usually exact, never below the truth by rounding more than a few ulp.
+    /// Estimate of `1 / (|A|_1 |A^-1|_1)` of the factorised matrix, by Hager's method (Hager 1984; Higham
+    /// 1988, algorithm 2.4): O(n^2), usually exact, and never below the exact value by more than a few ulp.
     /// Allocates; not for step loops.
     pub fn reciprocal_condition(&mut self) -> f64 {
         /// Higham (1988): the estimate hardly improves after that many sweeps.

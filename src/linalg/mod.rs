@@ -1,6 +1,6 @@
-//! Linear algebra, dense and of trees: the only place that names the solvers of nalgebra and faer.
+//! Linear algebra for dense matrices and for those of trees. Solvers of nalgebra and faer are used only here.
 //!
-//! Factorisations own their memory, sized once, so that factorising and solving allocate nothing.
+//! Factorisations own their memory, sized once; factorising and solving do not allocate.
 //!
 //! ```
 //! use lissom::linalg::{Lu, Matrix};
@@ -40,7 +40,7 @@ pub use tree::{Generators, TreeLu, TreeMatrix, TreePlace};
 /// A dense matrix of doubles, stored by columns.
 pub type Matrix = nalgebra::DMatrix<f64>;
 
-/// Euclidean norm, without overflow or underflow of the squares for finite entries.
+/// Euclidean norm, without overflow or underflow of squares for finite entries.
 pub fn norm(v: &[f64]) -> f64 {
     let largest = norm_inf(v);
     // The plain sum of squares is exact to rounding in this range; scaling costs a division an entry.
@@ -53,7 +53,7 @@ pub fn norm(v: &[f64]) -> f64 {
     }
 }
 
-/// Largest absolute entry; NaN when any entry is NaN.
+/// Largest absolute entry; NaN if an entry is NaN.
 pub fn norm_inf(v: &[f64]) -> f64 {
     v.iter().fold(0.0, |m: f64, x| if x.is_nan() || m.is_nan() { f64::NAN } else { m.max(x.abs()) })
 }

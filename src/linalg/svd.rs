@@ -1,4 +1,4 @@
-//! Singular values: the condition of a matrix and minimum-norm least-squares solutions.
+//! Singular values, condition numbers and minimum-norm least-squares solutions.
 
 use super::{Matrix, moderate, norm, view};
 
@@ -12,8 +12,8 @@ pub struct MinimumNorm {
 }
 
 /// Solves `min |A x - b|` with the smallest `|x|`, by the pseudo-inverse. Singular values below
-/// `max(m, n) eps sigma_max` count as zero (Golub and Van Loan 2013, section 5.5.8). `None` when A is not finite or the
-/// singular value decomposition did not converge. Allocates.
+/// `max(m, n) eps sigma_max` count as zero (Golub and Van Loan 2013, section 5.5.8). `None` if A is not
+/// finite or the singular value decomposition did not converge. Allocates.
 pub fn minimum_norm_solution(a: &Matrix, b: &[f64]) -> Option<MinimumNorm> {
     let (m, n) = a.shape();
     let (a, scale) = moderate(a)?;
@@ -37,8 +37,8 @@ pub fn minimum_norm_solution(a: &Matrix, b: &[f64]) -> Option<MinimumNorm> {
     norm(&x).is_finite().then_some(MinimumNorm { x, rank })
 }
 
-/// `A = U diag(s) V^T` with square U and V, and the singular values s, largest first; `None` when `a` is not finite.
-/// Allocates.
+/// `A = U diag(s) V^T` with square U and V, and the singular values s in decreasing order; `None` if `a` is
+/// not finite. Allocates.
 pub fn full_svd(a: &Matrix) -> Option<(Matrix, Vec<f64>, Matrix)> {
     if !a.iter().all(|v| v.is_finite()) {
         return None;
@@ -53,8 +53,8 @@ pub fn full_svd(a: &Matrix) -> Option<(Matrix, Vec<f64>, Matrix)> {
     ))
 }
 
-/// `A = U diag(s) V^T` with as many columns of U and V as there are singular values s, largest first; `None` when `a` is not
-/// finite. Allocates.
+/// `A = U diag(s) V^T` with one column of U and V per singular value s, in decreasing order; `None` if `a` is
+/// not finite. Allocates.
 pub fn thin_svd(a: &Matrix) -> Option<(Matrix, Vec<f64>, Matrix)> {
     if !a.iter().all(|v| v.is_finite()) {
         return None;
@@ -69,14 +69,14 @@ pub fn thin_svd(a: &Matrix) -> Option<(Matrix, Vec<f64>, Matrix)> {
     ))
 }
 
-/// Singular values of `a`, largest first; `None` when `a` is not finite. Allocates.
+/// Singular values of `a` in decreasing order; `None` if `a` is not finite. Allocates.
 pub fn singular_values(a: &Matrix) -> Option<Vec<f64>> {
     let (a, scale) = moderate(a)?;
     let values = view(&a).singular_values().ok()?;
     Some(values.into_iter().map(|value| value * scale).collect())
 }
 
-/// Condition number in the 2-norm; infinite for singular, NaN for non-finite matrices. Allocates.
+/// Condition number in the 2-norm; infinite for singular matrices, NaN for non-finite ones. Allocates.
 pub fn condition_number(a: &Matrix) -> f64 {
     match moderate(a).and_then(|(a, _)| view(&a).singular_values().ok()) {
         Some(s) if s.is_empty() => 1.0,

@@ -1,10 +1,10 @@
-//! Matrices of trees: what couples one link with another passes through the places between them, whose state is a few
-//! numbers, so that a linear system is solved in one sweep to the root and one to the leaves.
+//! Matrices of trees. Links interact only through the places between them, whose state consists of a few
+//! numbers. Therefore one sweep to the root and one to the leaves solve a linear system.
 //!
-//! The blocks on the diagonal are links. Each hangs at a place of another one before it, its carrier, or at none (a
-//! root); a link can have several places, with links at each of them. A coordinate j has one generator for all that
-//! carries it, a row `p_j` and a column `v_j`, and one for all that hangs at a place of its link, a row `u_j` and a
-//! column `q_j`, which differ from place to place. With these
+//! The diagonal blocks are links. Each link is attached at a place of a preceding one, its carrier, or at
+//! none (a root). A link can have several places, with several links at each. A coordinate j has one
+//! generator for everything that carries it, a row `p_j` and a column `v_j`, and for each place of its link
+//! one for everything attached there, a row `u_j` and a column `q_j`. With these
 //!
 //! ```text
 //! A_jk = u_j . v_k    where the link of j carries that of k, directly or not
@@ -12,34 +12,36 @@
 //! A_jk = 0            where neither carries the other
 //! ```
 //!
-//! Of links in a row these are the block semiseparable matrices that are given by their generators: the sequentially
-//! semiseparable ones of Chandrasekaran, Dewilde, Gu, Pals, Sun, van der Veen and White (2005) with identities for
-//! transitions. That branches have no entry in common is the branch-induced sparsity of Featherstone (2008, section 6.4).
+//! For a chain of links these are the block semiseparable matrices in generator form: the sequentially
+//! semiseparable ones of Chandrasekaran, Dewilde, Gu, Pals, Sun, van der Veen and White (2005) with
+//! identities for transitions. Zero blocks between branches are the branch-induced sparsity of Featherstone
+//! (2008, section 6.4).
 //!
-//! With `a`, the sum of `q_k x_k` over all that carries a place, and `c`, that of `v_k x_k` over all that hangs there, the
-//! rows of a link of `A x = b` are
+//! Let `a` be the sum of `q_k x_k` over all links that carry a place, and `c` the sum of `v_k x_k` over all
+//! links attached there. The rows of a link in `A x = b` are
 //!
 //! ```text
 //! D x + P a + sum_i U_i c_i = b,        a_i = a + Q_i^T x,        c = V^T x + sum_i c_i
 //! ```
 //!
-//! where i counts its places. Elimination goes from the leaves to the root. What hangs at place i answers
-//! `c_i = G_i a_i + g_i`, with `G_i = 0` and `g_i = 0` where nothing hangs; then
+//! where i is the index of its places. Elimination proceeds from the leaves to the root. The links attached
+//! at place i respond by `c_i = G_i a_i + g_i`, with `G_i = 0` and `g_i = 0` if there are none; then
 //!
 //! ```text
 //! W = D + sum_i U_i G_i Q_i^T,        F = P + sum_i U_i G_i,        E = V^T + sum_i G_i Q_i^T
 //! y = W^-1 (b - sum_i U_i g_i),       x = y - W^-1 F a
 //! ```
 //!
-//! and the carrier sees `sum_i G_i - E W^-1 F` and `sum_i g_i + E y` at the place where the link hangs, added to those of
-//! others there. This is block LU factorisation from the leaves without fill-in, with the Schur complements W as pivots;
-//! G is to a tree what the articulated-body inertia of Featherstone (1983) is to robots.
+//! and the response at the place to which the link is attached is `sum_i G_i - E W^-1 F` and
+//! `sum_i g_i + E y`, summed over all links at this place. This is block LU factorisation from the leaves
+//! without fill-in, with the Schur complements W as pivots; G corresponds to the articulated-body inertia of
+//! Featherstone (1983).
 //!
 //! Rows are exchanged within blocks, never between them. For symmetric positive definite matrices the Schur
-//! complements are that, too, and are not worse conditioned; there the elimination is stable as long as the matrix is
-//! well conditioned (Demmel, Higham and Schreiber 1995). A matrix without this property can have a singular Schur
-//! complement although it is regular itself: then the factorisation fails with [`Singular`], as for a singular
-//! matrix.
+//! complements are symmetric positive definite too, and not worse conditioned; the elimination is then stable
+//! as long as the matrix is well conditioned (Demmel, Higham and Schreiber 1995). Other matrices can have a
+//! singular Schur complement although they are regular: then the factorisation fails with [`Singular`], as
+//! for a singular matrix.
 
 use std::marker::PhantomData;
 use std::ops::Range;
@@ -47,7 +49,7 @@ use std::ops::Range;
 use super::{Matrix, Singular, small_lu};
 use crate::lie::{Instructions, LANES, Lanes, Pack, Sweep};
 
-/// Rows and columns of generators, as columns.
+/// Rows and columns of generators, stored as columns.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Generators {
     /// Factors of the rows.
@@ -56,23 +58,25 @@ pub struct Generators {
     pub columns: Matrix,
 }
 
-/// A place of a link at which others hang.
+/// A place of a link at which others are attached.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct TreePlace {
-    /// The link, by its block.
+    /// Index of the link's block.
     pub block: usize,
-    /// The generator of its first coordinate among [`TreeMatrix::carrying`].
+    /// Index in [`TreeMatrix::carrying`] of the generator of its first coordinate.
     pub first: usize,
 }
 
-/// The matrix of a tree: blocks on the diagonal, and low rank between links that carry each other.
+/// Matrix of a tree: diagonal blocks, and low-rank blocks between links of which one carries the other.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TreeMatrix {
-    /// The diagonal blocks, square, of any sizes (zero included), carriers before what they carry.
+    /// Square diagonal blocks, of any sizes including zero; carriers precede what they carry.
     pub blocks: Vec<Matrix>,
-    /// Of each coordinate, towards what carries it: rows `p_j` (lower rank x n) and columns `v_j` (upper rank x n).
+    /// Generators of each coordinate for its carriers: rows `p_j` (lower rank x n) and columns `v_j` (upper
+    /// rank x n).
     pub carried: Generators,
-    /// Of each coordinate at each place of its link, place by place: rows `u_j` (upper rank) and columns `q_j` (lower rank).
+    /// Generators of each coordinate for each place of its link, place by place: rows `u_j` (upper rank) and
+    /// columns `q_j` (lower rank).
     pub carrying: Generators,
     /// The place at which each block hangs, none of a root.
     hangs_at: Vec<Option<usize>>,
@@ -80,12 +84,13 @@ pub struct TreeMatrix {
 }
 
 impl TreeMatrix {
-    /// The zero matrix with diagonal blocks of these sizes. Each block hangs at one of the places, whose blocks are
-    /// given, or is a root. The ranks are those of the parts above and below the diagonal, at most 16 and 20.
+    /// Zero matrix with diagonal blocks of these sizes. Each block is attached at one of the places, whose
+    /// blocks are given, or is a root. The ranks are those of the parts above and below the diagonal, at most
+    /// 16 and 20.
     ///
     /// # Panics
-    /// When a carrier does not come before what it carries, places are not in the order of their blocks, or ranks are too
-    /// large.
+    /// If a carrier does not precede what it carries, places are not in the order of their blocks, or ranks
+    /// are too large.
     pub fn zeros(
         sizes: &[usize],
         hangs_at: &[Option<usize>],
@@ -126,7 +131,7 @@ impl TreeMatrix {
         blocks.iter_mut().chain(generators.into_iter().flatten())
     }
 
-    /// The zero matrix of links in a row, each of which hangs at the only place of the one before.
+    /// Zero matrix of a chain of links, each of which is attached at the only place of the previous one.
     pub fn chain(sizes: &[usize], ranks: [usize; 2]) -> Self {
         let hangs_at: Vec<_> = (0..sizes.len()).map(|block| block.checked_sub(1)).collect();
         let places: Vec<_> = (1..sizes.len()).map(|block| block - 1).collect();
@@ -143,7 +148,7 @@ impl TreeMatrix {
         [self.carrying.rows.nrows(), self.carried.rows.nrows()]
     }
 
-    /// The places at which blocks hang.
+    /// The places at which blocks are attached.
     pub fn places(&self) -> &[TreePlace] {
         &self.places
     }
@@ -200,14 +205,14 @@ impl TreeMatrix {
         }
     }
 
-    /// True when everything that the matrix is made of is finite.
+    /// True if all entries of blocks and generators are finite.
     pub fn is_finite(&self) -> bool {
         let Self { blocks, carried, carrying, .. } = self;
         let generators = [&carried.rows, &carried.columns, &carrying.rows, &carrying.columns];
         blocks.iter().chain(generators).all(|part| part.iter().all(|entry| entry.is_finite()))
     }
 
-    /// The same matrix with all its entries.
+    /// The same matrix in dense form.
     pub fn to_dense(&self) -> Matrix {
         let n = self.n();
         let mut dense = Matrix::zeros(n, n);
@@ -298,7 +303,7 @@ struct Link {
     answer: Vec<f64>,
 }
 
-/// The factorisation of a [`TreeMatrix`], with memory for repeated use at one structure.
+/// Factorisation of a [`TreeMatrix`], with memory for repeated use with a fixed structure.
 #[derive(Clone, Debug)]
 pub struct TreeLu {
     instructions: Instructions,
@@ -366,13 +371,13 @@ impl TreeLu {
         }
     }
 
-    /// Factorises `a`, of the structure that the memory is for. Cost for each block of m coordinates with one place, with
-    /// the ranks r and l: about `m^3/3 + m^2 (r + l) + 3 m r l` multiplications.
+    /// Factorises `a`, which must have the structure of the memory. Cost for each block of m coordinates with
+    /// one place and the ranks r and l: about `m^3/3 + m^2 (r + l) + 3 m r l` multiplications.
     ///
-    /// Fails when a Schur complement is singular or not finite; an entry that is not finite makes one so.
+    /// Fails if a Schur complement is singular or not finite, as it is if an entry is not finite.
     ///
     /// # Panics
-    /// When `a` has another structure.
+    /// If `a` has another structure.
     pub fn factorise(&mut self, a: &TreeMatrix) -> Result<(), Singular> {
         assert!(a.ranks() == self.ranks && a.blocks.len() == self.blocks, "blocks of a tree");
         let instructions = self.instructions;

@@ -3,26 +3,26 @@
 use super::flaw::{Flaw, at_least};
 use crate::error::InvalidInput;
 
-/// A finite number of modes and quadrature nodes. A model without has nothing to say.
+/// A finite number of modes and quadrature nodes. The defaults are for models without discretisation.
 pub trait Discretised {
-    /// Whether a finite number of modes stands for infinitely many.
+    /// Whether a finite number of modes approximates infinitely many.
     fn is_discretised(&self) -> bool {
         false
     }
 
-    /// Numbers of modes of all the series that the coordinates are coefficients of, those without modes included, in
-    /// their order; `None` for a system that is not discretised by series of which each one begins like a longer one.
+    /// Numbers of modes of all series whose coefficients are coordinates, in order, empty series included;
+    /// `None` for a system that is not discretised by hierarchical series (where a longer series contains the
+    /// shorter one).
     fn modes(&self) -> Option<Vec<usize>> {
         None
     }
 
-    /// How many coordinates that are no coefficients, those of joints, stand before each of these series, and behind the
-    /// last one.
+    /// Numbers of coordinates, such as those of joints, before each of these series and after the last one.
     fn coordinates_between(&self) -> Vec<usize> {
         self.modes().map_or_else(Vec::new, |modes| vec![0; modes.len() + 1])
     }
 
-    /// The same system with these numbers of modes, and more nodes; `None` where there would be too many.
+    /// The same system with these numbers of modes and enough nodes; `None` if there would be too many.
     fn with_modes(&self, _modes: &[usize]) -> Option<Self>
     where
         Self: Sized,
@@ -30,8 +30,8 @@ pub trait Discretised {
         None
     }
 
-    /// The same system in the same coordinates with so many times the quadrature nodes that it has by default; `None`
-    /// where it leaves none open, or would have too many.
+    /// The same system and coordinates with this multiple of the default number of quadrature nodes; `None`
+    /// if the nodes are fixed, or would be too many.
     fn with_nodes_times(&self, _factor: usize) -> Option<Self>
     where
         Self: Sized,
@@ -39,12 +39,12 @@ pub trait Discretised {
         None
     }
 
-    /// Why what is computed of this shape means nothing; `None` where it does mean something.
+    /// Reason why results for this shape are meaningless; `None` for a valid shape.
     fn flaw(&mut self, _q: &[f64]) -> Option<Flaw> {
         None
     }
 
-    /// Refuses a shape with a flaw; `place` is the name of `q`.
+    /// Rejects an invalid shape; `place` is the name of `q`.
     fn check_shape(&mut self, q: &[f64], place: &str) -> Result<(), InvalidInput> {
         let Some(flaw) = self.flaw(q) else { return Ok(()) };
         let expected = match flaw {

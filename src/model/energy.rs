@@ -9,12 +9,12 @@ pub struct Energy {
     pub elastic: f64,
     /// Potential energy in the gravity field, zero at the world's origin.
     pub gravitational: f64,
-    /// Potential energy of the loads that have one.
+    /// Potential energy of conservative loads.
     pub loads: f64,
 }
 
 impl Energy {
-    /// The sum of all parts: constant in free motion without damping.
+    /// Sum of all parts: constant in free motion without damping.
     pub fn total(&self) -> f64 {
         self.kinetic + self.elastic + self.gravitational + self.loads
     }

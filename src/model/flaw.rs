@@ -1,61 +1,62 @@
 //! Invalid shapes.
 
-/// One of the radii of two surfaces. What is not round has none.
+/// One of the radii of two surfaces. Surfaces that are not round have none.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Radius {
-    /// Overlap beyond which surfaces count as sunk.
+    /// The smaller radius. Surfaces count as sunk beyond an overlap of this size.
     Smaller,
-    /// Where the straight way leads so deep that surfaces may be pushed to either side.
+    /// The larger radius. Beyond an overlap of this size on a straight path, surfaces may be pushed out on
+    /// either side.
     Larger,
 }
 
-/// Why a shape is none that the model can have, or none that it can follow.
+/// Reason why a shape is invalid or cannot be followed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Flaw {
-    /// It turns by more than half a turn between neighbouring quadrature nodes.
+    /// The rod rotates by more than half a turn between neighbouring quadrature nodes.
     Unresolved {
-        /// How many times as many nodes it takes.
+        /// Required number of nodes over the present one.
         shortage: f64,
     },
-    /// It is turned inside out.
+    /// The rod is turned inside out.
     Inverted {
-        /// Arc length of the unstretched rod where it is worst, in metres.
+        /// Arc length of the unstretched rod at the worst section, in metres.
         at: f64,
-        /// The stretch there: length over length at rest, not positive.
+        /// Stretch of that section: length over rest length, not positive.
         stretch: f64,
     },
-    /// A tendon has pulled two points together: its force has no direction.
+    /// A tendon has pulled two points of its path together, and its force has no direction.
     Collapsed {
-        /// Its place among the actuators.
+        /// Index of the actuator.
         actuator: usize,
     },
-    /// A loop that should be closed is open, or a tendon that does not stretch is longer than it is told.
+    /// A closed loop is open, or an inextensible tendon is longer than commanded.
     Open {
-        /// Which one.
+        /// The violated constraint.
         held: Holder,
-        /// By how much: metres, or a difference of cosines.
+        /// Size of the gap: metres, or a difference of cosines.
         gap: f64,
     },
-    /// Surfaces have gone into each other by more than a radius, or through.
+    /// Surfaces overlap by more than a radius, or have passed through each other.
     Sunk {
-        /// The contact's place among those of the model.
+        /// Index of the contact in the model.
         contact: usize,
-        /// By how much they overlap, in metres.
+        /// Overlap in metres.
         overlap: f64,
     },
 }
 
-/// The constraint that is violated.
+/// A constraint.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Holder {
-    /// A loop, by its place among those of the model.
+    /// A loop, by its index in the model.
     Loop(usize),
-    /// A tendon that does not stretch, by its place among the actuators.
+    /// An inextensible tendon, by its index among the actuators.
     Tendon(usize),
 }
 
 impl std::fmt::Display for Flaw {
-    /// What the rod does.
+    /// Describes the problem of the rod.
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match *self {
             Self::Unresolved { .. } => {
@@ -95,10 +96,10 @@ impl std::fmt::Display for Rounded {
     }
 }
 
-/// ", at least 3 times as many": how many nodes a shape takes that they do not resolve, where that is a number anyone
-/// would ask for.
+/// ", at least 3 times as many": the number of nodes that would resolve a shape, if it is a reasonable
+/// number.
 pub(crate) fn at_least(shortage: f64) -> String {
-    /// More is no shape to be resolved but a state that has left all bounds.
+    /// Beyond this factor the state has diverged, and more nodes would not help.
     const MOST: f64 = 1000.0;
     if shortage < MOST { format!(", at least {:.0} times as many", shortage.ceil()) } else { String::new() }
 }

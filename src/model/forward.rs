@@ -3,7 +3,7 @@
 use super::Model;
 use crate::linalg::{Cholesky, Matrix, TreeLu, TreeMatrix};
 
-/// The mass matrix was not positive definite (or not finite), so that no acceleration exists.
+/// The mass matrix is not positive definite (or not finite), so that accelerations do not exist.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SingularMass;
 
@@ -15,12 +15,12 @@ impl std::fmt::Display for SingularMass {
 
 impl std::error::Error for SingularMass {}
 
-/// The matrices of a model that is a chain, as zeros: their structure.
+/// Zero matrices with the sparsity structure of a chain.
 #[derive(Clone, Debug)]
 pub struct Tree {
-    /// For [`Model::tree_tangent`].
+    /// Structure for [`Model::tree_tangent`].
     pub tangent: TreeMatrix,
-    /// For [`Model::tree_mass_matrix`].
+    /// Structure for [`Model::tree_mass_matrix`].
     pub mass: TreeMatrix,
 }
 
@@ -40,7 +40,7 @@ enum Mass {
 }
 
 impl ForwardScratch {
-    /// Scratch for a model of `n` coordinates that is no chain, or is to be treated as if it were none.
+    /// Scratch for a model of `n` coordinates with dense matrices.
     pub fn new(n: usize) -> Self {
         let mass = Mass::Dense { matrix: Matrix::zeros(n, n), cholesky: Cholesky::new(n) };
         Self { bias: vec![0.0; n], mass }
@@ -58,7 +58,7 @@ impl ForwardScratch {
     }
 }
 
-/// [`Model::forward_dynamics`] of any model without constraints.
+/// [`Model::forward_dynamics`] for models without constraints.
 pub(crate) fn solve<M: Model + ?Sized>(
     model: &mut M,
     q: &[f64],

@@ -34,24 +34,25 @@ pub use passing::Beside;
 pub(crate) use passing::{have_passed, have_touched};
 pub use tied::{Switch, Tied};
 
-/// A place along a rod.
+/// A section of a rod.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SectionPlace {
-    /// Number of the segment, all rods in a row.
+    /// Index of the segment, counted through all rods.
     pub segment: usize,
-    /// Fraction of its length.
+    /// Position as a fraction of the segment's length.
     pub x: f64,
 }
 
-/// What takes a twist of a section, (angular; linear), to its momentum per length; and derivatives with respect to its entries.
+/// Maps the twist of a section, (angular; linear), to its momentum per length. Also used for derivatives with
+/// respect to the entries of such a matrix.
 pub type InertiaMatrix = [[f64; 6]; 6];
 
 /// A mechanical system with generalised coordinates `q` (n of them), velocities `qd`, accelerations `qdd`.
 ///
-/// `tau(q, qd, qdd)` is the generalised force that the motion needs, elasticity, damping and dead loads
-/// included: it is zero in free motion. A model owns its scratch memory, hence `&mut self`; all its methods
-/// are pure functions of their arguments otherwise (and of the time last set), and none of them allocates.
-/// Slices of the wrong length are a programming error and panic; the bindings check them first.
+/// `tau(q, qd, qdd)` is the generalised force that a motion requires, including elasticity, damping and dead
+/// loads; it is zero in free motion. A model owns its scratch memory, hence `&mut self`. Apart from that, and
+/// from the time last set, all methods are pure functions of their arguments, and none allocates. Slices of
+/// the wrong length are a programming error and panic; the bindings check lengths first.
 pub trait Model: Elastic + InTime + Discretised + Tied {
     /// Number of generalised coordinates.
     fn n(&self) -> usize;
@@ -59,8 +60,8 @@ pub trait Model: Elastic + InTime + Discretised + Tied {
     /// Generalised forces `tau` of a motion.
     fn inverse_dynamics(&mut self, q: &[f64], qd: &[f64], qdd: &[f64], tau: &mut [f64]);
 
-    /// `weights[0] dtau/dq + weights[1] dtau/dqd + weights[2] dtau/dqdd`, exact, in one sweep.
-    /// With the weights of an implicit step this is that step's Jacobian.
+    /// `weights[0] dtau/dq + weights[1] dtau/dqd + weights[2] dtau/dqdd`, exact, in one sweep: the Jacobian
+    /// of an implicit step for its weights.
     fn weighted_tangent(
         &mut self,
         q: &[f64],
@@ -70,14 +71,14 @@ pub trait Model: Elastic + InTime + Discretised + Tied {
         tangent: &mut Matrix,
     );
 
-    /// The first coordinates of the rotation vectors among the coordinates. Integrators keep them no longer than pi, and
-    /// their results too.
+    /// Index of the first component of each rotation vector in q. Integrators and their results keep rotation
+    /// vectors no longer than pi.
     fn rotation_vectors(&self) -> &[usize] {
         &[]
     }
 
-    /// About how many inverse dynamics cost as much as a weighted tangent: decides when an implicit step renews its
-    /// Jacobian.
+    /// Approximate cost of a weighted tangent in units of inverse dynamics; determines when an implicit step
+    /// updates its Jacobian.
     fn tangent_cost(&self) -> f64 {
         3.0
     }
@@ -85,8 +86,8 @@ pub trait Model: Elastic + InTime + Discretised + Tied {
     /// The derivative of `tau` with respect to the inputs, n x m, exact.
     fn input_tangent(&mut self, _q: &[f64], _qd: &[f64], _qdd: &[f64], _tangent: &mut Matrix) {}
 
-    /// Where the inertia of sections counts, where that acts on nothing but the forces along rods; none where more depends on it,
-    /// or the coordinates are not all free. Allocates.
+    /// Sections whose inertia affects only the forces along rods; empty if other quantities depend on it, or
+    /// if coordinates are prescribed. Allocates.
     fn section_places(&self) -> Vec<SectionPlace> {
         Vec::new()
     }
@@ -103,13 +104,14 @@ pub trait Model: Elastic + InTime + Discretised + Tied {
     ) {
     }
 
-    /// How many segments, the first ones, have lengths on which nothing depends but the rods that they are parts of: all of them, or
-    /// none where more depends on one, such as the place of a load inside a rod.
+    /// Number of leading segments whose lengths affect nothing except their rods: all segments, or none if
+    /// other quantities depend on a length, such as the place of a load inside a rod.
     fn free_lengths(&self) -> usize {
         0
     }
 
-    /// Adds the derivatives of the power `rates . tau` with respect to the length of each of the [`Self::free_lengths`]. Allocates.
+    /// Adds the derivatives of the power `rates . tau` with respect to the length of each of the
+    /// [`Self::free_lengths`] segments. Allocates.
     fn add_power_by_length(
         &mut self,
         _q: &[f64],
@@ -123,8 +125,8 @@ pub trait Model: Elastic + InTime + Discretised + Tied {
     /// The symmetric positive definite mass matrix.
     fn mass_matrix(&mut self, q: &[f64], mass: &mut Matrix);
 
-    /// The structure of tangent and mass matrix, when the model is a chain so long that it is cheaper to evaluate and
-    /// solve with them as such. Allocates; not for step loops.
+    /// Structure of tangent and mass matrix for long chains, for which sparse evaluation and factorisation
+    /// are cheaper. Allocates; not for step loops.
     fn tree(&self) -> Option<Tree> {
         None
     }
@@ -147,7 +149,7 @@ pub trait Model: Elastic + InTime + Discretised + Tied {
         unreachable!("the model is no chain");
     }
 
-    /// [`Self::mass_matrix`] of a model that is a chain; symmetric to rounding.
+    /// [`Self::mass_matrix`] for a chain; symmetric to rounding.
     fn tree_mass_matrix(&mut self, _q: &[f64], _mass: &mut TreeMatrix) {
         unreachable!("the model is no chain");
     }
@@ -155,20 +157,19 @@ pub trait Model: Elastic + InTime + Discretised + Tied {
     /// The energies of a state.
     fn energy(&mut self, q: &[f64], qd: &[f64]) -> Energy;
 
-    /// Power that damping takes out of the motion, in watts, never negative.
+    /// Power dissipated by damping, in watts, never negative.
     fn dissipated_power(&mut self, q: &[f64], qd: &[f64]) -> f64;
 
-    /// Where the tip is, in the frame of the model, in metres: what an accuracy is measured at.
+    /// Position of the tip in the frame of the model, in metres, at which accuracy is measured.
     fn tip(&mut self, q: &[f64]) -> [f64; 3];
 
-    /// Appends the places that an accuracy is measured at, in the frame of the model, in metres: as many in every state.
-    /// By default the tip.
+    /// Appends the positions at which accuracy is measured, in the frame of the model, in metres; their
+    /// number is constant. Default: the tip.
     fn places(&mut self, q: &[f64], places: &mut Vec<[f64; 3]>) {
         places.push(self.tip(q));
     }
 
-    /// How far the one of these places that moves most moves from one state to another, in metres. Allocates; not for
-    /// step loops.
+    /// Largest displacement of these positions between two states, in metres. Allocates; not for step loops.
     fn moved(&mut self, from: &[f64], to: &[f64]) -> f64 {
         let mut places = Vec::new();
         self.places(from, &mut places);
@@ -180,39 +181,41 @@ pub trait Model: Elastic + InTime + Discretised + Tied {
         from.iter().zip(to).map(square).fold(0.0, largest).sqrt()
     }
 
-    /// The length of the model, in metres: what errors of the tip are relative to.
+    /// Length of the model, in metres: the reference for relative errors of the tip.
     fn length(&self) -> f64;
 
-    /// False where [`Self::dissipated_power`] is zero whatever the state, so that a run does not integrate it.
+    /// False if [`Self::dissipated_power`] is always zero, so that a run need not integrate it.
     fn is_damped(&self) -> bool {
         true
     }
 
-    /// True where more than the damping of what the model is made of depends on velocities: drag, a current, a base
-    /// that moves. The stability of an equilibrium is then that of the whole linearised motion, for a current also
-    /// gives the stiffness its unsymmetric part, and a turning base its negative one.
+    /// Whether forces other than material damping depend on velocities: drag, a current, a moving base. The
+    /// stability of an equilibrium then follows from the whole linearised motion, because a current adds an
+    /// unsymmetric part to the stiffness and a rotating base a negative part.
     fn has_velocity_forces(&self) -> bool {
         false
     }
 
-    /// True where surfaces can touch: forces then set in at once, and what is infinitely fast must be damped.
+    /// Whether the model has contacts, whose forces set in abruptly, so that very fast vibrations must be
+    /// damped.
     fn has_contact(&self) -> bool {
         false
     }
 
-    /// True where some forces may act in a part of all states only: contact, stops of joints, slack tendons, saturated motors.
+    /// Whether some forces act only in part of the state space: contacts, joint stops, slack tendons,
+    /// saturated motors.
     fn has_one_sided_forces(&self) -> bool {
         self.has_contact()
     }
 
-    /// Lets surfaces pass through each other from now on, or no more.
+    /// Disables contact forces, or enables them again.
     fn leave_contact(&mut self, _is_left: bool) {}
 
-    /// From now on tangents linearise friction as suits an iteration that begins anew, or that has taken this part of the last
-    /// increment; with nothing they are exact again.
+    /// Selects the linearisation of friction for an iteration: at its start, or after a step that took this
+    /// fraction of the last increment. `None` selects exact tangents.
     fn follow_friction(&mut self, _length: Option<f64>) {}
 
-    /// Where surfaces have gone into each other by more than a radius.
+    /// A contact whose surfaces overlap by more than a radius, if any.
     fn sunk(&mut self, _q: &[f64]) -> Option<Flaw> {
         None
     }
@@ -225,24 +228,24 @@ pub trait Model: Elastic + InTime + Discretised + Tied {
     /// Takes down where surfaces are in a shape: [`Self::have_passed`] goes on from there.
     fn note_surfaces(&mut self, _q: &[f64]) {}
 
-    /// Whether surfaces pass through each other on the straight way from what was noted to a shape, which is noted then: whether
-    /// they overlap by more than half of that radius there.
+    /// Whether surfaces pass through each other, or overlap by more than half of the given radius, on the
+    /// straight path from the stored shape to `q`. Stores `q` afterwards.
     fn have_passed(&mut self, _q: &[f64], _radius: Radius) -> bool {
         false
     }
 
-    /// Whether surfaces meet too hard for a step of size `h`, in seconds, that begins with the coordinates and velocities
-    /// `before` and ends in a motion: too hard to see the impact rise and fall.
+    /// Whether an impact in a step of size `h`, in seconds, from the coordinates and velocities `before` to
+    /// the given motion is too hard to be resolved by that step.
     fn is_jolted(&mut self, _before: [&[f64]; 2], _motion: [&[f64]; 3], _h: f64) -> bool {
         false
     }
 
-    /// Whether surfaces touch in the state that was looked at last.
+    /// Whether surfaces touch in the state evaluated last.
     fn is_touched(&self) -> bool {
         false
     }
 
-    /// Whether surfaces are so near each other there that they may touch in the next one.
+    /// Whether surfaces in the state evaluated last are so close that they may touch in the next one.
     fn may_touch(&self) -> bool {
         false
     }
@@ -252,19 +255,19 @@ pub trait Model: Elastic + InTime + Discretised + Tied {
         false
     }
 
-    /// Power that what has no potential (moments of fixed direction, loads that vary, a base that is moved) puts into
-    /// the motion, in watts. The accelerations matter where a base is moved.
+    /// Power of forces without a potential (moments of fixed direction, varying loads, a moving base), in
+    /// watts. Accelerations matter only for a moving base.
     fn supplied_power(&mut self, _q: &[f64], _qd: &[f64], _qdd: &[f64]) -> f64 {
         0.0
     }
 
-    /// False where [`Self::supplied_power`] is zero whatever the state, so that a run does not integrate it.
+    /// False if [`Self::supplied_power`] is always zero, so that a run need not integrate it.
     fn is_driven(&self) -> bool {
         false
     }
 
-    /// Accelerations of the free motion: `qdd` with `tau(q, qd, qdd) = 0`, by a solve of `M qdd = -tau(q, qd, 0)`:
-    /// Cholesky's, or that of a chain. `scratch` must be of this model.
+    /// Accelerations of the free motion: solves `M qdd = -tau(q, qd, 0)` for `tau(q, qd, qdd) = 0`, by
+    /// Cholesky factorisation or by the factorisation of a chain. `scratch` must belong to this model.
     fn forward_dynamics(
         &mut self,
         q: &[f64],

@@ -19,7 +19,7 @@ const SHALLOW: f64 = 1e-4;
 /// Shapes within a step that are looked at, at most.
 const MOST_LOOKS: usize = 256;
 
-/// Whether surfaces of a model pass through each other on a way of which these times and shapes are known.
+/// Whether surfaces of a model pass through each other along a path given by times and shapes.
 pub(crate) fn have_passed<'a, M: Model + ?Sized>(
     model: &mut M,
     way: impl Iterator<Item = (f64, &'a [f64])>,

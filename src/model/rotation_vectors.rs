@@ -1,13 +1,13 @@
-//! Rotation vectors among the coordinates: kept where they are no longer than pi, far from their singularity.
+//! Rotation vectors among the coordinates, kept no longer than pi to avoid their singularity.
 
 use std::f64::consts::{PI, TAU};
 
-/// Replaces every rotation vector that is longer than pi by the one of the same rotation that is not,
-/// `phi' = (1 - 2 pi k / |phi|) phi` with k turns, and its velocities and accelerations by the derivatives of that. Returns
-/// whether there was any.
+/// Replaces every rotation vector longer than pi by the equivalent shorter one, `phi' = (1 - 2 pi k / |phi|)
+/// phi` with k turns, and its velocities and accelerations by the derivatives of that expression. Returns
+/// whether any vector changed.
 ///
-/// `first` are the first coordinates of the rotation vectors; all `accelerations`, those of a method among them, are
-/// replaced likewise. The coordinates of a rotation vector are singular at 2 pi: a step that starts within pi stays
+/// `first` are the indices of the rotation vectors' first components. All `accelerations`, including those of
+/// an integrator, are transformed. Rotation vectors are singular at 2 pi: a step that starts within pi stays
 /// clear of that.
 pub(crate) fn wrap(first: &[usize], q: &mut [f64], v: &mut [f64], accelerations: &mut [&mut [f64]]) -> bool {
     let mut has_wrapped = false;
@@ -50,7 +50,7 @@ mod tests {
     use super::*;
     use crate::lie::{Quaternion, Vector};
 
-    /// The vector of a motion with constant second derivative, after a time.
+    /// The vector after a time of motion with constant second derivative.
     fn moved([phi, rate, second]: [[f64; 3]; 3], t: f64) -> [f64; 3] {
         std::array::from_fn(|i| phi[i] + t * (rate[i] + 0.5 * t * second[i]))
     }

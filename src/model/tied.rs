@@ -1,32 +1,32 @@
-//! Closed loops of a model.
+//! Constraints of a model, such as closed loops.
 
 use super::Flaw;
 use crate::error::InvalidInput;
 use crate::linalg::Matrix;
 
-/// The change of the active constraints.
+/// Change of the set of active constraints.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Switch {
-    /// Nothing: all multipliers and gaps are on their sides.
+    /// No change: all multipliers and gaps have admissible signs.
     Nothing,
-    /// One holds no more.
+    /// One constraint was released.
     LetGo,
-    /// Some hold that did not.
+    /// Some constraints became active.
     TakenUp,
 }
 
-/// What ties the coordinates of a model beyond its equations of motion: m constraints `g(q, t) = 0`, held by multipliers,
-/// `tau + G^T lambda = 0` with `G = dg/dq`. The defaults are those of a model without any.
+/// Constraints on the coordinates of a model: m equations `g(q, t) = 0` with multipliers in `tau + G^T lambda
+/// = 0`, where `G = dg/dq`. The defaults are for models without constraints.
 pub trait Tied {
     /// Number of constraints m.
     fn constraints(&self) -> usize {
         0
     }
 
-    /// From now on inverse dynamics and their tangents are those of `tau + G^T lambda`. Zero at first.
+    /// Adds the constraint forces `G^T lambda` to inverse dynamics and their tangents. Zero initially.
     fn set_multipliers(&mut self, _multipliers: &[f64]) {}
 
-    /// Refuses closed loops, for what does not hold them.
+    /// Rejects models with constraints, on behalf of a method that does not support them.
     fn check_untied(&self, what: &str) -> Result<(), InvalidInput> {
         if self.constraints() == 0 {
             return Ok(());
@@ -38,25 +38,26 @@ pub trait Tied {
         Err(InvalidInput::new("model", found, format!("{expected}: {what} does not hold them yet")))
     }
 
-    /// Whether constraints hold one way only: `g <= 0`, with multipliers that are not below zero. Those that do not hold at
-    /// a time have gaps and rows of G that are zero, and no multiplier.
+    /// Whether constraints are one-sided: `g <= 0` with non-negative multipliers. Inactive constraints have
+    /// zero gaps, zero rows of G and zero multipliers.
     fn is_one_sided(&self) -> bool {
         false
     }
 
-    /// Which constraints hold.
+    /// Which constraints are active.
     fn held(&self) -> Vec<bool> {
         vec![true; self.constraints()]
     }
 
-    /// From now on those hold whose multipliers are not zero.
+    /// Makes exactly the constraints with non-zero multipliers active.
     fn release(&mut self, _multipliers: &[f64]) {}
 
-    /// From now on those hold that are not open in a shape, and do not open with these velocities.
+    /// Makes exactly the constraints active that are not open in a shape and do not open with these
+    /// velocities.
     fn release_open(&mut self, _q: &[f64], _qd: Option<&[f64]>) {}
 
-    /// Takes up those that are passed in a shape; where there are none, lets go of the one whose multiplier is the lowest
-    /// below zero, and sets that to zero.
+    /// Activates the constraints violated in a shape. If there are none, releases the one with the most
+    /// negative multiplier, and sets this multiplier to zero.
     fn switch(&mut self, _q: &[f64], _multipliers: &mut [f64]) -> Switch {
         Switch::Nothing
     }
@@ -83,7 +84,8 @@ pub trait Tied {
     /// G, m x n.
     fn gap_jacobian(&mut self, _q: &[f64], _jacobian: &mut Matrix) {}
 
-    /// The loop that is most open in a shape, where that is more than a method leaves that holds it.
+    /// The constraint with the largest gap in a shape, if the gap exceeds the error of a method that enforces
+    /// constraints.
     fn open_loop(&mut self, _q: &[f64]) -> Option<Flaw> {
         None
     }

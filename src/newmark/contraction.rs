@@ -1,4 +1,4 @@
-//! The convergence rate of Newton's method with an old Jacobian.
+//! Convergence rate of Newton's method with an old Jacobian.
 
 use crate::tape::Tape;
 

@@ -1,9 +1,11 @@
-//! Newton's method for the accelerations at the end of a step, which reuses its Jacobian while it converges.
+//! Newton's method for the accelerations at the end of a step, with a Jacobian that is reused while it
+//! converges.
 //!
-//! The iteration stops by its increments, not by the residual: they have the units of the unknowns, whatever the units
-//! and sizes of the equations. The error that remains after an increment is estimated from the contraction rate, which a
-//! second iteration measures and a first one predicts from what earlier steps have measured ([`Contraction`]). This
-//! saves the iteration that would only confirm the last one, and makes a wrong Jacobian visible.
+//! Increments, not residuals, decide when the iteration stops: they have the units of the unknowns, for any
+//! units and scales of the equations. The error remaining after an increment is estimated from the
+//! contraction rate. A second iteration measures this rate; after the first iteration it is predicted from
+//! measurements in earlier steps ([`Contraction`]). The prediction saves an iteration that would only confirm
+//! the previous one, and reveals wrong Jacobians.
 
 use super::contraction::{Contraction, iterations_needed, remaining_error};
 use super::jacobian::Jacobian;

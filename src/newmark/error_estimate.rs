@@ -1,4 +1,4 @@
-//! The error estimate of Zienkiewicz and Xie (1991), without its blind spots, and the step size that follows from it.
+//! Error estimate of Zienkiewicz and Xie (1991), corrected where it is blind, and the resulting step size.
 
 use super::Scheme;
 use crate::error::Checker;

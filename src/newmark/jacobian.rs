@@ -1,4 +1,4 @@
-//! The Jacobian of a step: the derivative of its residual with respect to the accelerations.
+//! Jacobian of a step: the derivative of its residual with respect to the accelerations.
 
 use super::linear_system::LinearSystem;
 use super::trial::Trial;

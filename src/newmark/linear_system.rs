@@ -1,4 +1,4 @@
-//! The linear systems of Newton's method: a Jacobian with its factors.
+//! Linear systems of Newton's method: a Jacobian with its factors.
 
 use crate::constraint::Saddle;
 use crate::error::InvalidInput;

@@ -1,12 +1,13 @@
 //! The Newmark family for second-order equations of motion `r(t, q, v, a) = 0`: Newmark's method, HHT-alpha and
 //! generalised-alpha, with steps of fixed or adaptive size.
 //!
-//! The unknowns of a step are the accelerations at its end; displacements and velocities there are affine in them
-//! ([`Scheme::weights`]), so that all members share one step. Its equations are solved by Newton's method with a
-//! Jacobian that is kept from step to step while it serves. A step whose equations could not be solved is never
-//! accepted: it is cut when step sizes are adaptive, and otherwise ends the integration with a status that says why.
+//! The unknowns of a step are the accelerations at its end. Displacements and velocities there are affine in
+//! them ([`Scheme::weights`]), so that all members of the family share one implementation. The equations of a
+//! step are solved by Newton's method with a Jacobian that is kept from step to step while it converges. A
+//! step whose equations could not be solved is never accepted: adaptive steps are shortened, and with fixed
+//! steps the integration ends with a status that says why.
 //!
-//! [`solve`] integrates over an interval and collects the motion; [`Stepper`] is the same step by step.
+//! [`solve`] integrates over an interval and collects the motion; [`Stepper`] integrates step by step.
 //!
 //! ```
 //! use lissom::newmark::{Options, solve};

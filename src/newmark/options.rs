@@ -6,24 +6,25 @@ use crate::ode::Tolerance;
 use crate::roots::Derivative;
 use crate::second_order::check_problem;
 
-/// What the accelerations of a step are guessed to be before the first Newton iteration.
+/// Initial guess of the accelerations of a step, before the first Newton iteration.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Predictor {
-    /// Zero, the last, or the two last extrapolated: whichever would have been best for the last step.
+    /// Zero, the last accelerations, or an extrapolation of the last two: whichever would have been best for
+    /// the last step.
     #[default]
     Best,
-    /// Those of the last step.
+    /// Accelerations of the last step.
     Last,
     /// Zero, as in the lab.
     Zero,
 }
 
-/// How the step size is chosen.
+/// Step-size selection.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum StepSize {
-    /// Always `dt`; the last step is shorter where the interval is no multiple of it.
+    /// Always `dt`; the last step is shorter if the interval is not a multiple of it.
     Fixed,
-    /// By the error estimate of Zienkiewicz and Xie (1991), starting with `dt`.
+    /// By the error estimate of Zienkiewicz and Xie (1991), with initial step `dt`.
     Adaptive {
         /// Largest step size; may be infinite.
         max_step: f64,
@@ -32,33 +33,33 @@ pub enum StepSize {
     },
 }
 
-/// How to integrate.
+/// Options of an integration.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Options {
-    /// Member of the Newmark family; [`Scheme::AVERAGE_ACCELERATION`] unless said otherwise.
+    /// Member of the Newmark family. Default: [`Scheme::AVERAGE_ACCELERATION`].
     pub scheme: Scheme,
-    /// Step size, or the first one.
+    /// Step size, or initial step size.
     pub dt: f64,
-    /// Fixed unless said otherwise.
+    /// Step-size selection. Default: fixed.
     pub step_size: StepSize,
-    /// Where the Jacobian of a step comes from; [`Derivative::Analytic`] unless said otherwise.
+    /// Source of the Jacobian of a step. Default: [`Derivative::Analytic`].
     pub derivative: Derivative,
-    /// Relative tolerance; 1e-6 unless said otherwise. The Newton iteration of a step ends when the error that it
-    /// leaves in the accelerations is estimated below `atol[i] + rtol[i] |a[i]|`, as root mean square over the
-    /// coordinates. With adaptive steps the local errors of displacements and velocities are kept below
-    /// `atol[i] + rtol[i] |q[i]|` and `atol[i] + rtol[i] |v[i]|` in the same way.
+    /// Relative tolerance. Default: 1e-6. The Newton iteration of a step ends when the estimated remaining
+    /// error of the accelerations, relative to `atol[i] + rtol[i] |a[i]|`, is below one in the root mean
+    /// square over the coordinates. With adaptive steps the local errors of displacements and velocities,
+    /// relative to `atol[i] + rtol[i] |q[i]|` and `atol[i] + rtol[i] |v[i]|`, are controlled in the same way.
     pub rtol: Tolerance,
-    /// Absolute tolerance; 1e-9 unless said otherwise. Its number is used in units of q, of q per time and of q per
+    /// Absolute tolerance. Default: 1e-9. The same number is used in units of q, of q per time and of q per
     /// time squared.
     pub atol: Tolerance,
-    /// First guess of the accelerations; [`Predictor::Best`] unless said otherwise.
+    /// Initial guess of the accelerations. Default: [`Predictor::Best`].
     pub predictor: Predictor,
-    /// Whether a factorised Jacobian is kept from step to step while Newton's method converges with it; it is unless
-    /// said otherwise.
+    /// Whether a factorised Jacobian is kept from step to step while Newton's method converges with it.
+    /// Default: true.
     pub reuse_jacobian: bool,
-    /// Accelerations at the start; they are solved for when `None`.
+    /// Accelerations at the start; `None` solves for them.
     pub initial_acceleration: Option<Vec<f64>>,
-    /// Largest number of accepted steps; no limit unless said otherwise.
+    /// Maximum number of accepted steps. Default: no limit.
     pub max_steps: usize,
 }
 
@@ -66,7 +67,7 @@ pub struct Options {
 const SMALLEST_RTOL: f64 = 10.0 * f64::EPSILON;
 
 impl Options {
-    /// The defaults for steps of size `dt`.
+    /// Defaults for steps of size `dt`.
     pub fn new(dt: f64) -> Self {
         Self {
             scheme: Scheme::AVERAGE_ACCELERATION,

@@ -2,7 +2,8 @@
 
 use crate::error::{Checker, InvalidInput};
 
-/// A member of the Newmark family: how displacements and velocities at the end of a step follow from accelerations.
+/// A member of the Newmark family: the relation of displacements and velocities at the end of a step to
+/// accelerations.
 ///
 /// With the step size h and algorithmic accelerations `s`,
 ///
@@ -12,11 +13,12 @@ use crate::error::{Checker, InvalidInput};
 /// (1 - alpha_m) s1 + alpha_m s0 = (1 - alpha_f) a1 + alpha_f a0
 /// ```
 ///
-/// where the true accelerations `a` balance the equations of motion at the ends of the step. For the plain method of
-/// Newmark (1959) `alpha_m = alpha_f = 0` and `s = a`. The others are the methods of Hilber, Hughes and Taylor (1977)
-/// and of Chung and Hulbert (1993), in the form of Arnold and Bruels (2007), which keeps order 2 when the mass matrix
-/// depends on the configuration and for which equations of motion are evaluated at the end of the step only. With a
-/// constant mass matrix it is the original one, with forces averaged over the step.
+/// where the true accelerations `a` satisfy the equations of motion at the ends of the step. For the original
+/// method of Newmark (1959) `alpha_m = alpha_f = 0` and `s = a`. The other members are the methods of Hilber,
+/// Hughes and Taylor (1977) and of Chung and Hulbert (1993), in the form of Arnold and Bruels (2007), which
+/// has order 2 also if the mass matrix depends on the configuration, and evaluates equations of motion only
+/// at the end of a step. For a constant mass matrix it equals the original form, with forces averaged over
+/// the step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scheme {
     beta: f64,
@@ -55,8 +57,8 @@ impl Scheme {
         Self { beta, gamma, alpha_m: 0.0, alpha_f: 0.0 }
     }
 
-    /// Newmark's method. `beta` in [0, 1] and `gamma` in [1/2, 3/2]: below 1/2 oscillations grow whatever the step,
-    /// above it the method damps them and has order 1.
+    /// Newmark's method. `beta` in [0, 1] and `gamma` in [1/2, 3/2]: below 1/2 oscillations grow for any step
+    /// size, above 1/2 the method damps them and has order 1.
     pub fn newmark(beta: f64, gamma: f64) -> Result<Self, InvalidInput> {
         let mut checker = Checker::new();
         checker.require(
@@ -75,8 +77,8 @@ impl Scheme {
         Ok(Self::plain(beta, gamma))
     }
 
-    /// The alpha method of Hilber, Hughes and Taylor, `alpha` in [-1/3, 0]: order 2, unconditionally stable, damps
-    /// unresolved oscillations the more the smaller alpha is; 0 is [`Self::AVERAGE_ACCELERATION`].
+    /// The alpha method of Hilber, Hughes and Taylor, `alpha` in [-1/3, 0]: order 2, unconditionally stable.
+    /// Smaller values damp unresolved oscillations more strongly; 0 is [`Self::AVERAGE_ACCELERATION`].
     pub fn hht(alpha: f64) -> Result<Self, InvalidInput> {
         let expected = "a number in [-1/3, 0], where the method is stable whatever the step";
         let mut checker = Checker::new();
@@ -85,9 +87,9 @@ impl Scheme {
         Ok(Self::second_order(0.0, -alpha))
     }
 
-    /// The generalised-alpha method of Chung and Hulbert by the spectral radius `rho_inf` in [0, 1] with which it damps
-    /// infinitely fast oscillations: 1 conserves them, 0 annihilates them in one step. Order 2, unconditionally stable,
-    /// and for given `rho_inf` the least damping of the slow motions.
+    /// The generalised-alpha method of Chung and Hulbert, by the spectral radius `rho_inf` in [0, 1] for
+    /// infinitely fast oscillations: 1 conserves them, 0 removes them in one step. Order 2, unconditionally
+    /// stable, with the least damping of slow motions for given `rho_inf`.
     pub fn generalised_alpha(rho_inf: f64) -> Result<Self, InvalidInput> {
         let expected = "a number in [0, 1]: the spectral radius for infinitely fast oscillations";
         let mut checker = Checker::new();
@@ -103,12 +105,12 @@ impl Scheme {
         Self { beta: 0.25 * (1.0 - shift) * (1.0 - shift), gamma: 0.5 - shift, alpha_m, alpha_f }
     }
 
-    /// beta of the displacement update.
+    /// Parameter beta of the displacement update.
     pub fn beta(&self) -> f64 {
         self.beta
     }
 
-    /// gamma of the velocity update.
+    /// Parameter gamma of the velocity update.
     pub fn gamma(&self) -> f64 {
         self.gamma
     }
@@ -123,12 +125,12 @@ impl Scheme {
         self.alpha_f
     }
 
-    /// Order of convergence: 2, or 1 where gamma is not `1/2 - alpha_m + alpha_f`.
+    /// Order of convergence: 2, or 1 if gamma differs from `1/2 - alpha_m + alpha_f`.
     pub fn order(&self) -> usize {
         if (self.gamma - 0.5 + self.shift()).abs() < ORDER_TOLERANCE { 2 } else { 1 }
     }
 
-    /// Largest `omega h` of an undamped linear oscillation for which it does not grow; infinite for the unconditionally
+    /// Largest `omega h` for which an undamped linear oscillation does not grow; infinite for unconditionally
     /// stable members (Hughes 1987, eq. 9.1.23).
     pub fn stability_limit(&self) -> f64 {
         let lack = 0.5 * self.gamma - self.beta;
@@ -155,8 +157,8 @@ impl Scheme {
         (1.0 - self.alpha_f) / (1.0 - self.alpha_m)
     }
 
-    /// Derivatives of displacement, velocity and acceleration at the end of a step of size `h` with respect to the
-    /// acceleration there: the weights of stiffness, damping and mass in the Jacobian of the step.
+    /// Derivatives of displacement, velocity and acceleration at the end of a step of size `h` with respect
+    /// to the acceleration there: the weights of stiffness, damping and mass in the Jacobian of the step.
     pub fn weights(&self, h: f64) -> [f64; 3] {
         [self.gain() * self.beta * h * h, self.gain() * self.gamma * h, 1.0]
     }
@@ -199,32 +201,33 @@ pub(crate) struct Carried {
     pub(crate) gain: f64,
 }
 
-/// The parameters that a named method may take; `None` where not given.
+/// Parameters of a named method; `None` selects the default.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Parameters {
-    /// For `newmark`; 1/4 unless given.
+    /// Parameter of `newmark`. Default: 1/4.
     pub beta: Option<f64>,
-    /// For `newmark`; 1/2 unless given.
+    /// Parameter of `newmark`. Default: 1/2.
     pub gamma: Option<f64>,
-    /// For `hht`; [`Parameters::HHT_ALPHA`] unless given.
+    /// Parameter of `hht`. Default: [`Parameters::HHT_ALPHA`].
     pub alpha: Option<f64>,
-    /// For `generalised_alpha`; [`Parameters::RHO_INF`] unless given.
+    /// Parameter of `generalised_alpha`. Default: [`Parameters::RHO_INF`].
     pub rho_inf: Option<f64>,
 }
 
 impl Parameters {
-    /// Default alpha of HHT: unresolved oscillations lose 18 percent a step.
+    /// Default alpha of HHT: unresolved oscillations lose 18 percent per step.
     pub const HHT_ALPHA: f64 = -0.1;
-    /// Default spectral radius of the generalised-alpha method: unresolved oscillations lose 20 percent a step.
+    /// Default spectral radius of the generalised-alpha method: unresolved oscillations lose 20 percent per
+    /// step.
     pub const RHO_INF: f64 = 0.8;
 
-    /// Whether none is given.
+    /// Whether no parameter is given.
     pub fn is_empty(&self) -> bool {
         *self == Self::default()
     }
 }
 
-/// The names that [`Scheme::by_name`] knows.
+/// Names accepted by [`Scheme::by_name`].
 pub const METHODS: [&str; 7] = [
     "newmark",
     "average_acceleration",
@@ -236,8 +239,8 @@ pub const METHODS: [&str; 7] = [
 ];
 
 impl Scheme {
-    /// The scheme with one of the names of [`METHODS`] (`generalized_alpha` is understood too). Parameters that the
-    /// method does not take are refused.
+    /// The scheme with one of the names in [`METHODS`] (or `generalized_alpha`). Parameters that the method
+    /// does not have are rejected.
     pub fn by_name(name: &str, parameters: &Parameters) -> Result<Self, InvalidInput> {
         let Parameters { beta, gamma, alpha, rho_inf } = *parameters;
         let taken: &[&str] = match name {

@@ -1,10 +1,10 @@
-//! How far to go along an increment of Newton's method where surfaces touch.
+//! Line search along an increment of Newton's method for models with contact.
 //!
-//! Pressing and rubbing surfaces, with the normal force of friction as it is, have a convex potential of the velocities (Castro,
-//! Permenter and Han 2022), whose derivative along the increment is the work of the residual. That falls from where the increment
-//! begins, through zero at the minimum. An increment is long enough when little of the work is left, or when it has grown no more
-//! than that beyond the minimum (Matthies and Strang 1979). The size of the next increment is no measure of this: it jumps as
-//! friction reverses.
+//! With a fixed normal force of friction, contact and friction forces have a convex potential of the
+//! velocities (Castro, Permenter and Han 2022), whose derivative along the increment is the work of the
+//! residual. This work decreases along the increment and vanishes at the minimum. A length is accepted if
+//! little of the work is left, before or beyond the minimum (Matthies and Strang 1979). The size of the next
+//! increment is not a suitable measure, because it jumps when friction reverses.
 
 /// So much of the work may be left beyond the minimum (Matthies and Strang 1979, section 5).
 const BEYOND: f64 = 0.5;

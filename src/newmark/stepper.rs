@@ -34,10 +34,10 @@ enum Guess {
     Extrapolated,
 }
 
-/// An integration that is carried out step by step. All memory is allocated until the accelerations at the start are
+/// An integration performed step by step. All memory is allocated by the time the initial accelerations are
 /// known.
 ///
-/// The stepper does not own the equations of motion; the same ones must be given to every call.
+/// The stepper does not own the equations of motion; pass the same ones to every call.
 #[derive(Clone, Debug)]
 pub struct Stepper {
     options: Options,
@@ -84,7 +84,7 @@ pub struct Stepper {
 }
 
 impl Stepper {
-    /// Prepares the integration of `n` coordinates from `q0`, `v0` over `t_span`. Evaluates nothing yet.
+    /// Prepares the integration of `n` coordinates from `q0`, `v0` over `t_span`. Evaluates nothing.
     pub fn new(
         n: usize,
         t_span: (f64, f64),
@@ -137,8 +137,8 @@ impl Stepper {
         })
     }
 
-    /// Solves for the accelerations at the start. [`Self::step`] does this when it has not been done.
-    /// `Some(status)` when there are none that could be found.
+    /// Solves for the accelerations at the start. [`Self::step`] calls this if necessary. Returns
+    /// `Some(status)` if there are none.
     pub fn start<S: System + ?Sized>(&mut self, system: &mut S) -> Result<Option<Status>, Interrupted> {
         if self.started {
             return Ok(self.status);
@@ -181,12 +181,12 @@ impl Stepper {
         }
     }
 
-    /// Makes one accepted step. `Some(status)` when the integration is over: the end was reached, or no step could be
-    /// made, which leaves the state as it was. After an interruption the state is that of the last accepted step, and
-    /// stepping may be tried again.
+    /// Makes one accepted step. Returns `Some(status)` if the integration has ended: the end was reached, or
+    /// no step could be made, which leaves the state unchanged. After an interruption the state is that of
+    /// the last accepted step, and the step can be repeated.
     ///
     /// # Panics
-    /// When the integration was over before.
+    /// If the integration had already ended.
     pub fn step<S: System + ?Sized>(&mut self, system: &mut S) -> Result<Option<Status>, Interrupted> {
         assert!(self.status.is_none(), "the integration is over");
         if self.start(system)?.is_some() {
@@ -671,7 +671,7 @@ impl Stepper {
         &self.v
     }
 
-    /// Current accelerations: those that balance the equations of motion.
+    /// Current accelerations, which satisfy the equations of motion.
     pub fn a(&self) -> &[f64] {
         &self.a[..self.q.len()]
     }
@@ -681,7 +681,7 @@ impl Stepper {
         &self.a
     }
 
-    /// Time before the last step; the start when no step was made.
+    /// Time before the last step; the start if no step was made.
     pub fn t_old(&self) -> f64 {
         self.t_old
     }
@@ -691,12 +691,12 @@ impl Stepper {
         self.t_end
     }
 
-    /// What the integration has cost so far.
+    /// Cost of the integration so far.
     pub fn counters(&self) -> Counters {
         self.counters
     }
 
-    /// `None` while the integration goes on.
+    /// `None` while the integration is running.
     pub fn status(&self) -> Option<Status> {
         self.status
     }
@@ -706,9 +706,9 @@ impl Stepper {
         self.fixed_steps
     }
 
-    /// State at a time within the last step, by cubic interpolation of displacements and of velocities (from the
-    /// values and the derivatives at both ends) and linear interpolation of accelerations. At the ends it is the
-    /// state there, bit by bit.
+    /// State at a time within the last step, by cubic Hermite interpolation of displacements and of
+    /// velocities and by linear interpolation of accelerations. At the ends of the step, the result is bit
+    /// for bit the state there.
     pub fn interpolate(&self, t: f64, q: &mut [f64], v: &mut [f64], a: &mut [f64]) {
         let h = self.t - self.t_old;
         let x = if t == self.t { 1.0 } else { (t - self.t_old) / h };
@@ -727,7 +727,7 @@ impl Stepper {
         }
     }
 
-    /// A status of this integration in words, with what to change when it is not the wanted one.
+    /// Describes a status of this integration, with advice unless it is a success.
     pub fn explain(&self, status: Status) -> String {
         let [t, t_end, h] = [self.t, self.t_end, self.options.dt].map(Number);
         let limit = self.scheme.stability_limit();

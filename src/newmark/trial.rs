@@ -1,4 +1,4 @@
-//! The state at the end of a step as a function of its accelerations.
+//! State at the end of a step as a function of its accelerations.
 
 /// A state that is affine in its accelerations: `q = q_base + weights[0] a`, `v = v_base + weights[1] a`.
 #[derive(Clone, Debug)]

@@ -1,23 +1,23 @@
-//! The size of the next step of the explicit methods, from the error estimates of the last ones.
+//! Step-size control of the explicit methods, from the error estimates of the last steps.
 
 use super::options::Controller;
 use crate::tape::Tape;
 
-/// Aims at that fraction of the step size which would just do (SciPy; Hairer, Norsett and Wanner 1993, section II.4).
+/// Safety factor of the predicted step size (SciPy; Hairer, Norsett and Wanner 1993, section II.4).
 const SAFETY: f64 = 0.9;
-/// A step is at least that times the size of the one before (ibid.).
+/// Smallest ratio of successive step sizes (ibid.).
 const SMALLEST_FACTOR: f64 = 0.2;
-/// A step is at most that times the size of the one before (ibid.).
+/// Largest ratio of successive step sizes (ibid.).
 const LARGEST_FACTOR: f64 = 10.0;
 /// Exponent of the previous error in the proportional-integral controller (code DOPRI5).
 const BETA: f64 = 0.04;
-/// The exponent of the last error is that much of beta below the elementary controller's (code DOPRI5).
+/// Fraction of beta subtracted from the elementary controller's exponent of the last error (code DOPRI5).
 const BETA_SHARE: f64 = 0.75;
-/// An unusually small error must not shrink the next factor; first value and lower bound of the previous error
-/// (code DOPRI5).
+/// Initial value and lower bound of the previous error: an unusually small error must not shrink the next
+/// step (code DOPRI5).
 const SMALLEST_PREVIOUS_ERROR: f64 = 1e-4;
 
-/// Memory of the controller. Errors are relative to the tolerance: a step is accepted below 1.
+/// State of the controller. Errors are relative to the tolerance: a step is accepted below 1.
 #[derive(Clone, Debug)]
 pub(super) struct StepControl {
     alpha: f64,
@@ -36,7 +36,7 @@ impl StepControl {
         Self { alpha: elementary - BETA_SHARE * beta, beta, previous_error: SMALLEST_PREVIOUS_ERROR }
     }
 
-    /// Its memory.
+    /// Serialises the state.
     pub(super) fn carry(&mut self, tape: &mut Tape<'_>) {
         tape.number(&mut self.previous_error);
     }
@@ -48,7 +48,7 @@ impl StepControl {
             factor *= self.previous_error.powf(self.beta);
             self.previous_error = error.max(SMALLEST_PREVIOUS_ERROR);
         }
-        // Without a lower bound in the elementary controller: at error < 1 it is SAFETY.
+        // The elementary controller needs no lower bound: for error < 1 the factor is at least SAFETY.
         let factor = factor.min(LARGEST_FACTOR);
         if was_rejected { factor.min(1.0) } else { factor }
     }

@@ -1,9 +1,9 @@
-//! Dense output: the solution between the steps, one polynomial a step.
+//! Dense output: the solution between steps, as one polynomial per step.
 
 use crate::error::{Checker, InvalidInput};
 
-/// The form of the polynomials of a method. A step's polynomial is stored as `y_old` followed by coefficient vectors,
-/// n numbers each; x runs from 0 to 1 over the step.
+/// Form of a method's polynomials. The polynomial of a step is stored as `y_old` followed by coefficient
+/// vectors of n numbers each; x runs from 0 to 1 over the step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Form {
     /// `y_old + x (c1 + x (c2 + ...))`.
@@ -31,7 +31,7 @@ impl Form {
     pub(super) fn evaluate(self, coefficients: &[f64], x: f64, y: &mut [f64]) {
         let n = y.len();
         let vectors = self.vectors();
-        // Factors of the nested form, innermost first: the outermost is x.
+        // Factors of the nested form from the innermost to the outermost, which is x.
         let factor = |k: usize| match self {
             Self::Nested { .. } if k.is_multiple_of(2) => 1.0 - x,
             _ => x,
@@ -63,20 +63,20 @@ impl StepPolynomial<'_> {
     }
 }
 
-/// What a [`DenseOutput`] is made of, to be kept somewhere.
+/// The data of a [`DenseOutput`], for serialisation.
 #[derive(Clone, Copy, Debug)]
 pub struct DenseParts<'a> {
     /// Whether the polynomials are nested in x and 1 - x, or sums of powers of x.
     pub is_nested: bool,
-    /// Coefficient vectors of a polynomial.
+    /// Number of coefficient vectors per polynomial.
     pub vectors: usize,
     /// Number of components.
     pub n: usize,
-    /// The times between the polynomials.
+    /// Times at the ends of the polynomials.
     pub times: &'a [f64],
-    /// The end of the step that the last polynomial belongs to.
+    /// End of the last polynomial's step.
     pub last_step_end: f64,
-    /// Of one polynomial after the other.
+    /// Coefficients of all polynomials in order.
     pub coefficients: &'a [f64],
 }
 
@@ -86,7 +86,8 @@ pub struct DenseOutput {
     form: Form,
     n: usize,
     times: Vec<f64>,
-    // Where the last polynomial's x is 1: beyond the last time when an event ended the integration inside a step.
+    // Time at which x of the last polynomial is 1; later than the last time if an event ended the integration
+    // within a step.
     last_step_end: f64,
     coefficients: Vec<f64>,
 }
@@ -96,7 +97,7 @@ impl DenseOutput {
         Self { form, n, times: vec![t0], last_step_end: t0, coefficients: Vec::new() }
     }
 
-    /// Adds the polynomial of a step that begins at the last time, to be used up to `t`.
+    /// Adds the polynomial of a step that starts at the last time, valid up to `t`.
     pub(super) fn push(&mut self, t: f64, step: StepPolynomial<'_>) {
         debug_assert_eq!(step.t_old, self.times[self.times.len() - 1]);
         self.times.push(t);
@@ -109,12 +110,13 @@ impl DenseOutput {
         self.n
     }
 
-    /// The times between the polynomials, in the order of the integration: one more than there are polynomials.
+    /// Times at the ends of the polynomials, in the order of the integration: one more than there are
+    /// polynomials.
     pub fn times(&self) -> &[f64] {
         &self.times
     }
 
-    /// What it is made of.
+    /// Data for serialisation.
     pub fn parts(&self) -> DenseParts<'_> {
         let Self { form, n, times, last_step_end, coefficients } = self;
         let is_nested = matches!(form, Form::Nested { .. });
@@ -122,7 +124,7 @@ impl DenseOutput {
         DenseParts { is_nested, vectors, n: *n, times, last_step_end: *last_step_end, coefficients }
     }
 
-    /// The way back.
+    /// Restores a dense output from its data.
     pub fn from_parts(parts: DenseParts<'_>) -> Result<Self, InvalidInput> {
         let DenseParts { is_nested, vectors, n, times, last_step_end, coefficients } = parts;
         let mut check = Checker::new();
@@ -141,11 +143,11 @@ impl DenseOutput {
         Ok(Self { form, n, times: times.to_vec(), last_step_end, coefficients: coefficients.to_vec() })
     }
 
-    /// `y <- y(t)`. At the time between two steps the earlier one counts; before the first and after the last step
-    /// their polynomials are continued, without any promise of accuracy.
+    /// `y <- y(t)`. At a time between two steps the earlier step is used. Before the first and after the last
+    /// step their polynomials are extrapolated, without any guarantee of accuracy.
     ///
     /// # Panics
-    /// When there is no step, or `y` has not `n` entries.
+    /// If there is no step, or if `y` does not have `n` entries.
     pub fn evaluate(&self, t: f64, y: &mut [f64]) {
         let steps = self.times.len() - 1;
         let forward = self.times[steps] >= self.times[0];

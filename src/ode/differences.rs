@@ -8,18 +8,19 @@ use crate::linalg::Matrix;
 
 /// Exponent of the rounding unit in the first relative increment.
 const FIRST_FACTOR_EXPONENT: f64 = 0.5;
-/// A column whose largest relative difference is below that power of the rounding unit is computed again (Salane).
+/// A column whose largest relative difference is below this power of the rounding unit is recomputed
+/// (Salane).
 const REJECT_EXPONENT: f64 = 0.875;
-/// Below that power, the increment grows for the next Jacobian (Salane).
+/// Below this power, the increment grows for the next Jacobian (Salane).
 const SMALL_EXPONENT: f64 = 0.75;
-/// Above that power, it shrinks (Salane).
+/// Above this power, the increment shrinks (Salane).
 const BIG_EXPONENT: f64 = 0.25;
 /// Smallest relative increment, in rounding units (Salane).
 const SMALLEST_FACTOR_IN_ROUNDING_UNITS: f64 = 1e3;
-/// By how much the increments grow and shrink (Salane).
+/// Factor by which increments grow and shrink (Salane).
 const FACTOR_CHANGE: f64 = 10.0;
 
-/// Which entries of a Jacobian can be nonzero, and which columns can be differenced together.
+/// Sparsity pattern of a Jacobian, with groups of columns that share an evaluation.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sparsity {
     // The rows of every column.
@@ -29,7 +30,7 @@ pub struct Sparsity {
 }
 
 impl Sparsity {
-    /// The pattern of an (n, n) matrix with nonzero entries at the given (row, column) places only.
+    /// Pattern of an (n, n) matrix whose nonzero entries are at the given (row, column) pairs.
     pub fn new(n: usize, places: impl IntoIterator<Item = (usize, usize)>) -> Result<Self, InvalidInput> {
         let mut rows = vec![Vec::new(); n];
         let mut checker = Checker::new();
@@ -48,7 +49,7 @@ impl Sparsity {
         Ok(Self { rows, groups })
     }
 
-    /// Number of evaluations that a Jacobian takes.
+    /// Number of evaluations per Jacobian.
     pub fn groups(&self) -> usize {
         self.groups.len()
     }
@@ -58,10 +59,10 @@ impl Sparsity {
     }
 }
 
-/// Puts every column into the first group that has none of its rows yet.
+/// Assigns every column to the first group without a common row.
 fn group(rows: &[Vec<usize>]) -> Vec<Vec<usize>> {
     let mut groups: Vec<Vec<usize>> = Vec::new();
-    // Which rows the columns of each group have.
+    // Rows occupied by the columns of each group.
     let mut taken: Vec<Vec<bool>> = Vec::new();
     for (column, own_rows) in rows.iter().enumerate() {
         let fits = |taken: &Vec<bool>| own_rows.iter().all(|&row| !taken[row]);
@@ -78,34 +79,34 @@ fn group(rows: &[Vec<usize>]) -> Vec<Vec<usize>> {
     groups
 }
 
-/// Where a Jacobian is wanted.
+/// Point at which a Jacobian is evaluated.
 pub(super) struct Place<'a> {
     pub(super) t: f64,
     pub(super) y: &'a [f64],
     /// f(t, y).
     pub(super) f: &'a [f64],
-    /// Sizes below which the components of y count as that size; the absolute tolerances.
+    /// Smallest sizes assumed for the components of y: the absolute tolerances.
     pub(super) threshold: &'a [f64],
 }
 
-/// A differenced Jacobian with its memory: the increments that have proven themselves.
+/// A Jacobian by differences, with the adapted increments of earlier evaluations.
 #[derive(Clone, Debug)]
 pub(super) struct DifferencedJacobian {
     groups: Vec<Vec<usize>>,
-    // `None`: every entry can be nonzero.
+    // `None`: the Jacobian is dense.
     rows: Option<Vec<Vec<usize>>>,
     // Increments relative to the size of the components.
     factors: Vec<f64>,
     increments: Vec<f64>,
-    // One column a group.
+    // One column per group.
     arguments: Matrix,
     values: Matrix,
-    // For a column that is computed again.
+    // Argument for a column that is recomputed.
     argument: Vec<f64>,
     value: Vec<f64>,
 }
 
-/// The largest change in a column of differences, and the size of the function where it is.
+/// Largest change in a column of differences, and the size of the function in that row.
 #[derive(Clone, Copy)]
 struct Change {
     largest: f64,
@@ -179,7 +180,7 @@ impl DifferencedJacobian {
         Ok(evaluations)
     }
 
-    /// Computes a column again with a larger increment, and keeps it if it is more significant.
+    /// Recomputes a column with a larger increment; keeps the result if it is more accurate.
     fn try_larger<S: System + ?Sized>(
         &mut self,
         system: &mut S,
@@ -203,7 +204,7 @@ impl DifferencedJacobian {
         }
     }
 
-    /// Writes a column of the Jacobian.
+    /// Writes a column of the Jacobian and returns its largest change.
     fn difference(&self, place: &Place<'_>, column: usize, value: &[f64], jacobian: &mut Matrix) -> Change {
         let increment = self.increments[column];
         let mut entries = jacobian.column_mut(column);
@@ -240,8 +241,9 @@ impl DifferencedJacobian {
 }
 
 impl Place<'_> {
-    /// An increment of a component, exactly representable, never 0, and in the direction in which the solution
-    /// moves, where the right-hand side is more likely to be defined. Enlarges the factor until it is not 0.
+    /// Increment of a component: exactly representable, nonzero, and in the direction of the solution's
+    /// derivative, where the right-hand side is more likely to be defined. Enlarges the factor until the
+    /// increment is not 0.
     fn increment(&self, component: usize, factor: &mut f64) -> f64 {
         let y = self.y[component];
         let size = y.abs().max(self.threshold[component]);
@@ -252,7 +254,7 @@ impl Place<'_> {
                 return increment;
             }
             if size == 0.0 {
-                // Nothing is known about the size of the component: y = 0 and no absolute tolerance.
+                // The scale of the component is unknown: y = 0 and the absolute tolerance is 0.
                 return *factor;
             }
             *factor *= FACTOR_CHANGE;

@@ -7,10 +7,10 @@ use super::dense::StepPolynomial;
 use crate::error::Interrupted;
 use crate::roots::bracket::{Point, find_zero};
 
-/// Which zero crossings count.
+/// Sign changes that count as events.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Direction {
-    /// Both.
+    /// Both directions.
     #[default]
     Any,
     /// From negative to positive, in the order of the integration.
@@ -22,21 +22,22 @@ pub enum Direction {
 /// A function g(t, y) of time and state.
 pub type EventFunction<'a> = Box<dyn FnMut(f64, &[f64]) -> Result<f64, Interrupted> + 'a>;
 
-/// A function g(t, y) whose zeros along the solution are wanted.
+/// An event function g(t, y), whose zeros along the solution are located.
 ///
-/// An event happens where g changes its sign or arrives at zero. A zero at the start of the integration is no event,
-/// nor is leaving a zero: an integration can be restarted from an event without finding it again.
+/// An event occurs where g changes sign or reaches zero. Neither a zero at the start of the integration nor
+/// leaving a zero is an event, so that an integration can be restarted from an event without finding it
+/// again.
 pub struct Event<'a> {
     /// g.
     pub function: EventFunction<'a>,
-    /// Which crossings count.
+    /// Direction of the sign changes that count.
     pub direction: Direction,
-    /// The integration ends at the event with that number; `None`: never.
+    /// The integration ends at the event with this number; `None`: never.
     pub terminal: Option<NonZeroUsize>,
 }
 
 impl<'a> Event<'a> {
-    /// Every zero of `function`; the integration goes on.
+    /// An event for every zero of `function`, which does not end the integration.
     pub fn new(function: impl FnMut(f64, &[f64]) -> Result<f64, Interrupted> + 'a) -> Self {
         Self { function: Box::new(function), direction: Direction::Any, terminal: None }
     }
@@ -68,20 +69,20 @@ pub(super) struct Occurrence {
     pub(super) t: f64,
 }
 
-/// The events of a step.
+/// Events of a step.
 pub(super) struct Found<'a> {
     pub(super) occurrences: &'a [Occurrence],
-    /// The last of them ends the integration.
+    /// Whether the last event ends the integration.
     pub(super) terminal: bool,
 }
 
-/// Follows the event functions along the integration.
+/// Tracks the event functions along the integration.
 #[derive(Debug)]
 pub(super) struct EventSearch {
     samples: usize,
-    // The last point of every function...
+    // Last point of every function.
     last: Vec<Point>,
-    // ...and the sign of its last value that was not zero (0 before there was one).
+    // Sign of each function's last nonzero value (0 if there was none).
     signs: Vec<f64>,
     counts: Vec<usize>,
     found: Vec<Occurrence>,
@@ -89,7 +90,7 @@ pub(super) struct EventSearch {
 }
 
 impl EventSearch {
-    /// Evaluates the functions at the start.
+    /// Evaluates all functions at the start.
     pub(super) fn new(
         events: &mut [Event<'_>],
         samples: usize,
@@ -111,7 +112,7 @@ impl EventSearch {
         })
     }
 
-    /// Finds the events of a step, in the order of the integration and up to the first that is terminal. `y` is the
+    /// Finds the events of a step, in the order of the integration, up to the first terminal one. `y` is the
     /// state at the end of the step.
     pub(super) fn search(
         &mut self,
@@ -149,7 +150,7 @@ impl EventSearch {
         Ok(Found { occurrences: &self.found, terminal: false })
     }
 
-    /// Moves on to the next point of an event function; the zero in between, if there is one that counts.
+    /// Advances to the next point of an event function; returns the zero in between, if it counts.
     fn crossing(
         &mut self,
         index: usize,

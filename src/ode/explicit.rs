@@ -20,25 +20,25 @@ use crate::tape::Tape;
 /// eq. II.10.17).
 const THIRD_ORDER_WEIGHT: f64 = 0.01;
 
-/// What is left of a step that has missed something, or cannot be right.
+/// Step-size factor after a step that missed something or is flawed.
 const MISSED: f64 = 0.5;
 
-/// The latter are tried again as often: steps grow by up to ten times at once.
+/// Maximum number of retries of a flawed step; steps can grow tenfold at once.
 const MOST_FLAWED: usize = 5;
 
-/// An explicit pair with its memory.
+/// An explicit pair with its working memory.
 #[derive(Clone, Debug)]
 pub(super) struct Explicit {
     pair: &'static Pair,
-    // n numbers a stage: those of the step that is being tried...
+    // Stages of the current step, n numbers each.
     stages: Vec<f64>,
-    // ...and those of the last one that was accepted.
+    // Stages of the last accepted step.
     accepted_stages: Vec<f64>,
-    // The argument of the last stage that was evaluated.
+    // Argument of the stage evaluated last.
     argument: Vec<f64>,
-    /// A state on the way of a step, where the system asks for it.
+    /// State within a step, for systems that check it.
     middle: Vec<f64>,
-    // The error estimate relative to the tolerances.
+    // Error estimate relative to the tolerances.
     relative_error: Vec<f64>,
     control: StepControl,
     stiffness: StiffnessTest,
@@ -53,7 +53,7 @@ impl Explicit {
         Self::new(&DORMAND_PRINCE_8, n, controller)
     }
 
-    /// Vectors of memory that a method takes; none of an implicit one.
+    /// Number of vectors that a method needs; zero for an implicit one.
     pub(super) fn vectors(method: Method) -> usize {
         pair(method).map_or(0, |pair| 2 * pair.kept_stages() + 2)
     }
@@ -79,7 +79,7 @@ impl Explicit {
         self.pair.extension.form()
     }
 
-    /// Makes one accepted step of at most the size that `state` proposes.
+    /// Makes one accepted step, not longer than `state` proposes.
     pub(super) fn advance<S: System + ?Sized>(
         &mut self,
         state: &mut State,
@@ -119,14 +119,14 @@ impl Explicit {
                 self.look_for_stiffness(state, h_abs);
                 state.accept(t_new, &self.stages[f_new]);
                 std::mem::swap(&mut self.stages, &mut self.accepted_stages);
-                // The way to the horizon says nothing about the size of the step after it.
+                // A step shortened by the horizon must not determine the size of the next step.
                 let least = if t_new == state.horizon { wanted } else { 0.0 };
                 state.h_abs = least.max(h_abs * self.control.after_acceptance(error, was_rejected));
                 return Ok(Advance::Accepted);
             }
             state.counters.rejected += 1;
             was_rejected = true;
-            // A state may overflow although the right-hand side does not, and with an error of zero.
+            // The state may overflow with a zero error although the right-hand side is finite.
             finite = all_finite(&self.stages[..(self.pair.stages() + 1) * n]) && all_finite(&state.y_new);
             h_abs *= self.control.after_rejection(if finite { error } else { f64::NAN });
         }
@@ -158,7 +158,7 @@ impl Explicit {
         system.has_missed([(state.t, &state.y), (t, &self.middle), (t_new, &state.y_new)])
     }
 
-    /// Evaluates all stages of a step: `y_new` and `f(t_new, y_new)`, which is the last stage.
+    /// Evaluates all stages of a step: `y_new` and, as the last stage, `f(t_new, y_new)`.
     fn attempt<S: System + ?Sized>(
         &mut self,
         state: &mut State,
@@ -182,7 +182,7 @@ impl Explicit {
         system.rhs(t_new, &state.y_new, &mut rest[..n])
     }
 
-    /// Error estimate relative to the tolerances, in the root mean square.
+    /// Root mean square of the error estimate relative to the tolerances.
     fn error_norm(&mut self, state: &State, h_abs: f64) -> f64 {
         let n = state.y.len();
         let (y, y_new) = (&state.y[..n], &state.y_new[..n]);
@@ -208,7 +208,7 @@ impl Explicit {
         }
     }
 
-    /// Error estimate of the last accepted step, whose size was `h`, for each component.
+    /// Error estimate of the last accepted step of size `h`, for each component.
     pub(super) fn error_estimate(&self, h: f64) -> Vec<f64> {
         let mut estimate = vec![0.0; self.argument.len()];
         match self.pair.error {
@@ -228,7 +228,7 @@ impl Explicit {
         estimate
     }
 
-    /// The last row of `a` and the solution belong to the same time, which is what the test needs.
+    /// The last row of `a` and the solution belong to the same time, as the stiffness test requires.
     fn look_for_stiffness(&mut self, state: &mut State, h_abs: f64) {
         let n = state.y.len();
         if state.stiff_at.is_some() || !self.stiffness.is_due(state.counters.accepted + 1) {
@@ -242,7 +242,7 @@ impl Explicit {
         }
     }
 
-    /// The polynomial of the last accepted step.
+    /// Polynomial of the last accepted step.
     pub(super) fn interpolate<S: System + ?Sized>(
         &mut self,
         state: &mut State,

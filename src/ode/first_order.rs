@@ -1,4 +1,4 @@
-//! Mechanical systems as systems of first order.
+//! Mechanical systems as systems of first order equations.
 
 use super::{JacobianKind, System};
 use crate::constraint::projection::{self, Fit};
@@ -6,16 +6,17 @@ use crate::error::Interrupted;
 use crate::linalg::{Cholesky, Matrix};
 use crate::model::{Beside, Flaw, ForwardScratch, Model, Radius, have_passed, rotation_vectors};
 
-/// Errors of a step change velocities by less than this part of the largest ones when loops are closed; another branch of
-/// the motion, by about all of them.
+/// Largest relative change of velocities, with respect to the largest ones so far, that step errors cause
+/// when loops are closed. A jump to another branch of the motion changes about all of them.
 const LARGEST_CHANGE: f64 = 0.05;
 
-/// Changes of velocities below that, in typical sizes of the coordinates a second, are rounding of what is at rest.
+/// Changes of velocities below this, in typical sizes of the coordinates per second, are rounding errors of a
+/// system at rest.
 const ROUNDING: f64 = 1e-9;
 
 /// The free motion of a model as `y' = f(t, y)` with `y = (q, qd)`, 2n equations, and its exact Jacobian.
 ///
-/// Where the mass matrix is singular the right-hand side is NaN.
+/// The right-hand side is NaN if the mass matrix is singular.
 #[derive(Clone, Debug)]
 pub struct FirstOrder<M> {
     model: M,
@@ -26,14 +27,14 @@ pub struct FirstOrder<M> {
     acceleration: Vec<f64>,
     column: Vec<f64>,
     cholesky: Cholesky,
-    /// The largest kinetic energy so far, twice: what changes of velocities are compared with.
+    /// Twice the largest kinetic energy so far: the scale for changes of velocities.
     fastest: f64,
-    /// The largest number of independent constraints so far.
+    /// Largest number of independent constraints so far.
     rank: usize,
 }
 
 impl<M: Model> FirstOrder<M> {
-    /// The free motion of `model`.
+    /// System for the free motion of `model`.
     pub fn new(model: M) -> Self {
         let n = model.n();
         Self {
@@ -84,7 +85,7 @@ impl<M: Model> FirstOrder<M> {
         self.rank = 0;
     }
 
-    /// Whether a state is so near to a singular position that no step from there may be small enough.
+    /// Whether a state is so close to a singular position that no step from there may be small enough.
     pub(crate) fn is_nearly_singular(&mut self, y: &[f64]) -> bool {
         let (q, v) = y.split_at(self.n);
         self.model.constraints() > 0
@@ -130,7 +131,7 @@ impl<M: Model> System for FirstOrder<M> {
         have_passed(&mut self.model, way.into_iter().map(|(t, y)| (t, &y[..n])), Radius::Smaller)
     }
 
-    /// An impact that one stage has seen and the others have not may be a kick as large as the error allows afterwards.
+    /// If only one stage detects an impact, the step may add a kick as large as the tolerance allows.
     fn is_flawed(&mut self, t: [f64; 2], y: [&[f64]; 2], dydt: [&[f64]; 2]) -> Result<bool, Interrupted> {
         let Self { model, n, .. } = self;
         model.set_time(t[1])?;
@@ -151,7 +152,7 @@ impl<M: Model> System for FirstOrder<M> {
         JacobianKind::Given
     }
 
-    /// From `tau(q, qd, qdd(q, qd)) = 0`: `dqdd/dq = -M^-1 dtau/dq`, and the same for qd.
+    /// From `tau(q, qd, qdd(q, qd)) = 0`: `dqdd/dq = -M^-1 dtau/dq`, and similarly for qd.
     fn jacobian(&mut self, t: f64, y: &[f64], jacobian: &mut Matrix) -> Result<(), Interrupted> {
         let n = self.n;
         let (q, qd) = y.split_at(n);

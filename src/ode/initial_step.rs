@@ -1,24 +1,24 @@
-//! The size of the first step (Hairer, Norsett and Wanner 1993, section II.4, "Starting step size").
+//! Size of the first step (Hairer, Norsett and Wanner 1993, section II.4, "Starting step size").
 
 use super::System;
 use super::norm::scaled_norm;
 use super::options::Tolerances;
 use crate::error::Interrupted;
 
-/// Below that the scaled norms of y and f say nothing about the scale of the problem (ibid., step b).
+/// Scaled norms of y and f below this value say nothing about the scale of the problem (ibid., step b).
 const NEGLIGIBLE_NORM: f64 = 1e-5;
 /// First guess without a scale (ibid., step b).
 const DEFAULT_GUESS: f64 = 1e-6;
-/// An explicit Euler step of the first guess changes y by that fraction (ibid., step b).
+/// An explicit Euler step of the first guess changes y by this fraction (ibid., step b).
 const EULER_FRACTION: f64 = 0.01;
-/// Derivatives below that count as zero (ibid., step e).
+/// Derivatives below this value count as zero (ibid., step e).
 const ZERO_DERIVATIVE: f64 = 1e-15;
-/// The step taken then, relative to the first guess (ibid., step e).
+/// Step size for zero derivatives, relative to the first guess (ibid., step e).
 const ZERO_DERIVATIVE_FACTOR: f64 = 1e-3;
-/// The first step is at most that times the first guess (ibid., step f).
+/// Largest first step relative to the first guess (ibid., step f).
 const LARGEST_GROWTH: f64 = 100.0;
 
-/// Where an integration starts.
+/// Start of an integration.
 pub(crate) struct Start<'a> {
     pub(crate) t0: f64,
     pub(crate) t_end: f64,
@@ -28,8 +28,8 @@ pub(crate) struct Start<'a> {
     pub(crate) max_step: f64,
 }
 
-/// Chooses the first step for an error estimate of order `error_order`; one evaluation, never beyond the end.
-/// May be NaN when the problem is not finite.
+/// Chooses the first step for an error estimate of order `error_order`, with one evaluation; never beyond the
+/// end. May be NaN if the problem is not finite.
 pub(crate) fn select<S: System + ?Sized>(
     system: &mut S,
     start: &Start<'_>,

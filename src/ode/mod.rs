@@ -1,7 +1,7 @@
 //! Initial value problems `y' = f(t, y)`, `y(t0) = y0`: embedded Runge-Kutta pairs of Dormand and Prince, orders
 //! 5(4) and 8(5,3), and the implicit Radau IIA method of order 5, all with adaptive steps and dense output.
 //!
-//! [`solve`] integrates over an interval and collects the trajectory; [`Stepper`] is the same step by step.
+//! [`solve`] integrates over an interval and collects the trajectory; [`Stepper`] integrates step by step.
 //!
 //! ```
 //! use lissom::error::Interrupted;
@@ -68,12 +68,12 @@ pub trait System {
     /// Number of equations.
     fn n(&self) -> usize;
 
-    /// `dydt <- f(t, y)`, every entry of it. Non-finite values are allowed: the step that met them is tried again
-    /// with a smaller size, and when that does not help the integration ends with a status that says so.
+    /// `dydt <- f(t, y)`. Must set every entry. Non-finite values are allowed: the step is repeated with a
+    /// smaller size, and if this does not help the integration ends with a status that says so.
     fn rhs(&mut self, t: f64, y: &[f64], dydt: &mut [f64]) -> Result<(), Interrupted>;
 
-    /// `f` for several states at one time, one a column, as differenced Jacobians need it; one after the other unless
-    /// the system can do better.
+    /// `f` for several states at one time, one per column, for Jacobians by differences. By default evaluates
+    /// one state after the other.
     fn rhs_columns(&mut self, t: f64, y: &Matrix, dydt: &mut Matrix) -> Result<(), Interrupted> {
         for (y, mut dydt) in y.column_iter().zip(dydt.column_iter_mut()) {
             self.rhs(t, y.as_slice(), dydt.as_mut_slice())?;
@@ -81,19 +81,20 @@ pub trait System {
         Ok(())
     }
 
-    /// How far a step from `t` may go that cannot pass unseen over something that drives the system; a step ends
-    /// there. Infinite unless said otherwise, and not looked at backwards in time.
+    /// Latest end of a step from `t` that cannot miss a feature of the excitation. Default: infinite. Not
+    /// used backward in time.
     fn horizon(&self, _t: f64) -> f64 {
         f64::INFINITY
     }
 
-    /// Whether a step means nothing that leads along these times and states, which its error does not tell: it is tried again with
-    /// half the size.
+    /// Whether a step along these times and states missed an effect that its error estimate does not show.
+    /// Such a step is repeated with half the size.
     fn has_missed(&mut self, _way: [(f64, &[f64]); 3]) -> Result<bool, Interrupted> {
         Ok(false)
     }
 
-    /// Whether a step between two times, states and derivatives cannot be right, so that a shorter one should be tried.
+    /// Whether a step between two times, states and derivatives cannot be correct and should be repeated with
+    /// a smaller size.
     fn is_flawed(&mut self, _t: [f64; 2], _y: [&[f64]; 2], _dydt: [&[f64]; 2]) -> Result<bool, Interrupted> {
         Ok(false)
     }
@@ -103,33 +104,33 @@ pub trait System {
         false
     }
 
-    /// Writes a state and its derivative in coordinates that are far from their singularities, where they are not:
-    /// called between accepted steps. Returns whether it changed them.
+    /// Rewrites a state and its derivative in coordinates away from their singularities, if necessary. Called
+    /// between accepted steps. Returns whether anything changed.
     fn wrap(&mut self, _y: &mut [f64], _dydt: &mut [f64]) -> bool {
         false
     }
 
-    /// The Jacobian df/dy, which only implicit methods need.
+    /// Source of the Jacobian df/dy, which only implicit methods need.
     fn jacobian_kind(&self) -> JacobianKind {
         JacobianKind::Differenced
     }
 
-    /// `jacobian <- df/dy` (n x n); called when [`Self::jacobian_kind`] says that it can be. Where it is not
-    /// implemented it is not a number, which ends the integration with [`Status::NonFiniteJacobian`].
+    /// `jacobian <- df/dy` (n x n), called if [`Self::jacobian_kind`] is not `Differenced`. The default is
+    /// NaN, which ends the integration with [`Status::NonFiniteJacobian`].
     fn jacobian(&mut self, _t: f64, _y: &[f64], jacobian: &mut Matrix) -> Result<(), Interrupted> {
         jacobian.fill(f64::NAN);
         Ok(())
     }
 }
 
-/// Where the Jacobian of a right-hand side comes from.
+/// Source of the Jacobian of a right-hand side.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum JacobianKind {
-    /// From forward differences with increments that adapt themselves.
+    /// Forward differences with adaptive increments.
     #[default]
     Differenced,
-    /// From the system.
+    /// Provided by the system.
     Given,
-    /// From the system, the same at all times and states.
+    /// Provided by the system, constant in time and state.
     Constant,
 }

@@ -1,7 +1,6 @@
 //! Sizes of vectors relative to the tolerances.
 
-/// `value / scale`, where nothing is nothing even when no tolerance is left to measure it with (a component that stays
-/// 0, with an absolute tolerance of 0).
+/// `value / scale`, with 0 / 0 = 0 (a component that stays 0 with an absolute tolerance of 0).
 pub(crate) fn scaled(value: f64, scale: f64) -> f64 {
     if value == 0.0 { 0.0 } else { value / scale }
 }
@@ -12,7 +11,7 @@ pub(crate) fn scaled_norm(values: &[f64], scale: &[f64]) -> f64 {
     sum.sqrt() / (values.len() as f64).sqrt()
 }
 
-/// True when no entry is infinite or NaN. Without a branch for each entry: 0 times such an entry is NaN.
+/// True if all entries are finite. Avoids a branch per entry: 0 times infinity or NaN is NaN.
 pub(crate) fn all_finite(values: &[f64]) -> bool {
     values.iter().map(|value| value * 0.0).sum::<f64>() == 0.0
 }

@@ -17,7 +17,7 @@ pub enum Method {
     Radau,
 }
 
-/// How the size of the next step follows from the error estimate.
+/// Step-size control: how the next step size follows from error estimates.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Controller {
     /// From the last error alone (the elementary controller, Hairer, Norsett and Wanner 1993, eq. II.4.13).
@@ -28,7 +28,7 @@ pub enum Controller {
     ProportionalIntegral,
 }
 
-/// A tolerance for all components or one for each.
+/// A tolerance for all components, or one for each.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Tolerance {
     /// The same for all components.
@@ -57,7 +57,7 @@ impl Tolerance {
             Self::Each(values) => values.clone(),
         };
         checker.length(&values, n, place);
-        // One message, not n, for a bad common value.
+        // A bad common value gives one message, not n.
         let distinct = if matches!(self, Self::Same(_)) { n.min(1) } else { values.len() };
         for (i, &value) in values[..distinct].iter().enumerate() {
             let place =
@@ -68,30 +68,31 @@ impl Tolerance {
     }
 }
 
-/// How to step. The defaults are those of SciPy's `solve_ivp`.
+/// Options of an integration. The defaults are those of SciPy's `solve_ivp`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Options {
-    /// Integration method; [`Method::Rk45`] unless said otherwise.
+    /// Integration method. Default: [`Method::Rk45`].
     pub method: Method,
-    /// Relative tolerance (default 1e-3): the local error of component i is kept below `atol[i] + rtol[i] |y[i]|`
-    /// in the root mean square over the components. Values below 100 rounding units are raised to that.
+    /// Relative tolerance (default 1e-3): the root mean square over the components of the local error
+    /// relative to `atol[i] + rtol[i] |y[i]|` is kept below one. Values below 100 rounding units are raised
+    /// to that.
     pub rtol: Tolerance,
     /// Absolute tolerance (default 1e-6), in the units of y.
     pub atol: Tolerance,
-    /// Size of the first step; chosen from the problem when `None`.
+    /// Size of the first step; `None` chooses it automatically.
     pub first_step: Option<f64>,
-    /// Largest step size; infinite unless said otherwise.
+    /// Largest step size. Default: infinite.
     pub max_step: f64,
-    /// Smallest step size; 0 unless said otherwise (ten spacings of floating-point numbers at t always count).
-    /// The last step may be shorter.
+    /// Smallest step size. Default: 0; ten spacings of floating-point numbers at t always apply. The last
+    /// step may be shorter.
     pub min_step: f64,
-    /// Largest number of accepted steps; no limit unless said otherwise.
+    /// Maximum number of accepted steps. Default: no limit.
     pub max_steps: usize,
-    /// Step-size control of the explicit methods; [`Controller::Integral`] unless said otherwise. Radau always uses the
+    /// Step-size control of the explicit methods. Default: [`Controller::Integral`]. Radau always uses the
     /// predictive controller of Gustafsson (1994).
     pub controller: Controller,
-    /// Which entries of the Jacobian can be nonzero, so that differencing it takes fewer evaluations; all unless said
-    /// otherwise.
+    /// Sparsity pattern of the Jacobian, which reduces the evaluations of a Jacobian by differences. Default:
+    /// dense.
     pub sparsity: Option<Sparsity>,
 }
 
@@ -111,18 +112,18 @@ impl Default for Options {
     }
 }
 
-/// The output that [`super::solve`] collects.
+/// Output that [`super::solve`] collects.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Output {
-    /// Times at which the solution is wanted, in the order of the integration; `None`: every accepted step.
+    /// Output times, in the order of the integration; `None`: every accepted step.
     pub t_eval: Option<Vec<f64>>,
     /// Whether to keep the interpolants of all steps.
     pub dense: bool,
-    /// Into how many parts a step is divided when looking for events; 1 looks at its ends only.
+    /// Number of parts into which a step is divided to search for events; 1 checks its ends only.
     pub event_samples: usize,
 }
 
-/// Ten parts a step, as many as DifferentialEquations.jl takes.
+/// Ten parts per step, as in DifferentialEquations.jl.
 const EVENT_SAMPLES: usize = 10;
 
 impl Default for Output {
@@ -157,20 +158,20 @@ impl Output {
     }
 }
 
-/// Tolerances below that many rounding units ask for more than the arithmetic can give (SciPy's limit).
+/// Tolerances below this number of rounding units exceed the accuracy of the arithmetic (SciPy's limit).
 const SMALLEST_RTOL_IN_ROUNDING_UNITS: f64 = 100.0;
 
-/// Validated tolerances, one of each kind for each component.
+/// Validated tolerances for each component.
 #[derive(Clone, Debug)]
 pub(crate) struct Tolerances {
     pub(crate) rtol: Vec<f64>,
     pub(crate) atol: Vec<f64>,
-    /// Some rtol was too small for the arithmetic and has been raised.
+    /// Whether an rtol below the accuracy of the arithmetic was raised.
     pub(super) rtol_raised: bool,
 }
 
 impl Options {
-    /// Checks the options together with the problem that they are for.
+    /// Checks the options together with the problem.
     pub(crate) fn check(
         &self,
         n: usize,

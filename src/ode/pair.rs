@@ -2,17 +2,17 @@
 
 use super::dense::Form;
 
-/// The nonzero entries of a row of a tableau: (stage, coefficient).
+/// Nonzero entries of a row of a tableau: (stage, coefficient).
 pub(super) type Row = &'static [(usize, f64)];
 
-/// An explicit Runge-Kutta method with embedded error estimates and a continuous extension, in the notation of
-/// Hairer, Norsett and Wanner (1993), section II.4. Stage 0 is `f(t, y)`; the stage after the last row of `a` is
-/// `f(t + h, y_new)`, which the next step uses again.
+/// An explicit Runge-Kutta method with embedded error estimates and a continuous extension, in the notation
+/// of Hairer, Norsett and Wanner (1993), section II.4. Stage 0 is `f(t, y)`; the stage after the last row of
+/// `a` is `f(t + h, y_new)`, which the next step reuses.
 #[derive(Debug)]
 pub(super) struct Pair {
     /// `c[i]`: stage i is evaluated at `t + c[i] h`.
     pub(super) c: &'static [f64],
-    /// Rows of the matrix A, the one of stage 0 (empty) included.
+    /// Rows of the matrix A, including the empty row of stage 0.
     pub(super) a: &'static [Row],
     /// Weights of the solution.
     pub(super) b: Row,
@@ -22,12 +22,12 @@ pub(super) struct Pair {
     pub(super) error_order: f64,
     /// Continuous extension.
     pub(super) extension: Extension,
-    /// `|h lambda|` beyond this means that stability, not accuracy, limits the step (Hairer and Wanner 1996,
+    /// If `|h lambda|` exceeds this, stability rather than accuracy limits the step (Hairer and Wanner 1996,
     /// section IV.2, and the codes DOPRI5 and DOP853).
     pub(super) stability_limit: f64,
 }
 
-/// Weights of the error estimate, over the stages with `f(t + h, y_new)` included.
+/// Weights of the error estimate over all stages, including `f(t + h, y_new)`.
 #[derive(Debug)]
 pub(super) enum ErrorEstimate {
     /// The embedded solution minus the solution.
@@ -42,12 +42,12 @@ pub(super) enum ErrorEstimate {
     },
 }
 
-/// The polynomial through a step.
+/// Continuous extension of a step.
 #[derive(Debug)]
 pub(super) enum Extension {
     /// `y(t + x h) = y + h sum_j x^(j+1) sum_i p[j][i] k_i`.
     Monomial(&'static [Row]),
-    /// The extension of DOP853: extra stages, then coefficients of a nested form whose first three follow from the
+    /// Extension of DOP853: extra stages, then coefficients of a nested form; the first three follow from the
     /// ends of the step.
     Nested {
         /// Times of the extra stages.
@@ -60,12 +60,12 @@ pub(super) enum Extension {
 }
 
 impl Pair {
-    /// Number of stages that a step evaluates, `f(t + h, y_new)` not counted.
+    /// Number of stages per step, without `f(t + h, y_new)`.
     pub(super) fn stages(&self) -> usize {
         self.a.len()
     }
 
-    /// Number of stages to keep: those of the step, the first of the next, and those of the extension.
+    /// Number of stages to store: those of the step, the first of the next step, and those of the extension.
     pub(super) fn kept_stages(&self) -> usize {
         self.stages() + 1 + self.extension.extra_stages()
     }
@@ -79,7 +79,7 @@ impl Extension {
         }
     }
 
-    /// The form of the polynomial.
+    /// Form of the polynomial.
     pub(super) fn form(&self) -> Form {
         match self {
             Self::Monomial(rows) => Form::Monomial { degree: rows.len() },
@@ -88,10 +88,10 @@ impl Extension {
     }
 }
 
-/// How many components are combined at a time, so that the compiler keeps their sums in vector registers.
+/// Number of components combined at a time, so that the compiler keeps their sums in vector registers.
 const LANES: usize = 4;
 
-/// `out[i] <- finish(i, sum_j weight_j stages[j][i])` with `n = out.len()` components a stage.
+/// `out[i] <- finish(i, sum_j weight_j stages[j][i])` for stages of `n = out.len()` components.
 #[inline(always)]
 pub(super) fn combine(
     stages: &[f64],

@@ -25,7 +25,7 @@ pub(super) fn pair(method: Method) -> Option<&'static Pair> {
     }
 }
 
-/// Largest stable `|h lambda|` of an explicit method, roughly; `None` for an implicit one.
+/// Approximate stability limit of `|h lambda|` for an explicit method; `None` for an implicit one.
 pub(crate) fn stability_limit(method: Method) -> Option<f64> {
     pair(method).map(|pair| pair.stability_limit)
 }

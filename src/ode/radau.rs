@@ -1,9 +1,9 @@
 //! The Radau IIA method of order 5 for systems of first order (Hairer and Wanner 1996, "Solving Ordinary Differential
 //! Equations II", section IV.8, and their code RADAU5).
 //!
-//! The stages `z_i = y(t + c_i h) - y` solve `z = h (A x I) F(z)`. With the eigenvalues of the inverse of A, one real
-//! and a conjugate pair, and `z = (T x I) w`, a simplified Newton iteration takes one real and one complex system of n
-//! equations: `(mu / h - J) dw = ...`.
+//! The stages `z_i = y(t + c_i h) - y` solve `z = h (A x I) F(z)`. The inverse of A has one real eigenvalue
+//! and one conjugate pair. With the transformation `z = (T x I) w`, each iteration of the simplified Newton
+//! method solves one real and one complex system of n equations: `(mu / h - J) dw = ...`.
 
 use super::dense::{Form, StepPolynomial};
 use super::differences::{DifferencedJacobian, Place, Sparsity};
@@ -20,14 +20,14 @@ use crate::error::{Interrupted, InvalidInput};
 use crate::linalg::{ComplexLu, Lu, Matrix, Singular};
 use crate::memory;
 
-/// The collocation polynomial: coefficient of `x^(j+1)` from the stages in row j.
+/// Collocation polynomial: row j maps the stages to the coefficient of `x^(j+1)`.
 const POLYNOMIAL: [[f64; STAGES]; STAGES] = [
     [13.0 / 3.0 + 7.0 * SQRT_6 / 3.0, 13.0 / 3.0 - 7.0 * SQRT_6 / 3.0, 1.0 / 3.0],
     [-23.0 / 3.0 - 22.0 * SQRT_6 / 3.0, -23.0 / 3.0 + 22.0 * SQRT_6 / 3.0, -8.0 / 3.0],
     [10.0 / 3.0 + 5.0 * SQRT_6, 10.0 / 3.0 - 5.0 * SQRT_6, 10.0 / 3.0],
 ];
 
-/// Radau IIA with its memory.
+/// Radau IIA with its working memory.
 #[derive(Clone, Debug)]
 pub(super) struct Radau {
     newton_tolerance: f64,
@@ -35,14 +35,14 @@ pub(super) struct Radau {
     jacobian: Matrix,
     jacobian_is_current: bool,
     jacobian_is_finite: bool,
-    // The next step is to begin with a new one.
+    // The next step must start with a new Jacobian.
     jacobian_is_wanted: bool,
     shifted: Matrix,
     real: Lu,
     complex: ComplexLu,
-    // The step size for which the two are factorised.
+    // Step size of the current factorisations.
     factorised_for: Option<f64>,
-    // Three vectors each, one after the other.
+    // Three vectors each, stored consecutively.
     z: Vec<f64>,
     w: Vec<f64>,
     dw: Vec<f64>,
@@ -50,13 +50,13 @@ pub(super) struct Radau {
     argument: Vec<f64>,
     error: Vec<f64>,
     scale: Vec<f64>,
-    // The last accepted step.
+    // Data of the last accepted step.
     accepted_error: Vec<f64>,
     polynomial: Vec<f64>,
     last: Option<LastStep>,
 }
 
-/// The last step: where its polynomial lies, and what the choice of the next size needs of it.
+/// Last step: data for its polynomial and for the choice of the next step size.
 #[derive(Clone, Copy, Debug)]
 struct LastStep {
     t_old: f64,
@@ -68,7 +68,7 @@ impl Radau {
     pub(super) const FORM: Form = Form::Monomial { degree: STAGES };
     pub(super) const ERROR_ORDER: f64 = radau_iia::ERROR_ORDER;
 
-    /// Memory for `n` equations; fails when there is not enough of it.
+    /// Memory for `n` equations; fails if there is not enough.
     pub(super) fn new(n: usize, rtol: &[f64], sparsity: Option<Sparsity>) -> Result<Self, InvalidInput> {
         check_memory(n, sparsity.as_ref().map_or(n, Sparsity::groups))?;
         Ok(Self {
@@ -95,12 +95,12 @@ impl Radau {
         })
     }
 
-    /// The collocation polynomial of the last accepted step.
+    /// Collocation polynomial of the last accepted step.
     pub(super) fn polynomial(&self) -> &[f64] {
         &self.polynomial
     }
 
-    /// The error estimate of the last accepted step.
+    /// Error estimate of the last accepted step.
     pub(super) fn error_estimate(&self) -> &[f64] {
         &self.accepted_error
     }
@@ -122,7 +122,7 @@ impl Radau {
         }
     }
 
-    /// Goes on from a state in other coordinates than those of the last step.
+    /// Restarts from a state in new coordinates.
     pub(super) fn restart<S: System + ?Sized>(
         &mut self,
         state: &mut State,
@@ -132,7 +132,7 @@ impl Radau {
         self.evaluate_jacobian(state, system)
     }
 
-    /// The Jacobian at the current state, unless it is constant.
+    /// Updates the Jacobian at the current state, unless it is constant.
     fn evaluate_jacobian<S: System + ?Sized>(
         &mut self,
         state: &mut State,
@@ -155,7 +155,7 @@ impl Radau {
         Ok(())
     }
 
-    /// Makes one accepted step of at most the size that `state` proposes.
+    /// Makes one accepted step, not longer than `state` proposes.
     pub(super) fn advance<S: System + ?Sized>(
         &mut self,
         state: &mut State,
@@ -210,8 +210,8 @@ impl Radau {
         }
     }
 
-    /// Solves for the stages of a step, with a fresh Jacobian if the old one does not do; `None` when the Newton
-    /// iteration does not converge.
+    /// Solves for the stages of a step, with a new Jacobian if the old one does not converge; `None` if the
+    /// Newton iteration fails.
     fn solve_stages<S: System + ?Sized>(
         &mut self,
         state: &mut State,
@@ -235,7 +235,8 @@ impl Radau {
         }
     }
 
-    /// Factorises `mu / h - J` for the real and the complex eigenvalue, unless that has been done.
+    /// Factorises `mu / h - J` for the real and the complex eigenvalue, unless the factorisations are
+    /// current.
     fn factorise(&mut self, state: &mut State, h: f64) -> Result<(), Singular> {
         if self.factorised_for.is_some_and(|size| is_same_size(h, size)) {
             return Ok(());
@@ -254,7 +255,7 @@ impl Radau {
         Ok(())
     }
 
-    /// The simplified Newton iteration; on success `z` and `state.y_new` are those of the step.
+    /// Simplified Newton iteration; on success `z` and `state.y_new` are those of the step.
     fn iterate<S: System + ?Sized>(
         &mut self,
         state: &mut State,
@@ -301,7 +302,7 @@ impl Radau {
         }
     }
 
-    /// First guess of the stages: the polynomial of the last step, continued.
+    /// Initial guess of the stages: extrapolation of the last step's polynomial.
     fn predict_stages(&mut self, state: &State, h: f64) {
         let n = state.y.len();
         let Some(last) = self.last else {
@@ -318,7 +319,7 @@ impl Radau {
         }
     }
 
-    /// `dw`: the correction of `w` from the right-hand sides at the stages.
+    /// Computes the correction `dw` of `w` from the right-hand sides at the stages.
     fn newton_update(&mut self, h: f64) {
         let n = self.argument.len();
         transform(&T_INVERSE, &self.f, &mut self.dw);
@@ -335,7 +336,7 @@ impl Radau {
         self.complex.solve(first, second);
     }
 
-    /// The error estimate of the step, and the scale to measure it with (ibid., eq. IV.8.19 and IV.8.20).
+    /// Error estimate of the step, and its scale (ibid., eq. IV.8.19 and IV.8.20).
     fn evaluate_error<S: System + ?Sized>(
         &mut self,
         state: &mut State,
@@ -348,7 +349,7 @@ impl Radau {
             let size = state.y[i].abs().max(state.y_new[i].abs());
             self.scale[i] = state.tolerances.atol[i] + size * state.tolerances.rtol[i];
         }
-        // `w` is not needed any more: room for the part of the estimate that stays.
+        // `w` is no longer needed: reuse its memory for the part of the estimate that stays.
         let from_stages = &mut self.w[..n];
         for (i, value) in from_stages.iter_mut().enumerate() {
             *value = (0..STAGES).map(|stage| E[stage] * self.z[stage * n + i]).sum::<f64>() / h;
@@ -358,7 +359,7 @@ impl Radau {
         }
         self.real.solve(&mut self.error);
         if was_rejected && scaled_norm(&self.error, &self.scale) > 1.0 {
-            // The first estimate is far too large where the problem is very stiff.
+            // For very stiff problems the first estimate is far too large.
             for i in 0..n {
                 self.argument[i] = state.y[i] + self.error[i];
             }
@@ -372,7 +373,7 @@ impl Radau {
         Ok(())
     }
 
-    /// Takes the step, whose right-hand side at the end is in `argument`, and prepares the next one.
+    /// Accepts the step, whose right-hand side at the end is in `argument`, and prepares the next one.
     fn accept(
         &mut self,
         state: &mut State,
@@ -397,11 +398,11 @@ impl Radau {
     }
 }
 
-/// Refuses systems whose matrices do not fit in memory.
+/// Rejects systems whose matrices do not fit in memory.
 fn check_memory(n: usize, groups: usize) -> Result<(), InvalidInput> {
-    /// The Jacobian, the real matrix and its factors, and the complex factors, which count twice.
+    /// The Jacobian, the real matrix and its factors, and the complex factors, which count as two.
     const SQUARE_MATRICES: usize = 5;
-    /// Arguments and values of a differenced Jacobian, a column for each group.
+    /// Arguments and values of a Jacobian by differences, one column per group.
     const COLUMNS_OF_A_GROUP: usize = 2;
     let columns = SQUARE_MATRICES.saturating_mul(n).saturating_add(COLUMNS_OF_A_GROUP.saturating_mul(groups));
     let instead = "an explicit method needs no matrices";

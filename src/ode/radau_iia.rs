@@ -1,34 +1,35 @@
-//! The Radau IIA method of order 5 with three stages, whatever it is applied to: coefficients, the simplified Newton
-//! iteration's rules and the choice of the step (Hairer and Wanner 1996, "Solving Ordinary Differential Equations
-//! II", section IV.8, and their code RADAU5).
+//! The Radau IIA method of order 5 with three stages, independent of the problem type: coefficients, rules of
+//! the simplified Newton iteration, and step-size control (Hairer and Wanner 1996, "Solving Ordinary
+//! Differential Equations II", section IV.8, and their code RADAU5).
 
 use super::norm::scaled_norm;
 
-/// Stages of the method.
+/// Number of stages.
 pub(crate) const STAGES: usize = 3;
 pub(crate) const SQRT_6: f64 = 2.449489742783178;
 /// Times of the stages (Hairer and Wanner 1996, table IV.5.6).
 pub(crate) const C: [f64; STAGES] = [(4.0 - SQRT_6) / 10.0, (4.0 + SQRT_6) / 10.0, 1.0];
 /// Weights of the stages in the error estimate, times the real eigenvalue (ibid., eq. IV.8.18).
 pub(crate) const E: [f64; STAGES] = [(-13.0 - 7.0 * SQRT_6) / 3.0, (-13.0 + 7.0 * SQRT_6) / 3.0, -1.0 / 3.0];
-/// Weights A of the stages (Hairer and Wanner 1996, table IV.5.6); the last row has those of the step.
+/// Weights A of the stages (Hairer and Wanner 1996, table IV.5.6); the last row contains the weights of the
+/// step.
 pub(crate) const A: [[f64; STAGES]; STAGES] = [
     [(88.0 - 7.0 * SQRT_6) / 360.0, (296.0 - 169.0 * SQRT_6) / 1800.0, (-2.0 + 3.0 * SQRT_6) / 225.0],
     [(296.0 + 169.0 * SQRT_6) / 1800.0, (88.0 + 7.0 * SQRT_6) / 360.0, (-2.0 - 3.0 * SQRT_6) / 225.0],
     [(16.0 - SQRT_6) / 36.0, (16.0 + SQRT_6) / 36.0, 1.0 / 9.0],
 ];
-/// Their square, for equations of second order.
+/// `A^2`, for second-order equations.
 pub(crate) const A_SQUARED: [[f64; STAGES]; STAGES] =
     [product(&A[0], &A), product(&A[1], &A), product(&A[2], &A)];
-/// The inverse of that: accelerations that move the stages by as much.
+/// Inverse of `A^2`, which maps displacements of the stages to accelerations.
 pub(crate) const A_SQUARED_INVERSE: [[f64; STAGES]; STAGES] = inverse(&A_SQUARED);
-/// What the error estimate takes from accelerations by way of velocities, `E A`,
+/// Weights of accelerations in the error estimate: through velocities, `E A`,
 pub(crate) const E_A: [f64; STAGES] = product(&E, &A);
-/// and by way of displacements, `E A^2`.
+/// and through displacements, `E A^2`.
 pub(crate) const E_A_SQUARED: [f64; STAGES] = product(&E, &A_SQUARED);
 /// Real eigenvalue of the inverse of A, `3 + 3^(2/3) - 3^(1/3)` (ibid., eq. IV.8.15).
 pub(crate) const MU_REAL: f64 = 3.637834252744496;
-/// One of the pair, `3 + (3^(1/3) - 3^(2/3)) / 2 - i (3^(5/6) + 3^(7/6)) / 2`.
+/// One eigenvalue of the complex pair, `3 + (3^(1/3) - 3^(2/3)) / 2 - i (3^(5/6) + 3^(7/6)) / 2`.
 pub(crate) const MU_COMPLEX: (f64, f64) = (2.6810828736277523, -3.0504301992474105);
 /// The transformation T (RADAU5).
 pub(crate) const T: [[f64; STAGES]; STAGES] = [
@@ -36,35 +37,36 @@ pub(crate) const T: [[f64; STAGES]; STAGES] = [
     [0.2502131229653333, 0.20412935229379994, -0.3829421127572619],
     [1.0, 1.0, 0.0],
 ];
-/// Its inverse (RADAU5).
+/// Inverse of T (RADAU5).
 pub(crate) const T_INVERSE: [[f64; STAGES]; STAGES] = [
     [4.178718591551904, 0.32768282076106237, 0.5233764454994495],
     [-4.178718591551904, -0.32768282076106237, 0.47662355450055044],
     [0.5028726349457868, -2.571926949855605, 0.5960392048282249],
 ];
-/// Newton iterations before the step is cut; SciPy's number (RADAU5: 7).
+/// Newton iterations before the step is reduced; SciPy's number (RADAU5: 7).
 const NEWTON_ITERATIONS: usize = 6;
-/// The iteration error is kept that much below the tolerances (RADAU5: FNEWT)...
+/// The iteration error is kept this much below the tolerances (RADAU5: FNEWT)...
 const NEWTON_TOLERANCE: f64 = 0.03;
-/// ...but not below so many rounding units over the relative tolerance (RADAU5).
+/// ...but not below this many rounding units over the relative tolerance (RADAU5).
 const NEWTON_TOLERANCE_IN_ROUNDING_UNITS: f64 = 10.0;
 /// Step factor when the Newton iteration does not converge (RADAU5).
 pub(crate) const DIVERGENCE_FACTOR: f64 = 0.5;
 /// Bounds of the step factor (SciPy; RADAU5: 1/8 and 5).
 pub(crate) const SMALLEST_FACTOR: f64 = 0.2;
 const LARGEST_FACTOR: f64 = 10.0;
-/// A factor between 1 and this keeps the step, and with it the factorisations (RADAU5: QUOT2).
+/// Factors between 1 and this one leave the step size, and hence the factorisations, unchanged (RADAU5:
+/// QUOT2).
 const SMALLEST_GROWTH: f64 = 1.2;
 /// Safety factor of a step with the fewest iterations (RADAU5: SAFE).
 const SAFETY: f64 = 0.9;
-/// The Jacobian is kept when Newton converges at least that fast (RADAU5: THET)...
+/// The Jacobian is kept if Newton's method converges at least this fast (RADAU5: THET)...
 const FAST_RATE: f64 = 1e-3;
-/// ...or in so few iterations (SciPy).
+/// ...or within this number of iterations (SciPy).
 const FEW_ITERATIONS: usize = 2;
-/// Step sizes count as equal up to the rounding of the times that they connect.
+/// Step sizes count as equal up to the rounding of their end times.
 const SAME_SIZE: f64 = 1e-8;
 
-/// How far a step was and what its error estimate said, relative to the tolerances.
+/// Size of a step and its error estimate relative to the tolerances.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct StepError {
     pub(crate) h_abs: f64,
@@ -79,24 +81,24 @@ pub(crate) struct Converged {
 }
 
 impl Converged {
-    /// The next step is to begin with a new Jacobian.
+    /// Whether the next step should start with a new Jacobian.
     pub(crate) fn wants_jacobian(&self) -> bool {
         self.iterations > FEW_ITERATIONS && self.rate > FAST_RATE
     }
 }
 
-/// What to do after an iteration.
+/// Decision after an iteration.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Verdict {
-    /// It does not converge: cut the step.
+    /// The iteration does not converge: reduce the step.
     Diverges,
-    /// Apply the correction and go on.
+    /// Apply the correction and continue.
     GoOn,
-    /// Apply the correction; what remains is below the tolerance.
+    /// Apply the correction; the remaining error is below the tolerance.
     Converged(Converged),
 }
 
-/// The simplified Newton iteration of a step, as its corrections tell.
+/// Convergence of the simplified Newton iteration of a step, judged by its corrections.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Iteration {
     tolerance: f64,
@@ -105,8 +107,8 @@ pub(crate) struct Iteration {
 }
 
 impl Iteration {
-    /// How large the error left by the iteration may be, relative to the tolerances, where the smallest relative one
-    /// is `rtol`.
+    /// Allowed error of the iteration relative to the tolerances, if the smallest relative tolerance is
+    /// `rtol`.
     pub(crate) fn tolerance(rtol: f64) -> f64 {
         let rounding = NEWTON_TOLERANCE_IN_ROUNDING_UNITS * f64::EPSILON / rtol;
         rounding.max(NEWTON_TOLERANCE.min(rtol.sqrt()))
@@ -116,12 +118,12 @@ impl Iteration {
         Self { tolerance, count: 0, previous_norm: None }
     }
 
-    /// Judges a correction of that size relative to the tolerances.
+    /// Judges a correction of this size relative to the tolerances.
     pub(crate) fn judge(&mut self, norm: f64) -> Verdict {
         self.count += 1;
         let rate = self.previous_norm.replace(norm).map(|previous| norm / previous);
         if let Some(rate) = rate {
-            // What the iterations that are left can achieve (Hairer and Wanner 1996, eq. IV.8.11).
+            // Error that the remaining iterations can achieve (Hairer and Wanner 1996, eq. IV.8.11).
             let left = (NEWTON_ITERATIONS + 1 - self.count) as i32;
             let hopeless = rate.powi(left) / (1.0 - rate) * norm > self.tolerance;
             if rate >= 1.0 || rate.is_nan() || hopeless {
@@ -139,8 +141,8 @@ impl Iteration {
 /// Order of the embedded formula.
 pub(crate) const ERROR_ORDER: f64 = 3.0;
 
-/// Factor of the step size from the errors and sizes of two steps (Gustafsson 1994; Hairer and Wanner 1996, eq.
-/// IV.8.25); the fewer iterations, the larger (ibid., eq. IV.8.21).
+/// Factor of the step size from the errors and sizes of two steps (Gustafsson 1994; Hairer and Wanner 1996,
+/// eq. IV.8.25). The factor is larger after fewer iterations (ibid., eq. IV.8.21).
 pub(crate) fn step_factor(step: StepError, last: Option<StepError>, iterations: usize) -> f64 {
     let exponent = 1.0 / (ERROR_ORDER + 1.0);
     let trend = match last {
@@ -151,13 +153,13 @@ pub(crate) fn step_factor(step: StepError, last: Option<StepError>, iterations: 
     SAFETY * allowed as f64 / used as f64 * (trend.min(1.0) * step.error.powf(-exponent))
 }
 
-/// Size of the next step after an accepted one, by its factor.
+/// Size of the step after an accepted one, from the step factor.
 pub(crate) fn next_size(h_abs: f64, factor: f64, wants_jacobian: bool) -> f64 {
     let keep = !wants_jacobian && factor < SMALLEST_GROWTH;
     h_abs * if keep { 1.0 } else { factor.min(LARGEST_FACTOR) }
 }
 
-/// Whether factorisations for steps of one size serve those of another.
+/// Whether factorisations for one step size are valid for another one.
 pub(crate) fn is_same_size(h: f64, factorised_for: f64) -> bool {
     (h / factorised_for - 1.0).abs() <= SAME_SIZE
 }
@@ -211,7 +213,7 @@ pub(crate) fn transform(matrix: &[[f64; STAGES]; STAGES], vectors: &[f64], out: 
     }
 }
 
-/// Mean over the stages of the squares of the scaled corrections, and its root.
+/// Root of the mean over the stages of the squared scaled corrections.
 pub(crate) fn norm_of_stages(stages: &[f64], scale: &[f64]) -> f64 {
     let norm = stages.chunks_exact(scale.len()).map(|stage| scaled_norm(stage, scale).powi(2)).sum::<f64>();
     (norm / STAGES as f64).sqrt()
@@ -246,7 +248,7 @@ mod tests {
 
     #[test]
     fn constant_velocities_and_accelerations_have_no_error() {
-        // E z / h = -v0 for z = c h v0; its second-order part: q = c^2 h^2 a0 / 2 and v = c h a0.
+        // E z / h = -v0 for z = c h v0. Its second-order counterpart has q = c^2 h^2 a0 / 2 and v = c h a0.
         let dot = |x: [f64; STAGES]| x.iter().zip(E).map(|(x, e)| x * e).sum::<f64>();
         assert!((dot(C) + 1.0).abs() < 1e-14);
         assert!(E_A_SQUARED.iter().sum::<f64>().abs() < 1e-14);

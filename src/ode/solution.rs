@@ -10,32 +10,32 @@ use super::stepper::Stepper;
 use crate::error::{Interrupted, InvalidInput};
 use crate::memory;
 
-/// A trajectory and how it came about. What was computed before a failure or an interruption is kept.
+/// A trajectory with its status. States computed before a failure or an interruption are kept.
 #[derive(Clone, Debug)]
 pub struct Solution {
-    /// Times: those asked for as far as they were reached, or the start and all accepted steps.
+    /// Times: the requested ones that were reached, or the start and all accepted steps.
     pub t: Vec<f64>,
-    /// The states at these times one after the other, n numbers each.
+    /// States at these times, n numbers each.
     pub y: Vec<f64>,
     /// Number of equations n.
     pub n: usize,
-    /// The solution as a function of time, if asked for and a step was made.
+    /// Solution as a function of time, if requested and if a step was made.
     pub dense: Option<DenseOutput>,
-    /// For every event function, when it happened and the states then.
+    /// For every event function, the times and states of its events.
     pub events: Vec<Occurrences>,
     /// Counts of steps, iterations and evaluations.
     pub counters: Counters,
-    /// How it ended.
+    /// Status.
     pub status: Status,
-    /// The status in words, with what to change when it is not the wanted one.
+    /// Status in words, with advice unless the integration succeeded.
     pub message: String,
-    /// The time at which the problem was found to be stiff for the explicit method in use, if it was.
+    /// Time at which the problem was found to be stiff for an explicit method, if it was.
     pub stiff_at: Option<f64>,
-    /// A relative tolerance was below 100 rounding units and has been raised to that.
+    /// Whether a relative tolerance was raised to 100 rounding units.
     pub rtol_raised: bool,
 }
 
-/// The occurrences of an event.
+/// Occurrences of an event.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Occurrences {
     /// Times, in the order of the integration.
@@ -45,17 +45,18 @@ pub struct Occurrences {
 }
 
 impl Solution {
-    /// The state at the point with that index.
+    /// State at the point with this index.
     pub fn state(&self, index: usize) -> &[f64] {
         &self.y[index * self.n..(index + 1) * self.n]
     }
 }
 
-/// Integrates `system` over `t_span` from `y0`. `monitor` sees the stepper after every accepted step and may stop the
-/// integration, as may the system and the events; the status is then [`Status::Interrupted`].
+/// Integrates `system` over `t_span` from `y0`. `monitor` is called with the stepper after every accepted
+/// step and may stop the integration, as may the system and the events; the status is then
+/// [`Status::Interrupted`].
 ///
-/// Fails before any evaluation when an argument is wrong. Cost: see [`Counters`]; memory: n numbers for every point of
-/// the output, and 4 (Radau), 5 (RK45) or 8 (DOP853) times that for every step with `output.dense`.
+/// Fails before any evaluation if an argument is invalid. Cost: see [`Counters`]. Memory: n numbers for every
+/// point of the output, and 4 (Radau), 5 (RK45) or 8 (DOP853) times that for every step with `output.dense`.
 pub fn solve<S: System + ?Sized>(
     system: &mut S,
     t_span: (f64, f64),
@@ -72,7 +73,7 @@ pub fn solve<S: System + ?Sized>(
         let found = format_args!("{} times of {n} values", times.len());
         memory::check(times.len().saturating_mul(n), "t_eval", found, "ask for fewer times")?;
     }
-    // What every step adds to the result.
+    // Numbers added to the result per step.
     let of_state = if output.t_eval.is_none() { 1 + n } else { 0 };
     let of_polynomial = if output.dense { 1 + stepper.form().vectors() * n } else { 0 };
     if of_state + of_polynomial > 0 {
@@ -138,7 +139,7 @@ fn run<S: System + ?Sized>(
     }
 }
 
-/// Collects what the caller asked for.
+/// Collects the requested output.
 struct Recorder<'a> {
     output: &'a Output,
     // Index of the next time of `output.t_eval`.
@@ -190,8 +191,8 @@ impl<'a> Recorder<'a> {
         occurrences.y.extend_from_slice(&self.scratch);
     }
 
-    /// Records the last step up to `end`, where the integration ends if that is not the end of the step. False
-    /// when values inside of it are not finite.
+    /// Records the last step up to `end`, which differs from the end of the step if an event ends the
+    /// integration. Returns false if interpolated values are not finite.
     fn step<S: System + ?Sized>(
         &mut self,
         system: &mut S,

@@ -11,24 +11,24 @@ use crate::tape::Tape;
 pub struct Counters {
     /// Accepted steps.
     pub accepted: usize,
-    /// Steps that were computed and then rejected because of their error estimate (or because they were not finite).
+    /// Rejected steps, because of their error estimate or because they were not finite.
     pub rejected: usize,
-    /// Evaluations of the right-hand side; those for differenced Jacobians not included.
+    /// Evaluations of the right-hand side, without those for Jacobians by differences.
     pub nfev: usize,
-    /// Evaluations of the right-hand side for differenced Jacobians.
+    /// Evaluations of the right-hand side for Jacobians by differences.
     pub nfev_jacobian: usize,
-    /// Jacobians, given or differenced.
+    /// Jacobians, provided by the system or by differences.
     pub njev: usize,
     /// LU factorisations, real and complex.
     pub nlu: usize,
 }
 
-/// The state of an integration that all methods share.
+/// State of an integration, common to all methods.
 #[derive(Clone, Debug)]
 pub(super) struct State {
     pub(super) t: f64,
     pub(super) t_end: f64,
-    /// Where the next step ends at the latest: at the end, or at the system's horizon.
+    /// Latest end of the next step: the end of the integration, or the system's horizon.
     pub(super) horizon: f64,
     /// 1 forward, -1 backward in time.
     pub(super) direction: f64,
@@ -37,7 +37,7 @@ pub(super) struct State {
     pub(super) f: Vec<f64>,
     pub(super) t_old: f64,
     pub(super) y_old: Vec<f64>,
-    /// Memory for the new state, which takes the place of y when the step is accepted.
+    /// Memory for the new state, which replaces y when the step is accepted.
     pub(super) y_new: Vec<f64>,
     /// Size of the next step.
     pub(super) h_abs: f64,
@@ -49,17 +49,17 @@ pub(super) struct State {
     pub(super) stiff_at: Option<f64>,
 }
 
-/// A step must be that many spacings of floating-point numbers long at least (SciPy).
+/// Minimum step size in spacings of floating-point numbers (SciPy).
 const SMALLEST_STEP_IN_SPACINGS: f64 = 10.0;
 
 impl State {
-    /// The smallest step that is allowed at the current time.
+    /// Smallest allowed step at the current time.
     pub(super) fn smallest_step(&self) -> f64 {
         let next = if self.direction > 0.0 { self.t.next_up() } else { self.t.next_down() };
         self.min_step.max(SMALLEST_STEP_IN_SPACINGS * (next - self.t).abs())
     }
 
-    /// The state between steps.
+    /// Serialises the state between steps.
     pub(super) fn carry(&mut self, tape: &mut Tape<'_>) {
         for number in [&mut self.t, &mut self.t_end, &mut self.t_old, &mut self.h_abs] {
             tape.number(number);
@@ -74,7 +74,7 @@ impl State {
         tape.optional(&mut self.stiff_at, 0.0, Tape::number);
     }
 
-    /// Looks up how far the next step may go.
+    /// Updates the horizon of the next step.
     pub(super) fn look_ahead<S: System + ?Sized>(&mut self, system: &S) {
         self.horizon = self.t_end;
         if self.direction > 0.0 {
@@ -82,7 +82,7 @@ impl State {
         }
     }
 
-    /// End and size of a step of the wanted size that does not go beyond the horizon.
+    /// End and size of a step of the given size, limited by the horizon.
     pub(super) fn step_to(&self, h_abs: f64) -> (f64, f64) {
         let mut t_new = self.t + h_abs * self.direction;
         if self.direction * (t_new - self.horizon) > 0.0 {
@@ -91,7 +91,7 @@ impl State {
         (t_new, t_new - self.t)
     }
 
-    /// Takes `y_new` and `f_new` as the state at `t_new`.
+    /// Accepts `y_new` and `f_new` as the state at `t_new`.
     pub(super) fn accept(&mut self, t_new: f64, f_new: &[f64]) {
         self.t_old = self.t;
         self.t = t_new;
@@ -111,7 +111,7 @@ impl State {
     }
 }
 
-/// How a method's attempt to make a step ended.
+/// Result of a method's attempt to make a step.
 pub(super) enum Advance {
     Accepted,
     Failed(Status),

@@ -1,26 +1,27 @@
-//! How an integration ended.
+//! Status of an integration.
 
-/// Why an integration ended.
+/// Reason why an integration ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Status {
     /// The end of the interval was reached.
     Finished,
-    /// A terminal event occurred as often as it was allowed to.
+    /// A terminal event occurred the specified number of times.
     Event,
-    /// The step limit was reached first.
+    /// The limit of steps was reached.
     TooManySteps,
-    /// The tolerances need a step that is smaller than allowed, or than floating-point numbers can express.
+    /// The tolerances require a step smaller than allowed, or smaller than the spacing of floating-point
+    /// numbers.
     StepTooSmall,
-    /// The right-hand side or the state is NaN or infinite however small the step.
+    /// The right-hand side or the state is NaN or infinite for any step size.
     NonFinite,
-    /// An implicit method met a Jacobian that is NaN or infinite, which no smaller step can mend.
+    /// The Jacobian of an implicit method is NaN or infinite, for any step size.
     NonFiniteJacobian,
-    /// The right-hand side, an event or the monitor asked to stop.
+    /// The right-hand side, an event or the monitor requested a stop.
     Interrupted,
 }
 
 impl Status {
-    /// True when the end of the interval or a terminal event was reached.
+    /// True if the end of the interval or a terminal event was reached.
     pub fn is_success(self) -> bool {
         matches!(self, Self::Finished | Self::Event)
     }

@@ -12,7 +12,7 @@ use crate::error::{Interrupted, InvalidInput, Number};
 use crate::memory;
 use crate::tape::Tape;
 
-/// The method with its memory.
+/// A method with its working memory.
 #[derive(Clone, Debug)]
 enum Scheme {
     Explicit(Explicit),
@@ -35,32 +35,32 @@ impl Scheme {
     }
 }
 
-/// An integration that is carried out step by step. All memory is allocated at the start.
+/// An integration performed step by step. All memory is allocated at the start.
 ///
-/// The stepper does not own the system; the same one must be given to every call.
+/// The stepper does not own the system; pass the same system to every call.
 #[derive(Clone, Debug)]
 pub struct Stepper {
     state: State,
     scheme: Scheme,
     max_steps: usize,
-    // As many steps as the memory for their results has room for.
+    // Number of steps whose results fit in memory.
     steps_in_memory: usize,
     first_step: Option<f64>,
     started: bool,
-    // The right-hand side at the start is finite.
+    // Whether the right-hand side at the start is finite.
     is_defined: bool,
     status: Option<Status>,
-    // The polynomial of the last step, once asked for.
+    // Polynomial of the last step, once computed.
     interpolant: Vec<f64>,
     has_interpolant: bool,
 }
 
 impl Stepper {
-    /// Prepares the integration of `n` equations from `t_span.0` to `t_span.1`, which may be infinite or the earlier
-    /// of the two. Evaluates nothing yet.
+    /// Prepares the integration of `n` equations from `t_span.0` to `t_span.1`, which may be infinite or the
+    /// earlier of the two. Evaluates nothing.
     pub fn new(n: usize, t_span: (f64, f64), y0: &[f64], options: &Options) -> Result<Self, InvalidInput> {
         let tolerances = options.check(n, t_span, y0)?;
-        /// Vectors of the state, beside those of the method.
+        /// Number of vectors of the state, without those of the method.
         const VECTORS: usize = 12;
         let (t0, t_end) = t_span;
         let vectors = VECTORS + Explicit::vectors(options.method);
@@ -103,13 +103,13 @@ impl Stepper {
         })
     }
 
-    /// Ends the integration after so many steps, for which there is memory.
+    /// Limits the number of steps to what fits in memory.
     pub(super) fn limit_steps(&mut self, steps_in_memory: usize) {
         self.steps_in_memory = steps_in_memory;
     }
 
-    /// Evaluates the right-hand side at the start and chooses the first step. [`Self::step`] does this when it has
-    /// not been done.
+    /// Evaluates the right-hand side at the start and chooses the first step. [`Self::step`] calls this if
+    /// necessary.
     pub fn start<S: System + ?Sized>(&mut self, system: &mut S) -> Result<(), Interrupted> {
         if self.started {
             return Ok(());
@@ -144,12 +144,12 @@ impl Stepper {
         Ok(())
     }
 
-    /// Makes one accepted step. `Some(status)` when the integration is over: the end was reached, or no step could be
-    /// made, which leaves the state as it was. After an interruption the state is that of the last accepted step, and
-    /// stepping may be tried again.
+    /// Makes one accepted step. Returns `Some(status)` if the integration has ended: the end was reached, or
+    /// no step could be made, which leaves the state unchanged. After an interruption the state is that of
+    /// the last accepted step, and the step can be repeated.
     ///
     /// # Panics
-    /// When the integration was over before.
+    /// If the integration had already ended.
     pub fn step<S: System + ?Sized>(&mut self, system: &mut S) -> Result<Option<Status>, Interrupted> {
         assert!(self.status.is_none(), "the integration is over");
         self.start(system)?;
@@ -185,22 +185,22 @@ impl Stepper {
         Ok(self.status)
     }
 
-    /// Goes on to a later end, whatever the status was.
+    /// Continues to a later end, whatever the status was.
     pub(crate) fn go_on(&mut self, t_end: f64) {
         (self.status, self.state.t_end) = (None, t_end);
     }
 
-    /// Goes on in other coordinates where those at hand come near a singularity.
+    /// Switches to other coordinates if the current ones are close to a singularity.
     pub(crate) fn settle<S: System + ?Sized>(&mut self, system: &mut S) {
         system.wrap(&mut self.state.y, &mut self.state.f);
     }
 
-    /// The current state, and the right-hand side there.
+    /// Current state and right-hand side.
     pub(crate) fn state_mut(&mut self) -> [&mut [f64]; 2] {
         [&mut self.state.y, &mut self.state.f]
     }
 
-    /// The right-hand side at the current state has jumped to this.
+    /// Right-hand side at the current state, to be overwritten after a jump.
     pub(crate) fn rate_mut(&mut self) -> &mut [f64] {
         &mut self.state.f
     }
@@ -236,7 +236,7 @@ impl Stepper {
         self.has_interpolant = false;
     }
 
-    /// Evaluates the polynomial of the last step; false where it is not finite.
+    /// Evaluates the polynomial of the last step; false if it is not finite.
     pub(crate) fn interpolate<S: System + ?Sized>(
         &mut self,
         system: &mut S,
@@ -248,8 +248,8 @@ impl Stepper {
         Ok(is_finite)
     }
 
-    /// Computes the polynomial of the last step, unless that has been done. Whether its values are finite: they may
-    /// overflow where the state does not.
+    /// Computes the polynomial of the last step, if necessary. Returns whether its values are finite: they
+    /// may overflow although the state does not.
     pub(super) fn prepare_polynomial<S: System + ?Sized>(
         &mut self,
         system: &mut S,
@@ -268,13 +268,13 @@ impl Stepper {
             }
             self.has_interpolant = true;
         }
-        // No value is larger than as many times the largest coefficient as there are coefficients.
+        // Values are bounded by the largest coefficient times the number of coefficients.
         let largest =
             self.interpolant.iter().fold(0.0_f64, |largest, coefficient| largest.max(coefficient.abs()));
         Ok(all_finite(&self.interpolant) && (self.form().vectors() as f64 * largest).is_finite())
     }
 
-    /// The polynomial of the last step; it must have been prepared.
+    /// Polynomial of the last step; must have been prepared.
     pub(super) fn polynomial(&self) -> StepPolynomial<'_> {
         debug_assert!(self.has_interpolant);
         StepPolynomial {
@@ -285,7 +285,8 @@ impl Stepper {
         }
     }
 
-    /// The solution over the last step. DOP853 evaluates the right-hand side three more times for it, once a step.
+    /// Solution over the last step. DOP853 needs three additional evaluations of the right-hand side, once
+    /// per step.
     pub fn dense_output<S: System + ?Sized>(&mut self, system: &mut S) -> Result<DenseOutput, Interrupted> {
         self.prepare_polynomial(system)?;
         let mut dense = DenseOutput::new(self.form(), self.state.y.len(), self.state.t_old);
@@ -297,8 +298,8 @@ impl Stepper {
         self.scheme.form()
     }
 
-    /// Estimate of the error that the last step has added, one number for each component; zeros before the first. For
-    /// RK45 the embedded solution of order 4 minus the solution.
+    /// Estimated error of the last step for each component; zeros before the first step. For RK45, the
+    /// embedded solution of order 4 minus the solution.
     pub fn error_estimate(&self) -> Vec<f64> {
         if self.state.t == self.state.t_old || self.state.y.is_empty() {
             return vec![0.0; self.state.y.len()];
@@ -324,7 +325,7 @@ impl Stepper {
         &self.state.f
     }
 
-    /// Time before the last step; the start when no step was made.
+    /// Time before the last step; the start if no step was made.
     pub fn t_old(&self) -> f64 {
         self.state.t_old
     }
@@ -339,34 +340,34 @@ impl Stepper {
         self.state.direction
     }
 
-    /// The cost of the integration so far.
+    /// Cost of the integration so far.
     pub fn counters(&self) -> Counters {
         self.state.counters
     }
 
-    /// `None` while the integration goes on.
+    /// `None` while the integration is running.
     pub fn status(&self) -> Option<Status> {
         self.status
     }
 
-    /// The time at which the problem was found to be stiff for the explicit method in use, if it was.
+    /// Time at which the problem was found to be stiff for an explicit method, if it was.
     pub fn stiff_at(&self) -> Option<f64> {
         self.state.stiff_at
     }
 
-    /// True when a relative tolerance was below 100 rounding units and has been raised to that.
+    /// Whether a relative tolerance was raised to 100 rounding units.
     pub fn rtol_raised(&self) -> bool {
         self.state.tolerances.rtol_raised
     }
 
-    /// A status of this integration in words, with what to change when it is not the wanted one.
+    /// Describes a status of this integration, with advice unless it is a success.
     pub fn explain(&self, status: Status) -> String {
         let smallest_is_min_step =
             self.state.min_step > 0.0 && self.state.smallest_step() == self.state.min_step;
         let [t, t_end, min_step] = [self.state.t, self.state.t_end, self.state.min_step].map(Number);
         let mut message = match status {
             Status::Finished => "The end of the integration interval was reached.".to_owned(),
-            // SciPy's words: programs compare them.
+            // SciPy's message, which programs compare with.
             Status::Event => "A termination event occurred.".to_owned(),
             Status::TooManySteps if self.steps_in_memory < self.max_steps => format!(
                 "The result has no room for more than {} steps ({} GiB), which were reached at t = {t}, before the end of \

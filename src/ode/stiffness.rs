@@ -1,18 +1,18 @@
-//! Is the step limited by stability instead of accuracy? The test of the codes DOPRI5 and DOP853 (Hairer and Wanner
-//! 1996, section IV.2, "Stiffness detection"): the last two stages are evaluated at the same time, hence
-//! `|f(y1) - f(y2)| / |y1 - y2|` estimates the dominant eigenvalue lambda there, and a step that accuracy limits keeps
-//! `h |lambda|` inside of the stability region.
+//! Detects steps limited by stability instead of accuracy, by the test of the codes DOPRI5 and DOP853 (Hairer
+//! and Wanner 1996, section IV.2, "Stiffness detection"). The last two stages are evaluated at the same time,
+//! so that `|f(y1) - f(y2)| / |y1 - y2|` estimates the dominant eigenvalue lambda. A step limited by accuracy
+//! keeps `h |lambda|` inside the stability region.
 
 use crate::tape::Tape;
 
-/// The test begins at every so many accepted steps.
+/// Number of accepted steps between two tests.
 const INTERVAL: usize = 1000;
-/// That many steps on the border of stability make a problem stiff...
+/// This many steps at the stability limit make a problem stiff...
 const SUSPICIONS: u32 = 15;
-/// ...unless so many in a row are not.
+/// ...unless this many consecutive steps are not at the limit.
 const ACQUITTALS: u32 = 6;
 
-/// Counts the steps on the border of stability.
+/// Counts the steps at the stability limit.
 #[derive(Clone, Debug, Default)]
 pub(super) struct StiffnessTest {
     suspicions: u32,
@@ -20,19 +20,19 @@ pub(super) struct StiffnessTest {
 }
 
 impl StiffnessTest {
-    /// Its counters.
+    /// Serialises the counters.
     pub(super) fn carry(&mut self, tape: &mut Tape<'_>) {
         tape.small_count(&mut self.suspicions);
         tape.small_count(&mut self.acquittals);
     }
 
-    /// Whether the accepted step with that number is to be tested.
+    /// Whether to test the accepted step with this number.
     pub(super) fn is_due(&self, accepted: usize) -> bool {
         self.suspicions > 0 || accepted.is_multiple_of(INTERVAL)
     }
 
-    /// Takes note of a step; true when the problem is found to be stiff. `arguments` and `values` are (y, f(t, y)) of
-    /// the last two stages.
+    /// Updates the counters with a step; true if the problem is found to be stiff. `arguments` and `values`
+    /// are (y, f(t, y)) of the last two stages.
     pub(super) fn observe(
         &mut self,
         h_abs: f64,

@@ -231,7 +231,7 @@ pub(crate) fn actuate<'py>(
     PyActuateResult::new(py, &robot, found, is_single)
 }
 
-/// Targets in all the ways in which they can be said.
+/// Targets in all accepted forms.
 fn targets_of(robot: &Robot, target: &Bound<'_, PyAny>) -> PyResult<Targets> {
     let is_target = |value: &Bound<'_, PyAny>| value.get_type().name().is_ok_and(|name| name == "Target");
     if is_target(target) {
@@ -250,7 +250,7 @@ fn targets_of(robot: &Robot, target: &Bound<'_, PyAny>) -> PyResult<Targets> {
     Targets::of(robot, &none, Some(&given), "target")
 }
 
-/// The entries of the inputs of these names.
+/// Indices in u of the inputs with these names.
 fn entries_of(inputs: &Bound<'_, PyAny>, names: &[String]) -> PyResult<Vec<usize>> {
     let wrong = |found: &Bound<'_, PyAny>| {
         let found = convert::describe(found);
@@ -272,7 +272,7 @@ fn entries_of(inputs: &Bound<'_, PyAny>, names: &[String]) -> PyResult<Vec<usize
     Ok(all)
 }
 
-/// Limits for all inputs, or by their names.
+/// Limits for all inputs, or by name.
 fn limits_of(limits: &Bound<'_, PyAny>, names: &[String]) -> PyResult<Vec<(usize, [f64; 2])>> {
     let all = if limits.hasattr("items")? {
         pairs(limits, names, "limits", limit)?

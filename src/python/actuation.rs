@@ -17,18 +17,18 @@ use crate::rod::{Parts, Profile, STRAIN_NAMES};
 use crate::scene::suggestion::suggestion;
 use crate::signal::Signal;
 
-/// What the messages call them.
+/// Class names for messages.
 const EXPECTED: &str = "lissom.Tendon, Chamber, Motor or ActiveStrain";
 
-/// The length of links that are not known yet: for what does not depend on it.
+/// Stand-in for the length of unknown links, for checks that do not depend on it.
 const UNIT: f64 = 1.0;
 
-/// What actuators are on.
+/// The model on which actuators act.
 #[derive(Clone, Copy)]
 pub(super) enum Surroundings<'a> {
     /// The links of a robot.
     Robot(&'a Robot),
-    /// A rod, which is its only link: what names no link is on it.
+    /// A rod, which is the only link of its robot; actuators need not name it.
     Rod(&'a Robot),
     /// Links that are not known yet.
     Unknown,
@@ -46,14 +46,14 @@ impl<'a> Surroundings<'a> {
         self.robot().map_or(Ok(0), |robot| index_of(robot, name, place))
     }
 
-    /// The length of a link's rod.
+    /// Length of a link's rod.
     fn length(self, link: usize) -> f64 {
         let length = self.robot().map_or(UNIT, |robot| robot.links[link].length());
         if length > 0.0 { length } else { UNIT }
     }
 }
 
-/// What is in an attribute, unless that is None.
+/// Value of an attribute, unless it is None.
 fn given<'py>(object: &Bound<'py, PyAny>, name: &str) -> PyResult<Option<Bound<'py, PyAny>>> {
     Ok(Some(object.getattr(name)?).filter(|value| !value.is_none()))
 }
@@ -77,11 +77,11 @@ fn optional_text(object: &Bound<'_, PyAny>, name: &str) -> PyResult<Option<Strin
     given(object, name)?.map(|_| text(object, name)).transpose()
 }
 
-/// Adds the place to what a refusal says. What a function of the user raised has a traceback, and stays as it is, with a note
-/// that says where that was.
+/// Adds the place to the message of a refusal. Exceptions of user functions have a traceback; they are
+/// unchanged except for a note with the place.
 pub(super) fn at_place(py: Python<'_>, place: &str, error: PyErr) -> PyErr {
     if error.traceback(py).is_some() {
-        // An exception that takes no notes comes without.
+        // Some exceptions do not accept notes.
         _ = error.value(py).call_method1("add_note", (format!("in {place}"),));
         return error;
     }
@@ -99,7 +99,7 @@ pub(super) fn at_place(py: Python<'_>, place: &str, error: PyErr) -> PyErr {
     PyErr::from_type(kind, problems.join("\n"))
 }
 
-/// A part that is embedded in a rod.
+/// A part embedded in a rod.
 fn along_of(object: &Bound<'_, PyAny>, surroundings: Surroundings<'_>) -> PyResult<Along> {
     let link = surroundings.link(optional_text(object, "link")?.as_deref(), "link")?;
     let length = surroundings.length(link);
@@ -121,20 +121,20 @@ fn along_of(object: &Bound<'_, PyAny>, surroundings: Surroundings<'_>) -> PyResu
     Ok(Along { link, offset, along })
 }
 
-/// Where numbers vary along the rod of a link.
+/// The part of a link's rod along which numbers vary.
 struct Stretch {
-    /// Arc lengths between which two numbers are meant.
+    /// Arc lengths to which two numbers refer.
     ends: [f64; 2],
-    /// Of the whole rod, in metres.
+    /// Length of the whole rod in metres.
     length: f64,
-    /// Whether that is known.
+    /// Whether the length is known.
     is_known: bool,
-    /// What the numbers are in.
+    /// Unit of the numbers.
     unit: &'static str,
 }
 
 impl Stretch {
-    /// A number, two numbers at the ends (linear between them), or what a profile along the whole rod is made of.
+    /// A number, two numbers at the ends (linear in between), or data for a profile along the whole rod.
     fn profile(&self, value: &Bound<'_, PyAny>, place: &str) -> PyResult<Profile<1>> {
         let Self { ends: [from, to], length, .. } = *self;
         let mut check = Checker::new();
@@ -149,7 +149,7 @@ impl Stretch {
             }
             let slope = (end - start) / (to - from);
             if !slope.is_finite() {
-                // What is wrong with the ends is found with the other parameters.
+                // Problems of the ends are reported with the other parameters.
                 return Ok(start.into());
             }
             return Ok(Profile::linear([[start - slope * from], [start + slope * (length - from)]]));
@@ -164,7 +164,7 @@ impl Stretch {
                 check.require(number.is_finite(), place, Number(number), &expected);
                 check.finish()?;
             }
-            // Between two stations it is linear.
+            // A table with two stations is linear.
             Parts::Table(&[_, end], &[base, tip]) if end == length => {
                 return Ok(Profile::linear([base, tip]));
             }
@@ -220,7 +220,7 @@ fn one_of<T>(names: [&str; 2], values: [Option<T>; 2]) -> Result<(usize, T), Inv
     }
 }
 
-/// The actuator that an object of one of the classes describes.
+/// Converts an object of one of the classes to an actuator.
 fn actuator_of(
     object: &Bound<'_, PyAny>,
     surroundings: Surroundings<'_>,
@@ -343,7 +343,7 @@ fn motor_of(
     }))
 }
 
-/// The link of a robot and the coordinate of its joint that a motor moves.
+/// The link and the joint coordinate that a motor moves.
 fn coordinate_of(robot: &Robot, name: &str) -> Result<(usize, usize), InvalidInput> {
     robot.motor_coordinate(name).ok_or_else(|| {
         let (known, places) = (robot.motor_coordinates(), robot.motor_places());
@@ -357,14 +357,14 @@ fn coordinate_of(robot: &Robot, name: &str) -> Result<(usize, usize), InvalidInp
     })
 }
 
-/// Refuses an actuator that is invalid by itself; the robot checks whether it fits.
+/// Rejects an actuator that is invalid on its own; the robot checks whether it fits.
 #[pyfunction]
 pub(crate) fn check_actuator(object: &Bound<'_, PyAny>) -> PyResult<()> {
     let actuator = actuator_of(object, Surroundings::Unknown, &mut Functions::default())?;
     Ok(actuator.validate()?)
 }
 
-/// Refuses a part of a path that is invalid by itself.
+/// Rejects a part of a path that is invalid on its own.
 #[pyfunction]
 pub(crate) fn check_path(object: &Bound<'_, PyAny>) -> PyResult<()> {
     Ok(part_of(object, Surroundings::Unknown)?.validate()?)
@@ -389,7 +389,7 @@ pub(super) fn actuators_of(
     Ok(found)
 }
 
-/// The place of an actuator among those of a robot.
+/// Index of an actuator of a robot.
 pub(super) fn actuator_index(robot: &Robot, name: &str) -> Result<usize, InvalidInput> {
     let names = || robot.actuators.iter().map(Actuator::name);
     names().position(|known| known == name).ok_or_else(|| {
@@ -461,9 +461,9 @@ pub(super) fn actuators_out<'py>(py: Python<'py>, robot: &Robot) -> PyResult<Bou
     PyTuple::new(py, robot.actuators.iter().map(out).collect::<PyResult<Vec<_>>>()?)
 }
 
-/// What is read as the same profile again, to the last bit: a number, what is linear as two numbers where these are meant from the
-/// base to the tip (`is_whole`) and else as a table of two stations, a `lissom.Profile`. Where it can, it says nothing of the length,
-/// so that rods of other lengths take it, too.
+/// Data that are read back as the same profile, bit for bit: a number; two numbers for a linear profile if
+/// these refer to base and tip (`is_whole`), otherwise a table with two stations; or a `lissom.Profile`. The
+/// length is omitted where possible, so that the data also fit rods of other lengths.
 fn profile_out<'py>(
     py: Python<'py>,
     values: &Profile<1>,
@@ -487,7 +487,7 @@ fn along_out<'py>(py: Python<'py>, robot: &Robot, along: &Along) -> PyResult<Bou
     let length = link.length();
     let is_whole = along.along == [0.0, length];
     let offset = (profile_out(py, y, length, is_whole)?, profile_out(py, z, length, is_whole)?);
-    // Along all of the rod, however long that is: its length may be swept, fitted or differentiated with respect to.
+    // A part along the whole rod, for any length: the length may be swept, fitted or differentiated.
     let ends = (!is_whole).then_some(<(f64, f64)>::from(along.along));
     py.import("lissom")?.getattr("Along")?.call1((&link.name, offset, ends))
 }

@@ -1,4 +1,4 @@
-//! Long computations that do not check for signals themselves, such as decompositions of large matrices.
+//! Long computations that do not check for signals, such as decompositions of large matrices.
 
 use std::panic::resume_unwind;
 use std::sync::Arc;
@@ -11,35 +11,36 @@ use pyo3::prelude::*;
 
 use crate::error::Interrupted;
 
-/// Models of fewer coordinates are done within the time that a user waits for Ctrl-C.
+/// Models with fewer coordinates finish before a user would miss a response to Ctrl-C.
 pub(super) const LARGE: usize = 200;
 
-/// Whether whoever waited for a computation has gone.
+/// Whether the caller of a computation has stopped waiting.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Abandoned(Arc<AtomicBool>);
 
 impl Abandoned {
-    /// Stops a computation that nobody waits for.
+    /// Stops an abandoned computation.
     pub(super) fn check(&self) -> Result<(), Interrupted> {
         if self.0.load(Ordering::Relaxed) { Err(Interrupted) } else { Ok(()) }
     }
 }
 
-/// What `work` returns, which runs in a thread of its own so that this one hears Ctrl-C. Then `work` is left alone:
-/// it ends when it next asks whether it is abandoned, or else when it is done, and what it returns is dropped.
+/// Runs `work` in a separate thread and returns its result, so that this thread can respond to Ctrl-C. After
+/// an interruption `work` is abandoned: it ends at its next check, or when it is done, and its result is
+/// dropped.
 pub(super) fn run<T: Send + 'static>(
     py: Python<'_>,
     work: impl FnOnce(&Abandoned) -> T + Send + 'static,
 ) -> PyResult<T> {
-    /// Not noticed by a user who waits.
+    /// Too short for a waiting user to notice.
     const INTERVAL: Duration = Duration::from_millis(50);
-    /// As much as the main thread has.
+    /// Stack size of the main thread.
     const STACK: usize = 8 << 20;
     let abandoned = Abandoned::default();
     let (sender, mut receiver) = sync_channel(1);
     let of_thread = abandoned.clone();
     let thread = thread::Builder::new().stack_size(STACK).spawn(move || {
-        // Nobody may be there any more to receive it.
+        // The receiver may be gone.
         _ = sender.send(work(&of_thread));
     })?;
     loop {

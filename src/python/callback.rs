@@ -1,4 +1,4 @@
-//! Exceptions of Python callbacks and Ctrl-C: kept here while the core unwinds with [`Interrupted`].
+//! Exceptions of Python callbacks and Ctrl-C, stored here while the core unwinds with [`Interrupted`].
 
 use std::cell::{Cell, RefCell};
 
@@ -9,17 +9,17 @@ use pyo3::prelude::*;
 
 use crate::error::Interrupted;
 
-/// Most computations that wait for Python code in one thread: a function of one that begins the next, and so on.
-/// Python counts its own calls, but a thousand of them with a computation in each is more than the stack of a thread.
-/// Sixteen are deeper than any shooting method of somebody sane and take a tenth of the smallest usual stack, one
-/// megabyte.
+/// Maximum number of nested computations in one thread: a function called by one computation starts the next,
+/// and so on. Python limits the depth of its own calls, but a thousand of them with a computation in each
+/// would overflow the stack of a thread. Sixteen levels exceed any reasonable shooting method and use a tenth
+/// of the smallest common stack size, one megabyte.
 const MAX_NESTED: usize = 16;
 
 thread_local! {
     static NESTED: Cell<usize> = const { Cell::new(0) };
 }
 
-/// Python code that runs within a computation: counted as long as this lives.
+/// Counts Python code that runs within a computation, for the lifetime of this value.
 #[derive(Debug)]
 pub(crate) struct Nested(());
 
@@ -42,7 +42,7 @@ impl Drop for Nested {
     }
 }
 
-/// Calls a function of the user: every call out of a computation goes through here.
+/// Calls a user function; all calls out of a computation go through this function.
 pub(crate) fn call<'py>(
     function: &Bound<'py, PyAny>,
     arguments: impl PyCallArgs<'py>,
@@ -51,12 +51,12 @@ pub(crate) fn call<'py>(
     function.call1(arguments)
 }
 
-/// Keeps the exception that stopped a computation, to raise it unchanged afterwards.
+/// Stores the exception that stopped a computation, to raise it unchanged afterwards.
 #[derive(Debug, Default)]
 pub(crate) struct Raised(Option<PyErr>);
 
 impl Raised {
-    /// Turns a Python failure into the core's request to stop.
+    /// Converts a Python exception to a request to stop the core.
     pub(crate) fn catch<T>(&mut self, result: PyResult<T>) -> Result<T, Interrupted> {
         result.map_err(|error| {
             self.0 = Some(error);
@@ -64,7 +64,7 @@ impl Raised {
         })
     }
 
-    /// The exception that was caught, if any, here or by a function of time.
+    /// The stored exception, if any, of this value or of a function of time.
     pub(crate) fn into_result(self) -> PyResult<()> {
         let of_function = raised_by_function();
         self.0.map_or(of_function, Err)
@@ -72,37 +72,37 @@ impl Raised {
 }
 
 thread_local! {
-    /// The exception of a function of time that the core called in this thread: such a function belongs to a model
-    /// that several threads may run at once, and so cannot keep it.
+    /// Exception of a function of time called by the core in this thread. The function belongs to a model
+    /// that several threads may run at once, and therefore cannot store the exception itself.
     static RAISED_BY_FUNCTION: RefCell<Option<PyErr>> = const { RefCell::new(None) };
 }
 
-/// Refuses to call a function of time while the exception of one waits to be raised: the core may be on its way out
-/// through code that asks once more, and the first exception is the one that matters.
+/// Rejects calls of functions of time while an exception of one is stored: the core may call another one
+/// while it unwinds, and only the first exception should be raised.
 pub(crate) fn none_is_kept() -> Result<(), Interrupted> {
     let is_kept = RAISED_BY_FUNCTION.with_borrow(Option::is_some);
     if is_kept { Err(Interrupted) } else { Ok(()) }
 }
 
-/// Keeps the exception of a function of time.
+/// Stores the exception of a function of time.
 pub(crate) fn keep(error: PyErr) -> Interrupted {
     RAISED_BY_FUNCTION.replace(Some(error));
     Interrupted
 }
 
-/// The exception that a function of time has raised in this thread since this was last asked, if any.
+/// Takes the exception stored in this thread by a function of time, if any.
 pub(crate) fn raised_by_function() -> PyResult<()> {
     RAISED_BY_FUNCTION.take().map_or(Ok(()), Err)
 }
 
-/// What a computation found, or the exception of the function of time that stopped it.
+/// The result of a computation, or the exception of the function of time that stopped it.
 pub(crate) fn or_raised<T>(result: Result<T, Interrupted>) -> PyResult<T> {
     raised_by_function()?;
     Ok(result.expect("only functions of time stop it, and they keep their exceptions"))
 }
 
-/// What a callback that watches a computation wants: it goes on unless the callback has returned True or raised
-/// StopIteration. Other values, such as arrays, have no meaning.
+/// Whether a callback requests a stop, by returning True or raising StopIteration. Other values, such as
+/// arrays, are ignored.
 pub(crate) fn wants_to_stop(py: Python<'_>, returned: PyResult<Bound<'_, PyAny>>) -> PyResult<bool> {
     match returned {
         Ok(value) => Ok(value.extract::<bool>().unwrap_or(false)),
@@ -111,8 +111,8 @@ pub(crate) fn wants_to_stop(py: Python<'_>, returned: PyResult<Bound<'_, PyAny>>
     }
 }
 
-/// The exception that ended a computation, with what was computed as its attribute `result`. Exceptions that take no
-/// attributes come without it, and so does one that has such an attribute of its own.
+/// The exception that ended a computation, with the partial result as its attribute `result`. The attribute
+/// is omitted if the exception does not accept attributes or already has this one.
 pub(crate) fn with_result<T>(py: Python<'_>, error: PyErr, result: impl FnOnce() -> PyResult<T>) -> PyErr
 where
     T: PyClass + Into<PyClassInitializer<T>>,

@@ -1,7 +1,7 @@
-//! Compiled right-hand sides: C functions called through their pointers, without Python in between.
+//! Compiled right-hand sides: C functions called through their pointers, without Python.
 //!
-//! The only unsafe code of the crate, for which there is no safe substitute: a Python callable costs some hundred
-//! times more a call than the stepper itself.
+//! The only unsafe code of the crate. There is no safe substitute: a call of a Python function costs about a
+//! hundred times more than the stepper itself.
 
 #![allow(unsafe_code, reason = "a function that is known by its address can only be called in unsafe code")]
 
@@ -18,32 +18,32 @@ type Signature = unsafe extern "C" fn(f64, *const f64, *mut f64, *const f64);
 /// The signature for messages.
 const SIGNATURE: &str = "void (double t, const double *y, double *out, const double *args)";
 
-/// A C function with the signature of a right-hand side, and what it needs to be called.
+/// A C function with the signature of a right-hand side, and the data for its calls.
 #[derive(Debug)]
 pub(super) struct CompiledFunction {
     function: Signature,
     inputs: usize,
     outputs: usize,
     parameters: Parameters,
-    // Owns the machine code; never called itself.
+    // Keeps the machine code alive; never called itself.
     owner: Py<PyAny>,
 }
 
-/// What the last argument points to.
+/// Memory to which the last argument points.
 #[derive(Debug)]
 enum Parameters {
-    /// Numbers of our own.
+    /// Numbers owned by this struct.
     Owned(Vec<f64>),
     /// The `user_data` of a `LowLevelCallable`, as an address.
     Foreign(usize),
 }
 
 impl CompiledFunction {
-    /// The compiled function behind a Python object: a function of ctypes, a `numba.cfunc` or a
-    /// `scipy.LowLevelCallable`; `None` for objects of other types, whatever attributes they have. It reads `inputs`
-    /// states and writes `outputs` numbers.
+    /// The compiled function of a Python object (a function of ctypes, a `numba.cfunc` or a
+    /// `scipy.LowLevelCallable`); `None` for objects of other types, whatever their attributes. It reads
+    /// `inputs` states and writes `outputs` numbers.
     ///
-    /// `args`, if any, are the numbers that its last argument points to.
+    /// `args` are the numbers to which its last argument points.
     pub(super) fn find(
         value: &Bound<'_, PyAny>,
         (inputs, outputs): (usize, usize),
@@ -73,7 +73,7 @@ impl CompiledFunction {
     /// `out <- f(t, y)`.
     ///
     /// # Panics
-    /// When a slice has the wrong length.
+    /// If a slice has the wrong length.
     pub(super) fn call(&self, t: f64, y: &[f64], out: &mut [f64]) {
         assert_eq!((y.len(), out.len()), (self.inputs, self.outputs), "lengths of a compiled function");
         let parameters = match &self.parameters {
@@ -117,7 +117,7 @@ fn address(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Option<(usize, Opti
             "{name}: expected a compiled function of signature {SIGNATURE}, got {signature}"
         )));
     }
-    // SciPy's __getitem__ refuses; the tuple itself does not.
+    // The `__getitem__` of SciPy's class raises, that of tuple does not.
     let item = tuple.get_item(0)?;
     let capsule = item.cast::<PyCapsule>()?;
     let capsule_name = CString::new(signature)?;
@@ -126,7 +126,7 @@ fn address(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Option<(usize, Opti
     Ok(Some((address, (user_data != 0).then_some(user_data))))
 }
 
-/// Whether a value is of a type of a module: not where nobody has imported the module.
+/// Whether a value has a type of a module; false if the module has not been imported.
 fn is_instance(value: &Bound<'_, PyAny>, module: &str, class: &str) -> PyResult<bool> {
     let modules = value.py().import("sys")?.getattr("modules")?.cast_into::<PyDict>()?;
     match modules.get_item(module)? {
@@ -135,7 +135,7 @@ fn is_instance(value: &Bound<'_, PyAny>, module: &str, class: &str) -> PyResult<
     }
 }
 
-/// Address of a function of ctypes.
+/// Address of a ctypes function.
 fn address_of_ctypes(function: &Bound<'_, PyAny>, name: &str) -> PyResult<usize> {
     check_types(function, name)?;
     let ctypes = function.py().import("ctypes")?;
@@ -144,9 +144,9 @@ fn address_of_ctypes(function: &Bound<'_, PyAny>, name: &str) -> PyResult<usize>
     Ok(pointer.getattr("value")?.extract::<Option<usize>>()?.unwrap_or(0))
 }
 
-/// Compares the types of a function of ctypes with the signature.
+/// Compares the declared types of a ctypes function with the signature.
 fn check_types(ctypes: &Bound<'_, PyAny>, name: &str) -> PyResult<()> {
-    // None where they were not declared.
+    // None if types were not declared.
     let types: Option<Vec<Bound<'_, PyAny>>> = ctypes.getattr("argtypes")?.extract()?;
     let types = types.unwrap_or_default();
     let names = types

@@ -10,7 +10,7 @@ use super::loops::index;
 use crate::contact::{Contact, Obstacle, Surface};
 use crate::robot::Robot;
 
-/// The link of a name; of a robot that is not known, the first one.
+/// The link with this name; the first one for an unknown robot.
 fn link_of(object: &Bound<'_, PyAny>, robot: Option<&Robot>) -> PyResult<usize> {
     let name: String =
         object.extract().map_err(|_| PyTypeError::new_err("link: expected the name of a link".to_owned()))?;
@@ -107,7 +107,7 @@ fn surface_of(object: &Bound<'_, PyAny>, robot: Option<&Robot>) -> PyResult<Surf
     }
 }
 
-/// What touches of a robot, or of one that is not known yet.
+/// A contact of a robot, or of a robot that is not known yet.
 fn contact_of(object: &Bound<'_, PyAny>, robot: Option<&Robot>) -> PyResult<Contact> {
     let py = object.py();
     if object.get_type().name()? != "Contact" {
@@ -134,11 +134,11 @@ fn contact_of(object: &Bound<'_, PyAny>, robot: Option<&Robot>) -> PyResult<Cont
     })
 }
 
-/// Refuses a contact that makes no sense by itself; whether it fits a robot is found out by that.
+/// Rejects a contact that is invalid on its own; the robot checks whether it fits.
 #[pyfunction]
 pub(crate) fn check_contact(object: &Bound<'_, PyAny>) -> PyResult<()> {
     let mut found = contact_of(object, None)?;
-    // Which links these are is not known; but whether they are one.
+    // Links are unknown; check only whether both names are equal.
     let names = ["a", "b"].map(|place| {
         let surface = object.getattr(place)?;
         PyResult::Ok(match surface.getattr_opt("link")? {
@@ -192,7 +192,7 @@ fn surface_out<'py>(py: Python<'py>, robot: &Robot, surface: &Surface) -> PyResu
     }
 }
 
-/// The Python object of a shape, with what it is on among the options.
+/// Python object of a shape; options contain the link.
 fn shape_out<'py>(
     lissom: &Bound<'py, PyModule>,
     shape: &Obstacle,
@@ -226,7 +226,7 @@ fn shape_out<'py>(
     }
 }
 
-/// The Python objects of what touches of a robot.
+/// Python objects of a robot's contacts.
 pub(super) fn contacts_out<'py>(py: Python<'py>, robot: &Robot) -> PyResult<Bound<'py, PyTuple>> {
     let class = py.import("lissom")?.getattr("Contact")?;
     let out = |contact: &Contact| {
@@ -243,7 +243,7 @@ pub(super) fn contacts_out<'py>(py: Python<'py>, robot: &Robot) -> PyResult<Boun
     PyTuple::new(py, robot.contacts.iter().map(out).collect::<PyResult<Vec<_>>>()?)
 }
 
-/// The place of a contact among those of a robot.
+/// Index of a contact of a robot.
 pub(super) fn contact_index(robot: &Robot, name: Option<&str>) -> PyResult<usize> {
     let names: Vec<String> = robot.contacts.iter().map(|contact| contact.name.clone()).collect();
     match name {

@@ -21,26 +21,26 @@ impl From<InvalidInput> for PyErr {
     }
 }
 
-/// Real numbers in row-major order, and the shape that they came in.
+/// Real numbers in row-major order, with the shape of the input.
 pub(crate) struct Numbers {
     pub(crate) values: Vec<f64>,
     pub(crate) shape: Vec<usize>,
 }
 
-/// Deeper nesting has no array: the limit of NumPy.
+/// Maximum nesting of arrays in NumPy.
 const MAX_DIMENSIONS: usize = 64;
 
-/// What NumPy makes an array of doubles of: lists, arrays of every layout, byte order and numeric type, subclasses,
-/// whatever has `__array__`. Always a copy, so that no layout of somebody else's memory matters. Everything else is
-/// refused with its place: NumPy itself would make numbers of booleans, strings, dates and None, of complex numbers
-/// their real parts, and of masked arrays what is behind the mask.
+/// Converts everything from which NumPy can create an array of doubles: lists, arrays of any layout, byte
+/// order and numeric type, subclasses, objects with `__array__`. Always makes a copy, so that foreign memory
+/// layouts do not matter. Other values are rejected with their place: NumPy itself would convert booleans,
+/// strings, dates and None, discard imaginary parts, and ignore masks.
 ///
-/// `expected` says what the whole should be, for messages.
+/// `expected` describes the expected value in messages.
 pub(crate) fn numbers(value: &Bound<'_, PyAny>, name: &str, expected: &str) -> PyResult<Numbers> {
     if let Some(array) = plain(value) {
         return Ok(Numbers { values: array.to_vec()?, shape: array.shape().to_vec() });
     }
-    // `__array__` and its like are code of the user.
+    // `__array__` and similar methods are user code.
     let _nested = Nested::enter()?;
     let py = value.py();
     let wrong = || PyTypeError::new_err(format!("{name}: expected {expected}, got {}", describe(value)));
@@ -55,7 +55,7 @@ pub(crate) fn numbers(value: &Bound<'_, PyAny>, name: &str, expected: &str) -> P
     let options = PyDict::new(py);
     options.set_item("dtype", numpy::dtype::<f64>(py))?;
     options.set_item("order", "C")?;
-    // Ragged lists, and integers beyond doubles.
+    // Ragged lists, and integers beyond the range of doubles.
     let copy = py.import("numpy")?.call_method("array", (value,), Some(&options)).map_err(|error| {
         let is_of_values = error.is_instance_of::<PyValueError>(py)
             || error.is_instance_of::<PyTypeError>(py)
@@ -66,21 +66,21 @@ pub(crate) fn numbers(value: &Bound<'_, PyAny>, name: &str, expected: &str) -> P
     Ok(Numbers { values: array.to_vec()?, shape: array.shape().to_vec() })
 }
 
-/// The value, if it is a plain array of native doubles, in C order and aligned: what can be read as it is.
+/// The value if it is a plain, aligned array of native doubles in C order, which can be read directly.
 pub(crate) fn plain<'a, 'py>(value: &'a Bound<'py, PyAny>) -> Option<&'a Bound<'py, PyArrayDyn<f64>>> {
-    // Subclasses may hide numbers behind a mask.
+    // Subclasses may have a mask.
     value.cast_exact::<PyUntypedArray>().ok()?;
     let array = value.cast::<PyArrayDyn<f64>>().ok()?;
     (array.is_c_contiguous() && array.is_aligned()).then_some(array)
 }
 
-/// Why a value has no numbers.
+/// Reason why a value is rejected.
 enum Refused {
-    /// All of it, as what it is says.
+    /// The whole value, with its description.
     Whole,
     /// One entry.
     Entry(Vec<usize>, String),
-    /// It could not even be asked.
+    /// The check itself failed.
     Failed(PyErr),
 }
 
@@ -90,9 +90,9 @@ impl From<PyErr> for Refused {
     }
 }
 
-/// Looks for entries that are no real numbers.
+/// Searches for entries that are not real numbers.
 fn check_numbers(value: &Bound<'_, PyAny>, place: &mut Vec<usize>) -> Result<(), Refused> {
-    // Most entries of lists.
+    // The common entries of lists.
     if value.is_exact_instance_of::<PyFloat>() || value.is_exact_instance_of::<PyInt>() {
         return Ok(());
     }
@@ -126,7 +126,7 @@ fn check_numbers(value: &Bound<'_, PyAny>, place: &mut Vec<usize>) -> Result<(),
             let entries = array.call_method0("tolist")?;
             match entries.cast::<PyList>() {
                 Ok(entries) => check_entries(entries.iter(), place),
-                // What an array without dimensions holds, or a value that NumPy knows no array for.
+                // An entry of an array without dimensions, or a value without an array type in NumPy.
                 Err(_) if is_number(&entries)? => Ok(()),
                 Err(_) => Err(refused()),
             }
@@ -150,21 +150,20 @@ fn check_entries<'py>(
     Ok(())
 }
 
-/// The letter by which NumPy names the kind of an array or of a scalar of its own.
+/// NumPy's letter for the kind of an array or scalar.
 pub(crate) fn kind_of(value: &Bound<'_, PyAny>) -> Option<char> {
     let kind = value.getattr("dtype").ok()?.getattr("kind").ok()?;
     kind.extract().ok()
 }
 
-/// Whether it has entries, and is no number.
+/// Whether a value has entries and is not a number.
 pub(crate) fn is_array(value: &Bound<'_, PyAny>) -> bool {
-    // NumPy's own numbers have `__array__`, too, but no dimensions.
+    // NumPy scalars have `__array__` too, but no dimensions.
     let is_scalar = || value.getattr("ndim").is_ok_and(|ndim| ndim.eq(0).unwrap_or(false));
     value.len().is_ok() || (value.hasattr("__array__").unwrap_or(false) && !is_scalar())
 }
 
-/// Whether it is a number by itself, and not an array, which NumPy knows better: fractions and decimals are, booleans
-/// are not.
+/// Whether a value other than an array is a number: fractions and decimals are, booleans are not.
 fn is_number(value: &Bound<'_, PyAny>) -> PyResult<bool> {
     if value.is_instance_of::<PyBool>() || value.hasattr("__array__")? {
         return Ok(false);
@@ -174,20 +173,21 @@ fn is_number(value: &Bound<'_, PyAny>) -> PyResult<bool> {
 
 fn is_masked(value: &Bound<'_, PyAny>) -> PyResult<bool> {
     static MASKED_ARRAY: PyOnceLock<Py<PyType>> = PyOnceLock::new();
-    // Spares other values the import.
+    // Avoids the import for other values.
     if !value.is_instance_of::<PyUntypedArray>() {
         return Ok(false);
     }
     value.is_instance(MASKED_ARRAY.import(value.py(), "numpy.ma", "MaskedArray")?)
 }
 
-/// A number, for arguments of Python functions (`from_py_with`), whose name PyO3 adds to the message.
+/// A number, for arguments of Python functions (`from_py_with`); PyO3 adds the argument's name to the
+/// message.
 pub(crate) fn number(value: &Bound<'_, PyAny>) -> PyResult<f64> {
-    // All that is needed most of the time.
+    // The common case.
     if let Ok(number) = value.cast::<PyFloat>() {
         return Ok(number.value());
     }
-    // Arrays of one entry would pass for numbers too.
+    // Arrays with one entry would be accepted too.
     let dimensions = value.getattr("ndim").and_then(|ndim| ndim.extract::<usize>());
     let is_one = matches!(dimensions, Ok(0) | Err(_)) && !is_masked(value)?;
     let is_one = is_one
@@ -218,7 +218,7 @@ pub(crate) fn vector(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Vec<f64>>
     }
 }
 
-/// A vector from an array-like, or a single number, which makes a vector of one; says which it was.
+/// A vector from an array-like, or from a single number, and which of these it was.
 pub(crate) fn scalar_or_vector(value: &Bound<'_, PyAny>, name: &str) -> PyResult<(Vec<f64>, bool)> {
     if let Ok(number) = value.cast::<PyFloat>() {
         return Ok((vec![number.value()], true));
@@ -255,9 +255,9 @@ fn finite(vector: Vec<f64>, name: &str) -> PyResult<Vec<f64>> {
     Ok(vector)
 }
 
-/// Reads a vector of as many finite entries as there is room for.
+/// Reads a vector of finite entries into `out`.
 pub(crate) fn finite_vector_into(value: &Bound<'_, PyAny>, out: &mut [f64], name: &str) -> PyResult<()> {
-    // On the way of every step of a simulation.
+    // Called in every step of a simulation.
     if let Some(array) = plain(value)
         && array.shape() == [out.len()]
         && let Ok(values) = array.try_readonly()
@@ -270,7 +270,7 @@ pub(crate) fn finite_vector_into(value: &Bound<'_, PyAny>, out: &mut [f64], name
     Ok(())
 }
 
-/// One vector of `n` finite entries, or the rows of an array of them one after the other with their number.
+/// One vector of `n` finite entries, or the rows of an array, and the number of rows.
 pub(crate) fn finite_rows_of(
     value: &Bound<'_, PyAny>,
     n: usize,
@@ -295,7 +295,7 @@ pub(crate) fn finite_rows_of(
     }
 }
 
-/// An array of finite numbers, of any shape: for what modules of the package that are written in Python are given.
+/// An array of finite numbers with any shape, for arguments of functions written in Python.
 #[pyfunction]
 pub(crate) fn finite_array<'py>(
     value: &Bound<'py, PyAny>,
@@ -359,18 +359,18 @@ pub(crate) fn matrix_out<'py>(py: Python<'py>, matrix: &Matrix) -> Bound<'py, Py
         .to_pyarray(py)
 }
 
-/// A number of things; refuses negative ones by the name of the argument.
+/// A non-negative number; negative ones are rejected with the argument's name.
 pub(crate) fn count(number: i64, name: &str) -> PyResult<usize> {
     usize::try_from(number)
         .map_err(|_| PyValueError::new_err(format!("{name}: got {number}, expected a whole number >= 0")))
 }
 
-/// The limit from the argument `max_steps`; none by default.
+/// The limit from the argument `max_steps`; unlimited by default.
 pub(crate) fn step_limit(max_steps: Option<i64>) -> PyResult<usize> {
     max_steps.map_or(Ok(usize::MAX), |limit| count(limit, "max_steps"))
 }
 
-/// What a value is, for an error message: its shape and dtype, or its type.
+/// Description of a value for messages: shape and dtype, or type.
 pub(crate) fn describe(value: &Bound<'_, PyAny>) -> String {
     let attribute = |name: &str| value.getattr(name).and_then(|a| a.str()).map(|s| s.to_string()).ok();
     match (attribute("shape"), attribute("dtype")) {
@@ -382,9 +382,9 @@ pub(crate) fn describe(value: &Bound<'_, PyAny>) -> String {
     }
 }
 
-/// What an entry is, for an error message: as it is written, where that is short.
+/// Description of an entry for messages: its text if short.
 fn describe_entry(value: &Bound<'_, PyAny>) -> String {
-    /// Of bytes.
+    /// Length in bytes.
     const SHORT: usize = 40;
     match value.repr().map(|text| text.to_string()) {
         Ok(text) if text.len() <= SHORT && !value.is_instance_of::<PyUntypedArray>() => text,
@@ -408,13 +408,13 @@ pub(crate) fn symmetric_of<const N: usize>(value: &Bound<'_, PyAny>, name: &str)
     };
     match matrix_of(value, (N, N), name) {
         Ok(matrix) => Ok(std::array::from_fn(|i| std::array::from_fn(|j| matrix[(i, j)]))),
-        // Two dimensions, but not these.
+        // Two dimensions, but another shape.
         Err(error) if error.is_instance_of::<PyValueError>(value.py()) => Err(of_another_size(error)),
         Err(_) => array_of(value, name).map(diagonal).map_err(of_another_size),
     }
 }
 
-/// The homogeneous matrix of a pose, row by row.
+/// Homogeneous matrix of a pose, row by row.
 pub(crate) fn homogeneous(pose: &Pose) -> [f64; 16] {
     let Pose { rotation: Rotation { x, y, z }, position: p } = *pose;
     let rows = [x.x, y.x, z.x, p.x, x.y, y.y, z.y, p.y, x.z, y.z, z.z, p.z];

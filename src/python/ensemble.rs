@@ -198,7 +198,7 @@ pub(crate) fn simulate_many<'py>(
     finish(py, ensemble, times, workers, keep, raised)
 }
 
-/// The memory that results may take, in bytes.
+/// Default memory limit of results, bytes.
 const MEMORY_LIMIT: f64 = crate::memory::LARGEST_RESULT as f64;
 
 fn keep_of(keep: &str) -> PyResult<Keep> {
@@ -212,7 +212,7 @@ fn keep_of(keep: &str) -> PyResult<Keep> {
     }
 }
 
-/// The model.
+/// Models of the rows.
 enum Models {
     One(Py<PyModel>),
     Each(Vec<Py<PyModel>>),
@@ -251,7 +251,7 @@ impl Models {
     }
 }
 
-/// The number of rows, and the argument that says it.
+/// Number of rows, and the argument that determines it.
 struct Count(Option<(usize, &'static str)>);
 
 impl Count {
@@ -333,7 +333,7 @@ impl Inputs {
         Ok(Self::Steps { values, of_row: steps * width, width, step })
     }
 
-    /// How long inputs are held, where they are not the defaults.
+    /// Duration of a control step, unless the inputs have their defaults.
     fn step(&self) -> Option<f64> {
         match self {
             Self::Defaults => None,
@@ -341,7 +341,7 @@ impl Inputs {
         }
     }
 
-    /// Those of a row at its control step of this number.
+    /// Inputs of a row in this control step.
     fn at(&self, row: usize, step: usize) -> &[f64] {
         match self {
             Self::Defaults => &[],
@@ -354,13 +354,13 @@ impl Inputs {
     }
 }
 
-/// A place on a link by its number, at an arc length or the tip.
+/// A place on a link, by the index of the link: at an arc length, or the tip.
 type OnLink = (usize, Option<f64>);
 
-/// All that runs are made of.
+/// Arguments of all runs.
 struct Rows {
     models: Models,
-    /// Of the only model, or of each.
+    /// Places of the single model, or of each model.
     places: Vec<Vec<OnLink>>,
     t_span: (f64, f64),
     q0: Option<Vectors>,
@@ -370,7 +370,7 @@ struct Rows {
     way: Way,
     t_eval: Option<Vec<f64>>,
     keep: Keep,
-    /// The first exception of a function of time.
+    /// First exception of a function of time.
     of_function: Mutex<Option<PyErr>>,
 }
 
@@ -379,7 +379,7 @@ impl Rows {
         [&self.q0, &self.v0].map(|given| given.as_ref().map_or(self.zeros.as_slice(), |given| given.of(row)))
     }
 
-    /// Refuses what makes no sense of any row; the times of all.
+    /// Rejects invalid arguments of any row; returns the times of all rows.
     fn check(&self, py: Python<'_>, count: usize) -> PyResult<Vec<f64>> {
         let mut last: Option<(*mut pyo3::ffi::PyObject, Box<dyn Native>)> = None;
         let mut times = None;
@@ -388,7 +388,7 @@ impl Rows {
                 py.check_signals()?;
             }
             let model = self.models.of_row(row);
-            // Without rows there are no starts, but the rest must make sense.
+            // Without rows there are no initial states, but the other arguments are checked.
             let [q0, v0] = if count == 0 { [self.zeros.as_slice(); 2] } else { self.start(row) };
             let is_new = last.as_ref().is_none_or(|(before, _)| *before != model.as_ptr());
             let checked = if is_new {
@@ -401,7 +401,7 @@ impl Rows {
             };
             checked.map_err(|error| {
                 let error = PyErr::from(with_python_names(error));
-                // What is wrong with all rows is not said of the first one.
+                // Do not mention a row if the problem concerns all rows.
                 if count > 1 && (row > 0 || error.value(py).to_string().starts_with("q0")) {
                     of_row(py, row, &error)
                 } else {
@@ -440,7 +440,7 @@ impl Rows {
         Ok(())
     }
 
-    /// The run of a row, in whatever thread.
+    /// Computes the run of a row, in any thread.
     fn run(&self, row: usize, monitor: &mut Monitor<'_>) -> Result<Run, Refusal> {
         let model = self.models.of_row(row).get().native();
         let [q0, v0] = self.start(row);
@@ -465,7 +465,7 @@ impl Rows {
         let model = &mut *replacement.unwrap_or(model);
         let mut run = Run { simulation, slack: Vec::new(), poses: Vec::new() };
         let observed = raised_by_function().and_then(|()| {
-            // What it raises is taken below.
+            // Its exception is handled below.
             let _ = self.observe(model, row, &mut run);
             raised_by_function()
         });
@@ -478,7 +478,7 @@ impl Rows {
         }
     }
 
-    /// Looks at a motion as it was made.
+    /// Computes additional data of a motion.
     fn observe(&self, model: &mut dyn Native, row: usize, run: &mut Run) -> Result<(), Interrupted> {
         let Run { simulation, slack, poses } = run;
         let from = if self.keep == Keep::Final { simulation.t.len().saturating_sub(1) } else { 0 };
@@ -497,7 +497,7 @@ impl Rows {
     }
 }
 
-/// The tip of a model without links, as poses that do not turn.
+/// The tip of a model without links, as poses without rotation.
 fn tips(model: &mut dyn Native, simulation: &Simulation, from: usize) -> Vec<f64> {
     let tips = ensemble::tips(model, simulation, from);
     let poses = tips.into_iter().map(|tip| Pose {
@@ -507,10 +507,10 @@ fn tips(model: &mut dyn Native, simulation: &Simulation, from: usize) -> Vec<f64
     poses.flat_map(|pose| convert::homogeneous(&pose)).collect()
 }
 
-/// Rows between two looks at signals.
+/// Number of rows between two checks for signals.
 const ROWS_BETWEEN_SIGNALS: usize = 256;
 
-/// The places that are followed, of the only model or of each; none where there are none.
+/// The recorded places, of the single model or of each; None without places.
 fn places_of(
     py: Python<'_>,
     models: &Models,
@@ -584,7 +584,7 @@ fn check_memory(size: Size, keep: Keep, inputs: usize, workers: usize, limit: f6
     Ok(crate::memory::check(numbers, "keep", found, instead)?)
 }
 
-/// Who is told how many runs are done.
+/// Receiver of the number of finished runs.
 enum Progress {
     Nobody,
     Callable(Py<PyAny>),
@@ -613,7 +613,7 @@ impl Progress {
         Ok(Self::Callable(given.clone().unbind()))
     }
 
-    /// Whether there shall be an end.
+    /// Reports progress; returns whether to stop.
     fn tell(&self, py: Python<'_>, done: usize) -> PyResult<bool> {
         match self {
             Self::Nobody => Ok(false),
@@ -635,7 +635,7 @@ impl Progress {
     }
 }
 
-/// All runs, without the interpreter, which is asked for progress and Ctrl-C.
+/// Computes all runs without holding the interpreter, except for progress and Ctrl-C.
 #[allow(clippy::type_complexity, reason = "what came of them, what was refused and what was raised")]
 fn run(
     py: Python<'_>,
@@ -658,14 +658,15 @@ fn run(
     });
     let of_function = rows.of_function.lock().unwrap_or_else(PoisonError::into_inner).take();
     let raised = of_function.map_or(Ok(()), Err).and(raised.into_result());
-    // The last ones were done after the last look.
+    // Runs may have finished since the last report.
     let was_cut = |outcome: &&Outcome| outcome.status.name() != INTERRUPTED;
     let done = ensemble.outcomes.iter().flatten().filter(was_cut).count();
     let raised = raised.and_then(|()| progress.tell(py, done).map(|_| ()));
     (ensemble, refused, raised)
 }
 
-/// The result, of whose doubts Python is warned once; or the exception that ended the runs, with the result as an attribute.
+/// The result, with one warning about doubtful runs; or the exception that ended the runs, with the result as
+/// an attribute.
 fn finish(
     py: Python<'_>,
     ensemble: Ensemble,
@@ -751,10 +752,10 @@ pub(crate) struct PyEnsembleResult {
     wall_time: f64,
 }
 
-/// The status of a run that was cut off.
+/// Status of an interrupted run.
 const INTERRUPTED: &str = "interrupted";
 
-/// The status of a row that there was no time for.
+/// Status of a row that was not started.
 const NOT_BEGUN: &str = "not_begun";
 
 impl PyEnsembleResult {
@@ -843,7 +844,7 @@ impl PyEnsembleResult {
     }
 }
 
-/// What the rows have cost, by the names of `Statistics`.
+/// Costs of the rows, by the names of `Statistics`.
 fn statistics<'py>(py: Python<'py>, outcomes: &[Option<Outcome>]) -> PyResult<Bound<'py, PyDict>> {
     let stats = PyDict::new(py);
     let numbers = |of: &dyn Fn(&Outcome) -> Option<f64>| {

@@ -1,4 +1,5 @@
-//! Exceptions of the package. Bad input raises `ValueError` or `TypeError`; these are for what no check can foresee.
+//! Exceptions of the package. Invalid input raises `ValueError` or `TypeError`; these are for failures that
+//! no check can predict.
 
 use pyo3::create_exception;
 use pyo3::exceptions::{PyException, PyUserWarning};
@@ -11,7 +12,7 @@ create_exception!(
     "Base class of the numerical failures that lissom raises."
 );
 
-/// Refuses a result that is none: finite input can be too large to compute with.
+/// Rejects results that are not finite: finite input can be too large for the computation.
 pub(crate) fn check_finite(values: &[f64], name: &str) -> PyResult<()> {
     if values.iter().all(|value| value.is_finite()) {
         return Ok(());

@@ -9,28 +9,28 @@ use pyo3::types::{PyBytes, PyDict};
 use super::link::links_of;
 use crate::scene::{FileProblem, Imported, Imports, Refusal, Request};
 
-/// Reads files that are seen from a folder, or those that were read once already.
+/// Reads files relative to a folder, or returns contents read earlier.
 pub(super) struct Files {
     folder: PathBuf,
-    /// The content of the file that a scene imported when it was read.
+    /// Content of the file imported when the scene was read.
     kept: Option<Vec<u8>>,
-    /// What nobody expected, to be raised when the scene is read.
+    /// An unexpected exception, to be raised when the scene has been read.
     raised: Option<PyErr>,
 }
 
 impl Files {
-    /// Those in the folder of a file.
+    /// Files in the folder of a file.
     pub(super) fn beside(file: &str) -> Self {
         let folder = PathBuf::from(file).parent().map(PathBuf::from).unwrap_or_default();
         Self { folder, kept: None, raised: None }
     }
 
-    /// One that was read once already.
+    /// A file that was read earlier.
     pub(super) fn kept(content: Option<Vec<u8>>) -> Self {
         Self { folder: PathBuf::new(), kept: content, raised: None }
     }
 
-    /// Raises what nobody expected.
+    /// Raises the unexpected exception, if any.
     pub(super) fn or_raised<T>(self, read: T) -> PyResult<T> {
         self.raised.map_or(Ok(read), Err)
     }
@@ -58,7 +58,7 @@ impl Files {
         Ok(Imported { links, content, not_taken })
     }
 
-    /// Why a file was refused; what is no matter of the file is kept.
+    /// Reason why a file was rejected; exceptions that do not concern the file are stored.
     fn refusal(&mut self, py: Python<'_>, error: PyErr) -> Refusal {
         if error.is_instance_of::<PyOSError>(py) {
             return Refusal::Unreadable(format!("cannot be read: {}", error.value(py)));
@@ -80,7 +80,7 @@ impl Imports for Files {
     }
 }
 
-/// Those that a `lissom.urdf.UrdfError` lists.
+/// Problems listed by a `lissom.urdf.UrdfError`.
 fn problems_of(py: Python<'_>, error: &PyErr) -> PyResult<Vec<FileProblem>> {
     let mut problems = Vec::new();
     for problem in error.value(py).getattr("problems")?.try_iter()? {

@@ -1,4 +1,4 @@
-//! Conversion of inputs: mappings from their names to values.
+//! Conversion of inputs: mappings from names to values.
 
 use std::ops::Range;
 
@@ -10,7 +10,7 @@ use super::convert;
 use crate::error::{Checker, Number, shortened};
 use crate::scene::suggestion::suggestion;
 
-/// Where the input of a name stands in u: one entry, or three of a vector.
+/// Indices in u of the input with this name: one entry, or three for a vector.
 pub(super) fn entries(names: &[String], name: &str, place: &str) -> PyResult<Range<usize>> {
     if let Some(entry) = names.iter().position(|known| known == name) {
         return Ok(entry..entry + 1);
@@ -29,13 +29,13 @@ pub(super) fn entries(names: &[String], name: &str, place: &str) -> PyResult<Ran
     Err(PyValueError::new_err(format!("{place}: got '{found}', expected {expected}")))
 }
 
-/// Where an input stands in u, and two values for each of its entries.
+/// Indices of an input in u, and two values for each entry.
 pub(super) type Pair = (Range<usize>, [Vec<f64>; 2]);
 
-/// Reads what is given for an input of so many entries.
+/// Reads the value of an input with this number of entries.
 pub(super) type Read = fn(&Bound<'_, PyAny>, usize, &str) -> PyResult<Vec<f64>>;
 
-/// A finite value: a number, or a vector of so many.
+/// A finite value: a number, or a vector.
 pub(super) fn value(value: &Bound<'_, PyAny>, entries: usize, place: &str) -> PyResult<Vec<f64>> {
     let (values, is_number) = convert::scalar_or_vector(value, place)?;
     let mut check = Checker::new();
@@ -51,13 +51,13 @@ pub(super) fn value(value: &Bound<'_, PyAny>, entries: usize, place: &str) -> Py
     Ok(values)
 }
 
-/// A limit, which may be infinite: a number for all entries, or a vector of so many.
+/// A limit, which may be infinite: a number for all entries, or a vector.
 pub(super) fn limit(value: &Bound<'_, PyAny>, entries: usize, place: &str) -> PyResult<Vec<f64>> {
     let (values, is_number) = convert::scalar_or_vector(value, place)?;
     if is_number { Ok(vec![values[0]; entries]) } else { convert::vector_of(value, entries, place) }
 }
 
-/// For each name of a mapping where it stands in u, and its two values. No entry may have two names there.
+/// For each name of a mapping its indices in u and both values. No entry may occur twice.
 pub(super) fn pairs(
     mapping: &Bound<'_, PyAny>,
     names: &[String],
@@ -93,7 +93,7 @@ pub(super) fn pairs(
     Ok(pairs.into_iter().map(|(pair, _)| pair).collect())
 }
 
-/// Two values for an input of so many entries.
+/// Two values for an input with this number of entries.
 pub(super) fn pair(
     value: &Bound<'_, PyAny>,
     entries: usize,

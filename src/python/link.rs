@@ -14,7 +14,7 @@ use crate::joint::{Joint, JointForces};
 use crate::robot::{Driven, Link, Robot};
 use crate::scene::suggestion::suggestion;
 
-/// What stands at a place of an error: `axis` of a joint, or the joint itself.
+/// The object at a place of an error: the joint's attribute, such as `axis`, or the joint itself.
 fn attribute<'py>(object: &Bound<'py, PyAny>, name: &str) -> PyResult<Bound<'py, PyAny>> {
     object.getattr(name)
 }
@@ -43,7 +43,7 @@ fn forces(object: &Bound<'_, PyAny>) -> PyResult<JointForces> {
     })
 }
 
-/// The joint that an object of one of the joints' classes describes.
+/// Converts an object of one of the joint classes to a joint.
 pub(super) fn joint_of(object: &Bound<'_, PyAny>) -> PyResult<Joint> {
     let kind = object.get_type().name()?.to_string();
     Ok(match kind.as_str() {
@@ -63,10 +63,11 @@ pub(super) fn joint_of(object: &Bound<'_, PyAny>) -> PyResult<Joint> {
     })
 }
 
-/// Who has the joint that another one mimics, until all links are known.
+/// Stands for the mimicked joint until all links are known.
 const UNKNOWN: usize = usize::MAX;
 
-/// What drives a joint, and by whose name it mimics another one; its functions go to those that are kept.
+/// Source of a driven joint, and the name of the link that it mimics; adds its functions of time to
+/// `functions`.
 fn driven_of(
     object: &Bound<'_, PyAny>,
     functions: &mut Functions,
@@ -101,7 +102,7 @@ fn driven_of(
     Ok((Some(driven), Some(name)))
 }
 
-/// How a joint mimics that of a link of this name.
+/// The relation by which a joint mimics that of the link with this name.
 fn mimic_of(mimic: &Bound<'_, PyAny>) -> PyResult<(Driven, String)> {
     let name = attribute(mimic, "link")?
         .extract()
@@ -114,7 +115,7 @@ fn mimic_of(mimic: &Bound<'_, PyAny>) -> PyResult<(Driven, String)> {
     Ok((driven, name))
 }
 
-/// Refuses an invalid relation of a joint to another one; the robot checks whether there is such a joint.
+/// Rejects an invalid relation between joints; the robot checks whether the other joint exists.
 #[pyfunction]
 pub(crate) fn check_mimic(mimic: &Bound<'_, PyAny>) -> PyResult<()> {
     let mut check = Checker::new();
@@ -122,7 +123,7 @@ pub(crate) fn check_mimic(mimic: &Bound<'_, PyAny>) -> PyResult<()> {
     Ok(check.finish()?)
 }
 
-/// Refuses an invalid joint, with everything that is wrong with it; whom it mimics the robot finds out.
+/// Rejects an invalid joint with all its problems; the robot checks whether a mimicked joint exists.
 #[pyfunction]
 pub(crate) fn check_joint(object: &Bound<'_, PyAny>) -> PyResult<()> {
     let joint = joint_of(object)?;
@@ -135,7 +136,7 @@ pub(crate) fn check_joint(object: &Bound<'_, PyAny>) -> PyResult<()> {
     Ok(check.finish()?)
 }
 
-/// Refuses a link that is invalid by itself; the robot checks whether it fits.
+/// Rejects a link that is invalid on its own; the robot checks whether it fits.
 #[pyfunction]
 pub(crate) fn check_link(link: &Bound<'_, PyAny>) -> PyResult<()> {
     Ok(alone(link, &mut Functions::default())?.0.validate()?)
@@ -189,7 +190,7 @@ fn alone(object: &Bound<'_, PyAny>, functions: &mut Functions) -> PyResult<(Link
     Ok((link, mimicked))
 }
 
-/// The links of a sequence, each with its parent by name, and the functions that their joints follow.
+/// Links of a sequence, with their parents resolved by name, and the functions of time of their joints.
 pub(super) fn links_of(links: &Bound<'_, PyAny>) -> PyResult<(Vec<Link>, Functions)> {
     let wrong = |found: &Bound<'_, PyAny>| {
         let found = convert::describe(found);
@@ -236,7 +237,7 @@ pub(super) fn links_of(links: &Bound<'_, PyAny>) -> PyResult<(Vec<Link>, Functio
     Ok((found, functions))
 }
 
-/// The place of a link among those of a robot; of the only one, if none is named.
+/// Index of a link of a robot; of the only one if no name is given.
 pub(super) fn index_of(robot: &Robot, name: Option<&str>, place: &str) -> Result<usize, InvalidInput> {
     let names = || robot.links.iter().map(|link| link.name.as_str());
     let all = || names().map(|name| format!("'{name}'")).collect::<Vec<_>>().join(", ");
@@ -252,7 +253,7 @@ pub(super) fn index_of(robot: &Robot, name: Option<&str>, place: &str) -> Result
     Err(InvalidInput::new(place, found, format!("one of the links: {}{meant}", all())))
 }
 
-/// The Python object of the joint of a link among these.
+/// Python object of the joint of a link.
 pub(super) fn joint_out<'py>(py: Python<'py>, link: &Link, links: &[Link]) -> PyResult<Bound<'py, PyAny>> {
     let lissom = py.import("lissom")?;
     let arguments = joint_arguments(py, &link.joint)?;
@@ -271,7 +272,7 @@ pub(super) fn joint_out<'py>(py: Python<'py>, link: &Link, links: &[Link]) -> Py
     call_class(py, &link.joint, &arguments)
 }
 
-/// What the class of a joint is called with, less what drives it.
+/// Constructor arguments of a joint, without its source if it is driven.
 fn joint_arguments<'py>(py: Python<'py>, joint: &Joint) -> PyResult<Bound<'py, PyDict>> {
     let arguments = PyDict::new(py);
     let vector = |v: [f64; 3]| <(f64, f64, f64)>::from(v);
@@ -300,7 +301,7 @@ fn joint_arguments<'py>(py: Python<'py>, joint: &Joint) -> PyResult<Bound<'py, P
     Ok(arguments)
 }
 
-/// The Python object of a joint that is not driven.
+/// Python object of a joint that is not driven.
 pub(super) fn joint_class<'py>(py: Python<'py>, joint: &Joint) -> PyResult<Bound<'py, PyAny>> {
     call_class(py, joint, &joint_arguments(py, joint)?)
 }

@@ -60,12 +60,12 @@ impl PartialEq for PyLoad {
 
 impl PyLoad {
     pub(super) fn of(py: Python<'_>, load: &Load, link: Option<String>) -> PyResult<Self> {
-        // What it is on is known by name.
+        // Compare without the index of the link, whose name is known.
         let load = Load { link: 0, ..load.clone() };
         Ok(Self { functions: Functions::of_load(py, &load)?, load, link })
     }
 
-    /// The name of the link that it is on.
+    /// Name of the link.
     pub(super) fn link(&self) -> Option<&str> {
         self.link.as_deref()
     }
@@ -122,37 +122,37 @@ impl PyLoad {
             force: signal(force, "force")?,
             moment: signal(moment, "moment")?,
         };
-        // How long the rod is will be known later.
+        // The length of the rod is not known yet.
         check.all(load.validate(f64::INFINITY));
         check.finish()?;
         Ok(Self { load, link, functions })
     }
 
-    /// Force in newtons, or newtons per metre; as given where it varies in time.
+    /// Force in newtons, or newtons per metre; a time-dependent force in the form in which it was given.
     #[getter]
     fn force<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         signal_out(py, &self.load.force)
     }
 
-    /// Moment in newton metres, or newtons; as given where it varies in time.
+    /// Moment in newton metres, or newtons; a time-dependent moment in the form in which it was given.
     #[getter]
     fn moment<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         signal_out(py, &self.load.moment)
     }
 
-    /// Arc length where it acts, metres; None for the tip or a spread load.
+    /// Arc length where the load acts, metres; None for the tip or a distributed load.
     #[getter]
     fn at(&self) -> Option<f64> {
         if let Extent::At(x) = self.load.extent { Some(x) } else { None }
     }
 
-    /// Arc lengths between which it is spread, metres, or None.
+    /// Arc lengths between which the load is distributed, metres, or None.
     #[getter]
     fn along(&self) -> Option<(f64, f64)> {
         if let Extent::Along(ends) = self.load.extent { Some(ends.into()) } else { None }
     }
 
-    /// The axes that it keeps its direction in: 'world' or 'body'.
+    /// Axes of force and moment: 'world' or 'body'.
     #[getter]
     fn frame(&self) -> &'static str {
         match self.load.frame {
@@ -161,7 +161,7 @@ impl PyLoad {
         }
     }
 
-    /// The name of the link that it is on; None on a rod.
+    /// Name of the link on which the load acts; None on a rod.
     #[getter(link)]
     fn link_name(&self) -> Option<&str> {
         self.link()
@@ -227,7 +227,7 @@ pub(crate) struct PyBody {
     pub(crate) link: Option<String>,
 }
 
-/// The name of a link as an argument that follows others.
+/// The name of a link as a further argument.
 pub(super) fn on(link: &Option<String>) -> String {
     link.as_ref().map_or(String::new(), |link| format!(", link='{link}'"))
 }
@@ -263,7 +263,7 @@ impl PyBody {
         self.body.mass
     }
 
-    /// Arc length where it is fixed, metres; None for the tip.
+    /// Arc length where the body is fixed, metres; None for the tip.
     #[getter]
     fn at(&self) -> Option<f64> {
         self.body.at
@@ -282,7 +282,7 @@ impl PyBody {
         Ok(PyArray2::from_vec2(py, &rows)?)
     }
 
-    /// The name of the link that it is on; None on a rod, and where it is a link itself.
+    /// Name of the link to which the body is fixed; None on a rod, and for the body of a link itself.
     #[getter]
     fn link(&self) -> Option<&str> {
         self.link.as_deref()

@@ -11,7 +11,7 @@ use crate::loops::{Loop, LoopEnd, Tie};
 use crate::robot::Robot;
 use crate::scene::suggestion::suggestion;
 
-/// The place of a name among others.
+/// Index of a name.
 pub(super) fn index(name: &str, names: &[String], what: &str) -> PyResult<usize> {
     names.iter().position(|known| known == name).ok_or_else(|| {
         let meant = suggestion(name, names.iter().map(String::as_str));
@@ -20,7 +20,7 @@ pub(super) fn index(name: &str, names: &[String], what: &str) -> PyResult<usize>
     })
 }
 
-/// An end; that of a link of a robot that is not known is on its first one.
+/// An end; for an unknown robot, ends on links are on the first one.
 fn end_of(object: &Bound<'_, PyAny>, robot: Option<&Robot>) -> PyResult<LoopEnd> {
     let link: Option<String> = object.getattr("link")?.extract().map_err(|_| {
         PyTypeError::new_err("link: expected the name of a link, or None for the world".to_owned())
@@ -42,7 +42,7 @@ fn end_of(object: &Bound<'_, PyAny>, robot: Option<&Robot>) -> PyResult<LoopEnd>
     })
 }
 
-/// What closes a loop of a robot, or of one that is not known yet.
+/// A loop of a robot, or of a robot that is not known yet.
 fn loop_of(object: &Bound<'_, PyAny>, robot: Option<&Robot>) -> PyResult<Loop> {
     let py = object.py();
     let wrong = || {
@@ -102,12 +102,12 @@ fn loop_of(object: &Bound<'_, PyAny>, robot: Option<&Robot>) -> PyResult<Loop> {
     Ok(Loop { name, tie })
 }
 
-/// Refuses a loop that makes no sense by itself; whether it fits a robot is found out by that.
+/// Rejects a loop that is invalid on its own; the robot checks whether it fits.
 #[pyfunction]
 pub(crate) fn check_loop(object: &Bound<'_, PyAny>) -> PyResult<()> {
     let mut found = loop_of(object, None)?;
     if let Tie::Joint { ends, .. } | Tie::Distance { ends, .. } = &mut found.tie {
-        // Which links these are is not known; but whether they are one.
+        // Links are unknown; check only whether both names are equal.
         let names = ["a", "b"].map(|place| object.getattr(place).and_then(|end| end.getattr("link")));
         let [a, b] = names;
         let is_other = a?.ne(b?)?;
@@ -162,7 +162,7 @@ pub(super) fn loops_out<'py>(py: Python<'py>, robot: &Robot) -> PyResult<Bound<'
     PyTuple::new(py, robot.loops.iter().map(out).collect::<PyResult<Vec<_>>>()?)
 }
 
-/// The place of a loop among those of a robot.
+/// Index of a loop of a robot.
 pub(super) fn loop_index(robot: &Robot, name: Option<&str>) -> PyResult<usize> {
     let names: Vec<String> = robot.loops.iter().map(|closed| closed.name.clone()).collect();
     match name {

@@ -5,7 +5,8 @@ use pyo3::prelude::*;
 use crate::lie::Instructions;
 use crate::parallel;
 
-/// The instructions that the sweeps along rods use on this machine, and how many processors there are for this process.
+/// The instruction set used by the sweeps on this machine, and the number of processors available to this
+/// process.
 #[pyfunction]
 pub(crate) fn machine() -> (&'static str, usize) {
     (Instructions::of_machine().name(), parallel::processors())

@@ -1,7 +1,7 @@
 //! The Python extension module `lissom._lissom`: conversions only, no numerics.
 //!
-//! `convert` turns Python values into slices and back, `callback` carries exceptions and Ctrl-C through the core,
-//! every other file binds the module of the core that has its name.
+//! `convert` converts Python values to slices and back, `callback` carries exceptions and Ctrl-C through the
+//! core; every other file binds the module of the core with the same name.
 
 #![allow(missing_docs, reason = "docstrings of this module are written for Python's help()")]
 
@@ -133,7 +133,7 @@ mod _lissom {
             ));
         }
         module.add("__version__", env!("CARGO_PKG_VERSION"))?;
-        // Benchmarks refuse to time a debug build.
+        // Benchmarks refuse to run with a debug build.
         module.add("build_profile", if cfg!(debug_assertions) { "debug" } else { "release" })
     }
 }

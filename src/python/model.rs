@@ -24,15 +24,16 @@ use crate::simulate::{self, Control, Simulation};
 use crate::statics::Tendons;
 use crate::stepping::{Run, Status};
 
-/// A native model whose concrete type only its constructor knows.
+/// A native model as a trait object.
 ///
-/// Runs happen in methods of this trait, so that their loops are compiled for the concrete model: one virtual call per
-/// run instead of several per step.
+/// Runs are methods of this trait, so that their loops are compiled for the concrete model type: one virtual
+/// call per run instead of several per step.
 pub(crate) trait Native: model::Model + Send + Sync {
-    /// A copy with scratch memory of its own: what a run works on, so that runs of one model can go side by side.
+    /// A copy with separate scratch memory for a run, so that several runs of one model can proceed in
+    /// parallel.
     fn boxed_clone(&self) -> Box<dyn Native>;
 
-    /// The free motion of a copy as a system of first order.
+    /// The free motion of a copy as a first-order system.
     fn first_order(&self) -> Box<dyn ode::System + Send + Sync>;
 
     /// [`simulate::simulate`] of a copy, or [`simulate::simulate_controlled`].
@@ -48,7 +49,7 @@ pub(crate) trait Native: model::Model + Send + Sync {
         monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
     ) -> Result<Simulation, InvalidInput>;
 
-    /// [`accuracy::simulate_to_accuracy`] of a copy; with the model in its place, if there is one.
+    /// [`accuracy::simulate_to_accuracy`] of a copy, and the model that replaced it, if any.
     fn simulate_to_accuracy(
         &self,
         t_span: (f64, f64),
@@ -80,7 +81,7 @@ pub(crate) trait Native: model::Model + Send + Sync {
         t_eval: Option<&[f64]>,
     ) -> Result<Vec<f64>, InvalidInput>;
 
-    /// A [run](Run) of a copy that is stepped from outside.
+    /// A [run](Run) of a copy, advanced step by step.
     fn run(
         &self,
         t_span: (f64, f64),
@@ -89,14 +90,14 @@ pub(crate) trait Native: model::Model + Send + Sync {
         method: &simulate::Method,
     ) -> Result<Box<dyn Stepped>, InvalidInput>;
 
-    /// What it was compiled from, if it is a robot.
+    /// The description, for a robot.
     fn robot(&self) -> Option<&Robot>;
 
-    /// Itself, if it is a robot.
+    /// The model as a robot, if it is one.
     fn robot_model(&mut self) -> Option<&mut RobotModel>;
 }
 
-/// A [`Run`] whose model only its constructor knows: one virtual call a step.
+/// A [`Run`] with any model: one virtual call per step.
 pub(crate) trait Stepped: Send + Sync {
     fn boxed_clone(&self) -> Box<dyn Stepped>;
     fn end_of(&self, duration: Option<f64>) -> Result<f64, InvalidInput>;
@@ -174,16 +175,16 @@ impl<M: model::Model + Clone + Send + Sync + 'static> Stepped for Run<M> {
     }
 }
 
-/// What a state says of the tendons of a robot; nothing where there is nothing to say.
+/// Message about the tendons of a robot in a state; empty without findings.
 fn slack_now<M: model::Model + Clone + 'static>(run: &mut Run<M>) -> String {
     let u = run.inputs().to_vec();
     let of_robot = |model: &mut M, state: State<'_>| {
-        // Of its own: which tendons hold is part of the run.
+        // On a copy, because the set of active tendons is part of the run.
         let mut robot = (model as &mut dyn Any).downcast_mut::<RobotModel>()?.clone();
         Tendons::of(&mut robot, state.q, state.t, (!u.is_empty()).then_some(&u)).ok()
     };
     let found = run.observe(of_robot);
-    // It moves.
+    // Friction at rest does not matter in a motion.
     found.map_or_else(String::new, |found| Tendons { without_friction: Vec::new(), ..found }.message())
 }
 
@@ -283,7 +284,7 @@ pub(crate) struct PyModel {
     memory: Mutex<Memory>,
 }
 
-/// The model and memory for its results. Never locked while Python code runs.
+/// The model and memory for results. Never locked while Python code runs.
 struct Memory {
     model: Box<dyn Native>,
     forward: ForwardScratch,
@@ -298,7 +299,7 @@ impl Clone for Memory {
 impl PyModel {
     pub(crate) fn new(model: impl Native + 'static) -> Self {
         let (n, varies_in_time) = (model.n(), model.varies_in_time());
-        // A base that is held elsewhere takes its place from a time, whichever it is.
+        // A prescribed constant pose of the base is also applied by setting a time.
         let depends_on_time = model.robot().map_or(varies_in_time, Robot::depends_on_time);
         let forward = ForwardScratch::of(&model);
         Self {
@@ -309,17 +310,17 @@ impl PyModel {
         }
     }
 
-    /// A copy of the model for a run of its own.
+    /// A copy of the model for a separate run.
     pub(crate) fn native(&self) -> Box<dyn Native> {
         self.memory().model.boxed_clone()
     }
 
     fn memory(&self) -> MutexGuard<'_, Memory> {
-        // Scratch memory has no invariants that a panic could break.
+        // A panic cannot break invariants of scratch memory.
         self.memory.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// What `evaluate` makes of the model at the time of a state, with these inputs.
+    /// Evaluates the model at the time of a state with these inputs.
     fn at<T>(
         &self,
         t: Option<f64>,
@@ -338,7 +339,7 @@ impl PyModel {
             memory.model.set_inputs(&defaults);
             return Ok(result);
         }
-        // A copy: functions of time may be Python code, which may ask this very model.
+        // Evaluate on a copy: functions of time may be Python code that uses this model.
         let mut memory = self.memory().clone();
         if let Some(u) = u {
             memory.model.set_inputs(&u);
@@ -355,7 +356,7 @@ impl PyModel {
         self.memory().model.robot().map_or_else(Vec::new, |robot| robot.inputs().names())
     }
 
-    /// Values of the inputs as long as nobody sets them.
+    /// Default values of the inputs.
     pub(super) fn default_inputs(&self) -> Vec<f64> {
         self.memory().model.robot().map_or_else(Vec::new, |robot| robot.inputs().defaults().to_vec())
     }
@@ -370,7 +371,7 @@ impl PyModel {
     }
 }
 
-/// The time of a state, which must be given where something depends on it.
+/// Time of a state, which is required if anything depends on it.
 pub(super) fn time_of_state(t: Option<f64>, matters: bool) -> PyResult<f64> {
     match t {
         Some(t) => Ok(t),
@@ -379,11 +380,11 @@ pub(super) fn time_of_state(t: Option<f64>, matters: bool) -> PyResult<f64> {
     }
 }
 
-/// What is wrong where the time of a state matters and is not given.
+/// Message for a missing time.
 pub(super) const NO_TIME: &str = "t: got none, expected the time of the state in seconds: this model has loads or \
                                   actuators that vary, or a base or joints that move as prescribed (of a MotionResult, the times are its attribute `t`)";
 
-/// Refuses a time that is none, or at which a model is not known.
+/// Rejects invalid times, and times at which a model is not defined.
 pub(super) fn check_time(t: f64, [from, to]: [f64; 2]) -> PyResult<()> {
     if t.is_finite() && covers([from, to], t) {
         return Ok(());
@@ -534,7 +535,8 @@ impl PyModel {
             self.at(t, None, |memory| memory.model.mass_matrix(&q, &mut mass))?;
         } else {
             self.memory().model.mass_matrix(&q, &mut mass);
-            // Without a time, joints that move by themselves are nowhere; loads and bases have no part in it.
+            // Joints with prescribed motion have no position without a time; loads and bases do not affect
+            // the mass matrix.
             if self.depends_on_time && mass.iter().any(|entry| entry.is_nan()) {
                 return Err(PyTypeError::new_err(NO_TIME));
             }
@@ -719,7 +721,7 @@ impl PyModel {
         let power = self.at(t, u, |Memory { model, forward }| {
             let qdd = qdd.unwrap_or_else(|| {
                 let mut free = vec![0.0; q.len()];
-                // Without accelerations there is no free motion.
+                // If there are no accelerations, there is no free motion.
                 if model.varies_in_time() && model.forward_dynamics(&q, &qd, &mut free, forward).is_err() {
                     free.fill(f64::NAN);
                 }

@@ -73,7 +73,7 @@ pub(crate) struct PyMotionResult {
     v: ReadOnly<PyArray2<f64>>,
     #[pyo3(get)]
     u: ReadOnly<PyArray2<f64>>,
-    /// Filled when they are first asked for, where the method does not solve for them.
+    /// Computed on first access if the method does not solve for accelerations.
     a: PyOnceLock<ReadOnly<PyArray2<f64>>>,
     #[pyo3(get)]
     stats: Py<PyStatistics>,
@@ -418,8 +418,8 @@ impl PyStatistics {
     }
 }
 
-/// The result of a run, of whose doubts Python is warned; or the exception that ended it, with the result as an
-/// attribute.
+/// The result of a run, with a warning if it is doubtful; or the exception that ended the run, with the
+/// result as an attribute.
 pub(super) fn finish(
     py: Python<'_>,
     simulation: Simulation,
@@ -438,7 +438,7 @@ pub(super) fn finish(
     }
 }
 
-/// A monitor that answers Ctrl-C, and nothing else.
+/// A monitor that only responds to Ctrl-C.
 pub(super) fn signals(raised: &mut Raised) -> impl FnMut(f64) -> Result<(), Interrupted> {
     let mut ticker = Ticker::new();
     move |_| {
@@ -449,21 +449,23 @@ pub(super) fn signals(raised: &mut Raised) -> impl FnMut(f64) -> Result<(), Inte
     }
 }
 
-/// Says when to look at signals and to report progress: at the first step, then about twenty times a second.
+/// Determines when to check for signals and report progress: at the first step, then about twenty times a
+/// second.
 pub(super) struct Ticker {
     last: Option<Instant>,
-    // When the clock was looked at, how many steps ago, and after how many it will be.
+    // Time of the last reading of the clock, steps since then, and steps until the next reading.
     looked: Instant,
     steps: u32,
     stride: u32,
 }
 
 impl Ticker {
-    /// Not noticed by a user who waits, nor in the run time.
+    /// Too short for a waiting user to notice, and long enough not to affect the run time.
     const INTERVAL: Duration = Duration::from_millis(50);
-    /// Most steps between two looks at the clock, which costs as much as a step of a small system.
+    /// Maximum number of steps between two readings of the clock, which cost as much as a step of a small
+    /// system.
     const STEPS: u32 = 64;
-    /// Looks that far apart are too frequent, or too rare.
+    /// Intervals between readings that are too short or too long.
     const FREQUENT: Duration = Duration::from_millis(2);
     const RARE: Duration = Duration::from_millis(10);
 
@@ -471,7 +473,7 @@ impl Ticker {
         Self { last: None, looked: Instant::now(), steps: 0, stride: 1 }
     }
 
-    /// Counts a step; true when it is time.
+    /// Counts a step; returns true if a check is due.
     pub(super) fn tick(&mut self) -> bool {
         self.steps += 1;
         if self.steps < self.stride {

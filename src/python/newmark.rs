@@ -171,7 +171,7 @@ pub(crate) fn newmark<'py>(
     finish(py, simulation, &[], None, raised.raise())
 }
 
-/// What `jac` asks for, and the callable if it is one.
+/// The source of the Jacobian from the argument `jac`, and the callable if it is one.
 fn derivative<'a, 'py>(
     jac: Option<&'a Bound<'py, PyAny>>,
 ) -> PyResult<(Derivative, Option<&'a Bound<'py, PyAny>>)> {
@@ -199,7 +199,7 @@ struct Equations<'a, 'py> {
 }
 
 impl<'py> Equations<'_, 'py> {
-    /// `function(t, q, v, a, *args)`, with arrays of its own that the function may keep.
+    /// Calls `function(t, q, v, a, *args)` with new arrays that the function may keep.
     fn call(&self, function: &Bound<'py, PyAny>, t: f64, state: [&[f64]; 3]) -> PyResult<Bound<'py, PyAny>> {
         let py = function.py();
         py.check_signals()?;

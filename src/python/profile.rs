@@ -1,4 +1,4 @@
-//! `lissom.Profile`, and numbers along a segment from whatever Python gives: an array, a table, a callable.
+//! `lissom.Profile`, and numbers along a segment from Python values: an array, a table, a callable.
 
 use numpy::{IntoPyArray, PyArray1, PyArrayDyn, PyArrayMethods};
 use pyo3::exceptions::{PyTypeError, PyValueError};
@@ -46,11 +46,11 @@ use crate::rod::{Parts, Profile, Unsampled};
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct PyProfile {
     length: f64,
-    /// Of the values at one place.
+    /// Shape of the values at one point.
     shape: Vec<usize>,
-    /// Stations of a table; none for a polynomial.
+    /// Stations of a table; `None` for a polynomial.
     stations: Option<Vec<f64>>,
-    /// Values at the stations, or coefficients, one after the other.
+    /// Values at the stations, or coefficients, row by row.
     rows: Vec<Vec<f64>>,
 }
 
@@ -161,7 +161,7 @@ impl PyProfile {
 }
 
 impl PyProfile {
-    /// Numbers of one value.
+    /// Number of components of a value.
     fn width(&self) -> usize {
         self.shape.iter().product()
     }
@@ -171,7 +171,7 @@ impl PyProfile {
         self.rows.concat().into_pyarray(py).reshape(shape)
     }
 
-    /// One of the numbers.
+    /// One component.
     fn column(&self, column: usize) -> Result<Profile<1>, InvalidInput> {
         let rows: Vec<[f64; 1]> = self.rows.iter().map(|row| [row[column]]).collect();
         match &self.stations {
@@ -199,7 +199,7 @@ fn rows(value: &Bound<'_, PyAny>, name: &str) -> PyResult<(Vec<Vec<f64>>, Vec<us
     Ok((rows, shape.to_vec()))
 }
 
-/// One value of this shape, which has `N` numbers.
+/// One value of this shape with `N` numbers.
 fn value_of<const N: usize>(value: &Bound<'_, PyAny>, shape: &[usize], name: &str) -> PyResult<[f64; N]> {
     let wrong = |_| PyTypeError::new_err(wrong_value(name, shape, &convert::describe(value)));
     let Numbers { values, shape: found } = convert::numbers(value, name, "").map_err(wrong)?;
@@ -213,7 +213,8 @@ fn value_of<const N: usize>(value: &Bound<'_, PyAny>, shape: &[usize], name: &st
     Ok(numbers(&values))
 }
 
-/// Whether a value of one shape stands for one of another: itself, or the diagonal of a square matrix.
+/// Whether a value of one shape can stand for one of another: the same shape, or the diagonal of a square
+/// matrix.
 fn stands_for(found: &[usize], shape: &[usize]) -> bool {
     found == shape || matches!((found, shape), ([n], [rows, _]) if n == rows)
 }

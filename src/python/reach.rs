@@ -14,7 +14,8 @@ use crate::lie::{QUATERNION_TOLERANCE, Quaternion, Rotation};
 use crate::reach::{self as core, Options, Preference, Reached, Target};
 use crate::robot::{Robot, RobotModel};
 
-/// The last row of a homogeneous transformation may differ by this from (0, 0, 0, 1): rounding of whoever computed it.
+/// Allowed deviation of the last row of a homogeneous transformation from (0, 0, 0, 1), for rounding errors
+/// of its computation.
 const ROW_TOLERANCE: f64 = 1e-9;
 
 /// Result of `Robot.reach`.
@@ -109,7 +110,7 @@ impl PyReachResult {
     }
 }
 
-/// What a target asks for, as it is given.
+/// A target as passed from Python.
 pub(super) struct Given<'a, 'py> {
     pub(super) pose: &'a Bound<'py, PyAny>,
     pub(super) at: Option<f64>,
@@ -118,7 +119,7 @@ pub(super) struct Given<'a, 'py> {
 }
 
 impl Given<'_, '_> {
-    /// For a link of a robot, by its place.
+    /// The target for the link with this index.
     fn target(&self, link: usize) -> PyResult<Target> {
         let [position_weight, orientation_weight] =
             [(0, "position_weight"), (1, "orientation_weight")].map(|(half, name)| {
@@ -147,7 +148,7 @@ impl Given<'_, '_> {
     }
 }
 
-/// A position and the rows of a rotation matrix; one of both, or both.
+/// A position, the rows of a rotation matrix, or both.
 type Wanted = (Option<[f64; 3]>, Option<[[f64; 3]; 3]>);
 
 fn pose_of(value: &Bound<'_, PyAny>) -> PyResult<Wanted> {
@@ -189,7 +190,7 @@ fn pose_of(value: &Bound<'_, PyAny>) -> PyResult<Wanted> {
     }
 }
 
-/// Refuses a target that is invalid by itself.
+/// Returns an error if a target is invalid by itself.
 #[pyfunction]
 pub(crate) fn check_target(target: &Bound<'_, PyAny>) -> PyResult<()> {
     if target.getattr("link")?.cast::<PyString>().is_err() {
@@ -211,7 +212,7 @@ fn of_object(object: &Bound<'_, PyAny>, link: usize) -> PyResult<Target> {
     Given { pose: &pose, at, point: Some(&point), weights }.target(link)
 }
 
-/// Targets with the names of their places, and whether it is but one that was written without any.
+/// Targets with their names in messages, and whether a single target was given directly.
 pub(super) struct Targets {
     pub(super) targets: Vec<Target>,
     pub(super) places: Vec<String>,
@@ -219,8 +220,8 @@ pub(super) struct Targets {
 }
 
 impl Targets {
-    /// One for a link, those of a mapping from links to poses, or of a sequence of `lissom.Target`.
-    /// What is wrong is said of this argument.
+    /// Targets for one link, from a mapping of links to poses, or from a sequence of `lissom.Target`. Errors
+    /// refer to the name of this argument.
     pub(super) fn of(
         robot: &Robot,
         link: &Bound<'_, PyAny>,
@@ -286,7 +287,7 @@ impl Targets {
     }
 }
 
-/// The problems of targets at these places as they are written.
+/// Replaces the indices of targets in messages by their names.
 pub(super) fn named(places: &[String], error: InvalidInput) -> InvalidInput {
     let named = |problem: Problem| {
         let inner = places.iter().enumerate().find_map(|(i, place)| {
@@ -297,7 +298,7 @@ pub(super) fn named(places: &[String], error: InvalidInput) -> InvalidInput {
     InvalidInput { problems: error.problems.into_iter().map(named).collect() }
 }
 
-/// The same error about something at a place.
+/// Adds a place to the message of an error.
 fn placed(py: Python<'_>, error: &PyErr, place: &str) -> PyErr {
     let message = format!("{place}.{}", error.value(py));
     if error.is_instance_of::<PyTypeError>(py) {
@@ -307,7 +308,7 @@ fn placed(py: Python<'_>, error: &PyErr, place: &str) -> PyErr {
     }
 }
 
-/// Everything else that `Robot.reach` takes.
+/// The other arguments of `Robot.reach`.
 pub(super) struct Wishes<'a, 'py> {
     pub(super) q0: Option<&'a Bound<'py, PyAny>>,
     pub(super) bounds: Option<&'a Bound<'py, PyAny>>,
@@ -362,7 +363,7 @@ fn preference_of(value: &Bound<'_, PyAny>, n: usize) -> PyResult<Preference> {
     Ok(Preference::Weights(convert::vector_of(value, n, "prefer")?))
 }
 
-/// The search with a model of its own.
+/// Runs the search with its own copy of the model.
 pub(super) fn search(
     py: Python<'_>,
     mut model: RobotModel,

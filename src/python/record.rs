@@ -5,8 +5,8 @@ use pyo3::PyTypeInfo;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList, PyTuple};
 
-/// A Python object that a result hands out. If it is an array, or a list or dict of arrays, these cannot be written
-/// into: what is computed later from the same numbers would change.
+/// A Python object that is part of a result. Arrays in it, also in a list or dict, are read-only, because
+/// later computations use the same numbers.
 pub(super) struct ReadOnly<T = PyAny>(Py<T>);
 
 impl<T> ReadOnly<T> {
@@ -47,7 +47,7 @@ impl<'py, T> IntoPyObject<'py> for &ReadOnly<T> {
     }
 }
 
-/// Makes arrays read-only, with those that they are views of.
+/// Makes arrays read-only, with the arrays of which they are views.
 fn protect(value: &Bound<'_, PyAny>) -> PyResult<()> {
     if let Ok(list) = value.cast::<PyList>() {
         return list.iter().try_for_each(|item| protect(&item));
@@ -62,17 +62,17 @@ fn protect(value: &Bound<'_, PyAny>) -> PyResult<()> {
     Ok(())
 }
 
-/// What `pickle` and `copy` ask of an object: a function and its arguments.
+/// The return value of `__reduce__`: a function and its arguments.
 pub(super) type Reduced<'py> = (Bound<'py, PyAny>, Bound<'py, PyTuple>);
 
-/// For results whose attributes are all that they are: `_restore` takes a namespace of them, of which the derive
-/// `FromPyObject` makes the result again.
+/// `__reduce__` for results that consist of their attributes: `_restore` receives a namespace of them, from
+/// which the derived `FromPyObject` recreates the result.
 pub(super) fn reduce<'py>(object: &Bound<'py, PyAny>) -> PyResult<Reduced<'py>> {
     let class = object.get_type();
     let state = PyDict::new(object.py());
     for item in class.getattr("__dict__")?.call_method0("items")?.try_iter()? {
         let (name, attribute): (Bound<'py, PyAny>, Bound<'py, PyAny>) = item?.extract()?;
-        // Attributes are descriptors that take part in assignments, be it to refuse them.
+        // Attributes are descriptors with `__set__`, even if it only raises.
         if attribute.get_type().hasattr("__set__")? {
             state.set_item(&name, object.getattr(name.cast()?)?)?;
         }
@@ -81,7 +81,7 @@ pub(super) fn reduce<'py>(object: &Bound<'py, PyAny>) -> PyResult<Reduced<'py>> 
     Ok((class.getattr("_restore")?, PyTuple::new(object.py(), [namespace])?))
 }
 
-/// For other classes: `_restore` takes these arguments.
+/// `__reduce__` for other classes: `_restore` receives these arguments.
 pub(super) fn reduce_to<'py, C: PyTypeInfo>(
     py: Python<'py>,
     arguments: impl IntoPyObject<'py, Target = PyTuple, Output = Bound<'py, PyTuple>, Error = PyErr>,

@@ -34,10 +34,10 @@ use crate::loops::Tie;
 use crate::model::{InTime as _, Tied as _};
 use crate::robot::{Kernel, Multiplications, Place, Robot, RobotModel, Touching};
 
-/// So many poses of the largest rods take some milliseconds.
+/// Number of poses computed between checks for signals; for the largest rods this takes some milliseconds.
 const POSES_BETWEEN_SIGNALS: usize = 256;
 
-/// A moment and a force, or what else comes in two halves, in a row.
+/// A moment and a force, or another pair of vectors, as six numbers.
 fn flat(halves: [Vector<f64>; 2]) -> Vec<f64> {
     halves.into_iter().flat_map(Vector::to_array).collect()
 }
@@ -95,34 +95,35 @@ fn flat(halves: [Vector<f64>; 2]) -> Vec<f64> {
 pub(crate) struct PyRobot {
     description: Robot,
     functions: Functions,
-    // A model of its own for kinematics: that of the base class is only known as a Model.
+    // A separate model for kinematics; the base class knows its model only as a Model.
     kinematics: Mutex<RobotModel>,
-    // What holds a robot in its plane is known in space alone; compiled when it is asked for.
+    // The wrench that keeps a planar robot in its plane is known only to a spatial model, compiled on first
+    // use.
     spatial: OnceLock<RobotModel>,
 }
 
-/// When states are meant to be, and with which inputs, as they are given.
+/// Times and inputs of states as passed from Python.
 #[derive(Clone, Copy, Default)]
 struct At<'a, 'py> {
     t: Option<&'a Bound<'py, PyAny>>,
     u: Option<&'a Bound<'py, PyAny>>,
-    /// Whether forces are asked for, so that it matters which loads act then.
+    /// Whether forces are requested; the loads at that time then matter.
     is_of_forces: bool,
 }
 
 impl<'a, 'py> At<'a, 'py> {
-    /// Where no forces are asked for.
+    /// For quantities that do not depend on forces.
     fn time(t: Option<&'a Bound<'py, PyAny>>) -> Self {
         Self { t, u: None, is_of_forces: false }
     }
 
-    /// Where forces are asked for.
+    /// For forces.
     fn forces(t: Option<&'a Bound<'py, PyAny>>, u: Option<&'a Bound<'py, PyAny>>) -> Self {
         Self { t, u, is_of_forces: true }
     }
 }
 
-/// So many inputs of states as they are given: m numbers, or as many for each state.
+/// The inputs of states: m numbers for all states, or m for each.
 fn inputs_of_states(u: &Bound<'_, PyAny>, m: usize, states: Option<usize>) -> PyResult<Vec<f64>> {
     let (inputs, rows) = convert::finite_rows_of(u, m, "u")?;
     if rows.is_some() && rows != states {
@@ -134,16 +135,17 @@ fn inputs_of_states(u: &Bound<'_, PyAny>, m: usize, states: Option<usize>) -> Py
     Ok(inputs)
 }
 
-/// States as they are given, each with its name: coordinates, and what is asked for of velocities and accelerations.
+/// States as passed from Python, with argument names: coordinates, and velocities and accelerations if
+/// needed.
 type States<'a, 'py> = [Option<(&'a Bound<'py, PyAny>, &'a str)>; 3];
 
 impl PyRobot {
-    /// Python objects that the robot was created from.
+    /// The description of the robot.
     pub(crate) fn description(&self) -> &Robot {
         &self.description
     }
 
-    /// Python objects with the functions of this robot must still be alive.
+    /// The Python objects that own the functions of this robot must still be alive.
     pub(crate) fn initializer(description: Robot) -> PyResult<PyClassInitializer<Self>> {
         Python::attach(|py| {
             let functions = Functions::of_robot(py, &description)?;
@@ -161,7 +163,7 @@ impl PyRobot {
         })
     }
 
-    /// Refuses a place that is not on a link.
+    /// Returns an error if the place is not on the link.
     pub(super) fn check_place(&self, link: usize, x: Option<f64>) -> PyResult<()> {
         let Some(x) = x else { return Ok(()) };
         let link = &self.description.links[link];
@@ -175,7 +177,8 @@ impl PyRobot {
         }))
     }
 
-    /// Arc lengths as they are given for a link, and whether it was a number: of many places there is one more dimension.
+    /// Arc lengths on a link, and whether a single number was given; several places add a dimension to the
+    /// result.
     fn arc_lengths(
         &self,
         given: Option<&Bound<'_, PyAny>>,
@@ -192,7 +195,8 @@ impl PyRobot {
         Ok((places, is_number))
     }
 
-    /// The sections of a link's rod at these arc lengths, and the shape of what has six numbers for each.
+    /// The sections of a link's rod at these arc lengths, and the shape of a result with six numbers for
+    /// each.
     fn sections(
         &self,
         model: &RobotModel,
@@ -222,7 +226,7 @@ impl PyRobot {
         self.kinematics.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
-    /// What `of` says of every state of `model`, in an array of this shape for each.
+    /// Evaluates `of` for every state of `model`; each result has the shape `shape`.
     fn of_states<'py>(
         &self,
         mut model: RobotModel,
@@ -277,12 +281,12 @@ impl PyRobot {
         Ok(values.into_pyarray(py).reshape(shape)?.into_any())
     }
 
-    /// The times between which its prescribed motions are known.
+    /// The time interval over which the prescribed motions are defined.
     fn span(&self) -> [f64; 2] {
         self.kinematics.lock().unwrap_or_else(PoisonError::into_inner).time_span()
     }
 
-    /// A copy of the model in space.
+    /// A copy of the spatial model.
     fn spatial(&self) -> PyResult<RobotModel> {
         if let Some(model) = self.spatial.get() {
             return Ok(model.clone());
@@ -291,7 +295,7 @@ impl PyRobot {
         Ok(self.spatial.get_or_init(|| model).clone())
     }
 
-    /// The times of so many states, or one for all of them.
+    /// The time of each state, or one time for all.
     fn times(
         &self,
         t: Option<&Bound<'_, PyAny>>,
@@ -333,7 +337,7 @@ impl PyRobot {
         loops: Option<&Bound<'_, PyAny>>,
         contacts: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<PyClassInitializer<Self>> {
-        // Their functions are alive until the robot has them.
+        // `links` owns the functions until the robot does.
         let (links, mut functions) = links_of(links)?;
         let mut robot = Robot::new(links);
         if let Some(gravity) = gravity {
@@ -787,14 +791,15 @@ impl PyRobot {
         let times = self.times(t, number_of_states, self.description.is_moved())?;
         let shape: Vec<usize> =
             number_of_states.into_iter().chain((!is_number).then_some(places.len())).chain([4, 4]).collect();
-        // Locked without the interpreter, and for one place or pose at a time: signal handlers may ask this very robot.
+        // Locked without the interpreter, and only for one place or pose at a time: signal handlers may use
+        // the same robot.
         let model = || self.kinematics.lock().unwrap_or_else(PoisonError::into_inner);
         let answer_signals = |done: usize| {
             let is_time = done > 0 && done.is_multiple_of(POSES_BETWEEN_SIGNALS);
             if is_time { Python::attach(|py| py.check_signals()) } else { Ok(()) }
         };
         let poses = py.detach(|| {
-            // Functions of time may ask it while they are called.
+            // Callables of time may use the model while it is being evaluated.
             let mut moving = self.description.is_prescribed().then(|| model().clone());
             let places = places
                 .into_iter()
@@ -1033,7 +1038,8 @@ impl PyRobot {
         )
     }
 
-    /// Moment and force that a link gets through its joint in a motion, from its parent or the world.
+    /// Moment and force that a link receives through its joint, from its parent or the world, during a
+    /// motion.
     ///
     /// Parameters
     /// ----------
@@ -1072,17 +1078,17 @@ impl PyRobot {
         )
     }
 
-    /// What a closed loop needs to stay closed in a motion.
+    /// Constraint forces of a closed loop during a motion.
     ///
-    /// Where constraints are redundant these are the smallest forces that do it; what several loops share is then spread over
-    /// them.
+    /// If constraints are redundant, the result is the minimum-norm solution, which distributes shared forces
+    /// over the loops.
     ///
     /// Parameters
     /// ----------
     /// q, qd, qdd : array_like, shape (n,) or (k, n)
-    ///     Coordinates, velocities and accelerations of a motion, or those of k states.
+    ///     Coordinates, velocities and accelerations of a state, or of k states.
     /// name : str, optional
-    ///     Which loop; may be left out where there is one.
+    ///     Name of the loop; optional if the robot has only one.
     /// t : float or array_like, shape (k,), optional
     ///     Time of the state, or of each of the k states, seconds. Required if loads vary or the base moves.
     /// u : array_like, shape (m,) or (k, m), optional
@@ -1092,7 +1098,8 @@ impl PyRobot {
     /// -------
     /// wrench : ndarray, shape (6,) or (k, 6)
     ///     Moment about the origin of the second end, newton metres, and force, newtons, that the first end exerts on it, in
-    ///     world axes. Of a `Gear` the generalised force on its first coordinate, a float or an array of shape (k,).
+    ///     world axes. For a `Gear`, the generalised force on its first coordinate, a float or an array of
+    ///     shape (k,).
     #[pyo3(signature = (q, qd, qdd, *, name=None, t=None, u=None))]
     fn loop_forces<'py>(
         &self,
@@ -1195,7 +1202,8 @@ impl PyRobot {
         PyList::new(py, model.touches(&q, &qd).into_iter().map(touch).collect::<PyResult<Vec<_>>>()?)
     }
 
-    /// Closed loops of a robot at rest, row by row: what their forces add to the stiffness, and the derivative of the gaps.
+    /// Closed loops of a robot at rest, row by row: the contribution of their forces to the stiffness, and
+    /// the derivative of the gaps.
     #[pyo3(signature = (q, *, t=None, u=None))]
     fn _loops_at_rest<'py>(
         &self,
@@ -1361,7 +1369,8 @@ impl PyRobot {
                 return Err(PyValueError::new_err(message));
             }
         };
-        // In space: what holds a planar robot in its plane passes through sections too.
+        // The spatial model, because the wrench that keeps a planar robot in its plane also passes through
+        // sections.
         let model = self.spatial()?;
         let (sections, shape) = self.sections(&model, X, link)?;
         let states = [Some((q, "q")), Some((qd, "qd")), Some((qdd, "qdd"))];
@@ -1548,14 +1557,14 @@ impl PyRobot {
 }
 
 impl PyRobot {
-    /// The name of a link as loads say it; none where there is but one.
+    /// The name of a link as loads refer to it; None if there is only one link.
     fn name_of(&self, link: usize) -> Option<String> {
         let links = &self.description.links;
         (links.len() > 1).then(|| links[link].name.clone())
     }
 }
 
-/// What `core` makes of the instances of a class of ours in a sequence.
+/// Applies `core` to every item of a sequence of instances of C.
 pub(super) fn instances<C: PyClass<Frozen = True> + Sync, T>(
     value: &Bound<'_, PyAny>,
     name: &str,

@@ -61,18 +61,18 @@ use crate::robot::{Robot, Rod};
 #[pyclass(name = "Rod", module = "lissom", extends = PyRobot, frozen)]
 pub(crate) struct PyRod {
     description: Rod,
-    // Those of the description; the base class has its own. A class that traverses nothing would share the traversal of
-    // `Model`, which PyO3 0.30 then takes for that of the class and calls without end.
+    // The base class has its own functions. A class without a traversal would share that of `Model`; PyO3
+    // 0.30 then calls it recursively without end.
     functions: Functions,
 }
 
 impl PyRod {
-    /// Python objects that the rod was created from.
+    /// The description of the rod.
     pub(crate) fn description(&self) -> &Rod {
         &self.description
     }
 
-    /// Python objects with the functions of this rod must still be alive.
+    /// The Python objects that own the functions of this rod must still be alive.
     pub(crate) fn initializer(description: Rod) -> PyResult<PyClassInitializer<Self>> {
         description.validate()?;
         let robot = Robot::from(&description);
@@ -106,7 +106,7 @@ impl PyRod {
         let segments = instances(segments, "segments", |segment: &PySegment| segment.0.clone())?;
         let fluid = fluid.map(|fluid| fluid.get().0.clone());
         let mut rod = Rod { tip_mass, fluid, ..Rod::new(segments) };
-        // What is on a rod names no link.
+        // Items on a rod do not name a link.
         let mut named = Vec::new();
         if let Some(loads) = loads {
             rod.loads = instances(loads, "loads", |load: &PyLoad| {
@@ -147,7 +147,7 @@ impl PyRod {
         if let Some(orientation) = base_orientation {
             rod.base_orientation = convert::array_of(orientation, "base_orientation")?;
         }
-        // Their functions are alive until the rod has them.
+        // `functions` keeps the callables alive until the rod owns them.
         let mut functions = Functions::default();
         if let Some(actuators) = actuators {
             rod.actuators = actuators_of(actuators, Surroundings::Rod(&Robot::from(&rod)), &mut functions)?;

@@ -143,15 +143,15 @@ impl PyJacobianCheck {
     }
 }
 
-/// A system whose residual, and perhaps Jacobian, are Python functions.
+/// A system whose residual, and optionally Jacobian, are Python functions.
 struct PyFunctions<'a, 'py> {
     fun: &'a Bound<'py, PyAny>,
     jac: Option<&'a Bound<'py, PyAny>>,
     args: &'a Bound<'py, PyTuple>,
-    /// x0 was a number, and so is the argument of the functions.
+    /// Whether x0 was a number; the functions then receive a number.
     scalar: bool,
     unknowns: usize,
-    /// R(x0), evaluated to learn its length and handed out at the first call.
+    /// R(x0), evaluated to determine its length and returned by the first call.
     first: Option<Vec<f64>>,
     equations: usize,
     scalar_fun: bool,
@@ -188,7 +188,7 @@ impl<'a, 'py> PyFunctions<'a, 'py> {
         Ok(functions)
     }
 
-    /// `function(x, *args)`, with an x of its own that the function may keep.
+    /// `function(x, *args)`, with a new x that the function may keep.
     fn call(&self, function: &Bound<'py, PyAny>, x: &[f64]) -> PyResult<Bound<'py, PyAny>> {
         let py = function.py();
         py.check_signals()?;
@@ -220,7 +220,7 @@ impl<'a, 'py> PyFunctions<'a, 'py> {
         let value = self.call(function, x)?;
         let (m, n) = jacobian.shape();
         let found = numbers(&value, "jac(x)", "an array of real numbers")?;
-        // A gradient, a derivative or a number will do where one side has length one.
+        // A vector or a number is accepted if m or n is one.
         if (m == 1 || n == 1) && found.shape.len() < 2 {
             if found.values.len() != m * n {
                 return Err(PyValueError::new_err(format!(
@@ -228,7 +228,7 @@ impl<'a, 'py> PyFunctions<'a, 'py> {
                     found.values.len()
                 )));
             }
-            // One side has length one: by rows and by columns are the same.
+            // One dimension is one, so row-major and column-major order are the same.
             jacobian.as_mut_slice().copy_from_slice(&found.values);
         } else {
             jacobian.copy_from(&found.matrix((m, n), "jac(x)")?);
@@ -236,7 +236,7 @@ impl<'a, 'py> PyFunctions<'a, 'py> {
         Ok(())
     }
 
-    /// A number or an array, as `fun` returned it.
+    /// The residual as a number or an array, like the value returned by `fun`.
     fn output(&self, py: Python<'py>, residual: &[f64]) -> PyResult<ReadOnly> {
         number_or_array(py, residual, self.scalar_fun)
     }
@@ -528,7 +528,7 @@ pub(crate) fn check_jacobian_of<'py>(
     })
 }
 
-/// Names options as the arguments of `root`.
+/// Replaces names of options by those of the arguments of `root`.
 fn with_python_names(mut error: InvalidInput) -> InvalidInput {
     for problem in &mut error.problems {
         problem.place = match problem.place.as_str() {
@@ -551,7 +551,7 @@ fn finite_point(x: &Bound<'_, PyAny>) -> PyResult<(Vec<f64>, bool)> {
     Ok((x, scalar))
 }
 
-/// Ones, one number for all, or one for each.
+/// Scales: ones by default, one number for all, or one for each.
 fn scale(value: Option<&Bound<'_, PyAny>>, n: usize, name: &str) -> PyResult<Vec<f64>> {
     let Some(value) = value else { return Ok(vec![1.0; n]) };
     match scalar_or_vector(value, name)? {

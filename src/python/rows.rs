@@ -15,7 +15,7 @@ pub(super) struct Vectors {
 }
 
 impl Vectors {
-    /// What is given, and how many rows it has, if it has any.
+    /// Reads the vectors, and their number unless one vector was given for all rows.
     pub(super) fn of_any(
         value: &Bound<'_, PyAny>,
         width: usize,
@@ -43,14 +43,14 @@ impl Vectors {
         value.map(|value| Self::read(value, count, width, name)).transpose()
     }
 
-    /// That of a row.
+    /// The vector of a row.
     pub(super) fn of(&self, row: usize) -> &[f64] {
         let start = if self.is_of_all { 0 } else { row * self.width };
         &self.values[start..start + self.width]
     }
 }
 
-/// A refusal that says which row it is of.
+/// Adds the row to the message of an error.
 pub(super) fn of_row(py: Python<'_>, row: usize, error: &PyErr) -> PyErr {
     if error.is_instance_of::<PyValueError>(py) {
         return PyValueError::new_err(format!("row {row}: {}", error.value(py)));
@@ -58,7 +58,7 @@ pub(super) fn of_row(py: Python<'_>, row: usize, error: &PyErr) -> PyErr {
     error.clone_ref(py)
 }
 
-/// The models of a sequence, which must be alike.
+/// The models in a sequence; they must have the same coordinates and inputs.
 pub(super) fn each(models: &Bound<'_, PyAny>) -> PyResult<Vec<Py<PyModel>>> {
     let wrong = |place: &str, found: &Bound<'_, PyAny>| {
         PyTypeError::new_err(format!(
@@ -78,7 +78,7 @@ pub(super) fn each(models: &Bound<'_, PyAny>) -> PyResult<Vec<Py<PyModel>>> {
     Ok(found)
 }
 
-/// Rows of one array need as many coordinates, and the same inputs.
+/// Checks that a model has as many coordinates as the first one, and the same inputs.
 pub(super) fn check_alike(i: usize, model: &PyModel, first: &PyModel) -> PyResult<()> {
     let ([n, expected], inputs) = ([model.n(), first.n()], model.input_names());
     if n != expected {
@@ -93,7 +93,7 @@ pub(super) fn check_alike(i: usize, model: &PyModel, first: &PyModel) -> PyResul
     Ok(())
 }
 
-/// How many threads are asked for: by default as many as there are processors.
+/// Number of threads; by default the number of processors.
 pub(super) fn threads(workers: Option<i64>) -> PyResult<usize> {
     match workers {
         None => Ok(parallel::processors()),

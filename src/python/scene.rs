@@ -31,13 +31,13 @@ create_exception!(
      hundred), the message shows each with the line it is about, and at its end the number of those left out."
 );
 
-/// One thing that is wrong with a scene. As a string: ``file:line:column: key: what is wrong; what would be right``.
+/// A problem in a scene. As a string: ``file:line:column: key: what is wrong; what would be right``.
 #[pyclass(name = "SceneProblem", module = "lissom", frozen)]
 pub(crate) struct PySceneProblem {
-    /// The file, as it was given.
+    /// The file name, as given.
     #[pyo3(get)]
     file: String,
-    /// Line, from 1.
+    /// Line number, from 1.
     #[pyo3(get)]
     line: usize,
     /// Column in characters, from 1.
@@ -49,10 +49,10 @@ pub(crate) struct PySceneProblem {
     /// What is wrong.
     #[pyo3(get)]
     wrong: String,
-    /// What would be right; may be empty for a syntax error.
+    /// What is expected; may be empty for a syntax error.
     #[pyo3(get)]
     right: String,
-    /// The line it is about, with the offending part underlined.
+    /// The line of the problem, with the offending part underlined.
     #[pyo3(get)]
     snippet: String,
     header: String,
@@ -105,9 +105,9 @@ impl PySceneProblem {
     }
 }
 
-/// A checked description of a model and of how to simulate it, read from a TOML file.
+/// A validated model and simulation settings, read from a TOML file.
 ///
-/// ``Scene.load`` and ``Scene.loads`` make scenes; nothing in a scene is ever executed.
+/// Created by ``Scene.load`` and ``Scene.loads``. Reading a scene executes no code.
 #[pyclass(name = "Scene", module = "lissom", frozen)]
 pub(crate) struct PyScene {
     scene: Scene,
@@ -129,21 +129,21 @@ impl PyScene {
     /// Raises
     /// ------
     /// SceneError
-    ///     Everything that is wrong with the scene, at once.
+    ///     If the scene is invalid; the error lists all problems.
     /// OSError
-    ///     The file cannot be read.
+    ///     If the file cannot be read.
     ///
     /// Warns
     /// -----
     /// FutureWarning
-    ///     Of every key that is written by an old name, with its place and what to write instead.
+    ///     For every key with an old name, with its place and the new name.
     /// lissom.urdf.UrdfWarning
-    ///     About what an imported file has and the robot has not.
+    ///     If an imported file has content that the robot does not include.
     #[staticmethod]
     #[pyo3(signature = (path))]
     fn load(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
         let file = path.display().to_string();
-        // Python's own errors name the file and have the right class.
+        // Python's own errors contain the file name and have the right class.
         let bytes = py.import("pathlib")?.call_method1("Path", (path,))?.call_method0("read_bytes")?;
         let bytes: Vec<u8> = bytes.extract()?;
         let mut imports = Files::beside(&file);
@@ -158,8 +158,8 @@ impl PyScene {
     /// text : str
     ///     TOML.
     /// name : str
-    ///     What messages call the text; also the name of a scene that has none. A file that the scene imports is seen from
-    ///     the folder that this name has, otherwise from the working directory.
+    ///     Name of the text in messages, and of the scene if the text gives none. Paths of imported files are
+    ///     relative to the folder of this name, by default to the working directory.
     ///
     /// Returns
     /// -------
@@ -168,7 +168,7 @@ impl PyScene {
     /// Raises
     /// ------
     /// SceneError
-    ///     Everything that is wrong with the scene, at once.
+    ///     If the scene is invalid; the error lists all problems.
     #[staticmethod]
     #[pyo3(signature = (text, name="scene"))]
     fn loads(py: Python<'_>, text: &str, name: &str) -> PyResult<Self> {
@@ -177,25 +177,25 @@ impl PyScene {
         Self::new(py, name, imports.or_raised(read)?)
     }
 
-    /// The JSON Schema of scene files, for editors, as text.
+    /// The JSON Schema of scene files as text, for editors.
     #[staticmethod]
     fn schema() -> String {
         Scene::schema()
     }
 
-    /// The scene's name; the stem of its file unless it says otherwise.
+    /// Name of the scene; by default the stem of its file.
     #[getter]
     fn name(&self) -> &str {
         &self.scene.name
     }
 
-    /// The text that was read.
+    /// The text of the scene.
     #[getter]
     fn text(&self) -> &str {
         &self.scene.text
     }
 
-    /// The content of the file that the scene imports, by its name there: bytes. Results keep it beside the text.
+    /// Contents (bytes) of imported files by their names in the scene. Results keep them with the text.
     #[getter]
     fn imports<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let imports = PyDict::new(py);
@@ -205,7 +205,7 @@ impl PyScene {
         Ok(imports)
     }
 
-    /// What is simulated: a Rod, a Robot or a SpringPendulum.
+    /// The simulated model: a Rod, a Robot or a SpringPendulum.
     #[getter]
     fn model(&self, py: Python<'_>) -> Py<PyModel> {
         self.model.clone_ref(py)
@@ -223,7 +223,7 @@ impl PyScene {
         self.scene.v0.to_pyarray(py)
     }
 
-    /// How the model is simulated.
+    /// The simulation settings.
     #[getter]
     fn simulation(&self) -> PySimulationSettings {
         PySimulationSettings(self.scene.simulation.clone())
@@ -234,12 +234,12 @@ impl PyScene {
     /// Parameters
     /// ----------
     /// **options
-    ///     Options of ``lissom.simulate`` that replace those of the scene, such as ``dt=1e-3``.
+    ///     Options of ``lissom.simulate`` that override those of the scene, such as ``dt=1e-3``.
     ///
     /// Returns
     /// -------
     /// result
-    ///     What ``lissom.simulate`` returns.
+    ///     The result of ``lissom.simulate``.
     #[pyo3(signature = (**options))]
     fn run<'py>(&self, py: Python<'py>, options: Option<&Bound<'py, PyDict>>) -> PyResult<Bound<'py, PyAny>> {
         let arguments = self.options(py)?;
@@ -250,7 +250,7 @@ impl PyScene {
         simulate.call((self.model(py),), Some(&arguments))
     }
 
-    /// What ``run`` calls ``lissom.simulate`` with, beside the model: a dict of arguments, ``t_end`` among them.
+    /// The arguments for ``lissom.simulate`` except the model, including ``t_end``, as a dict.
     #[getter]
     fn options<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let simulation = &self.scene.simulation;
@@ -262,7 +262,7 @@ impl PyScene {
         arguments.set_item("v0", self.v0(py))?;
         arguments.set_item("method", method(simulation))?;
         arguments.set_item("dt", simulation.dt)?;
-        // The other methods have none, and say so.
+        // Other methods reject these options.
         if simulation.method.has_fixed_step() {
             arguments.set_item("jac", jac(simulation))?;
         }
@@ -280,7 +280,8 @@ impl PyScene {
         format!("<lissom.Scene {:?}>", self.scene.name)
     }
 
-    /// For copies and pickles. The model comes along: modes that the scene left open are not chosen again.
+    /// For copies and pickles. The model is included, so that numbers of modes that the scene leaves open are
+    /// not chosen again.
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
         let kept = self.scene.imported.as_ref().map(|(_, imported)| PyBytes::new(py, &imported.content));
         record::reduce_to::<Self>(py, (&self.scene.text, &self.scene.name, &self.model, kept))
@@ -313,7 +314,7 @@ impl PyScene {
 }
 
 impl PyScene {
-    /// What was read from `file`, with a warning of every old word in it.
+    /// The scene read from `file`, with a warning for every old name in it.
     fn new(py: Python<'_>, file: &str, read: Result<Scene, CoreError>) -> PyResult<Self> {
         let mut scene = read.map_err(|error| refusal(py, &error))?;
         for deprecation in &scene.deprecations {
@@ -345,20 +346,20 @@ impl PyScene {
     }
 }
 
-/// How a scene is simulated; every setting is the scene's or its default.
+/// Simulation settings of a scene: those that it gives, and defaults.
 #[pyclass(name = "SimulationSettings", module = "lissom", frozen, eq)]
 #[derive(PartialEq)]
 pub(crate) struct PySimulationSettings(Simulation);
 
 #[pymethods]
 impl PySimulationSettings {
-    /// Time at the start, seconds.
+    /// Start time, seconds.
     #[getter]
     fn t0(&self) -> f64 {
         self.0.t0
     }
 
-    /// Time at the end, seconds.
+    /// End time, seconds.
     #[getter]
     fn t_end(&self) -> f64 {
         self.0.t_end
@@ -382,7 +383,7 @@ impl PySimulationSettings {
         jac(&self.0)
     }
 
-    /// Relative tolerance; with method "auto" the accuracy that is wanted.
+    /// Relative tolerance; with method "auto" the requested accuracy.
     #[getter]
     fn rtol(&self) -> f64 {
         self.0.rtol
@@ -394,20 +395,20 @@ impl PySimulationSettings {
         self.0.atol
     }
 
-    /// Time between the states that are kept, seconds; None for every ``dt``.
+    /// Interval of the saved states, seconds; None for every ``dt``.
     #[getter]
     fn output_dt(&self) -> Option<f64> {
         self.0.output_dt
     }
 
-    /// What is kept beside the coordinates, out of "velocity", "acceleration", "energy", "shape".
+    /// Saved quantities in addition to the coordinates, out of "velocity", "acceleration", "energy", "shape".
     #[getter]
     fn quantities<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
         let names = self.0.quantities.iter().map(|quantity| name_of(&QUANTITIES, quantity));
         PyTuple::new(py, names.collect::<Vec<_>>())
     }
 
-    /// The attributes, without old names: those warn when they are read.
+    /// The attributes, without old names, which warn when they are read.
     fn __dir__<'py>(slf: &Bound<'py, Self>) -> PyResult<Vec<String>> {
         const OLD: [&str; 4] = ["duration", "step", "jacobian", "output_step"];
         let object = slf.py().get_type::<PyAny>();

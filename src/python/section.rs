@@ -33,24 +33,24 @@ use crate::rod::{GivenSection, Parts, Profile, Section, Segment, Shape, ShearCor
 #[derive(Clone, PartialEq)]
 pub(crate) struct PySection {
     pub(crate) section: Section,
-    /// Length of the segment that it belongs to, where numbers of it are functions of the arc length.
+    /// Length of the segment, needed if parameters are functions of the arc length.
     pub(crate) length: Option<f64>,
 }
 
 impl PySection {
     fn new(section: Section, length: Option<f64>) -> PyResult<Self> {
-        // Without a length nothing depends on X.
+        // Without a length, no parameter depends on X.
         section.validate(length.unwrap_or(1.0))?;
         Ok(Self { length: length.filter(|_| varies(&section)), section })
     }
 
-    /// That of a segment.
+    /// The section of a segment.
     pub(super) fn of(segment: &Segment) -> Self {
         let section = segment.section.clone();
         Self { length: varies(&section).then_some(segment.length), section }
     }
 
-    /// The shape that `make` puts together from sizes by their names.
+    /// The shape that `make` creates from sizes, given by their names.
     fn with_sizes<const N: usize>(
         sizes: [(&Bound<'_, PyAny>, &str); N],
         length: Option<f64>,
@@ -348,7 +348,7 @@ impl PySection {
     }
 }
 
-/// Whether numbers of it are functions of the arc length, other than sizes that are linear.
+/// Whether parameters are functions of the arc length, other than linear sizes.
 fn varies(section: &Section) -> bool {
     match section {
         Section::Shape(shape) => shape.sizes().iter().any(|(_, size)| size.ends().is_none()),
@@ -362,7 +362,7 @@ fn varies(section: &Section) -> bool {
     }
 }
 
-/// The length of the segment: as it is given beside the values, or the one that a table or a profile among them is over.
+/// The length of the segment: given explicitly, or that of a table or profile among the values.
 fn length_of(given: Option<f64>, values: &[(&Bound<'_, PyAny>, &str)]) -> PyResult<Option<f64>> {
     if let Some(length) = given {
         let mut check = Checker::new();
@@ -404,7 +404,7 @@ fn wrong(name: &str, expected: &str, value: &Bound<'_, PyAny>) -> PyErr {
     ))
 }
 
-/// A size as Python has it: at base and tip, or a profile.
+/// The Python form of a size: values at base and tip, or a profile.
 pub(super) fn size_out<'py>(py: Python<'py>, size: &Profile<1>, length: f64) -> PyResult<Bound<'py, PyAny>> {
     match size.ends() {
         Some([[base], [tip]]) => Ok((base, tip).into_pyobject(py)?.into_any()),
@@ -412,7 +412,7 @@ pub(super) fn size_out<'py>(py: Python<'py>, size: &Profile<1>, length: f64) -> 
     }
 }
 
-/// What a section is given, as Python has it: the value where it is constant, or a profile.
+/// The Python form of a given parameter: its value if it is constant, or a profile.
 fn given_out<'py, const N: usize>(
     py: Python<'py>,
     profile: &Profile<N>,
@@ -426,7 +426,7 @@ fn given_out<'py, const N: usize>(
     }
 }
 
-/// What a section is given, in a `repr`.
+/// A given parameter in a `repr`.
 fn parameter<const N: usize>(
     name: &str,
     profile: &Profile<N>,
@@ -440,7 +440,7 @@ fn parameter<const N: usize>(
     }
 }
 
-/// A size in a `repr`: one number where it does not vary.
+/// A size in a `repr`; one number if it is constant.
 fn sized(name: &str, size: &Profile<1>, length: f64) -> String {
     match size.ends() {
         Some([[base], [tip]]) => pair(name, [base, tip]),
@@ -448,7 +448,7 @@ fn sized(name: &str, size: &Profile<1>, length: f64) -> String {
     }
 }
 
-/// Two numbers in a `repr`: one where they are the same.
+/// Two numbers in a `repr`; one if they are equal.
 pub(super) fn pair(name: &str, [first, second]: [f64; 2]) -> String {
     if first == second { format!("{name}={first:?}") } else { format!("{name}=({first:?}, {second:?})") }
 }
@@ -483,7 +483,7 @@ pub(super) fn size(value: &Bound<'_, PyAny>, length: Option<f64>, name: &str) ->
     Ok(Profile::linear(ends.map(|end| [end])))
 }
 
-/// A shear correction: a factor, one for each direction, or a rule.
+/// A shear correction: a factor, a factor for each direction, or a rule.
 pub(super) fn shear_correction(value: &Bound<'_, PyAny>) -> PyResult<ShearCorrection> {
     if let Ok(word) = value.cast::<PyString>() {
         return match word.to_str()? {
@@ -504,7 +504,7 @@ pub(super) fn shear_correction(value: &Bound<'_, PyAny>) -> PyResult<ShearCorrec
     })
 }
 
-/// The way back: one number where both directions have the same.
+/// The Python form of a shear correction; one number if both directions have the same factor.
 pub(super) fn shear_correction_out<'py>(
     py: Python<'py>,
     correction: ShearCorrection,

@@ -20,13 +20,15 @@ use crate::sensitivity::{
     self, Course, Failure, ForceDerivative, Leg, Lengths, OfInertia, Parameter, Rule, Sections, Together,
 };
 
-/// Models that differ in a parameter, with their weights in the derivative with respect to it.
+/// Models with a varied parameter, with their weights in the derivative with respect to it.
 type Terms = Vec<(Py<PyModel>, f64)>;
 
-/// How the generalised stiffness and damping of a segment change with a parameter, and its first coordinate.
+/// First coordinate of a segment, and the derivatives of its generalised stiffness and damping with respect
+/// to a parameter.
 type Material<'py> = (usize, Bound<'py, PyAny>, Bound<'py, PyAny>);
 
-/// The same, and the segment's number, and segments with other sections with their weights in the derivative.
+/// A `Material`, the number of the segment, and segments with varied sections, with their weights in the
+/// derivative.
 type OfSection<'py> = (usize, Bound<'py, PyAny>, Bound<'py, PyAny>, usize, Vec<(Py<PySegment>, f64)>);
 
 /// How forces depend on a parameter.
@@ -35,21 +37,21 @@ pub(crate) enum Dependence<'py> {
     Models(Terms),
     Material(Material<'py>),
     Section(OfSection<'py>),
-    /// Number of a leg, and of an input.
+    /// Number of a leg and number of an input.
     Input((usize, usize)),
-    /// Number of the segment whose length it is.
+    /// Number of the segment whose length is the parameter.
     Length(usize),
 }
 
-/// Derivatives of a run of the Newmark family with fixed steps, or of Radau IIA: of all states forward, or of a number by the
-/// adjoint.
+/// Derivatives of a run with fixed steps of the Newmark family or with Radau IIA: forward derivatives of all
+/// states, or the adjoint derivative of a number.
 ///
-/// `lissom.sensitivity` says what they are.
+/// See `lissom.sensitivity` for their definition.
 ///
 /// Parameters
 /// ----------
 /// model : Model
-///     What has moved.
+///     The model that was simulated.
 /// t : array_like, shape (m,)
 /// q, v, a : array_like, shape (m, n)
 ///     All accepted steps.
@@ -60,9 +62,10 @@ pub(crate) enum Dependence<'py> {
 /// whose weighted sum of inertias is the derivative; or with `weights` for a length the number of the segment; or for an input
 /// (number of the leg, number of the input).
 /// dq0, dv0 : array_like, shape (n, p)
-///     How the start moves with the parameters.
+///     Derivatives of the initial state with respect to the parameters.
 /// legs : list of (int, array_like of shape (inputs,)), optional
-///     Numbers of the states from which on inputs were held, beginning with 0, and these inputs; `a` there is with them.
+///     Indices of the states at which inputs change, beginning with 0, and the new inputs; `a` at these
+///     states is with the new inputs.
 /// weights : pair of array_like, shape (m, n), optional
 ///     Derivatives of the number with respect to `q` and `v`.
 ///
@@ -182,7 +185,7 @@ pub(crate) fn sensitivities<'py>(
     PyTuple::new(py, arrays.collect::<PyResult<Vec<_>>>()?)
 }
 
-/// The models of a parameter, or what its material changes.
+/// The models of a parameter, or the derivatives of the material.
 enum Force {
     Models(Vec<(Box<dyn Native>, f64)>),
     Material(usize, [Matrix; 2]),
@@ -204,8 +207,8 @@ fn legs_of(given: Vec<(usize, Bound<'_, PyAny>)>, states: usize, inputs: usize) 
     Ok(legs)
 }
 
-/// The forces of all parameters, what the inertia of sections has to do with them, and the parameters that are lengths, with
-/// their segments.
+/// The forces of all parameters, the contributions of the inertia of sections, and the parameters that are
+/// lengths, with their segments.
 struct OfParameters {
     forces: Vec<Force>,
     sections: Vec<OfInertia>,
@@ -251,7 +254,8 @@ fn of_material(first: usize, [stiffness, damping]: [&Bound<'_, PyAny>; 2], n: us
     Ok(Force::Material(first, [block(stiffness)?, block(damping)?]))
 }
 
-/// The weighted sums of the inertia matrices of segments at the places of one, with the numbers of these places.
+/// The weighted sums of the inertia matrices of segments, at the places of one segment, and the numbers of
+/// these places.
 fn of_inertia(
     segment: usize,
     terms: &[(Py<PySegment>, f64)],
@@ -278,19 +282,19 @@ fn change_of_inertia(terms: &[(Py<PySegment>, f64)], x: f64) -> InertiaMatrix {
     sum
 }
 
-/// Whether the inertia of sections acts on nothing but the forces along their rods.
+/// Whether the inertia of sections affects only the forces along their own rods.
 #[pyfunction]
 pub(crate) fn has_separate_sections(model: &Bound<'_, PyModel>) -> bool {
     !model.get().native().section_places().is_empty()
 }
 
-/// Whether nothing depends on lengths of segments but the rods that they are parts of.
+/// Whether the lengths of segments affect only their own rods.
 #[pyfunction]
 pub(crate) fn has_free_lengths(model: &Bound<'_, PyModel>) -> bool {
     model.get().native().free_lengths() > 0
 }
 
-/// Whether some forces may act in a part of all states only.
+/// Whether some forces may act only in part of the states.
 #[pyfunction]
 pub(crate) fn has_one_sided_forces(model: &Bound<'_, PyModel>) -> bool {
     model.get().native().has_one_sided_forces()

@@ -1,4 +1,4 @@
-//! `lissom.Harmonic`, and what else can be a function of time: numbers, tables, callables.
+//! `lissom.Harmonic` and other functions of time: numbers, tables, callables.
 
 use std::any::Any;
 use std::sync::Arc;
@@ -48,7 +48,7 @@ use crate::world::{BaseMotion, BaseRotation, quaternion_motion};
 #[pyclass(name = "Harmonic", module = "lissom", frozen, eq)]
 #[derive(Clone, PartialEq)]
 pub(crate) struct PyHarmonic {
-    /// Of numbers, only the first component.
+    /// For a scalar, only the first component is used.
     harmonic: Harmonic<3>,
     is_number: bool,
 }
@@ -155,7 +155,7 @@ impl PyHarmonic {
         if self.is_number { x.into_bound_py_any(py) } else { (x, y, z).into_bound_py_any(py) }
     }
 
-    /// The signal of N numbers, if it has as many.
+    /// The signal with N components; an error if it has another number.
     fn signal<const N: usize>(&self, name: &str) -> PyResult<Signal<N>> {
         let own = if self.is_number { 1 } else { 3 };
         if own != N {
@@ -209,7 +209,7 @@ impl PyHarmonic {
 #[derive(Clone, PartialEq)]
 pub(crate) struct PyInput {
     name: Arc<str>,
-    /// Of a number, only the first.
+    /// For a scalar, only the first component is used.
     value: [f64; 3],
     is_number: bool,
 }
@@ -271,7 +271,7 @@ impl PyInput {
 }
 
 impl PyInput {
-    /// The signal of N numbers, if it has as many.
+    /// The signal with N components; an error if it has another number.
     fn signal<const N: usize>(&self, place: &str) -> PyResult<Signal<N>> {
         let own = if self.is_number { 1 } else { 3 };
         if own != N {
@@ -292,17 +292,17 @@ impl PyInput {
     }
 }
 
-/// A Python function that the core calls. The core has no reference to it of its own: what it refers to, Python's
-/// garbage collector could not see, so that a rod and a function that knows this rod would keep each other alive for
-/// ever. Instead, every Python object with a signal keeps the functions of the signal and shows them to the
-/// collector.
+/// A Python function that the core calls. The core does not own a reference to it, because Python's garbage
+/// collector could not see such a reference: a rod and a function that refers to this rod would keep each
+/// other alive for ever. Instead, every Python object with a signal owns the functions of the signal and
+/// shows them to the collector.
 #[pyclass(name = "Function", module = "lissom._lissom", frozen, weakref)]
 pub(super) struct Held(Py<PyAny>);
 
 #[pymethods]
 impl Held {
-    // No `__clear__`, here and in other classes: like a tuple, an object that never changes is in no cycle of its own
-    // kind alone, and what closed the cycle can be cleared.
+    // No `__clear__`, here and in other classes: as for tuples, a cycle cannot consist of immutable objects
+    // alone, and clearing another object of the cycle breaks it.
     fn __traverse__(&self, visit: PyVisit<'_>) -> Result<(), PyTraverseError> {
         visit.call(&self.0)
     }
@@ -313,7 +313,7 @@ impl Held {
 pub(super) struct Functions(Vec<Py<Held>>);
 
 impl Functions {
-    /// Those of a robot that Python objects still alive have described.
+    /// The functions of a robot. The Python objects that own them must still be alive.
     pub(super) fn of_robot(py: Python<'_>, robot: &Robot) -> PyResult<Self> {
         let mut functions = Self::default();
         for load in &robot.loads {
@@ -372,8 +372,8 @@ impl Functions {
     }
 }
 
-/// N numbers, a table `(times, values)`, a [`PyHarmonic`], a [`PyInput`] or a callable of time, which goes to the functions of what
-/// keeps the signal.
+/// N numbers, a table `(times, values)`, a [`PyHarmonic`], a [`PyInput`] or a callable of time. A callable is
+/// added to `functions` of the owner of the signal.
 pub(super) fn signal_of<const N: usize>(
     value: &Bound<'_, PyAny>,
     name: &str,
@@ -396,7 +396,7 @@ pub(super) fn signal_of<const N: usize>(
         return Ok(Signal::Function(Function(Arc::new(callable))));
     }
     let is_sequence = value.is_instance_of::<PyTuple>() || value.is_instance_of::<PyList>();
-    // Two numbers are no table, but a vector that is too short.
+    // Two numbers are not a table, but a vector that is too short.
     let is_pair = is_sequence && value.len()? == 2 && convert::is_array(&value.get_item(0)?);
     if is_pair {
         table(value, name)
@@ -435,7 +435,7 @@ fn table<const N: usize>(pair: &Bound<'_, PyAny>, name: &str) -> PyResult<Signal
     Ok(Signal::Table(Arc::new(table.expect("nothing is wrong with it"))))
 }
 
-/// What a signal is in Python: what it was made of.
+/// The Python object that describes a signal.
 pub(super) fn signal_out<'py, const N: usize>(
     py: Python<'py>,
     signal: &Signal<N>,
@@ -459,16 +459,16 @@ pub(super) fn signal_out<'py, const N: usize>(
     }
 }
 
-/// What the core calls.
+/// The Python callable of a function.
 fn callable<const N: usize>(Function(function): &Function<N>) -> &Callable {
     let function: &dyn Any = function.as_ref();
     function.downcast_ref().expect("Python's functions are callables")
 }
 
-/// A quaternion has as many numbers.
+/// Number of components of a quaternion.
 const QUATERNION: usize = 4;
 
-/// The three parts of what a callable returned in place of N numbers, if it did.
+/// The value and its two derivatives if a callable returned three parts in place of N numbers.
 fn parts_of<'py>(value: &Bound<'py, PyAny>, n: usize) -> Option<[Bound<'py, PyAny>; 3]> {
     if value.len().ok()? != 3 {
         return None;
@@ -480,11 +480,11 @@ fn parts_of<'py>(value: &Bound<'py, PyAny>, n: usize) -> Option<[Bound<'py, PyAn
 /// A callable of time.
 #[derive(Debug)]
 struct Callable {
-    /// To [`Held`].
+    /// Weak reference to [`Held`].
     function: Py<PyWeakrefReference>,
-    /// Of the callable itself.
+    /// Address of the Python callable.
     identity: usize,
-    /// What messages call its value.
+    /// Name of its value in messages.
     name: String,
 }
 

@@ -21,7 +21,7 @@ use crate::robot::Robot;
 use crate::roots::Derivative;
 use crate::simulate::{Control, Method, slackness};
 
-/// What `t_eval` is where all accepted steps are wanted.
+/// Value of `t_eval` that requests all accepted steps.
 const EVERY_STEP: &str = "steps";
 
 /// Simulate the motion of a model from an initial state.
@@ -191,7 +191,7 @@ fn is_every_step(t_eval: &Bound<'_, PyAny>) -> bool {
     t_eval.extract::<&str>().is_ok_and(|text| text == EVERY_STEP)
 }
 
-/// The function of the user that sets inputs.
+/// The controller: a function of the user that sets inputs.
 struct Controller {
     function: Py<PyAny>,
     step: f64,
@@ -232,7 +232,7 @@ impl Controller {
         Ok(Some(Self { function: function.clone().unbind(), step: step.unwrap_or(dt) }))
     }
 
-    /// Its inputs at a state.
+    /// The inputs that the controller returns for a state.
     fn inputs(&self, py: Python<'_>, t: f64, [q, v]: [&[f64]; 2], inputs: &mut [f64]) -> PyResult<()> {
         let returned = call(self.function.bind(py), (t, q.to_pyarray(py), v.to_pyarray(py)))?;
         let read = convert::finite_vector_into(&returned, inputs, "control");
@@ -240,7 +240,7 @@ impl Controller {
     }
 }
 
-/// An error of a value that was returned, with the time in its message.
+/// Adds the time to the message of an error about a returned value.
 fn at_time(py: Python<'_>, error: PyErr, t: f64) -> PyErr {
     if error.is_instance_of::<PyValueError>(py) || error.is_instance_of::<PyTypeError>(py) {
         let message = format!("{} (at t = {t})", error.value(py));
@@ -249,19 +249,20 @@ fn at_time(py: Python<'_>, error: PyErr, t: f64) -> PyErr {
     error
 }
 
-/// How a motion is computed.
+/// The method of a simulation.
 pub(super) enum Way {
     Method(Method),
-    /// By whatever method reaches an accuracy.
+    /// Any method that reaches the requested accuracy.
     Accuracy(accuracy::Request),
 }
 
-/// Whether the Newmark family has to damp what is infinitely fast in a model: closed loops, and contact, which sets in at once.
+/// Whether the Newmark family needs numerical damping of infinite frequencies: for closed loops, and for
+/// contact, which starts abruptly.
 pub(super) fn needs_damping(model: &dyn Native) -> bool {
     model.constraints() > 0 || model.has_contact()
 }
 
-/// What was given of the options that say how a motion is computed.
+/// The options of the method as passed from Python.
 pub(super) struct Given<'a, 'py> {
     pub(super) method: &'a str,
     pub(super) dt: f64,
@@ -275,14 +276,14 @@ pub(super) struct Given<'a, 'py> {
     pub(super) max_steps: Option<i64>,
     pub(super) predictor: Option<&'a str>,
     pub(super) reuse_jacobian: Option<bool>,
-    /// Whether what is infinitely fast must be damped.
+    /// Whether numerical damping of infinite frequencies is needed.
     pub(super) needs_damping: bool,
-    /// Whether the result is to have all accepted steps.
+    /// Whether the result contains all accepted steps.
     pub(super) tells_steps: bool,
 }
 
 impl Given<'_, '_> {
-    /// What they say for a model of `n` coordinates.
+    /// The method for a model of `n` coordinates.
     pub(super) fn way(&self, n: usize) -> PyResult<Way> {
         Ok(match self.method {
             "auto" => Way::Accuracy(self.accuracy()?),
@@ -311,7 +312,7 @@ impl Given<'_, '_> {
         })
     }
 
-    /// Relative and absolute tolerance: of each coordinate, or of all.
+    /// Relative and absolute tolerance, each a number or one per coordinate.
     fn tolerances(&self) -> PyResult<[ode::Tolerance; 2]> {
         let newmark::Options { rtol, atol, .. } = newmark::Options::new(self.dt);
         let rtol = self.rtol.map_or(Ok(rtol), |rtol| tolerance(rtol, "rtol"))?;
@@ -319,7 +320,7 @@ impl Given<'_, '_> {
         Ok([rtol, atol])
     }
 
-    /// The same of coordinates and velocities.
+    /// The tolerances of coordinates and velocities.
     fn tolerances_of_states(&self, n: usize) -> PyResult<[ode::Tolerance; 2]> {
         let [rtol, atol] = self.tolerances()?;
         Ok([twice(rtol, n, "rtol")?, twice(atol, n, "atol")?])
@@ -356,7 +357,7 @@ impl Given<'_, '_> {
         Ok(Method::FirstOrder { options, dt: self.dt, tells_steps: self.tells_steps })
     }
 
-    /// The member of the Newmark family: one that damps, where that is needed and nothing is said.
+    /// The scheme of the Newmark family; by default one with numerical damping if needed.
     fn scheme(&self) -> PyResult<Scheme> {
         let is_said = self.method != "newmark" || self.parameters != Parameters::default();
         if self.needs_damping && !is_said {
@@ -382,7 +383,8 @@ impl Given<'_, '_> {
         }))
     }
 
-    /// A method outside of the Newmark family takes none of its options, whether their value is the default or not.
+    /// Returns an error if options of the Newmark family are given for another method, even with their
+    /// default values.
     fn refuse_options_of_newmark(&self) -> PyResult<()> {
         let Parameters { beta, gamma, alpha, rho_inf } = self.parameters;
         self.refuse([
@@ -397,7 +399,7 @@ impl Given<'_, '_> {
         ])
     }
 
-    /// Refuses options that are none of the method's.
+    /// Returns an error if options are given that the method does not have.
     fn refuse(&self, options: impl IntoIterator<Item = (&'static str, bool)>) -> PyResult<()> {
         match options.into_iter().find(|&(_, is_given)| is_given) {
             None => Ok(()),
@@ -412,7 +414,7 @@ impl Given<'_, '_> {
     }
 }
 
-/// Computes a motion without the interpreter, which is asked for every progress and for Ctrl-C.
+/// Computes a motion without the interpreter, which is acquired only for progress calls and Ctrl-C.
 fn run(
     model: &Bound<'_, PyModel>,
     t_span: (f64, f64),
@@ -466,7 +468,7 @@ fn run(
     let raised = raised_by_control.into_result().and(raised.into_result());
     let mut model = moved.get().native();
     let slack = py.detach(|| model.robot_model().map(|robot| slackness(robot, &simulation)));
-    // What a function of time raised in the run says more than what it raises afterwards.
+    // The first exception raised by a function of time tells more than later ones.
     let (raised, slack) = match (raised, or_raised(slack.unwrap_or(Ok(Vec::new())))) {
         (Ok(()), Ok(slack)) => (Ok(()), slack),
         (Err(error), slack) => (Err(error), slack.unwrap_or_default()),
@@ -475,7 +477,7 @@ fn run(
     finish(py, simulation, &slack, Some(moved), raised)
 }
 
-/// A robot as Python has it: a rod, where it has the modes that were chosen for one.
+/// The Python object for a robot: a Rod if the original is one, with the chosen modes.
 fn like<'py>(original: &Bound<'py, PyAny>, robot: &Robot) -> PyResult<Bound<'py, PyAny>> {
     let py = original.py();
     match original.cast::<PyRod>() {
@@ -565,7 +567,7 @@ fn derivative(jac: &str) -> PyResult<Derivative> {
     }
 }
 
-/// Tolerances of the coordinates as those of coordinates and velocities.
+/// Tolerances of coordinates and velocities from those of the coordinates.
 fn twice(tolerance: ode::Tolerance, n: usize, name: &str) -> Result<ode::Tolerance, InvalidInput> {
     let ode::Tolerance::Each(values) = tolerance else { return Ok(tolerance) };
     let mut checker = Checker::new();
@@ -574,7 +576,7 @@ fn twice(tolerance: ode::Tolerance, n: usize, name: &str) -> Result<ode::Toleran
     Ok(ode::Tolerance::Each([values.as_slice(), values.as_slice()].concat()))
 }
 
-/// The names of the Newmark family are not all that this function takes.
+/// Lists all methods of this function in a message that lists only the Newmark family.
 fn name_all_methods(mut error: InvalidInput) -> InvalidInput {
     for problem in &mut error.problems {
         if problem.place == "method" {
@@ -584,7 +586,7 @@ fn name_all_methods(mut error: InvalidInput) -> InvalidInput {
     error
 }
 
-/// The core's interval is two arguments in Python.
+/// Replaces the core's interval by the two arguments in Python.
 pub(super) fn with_python_names(mut error: InvalidInput) -> InvalidInput {
     for problem in &mut error.problems {
         match problem.place.as_str() {

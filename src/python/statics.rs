@@ -359,7 +359,8 @@ pub(crate) fn statics<'py>(
     let q0 = q0.map(|q0| convert::finite_vector_of(q0, n, "q0")).transpose()?;
     let defaults = Options::default();
     let start = match (method, q0) {
-        // Loads that grow bend the path of equilibria wherever a place more is touched: the model is let go.
+        // With growing loads, the path of equilibria has a kink at every new contact. Therefore the model is
+        // released.
         ("auto", None) if load_steps.is_none() && model.has_contact() => Start::Descent(vec![0.0; n]),
         ("auto" | "load_path", None) => Start::Unloaded { stops: stops(load_steps)? },
         ("auto", Some(q0)) => Start::Descent(q0),
@@ -539,7 +540,7 @@ pub(crate) fn continuation<'py>(
     })
 }
 
-/// What a model is asked at: its base class.
+/// The base class of a model.
 fn base<'a, 'py>(model: &'a Bound<'py, PyAny>) -> PyResult<&'a Bound<'py, PyModel>> {
     model.cast::<PyModel>().map_err(|_| {
         PyTypeError::new_err(format!(
@@ -554,7 +555,7 @@ pub(super) fn inputs_of(model: &Bound<'_, PyAny>, u: &Bound<'_, PyAny>) -> PyRes
     base(model)?.get().inputs_of(u)
 }
 
-/// A copy of a model for a search of its own, at a time and with these inputs.
+/// A separate copy of a model, at a time and with these inputs.
 pub(super) fn native(
     model: &Bound<'_, PyAny>,
     t: f64,
@@ -564,7 +565,7 @@ pub(super) fn native(
     native_with(model, t, u.as_deref())
 }
 
-/// The same with inputs that were looked at.
+/// As `native`, with validated inputs.
 pub(super) fn native_with(model: &Bound<'_, PyAny>, t: f64, u: Option<&[f64]>) -> PyResult<Box<dyn Native>> {
     let mut model = base(model)?.get().native();
     check_time(t, model.time_span())?;
@@ -575,7 +576,7 @@ pub(super) fn native_with(model: &Bound<'_, PyAny>, t: f64, u: Option<&[f64]>) -
     Ok(model)
 }
 
-/// The way of inputs from one value to another; the others are as in `u`.
+/// The linear path of inputs from one value to another; the other inputs are constant, as in `u`.
 fn input_path(
     model: &Bound<'_, PyAny>,
     u: Option<Vec<f64>>,
@@ -592,7 +593,7 @@ fn input_path(
     Ok(path)
 }
 
-/// A computation of a model of `n` coordinates without the interpreter, which hears Ctrl-C.
+/// Runs a computation of a model of `n` coordinates without the interpreter; Ctrl-C stops it.
 pub(super) fn run<T: Send + 'static>(
     py: Python<'_>,
     n: usize,

@@ -78,7 +78,7 @@ impl PySupport {
             position: position.map(|value| convert::array_of(value, "position")).transpose()?,
             orientation: orientation.map(|value| convert::array_of(value, "orientation")).transpose()?,
         };
-        // How long the rod is will be known later.
+        // The length of the rod is not known yet.
         support.validate(f64::INFINITY)?;
         Ok(Self { support, link })
     }
@@ -107,26 +107,27 @@ impl PySupport {
         self.support.rotational_damping.into()
     }
 
-    /// Arc length of the section that is held, metres; None for the tip.
+    /// Arc length of the supported section, metres; None for the tip.
     #[getter]
     fn at(&self) -> Option<f64> {
         self.support.at
     }
 
-    /// Position of the anchor in the world, metres; None for where the section is when all coordinates are zero.
+    /// Position of the anchor in the world, metres; None for the position of the section when all coordinates
+    /// are zero.
     #[getter]
     fn position(&self) -> Option<(f64, f64, f64)> {
         self.support.position.map(Into::into)
     }
 
-    /// Orientation of the anchor, quaternion (w, x, y, z) as given; None for that of the section when all coordinates
-    /// are zero.
+    /// Orientation of the anchor, quaternion (w, x, y, z) as given; None for the orientation of the section
+    /// when all coordinates are zero.
     #[getter]
     fn orientation(&self) -> Option<(f64, f64, f64, f64)> {
         self.support.orientation.map(Into::into)
     }
 
-    /// The name of the link that it holds; None on a rod.
+    /// Name of the supported link; None on a rod.
     #[getter]
     fn link(&self) -> Option<&str> {
         self.link.as_deref()

@@ -1,26 +1,27 @@
-//! What a caller chooses, with its validation.
+//! Options and their validation.
 
 use crate::error::InvalidInput;
 use crate::ode::{self, Tolerance, Tolerances};
 use crate::second_order::check_start;
 
-/// How to integrate.
+/// Options of an integration.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Options {
-    /// Relative tolerance, one for all or one for each of the n displacements and then of the n velocities: local
-    /// errors are kept below `atol + rtol |y|`, y standing for either, in the root mean square over all of them. 1e-6
-    /// unless said otherwise; values below 100 rounding units are raised to that.
+    /// Relative tolerance, one for all numbers, or one for each of the n displacements followed by the n
+    /// velocities. The root mean square over all 2n numbers y of the local error relative to
+    /// `atol + rtol |y|` is kept below one. Default: 1e-6; values below 100 rounding units are raised to
+    /// that.
     pub rtol: Tolerance,
-    /// Absolute tolerance, likewise; 1e-9 unless said otherwise.
+    /// Absolute tolerance, in the same form. Default: 1e-9.
     pub atol: Tolerance,
-    /// Size of the first step; chosen from the problem when `None`.
+    /// Size of the first step; `None` chooses it automatically.
     pub first_step: Option<f64>,
-    /// Largest step size; infinite unless said otherwise.
+    /// Largest step size. Default: infinite.
     pub max_step: f64,
-    /// Smallest step size; 0 unless said otherwise (ten spacings of floating-point numbers at t always count). The
-    /// last step may be shorter.
+    /// Smallest step size. Default: 0; ten spacings of floating-point numbers at t always apply. The last
+    /// step may be shorter.
     pub min_step: f64,
-    /// Largest number of accepted steps; no limit unless said otherwise.
+    /// Maximum number of accepted steps. Default: no limit.
     pub max_steps: usize,
 }
 

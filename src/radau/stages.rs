@@ -1,4 +1,4 @@
-//! The equations of the stages of a step, their solution and the estimate of the step's error.
+//! Equations of the stages of a step, their solution, and the error estimate of the step.
 
 use super::systems::{Systems, sum};
 use crate::constraint::Saddle;

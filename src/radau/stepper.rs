@@ -25,11 +25,11 @@ const MOST_FLAWED: usize = 5;
 /// A remainder of the way of less than that fraction of a step is added to it.
 const REMAINDER: f64 = 1e-9;
 
-/// An integration that is carried out step by step. All memory is allocated until the accelerations at the start are
+/// An integration performed step by step. All memory is allocated by the time the initial accelerations are
 /// known.
 ///
-/// The stepper does not own the equations of motion; the same ones, which must know their
-/// [tangent](System::tangent), must be given to every call.
+/// The stepper does not own the equations of motion; pass the same ones to every call. They must provide
+/// their [tangent](System::tangent).
 #[derive(Clone, Debug)]
 pub struct Stepper {
     /// Solves for the accelerations at the start.
@@ -62,7 +62,7 @@ pub struct Stepper {
 }
 
 impl Stepper {
-    /// Prepares the integration of `n` coordinates from `q0`, `v0` over `t_span`. Evaluates nothing yet.
+    /// Prepares the integration of `n` coordinates from `q0`, `v0` over `t_span`. Evaluates nothing.
     pub fn new(
         n: usize,
         t_span: (f64, f64),
@@ -102,8 +102,8 @@ impl Stepper {
         })
     }
 
-    /// Solves for the accelerations at the start and chooses the first step. [`Self::step`] does this when it has not
-    /// been done. `Some(status)` when there are none that could be found.
+    /// Solves for the accelerations at the start and chooses the first step. [`Self::step`] calls this if
+    /// necessary. Returns `Some(status)` if there are no accelerations.
     pub fn start<S: System + ?Sized>(&mut self, system: &mut S) -> Result<Option<Status>, Interrupted> {
         if self.started {
             return Ok(self.status);
@@ -154,12 +154,12 @@ impl Stepper {
         initial_step::select(&mut motion, &start, &self.tolerances, ERROR_ORDER)
     }
 
-    /// Makes one accepted step. `Some(status)` when the integration is over: the end was reached, or no step could be
-    /// made, which leaves the state as it was. After an interruption the state is that of the last accepted step, and
-    /// stepping may be tried again.
+    /// Makes one accepted step. Returns `Some(status)` if the integration has ended: the end was reached, or
+    /// no step could be made, which leaves the state unchanged. After an interruption the state is that of
+    /// the last accepted step, and the step can be repeated.
     ///
     /// # Panics
-    /// When the integration was over before.
+    /// If the integration had already ended.
     pub fn step<S: System + ?Sized>(&mut self, system: &mut S) -> Result<Option<Status>, Interrupted> {
         assert!(self.status.is_none(), "the integration is over");
         if self.start(system)?.is_some() {
@@ -367,29 +367,29 @@ impl Stepper {
         &self.v
     }
 
-    /// Current accelerations: those that balance the equations of motion, to the tolerance of the step.
+    /// Current accelerations, which satisfy the equations of motion to the tolerance of the step.
     pub fn a(&self) -> &[f64] {
         &self.a[..self.q.len()]
     }
 
-    /// Time before the last step; the start when no step was made.
+    /// Time before the last step; the start if no step was made.
     pub fn t_old(&self) -> f64 {
         self.t_old
     }
 
-    /// What the integration has cost so far.
+    /// Cost of the integration so far.
     pub fn counters(&self) -> Counters {
         self.counters
     }
 
-    /// `None` while the integration goes on.
+    /// `None` while the integration is running.
     pub fn status(&self) -> Option<Status> {
         self.status
     }
 
-    /// State at a time within the last step: the polynomial of degree five through displacements, velocities and
-    /// accelerations at both ends, and its derivatives; of order 5, 4 and 3. At the ends it is the state there, bit
-    /// by bit.
+    /// State at a time within the last step: the quintic polynomial through displacements, velocities and
+    /// accelerations at both ends, and its derivatives, of orders 5, 4 and 3. At the ends of the step, the
+    /// result is bit for bit the state there.
     pub fn interpolate(&self, t: f64, q: &mut [f64], v: &mut [f64], a: &mut [f64]) {
         let ends =
             [(self.t_old, [&self.q_old, &self.v_old, &self.a_old]), (self.t, [&self.q, &self.v, &self.a])];
@@ -407,7 +407,7 @@ impl Stepper {
         }
     }
 
-    /// A status of this integration in words, with what to change when it is not the wanted one.
+    /// Describes a status of this integration, with advice unless it is a success.
     pub fn explain(&self, status: Status) -> String {
         let [t, h] = [self.t, self.h].map(Number);
         match status {

@@ -1,4 +1,5 @@
-//! The linear systems of the simplified Newton iteration: a real and a complex one of all coordinates and multipliers.
+//! Linear systems of the simplified Newton iteration: a real and a complex one for all coordinates and
+//! multipliers.
 
 use crate::linalg::{ComplexLu, Matrix};
 use crate::newmark::LinearSystem;

@@ -1,4 +1,4 @@
-//! Errors of the target poses as equations in the scaled coordinates.
+//! Errors of the target poses as a function of the scaled coordinates.
 
 use super::target::Target;
 use crate::error::Interrupted;
@@ -10,31 +10,31 @@ use crate::roots::System;
 use crate::roots::least_squares::LeastSquares;
 use crate::statics::Monitor;
 
-/// A target ready to be compared with.
+/// A target prepared for comparison.
 struct Goal {
     place: Place,
     point: Vector<f64>,
     position: Option<Vector<f64>>,
-    /// The inverse of the rotation that is wanted.
+    /// Inverse of the target rotation.
     back: Option<Quaternion<f64>>,
-    /// Of the position and of the orientation, over the largest of all.
+    /// Weights of position and orientation, relative to the largest weight.
     weights: [Vector<f64>; 2],
     counted: [bool; 6],
 }
 
-/// The error of a target.
+/// Error of a target.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Error {
-    /// Distance of the point from where it shall be in metres, along the axes that matter; zero where no position is
-    /// asked for.
+    /// Distance of the point from its target position in metres, along axes with non-zero weight; zero
+    /// without a target position.
     pub position: f64,
-    /// Length of the rotation vector from the orientation that is wanted, radians, about the axes that matter; zero where
-    /// none is asked for.
+    /// Length of the rotation vector from the target orientation in radians, about axes with non-zero weight;
+    /// zero without a target orientation.
     pub orientation: f64,
 }
 
-/// Position and orientation of a link less those that are wanted, for all targets: `p - p*` along the axes of the world,
-/// and the rotation vector of `R*^T R`.
+/// Difference between the poses of links and their targets: `p - p*` along the axes of the world, and the
+/// rotation vector of `R*^T R`.
 pub(crate) struct Misfit<'a, 'b> {
     model: &'a mut RobotModel,
     monitor: Monitor<'b>,
@@ -42,18 +42,18 @@ pub(crate) struct Misfit<'a, 'b> {
     pub(crate) sizes: Vec<f64>,
     q: Vec<f64>,
     of_pose: Matrix,
-    /// One over the length of the robot: as much of it counts as a radian.
+    /// Inverse of the robot's length, which makes a position error of one length count as much as a radian.
     scale: f64,
-    /// Whether all that counts counts alike for now.
+    /// Whether all non-zero weights are replaced by one.
     alike: bool,
-    /// The first coordinates of the rotation vectors that may be replaced by shorter ones.
+    /// Indices of the rotation vectors that may be replaced by shorter ones.
     rotation_vectors: Vec<usize>,
-    /// Why the last shape that meant nothing meant nothing.
+    /// Problem of the last invalid shape.
     pub(crate) flaw: Option<Flaw>,
 }
 
 impl<'a, 'b> Misfit<'a, 'b> {
-    /// Of valid targets; some rotation vectors have no bounds.
+    /// Misfit of valid targets. Rotation vectors without bounds may be replaced by shorter ones.
     pub(crate) fn new(
         model: &'a mut RobotModel,
         targets: &[Target],
@@ -98,27 +98,27 @@ impl<'a, 'b> Misfit<'a, 'b> {
         }
     }
 
-    /// The first coordinates of the rotation vectors that may be replaced by shorter ones.
+    /// Indices of the rotation vectors that may be replaced by shorter ones.
     pub(crate) fn rotation_vectors(&self) -> &[usize] {
         &self.rotation_vectors
     }
 
-    /// Whether all that counts shall count alike, or as the targets say.
+    /// Replaces all non-zero weights by one, or restores the weights of the targets.
     pub(crate) fn count_alike(&mut self, alike: bool) {
         self.alike = alike;
     }
 
-    /// Whether that makes no difference.
+    /// Whether this replacement has no effect.
     pub(crate) fn counts_alike(&self) -> bool {
         self.least_weight() == 1.0
     }
 
-    /// The least weight of what counts, over the largest.
+    /// Smallest non-zero weight over the largest.
     pub(crate) fn least_weight(&self) -> f64 {
         self.goals.iter().flat_map(Goal::counted_weights).fold(1.0, f64::min)
     }
 
-    /// The coordinates of scaled ones.
+    /// Unscaled coordinates.
     pub(crate) fn coordinates(&self, x: &[f64]) -> Vec<f64> {
         x.iter().zip(&self.sizes).map(|(x, size)| x * size).collect()
     }
@@ -129,14 +129,14 @@ impl<'a, 'b> Misfit<'a, 'b> {
         }
     }
 
-    /// What is left of every target, and where its section or body is.
+    /// Error of each target, and the pose of its section or body.
     pub(crate) fn errors(&mut self, q: &[f64]) -> Vec<(Error, Pose)> {
         let Self { model, goals, .. } = self;
         let error = |goal: &Goal| {
             let pose = model.pose_at(q, &goal.place);
             let counted = |half: usize, v: Vector<f64>| {
                 let parts = v.to_array().into_iter().zip(&goal.counted[3 * half..]);
-                // The sum of nothing would be -0.
+                // An empty sum would be -0.
                 parts.filter(|(_, is_counted)| **is_counted).fold(0.0, |sum, (x, _)| sum + x * x).sqrt()
             };
             let [position, turn] = goal.difference(&pose);
@@ -147,20 +147,20 @@ impl<'a, 'b> Misfit<'a, 'b> {
 }
 
 impl Goal {
-    /// Displacement and rotation vector from where it shall be; zero where that is anywhere.
+    /// Displacement and rotation vector from the target; zero for parts without a target.
     fn difference(&self, pose: &Pose) -> [Vector<f64>; 2] {
         let point = pose.position + pose.rotation.apply(self.point);
         let position = self.position.map_or(Vector::zero(), |position| point - position);
         [position, self.turn(&pose.rotation)]
     }
 
-    /// Of what counts.
+    /// Non-zero weights.
     fn counted_weights(&self) -> impl Iterator<Item = f64> {
         let weights = self.weights.into_iter().flat_map(Vector::to_array).zip(self.counted);
         weights.filter(|(_, is_counted)| *is_counted).map(|(weight, _)| weight)
     }
 
-    /// Of displacement and rotation vector, those of displacements over the length of the robot.
+    /// Weights of displacement and rotation vector; displacements are divided by the robot's length.
     fn weights(&self, alike: bool, scale: f64) -> [Vector<f64>; 2] {
         let [position, orientation] = if alike { [Vector::new(1.0, 1.0, 1.0); 2] } else { self.weights };
         [position * scale, orientation]
@@ -172,7 +172,7 @@ impl Goal {
     }
 }
 
-/// The product of two vectors by components.
+/// Component-wise product of two vectors.
 fn weighted(weights: Vector<f64>, v: Vector<f64>) -> [f64; 3] {
     [weights.x * v.x, weights.y * v.y, weights.z * v.z]
 }
@@ -186,7 +186,7 @@ impl System for Misfit<'_, '_> {
         self.goals.iter().flat_map(|goal| goal.counted).filter(|is_counted| *is_counted).count()
     }
 
-    /// NaN for shapes that the rods do not have.
+    /// NaN for invalid shapes.
     fn residual(&mut self, x: &[f64], residual: &mut [f64]) -> Result<(), Interrupted> {
         (self.monitor)()?;
         self.set(x);
@@ -242,7 +242,7 @@ impl System for Misfit<'_, '_> {
 
 impl LeastSquares for Misfit<'_, '_> {
     fn renew(&mut self, x: &mut [f64]) {
-        // Their sizes are one.
+        // Typical sizes are one in scaled coordinates.
         let mut rates = vec![0.0; x.len()];
         rotation_vectors::wrap(&self.rotation_vectors, x, &mut rates, &mut []);
     }

@@ -1,7 +1,8 @@
 //! Inverse kinematics: a shape of a robot that brings links to target poses.
 //!
-//! Least squares of what is left, within the limits of the coordinates ([`crate::roots::least_squares`]), from the start
-//! and, where that ends without reaching, from others; then, if one is preferred, the best of the shapes that reach.
+//! A least-squares problem for the errors of the targets within limits of the coordinates
+//! ([`crate::roots::least_squares`]), solved from a given start and, if this fails, from further starts; then
+//! an optional search for the preferred one among the shapes that reach the targets.
 //!
 //! ```
 //! use lissom::reach::{Options, Target, reach};
@@ -16,7 +17,8 @@
 //! # Ok::<(), lissom::error::InvalidInput>(())
 //! ```
 //!
-//! `target` says what is wanted, `misfit` how far it is, `starts` where else to begin, `preference` which shape of all.
+//! `target` describes targets, `misfit` computes their errors, `starts` further starts, and `preference`
+//! selects among solutions.
 
 pub(crate) mod misfit;
 mod outcome;
@@ -39,26 +41,26 @@ use misfit::Misfit;
 use preference::{form_of, unwind};
 use starts::Starts;
 
-/// A shape of this part less left is better, and worth another shape than the one near the start.
+/// A remaining error smaller by this factor justifies a shape farther from the start.
 const BETTER: f64 = 1.0 - 1e-6;
 
-/// How to search.
+/// Options of the search.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Options {
-    /// Where to begin, brought within the limits; at zero by default.
+    /// Initial coordinates, clipped to the limits; default: zero.
     pub q0: Option<Vec<f64>>,
-    /// Between which values the coordinates may be, infinite where they have no limit, equal where they stay; beside
-    /// the limits of joints, which always hold.
+    /// Lower and upper limits of the coordinates, infinite if there is no limit, equal for fixed coordinates.
+    /// Limits of joints always apply too.
     pub bounds: Option<[Vec<f64>; 2]>,
-    /// Which of all shapes that reach.
+    /// Preference among the shapes that reach the targets.
     pub prefer: Preference,
-    /// A target is reached when its position is off by at most this part of the length of the robot, and its orientation
-    /// by so many radians; 1e-9 by default.
+    /// A target is reached when its position error is at most this fraction of the robot's length, and its
+    /// orientation error at most this number of radians; 1e-9 by default.
     pub tol: f64,
-    /// Largest number of steps from one start; 200 by default.
+    /// Maximum number of steps from one start; 200 by default.
     pub max_iter: usize,
-    /// Largest number of further starts, all over what the robot can do, where the first one ends without reaching; 8 by
-    /// default.
+    /// Maximum number of further starts, distributed over the robot's range of shapes, if the first one does
+    /// not reach the targets; 8 by default.
     pub restarts: usize,
 }
 
@@ -68,13 +70,14 @@ impl Default for Options {
     }
 }
 
-/// Most further starts.
+/// Maximum number of further starts that can be requested.
 pub const MAX_RESTARTS: usize = 100_000;
 
-/// A shape that reaches all targets, or comes nearest to them, at the time last set. Some ten Jacobians of each target
-/// where the start is not far off; with a preference, or where nothing reaches, some tens for every coordinate.
+/// Finds a shape that reaches all targets, or comes nearest to them, at the time set last. Costs about ten
+/// Jacobians of each target from a good start; with a preference, or if the targets cannot be reached, some
+/// tens for every coordinate.
 ///
-/// Fails before any search when an argument is wrong.
+/// Fails before the search if an argument is invalid.
 pub fn reach(
     model: &mut RobotModel,
     targets: &[Target],
@@ -116,7 +119,8 @@ fn search(
         second_order: false,
     };
     let descend = |misfit: &mut Misfit<'_, '_>, x: &mut [f64]| -> Result<Outcome, Interrupted> {
-        // What can be reached is reached whatever counts how much, and soonest if all counts alike.
+        // Equal weights first, because they converge fastest; if all targets can be reached, weights do not
+        // matter.
         misfit.count_alike(true);
         let alike = solve(misfit, x, &scaled_bounds, &search)?;
         if alike.end == End::Root || misfit.counts_alike() {
@@ -159,7 +163,7 @@ fn search(
         }
     }
     let mut q = misfit.coordinates(&x);
-    // Not beyond what was given, by the rounding of scales.
+    // Scaling must not move a coordinate beyond its limits by rounding.
     bounds.clip(&mut q);
     let mut rates = vec![0.0; q.len()];
     rotation_vectors::wrap(&free, &mut q, &mut rates, &mut []);
@@ -170,7 +174,7 @@ fn search(
     Ok(Reached { q, status, message, errors, poses, held, starts: tried, counters })
 }
 
-/// Refuses what makes no sense, all at once.
+/// Reports all invalid arguments at once.
 fn check(robot: &Robot, targets: &[Target], options: &Options) -> Result<(), InvalidInput> {
     let n = robot.coordinates();
     let mut check = Checker::new();
@@ -203,14 +207,14 @@ fn check(robot: &Robot, targets: &[Target], options: &Options) -> Result<(), Inv
     check.finish()
 }
 
-/// The limits of all coordinates: those of joints and those that are given.
+/// Limits of all coordinates, from joints and from the options.
 fn limits(robot: &Robot, given: Option<&[Vec<f64>; 2]>) -> Result<Bounds, InvalidInput> {
     let n = robot.coordinates();
     let mut bounds = Bounds::none(n);
     let mut check = Checker::new();
     for (i, link) in robot.links.iter().enumerate() {
         let Some(limits) = link.joint.forces().and_then(|forces| forces.limits) else { continue };
-        // What a joint may do that mimics another one, that one may.
+        // The limits of a dependent joint also limit the joint that it mimics.
         let Some(Origin { link: own, factor, offset }) = origin(&robot.links, i) else { continue };
         if robot.links[own].driven.is_some() || factor == 0.0 {
             continue;

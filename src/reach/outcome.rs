@@ -5,22 +5,22 @@ use crate::model::{Flaw, at_least};
 use crate::robot::{Pose, Robot};
 use crate::roots::least_squares::{Counters, End};
 
-/// How a search ended.
+/// Status of the search.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Status {
-    /// All targets are reached, by the shape that is preferred, if one is.
+    /// All targets are reached, by the preferred shape if there is a preference.
     Reached,
-    /// All targets are reached, but the search for the preferred shape found none.
+    /// All targets are reached, but the search for the preferred shape did not converge.
     NotSettled,
-    /// A shape from which no small change brings the links nearer, by first and second derivatives.
+    /// A local minimum of the errors, by first and second derivatives.
     Nearest,
-    /// The same with coordinates at their limits, without which there would be nearer ones.
+    /// A local minimum with coordinates at their limits; without the limits the errors would decrease.
     AtLimits,
     /// The limit of iterations was reached.
     IterationLimit,
-    /// No step, however short, brings the links nearer.
+    /// No step, however short, reduces the errors.
     Stalled,
-    /// The way leads to shapes that the rods do not have.
+    /// The search leads to invalid shapes.
     Flawed(Flaw),
 }
 
@@ -35,12 +35,12 @@ impl Status {
         }
     }
 
-    /// True when what was asked for was found.
+    /// True if all targets are reached by the preferred shape.
     pub fn is_success(self) -> bool {
         self == Self::Reached
     }
 
-    /// A stable name in lower case.
+    /// Stable name in lower case.
     pub fn name(self) -> &'static str {
         match self {
             Self::Reached => "reached",
@@ -58,28 +58,29 @@ impl Status {
     }
 }
 
-/// A shape and how near it brings the links.
+/// A shape and the remaining errors of the targets.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Reached {
-    /// Coordinates, rotation vectors of at most half a turn: of the nearest shape that was found, where none reaches.
+    /// Coordinates, with rotation vectors of at most half a turn: of the best shape found if the targets are
+    /// not reached.
     pub q: Vec<f64>,
     /// How the search ended.
     pub status: Status,
-    /// The same in words, with numbers, and what to change.
+    /// Status in words, with numbers and advice.
     pub message: String,
-    /// The error of every target.
+    /// Error of each target.
     pub errors: Vec<Error>,
-    /// Where their sections and bodies are.
+    /// Poses of the targets' sections and bodies.
     pub poses: Vec<Pose>,
-    /// The coordinates that their limits hold back, by their places.
+    /// Indices of coordinates at limits that prevent smaller errors.
     pub held: Vec<usize>,
-    /// Starts that were tried.
+    /// Number of starts.
     pub starts: usize,
     /// Total counts of all starts.
     pub counters: Counters,
 }
 
-/// What happened, in words; `flaw` is that of the last shape on the way that meant nothing.
+/// Describes the result; `flaw` is the problem of the last invalid shape of the search.
 pub(super) fn message(
     status: Status,
     robot: &Robot,
@@ -141,7 +142,7 @@ pub(super) fn message(
 
 /// "a is", "a, b and 7 others are".
 fn are(names: &[&str]) -> String {
-    /// Nobody reads more.
+    /// Longer lists would not be read.
     const MOST: usize = 5;
     match names {
         [one] => format!("{one} is"),

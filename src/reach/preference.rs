@@ -1,4 +1,4 @@
-//! The preferred shape among those that reach the targets: the minimum of a quadratic form.
+//! Preferred shape among those that reach the targets: the minimum of a quadratic form.
 
 use std::f64::consts::TAU;
 
@@ -7,21 +7,22 @@ use crate::linalg::{Matrix, norm, symmetric_eigen};
 use crate::robot::RobotModel;
 use crate::roots::least_squares::Form;
 
-/// Which of all shapes that reach.
+/// Preference among the shapes that reach the targets.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub enum Preference {
-    /// The one that the search comes to, somewhere near its start.
+    /// No preference: the shape that the search finds, near its start.
     #[default]
     Any,
-    /// The one nearest to the start, by coordinates over their typical sizes.
+    /// The shape closest to the start, in coordinates divided by their typical sizes.
     Start,
-    /// The one nearest to the start, by these weights of the squares of the coordinates.
+    /// The shape closest to the start, with these weights of the squared coordinate differences.
     Weights(Vec<f64>),
-    /// The one with the least elastic energy of rods and springs of joints, supports left out.
+    /// The shape with the least elastic energy of rods and joint springs, without supports.
     Energy,
 }
 
-/// The quadratic form of a preference in scaled coordinates, if it has one. Refuses one that prefers nothing.
+/// Quadratic form of a preference in scaled coordinates; `None` without a preference. Rejects a form that is
+/// zero.
 pub(super) fn form_of(
     preference: &Preference,
     model: &mut RobotModel,
@@ -59,7 +60,7 @@ pub(super) fn form_of(
     })
 }
 
-/// Takes of the two rotation vectors of a rotation the one nearer to what is wanted.
+/// Replaces a rotation vector by the equivalent one with the smaller value of the form.
 pub(super) fn unwind(form: &Form, rotation_vectors: &[usize], x: &mut [f64]) {
     for &first in rotation_vectors {
         let own = first..first + 3;
@@ -73,7 +74,7 @@ pub(super) fn unwind(form: &Form, rotation_vectors: &[usize], x: &mut [f64]) {
     }
 }
 
-/// Where rods and springs of joints are free of force; where stops act, the nearest place where they do not.
+/// Coordinates at which rods and joint springs are relaxed; for coordinates beyond a stop, the stop.
 fn at_rest(model: &RobotModel) -> Vec<f64> {
     let robot = model.description();
     let mut q = vec![0.0; robot.coordinates()];

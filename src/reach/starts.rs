@@ -8,19 +8,19 @@ use crate::rod::STRAINS;
 use crate::rod::piece;
 use crate::roots::least_squares::Bounds;
 
-/// Strains beside curvatures are tried up to this size: rods that stretch by more are rare.
+/// Largest strain other than curvature in starts: larger stretches are rare.
 const STRAIN: f64 = 0.1;
 
-/// Random shapes of a robot.
+/// Pseudo-random shapes of a robot.
 pub(super) struct Starts {
     random: SplitMix,
-    /// Between which values a coordinate is drawn.
+    /// Interval from which each coordinate is drawn.
     ranges: Vec<[f64; 2]>,
 }
 
 impl Starts {
-    /// Shapes around `q0`, and within the bounds where both are finite. Rods turn by up to half a turn, joints to
-    /// anywhere.
+    /// Shapes around `q0`, or within the bounds if both are finite. Rods bend by up to half a turn; joints
+    /// use their whole range.
     pub(super) fn new(robot: &Robot, q0: &[f64], bounds: &Bounds) -> Self {
         let reach = robot.length();
         let sizes = robot.links.iter().flat_map(|link| sizes(link, reach));
@@ -34,14 +34,14 @@ impl Starts {
         Self { random: SplitMix(0), ranges: ranges.collect() }
     }
 
-    /// The next shape.
+    /// Next shape.
     pub(super) fn next(&mut self) -> Vec<f64> {
         let Self { random, ranges } = self;
         ranges.iter().map(|[lower, upper]| lower + (upper - lower) * random.next()).collect()
     }
 }
 
-/// How far coordinates of a link are tried.
+/// Half-widths of the intervals for the coordinates of a link.
 fn sizes(link: &Link, reach: f64) -> Vec<f64> {
     let mut sizes = Vec::with_capacity(link.coordinates());
     let motions = link.driven.is_none().then(|| link.joint.motions());
@@ -49,7 +49,7 @@ fn sizes(link: &Link, reach: f64) -> Vec<f64> {
         match motion {
             Motion::About(_) => sizes.push(PI),
             Motion::Along(_) => sizes.push(reach),
-            // The cube that holds in the ball of all rotations.
+            // The cube inscribed in the ball of all rotation vectors.
             Motion::AboutAll => sizes.extend([PI / 3.0_f64.sqrt(); 3]),
         }
     }
@@ -62,7 +62,7 @@ fn sizes(link: &Link, reach: f64) -> Vec<f64> {
     sizes
 }
 
-/// Numbers that look random (Steele, Lea and Flood 2014, SplitMix64).
+/// Pseudo-random numbers (Steele, Lea and Flood 2014, SplitMix64).
 struct SplitMix(u64);
 
 impl SplitMix {

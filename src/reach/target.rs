@@ -4,36 +4,37 @@ use crate::error::{Checker, InvalidInput};
 use crate::lie::{Quaternion, Rotation, Vector};
 use crate::robot::Robot;
 
-/// A matrix that is no rotation by more than this in any product of its columns is refused as a mistake.
+/// Tolerated deviation of the products of a rotation matrix's columns; larger deviations are rejected as a
+/// mistake.
 const ROTATION_TOLERANCE: f64 = 1e-3;
 
-/// Where a point of a link shall be and how its section or body shall be turned; one of both, or both.
+/// Target position of a point of a link, target orientation of its section or body, or both.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Target {
-    /// The link, by its place among all.
+    /// Index of the link in the robot.
     pub link: usize,
-    /// Arc length of its unstretched rod in metres; `None` is the tip, and the base of a rigid link.
+    /// Arc length on the link's unstretched rod in metres; `None` is the tip, or the base of a rigid link.
     pub at: Option<f64>,
-    /// The point that shall be somewhere, in the axes of the section or body there, in metres.
+    /// The point, in the axes of that section or body, in metres.
     pub point: [f64; 3],
-    /// Where it shall be in the world, in metres.
+    /// Target position in the world, in metres.
     pub position: Option<[f64; 3]>,
-    /// The axes that section or body shall have in the world, as the columns of a matrix that is given by its rows.
+    /// Target axes of the section or body in the world: columns of a matrix given by its rows.
     pub orientation: Option<[[f64; 3]; 3]>,
-    /// How much the components of the position count, along the axes of the world, and those of the orientation, about
-    /// the axes that are wanted; zero for those that do not matter. With weights of one, a radian counts as much as the
-    /// length of the robot.
+    /// Weights of the position error along the axes of the world, and of the orientation error about the
+    /// target axes; zero ignores a component. With weights of one, a radian counts as much as the length of
+    /// the robot.
     pub weights: [[f64; 3]; 2],
 }
 
 impl Target {
-    /// For the tip of a link, or its body, without any wish yet: a start for `..` syntax.
+    /// No target yet, for the tip of a link or its body: a start for `..` syntax.
     pub fn new(link: usize) -> Self {
         let weights = [[1.0; 3]; 2];
         Self { link, at: None, point: [0.0; 3], position: None, orientation: None, weights }
     }
 
-    /// Everything that is wrong with this target by itself.
+    /// Reports every problem of this target, without the robot.
     pub fn validate(&self) -> Result<(), InvalidInput> {
         let mut check = Checker::new();
         check.finite(&self.point, "point");
@@ -62,7 +63,7 @@ impl Target {
         check.finish()
     }
 
-    /// Notes what is wrong with it on a robot.
+    /// Reports problems of the target on a robot.
     pub(crate) fn check(&self, check: &mut Checker, place: &str, robot: &Robot) {
         check.nested(place, self.validate());
         let Some(link) = robot.links.get(self.link) else {
@@ -80,7 +81,7 @@ impl Target {
         }
     }
 
-    /// The rotation to the axes that are wanted.
+    /// Rotation to the target axes.
     pub(super) fn rotation(&self) -> Option<Quaternion<f64>> {
         let rows = self.orientation?;
         let [x, y, z] = [0, 1, 2].map(|j| Vector::from(rows.map(|row| row[j])));
@@ -88,7 +89,7 @@ impl Target {
     }
 }
 
-/// Notes a matrix that is no rotation, and why.
+/// Reports a matrix that is not a rotation, and why.
 fn check_rotation(check: &mut Checker, rows: &[[f64; 3]; 3]) {
     let place = "orientation";
     let finite = rows.iter().enumerate().all(|(i, row)| check.finite(row, &format!("{place}[{i}]")));

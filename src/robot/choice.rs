@@ -8,18 +8,18 @@ use crate::lie::{Plane, Quaternion};
 use crate::loops::{Loop, LoopEnd};
 use crate::rod::{STRAIGHT, piece};
 
-/// The kernel of a robot.
+/// Kernel of a robot: the geometry of its recursions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kernel {
-    /// Rotations about one axis: a robot whose joints, modes and reference strains stay in one plane.
+    /// Planar motion: for robots whose joints, modes and reference strains stay in one plane.
     Planar,
-    /// Any robot.
+    /// Spatial motion: for all robots.
     Spatial,
 }
 
 impl Kernel {
-    /// The plane that a robot cannot leave, if there is one: that of the modes and joints, unless the base may leave it.
-    /// Loads out of the plane do not move the robot, wherever gravity points.
+    /// The plane that a robot cannot leave, if there is one: that of modes and joints, unless the base may
+    /// leave it. Loads out of the plane do not move the robot, whatever the direction of gravity.
     pub(crate) fn plane(robot: &Robot) -> Option<Plane> {
         let stays_in = |plane: &Plane| {
             let root = &robot.links[0];
@@ -38,19 +38,19 @@ impl Kernel {
     }
 }
 
-/// Whether an actuator lies in the plane.
+/// Whether the actuator's forces lie in the plane.
 fn acts_in(plane: &Plane, actuator: &Actuator) -> bool {
     let is_along = actuator.along().into_iter().all(|along| {
-        // The offsets are along y and z.
+        // Offsets are along y and z.
         let across = &along.offset[plane.normal - 1];
         across.constant() == Some([0.0])
     });
-    // Points of the world are seen from the root, which may be turned.
+    // Points of the world are given relative to the root, which may be rotated.
     let is_via = |via: &Via| via.link.is_some() && via.point[plane.normal] == 0.0;
     is_along && actuator.vias().into_iter().all(is_via)
 }
 
-/// Whether what touches pushes in the plane alone.
+/// Whether contact forces lie in the plane.
 fn touches_in(plane: &Plane, contact: &Contact, root: &Link) -> bool {
     let i = plane.normal;
     contact.surfaces.iter().all(|surface| match surface {
@@ -58,30 +58,32 @@ fn touches_in(plane: &Plane, contact: &Contact, root: &Link) -> bool {
         Surface::Ball { position, .. } => position[i] == 0.0,
         // In the axes of a section or body that stays in the plane.
         Surface::Solid { shape, .. } => lies_across(i, shape, 0.0),
-        // Obstacles are seen from the root.
+        // Obstacles are given relative to the root.
         Surface::Obstacle(obstacle) => {
             root.orientation == [1.0, 0.0, 0.0, 0.0] && lies_across(i, obstacle, root.position[i])
         }
     })
 }
 
-/// Whether a shape is the same on both sides of the plane across an axis at that height, and pushes in it alone.
+/// Whether a shape at this height is symmetric about the plane perpendicular to an axis, and exerts forces
+/// only within it.
 fn lies_across(axis: usize, shape: &Obstacle, height: f64) -> bool {
     match shape {
         Obstacle::HalfSpace { normal, .. } => normal[axis] == 0.0,
         Obstacle::Sphere { centre, .. } => centre[axis] == height,
         Obstacle::Capsule { ends, .. } => ends.iter().all(|end| end[axis] == height),
-        // The nearest place may be anywhere.
+        // The nearest point may be anywhere.
         Obstacle::Cuboid { .. } | Obstacle::HeightField { .. } | Obstacle::ConvexMesh { .. } => false,
     }
 }
 
-/// Whether what a loop ties does not leave the plane: rows across it then hold by themselves.
+/// Whether a loop's constraints do not leave the plane: rows perpendicular to it are then satisfied
+/// automatically.
 fn is_tied_in(plane: &Plane, tied: &Loop, root: &Link) -> bool {
     let ends = tied.tie.ends().into_iter().flatten();
     let lies_in = |end: &LoopEnd| {
         let [_, turn @ ..] = end.orientation;
-        // Points of the world are seen from the root.
+        // Points of the world are given relative to the root.
         let is_seen = end.link.is_some()
             || (root.orientation == [1.0, 0.0, 0.0, 0.0] && root.position[plane.normal] == 0.0);
         is_seen && end.position[plane.normal] == 0.0 && plane.axes.iter().all(|&axis| turn[axis] == 0.0)
@@ -89,8 +91,8 @@ fn is_tied_in(plane: &Plane, tied: &Loop, root: &Link) -> bool {
     ends.into_iter().all(lies_in)
 }
 
-/// Whether the joint's frame of a link lies in the plane of what it is attached to: exactly, for what leaves it by
-/// rounding may be meant to. Another root's is seen from the first one, where the same numbers say so.
+/// Whether the joint's frame of a link lies in the plane of its parent. The test is exact, because a small
+/// deviation may be intended. Further roots are compared with the first one.
 fn is_placed_in(plane: &Plane, link: &Link, root: &Link) -> bool {
     let is_root = link.parent.is_none();
     if is_root && root.orientation != [1.0, 0.0, 0.0, 0.0] {
@@ -101,7 +103,7 @@ fn is_placed_in(plane: &Plane, link: &Link, root: &Link) -> bool {
     offset == 0.0 && plane.axes.iter().all(|&axis| turn[axis] == 0.0)
 }
 
-/// Whether joint and rod of a link leave it in the plane.
+/// Whether joint and rod keep a link in the plane.
 fn moves_in(plane: &Plane, link: &Link) -> bool {
     let is_inside = |strain: usize| match strain {
         0..3 => strain == plane.normal,
@@ -121,17 +123,17 @@ fn moves_in(plane: &Plane, link: &Link) -> bool {
         })
 }
 
-/// How a robot's linear systems, of the Newton iteration and of the forward dynamics, are solved.
+/// Solver of a robot's linear systems, in the Newton iteration and in forward dynamics.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Solve {
-    /// With all entries of the matrix; cost n^3.
+    /// Dense factorisation, at the cost n^3.
     Dense,
-    /// By sweeps over segments and links ([`crate::linalg::TreeLu`]); cost linear in their number.
+    /// Recursions over segments and links ([`crate::linalg::TreeLu`]), at a cost linear in their number.
     Tree,
 }
 
 impl Solve {
-    /// The cheaper one for a robot.
+    /// The cheaper solver for a robot.
     pub(crate) fn cheapest(robot: &Robot) -> Self {
         let segments: usize = robot.segments().map(piece::number).sum();
         let is_large = match robot.is_rod() {
@@ -142,11 +144,11 @@ impl Solve {
     }
 }
 
-/// From that many coordinates and segments on a chain's solve is cheaper. Instructions of residual, tangent,
-/// factorisation and solve as a chain, relative to the dense ones (callgrind, x86-64, 2026), for segments of so many
-/// coordinates:
+/// Number of coordinates from which the chain solver is cheaper for segments of a single rod. Instructions of
+/// residual, tangent, factorisation and solve by the chain solver, relative to the dense one (callgrind,
+/// x86-64, 2026), by coordinates per segment:
 ///
-/// | coordinates a segment | relative instructions at so many segments (coordinates) |
+/// | coordinates per segment | relative instructions at a number of segments (coordinates) |
 /// |---|---|
 /// | 1, planar | 1.03 at 8 (8), 1.00 at 12 (12), 0.97 at 16 (16) |
 /// | 2, planar | 1.02 at 4 (8), 0.98 at 6 (12), 0.94 at 8 (16), 0.86 at 12 (24) |
@@ -159,10 +161,10 @@ pub(crate) const COORDINATES_OF_A_CHAIN: usize = 20;
 
 pub(crate) const SEGMENTS_OF_A_CHAIN: usize = 3;
 
-/// The same of robots of several links. A hundred steps of Newmark's method link by link take so much of the time of dense
-/// solves (`cargo bench --bench robot -- 'hundred steps'`, x86-64 with AVX2, 2026):
+/// The same for robots of several links. Time of a hundred steps of Newmark's method with the tree solver,
+/// relative to the dense one (`cargo bench --bench robot -- 'hundred steps'`, x86-64 with AVX2, 2026):
 ///
-/// | robot | relative time at so many coordinates |
+/// | robot | relative time at a number of coordinates |
 /// |---|---|
 /// | revolute joints in a row | 1.12 at 7, 1.02 at 12, 0.88 at 20, 0.76 at 30, 0.59 at 64 |
 /// | a star of them | 0.99 at 7, 0.96 at 12, 0.95 at 20, 0.79 at 30, 0.66 at 64 |

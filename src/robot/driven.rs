@@ -1,9 +1,9 @@
-//! Driven joints: the coordinates of all joints and rods from the robot's independent ones.
+//! Driven joints: all coordinates of joints and rods from the robot's independent ones.
 //!
-//! All of them are `q_all = G q + o(t)`: a coordinate is its own, or a multiple of another joint's plus an offset, or
-//! given in time. G is constant, so that `v_all = G v + o'`, `a_all = G a + o''`, and by virtual work `tau = G^T tau_all`:
-//! tangents and mass are `G^T K_all G`, Jacobians `J_all G`. The sweeps know all coordinates alike; robots without
-//! driven joints pass this by.
+//! All coordinates are `q_all = G q + o(t)`: each one is independent, or a multiple of another joint's
+//! coordinate plus an offset, or prescribed in time. G is constant, so that `v_all = G v + o'`, `a_all = G
+//! a + o''`, and by virtual work `tau = G^T tau_all`: tangents and mass matrices are `G^T K_all G`, Jacobians
+//! `J_all G`. The sweeps treat all coordinates alike; robots without driven joints skip this step.
 
 use super::description::{Driven, Robot, origin};
 use crate::error::Interrupted;
@@ -11,16 +11,16 @@ use crate::linalg::Matrix;
 use crate::world::base_motion::MovingBase;
 use crate::world::smooth::Smooth;
 
-/// The way from the robot's own coordinates to all of them, and back for what is dual to them.
+/// Map from the robot's independent coordinates to all coordinates, and its transpose for dual quantities.
 #[derive(Clone, Debug)]
 pub(crate) struct Coordinates(Option<Box<Reduction>>);
 
-/// G and o, with memory for what is computed in all coordinates.
+/// G and o, with memory for quantities in all coordinates.
 #[derive(Clone, Debug)]
 struct Reduction {
-    /// Places of the robot's own coordinates among all.
+    /// Indices of the independent coordinates among all.
     own: Vec<usize>,
-    /// The other way round; for those that are not the robot's own, how many of these stand before.
+    /// The inverse map; for dependent coordinates, the number of independent ones before them.
     before: Vec<usize>,
     multiples: Vec<Multiple>,
     given: Vec<Given>,
@@ -34,7 +34,7 @@ struct Reduction {
     matrix: Matrix,
 }
 
-/// A coordinate that follows one of the robot's own.
+/// A coordinate that is proportional to an independent one.
 #[derive(Clone, Copy, Debug)]
 struct Multiple {
     place: usize,
@@ -42,17 +42,17 @@ struct Multiple {
     factor: f64,
 }
 
-/// The prescribed coordinates.
+/// Prescribed coordinates.
 #[derive(Clone, Debug)]
 enum Given {
-    /// A coordinate, or `factor` times it plus `offset`.
+    /// A coordinate, or `factor` times the signal plus `offset`.
     Coordinate { place: usize, signal: Smooth<1>, factor: f64, offset: f64 },
-    /// The six of a free joint.
+    /// The six coordinates of a free joint.
     Base { first: usize, motion: MovingBase },
 }
 
 impl Coordinates {
-    /// Those of a valid robot.
+    /// Coordinates of a valid robot.
     pub(crate) fn new(robot: &Robot) -> Self {
         if robot.links.iter().all(|link| link.driven.is_none()) {
             return Self(None);
@@ -94,27 +94,27 @@ impl Coordinates {
         Self(Some(Box::new(reduction)))
     }
 
-    /// Whether any coordinate is not the robot's own.
+    /// Whether there are dependent or prescribed coordinates.
     pub(crate) fn are_driven(&self) -> bool {
         self.0.is_some()
     }
 
-    /// Whether any changes by itself in time.
+    /// Whether any coordinate depends on time explicitly.
     pub(crate) fn vary_in_time(&self) -> bool {
         self.0.as_ref().is_some_and(|reduction| reduction.varies_in_time)
     }
 
-    /// How many are the robot's own, of so many.
+    /// Number of independent coordinates among `all`.
     pub(crate) fn own(&self, all: usize) -> usize {
         self.0.as_ref().map_or(all, |reduction| reduction.own.len())
     }
 
-    /// Whether all coordinates are the robot's own, each for itself.
+    /// Whether all coordinates are independent.
     pub(crate) fn are_own(&self) -> bool {
         self.0.is_none()
     }
 
-    /// Takes what is given in time at this time. Where a function of time fails, no time is set.
+    /// Evaluates prescribed coordinates at a time. If a function of time fails, no time is set.
     pub(crate) fn set_time(&mut self, t: f64) -> Result<(), Interrupted> {
         match &mut self.0 {
             Some(reduction) if reduction.varies_in_time && reduction.time != t => reduction.set_time(t),
@@ -122,7 +122,7 @@ impl Coordinates {
         }
     }
 
-    /// Calls with all coordinates; likewise velocities and accelerations behind them.
+    /// Calls with all coordinates, and with velocities and accelerations if given.
     #[inline(always)]
     pub(crate) fn all<const N: usize, T>(
         &mut self,
@@ -138,7 +138,7 @@ impl Coordinates {
         }
     }
 
-    /// All coordinates, of which those that are not the robot's own are zero: for what is asked of these, at no time.
+    /// All coordinates, with zeros for those that are not independent, for queries without a time.
     pub(crate) fn only_own<'a>(&'a mut self, q: &'a [f64]) -> &'a [f64] {
         let Some(reduction) = &mut self.0 else { return q };
         let all = &mut reduction.state[0];
@@ -174,7 +174,7 @@ impl Coordinates {
         }
     }
 
-    /// Generalised forces side by side, `G^T T_all`. Allocates.
+    /// Several generalised forces as rows, `G^T T_all`. Allocates.
     pub(crate) fn rows<const N: usize>(
         &mut self,
         own: [&[f64]; N],
@@ -200,7 +200,7 @@ impl Coordinates {
         }
     }
 
-    /// A tangent or the mass, `G^T K_all G`.
+    /// A tangent or mass matrix, `G^T K_all G`.
     #[inline(always)]
     pub(crate) fn matrix<const N: usize>(
         &mut self,
@@ -219,7 +219,7 @@ impl Coordinates {
         }
     }
 
-    /// Derivatives of something with respect to the coordinates, `J_all G`. Allocates.
+    /// Derivatives of a quantity with respect to the coordinates, `J_all G`. Allocates.
     pub(crate) fn columns(
         &mut self,
         q: &[f64],
@@ -244,7 +244,7 @@ impl Coordinates {
         }
     }
 
-    /// The power of what drives the given coordinates, `tau_all . o'`.
+    /// Power of the forces that drive the prescribed coordinates, `tau_all . o'`.
     pub(crate) fn power(
         &mut self,
         own: [&[f64]; 3],
@@ -259,7 +259,7 @@ impl Coordinates {
         forces.iter().zip(&offset[1]).map(|(force, velocity)| force * velocity).sum()
     }
 
-    /// Values for all coordinates, of which those of the robot's own are kept.
+    /// Selects the values of independent coordinates from values for all.
     pub(crate) fn pick(&self, values: &mut [f64], of_all: impl FnOnce(&mut [f64])) {
         match &self.0 {
             None => of_all(values),
@@ -273,7 +273,7 @@ impl Coordinates {
         }
     }
 
-    /// `G^T K_all G` of a matrix for all coordinates. Allocates.
+    /// `G^T K_all G` of a matrix in all coordinates. Allocates.
     pub(crate) fn reduced(&mut self, all: Matrix) -> Matrix {
         let Some(reduction) = &mut self.0 else { return all };
         let mut reduced = Matrix::zeros(reduction.own.len(), reduction.own.len());
@@ -284,7 +284,7 @@ impl Coordinates {
 }
 
 impl Reduction {
-    /// Notes what drives a link, whose coordinates begin at `place` among all.
+    /// Adds the source of a driven link whose coordinates begin at `place`.
     fn drive(&mut self, robot: &Robot, link: usize, place: usize, firsts: &[usize]) {
         match &robot.links[link].driven {
             None => {}
@@ -307,7 +307,7 @@ impl Reduction {
         }
     }
 
-    /// Before any time is set: what is given is not known, unless it never changes.
+    /// Before a time is set, prescribed coordinates are unknown unless they are constant.
     fn begin(&mut self) {
         if !self.varies_in_time && self.set_time(0.0).is_ok() {
             return;

@@ -1,9 +1,9 @@
-//! Robots, compiled for computing.
+//! Robots, and their compilation for fast evaluation.
 //!
-//! `description` is what a robot is, in plain data; `plan` is the same compiled for computing, by `compile`. The
-//! sweeps read the plan and work in a `state`: the `kernel` has the recursions along the rod (where it is, what
-//! forces a motion needs, how these change with the motion), an `effect` is what acts on it. `tell` says what is
-//! computed, and what it costs.
+//! `description` describes a robot as plain data; `compile` converts it to a `plan` for the computation. The
+//! sweeps read the plan and work in a `state`: the `kernel` contains the recursions along the rod
+//! (kinematics, inverse dynamics, tangents), each `effect` a kind of force. `tell` explains the computation
+//! and its cost.
 //!
 //! ```
 //! use lissom::body::Body;

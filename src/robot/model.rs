@@ -1,4 +1,4 @@
-//! A compiled robot with its working memory, the model that the integrators use.
+//! A compiled robot with its working memory: the model that integrators use.
 
 use std::sync::Arc;
 
@@ -32,38 +32,40 @@ use crate::model::{
 use crate::rod::{MAX_NODES, STRAINS, piece};
 use crate::springs::Springs;
 
-/// Loops that are open by more than this part of the robot's length, or of a radian, are open: far more than what a method
-/// leaves that holds them, far less than what shows.
+/// Gaps of loops above this fraction of the robot's length, or above this many radians, count as open: far
+/// above the errors of methods that enforce constraints, and far below visible gaps.
 const LARGEST_GAP: f64 = 1e-6;
 
 /// A step into contact that gains energy by more than this part of the kinetic one does not see its impacts: with steps of a
 /// tenth of an impact, generalised-alpha is off by less.
 const LARGEST_GAIN: f64 = 0.05;
 
-/// A robot ready to be moved: rods and rigid bodies with joints. Clones share what does not change and have memory of their own.
+/// A compiled robot, ready for simulation: rods and rigid bodies with joints. Clones share constant data and
+/// have separate memory.
 #[derive(Clone, Debug)]
 pub struct RobotModel {
     sweeps: AnySweeps,
-    /// Those of the rod without its loads, where that is more than stiffness times coordinates: where it has supports.
+    /// Sweeps of the unloaded robot, if its forces are more than stiffness times coordinates because of
+    /// supports.
     unloaded: Option<Box<AnySweeps>>,
-    /// Those with a piece for every link, once it is asked what passes into one that is one with others.
+    /// Sweeps with one piece per link, created when the wrench transmitted to a merged link is requested.
     apart: Option<Box<AnySweeps>>,
-    /// From its own coordinates to those of all joints and rods, which the sweeps know.
+    /// Map from the independent coordinates to all coordinates of the sweeps.
     coordinates: Coordinates,
     solve: Solve,
     multiplications: Multiplications,
     explanation: Arc<Explanation>,
     robot: Arc<Robot>,
     rotation_vectors: Arc<[usize]>,
-    /// Where an accuracy is measured.
+    /// Places at which accuracy is measured.
     marks: Arc<[Mark]>,
-    /// What is taken for the forces of the supports' springs.
+    /// Values that replace the forces of the supports' springs.
     held: Option<Vec<f64>>,
     /// Whether tendons that do not stretch stay taut or slack as they are.
     slack_is_kept: bool,
 }
 
-/// A place of a robot, or one beside it in the axes there.
+/// A place of a robot, or an offset from it in its axes.
 #[derive(Clone, Debug)]
 struct Mark {
     place: Place,
@@ -81,8 +83,8 @@ enum AnySweeps {
 }
 
 impl AnySweeps {
-    /// The sweeps for a valid robot, in a plane where one is given, with fused packs or, where they are compiled, with
-    /// portable ones.
+    /// Sweeps for a valid robot, in the given plane if any, with fused or, if they are compiled, with
+    /// portable packs.
     fn new(robot: &Robot, plane: Option<Plane>, is_fused: bool) -> Self {
         #[cfg(feature = "portable")]
         if !is_fused {
@@ -98,7 +100,7 @@ impl AnySweeps {
         }
     }
 
-    /// The sweeps for another robot, of the same kind.
+    /// Sweeps of the same kind for another robot.
     fn with_robot(&self, robot: &Robot) -> Self {
         match self {
             Self::Planar(sweeps) => Self::Planar(sweeps.with_robot(robot)),
@@ -110,7 +112,7 @@ impl AnySweeps {
         }
     }
 
-    /// Those of the same robot with a piece for every link.
+    /// Sweeps of the same robot with one piece per link.
     fn taken_apart(&self, robot: &Robot) -> Self {
         match self {
             Self::Planar(sweeps) => Self::Planar(sweeps.taken_apart(robot)),
@@ -122,7 +124,7 @@ impl AnySweeps {
         }
     }
 
-    /// Takes the time of others of the same kind.
+    /// Copies the time of other sweeps of the same kind.
     fn take_time(&mut self, other: &Self) {
         match (self, other) {
             (Self::Planar(sweeps), Self::Planar(other)) => sweeps.take_time(other),
@@ -135,7 +137,7 @@ impl AnySweeps {
         }
     }
 
-    /// The same sweeps with everything computed that could be skipped.
+    /// The same sweeps without skipping anything.
     fn with_nothing_skipped(&self) -> Self {
         match self {
             Self::Spatial(sweeps) => Self::Spatial(Sweeps::new(sweeps.plan().clone().with_nothing_skipped())),
@@ -159,7 +161,7 @@ impl AnySweeps {
     }
 }
 
-/// Calls a method of whatever sweeps there are.
+/// Calls a method of the sweeps, whatever their kind.
 macro_rules! on_sweeps {
     ($model:expr, $sweeps:ident => $call:expr) => {
         match $model {
@@ -174,26 +176,26 @@ macro_rules! on_sweeps {
 }
 
 impl RobotModel {
-    /// Compiles a robot for the simplest kernel, the best instructions of this machine and the cheapest solve; refuses
-    /// one that is not valid, with everything that is wrong with it.
+    /// Compiles a robot for the simplest kernel, the best instruction set of this machine and the cheapest
+    /// solver. An invalid robot is rejected with all its problems.
     pub fn new(robot: &Robot) -> Result<Self, InvalidInput> {
         robot.validate()?;
         Self::compiled(robot, Kernel::plane(robot), Some(Instructions::of_machine()), None)
     }
 
-    /// Compiles a rod, a robot of one link.
+    /// Compiles a rod as a robot with one link.
     pub fn of_rod(rod: &Rod) -> Result<Self, InvalidInput> {
         rod.validate()?;
         Self::new(&rod.into())
     }
 
-    /// The same with a solve that need not be the cheapest: to compare them.
+    /// Compiles a robot with a given solver, for comparisons.
     pub fn with_solve(robot: &Robot, solve: Solve) -> Result<Self, InvalidInput> {
         robot.validate()?;
         Self::compiled(robot, Kernel::plane(robot), Some(Instructions::of_machine()), Some(solve))
     }
 
-    /// Compiles a rod for the instructions that all machines have, even where there are better ones: to compare them.
+    /// Compiles a rod for the baseline instruction set, for comparisons.
     #[cfg(feature = "portable")]
     pub fn portable(rod: &Rod) -> Result<Self, InvalidInput> {
         rod.validate()?;
@@ -201,14 +203,13 @@ impl RobotModel {
         Self::compiled(&robot, Kernel::plane(&robot), None, None)
     }
 
-    /// Compiles a robot for the spatial kernel even where a planar one would do: to compare them.
+    /// Compiles a robot for the spatial kernel, even if it is planar, for comparisons.
     pub fn spatial(robot: &Robot) -> Result<Self, InvalidInput> {
         robot.validate()?;
         Self::compiled(robot, None, Some(Instructions::of_machine()), None)
     }
 
-    /// Compiles a robot for the spatial kernel with everything computed that could be skipped, zeros included: to
-    /// compare them.
+    /// Compiles a robot for the spatial kernel without skipping anything, including zeros, for comparisons.
     pub fn with_nothing_skipped(robot: &Robot) -> Result<Self, InvalidInput> {
         robot.validate()?;
         check_machine()?;
@@ -217,8 +218,8 @@ impl RobotModel {
         Self::with(robot, sweeps, None)
     }
 
-    /// A valid robot, in a plane where one is given, with these instructions or those that all machines have, with this
-    /// solve or the cheapest one.
+    /// Compiles a valid robot, in the given plane if any, with the given instructions and solver or, by
+    /// default, the cheapest solver.
     fn compiled(
         robot: &Robot,
         plane: Option<Plane>,
@@ -233,7 +234,7 @@ impl RobotModel {
     fn with(robot: &Robot, sweeps: AnySweeps, solve: Option<Solve>) -> Result<Self, InvalidInput> {
         let coordinates = Coordinates::new(robot);
         let solve = match coordinates.are_driven() {
-            // Joints that follow others couple branches, and so do closed loops.
+            // Joints that mimic others couple branches, and so do closed loops.
             true => Solve::Dense,
             false if robot.constraints() > 0 || !robot.contacts.is_empty() => Solve::Dense,
             false if on_sweeps!(&sweeps, sweeps => sweeps.plan().actuation.couples_pieces()) => Solve::Dense,
@@ -266,8 +267,8 @@ impl RobotModel {
         Ok(model)
     }
 
-    /// [`Model::places`] on the links; of links of nothing their base, if there is nothing else. Where loops may hold tips, the
-    /// middles of rods too.
+    /// Places for [`Model::places`] on links with a rod or a body; the tip of the robot if there are none. If
+    /// loops may hold tips, also the middles of rods.
     fn marks_of_links(&self) -> Vec<Mark> {
         let mut marks = Vec::new();
         for (i, link) in self.robot.links.iter().enumerate() {
@@ -294,8 +295,8 @@ impl RobotModel {
         marks
     }
 
-    /// Refuses joints that turn or shift nothing that has inertia: then there is no acceleration. Looked at in a state
-    /// in which no two axes are in line by chance.
+    /// Rejects joints that move nothing with inertia, for which accelerations do not exist. Checked in a
+    /// state in which no two axes are aligned by chance.
     fn check_inertia(&mut self) -> Result<(), InvalidInput> {
         let robot = Arc::clone(&self.robot);
         if robot.links.iter().all(|link| link.joint_coordinates().is_empty()) {
@@ -312,7 +313,7 @@ impl RobotModel {
         for (i, link) in joined {
             let own = robot.coordinates_of(i).start;
             let mut coordinates: Vec<usize> = (own..own + link.joint_coordinates().len()).collect();
-            // An axis can be in line with one of the joint before.
+            // The axis may be aligned with that of a preceding joint.
             let carriers = std::iter::successors(link.parent, |&parent| robot.links[parent].parent);
             let moves = |&parent: &usize| !robot.links[parent].joint_coordinates().is_empty();
             if let Some(before) = carriers.into_iter().find(moves) {
@@ -328,25 +329,25 @@ impl RobotModel {
                 "a mass off the axis, an inertia about it, or an armature",
             );
             if !without.is_empty() {
-                // Joints behind it may only show the same.
+                // Joints beyond may only be a consequence.
                 break;
             }
         }
         check.finish()
     }
 
-    /// Puts the rod without its loads, where that is not stiffness alone, to where the base is; it rests there.
+    /// Moves the unloaded robot, if it is present, to the pose of the base, at rest.
     fn place_unloaded(&mut self) {
         let Some(unloaded) = self.unloaded.as_deref_mut() else { return };
         if self.robot.base_motion.is_some() {
             let base = on_sweeps!(&self.sweeps, sweeps => sweeps.base());
             on_sweeps!(&mut *unloaded, sweeps => sweeps.place_base(&base));
-            // Anchors are seen anew from there.
+            // Anchors were recomputed for this pose.
             on_sweeps!(&mut *unloaded, sweeps => sweeps.hold_springs(self.held.as_deref()));
         }
     }
 
-    /// The description from which it was compiled.
+    /// The description from which the model was compiled.
     pub fn description(&self) -> &Robot {
         &self.robot
     }
@@ -356,8 +357,8 @@ impl RobotModel {
         &self.explanation
     }
 
-    /// The same with what is redundant of closed loops, where they are closed when all coordinates are zero; of a robot that
-    /// does not move by itself, as that has one such shape.
+    /// The explanation including redundant constraints of loops that are closed at zero coordinates. Without
+    /// base or joint motions in time, because only then this shape is unique.
     pub fn full_explanation(&mut self) -> Explanation {
         let mut explanation = (*self.explanation).clone();
         let rest = vec![0.0; self.robot.coordinates()];
@@ -368,7 +369,7 @@ impl RobotModel {
         explanation
     }
 
-    /// The multiplications that one evaluation of each kind takes.
+    /// Numbers of multiplications of each kind of evaluation.
     pub fn multiplications(&self) -> Multiplications {
         self.multiplications
     }
@@ -378,7 +379,7 @@ impl RobotModel {
         self.sweeps.kernel()
     }
 
-    /// How linear systems are solved.
+    /// The solver of linear systems.
     pub fn solve(&self) -> Solve {
         self.solve
     }
@@ -388,42 +389,42 @@ impl RobotModel {
         on_sweeps!(&self.sweeps, sweeps => sweeps.plan().nodes())
     }
 
-    /// The pose at arc length `x` of the unstretched rod of the first link, 0 <= x <= L (clamped there): the body axes
-    /// and the position in the world.
+    /// Pose at arc length `x` of the first link's unstretched rod, clamped to [0, L]: body axes and position
+    /// in the world.
     pub fn pose(&mut self, q: &[f64], x: f64) -> Pose {
         self.pose_at(q, &self.place(x))
     }
 
-    /// The place at arc length `x` of the unstretched rod of the first link, clamped to [0, L], for [`Self::pose_at`].
+    /// Place at arc length `x` of the first link's unstretched rod, clamped to [0, L], for [`Self::pose_at`].
     pub fn place(&self, x: f64) -> Place {
         self.place_on(0, Some(x))
     }
 
-    /// The place on a link: at arc length `x` of its unstretched rod, clamped to [0, L], or at its tip; at the base of
-    /// a rigid link, wherever `x` is.
+    /// Place on a link: at arc length `x` of its unstretched rod, clamped to [0, L], or at its tip; for a
+    /// rigid link its base, for any `x`.
     pub fn place_on(&self, link: usize, x: Option<f64>) -> Place {
         on_sweeps!(&self.sweeps, sweeps => sweeps.place(link, x))
     }
 
-    /// The place whose position is [`Model::tip`]: the tip of the last link.
+    /// Place of [`Model::tip`]: the tip of the last link.
     fn tip_place(&self) -> Place {
         self.place_on(self.robot.links.len() - 1, None)
     }
 
-    /// The tips of all rods.
+    /// Tips of all rods.
     pub(crate) fn tips_of_rods(&self) -> Vec<Place> {
         let rods = (0..self.robot.links.len()).filter(|&link| !self.robot.links[link].rod.is_empty());
         rods.map(|link| self.place_on(link, None)).collect()
     }
 
-    /// The pose at a place of this robot. Several places of one state cost little more than one.
+    /// Pose of a place of this robot. Several places in the same state cost little more than one.
     pub fn pose_at(&mut self, q: &[f64], place: &Place) -> Pose {
         let Self { sweeps, coordinates, .. } = self;
         coordinates.all([q], |[q]| on_sweeps!(sweeps, sweeps => sweeps.pose(q, place)))
     }
 
-    /// Moment and force that the base exerts on the rod in a motion, about the base and in world axes; of a planar
-    /// rod what lies in its plane.
+    /// Moment and force that the base exerts on the rod in a motion, about the base and in world axes; for a
+    /// planar robot the components in its plane.
     pub fn base_wrench(&mut self, q: &[f64], qd: &[f64], qdd: &[f64]) -> [Vector<f64>; 2] {
         self.with_loops_held([q, qd, qdd], |model| {
             let Self { sweeps, coordinates, .. } = model;
@@ -431,8 +432,8 @@ impl RobotModel {
         })
     }
 
-    /// Moment and force that are passed on to a link through its joint in a motion, about the place where that begins
-    /// and in world axes; of a planar robot what lies in its plane.
+    /// Moment and force transmitted to a link through its joint in a motion, about the place where the joint
+    /// begins and in world axes; for a planar robot the components in its plane.
     pub fn joint_wrench(&mut self, q: &[f64], qd: &[f64], qdd: &[f64], link: usize) -> [Vector<f64>; 2] {
         self.with_loops_held([q, qd, qdd], |model| {
             let Self { sweeps, coordinates, apart, robot, .. } = model;
@@ -449,16 +450,17 @@ impl RobotModel {
         })
     }
 
-    /// The strain at a place of a rod, in the order of [`STRAIN_NAMES`](crate::rod::STRAIN_NAMES): of modes and reference
-    /// together.
+    /// Strain at a place of a rod, in the order of [`STRAIN_NAMES`](crate::rod::STRAIN_NAMES), including the
+    /// reference strain.
     pub fn strain_at(&mut self, q: &[f64], place: &Place) -> [f64; STRAINS] {
         let Self { sweeps, coordinates, .. } = self;
         coordinates.all([q], |[q]| on_sweeps!(sweeps, sweeps => sweeps.strain(q, place)))
     }
 
-    /// Moment and force that what lies before a place of a rod exerts in a motion on what lies beyond, what is at the
-    /// place included: about the section's point and in its axes, from the balance of what lies beyond; of a planar
-    /// robot what lies in its plane. At the base of a link that is what [`Self::joint_wrench`] passes on.
+    /// Moment and force in a motion that the part of a rod before a place exerts on what lies beyond,
+    /// including bodies and loads at the place: about the section's point and in its axes, from the balance
+    /// of everything beyond. For a planar robot the components in its plane. At the base of a link this is
+    /// [`Self::joint_wrench`].
     pub fn internal_wrench_at(
         &mut self,
         q: &[f64],
@@ -473,21 +475,23 @@ impl RobotModel {
         })
     }
 
-    /// The same by the law of the material: the opposite of stiffness times strain, less that at rest and active ones, and of
-    /// damping times its rate. It knows nothing of strains without modes, and agrees with the balance as modes become many,
-    /// save what embedded tendons and chambers pass on, which is in the balance alone.
+    /// Internal moment and force from the law of the material: minus stiffness times the strain relative to
+    /// reference and active strains, minus damping times its rate. Zero for strains without modes. Converges
+    /// to the balance as the number of modes increases, except for forces of embedded tendons and chambers,
+    /// which only the balance includes.
     pub fn material_wrench_at(&mut self, q: &[f64], qd: &[f64], place: &Place) -> [Vector<f64>; 2] {
         let Self { sweeps, coordinates, .. } = self;
         coordinates.all([q, qd], |[q, qd]| on_sweeps!(sweeps, sweeps => sweeps.material_wrench(q, qd, place)))
     }
 
-    /// The command of an actuator at the current time and inputs.
+    /// Command of an actuator at the current time and inputs.
     pub fn command(&self, actuator: usize) -> f64 {
         on_sweeps!(&self.sweeps, sweeps => sweeps.commands()[actuator])
     }
 
-    /// Length of an actuator (metres, cubic metres of a chamber, the coordinate of a motor), its rate and its force (the
-    /// tension; of a chamber and a motor the opposite of what they are told), and writes the gradient of the length.
+    /// Length of an actuator (metres; cubic metres for a chamber; the coordinate for a motor), its rate and
+    /// its force (the tension of a tendon; minus the pressure or torque for a chamber or motor). Writes the
+    /// gradient of the length.
     pub fn actuator(&mut self, q: &[f64], qd: &[f64], actuator: usize, gradient: &mut [f64]) -> [f64; 3] {
         let Self { sweeps, coordinates, .. } = self;
         coordinates.forces([q, qd], gradient, |[q, qd], gradient| {
@@ -499,13 +503,13 @@ impl RobotModel {
         })
     }
 
-    /// Where surfaces touch in a state, contact by contact. Allocates.
+    /// Contact points in a state, contact by contact. Allocates.
     pub fn touches(&mut self, q: &[f64], qd: &[f64]) -> Vec<Touching> {
         let Self { sweeps, coordinates, .. } = self;
         coordinates.all([q, qd], |[q, qd]| on_sweeps!(sweeps, sweeps => sweeps.touches(q, qd)))
     }
 
-    /// The wrench of a contact on its first surface: moment about the world's origin, and force.
+    /// Wrench of a contact on its first surface: moment about the world's origin, and force.
     pub fn contact_wrench(&mut self, q: &[f64], qd: &[f64], contact: usize) -> [Vector<f64>; 2] {
         let touches = self.touches(q, qd);
         let own = touches.iter().filter(|touch| touch.contact == contact);
@@ -514,9 +518,10 @@ impl RobotModel {
         })
     }
 
-    /// What closed loops answer in a motion: moment, about the second end of the loop, and force on that by the first one, in
-    /// world axes; of coordinates in a ratio the generalised force on the first one. The smallest that do it, where
-    /// constraints are redundant. `None` where the mass matrix is singular. Allocates.
+    /// Forces of closed loops in a motion: moment, about the second end of the loop, and force of the first
+    /// end on the second one, in world axes; for a ratio of coordinates, the generalised force on the first
+    /// coordinate. If constraints are redundant, the minimum-norm solution. `None` if the mass matrix is
+    /// singular. Allocates.
     pub fn loop_forces(&mut self, q: &[f64], qd: &[f64], qdd: &[f64]) -> Option<Vec<[f64; 6]>> {
         let mut multipliers = vec![0.0; self.constraints()];
         one_sided::multipliers(self, [q, qd, qdd], &mut multipliers).ok()?;
@@ -537,13 +542,13 @@ impl RobotModel {
         Some(robot.loops.iter().map(of_loop).collect())
     }
 
-    /// Calls with the multipliers that a motion needs; none where there is no telling.
+    /// Calls with the multipliers that a motion requires; zero if they are not determined.
     fn with_loops_held<T>(&mut self, state: [&[f64]; 3], of: impl FnOnce(&mut Self) -> T) -> T {
         if self.constraints() == 0 {
             return of(self);
         }
         let mut multipliers = vec![0.0; self.constraints()];
-        // They are left at zero where the mass matrix is singular.
+        // They remain zero if the mass matrix is singular.
         let _ = one_sided::multipliers(self, state, &mut multipliers);
         self.set_multipliers(&multipliers);
         let result = of(self);
@@ -552,7 +557,8 @@ impl RobotModel {
         result
     }
 
-    /// Closed loops of a robot at rest: what their forces add to the stiffness, n x n, and the derivative of the gaps, m x n.
+    /// Closed loops of a robot at rest: their contribution to the stiffness, n x n, and the derivatives of
+    /// the gaps, m x n.
     pub fn loops_at_rest(&mut self, q: &[f64]) -> [Matrix; 2] {
         let (n, m) = (q.len(), self.constraints());
         let rest = vec![0.0; n];
@@ -566,8 +572,8 @@ impl RobotModel {
         [stiffness - without, jacobian]
     }
 
-    /// The tension of a tendon that does not stretch: what holds its length in a motion, or where no accelerations are given in
-    /// those that the robot has by itself. `None` where the mass matrix is singular. Allocates.
+    /// Tension of an inextensible tendon in a motion; without given accelerations, in the free motion. `None`
+    /// if the mass matrix is singular. Allocates.
     pub fn held_tension(
         &mut self,
         q: &[f64],
@@ -588,7 +594,7 @@ impl RobotModel {
         })
     }
 
-    /// The actuators that are slack in a shape, of the tendons that do not stretch, at the time that is set.
+    /// Indices of slack inextensible tendons in a shape, at the time that is set.
     pub fn slack_tendons(&mut self, q: &[f64]) -> Vec<usize> {
         let rest = vec![0.0; q.len()];
         let length = self.robot.length().max(1.0);
@@ -598,7 +604,7 @@ impl RobotModel {
         tendons.into_iter().zip(excesses).filter(is_slack).map(|(i, _)| i).collect()
     }
 
-    /// How many constraints of every loop, and behind these of every tendon that does not stretch, the others determine in a
+    /// Number of redundant constraints of every loop, followed by those of every inextensible tendon, in a
     /// shape.
     pub fn redundant_constraints(&mut self, q: &[f64]) -> Vec<usize> {
         let (m, n) = (self.constraints(), q.len());
@@ -621,7 +627,7 @@ impl RobotModel {
         redundant
     }
 
-    /// How many of its loops tie coordinates.
+    /// Number of loops that couple coordinates.
     fn gears(&self) -> usize {
         self.robot.loops.iter().filter(|closed| matches!(closed.tie, Tie::Coordinates { .. })).count()
     }
@@ -639,8 +645,8 @@ impl RobotModel {
         })
     }
 
-    /// The stiffness of rods and of the springs of joints in a shape, n x n: the derivative of their generalised forces,
-    /// supports left out.
+    /// Stiffness of rods and joint springs in a shape, n x n: the derivative of their generalised forces,
+    /// without supports.
     pub fn stiffness(&mut self, q: &[f64], stiffness: &mut Matrix) {
         let Self { sweeps, coordinates, .. } = self;
         coordinates.matrix([q], stiffness, |[q], stiffness| {
@@ -648,30 +654,31 @@ impl RobotModel {
         });
     }
 
-    /// Mass, centre of mass and momentum in world axes; of a planar robot what lies in its plane.
+    /// Mass, centre of mass and momentum in world axes; for a planar robot the components in its plane.
     pub fn momentum(&mut self, q: &[f64], qd: &[f64]) -> Momentum {
         let Self { sweeps, coordinates, .. } = self;
         coordinates.all([q, qd], |[q, qd]| on_sweeps!(sweeps, sweeps => sweeps.momentum(q, qd)))
     }
 
-    /// Angular velocity of the section at a place and velocity of its point, in world axes, that of a base that moves
-    /// included.
+    /// Angular velocity of the section at a place and velocity of its point, in world axes, including the
+    /// motion of the base.
     pub fn velocity_at(&mut self, q: &[f64], qd: &[f64], place: &Place) -> [Vector<f64>; 2] {
         let Self { sweeps, coordinates, .. } = self;
         coordinates.all([q, qd], |[q, qd]| on_sweeps!(sweeps, sweeps => sweeps.velocity(q, qd, place)))
     }
 
-    /// Angular acceleration of the section at a place and acceleration of its point, in world axes, that of a base that moves
-    /// included and gravity not: what falls freely has that of gravity. The derivative of [`Self::velocity_at`] in time.
+    /// Angular acceleration of the section at a place and acceleration of its point, in world axes: the time
+    /// derivative of [`Self::velocity_at`]. Includes the motion of the base; a body in free fall has the
+    /// acceleration of gravity.
     pub fn acceleration_at(&mut self, q: &[f64], qd: &[f64], qdd: &[f64], place: &Place) -> [Vector<f64>; 2] {
         let Self { sweeps, coordinates, .. } = self;
         coordinates.all([q, qd, qdd], |state| on_sweeps!(sweeps, sweeps => sweeps.acceleration(state, place)))
     }
 
-    /// The Jacobian of the pose at a place, 6 x n: angular velocity and velocity of its point, in world axes, for
-    /// unit rates of the coordinates; `Psi = int S`, moved from the base to the point. Its transpose takes a moment
-    /// and a force that act there to generalised forces. What a moving base contributes has nothing to do with the
-    /// coordinates. Costs about an inverse dynamics for every few coordinates.
+    /// Jacobian of the pose of a place, 6 x n: angular velocity, and velocity of its point, in world axes,
+    /// for unit rates of the coordinates; `Psi = int S`, shifted from the base to the point. Its transpose
+    /// maps a moment and a force at the place to generalised forces. The motion of the base is not included.
+    /// Costs about one inverse dynamics per few coordinates.
     pub fn jacobian_at(&mut self, q: &[f64], place: &Place, jacobian: &mut Matrix) {
         let Self { sweeps, coordinates, .. } = self;
         coordinates.columns(q, jacobian, |q, jacobian| {
@@ -681,13 +688,13 @@ impl RobotModel {
 }
 
 impl RobotModel {
-    /// Whether the inertia of sections acts on nothing but the forces along their rods.
+    /// Whether the inertia of sections affects only the forces along their rods.
     fn has_separate_sections(&self) -> bool {
         let Robot { base_motion, fluid, contacts, .. } = &*self.robot;
         base_motion.is_none() && fluid.is_none() && contacts.is_empty() && self.coordinates.are_own()
     }
 
-    /// Which tendons that do not stretch are slack.
+    /// Which inextensible tendons are slack.
     fn slack(&self) -> Vec<bool> {
         on_sweeps!(&self.sweeps, sweeps => sweeps.slack().to_vec())
     }
@@ -696,13 +703,13 @@ impl RobotModel {
         on_sweeps!(&mut self.sweeps, sweeps => sweeps.set_slack(slack));
     }
 
-    /// How much longer tendons that do not stretch are than they are told, in metres, and the rates of that.
+    /// Excess of the lengths of inextensible tendons over the commanded lengths, in metres, and its rates.
     fn excesses(&mut self, q: &[f64], qd: &[f64]) -> Vec<[f64; 2]> {
         let Self { sweeps, coordinates, .. } = self;
         coordinates.all([q, qd], |[q, qd]| on_sweeps!(sweeps, sweeps => sweeps.excesses(q, qd)))
     }
 
-    /// By virtual work: what the rod needs against a unit of each force.
+    /// By virtual work: generalised forces that balance a unit of each force.
     fn find_jacobian_of_springs(&mut self, q: &[f64], jacobian: &mut Matrix) {
         self.place_unloaded();
         let length = self.robot.length();
@@ -711,7 +718,7 @@ impl RobotModel {
         coordinates.columns(q, jacobian, |q, jacobian| {
             let mut elastic = vec![0.0; q.len()];
             on_sweeps!(&*sweeps, sweeps => elasticity::forces(sweeps.plan(), q, &mut elastic));
-            // Forces of the size of the rod's own lose no digits beside them.
+            // Forces of the size of elastic forces lose no digits in their sum.
             let size = elastic.iter().fold(0.0, |size: f64, tau| size.max(tau.abs()));
             let moment = if size > 0.0 { size / length } else { 1.0 };
             let mut tau = elastic.clone();
@@ -731,11 +738,11 @@ impl RobotModel {
     }
 }
 
-/// Those of these coordinates that a motion without inertia has, if there is one.
+/// Those of these coordinates that take part in a motion without inertia, if there is such a motion.
 fn without_inertia(mass: &Matrix, coordinates: &[usize]) -> Vec<usize> {
-    /// Least eigenvalue, with the diagonal scaled to one, of a mass that is more than rounding.
+    /// Smallest eigenvalue of a mass matrix with unit diagonal that is not rounding.
     const LEAST: f64 = 1e-14;
-    /// Least part in that motion of a coordinate that is named.
+    /// Smallest relative part in that motion for a coordinate to be named.
     const PART: f64 = 0.1;
     let scale = |k: usize| mass[(k, k)].sqrt();
     if let Some(&k) = coordinates.iter().find(|&&k| mass[(k, k)] <= 0.0) {
@@ -752,7 +759,7 @@ fn without_inertia(mass: &Matrix, coordinates: &[usize]) -> Vec<usize> {
     coordinates.iter().enumerate().filter(moves).map(|(_, &k)| k).collect()
 }
 
-/// Refuses a machine that this build has no sweeps for.
+/// Rejects machines for which this build has no sweeps.
 fn check_machine() -> Result<(), InvalidInput> {
     if Instructions::of_machine().are_compiled() {
         return Ok(());
@@ -799,7 +806,8 @@ impl Model for RobotModel {
         if !self.has_separate_sections() || !self.robot.has_all_at_tips() {
             return 0;
         }
-        // Portable packs are for machines of long ago: there lengths take other models, and the sweep no space in wheels.
+        // Portable packs are only for old machines: there, derivatives with respect to lengths use
+        // differences of models, and the sweep is not compiled to keep wheels small.
         match &self.sweeps {
             AnySweeps::Planar(sweeps) => sweeps.free_lengths(),
             AnySweeps::Spatial(sweeps) => sweeps.free_lengths(),
@@ -863,14 +871,14 @@ impl Model for RobotModel {
         &self.rotation_vectors
     }
 
-    /// By the products that both form, the factorisation included.
+    /// Ratio of the products of both, including the factorisation.
     fn tangent_cost(&self) -> f64 {
         let Multiplications { residual, tangent, factorisation, .. } = self.multiplications;
         (tangent + factorisation) as f64 / residual.max(1) as f64
     }
 
-    /// `M = int Psi^T N Psi`, which is the tangent with respect to `qdd`: symmetric to rounding because the quadrature
-    /// sums by parts exactly, so that half of it is computed.
+    /// `M = int Psi^T N Psi`, the tangent with respect to `qdd`. Symmetric to rounding, because summation by
+    /// parts is exact for the quadrature; therefore only half of it is computed.
     fn mass_matrix(&mut self, q: &[f64], mass: &mut Matrix) {
         let Self { sweeps, coordinates, .. } = self;
         coordinates.matrix([q], mass, |[q], mass| {
@@ -923,7 +931,8 @@ impl Model for RobotModel {
         coordinates.all([q], |[q]| on_sweeps!(sweeps, sweeps => sweeps.position(q, &tip))).to_array()
     }
 
-    /// Tips of rods; of rigid links three points around the centre of mass, as far as mass is from there in the mean.
+    /// Tips of rods; for rigid links three points around the centre of mass, at the distance of the radius of
+    /// gyration.
     fn places(&mut self, q: &[f64], places: &mut Vec<[f64; 3]>) {
         let Self { sweeps, coordinates, marks, .. } = self;
         coordinates.all([q], |[q]| {
@@ -946,8 +955,8 @@ impl Model for RobotModel {
         self.coordinates.vary_in_time() || on_sweeps!(&self.sweeps, sweeps => sweeps.has_velocity_forces())
     }
 
-    /// Of follower loads, of loads that vary in time, of moments (one that keeps its direction in space has no
-    /// potential), of a base that is moved, and of what moves joints as prescribed.
+    /// Power of follower loads, of varying loads, of moments (a moment fixed in space has no potential), of a
+    /// moving base, and of prescribed joints.
     fn supplied_power(&mut self, q: &[f64], qd: &[f64], qdd: &[f64]) -> f64 {
         let state = [q, qd, qdd];
         let power = |model: &mut Self| {
@@ -959,7 +968,7 @@ impl Model for RobotModel {
             });
             power + of_joints
         };
-        // What holds loops does no work, but what drives joints or the base works against it, and so do winches.
+        // Constraint forces do no work, but prescribed joints, a moving base and winches work against them.
         let is_against = self.robot.is_tied_to_world() || self.is_one_sided();
         match self.coordinates.vary_in_time() || is_against {
             true => self.with_loops_held(state, power),
@@ -1051,7 +1060,7 @@ impl Model for RobotModel {
 }
 
 impl Elastic for RobotModel {
-    /// `K q`, and what the supports answer.
+    /// `K q`, and forces of the supports.
     fn elastic_forces(&mut self, q: &[f64], tau: &mut [f64]) {
         self.place_unloaded();
         let Self { sweeps, unloaded, coordinates, .. } = self;
@@ -1099,7 +1108,7 @@ impl Elastic for RobotModel {
         }
     }
 
-    /// A radian over the length of the rods, or by a joint,, and a stretch or shear of one.
+    /// One radian over the length of the rods or for a joint, and a stretch or shear of one.
     fn typical_coordinates(&self, sizes: &mut [f64]) {
         let reach = self.robot.length();
         self.coordinates.pick(sizes, |sizes| {
@@ -1215,7 +1224,7 @@ impl Tied for RobotModel {
         let Self { sweeps, coordinates, robot, .. } = self;
         let (held, gap) = coordinates.all([q], |[q]| on_sweeps!(sweeps, sweeps => sweeps.widest_gap(q)))?;
         let largest = LARGEST_GAP * robot.length().max(1.0);
-        // A gap that is no number is not small.
+        // NaN counts as open.
         (gap.is_nan() || gap > largest).then_some(Flaw::Open { held, gap })
     }
 }
@@ -1272,7 +1281,7 @@ impl Discretised for RobotModel {
         self.robot.segments().any(|segment| segment.coordinates() > 0)
     }
 
-    /// Of the six strains of every segment, where more modes leave the others as they are.
+    /// Numbers of modes of the six strains of every segment, if its basis is hierarchical.
     fn modes(&self) -> Option<Vec<usize>> {
         let is_nested = self.robot.segments().all(|segment| segment.basis.is_nested());
         (is_nested && self.is_discretised())

@@ -1,4 +1,4 @@
-//! The sweeps along a rod with their memory, run with the best instruction set that the machine has.
+//! Sweeps along a rod with their memory, run with the best instruction set of the machine.
 
 use std::sync::Arc;
 
@@ -38,10 +38,11 @@ pub(crate) struct Sweeps<G: Turning> {
     zeros: Vec<f64>,
 }
 
-/// Coordinates that differ by less are of one shape, where it is asked what touches.
+/// Largest difference of coordinates for which the set of touching surfaces is not recomputed.
 const SAME_SHAPE: f64 = 1e-4;
 
-/// Whether what touches is the same: it follows from the shape alone, and one that differs by what Newton's method leaves is as good.
+/// Whether two shapes are close enough to share contact detection, which depends only on the shape.
+/// Differences within the tolerance of Newton's method do not matter.
 fn is_same_shape(known: &[f64], q: &[f64]) -> bool {
     let is_near = |(known, q): (&f64, &f64)| (known - q).abs() <= SAME_SHAPE * (1.0 + q.abs());
     known.len() == q.len() && known.iter().zip(q).all(is_near)
@@ -99,19 +100,19 @@ impl<G: Turning> Sweep for WeightedTangent<'_, G> {
 }
 
 impl<G: Turning> Sweeps<G> {
-    /// Memory and the machine's best instructions for a plan.
+    /// Creates memory and selects the best instruction set for a plan.
     pub(crate) fn new(plan: Plan<G>) -> Self {
         let mut work = Workspace::new(&plan);
         time::tell(&plan, &mut work);
         Self { work, tangent: TangentWorkspace::new(&plan), zeros: vec![0.0; plan.n], plan: Arc::new(plan) }
     }
 
-    /// Those of the same robot with a piece for every link, also for those that are one with others.
+    /// Sweeps for the same robot with one piece per link, including links that are otherwise merged.
     pub(crate) fn taken_apart(&self, robot: &Robot) -> Self {
         Self::new(compile::plan_of_every_link(robot, self.plan.frame))
     }
 
-    /// Takes the time of other sweeps of this robot, with all that depends on it.
+    /// Copies the time of other sweeps of this robot, and everything that depends on it.
     pub(crate) fn take_time(&mut self, other: &Self) {
         let (work, from) = (&mut self.work, &other.work);
         work.stations[0] = from.stations[0];
@@ -128,7 +129,7 @@ impl<G: Turning> Sweeps<G> {
         work.forget();
     }
 
-    /// Those for another robot in the same frame.
+    /// Sweeps for another robot in the same frame.
     pub(crate) fn with_robot(&self, robot: &Robot) -> Self {
         Self::new(compile::plan(robot, self.plan.frame))
     }
@@ -137,17 +138,17 @@ impl<G: Turning> Sweeps<G> {
         &self.plan
     }
 
-    /// Whether motion loses energy.
+    /// Whether the motion dissipates energy.
     pub(crate) fn is_damped(&self) -> bool {
         self.plan.pieces.iter().any(|piece| piece.retardation_time > 0.0) || effects::dissipates(&self.plan)
     }
 
-    /// Whether more than damping makes forces depend on velocities: the motion of the base, or an effect.
+    /// Whether forces other than damping depend on velocities, because of the base motion or of an effect.
     pub(crate) fn has_velocity_forces(&self) -> bool {
         self.plan.world.motion.is_some() || effects::depends_on_velocity(&self.plan)
     }
 
-    /// Whether the base moves or something without a potential acts.
+    /// Whether the base moves, or forces without a potential act.
     pub(crate) fn is_driven(&self) -> bool {
         self.plan.world.motion.is_some() || effects::drives(&self.plan)
     }
@@ -173,7 +174,7 @@ impl<G: Turning> Sweeps<G> {
         plan.instructions.run::<G::Pack, _>(WeightedTangent { plan, work, memory, weights, tangent });
     }
 
-    /// Calls with as many zeros as there are coordinates.
+    /// Calls with a vector of n zeros.
     fn with_zeros<T>(&mut self, f: impl FnOnce(&mut Self, &[f64]) -> T) -> T {
         let zeros = std::mem::take(&mut self.zeros);
         let result = f(self, &zeros);
@@ -181,12 +182,12 @@ impl<G: Turning> Sweeps<G> {
         result
     }
 
-    /// The motion of a state without accelerations.
+    /// Updates the motion of a state without accelerations.
     fn update_velocities(&mut self, q: &[f64], qd: &[f64]) {
         self.with_zeros(|sweeps, zeros| sweeps.update_motion([q, qd, zeros]));
     }
 
-    /// Takes what varies with time at this time.
+    /// Evaluates everything that varies in time at this time.
     pub(crate) fn set_time(&mut self, t: f64) -> Result<(), Interrupted> {
         if self.plan.varies_in_time && self.work.time != t {
             time::set(&self.plan, &mut self.work, t)?;
@@ -194,7 +195,7 @@ impl<G: Turning> Sweeps<G> {
         Ok(())
     }
 
-    /// Takes these values for what is set from outside.
+    /// Sets the inputs.
     pub(crate) fn set_inputs(&mut self, inputs: &[f64]) {
         if !inputs.is_empty() {
             time::set_inputs(&self.plan, &mut self.work, inputs);
@@ -206,7 +207,7 @@ impl<G: Turning> Sweeps<G> {
         &self.work.inputs
     }
 
-    /// The time that is set, where a load or a command is not finite then; NaN where none could be set.
+    /// The time that is set, if a load or a command is not finite at this time; NaN if no time could be set.
     pub(crate) fn time_without_loads(&self) -> Option<f64> {
         let is_finite = |wrench: &Wrench<G, f64>| {
             (wrench.force.dot(wrench.force) + wrench.moment.dot(wrench.moment)).is_finite()
@@ -221,12 +222,12 @@ impl<G: Turning> Sweeps<G> {
         self.work.surroundings.base
     }
 
-    /// Places the base of a rod without base motion.
+    /// Sets the pose of a rod's base without base motion.
     pub(crate) fn place_base(&mut self, base: &Base) {
         time::place(&self.plan, &mut self.work, base);
     }
 
-    /// The place at arc length `x` of the rod of a link, its tip if there is none; the base of a rigid link.
+    /// Place at arc length `x` of a link's rod, by default its tip; the base for a rigid link.
     pub(crate) fn place(&self, link: usize, x: Option<f64>) -> Place {
         place::on_link(&self.plan.pieces, &self.plan.links[link], x)
     }
@@ -236,7 +237,7 @@ impl<G: Turning> Sweeps<G> {
         kinematics::pose(&self.plan, &self.work, q, place)
     }
 
-    /// The Jacobian of the pose at a place, 6 x n, in world axes.
+    /// Jacobian of the pose of a place, 6 x n, in world axes.
     pub(crate) fn jacobian(&mut self, q: &[f64], place: &Place, jacobian: &mut Matrix) {
         self.update_kinematics(q);
         kinematics::jacobian(&self.plan, &self.work, place, jacobian);
@@ -265,13 +266,13 @@ impl<G: Turning> Sweeps<G> {
         self.differentiate(weights, tangent);
     }
 
-    /// The derivative with respect to the inputs, n x m.
+    /// Derivative with respect to the inputs, n x m.
     pub(crate) fn input_tangent(&mut self, state: [&[f64]; 3], tangent: &mut Matrix) {
         self.update_motion(state);
         inputs::tangent(&self.plan, &mut self.work, &mut self.tangent.actuation, tangent);
     }
 
-    /// Where the nodes of rods are.
+    /// Places of the nodes of rods.
     pub(crate) fn section_places(&self) -> Vec<SectionPlace> {
         by_inertia::places(&self.plan)
     }
@@ -289,7 +290,7 @@ impl<G: Turning> Sweeps<G> {
         motion.add(&self.plan, &self.work, by_inertia);
     }
 
-    /// How many segments have lengths that nothing but their rods depends on.
+    /// Number of segments whose lengths affect only their rods.
     pub(crate) fn free_lengths(&self) -> usize {
         by_length::segments(&self.plan)
     }
@@ -303,7 +304,7 @@ impl<G: Turning> Sweeps<G> {
         plan.instructions.run::<G::Pack, _>(ByLength { plan, work, q, rates, tau: &tau, by_length });
     }
 
-    /// Takes these for what closed loops answer.
+    /// Sets the multipliers of constraints.
     pub(crate) fn set_multipliers(&mut self, multipliers: &[f64]) {
         if self.work.loops.multipliers != multipliers {
             self.work.loops.multipliers.copy_from_slice(multipliers);
@@ -311,22 +312,22 @@ impl<G: Turning> Sweeps<G> {
         }
     }
 
-    /// What constraints depend on in a shape: poses, and lengths of tendons that do not stretch.
+    /// Updates everything on which constraints depend in a shape: poses, and lengths of inextensible tendons.
     fn update_constraints(&mut self, q: &[f64]) {
         self.update_kinematics(q);
-        // Lengths are part of any motion of the shape.
+        // Lengths are evaluated with the motion, at any velocity.
         if !self.plan.loops.lengths.is_empty() && !self.work.motion_is_known {
             self.with_zeros(|sweeps, zeros| sweeps.update_motion([q, zeros, zeros]));
         }
     }
 
-    /// How far closed loops are open, and how much too long tendons are that do not stretch, g(q).
+    /// Gaps g(q) of closed loops and inextensible tendons.
     pub(crate) fn gaps(&mut self, q: &[f64], gaps: &mut [f64]) {
         self.update_constraints(q);
         loops::values(&self.plan, &self.work, q, gaps);
     }
 
-    /// What holds the constraint with the widest gap, and that gap.
+    /// The constraint with the largest gap, and this gap.
     pub(crate) fn widest_gap(&mut self, q: &[f64]) -> Option<(Holder, f64)> {
         if self.plan.loops.held_by.is_empty() {
             return None;
@@ -344,7 +345,7 @@ impl<G: Turning> Sweeps<G> {
         widest
     }
 
-    /// Of all tendons that do not stretch how much longer they are than they are told, and the rates of that.
+    /// Excess of the lengths of all inextensible tendons over the commanded lengths, and its rates.
     pub(crate) fn excesses(&mut self, q: &[f64], qd: &[f64]) -> Vec<[f64; 2]> {
         self.update_velocities(q, qd);
         time::find_command_rates(&self.plan, &mut self.work);
@@ -354,18 +355,18 @@ impl<G: Turning> Sweeps<G> {
         self.plan.loops.lengths.iter().map(excess).collect()
     }
 
-    /// Which tendons that do not stretch are slack.
+    /// Which inextensible tendons are slack.
     pub(crate) fn slack(&self) -> &[bool] {
         &self.work.loops.slack
     }
 
-    /// From now on these are.
+    /// Sets which inextensible tendons are slack.
     pub(crate) fn set_slack(&mut self, slack: &[bool]) {
         self.work.loops.slack.copy_from_slice(slack);
     }
 
-    /// Moment, about the second end of a tie, and force that hold it there against the first one, in world axes, with these
-    /// multipliers.
+    /// Moment, about the second end of a tie, and force of the first end on the second one for these
+    /// multipliers, in world axes.
     pub(crate) fn tie_wrench(&mut self, q: &[f64], tie: usize, multipliers: &[f64]) -> [Vector<f64>; 2] {
         self.update_kinematics(q);
         let [moment, force] = loops::wrench(&self.plan, &self.work, tie, multipliers);
@@ -402,13 +403,13 @@ impl<G: Turning> Sweeps<G> {
         loops::jacobian(plan, work, &tangent.loops, &mut tangent.actuation, jacobian);
     }
 
-    /// Lets surfaces pass through each other, or no more.
+    /// Disables contact forces, or enables them again.
     pub(crate) fn leave_contact(&mut self, is_left: bool) {
         self.work.contact.is_left = is_left;
         self.work.motion_is_known = false;
     }
 
-    /// Lets tangents follow friction.
+    /// Selects the linearisation of friction.
     pub(crate) fn follow_friction(&mut self, length: Option<f64>) {
         let followed = &mut self.tangent.contact.followed;
         followed.is_new |= length.is_none();
@@ -430,16 +431,16 @@ impl<G: Turning> Sweeps<G> {
         (numbers, actuation::gradient(plan, work, &mut tangent.actuation, i))
     }
 
-    /// The actuator with a force in a line that has collapsed.
+    /// The actuator with a force in a straight part that has collapsed.
     pub(crate) fn collapsed(&mut self, q: &[f64]) -> Option<usize> {
-        // Lengths do not depend on velocities; forces may.
+        // Any velocities: lengths do not depend on them, but forces may.
         self.update_velocities(q, q);
         self.shortest_line()?;
         self.update_velocities(q, &vec![0.0; q.len()]);
         self.shortest_line().filter(|&actuator| self.work.actuation.forces[actuator].value != 0.0)
     }
 
-    /// The actuator of a line that is shorter than any should be.
+    /// The actuator with a straight part shorter than the limit.
     fn shortest_line(&self) -> Option<usize> {
         let actuation = &self.plan.actuation;
         let is_short = |ends: &[Vector<f64>; 2]| {
@@ -465,7 +466,8 @@ impl<G: Turning> Sweeps<G> {
         momentum::momentum(&self.plan, &self.work)
     }
 
-    /// Moment, about the place where the joint of a link begins, and force through it, in world axes.
+    /// Moment, about the place where a link's joint begins, and force transmitted through the joint, in world
+    /// axes.
     pub(crate) fn joint_wrench(&mut self, state: [&[f64]; 3], link: usize) -> [Vector<f64>; 2] {
         self.update_motion(state);
         let joined = &self.plan.pieces[self.plan.links[link].pieces.start].joined;
@@ -476,12 +478,13 @@ impl<G: Turning> Sweeps<G> {
         [G::axial_in_space(frame, about), G::in_space(frame, force)].map(|v| rotation.apply(v))
     }
 
-    /// The strain at a place of a rod.
+    /// Strain at a place of a rod.
     pub(crate) fn strain(&self, q: &[f64], place: &Place) -> [f64; STRAINS] {
         section::strain(&self.plan, q, place)
     }
 
-    /// Moment and force through a section, about its point and in its axes, by the balance of what lies beyond.
+    /// Moment and force through a section, about its point and in its axes, from the balance of everything
+    /// beyond.
     pub(crate) fn internal_wrench(&mut self, state: [&[f64]; 3], place: &Place) -> [Vector<f64>; 2] {
         self.update_motion(state);
         let Wrench { moment, force } = section::internal_wrench(&self.plan, &self.work, state[0], place);
@@ -489,7 +492,7 @@ impl<G: Turning> Sweeps<G> {
         [G::axial_in_space(frame, moment), G::in_space(frame, force)]
     }
 
-    /// The same by the law of the material.
+    /// The same from the law of the material.
     pub(crate) fn material_wrench(&self, q: &[f64], qd: &[f64], place: &Place) -> [Vector<f64>; 2] {
         let [about_x, about_y, about_z, x, y, z] =
             section::material_wrench(&self.plan, &self.work, q, qd, place);
@@ -502,7 +505,7 @@ impl<G: Turning> Sweeps<G> {
             return power;
         }
         if !self.plan.contacts.pairs.is_empty() {
-            // Mostly nothing is near: then the shape is enough.
+            // Usually nothing is near, and the shape is sufficient.
             self.update_kinematics(q);
             find::see_near(&self.plan, &mut self.work);
             if !effects::may_dissipate(&self.plan, &self.work) {
@@ -513,7 +516,8 @@ impl<G: Turning> Sweeps<G> {
         power + effects::dissipated_power(&self.plan, &self.work)
     }
 
-    /// Takes moments and forces (six numbers for each support) for those of the springs, until it gets none.
+    /// Replaces moments and forces of the supports' springs (six numbers per support) by these values; `None`
+    /// undoes that.
     pub(crate) fn hold_springs(&mut self, forces: Option<&[f64]>) {
         self.work.motion_is_known = false;
         for (a, anchor) in self.work.anchors.iter_mut().enumerate() {
@@ -523,7 +527,7 @@ impl<G: Turning> Sweeps<G> {
         }
     }
 
-    /// The springs of the supports, in their order.
+    /// Springs of the supports, in order.
     pub(crate) fn springs(&mut self, q: &[f64]) -> Vec<Held> {
         self.update_kinematics(q);
         let (plan, work) = (&*self.plan, &self.work);
@@ -541,7 +545,7 @@ impl<G: Turning> Sweeps<G> {
         self.with_zeros(|sweeps, zeros| sweeps.inverse_dynamics([q, zeros, zeros], tau));
     }
 
-    /// Its derivative.
+    /// Derivative of the forces at rest.
     pub(crate) fn tangent_at_rest(&mut self, q: &[f64], tangent: Tangent<'_>) {
         self.with_zeros(|sweeps, zeros| sweeps.weighted_tangent([q, zeros, zeros], [1.0, 0.0, 0.0], tangent));
     }
@@ -551,9 +555,9 @@ impl<G: Turning> Sweeps<G> {
         energy::supplied_power(&self.plan, &self.work)
     }
 
-    /// Takes down how fast the surfaces approach each other that touch in a motion; false where none do.
+    /// Stores the approach velocities of surfaces that touch in a motion; false if none do.
     pub(crate) fn note_rates(&mut self, motion: [&[f64]; 3]) -> bool {
-        // Forces have just been found nearby.
+        // Forces have just been computed nearby.
         if self.work.motion_is_known && self.work.contact.touches.is_empty() {
             return false;
         }
@@ -562,25 +566,26 @@ impl<G: Turning> Sweeps<G> {
         !self.work.contact.touches.is_empty()
     }
 
-    /// Whether they meet too hard for a step of size `h` that ends in a motion of the same shape.
+    /// Whether an impact is too hard for a step of size `h` that ends in a motion of the same shape.
     pub(crate) fn is_jolted(&mut self, motion: [&[f64]; 3], h: f64) -> bool {
         self.update_motion(motion);
         told::is_jolted(&self.plan, &self.work, h)
     }
 
-    /// Whether surfaces touch in the state that was looked at last.
+    /// Whether surfaces touch in the state evaluated last.
     pub(crate) fn is_touched(&self) -> bool {
         !self.work.contact.touches.is_empty()
     }
 
-    /// Whether surfaces are so near each other there that they may touch in the next one; what is rigid always is.
+    /// Whether surfaces in the state evaluated last are so close that they may touch in the next one; always
+    /// true for rigid bodies.
     pub(crate) fn may_touch(&self) -> bool {
         contact::may_touch(&self.work.contact)
     }
 
-    /// Takes down where surfaces are in a shape: [`Self::have_passed`] goes on from there.
+    /// Stores the positions of surfaces in a shape, from which [`Self::have_passed`] continues.
     pub(crate) fn note_surfaces(&mut self, q: &[f64]) {
-        // A base that moves sees the world elsewhere in the same shape.
+        // With a moving base the world moves even if the shape does not.
         let is_noted = self.plan.world.motion.is_none() && is_same_shape(&self.work.contact.noted.of, q);
         if passing::is_possible(&self.plan) && !is_noted {
             self.see_surfaces(q);
@@ -588,7 +593,7 @@ impl<G: Turning> Sweeps<G> {
         }
     }
 
-    /// Whether any have passed through each other on the straight way to a shape, which is noted then.
+    /// Whether surfaces have passed through each other on the straight path to a shape, which is then stored.
     pub(crate) fn have_passed(&mut self, q: &[f64], radius: Radius) -> bool {
         if self.work.contact.is_left || !passing::is_possible(&self.plan) {
             return false;
@@ -606,7 +611,7 @@ impl<G: Turning> Sweeps<G> {
         find::see(&self.plan, &mut self.work);
     }
 
-    /// A contact whose surfaces overlap by more than a radius, and by how much.
+    /// A contact whose surfaces overlap by more than a radius, and its overlap.
     pub(crate) fn sunk(&mut self, q: &[f64]) -> Option<(usize, f64)> {
         self.find_touches(q);
         told::sunk(&self.plan, &self.work)
@@ -625,7 +630,7 @@ impl<G: Turning> Sweeps<G> {
         }
     }
 
-    /// Where surfaces touch in a state.
+    /// Contact points in a state.
     pub(crate) fn touches(&mut self, q: &[f64], qd: &[f64]) -> Vec<Touching> {
         self.update_velocities(q, qd);
         told::told(&self.plan, &self.work).collect()
@@ -640,7 +645,7 @@ impl<G: Turning> Sweeps<G> {
         [G::axial_in_space(frame, moment), G::in_space(frame, force)].map(|v| rotation.apply(v))
     }
 
-    /// Position in the frame of the base of a place, or of one that is fixed beside it in the axes there.
+    /// Position of a place, or of an offset from it, in the frame of the base.
     pub(crate) fn beside(&mut self, q: &[f64], place: &Place, offset: Option<Vector<f64>>) -> Vector<f64> {
         let position = self.position(q, place);
         let Some(mut offset) = offset else { return position };
@@ -673,7 +678,7 @@ mod tests {
         [1.0, 2.0, 10.0].map(|size| (0..n).map(|i| size * (1.7 * i as f64).cos()).collect())
     }
 
-    /// Its forces, tangent and mass matrix.
+    /// Forces, tangent and mass matrix.
     fn results<G: Turning>(plan: &Plan<G>) -> (Vec<f64>, Matrix, Matrix) {
         let mut sweeps = Sweeps::new(plan.clone());
         let n = plan.n;
@@ -685,7 +690,7 @@ mod tests {
         (tau, tangent, mass)
     }
 
-    /// The same from kernels that are called as they stand, with the instructions that all machines have.
+    /// The same from kernels called directly, with the baseline instruction set.
     fn portable_results<G: Turning>(plan: &Plan<G>) -> (Vec<f64>, Matrix, Matrix) {
         let (mut work, mut memory) = (Workspace::new(plan), TangentWorkspace::new(plan));
         let n = plan.n;

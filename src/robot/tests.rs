@@ -23,7 +23,7 @@ use crate::world::Fluid;
 
 type Space = Spatial<true>;
 
-/// A rod of four segments, with loads, a body at its tip, supports and a fluid if wanted.
+/// A rod of four segments, with loads, a body at its tip, and optional supports and fluid.
 fn rod(responds: bool) -> Rod {
     let segment = |modes, length| Segment {
         modes,
@@ -57,7 +57,7 @@ fn weld(plan: &mut Plan<Space>, p: usize, to: usize, turn: Vector<f64>, position
     plan.stations += 1;
 }
 
-/// The third segment on the end of the first one, turned and beside it, and the fourth one on the frame.
+/// The third segment at the end of the first one, rotated and displaced, and the fourth one on the frame.
 fn fork(responds: bool) -> Plan<Space> {
     let mut plan = compile::plan::<Space>(&(&rod(responds)).into(), ());
     weld(&mut plan, 2, 1, Vector { x: 0.3, y: -0.5, z: 0.9 }, [0.02, 0.01, -0.03]);
@@ -195,7 +195,7 @@ fn masses_of_branches_are_positive_and_nothing_couples_different_ones() {
     sweeps.mass_matrix(&q, Tangent::Dense(&mut mass));
     assert_eq!(mass, mass.transpose());
     assert!(crate::linalg::Cholesky::new(n).factorise(&mass).is_ok());
-    // What it is the derivative of.
+    // The mass matrix is the derivative of these forces with respect to the accelerations.
     let rest = forces(&mut sweeps, &[q.clone(), qd.clone(), vec![0.0; n]]);
     let moving = forces(&mut sweeps, &[q.clone(), qd, qdd.clone()]);
     let product = &mass * Matrix::from_column_slice(n, 1, &qdd);

@@ -1,4 +1,4 @@
-//! Forces of contact and their derivatives, against differences and the energy balance.
+//! Forces of contact and their derivatives, compared with finite differences and the energy balance.
 
 use super::description::{Link, Robot};
 use super::model::RobotModel;
@@ -52,7 +52,7 @@ fn bare_model() -> RobotModel {
     RobotModel::new(&Robot::new(links())).unwrap()
 }
 
-/// A ball on the body, and what it and the arm touch in the state that is looked at.
+/// A ball on the body, and the surfaces that it and the arm touch in the tested state.
 fn pairs() -> Vec<(&'static str, [Surface; 2], f64)> {
     let mut bare = bare_model();
     let q = state(bare.n(), 0.1);
@@ -116,7 +116,7 @@ fn pairs() -> Vec<(&'static str, [Surface; 2], f64)> {
     .collect()
 }
 
-/// Solids on links, and what they touch in that state.
+/// Solids on links, and the surfaces that they touch in that state.
 fn pairs_with_solids(bare: &mut RobotModel, q: &[f64]) -> Vec<(&'static str, [Surface; 2], f64)> {
     let mut seen_from = |link, at, point: [f64; 3]| {
         let place = bare.place_on(link, at);
@@ -191,10 +191,11 @@ fn pairs_with_solids(bare: &mut RobotModel, q: &[f64]) -> Vec<(&'static str, [Su
     ]
 }
 
-/// Half the thickness of the bodies below is at least that.
+/// A lower bound for half the thickness of the bodies below.
 const THICKNESS: f64 = 0.2;
 
-/// Bodies beside the block, moved along a direction until the deepest overlap is a hundredth of that thickness.
+/// Bodies beside the block, moved along a direction until the deepest overlap is a hundredth of that
+/// thickness.
 fn pairs_of_bodies() -> Vec<(&'static str, [Surface; 2], f64)> {
     let mut bare = bare_model();
     let q = state(bare.n(), 0.1);
@@ -317,7 +318,7 @@ fn tangents_are_derivatives_and_power_is_accounted_for() {
                 }
             }
             assert!(worst < tolerance * size, "{name} {friction:?}: {worst} of {size}");
-            // What the motion has to do against contact is stored or lost.
+            // The power of the motion against contact is stored or dissipated.
             let power: f64 = here.iter().zip(&v).map(|(tau, v)| tau * v).sum();
             let at = |h: f64| q.iter().zip(&v).map(|(q, v)| q + h * v).collect::<Vec<f64>>();
             let mut stored = |q: &[f64]| model.energy(q, &v).elastic - bare.energy(q, &v).elastic;

@@ -1,4 +1,4 @@
-//! Derivatives of closed loops, against differences.
+//! Derivatives of closed loops, compared with finite differences.
 
 use super::description::{Link, Robot};
 use super::model::RobotModel;
@@ -64,8 +64,8 @@ fn robot() -> Robot {
     Robot { loops, actuators: tendons(), ..Robot::new(links) }
 }
 
-/// Two tendons that do not stretch, longer than they are told: along both rods and straight between them, and from the body to
-/// the world.
+/// Two inextensible tendons, longer than their commanded lengths: along both rods and straight between them,
+/// and from the body to the world.
 fn tendons() -> Vec<Actuator> {
     let along = |link, length| {
         Part::Along(Along { link, offset: [0.004.into(), 0.007.into()], along: [0.1 * length, length] })

@@ -1,4 +1,4 @@
-//! Bases of the strain, as functions of the fraction x in [0, 1] of a segment.
+//! Bases of the strain, as functions of the fraction x in [0, 1] of a segment's length.
 
 /// Names of the bases in files and in Python.
 const NAMES: [(Basis, &str); 5] = [
@@ -9,7 +9,7 @@ const NAMES: [(Basis, &str); 5] = [
     (Basis::Hermite, "hermite"),
 ];
 
-/// The functions that the strains of a segment are expanded in.
+/// Functions in which the strains of a segment are expanded.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Basis {
     /// Shifted Legendre polynomials `P_k(2 x - 1)`: orthogonal, so that the stiffness of a constant section is diagonal.
@@ -17,48 +17,48 @@ pub enum Basis {
     Legendre,
     /// Shifted Chebyshev polynomials `T_k(2 x - 1)`: bounded by one.
     Chebyshev,
-    /// Powers `x^k`: the coefficients of a polynomial. Badly conditioned beyond a few modes.
+    /// Powers `x^k`: the coordinates are coefficients of a polynomial. Ill-conditioned beyond a few modes.
     Monomial,
-    /// One on one of equally long pieces, zero elsewhere (piecewise constant strain: Renda, Boyer, Dias and
+    /// Indicator functions of pieces of equal length (piecewise constant strain: Renda, Boyer, Dias and
     /// Seneviratne 2018). Coordinates are ordered piece by piece.
     PiecewiseConstant,
-    /// Piecewise cubics with continuous slope, given by value and slope at equally spaced knots: coordinates are by
-    /// turns the strain at a knot and its derivative there times the distance of the knots. Of two modes, one knot at
-    /// the base: a line.
+    /// Piecewise cubics with continuous slope, given by values and slopes at equally spaced knots.
+    /// Coordinates alternate between the strain at a knot and its derivative there times the distance of the
+    /// knots. Two modes are one knot at the base: a linear function.
     Hermite,
 }
 
 impl Basis {
-    /// All of them, the default one first.
+    /// All bases, the default one first.
     pub const ALL: [Self; 5] =
         [Self::Legendre, Self::Chebyshev, Self::Monomial, Self::PiecewiseConstant, Self::Hermite];
 
-    /// Its name in files and in Python.
+    /// Name in files and in Python.
     pub fn name(self) -> &'static str {
         NAMES.iter().find(|(basis, _)| *basis == self).map_or("", |(_, name)| name)
     }
 
-    /// The basis of a name.
+    /// Basis with this name.
     pub fn named(name: &str) -> Option<Self> {
         NAMES.iter().find(|(_, known)| *known == name).map(|(basis, _)| *basis)
     }
 
-    /// Whether products of different functions have no integral.
+    /// Whether different functions are orthogonal.
     pub fn is_orthogonal(self) -> bool {
         matches!(self, Self::Legendre | Self::PiecewiseConstant)
     }
 
-    /// Whether more modes leave the first ones as they are.
+    /// Whether additional modes leave the first ones unchanged.
     pub fn is_nested(self) -> bool {
         matches!(self, Self::Legendre | Self::Chebyshev | Self::Monomial)
     }
 
-    /// The pieces, each computed as a segment of its own, that this number of modes makes.
+    /// Number of pieces for this number of modes; each piece is computed as a segment of its own.
     pub(crate) fn pieces(self, modes: usize) -> usize {
         if self == Self::PiecewiseConstant { modes.max(1) } else { 1 }
     }
 
-    /// Places inside (0, 1) where derivatives jump: quadrature begins anew there.
+    /// Points inside (0, 1) where derivatives jump; quadrature rules end there.
     pub(crate) fn breaks(self, modes: usize) -> Vec<f64> {
         match self {
             Self::Hermite => {
@@ -69,7 +69,7 @@ impl Basis {
         }
     }
 
-    /// Degree of this number of functions, between any two breaks; zero of none.
+    /// Polynomial degree of this number of functions, between breaks; zero without functions.
     pub(crate) fn degree(self, modes: usize) -> usize {
         match self {
             Self::Legendre | Self::Chebyshev | Self::Monomial => modes.saturating_sub(1),
@@ -78,7 +78,7 @@ impl Basis {
         }
     }
 
-    /// Writes the functions at `x`, which is inside the piece for piecewise constant ones.
+    /// Writes the functions at `x`. For piecewise constant strains `x` lies inside the piece.
     pub fn values(self, x: f64, values: &mut [f64]) {
         match self {
             Self::Legendre => legendre(x, values),
@@ -89,7 +89,7 @@ impl Basis {
         }
     }
 
-    /// Writes their integrals from 0 to `x`.
+    /// Writes the integrals of the functions from 0 to `x`.
     pub(crate) fn integrals(self, x: f64, values: &mut [f64]) {
         match self {
             Self::Legendre => legendre_integrals(x, values),
@@ -156,7 +156,7 @@ fn chebyshev_integrals(x: f64, values: &mut [f64]) {
     }
 }
 
-/// `first`, then each value the one before times `x`.
+/// Writes `first` and then multiplies by `x` from value to value.
 fn powers(x: f64, first: f64, values: &mut [f64]) {
     let mut power = first;
     for value in values {
@@ -165,12 +165,12 @@ fn powers(x: f64, first: f64, values: &mut [f64]) {
     }
 }
 
-/// Intervals between the knots of this number of modes; none where there is one knot.
+/// Number of intervals between the knots for this number of modes; zero with a single knot.
 fn hermite_intervals(modes: usize) -> usize {
     (modes / 2).saturating_sub(1)
 }
 
-/// The interval of a place, and how far the place is in it, as a fraction.
+/// Index of the interval that contains a point, and the point's fraction within this interval.
 fn hermite_place(x: f64, intervals: usize) -> (usize, f64) {
     let scaled = x * intervals as f64;
     let i = (scaled.max(0.0) as usize).min(intervals - 1);
@@ -194,7 +194,7 @@ fn hermite(x: f64, values: &mut [f64]) {
 }
 
 fn hermite_integrals(x: f64, values: &mut [f64]) {
-    /// Over a whole interval.
+    /// Integrals over a whole interval.
     const WHOLE: [f64; 4] = [1.0 / 2.0, 1.0 / 12.0, 1.0 / 2.0, -1.0 / 12.0];
     let intervals = hermite_intervals(values.len());
     if intervals == 0 {

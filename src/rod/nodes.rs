@@ -6,31 +6,33 @@ use super::piece::Piece;
 use super::quadrature::Gauss;
 use crate::lie::LANES;
 
-/// Nodes that a segment needs beyond its number of modes: two integrations (strain to velocity, velocity to force) and
-/// a rotation by up to about half a turn cost this many degrees of the polynomials; see `docs/rod.md` for the measured
-/// error.
+/// Number of nodes that a segment needs beyond its number of modes. Two integrations (strain to velocity,
+/// velocity to force) and a rotation by up to about half a turn increase the degrees of the polynomials by
+/// this much; see `docs/rod.md` for the measured error.
 const NODES_BEYOND_MODES: usize = 9;
 
-/// A linearly tapered radius enters the second moment of area with its fourth power, and takes so many nodes.
+/// A linearly tapered radius enters the second moment of area with its fourth power, and requires this many
+/// nodes.
 const NODES_FOR_TAPER: usize = 4;
 
-/// Nodes that every rule of a row needs beyond its share, by the part of the segment that the widest one covers.
+/// Nodes of every rule of a composite one beyond its share of the nodes; the share is the fraction of the
+/// segment that the widest rule covers.
 const NODES_AT_KINKS: f64 = 3.0;
 
-/// The nodes of a piece: whole packs of them, the same number between any two places where the basis, the reference
-/// strain or the section has a kink.
+/// Quadrature of a piece: a multiple of the pack size, with the same number of nodes between any two kinks of
+/// the basis, the reference strain or the section.
 pub(crate) fn quadrature(piece: &Piece) -> Gauss {
     let breaks = piece.breaks();
     Gauss::composite(nodes_of_rule(piece, &breaks) as usize, &breaks)
 }
 
-/// How many nodes a piece takes; infinite where no number of them would do.
+/// Number of nodes of a piece; infinite if no number would suffice.
 pub(crate) fn number_of_nodes(piece: &Piece) -> f64 {
     let breaks = piece.breaks();
     nodes_of_rule(piece, &breaks) * (breaks.len() + 1) as f64
 }
 
-/// Nodes between any two of its breaks.
+/// Number of nodes between two breaks.
 fn nodes_of_rule(piece: &Piece, breaks: &[f64]) -> f64 {
     let rules = breaks.len() + 1;
     let of_rule = match (piece.segment.nodes, rules) {
@@ -38,33 +40,34 @@ fn nodes_of_rule(piece: &Piece, breaks: &[f64]) -> f64 {
         (None, 1) => needed(piece),
         (None, _) => (needed(piece) * widest(breaks)).ceil() + NODES_AT_KINKS,
     };
-    // Whole packs: the rounding up costs nothing and buys accuracy.
+    // Rounding up to whole packs costs no time and increases accuracy.
     let lanes = (0..LANES).map(|more| of_rule + more as f64);
     lanes.into_iter().find(|of_rule| (rules as f64 * of_rule) % LANES as f64 == 0.0).unwrap_or(of_rule)
 }
 
-/// Nodes that a piece without kinks takes.
+/// Number of nodes for a piece without kinks.
 fn needed(piece: &Piece) -> f64 {
     let beyond = NODES_BEYOND_MODES + nodes_for_taper(piece.segment.section.degree_of_inertia());
     (piece.degree() + 1 + beyond) as f64 + nodes_for_turns(piece)
 }
 
-/// Nodes for a reference strain that turns the rod by more than the half turn that [`NODES_BEYOND_MODES`] are for.
-/// Polynomials follow `exp(i k x)` on (-1, 1) once their degree is beyond k (Boyd 2001, section 2.4): half the turn
-/// in radians. Products of two such functions are integrated by half as many nodes as they have degrees.
+/// Nodes for a reference strain that rotates the rod by more than the half turn covered by
+/// [`NODES_BEYOND_MODES`]. Polynomials approximate `exp(i k x)` on (-1, 1) once their degree exceeds k (Boyd
+/// 2001, section 2.4), which is half the rotation in radians. Integrating products of two such functions
+/// needs half as many nodes as their total degree.
 pub(crate) fn nodes_for_turns(piece: &Piece) -> f64 {
     (0.5 * (turn(piece) - PI)).max(0.0).ceil()
 }
 
-/// By how much the reference strain turns a piece, in radians.
+/// Rotation of a piece by its reference strain, in radians.
 pub(crate) fn turn(piece: &Piece) -> f64 {
-    /// Places that are looked at.
+    /// Number of sample points.
     const LOOKS: usize = 32;
     let places: Vec<f64> = (0..=LOOKS).map(|i| i as f64 / LOOKS as f64).collect();
     largest_reference_curvature(piece, &places) * piece.length()
 }
 
-/// The largest curvature or twist of the reference strain at these places.
+/// Largest curvature or twist of the reference strain at these points.
 pub(crate) fn largest_reference_curvature(piece: &Piece, places: &[f64]) -> f64 {
     let curvature = |&x: &f64| {
         let [a, b, c, ..] = piece.reference(x);
@@ -73,12 +76,13 @@ pub(crate) fn largest_reference_curvature(piece: &Piece, places: &[f64]) -> f64 
     places.iter().map(curvature).fold(0.0, f64::max)
 }
 
-/// Nodes for inertia of this degree along the rod. Beyond a linear taper, each node integrates two degrees more.
+/// Nodes for an inertia of this degree along the rod. Beyond a linear taper, each node integrates two more
+/// degrees.
 fn nodes_for_taper(degree: usize) -> usize {
     degree.min(NODES_FOR_TAPER) + degree.saturating_sub(NODES_FOR_TAPER).div_ceil(2)
 }
 
-/// The largest distance between these places of (0, 1), and of its ends.
+/// Largest distance between these points of (0, 1), including both ends.
 fn widest(breaks: &[f64]) -> f64 {
     let ends = breaks.iter().chain(&[1.0]);
     [0.0].iter().chain(breaks).zip(ends).map(|(from, to)| to - from).fold(0.0, f64::max)

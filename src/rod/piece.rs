@@ -1,30 +1,30 @@
-//! The unit of computation within a segment: all of it, or a piece of constant strain.
+//! The unit of computation within a segment: the whole segment, or a piece of constant strain.
 
 use super::basis::Basis;
 use super::section::SectionProperties;
 use super::segment::Segment;
 use super::strain::STRAINS;
 
-/// Tables of so many stations have quadrature begin anew at each. Of longer ones the kinks are small, and seen by one
-/// rule.
+/// Tables with up to this number of stations get a quadrature rule between any two of them. In longer tables
+/// the kinks are small, and one rule covers all.
 const MAX_STATIONS: usize = 17;
 
-/// Places that are nearer to each other than this part of a piece are one.
+/// Points closer than this fraction of a piece count as one.
 const SAME_PLACE: f64 = 1e-9;
 
-/// A piece of a segment. Places in it are fractions of its own length.
+/// A piece of a segment. Positions in it are fractions of its own length.
 #[derive(Clone, Debug)]
 pub(crate) struct Piece {
     pub(crate) segment: Segment,
-    /// Modes of each strain, and what they are.
+    /// Number of modes of each strain, and their basis.
     pub(crate) modes: [usize; STRAINS],
     pub(crate) basis: Basis,
-    /// Where it begins and how long it is, as fractions of the segment's length.
+    /// Start and length, as fractions of the segment's length.
     from: f64,
     part: f64,
 }
 
-/// How many pieces a segment has.
+/// Number of pieces of a segment.
 pub(crate) fn number(segment: &Segment) -> usize {
     segment.basis.pieces(segment.modes.iter().copied().max().unwrap_or(0))
 }
@@ -46,12 +46,12 @@ pub(crate) fn of(segment: &Segment) -> impl Iterator<Item = Piece> + '_ {
 }
 
 impl Piece {
-    /// The whole of a segment.
+    /// A segment as a single piece.
     pub(crate) fn whole(segment: &Segment) -> Self {
         Self { segment: segment.clone(), modes: segment.modes, basis: segment.basis, from: 0.0, part: 1.0 }
     }
 
-    /// Whether no other piece of its segment lies before it.
+    /// Whether this is the first piece of its segment.
     pub(crate) fn begins_segment(&self) -> bool {
         self.from == 0.0
     }
@@ -61,18 +61,18 @@ impl Piece {
         self.segment.length * self.part
     }
 
-    /// How far it reaches from the rod's axis along the y and the z axis of the section, at the fraction `x` of it: metres.
+    /// Half extents along the y and z axes of the section at the fraction `x`, in metres.
     pub(crate) fn half_extents(&self, x: f64) -> [f64; 2] {
         self.segment.section.half_extents(self.from + self.part * x)
     }
 
-    /// The largest number of modes of a strain.
+    /// Largest number of modes of a strain.
     pub(crate) fn degrees(&self) -> usize {
         self.modes.iter().copied().max().unwrap_or(0)
     }
 
-    /// Degree of the polynomials, between any two breaks, that the modes and the reference strain are; where a table
-    /// has too many stations for breaks, as many as it has.
+    /// Polynomial degree of modes and reference strain between breaks. For tables with too many stations for
+    /// breaks, the number of stations.
     pub(crate) fn degree(&self) -> usize {
         let reference = &self.segment.reference_strain;
         let longest = self.tables().map(<[f64]>::len).filter(|&stations| stations > MAX_STATIONS).max();
@@ -80,14 +80,14 @@ impl Piece {
         self.basis.degree(self.degrees()).max(of_reference).max(longest.unwrap_or(0))
     }
 
-    /// Stations of the reference strain and of what varies of the section.
+    /// Stations of the reference strain and of the varying properties of the section.
     fn tables(&self) -> impl Iterator<Item = &[f64]> {
         let variations = self.segment.section.variations();
         let of_section = variations.into_iter().map(|variation| variation.stations);
         of_section.chain([self.segment.reference_strain.stations()])
     }
 
-    /// Places inside (0, 1) where the basis, the reference strain or the section has a kink.
+    /// Points inside (0, 1) where the basis, the reference strain or the section has a kink.
     pub(crate) fn breaks(&self) -> Vec<f64> {
         self.with_stations(
             self.basis.breaks(self.degrees()),
@@ -95,15 +95,15 @@ impl Piece {
         )
     }
 
-    /// Places inside (0, 1) where so many modes or the section have a kink, however many those are: the stiffness is
-    /// integrated once.
+    /// Points inside (0, 1) where this number of modes or the section has a kink, without a limit on their
+    /// number, because the stiffness is integrated only once.
     pub(crate) fn breaks_of_stiffness(&self, modes: usize) -> Vec<f64> {
         let variations = self.segment.section.variations();
         let stations = variations.iter().map(|variation| variation.stations);
         self.with_stations(self.basis.breaks(modes), stations)
     }
 
-    /// These places with the stations of tables, which are arc lengths of the segment.
+    /// Adds the stations of tables, given as arc lengths of the segment, to these points.
     fn with_stations<'a>(&self, mut breaks: Vec<f64>, tables: impl Iterator<Item = &'a [f64]>) -> Vec<f64> {
         let number = breaks.len();
         for stations in tables.filter(|stations| stations.len() > 2) {
@@ -118,12 +118,12 @@ impl Piece {
         breaks
     }
 
-    /// Degree of the polynomials, between any two stations, that the section's numbers are.
+    /// Polynomial degree of the section's properties between stations.
     pub(crate) fn degree_of_section(&self) -> usize {
         self.segment.section.variations().iter().map(|variation| variation.degree).max().unwrap_or(0)
     }
 
-    /// The fraction of the segment's length.
+    /// Position as a fraction of the segment's length.
     pub(crate) fn place(&self, x: f64) -> f64 {
         self.from + self.part * x
     }
@@ -132,17 +132,17 @@ impl Piece {
         SectionProperties::at(&self.segment, self.place(x))
     }
 
-    /// The reference strain.
+    /// Reference strain.
     pub(crate) fn reference(&self, x: f64) -> [f64; STRAINS] {
         self.segment.reference_strain.at(self.place(x))
     }
 
-    /// Its derivative along the rod, per metre.
+    /// Derivative of the reference strain with respect to arc length, per metre.
     pub(crate) fn reference_slope(&self, x: f64) -> [f64; STRAINS] {
         self.segment.reference_strain.jet(self.place(x))[1].map(|slope| slope / self.segment.length)
     }
 
-    /// Its integral from one fraction to another.
+    /// Integral of the reference strain between two fractions.
     pub(crate) fn reference_between(&self, from: f64, to: f64) -> [f64; STRAINS] {
         let profile = &self.segment.reference_strain;
         if let Some(strain) = profile.constant() {

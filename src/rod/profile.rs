@@ -1,31 +1,32 @@
-//! Functions of the arc length of a segment: constant, linear, a table, or a polynomial approximation of a function.
+//! Functions of a segment's arc length: constant, linear, a table, or a polynomial approximation of a
+//! function.
 
 use std::f64::consts::PI;
 
 use crate::error::{Checker, InvalidInput};
 
-/// Most entries of a table: more than quadrature could see.
+/// Maximum number of entries of a table: more could not be resolved by quadrature.
 pub const MAX_STATIONS: usize = 4096;
 
-/// Highest degree of a polynomial that follows a function: quadrature of a segment resolves no more.
+/// Maximum degree of a polynomial that approximates a function: quadrature of a segment resolves no more.
 pub const MAX_DEGREE: usize = 128;
 
-/// Lowest degree with which the search for it begins.
+/// Initial degree of the approximation.
 const FIRST_DEGREE: usize = 8;
 
-/// Coefficients below this part of the largest value are rounding: a few units in the last place, as the values of any
-/// function have them (Aurentz and Trefethen 2017, section 2, accept as much).
+/// Coefficients below this fraction of the largest value are rounding errors: a few units in the last place
+/// (Aurentz and Trefethen 2017, section 2, accept the same).
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
 
-/// Where a polynomial is compared with its function beside the points that it was made from: places of no symmetry,
-/// for functions that vanish at all points (the "sample test" of Chebfun; Driscoll, Hale and Trefethen 2014, section
-/// 8).
+/// Points at which a polynomial is compared with its function in addition to the interpolation points:
+/// without symmetry, to detect functions that vanish at all interpolation points (the "sample test" of
+/// Chebfun; Driscoll, Hale and Trefethen 2014, section 8).
 const TEST_PLACES: [f64; 2] = [0.178_392_652_145_97, 0.642_871_953_401_23];
 
-/// How far the function may be from the polynomial there, as a part of its largest value.
+/// Tolerance of this comparison, relative to the function's largest value.
 const TEST_TOLERANCE: f64 = 1e-11;
 
-/// A last station counts as the end of its segment within this part of the length.
+/// The last station counts as the end of the segment within this fraction of its length.
 const STATION_TOLERANCE: f64 = 1e-9;
 
 /// `N` numbers as a function of the fraction x in [0, 1] of a segment's length.
@@ -37,53 +38,54 @@ pub struct Profile<const N: usize> {
 #[derive(Clone, Debug, PartialEq)]
 enum Kind<const N: usize> {
     Constant([f64; N]),
-    /// At base and tip.
+    /// Values at base and tip.
     Linear([[f64; N]; 2]),
     Table(Table<N>),
-    /// Coefficients of Chebyshev's polynomials `T_k(2 x - 1)`, at least one.
+    /// Chebyshev coefficients, of `T_k(2 x - 1)`, at least one.
     Polynomial(Vec<[f64; N]>),
 }
 
-/// A table interpolated by cubics: without overshoot, with continuous slope.
+/// A table interpolated by monotone cubics with continuous slope.
 #[derive(Clone, Debug, PartialEq)]
 struct Table<const N: usize> {
-    /// Increasing from zero; what the last one is does not matter.
+    /// Stations, increasing from zero, in any unit of length.
     stations: Vec<f64>,
     values: Vec<[f64; N]>,
     /// Derivatives with respect to the station.
     slopes: Vec<[f64; N]>,
 }
 
-/// What a profile consists of.
+/// The data of a profile.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Parts<'a, const N: usize> {
     /// The same everywhere.
     Constant(&'a [f64; N]),
-    /// The values at base and tip, linear in between.
+    /// Values at base and tip, linear in between.
     Linear(&'a [[f64; N]; 2]),
-    /// Stations from zero on, and the values there.
+    /// Stations starting at zero, and the values there.
     Table(&'a [f64], &'a [[f64; N]]),
-    /// Coefficients of Chebyshev's polynomials `T_k(2 x - 1)`.
+    /// Chebyshev coefficients, of `T_k(2 x - 1)`.
     Polynomial(&'a [[f64; N]]),
 }
 
-/// Why no polynomial follows a function.
+/// Reason why a function has no polynomial approximation.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Unsampled<E> {
     /// The function failed.
     Failed(E),
-    /// Its value number `entry` at the fraction `x` is not finite.
+    /// The component `entry` at the fraction `x` is not finite.
     NonFinite {
-        /// Where.
+        /// Fraction.
         x: f64,
-        /// Which of the numbers.
+        /// Index of the component.
         entry: usize,
-        /// What it is.
+        /// Value of the component.
         value: f64,
     },
-    /// No polynomial of degree [`MAX_DEGREE`] or less follows it; it is farthest from one near the fraction `x`.
+    /// No polynomial up to degree [`MAX_DEGREE`] approximates the function to rounding; the largest error is
+    /// near the fraction `x`.
     NotSmooth {
-        /// Where.
+        /// Fraction with the largest error.
         x: f64,
     },
 }
@@ -101,32 +103,32 @@ impl From<f64> for Profile<1> {
 }
 
 impl<const R: usize, const C: usize, const N: usize> From<[[f64; C]; R]> for Profile<N> {
-    /// A matrix that is the same everywhere, row by row: N = R C.
+    /// A constant matrix, row by row: N = R C.
     fn from(rows: [[f64; C]; R]) -> Self {
         const { assert!(N == R * C, "as many numbers as the matrix has entries") };
         std::array::from_fn(|i| rows[i / C][i % C]).into()
     }
 }
 
-/// How numbers vary along a segment that are not constant.
+/// Variation of non-constant values along a segment.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Variation<'a> {
-    /// Degree of the polynomials between any two stations.
+    /// Polynomial degree between stations.
     pub(crate) degree: usize,
-    /// The stations of a table; none of what is smooth.
+    /// Stations of a table; empty for smooth functions.
     pub(crate) stations: &'a [f64],
 }
 
 impl<const N: usize> Profile<N> {
-    /// Linear between the values at base and tip; constant where they are the same.
+    /// Linear between the values at base and tip; constant if both are equal.
     pub fn linear(ends: [[f64; N]; 2]) -> Self {
         let [base, tip] = ends.map(|end| end.map(f64::to_bits));
         Self { kind: if base == tip { Kind::Constant(ends[0]) } else { Kind::Linear(ends) } }
     }
 
-    /// The values at increasing stations from 0 to the segment's length, with cubics in between: shape-preserving
-    /// with continuous slope (Fritsch and Butland 1984, the PCHIP of MATLAB and SciPy), exact where the values lie on
-    /// a line. Refuses tables that are none.
+    /// Interpolates values at increasing stations from 0 to the segment's length by shape-preserving cubics
+    /// with continuous slope (Fritsch and Butland 1984, the PCHIP of MATLAB and SciPy), exact for values on a
+    /// line. Rejects invalid tables.
     pub fn table(stations: &[f64], values: &[[f64; N]]) -> Result<Self, InvalidInput> {
         let mut check = Checker::new();
         let number = stations.len();
@@ -163,7 +165,7 @@ impl<const N: usize> Profile<N> {
         Ok(Self { kind: Kind::Table(Table { stations: stations.to_vec(), values: values.to_vec(), slopes }) })
     }
 
-    /// The polynomial with these coefficients of Chebyshev's polynomials `T_k(2 x - 1)`.
+    /// The polynomial with these Chebyshev coefficients, of `T_k(2 x - 1)`.
     pub fn polynomial(coefficients: &[[f64; N]]) -> Result<Self, InvalidInput> {
         let mut check = Checker::new();
         let number = coefficients.len();
@@ -190,9 +192,9 @@ impl<const N: usize> Profile<N> {
         }
     }
 
-    /// The polynomial that follows a function of the fraction x to rounding: interpolated at Chebyshev's points,
-    /// twice as many until the last coefficients are rounding (Chebfun's way: Battles and Trefethen 2004). Calls the
-    /// function at most [`MAX_DEGREE`] + 3 times.
+    /// Approximates a function of the fraction x by a polynomial to rounding: interpolates at Chebyshev
+    /// points, and doubles their number until the last coefficients are rounding errors (as in Chebfun:
+    /// Battles and Trefethen 2004). Calls the function at most [`MAX_DEGREE`] + 3 times.
     pub fn sampled<E>(mut function: impl FnMut(f64) -> Result<[f64; N], E>) -> Result<Self, Unsampled<E>> {
         let mut sample = |x: f64| {
             let values = function(x).map_err(Unsampled::Failed)?;
@@ -218,7 +220,7 @@ impl<const N: usize> Profile<N> {
                 }
             }
             if degree == MAX_DEGREE {
-                // What the polynomial of half the degree misses at the points between its own.
+                // Error of the polynomial of half the degree at the additional points.
                 let coarse = values.iter().copied().step_by(2).collect::<Vec<_>>();
                 let coarse = Self::of_coefficients(resolve(&coarse).0);
                 let sizes = largest(&values);
@@ -229,7 +231,7 @@ impl<const N: usize> Profile<N> {
                 let farthest = distances.fold((0.0, 0.0), |a, b| if b.1 > a.1 { b } else { a });
                 return Err(Unsampled::NotSmooth { x: farthest.0 });
             }
-            // Chebyshev's points of half the degree are every other one.
+            // The Chebyshev points of half the degree are every other point.
             degree *= 2;
             let mut known = values.into_iter();
             values = (0..=degree)
@@ -241,7 +243,7 @@ impl<const N: usize> Profile<N> {
         }
     }
 
-    /// What it consists of.
+    /// The data of the profile.
     pub fn parts(&self) -> Parts<'_, N> {
         match &self.kind {
             Kind::Constant(value) => Parts::Constant(value),
@@ -251,12 +253,12 @@ impl<const N: usize> Profile<N> {
         }
     }
 
-    /// The value where it is the same everywhere and was given so.
+    /// The value of a profile given as a constant.
     pub fn constant(&self) -> Option<[f64; N]> {
         if let Kind::Constant(value) = self.kind { Some(value) } else { None }
     }
 
-    /// The values at base and tip where it was given by them, or as a constant.
+    /// Values at base and tip of a profile given as linear or constant.
     pub fn ends(&self) -> Option<[[f64; N]; 2]> {
         match self.kind {
             Kind::Constant(value) => Some([value; 2]),
@@ -265,12 +267,12 @@ impl<const N: usize> Profile<N> {
         }
     }
 
-    /// Whether it is the same everywhere.
+    /// Whether the profile is constant.
     pub fn is_constant(&self) -> bool {
         (0..N).all(|entry| self.is_entry_constant(entry).is_some())
     }
 
-    /// The number `entry` if it is the same everywhere.
+    /// The component `entry` if it is constant.
     pub fn is_entry_constant(&self, entry: usize) -> Option<f64> {
         let first = match &self.kind {
             Kind::Constant(value) => value[entry],
@@ -286,7 +288,7 @@ impl<const N: usize> Profile<N> {
         Some(first)
     }
 
-    /// A table must end where a segment of this length does.
+    /// The last station of a table must be the end of a segment of this length.
     pub fn validate(&self, length: f64) -> Result<(), InvalidInput> {
         let mut check = Checker::new();
         if let Kind::Table(table) = &self.kind {
@@ -303,7 +305,7 @@ impl<const N: usize> Profile<N> {
         check.finish()
     }
 
-    /// The values at the fraction `x` in [0, 1].
+    /// Values at the fraction `x` in [0, 1].
     pub fn at(&self, x: f64) -> [f64; N] {
         match &self.kind {
             Kind::Constant(value) => *value,
@@ -313,7 +315,7 @@ impl<const N: usize> Profile<N> {
         }
     }
 
-    /// The values at the fraction `x` with their first two derivatives with respect to it.
+    /// Values at the fraction `x` and their first two derivatives with respect to `x`.
     pub fn jet(&self, x: f64) -> [[f64; N]; 3] {
         match &self.kind {
             Kind::Constant(value) => [*value, [0.0; N], [0.0; N]],
@@ -329,7 +331,7 @@ impl<const N: usize> Profile<N> {
         }
     }
 
-    /// The integrals of the values from the fraction 0 to `x`, exact: `int_0^x p(y) dy`.
+    /// Exact integrals of the values from the fraction 0 to `x`: `int_0^x p(y) dy`.
     pub fn integral(&self, x: f64) -> [f64; N] {
         match &self.kind {
             Kind::Constant(value) => value.map(|value| value * x),
@@ -345,7 +347,7 @@ impl<const N: usize> Profile<N> {
         }
     }
 
-    /// Degree of the polynomial, between the stations if it is a table; zero for a constant.
+    /// Polynomial degree, between stations for a table; zero for a constant.
     pub fn degree(&self) -> usize {
         match &self.kind {
             Kind::Constant(_) => 0,
@@ -356,17 +358,17 @@ impl<const N: usize> Profile<N> {
         }
     }
 
-    /// The stations of a table; none of what is smooth.
+    /// Stations of a table; empty for smooth functions.
     pub fn stations(&self) -> &[f64] {
         if let Kind::Table(table) = &self.kind { &table.stations } else { &[] }
     }
 
-    /// How it varies, if it does.
+    /// Variation along the segment, if any.
     pub(crate) fn variation(&self) -> Option<Variation<'_>> {
         (!self.is_constant()).then(|| Variation { degree: self.degree(), stations: self.stations() })
     }
 
-    /// The numbers one by one.
+    /// One profile per component.
     pub fn columns(&self) -> [Profile<1>; N] {
         let column =
             |rows: &[[f64; N]], entry: usize| rows.iter().map(|row| [row[entry]]).collect::<Vec<_>>();
@@ -386,7 +388,8 @@ impl<const N: usize> Profile<N> {
 }
 
 impl<const N: usize> Table<N> {
-    /// The interval of a station, the station seen from its start, and its length.
+    /// Index of the interval that contains a station, offset of the station from its start, and length of the
+    /// interval.
     fn interval(&self, x: f64) -> (usize, f64, f64) {
         let last = self.stations.len() - 1;
         let station = x * self.stations[last];
@@ -394,7 +397,7 @@ impl<const N: usize> Table<N> {
         (i, station - self.stations[i], self.stations[i + 1] - self.stations[i])
     }
 
-    /// Value at the start, slope there, and the two higher coefficients of the cubic of interval `i`.
+    /// Coefficients of the cubic of interval `i`, in increasing powers of the offset.
     fn cubic(&self, i: usize, entry: usize) -> [f64; 4] {
         let width = self.stations[i + 1] - self.stations[i];
         let secant = (self.values[i + 1][entry] - self.values[i][entry]) / width;
@@ -436,9 +439,9 @@ impl<const N: usize> Table<N> {
     }
 }
 
-/// Slopes of a table: the weighted harmonic mean of the secants on both sides, zero between secants of different
-/// signs (Fritsch and Butland 1984); at the ends the parabola through three values, held back where it would
-/// overshoot (Moler 2004, section 3.6).
+/// Slopes of a table: the weighted harmonic mean of the secants on both sides, zero between secants of
+/// different signs (Fritsch and Butland 1984). At the ends the slope of the parabola through three values,
+/// limited to prevent overshoot (Moler 2004, section 3.6).
 fn slopes_of(stations: &[f64], values: &[f64]) -> Vec<f64> {
     let last = stations.len() - 1;
     let widths: Vec<f64> = stations.windows(2).map(|pair| pair[1] - pair[0]).collect();
@@ -475,25 +478,25 @@ fn slopes_of(stations: &[f64], values: &[f64]) -> Vec<f64> {
         .collect()
 }
 
-/// Chebyshev's point `j` of `degree + 1` on [0, 1], in ascending order.
+/// Chebyshev point `j` of `degree + 1` points on [0, 1], in ascending order.
 fn chebyshev_point(j: usize, degree: usize) -> f64 {
-    // Of the sine, which is symmetric to rounding.
+    // By the sine, which is symmetric to rounding.
     let angle = PI * (2.0 * j as f64 - degree as f64) / (2 * degree) as f64;
     0.5 + 0.5 * angle.sin()
 }
 
-/// The largest magnitude of each number.
+/// Largest magnitude of each component.
 fn largest<const N: usize>(values: &[[f64; N]]) -> [f64; N] {
     std::array::from_fn(|entry| values.iter().fold(0.0, |size: f64, row| size.max(row[entry].abs())))
 }
 
-/// The largest distance of two rows relative to these sizes.
+/// Largest difference of two rows relative to these sizes.
 fn relative_distance<const N: usize>(a: &[f64; N], b: &[f64; N], sizes: &[f64; N]) -> f64 {
     (0..N).map(|i| if a[i] == b[i] { 0.0 } else { (a[i] - b[i]).abs() / sizes[i] }).fold(0.0, f64::max)
 }
 
-/// The coefficients of the polynomial through values at Chebyshev's points, without those that are rounding, and
-/// whether the last quarter of them was rounding.
+/// Coefficients of the polynomial through values at Chebyshev points, without those that are rounding errors,
+/// and whether the last quarter of them is rounding.
 fn resolve<const N: usize>(values: &[[f64; N]]) -> (Vec<[f64; N]>, bool) {
     let degree = values.len() - 1;
     let sizes = largest(values);
@@ -501,7 +504,7 @@ fn resolve<const N: usize>(values: &[[f64; N]]) -> (Vec<[f64; N]>, bool) {
     for entry in 0..N {
         let is_constant = values.iter().all(|row| row[entry] == values[0][entry]);
         if is_constant {
-            // Without the rounding of the sums, so that a strain of a plane stays in it.
+            // Avoids rounding errors of the sums, so that planar strains stay planar.
             coefficients[0][entry] = values[0][entry];
             continue;
         }
@@ -546,7 +549,8 @@ fn clenshaw<const N: usize>(coefficients: &[[f64; N]], t: f64) -> [f64; N] {
     })
 }
 
-/// Coefficients of an antiderivative with respect to t: `int T_k = T_{k+1} / (2 (k+1)) - T_{k-1} / (2 (k-1))`.
+/// Coefficients of an antiderivative with respect to t: `int T_k = T_{k+1} / (2 (k+1)) - T_{k-1} / (2
+/// (k-1))`.
 fn antiderivative<const N: usize>(coefficients: &[[f64; N]]) -> Vec<[f64; N]> {
     let of = |k: usize, entry: usize| coefficients.get(k).map_or(0.0, |row| row[entry]);
     (0..=coefficients.len())
@@ -661,7 +665,7 @@ mod tests {
             assert!(if i < 700 { pair[1] >= pair[0] - 1e-14 } else { pair[1] <= pair[0] + 1e-12 }, "{i}");
             assert!((pair[1] - pair[0]).abs() < 0.05, "continuous at {i}");
         }
-        // The trapezoidal rule of what is integrated exactly.
+        // The trapezoidal rule, compared with the exact integral.
         let sum: f64 = fine.windows(2).map(|pair| 0.5 * (pair[0] + pair[1]) / 1500.0).sum();
         assert!((table.integral(1.0)[0] - sum).abs() < 1e-5);
     }
@@ -692,7 +696,7 @@ mod tests {
             let Err(Unsampled::NotSmooth { x }) = step else { panic!("smooth") };
             assert!((x - kink).abs() < 0.02, "{x} is not near {kink}");
         }
-        // Vanishes at the first points, but not between them.
+        // Zero at the first points, but not between them.
         let hidden = sampled(|x| [((2.0 * x - 1.0).acos() * 8.0).sin(), 0.0]);
         assert!(matches!(hidden, Err(Unsampled::NotSmooth { .. })));
         let pole = sampled(|x| [1.0, 1.0 / (x - 0.5)]);

@@ -1,4 +1,4 @@
-//! Gauss-Legendre quadrature on [0, 1], and the integrals up to its nodes.
+//! Gauss-Legendre quadrature on [0, 1], and integrals up to its nodes.
 
 use std::f64::consts::PI;
 
@@ -11,18 +11,18 @@ pub struct Gauss {
     pub nodes: Vec<f64>,
     /// Weights w_i: `sum w_i f(x_i)` is exact for polynomials of degree 2m - 1.
     pub weights: Vec<f64>,
-    /// Where one rule ends and the next begins, inside (0, 1).
+    /// Boundaries between the rules of a composite one, inside (0, 1).
     breaks: Vec<f64>,
 }
 
 impl Gauss {
-    /// No nodes at all: of what has no extent.
+    /// A rule without nodes, for bodies without extent.
     pub(crate) fn none() -> Self {
         Self { nodes: Vec::new(), weights: Vec::new(), breaks: Vec::new() }
     }
 
-    /// The rule with `m` nodes, m > 0: zeros of P_m by Newton's method from Tricomi's estimate (Hale and Townsend 2013,
-    /// section 2), weights from the derivative there.
+    /// The rule with `m` nodes, m > 0: zeros of P_m by Newton's method from Tricomi's estimate (Hale and
+    /// Townsend 2013, section 2), weights from the derivative at the zeros.
     pub fn new(m: usize) -> Self {
         let mut nodes = vec![0.0; m];
         let mut weights = vec![0.0; m];
@@ -31,7 +31,7 @@ impl Gauss {
             let angle = PI * (4 * (m - i) - 1) as f64 / (4 * m + 2) as f64;
             let mut t = angle.cos();
             let mut slope = 1.0;
-            // Quadratic convergence from an error below 1e-2: five steps reach rounding, more change nothing.
+            // Quadratic convergence from an error below 1e-2: five steps reach rounding, more have no effect.
             for _ in 0..6 {
                 legendre((t + 1.0) / 2.0, &mut values);
                 slope = m as f64 * (values[m - 1] - t * values[m]) / (1.0 - t * t);
@@ -43,8 +43,9 @@ impl Gauss {
         Self { nodes, weights, breaks: Vec::new() }
     }
 
-    /// Rules of `m` nodes in a row, from 0 to the first of the ascending `breaks` inside (0, 1), and so on to 1: for
-    /// functions whose derivatives jump there. Integrals up to a place sum by parts as exactly as those of one rule.
+    /// Composite rule with `m` nodes between any two of 0, the ascending `breaks` inside (0, 1), and 1: for
+    /// functions whose derivatives jump at the breaks. Integrals up to a point are as accurate as those of a
+    /// single rule.
     pub fn composite(m: usize, breaks: &[f64]) -> Self {
         let rule = Self::new(m);
         let mut composite = Self { nodes: Vec::new(), weights: Vec::new(), breaks: breaks.to_vec() };
@@ -58,14 +59,14 @@ impl Gauss {
         composite
     }
 
-    /// The largest distance between neighbouring nodes, or between an end and the node next to it.
+    /// Largest distance between neighbouring nodes, or between an end and the adjacent node.
     pub(crate) fn largest_gap(&self) -> f64 {
         let before = std::iter::once(&0.0).chain(&self.nodes);
         let gaps = self.nodes.iter().chain([&1.0]).zip(before).map(|(node, before)| node - before);
         gaps.fold(0.0, f64::max)
     }
 
-    /// The integral from 0 to any place of the polynomial through values at the nodes.
+    /// Integral, from 0 to any point, of the polynomial through values at the nodes.
     pub fn integral(&self) -> Integral {
         let rule = match self.breaks.len() {
             0 => self.clone(),
@@ -83,27 +84,27 @@ impl Gauss {
         Integral { breaks: self.breaks.clone(), rule, at_nodes }
     }
 
-    /// Weights of that integral up to `x`.
+    /// Weights of the integral from 0 to `x`.
     pub fn weights_up_to(&self, x: f64) -> Vec<f64> {
         self.integral().weights_up_to(x)
     }
 }
 
-/// Integrals up to places, with Legendre's polynomials at the nodes computed once.
+/// Integrals up to arbitrary points, with precomputed Legendre polynomials at the nodes.
 #[derive(Clone, Debug)]
 pub struct Integral {
     breaks: Vec<f64>,
-    /// That between any two breaks.
+    /// The rule between two breaks.
     rule: Gauss,
-    /// Entry `[k * m + l]`: the polynomial of degree k at node l.
+    /// Entry `[k * m + l]` is the polynomial of degree k at node l.
     at_nodes: Vec<f64>,
 }
 
 impl Integral {
-    /// Weights `w_l(x) = int_0^x l_l` of the integral from 0 to `x` of the polynomial through the values at the nodes:
-    /// exact for polynomials of degree m - 1. `l_l(x) = w_l sum_k (2k+1) P_k(x_l) P_k(x)` and
-    /// `int P_k = (P_{k+1} - P_{k-1}) / (2 (2k+1))` on [0, 1].
-    /// With breaks it is the polynomials between them.
+    /// Weights `w_l(x) = int_0^x l_l` of the integral from 0 to `x` of the polynomial through the values at
+    /// the nodes: exact for polynomials of degree m - 1. On [0, 1], `l_l(x) = w_l sum_k (2k+1) P_k(x_l)
+    /// P_k(x)` and `int P_k = (P_{k+1} - P_{k-1}) / (2 (2k+1))`. With breaks, one polynomial between any two
+    /// of them.
     pub fn weights_up_to(&self, x: f64) -> Vec<f64> {
         let m = self.rule.nodes.len();
         let mut weights = vec![0.0; m * (self.breaks.len() + 1)];
@@ -111,13 +112,14 @@ impl Integral {
         weights
     }
 
-    /// Places inside (0, 1) where one polynomial ends and the next begins.
+    /// Points inside (0, 1) between two polynomials.
     pub(crate) fn breaks(&self) -> &[f64] {
         &self.breaks
     }
 
-    /// Chebyshev coefficients of the polynomials through the values at the nodes: for each polynomial, and of that for each degree,
-    /// the weights of all nodes. They are sums over the zeros of the next polynomial (Mason and Handscomb 2003, section 6.3).
+    /// Chebyshev coefficients of the polynomials through the values at the nodes: for each polynomial and
+    /// each degree the weights of all nodes. They are sums over the zeros of the next polynomial (Mason and
+    /// Handscomb 2003, section 6.3).
     pub(crate) fn expansion(&self) -> Vec<Vec<f64>> {
         let m = self.rule.nodes.len();
         let mut rows = Vec::with_capacity(m * (self.breaks.len() + 1));
@@ -139,8 +141,8 @@ impl Integral {
         rows
     }
 
-    /// Weights `l_l(x)` of the polynomial through the values at the nodes itself, that between the breaks where `x` is, into
-    /// memory that is there: one entry a node, and for the polynomials one for each node of the rule.
+    /// Writes the weights `l_l(x)` of the interpolating polynomial at `x`, one per node, without allocation.
+    /// `polynomials` is memory of one entry per node of the rule.
     pub(crate) fn write_weights_at(&self, x: f64, weights: &mut [f64], polynomials: &mut [f64]) {
         let m = self.rule.nodes.len();
         weights.fill(0.0);
@@ -154,7 +156,8 @@ impl Integral {
         }
     }
 
-    /// [`Self::weights_up_to`] into memory that is there: one entry a node, and for the polynomials one more than the rule has nodes.
+    /// Like [`Self::weights_up_to`], without allocation: one weight per node; `polynomials` has one entry
+    /// more than the rule has nodes.
     pub(crate) fn write_weights_up_to(&self, x: f64, weights: &mut [f64], polynomials: &mut [f64]) {
         if self.breaks.is_empty() {
             return self.of_rule(x, weights, polynomials);
@@ -184,7 +187,7 @@ impl Integral {
     }
 }
 
-/// From 0 to the first break, from break to break, from the last one to 1.
+/// Intervals from 0 to the first break, between breaks, and from the last break to 1.
 fn intervals(breaks: &[f64]) -> impl Iterator<Item = [f64; 2]> {
     let ends = breaks.iter().copied().chain([1.0]);
     [0.0].into_iter().chain(breaks.iter().copied()).zip(ends).map(|(from, to)| [from, to])

@@ -1,4 +1,4 @@
-//! The sections of a segment: stiffness and inertia at its places.
+//! Sections of a segment: stiffness and inertia at its points.
 
 use super::section::along::{LARGEST, SMALLEST};
 use super::section::{Section, SectionProperties, Shape, ShearCorrection, along, diagonal};
@@ -7,7 +7,7 @@ use super::strain::STRAIN_NAMES;
 use crate::error::{Checker, InvalidInput, Number};
 
 impl SectionProperties {
-    /// Those of `segment` at the fraction `x` in [0, 1] of its length.
+    /// Properties of `segment` at the fraction `x` in [0, 1] of its length.
     pub fn at(segment: &Segment, x: f64) -> Self {
         match &segment.section {
             Section::Shape(shape) => Self::of_shape(segment, &shape.at(x)),
@@ -15,8 +15,8 @@ impl SectionProperties {
         }
     }
 
-    /// Everything that is wrong with the numbers of `segment` together, whose parts are right each for itself:
-    /// stiffness or mass that overflows or vanishes.
+    /// Reports problems of combined values of `segment`, whose parts are valid separately: stiffness or mass
+    /// that overflows or vanishes.
     pub(crate) fn validate(segment: &Segment) -> Result<(), InvalidInput> {
         let numbers =
             format!("sizes and material that give numbers between {SMALLEST:e} and {LARGEST:e} in SI units");

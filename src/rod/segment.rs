@@ -1,4 +1,4 @@
-//! A segment of a rod, in plain data.
+//! A segment of a rod, as plain data.
 
 use super::basis::Basis;
 use super::profile::Profile;
@@ -6,14 +6,15 @@ use super::section::{GivenSection, Section, ShearCorrection};
 use super::strain::{STRAIGHT, STRAINS};
 use crate::error::{InvalidInput, Number};
 
-/// Most modes of one strain component in one segment: beyond, Legendre modes cost conditioning and buy no accuracy.
+/// Maximum number of modes of one strain component in one segment: beyond, Legendre modes are ill-conditioned
+/// and do not increase accuracy.
 pub const MAX_MODES: usize = 64;
 
-/// Most quadrature nodes of one segment that can be asked for.
+/// Maximum number of quadrature nodes that can be requested for a segment.
 pub const MAX_NODES: usize = 256;
 
-/// Most quadrature nodes that a segment takes by itself, for its reference strain and for long tables: an evaluation
-/// takes the square of their number, a million multiplications.
+/// Maximum number of quadrature nodes that a segment uses automatically, for its reference strain and for
+/// long tables. An evaluation costs the square of the number, a million multiplications.
 pub const MAX_OWN_NODES: usize = 1024;
 
 /// A piece of rod with one kind of section.
@@ -21,31 +22,32 @@ pub const MAX_OWN_NODES: usize = 1024;
 pub struct Segment {
     /// Length in metres.
     pub length: f64,
-    /// What it looks like across.
+    /// Cross-section.
     pub section: Section,
-    /// Young's modulus E in pascals; zero, as G and the density, where the section has stiffness and inertia of its own.
+    /// Young's modulus E in pascals; zero (as G and the density) for a section with given stiffness and
+    /// inertia.
     pub young_modulus: f64,
     /// Shear modulus G in pascals.
     pub shear_modulus: f64,
-    /// Poisson's ratio, where the shear modulus was made from it. Nothing is computed from this: it tells what another Young's
-    /// modulus means for the shear modulus.
+    /// Poisson's ratio, if it was given instead of the shear modulus. It enters no computation, but
+    /// determines how the shear modulus follows a change of Young's modulus.
     pub given_poisson_ratio: Option<f64>,
     /// Density in kg/m^3.
     pub density: f64,
-    /// Number of modes of each strain component, in the order of [`STRAIN_NAMES`](crate::rod::STRAIN_NAMES). Of piecewise constant strains the
-    /// number of pieces; of Hermite's cubics twice the number of knots. In these two bases all strains have the same
-    /// number, or none.
+    /// Number of modes of each strain component, in the order of [`STRAIN_NAMES`](crate::rod::STRAIN_NAMES).
+    /// For piecewise constant strains the number of pieces; for Hermite cubics twice the number of knots. In
+    /// these two bases all strains with modes have the same number.
     pub modes: [usize; STRAINS],
-    /// What the modes are.
+    /// Basis of the modes.
     pub basis: Basis,
     /// Kelvin-Voigt retardation time mu in seconds: damping is mu times stiffness.
     pub retardation_time: f64,
-    /// Strain at which the segment is free of stress.
+    /// Strain of the stress-free segment.
     pub reference_strain: Profile<STRAINS>,
-    /// Shear correction factors k of the shear stiffness k G A of a shape; one unless asked for.
+    /// Shear correction factors k in the shear stiffness k G A of a shape; one by default.
     pub shear_correction: ShearCorrection,
-    /// Quadrature nodes, rounded up to a multiple of four; `None` takes what the modes need for bends up to about half a
-    /// turn (`docs/rod.md`).
+    /// Number of quadrature nodes, rounded up to a multiple of four; `None` uses the number that the modes
+    /// need for bends up to about half a turn (`docs/rod.md`).
     pub nodes: Option<usize>,
 }
 
@@ -74,7 +76,8 @@ impl Segment {
         Self { section, ..Self::straight(length, 0.0, 0.0, 0.0, 0.0) }
     }
 
-    /// Its mass times how far the centres of its sections lie from its axis, in their axes.
+    /// Mass times the distance of the sections' centres of mass from the axis, integrated along the segment,
+    /// in section axes.
     pub(crate) fn mass_offset(&self) -> [f64; 3] {
         match &self.section {
             Section::Shape(_) => [0.0; 3],
@@ -99,7 +102,7 @@ impl Segment {
 /// Shear modulus of an isotropic material, G = E / (2 (1 + nu)), in the unit of Young's modulus.
 ///
 /// # Errors
-/// Poisson's ratio is outside of (-1, 0.5].
+/// If Poisson's ratio is outside (-1, 0.5].
 pub fn shear_modulus(young_modulus: f64, poisson_ratio: f64) -> Result<f64, InvalidInput> {
     if poisson_ratio > -1.0 && poisson_ratio <= 0.5 {
         Ok(young_modulus / (2.0 * (1.0 + poisson_ratio)))

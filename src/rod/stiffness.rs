@@ -1,4 +1,4 @@
-//! The stiffness of the strains of a piece of a segment, integrated along it.
+//! Stiffness of the strains of a piece of a segment, integrated along it.
 
 use super::piece;
 use super::piece::Piece;
@@ -8,15 +8,15 @@ use super::segment::Segment;
 use super::strain::STRAINS;
 use crate::linalg::{Matrix, condition_number};
 
-/// Nodes that a stiffness takes beyond its modes where it is no polynomial along the rod: quotients of sizes converge
-/// like their nearest pole, and these nodes leave rounding for tapers as steep as 1 to 10.
+/// Number of nodes beyond the modes for a stiffness that is not a polynomial along the rod. Quotients of
+/// sizes converge according to their nearest pole; these nodes reach rounding for tapers up to 1 to 10.
 const NODES_FOR_QUOTIENTS: usize = 30;
 
 pub(crate) fn is_tapered(piece: &Piece) -> bool {
     !piece.segment.section.is_constant()
 }
 
-/// The largest condition number of the stiffness of a strain, in the 2-norm.
+/// Largest condition number of the stiffness of a strain, in the 2-norm.
 pub(crate) fn condition_of_stiffness(segment: &Segment) -> f64 {
     let condition = |piece: Piece| {
         let present = (0..STRAINS).filter(|&strain| piece.modes[strain] > 0);
@@ -26,9 +26,9 @@ pub(crate) fn condition_of_stiffness(segment: &Segment) -> f64 {
     piece::of(segment).map(condition).fold(1.0, f64::max)
 }
 
-/// The generalised stiffness K of a segment: its material answers the coordinates q, in their order, with the forces `K q`.
+/// Generalised stiffness K of a segment: the material's forces for coordinates q are `K q`.
 ///
-/// Block by block that of its pieces; symmetric.
+/// Symmetric and block diagonal, with one block per piece.
 pub fn generalised_stiffness(segment: &Segment) -> Matrix {
     let n = segment.coordinates();
     let mut whole = Matrix::zeros(n, n);
@@ -59,11 +59,12 @@ pub(crate) fn coupled(piece: &Piece) -> Vec<[usize; 2]> {
     }
 }
 
-/// `int phi_j H phi_k` of a strain component, or between two: exact where the section is a circle, given or constant.
+/// `int phi_j H phi_k` for one strain component or between two: exact for circles, given sections and
+/// constant sections.
 pub(crate) fn stiffness(piece: &Piece, strains: [usize; 2]) -> Matrix {
     let [rows, columns] = strains.map(|strain| piece.modes[strain]);
     let modes = rows.max(columns);
-    // Degree 2 (modes - 1) + 4, a linear radius to the fourth power; and 4 for each degree more.
+    // Degree 2 (modes - 1) + 4 for the fourth power of a linear radius, and 4 for each further degree.
     let beyond = if piece.segment.section.is_polynomial() { 3 } else { NODES_FOR_QUOTIENTS };
     let beyond = beyond + 2 * piece.degree_of_section().saturating_sub(1);
     let gauss = Gauss::composite(piece.basis.degree(modes) + beyond, &piece.breaks_of_stiffness(modes));
@@ -76,7 +77,7 @@ pub(crate) fn stiffness(piece: &Piece, strains: [usize; 2]) -> Matrix {
         let scale = piece.length() * weight * piece.section(x).stiffness[row][column];
         for j in 0..rows {
             for k in 0..columns {
-                // What stands off the diagonal of an orthogonal basis is rounding where the section is constant.
+                // Off-diagonal entries of an orthogonal basis are rounding errors if the section is constant.
                 if j == k || !is_orthogonal {
                     stiffness[(j, k)] += scale * phi[j] * phi[k];
                 }

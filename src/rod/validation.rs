@@ -1,4 +1,4 @@
-//! What is wrong with a segment.
+//! Validation of segments.
 
 use std::f64::consts::TAU;
 
@@ -12,7 +12,7 @@ use super::{nodes, piece};
 use crate::error::{Checker, InvalidInput, Number};
 
 impl Segment {
-    /// Everything that is wrong with this segment.
+    /// Reports every problem of this segment.
     pub fn validate(&self) -> Result<(), InvalidInput> {
         let mut check = Checker::new();
         check.positive(self.length, "length", "metres");
@@ -50,7 +50,7 @@ impl Segment {
         check.require((SMALLEST..=LARGEST).contains(&self.length), "length", Number(self.length), &expected);
     }
 
-    /// Refuses what would take more quadrature nodes than [`MAX_OWN_NODES`].
+    /// Rejects a segment that would need more quadrature nodes than [`MAX_OWN_NODES`].
     fn check_nodes(&self, check: &mut Checker) {
         let needed = |piece: &Piece| if self.nodes.is_some() { 0.0 } else { nodes::number_of_nodes(piece) };
         let by_nodes = |a: &Piece, b: &Piece| needed(a).total_cmp(&needed(b));
@@ -65,7 +65,7 @@ impl Segment {
         } else {
             ("nodes", format!("none, and long tables that take {} of them", Number(nodes)))
         };
-        /// More segments are a slip in a number rather than a way out.
+        /// If more segments than this were needed, a number is probably wrong.
         const SENSIBLE: f64 = 1000.0;
         let segments = (nodes / most).ceil();
         let instead = if segments <= SENSIBLE {
@@ -77,13 +77,13 @@ impl Segment {
         check.require(false, place, found, &expected);
     }
 
-    /// Numbers in each of its two integration matrices, the squares of its nodes.
+    /// Number of entries of each of its two integration matrices: the square of the number of nodes.
     pub(crate) fn integration(&self) -> f64 {
         let of_piece = |piece: Piece| nodes::number_of_nodes(&piece).powi(2);
         piece::of(self).map(of_piece).sum()
     }
 
-    /// The numbers of modes must be those of the basis.
+    /// The numbers of modes must match the basis.
     fn check_basis(&self, check: &mut Checker) {
         if self.basis.is_nested() {
             return;
@@ -106,9 +106,9 @@ impl Segment {
         }
     }
 
-    /// The reference strain must be finite and stretch the segment by a positive factor everywhere.
+    /// The reference strain must be finite, with a positive stretch everywhere.
     fn check_reference_strain(&self, check: &mut Checker) {
-        /// Where a strain that varies is looked at.
+        /// Number of sample points of a varying strain.
         const PLACES: usize = 256;
         const EXPECTED: &str = "a stretch > 0 (1 for an unstretched rod)";
         if let Some(strain) = self.reference_strain.constant() {
@@ -125,7 +125,7 @@ impl Segment {
     }
 
     fn check_material(&self, check: &mut Checker) {
-        /// E <= 3 G is Poisson's ratio <= 1/2; this much rounding is forgiven, so that 0.5 itself can be written.
+        /// E <= 3 G is equivalent to Poisson's ratio <= 1/2; tolerate rounding, so that 0.5 itself is valid.
         const POISSON_ROUNDING: f64 = 1e-9;
         if let Section::Given(_) = self.section {
             let moduli = [

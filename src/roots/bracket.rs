@@ -1,28 +1,28 @@
-//! The zero of a function of one variable between two points where it has different signs.
+//! Zero of a function of one variable between two points with different signs.
 
 use crate::error::Interrupted;
 
-/// Relative accuracy of the zero, in rounding units; the same number is the absolute one.
+/// Relative tolerance of the zero in rounding units; also used as absolute tolerance.
 const TOLERANCE_IN_ROUNDING_UNITS: f64 = 4.0;
 /// A safeguard only: bisection alone needs about 1100 steps from the largest to the smallest double.
 const MAX_ITERATIONS: usize = 2200;
 
-/// A point of a function.
+/// An argument and the value of a function.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Point {
     pub(crate) t: f64,
     pub(crate) value: f64,
 }
 
-/// Brent's method (Brent 1973, "Algorithms for Minimization without Derivatives", chapter 4): inverse quadratic
-/// interpolation or the secant, safeguarded by bisection. The values at `a` and `b` must have different signs, or one
-/// of them be zero.
+/// Brent's method (Brent 1973, "Algorithms for Minimization without Derivatives", chapter 4): inverse
+/// quadratic interpolation or the secant method, safeguarded by bisection. The values at `a` and `b` must
+/// have different signs, or one of them must be zero.
 pub(crate) fn find_zero(
     mut a: Point,
     mut b: Point,
     mut function: impl FnMut(f64) -> Result<f64, Interrupted>,
 ) -> Result<f64, Interrupted> {
-    // b is the best point, a the one before, c the one on the other side of the zero.
+    // b is the best point, a the previous one, c the one on the other side of the zero.
     let mut c = a;
     let mut step = b.t - a.t;
     let mut previous_step = step;
@@ -88,7 +88,7 @@ mod tests {
         assert_eq!(zero(|t| t - 7.0, 6.0, 9.0), 7.0);
         assert!((zero(f64::cos, 1.0, 2.0) - std::f64::consts::FRAC_PI_2).abs() < 1e-15);
         assert!((zero(f64::cos, 2.0, 1.0) - std::f64::consts::FRAC_PI_2).abs() < 1e-15);
-        // A triple zero and a jump: bisection has to do the work.
+        // A triple zero and a jump, which need bisection.
         assert!(zero(|t| (t - 0.3).powi(3), 0.0, 1.0) - 0.3 < 1e-5);
         assert!((zero(|t| if t < 0.7 { -1.0 } else { 1.0 }, 0.0, 1.0) - 0.7).abs() < 1e-15);
         assert_eq!(zero(|t| t, 0.0, 1.0), 0.0);

@@ -1,4 +1,4 @@
-//! Is a Jacobian the derivative of its system?
+//! Comparison of a Jacobian with finite differences of its system.
 
 use super::convergence::EVALUATION_ERROR;
 use super::difference::{Differences, rounding_error};
@@ -9,8 +9,8 @@ use crate::linalg::{Matrix, norm_inf};
 /// The entry where a Jacobian differs most from central differences.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct JacobianCheck {
-    /// `|given - difference|`, less what rounding of R explains, over the larger of the two; infinite when
-    /// one is not finite.
+    /// `|given - difference|`, minus the rounding error of R, relative to the larger of the two; infinite if
+    /// one of them is not finite.
     pub relative_difference: f64,
     /// Row (equation) of the entry.
     pub row: usize,
@@ -22,9 +22,9 @@ pub struct JacobianCheck {
     pub difference: f64,
 }
 
-/// Compares the system's Jacobian at `x` with central differences, entry by entry. A right Jacobian of a
-/// smooth system gives about 1e-9 and seldom more than 1e-6; a wrong entry gives about one. `None` when there
-/// is no entry. Cost: 2n + 1 evaluations and one Jacobian.
+/// Compares the system's Jacobian at `x` with central differences, entry by entry. A correct Jacobian of a
+/// smooth system typically gives 1e-9 and rarely more than 1e-6; a wrong entry gives about one. `None`
+/// without entries. Cost: 2n + 1 evaluations and one Jacobian.
 pub fn check_jacobian(
     system: &mut dyn System,
     x: &[f64],

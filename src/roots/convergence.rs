@@ -1,36 +1,35 @@
-//! What tells a root from a place where a search merely stands still.
+//! Convergence tests that distinguish a root from a point where the search stalls.
 
 use super::difference::rounding_error;
 use super::newton::{CONFIRMED_REDUCTION, FAR_AWAY, Newton, Progress};
 use super::options::Options;
 use super::{Derivative, Status};
 
-/// A linear model that promises to reduce |R| by less than this fraction promises nothing: the square root of
-/// the rounding unit, as in the relative gradient test of MINPACK's `lmder`.
+/// A linear model that predicts a relative reduction of |R| below this predicts none: the square root of the
+/// rounding unit, as in the relative gradient test of MINPACK's `lmder`.
 const STATIONARY: f64 = 1.490_116_119_384_765_6e-8;
 
-/// Where no step helps any more, a gradient that small, relative to R and to the column of the Jacobian or to
-/// R over the unknown, means a stationary point: the cube root of the rounding unit (`gradtol` of Dennis and
-/// Schnabel 1983, section 7.2).
+/// If no step reduces |R| any more, a gradient this small, relative to R and to the column of the Jacobian or
+/// to R over the unknown, indicates a stationary point: the cube root of the rounding unit (`gradtol` of
+/// Dennis and Schnabel 1983, section 7.2).
 const SMALL_GRADIENT: f64 = 6.055_454_452_393_343e-6;
 
-/// R is taken to carry that many rounding units of error: two digits of cancellation in its evaluation.
+/// Assumed error of R in rounding units: two digits of cancellation in its evaluation.
 pub(super) const EVALUATION_ERROR: f64 = 100.0;
 
-/// Steps of that many rounding units of x are as small as rounding lets them be.
+/// Steps of this relative size are at the level of rounding.
 const ROUNDING_STEP: f64 = 4.0 * f64::EPSILON;
 
-/// Beyond the square root of the largest double no two unknowns can be multiplied: an iterate that came there
-/// ran away. Less will not do: on its way through a chain of squares Newton's method may pass 1e30 and come
-/// back.
+/// Square root of the largest double, beyond which products of two unknowns overflow: an iterate of this size
+/// has diverged. A smaller limit would be wrong: for a chain of squares Newton's method may pass 1e30 and
+/// return.
 const RUNAWAY: f64 = 1.340_780_792_994_259_6e154;
 
-/// That many steps of the greatest length one after the other, and the search gives up (KINSOL's
-/// `KIN_MXNEWT_5X_EXCEEDED`).
+/// The search ends after this many consecutive steps of maximum length (KINSOL's `KIN_MXNEWT_5X_EXCEEDED`).
 const LONGEST_STEPS_IN_A_ROW: usize = 5;
 
 impl Newton {
-    /// Why to stop after a step, if there is a reason.
+    /// Reason to stop after a step, if any.
     pub(super) fn verdict(&self, x: &[f64], progress: &Progress, options: &Options) -> Option<Status> {
         if progress.residual_norm <= options.residual_tolerance {
             return Some(Status::ConvergedResidual);
@@ -53,8 +52,7 @@ impl Newton {
         }
     }
 
-    /// Why there is no step: at a root to rounding there need not be one, at a stationary point there cannot
-    /// be.
+    /// Reason why there is no step: the iterate may be a root to rounding, or a stationary point.
     pub(super) fn reason(&self, refusal: Status, x: &[f64], progress: &Progress) -> Status {
         match refusal {
             Status::NonFiniteResidual | Status::SingularJacobian => refusal,
@@ -64,7 +62,7 @@ impl Newton {
         }
     }
 
-    /// A breakdown far away from the start, where the residual is no smaller, is the end of a divergence.
+    /// Reports a breakdown far from the start, with a residual that is no smaller, as divergence.
     pub(super) fn or_diverged(&self, breakdown: Status, x: &[f64], progress: &Progress) -> Status {
         let ran_away = self.size(x) > FAR_AWAY * progress.start_size.max(1.0)
             && progress.residual_norm >= progress.start_norm;
@@ -82,13 +80,13 @@ impl Newton {
         }
     }
 
-    /// True when the linear model sees no way to reduce |R|. Only a singular Jacobian, or one with more
-    /// equations than unknowns, can be that blind.
+    /// True if the linear model cannot reduce |R|. Requires a singular Jacobian, or more equations than
+    /// unknowns.
     pub(super) fn is_stationary(&mut self, residual_norm: f64) -> bool {
         !self.linear.is_regular() && self.promised_reduction(residual_norm) <= STATIONARY
     }
 
-    /// True when the gradient of `|R|` is zero as far as a Jacobian by differences can tell.
+    /// True if the gradient of `|R|` is zero within the error of a Jacobian by differences.
     pub(super) fn gradient_is_noise(&self, x: &[f64], residual_norm: f64, derivative: Derivative) -> bool {
         derivative != Derivative::Analytic
             && (0..x.len()).all(|j| {
@@ -97,7 +95,7 @@ impl Newton {
             })
     }
 
-    /// The step rule of the options, for the step that led to x.
+    /// Step rule of the options, for the step that led to x.
     fn step_is_small(&self, x: &[f64], options: &Options) -> bool {
         let tolerance = options.step_tolerance;
         let sum: f64 = (0..x.len())
@@ -106,8 +104,8 @@ impl Newton {
         sum <= x.len() as f64 // false for 0/0: a step of zero against a tolerance of zero
     }
 
-    /// True when the search got far, and every residual is as small as rounding x alone makes it:
-    /// `|R_i| <= c eps sum_j |J_ij x_j|`.
+    /// True if the search made progress and every residual is at the level of the rounding of x: `|R_i| <= c
+    /// eps sum_j |J_ij x_j|`.
     fn residual_is_rounding(&self, x: &[f64], progress: &Progress) -> bool {
         progress.residual_norm <= CONFIRMED_REDUCTION * progress.start_norm
             && (0..self.residual.len()).all(|i| {
@@ -117,8 +115,8 @@ impl Newton {
             })
     }
 
-    /// True when R is almost orthogonal to every column of the Jacobian, or that column is almost zero for the
-    /// size of its unknown.
+    /// True if, for every column of the Jacobian, R is almost orthogonal to it, or the column is almost zero
+    /// for the size of its unknown.
     fn gradient_is_small(&self, x: &[f64], residual_norm: f64) -> bool {
         (0..x.len()).all(|j| {
             let column = self.jacobian.column(j);

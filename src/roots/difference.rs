@@ -5,17 +5,17 @@ use crate::error::{Interrupted, InvalidInput};
 use crate::linalg::Matrix;
 use crate::memory;
 
-/// Forward increment relative to `max(|x|, x_scale)`: the square root of the rounding unit, where the
-/// truncation error (of order h) and the rounding error (of order eps/h) balance (Dennis and Schnabel 1983,
+/// Forward increment relative to `max(|x|, x_scale)`: the square root of the rounding unit, which balances
+/// the truncation error (of order h) and the rounding error (of order eps/h) (Dennis and Schnabel 1983,
 /// section 5.4; KINSOL's choice).
 pub const FORWARD_INCREMENT: f64 = 1.490_116_119_384_765_6e-8; // 2^-26 = sqrt(f64::EPSILON)
 
-/// Central increment relative to `max(|x|, x_scale)`: the cube root of the rounding unit, where the
-/// truncation error (of order h^2) and the rounding error (of order eps/h) balance (Dennis and Schnabel 1983,
-/// section 5.6).
+/// Central increment relative to `max(|x|, x_scale)`: the cube root of the rounding unit, which balances the
+/// truncation error (of order h^2) and the rounding error (of order eps/h) (Dennis and Schnabel 1983, section
+/// 5.6).
 pub const CENTRAL_INCREMENT: f64 = 6.055_454_452_393_343e-6; // f64::EPSILON.cbrt()
 
-/// Finite-difference Jacobians, with memory for repeated use at one size.
+/// Finite-difference Jacobians, with memory for repeated use at a fixed size.
 #[derive(Clone, Debug)]
 pub struct Differences {
     x: Vec<f64>,
@@ -24,7 +24,7 @@ pub struct Differences {
 }
 
 impl Differences {
-    /// Refuses Jacobians that do not fit in memory, with the copy that a caller makes.
+    /// Rejects Jacobians that do not fit in memory together with a copy of the caller.
     pub fn check_memory(unknowns: usize, equations: usize) -> Result<(), InvalidInput> {
         const MATRICES: usize = 2;
         let numbers = MATRICES.saturating_mul(unknowns).saturating_mul(equations);
@@ -38,7 +38,7 @@ impl Differences {
     }
 
     /// `jacobian <- dR/dx` (m x n) at `x` by forward differences from `residual = R(x)`. Each variable moves
-    /// away from zero by [`FORWARD_INCREMENT`]` max(|x_j|, x_scale_j)`, rounded so that `x_j + h_j` is a
+    /// away from zero by [`FORWARD_INCREMENT`]` max(|x_j|, x_scale_j)`, rounded such that `x_j + h_j` is a
     /// double. Cost: n evaluations.
     pub fn forward(
         &mut self,
@@ -62,8 +62,8 @@ impl Differences {
     }
 
     /// `jacobian <- dR/dx` (m x n) at `x` by central differences. Each variable moves to both sides by
-    /// [`CENTRAL_INCREMENT`]` max(|x_j|, x_scale_j)`; the difference is divided by the distance of the two
-    /// doubles that were reached. Cost: 2n evaluations.
+    /// [`CENTRAL_INCREMENT`]` max(|x_j|, x_scale_j)`; the difference is divided by the exact distance of both
+    /// doubles. Cost: 2n evaluations.
     pub fn central(
         &mut self,
         system: &mut dyn System,
@@ -88,13 +88,13 @@ impl Differences {
     }
 }
 
-/// The increment of a variable, pointing away from zero, so that functions of a half line are not left at its
-/// end.
+/// Increment of a variable away from zero, so that functions defined on a half line are evaluated in their
+/// domain.
 fn increment(x: f64, scale: f64, relative: f64) -> f64 {
     (relative * x.abs().max(scale)).copysign(x)
 }
 
-/// Size of the rounding error of the difference quotients of column `j`, per unit of |R|.
+/// Rounding error of the difference quotients of column `j`, per unit of |R|.
 pub(super) fn rounding_error(x: f64, scale: f64, derivative: Derivative) -> f64 {
     match derivative {
         Derivative::Analytic => 0.0,

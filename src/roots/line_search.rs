@@ -4,7 +4,7 @@ use super::newton::{Newton, Trial};
 use super::{Status, System};
 use crate::error::Interrupted;
 
-/// Armijo's condition asks for that fraction of the decrease of `|R|^2 / 2` which the slope promises (Dennis
+/// Armijo's condition requires this fraction of the decrease of `|R|^2 / 2` that the slope predicts (Dennis
 /// and Schnabel 1983, section 6.3.2; KINSOL's alpha).
 const ARMIJO: f64 = 1e-4;
 
@@ -14,7 +14,7 @@ const SHORTEN_AT_LEAST: f64 = 0.5;
 /// One backtrack shortens the step at most to this fraction (ibid.).
 const SHORTEN_AT_MOST: f64 = 0.1;
 
-/// A step that moves no unknown by more than that, relative to its size, is no step any more.
+/// A step that moves no unknown by more than this relative amount is negligible.
 const SHORTEST_STEP: f64 = f64::EPSILON;
 
 impl Newton {
@@ -25,7 +25,7 @@ impl Newton {
         x: &[f64],
         residual_norm: f64,
     ) -> Result<Trial, Interrupted> {
-        // The Newton step solves the least-squares problem, hence g . dx = -|J dx|^2, which is -|R|^2 for a
+        // The Newton step solves the least-squares problem, hence g . dx = -|J dx|^2, which is -|R|^2 for
         // regular J.
         let promised =
             if self.linear.is_regular() { 1.0 } else { self.promised_reduction(residual_norm).powi(2) };
@@ -40,7 +40,7 @@ impl Newton {
             tried = length;
             // phi(length) - phi(0) with phi = |R|^2 / 2, in units of |R|^2.
             let change = 0.5 * ((norm / residual_norm).powi(2) - 1.0);
-            // The first condition says more where the promise drowns in rounding.
+            // The first condition is sharper when the predicted decrease is below rounding.
             if norm < residual_norm && change <= -ARMIJO * length * promised {
                 return Ok(Trial::Taken { norm, length });
             }
@@ -57,8 +57,8 @@ impl Newton {
     }
 }
 
-/// Where the parabola through `(0, 0)` with `slope` and `(length, change)` has its minimum, or the cubic that
-/// takes in the point before as well.
+/// Minimum of the parabola through `(0, 0)` with `slope` and `(length, change)`, or of the cubic that also
+/// passes through the previous point.
 fn minimum(length: f64, change: f64, previous: Option<(f64, f64)>, slope: f64) -> f64 {
     let Some((other_length, other_change)) = previous else {
         return -slope * length * length / (2.0 * (change - slope * length));

@@ -1,8 +1,9 @@
-//! Root finding on R^n: Newton's method, its globalisations and finite-difference Jacobians. Knows nothing of
-//! time.
+//! Root finding on R^n: Newton's method, its globalisations and finite-difference Jacobians. Independent of
+//! time integration.
 //!
-//! A [`System`] is what is to be solved, [`Options`] how, [`Newton`] the memory and the method, [`Outcome`]
-//! what came of it. Every outcome has a [`Status`] that says what happened; only a root is a success.
+//! A [`System`] defines the equations, [`Options`] the method, [`Newton`] contains the memory and runs the
+//! search, [`Outcome`] is the result. The [`Status`] of an outcome says what happened; only a root is a
+//! success.
 //!
 //! ```
 //! use lissom::error::Interrupted;
@@ -62,25 +63,25 @@ pub trait System {
     /// Number of unknowns n.
     fn unknowns(&self) -> usize;
 
-    /// Number of equations m; n unless said otherwise.
+    /// Number of equations m. Default: n.
     fn equations(&self) -> usize {
         self.unknowns()
     }
 
-    /// `residual <- R(x)`. Non-finite values are allowed and end the search with a status that says so.
+    /// `residual <- R(x)`. Non-finite values are allowed; they end the search with a status that says so.
     fn residual(&mut self, x: &[f64], residual: &mut [f64]) -> Result<(), Interrupted>;
 
-    /// `jacobian <- dR/dx` at `x` (m x n). Called for [`Derivative::Analytic`] only.
+    /// `jacobian <- dR/dx` at `x` (m x n). Called only for [`Derivative::Analytic`].
     fn jacobian(&mut self, x: &[f64], jacobian: &mut Matrix) -> Result<(), Interrupted>;
 }
 
-/// Where the Jacobian comes from.
+/// Source of the Jacobian.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Derivative {
-    /// The system's own.
+    /// The system's own Jacobian.
     Analytic,
     /// Forward differences: n evaluations, error about the square root of the rounding unit.
     Forward,
-    /// Central differences: 2n evaluations, error about its power 2/3.
+    /// Central differences: 2n evaluations, error about the rounding unit to the power 2/3.
     Central,
 }

@@ -1,17 +1,17 @@
-//! Multiple roots: how linear convergence gives them away, and how to step over it.
+//! Detection of multiple roots by their linear convergence, and acceleration.
 
-/// Estimates that far from an integer are not settled.
+/// Estimates farther than this from an integer are not settled.
 const SETTLED: f64 = 0.3;
 
-/// Below, the root counts as simple: Newton's own step converges quadratically and is best left alone.
+/// Below, the root counts as simple: Newton's step converges quadratically and needs no acceleration.
 const SIMPLE: f64 = 1.5;
 
-/// Larger multiplicities cannot be told from slow progress.
+/// Larger multiplicities cannot be distinguished from slow progress.
 const LARGEST: f64 = 20.0;
 
-/// Watches Newton's correction `u(x) = J^-1 R`. Near a root of multiplicity p it is `(x - root) / p`, so
-/// along a step it falls by `1/p` of the step's length, and `p u` is the step to the root (Schroeder 1870;
-/// Traub 1964, section 7.3; with p from the last two corrections it is the secant method for `u = 0`).
+/// Tracks Newton's correction `u(x) = J^-1 R`. Near a root of multiplicity p, `u = (x - root) / p`, so that u
+/// decreases along a step by `1/p` of the step's length, and `p u` is the step to the root (Schroeder 1870;
+/// Traub 1964, section 7.3; with p from the last two corrections this is the secant method for `u = 0`).
 #[derive(Clone, Debug)]
 pub(super) struct Multiplicity {
     correction: Vec<f64>,
@@ -30,13 +30,13 @@ impl Multiplicity {
         }
     }
 
-    /// Forgets an earlier search.
+    /// Clears data of an earlier search.
     pub(super) fn reset(&mut self) {
         self.armed = false;
         self.estimates = [f64::NAN; 2];
     }
 
-    /// Takes in the Newton step at an iterate.
+    /// Adds the Newton step at an iterate.
     pub(super) fn observe(&mut self, newton: &[f64], x_scale: &[f64]) {
         if self.armed {
             let (mut square, mut fall) = (0.0, 0.0);
@@ -51,20 +51,20 @@ impl Multiplicity {
         self.armed = false;
     }
 
-    /// Takes in the step that was taken from there.
+    /// Adds the step taken from this iterate.
     pub(super) fn took(&mut self, step: &[f64]) {
         self.taken.copy_from_slice(step);
         self.armed = true;
     }
 
-    /// By how much to lengthen the Newton step, if at all.
+    /// Factor by which to lengthen the Newton step, if any.
     pub(super) fn overrelaxation(&self) -> Option<f64> {
         let estimate = self.estimates[1];
         (SIMPLE..=LARGEST).contains(&estimate).then_some(estimate)
     }
 
-    /// The multiplicity, when the last two estimates agree on an integer above one; after an accelerated
-    /// step, whose predecessors came from far away, the last one alone decides.
+    /// The multiplicity, if the last two estimates agree on an integer above one. After an accelerated step,
+    /// whose predecessors started far away, the last estimate alone decides.
     pub(super) fn settled(&self, accelerated: bool) -> Option<usize> {
         let [before, last] = self.estimates;
         let integer = last.round();
@@ -79,7 +79,7 @@ mod tests {
 
     #[test]
     fn a_root_of_multiplicity_three_is_recognised() {
-        // Steps of a third of the way to the root at zero, from 9.
+        // Steps of a third of the distance to the root at zero, from 9.
         let mut multiplicity = Multiplicity::new(1);
         let mut x = 9.0;
         for _ in 0..3 {

@@ -1,4 +1,4 @@
-//! Newton's method: the loop, its stopping rules and its memory.
+//! Newton's method: iteration, stopping rules and memory.
 
 use super::difference::Differences;
 use super::multiplicity::Multiplicity;
@@ -11,46 +11,46 @@ use crate::error::{Checker, Interrupted, InvalidInput};
 use crate::linalg::{Matrix, norm, norm_inf};
 use crate::memory;
 
-/// A step by which the step rule may stop must have reduced the residual at least to this fraction: near a
-/// simple root a Newton step does far better, near a pole of order p it gives `(1 + 1/p)^-p`, between 1/2 and
-/// 1/e. Where rounding ends the search, it is the whole of it that must have done so.
+/// The step rule may stop only after a step that reduced the residual at least to this fraction. Near a
+/// simple root a Newton step does far better; near a pole of order p it gives `(1 + 1/p)^-p`, between 1/2 and
+/// 1/e. If rounding ends the search, the same reduction is required of the whole search.
 pub(super) const CONFIRMED_REDUCTION: f64 = 0.25;
 
-/// A search that breaks down that many times farther out than its start ran away before: the distance at
-/// which Dennis and Schnabel (1983, section A7) and KINSOL stop a single step.
+/// A search that breaks down at this multiple of the start's size has diverged: the distance at which Dennis
+/// and Schnabel (1983, section A7) and KINSOL stop a single step.
 pub(super) const FAR_AWAY: f64 = 1000.0;
 
-/// A step of that part of the greatest length counts as one of the greatest length (Dennis and Schnabel 1983,
-/// A6.3.1).
+/// Steps of at least this fraction of the maximum length count as steps of maximum length (Dennis and
+/// Schnabel 1983, A6.3.1).
 const NEARLY_LONGEST: f64 = 0.99;
 
-/// One iterate of a search.
+/// An iterate of a search.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Iterate {
-    /// Where, shape (n,).
+    /// Unknowns, shape (n,).
     pub x: Vec<f64>,
-    /// `||R / f_scale||_2` there.
+    /// `||R / f_scale||_2` at x.
     pub residual_norm: f64,
-    /// `||dx / x_scale||_2` of the step that led there; NaN at the start.
+    /// `||dx / x_scale||_2` of the step to x; NaN at the start.
     pub step_norm: f64,
-    /// That step as a multiple of the full Newton step; NaN at the start.
+    /// Length of this step relative to the full Newton step; NaN at the start.
     pub step_length: f64,
-    /// Residual norm over the one before; NaN at the start.
+    /// Residual norm over the previous one; NaN at the start.
     pub rate: f64,
 }
 
-/// Whether there is a factorised Jacobian, and from where.
+/// Availability and origin of a factorised Jacobian.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Age {
-    /// None, or one that has served its time.
+    /// None, or one that must be replaced.
     None,
-    /// From the current iterate.
+    /// Evaluated at the current iterate.
     Fresh,
-    /// From an earlier iterate, or an earlier solve.
+    /// Evaluated at an earlier iterate, or in an earlier solve.
     Kept,
 }
 
-/// Where a search stands.
+/// Progress of a search.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Progress {
     /// Scaled residual norm and largest scaled unknown at the start.
@@ -58,13 +58,13 @@ pub(super) struct Progress {
     pub(super) start_size: f64,
     /// Scaled residual norm at x.
     pub(super) residual_norm: f64,
-    /// Of the last step: its scaled norm, its length relative to the Newton step, the ratio of the residual
-    /// norms, and whether it changed x at all.
+    /// Properties of the last step: its scaled norm, its length relative to the Newton step, the ratio of the
+    /// residual norms, and whether it changed x.
     pub(super) step_norm: f64,
     pub(super) length: f64,
     pub(super) rate: f64,
     pub(super) moved: bool,
-    /// How many of the last steps had the greatest length.
+    /// Number of consecutive last steps with the maximum length.
     pub(super) longest_steps: usize,
 }
 
@@ -77,22 +77,22 @@ struct Counters {
     factorisations: usize,
 }
 
-/// What came of looking for a step.
+/// Result of a search for a step.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Trial {
-    /// The trial iterate is the next one; `norm` is its scaled residual norm, `length` is relative to the
-    /// Newton step.
+    /// The trial iterate is accepted; `norm` is its scaled residual norm, `length` is relative to the Newton
+    /// step.
     Taken { norm: f64, length: f64 },
-    /// There is none.
+    /// There is no step.
     Refused(Status),
 }
 
-/// Newton's method with its memory, for repeated use at one size. A solve allocates only where the Jacobian
-/// is singular or not square (a singular value decomposition), and for the history.
+/// Newton's method with its memory, for repeated use at a fixed size. A solve allocates only for a Jacobian
+/// that is singular or not square (singular value decomposition), and for the history.
 ///
-/// The iteration is `x <- x - J^-1 R`, with the pseudo-inverse where J is singular to rounding or not square,
-/// as the minimum-norm step in the scaled variables. Tests of convergence use `||R / f_scale||_2` and the
-/// scaled step; what stops the search otherwise is listed in [`Status`].
+/// The iteration is `x <- x - J^-1 R`. If J is singular to rounding or not square, the pseudo-inverse gives
+/// the minimum-norm step in the scaled variables. Convergence tests use `||R / f_scale||_2` and the scaled
+/// step; [`Status`] lists all other reasons to stop.
 #[derive(Clone, Debug)]
 pub struct Newton {
     pub(super) x_scale: Vec<f64>,
@@ -117,16 +117,16 @@ pub struct Newton {
 }
 
 impl Newton {
-    /// Refuses problems whose matrices do not fit in memory, in which [`Self::new`] would end the process.
+    /// Rejects problems whose matrices do not fit in memory, for which [`Self::new`] would end the process.
     pub fn check_memory(unknowns: usize, equations: usize) -> Result<(), InvalidInput> {
-        /// The Jacobian, its equilibrated form and the factors of that.
+        /// The Jacobian, its equilibrated form and the factors of the latter.
         const MATRICES: usize = 3;
         let numbers = MATRICES.saturating_mul(unknowns).saturating_mul(equations);
         let found = format_args!("{unknowns} values for {equations} equations");
         memory::check(numbers, "x0", found, "this method needs dense matrices; solve for fewer unknowns")
     }
 
-    /// Memory for `equations` equations in `unknowns` unknowns, all scales one.
+    /// Memory for `equations` equations in `unknowns` unknowns, with all scales equal to one.
     pub fn new(unknowns: usize, equations: usize) -> Self {
         Self {
             x_scale: vec![1.0; unknowns],
@@ -151,8 +151,8 @@ impl Newton {
         }
     }
 
-    /// The typical size of each unknown (it sets difference increments and the step norm) and of each
-    /// equation (what counts as a small residual). All must be finite and positive.
+    /// Sets the typical size of each unknown (for difference increments and the step norm) and of each
+    /// equation (for the residual norm). All must be finite and positive.
     pub fn with_scales(mut self, x_scale: &[f64], f_scale: &[f64]) -> Result<Self, InvalidInput> {
         let mut checker = Checker::new();
         checker.length(x_scale, self.x_scale.len(), "x_scale");
@@ -168,11 +168,11 @@ impl Newton {
         Ok(self)
     }
 
-    /// Searches from `x`, which becomes the root; on failure the stationary point, if that is what stopped
-    /// the search, else the iterate with the smallest residual.
+    /// Searches from `x`, which becomes the root. On failure `x` is the stationary point, if the search found
+    /// one, otherwise the iterate with the smallest residual.
     ///
     /// # Panics
-    /// When the system or x is not of the size of this memory.
+    /// If the sizes of the system or of x do not match this memory.
     pub fn solve(
         &mut self,
         system: &mut dyn System,
@@ -205,28 +205,28 @@ impl Newton {
         })
     }
 
-    /// R at the x that the last solve returned, shape (m,).
+    /// R at the x returned by the last solve, shape (m,).
     pub fn residual(&self) -> &[f64] {
         &self.residual
     }
 
-    /// The Jacobian that was evaluated last, shape (m, n); not necessarily at the x that was returned.
+    /// Jacobian evaluated last, shape (m, n); not necessarily at the returned x.
     pub fn jacobian(&self) -> &Matrix {
         &self.jacobian
     }
 
-    /// The iterates of the last solve from its start on, if [`Options::history`] asked for them.
+    /// Iterates of the last solve including its start, if [`Options::history`] is set.
     pub fn history(&self) -> &[Iterate] {
         &self.history
     }
 
-    /// Makes the next solve with [`Reuse::AcrossSolves`] begin with a fresh Jacobian: for when the system has
+    /// Makes the next solve with [`Reuse::AcrossSolves`] start with a fresh Jacobian, after the system has
     /// changed more than from one time step to the next.
     pub fn forget_jacobian(&mut self) {
         self.age = Age::None;
     }
 
-    /// Forgets the last search, except the Jacobian where it may be kept, and evaluates R at x.
+    /// Clears the last search, except a reusable Jacobian, and evaluates R at x.
     fn start(
         &mut self,
         system: &mut dyn System,
@@ -301,7 +301,7 @@ impl Newton {
         Ok(Status::IterationLimit)
     }
 
-    /// From the factorised Jacobian to the next iterate.
+    /// Computes the next iterate with the factorised Jacobian.
     fn find_step(
         &mut self,
         system: &mut dyn System,
@@ -338,7 +338,7 @@ impl Newton {
         }
     }
 
-    /// The Newton step, as far as the longest step reaches.
+    /// Newton step, limited to the maximum length.
     fn full_step(&mut self, system: &mut dyn System, x: &[f64]) -> Result<Trial, Interrupted> {
         let length = (self.longest_step / self.scaled_step_norm()).min(1.0);
         let norm = self.try_step(system, x, length)?;
@@ -367,13 +367,13 @@ impl Newton {
         }
     }
 
-    /// `step <- -J^-1 R`; false when there is no finite step.
+    /// `step <- -J^-1 R`; false if there is no finite step.
     fn solve_linear(&mut self) -> bool {
         self.linear.solve(&self.jacobian, &self.residual, &self.x_scale, &self.f_scale, &mut self.step)
     }
 
-    /// Multiplies the step by `length`, evaluates R at its end and returns its scaled norm, NaN when it is
-    /// not finite.
+    /// Multiplies the step by `length`, evaluates R at its end and returns its scaled norm, NaN if it is not
+    /// finite.
     pub(super) fn try_step(
         &mut self,
         system: &mut dyn System,
@@ -389,7 +389,7 @@ impl Newton {
         Ok(scaled_norm(&self.trial_residual, &self.f_scale, &mut self.scaled))
     }
 
-    /// Evaluates and factorises the Jacobian at x; `Some` status when the search must end with it.
+    /// Evaluates and factorises the Jacobian at x; `Some` is a status that ends the search.
     fn renew_jacobian(
         &mut self,
         system: &mut dyn System,
@@ -399,7 +399,7 @@ impl Newton {
     ) -> Result<Option<Status>, Interrupted> {
         self.evaluate_jacobian(system, x, options.derivative)?;
         let mut derivative = options.derivative;
-        // A gradient that could be the error of forward differences is looked at again with central ones.
+        // If the gradient could be an error of forward differences, recompute with central differences.
         if derivative == Derivative::Forward && self.gradient_is_noise(x, residual_norm, derivative) {
             derivative = Derivative::Central;
             self.evaluate_jacobian(system, x, derivative)?;
@@ -450,7 +450,7 @@ impl Newton {
             .sum()
     }
 
-    /// The fraction of |R| that the step removes in the linear model: `|J dx| / |R|`.
+    /// Fraction of |R| that the step removes in the linear model: `|J dx| / |R|`.
     pub(super) fn promised_reduction(&mut self, residual_norm: f64) -> f64 {
         for i in 0..self.residual.len() {
             let row = self.jacobian.row(i);
@@ -459,7 +459,7 @@ impl Newton {
         scaled_norm(&self.trial_residual, &self.f_scale, &mut self.scaled) / residual_norm
     }
 
-    /// Steps taken so far.
+    /// Number of steps so far.
     pub(super) fn iterations(&self) -> usize {
         self.counters.iterations
     }
@@ -493,7 +493,7 @@ impl Newton {
     }
 }
 
-/// `||v / scale||_2`; NaN or infinite when v is.
+/// `||v / scale||_2`; NaN or infinite if v is.
 fn scaled_norm(v: &[f64], scale: &[f64], memory: &mut [f64]) -> f64 {
     let memory = &mut memory[..v.len()];
     for (i, scaled) in memory.iter_mut().enumerate() {

@@ -1,77 +1,75 @@
-//! How to search.
+//! Options of a search.
 
 use super::Derivative;
 use crate::error::{Checker, InvalidInput};
 
-/// Bound of `||R / f_scale||_2`: the lab's rule.
+/// Bound of `||R / f_scale||_2`, as in the lab.
 pub(super) const RESIDUAL_TOLERANCE: f64 = 1e-6;
 
-/// The lab's limit.
+/// Limit of iterations, as in the lab.
 pub(super) const MAX_ITERATIONS: usize = 1000;
 
-/// What keeps the search on the way when a full Newton step would not.
+/// Globalisation of Newton's method.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Method {
-    /// Nothing: full steps, as in the textbook and in the lab.
+    /// None: full steps, as in textbooks and in the lab.
     Newton,
-    /// Backtracking along the Newton step until `|R|^2` falls enough (Armijo).
+    /// Backtracking along the Newton step until `|R|^2` decreases sufficiently (Armijo).
     LineSearch,
-    /// Powell's dogleg between the steepest descent and the Newton step, inside a region that grows with
-    /// success.
+    /// Powell's dogleg between the steepest descent and the Newton step, within a trust region.
     TrustRegion,
 }
 
-/// How long a factorised Jacobian is kept. A kept one serves as long as each step with it reduces the
-/// residual to at most [`Options::chord_rate`] times its value (chord steps: Hairer and Wanner 1996, section
-/// IV.8); after a step that does worse it is evaluated anew, and a step that reduces nothing is taken back
-/// first.
+/// Lifetime of a factorised Jacobian. A kept Jacobian remains in use while each step reduces the residual at
+/// least by the factor [`Options::chord_rate`] (chord steps: Hairer and Wanner 1996, section IV.8). After a
+/// worse step it is evaluated again; a step without any reduction is undone first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Reuse {
     /// A fresh Jacobian at every iteration.
     Never,
-    /// Kept from iteration to iteration of one solve.
+    /// Kept between iterations of one solve.
     WithinSolve,
-    /// Kept from one solve to the next as well: for time stepping, where neighbouring systems have almost the
-    /// same Jacobian. See [`Newton::forget_jacobian`](super::Newton::forget_jacobian).
+    /// Also kept between solves: for time stepping, where successive systems have similar Jacobians. See
+    /// [`Newton::forget_jacobian`](super::Newton::forget_jacobian).
     AcrossSolves,
 }
 
-/// The step rule: `sqrt(mean((dx / (absolute + relative |x|))^2)) <= 1`. Both zero (the default) switches it
-/// off.
+/// The step rule: `sqrt(mean((dx / (absolute + relative |x|))^2)) <= 1`. Both zero (the default) disable the
+/// rule.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StepTolerance {
-    /// In units of x, for variables near zero.
+    /// In units of x, for unknowns near zero.
     pub absolute: f64,
-    /// Without unit.
+    /// Dimensionless.
     pub relative: f64,
 }
 
-/// How to search. `Options::default()` is the lab's method.
+/// Options of a search. `Options::default()` is the lab's method.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Options {
     /// Globalisation; full Newton steps by default.
     pub method: Method,
-    /// Where the Jacobian comes from; analytic by default.
+    /// Source of the Jacobian; analytic by default.
     pub derivative: Derivative,
     /// Stop with success when `||R / f_scale||_2` is at most this; 1e-6 by default.
     pub residual_tolerance: f64,
-    /// Stop with success when a Newton step is that small and the residual confirms it; off by default.
+    /// Stop with success when a Newton step meets this tolerance and the residual confirms it; off by
+    /// default.
     pub step_tolerance: StepTolerance,
-    /// Largest number of steps; 1000 by default.
+    /// Maximum number of steps; 1000 by default.
     pub max_iter: usize,
-    /// How long a Jacobian is kept; never by default.
+    /// Lifetime of a Jacobian; one iteration by default.
     pub reuse: Reuse,
     /// Largest residual reduction factor per step with which a kept Jacobian stays in use, in (0, 1); 0.25 by
-    /// default: three such steps gain almost two digits, for less than the price of a Jacobian by
-    /// differences.
+    /// default: three such steps gain almost two digits, for less than the cost of a Jacobian by differences.
     pub chord_rate: f64,
-    /// Longest step, as `||dx / x_scale||_2`. By default the line search allows 1000 times the scaled start
-    /// (at least 1000), the other methods any.
+    /// Maximum step length, as `||dx / x_scale||_2`. By default 1000 times the scaled start (at least 1000)
+    /// for the line search, and unlimited for the other methods.
     pub longest_step: Option<f64>,
-    /// Lengthen the steps where they show a multiple root; off by default. A longer step is kept only if it
-    /// reduces the residual to a quarter, else it costs one evaluation.
+    /// Lengthen the steps near a multiple root; off by default. A longer step is kept only if it reduces the
+    /// residual to a quarter; otherwise it costs one evaluation.
     pub accelerate: bool,
-    /// Keep every iterate in [`Newton::history`](super::Newton::history); off by default.
+    /// Store every iterate in [`Newton::history`](super::Newton::history); off by default.
     pub history: bool,
 }
 
@@ -93,7 +91,7 @@ impl Default for Options {
 }
 
 impl Options {
-    /// Refuses values that make no sense, all at once.
+    /// Reports all invalid values at once.
     pub fn check(&self) -> Result<(), InvalidInput> {
         let mut checker = Checker::new();
         checker.non_negative(self.residual_tolerance, "residual_tolerance", "units of the scaled residual");

@@ -1,46 +1,46 @@
-//! The result of a search.
+//! Result of a search.
 
 use std::fmt;
 
-/// How a search ended. Only the first three are successes.
+/// Status of a search. Only the first three are successes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Status {
     /// The scaled residual fell below its tolerance.
     ConvergedResidual,
-    /// The Newton step fell below its tolerance (or below rounding) and the residual is as small as that step
-    /// explains.
+    /// The Newton step is below its tolerance (or below rounding), and the residual is consistent with a step
+    /// of that size.
     ConvergedStep,
-    /// The start was a root within the tolerance; nothing was done.
+    /// The start was a root within the tolerance.
     AlreadyRoot,
-    /// The gradient of `|R|^2` is zero but R is not: no step can be expected to help.
+    /// The gradient of `|R|^2` is zero but R is not: no step is expected to help.
     StationaryPoint,
     /// The Jacobian is so close to singular that no finite step exists.
     SingularJacobian,
     /// The limit of iterations was reached.
     IterationLimit,
-    /// The iterates ran away.
+    /// The iterates diverged.
     Diverged,
     /// Steps are too small to change x, but the residual is not small.
     Stalled,
     /// No shortening of the Newton step reduced the residual enough.
     LineSearchFailed,
-    /// The trust region shrank to nothing.
+    /// The radius of the trust region fell below its limit.
     TrustRegionCollapsed,
-    /// Several steps of the greatest allowed length one after the other.
+    /// Several consecutive steps had the maximum length.
     LongestSteps,
-    /// R is NaN or infinite at the start, or where the step led.
+    /// R is NaN or infinite at the start, or after a step.
     NonFiniteResidual,
     /// The Jacobian has a NaN or infinite entry.
     NonFiniteJacobian,
 }
 
 impl Status {
-    /// True when x is a root within the tolerances.
+    /// True if x is a root within the tolerances.
     pub fn is_success(self) -> bool {
         matches!(self, Self::ConvergedResidual | Self::ConvergedStep | Self::AlreadyRoot)
     }
 
-    /// A stable name in lower case, such as `converged_residual`.
+    /// Stable name in lower case, such as `converged_residual`.
     pub fn name(self) -> &'static str {
         match self {
             Self::ConvergedResidual => "converged_residual",
@@ -59,7 +59,7 @@ impl Status {
         }
     }
 
-    /// What happened, and what to change when it was no success.
+    /// Description, with advice unless the search succeeded.
     pub fn message(self) -> &'static str {
         match self {
             Self::ConvergedResidual => "The residual is below its tolerance.",
@@ -122,32 +122,31 @@ impl fmt::Display for Status {
     }
 }
 
-/// What came of a search.
+/// Result of a search.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Outcome {
-    /// How it ended.
+    /// Status.
     pub status: Status,
-    /// Steps taken.
+    /// Number of steps.
     pub iterations: usize,
-    /// Evaluations of R, those for differences included.
+    /// Evaluations of R, including those for Jacobians by differences.
     pub residual_evaluations: usize,
-    /// Of these, the ones that difference Jacobians took.
+    /// Evaluations of R for Jacobians by differences.
     pub difference_evaluations: usize,
     /// Jacobians evaluated, analytic or by differences.
     pub jacobian_evaluations: usize,
     /// Factorisations.
     pub factorisations: usize,
-    /// `||R / f_scale||_2` at the x that was returned.
+    /// `||R / f_scale||_2` at the returned x.
     pub residual_norm: f64,
-    /// `||dx / x_scale||_2` of the last step; NaN when none was taken.
+    /// `||dx / x_scale||_2` of the last step; NaN without a step.
     pub step_norm: f64,
-    /// Estimated multiplicity of the root when convergence was linear, as it is at multiple roots; `None`
-    /// otherwise.
+    /// Estimated multiplicity of the root if convergence was linear, as at multiple roots; `None` otherwise.
     pub multiplicity: Option<usize>,
 }
 
 impl Outcome {
-    /// What happened in numbers, and what to change when it was no success.
+    /// Description with numbers, and with advice unless the search succeeded.
     pub fn message(&self) -> String {
         let Self { status, iterations, residual_norm, .. } = self;
         let steps = if *iterations == 1 { "step" } else { "steps" };

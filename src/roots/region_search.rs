@@ -6,16 +6,16 @@ use super::outcome::Status;
 use crate::error::Interrupted;
 use crate::linalg::norm;
 
-/// A step is taken when it gives that fraction of the decrease of `|R|^2` that the linear model promises
+/// A step is accepted if it achieves this fraction of the decrease of `|R|^2` predicted by the linear model
 /// (`hybrj`).
 const TAKEN: f64 = 1e-4;
 
-/// A region smaller than that, relative to x, holds no other point worth trying.
+/// The search ends when the radius relative to x falls below this value.
 const SMALLEST: f64 = f64::EPSILON;
 
 impl Newton {
-    /// Tries dogleg steps, shrinking the region, until one reduces `|R|^2` as far as the linear model can be
-    /// believed.
+    /// Tries dogleg steps in a shrinking region until one reduces `|R|^2` sufficiently compared with the
+    /// linear model.
     pub(super) fn search_region(
         &mut self,
         system: &mut dyn System,
@@ -55,7 +55,7 @@ impl Newton {
         }
     }
 
-    /// The fraction of `|R|^2` that the linear model promises for the step: `1 - |R + J dx|^2 / |R|^2`.
+    /// Relative decrease of `|R|^2` that the linear model predicts for the step: `1 - |R + J dx|^2 / |R|^2`.
     fn model_reduction(&mut self, residual_norm: f64) -> f64 {
         let image = &mut self.region.image;
         for (i, image) in image.iter_mut().enumerate() {

@@ -1,12 +1,12 @@
-//! The Newton step `J dx = -R`: by LU, or by the pseudo-inverse where there is no unique solution.
+//! Newton step `J dx = -R` by LU factorisation, or by the pseudo-inverse if there is no unique solution.
 
 use crate::linalg::{Lu, Matrix, minimum_norm_solution};
 
-/// Where the smallest pivot is larger than that part of the largest, the matrix counts as far from singular;
-/// below, its condition is estimated.
+/// If the ratio of the smallest to the largest pivot exceeds this, the matrix is far from singular; otherwise
+/// its condition number is estimated.
 const PIVOT_RATIO: f64 = 1e-8;
 
-/// A Jacobian, factorised.
+/// A factorised Jacobian.
 #[derive(Clone, Debug)]
 pub(super) struct NewtonStep {
     lu: Lu,
@@ -28,18 +28,18 @@ impl NewtonStep {
         }
     }
 
-    /// True when the factorised Jacobian was square and not singular to rounding.
+    /// True if the factorised Jacobian is square and not singular to rounding.
     pub(super) fn is_regular(&self) -> bool {
         self.regular
     }
 
-    /// Factorises a finite Jacobian. Rows and columns are first scaled by powers of two, which costs no
-    /// accuracy, so that the units of equations and unknowns have no say in what counts as singular.
+    /// Factorises a finite Jacobian. Rows and columns are first scaled by powers of two, which is exact, so
+    /// that the test for singularity does not depend on the units of equations and unknowns.
     pub(super) fn factorise(&mut self, jacobian: &Matrix) {
         self.regular = jacobian.is_square() && self.equilibrate(jacobian) && self.factorise_equilibrated();
     }
 
-    /// False when a row or a column is zero.
+    /// False if a row or a column is zero.
     fn equilibrate(&mut self, jacobian: &Matrix) -> bool {
         self.row_scale.fill(0.0);
         for column in jacobian.column_iter() {
@@ -73,7 +73,7 @@ impl NewtonStep {
     }
 
     /// `step <- -J^-1 R`, or the minimum-norm least-squares step in the scaled variables (dx / x_scale, R /
-    /// f_scale) when J is singular or not square. False when there is no finite step.
+    /// f_scale) if J is singular or not square. False if there is no finite step.
     pub(super) fn solve(
         &mut self,
         jacobian: &Matrix,
@@ -103,7 +103,7 @@ impl NewtonStep {
     }
 }
 
-/// The largest power of two that is at most `value`; zero for zero and subnormal numbers.
+/// Largest power of two not greater than `value`; zero for zero and subnormal numbers.
 fn power_of_two_below(value: f64) -> f64 {
     const EXPONENT: u64 = 0x7ff0_0000_0000_0000; // IEEE 754 binary64
     f64::from_bits(value.to_bits() & EXPONENT)

@@ -1,31 +1,32 @@
-//! The double dogleg in a trust region (Powell 1970; Dennis and Mei 1979), with MINPACK's rules for its size.
+//! Double dogleg step in a trust region (Powell 1970; Dennis and Mei 1979), with MINPACK's rules for the
+//! radius.
 
 use crate::linalg::{Matrix, norm};
 
-/// The first radius is that multiple of the scaled start, or of the scales where the start is smaller
-/// (MINPACK's `factor`).
+/// Initial radius as a multiple of the scaled start, or of the scales if the start is smaller (MINPACK's
+/// `factor`).
 const FIRST_RADIUS: f64 = 100.0;
 
-/// Below this fraction the radius shrinks (`hybrj`).
+/// Below this ratio the radius shrinks (`hybrj`).
 const POOR: f64 = 0.1;
 
-/// From this fraction on, or after two steps that were not poor, the radius may grow (`hybrj`).
+/// From this ratio on, or after two steps that were not poor, the radius may grow (`hybrj`).
 const GOOD: f64 = 0.5;
 
-/// That close to one, the radius is set from the step (`hybrj`).
+/// If the ratio is this close to one, the radius follows from the step (`hybrj`).
 const EXCELLENT: f64 = 0.1;
 
-/// How much a poor step shrinks the radius (`hybrj`).
+/// Factor of the radius after a poor step (`hybrj`).
 const SHRINK: f64 = 0.5;
 
-/// How far the radius grows beyond a good step (`hybrj`).
+/// Largest radius relative to a good step (`hybrj`).
 const GROW: f64 = 2.0;
 
-/// The second leg of the double dogleg ends that far along the Newton step at least, the rest grows with how
-/// well the steepest descent does (Dennis and Schnabel 1983, section 6.4.2).
+/// The second leg of the double dogleg ends at least at this fraction of the Newton step; the fraction
+/// increases with the quality of the steepest descent (Dennis and Schnabel 1983, section 6.4.2).
 const NEWTON_BIAS: f64 = 0.2;
 
-/// The region `||dx / x_scale||_2 <= radius` and the memory of the dogleg.
+/// The region `||dx / x_scale||_2 <= radius` and working memory.
 #[derive(Clone, Debug)]
 pub(super) struct TrustRegion {
     pub(super) radius: f64,
@@ -48,14 +49,15 @@ impl TrustRegion {
         }
     }
 
-    /// Forgets an earlier search; `size` is the scaled norm of the start.
+    /// Resets the region for a new search; `size` is the scaled norm of the start.
     pub(super) fn reset(&mut self, size: f64) {
         self.radius = FIRST_RADIUS * size.max(1.0);
         self.successes = 0;
     }
 
-    /// `step <-` along the steepest descent to the minimum of the linear model, from there to a point on the
-    /// Newton step, on to its end, as far as the region reaches. False without a descent.
+    /// `step <-` dogleg path within the region: along the steepest descent to the minimum of the linear
+    /// model, then to a point on the Newton step, then to the end of the Newton step. False without a descent
+    /// direction.
     pub(super) fn dogleg(
         &mut self,
         jacobian: &Matrix,
@@ -72,7 +74,7 @@ impl TrustRegion {
             step.copy_from_slice(&self.newton);
             return true;
         }
-        // The unit vector of steepest descent, the slope of |R| along it, and the norm of its image.
+        // Unit vector of steepest descent, slope of |R| along it, and norm of its image.
         for j in 0..step.len() {
             step[j] = -self.gradient[j] * x_scale[j] * x_scale[j];
         }
@@ -89,7 +91,8 @@ impl TrustRegion {
             return false;
         }
         let cauchy_length = (slope / stretch) * (residual_norm / stretch);
-        // What the minimum along it gains, as a part of what the Newton step gains in the linear model.
+        // Decrease at the minimum along the steepest descent, relative to the decrease of the Newton step, in
+        // the linear model.
         let newton_gain: f64 = -(0..step.len()).map(|j| self.gradient[j] * self.newton[j]).sum::<f64>();
         let progress = cauchy_length * slope / newton_gain;
         let knee = NEWTON_BIAS + (1.0 - NEWTON_BIAS) * progress.min(1.0);
@@ -102,7 +105,7 @@ impl TrustRegion {
                 *v *= self.radius;
             }
         } else {
-            // |c + t (knee s - c)| = radius; the root in (0, 1), written without cancellation.
+            // |c + t (knee s - c)| = radius: the root in (0, 1), in a form without cancellation.
             for j in 0..step.len() {
                 step[j] *= cauchy_length;
                 self.leg[j] = knee * self.newton[j] - step[j];
@@ -117,7 +120,7 @@ impl TrustRegion {
         true
     }
 
-    /// Adapts the radius to how the step of that length did: `ratio` is actual over promised reduction of
+    /// Adapts the radius after a step of this length: `ratio` is the actual over the predicted reduction of
     /// `|R|^2`.
     pub(super) fn adapt(&mut self, ratio: f64, length: f64) {
         if ratio < POOR {

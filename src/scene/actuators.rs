@@ -1,4 +1,4 @@
-//! Actuators from their tables, which stand beside the rod or the links that they act on.
+//! Actuators from their tables, which follow the rod or the links on which they act.
 
 use super::document::{self, AlongRod, AlongRodTable, Command, Document, PathPart, Strain};
 use super::parts;
@@ -10,22 +10,22 @@ use crate::robot::Robot;
 use crate::rod::{Profile, STRAIN_NAMES};
 use crate::signal::Signal;
 
-/// Rate of its length below which a tendon's friction is smoothed, in m/s, unless the scene says another one.
+/// Default rate of length, in m/s, below which a tendon's friction is smoothed.
 const FRICTION_VELOCITY: f64 = 1e-3;
 
-/// The model that actuators act on.
+/// The model on which actuators act.
 #[derive(Clone, Copy)]
 pub(super) struct Surroundings<'a> {
-    /// Its links.
+    /// The robot with its links.
     pub(super) robot: &'a Robot,
-    /// Whether it is a rod: what names no link is on it.
+    /// Whether the model is a rod, which actuators need not name.
     pub(super) is_rod: bool,
-    /// Whether there are more links, which could not be read.
+    /// Whether there are further links that could not be read.
     pub(super) are_incomplete: bool,
 }
 
-/// The actuators of a scene, and the key of each in the file: tendons, then chambers, motors and active strains. Left out is
-/// what is on nothing that is known.
+/// Actuators of a scene with their keys in the file: tendons, then chambers, motors and active strains. Omits
+/// actuators on unknown links.
 pub(super) fn actuators(
     document: &Document,
     surroundings: Surroundings<'_>,
@@ -52,14 +52,14 @@ pub(super) fn actuators(
     found.into_iter().unzip()
 }
 
-/// The key in the file of a place in the actuators of a robot, which have these keys.
+/// Key in the file for a place in the actuators of a robot, which have these keys.
 pub(super) fn key_of_actuator(place: &str, keys: &[String]) -> Option<String> {
     let (i, rest) = place.strip_prefix("actuators[")?.split_once(']')?;
     Some(format!("{}{rest}", keys.get(i.parse::<usize>().ok()?)?))
 }
 
 impl Surroundings<'_> {
-    /// The link of a name, or the only one; nothing where a problem is noted.
+    /// The link with this name, or the only link; `None` after reporting a problem.
     fn link(self, name: Option<&str>, key: &str, shape: &mut Shape) -> Option<usize> {
         let names: Vec<&str> = self.robot.links.iter().map(|link| link.name.as_str()).collect();
         let (wrong, right) = match name {
@@ -80,7 +80,7 @@ impl Surroundings<'_> {
     }
 }
 
-/// One of two commands, of which a scene has one; nothing where a problem is noted.
+/// The one of two commands that the scene contains; `None` after reporting a problem.
 fn one_of(
     written: [(&str, &Option<Command>); 2],
     here: &str,
@@ -107,7 +107,7 @@ fn one_of(
     }
 }
 
-/// Notes what a command of another kind would need.
+/// Reports keys that only another kind of command uses.
 fn refuse_with(key: &str, here: &str, what: &str, shape: &mut Shape) {
     shape.refuse(&format!("{here}.{key}"), format!("{key} with {what}"), "remove it");
 }
@@ -256,7 +256,7 @@ fn active_strain(
     })
 }
 
-/// A part of a path; nothing where a problem is noted.
+/// A part of a path; `None` after reporting a problem.
 fn part(written: &PathPart, here: &str, surroundings: Surroundings<'_>, shape: &mut Shape) -> Option<Part> {
     let place = |key: &str| format!("{here}.{key}");
     let link_key = place("link");
@@ -293,7 +293,7 @@ fn part(written: &PathPart, here: &str, surroundings: Surroundings<'_>, shape: &
     Some(Part::Along(Along { link, offset, along }))
 }
 
-/// A number along a rod of this length; where two numbers are written, they are those at these ends.
+/// A number along a rod of this length; two numbers are the values at both ends.
 fn profile(
     written: &AlongRod,
     [from, to]: [f64; 2],
@@ -315,7 +315,7 @@ fn profile(
                 return Profile::linear([[*start], [*end]]);
             }
             let slope = (end - start) / (to - from);
-            // What is wrong with the ends is noted there.
+            // Problems of the ends are reported separately.
             let slope = if slope.is_finite() { slope } else { 0.0 };
             Profile::linear([[start - slope * from], [start + slope * (length - from)]])
         }

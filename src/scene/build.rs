@@ -1,5 +1,5 @@
-//! From a document to a scene: the physics is checked by the constructors that everybody uses, and their
-//! complaints are carried back to the lines of the file.
+//! Builds a scene from a document. The constructors of the crate check the physics, and their messages are
+//! mapped to lines of the file.
 
 use crate::accuracy;
 use crate::body;
@@ -18,17 +18,17 @@ use super::parts::{self, open_modes};
 use super::shape::{Shape, report};
 use super::{END_OF_OUTPUT, Method, Model, Quantity, Simulation};
 
-/// Largest result that a scene may ask for; more would not fit in the memory of an ordinary machine.
+/// Largest result that a scene may request; more would not fit in the memory of an ordinary machine.
 const MAX_RESULT_BYTES: f64 = (1u64 << 30) as f64;
 
-/// Most steps of a run: at a microsecond each they take hours.
+/// Maximum number of steps of a run: at a microsecond each they take hours.
 const MAX_STEPS: f64 = 1e10;
 
-/// Numbers that a result keeps per state beside q, v and a: time and the energy balance.
+/// Numbers per state in addition to q, v and a: time and the energy balance.
 const NUMBERS_PER_STATE: usize = 7;
 
-/// The model, its initial coordinates and velocities, and the settings. Problems are noted in `shape`; the parts
-/// are meaningful only if there are none.
+/// The model, its initial coordinates and velocities, and the settings. Problems are added to `shape`; the
+/// parts are valid only without problems.
 pub(super) fn build(
     document: &Document,
     imported: Option<&Imported>,
@@ -45,7 +45,7 @@ pub(super) fn build(
         report(checked, shape, |_| "simulation.dt".to_owned());
     }
     if shape.problems.is_empty() {
-        // A robot is compiled to find joints that move nothing with inertia.
+        // Compiling a robot finds joints that move nothing with inertia.
         let (compiled, q0) = match &model {
             Model::Rod(rod) => (Some(robot::RobotModel::of_rod(rod)), "rod[0].q0"),
             Model::Robot(robot) => (Some(robot::RobotModel::new(robot)), "link"),
@@ -74,7 +74,7 @@ pub(super) fn build(
     Some((model, state, simulation))
 }
 
-/// Refuses a start in which surfaces have gone into each other. Where loops are closed the start is moved first.
+/// Rejects a start with sunk surfaces. With closed loops the start is projected first.
 fn check_contacts(
     document: &Document,
     model: &mut robot::RobotModel,
@@ -263,7 +263,7 @@ fn rod(document: &Document, shape: &mut Shape) -> Option<(Model, [Vec<f64>; 2])>
     n.map(|_| (Model::Rod(rod), state))
 }
 
-/// The key in the file of a place in a [`robot::Rod`].
+/// Key in the file for a place in a [`robot::Rod`].
 fn rod_place(place: &str, segments: &[Segment]) -> String {
     if place.starts_with("gravity") {
         return format!("scene.{place}");
@@ -354,7 +354,7 @@ fn quantities(output: &Output) -> Vec<Quantity> {
 }
 
 impl Simulation {
-    /// Everything that is wrong with the settings, whatever the model.
+    /// Reports every problem of the settings, independent of the model.
     fn validate(&self) -> Result<(), InvalidInput> {
         let mut check = Checker::new();
         let starts = check.require(self.t0.is_finite(), "t0", Number(self.t0), "a finite number (seconds)");
@@ -375,15 +375,15 @@ impl Simulation {
             && runs
         {
             let expected = format!("at most the simulated time, {} s", Number(self.duration()));
-            // The duration is a difference, and rounded.
+            // The duration is a rounded difference.
             let is_within = dt * (1.0 - END_OF_OUTPUT) <= self.duration();
             check.require(is_within, "output.dt", Number(dt), &expected);
         }
         check.finish()
     }
 
-    /// Refuses a run of a model of `n` coordinates that would not end or not fit in memory. Says nothing about times
-    /// that [`Self::validate`] refuses.
+    /// Rejects a run of a model with `n` coordinates that would take too long or not fit in memory. Ignores
+    /// times that [`Self::validate`] rejects.
     fn check_size(&self, n: usize) -> Result<(), InvalidInput> {
         let (kept_every, place) = match self.output_dt {
             Some(dt) => (dt, "output.dt"),
@@ -394,7 +394,7 @@ impl Simulation {
         if ![duration, self.dt, kept_every].iter().all(|time| time.is_finite() && *time > 0.0) {
             return check.finish();
         }
-        // The quotients may be infinite: too many, like any other number that is too large.
+        // The quotients may be infinite, which counts as too many.
         let steps = duration / self.dt;
         if self.method.has_fixed_step() {
             let least = duration / MAX_STEPS;
@@ -414,7 +414,7 @@ impl Simulation {
     }
 }
 
-/// A large number in words that hold even where it overflowed.
+/// Formats a large number, including infinity.
 fn count(number: f64) -> String {
     if number.is_finite() { format!("{number:.2e}") } else { format!("more than {:.2e}", f64::MAX) }
 }

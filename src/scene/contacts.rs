@@ -8,7 +8,7 @@ use super::shape::Shape;
 use crate::contact::{Contact, Obstacle, Surface};
 use crate::robot::Robot;
 
-/// Stand in for what is missing, so that the rest can be checked.
+/// Stand-ins for missing values, so that the rest can be checked.
 const PLACE_STAND_IN: [f64; 3] = [0.0; 3];
 const OTHER_PLACE_STAND_IN: [f64; 3] = [1.0, 0.0, 0.0];
 const EXTENTS_STAND_IN: [f64; 3] = [1.0; 3];
@@ -18,12 +18,12 @@ const MESH_STAND_IN: ([[f64; 3]; 4], [[usize; 3]; 4]) = (
     [[0, 1, 2], [0, 1, 3], [0, 2, 3], [1, 2, 3]],
 );
 
-/// What a half space fills where the scene does not say it: all below the ground, as in Python.
+/// Default half space: everything below the ground, as in Python.
 const GROUND: [[f64; 3]; 2] = [[0.0; 3], [0.0, 0.0, 1.0]];
 
 const UNTURNED: [f64; 4] = [1.0, 0.0, 0.0, 0.0];
 
-/// The contacts of a scene, and the place of each in the file. Left out is what is on nothing that is known.
+/// Contacts of a scene with their indices in the file. Omits contacts on unknown links.
 pub(super) fn contacts(
     document: &Document,
     robot: &Robot,
@@ -39,7 +39,7 @@ pub(super) fn contacts(
     found.into_iter().unzip()
 }
 
-/// The key in the file of a place in the contacts of a robot, which stand at these places in the file.
+/// Key in the file for a place in the contacts of a robot, which have these indices in the file.
 pub(super) fn key_of_contact(place: &str, written: &[document::Contact], places: &[usize]) -> Option<String> {
     let (i, rest) = place.strip_prefix("contacts[")?.split_once(']')?;
     let i = *places.get(i.parse::<usize>().ok()?)?;
@@ -56,15 +56,15 @@ pub(super) fn key_of_contact(place: &str, written: &[document::Contact], places:
     Some(format!("contact[{i}]{rest}"))
 }
 
-/// The model that surfaces belong to.
+/// The model to which surfaces belong.
 struct Known {
     links: Vec<String>,
-    /// Whether there are more links that could not be read.
+    /// Whether there are further links that could not be read.
     are_incomplete: bool,
 }
 
 impl Known {
-    /// The link of a name; nothing where a problem is noted.
+    /// The link with this name; `None` after reporting a problem.
     fn link(&self, name: &str, key: &str, shape: &mut Shape) -> Option<usize> {
         let found = place(&self.links, name);
         if found.is_none() && !self.are_incomplete && shape.is_readable(key) {
@@ -120,7 +120,7 @@ fn word<'a>(surface: &Surface, links: &'a [String]) -> &'a str {
     }
 }
 
-/// A surface; nothing where a problem with its link is noted.
+/// A surface; `None` after reporting a problem with its link.
 fn surface(written: &ContactPlace, here: &str, known: &Known, shape: &mut Shape) -> Option<Surface> {
     let written = match written {
         ContactPlace::Name(name) => {
@@ -169,7 +169,7 @@ fn surface(written: &ContactPlace, here: &str, known: &Known, shape: &mut Shape)
     Some(Surface::Solid { link, at: written.at, shape: obstacle })
 }
 
-/// The surface through heights that a table has; a flat one stands in where they are wrong.
+/// The height field of a table; a flat one if the heights are invalid.
 fn height_field(written: &Written, here: &str, shape: &mut Shape) -> Obstacle {
     let rows = written.heights.as_deref().unwrap_or_default();
     let columns = rows.first().map_or(0, Vec::len);
@@ -197,12 +197,12 @@ fn height_field(written: &Written, here: &str, shape: &mut Shape) -> Obstacle {
     }
 }
 
-/// Notes keys that a surface does not take, and those that it needs.
+/// Reports unknown keys of a surface, and missing ones.
 fn check_keys(written: &Written, here: &str, shape: &mut Shape) {
     if !shape.is_readable(&format!("{here}.kind")) {
         return;
     }
-    // Needed ones, then those that may be left out.
+    // Required keys, then optional ones.
     let (needed, other): (&[&str], &[&str]) = match written.kind {
         None => (&["link", "radius"], &["at", "position"]),
         Some(ObstacleKind::HalfSpace) => (&[], &["point", "normal"]),
@@ -217,7 +217,7 @@ fn check_keys(written: &Written, here: &str, shape: &mut Shape) {
         Some(kind) if written.link.is_some() => format!("a shape of kind \"{}\" on a link", kind.name()),
         Some(kind) => format!("an obstacle of kind \"{}\"", kind.name()),
     };
-    // All may be on links.
+    // Every kind may be on a link.
     let of_links: &[&str] = match (written.kind, &written.link) {
         (None, _) => &[],
         (Some(_), Some(_)) => &["link", "at"],

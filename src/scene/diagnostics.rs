@@ -1,4 +1,4 @@
-//! Problems of a scene file with file, line and column, and the lines in question.
+//! Problems of a scene file with file, line, column and source lines.
 
 use std::fmt;
 use std::ops::Range;
@@ -7,17 +7,19 @@ use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
 
 use crate::error::{MAX_PROBLEMS, rest_of};
 
-/// Most bytes of a problem's key, and of each sentence about it: names and texts of a file may be of any length.
+/// Maximum number of bytes of a problem's key, and of each sentence about it: names and texts in a file may
+/// have any length.
 const LONGEST_KEY: usize = 200;
 const LONGEST_SENTENCE: usize = 1000;
 
-/// How much of a source line is looked at on either side of a problem's beginning, in bytes: wider than it is shown.
+/// Number of bytes of a source line passed to the renderer on either side of a problem's start: more than it
+/// shows.
 const LINE_AROUND: usize = 400;
 
-/// One thing that is wrong with a scene file.
+/// A problem of a scene file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SceneProblem {
-    /// Line in the file, from 1; 0 when the problem has no place in it (such as a file that is missing).
+    /// Line in the file, from 1; 0 for a problem without a position in the file (such as a missing file).
     pub line: usize,
     /// Column in the line, in characters, from 1.
     pub column: usize,
@@ -27,18 +29,18 @@ pub struct SceneProblem {
     pub wrong: String,
     /// What was expected; may be empty for a syntax error.
     pub right: String,
-    /// Bytes of the file that the problem is about.
+    /// Byte range of the problem in the file.
     pub span: Range<usize>,
-    /// Where it is, if that is a file that the scene imports at the place of the span.
+    /// Position in an imported file, which the span imports.
     pub elsewhere: Option<Elsewhere>,
 }
 
-/// Another file than the scene's.
+/// A file other than the scene's.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Elsewhere {
     /// Its name in messages.
     pub file: String,
-    /// The line with the problem, with the place marked.
+    /// The line with the problem, with a mark at the position.
     pub snippet: String,
 }
 
@@ -63,15 +65,16 @@ impl SceneProblem {
         format!("{}:{}:{}: {}", self.file(file), self.line, self.column, self.message())
     }
 
-    /// The file that it is in; `scene` is that of the scene.
+    /// Name of the file with the problem; `scene` is the name of the scene's file.
     pub fn file<'a>(&'a self, scene: &'a str) -> &'a str {
         self.elsewhere.as_ref().map_or(scene, |elsewhere| &elsewhere.file)
     }
 }
 
-/// The first [`MAX_PROBLEMS`] problems, whose spans are known, with lines and columns, in the order of the text.
+/// The first [`MAX_PROBLEMS`] problems, whose spans are known, with lines and columns, in the order of the
+/// text.
 pub(super) fn placed(text: &str, mut problems: Vec<SceneProblem>) -> Vec<SceneProblem> {
-    // Those of other files are in their order.
+    // Problems of imported files keep their order.
     let key = |problem: &SceneProblem| match problem.elsewhere {
         Some(_) => String::new(),
         None => problem.key.clone(),
@@ -90,20 +93,20 @@ pub(super) fn placed(text: &str, mut problems: Vec<SceneProblem>) -> Vec<ScenePr
     problems
 }
 
-/// A scene file that was refused, with what is wrong with it, in the order of the file. Never empty.
+/// A rejected scene file with its problems in the order of the file. Never empty.
 #[derive(Clone, Debug)]
 pub struct SceneError {
-    /// Name of the file, as it was given.
+    /// Name of the file as passed by the caller.
     pub file: String,
-    /// The problems: the first [`MAX_PROBLEMS`] of them.
+    /// The first [`MAX_PROBLEMS`] problems.
     pub problems: Vec<SceneProblem>,
-    /// Number of the problems after those.
+    /// Number of omitted problems.
     pub omitted: usize,
     text: String,
 }
 
 impl SceneError {
-    /// Places the problems, whose spans are known, in the text.
+    /// Computes the positions of problems, whose spans are known, in the text.
     pub(super) fn new(file: &str, text: &str, problems: Vec<SceneProblem>) -> Self {
         let omitted = problems.len().saturating_sub(MAX_PROBLEMS);
         Self { file: file.to_owned(), problems: placed(text, problems), omitted, text: text.to_owned() }
@@ -120,7 +123,8 @@ impl SceneError {
             return elsewhere.snippet.clone();
         }
         let Range { start, end } = problem.span;
-        // The line alone, and of a long one what is around the problem: the renderer reads all that it is given.
+        // Only this line, or the part around the problem of a long line, because the renderer reads its whole
+        // input.
         let line_start = self.text[..start].rfind('\n').map_or(0, |newline| newline + 1);
         let from = boundary(&self.text, start.saturating_sub(LINE_AROUND).max(line_start));
         let to = boundary(&self.text, start.saturating_add(LINE_AROUND));
@@ -134,7 +138,7 @@ impl SceneError {
 }
 
 impl fmt::Display for SceneError {
-    /// Every problem on its line, followed by the source line it is about; at the end the number of those left out.
+    /// Every problem with its source line, followed by the number of omitted problems.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for (i, problem) in self.problems.iter().enumerate() {
             if i > 0 {
@@ -148,7 +152,7 @@ impl fmt::Display for SceneError {
 
 impl std::error::Error for SceneError {}
 
-/// Cuts a text to so many bytes or a few less.
+/// Shortens a text to at most this number of bytes.
 fn shorten(text: &mut String, most: usize) {
     if text.len() > most {
         text.truncate(boundary(text, most));
@@ -163,12 +167,12 @@ fn line_and_column(text: &str, byte: usize) -> (usize, usize) {
     (before.matches('\n').count() + 1, before[line_start..].chars().count() + 1)
 }
 
-/// The last character boundary that is not behind `byte`.
+/// The last character boundary at or before `byte`.
 fn boundary(text: &str, byte: usize) -> usize {
     (0..=byte.min(text.len())).rev().find(|&byte| text.is_char_boundary(byte)).unwrap_or(0)
 }
 
-/// The part of a span that lies on its first line.
+/// The part of a span on its first line.
 fn first_line(text: &str, span: &Range<usize>) -> Range<usize> {
     let start = boundary(text, span.start);
     let end = boundary(text, span.end).max(start);

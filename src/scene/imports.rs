@@ -2,31 +2,31 @@
 
 use crate::robot::Link;
 
-/// The request of a scene.
+/// An import requested by a scene.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Request {
-    /// The URDF file, as the scene writes it: seen from the scene's folder.
+    /// Path of the URDF file as written in the scene, relative to the scene's folder.
     pub file: String,
-    /// Whether its root link moves freely.
+    /// Whether its root link has a free joint.
     pub floating: bool,
-    /// Stiffness of stops at the limits of its joints; without it limits are not taken over.
+    /// Stiffness of stops at the joint limits; `None` ignores limits.
     pub limit_stiffness: Option<f64>,
-    /// Whether moments of inertia that no body can have are replaced by the nearest ones.
+    /// Whether impossible moments of inertia are replaced by the nearest possible ones.
     pub mend_inertia: bool,
 }
 
-/// The content of a file.
+/// Content of a file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Imported {
-    /// Its links, parents before their children.
+    /// Links, parents before their children.
     pub links: Vec<Link>,
-    /// The file itself, to read the scene again.
+    /// Bytes of the file, to read the scene again.
     pub content: Vec<u8>,
-    /// Unsupported content of the file, in words, if there is any.
+    /// Description of unsupported content, if any.
     pub not_taken: Option<String>,
 }
 
-/// One thing that is wrong with a file.
+/// A problem of a file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct FileProblem {
     /// Its name in messages.
@@ -41,29 +41,29 @@ pub struct FileProblem {
     pub wrong: String,
     /// What was expected; may be empty.
     pub right: String,
-    /// The line it is about, with the place marked.
+    /// The source line, with a mark at the position.
     pub snippet: String,
 }
 
-/// Why nothing is imported.
+/// Reason why nothing was imported.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Refusal {
-    /// The file cannot be read: why.
+    /// The file cannot be read, with the reason.
     Unreadable(String),
-    /// Everything that is wrong with it.
+    /// All problems of the file.
     Wrong(Vec<FileProblem>),
 }
 
 /// Reads files for scenes.
 pub trait Imports {
-    /// The links of a file.
+    /// Reads the links of a file.
     ///
     /// # Errors
     /// The problems of the file.
     fn read(&mut self, request: &Request) -> Result<Imported, Refusal>;
 }
 
-/// Reads nothing.
+/// An implementation that rejects all imports.
 #[derive(Clone, Copy, Debug)]
 pub struct NoImports;
 

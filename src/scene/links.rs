@@ -1,4 +1,4 @@
-//! The links of a robot from their keys.
+//! Links of a robot from their tables.
 
 use super::actuators::{Surroundings, actuators, key_of_actuator};
 use super::contacts::{contacts, key_of_contact};
@@ -17,7 +17,7 @@ use crate::load;
 use crate::robot::{self, Driven, Robot};
 use crate::support;
 
-/// What the scene imports; nothing where a problem is noted.
+/// The imported links; `None` after reporting a problem.
 pub(super) fn import(written: &Import, imports: &mut dyn Imports, shape: &mut Shape) -> Option<Imported> {
     if !shape.is_readable("import") {
         return None;
@@ -42,12 +42,12 @@ pub(super) fn import(written: &Import, imports: &mut dyn Imports, shape: &mut Sh
     None
 }
 
-/// The names by which links of a scene can be called.
+/// Names of the links of a scene.
 struct Names<'a> {
-    /// Of the links that are imported, which stand before the others.
+    /// Names of imported links, which precede the others.
     imported: Vec<&'a str>,
     written: Vec<&'a str>,
-    /// Whether there are more that could not be read.
+    /// Whether there are further links that could not be read.
     are_incomplete: bool,
 }
 
@@ -61,7 +61,7 @@ impl<'a> Names<'a> {
         }
     }
 
-    /// Those of the links before a written one, in the order of the robot.
+    /// Names of the links before a link of the file, in the order of the robot.
     fn before(&self, i: usize) -> Vec<&'a str> {
         self.imported.iter().chain(&self.written[..i]).copied().collect()
     }
@@ -71,7 +71,7 @@ impl<'a> Names<'a> {
     }
 }
 
-/// What the tables of a robot's links make, behind those that are imported: the robot, and its initial coordinates and
+/// The robot from the tables of its links, which follow the imported ones, and its initial coordinates and
 /// velocities.
 pub(super) fn robot(
     document: &Document,
@@ -86,7 +86,7 @@ pub(super) fn robot(
     for (i, written) in written.iter().enumerate() {
         links.push(link(document, &names, i, written, shape));
     }
-    // Loads and supports are tables of their links: the places of all of them in the file.
+    // Loads and supports are tables of their links: collect their keys in the file.
     let (mut loads, mut load_keys) = (Vec::new(), Vec::new());
     let (mut supports, mut support_keys) = (Vec::new(), Vec::new());
     for (i, link) in written.iter().enumerate() {
@@ -125,7 +125,7 @@ pub(super) fn robot(
         known.unwrap_or_else(|| key_of(&key_of_link(place, before), written, &load_keys, &support_keys))
     };
     if names.are_incomplete {
-        // Whether they are connected is unknown; each can be wrong by itself.
+        // Their connections are unknown; check each link separately.
         for (i, link) in robot.links.iter().enumerate() {
             report(link.validate(), shape, |place| key(&format!("links[{i}].{place}")));
         }
@@ -143,7 +143,7 @@ pub(super) fn robot(
     Some((robot, state))
 }
 
-/// Initial coordinates or velocities, which each link has of its own, but those that are imported have together.
+/// Initial coordinates or velocities: one table per link, and one for all imported links together.
 fn state(document: &Document, robot: &Robot, before: usize, key: &str, shape: &mut Shape) -> Vec<f64> {
     let has_open_modes = !parts::open_modes(document).is_empty();
     let mut state = Vec::with_capacity(robot.coordinates());
@@ -202,7 +202,7 @@ fn link(document: &Document, names: &Names<'_>, i: usize, written: &Link, shape:
         .collect();
     robot::Link {
         parent,
-        // Where the parent is unknown its place says nothing.
+        // Without a known parent, the place on it cannot be checked.
         at: written.at.filter(|_| parent.is_some() || written.parent.is_none()),
         position: written.position,
         orientation: written.orientation,
@@ -224,7 +224,7 @@ fn link(document: &Document, names: &Names<'_>, i: usize, written: &Link, shape:
     }
 }
 
-/// The joint that is written at `here`; one that fits where a problem is noted.
+/// The joint written at `here`; a valid stand-in after reporting a problem.
 fn joint(written: &Joint, here: &str, shape: &mut Shape) -> joints::Joint {
     const STAND_IN: [f64; 3] = [1.0, 0.0, 0.0];
     const OTHER_STAND_IN: [f64; 3] = [0.0, 1.0, 0.0];
@@ -303,7 +303,7 @@ fn joint(written: &Joint, here: &str, shape: &mut Shape) -> joints::Joint {
     }
 }
 
-/// What drives the joint that is written at `here`.
+/// Source of a driven joint written at `here`.
 fn driven(
     document: &Document,
     names: &Names<'_>,
@@ -348,7 +348,7 @@ fn driven(
     (problems == shape.problems.len()).then_some(driven)
 }
 
-/// The motion of a joint of one coordinate.
+/// Prescribed motion of a joint with one coordinate.
 fn motion_of_coordinate(written: &JointMotion, here: &str, settings: &Settings, shape: &mut Shape) -> Driven {
     let JointMotion { times, values, amplitude, frequency, phase, mean, rate, .. } = written.clone();
     let others = [
@@ -370,7 +370,7 @@ fn motion_of_coordinate(written: &JointMotion, here: &str, settings: &Settings, 
     driven
 }
 
-/// The motion of the link of a free joint.
+/// Prescribed motion of a link with a free joint.
 fn motion_of_link(
     written: &JointMotion,
     here: &str,
@@ -394,7 +394,7 @@ fn motion_of_link(
     parts::base_motion(&BaseMotion { translation, axis, angle, rotation }, here, settings, shape)
 }
 
-/// The key in the file of a link of a [`Robot`], or of a place in it, where so many are imported before.
+/// Key in the file for a link of a [`Robot`], or for a place in it, if `before` links are imported.
 pub(super) fn key_of_link(place: &str, before: usize) -> String {
     let Some((i, rest)) = place.strip_prefix("links[").and_then(|rest| rest.split_once(']')) else {
         return place.to_owned();
@@ -406,7 +406,7 @@ pub(super) fn key_of_link(place: &str, before: usize) -> String {
     }
 }
 
-/// The key in the file of any place in a [`Robot`], links counted as in the file.
+/// Key in the file for any place in a [`Robot`], with links numbered as in the file.
 fn key_of(place: &str, written: &[Link], loads: &[String], supports: &[String]) -> String {
     if place.starts_with("gravity") {
         return format!("scene.{place}");

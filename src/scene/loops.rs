@@ -15,19 +15,19 @@ const LISTED: usize = 12;
 /// Name of the world within the names of loops.
 const WORLD: &str = "the world";
 
-/// Stand in for directions and lengths that could not be read, so that the rest can be checked.
+/// Stand-in for directions and lengths that could not be read, so that the rest can be checked.
 const STAND_IN: [f64; 3] = [1.0, 0.0, 0.0];
 const OTHER_STAND_IN: [f64; 3] = [0.0, 1.0, 0.0];
 const LENGTH_STAND_IN: f64 = 1.0;
 
-/// The loops of a scene, and the place of each in the file. Left out is what ties nothing that is known.
+/// Loops of a scene with their indices in the file. Omits loops between unknown places.
 pub(super) fn loops(
     document: &Document,
     robot: &Robot,
     are_incomplete: bool,
     shape: &mut Shape,
 ) -> (Vec<Loop>, Vec<usize>) {
-    // Of a robot that is refused there may be any number of coordinates.
+    // The number of coordinates of an invalid robot is unknown.
     let has_coordinates = !are_incomplete && robot.validate().is_ok();
     let known = Known {
         links: robot.links.iter().map(|link| link.name.clone()).collect(),
@@ -41,7 +41,7 @@ pub(super) fn loops(
     found.into_iter().unzip()
 }
 
-/// Notes a Jacobian that does not hold loops.
+/// Reports a Jacobian option that does not support closed loops.
 pub(super) fn check_jacobian(document: &Document, shape: &mut Shape) {
     if document.r#loop.is_empty() {
         return;
@@ -53,7 +53,7 @@ pub(super) fn check_jacobian(document: &Document, shape: &mut Shape) {
     }
 }
 
-/// The key in the file of a place in the loops of a robot, which stand at these places in the file.
+/// Key in the file for a place in the loops of a robot, which have these indices in the file.
 pub(super) fn key_of_loop(place: &str, written: &[document::Loop], places: &[usize]) -> Option<String> {
     let (i, rest) = place.strip_prefix("loops[")?.split_once(']')?;
     let i = *places.get(i.parse::<usize>().ok()?)?;
@@ -67,17 +67,17 @@ pub(super) fn key_of_loop(place: &str, written: &[document::Loop], places: &[usi
     Some(format!("loop[{i}]{rest}"))
 }
 
-/// The model that ends belong to.
+/// The model to which ends belong.
 struct Known {
     links: Vec<String>,
-    /// Whether there are more links that could not be read.
+    /// Whether there are further links that could not be read.
     are_incomplete: bool,
-    /// Nothing where they cannot be known.
+    /// Names of the coordinates; `None` if they cannot be determined.
     coordinates: Option<Vec<String>>,
 }
 
 impl Known {
-    /// The link of a name; nothing where a problem is noted.
+    /// The link with this name; `None` after reporting a problem.
     fn link(&self, name: &str, key: &str, shape: &mut Shape) -> Option<usize> {
         let found = place(&self.links, name);
         if found.is_none() && !self.are_incomplete && shape.is_readable(key) {
@@ -87,7 +87,7 @@ impl Known {
         found
     }
 
-    /// The coordinate of a name; nothing where it is not known.
+    /// The coordinate with this name; `None` if it is unknown.
     fn coordinate(&self, name: &str, key: &str, shape: &mut Shape) -> Option<usize> {
         let names = self.coordinates.as_ref()?;
         let found = place(names, name);
@@ -103,7 +103,7 @@ pub(super) fn place(names: &[String], name: &str) -> Option<usize> {
     names.iter().position(|known| known == name)
 }
 
-/// What to write instead of a name that is none of these: all of them, unless they are many.
+/// Advice for an unknown name: all valid names, unless there are many.
 pub(super) fn expected_name(name: &str, names: &[String], what: &str) -> String {
     let names: Vec<&str> = names.iter().map(String::as_str).collect();
     if names.len() <= LISTED {
@@ -159,13 +159,13 @@ fn one(written: &document::Loop, here: &str, known: &Known, shape: &mut Shape) -
     Some(Loop { name, tie })
 }
 
-/// Notes keys that a kind does not take, and those that it needs.
+/// Reports unknown keys of a kind of loop, and missing ones.
 fn check_keys(kind: &LoopKind, here: &str, shape: &mut Shape) {
     let here = format!("{here}.kind");
     if !shape.is_readable(&format!("{here}.type")) {
         return;
     }
-    // Needed ones, then those that may be left out.
+    // Required keys, then optional ones.
     let (needed, other): (&[&str], &[&str]) = match kind.r#type {
         LoopType::Weld | LoopType::Spherical => (&[], &[]),
         LoopType::Revolute | LoopType::Prismatic | LoopType::Cylindrical => (&["axis"], &[]),
@@ -208,7 +208,7 @@ fn check_keys(kind: &LoopKind, here: &str, shape: &mut Shape) {
     }
 }
 
-/// A coordinate that a gear ties, by its name; its place where it is known.
+/// A coordinate of a gear: its name, and its index if known.
 fn coordinate<'a>(
     written: Option<&'a LoopPlace>,
     here: &str,
@@ -235,7 +235,7 @@ fn coordinate<'a>(
     }
 }
 
-/// An end; nothing where a problem is noted.
+/// An end; `None` after reporting a problem.
 fn end(written: Option<&LoopPlace>, here: &str, known: &Known, shape: &mut Shape) -> Option<LoopEnd> {
     match written {
         None => Some(LoopEnd::in_world([0.0; 3])),

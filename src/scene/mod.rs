@@ -63,10 +63,10 @@ use shape::Shape;
 static SCHEMA: LazyLock<serde_json::Value> =
     LazyLock::new(|| serde_json::from_str(include_str!("schema.json")).expect("the schema is JSON"));
 
-/// A checked scene: every number in it is one that the simulator accepts.
+/// A validated scene: the simulator accepts all of its values.
 #[derive(Clone, Debug)]
 pub struct Scene {
-    /// The scene's name; the file's stem unless it says otherwise.
+    /// Name of the scene; by default the stem of the file name.
     pub name: String,
     /// The text it was read from.
     pub text: String,
@@ -76,17 +76,17 @@ pub struct Scene {
     pub q0: Vec<f64>,
     /// Initial generalised velocities.
     pub v0: Vec<f64>,
-    /// How it is simulated.
+    /// Settings of the simulation.
     pub simulation: Simulation,
-    /// Segments whose modes are open, counted link by link: [`Scene::choose_modes`] chooses them.
+    /// Indices of segments with open modes, counted link by link; [`Scene::choose_modes`] chooses them.
     pub open_modes: Vec<usize>,
-    /// Keys that are written by an old name, in the order of the file, and what to write instead.
+    /// Deprecated keys in the order of the file, with their replacements.
     pub deprecations: Vec<SceneProblem>,
-    /// The file that it imports, by the name that it has in the text.
+    /// The imported file, and its name in the text.
     pub imported: Option<(String, Imported)>,
 }
 
-/// The model of a scene.
+/// Model of a scene.
 #[derive(Clone, Debug, PartialEq)]
 #[allow(clippy::large_enum_variant, reason = "there is one in a scene")]
 pub enum Model {
@@ -108,7 +108,7 @@ impl Model {
         }
     }
 
-    /// The shortest period of its loads and of the motion of its base, in seconds; infinite where nothing oscillates.
+    /// Shortest period of loads and base motion, in seconds; infinite without oscillations.
     fn shortest_period(&self) -> f64 {
         match self {
             Self::Rod(rod) => robot::Robot::from(rod).shortest_period(),
@@ -118,10 +118,10 @@ impl Model {
     }
 }
 
-/// A last output step this close to the end, relative to the step, is the end.
+/// A last output time this close to the end, relative to the output step, counts as the end.
 const END_OF_OUTPUT: f64 = 1e-6;
 
-/// How a scene is simulated.
+/// Settings of a simulation.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Simulation {
     /// Time at the start, in seconds.
@@ -134,18 +134,18 @@ pub struct Simulation {
     pub dt: f64,
     /// Jacobian of the equations of a fixed step.
     pub jac: Jacobian,
-    /// Relative tolerance; with [`Method::Auto`] the accuracy that is wanted.
+    /// Relative tolerance; with [`Method::Auto`] the requested accuracy.
     pub rtol: f64,
     /// Absolute tolerance.
     pub atol: f64,
-    /// Time between the states that are kept, in seconds; `dt` if `None`.
+    /// Interval between stored states, in seconds; `dt` if `None`.
     pub output_dt: Option<f64>,
-    /// The quantities kept besides the coordinates.
+    /// Quantities stored in addition to the coordinates.
     pub quantities: Vec<Quantity>,
 }
 
 impl Simulation {
-    /// A simulation from time zero to `t_end` with everything else at its default.
+    /// A simulation from time zero to `t_end` with defaults.
     pub fn until(t_end: f64) -> Self {
         Self {
             t0: 0.0,
@@ -170,7 +170,7 @@ impl Simulation {
         self.t_end - self.t0
     }
 
-    /// The times at which states are kept: every output step from the start, and the end. `None`: every `dt`.
+    /// Times of stored states: every output interval from the start, and the end. `None`: every `dt`.
     pub fn output_times(&self) -> Option<Vec<f64>> {
         let step = self.output_dt?;
         let whole = (self.duration() / step - END_OF_OUTPUT).max(0.0).floor() as usize;
@@ -181,19 +181,19 @@ impl Simulation {
 }
 
 impl Scene {
-    /// Reads a scene; `file` is its name in messages, and its stem the scene's name by default. One that imports other
-    /// files is refused: [`Scene::parse_with`] takes them.
+    /// Reads a scene. `file` is its name in messages, and its stem the default name of the scene. Scenes that
+    /// import other files are rejected; use [`Scene::parse_with`].
     ///
     /// # Errors
-    /// Everything that is wrong with the text at once. A text that is not TOML is refused for that alone.
+    /// All problems of the text. Text that is not valid TOML has only a syntax error.
     pub fn parse(text: &str, file: &str) -> Result<Self, SceneError> {
         Self::parse_with(text, file, &mut NoImports)
     }
 
-    /// Reads a scene and, by `imports`, the file that it imports; otherwise like [`Scene::parse`].
+    /// Reads a scene, and the file that it imports through `imports`; otherwise like [`Scene::parse`].
     ///
     /// # Errors
-    /// Those of [`Scene::parse`], with everything that is wrong with that file.
+    /// As for [`Scene::parse`], and all problems of the imported file.
     pub fn parse_with(text: &str, file: &str, imports: &mut dyn Imports) -> Result<Self, SceneError> {
         let fail = |problems| SceneError::new(file, text, problems);
         let (table, errors) = DeTable::parse_recoverable(text);
@@ -226,10 +226,10 @@ impl Scene {
         }
     }
 
-    /// Reads a scene from the bytes of a file, which must be UTF-8; otherwise like [`Scene::parse_with`].
+    /// Reads a scene from the bytes of a UTF-8 file; otherwise like [`Scene::parse_with`].
     ///
     /// # Errors
-    /// Those of [`Scene::parse_with`], and bytes that are not UTF-8.
+    /// As for [`Scene::parse_with`], and bytes that are not UTF-8.
     pub fn from_bytes(bytes: &[u8], file: &str, imports: &mut dyn Imports) -> Result<Self, SceneError> {
         match str::from_utf8(bytes) {
             Ok(text) => Self::parse_with(text, file, imports),
@@ -244,8 +244,8 @@ impl Scene {
         }
     }
 
-    /// Chooses the modes that the scene leaves open, by trial motions to its tolerance; `monitor` may stop them. The
-    /// status says whether that succeeded: only then is the model the one that is meant. Nothing to do where no modes
+    /// Chooses the modes that the scene leaves open, by trial motions to its tolerance; `monitor` may stop
+    /// the search. The model is complete only if the returned status is a success. Does nothing if no modes
     /// are open.
     pub fn choose_modes(
         &mut self,
@@ -272,7 +272,7 @@ impl Scene {
         Ok(Some(modes))
     }
 
-    /// Puts a model in the place of its own: one whose open modes were chosen.
+    /// Replaces the model, for example by one with chosen modes.
     pub fn set_model(&mut self, model: Model) {
         let n = model.coordinates();
         if self.q0.len() != n {
@@ -282,8 +282,8 @@ impl Scene {
         self.open_modes.clear();
     }
 
-    /// The JSON Schema of scene files, for editors, with the old names of keys marked as deprecated; the one in
-    /// `scenes/` is this text.
+    /// JSON Schema of scene files for editors, in which old keys are marked as deprecated; identical to the
+    /// file in `scenes/`.
     pub fn schema() -> String {
         let mut schema = SCHEMA.clone();
         words::add_old_words(&mut schema);

@@ -1,5 +1,4 @@
-//! Common parts of rods and links from their keys: segments, loads, supports, fluids, motions
-//! of bases.
+//! Common parts of rods and links: segments, loads, supports, fluids, base motions.
 
 use std::sync::Arc;
 
@@ -17,10 +16,10 @@ use crate::signal::{Harmonic, Input, Signal, Table, covers};
 use crate::support;
 use crate::world;
 
-/// Where the modes are open, the model has these until they are chosen.
+/// Modes of the model's open segments until they are chosen.
 const UNTIL_CHOSEN: [usize; 6] = [0, 1, 1, 0, 0, 0];
 
-/// All segments with their places, link by link.
+/// All segments with their keys, link by link.
 pub(super) fn segments(document: &Document) -> Vec<(String, &Segment)> {
     let of_rod = document.rod.first().into_iter().flat_map(|rod| {
         rod.segment.iter().enumerate().map(|(i, segment)| (format!("rod[0].segment[{i}]"), segment))
@@ -32,7 +31,7 @@ pub(super) fn segments(document: &Document) -> Vec<(String, &Segment)> {
     of_rod.chain(of_links).collect()
 }
 
-/// Segments whose modes the scene leaves open, counted link by link.
+/// Indices of segments with open modes, counted link by link.
 pub(super) fn open_modes(document: &Document) -> Vec<usize> {
     let is_open = |segment: &Segment| matches!(segment.modes, ModeChoice::Open(_));
     let segments = segments(document).into_iter().enumerate();
@@ -79,8 +78,8 @@ pub(super) fn segment(written: &Segment, here: &str, shape: &mut Shape) -> rod::
     }
 }
 
-/// Young's modulus, shear modulus and density. Where one is unknown, a value that fits the others avoids a problem
-/// that the user doesn't have.
+/// Young's modulus, shear modulus and density. An unknown value is replaced by one that fits the others, to
+/// avoid consequential problems.
 fn material(written: &Segment, here: &str, shape: &mut Shape) -> [f64; 3] {
     const STAND_IN: f64 = 1.0;
     let place = |key: &str| format!("{here}.{key}");
@@ -147,7 +146,7 @@ pub(super) fn load(written: &Load, place: &str, shape: &mut Shape) -> load::Load
     load::Load { link: 0, extent, frame, force, moment }
 }
 
-/// A vector as it is written at `place`.
+/// The vector written at `place`.
 fn vector(written: &Vector, place: &str, shape: &mut Shape) -> Signal<3> {
     match written {
         Vector::Constant(value) => Signal::Constant(*value),
@@ -160,7 +159,7 @@ fn vector(written: &Vector, place: &str, shape: &mut Shape) -> Signal<3> {
     }
 }
 
-/// The command of an actuator, as written at `place`.
+/// The command of an actuator written at `place`.
 pub(super) fn command(written: &Command, place: &str, shape: &mut Shape) -> Signal<1> {
     match written {
         Command::Constant(value) => Signal::Constant([*value]),
@@ -199,7 +198,7 @@ fn set_or_varying<const N: usize>(
     let mut check = Checker::new();
     check.finite(&value, "default");
     report(check.finish(), shape, |problem| {
-        // One number stands alone in the file.
+        // A single number has no index in the file.
         format!("{place}.{}", if N == 1 { "default" } else { problem })
     });
     Signal::Input(Input { name: name.into(), value })
@@ -216,7 +215,7 @@ pub(super) fn varying_number(written: &VaryingNumber, place: &str, shape: &mut S
     Parts::numbers(times, values, [amplitude, mean, rate], frequency, phase).signal(place, shape)
 }
 
-/// What a function of time of N numbers is written with.
+/// Keys of a function of time of N numbers.
 struct Parts<const N: usize> {
     times: Option<Vec<f64>>,
     values: Option<Vec<[f64; N]>>,
@@ -252,7 +251,7 @@ impl<const N: usize> Parts<N> {
         self.times.is_some() || self.values.is_some() || self.is_harmonic()
     }
 
-    /// The signal; a placeholder where the text is invalid.
+    /// The signal; a placeholder if the text is invalid.
     fn signal(self, place: &str, shape: &mut Shape) -> Signal<N> {
         let is_harmonic = self.is_harmonic();
         let Self { times, values, amplitude, frequency, phase, mean, rate } = self;
@@ -339,7 +338,7 @@ pub(super) fn base_motion(
     motion
 }
 
-/// Notes a motion at `here` that is not known all over the run.
+/// Reports a motion at `here` that is not defined during the whole run.
 pub(super) fn check_span([from, to]: [f64; 2], here: &str, settings: &Settings, shape: &mut Shape) {
     let of_run = ["simulation.t_end", "simulation.t0"];
     let is_known = of_run.iter().all(|key| shape.is_readable(key));
@@ -375,12 +374,12 @@ pub(super) fn fluid(written: &Fluid) -> world::Fluid {
     }
 }
 
-/// The key in the table of a segment of a place in a [`rod::Segment`].
+/// Key in the table of a segment for a place in a [`rod::Segment`].
 pub(super) fn segment_key(place: &str, written: &Segment) -> String {
     if written.shear_modulus.is_none() && place == "shear_modulus" {
         "poisson_ratio".to_owned()
     } else if written.section.is_some() && place.starts_with("radius") {
-        // A circle that stands in a table of its own.
+        // A circle in a table of its own.
         format!("section.{place}")
     } else {
         place.to_owned()

@@ -1,4 +1,4 @@
-//! The section of a segment from its keys.
+//! Sections of segments.
 
 use super::document::{
     Inertia, Section, SectionKind, Segment, ShearCorrection, ShearRule, Size, SizeTable, Stiffness,
@@ -6,7 +6,7 @@ use super::document::{
 use super::shape::{Shape, report};
 use crate::rod;
 
-/// The section of the segment at `here`. A stand-in where a problem is noted.
+/// The section of the segment at `here`; a stand-in after reporting a problem.
 pub(super) fn section(written: &Segment, here: &str, shape: &mut Shape) -> rod::Section {
     let [radius, table] = ["radius", "section"].map(|key| format!("{here}.{key}"));
     match (&written.radius, &written.section) {
@@ -34,7 +34,7 @@ fn stand_in() -> rod::Section {
     rod::Section::circle([1.0; 2])
 }
 
-/// The size that is written at `place`; one metre where a problem is noted.
+/// The size written at `place`; one metre after reporting a problem.
 fn size(written: &Size, place: &str, shape: &mut Shape) -> rod::Profile<1> {
     match written {
         Size::Constant(size) => (*size).into(),
@@ -48,7 +48,7 @@ fn size(written: &Size, place: &str, shape: &mut Shape) -> rod::Profile<1> {
     }
 }
 
-/// In place of a section that may be a given one, for which no material is missing.
+/// Stand-in for a section that may have given properties, which needs no material.
 fn given_stand_in() -> rod::Section {
     rod::Section::Given(Box::new(rod::GivenSection {
         stiffness: rod::diagonal([1.0; 6]).into(),
@@ -58,10 +58,10 @@ fn given_stand_in() -> rod::Section {
     }))
 }
 
-/// Notes that a given section is made of no material.
+/// Reports material constants of a section with given properties.
 pub(super) fn refuse_material(written: &Segment, here: &str, shape: &mut Shape) {
     if !shape.is_readable(&format!("{here}.section.shape")) {
-        // Whether the section is a given one is unknown.
+        // The kind of section is unknown.
         return;
     }
     let keys = [
@@ -77,7 +77,7 @@ pub(super) fn refuse_material(written: &Segment, here: &str, shape: &mut Shape) 
     }
 }
 
-/// The shear correction of a shape.
+/// Shear correction of a shape.
 pub(super) fn shear_correction(written: &Segment) -> rod::ShearCorrection {
     match written.shear_correction {
         None => 1.0.into(),
@@ -89,7 +89,7 @@ pub(super) fn shear_correction(written: &Segment) -> rod::ShearCorrection {
 
 fn of_table(written: &Section, here: &str, shape: &mut Shape) -> rod::Section {
     if !shape.is_readable(&format!("{here}.shape")) {
-        // Which of the other keys belong here is unknown.
+        // The kind of section is unknown, and hence which of the other keys are valid.
         shape.replaced.insert(here.to_owned());
         return given_stand_in();
     }

@@ -1,8 +1,8 @@
 //! Validates the structure of a scene (keys, types, sizes, names) against its JSON Schema in one pass.
 //!
-//! The result is a table that certainly deserialises: an unreadable value of an optional key is left out, an
-//! unreadable or missing value of a required key is replaced by the schema's example. So the physics of the rest
-//! can be checked too, and a user sees all problems at once.
+//! The resulting table can always be deserialised: an unreadable value of an optional key is omitted, an
+//! unreadable or missing value of a required key is replaced by the schema's example. The rest can thus be
+//! checked too, and the user sees all problems at once.
 
 use std::collections::{BTreeSet, HashMap};
 use std::ops::Range;
@@ -17,18 +17,18 @@ use super::suggestion::suggestion;
 use super::words::{self, OldWord};
 use crate::error::InvalidInput;
 
-/// A document whose shape has been checked.
+/// A document after validation of its structure.
 #[derive(Debug, Default)]
 pub(super) struct Shape {
-    /// The document, with unreadable values left out or replaced.
+    /// The document, with unreadable values omitted or replaced.
     pub(super) table: toml::Table,
-    /// The problems.
+    /// Problems found so far.
     pub(super) problems: Vec<SceneProblem>,
-    /// Where each value stands in the file, by its path.
+    /// Position of each value in the file, by its path.
     pub(super) spans: HashMap<String, Range<usize>>,
-    /// Paths of the values that were left out or replaced.
+    /// Paths of omitted or replaced values.
     pub(super) replaced: BTreeSet<String>,
-    /// Keys that are written by an old name.
+    /// Deprecated keys.
     pub(super) deprecations: Vec<SceneProblem>,
 }
 
@@ -40,12 +40,12 @@ impl Shape {
         Self { table, ..reader.shape }
     }
 
-    /// Where a value stands; where it is absent, the innermost value around it that is present.
+    /// Position of a value; if it is absent, of the innermost enclosing value that is present.
     pub(super) fn span(&self, place: &str) -> Range<usize> {
         around(place).find_map(|place| self.spans.get(place)).cloned().unwrap_or_default()
     }
 
-    /// True when the value at `place`, everything in it and everything around it could be read.
+    /// True if the value at `place`, all values in it and all enclosing values could be read.
     pub(super) fn is_readable(&self, place: &str) -> bool {
         let within = |separator: &str| {
             let first = format!("{place}{separator}");
@@ -54,12 +54,12 @@ impl Shape {
         !around(place).any(|place| self.replaced.contains(place)) && !within(".") && !within("[")
     }
 
-    /// Notes a problem with the value at `place`.
+    /// Reports a problem with the value at `place`.
     pub(super) fn refuse(&mut self, place: &str, wrong: impl Into<String>, right: impl Into<String>) {
         self.problems.push(self.problem(place, wrong, right));
     }
 
-    /// Notes a problem in a file that is imported at `place`.
+    /// Reports a problem in a file imported at `place`.
     pub(super) fn refuse_file(&mut self, place: &str, problem: FileProblem) {
         let FileProblem { file, line, column, key, wrong, right, snippet } = problem;
         let elsewhere = Some(Elsewhere { file, snippet });
@@ -67,7 +67,7 @@ impl Shape {
         self.problems.push(SceneProblem { line, column, key, wrong, right, span, elsewhere });
     }
 
-    /// Notes that a value has an old name.
+    /// Reports a deprecated key.
     fn deprecate(&mut self, place: &str, right: &str) {
         let wrong = "an old name that the next version refuses";
         self.deprecations.push(self.problem(place, wrong, right));
@@ -87,7 +87,7 @@ impl Shape {
     }
 }
 
-/// Notes the complaints of a constructor at the keys of the file, unless the value there is a stand-in.
+/// Reports the problems found by a constructor at the keys of the file, except for stand-ins.
 pub(super) fn report<T>(
     result: Result<T, InvalidInput>,
     shape: &mut Shape,
@@ -106,7 +106,7 @@ pub(super) fn report<T>(
     None
 }
 
-/// A path, and those of the tables and arrays around it, the innermost first.
+/// A path and those of the enclosing tables and arrays, innermost first.
 fn around(place: &str) -> impl Iterator<Item = &str> {
     std::iter::successors(Some(place), |place| place.rfind(['.', '[']).map(|end| &place[..end]))
 }
@@ -114,7 +114,7 @@ fn around(place: &str) -> impl Iterator<Item = &str> {
 struct Reader<'a> {
     root: &'a Json,
     shape: Shape,
-    /// Headers of the tables of a scene that have a key of a name, once they are asked for.
+    /// Table headers by key name, computed on first use.
     tables: Option<HashMap<&'a str, Vec<String>>>,
 }
 
@@ -143,12 +143,12 @@ impl<'a> Reader<'a> {
                 let known = properties.keys().map(String::as_str);
                 let (right, meant) = self.advice(name, known, place);
                 self.shape.refuse(&inner, "unknown key", right);
-                // Neither the misspelt key nor the one that was meant says anything about the scene now.
+                // Neither the misspelt key nor the intended one can be checked further.
                 self.shape.replaced.extend(meant.map(|meant| join(place, meant)));
                 self.shape.replaced.insert(inner);
                 continue;
             };
-            // Tables are underlined at their key: their contents may lie anywhere below.
+            // Tables are underlined at their key, because their contents may be spread over the file.
             let span = if is_table_like(value.get_ref()) { key.span() } else { value.span() };
             self.shape.spans.insert(inner.clone(), span);
             match self.value(value, property, &inner) {
@@ -177,7 +177,7 @@ impl<'a> Reader<'a> {
         read
     }
 
-    /// Makes of a table what an old word in it meant.
+    /// Converts the value of an old word in a table.
     fn adapt(&mut self, word: &OldWord, read: &mut toml::Table) {
         if !read.contains_key(word.new) {
             return;
@@ -187,12 +187,12 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// The value in TOML's own types, or `None` when it was refused.
+    /// The value in TOML's own types, or `None` after reporting a problem.
     fn value(&mut self, value: &Spanned<DeValue<'_>>, schema: &'a Json, place: &str) -> Option<toml::Value> {
         let schema = self.resolve(schema);
         if let Some(branches) = schema["anyOf"].as_array() {
             let mut branches = branches.iter().map(|branch| self.resolve(branch));
-            // Of several kinds of arrays the one whose items are of the right kind, if there is one.
+            // Among several kinds of arrays, the one with the matching item type, if any.
             let accepted = branches.clone().filter(|branch| accepts(branch, value.get_ref()));
             let best = accepted.clone().find(|branch| accepts_first_item(branch, value.get_ref()));
             if let Some(branch) = best.or_else(|| accepted.clone().next()) {
@@ -206,7 +206,7 @@ impl<'a> Reader<'a> {
         }
         if !accepts(schema, value.get_ref()) {
             let expected = match value.get_ref() {
-                // [rod] where [[rod]] is meant, the commonest slip of TOML.
+                // [rod] instead of [[rod]], the most common mistake in TOML.
                 DeValue::Table(_) if schema["type"] == "array" => {
                     format!("double brackets: [[{}]]", without_indices(place))
                 }
@@ -268,7 +268,7 @@ impl<'a> Reader<'a> {
             self.shape.refuse(place, format!("got {number}"), format!("expected {}", self.expected(schema)));
             return None;
         }
-        // A number may be written as an integer wherever a real number is expected.
+        // An integer is valid where a real number is expected.
         Some(if schema["type"] == "integer" { number.into() } else { (number as f64).into() })
     }
 
@@ -321,7 +321,7 @@ impl<'a> Reader<'a> {
         (format!("keys {here} are {}", known.join(", ")), None)
     }
 
-    /// Headers of the tables of a scene that have a key of this name.
+    /// Headers of tables with a key of this name.
     fn tables_with(&mut self, name: &str) -> &[String] {
         if self.tables.is_none() {
             let mut tables = HashMap::new();
@@ -354,7 +354,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// Follows references to the schema that they mean.
+    /// Resolves references in the schema.
     fn resolve(&self, mut schema: &'a Json) -> &'a Json {
         loop {
             if let Some(reference) = schema["$ref"].as_str() {
@@ -400,7 +400,7 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// True when the type of `value` is the schema's.
+/// True if the type of `value` matches the schema.
 fn accepts(schema: &Json, value: &DeValue<'_>) -> bool {
     match schema["type"].as_str() {
         Some("number") => value.is_float() || value.is_integer(),
@@ -413,7 +413,7 @@ fn accepts(schema: &Json, value: &DeValue<'_>) -> bool {
     }
 }
 
-/// True when the first item of an array has the type that the schema wants, or there is none.
+/// True if an array is empty or its first item has the type required by the schema.
 fn accepts_first_item(schema: &Json, value: &DeValue<'_>) -> bool {
     let first = value.as_array().and_then(|array| array.first());
     first.is_none_or(|item| accepts(&schema["items"], item.get_ref()))
@@ -428,7 +428,7 @@ fn is_table_like(value: &DeValue<'_>) -> bool {
     }
 }
 
-/// The words that a schema of an enumeration allows.
+/// Values of an enumeration.
 fn words(schema: &Json) -> Option<Vec<&str>> {
     if let Some(branches) = schema["oneOf"].as_array() {
         return branches.iter().map(|branch| branch["const"].as_str()).collect();
@@ -445,13 +445,13 @@ fn required(schema: &Json) -> impl Iterator<Item = &str> {
     schema["required"].as_array().into_iter().flatten().filter_map(Json::as_str)
 }
 
-/// The first sentence of a schema's description.
+/// First sentence of a schema's description.
 fn sentence(schema: &Json) -> String {
     let description = schema["description"].as_str().unwrap_or("required");
     description.split_once(". ").map_or(description, |(first, _)| first).trim_end_matches('.').to_owned()
 }
 
-/// What to write instead of a word that is none of these.
+/// Advice for an unknown word.
 pub(super) fn expected_one_of(word: &str, words: &[&str]) -> String {
     match suggestion(word, words.iter().copied()) {
         Some(similar) => format!("did you mean \"{similar}\"? Expected {}", one_of(words)),
@@ -459,7 +459,7 @@ pub(super) fn expected_one_of(word: &str, words: &[&str]) -> String {
     }
 }
 
-/// The path as it stands in a table's header.
+/// The path as in the header of a table, without indices.
 fn without_indices(place: &str) -> String {
     place.split('.').map(|key| key.split('[').next().unwrap_or(key)).collect::<Vec<_>>().join(".")
 }

@@ -1,9 +1,9 @@
 //! Suggestions for unknown words.
 
-/// Least similarity (Jaro and Winkler 1990, 0 to 1) at which a known word is suggested for an unknown one.
+/// Smallest similarity (Jaro and Winkler 1990, 0 to 1) at which a known word is suggested.
 const SIMILARITY: f64 = 0.8;
 
-/// The known word most similar to `word`, if any is similar; of several the first.
+/// The known word most similar to `word`, if any is similar enough; the first one of equals.
 pub(crate) fn suggestion<'a>(word: &str, known: impl Iterator<Item = &'a str>) -> Option<&'a str> {
     let word = word.to_lowercase();
     known

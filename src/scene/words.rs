@@ -1,9 +1,9 @@
-//! Deprecated keys of the format, which are still read with a note that gives the new name.
+//! Deprecated keys of the format, which are still read with a note about the new name.
 
 use serde_json::{Value as Json, json};
 use toml::Table;
 
-/// A key that has a new name.
+/// A renamed key.
 #[derive(Debug)]
 pub(super) struct OldWord {
     /// Path of its table, without indices.
@@ -12,14 +12,14 @@ pub(super) struct OldWord {
     pub(super) old: &'static str,
     /// The new name, in the same table.
     pub(super) new: &'static str,
-    /// The current name.
+    /// The current name, for messages.
     pub(super) instead: &'static str,
-    /// Makes of the table, in which the value has its new name, what the old name meant; or says what is wrong with
-    /// it and what would be right.
+    /// Converts the table, in which the value already has its new name, to the meaning of the old key; an
+    /// error contains what is wrong and what would be right.
     pub(super) adapt: fn(&mut Table) -> Result<(), [&'static str; 2]>,
 }
 
-/// All of them. The words of Python won.
+/// All renamed keys. The names in Python are the current ones.
 pub(super) const OLD_WORDS: [OldWord; 5] = [
     OldWord {
         table: "simulation",
@@ -40,7 +40,7 @@ pub(super) const OLD_WORDS: [OldWord; 5] = [
         old: "tolerance",
         new: "rtol",
         instead: "write rtol, with method = \"auto\"",
-        // It chose the method, too.
+        // The old key also selected the method.
         adapt: |settings| {
             let method = settings.entry("method").or_insert_with(|| "auto".into());
             let right = "remove the method, or write rtol and atol, which it does take";
@@ -50,16 +50,16 @@ pub(super) const OLD_WORDS: [OldWord; 5] = [
     OldWord { table: "simulation.output", old: "step", new: "dt", instead: "write dt", ..SAME },
 ];
 
-/// An old word of the simulation that meant what the new one means.
+/// An old word of the simulation with unchanged meaning.
 const SAME: OldWord = OldWord { table: "simulation", old: "", new: "", instead: "", adapt: |_| Ok(()) };
 
-/// The old word that a key of a table is, if it is one.
+/// The old word for a key of a table, if any.
 pub(super) fn old_word(table: &str, key: &str) -> Option<&'static OldWord> {
     OLD_WORDS.iter().find(|word| word.table == table && word.old == key)
 }
 
-/// Adds the old words to a schema for editors, which would underline good files otherwise: deprecated keys, of which
-/// they say what to write.
+/// Adds deprecated keys with their replacements to a schema for editors, which would otherwise underline
+/// valid files.
 pub(super) fn add_old_words(schema: &mut Json) {
     for word in &OLD_WORDS {
         let place = table_of(schema, word.table);
@@ -70,7 +70,7 @@ pub(super) fn add_old_words(schema: &mut Json) {
         notes.insert("deprecated".to_owned(), true.into());
         notes.remove("default");
         table["properties"][word.old] = property;
-        // One of both names must be there then.
+        // Either the old or the new name is then required.
         let required = table["required"].as_array().cloned().unwrap_or_default();
         if required.contains(&word.new.into()) {
             table["required"] = required.into_iter().filter(|key| *key != word.new).collect();
@@ -81,7 +81,7 @@ pub(super) fn add_old_words(schema: &mut Json) {
     }
 }
 
-/// The place in a schema of what describes a table, as a JSON pointer.
+/// JSON pointer to the part of a schema that describes a table.
 fn table_of(schema: &Json, table: &str) -> String {
     table.split('.').fold(String::new(), |place, key| {
         let mut place = format!("{place}/properties/{key}");

@@ -1,4 +1,4 @@
-//! The times of steps of fixed size.
+//! End times of steps with fixed size.
 
 use crate::tape::Tape;
 

@@ -1,4 +1,5 @@
-//! Second-order equations of motion, and common parts of their integrators: [`crate::newmark`] and [`crate::radau`].
+//! Second-order equations of motion, and the common parts of their integrators [`crate::newmark`] and
+//! [`crate::radau`].
 //!
 //! ```
 //! use lissom::newmark::{Options, solve};

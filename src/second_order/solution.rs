@@ -1,27 +1,27 @@
-//! The solution during a run: requested states, collected step by step.
+//! Collection of requested states during a run.
 
 use super::status::{Counters, Status};
 use crate::error::{Checker, Interrupted, InvalidInput, Number};
 use crate::memory::{self, LARGEST_RESULT};
 
-/// A motion and how it came about. What was computed before a failure or an interruption is kept.
+/// A motion with its status. States computed before a failure or an interruption are kept.
 #[derive(Clone, Debug)]
 pub struct Solution {
-    /// Times: those asked for as far as they were reached, or the start and all accepted steps.
+    /// Times: the requested ones that were reached, or the start and all accepted steps.
     pub t: Vec<f64>,
-    /// Displacements at these times one after the other, n numbers each.
+    /// Displacements at these times, n numbers each.
     pub q: Vec<f64>,
-    /// Velocities, likewise.
+    /// Velocities at these times, n numbers each.
     pub v: Vec<f64>,
-    /// Accelerations, likewise.
+    /// Accelerations at these times, n numbers each.
     pub a: Vec<f64>,
     /// Number of coordinates n.
     pub n: usize,
     /// Counts of steps, iterations and evaluations.
     pub counters: Counters,
-    /// How it ended.
+    /// Status.
     pub status: Status,
-    /// The status in words, with what to change when it is not the wanted one.
+    /// Status in words, with advice unless the integration succeeded.
     pub message: String,
 }
 

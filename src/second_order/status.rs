@@ -2,10 +2,10 @@
 
 use crate::tape::Tape;
 
-/// Why the accelerations of a step could not be found.
+/// Reason why the accelerations of a step could not be computed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Failure {
-    /// Newton's method did not contract, with a fresh Jacobian in every iteration.
+    /// Newton's method did not converge, even with a fresh Jacobian in every iteration.
     NotConverged,
     /// The Jacobian is singular.
     SingularJacobian,
@@ -15,25 +15,25 @@ pub enum Failure {
     PassedThrough,
 }
 
-/// Why an integration ended.
+/// Reason why an integration ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Status {
     /// The end of the interval was reached.
     Finished,
-    /// The equations of motion have no acceleration at the start that could be found.
+    /// No accelerations at the start could be computed.
     NoInitialAcceleration(Failure),
-    /// The equations of motion of a step of fixed size could not be solved.
+    /// The equations of motion of a fixed step could not be solved.
     StepFailed(Failure),
-    /// The tolerances, or equations that could not be solved, need a step that is smaller than allowed.
+    /// The tolerances, or equations that could not be solved, require a step smaller than allowed.
     StepTooSmall,
-    /// The step limit was reached first.
+    /// The limit of steps was reached.
     TooManySteps,
-    /// The equations of motion or the monitor asked to stop.
+    /// The equations of motion or the monitor requested a stop.
     Interrupted,
 }
 
 impl Status {
-    /// True when the end of the interval was reached.
+    /// True if the end of the interval was reached.
     pub fn is_success(self) -> bool {
         self == Self::Finished
     }
@@ -59,21 +59,21 @@ impl Status {
 pub struct Counters {
     /// Accepted steps.
     pub steps: usize,
-    /// Steps that were solved and then rejected because of their error estimate.
+    /// Rejected steps, because of their error estimate.
     pub rejected: usize,
-    /// Steps that were cut because their equations could not be solved.
+    /// Steps that were shortened because their equations could not be solved.
     pub unsolved: usize,
     /// Newton iterations, in all steps and for the initial acceleration.
     pub newton_iterations: usize,
-    /// Residual evaluations, those for differenced Jacobians not included.
+    /// Residual evaluations, without those for Jacobians by differences.
     pub nfev: usize,
-    /// Residual evaluations for differenced Jacobians.
+    /// Residual evaluations for Jacobians by differences.
     pub nfev_jacobian: usize,
-    /// Jacobians.
+    /// Jacobians evaluated.
     pub njev: usize,
     /// Factorisations.
     pub nlu: usize,
-    /// Steps in which a Jacobian kept from an earlier one did not serve, so that a fresh one was needed.
+    /// Steps for which a Jacobian kept from an earlier step did not converge, so that a fresh one was needed.
     pub reuse_failures: usize,
     /// Steps that needed a fresh Jacobian in every iteration.
     pub full_newton: usize,

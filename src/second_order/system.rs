@@ -1,4 +1,4 @@
-//! Second-order equations of motion, and free motions of models as such.
+//! Second-order equations of motion, and free motions of models.
 
 use super::Failure;
 use crate::constraint::one_sided;
@@ -11,14 +11,14 @@ pub trait System {
     /// Number of coordinates n.
     fn n(&self) -> usize;
 
-    /// Number of constraints m. Where there are any, multipliers follow the accelerations that [`Self::residual`] is given,
-    /// and how far the constraints are from being held follows the residual.
+    /// Number of constraints m. With constraints, multipliers follow the accelerations passed to
+    /// [`Self::residual`], and gaps follow the residual.
     fn constraints(&self) -> usize {
         0
     }
 
-    /// `residual <- r(t, q, v, a)`, every entry of it. Non-finite values are allowed and end the step with a status that
-    /// says so, or cut it.
+    /// `residual <- r(t, q, v, a)`. Must set every entry. Non-finite values are allowed; they shorten the
+    /// step, or end the integration with a status that says so.
     fn residual(
         &mut self,
         t: f64,
@@ -28,8 +28,8 @@ pub trait System {
         residual: &mut [f64],
     ) -> Result<(), Interrupted>;
 
-    /// `tangent <- weights[0] dr/dq + weights[1] dr/dv + weights[2] dr/da`, every entry of it.
-    /// Called for [`Derivative::Analytic`](crate::roots::Derivative::Analytic) only.
+    /// `tangent <- weights[0] dr/dq + weights[1] dr/dv + weights[2] dr/da`. Must set every entry. Called only
+    /// for [`Derivative::Analytic`](crate::roots::Derivative::Analytic).
     fn tangent(
         &mut self,
         t: f64,
@@ -40,7 +40,7 @@ pub trait System {
         tangent: &mut Matrix,
     ) -> Result<(), Interrupted>;
 
-    /// The derivative of the constraints with respect to the displacements, m x n, every entry of it.
+    /// Derivative of the constraints with respect to the displacements, m x n. Must set every entry.
     fn constraint_jacobian(
         &mut self,
         _t: f64,
@@ -50,17 +50,17 @@ pub trait System {
         unreachable!("the system has no constraints");
     }
 
-    /// How far the constraints are from being held, m numbers: what [`Self::residual`] ends with.
+    /// Gaps of the constraints, m numbers, as at the end of [`Self::residual`].
     fn gaps(&mut self, _t: f64, _q: &[f64], _gaps: &mut [f64]) -> Result<(), Interrupted> {
         unreachable!("the system has no constraints");
     }
 
-    /// The first derivatives of these in time.
+    /// First time derivatives of the gaps.
     fn gap_rates(&mut self, _t: f64, _q: &[f64], _v: &[f64], _rates: &mut [f64]) -> Result<(), Interrupted> {
         unreachable!("the system has no constraints");
     }
 
-    /// The second ones. `motion` are displacements, velocities and accelerations.
+    /// Second time derivatives of the gaps. `motion` contains displacements, velocities and accelerations.
     fn gap_accelerations(
         &mut self,
         _t: f64,
@@ -70,7 +70,7 @@ pub trait System {
         unreachable!("the system has no constraints");
     }
 
-    /// Accelerations and multipliers that hold the constraints at a start that fits them. `a` has n + m entries.
+    /// Accelerations and multipliers at a start that satisfies the constraints. `a` has n + m entries.
     fn constrained_start(
         &mut self,
         _t: f64,
@@ -81,8 +81,8 @@ pub trait System {
         unreachable!("the system has no constraints");
     }
 
-    /// The structure of the tangent (as zeros) where that is a chain's matrix and cheaper to solve with: then
-    /// [`Self::tree_tangent`] is called in place of [`Self::tangent`].
+    /// Structure of the tangent (zeros) if it is the matrix of a chain for which this form is cheaper;
+    /// [`Self::tree_tangent`] is then called instead of [`Self::tangent`].
     fn tree(&self) -> Option<TreeMatrix> {
         None
     }
@@ -106,22 +106,23 @@ pub trait System {
         unreachable!("the system is no chain");
     }
 
-    /// Writes a state in coordinates that are far from their singularities, where it is not: called between accepted
-    /// steps. `accelerations` are all that follow the coordinates' second derivatives. Returns whether it changed them.
+    /// Rewrites a state in coordinates away from their singularities, if necessary. Called between accepted
+    /// steps. `accelerations` are all vectors that transform as second derivatives of the coordinates.
+    /// Returns whether anything changed.
     fn wrap(&mut self, _q: &mut [f64], _v: &mut [f64], _accelerations: &mut [&mut [f64]]) -> bool {
         false
     }
 
-    /// Whether forces can set in at once.
+    /// Whether there are contacts, whose forces set in abruptly.
     fn has_contact(&self) -> bool {
         false
     }
 
-    /// From now on tangents linearise friction as suits an iteration ([`Model::follow_friction`]).
+    /// Selects the linearisation of friction for an iteration ([`Model::follow_friction`]).
     fn follow_friction(&mut self, _length: Option<f64>) {}
 
-    /// Whether they have set in so hard, in a step of size `h` that began with the displacements and velocities `before` and ends
-    /// in a motion (displacements, velocities, accelerations), that it does not see them rise and fall.
+    /// Whether an impact is too hard to be resolved by a step of size `h` from the displacements and
+    /// velocities `before` to a motion (displacements, velocities, accelerations).
     fn is_jolted(
         &mut self,
         _t: f64,
@@ -132,17 +133,17 @@ pub trait System {
         Ok(false)
     }
 
-    /// Whether surfaces touch in the state that was looked at last.
+    /// Whether surfaces touch in the state evaluated last.
     fn is_touched(&self) -> bool {
         false
     }
 
-    /// Whether surfaces are so near each other there that they may touch in the next one.
+    /// Whether surfaces in the state evaluated last are so close that they may touch in the next one.
     fn may_touch(&self) -> bool {
         false
     }
 
-    /// Whether such a step ends with more energy than any that sees its impacts.
+    /// Whether such a step gains more energy than a step that resolves its impacts would.
     fn gains_energy(
         &mut self,
         _t: f64,
@@ -154,17 +155,18 @@ pub trait System {
         Ok(false)
     }
 
-    /// Whether displacements mean nothing ([`Flaw`](crate::model::Flaw)), those of surfaces that are sunk included.
+    /// Whether displacements are an invalid shape ([`Flaw`](crate::model::Flaw)), including sunk surfaces.
     fn is_flawed(&mut self, _t: f64, _q: &[f64]) -> Result<bool, Interrupted> {
         Ok(false)
     }
 
-    /// Whether displacements turn what moves farther than can be followed, as too long a step may.
+    /// Whether displacements contain rotations too large to be followed, which a step that is too long can
+    /// cause.
     fn is_turned_too_far(&mut self, _t: f64, _q: &[f64]) -> Result<bool, Interrupted> {
         Ok(false)
     }
 
-    /// Whether surfaces pass through each other on a way, unseen at the times and displacements that are given of it, by more than
+    /// Whether surfaces pass through each other along a path given by times and displacements, by more than
     /// half of a radius.
     fn have_passed(&mut self, _way: &[(f64, &[f64])], _radius: Radius) -> Result<bool, Interrupted> {
         Ok(false)
@@ -187,33 +189,32 @@ pub trait System {
         false
     }
 
-    /// From now on those constraints hold whose multipliers are not zero.
+    /// Makes exactly the constraints with non-zero multipliers active.
     fn release(&mut self, _multipliers: &[f64]) {}
 
-    /// Takes up constraints that are passed, or lets go of one whose multiplier is below zero.
+    /// Activates violated constraints, or releases one with a negative multiplier.
     fn switch(&mut self, _t: f64, _q: &[f64], _multipliers: &mut [f64]) -> Result<Switch, Interrupted> {
         Ok(Switch::Nothing)
     }
 
-    /// How far an adaptive step from `t` may go that cannot pass unseen over something that drives the system; the
-    /// step ends there.
+    /// Latest end of an adaptive step from `t` that cannot miss a feature of the excitation.
     fn horizon(&self, _t: f64) -> f64 {
         f64::INFINITY
     }
 
-    /// About how many residuals cost as much as a tangent: decides when a fresh one pays.
+    /// Approximate cost of a tangent in units of residuals; determines when a fresh tangent pays.
     fn tangent_cost(&self) -> f64 {
         3.0
     }
 
-    /// Changes of the displacements that count as large: what is computed from them is rounded as if they were of this
-    /// size, even near zero. Zero where nothing is known.
+    /// Large changes of the displacements, which determine the rounding errors of quantities computed from
+    /// them even near zero. Zero if unknown.
     fn typical_displacements(&self, sizes: &mut [f64]) {
         sizes.fill(0.0);
     }
 }
 
-/// The free motion of a model: its inverse dynamics are zero.
+/// Free motion of a model: zero inverse dynamics.
 #[derive(Debug)]
 pub struct FreeMotion<'a, M: ?Sized>(pub &'a mut M);
 

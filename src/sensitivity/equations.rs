@@ -1,10 +1,10 @@
-//! The equations of a run at one state, linearised: how they change with coordinates, velocities and parameters.
+//! The equations of a run, linearised at one state with respect to coordinates, velocities and parameters.
 
 use super::{Failure, Leg, Parameter, Together};
 use crate::linalg::{Matrix, dot};
 use crate::model::{ForwardScratch, Model};
 
-/// A state of a run, and the tangents there.
+/// A state of a run with its tangents.
 pub(super) struct Linearised {
     pub(super) t: f64,
     pub(super) q: Vec<f64>,
@@ -21,7 +21,7 @@ impl Linearised {
         Self { t: 0.0, q, v, a, stiffness, damping }
     }
 
-    /// Takes a state.
+    /// Sets the state.
     pub(super) fn place(&mut self, t: f64, [q, v, a]: [&[f64]; 3]) {
         self.t = t;
         self.q.copy_from_slice(q);
@@ -38,13 +38,13 @@ impl Linearised {
     }
 }
 
-/// The equations of a run `r(q, v, a, p, t) = 0`, with the inputs that are held.
+/// The equations of a run `r(q, v, a, p, t) = 0` with constant inputs.
 pub(super) struct Equations<'a, M: ?Sized> {
     model: &'a mut M,
     legs: &'a [Leg],
-    /// Number of the leg whose inputs are held.
+    /// Index of the leg whose inputs are set.
     leg: usize,
-    /// The derivative of the forces with respect to inputs, where one of them is a parameter.
+    /// Derivative of the forces with respect to inputs, if an input of this leg is a parameter.
     of_inputs: Matrix,
     scratch: ForwardScratch,
 }
@@ -72,21 +72,21 @@ impl<'a, M: Model + ?Sized> Equations<'a, M> {
         }
     }
 
-    /// Solves for the accelerations of a state. The error tells that none could be found.
+    /// Solves for the accelerations of a state; fails if there are none.
     pub(super) fn solve(&mut self, at: &mut Linearised, step: usize) -> Result<(), Failure> {
         self.model.set_time(at.t)?;
         let Linearised { q, v, a, .. } = at;
         self.model.forward_dynamics(q, v, a, &mut self.scratch).map_err(|_| Failure::Singular(step))
     }
 
-    /// What a state leaves of the equations.
+    /// Residual of the equations at a state.
     pub(super) fn residual(&mut self, at: &Linearised, residual: &mut [f64]) -> Result<(), Failure> {
         self.model.set_time(at.t)?;
         self.model.inverse_dynamics(&at.q, &at.v, &at.a, residual);
         Ok(())
     }
 
-    /// Evaluates the tangents of a state, and their sum with these weights.
+    /// Evaluates the tangents of a state, and their weighted sum.
     pub(super) fn linearise(
         &mut self,
         at: &mut Linearised,
@@ -101,7 +101,7 @@ impl<'a, M: Model + ?Sized> Equations<'a, M> {
         Ok(())
     }
 
-    /// Evaluates the derivative with respect to inputs, where one that is held here is a parameter.
+    /// Evaluates the derivative with respect to inputs, if an input of this leg is a parameter.
     fn differentiate_inputs<F: ?Sized>(&mut self, at: &Linearised, parameters: &[Parameter<F>]) {
         let is_held =
             |parameter: &Parameter<F>| matches!(parameter, Parameter::Input { leg, .. } if *leg == self.leg);
@@ -135,7 +135,8 @@ impl<'a, M: Model + ?Sized> Equations<'a, M> {
         Ok(())
     }
 
-    /// Adds `lambda . dr/dp` to the gradient with respect to all parameters, and what parameters ask for together.
+    /// Adds `lambda . dr/dp` to the gradient with respect to all parameters, and accumulates shared
+    /// derivatives.
     pub(super) fn gather<F: Model + ?Sized>(
         &mut self,
         at: &Linearised,

@@ -1,36 +1,37 @@
-//! How generalised forces change with a parameter of the model.
+//! Derivative of the generalised forces with respect to a parameter of the model.
 
 use crate::error::Interrupted;
 use crate::linalg::{Matrix, dot, norm_inf};
 use crate::model::Model;
 
-/// Up to this part of what is added, sums of compiled models are rounding: some hundred operations.
+/// Relative rounding error of sums of compiled models, for some hundred operations.
 const ROUNDING: f64 = 1e-13;
 
 /// Row, column and value of an entry of a matrix.
 type Entry = (usize, usize, f64);
 
-/// The entries that q, v and a are multiplied with, and the rest.
+/// Entries that multiply q, v and a, and the constant part.
 type Affine = ([Vec<Entry>; 3], Vec<f64>);
 
-/// The derivative of `tau(q, v, a)` with respect to a parameter: a weighted sum of those of models that differ in it, or, where
-/// that is affine in the state, its coefficients.
+/// Derivative of `tau(q, v, a)` with respect to a parameter: a weighted sum of the forces of models that
+/// differ in the parameter, or the coefficients of this sum if it is affine in the state.
 #[derive(Debug)]
 pub struct ForceDerivative<M: ?Sized> {
     terms: Vec<(Box<M>, f64)>,
-    /// Where it is affine in the state.
+    /// Coefficients, if the derivative is affine in the state.
     affine: Option<Affine>,
     tau: Vec<f64>,
     sum: Vec<f64>,
 }
 
 impl<M: Model + ?Sized> ForceDerivative<M> {
-    /// Of models of `n` coordinates and their weights; none where no force depends on the parameter. Coefficients are computed for
-    /// models that neither time nor, if `is_steered`, inputs change, and whose forces act in all states.
+    /// Derivative from models of `n` coordinates and their weights; no models if no force depends on the
+    /// parameter. Coefficients are precomputed only if the models do not depend on time or, if `is_steered`,
+    /// on inputs, and if their forces act in all states.
     pub fn new(terms: Vec<(Box<M>, f64)>, n: usize, is_steered: bool) -> Result<Self, Interrupted> {
         let zeros = vec![0.0; n];
         let mut derivative = Self { affine: None, tau: zeros.clone(), sum: zeros.clone(), terms };
-        // Some states tell nothing of forces that act in others.
+        // One-sided forces may vanish in the sampled states and act in others.
         let changes = |model: &M| {
             model.varies_in_time() || is_steered && model.inputs() > 0 || model.has_one_sided_forces()
         };
@@ -80,8 +81,8 @@ impl<M: Model + ?Sized> ForceDerivative<M> {
         Ok(derivative)
     }
 
-    /// Whether two states that lie opposite to each other have the mean of rest: tells most that are not affine, before any tangent
-    /// is computed.
+    /// Whether the mean of two opposite states equals the value at rest: rules out most derivatives that are
+    /// not affine, before any tangent is evaluated.
     fn may_be_affine(&mut self, n: usize) -> Result<bool, Interrupted> {
         let mut sum = vec![0.0; n];
         let mut size = 0.0;
@@ -93,8 +94,8 @@ impl<M: Model + ?Sized> ForceDerivative<M> {
         Ok(norm_inf(&sum) <= ROUNDING * size)
     }
 
-    /// Of a parameter of the material of a segment alone: the derivatives of its stiffness and damping, k x k each, in the rows
-    /// and columns of its k coordinates, which begin with `first` of all `n`.
+    /// Derivative with respect to a material parameter of one segment: the derivatives of stiffness and
+    /// damping, k x k each, for its k coordinates, which start at index `first` of all `n`.
     pub fn of_material(first: usize, [stiffness, damping]: [&Matrix; 2], n: usize) -> Self {
         let entries = |block: &Matrix| -> Vec<Entry> {
             let (rows, columns) = block.shape();
@@ -111,12 +112,12 @@ impl<M: Model + ?Sized> ForceDerivative<M> {
         }
     }
 
-    /// From now on these are the inputs.
+    /// Sets the inputs.
     pub(super) fn set_inputs(&mut self, inputs: &[f64]) {
         self.terms.iter_mut().for_each(|(model, _)| model.set_inputs(inputs));
     }
 
-    /// Adds this multiple of it at a time and a state.
+    /// Adds a multiple of the derivative at a time and a state.
     pub(super) fn add(
         &mut self,
         factor: f64,
@@ -131,7 +132,7 @@ impl<M: Model + ?Sized> ForceDerivative<M> {
         Ok(())
     }
 
-    /// Its product with a vector.
+    /// Product of the derivative with a vector.
     pub(super) fn along(&mut self, lambda: &[f64], t: f64, state: [&[f64]; 3]) -> Result<f64, Interrupted> {
         if let Some((entries, rest)) = &self.affine {
             let of_state = entries.iter().zip(state).map(|(entries, state)| {
@@ -147,7 +148,7 @@ impl<M: Model + ?Sized> ForceDerivative<M> {
         added.map(|_| product)
     }
 
-    /// Adds a multiple of the weighted sum; the largest that was added.
+    /// Adds a multiple of the weighted sum; returns the largest added magnitude.
     fn add_terms(
         &mut self,
         factor: f64,
@@ -166,7 +167,7 @@ impl<M: Model + ?Sized> ForceDerivative<M> {
     }
 }
 
-/// Coordinates, velocities and accelerations of that size, without a pattern that a model could have.
+/// Coordinates, velocities and accelerations of this size, without any pattern that a model could have.
 fn some_state(n: usize, size: f64) -> [Vec<f64>; 3] {
     [0.3, 1.1, 2.3].map(|shift| (0..n).map(|i| size * (1.7 * (i as f64) + shift).sin()).collect())
 }

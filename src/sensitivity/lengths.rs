@@ -1,15 +1,16 @@
-//! The gradient of a number with respect to lengths of segments.
+//! Gradient of a function of a run with respect to lengths of segments.
 
-/// Parameters that are lengths of segments: one pass over the run serves all of them.
+/// Parameters that are lengths of segments. One pass over the run serves all of them.
 #[derive(Clone, Debug)]
 pub struct Lengths {
-    /// Numbers of parameters and of segments.
+    /// Indices of parameter and segment.
     of: Vec<[usize; 2]>,
     by_length: Vec<f64>,
 }
 
 impl Lengths {
-    /// Of these parameters with their segments, for a model with so many [free lengths](crate::model::Model::free_lengths).
+    /// Parameters with their segments, for a model with this number of [free
+    /// lengths](crate::model::Model::free_lengths).
     ///
     /// # Panics
     /// If the length of a segment is not free.
@@ -19,12 +20,12 @@ impl Lengths {
         Self { of, by_length: vec![0.0; wanted] }
     }
 
-    /// Where the derivatives of the power are added up, if a parameter asks for them.
+    /// Accumulator for the derivatives of the power, if any parameter needs it.
     pub(super) fn wanted(&mut self) -> Option<&mut [f64]> {
         if self.of.is_empty() { None } else { Some(&mut self.by_length) }
     }
 
-    /// Adds what has been summed up to the derivatives with respect to the parameters.
+    /// Adds the accumulated derivatives to those with respect to the parameters.
     pub(super) fn add_to(&self, gradient: &mut [f64]) {
         for &[parameter, segment] in &self.of {
             gradient[parameter] += self.by_length[segment];

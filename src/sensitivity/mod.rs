@@ -1,12 +1,13 @@
-//! Derivatives of runs of the Newmark family and of Radau IIA, of the discrete solution itself: what differences of whole runs with
-//! the same steps converge to.
+//! Derivatives of runs of the Newmark family and of Radau IIA. They are derivatives of the discrete solution:
+//! the limits of finite differences of whole runs with the same steps.
 //!
-//! A step of Newmark's family solves `r(q, v, a, p, t) = 0` with `q = q_base + w_q a`, `v = v_base + w_v a`. Where that holds,
-//! `S da = -(K dq_base + D dv_base + r_p dp)` with `S = w_q K + w_v D + M`, all at the converged state. The three stages of a step of
-//! Radau IIA solve such equations together. Forward, the columns of all parameters are carried from step to step; the adjoint goes
-//! back with the transposed steps and carries one column, whatever the number of parameters.
+//! A step of Newmark's family solves `r(q, v, a, p, t) = 0` with `q = q_base + w_q a`, `v = v_base + w_v a`.
+//! Hence `S da = -(K dq_base + D dv_base + r_p dp)` with `S = w_q K + w_v D + M`, all at the converged state.
+//! The three stages of a step of Radau IIA solve such equations together. The forward method propagates one
+//! column per parameter from step to step; the adjoint method runs backward with the transposed steps and
+//! propagates one column, whatever the number of parameters.
 //!
-//! The derivative of a run with respect to the curvature that it starts with:
+//! The derivative of a run with respect to its initial curvature:
 //!
 //! ```
 //! use lissom::linalg::Matrix;
@@ -53,59 +54,59 @@ pub use self::force::ForceDerivative;
 pub use self::lengths::Lengths;
 pub use self::sections::{OfInertia, Sections};
 
-/// Asked after every step whether to go on.
+/// Called after every step; may stop the computation.
 type Monitor<'a> = dyn FnMut() -> Result<(), Interrupted> + 'a;
 
-/// Inputs that were held for a part of a run.
+/// Inputs that are constant during a part of a run.
 #[derive(Clone, Debug)]
 pub struct Leg {
-    /// Number of the state where it begins.
+    /// Index of the state at which the leg starts.
     pub first: usize,
     /// The inputs.
     pub inputs: Vec<f64>,
 }
 
-/// The method that has made a run.
+/// Integration method of a run.
 #[derive(Clone, Copy, Debug)]
 pub enum Rule {
     /// A member of Newmark's family, with fixed steps.
     Newmark(Scheme),
-    /// [`crate::radau`]. The sizes of its steps are held.
+    /// [`crate::radau`], with fixed step sizes in the differentiation.
     Radau,
 }
 
-/// A run as it was recorded: m states of n coordinates one after the other, every accepted step of it.
+/// A recorded run: m states of n coordinates, one for every accepted step.
 #[derive(Clone, Copy, Debug)]
 pub struct Course<'a> {
     /// Times, m of them.
     pub t: &'a [f64],
     /// Coordinates, m x n.
     pub q: &'a [f64],
-    /// Velocities, likewise.
+    /// Velocities, m x n.
     pub v: &'a [f64],
-    /// Accelerations, likewise; where a leg begins, those with its inputs.
+    /// Accelerations, m x n; at the start of a leg, those with the inputs of this leg.
     pub a: &'a [f64],
-    /// The method that has made it.
+    /// Method of the run.
     pub rule: Rule,
-    /// Inputs from state to state, the first of them from the start on; none where the model has kept its own.
+    /// Legs in order, the first one from the start; empty if the model's own inputs apply.
     pub legs: &'a [Leg],
 }
 
 impl Course<'_> {
-    /// Time and state of this number.
+    /// Time and state with this index.
     fn state(&self, step: usize, n: usize) -> (f64, [&[f64]; 3]) {
         let of = step * n..(step + 1) * n;
         (self.t[step], [&self.q[of.clone()], &self.v[of.clone()], &self.a[of]])
     }
 
-    /// Size of the step to this state, in units of the one before too.
+    /// Size of the step to this state, and its ratio to the size of the previous step.
     fn step_to(&self, step: usize) -> (f64, f64) {
         let h = self.t[step] - self.t[step - 1];
         (h, if step > 1 { h / (self.t[step - 1] - self.t[step - 2]) } else { 1.0 })
     }
 
-    /// The first state that has other coordinates of a rotation than the one before: rotation vectors are no longer than half a
-    /// turn, so that one that grows beyond comes back from the opposite side.
+    /// The first state in which a rotation vector jumped from the previous state: rotation vectors longer
+    /// than half a turn are replaced by the opposite ones.
     fn turned<M: Model + ?Sized>(&self, model: &M) -> Option<usize> {
         let n = model.n();
         let has_turned = |step: usize| {
@@ -117,46 +118,47 @@ impl Course<'_> {
         (1..self.t.len()).find(|&step| has_turned(step))
     }
 
-    /// The leg with which the run ends.
+    /// Last leg of the run.
     fn last_leg(&self) -> usize {
         self.legs.len().saturating_sub(1)
     }
 
-    /// The leg that begins with this state.
+    /// The leg that starts at this state.
     fn leg_from(&self, step: usize) -> Option<usize> {
         self.legs.binary_search_by_key(&step, |leg| leg.first).ok()
     }
 }
 
-/// What a run is differentiated with respect to, beside the start.
+/// A parameter of a run.
 #[derive(Debug)]
 pub enum Parameter<M: ?Sized> {
-    /// Nothing but the start.
+    /// A parameter that affects only the initial state.
     Start,
-    /// A number of the model, by how the generalised forces change with it.
+    /// A parameter of the model, by the derivative of the generalised forces.
     Model(Box<ForceDerivative<M>>),
-    /// An input of a leg.
+    /// An input during a leg.
     Input {
-        /// Number of the leg.
+        /// Index of the leg.
         leg: usize,
-        /// Number of the input.
+        /// Index of the input.
         input: usize,
     },
 }
 
-/// What a run is differentiated with respect to: p parameters.
+/// Parameters of a run, p of them.
 #[derive(Debug)]
 pub struct Parameters<'a, M: ?Sized> {
-    /// How the coordinates at the start move with each of them, n x p.
+    /// Derivatives of the initial coordinates, n x p.
     pub dq0: &'a Matrix,
-    /// Likewise the velocities.
+    /// Derivatives of the initial velocities, n x p.
     pub dv0: &'a Matrix,
-    /// What each is, p of them.
+    /// The parameters.
     pub of: &'a mut [Parameter<M>],
 }
 
 impl<M: ?Sized> Parameters<'_, M> {
-    /// Adds what a number's derivatives with respect to coordinates and velocities at the start mean for the parameters.
+    /// Adds to the gradient the effect of parameters on the initial coordinates and velocities, given the
+    /// derivatives with respect to these.
     fn add_starts(&self, [on_q, on_v]: [&[f64]; 2], gradient: &mut [f64]) {
         for (i, gradient) in gradient.iter_mut().enumerate() {
             *gradient += dot(self.dq0.column(i).as_slice(), on_q) + dot(self.dv0.column(i).as_slice(), on_v);
@@ -164,16 +166,16 @@ impl<M: ?Sized> Parameters<'_, M> {
     }
 }
 
-/// Parameters whose derivatives are added up over the run for all of them together.
+/// Parameters whose derivatives are accumulated over the run in one pass.
 #[derive(Clone, Debug)]
 pub struct Together {
-    /// Those that the inertia of sections depends on.
+    /// Parameters of the inertia of sections.
     pub sections: Sections,
     /// Lengths of segments.
     pub lengths: Lengths,
 }
 
-/// Derivatives of coordinates and of velocities, states one after the other, each n x p by rows.
+/// Derivatives of coordinates and of velocities, state by state, each n x p in row-major order.
 struct Kept([Vec<f64>; 2]);
 
 impl Kept {
@@ -190,14 +192,15 @@ impl Kept {
     }
 }
 
-/// Why there are no derivatives.
+/// Reason why derivatives could not be computed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Failure {
-    /// The tangent at the state of this number is singular or not finite.
+    /// The tangent at the state with this index is singular or not finite.
     Singular(usize),
-    /// On the way to the state of this number a spherical or free joint has passed half a turn, where its coordinates change.
+    /// Before the state with this index a spherical or free joint passed half a turn, where its coordinates
+    /// jump.
     Turned(usize),
-    /// A function of time that somebody else provides failed, or the caller stopped.
+    /// A user-defined function of time failed, or the caller stopped the computation.
     Interrupted,
 }
 
@@ -207,7 +210,7 @@ impl From<Interrupted> for Failure {
     }
 }
 
-/// Refuses models whose runs by this method are not differentiated.
+/// Rejects models for which runs of this method cannot be differentiated.
 pub fn check<M: Model + ?Sized>(model: &M, rule: Rule) -> Result<(), InvalidInput> {
     if model.has_contact() && matches!(rule, Rule::Newmark(_)) {
         let expected = "method \"radau\": steps of the Newmark family into contact are not all of one scheme";
@@ -224,9 +227,9 @@ pub fn check<M: Model + ?Sized>(model: &M, rule: Rule) -> Result<(), InvalidInpu
     Ok(())
 }
 
-/// Derivatives of coordinates and velocities of all states with respect to all parameters, each m x n x p one after the other.
+/// Derivatives of coordinates and velocities of all states with respect to all parameters, each m x n x p.
 ///
-/// `monitor` is asked after every step whether to go on.
+/// `monitor` is called after every step and may stop the computation.
 pub fn forward<M: Model + ?Sized, F: Model + ?Sized>(
     model: &mut M,
     course: &Course<'_>,
@@ -243,10 +246,10 @@ pub fn forward<M: Model + ?Sized, F: Model + ?Sized>(
     Ok(kept)
 }
 
-/// The gradient of a number with respect to all parameters: `weights` are its derivatives with respect to coordinates and
-/// velocities of all states, each m x n. What parameters do `together` is added to that.
+/// Gradient, with respect to all parameters, of a function with the derivatives `weights` with respect to
+/// coordinates and velocities of all states, each m x n. Contributions of `together` are added.
 ///
-/// `monitor` is asked after every step whether to go on.
+/// `monitor` is called after every step and may stop the computation.
 pub fn adjoint<M: Model + ?Sized, F: Model + ?Sized>(
     model: &mut M,
     course: &Course<'_>,

@@ -6,7 +6,7 @@ use crate::linalg::{Lu, Matrix, Singular};
 use crate::model::Model;
 use crate::newmark::Scheme;
 
-/// The weights of a state whose accelerations have been solved for: the start, or that of a leg.
+/// Weights of a state whose accelerations follow from forward dynamics: the start of the run or of a leg.
 const SOLVED: [f64; 3] = [0.0, 0.0, 1.0];
 
 /// The matrix `S = w_q K + w_v D + M` of a step.
@@ -24,14 +24,14 @@ impl<'a, M: Model + ?Sized> System<'a, M> {
         Self { equations, at: Linearised::new(n), tangent: Matrix::zeros(n, n), lu: Lu::new(n) }
     }
 
-    /// Linearises a state where the accelerations have been solved for.
+    /// Linearises a state whose accelerations follow from forward dynamics.
     fn begin(&mut self, course: &Course<'_>, step: usize, is_transposed: bool) -> Result<(), Failure> {
         let (t, state) = course.state(step, self.at.q.len());
         self.at.place(t, state);
         self.linearise(step, SOLVED, is_transposed)
     }
 
-    /// Linearises the end of a step with these weights of its accelerations.
+    /// Linearises the end of a step, given the weights of its accelerations.
     fn end(
         &mut self,
         course: &Course<'_>,
@@ -42,7 +42,7 @@ impl<'a, M: Model + ?Sized> System<'a, M> {
         let (t, state) = course.state(step, self.at.q.len());
         self.at.place(t, state);
         if course.leg_from(step).is_some() {
-            // What is recorded there are those of the leg that follows.
+            // The recorded accelerations belong to the next leg.
             self.equations.solve(&mut self.at, step)?;
         }
         self.linearise(step, weights, is_transposed)
@@ -56,7 +56,8 @@ impl<'a, M: Model + ?Sized> System<'a, M> {
         self.lu.factorise(&self.tangent).map_err(|Singular| Failure::Singular(step))
     }
 
-    /// The derivatives of the accelerations `da = -S^-1 (K dq + D dv + dr/dp)` with respect to all parameters, n x p.
+    /// Derivatives of the accelerations `da = -S^-1 (K dq + D dv + dr/dp)` with respect to all parameters, n
+    /// x p.
     fn accelerations<F: Model + ?Sized>(
         &mut self,
         of: [&Matrix; 2],
@@ -70,7 +71,8 @@ impl<'a, M: Model + ?Sized> System<'a, M> {
         Ok(())
     }
 
-    /// Solves `S^T lambda = lambda` and adds what `lambda` carries to the parameters, coordinates and velocities.
+    /// Solves `S^T lambda = lambda` in place and adds the contributions of `lambda` to the gradient and to
+    /// the adjoint of coordinates and velocities.
     fn back<F: Model + ?Sized>(
         &mut self,
         lambda: &mut [f64],
@@ -127,7 +129,7 @@ pub(super) fn forward<M: Model + ?Sized, F: Model + ?Sized>(
             system.begin(course, step, false)?;
             before.copy_from(&a);
             system.accelerations([&q, &v], parameters, &mut a)?;
-            // The method's own accelerations are as far ahead as before.
+            // Inputs jump, but the lead of the method's own accelerations over the true ones stays the same.
             s += &a - &before;
         }
         monitor()?;
@@ -136,7 +138,7 @@ pub(super) fn forward<M: Model + ?Sized, F: Model + ?Sized>(
     Ok(kept)
 }
 
-/// The gradient of a number with respect to all parameters.
+/// Gradient with respect to all parameters.
 pub(super) fn adjoint<M: Model + ?Sized, F: Model + ?Sized>(
     model: &mut M,
     (course, scheme): (&Course<'_>, Scheme),
@@ -148,7 +150,7 @@ pub(super) fn adjoint<M: Model + ?Sized, F: Model + ?Sized>(
     let n = model.n();
     let mut gradient = vec![0.0; parameters.of.len()];
     let mut system = System::new(model, course);
-    // What a change of q, v, a and s of the state at hand does to the number.
+    // Adjoint variables: derivatives of the function with respect to q, v, a and s of the current state.
     let [mut on_q, mut on_v, mut on_a, mut on_s] = [0; 4].map(|_| vec![0.0; n]);
     let mut lambda = vec![0.0; n];
     system.equations.hold(course.last_leg(), parameters.of);

@@ -1,7 +1,8 @@
 //! Derivatives of runs of Radau IIA.
 //!
-//! With the accelerations `a_i` of the three stages, `v_i = v + h sum_j A_ij a_j` and `q_i = q + c_i h v + h^2 sum_j (A^2)_ij a_j`, a
-//! step solves `r(q_i, v_i, a_i) = 0` (see [`crate::radau`]), so that
+//! The three stages have the accelerations `a_i`, velocities `v_i = v + h sum_j A_ij a_j` and coordinates
+//! `q_i = q + c_i h v + h^2 sum_j (A^2)_ij a_j`. A step solves `r(q_i, v_i, a_i) = 0` (see [`crate::radau`]),
+//! so that
 //!
 //! ```text
 //! sum_j (delta_ij M_i + h A_ij D_i + h^2 (A^2)_ij K_i) da_j = -(K_i (dq + c_i h dv) + D_i dv + dr_i/dp dp)
@@ -13,13 +14,14 @@ use crate::linalg::{Lu, Matrix, Singular, norm_inf};
 use crate::model::Model;
 use crate::ode::radau_iia::{A, A_SQUARED, C, STAGES};
 
-/// Stages are found again by so many corrections at most: those of a run are solved for already, and Newton's method converges.
+/// Maximum number of Newton corrections to recompute stages; the stages of a run are known to converge.
 const MOST_CORRECTIONS: usize = 8;
 
-/// Corrections below this part of the accelerations leave stages that are exact to rounding: the one after it would be its square.
+/// After corrections below this fraction of the accelerations, stages are exact to rounding, because
+/// convergence is quadratic.
 const SMALL_CORRECTION: f64 = 1e-9;
 
-/// A correction that is not less than this part of the one before is rounding.
+/// A correction that is not smaller than this fraction of the previous one is rounding.
 const LEAST_PROGRESS: f64 = 0.5;
 
 /// The equations of the three stages of a step.
@@ -27,10 +29,10 @@ struct Stages<'a, M: ?Sized> {
     equations: Equations<'a, M>,
     n: usize,
     at: [Linearised; STAGES],
-    /// Accelerations of all stages, and what their equations leave.
+    /// Accelerations and residuals of all stages.
     a: Vec<f64>,
     residual: Vec<f64>,
-    /// A stage's weighted tangent, and those of all of them.
+    /// Weighted tangent of a stage, and the matrix of all stages.
     block: Matrix,
     matrix: Matrix,
     lu: Lu,
@@ -51,7 +53,7 @@ impl<'a, M: Model + ?Sized> Stages<'a, M> {
         }
     }
 
-    /// Finds the stages of the step to this state, and factorises their equations there.
+    /// Computes the stages of the step to this state, and factorises their equations.
     fn find(&mut self, course: &Course<'_>, step: usize) -> Result<(), Failure> {
         self.guess(course, step);
         let mut last = f64::INFINITY;
@@ -72,7 +74,7 @@ impl<'a, M: Model + ?Sized> Stages<'a, M> {
         Ok(())
     }
 
-    /// The accelerations at both ends, and between them what is linear: good enough to begin with.
+    /// Initial guess of the stages: linear interpolation between the accelerations at both ends.
     fn guess(&mut self, course: &Course<'_>, step: usize) {
         let n = self.n;
         let (_, [_, _, start]) = course.state(step - 1, n);
@@ -165,7 +167,7 @@ pub(super) fn forward<M: Model + ?Sized, F: Model + ?Sized>(
     Ok(kept)
 }
 
-/// The gradient of a number with respect to all parameters.
+/// Gradient with respect to all parameters.
 pub(super) fn adjoint<M: Model + ?Sized, F: Model + ?Sized>(
     model: &mut M,
     course: &Course<'_>,
@@ -177,7 +179,7 @@ pub(super) fn adjoint<M: Model + ?Sized, F: Model + ?Sized>(
     let n = model.n();
     let mut gradient = vec![0.0; parameters.of.len()];
     let mut stages = Stages::new(model, course);
-    // What a change of q and v of the state at hand does to the number.
+    // Adjoint variables: derivatives of the function with respect to q and v of the current state.
     let [mut on_q, mut on_v] = [0; 2].map(|_| vec![0.0; n]);
     let [mut from_q, mut from_v] = [0; 2].map(|_| vec![0.0; n]);
     let mut lambda = vec![0.0; STAGES * n];

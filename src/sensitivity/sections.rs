@@ -1,20 +1,20 @@
-//! The gradient of a number with respect to what the inertia of sections depends on.
+//! Gradient of a function of a run with respect to parameters of the inertia of sections.
 
 use crate::model::InertiaMatrix;
 
-/// How the inertia of sections changes with a parameter.
+/// Derivative of the inertia of sections with respect to a parameter.
 #[derive(Clone, Debug)]
 pub struct OfInertia {
-    /// Number of the parameter.
+    /// Index of the parameter.
     pub parameter: usize,
-    /// Numbers of the places where it changes, and the derivative of the inertia matrix per length.
+    /// Indices of the affected sections, with the derivatives of their inertia matrices per length.
     pub at: Vec<(usize, InertiaMatrix)>,
 }
 
-/// Parameters that the inertia of sections depends on: one pass over the run serves all of them.
+/// Parameters of the inertia of sections. One pass over the run serves all of them.
 ///
-/// The forces are linear in the inertia, so that the derivatives of the power with respect to it are added up over the run, and meet
-/// the parameters at its end.
+/// Forces are linear in the inertia. Therefore the derivatives of the power with respect to the inertia are
+/// accumulated over the run and multiplied with the parameters' derivatives at its end.
 #[derive(Clone, Debug)]
 pub struct Sections {
     of: Vec<OfInertia>,
@@ -22,10 +22,10 @@ pub struct Sections {
 }
 
 impl Sections {
-    /// For a model with so many [places](crate::model::Model::section_places).
+    /// For a model with this number of [sections](crate::model::Model::section_places).
     ///
     /// # Panics
-    /// If a parameter acts at others.
+    /// If a parameter affects other sections.
     pub fn new(of: Vec<OfInertia>, places: usize) -> Self {
         let is_known = |of: &OfInertia| of.at.iter().all(|&(place, _)| place < places);
         assert!(of.iter().all(is_known), "there are {places} places");
@@ -33,12 +33,12 @@ impl Sections {
         Self { of, by_inertia: vec![[[0.0; 6]; 6]; wanted] }
     }
 
-    /// Where the derivatives of the power are added up, if a parameter asks for them.
+    /// Accumulator for the derivatives of the power, if any parameter needs it.
     pub(super) fn wanted(&mut self) -> Option<&mut [InertiaMatrix]> {
         if self.of.is_empty() { None } else { Some(&mut self.by_inertia) }
     }
 
-    /// Adds what has been summed up to the derivatives with respect to the parameters.
+    /// Adds the accumulated derivatives to those with respect to the parameters.
     pub(super) fn add_to(&self, gradient: &mut [f64]) {
         for OfInertia { parameter, at } in &self.of {
             gradient[*parameter] +=
@@ -47,7 +47,7 @@ impl Sections {
     }
 }
 
-/// The sum of the products of the entries.
+/// Sum of the products of entries.
 fn product(a: &InertiaMatrix, b: &InertiaMatrix) -> f64 {
     a.iter().flatten().zip(b.iter().flatten()).map(|(a, b)| a * b).sum()
 }

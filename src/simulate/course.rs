@@ -10,13 +10,13 @@ use crate::ode;
 use crate::second_order::number_of_steps;
 use crate::stepping::{Method, Run, Status, Stop};
 
-/// A run with what is noted of it.
+/// A run with its recorders and checks.
 pub(super) struct Course<'a, 'c, M> {
     pub(super) run: Run<M>,
     pub(super) recorder: Recorder<'a>,
     pub(super) meter: Option<FlowMeter<'a>>,
     pub(super) watch: Watch,
-    /// Why it was ended by what was looked at.
+    /// Reason why a check stopped the run.
     pub(super) stop: Option<Stop>,
     t_span: (f64, f64),
     control: Option<Control<'c>>,
@@ -34,7 +34,7 @@ impl<'a, 'c, M: Model> Course<'a, 'c, M> {
         Self { run, recorder, meter, watch, stop, t_span, control, has_begun: false }
     }
 
-    /// Goes to the end, leg by leg, and says how it ended. What was reached is recorded however it did.
+    /// Runs all legs and returns the status. States reached before a failure are recorded too.
     pub(super) fn finish(
         &mut self,
         method: &Method,
@@ -42,7 +42,7 @@ impl<'a, 'c, M: Model> Course<'a, 'c, M> {
         monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
     ) -> Status {
         let found = self.legs(method, t_eval, monitor);
-        // Control may have failed where a leg ended; a second failure tells nothing new.
+        // The controller may have failed at the end of a leg; a second failure adds nothing.
         if self.has_begun {
             let _ = self.recorder.record(&mut self.run, true);
         }
@@ -71,7 +71,7 @@ impl<'a, 'c, M: Model> Course<'a, 'c, M> {
             if leg == 1 {
                 let rule = if matches!(method, Method::Newmark(_)) { Rule::Mean } else { Rule::Quintic };
                 let t_span = self.t_span;
-                // Where loops were open, or velocities did not fit them, it is not the start that was given.
+                // The run may have projected the initial state onto closed loops.
                 self.meter = self
                     .run
                     .observe(|model, state| FlowMeter::new(model, rule, t0, [state.q, state.v], t_eval));
@@ -87,7 +87,7 @@ impl<'a, 'c, M: Model> Course<'a, 'c, M> {
         unreachable!("the last leg returns")
     }
 
-    /// Asks the controller, where there is one, and notes what jumps with its inputs.
+    /// Calls the controller, if there is one, and records jumps caused by new inputs.
     fn set_out(&mut self, is_last: bool) -> Result<Option<Status>, Interrupted> {
         let Some(control) = &mut self.control else { return Ok(None) };
         let end = if is_last { None } else { self.run.end_of(Some(control.step)).ok() };
@@ -122,7 +122,8 @@ impl<'a, 'c, M: Model> Course<'a, 'c, M> {
             }
             let steps = self.run.counters().steps;
             if steps > before {
-                // Where another leg follows, accelerations and inputs at its start are those of that one.
+                // Before another leg, accelerations and inputs of this state are recorded after the
+                // controller's call.
                 let is_followed = !is_last && status.is_some_and(Status::is_success);
                 let is_finite = self.recorder.record(&mut self.run, !is_followed)?;
                 let Self { run, meter, watch, stop, .. } = self;

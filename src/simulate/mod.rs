@@ -39,11 +39,12 @@ pub use crate::stepping::{Method, Status};
 use crate::stepping::check_span;
 pub(crate) use crate::stepping::check_step;
 
-/// The controller, which sets the inputs of a model at equal intervals; in between they are constant.
+/// A controller that sets the inputs of a model at equal intervals; inputs are constant in between.
 pub struct Control<'a> {
-    /// How far these times are apart, in seconds; the first is the start of the run.
+    /// Interval in seconds; the first call is at the start of the run.
     pub step: f64,
-    /// Writes the inputs from time, coordinates and velocities. Numbers that are not finite are the caller's mistake.
+    /// Computes the inputs from time, coordinates and velocities. The caller must ensure that they are
+    /// finite.
     pub inputs: &'a mut Inputs<'a>,
 }
 
@@ -59,45 +60,48 @@ impl std::fmt::Debug for Control<'_> {
 /// The cost of a run. Counters that do not apply to the method are zero.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Statistics {
-    /// Seconds from the start to the end of the run, on the wall clock.
+    /// Wall-clock time of the run, in seconds.
     pub wall_time: f64,
-    /// Estimated error of the tip by the steps in time, relative to the model's length; only of runs to an accuracy.
+    /// Estimated error of the tip due to time steps, relative to the model's length; only for runs to an
+    /// accuracy.
     pub time_error: Option<f64>,
-    /// Estimated error of the tip by the number of modes and nodes, likewise; only where there are any.
+    /// Estimated error of the tip due to the number of modes and nodes, relative to the model's length; only
+    /// for runs to an accuracy of models with modes.
     pub space_error: Option<f64>,
     /// Counters. For first-order methods, `nfev` counts forward dynamics.
     pub counters: second_order::Counters,
 }
 
-/// A motion and how it came about. What was computed before a failure or an interruption is kept.
+/// A computed motion with its status. States computed before a failure or an interruption are kept.
 #[derive(Clone, Debug)]
 pub struct Simulation {
-    /// Times: those asked for as far as they were reached; else all steps, or a grid ([`Method`]).
+    /// Times: the requested ones that were reached; otherwise those of all steps, or a grid ([`Method`]).
     pub t: Vec<f64>,
-    /// Coordinates at these times one after the other, n numbers each.
+    /// Coordinates at these times, n numbers each.
     pub q: Vec<f64>,
-    /// Velocities, likewise.
+    /// Velocities at these times, n numbers each.
     pub v: Vec<f64>,
-    /// Accelerations, likewise; `None` where the method does not solve for them: [`Self::accelerations`] does.
+    /// Accelerations at these times; `None` if the method does not solve for them: use
+    /// [`Self::accelerations`].
     pub a: Option<Vec<f64>>,
-    /// Inputs from these times on, one number for each input of the model.
+    /// Inputs from each of these times on, one number for each input of the model.
     pub u: Vec<f64>,
     /// Number of coordinates n.
     pub n: usize,
-    /// Energy that has flowed out of and into the motion up to these times, integrated along the run.
+    /// Energy flow out of and into the motion up to each time, integrated along the run.
     pub flow: Flow,
     /// Counts of steps, iterations and evaluations.
     pub statistics: Statistics,
-    /// How it ended.
+    /// Status.
     pub status: Status,
-    /// The status in words, with what to change when it is not the wanted one.
+    /// Status in words, with advice unless the run succeeded.
     pub message: String,
-    /// Why the motion may be far from the right one although the method has nothing against it; the message ends with it.
+    /// Reason why the motion may be inaccurate although the method succeeded; the message ends with it.
     pub doubt: Option<String>,
 }
 
 impl Simulation {
-    /// The accelerations of this motion of `model`: those of the run, or by one forward dynamics for each of the times.
+    /// Accelerations of this motion of `model`: those of the run, or from one forward dynamics per time.
     pub fn accelerations<M: Model + ?Sized>(&self, model: &mut M) -> Result<Vec<f64>, Interrupted> {
         match &self.a {
             Some(a) => Ok(a.clone()),
@@ -105,7 +109,7 @@ impl Simulation {
         }
     }
 
-    /// Forgets all times but these, which increase; a run that ended early has the first of them.
+    /// Keeps only these increasing times; a run that ended early has the first of them.
     pub(crate) fn keep(&mut self, times: &[f64]) {
         let is_kept: Vec<bool> =
             self.t.iter().map(|t| times.binary_search_by(|time| time.total_cmp(t)).is_ok()).collect();
@@ -124,21 +128,22 @@ impl Simulation {
         }
     }
 
-    /// The energy balance of this motion of `model`: one evaluation of its energy for each of the times.
+    /// Energy balance of this motion of `model`. Evaluates the energy once per time.
     pub fn balance<M: Model + ?Sized>(&self, model: &mut M) -> Result<Balance, Interrupted> {
         Balance::new(model, &self.t, &self.q, &self.v, &self.u, &self.flow)
     }
 }
 
-/// Steps of a period of what is driven where nothing else moves: the mean of two powers then is good to 1e-3.
+/// Steps per period of the excitation for models without free coordinates: the trapezoidal rule is then
+/// accurate to 1e-3.
 const STEPS_OF_A_PERIOD: f64 = 100.0;
 
-/// The free motion of `model` from `q0`, `v0` over `t_span`, from its start to its end. `t_eval` are increasing times
-/// at which it is wanted. `monitor` sees the time after every accepted step and may stop the run; the status then
-/// says so. Inputs keep their defaults.
+/// Computes the free motion of `model` from `q0`, `v0` over `t_span`. `t_eval` are the increasing times of
+/// the result. `monitor` is called with the time after every accepted step and may stop the run; the status
+/// then says so. Inputs keep their defaults.
 ///
-/// Fails before any evaluation when an argument is wrong, when the model does not resolve `q0`, or when the result
-/// would not fit in memory.
+/// Fails before any evaluation if an argument is invalid, if the model does not resolve `q0`, or if the
+/// result would not fit in memory.
 pub fn simulate<M: Model>(
     model: M,
     t_span: (f64, f64),
@@ -152,9 +157,9 @@ pub fn simulate<M: Model>(
     order.run(model, None, monitor)
 }
 
-/// The same with inputs that `control` sets. Steps end at its times: those of fixed size are as many in between as it
-/// takes, of the size `dt` where that divides the way and otherwise equal and less. Work is that of the inputs as they
-/// are held; what energies jump with them is work, too.
+/// Like [`simulate`], with inputs set by `control`. Steps end at the times of the controller: a method with
+/// fixed steps divides the interval into equal steps of at most `dt`. Work is computed with constant inputs
+/// in between; jumps of the energy with the inputs count as work too.
 #[allow(clippy::too_many_arguments, reason = "those of `simulate`, and one")]
 pub fn simulate_controlled<M: Model>(
     model: M,
@@ -170,7 +175,7 @@ pub fn simulate_controlled<M: Model>(
     order.run(model, Some(control), monitor)
 }
 
-/// What to compute.
+/// Arguments of a run.
 struct Order<'a> {
     t_span: (f64, f64),
     q0: &'a [f64],
@@ -179,7 +184,7 @@ struct Order<'a> {
     t_eval: Option<&'a [f64]>,
 }
 
-/// A run that can begin.
+/// A validated run before its start.
 struct Prepared<M> {
     run: Run<M>,
     method: Method,
@@ -188,7 +193,7 @@ struct Prepared<M> {
 }
 
 impl Order<'_> {
-    /// Refuses what makes no sense, before any evaluation of a motion.
+    /// Rejects invalid arguments before any evaluation of a motion.
     fn prepare<M: Model>(&self, model: M, control_step: Option<f64>) -> Result<Prepared<M>, InvalidInput> {
         let &Self { t_span, q0, v0, method, t_eval } = self;
         let n = model.n();
@@ -216,7 +221,8 @@ impl Order<'_> {
         }
         check_span(model.time_span(), t_span)?;
         let first_leg = match control_step {
-            // As of a run that is stepped from outside: the first step of a method that chooses it depends on that.
+            // The first step of an adaptive method depends on the length of the first leg; choose it as in a
+            // run stepped from outside.
             Some(_) => (t_span.0, t_span.1.min(t_span.0 + method.dt())),
             None => t_span,
         };
@@ -243,7 +249,7 @@ impl Order<'_> {
     }
 }
 
-/// Refuses what [`simulate`] or, where there is a control step, [`simulate_controlled`] would refuse.
+/// Rejects all arguments that [`simulate`] or, with a control step, [`simulate_controlled`] would reject.
 pub fn check<M: Model>(
     model: M,
     t_span: (f64, f64),
@@ -257,11 +263,11 @@ pub fn check<M: Model>(
     order.prepare(model, control_step).map(|_| ())
 }
 
-/// The times of a run that comes to its end, of a model with `n` coordinates, with inputs that are set every `control_step` if
-/// there is one: those asked for, the grid of a method, or the ends of steps of one size. `None` where a method chooses its steps
-/// and tells them all.
+/// Times of the result of a complete run of a model with `n` coordinates, with inputs set every
+/// `control_step` if given: the requested times, the grid of a method, or the ends of fixed steps. `None` if
+/// the method chooses its steps and returns all of them.
 ///
-/// The arguments must make sense: [`check`] says so.
+/// The arguments must be valid; see [`check`].
 pub fn times_of_run(
     n: usize,
     t_span: (f64, f64),
@@ -278,7 +284,7 @@ pub fn times_of_run(
     let (Some(dt), (mut t, t_end)) = (method.fixed_step(), t_span) else { return Ok(None) };
     let legs = control_step.map_or(1, |step| number_of_steps(t_end - t, step).max(1));
     let mut times = vec![t];
-    // Of the integrator, and of the ends of legs, as in `Run::end_of`.
+    // Grids of the integrator and of the ends of legs, as in `Run::end_of`.
     let (mut steps, mut ends) = (Grid::new(t, dt), Grid::new(t, dt));
     for leg in 1..=legs {
         let (end, last) = match control_step {
@@ -300,7 +306,7 @@ pub fn times_of_run(
     Ok(Some(times))
 }
 
-/// How many steps of at most this size a run takes.
+/// Number of steps of a run with steps of at most this size.
 fn all_steps((t0, t_end): (f64, f64), dt: f64, control_step: Option<f64>) -> usize {
     match control_step {
         Some(step) => number_of_steps(t_end - t0, step).saturating_mul(number_of_steps(step, dt)),
@@ -308,7 +314,8 @@ fn all_steps((t0, t_end): (f64, f64), dt: f64, control_step: Option<f64>) -> usi
     }
 }
 
-/// Where nothing is unknown no error chooses steps: these see what is driven and its work.
+/// Without free coordinates there is no error estimate to choose steps; fixed steps resolve the excitation
+/// and its work.
 fn by_steps<M: Model>(model: &M, method: &Method) -> Method {
     match method {
         Method::Newmark(_) => method.clone(),
@@ -318,7 +325,7 @@ fn by_steps<M: Model>(model: &M, method: &Method) -> Method {
     }
 }
 
-/// No more steps than have room in a result that has all of them.
+/// Limits the number of steps to what fits into a result with all steps.
 fn limit_steps(method: &mut Method, n: usize) {
     let max_steps = match method {
         Method::Newmark(options) if options.step_size == StepSize::Fixed => return,
@@ -340,7 +347,7 @@ fn check_control(step: f64, (t0, t_end): (f64, f64)) -> Result<(), InvalidInput>
 }
 
 impl Simulation {
-    /// The state of a run.
+    /// Final state and records of a run.
     fn of<M: Model>(course: Course<'_, '_, M>, status: Status, method: &Method, q0: &[f64]) -> Self {
         let Course { mut run, recorder, meter, watch, stop, .. } = course;
         let Recorder { t, q, v, a, u, .. } = recorder;
@@ -369,7 +376,7 @@ impl Simulation {
 }
 
 impl Simulation {
-    /// The same with no rotation vector longer than pi.
+    /// The same motion with all rotation vectors no longer than pi.
     fn wrapped<M: Model + ?Sized>(mut self, model: &M) -> Self {
         let first = model.rotation_vectors();
         if first.is_empty() || self.n == 0 {
@@ -388,7 +395,7 @@ impl Simulation {
 }
 
 impl From<second_order::Solution> for Simulation {
-    /// A motion whose model, and so whose flow of energy, is not known.
+    /// A motion without a model, and hence without energy flow.
     fn from(solution: second_order::Solution) -> Self {
         let second_order::Solution { t, q, v, a, n, counters, status, message } = solution;
         Self {
@@ -407,7 +414,8 @@ impl From<second_order::Solution> for Simulation {
     }
 }
 
-/// Accelerations of the free motion at these times and states, n numbers each; NaN where the mass matrix is singular.
+/// Accelerations of the free motion at these times and states, n numbers each; NaN if the mass matrix is
+/// singular.
 pub(crate) fn accelerations<M: Model + ?Sized>(
     model: &mut M,
     t: &[f64],
@@ -435,7 +443,7 @@ pub(crate) fn accelerations<M: Model + ?Sized>(
     Ok(a)
 }
 
-/// The times `t0`, `t0 + dt`, `t0 + 2 dt`, ... and `t_end`.
+/// Times `t0`, `t0 + dt`, `t0 + 2 dt`, ... and `t_end`.
 pub(crate) fn grid(n: usize, (t0, t_end): (f64, f64), dt: f64) -> Result<Vec<f64>, InvalidInput> {
     let steps = number_of_steps(t_end - t0, dt);
     check_points(steps.saturating_add(1), n)?;

@@ -4,7 +4,7 @@ use crate::error::Interrupted;
 use crate::model::Model;
 use crate::stepping::Run;
 
-/// Those at some times, or after every step.
+/// Records states at given times, or after every step.
 pub(super) struct Recorder<'a> {
     t_eval: Option<&'a [f64]>,
     n: usize,
@@ -12,7 +12,7 @@ pub(super) struct Recorder<'a> {
     pub(super) q: Vec<f64>,
     pub(super) v: Vec<f64>,
     pub(super) a: Vec<f64>,
-    /// The inputs that are held from these times on.
+    /// Inputs from each of these times on.
     pub(super) u: Vec<f64>,
 }
 
@@ -23,7 +23,8 @@ impl<'a> Recorder<'a> {
         Self { t_eval, n, t: Vec::with_capacity(points), q, v, a, u: states(inputs) }
     }
 
-    /// Records what is wanted up to now: now itself only `with_now`, and once. False where a value in between is not finite.
+    /// Records the requested states before the current time, and at the current time only if `with_now`,
+    /// without duplicates. Returns false if an interpolated value is not finite.
     pub(super) fn record<M: Model>(&mut self, run: &mut Run<M>, with_now: bool) -> Result<bool, Interrupted> {
         let now = run.t();
         let Some(times) = self.t_eval else {

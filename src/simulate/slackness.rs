@@ -1,5 +1,4 @@
-//! Slack tendons during a motion, and negative tension commands. They are looked for where the motion is
-//! known, not between these times.
+//! Slack tendons during a motion, and negative tension commands, checked at the times of the result only.
 
 use super::Simulation;
 use crate::actuator::{Actuator, Drive, Tendon};
@@ -7,20 +6,20 @@ use crate::error::{Interrupted, Number};
 use crate::model::{InTime as _, Tied as _};
 use crate::robot::RobotModel;
 
-/// A tendon that was slack, or told to push.
+/// A tendon that was slack, or had a negative tension command.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Slack {
-    /// Its name.
+    /// Name.
     pub name: String,
-    /// The first of the times, in seconds.
+    /// First such time of the result, in seconds.
     pub from: f64,
-    /// The lowest tension that it was told, if that is below zero, in newtons.
+    /// Lowest commanded tension in newtons, if negative.
     pub lowest: Option<f64>,
 }
 
-/// Those of a motion of this robot, in the order of its actuators. Only tendons that can be slack are looked at: those of a given
-/// length take an evaluation of the motion for each of the times, those of a tension that varies its value. Only a function of
-/// time can fail.
+/// Slack tendons of a motion of this robot, in the order of its actuators. Checks only tendons that can be
+/// slack: a tendon with commanded length costs one evaluation of the motion per time, a tendon with varying
+/// tension one evaluation of the signal. Only a function of time can fail.
 pub fn slackness(model: &mut RobotModel, simulation: &Simulation) -> Result<Vec<Slack>, Interrupted> {
     let actuators = model.description().actuators.iter().enumerate();
     let may_be_slack = actuators.filter_map(|(i, actuator)| match actuator {
@@ -59,7 +58,7 @@ pub fn slackness(model: &mut RobotModel, simulation: &Simulation) -> Result<Vec<
                 None
             } else {
                 let told = model.command(*i);
-                // NaN is none.
+                // Ignore NaN.
                 if !matches!(told.partial_cmp(&0.0), Some(std::cmp::Ordering::Less)) {
                     continue;
                 }
@@ -73,7 +72,7 @@ pub fn slackness(model: &mut RobotModel, simulation: &Simulation) -> Result<Vec<
 }
 
 impl Slack {
-    /// A sentence that says so.
+    /// A sentence for messages.
     pub fn sentence(&self) -> String {
         let Self { name, from, lowest } = self;
         match lowest {

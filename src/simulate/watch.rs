@@ -1,4 +1,4 @@
-//! Checks of a run that its method does not make itself.
+//! Checks of a run beyond those of its method.
 
 use crate::balance::State;
 use crate::model::Model;
@@ -7,28 +7,28 @@ use crate::spectrum::Spectrum;
 use crate::stepping::{Method, Status, Stop};
 use crate::unseen::Unseen;
 
-/// Steps that stability may force on an explicit method, unless the caller says how many there may be: some seconds
-/// of work.
+/// Number of steps that a stability limit may require of an explicit method, unless the caller sets a limit:
+/// some seconds of work.
 const STIFF_STEPS: usize = 100_000;
 
-/// Accepted steps after which that is looked at for the first time.
+/// Accepted steps before the first check.
 const FIRST_LOOK: usize = 256;
 
-/// Steps longer than this part of the stable ones are limited by the largest rate: by stability, or because it is
-/// followed.
+/// Steps longer than this fraction of the stability limit are limited by the largest rate, either for
+/// stability or because they resolve that rate.
 const LIMITED: f64 = 0.1;
 
-/// Nobody wants to follow it where it is so many times the highest frequency that moves the tip by this part of the
-/// length.
+/// Resolving the largest rate is not intended if it exceeds the highest frequency that is visible at the tip
+/// by `MANY_TIMES`. A vibration is visible if it moves the tip by `VISIBLE` times the length.
 const MANY_TIMES: f64 = 10.0;
 const VISIBLE: f64 = 1e-5;
 
-/// The checks made during a run.
+/// Check made during a run.
 pub(super) enum Watch {
     Nothing,
-    /// With fixed steps: unresolved vibrations.
+    /// For fixed steps: unresolved vibrations.
     Vibrations(Unseen),
-    /// With explicit methods: whether stability limits the steps.
+    /// For explicit methods: steps limited by stability.
     Stiffness(StiffnessWatch),
 }
 
@@ -48,7 +48,7 @@ impl Watch {
         watch.unwrap_or(Self::Nothing)
     }
 
-    /// Takes note of the step that led to this state, the `accepted`-th one.
+    /// Checks the step that led to this state, the `accepted`-th one.
     pub(super) fn look<M: Model>(
         &mut self,
         model: &mut M,
@@ -65,19 +65,19 @@ impl Watch {
         }
     }
 
-    /// Why a run that reached its end may be far from the right one.
+    /// Reason why a completed run may be inaccurate.
     pub(super) fn doubt<M: Model>(&self, model: &mut M, q0: &[f64]) -> Option<String> {
         let Self::Vibrations(unseen) = self else { return None };
         unseen.verdict(model, q0)
     }
 }
 
-/// Looks at an explicit run now and then: whether stability limits its steps, and how many it would still take.
+/// Checks from time to time whether stability limits the steps of an explicit run, and how many steps remain.
 pub(super) struct StiffnessWatch {
     limit: f64,
     t_end: f64,
     allowed: usize,
-    /// Accepted steps and time of the last look, and accepted steps of the next one.
+    /// Accepted steps and time at the last check, and accepted steps at the next one.
     last: (usize, f64),
     next: usize,
 }

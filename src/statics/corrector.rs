@@ -1,10 +1,10 @@
-//! Newton's method on the bordered equations, watched by its contraction: it either stays close to where it starts or
-//! gives up. A search for any root, from anywhere, is the business of [`crate::roots`].
+//! Newton's method on the bordered equations. It monitors its contraction, and either stays close to its
+//! start or fails. [`crate::roots`] searches for roots from arbitrary starts.
 //!
-//! At a bifurcation the bordered equations are singular, once or more often. There, Newton's step is rounding divided
-//! by almost nothing; and it does not contract close by, as the tangent is that of the continuous rod, from which the
-//! discretised forces differ a little. So directions without stiffness, in which the forces are in equilibrium, can
-//! be held.
+//! At a bifurcation the bordered equations are singular, possibly with a higher nullity. Newton's step is
+//! then dominated by rounding. Nearby it does not contract either, because the tangent is that of the
+//! continuous rod and differs slightly from the derivative of the discretised forces. Therefore soft
+//! directions, which have no stiffness and in which the forces are in equilibrium, can be held fixed.
 
 use super::equations::{Equations, Linear, State, Step};
 use super::stability::ORTHOGONAL;
@@ -12,26 +12,28 @@ use crate::error::Interrupted;
 use crate::linalg::{Lu, Matrix, full_svd, norm};
 use crate::natural::DISPLACEMENT_ROUNDING;
 
-/// Iterations that contract more slowly are not on their way to the nearest solution (Deuflhard 2011, section 2.1).
+/// Iterations with slower contraction do not converge to the nearest solution (Deuflhard 2011, section 2.1).
 const SLOWEST_RATE: f64 = 0.5;
 
-/// At that rate a correction takes about 30 iterations to rounding; one that contracts at all takes far less.
+/// At the slowest rate a correction takes about 30 iterations to rounding; typical corrections take far
+/// fewer.
 const MAX_ITERATIONS: usize = 30;
 
-/// Directions with less than that part of the elastic stiffness can be held: well above what the tangent's
-/// discretisation makes of none, about 1e-5 for a rod that is turned some radians between stiff supports.
+/// Directions with a stiffness below this fraction of the elastic stiffness can be held: well above the
+/// spurious stiffness from the tangent's discretisation, about 1e-5 for a rod rotated by some radians between
+/// stiff supports.
 const SOFT: f64 = 1e-3;
 
-/// With less than that part of it, the direction of a path in them is rounding.
+/// Below this fraction of the elastic stiffness, the path's component in soft directions is rounding.
 const LOOSE: f64 = 1e-8;
 
-/// So many rounding units of the largest stiffness count as none.
+/// A stiffness below this number of rounding units of the largest one counts as zero.
 const WITHOUT: f64 = 100.0;
 
-/// A correction that converged.
+/// A converged correction.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Corrected {
-    /// How fast it contracted at first; zero when there was nothing to see.
+    /// Initial contraction rate; zero if the first step was already at rounding.
     pub(super) rate: f64,
     /// Scaled norm of the last step.
     pub(super) step_norm: f64,
@@ -39,15 +41,15 @@ pub(super) struct Corrected {
     pub(super) residual_norm: f64,
 }
 
-/// What Newton's method does in directions without stiffness in which the forces are in equilibrium to rounding.
+/// Treatment of directions without stiffness in which the forces are in equilibrium to rounding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Soft {
     Followed,
     Held,
 }
 
-/// Moves a state to equilibrium, orthogonally to `constraint` (scaled, shape (n + 1,)). `None` when it does not
-/// contract; the state is then of no use.
+/// Moves a state to equilibrium within the hyperplane orthogonal to `constraint` (scaled, shape (n + 1,)).
+/// `None` if the iteration does not contract; the state is then invalid.
 pub(super) fn correct(
     equations: &mut Equations<'_>,
     state: &mut State,
@@ -67,7 +69,7 @@ pub(super) fn correct(
     iterate(equations, state, constraint, tolerance, Soft::Held)
 }
 
-/// The same near a critical point: a state stays where it is in directions without stiffness in which it is in
+/// The same near a critical point: holds the state in directions without stiffness in which it is in
 /// equilibrium.
 pub(super) fn correct_held(
     equations: &mut Equations<'_>,
@@ -103,7 +105,7 @@ fn iterate(
             return Ok(None);
         };
         let (mut step, mut size) = solved(bordered);
-        // Buckled round rods may turn about their axis: what is left is a step around it that means nothing.
+        // Buckled round rods may rotate about their axis: the remaining step is an arbitrary rotation.
         if soft == Soft::Followed
             && iteration > 0
             && size > tolerance.max(SLOWEST_RATE * previous)
@@ -119,7 +121,7 @@ fn iterate(
         if iteration == 1 {
             first_rate = rate;
         }
-        // Newton's method left what is small small: steps that no longer fall are rounding.
+        // Newton's method has reached the level of rounding when small steps no longer decrease.
         let is_rounding = rate > SLOWEST_RATE && size.max(previous) <= tolerance.sqrt();
         if size <= tolerance || is_rounding {
             let residual_norm = linear.residual_norm;
@@ -133,9 +135,9 @@ fn iterate(
     Ok(None)
 }
 
-/// The direction of the path, of scaled norm one, at a state, such that its product with `forward` is positive. Where
-/// paths cross it is that of the one which does not leave along a direction without stiffness. `None` where it is not
-/// finite.
+/// Direction of the path at a state, with scaled norm one, such that its product with `forward` is positive.
+/// Where paths cross, the direction of the path that does not leave along a direction without stiffness.
+/// `None` if it is not finite.
 pub(super) fn direction(linear: &Linear, forward: &[f64]) -> Option<Step> {
     let n = linear.load.len();
     let held = held(linear, forward, LOOSE, f64::INFINITY);
@@ -151,8 +153,8 @@ pub(super) fn direction(linear: &Linear, forward: &[f64]) -> Option<Step> {
     Some(step)
 }
 
-/// Scaled norm of Newton's step at a fixed load factor. Directions without any stiffness, in which what lies on a floor may be
-/// anywhere, take no part in it where there is no force either. `None` where there is.
+/// Scaled norm of Newton's step at a fixed load factor. Directions without stiffness and without force, such
+/// as those of a free body on a floor, are excluded. `None` if there is a force in such a direction.
 pub(super) fn newton_step(linear: &Linear) -> Option<f64> {
     let (left, stiffness, right) = full_svd(&linear.tangent)?;
     let n = linear.residual.len();
@@ -169,15 +171,16 @@ pub(super) fn newton_step(linear: &Linear) -> Option<f64> {
     Some(norm(&linear.step(&x, 0.0).scaled))
 }
 
-/// The bordered equations `[K l; c^T]` in natural coordinates, with a load l and a constraint c of norm one.
+/// The bordered equations `[K l; c^T]` in natural coordinates, with the load l and the constraint c
+/// normalised.
 struct Bordered {
     lu: Lu,
-    /// What the load factor of such a load has to be multiplied with.
+    /// Factor between the normalised load's factor and the load factor.
     load_factor: f64,
 }
 
 impl Bordered {
-    /// With a tangent K. `None` where they are singular.
+    /// Equations with a tangent K. `None` if they are singular.
     fn new(linear: &Linear, tangent: &Matrix, constraint: &[f64]) -> Option<Self> {
         let n = linear.load.len();
         let size = norm(&linear.load);
@@ -204,9 +207,9 @@ impl Bordered {
     }
 }
 
-/// The bordered equations with the stiffness of the material in directions that have less than the part `largest` of
-/// it, in which the load does not push, and the residual would not move the material by more than `rounding`. `None`
-/// where there are no such directions.
+/// The bordered equations with the stiffness of the material in soft directions. Soft directions have less
+/// than the fraction `largest` of the elastic stiffness and no load, and their residual would move the
+/// material by no more than `rounding`. `None` if there are no such directions.
 fn held(linear: &Linear, constraint: &[f64], largest: f64, rounding: f64) -> Option<Bordered> {
     if let Some(mut bordered) = Bordered::new(linear, &linear.tangent, constraint)
         && bordered.lu.reciprocal_condition() > largest

@@ -1,8 +1,8 @@
 //! Descent in potential energy from any shape to a nearby stable equilibrium.
 //!
-//! Newton's method in a trust region (Levenberg 1944; Conn, Gould and Toint 2000, chapter 6). Energies are never
-//! asked for, as some loads have none: the work of the generalised forces along a step, by the trapezoidal rule,
-//! takes their place.
+//! Newton's method in a trust region (Levenberg 1944; Conn, Gould and Toint 2000, chapter 6). Energies are
+//! not used, because some loads have none: the work of the generalised forces along a step, by the
+//! trapezoidal rule, replaces them.
 
 use super::equations::{Equations, Linear, State, Step};
 use crate::error::Interrupted;
@@ -10,50 +10,51 @@ use crate::linalg::symmetric_part;
 use crate::linalg::{Cholesky, Lu, dot, norm};
 use crate::model::Flaw;
 
-/// First radius, in scaled coordinates: half a radian of the whole rod.
+/// Initial radius, in scaled coordinates: half a radian of the whole rod.
 const FIRST_RADIUS: f64 = 0.5;
 
 /// Largest radius.
 const LARGEST_RADIUS: f64 = 4.0;
 
-/// A step is taken when it gives this part of the work that its quadratic model promises.
+/// A step is accepted if its work is at least this fraction of the quadratic model's prediction.
 const TAKEN: f64 = 1e-3;
 
-/// Below this part the radius shrinks to a quarter of the step, beyond the other one it may double (Conn, Gould and Toint
-/// 2000, section 6.1).
+/// Below `POOR` the radius shrinks to a quarter of the step, above `GOOD` it may double (Conn, Gould and
+/// Toint 2000, section 6.1).
 const POOR: f64 = 0.25;
 const GOOD: f64 = 0.75;
 
-/// Multiples of the natural stiffness that are added to make steps descend and stay in the region: the first one, the
-/// factor to the next one.
+/// Multiples of the natural stiffness added to the tangent, so that steps descend and stay within the region:
+/// first shift, and ratio of successive shifts.
 const FIRST_SHIFT: f64 = 1e-3;
 const SHIFT_FACTOR: f64 = 4.0;
 
-/// With a larger shift than that nothing moves.
+/// Above this shift steps have no effect.
 const LARGEST_SHIFT: f64 = 1e12;
 
-/// Steps as short as that are taken without looking at their work, which is rounding then.
+/// Steps shorter than this are accepted without comparing their work, which is at the level of rounding.
 const TRUSTED: f64 = 1e-6;
 
-/// Where surfaces begin to touch within such a step the tangent is another one at its end: only steps that are shorter by that
-/// factor leave rounding alone.
+/// If surfaces begin to touch within such a step, the tangent changes along it; then only steps shorter by
+/// this factor are at the level of rounding.
 const AT_KINKS: f64 = 1e-3;
 
-/// How often at most a trial's springs are made to carry what they should, each time to about twice as many digits;
-/// and at the start, which may be far from where stiff springs let the model be.
+/// Maximum number of iterations that restore consistency of a trial's springs with their forces; each one
+/// about doubles the number of digits. At the start, which may be far from shapes that stiff springs allow,
+/// the same limit applies.
 const RESTORING: usize = 8;
 const FIRST_RESTORING: usize = 50;
 
-/// How a descent ended.
+/// Result of a descent.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Descent {
-    /// At an equilibrium; the scaled norm of the last step, and of the residual before it.
+    /// Equilibrium; with the scaled norms of the last step and of the residual before it.
     Converged { step_norm: f64, residual_norm: f64 },
     /// The limit of iterations was reached.
     IterationLimit,
-    /// No step, however short, goes downhill.
+    /// No step, however short, decreases the energy.
     Stalled,
-    /// The way downhill leads to shapes that are none.
+    /// The descent leads to invalid shapes.
     Flawed(Flaw),
     /// Forces are not finite at the start.
     NonFinite,
@@ -72,8 +73,8 @@ impl Shifted {
         Self { cholesky: Cholesky::new(n), lu: Lu::new(n), x: vec![0.0; n] }
     }
 
-    /// The step, and its length, for the least shift from `shift` on for which the symmetric part is positive definite
-    /// and the step no longer than `radius`; `None` where no shift is enough.
+    /// The step and its length for the smallest shift, starting from `shift`, for which the symmetric part is
+    /// positive definite and the step is no longer than `radius`; `None` if no shift is sufficient.
     fn step(&mut self, linear: &Linear, shift: &mut f64, radius: f64) -> Option<(Step, f64)> {
         loop {
             let mut shifted = linear.tangent.clone();
@@ -101,10 +102,10 @@ impl Shifted {
     }
 }
 
-/// Moves `state` downhill at its load factor until it is in equilibrium.
+/// Moves `state` downhill at its load factor until equilibrium.
 ///
-/// A step's springs are taken at the forces that they have to first order, and the shape that they leave is restored
-/// before the step is judged: stiff springs do not shorten it then.
+/// A step updates the forces of the springs to first order, and restores a shape consistent with these forces
+/// before the step is judged. Stiff springs thus do not limit the length of steps.
 pub(super) fn descend(
     equations: &mut Equations<'_>,
     state: &mut State,
@@ -155,7 +156,7 @@ pub(super) fn descend(
             }
             flaw = inverted;
             if length <= if equations.has_contact() { AT_KINKS * TRUSTED } else { TRUSTED } {
-                // What is left is rounding.
+                // The remaining residual is rounding.
                 return Ok(if length <= tolerance.sqrt() && shift <= 1.0 && flaw.is_none() {
                     Descent::Converged { step_norm: length, residual_norm }
                 } else {

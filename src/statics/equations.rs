@@ -1,4 +1,4 @@
-//! The equations of equilibrium of a model under a fraction of its loads.
+//! Equations of equilibrium of a model under a fraction of its loads.
 
 use super::growth::Growth;
 use super::stability::Stiffness;
@@ -10,7 +10,7 @@ use crate::small_motions::SmallMotions;
 use crate::springs::Springs;
 use crate::stability::{self, Verdict};
 
-/// What a search has cost.
+/// Cost of a search.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counters {
     /// Newton iterations.
@@ -21,14 +21,13 @@ pub struct Counters {
     pub tangents: usize,
 }
 
-/// `R(q, lambda) = 0` at rest, where lambda is how far what acts has grown ([`Growth`]): `tau_elastic(q) + lambda (tau(q) -
-/// tau_elastic(q))` where it scales all loads at once, gravity included, or `tau(q; u(lambda))` where inputs go from one
-/// place to another. Nothing of it needs a potential.
+/// Equilibrium equations `R(q, lambda) = 0` at rest with the load factor lambda ([`Growth`]):
+/// `tau_elastic(q) + lambda (tau(q) - tau_elastic(q))` if lambda scales all loads including gravity, or
+/// `tau(q; u(lambda))` if inputs follow a path. Loads need no potential.
 ///
-/// Coordinates and forces have different units, so that norms make sense only of `q_i / s_i` and `s_i R_i` with the
-/// typical sizes s of the model: numbers without unit, and joules. What is called *scaled* below is meant so. What is
-/// solved is solved in natural coordinates (see [`crate::springs`]), at forces of the springs that are part of the
-/// state.
+/// Coordinates and forces have mixed units. Norms are therefore those of `q_i / s_i` (dimensionless) and `s_i
+/// R_i` (joules) with the typical sizes s of the model; these are called *scaled* below. Systems are solved
+/// in natural coordinates (see [`crate::springs`]), at forces of the springs that are part of the state.
 pub(super) struct Equations<'a> {
     model: &'a mut dyn Model,
     monitor: &'a mut dyn FnMut() -> Result<(), Interrupted>,
@@ -37,16 +36,16 @@ pub(super) struct Equations<'a> {
     growth: Growth,
     rest: Vec<f64>,
     elastic: Vec<f64>,
-    /// Stiffnesses of coordinates without elasticity along a path of inputs: those at its start, so that what is judged by them
-    /// does not change with the tangent.
+    /// Reference stiffnesses of coordinates without elasticity along a path of inputs: those at its start, so
+    /// that tests relative to them do not change along the path.
     reference: Option<Vec<f64>>,
-    /// Whether the work against surfaces that touch is told by its energy, not by forces.
+    /// Whether the work of contacts is computed from their energy instead of their forces.
     pub(super) knows_overlaps: bool,
-    /// Scaled tangent of the material, where that is all that does not depend on the shape.
+    /// Scaled tangent of the material, if it does not depend on the shape.
     material: Option<Matrix>,
 }
 
-/// A state on its way to equilibrium: coordinates, load factor, and the forces of the springs.
+/// A state of the iteration: coordinates, load factor, and the forces of the springs.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct State {
     pub(super) q: Vec<f64>,
@@ -54,29 +53,30 @@ pub(super) struct State {
     pub(super) forces: Vec<f64>,
 }
 
-/// A change of a state: of the scaled coordinates and, last, the load factor; and of the forces of the springs.
+/// A change of a state: of the scaled coordinates followed by the load factor, and of the forces of the
+/// springs.
 #[derive(Clone, Debug)]
 pub(super) struct Step {
     pub(super) scaled: Vec<f64>,
     pub(super) forces: Vec<f64>,
 }
 
-/// The equations near a state, in natural coordinates.
+/// The equations linearised at a state, in natural coordinates.
 #[derive(Clone, Debug)]
 pub(super) struct Linear {
     pub(super) residual: Vec<f64>,
-    /// Derivatives of the residual with respect to the load factor and the coordinates.
+    /// Derivatives of the residual with respect to the load factor and to the coordinates.
     pub(super) load: Vec<f64>,
     pub(super) tangent: Matrix,
     pub(super) natural: Natural,
     springs: Option<Springs>,
-    /// How the forces of the springs change with the load factor, where they do.
+    /// Derivative of the springs' forces with respect to the load factor, if not zero.
     load_on_springs: Option<Vec<f64>>,
-    /// Scaled norm of the residual at the forces of the springs that the state has.
+    /// Scaled norm of the residual at the state's spring forces.
     pub(super) residual_norm: f64,
 }
 
-/// A state as a descent sees it.
+/// Quantities of a state for a descent.
 #[derive(Clone, Debug)]
 pub(super) struct Downhill {
     residual: Vec<f64>,
@@ -85,7 +85,7 @@ pub(super) struct Downhill {
 }
 
 impl Downhill {
-    /// The work of a step from here to another state, by the trapezoidal rule.
+    /// Work of a step from this state to another one, by the trapezoidal rule.
     pub(super) fn work(&self, other: &Self, step: &Step) -> f64 {
         0.5 * (dot(&self.residual, &step.scaled) + dot(&other.residual, &step.scaled))
             + (other.energy - self.energy)
@@ -93,14 +93,14 @@ impl Downhill {
 }
 
 impl Step {
-    /// The load factor's part.
+    /// Component of the load factor.
     pub(super) fn load_factor(&self) -> f64 {
         self.scaled[self.scaled.len() - 1]
     }
 }
 
 impl State {
-    /// Moves by a multiple of a step.
+    /// Adds a multiple of a step.
     pub(super) fn advance(&mut self, step: &Step, length: f64, sizes: &[f64]) {
         for (i, q) in self.q.iter_mut().enumerate() {
             *q += length * step.scaled[i] * sizes[i];
@@ -122,7 +122,7 @@ impl State {
 }
 
 impl Linear {
-    /// The step that moves natural coordinates by `x` and the load factor, to first order.
+    /// The step for a change `x` of the natural coordinates and a change of the load factor, to first order.
     pub(super) fn step(&self, x: &[f64], load_factor: f64) -> Step {
         let forces = self.springs.as_ref().map(|springs| self.natural.change_of_forces(springs, x));
         let mut scaled = self.natural.coordinates(x);
@@ -138,7 +138,7 @@ impl Linear {
         forces
     }
 
-    /// A scaled direction of coordinates and load factor as a step.
+    /// The step for a scaled direction of coordinates and load factor.
     pub(super) fn moved(&self, scaled: Vec<f64>) -> Step {
         let n = scaled.len() - 1;
         let forces = self.springs.as_ref().map(|springs| springs.changes(&scaled[..n]));
@@ -146,7 +146,7 @@ impl Linear {
         Step { scaled, forces }
     }
 
-    /// Moves a state, that of this one, by such a step: its springs then have the forces that they have to first order.
+    /// Applies such a step to the state of this linearisation; the springs' forces change to first order.
     pub(super) fn advance(&self, state: &mut State, step: &Step, sizes: &[f64]) {
         if let Some(springs) = &self.springs {
             state.forces.copy_from_slice(&springs.forces);
@@ -156,7 +156,7 @@ impl Linear {
 }
 
 impl<'a> Equations<'a> {
-    /// `monitor` is asked before every evaluation of forces whether to go on.
+    /// `monitor` is called before every evaluation of forces and may stop the search.
     pub(super) fn new(
         model: &'a mut dyn Model,
         growth: Growth,
@@ -182,22 +182,22 @@ impl<'a> Equations<'a> {
         }
     }
 
-    /// Sets the inputs of the model to where they are at a load factor on their way.
+    /// Sets the inputs of the model to their values at a load factor.
     pub(super) fn set_inputs_of(&mut self, growth: &mut Growth, load_factor: f64) -> Result<(), Interrupted> {
         growth.set(self.model, load_factor)
     }
 
-    /// From now on this grows.
+    /// Sets what grows with the load factor.
     pub(super) fn grow(&mut self, growth: Growth) {
         self.growth = growth;
     }
 
-    /// The inputs at a load factor, where they are what grows.
+    /// Inputs at a load factor; empty if loads grow instead.
     pub(super) fn inputs_at(&self, load_factor: f64) -> Vec<f64> {
         self.growth.inputs_at(load_factor).unwrap_or_default()
     }
 
-    /// Writes a shape with no rotation vector longer than pi.
+    /// Rewrites a shape with rotation vectors no longer than pi.
     pub(super) fn wrap(&self, q: &mut [f64]) {
         let mut rest = vec![0.0; q.len()];
         rotation_vectors::wrap(self.model.rotation_vectors(), q, &mut rest, &mut []);
@@ -211,17 +211,17 @@ impl<'a> Equations<'a> {
         self.model.has_contact()
     }
 
-    /// Why a shape is none that the model has.
+    /// Problem of an invalid shape; `None` for a valid one.
     pub(super) fn flaw(&mut self, q: &[f64]) -> Option<Flaw> {
         self.model.flaw(q)
     }
 
-    /// What is sunk in a shape.
+    /// Problem of a shape with sunk surfaces; `None` otherwise.
     pub(super) fn sunk(&mut self, q: &[f64]) -> Option<Flaw> {
         self.model.sunk(q)
     }
 
-    /// A state, with the forces that its springs have.
+    /// State with the forces of the springs in this shape.
     pub(super) fn state(&mut self, q: Vec<f64>, load_factor: f64) -> Result<State, Interrupted> {
         let mut state = State { q, load_factor, forces: Vec::new() };
         self.growth.set(self.model, load_factor)?;
@@ -234,8 +234,8 @@ impl<'a> Equations<'a> {
         Ok(state)
     }
 
-    /// Lets go of what would have to push, or takes up what has been passed, of constraints that hold one way only; says whether
-    /// there was any.
+    /// Updates the active set of one-sided constraints: activates violated ones, or releases one that would
+    /// have to push. Returns whether anything changed.
     pub(super) fn switch(&mut self, state: &mut State) -> Result<bool, Interrupted> {
         if !self.model.is_one_sided() {
             return Ok(false);
@@ -249,7 +249,7 @@ impl<'a> Equations<'a> {
         Ok(true)
     }
 
-    /// Whether it would switch any.
+    /// Whether `switch` would change anything.
     pub(super) fn would_switch(&mut self, state: &State) -> Result<bool, Interrupted> {
         let held: Vec<f64> =
             self.model.held().into_iter().map(|is_held| f64::from(u8::from(is_held))).collect();
@@ -260,8 +260,8 @@ impl<'a> Equations<'a> {
         Ok(would_switch)
     }
 
-    /// How the forces of the springs change with the load factor in a shape: of lengths that are told, as they change with
-    /// inputs, straight.
+    /// Derivative of the springs' forces with respect to the load factor in a shape: from commanded lengths,
+    /// which depend linearly on the inputs.
     fn load_on_springs(
         &mut self,
         state: &State,
@@ -279,7 +279,7 @@ impl<'a> Equations<'a> {
         Ok(there.map(rates))
     }
 
-    /// The scaled residual at springs' forces of their own, or at those that are held; and its derivative with
+    /// Scaled residual, with the springs' forces of the shape or with held forces, and its derivative with
     /// respect to the load factor.
     fn forces(
         &mut self,
@@ -316,7 +316,7 @@ impl<'a> Equations<'a> {
         Ok(())
     }
 
-    /// The scaled residual, and its derivative with respect to the load factor.
+    /// Scaled residual, and its derivative with respect to the load factor.
     pub(super) fn residual(
         &mut self,
         q: &[f64],
@@ -327,9 +327,9 @@ impl<'a> Equations<'a> {
         self.forces(q, load_factor, None, residual, load)
     }
 
-    /// What a step's work is told from: the scaled residual without the springs, their energy, and the norm of the
-    /// residual at the forces that the state has. The force of a stiff spring is rounding times stiffness; its energy
-    /// is not.
+    /// Quantities from which the work of a step is computed: the scaled residual without springs, the energy
+    /// of the springs, and the norm of the residual at the state's spring forces. The force of a stiff spring
+    /// has a large rounding error, its energy does not.
     pub(super) fn downhill(&mut self, state: &State) -> Result<Downhill, Interrupted> {
         let n = state.q.len();
         let (mut residual, mut load) = (vec![0.0; n], vec![0.0; n]);
@@ -350,8 +350,8 @@ impl<'a> Equations<'a> {
         Ok(Downhill { residual, energy, residual_norm })
     }
 
-    /// Takes what surfaces do to each other out of a residual; returns its energy. A trapezoid through the slopes before and
-    /// behind the place where they meet sees much more work than there is.
+    /// Removes contact forces from a residual and returns their energy. The trapezoidal rule across the onset
+    /// of a contact would overestimate the work.
     fn leave_contact(
         &mut self,
         state: &State,
@@ -369,7 +369,8 @@ impl<'a> Equations<'a> {
         Ok(state.load_factor * (touching - apart))
     }
 
-    /// The scaled tangents `dR/dq`, and of what is elastic, at springs' forces of their own or at those that are held.
+    /// The scaled tangent `dR/dq` and its elastic part, with the springs' forces of the shape or with held
+    /// forces.
     fn tangents(
         &mut self,
         q: &[f64],
@@ -392,7 +393,7 @@ impl<'a> Equations<'a> {
         Ok([scaled(tangent, &self.sizes), scaled(elastic, &self.sizes)])
     }
 
-    /// The scaled tangent `dR/dq`.
+    /// Scaled tangent `dR/dq`.
     pub(super) fn tangent(
         &mut self,
         q: &[f64],
@@ -404,7 +405,7 @@ impl<'a> Equations<'a> {
         Ok(())
     }
 
-    /// The equations near a state; `None` where something is not finite.
+    /// The equations linearised at a state; `None` if a number is not finite.
     pub(super) fn linearise(&mut self, state: &State) -> Result<Option<Linear>, Interrupted> {
         let State { q, load_factor, forces } = state;
         let n = q.len();
@@ -439,12 +440,12 @@ impl<'a> Equations<'a> {
         }))
     }
 
-    /// Moves a shape, to first order and then on, until its springs carry the forces that the state has: what is
-    /// stiff follows, what is soft stays.
+    /// Changes a shape, by first-order steps, until its springs carry the state's spring forces. Stiff
+    /// directions adapt, soft ones stay.
     pub(super) fn restore(&mut self, state: &mut State, iterations: usize) {
-        /// Longest step: what is linear in it is no guide beyond.
+        /// Longest step for which the linearisation is useful.
         const LONGEST: f64 = 0.5;
-        /// Steps below that do not matter.
+        /// Steps below this length are negligible.
         const SHORTEST: f64 = 1e-10;
         let Some(material) = &self.material else { return };
         for _ in 0..iterations {
@@ -466,7 +467,7 @@ impl<'a> Equations<'a> {
         }
     }
 
-    /// What small disturbances of an equilibrium do. Asks mass and damping only where stiffness alone does not decide.
+    /// Stability of an equilibrium. Evaluates mass and damping only if the stiffness alone does not decide.
     pub(super) fn verdict(
         &mut self,
         state: &State,
@@ -479,7 +480,7 @@ impl<'a> Equations<'a> {
         Ok(stability::verdict(&self.small_motions(state, linear)?))
     }
 
-    /// Small motions about an equilibrium. What depends on velocities is not scaled by the load factor.
+    /// Small motions about an equilibrium. Terms that depend on velocities are not scaled by the load factor.
     fn small_motions(&mut self, state: &State, linear: &Linear) -> Result<SmallMotions, Interrupted> {
         let n = state.q.len();
         self.growth.set(self.model, state.load_factor)?;

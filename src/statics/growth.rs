@@ -1,17 +1,17 @@
-//! The parameter of a path of equilibria: a factor of all loads, or inputs between two values.
+//! Parameter of a path of equilibria: a factor of all loads, or the position of inputs between two values.
 
 use crate::error::{Checker, Interrupted};
 use crate::linalg::Matrix;
 use crate::model::Model;
 
-/// Inputs that go from one place to another along a path.
+/// Inputs along a straight path.
 #[derive(Clone, Debug, PartialEq)]
 pub struct InputPath {
-    /// u where the load factor is zero, shape (m,).
+    /// Inputs u at load factor zero, shape (m,).
     pub from: Vec<f64>,
-    /// u where it is one.
+    /// Inputs u at load factor one.
     pub to: Vec<f64>,
-    /// The time at which the model is, in seconds: where something varies in it, it is set anew with the inputs.
+    /// Time of the model in seconds, set again with the inputs if the model varies in time.
     pub time: f64,
 }
 
@@ -27,20 +27,20 @@ impl InputPath {
     }
 }
 
-/// What the load factor says.
+/// Meaning of the load factor.
 pub(super) enum Growth {
-    /// The part of all loads that acts.
+    /// Fraction of all loads that acts.
     Loads,
-    /// How far inputs have come.
+    /// Position of the inputs along their path.
     Inputs(Inputs),
 }
 
-/// Inputs on their way.
+/// Inputs along their path.
 pub(super) struct Inputs {
     from: Vec<f64>,
     change: Vec<f64>,
     time: f64,
-    /// Where they are set.
+    /// Load factor whose inputs are set.
     at: f64,
     /// Derivative of the generalised forces with respect to all inputs.
     tangent: Matrix,
@@ -54,7 +54,7 @@ impl Growth {
         Self::Inputs(Inputs { from, change, time, at: f64::NAN, tangent })
     }
 
-    /// Sets the inputs of a model, unless they are there.
+    /// Sets the inputs of a model, unless they are set already.
     pub(super) fn set(&mut self, model: &mut dyn Model, load_factor: f64) -> Result<(), Interrupted> {
         let Self::Inputs(inputs) = self else { return Ok(()) };
         if inputs.at != load_factor {
@@ -65,7 +65,7 @@ impl Growth {
         Ok(())
     }
 
-    /// The inputs at a load factor, where they are what grows.
+    /// Inputs at a load factor; `None` if loads grow instead.
     pub(super) fn inputs_at(&self, load_factor: f64) -> Option<Vec<f64>> {
         if let Self::Inputs(inputs) = self { Some(inputs.at(load_factor)) } else { None }
     }
@@ -76,7 +76,7 @@ impl Inputs {
         self.from.iter().zip(&self.change).map(|(from, change)| from + load_factor * change).collect()
     }
 
-    /// The derivative of the generalised forces with respect to the load factor.
+    /// Derivative of the generalised forces with respect to the load factor.
     pub(super) fn load(&mut self, model: &mut dyn Model, q: &[f64], rest: &[f64], load: &mut [f64]) {
         model.input_tangent(q, rest, rest, &mut self.tangent);
         load.fill(0.0);
@@ -95,7 +95,7 @@ mod tests {
     use crate::rod::Segment;
     use crate::signal::{Harmonic, Input, Signal};
 
-    /// Two tendons: one whose tension is an input, one whose length is one; and one that varies in time.
+    /// Two tendons, with tension and length as inputs; and one that varies in time.
     fn model() -> RobotModel {
         let tendon = |name: &str, z: f64, drive: Drive| {
             let along = Along { link: 0, offset: [0.0.into(), z.into()], along: [0.0, 0.3] };

@@ -1,12 +1,13 @@
-//! Equilibria of models: statics.
+//! Statics: equilibria of models, and their stability.
 //!
-//! [`equilibrium`] finds one, by following the path of growing loads, by letting a shape go, or by Newton's method
-//! nearby; [`continuation`] follows paths through limit points and from bifurcations. Both tell how stable what they
-//! found is.
+//! [`equilibrium`] finds an equilibrium by following the path of growing loads, by descent from a shape, or
+//! by Newton's method nearby. [`continuation`] follows paths through limit points and from bifurcations. Both
+//! report stability.
 //!
-//! `equations` are the forces under a part of what grows (`growth`), `corrector` is Newton's method that stays on its path,
-//! `path` follows it, `descent` lets go, `stability` looks for critical points, `tendons` says which are slack, `tied` closes loops first. What is
-//! stable is judged by [`crate::stability`].
+//! `equations` contains the forces under a part of the load (`growth`), `corrector` Newton's method that
+//! stays on its path, `path` continuation, `descent` the search for stable equilibria, `stability` the search
+//! for critical points, `tendons` the detection of slack tendons, and `tied` models with closed loops.
+//! [`crate::stability`] judges stability.
 //!
 //! ```
 //! use lissom::robot::{Rod, RobotModel};
@@ -51,13 +52,13 @@ use crate::model::Model;
 use crate::roots;
 pub use crate::stability::{Stability, Verdict};
 
-/// What a search may ask before every evaluation: whether to go on.
+/// Called before every evaluation; may stop a search.
 pub type Monitor<'a> = &'a mut dyn FnMut() -> Result<(), Interrupted>;
 
-/// An equilibrium of `model`, at the time last set. Some tens of evaluations of its forces and tangent for moderate
-/// bending, some hundreds for very large one. The result holds the last good state whatever happens.
+/// Finds an equilibrium of `model`, at the time set last. Costs tens of evaluations of forces and tangent for
+/// moderate bending, hundreds for very large bending. On failure the result holds the last valid state.
 ///
-/// Fails before any evaluation when an option is wrong, or when the model does not resolve the start.
+/// Fails before any evaluation if an option is invalid, or if the model does not resolve the start.
 pub fn equilibrium(
     model: &mut dyn Model,
     options: &Options,
@@ -80,10 +81,10 @@ pub fn equilibrium(
     })
 }
 
-/// The path of equilibria of `model` over the load factor, at the time last set. Where inputs grow they are those of the last
-/// point when it ends.
+/// Follows the path of equilibria of `model` over the load factor, at the time set last. If inputs grow, the
+/// model is left with those of the last point.
 ///
-/// Fails before any evaluation when an option is wrong, or when the model does not resolve the start.
+/// Fails before any evaluation if an option is invalid, or if the model does not resolve the start.
 pub fn continuation(
     model: &mut dyn Model,
     options: &ContinuationOptions,
@@ -102,7 +103,7 @@ pub fn continuation(
     Ok(follow(&mut equations, options, grown))
 }
 
-/// The shape that the loads lead to which grow from zero, at the inputs of a load factor.
+/// Shape to which loads growing from zero lead, at the inputs of a load factor.
 fn loaded(
     equations: &mut Equations<'_>,
     options: &ContinuationOptions,
@@ -159,7 +160,7 @@ impl Status {
     }
 }
 
-/// By the path of growing loads; where that ends early, by letting go.
+/// Follows the path of growing loads; if the path ends early, releases the model there.
 fn load(equations: &mut Equations<'_>, stops: &[f64], options: &Options) -> Result<Equilibrium, Interrupted> {
     let course = Course {
         bounds: [f64::NEG_INFINITY, 1.0],
@@ -172,7 +173,7 @@ fn load(equations: &mut Equations<'_>, stops: &[f64], options: &Options) -> Resu
     let start = equations.state(vec![0.0; n], 0.0)?;
     let mut follower = Follower::new(equations, course);
     let Some(mut place) = follower.start(start, None)? else {
-        // Unloaded it has no unique shape, as a pendulum: it is let go under the whole load.
+        // Without loads the shape is not unique, as for a pendulum: release it under the full load.
         return let_go(equations, &vec![0.0; n], options);
     };
     let end = follower.follow(&mut place)?;
@@ -202,17 +203,18 @@ fn load(equations: &mut Equations<'_>, stops: &[f64], options: &Options) -> Resu
     judge(equations, found, path)
 }
 
-/// Iterations downhill after which Newton's method is tried, and how many times as many the next time.
+/// Number of descent iterations before Newton's method is tried, and the factor between successive tries.
 const FIRST_LEG: usize = 50;
 const LONGER_LEG: usize = 4;
 
-/// What Newton's method finds is the equilibrium that the way downhill leads to where it is no farther away: scaled.
+/// Newton's result counts as the equilibrium of the descent if it is no farther away than this, in scaled
+/// coordinates.
 const NEARBY: f64 = 0.1;
 
-/// Downhill onto what is there to be touched, and now and then by Newton's method from there: where nothing says where on a floor
-/// something lies, downhill is slow. Where that stalls, as energies that are known by their slopes
-/// alone do at kinks, once more with the energies of overlaps, which know kinks but are those of the forces to the error of their
-/// integrals only.
+/// Descent onto surfaces, with occasional attempts of Newton's method. If nothing determines where on a floor
+/// a body lies, descent alone is slow. If the descent stalls, as it can at kinks when work is computed from
+/// forces, it is repeated with the energies of overlaps, which handle kinks but are consistent with the
+/// forces only up to the error of their integrals.
 fn lay(equations: &mut Equations<'_>, q0: &[f64], options: &Options) -> Result<Equilibrium, Interrupted> {
     let has_ended = |found: &Equilibrium| !matches!(found.status, Status::Stalled | Status::IterationLimit);
     let mut first = None;
@@ -229,7 +231,7 @@ fn lay(equations: &mut Equations<'_>, q0: &[f64], options: &Options) -> Result<E
             let moved =
                 nearby.q.iter().zip(&laid.q).zip(&equations.sizes).map(|((a, b), size)| (a - b) / size);
             let is_near = norm(&moved.collect::<Vec<_>>()) <= NEARBY;
-            // Downhill comes to others by itself.
+            // Other equilibria are left to the descent.
             let is_free = nearby.verdict.is_some_and(|verdict| verdict.stability == Stability::Neutral);
             let is_at_end = laid.status == Status::Stalled || max_iter == left;
             if nearby.status.is_success() && (is_at_end || is_near && is_free) {
@@ -246,7 +248,7 @@ fn lay(equations: &mut Equations<'_>, q0: &[f64], options: &Options) -> Result<E
     Ok(first.expect("both ways end"))
 }
 
-/// Downhill from a shape.
+/// Descent from a shape.
 fn let_go(equations: &mut Equations<'_>, q0: &[f64], options: &Options) -> Result<Equilibrium, Interrupted> {
     let mut state = equations.state(q0.to_vec(), 1.0)?;
     let descent = descent::descend(equations, &mut state, options.tol, options.max_iter)?;
@@ -260,7 +262,7 @@ fn let_go(equations: &mut Equations<'_>, q0: &[f64], options: &Options) -> Resul
     judge(equations, Found { status, state, step_norm, residual_norm }, Path::default())
 }
 
-/// The equations at a fixed load factor as a system for [`roots::Newton`], in scaled coordinates.
+/// The equations at a fixed load factor, in scaled coordinates, as a system for [`roots::Newton`].
 struct Nearby<'a, 'b> {
     equations: &'a mut Equations<'b>,
     q: Vec<f64>,
@@ -291,7 +293,7 @@ impl roots::System for Nearby<'_, '_> {
     }
 }
 
-/// To the nearest equilibrium, stable or not.
+/// Finds the nearest equilibrium, stable or not.
 fn newton(equations: &mut Equations<'_>, q0: &[f64], options: &Options) -> Result<Equilibrium, Interrupted> {
     let n = equations.n();
     let search = roots::Options {
@@ -316,14 +318,14 @@ fn newton(equations: &mut Equations<'_>, q0: &[f64], options: &Options) -> Resul
         && let Some(next) = corrector::newton_step(&linear)
         && next <= options.tol
     {
-        // Stiff tendons and joints turn rounding of the shape into forces that no step reduces.
+        // With stiff tendons and joints, rounding of the shape causes forces that no step can reduce.
         (status, step_norm) = (Status::Converged, next);
     }
     let found = Found { status, state, step_norm, residual_norm: outcome.residual_norm };
     judge(equations, found, Path::default())
 }
 
-/// What a search found, before it is judged.
+/// Result of a search, before stability is judged.
 struct Found {
     status: Status,
     state: State,
@@ -331,7 +333,7 @@ struct Found {
     residual_norm: f64,
 }
 
-/// Adds what the tangent says.
+/// Adds stability from the tangent.
 fn judge(equations: &mut Equations<'_>, found: Found, path: Path) -> Result<Equilibrium, Interrupted> {
     let Found { mut status, state, step_norm, residual_norm } = found;
     if status.is_success()

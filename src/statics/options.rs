@@ -1,9 +1,9 @@
-//! Options of the search for equilibria.
+//! Options of searches for equilibria.
 
 use super::growth::InputPath;
 use crate::error::{Checker, InvalidInput};
 
-/// Bound of the scaled norm of the last Newton step: for a rod about the error of its shape in radians.
+/// Tolerance for the scaled norm of the last Newton step: for a rod about the error of its shape in radians.
 const TOLERANCE: f64 = 1e-10;
 
 /// Limit of the Newton iterations of a search without a path.
@@ -12,40 +12,43 @@ const MAX_ITERATIONS: usize = 500;
 /// Limit of the steps along a path.
 const MAX_STEPS: usize = 500;
 
-/// Times the default for models with contact: every place that begins or ceases to touch takes an iteration of its own.
+/// Factor for the default limit in models with contact, where every point that begins or ceases to touch
+/// takes an additional iteration.
 pub const ITERATIONS_OF_CONTACT: usize = 10;
 
-/// Most load factors at which a path has to stop: at a millisecond each they take a quarter of an hour.
+/// Maximum number of load factors at which a path stops: at a millisecond each they take a quarter of an
+/// hour.
 pub const MAX_STOPS: usize = 1_000_000;
 
-/// Longest step of a continuation, so that the path can be drawn: a quarter of a radian of the whole rod, or of the load.
+/// Longest step of a continuation, for smooth plots: a quarter of a radian of the whole rod, or a quarter of
+/// the load.
 const MAX_STEP: f64 = 0.25;
 
-/// Where a search begins, and with it what it finds.
+/// Start of a search, which also determines the kind of equilibrium that is found.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Start {
-    /// The unloaded model, whose loads grow step by step: the equilibrium that a careful hand would load it to, stable or
-    /// not. If the path ends before the loads are there, the model is let go where it ended.
+    /// The unloaded model under loads that grow step by step: finds the equilibrium of quasi-static loading,
+    /// stable or not. If the path ends before the full load, the model is released there.
     Unloaded {
-        /// Load factors in (0, 1] at which the path has to stop, increasing; the last one is where it ends.
+        /// Load factors in (0, 1] at which the path stops, increasing; it ends at the last one.
         stops: Vec<f64>,
     },
-    /// Any shape, which is let go: the stable equilibrium that it comes to rest in if all motion is damped strongly.
+    /// Any shape, which is released: finds the stable equilibrium that strongly damped motion would reach.
     Descent(Vec<f64>),
-    /// A shape near the equilibrium that is wanted, stable or not, for Newton's method in a trust region.
+    /// A shape near the desired equilibrium, stable or not: Newton's method in a trust region.
     Newton(Vec<f64>),
 }
 
-/// How an equilibrium is searched for.
+/// Options of a search for an equilibrium.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Options {
-    /// Where from. Unloaded by default, with as few steps as possible.
+    /// Start of the search. Default: unloaded, with as few steps as possible.
     pub start: Start,
-    /// Stop when the Newton step is that small: `|dq / s|` with the typical sizes s of the coordinates; 1e-10 by default.
+    /// Tolerance of the Newton step `|dq / s|` with the typical sizes s of the coordinates; 1e-10 by default.
     pub tol: f64,
-    /// Largest number of Newton iterations of a descent or of Newton's method; 500 by default.
+    /// Maximum number of iterations of a descent or of Newton's method; 500 by default.
     pub max_iter: usize,
-    /// Largest number of steps along the path; 500 by default.
+    /// Maximum number of steps along the path; 500 by default.
     pub max_steps: usize,
 }
 
@@ -65,7 +68,7 @@ impl Options {
         let mut check = Checker::new();
         match &self.start {
             Start::Unloaded { stops } => {
-                /// As many as a message has room for.
+                /// Maximum number listed in a message.
                 const SHOWN: usize = 10;
                 let increasing = stops.windows(2).all(|pair| pair[0] < pair[1]);
                 let inside = stops.iter().all(|stop| *stop > 0.0 && *stop <= 1.0);
@@ -83,26 +86,27 @@ impl Options {
     }
 }
 
-/// How a path of equilibria is followed.
+/// Options of a path of equilibria.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ContinuationOptions {
-    /// What grows with the load factor in place of the loads, which then act as a whole; `None` by default.
+    /// Inputs that grow with the load factor, under the full loads; `None` (the default) scales the loads
+    /// instead.
     pub inputs: Option<InputPath>,
-    /// Coordinates near an equilibrium at `load_factor`. By default zero; where inputs grow, what the loads lead to that
-    /// grow from zero at the inputs there.
+    /// Coordinates near an equilibrium at `load_factor`. Default: zero or, if inputs grow, the shape to which
+    /// loads growing from zero lead at the initial inputs.
     pub q0: Option<Vec<f64>>,
-    /// Where the path begins; 0 by default.
+    /// Load factor at the start of the path; 0 by default.
     pub load_factor: f64,
-    /// The direction in which the path leaves, in coordinates: that of a critical point, to take the other branch. By
-    /// default towards larger load factors.
+    /// Initial direction of the path in coordinates, such as that of a critical point to follow its other
+    /// branch. Default: towards larger load factors.
     pub direction: Option<Vec<f64>>,
-    /// The path ends at these load factors; [0, 1] by default.
+    /// Load factors at which the path ends; [0, 1] by default.
     pub bounds: [f64; 2],
     /// Longest step in scaled coordinates and load factor; 0.25 by default.
     pub max_step: f64,
-    /// Largest number of steps; 500 by default.
+    /// Maximum number of steps; 500 by default.
     pub max_steps: usize,
-    /// As in [`Options::tol`].
+    /// Tolerance, as in [`Options::tol`].
     pub tol: f64,
 }
 
@@ -122,7 +126,7 @@ impl Default for ContinuationOptions {
 }
 
 impl ContinuationOptions {
-    /// For n coordinates and m inputs.
+    /// Checks the options for n coordinates and m inputs.
     pub(super) fn check(&self, n: usize, m: usize) -> Result<(), InvalidInput> {
         let mut check = Checker::new();
         if let Some(inputs) = &self.inputs {

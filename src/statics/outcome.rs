@@ -1,4 +1,4 @@
-//! The result of a search for equilibria.
+//! Result of a search for equilibria.
 
 use super::equations::Counters;
 use super::path::{CriticalKind, Path};
@@ -6,16 +6,16 @@ use crate::model::{Flaw, at_least};
 use crate::roots;
 use crate::stability::{Stability, Verdict};
 
-/// How a search ended.
+/// Status of a search.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Status {
-    /// In equilibrium under the whole load.
+    /// Equilibrium under the full load.
     Converged,
     /// In equilibrium under the full load, after the load path ended early and the model was released there.
     LetGo,
     /// A continuation reached one of its bounds.
     Finished,
-    /// There is no equilibrium near the start.
+    /// There is no equilibrium close to the start.
     NoStart,
     /// Steps along the path became too small.
     StepTooSmall,
@@ -23,23 +23,23 @@ pub enum Status {
     TooManySteps,
     /// The limit of iterations was reached.
     IterationLimit,
-    /// No step goes downhill.
+    /// No step decreases the energy.
     Stalled,
     /// Forces or stiffnesses are not finite.
     NonFinite,
-    /// What was found, or what follows on the path, is a shape that the model does not have.
+    /// The equilibrium, or the next point of the path, is an invalid shape.
     Flawed(Flaw),
     /// Newton's method from the start failed.
     Newton(roots::Status),
 }
 
 impl Status {
-    /// True when what was asked for was found.
+    /// True if the requested equilibrium or path was found.
     pub fn is_success(self) -> bool {
         matches!(self, Self::Converged | Self::LetGo | Self::Finished)
     }
 
-    /// A stable name in lower case.
+    /// Stable name in lower case.
     pub fn name(self) -> &'static str {
         match self {
             Self::Converged => "converged",
@@ -119,22 +119,22 @@ impl Status {
 /// An equilibrium, or the last state of a failed search.
 #[derive(Clone, Debug)]
 pub struct Equilibrium {
-    /// Coordinates, shape (n,); after a failure those of the last good state.
+    /// Coordinates, shape (n,); after a failure those of the last valid state.
     pub q: Vec<f64>,
-    /// Part of the loads that acts there.
+    /// Load factor of the state.
     pub load_factor: f64,
-    /// How the search ended.
+    /// Status.
     pub status: Status,
-    /// The status in words, what to change, and notes on the equilibrium.
+    /// Status in words, with advice and notes on the equilibrium.
     pub message: String,
-    /// `|s R|` in joules: generalised forces times typical coordinates, before the last step.
+    /// `|s R|` in joules (generalised forces times typical coordinates), before the last step.
     pub residual_norm: f64,
-    /// `|dq / s|` of the last Newton step: about the error of q.
+    /// `|dq / s|` of the last Newton step: approximately the error of q.
     pub step_norm: f64,
-    /// What small disturbances do; `None` where that is unknown.
+    /// Stability; `None` if unknown.
     pub verdict: Option<Verdict>,
-    /// Smallest eigenvalue of the (symmetric part of the) tangent stiffness relative to that of material and springs:
-    /// one without load, zero at critical points.
+    /// Smallest eigenvalue of the (symmetric part of the) tangent stiffness relative to the stiffness of
+    /// material and springs: one without load, zero at critical points.
     pub lowest: f64,
     /// The load path; empty if none was followed.
     pub path: Path,
@@ -147,15 +147,15 @@ pub struct Equilibrium {
 pub struct Continuation {
     /// The path.
     pub path: Path,
-    /// Why it ended.
+    /// Status.
     pub status: Status,
-    /// The status in words, and what to change.
+    /// Status in words, with advice.
     pub message: String,
     /// Counts of steps, iterations and evaluations.
     pub counters: Counters,
 }
 
-/// The status in words, with what stability and critical points say. `end` is where the load path ended.
+/// Describes the status, the stability and critical points. `end` is the load factor at the end of the path.
 pub(super) fn message(status: Status, end: f64, verdict: Option<Verdict>, path: &Path) -> String {
     let mut message = status.message(end);
     if status == Status::Finished || !status.is_success() {

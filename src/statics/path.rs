@@ -1,10 +1,11 @@
-//! The path of equilibria over the load factor, by pseudo-arclength continuation (Keller 1977, "Numerical solution of
-//! bifurcation and nonlinear eigenvalue problems").
+//! Paths of equilibria over the load factor, by pseudo-arclength continuation (Keller 1977, "Numerical
+//! solution of bifurcation and nonlinear eigenvalue problems").
 //!
-//! Arc length is measured in scaled coordinates and the load factor together: one radian of the whole rod counts as much
-//! as the whole load. Steps are as long as Newton's method contracts well (den Heijer and Rheinboldt 1981, "On steplength
-//! algorithms for a class of continuation methods"), and each one is checked: when stiffnesses have changed sign, the
-//! critical points in between are found; when there are none, the step has jumped to another path and is taken back.
+//! Arc length is measured in scaled coordinates and the load factor together: one radian of the whole rod
+//! counts as much as the full load. The contraction of Newton's method determines the step length (den Heijer
+//! and Rheinboldt 1981, "On steplength algorithms for a class of continuation methods"). Every step is
+//! checked: if stiffnesses have changed sign, the critical points in between are located; if none are found,
+//! the step has jumped to another path and is undone.
 
 use super::corrector::{self, Corrected, correct, correct_held};
 use super::equations::{Equations, Linear, State, Step};
@@ -16,80 +17,81 @@ use crate::model::Flaw;
 use crate::roots::bracket::{Point, find_zero};
 use crate::stability::Stability;
 
-/// The first contraction rate that steps aim at: about four iterations a step.
+/// Target of the first contraction rate: about four iterations per step.
 const WANTED_RATE: f64 = 0.1;
 
-/// How much longer the next step may be.
+/// Largest ratio of successive step lengths.
 const LARGEST_GROWTH: f64 = 4.0;
 
-/// How much shorter a step that failed is tried again.
+/// Factor of the step length after a failed step.
 const CUT: f64 = 0.25;
 
-/// The step that is tried where the distance to the goal is unknown.
+/// Length of the first step if the distance to the goal is unknown.
 const FIRST_STEP: f64 = 1.0;
 
-/// First step away from a bifurcation, where two paths are still close together.
+/// Length of the first step away from a bifurcation, where both paths are still close.
 const FIRST_STEP_OF_BRANCH: f64 = 0.1;
 
-/// Steps shorter than that are not worth going on with.
+/// The path ends if steps become shorter than this.
 const SHORTEST_STEP: f64 = 1e-9;
 
-/// Nor are steps shorter than that towards shapes that are none.
+/// Limit of the step length towards invalid shapes.
 const SHORTEST_STEP_TO_FLAW: f64 = 1e-4;
 
-/// A step that ends farther from where its direction pointed, relative to its length, is tried again shorter. The
-/// load factor is looked at for itself: where a little load moves much, paths of very different loads are close to
-/// each other.
+/// Largest deviation of a step's end from its predicted end, relative to the step's length; beyond, the step
+/// is shortened. The load factor is checked separately, because in flexible models paths with very different
+/// loads are close together.
 const LARGEST_DEVIATION: f64 = 0.5;
 
-/// So is one in which the path turns by more than 60 degrees: it may have come to another path.
+/// Steps in which the path turns by more than 60 degrees are shortened: they may have reached another path.
 const SMALLEST_COSINE: f64 = 0.5;
 
-/// How far behind a corner (where a tendon becomes slack, say) the path is looked for: in load factors. By then steps up to it
-/// have become shorter than [`SHORTEST_STEP`].
+/// Distance in load factors at which the path is searched behind a corner, such as where a tendon becomes
+/// slack. Steps up to the corner have then become shorter than [`SHORTEST_STEP`].
 const STEP_OVER_CORNER: f64 = 1e-5;
 
-/// Behind a corner the coordinates have moved by at most that many times as much as along either side of it.
+/// Largest change of the coordinates across a corner, relative to the change along either side.
 const ALONG_CORNER: f64 = 2.0;
 
-/// A stiffness that has changed sign was zero in between if it can be made that small, relative to its values before and
-/// after.
+/// A stiffness that changed sign has a zero in between if it can be made this small, relative to its values
+/// before and after.
 const ZERO: f64 = 1e-5;
 
-/// Eigenvalues with imaginary parts below that part of the elastic stiffness are real: rounding and what is left of a
-/// potential make pairs of two that are equal.
+/// Eigenvalues with imaginary parts below this fraction of the elastic stiffness count as real: rounding, and
+/// forces that are not exactly conservative, turn equal real eigenvalues into pairs.
 const REAL: f64 = 1e-5;
 
-/// A path leaves in the direction that is asked for where the smallest stiffness is below that part of the elastic
+/// A path can start in a given direction only if the smallest stiffness is below this fraction of the elastic
 /// one; elsewhere there is only one path.
 const CRITICAL: f64 = 1e-6;
 
-/// Critical points that close to each other, relative to the step, are one.
+/// Critical points closer than this, relative to the step, count as one.
 const SAME: f64 = 1e-5;
 
-/// How a path is followed.
+/// Limits of a path.
 #[derive(Clone, Debug)]
 pub(super) struct Course {
     /// Load factors at which the path ends.
     pub(super) bounds: [f64; 2],
-    /// Increasing load factors up to the upper bound, it included, at which a step has to end.
+    /// Increasing load factors, up to and including the upper bound, at which a step must end.
     pub(super) stops: Vec<f64>,
     pub(super) max_step: f64,
     pub(super) max_steps: usize,
     pub(super) tolerance: f64,
 }
 
-/// What a critical point is.
+/// Kind of a critical point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CriticalKind {
-    /// The load factor has an extremum: beyond it there is no equilibrium nearby (snap-through).
+    /// Limit point: the load factor has an extremum, beyond which there is no equilibrium nearby
+    /// (snap-through).
     Limit,
-    /// Paths cross (buckling).
+    /// Bifurcation: paths cross (buckling).
     Bifurcation,
 }
 
 impl CriticalKind {
-    /// As one word in lower case.
+    /// The name as one word in lower case.
     pub fn name(self) -> &'static str {
         match self {
             Self::Limit => "limit",
@@ -98,71 +100,71 @@ impl CriticalKind {
     }
 }
 
-/// A point of a path at which a stiffness is zero.
+/// A point of a path with zero stiffness in some direction.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CriticalPoint {
-    /// What it is.
+    /// Kind.
     pub kind: CriticalKind,
-    /// It lies between this point of the path and the next.
+    /// Index of the path's point before the critical point.
     pub index: usize,
     /// Load factor.
     pub load_factor: f64,
-    /// Inputs, shape (m,), where they are what grows; else empty.
+    /// Inputs, shape (m,), if inputs grow; otherwise empty.
     pub inputs: Vec<f64>,
     /// Coordinates, shape (n,).
     pub q: Vec<f64>,
-    /// Directions without stiffness, one after the other, n numbers each; each of norm one in the scaled coordinates.
+    /// Directions without stiffness, n numbers each, with norm one in scaled coordinates.
     pub directions: Vec<f64>,
 }
 
-/// Equilibria in the order in which they were found, and the critical points between them.
+/// Equilibria in the order of the path, and the critical points between them.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Path {
     /// Load factors, shape (m,).
     pub load_factor: Vec<f64>,
-    /// Inputs one after the other, m numbers each, where they are what grows; else empty.
+    /// Inputs of each point, m numbers each, if inputs grow; otherwise empty.
     pub inputs: Vec<f64>,
-    /// Coordinates one after the other, n numbers each.
+    /// Coordinates of each point, n numbers each.
     pub q: Vec<f64>,
     /// Smallest eigenvalue of the tangent stiffness relative to that of material and springs, shape (m,).
     pub lowest: Vec<f64>,
-    /// What small disturbances do, shape (m,); `None` where the mass matrix is singular.
+    /// Stability, shape (m,); `None` if the mass matrix is singular.
     pub stability: Vec<Option<Stability>>,
     /// Critical points.
     pub critical: Vec<CriticalPoint>,
 }
 
-/// Why a path ended.
+/// Reason why a path ended.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum End {
     UpperBound,
     LowerBound,
     StepTooSmall,
     TooManySteps,
-    /// Beyond, equilibria are shapes that the model does not have.
+    /// Further equilibria are invalid shapes.
     Flawed(Flaw),
 }
 
-/// The last equilibrium of a path.
+/// Last equilibrium of a path.
 #[derive(Clone, Debug)]
 pub(super) struct Place {
     pub(super) state: State,
-    /// Of the path there, of scaled norm one.
+    /// Direction of the path, with scaled norm one.
     direction: Step,
     pub(super) stiffness: Stiffness,
     pub(super) linear: Linear,
     pub(super) corrected: Corrected,
 }
 
-/// Equilibria followed one after the other.
+/// Follows a path of equilibria.
 pub(super) struct Follower<'a, 'b> {
     pub(super) equations: &'a mut Equations<'b>,
     pub(super) path: Path,
     course: Course,
     is_branch: bool,
-    /// Scaled change of the coordinates with the load factor at the start.
+    /// Scaled derivative of the coordinates with respect to the load factor at the start.
     compliance: f64,
-    /// Why the last step led nowhere, where it led to a shape that is none.
+    /// Problem of the invalid shape to which the last step led, if any.
     pub(super) flaw: Option<Flaw>,
 }
 
@@ -171,8 +173,9 @@ impl<'a, 'b> Follower<'a, 'b> {
         Self { equations, path: Path::default(), course, is_branch: false, compliance: 0.0, flaw: None }
     }
 
-    /// The equilibrium near `start` at its load factor, from which the path goes to larger load factors, or along
-    /// `direction` (coordinates) where that is given, to that side of it. `None` when there is none nearby.
+    /// Finds the equilibrium near `start` at its load factor. From there the path goes to larger load
+    /// factors, or to the side of `direction` (coordinates) if given. `None` if there is no equilibrium
+    /// nearby.
     pub(super) fn start(
         &mut self,
         mut start: State,
@@ -185,7 +188,8 @@ impl<'a, 'b> Follower<'a, 'b> {
         let residual_norm = linear.residual_norm;
         let mut corrected = Corrected { rate: 0.0, step_norm: 0.0, residual_norm };
         let tolerance = self.course.tolerance;
-        // Where a branch begins the tangent is singular, so that what is an equilibrium already is left alone.
+        // At the start of a branch the tangent is singular; do not correct a state that is in equilibrium
+        // already.
         if norm_inf(&linear.natural.coordinates(&linear.residual)) > tolerance {
             let load_factor = start.load_factor;
             match self.land_switched(&mut start, load_factor)? {
@@ -216,7 +220,7 @@ impl<'a, 'b> Follower<'a, 'b> {
             corrector::direction(&linear, &forward)
         };
         let Some(direction) = direction else { return Ok(None) };
-        // Along a branch nothing is known of it; the deviation of the whole state has to do.
+        // Unknown along a branch; there only the deviation of the whole state is checked.
         self.compliance =
             if self.is_branch { 0.0 } else { norm(&direction.scaled[..n]) / direction.load_factor().abs() };
         let place = Place { state: start, direction, stiffness, linear, corrected };
@@ -224,7 +228,7 @@ impl<'a, 'b> Follower<'a, 'b> {
         Ok(Some(place))
     }
 
-    /// Follows the path from a place to an end of its course; the place goes along.
+    /// Follows the path from a place to the end of its course, and updates the place.
     pub(super) fn follow(&mut self, place: &mut Place) -> Result<End, Interrupted> {
         let mut step = if self.is_branch { FIRST_STEP_OF_BRANCH } else { f64::INFINITY };
         for _ in 0..self.course.max_steps {
@@ -271,7 +275,7 @@ impl<'a, 'b> Follower<'a, 'b> {
         Ok(End::TooManySteps)
     }
 
-    /// The load factor that the path goes to next.
+    /// Next load factor at which the path must stop.
     fn target(&self, place: &Place) -> f64 {
         let load_factor = &place.state.load_factor;
         if place.direction.load_factor() < 0.0 {
@@ -281,7 +285,7 @@ impl<'a, 'b> Follower<'a, 'b> {
         next.copied().unwrap_or(self.course.bounds[1])
     }
 
-    /// A step of that length, or to the load factor of `landing`. `None` when it has to be shorter.
+    /// Makes a step of this length, or to the load factor of `landing`. `None` if the step must be shortened.
     fn step(
         &mut self,
         place: &Place,
@@ -327,7 +331,7 @@ impl<'a, 'b> Follower<'a, 'b> {
         let Some(linear) = self.equations.linearise(&state)? else { return Ok(None) };
         let stiffness = Stiffness::new(&linear);
         let direction = corrector::direction(&linear, &place.direction.scaled);
-        // At a bifurcation there is no single direction: a step just beyond will find one.
+        // At a bifurcation there is no unique direction: a step just beyond will find one.
         let Some(direction) = direction.filter(|_| stiffness.lowest.is_finite()) else { return Ok(None) };
         if dot(&direction.scaled, &place.direction.scaled) < SMALLEST_COSINE {
             return Ok(None);
@@ -336,12 +340,12 @@ impl<'a, 'b> Follower<'a, 'b> {
         Ok(self.find_critical_points(place, &next)?.then_some(next))
     }
 
-    /// The place a little behind a corner, at which the path turns at once and no stiffness changes its sign. `None` where
-    /// there is none: the path is another one.
+    /// The place just behind a corner, at which the path changes its direction without a change in the sign
+    /// of a stiffness. `None` if the path there is a different one.
     fn step_over_corner(&mut self, place: &Place) -> Result<Option<Place>, Interrupted> {
         let forward = place.direction.load_factor().signum();
         let mut state = place.state.clone();
-        // From the shape that is there: it is beyond the corner already, since what makes one depends on the load factor.
+        // Start from the shape of the failed step, which is beyond the corner already.
         let target = place.state.load_factor + forward * STEP_OVER_CORNER;
         let Some(corrected) = self.land_switched(&mut state, target)? else { return Ok(None) };
         let Some(linear) = self.equations.linearise(&state)? else { return Ok(None) };
@@ -360,7 +364,7 @@ impl<'a, 'b> Follower<'a, 'b> {
         Ok(is_good.then_some(Place { state, direction, stiffness, linear, corrected }))
     }
 
-    /// The equilibrium near a state at the load factor `target`.
+    /// Finds the equilibrium near a state at the load factor `target`.
     fn land(&mut self, state: &mut State, target: f64) -> Result<Option<Corrected>, Interrupted> {
         state.load_factor = target;
         let mut at_load_factor = vec![0.0; state.q.len() + 1];
@@ -368,7 +372,7 @@ impl<'a, 'b> Follower<'a, 'b> {
         correct(self.equations, state, &at_load_factor, self.course.tolerance)
     }
 
-    /// The same with those constraints, of those that hold one way only, that pull there.
+    /// The same with the set of active one-sided constraints at `target`.
     fn land_switched(&mut self, state: &mut State, target: f64) -> Result<Option<Corrected>, Interrupted> {
         for _ in 0..most_switches(state.forces.len()) {
             let landed = self.land(state, target)?;
@@ -379,14 +383,14 @@ impl<'a, 'b> Follower<'a, 'b> {
         Ok(None)
     }
 
-    /// The load factor between a place and a state at which the path has to stop.
+    /// Load factor between a place and a state at which the path must stop.
     fn passed(&self, place: &Place, state: &State) -> Option<f64> {
         let (from, to) = (place.state.load_factor, state.load_factor);
         let stop = self.course.stops.iter().find(|stop| from < **stop && **stop < to);
         stop.copied().or((to < self.course.bounds[0]).then_some(self.course.bounds[0]))
     }
 
-    /// The equilibrium at a part t of the way between two places.
+    /// Equilibrium at the fraction t between two places.
     fn between(
         &mut self,
         from: &Place,
@@ -404,9 +408,9 @@ impl<'a, 'b> Follower<'a, 'b> {
         }))
     }
 
-    /// Finds the critical points between two places. False when there should be some but are none.
+    /// Locates the critical points between two places. Returns false if a critical point is missing.
     fn find_critical_points(&mut self, from: &Place, to: &Place) -> Result<bool, Interrupted> {
-        // A branch that starts at a critical point has it behind.
+        // A branch that starts at a critical point need not find this point again.
         let changes = if self.is_branch && self.path.load_factor.len() == 1 {
             0..0
         } else {
@@ -417,7 +421,7 @@ impl<'a, 'b> Follower<'a, 'b> {
         let mut found: Vec<(f64, usize, State, Linear, Stiffness)> = Vec::new();
         for place in changes {
             let [a, b] = [from, to].map(|end| match end.stiffness.eigenvalue(place).re {
-                // A path that begins or ends at a critical point.
+                // A path that starts or ends at a critical point.
                 value if value.abs() <= NEUTRAL => 0.0,
                 value => value,
             });
@@ -431,7 +435,7 @@ impl<'a, 'b> Follower<'a, 'b> {
             if !is_zero {
                 return Ok(false);
             }
-            // The real part of a pair: there is no equilibrium nearby but that of the path.
+            // A zero real part of a complex pair is no critical point.
             if value.im.abs() > REAL {
                 continue;
             }

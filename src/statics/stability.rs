@@ -1,4 +1,4 @@
-//! The tangent stiffness of an equilibrium, and what changes its sign where paths turn and cross.
+//! Tangent stiffness of an equilibrium, and its sign changes at limit points and bifurcations.
 
 use std::ops::Range;
 
@@ -8,23 +8,24 @@ use crate::linalg::{Complex, Matrix, eigenvalues, symmetric_eigen, symmetric_eig
 use crate::natural::Natural;
 use crate::stability::{is_symmetric, largest};
 
-/// A load that is orthogonal to a direction to this accuracy does not push in it.
+/// A load is orthogonal to a direction if their product is below this accuracy.
 pub(super) const ORTHOGONAL: f64 = 1e-5;
 
-/// Eigenvalues below that are none: rounding and the tolerance of equilibria give either sign to what is free to turn.
+/// Eigenvalues below this value count as zero: rounding and the tolerance of equilibria give arbitrary signs
+/// to directions that are free to turn.
 pub(super) const NEUTRAL: f64 = 1e-8;
 
-/// The tangent stiffness in natural coordinates, relative to that of material and springs: all its eigenvalues are
-/// one without load; where one is zero there is a critical point.
+/// Tangent stiffness in natural coordinates, relative to that of material and springs: all eigenvalues are
+/// one without load, and one of them is zero at a critical point.
 #[derive(Clone, Debug)]
 pub(super) struct Stiffness {
     relative: Matrix,
     natural: Natural,
     pub(super) is_symmetric: bool,
-    /// Its eigenvalues, that with the smallest real part first: they change continuously along a path, those of any
-    /// multiplicity as well.
+    /// Eigenvalues in increasing order of their real parts. They change continuously along a path, including
+    /// multiple ones.
     eigenvalues: Vec<Complex>,
-    /// Smallest eigenvalue of the symmetric part; NaN when the tangent is not finite.
+    /// Smallest eigenvalue of the symmetric part; NaN if the tangent is not finite.
     pub(super) lowest: f64,
 }
 
@@ -46,30 +47,30 @@ impl Stiffness {
         Self { relative, natural: linear.natural.clone(), is_symmetric, eigenvalues, lowest }
     }
 
-    /// The places, in their order, of the eigenvalues whose real parts change sign between this tangent and another one.
+    /// Indices of the eigenvalues whose real parts change sign between this tangent and another one.
     pub(super) fn changes_until(&self, other: &Self) -> Range<usize> {
         let negative = |stiffness: &Self| stiffness.eigenvalues.iter().filter(|x| x.re < -NEUTRAL).count();
         let (before, after) = (negative(self), negative(other));
         before.min(after)..before.max(after)
     }
 
-    /// Its largest absolute entry.
+    /// Largest absolute entry.
     pub(super) fn size(&self) -> f64 {
         largest(&self.relative)
     }
 
-    /// The smallest absolute eigenvalue.
+    /// Smallest absolute eigenvalue.
     pub(super) fn smallest(&self) -> f64 {
         self.eigenvalues.iter().map(|value| value.norm()).fold(f64::INFINITY, f64::min)
     }
 
-    /// An eigenvalue, by its place; NaN where there is none.
+    /// Eigenvalue by index; NaN if there is none.
     pub(super) fn eigenvalue(&self, place: usize) -> Complex {
         self.eigenvalues.get(place).copied().unwrap_or(Complex::new(f64::NAN, f64::NAN))
     }
 
-    /// The scaled directions of the m smallest stiffnesses, each of norm one; and whether a load along `load`
-    /// (natural) pushes in one of them, as it does at limit points and does not at bifurcations.
+    /// Scaled directions of the m smallest stiffnesses, each with norm one, and whether the load `load`
+    /// (natural) acts in one of them, as at limit points but not at bifurcations.
     pub(super) fn softest(&self, m: usize, load: &[f64]) -> Option<(Vec<Vec<f64>>, bool)> {
         let n = load.len();
         let (_, right) = symmetric_eigen(&(self.relative.transpose() * &self.relative))?;
@@ -83,7 +84,7 @@ impl Stiffness {
             let natural: Vec<f64> = right.column(k).iter().copied().collect();
             let mut direction = self.natural.coordinates(&natural);
             let norm = direction.iter().map(|x| x * x).sum::<f64>().sqrt();
-            // The sign of an eigenvector is arbitrary; ours makes the largest entry positive.
+            // The sign of an eigenvector is arbitrary: make the largest entry positive.
             let largest = direction.iter().fold(0.0_f64, |m, x| if x.abs() > m.abs() { *x } else { m });
             direction.iter_mut().for_each(|x| *x /= norm.copysign(largest));
             direction

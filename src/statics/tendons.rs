@@ -1,5 +1,5 @@
-//! What an equilibrium says of the tendons of a robot: which are slack, which were told what none can do, and where
-//! friction is left out.
+//! State of a robot's tendons at an equilibrium: slack tendons, negative tension commands, and omitted
+//! friction.
 
 use crate::actuator::{Actuator, Drive, Tendon};
 use crate::error::Interrupted;
@@ -10,17 +10,18 @@ use crate::signal::Signal;
 /// Names of tendons in a state at rest.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Tendons {
-    /// Those that are told to push, and those of a given length whose path is shorter than that.
+    /// Tendons with a negative tension command, and tendons whose path is shorter than their commanded
+    /// length.
     pub slack: Vec<String>,
-    /// Those of which a tension below zero is asked for, with that.
+    /// Tendons with a negative tension command, and the commanded tension.
     pub told_to_push: Vec<(String, f64)>,
-    /// Those with friction and without a direction of sliding: at rest it is left out.
+    /// Tendons whose friction is ignored at rest, because they have no direction of sliding.
     pub without_friction: Vec<String>,
 }
 
 impl Tendons {
-    /// Of a robot in a shape, at a time and with these inputs, which are those that it has; `None` where they are as they
-    /// are by themselves. Only a function of time can fail.
+    /// Tendons of a robot in a shape, at a time and with the inputs u, which must be the model's; `None`
+    /// stands for the defaults. Only a function of time can fail.
     pub fn of(model: &mut RobotModel, q: &[f64], t: f64, u: Option<&[f64]>) -> Result<Self, Interrupted> {
         let mut found = Self::default();
         let robot = model.description();
@@ -65,7 +66,7 @@ impl Tendons {
         Ok(found)
     }
 
-    /// What to add to a message; nothing where there is nothing to say.
+    /// Text to append to a message; empty without findings.
     pub fn message(&self) -> String {
         let mut message = String::new();
         if !self.slack.is_empty() {
@@ -141,7 +142,7 @@ mod tests {
     #[test]
     fn slack_ones_follow_from_shape_and_inputs() {
         let held = || vec![tendon("held", length(input("held", LENGTH)), 0.0, None)];
-        // Bent by the curvature q it is longer by a part of 0.01 q.
+        // At the curvature q the tendon is longer by 1 percent of q.
         assert_eq!(of(held(), 1.0, None).slack, [""; 0]);
         assert_eq!(of(held(), -1.0, None).slack, ["held"]);
         assert_eq!(of(held(), 1.0, Some(&[0.31])).slack, ["held"]);

@@ -1,5 +1,6 @@
-//! Equilibria of models with closed loops: these are closed first, and held by springs that do not give. Of tendons that do
-//! not stretch those hold that pull: found by letting go of one that pushes, and by taking up what has become too long.
+//! Equilibria of models with closed loops: loops are closed first, and then held by constraints. Of the
+//! inextensible tendons, those in tension are active: a tendon that pushes is released, and a tendon that has
+//! become too long is activated.
 
 use super::{
     Continuation, ContinuationOptions, Equilibrium, Monitor, Options, Start, Status, outcome, tied_newton,
@@ -10,13 +11,13 @@ use crate::constraint::{AsSprings, saddle};
 use crate::error::{Interrupted, InvalidInput};
 use crate::model::{Model, Switch};
 
-/// Loops that are open by less than this at rest are closed there: metres, or differences of cosines.
+/// Largest gap of loops that count as closed at rest: metres, or differences of cosines.
 const CLOSED_AT_REST: f64 = 1e-9;
 
-/// A shape near this one whose loops are closed. Refuses one from which there is none.
+/// A shape near `q0` with closed loops. Rejects a shape from which there is none.
 fn closed(model: &mut dyn Model, q0: &[f64]) -> Result<Vec<f64>, InvalidInput> {
     let mut q = q0.to_vec();
-    // Without a mass there is still a shape.
+    // Without a mass matrix the shape is still valid.
     let _ = one_sided::close(model, &mut q, Metric::Elastic);
     match model.open_loop(&q) {
         None => Ok(q),
@@ -28,8 +29,8 @@ fn closed(model: &mut dyn Model, q0: &[f64]) -> Result<Vec<f64>, InvalidInput> {
     }
 }
 
-/// [`super::equilibrium`]. Loads grow from zero where the loops are closed without any force; else the shape is let go from
-/// where they can be closed with the least energy.
+/// Implements [`super::equilibrium`]. If the loops are closed without any force, loads grow from zero;
+/// otherwise the shape is released from where the loops can be closed with the least energy.
 pub(super) fn equilibrium(
     model: &mut dyn Model,
     options: &Options,
@@ -40,7 +41,7 @@ pub(super) fn equilibrium(
     if let Start::Newton(q0) = &options.start
         && !model.is_one_sided()
     {
-        // Shape and multipliers close the loops together: from nearby nothing else is needed.
+        // Newton's method on shape and multipliers together closes the loops; from nearby this is sufficient.
         match tied_newton::approach(model, q0, options, &mut *monitor) {
             Ok(found) => {
                 if let Some(found) = found.judged(model) {
@@ -77,7 +78,7 @@ pub(super) fn equilibrium(
             Ok(found) if found.status.is_success() && model.is_one_sided() => found,
             found => return Ok(found.map(|found| judged(model, found))),
         };
-        // Where there is no telling, all of them hold.
+        // If multipliers are not unique, all constraints are active.
         let known = saddle::multipliers(model, [&found.q, &rest, &rest], &mut multipliers);
         if known.is_err() || model.switch(&found.q, &mut multipliers) == Switch::Nothing {
             return Ok(Ok(judged(model, found)));
@@ -89,13 +90,13 @@ pub(super) fn equilibrium(
         }
         switches -= 1;
         let mut q = found.q;
-        // Without a mass there is still a shape.
+        // Without a mass matrix the shape is still valid.
         let _ = projection::close(model, &mut q, Metric::Elastic);
         start = if matches!(start, Start::Newton(_)) { Start::Newton(q) } else { Start::Descent(q) };
     }
 }
 
-/// No success where a loop has opened.
+/// Reports a failure if a loop is open.
 fn judged(model: &mut dyn Model, found: Equilibrium) -> Equilibrium {
     match model.open_loop(&found.q).filter(|_| found.status.is_success()) {
         None => found,
@@ -113,7 +114,7 @@ fn widest(model: &mut dyn Model, q: &[f64]) -> f64 {
     gaps.into_iter().fold(0.0, |widest, gap| if gap.abs() <= widest { widest } else { gap.abs() })
 }
 
-/// [`super::continuation`].
+/// Implements [`super::continuation`].
 pub(super) fn continuation(
     model: &mut dyn Model,
     options: &ContinuationOptions,

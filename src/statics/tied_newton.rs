@@ -1,5 +1,6 @@
-//! Newton's method for equilibria with constraints: of shape and multipliers together, `tau(q) + G^T lambda = 0` and
-//! `g(q) = 0`. Springs that hardly give would turn rounding of the shape into forces that hide the way.
+//! Newton's method for equilibria with constraints, on shape and multipliers together: `tau(q) + G^T lambda =
+//! 0` and `g(q) = 0`. With stiff springs instead, rounding of the shape would cause large forces and spoil
+//! convergence.
 
 use super::{Counters, Equilibrium, Monitor, Options, Path, Status, Verdict, outcome};
 use crate::constraint::Independent;
@@ -10,14 +11,14 @@ use crate::natural::{self, Natural, scaled};
 use crate::roots;
 use crate::stability::{self, is_symmetric};
 
-/// The equations, in numbers without unit: coordinates over their typical sizes, forces over the largest one of the model's
-/// stiffness, gaps over what a typical motion changes in them.
+/// The equations in dimensionless form: coordinates over their typical sizes, forces over the largest one of
+/// the model's stiffness, gaps over their change by a typical motion.
 struct Equations<'a, 'b> {
     model: &'a mut dyn Model,
     monitor: Monitor<'b>,
     sizes: Vec<f64>,
     energy: f64,
-    /// Of every constraint.
+    /// Gaps of all constraints.
     gaps: Vec<f64>,
     q: Vec<f64>,
     multipliers: Vec<f64>,
@@ -77,7 +78,7 @@ impl roots::System for Equations<'_, '_> {
     }
 }
 
-/// What the method came to.
+/// Result of the iteration.
 pub(super) struct Approached {
     pub(super) q: Vec<f64>,
     multipliers: Vec<f64>,
@@ -87,7 +88,7 @@ pub(super) struct Approached {
     tangents: usize,
 }
 
-/// The equilibrium nearest to a shape, or what the method came to instead. Allocates.
+/// Approaches the equilibrium nearest to a shape. Allocates.
 pub(super) fn approach(
     model: &mut dyn Model,
     q0: &[f64],
@@ -140,8 +141,8 @@ pub(super) fn approach(
 }
 
 impl Approached {
-    /// That equilibrium, where the method converged, loops are closed and nothing else is wrong, and where stiffness alone decides
-    /// whether it is stable. Allocates.
+    /// The equilibrium, if the method converged, loops are closed, the shape is valid and the stiffness alone
+    /// decides stability; otherwise `None`. Allocates.
     pub(super) fn judged(&self, model: &mut dyn Model) -> Option<Equilibrium> {
         let is_plain = model.springs() == 0 && !model.has_velocity_forces() && !model.has_contact();
         let is_right = is_plain
@@ -174,9 +175,9 @@ impl Approached {
     }
 }
 
-/// What small disturbances that keep the constraints do, and the smallest eigenvalue of the stiffness against them: that of
-/// `P K P + (1 - P)` in natural coordinates, where P projects onto the null space of the constraints. `None` where stiffness is
-/// not symmetric or not finite.
+/// Stability against disturbances that satisfy the constraints, and the smallest eigenvalue of the
+/// constrained stiffness: of `P K P + (1 - P)` in natural coordinates, where P projects onto the null space
+/// of the constraints. `None` if the stiffness is not symmetric or not finite.
 fn verdict(model: &mut dyn Model, q: &[f64], multipliers: &[f64]) -> Option<(Verdict, f64)> {
     let (n, m) = (q.len(), multipliers.len());
     let (mut sizes, rest) = (vec![0.0; n], vec![0.0; n]);

@@ -6,33 +6,33 @@ use crate::ode;
 use crate::radau;
 use crate::signal::covers;
 
-/// How a motion is computed.
+/// Integration method of a motion, with its options.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Method {
-    /// By the Newmark family, through the inverse dynamics and their tangent.
+    /// A member of the Newmark family, with inverse dynamics and their tangent.
     Newmark(newmark::Options),
-    /// By Radau IIA of order 5, through the inverse dynamics and their tangent.
+    /// Radau IIA of order 5, with inverse dynamics and their tangent.
     Radau {
-        /// How to integrate; the tolerances are those of displacements and velocities.
+        /// Options; the tolerances are those of displacements and velocities.
         options: radau::Options,
-        /// Distance of the output times where none are asked for.
+        /// Interval of the output times if none are given.
         dt: f64,
-        /// Whether results are those of all accepted steps instead.
+        /// Whether results contain all accepted steps instead.
         tells_steps: bool,
     },
-    /// As a system of first order, through the forward dynamics.
+    /// A first-order method, with forward dynamics.
     FirstOrder {
-        /// How to integrate; the tolerances are those of displacements and velocities.
+        /// Options; the tolerances are those of displacements and velocities.
         options: ode::Options,
-        /// Distance of the output times where none are asked for.
+        /// Interval of the output times if none are given.
         dt: f64,
-        /// Whether results are those of all accepted steps instead.
+        /// Whether results contain all accepted steps instead.
         tells_steps: bool,
     },
 }
 
 impl Method {
-    /// Size of fixed steps, or distance of output times.
+    /// Size of fixed steps, or interval of output times.
     pub(crate) fn dt(&self) -> f64 {
         match self {
             Self::Newmark(options) => options.dt,
@@ -40,7 +40,7 @@ impl Method {
         }
     }
 
-    /// Whether it tells all of its steps where no times are asked for.
+    /// Whether results contain all steps if no times are given.
     pub(crate) fn tells_steps(&self) -> bool {
         match self {
             Self::Newmark(_) => true,
@@ -48,7 +48,7 @@ impl Method {
         }
     }
 
-    /// The size of its steps, where that is always the same.
+    /// Size of fixed steps; `None` for adaptive methods.
     pub(crate) fn fixed_step(&self) -> Option<f64> {
         match self {
             Self::Newmark(options) if options.step_size == newmark::StepSize::Fixed => Some(options.dt),
@@ -57,7 +57,8 @@ impl Method {
     }
 }
 
-/// Fixed steps must see what oscillates: from half a period on it looks like something slower (Nyquist), or like nothing.
+/// Fixed steps must resolve oscillations: steps longer than half a period alias them to lower frequencies
+/// (Nyquist).
 pub(crate) fn check_step(dt: f64, shortest_period: f64) -> Result<(), InvalidInput> {
     let mut check = Checker::new();
     check.require(
@@ -73,7 +74,7 @@ pub(crate) fn check_step(dt: f64, shortest_period: f64) -> Result<(), InvalidInp
     check.finish()
 }
 
-/// A motion must end before the model is no longer known.
+/// A motion must end within the interval on which the model is defined.
 pub(crate) fn check_span(known: [f64; 2], (t0, t_end): (f64, f64)) -> Result<(), InvalidInput> {
     let starts = covers(known, t0);
     if !starts || !covers(known, t_end) {

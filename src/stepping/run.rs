@@ -21,23 +21,23 @@ const SHORTEST: f64 = 1e-9;
 /// A motion of a model that goes on as far as it is told, with inputs that are held on the way: state in, inputs in, steps,
 /// state out. It has a model of its own. All its memory is there after [`Self::begin`].
 ///
-/// The way from one [`Self::set_out`] to where that goes is a leg. Methods that choose their steps end one there; steps of
-/// fixed size are as many as it takes, of the size `dt` where that divides the leg and otherwise equal and less. Runs over
-/// the same legs are the same to the last bit.
+/// The part of a run from one call of [`Self::set_out`] to its end time is a leg. Methods with adaptive steps
+/// end a step there; fixed steps divide the leg into equal steps of size `dt`, or shorter if `dt` does not
+/// divide the leg. Runs over the same legs agree bit for bit.
 #[derive(Clone, Debug)]
 pub struct Run<M> {
     integrator: Integrator<M>,
     dt: f64,
-    /// The times, in seconds, between which the model is known.
+    /// Interval of time in seconds on which the model is defined.
     known: [f64; 2],
-    /// Where single steps from outside end.
+    /// End times of single steps.
     grid: Grid,
     inputs: Vec<f64>,
     inputs_have_jumped: bool,
-    /// Accelerations after that.
+    /// Accelerations after a jump of the inputs.
     jumped: Vec<f64>,
     scratch: ForwardScratch,
-    /// How far the start was moved to close loops, in metres.
+    /// Distance in metres by which the start was moved to close loops.
     moved: f64,
     /// Where constraints that hold one way only change between steps.
     changes: Option<Box<Changes>>,
@@ -45,9 +45,9 @@ pub struct Run<M> {
 }
 
 impl<M: Model> Run<M> {
-    /// A run of `model` from `q0`, `v0`, whose first leg is `t_span`. Evaluates no motion yet.
+    /// Creates a run of `model` from `q0`, `v0`, whose first leg is `t_span`. Evaluates no motion.
     ///
-    /// Fails when an argument is wrong, or when the model does not resolve `q0`.
+    /// Fails if an argument is invalid, or if the model does not resolve `q0`.
     pub fn new(
         mut model: M,
         t_span: (f64, f64),
@@ -92,10 +92,10 @@ impl<M: Model> Run<M> {
         })
     }
 
-    /// When a leg of this duration from now ends, by default one of `dt`. Whole multiples of `dt` end where as many single
-    /// ones do.
+    /// End of a leg of this duration from now; default: `dt`. Whole multiples of `dt` end at the same time as
+    /// that number of single legs.
     ///
-    /// Fails when that is no time to come, or one at which the model is not known.
+    /// Fails if this is not a later time, or if the model is not defined there.
     pub fn end_of(&self, duration: Option<f64>) -> Result<f64, InvalidInput> {
         let (t, way) = (self.t(), duration.unwrap_or(self.dt));
         let place = if duration.is_some() { "duration" } else { "dt" };
@@ -119,7 +119,7 @@ impl<M: Model> Run<M> {
         Ok(end)
     }
 
-    /// Begins a leg, which ends at this time: a later one than now.
+    /// Begins a leg that ends at this time, which must be later than the current one.
     pub fn set_out(&mut self, t_end: f64) {
         self.grid = self.grid_now();
         self.stop = None;
@@ -129,16 +129,16 @@ impl<M: Model> Run<M> {
         self.integrator.go_on(t_end);
     }
 
-    /// Where single steps from now on end.
+    /// End times of single steps from now on.
     fn grid_now(&self) -> Grid {
         let t = self.t();
         self.grid.at(t).unwrap_or_else(|| Grid::new(t, self.dt))
     }
 
-    /// What is set from outside, from now on.
+    /// Sets the inputs from now on.
     ///
     /// # Panics
-    /// When there are not as many as the model has inputs.
+    /// If their number differs from the number of the model's inputs.
     pub fn set_inputs(&mut self, inputs: &[f64]) {
         if self.inputs != inputs {
             self.inputs.copy_from_slice(inputs);
@@ -147,11 +147,11 @@ impl<M: Model> Run<M> {
         }
     }
 
-    /// Finds the accelerations: at the start, and after inputs have jumped. [`Self::step`] does this where it has not been
-    /// done. `Some(status)` where there are none.
+    /// Computes the accelerations at the start, or after a jump of the inputs. [`Self::step`] calls this if
+    /// necessary. Returns `Some(status)` if there are none.
     ///
-    /// A run that begins before its first inputs are set has the bits of [`simulate_controlled`]; set before, they are those
-    /// of the start, from which a method that chooses its steps may choose another first one.
+    /// A run that begins before its first inputs are set agrees bit for bit with [`simulate_controlled`].
+    /// Inputs set before belong to the start, for which an adaptive method may choose another first step.
     ///
     /// [`simulate_controlled`]: crate::simulate::simulate_controlled
     pub fn begin(&mut self) -> Result<Option<Status>, Interrupted> {
@@ -188,15 +188,15 @@ impl<M: Model> Run<M> {
         Ok(Some(self.integrator.no_acceleration(failure)))
     }
 
-    /// Makes one accepted step of this leg; `Some(status)` where the leg is over: its end was reached, or no step could be
-    /// made, which leaves the state as it was. After an interruption the state is that of the last accepted step, and
-    /// stepping may be tried again.
+    /// Makes one accepted step of this leg. Returns `Some(status)` if the leg has ended: its end was reached,
+    /// or no step could be made, which leaves the state unchanged. After an interruption the state is that of
+    /// the last accepted step, and the step can be repeated.
     ///
     /// A step to a shape that means nothing is made, and ends the leg. Where tendons that do not stretch become taut or slack, the change
     /// is made instead of a step.
     ///
     /// # Panics
-    /// When the leg was over before.
+    /// If the leg had already ended.
     pub fn step(&mut self) -> Result<Option<Status>, Interrupted> {
         if let Some(status) = self.begin()? {
             return Ok(Some(status));
@@ -348,8 +348,8 @@ impl<M: Model> Run<M> {
         self.integrator.settle();
     }
 
-    /// Makes steps to the end of this leg, [settles](Self::settle), and says how it ended. `monitor` sees the time after
-    /// every one of them and may interrupt them.
+    /// Makes steps to the end of this leg, [settles](Self::settle), and returns the status. `monitor` is
+    /// called with the time after every step and may interrupt the leg.
     pub fn finish(
         &mut self,
         monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
@@ -378,17 +378,17 @@ impl<M: Model> Run<M> {
         self.integrator.state()[1]
     }
 
-    /// Current accelerations: with the inputs of the leg that ends here, until the next one begins.
+    /// Current accelerations; at the end of a leg, with the inputs of this leg until the next one begins.
     pub fn a(&self) -> &[f64] {
         self.integrator.state()[2]
     }
 
-    /// What is set from outside.
+    /// Current inputs.
     pub fn inputs(&self) -> &[f64] {
         &self.inputs
     }
 
-    /// The energies of the current state.
+    /// Energies of the current state.
     pub fn energy(&mut self) -> Result<Energy, Interrupted> {
         self.observe(|model, state| {
             model.set_time(state.t)?;
@@ -396,12 +396,12 @@ impl<M: Model> Run<M> {
         })
     }
 
-    /// What the run has cost so far.
+    /// Cost of the run so far.
     pub fn counters(&self) -> Counters {
         self.integrator.counters()
     }
 
-    /// A status of this run in words, with what to change when it is not the wanted one.
+    /// Describes a status of this run, with advice unless it is a success.
     pub fn explain(&mut self, status: Status) -> String {
         if let Some(stop) = &self.stop {
             return stop.message.clone();
@@ -418,12 +418,12 @@ impl<M: Model> Run<M> {
         message
     }
 
-    /// The status of a run that was asked to stop.
+    /// Status of an interrupted run.
     pub(crate) fn interrupted(&self) -> Status {
         self.integrator.interrupted()
     }
 
-    /// What `observe` makes of the model and of its state now.
+    /// Calls `observe` with the model and its current state.
     pub(crate) fn observe<T>(&mut self, observe: impl FnOnce(&mut M, State<'_>) -> T) -> T {
         self.integrator.observe(observe)
     }
@@ -441,17 +441,17 @@ impl<M: Model> Run<M> {
         Ok(is_finite)
     }
 
-    /// All that goes on from leg to leg, as numbers.
+    /// All data that persist from leg to leg, as numbers.
     pub fn memory(&mut self) -> Vec<f64> {
         let mut numbers = Vec::new();
         self.carry(&mut Tape::writing(&mut numbers));
         numbers
     }
 
-    /// Takes this [memory](Self::memory) of a run of the same model by the same method, and goes on as that one does, bit
-    /// by bit.
+    /// Restores the [memory](Self::memory) of a run of the same model with the same method; the run then
+    /// continues as that one does, bit for bit.
     ///
-    /// Fails when it is none, which leaves this run of no use.
+    /// Fails for an invalid memory; this run is then invalid.
     pub fn recall(&mut self, memory: &[f64]) -> Result<(), InvalidInput> {
         let mut tape = Tape::reading(memory);
         self.carry(&mut tape);

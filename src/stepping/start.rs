@@ -5,19 +5,19 @@ use crate::constraint::projection::{self, Metric};
 use crate::error::{InvalidInput, Number};
 use crate::model::Model;
 
-/// Starts that are moved by less than this part of the model's length are as they were given, to rounding.
+/// Changes of a start below this fraction of the model's length count as rounding.
 const UNMOVED: f64 = 1e-9;
 
-/// A state whose loops are closed.
+/// A state with closed loops.
 pub(crate) struct Start {
     pub(crate) q: Vec<f64>,
     pub(crate) v: Vec<f64>,
-    /// How far the place that moved most is from where it was given, in metres; zero if that is rounding.
+    /// Largest displacement of a place from the given start, in metres; zero if it is rounding.
     pub(crate) moved: f64,
 }
 
 impl Start {
-    /// The state that is near this one. Refuses one whose loops cannot be closed from there.
+    /// The closest state with closed loops. Rejects a state from which loops cannot be closed.
     pub(crate) fn fitted<M: Model>(
         model: &mut M,
         t: f64,
@@ -25,7 +25,7 @@ impl Start {
         v0: &[f64],
     ) -> Result<Self, InvalidInput> {
         let (mut q, mut v) = (q0.to_vec(), v0.to_vec());
-        // What a function of time raises is met by the run.
+        // The run will report the failure of a function of time.
         if model.constraints() == 0 || model.set_time(t).is_err() {
             return Ok(Self { q, v, moved: 0.0 });
         }
@@ -44,14 +44,14 @@ impl Start {
         }
         if closed.is_ok() {
             model.release_open(&q, Some(&v));
-            // Without a mass there is no motion either.
+            // A singular mass matrix prevents any motion; the run will report it.
             let _ = projection::fit_velocities(model, &q, &mut v);
         }
         let moved = model.moved(q0, &q);
         Ok(Self { q, v, moved: if moved > UNMOVED * model.length() { moved } else { 0.0 } })
     }
 
-    /// What is said of one that was moved, behind a message.
+    /// Sentence for messages about a start that was moved.
     pub(crate) fn sentence(moved: f64) -> String {
         format!(" The start was moved by {} m to close its loops.", Number(moved))
     }

@@ -1,28 +1,28 @@
-//! How a run ended.
+//! Status of a run.
 
 use crate::error::Number;
 use crate::model::{Flaw, Model, at_least};
 use crate::ode;
 use crate::second_order;
 
-/// Why a run, or a part of it, ended.
+/// Reason why a run, or a part of it, ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Status {
-    /// Of the Newmark family or of Radau IIA.
+    /// Status of the Newmark family or of Radau IIA.
     SecondOrder(second_order::Status),
-    /// Of a first-order method.
+    /// Status of a first-order method.
     FirstOrder(ode::Status),
-    /// The end was reached, but not the accuracy that was asked for.
+    /// The end was reached, but not the requested accuracy.
     AccuracyNotReached,
-    /// The motion left the shapes that the model resolves.
+    /// The motion reached a shape that the quadrature nodes do not resolve.
     Unresolved,
     /// The motion turned the rod inside out.
     Inverted,
-    /// A tendon has pulled two points together, where its force has no direction.
+    /// A tendon pulled two points together, so that its force has no direction.
     Collapsed,
-    /// A loop that should be closed has opened.
+    /// A closed loop opened.
     Open,
-    /// Surfaces have gone into each other, or through.
+    /// Surfaces sank into each other, or passed through each other.
     Sunk,
     /// Closed loops are at a singular position that the method cannot pass.
     Singular,
@@ -33,7 +33,7 @@ pub enum Status {
 }
 
 impl Status {
-    /// True when the end of the interval was reached.
+    /// True if the end of the interval was reached.
     pub fn is_success(self) -> bool {
         match self {
             Self::SecondOrder(status) => status.is_success(),
@@ -68,7 +68,7 @@ impl Status {
     }
 }
 
-/// Why a run is ended although its method could go on.
+/// Reason to end a run although its method could continue.
 #[derive(Clone, Debug)]
 pub(crate) struct Stop {
     pub(crate) status: Status,
@@ -76,7 +76,7 @@ pub(crate) struct Stop {
 }
 
 impl Stop {
-    /// Where an explicit method cannot tell how loops go on.
+    /// At a singular position, where an explicit method cannot choose between branches.
     pub(crate) fn at_singular_position(t: f64) -> Self {
         let message = format!(
             "Near t = {} the loops pass a singular position, where there are several ways to go on: the last state says \

@@ -1,11 +1,11 @@
-//! The pose and the motion of the base of a rod.
+//! Pose and motion of the base of a rod.
 //!
-//! A base that moves is followed by an inertial frame: at every time the one that coincides with the base and moves
-//! with its point. In it the base never leaves its place, so that the kinematics along the rod know nothing of its
-//! motion. What is left of it are the angular velocity and the acceleration at the first station, from which the
-//! sweeps carry them on, and how the base sees the world: the directions of gravity and of dead loads, the velocity
-//! of the fluid, the anchors of supports. In empty space a base in free fall so makes a rod weightless to the last
-//! bit, and one of constant velocity changes nothing.
+//! At every time, equations use the inertial frame that coincides with the base and moves with its point. In
+//! this frame the base has a fixed position, so that the kinematics along the rod do not depend on its
+//! motion. The motion enters through the angular velocity and the acceleration at the first station, from
+//! which the sweeps start, and through the world as seen from the base: the directions of gravity and of dead
+//! loads, the velocity of the fluid, the anchors of supports. A base in free fall in empty space thus makes a
+//! rod exactly weightless, and a constant velocity has no effect.
 
 use super::prescribed::nearer;
 use super::smooth::{Smooth, check_smooth, span};
@@ -14,34 +14,34 @@ use crate::lie::QUATERNION_TOLERANCE;
 use crate::lie::{Quaternion, Rotation, Vector, rotation_vector_motion};
 use crate::signal::{Harmonic, Motion, Signal, Spline, Table};
 
-/// Largest angle, as the cosine of its half, between neighbouring orientations of a table: a right angle. With more
-/// the motion between them is unknown.
+/// Cosine of half the largest angle between neighbouring orientations of a table, a right angle. With larger
+/// angles the motion in between is ambiguous.
 const LEAST_COSINE: f64 = std::f64::consts::FRAC_1_SQRT_2 * (1.0 - 1e-9);
 
-/// Sines and parts of a length below this are rounding.
+/// Relative size below which sines and lengths are rounding errors.
 const ROUNDING: f64 = 1e-12;
 
-/// How the base moves, from the place and the orientation that a rod gives it.
+/// Motion of the base relative to the position and orientation of the rod.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BaseMotion {
     /// Displacement in the world, in metres.
     pub translation: Signal<3>,
-    /// How the base turns about its point.
+    /// Rotation of the base about its point.
     pub rotation: BaseRotation,
 }
 
-/// How a base turns, by rotations in the world that come after its own orientation.
+/// Rotation of a base in world axes, applied after its own orientation.
 #[derive(Clone, Debug, PartialEq)]
 pub enum BaseRotation {
-    /// About an axis in world coordinates, of any length, by an angle in radians.
+    /// Rotation about an axis in world coordinates, of any length, by an angle in radians.
     About {
         /// The axis.
         axis: [f64; 3],
         /// The angle.
         angle: Signal<1>,
     },
-    /// By quaternions (w, x, y, z), normalised on use; a table is a cubic spline of them in R^4, which rotations of
-    /// the world and of the base leave alone.
+    /// Quaternions (w, x, y, z), normalised on use. A table is interpolated by a cubic spline in R^4, which
+    /// commutes with rotations of the world and of the base.
     By(Signal<4>),
 }
 
@@ -54,7 +54,7 @@ impl BaseMotion {
         }
     }
 
-    /// Everything that is wrong with it.
+    /// Reports every problem of the motion.
     pub fn validate(&self) -> Result<(), InvalidInput> {
         let mut check = Checker::new();
         check_smooth(&self.translation, &mut check, "translation");
@@ -76,7 +76,7 @@ impl BaseMotion {
         check.finish()
     }
 
-    /// How far a step from `t` may go that cannot pass over a part of it unseen ([`Signal::horizon`]).
+    /// Latest end of a step from `t` that cannot miss a feature of the motion ([`Signal::horizon`]).
     pub fn horizon(&self, t: f64) -> f64 {
         let of_rotation = match &self.rotation {
             BaseRotation::About { angle, .. } => angle.horizon(t),
@@ -85,7 +85,7 @@ impl BaseMotion {
         self.translation.horizon(t).min(of_rotation)
     }
 
-    /// Its shortest period in seconds; infinite where nothing oscillates.
+    /// Shortest period in seconds; infinite without oscillations.
     pub fn period(&self) -> f64 {
         let of_rotation = match &self.rotation {
             BaseRotation::About { angle, .. } => angle.period(),
@@ -94,7 +94,7 @@ impl BaseMotion {
         self.translation.period().min(of_rotation)
     }
 
-    /// The times between which the motion is known.
+    /// Interval of time on which the motion is defined.
     pub fn span(&self) -> [f64; 2] {
         let translation = span(&self.translation);
         let rotation = match &self.rotation {
@@ -104,7 +104,7 @@ impl BaseMotion {
         [translation[0].max(rotation[0]), translation[1].min(rotation[1])]
     }
 
-    /// Whether the base is always where it is.
+    /// Whether the base never moves.
     pub fn is_constant(&self) -> bool {
         let turns = match &self.rotation {
             BaseRotation::About { angle, .. } => angle.constant().is_none(),
@@ -113,7 +113,8 @@ impl BaseMotion {
         self.translation.constant().is_some() && !turns
     }
 
-    /// Whether it certainly leaves the base in the plane across `normal`, a unit vector in the world.
+    /// Whether the motion certainly keeps the base in the plane perpendicular to `normal`, a unit vector in
+    /// the world.
     pub(crate) fn stays_across(&self, normal: Vector<f64>) -> bool {
         let is_across = |v: &[f64; 3]| {
             let v: Vector<f64> = (*v).into();
@@ -139,7 +140,7 @@ impl BaseMotion {
     }
 }
 
-/// Neighbouring orientations must not be far apart, and all be orientations.
+/// Requires unit quaternions, and neighbouring orientations within a right angle.
 fn check_orientations(check: &mut Checker, table: &Table<4>) {
     let mut before: Option<[f64; 4]> = None;
     for (i, quaternion) in table.values().iter().enumerate() {
@@ -163,7 +164,7 @@ fn dot(a: &[f64; 4], b: &[f64; 4]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
-/// A base at a time, in world coordinates.
+/// State of a base at a time, in world coordinates.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Base {
     pub(crate) position: Vector<f64>,
@@ -175,7 +176,7 @@ pub(crate) struct Base {
 }
 
 impl Base {
-    /// At rest.
+    /// A base at rest.
     pub(crate) fn at(position: [f64; 3], orientation: [f64; 4]) -> Self {
         let rotation = Quaternion::from_array(orientation).rotation();
         let zero = Vector::from([0.0; 3]);
@@ -189,7 +190,7 @@ impl Base {
         }
     }
 
-    /// The same place and axes, at rest there.
+    /// The same pose at rest.
     pub(crate) fn at_rest(&self) -> Self {
         let zero = Vector::from([0.0; 3]);
         Self {
@@ -201,20 +202,20 @@ impl Base {
         }
     }
 
-    /// Position and velocity of a point that rests in the world, in the frame that follows this base; it is given as the base
-    /// at rest sees it.
+    /// Position and velocity, in the frame that follows this base, of a point fixed in the world. `point` is
+    /// given relative to the base at rest.
     pub(crate) fn sees(&self, point: Vector<f64>, at_rest: &Self) -> [Vector<f64>; 2] {
         let way = at_rest.position - self.position + at_rest.rotation.apply(point);
         [way, -self.velocity].map(|v| self.rotation.apply_transposed(v))
     }
 
-    /// Axes that rest in the world, as this base sees them; they are given as the base at rest does.
+    /// Axes fixed in the world, as seen from this base. `axes` are given relative to the base at rest.
     pub(crate) fn sees_axes(&self, axes: Rotation<f64>, at_rest: &Self) -> Rotation<f64> {
         let seen = |v: Vector<f64>| self.rotation.apply_transposed(at_rest.rotation.apply(v));
         Rotation { x: seen(axes.x), y: seen(axes.y), z: seen(axes.z) }
     }
 
-    /// A base of which nothing is known yet: NaN.
+    /// A base whose state is not known yet: NaN.
     pub(crate) fn unknown(&self) -> Self {
         let nan = Vector::<f64>::splat([f64::NAN; 3]);
         Self {
@@ -228,7 +229,7 @@ impl Base {
     }
 }
 
-/// A motion of the base, compiled.
+/// A compiled motion of the base.
 #[derive(Clone, Debug)]
 pub(crate) struct MovingBase {
     position: Vector<f64>,
@@ -244,7 +245,7 @@ enum Turn {
 }
 
 impl MovingBase {
-    /// A valid motion of the base of a rod.
+    /// Compiles a valid motion of the base of a rod.
     pub(crate) fn new(motion: &BaseMotion, position: [f64; 3], orientation: [f64; 4]) -> Self {
         let rotation = match &motion.rotation {
             BaseRotation::About { axis, angle } => {
@@ -264,7 +265,7 @@ impl MovingBase {
         }
     }
 
-    /// The base at a time.
+    /// State of the base at a time.
     pub(crate) fn at(&self, t: f64) -> Result<Base, Interrupted> {
         let [displacement, velocity, acceleration] = self.translation.motion(t)?;
         let (turn, angular_velocity, angular_acceleration) = self.turn(t)?;
@@ -294,7 +295,7 @@ impl MovingBase {
         }))
     }
 
-    /// The rotation that comes after the orientation, its angular velocity and its angular acceleration.
+    /// The additional rotation, its angular velocity and its angular acceleration.
     fn turn(&self, t: f64) -> Result<Turned, Interrupted> {
         Ok(match &self.rotation {
             Turn::About { axis, angle } => {
@@ -306,7 +307,7 @@ impl MovingBase {
     }
 }
 
-/// The same orientations, each with the sign that is nearer to the one before.
+/// The same orientations, with signs such that successive quaternions are close to each other.
 fn on_one_side(table: &Table<4>) -> Table<4> {
     let mut values = table.values().to_vec();
     for i in 0..values.len() {
@@ -333,8 +334,8 @@ pub fn quaternion_motion(quaternion: [f64; 4], angular: [[f64; 3]; 2]) -> Motion
 /// A rotation, its angular velocity and its angular acceleration.
 type Turned = (Quaternion<f64>, Vector<f64>, Vector<f64>);
 
-/// The rotation, the angular velocity and the angular acceleration of a quaternion that need not be normalised:
-/// `w = 2 vec(q' q*) / |q|^2`.
+/// Rotation, angular velocity and angular acceleration of a quaternion that need not be normalised: `w = 2
+/// vec(q' q*) / |q|^2`.
 fn turning([q, rate, acceleration]: Motion<4>) -> Turned {
     let square = dot(&q, &q);
     let split = |[w, x, y, z]: [f64; 4]| (w, Vector { x, y, z });

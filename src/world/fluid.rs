@@ -1,12 +1,12 @@
-//! The fluid around a rod, in plain data.
+//! The fluid around a rod, as plain data.
 
 use crate::error::{Checker, InvalidInput};
 
-/// A fluid of infinite extent around the whole rod, which flows uniformly and steadily far from it.
+/// A fluid of infinite extent around the whole rod, uniform and steady far from it.
 ///
-/// With the velocity of a section relative to the fluid, `v_n` across the axis of the section and `v_t` along it, the
-/// fluid's density rho, the section's area A and diameter d (that of the circle of the same area), all per metre of
-/// the unstretched rod, the fluid exerts
+/// Let `v_n` and `v_t` be the velocities of a section relative to the fluid, perpendicular to and along its
+/// axis, rho the fluid's density, A the section's area and d the diameter of the circle with the same area.
+/// Per metre of the unstretched rod, the fluid exerts
 ///
 /// ```text
 /// - c_n v_n - c_t v_t                                              viscous drag
@@ -20,18 +20,19 @@ pub struct Fluid {
     pub density: f64,
     /// Velocity of the fluid far from the rod, in the world, in m/s.
     pub velocity: [f64; 3],
-    /// Viscous drag per length and velocity across the axis and along it, `c_n` and `c_t`, in N s/m^2.
+    /// Viscous drag per length and velocity, perpendicular to the axis and along it, `c_n` and `c_t`, in N
+    /// s/m^2.
     pub viscous_drag: [f64; 2],
-    /// Coefficients of the quadratic drag across the axis and along it, `C_n` and `C_t`.
+    /// Coefficients of the quadratic drag, perpendicular to the axis and along it, `C_n` and `C_t`.
     pub drag_coefficients: [f64; 2],
-    /// Coefficient of the added mass, `C_a`; one for a circle in a fluid without friction.
+    /// Coefficient of the added mass, `C_a`; one for a circle in an inviscid fluid.
     pub added_mass_coefficient: f64,
-    /// Whether the fluid's weight bears the rod.
+    /// Whether buoyancy acts on the rod.
     pub is_buoyant: bool,
 }
 
 impl Fluid {
-    /// A fluid at rest without friction that bears a circular rod and moves with it: a start for `..` syntax.
+    /// An inviscid fluid at rest with buoyancy and the added mass of a circular rod: a start for `..` syntax.
     pub fn ideal(density: f64) -> Self {
         Self {
             density,
@@ -43,7 +44,7 @@ impl Fluid {
         }
     }
 
-    /// Everything that is wrong with this fluid.
+    /// Reports every problem of this fluid.
     pub fn validate(&self) -> Result<(), InvalidInput> {
         let mut check = Checker::new();
         check.non_negative(self.density, "density", "kg/m^3");
@@ -58,13 +59,13 @@ impl Fluid {
         check.finish()
     }
 
-    /// Whether it resists motion.
+    /// Whether the fluid exerts drag.
     pub(crate) fn has_drag(&self) -> bool {
         let is_quadratic = self.density > 0.0 && self.drag_coefficients != [0.0; 2];
         is_quadratic || self.viscous_drag != [0.0; 2]
     }
 
-    /// Whether it bears a rod under this gravity.
+    /// Whether buoyancy acts under this gravity.
     pub(crate) fn bears(&self, gravity: [f64; 3]) -> bool {
         self.is_buoyant && self.density > 0.0 && gravity != [0.0; 3]
     }

@@ -1,5 +1,5 @@
-//! Base motions prescribed by a function of the caller: its values are checked whenever it is
-//! asked, its derivatives found or verified.
+//! Base motions prescribed by a user-defined function. Its values are checked at every call; its derivatives
+//! are computed by finite differences or verified.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -9,33 +9,33 @@ use crate::lie::QUATERNION_TOLERANCE;
 use crate::signal::Function;
 use crate::signal::Motion;
 
-/// Derivatives that a function gives are held against differences at the first time of every run, and at every so
-/// many times.
+/// User-supplied derivatives are compared with finite differences at the first time of every run, and once
+/// per this number of evaluations.
 const TIMES_BETWEEN_CHECKS: usize = 16;
 
-/// Relative difference between derivatives that are given and those by differences, beside the error of these, that
-/// is none.
+/// Tolerated relative difference between user-supplied derivatives and finite differences, beyond the error
+/// of the differences.
 const AGREEMENT: f64 = 1e-3;
 
-/// Estimates of an error are no bounds: so many times.
+/// Safety factor for error estimates, which are not bounds.
 const TIMES_ERROR: f64 = 10.0;
 
-/// "Shortly before" and "after", in seconds.
+/// Distance of the times shortly before and after, in seconds.
 const BESIDE: f64 = 0.25 * REACH;
 
-/// Numbers of a quaternion.
+/// Number of components of a quaternion.
 const QUATERNION: usize = 4;
 
-/// A function of time and its derivatives. A function of quaternions may return any sign.
+/// A function of time with its derivatives. Quaternions may have either sign.
 #[derive(Debug)]
 pub(crate) struct Prescribed<const N: usize> {
     function: Function<N>,
-    /// How often it was asked.
+    /// Number of evaluations.
     asked: AtomicUsize,
 }
 
 impl<const N: usize> Clone for Prescribed<N> {
-    /// A copy is for another run.
+    /// A copy starts a new count, because it belongs to another run.
     fn clone(&self) -> Self {
         Self::new(self.function.clone())
     }
@@ -46,7 +46,7 @@ impl<const N: usize> Prescribed<N> {
         Self { function, asked: AtomicUsize::new(0) }
     }
 
-    /// The value and its first two derivatives. Fails where the function does, and where what it returns is no motion.
+    /// Value and first two derivatives. Fails if the function fails or returns an invalid motion.
     pub(crate) fn motion(&self, t: f64) -> Result<Motion<N>, Interrupted> {
         let Function(function) = &self.function;
         if let Some(motion) = function.motion(t)? {
@@ -93,8 +93,8 @@ impl<const N: usize> Prescribed<N> {
         Err(self.function.0.refuse(found, "a quaternion (w, x, y, z) of norm 1"))
     }
 
-    /// Given derivatives must be those of the values. Where an acceleration jumps it is that of one side: the times
-    /// shortly before and after must contradict, too.
+    /// Rejects derivatives that contradict the values. At a jump of the acceleration the derivative of one
+    /// side is correct; therefore the times shortly before and after must contradict too.
     fn check_derivatives(&self, given: &Motion<N>, t: f64) -> Result<(), Interrupted> {
         let Some(found) = self.contradiction(given, t)? else { return Ok(()) };
         for t in [t - BESIDE, t + BESIDE] {
@@ -110,7 +110,8 @@ impl<const N: usize> Prescribed<N> {
         Err(self.function.0.refuse(found, "the derivatives of the value"))
     }
 
-    /// What differences of the values say against the given derivatives; nothing where they find none.
+    /// Describes the contradiction between given derivatives and finite differences; `None` if there is none
+    /// or the differences do not converge.
     fn contradiction(&self, given: &Motion<N>, t: f64) -> Result<Option<String>, Interrupted> {
         let Function(function) = &self.function;
         let value = |t: f64| {
@@ -143,13 +144,13 @@ impl<const N: usize> Prescribed<N> {
     }
 }
 
-/// Of quaternions, which stand for the same rotation with either sign, the one that is nearer to the first; other
-/// values as they are.
+/// For quaternions, where both signs stand for the same rotation, the sign closer to `first`; other values
+/// unchanged.
 fn same_side<const N: usize>(first: [f64; N], value: [f64; N]) -> [f64; N] {
     if N == QUATERNION { nearer(first, value) } else { value }
 }
 
-/// The one of a vector and its negative that is nearer to another one.
+/// `vector` or its negative, whichever is closer to `to`.
 pub(crate) fn nearer<const N: usize>(to: [f64; N], vector: [f64; N]) -> [f64; N] {
     let product: f64 = to.iter().zip(&vector).map(|(a, b)| a * b).sum();
     if product < 0.0 { vector.map(|x| -x) } else { vector }

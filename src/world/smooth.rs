@@ -4,7 +4,7 @@ use super::prescribed::Prescribed;
 use crate::error::{Checker, Interrupted};
 use crate::signal::{Harmonic, Motion, Signal, Spline};
 
-/// The times between which a signal has derivatives.
+/// Interval of time on which a signal has derivatives.
 pub(crate) fn span<const N: usize>(signal: &Signal<N>) -> [f64; 2] {
     match signal {
         Signal::Table(table) => [table.times()[0], table.times()[table.times().len() - 1]],
@@ -12,8 +12,8 @@ pub(crate) fn span<const N: usize>(signal: &Signal<N>) -> [f64; 2] {
     }
 }
 
-/// Everything that is wrong with a signal that a motion follows, which stands at `place`: one that is set from outside has
-/// no derivatives.
+/// Reports every problem of a signal, located at `place`, that prescribes a motion. Inputs are rejected
+/// because they have no derivatives.
 pub(crate) fn check_smooth<const N: usize>(signal: &Signal<N>, check: &mut Checker, place: &str) {
     signal.check(check, place);
     if let Some(input) = signal.input() {
@@ -22,7 +22,7 @@ pub(crate) fn check_smooth<const N: usize>(signal: &Signal<N>, check: &mut Check
     }
 }
 
-/// A signal with derivatives.
+/// A signal with two derivatives.
 #[derive(Clone, Debug)]
 pub(crate) enum Smooth<const N: usize> {
     Constant([f64; N]),
@@ -38,12 +38,12 @@ impl<const N: usize> Smooth<N> {
             Signal::Harmonic(harmonic) => Self::Harmonic(*harmonic),
             Signal::Table(table) => Self::Spline(Spline::new(table)),
             Signal::Function(function) => Self::Function(Prescribed::new(function.clone())),
-            // Refused by `check_smooth`: it has no derivatives.
+            // `check_smooth` rejects inputs, which have no derivatives.
             Signal::Input(input) => Self::Constant(input.value),
         }
     }
 
-    /// The value and its first two derivatives.
+    /// Value and first two derivatives.
     pub(crate) fn motion(&self, t: f64) -> Result<Motion<N>, Interrupted> {
         match self {
             Self::Constant(value) => Ok([*value, [0.0; N], [0.0; N]]),

@@ -1,4 +1,4 @@
-"""A browser for tests of reports. `make test-browser` runs them; nothing else does."""
+"""A browser for tests of reports, run only by `make test-browser`."""
 
 import os
 
@@ -11,7 +11,7 @@ from lissom import report, studies
 from lissom.report import studies as study_reports
 from lissom.results import Run
 
-#: Graphics by the processor, the same on all machines; the rest is what containers need.
+#: Software rendering, the same on all machines, and options that containers need.
 ARGUMENTS = [
     "--no-sandbox",
     "--use-angle=swiftshader",
@@ -19,7 +19,7 @@ ARGUMENTS = [
     "--ignore-gpu-blocklist",
 ]
 
-#: Milliseconds that anything may take: pictures without a graphics card are slow on a busy machine.
+#: Timeout in milliseconds: drawing without a graphics card is slow on a busy machine.
 PATIENCE = 90_000
 
 ROD = """version = 1
@@ -54,7 +54,7 @@ dt = 5e-3
 @pytest.fixture(scope="session")
 def browser():
     with sync_playwright() as playwright:
-        # The path of a browser that is there, where playwright has installed none.
+        # Path of an installed browser, if playwright has installed none.
         path = os.environ.get("LISSOM_CHROMIUM")
         opened = playwright.chromium.launch(executable_path=path, args=ARGUMENTS)
         yield opened
@@ -63,7 +63,7 @@ def browser():
 
 @pytest.fixture(scope="session")
 def folder(tmp_path_factory):
-    """Reports of a rod: its motion, its equilibrium, its modes; and a path along which loads turn back."""
+    """Reports of a rod's motion, equilibrium and modes, and of a path of equilibria with a limit point."""
     made = tmp_path_factory.mktemp("reports")
     scene = lissom.Scene.loads(ROD)
     report.write(Run(scene, scene.run()), made / "motion.html")
@@ -77,7 +77,7 @@ def folder(tmp_path_factory):
 
 
 def turning_path():
-    """A column that is bent to the wrong side: its load falls to a limit point, and grows to where it was."""
+    """A column bent to the wrong side: its load decreases to a limit point and increases again."""
     length, radius, young = 0.2, 0.01, 1e6
     euler = np.pi**3 / 16 * young * radius**4 / length**2
     segment = lissom.Segment(length, radius, young, poisson_ratio=0.5, density=1000, modes={"bend_y": 3})
@@ -89,7 +89,7 @@ def turning_path():
 
 
 class Opened:
-    """A page, with what its scripts complained of."""
+    """A page with the errors of its scripts."""
 
     def __init__(self, page, path):
         self.page, self.problems = page, []
@@ -119,7 +119,7 @@ class Opened:
 
 @pytest.fixture
 def opened(browser, folder):
-    """Opens a report of `folder`; fails where its scripts complain."""
+    """Opens a report of `folder`; fails if its scripts report errors."""
     contexts, pages = [], []
 
     def at(name, width=1000, height=900, scheme="light", touch=False):

@@ -1,4 +1,4 @@
-"""Sizes of reports, and the time until their first view answers: ``python measure.py REPORT...``."""
+"""Sizes of reports, and the time until their first view responds: ``python measure.py REPORT...``."""
 
 import os
 import sys
@@ -11,7 +11,7 @@ from conftest import ARGUMENTS, PATIENCE
 
 LOADS = int(os.environ.get("LOADS", "3"))
 
-#: Notes when the first view is there, lissom's or plotly's, and the page has nothing else to do.
+#: Records when the first view, of lissom or plotly, is drawn and the page is idle.
 WATCH = """
 const look = () => {
   if (!document.querySelector('.player[data-state=ready], .js-plotly-plot .plot-container')) return;
@@ -31,7 +31,7 @@ def main(paths):
         for path in map(Path, paths):
             times = []
             for _ in range(LOADS):
-                # A browser of its own for each: one that has drawn before has its graphics ready.
+                # A new browser for each report: one that has drawn before has initialised its graphics.
                 browser = playwright.chromium.launch(executable_path=program, args=ARGUMENTS)
                 page = browser.new_page(viewport={"width": 1100, "height": 900})
                 page.add_init_script(WATCH)

@@ -1,4 +1,4 @@
-"""Reports in a browser: what is shown, how it plays, what keys and fingers do, what is saved."""
+"""Reports in a browser: contents, playback, keys and touch, saved files."""
 
 import base64
 import io
@@ -13,15 +13,15 @@ from conftest import turning_path
 
 PICTURES = Path(__file__).parent / "pictures"
 
-#: Screenshots are compared in squares of so many pixels, which differ by at most so much of white: letters
-#: and edges differ between machines, what is drawn does not.
+#: Screenshots are compared in squares of this many pixels, with this maximum and mean difference relative to
+#: white: letters and edges differ between machines, the drawing does not.
 SQUARE, APART, MEAN_APART = 16, 0.16, 0.01
 
-#: Whether all that a page draws is there.
+#: Whether the page has drawn everything.
 READY = """() => [...document.querySelectorAll('.player, .figure')]
   .every((holder) => holder.dataset.state === 'ready')"""
 
-#: Bytes of a report of three seconds.
+#: Maximum size of a report of three seconds, bytes.
 LARGEST = 2_000_000
 
 
@@ -34,7 +34,7 @@ def test_reports_are_small(folder):
 def test_everything_is_drawn(name, opened):
     shown = opened(name)
     shown.page.wait_for_function(READY)
-    # What was drawn is no even ground: every canvas has many colours.
+    # The picture is not a uniform background: every canvas has many colours.
     colours = shown.page.evaluate(
         """() => [...document.querySelectorAll('.curves')].map((canvas) => {
           const { data } = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height);
@@ -58,7 +58,7 @@ def test_a_path_whose_loads_turn_back_plays_and_says_its_loads(opened):
     assert (np.diff(said[: lowest + 1]) <= 0).all()
     assert (np.diff(said[lowest:]) >= 0).all()
     assert factor.min() - 1e-3 <= min(said) <= factor.min() + 0.05
-    # The Play button is there: this is no still.
+    # The Play button is visible, so this is not a still picture.
     assert shown.page.locator(".play").is_visible()
 
 
@@ -161,7 +161,7 @@ def test_keys_pointer_and_wheel_move_the_camera(opened):
     shown.page.keyboard.press("0")
     shown.page.wait_for_function("() => document.querySelector('.player').player.camera.isHome")
     np.testing.assert_allclose(shown.run(look), before, atol=1e-6)
-    # Every preset shows all of the box.
+    # Every preset shows the complete box.
     for view, axis in (("front", 1), ("side", 0), ("top", 2)):
         shown.page.get_by_role("button", name=f"view: {view}").click()
         shown.page.wait_for_timeout(600)
@@ -217,7 +217,7 @@ def test_statics_open_at_the_result(opened):
 
 
 def test_tubes_have_their_true_sections(opened):
-    """Distances of corners from the axis, as the browser computes them."""
+    """Distances of corners from the axis, as computed by the browser."""
     shown = opened("motion")
     radii, hole, corner = shown.run(
         """
@@ -268,7 +268,7 @@ def test_what_is_saved_is_what_is_shown(kind, opened, tmp_path):
             frames.append(np.asarray(picture.convert("RGB"), float))
         assert picture.info["duration"] == 50
         assert np.abs(frames[5] - frames[0]).max() > 50
-        # The colours of a palette are near those of the view.
+        # The colours of a palette are similar to those of the view.
         ratio = shown.run("player.draw(clock.start); return player.canvases[0].toDataURL()")
         drawn = Image.open(io.BytesIO(base64.b64decode(ratio.partition(",")[2]))).convert("RGB")
         size = (frames[0].shape[1], frames[0].shape[0])

@@ -1,4 +1,4 @@
-"""The site in a browser: what axe finds there. `make test-browser` builds the site before."""
+"""The site in a browser, checked with axe. `make test-browser` builds the site first."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""Live views in a browser: the page shows the motion; buttons, sliders and the handle move it."""
+"""Live views in a browser: the page shows the motion; buttons, sliders and the handle act on it."""
 
 import re
 import time
@@ -17,12 +17,12 @@ FINGER = lissom.Rod(
     ],
 )
 
-#: What viser's own scripts say of themselves.
+#: Console messages of viser itself.
 ITS_OWN = ("THREE.Clock", "GPU stall", "WebGL")
 
 
 class Live:
-    """A live view with a page that shows it."""
+    """A live view and a page that shows it."""
 
     def __init__(self, browser, model, **options):
         self.view = lissom.Simulation(model, dt=2e-3).view(port=0, block=False, **options)
@@ -49,7 +49,7 @@ class Live:
         return float(found[1])
 
     def draw(self, frames):
-        """Wait until the page has drawn so many frames."""
+        """Wait until the page has drawn this many frames."""
         self.page.evaluate(
             """frames => new Promise(done => {
                 const next = left => left ? requestAnimationFrame(() => next(left - 1)) : done();
@@ -59,7 +59,7 @@ class Live:
         )
 
     def wait(self, condition):
-        """Wait until something is so."""
+        """Wait until a condition holds."""
         until = time.monotonic() + PATIENCE / 1000
         while not condition():
             assert time.monotonic() < until
@@ -100,7 +100,7 @@ def test_it_plays_and_pauses_and_starts_again(live):
 
 
 def test_the_motion_is_seen(live):
-    """Pictures of a falling rod differ, and are no even ground."""
+    """Pictures of a falling rod differ, and are not a uniform background."""
     shown = live(paused=True)
     canvas = shown.page.locator("canvas").first
     before = canvas.screenshot()
@@ -128,7 +128,7 @@ def test_traces_and_colours_are_drawn(live):
     coloured = canvas.screenshot()
     assert coloured != plain
     shown.page.get_by_role("checkbox", name="Trace").check()
-    # It falls from the start again.
+    # The rod falls from the start again.
     shown.press("Reset")
     shown.wait(lambda: shown.view.t == 0.0)
     shown.press("Run")
@@ -153,12 +153,12 @@ def test_dragging_the_handle_pulls_the_tip(live):
     shown = live()
     shown.wait(lambda: shown.view.t > 1.0)
     box = shown.page.locator("canvas").first.bounding_box()
-    # Where the camera sees the tip: the handle's arrow upwards is above that.
+    # The position of the tip on the screen; the upward arrow of the handle is above it.
     x, y = _on_screen(shown, box)
     mouse = shown.page.mouse
     mouse.move(x, y - 12)
     mouse.move(x, y - 25)
-    # The page looks for what is under the pointer when it draws, which takes long on a busy machine.
+    # The page determines the object under the pointer when it draws, which takes long on a busy machine.
     shown.draw(30)
     mouse.down()
     for step in range(10):
@@ -171,7 +171,7 @@ def test_dragging_the_handle_pulls_the_tip(live):
 
 
 def _on_screen(shown, box):
-    """Pixels at which the tip is seen."""
+    """Position of the tip on the screen, pixels."""
     (client,) = shown.view._server.get_clients().values()
     camera = client.camera
     forward = camera.look_at - camera.position

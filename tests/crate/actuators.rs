@@ -1,4 +1,4 @@
-//! Actuators: tangents against differences, powers against forces, and the ways to compute the same.
+//! Actuators: tangents against finite differences, power against forces, and equivalent ways of computation.
 
 use lissom::actuator::{
     ActiveStrain, Actuator, Along, Chamber, Drive, Motor, MotorCommand, Part, Tendon, Via,
@@ -48,7 +48,7 @@ fn flat(y: f64, z: f64) -> [Profile<1>; 2] {
     [y.into(), z.into()]
 }
 
-/// A turning body, two rods with a ball between, a hand and a branch, with actuators of every kind on them.
+/// A rotating body, two rods with a ball in between, a hand and a branch, with actuators of every kind.
 fn robot() -> Robot {
     let body = |mass| Body { inertia: diagonal([0.01, 0.02, 0.03]), ..Body::point(mass) };
     let link = |name, parent: Option<usize>, joint| Link {
@@ -136,7 +136,7 @@ fn assert_close(found: f64, wanted: f64, tolerance: f64, what: &str) {
     assert!((found - wanted).abs() <= tolerance, "{what}: {found} is not {wanted}");
 }
 
-/// The tangents with respect to coordinates and velocities, and to the inputs, against central differences.
+/// Compares the tangents with respect to coordinates, velocities and inputs with central differences.
 fn check_derivatives(model: &mut RobotModel) {
     const STEP: f64 = 1e-5;
     let n = model.n();

@@ -1,4 +1,4 @@
-//! No number, finite or infinite, and no number of problems may do more than be refused, quickly.
+//! Extreme, infinite or too many numbers and problems are rejected quickly, without panics.
 
 use std::time::{Duration, Instant};
 
@@ -13,7 +13,7 @@ use lissom::scene::Scene;
 use lissom::second_order;
 use lissom::support::Support;
 
-/// What is refused is refused at once, in a build with debug assertions on a busy machine.
+/// Time limit for errors, in a build with debug assertions on a busy machine.
 const AT_ONCE: Duration = Duration::from_secs(5);
 
 #[track_caller]
@@ -53,7 +53,7 @@ fn reference_curvature_has_a_bound() {
     }
     let message = refused(curved(1.0, 3e3), "reference_strain");
     assert!(message.contains("477 turns") && message.contains("at least 2, or give `nodes`"), "{message}");
-    // What is refused in one segment is taken in two.
+    // A rod too curved for one segment is accepted as two.
     let half = curved(0.5, 3e3);
     let model = quickly(|| RobotModel::of_rod(&Rod::new(vec![half.clone(), half]))).unwrap();
     assert!(model.nodes().iter().all(|nodes| (700..=MAX_OWN_NODES).contains(nodes)));
@@ -68,7 +68,7 @@ fn long_tables_have_a_bound() {
     let table = Segment { reference_strain: Profile::table(&stations, &strains).unwrap(), ..segment() };
     assert!(refused(table.clone(), "nodes").contains("long tables"));
     assert_eq!(compile(Segment { nodes: Some(64), ..table }).unwrap().nodes(), [64]);
-    // So have all segments together.
+    // All segments together have a limit, too.
     let rod = Rod::new(vec![curved(1.0, 1.9e3); 100]);
     let message = quickly(|| rod.validate()).unwrap_err().to_string();
     assert!(message.starts_with("segments: got 1.") && message.contains("GB"), "{message}");
@@ -88,7 +88,7 @@ fn sections_at_the_edges_of_doubles() {
             for shape in shapes {
                 let section = Section::Shape(shape.map(|&size| Profile::from(size)));
                 let modes = [1, 3, 2, 1, 1, 1];
-                // Stiff or soft beyond measure, or without weight: but not a panic, nor a hang.
+                // Extreme stiffness or softness, or no weight, causes neither a panic nor a hang.
                 let error = compile(Segment { section, modes, ..segment() }).unwrap_err().to_string();
                 assert!(error.len() < 2000, "{error}");
             }
@@ -122,7 +122,7 @@ fn stiffness_mass_and_length_at_the_edges_of_doubles() {
         refused(given([stiffness; 6]), "section");
         refused(given([stiffness, 1.0, 1.0, 1.0, 1.0, 1.0]), "section");
     }
-    // A matrix that is not symmetric is none the more so for being huge.
+    // Asymmetry of a matrix with huge entries is detected.
     let mut rows = diagonal([1e200; 6]);
     (rows[0][1], rows[1][0]) = (1e199, -1e199);
     let Section::Given(mut section) = given([1.0; 6]).section else { unreachable!() };
@@ -165,7 +165,7 @@ fn what_stands_on_a_rod_at_the_edges_of_doubles() {
     }
 }
 
-/// The derivative of the state, always the same.
+/// A constant derivative of the state.
 struct Constant(Vec<f64>);
 
 impl ode::System for Constant {
@@ -233,7 +233,7 @@ fn what_does_not_fit_in_memory_is_refused() {
     refused(solved.map(|_| ()), "q0: got 300000 values");
 }
 
-/// Masses that nothing moves.
+/// Masses without forces.
 struct Free(usize);
 
 impl second_order::System for Free {

@@ -1,5 +1,5 @@
-//! The crate as its users see it. One program, because every test program is compiled and linked with the crate's generic code
-//! once more: `cargo test --test crate newmark::` runs one file of it.
+//! The crate through its public interface. A single program, because every test program compiles and links
+//! the generic code of the crate again: `cargo test --test crate newmark::` runs one file of it.
 
 mod actuators;
 mod limits;

@@ -22,7 +22,7 @@ struct Linear {
     stiffness: Matrix,
     load: fn(f64) -> f64,
     scale: f64,
-    /// What the tangent is wrongly multiplied with.
+    /// Factor of a deliberately wrong tangent.
     tangent_error: f64,
 }
 
@@ -80,7 +80,7 @@ impl System for Linear {
     }
 }
 
-/// A scalar system given by a closure; its tangent is never asked for.
+/// A scalar system given by a closure; its tangent is never used.
 struct Scalar<F>(F);
 
 impl<F: FnMut(f64, f64, f64, f64) -> Result<f64, Interrupted>> System for Scalar<F> {
@@ -154,7 +154,8 @@ fn slope(x: &[f64], y: &[f64]) -> f64 {
     covariance / x.iter().map(|x| (x - mx) * (x - mx)).sum::<f64>()
 }
 
-/// Orders of convergence of displacement, velocity and acceleration at the end, from halved steps.
+/// Observed orders of convergence of the displacement, velocity and acceleration at the end, from halved
+/// steps.
 fn orders(mut errors: impl FnMut(f64) -> [f64; 3]) -> [f64; 3] {
     let steps: Vec<f64> = (0..5).map(|k| 0.02 / f64::from(1 << k)).collect();
     let found: Vec<[f64; 3]> = steps.iter().map(|&h| errors(h)).collect();
@@ -205,7 +206,7 @@ fn order_two_on_linear_oscillators() {
                 let exact = damped_oscillation(5.0, zeta, 1.0, 0.5, 1.0);
                 [last(&found.q) - exact[0], last(&found.v) - exact[1], last(&found.a) - exact[2]]
             });
-            // Fox and Goodwin's displacements may do better.
+            // Displacements of the Fox-Goodwin method may converge faster.
             let most = if name == "fox_goodwin" { 4.2 } else { 2.1 };
             assert!(found.iter().all(|p| (1.9..most).contains(p)), "{name}, zeta = {zeta}: {found:?}");
         }
@@ -249,7 +250,7 @@ fn order_one_with_another_gamma() {
     assert!(found.iter().all(|p| (p - 1.0).abs() < 0.1), "{found:?}");
 }
 
-/// Loads at the right time: q = sin(3 t) solves q'' + q = -8 sin(3 t).
+/// Loads are evaluated at the right time: q = sin(3 t) solves q'' + q = -8 sin(3 t).
 #[test]
 fn order_two_under_a_load_that_depends_on_time() {
     for name in ["newmark", "hht", "generalised_alpha"] {
@@ -273,8 +274,8 @@ fn spectral_radius([[a, b], [c, d]]: [[f64; 2]; 2]) -> f64 {
 proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(100) })]
 
-    /// The step as a matrix, found by stepping, has the spectral radius of the textbook's amplification matrix
-    /// (Hughes 1987, section 9.1, with invariants of his eq. 9.1.19).
+    /// The spectral radius of the step's matrix, determined by stepping, agrees with that of the textbook's
+    /// amplification matrix (Hughes 1987, section 9.1, with the invariants of his eq. 9.1.19).
     #[test]
     fn spectral_radius_of_the_amplification_matrix(
         beta in 0.0..1.0_f64, gamma in 0.5..1.5_f64, frequency in 0.1..30.0_f64, zeta in 0.0..0.5_f64
@@ -295,7 +296,7 @@ proptest! {
         prop_assert!((found - expected).abs() < 1e-8 * expected.max(1.0), "{found} is not {expected}");
     }
 
-    /// The stability limit is where growth begins.
+    /// Growth begins at the stability limit.
     #[test]
     fn stability_limit(beta in 0.0..0.5_f64, gamma in 0.5..1.0_f64) {
         let scheme = Scheme::newmark(beta, gamma).unwrap();
@@ -342,7 +343,7 @@ proptest! {
         prop_assert!(change.abs() <= 1e-11 * start, "{change} of {start}");
     }
 
-    /// Equations in other units have the same solution, bit by bit (units that are powers of two, that is).
+    /// Scaling the equations by powers of two does not change the solution, bit by bit.
     #[test]
     fn scaled_equations_have_the_same_motion(exponent in -60..60_i32, dt in 0.001..0.1_f64) {
         let motion = |scale: f64| {
@@ -366,7 +367,7 @@ fn periods_are_elongated_by_a_twelfth_of_the_square_of_omega_h() {
         let mut system = Linear::oscillator(frequency, 0.0);
         let options = Options { rtol: 1e-13.into(), ..with_scheme(scheme, dt) };
         let found = scalar_run(&mut system, 20.0, (1.0, 0.0), &options);
-        // The phase of the discrete motion, which is a sine of the elongated period: unwrapped from step to step.
+        // The phase of the discrete motion, a sine with an elongated period, unwrapped from step to step.
         let mut phase = 0.0;
         let angle = |i: usize| (-found.v[i] / frequency).atan2(found.q[i]);
         for i in 1..found.t.len() {
@@ -416,7 +417,7 @@ fn a_linear_system_takes_one_iteration_a_step_and_one_jacobian() {
     let Counters { steps, nfev, njev, nlu, newton_iterations, .. } = found.counters;
     assert_eq!((steps, njev, nlu), (1000, 2, 2), "one Jacobian at the start, one for all steps");
     assert_eq!(nfev, newton_iterations);
-    // One step in sixteen measures the rate of convergence, and those that begin unlike the last one.
+    // One step in sixteen measures the rate of convergence, as do steps that differ from the previous one.
     assert!(nfev <= 1130, "{nfev}");
 }
 
@@ -428,7 +429,7 @@ fn the_counters_of_the_default_run() {
     assert_eq!(steps, 100);
     assert_eq!(nfev, newton_iterations);
     assert_eq!((njev, nfev_jacobian), (nlu, 2 * njev));
-    // A regression of the Jacobian's reuse or of the predictor shows here.
+    // Detects regressions of the predictor and of the reuse of Jacobians.
     assert!(nfev <= 250 && njev <= 110, "{:?}", found.counters);
 }
 
@@ -454,7 +455,8 @@ fn all_jacobians_find_the_same_motion_whether_kept_or_not() {
     }
 }
 
-/// Neither a tolerance of zero nor forces that dwarf the inertia of the first guess may look like a singular mass matrix.
+/// Neither zero tolerances nor forces that are large relative to the inertia of the first guess are mistaken
+/// for a singular mass matrix.
 #[test]
 fn the_size_of_accelerations_need_not_be_known() {
     for derivative in [Derivative::Analytic, Derivative::Forward, Derivative::Central] {
@@ -471,7 +473,7 @@ fn the_size_of_accelerations_need_not_be_known() {
                 assert!(found.status.is_success(), "{what}: {}", found.message);
                 assert!((last(&found.q) - 1.0_f64.cos()).abs() < 1e-3, "{what}: {}", last(&found.q));
                 assert!(found.counters.njev <= 3, "{what}: {:?}", found.counters);
-                // At rest at the origin nothing tells any size.
+                // At rest at the origin, nothing indicates the size of the solution.
                 let found = scalar_run(&mut system, t_end, (0.0, 0.0), &options);
                 assert!(found.status.is_success(), "{what}: {}", found.message);
                 assert_eq!(last(&found.q), 0.0, "{what}");
@@ -480,7 +482,7 @@ fn the_size_of_accelerations_need_not_be_known() {
     }
 }
 
-/// Without a relative tolerance, an absolute one must not make the increments of differences huge.
+/// Without a relative tolerance, an absolute one does not make the increments of finite differences huge.
 #[test]
 fn differences_without_a_relative_tolerance() {
     let mut pendulum = SpringPendulum::new(1.0, 1.0, 10.0, 9.81).unwrap();
@@ -494,7 +496,7 @@ fn differences_without_a_relative_tolerance() {
     }
 }
 
-/// A tangent that is wrong by a factor slows Newton's method down; it must not make it believe in convergence.
+/// A tangent that is wrong by a factor slows Newton's method down, but does not cause false convergence.
 #[test]
 fn a_wrong_tangent_does_not_give_a_wrong_motion() {
     let exact = scalar_run(&mut Linear::oscillator(3.0, 0.1), 2.0, (1.0, 0.0), &Options::new(0.01));
@@ -515,7 +517,7 @@ fn a_wrong_tangent_does_not_give_a_wrong_motion() {
     }
 }
 
-/// What is left of the equations in every accepted step, as an error of the accelerations in units of the tolerances.
+/// The residual of every accepted step, as an error of the accelerations in units of the tolerances.
 #[test]
 fn every_step_is_solved_to_the_tolerance() {
     let scheme = Scheme::AVERAGE_ACCELERATION;
@@ -638,7 +640,7 @@ fn output_times() {
     for (i, k) in [(0, 0), (1, 7), (3, 200)] {
         assert_eq!((found.q[i], found.v[i], found.a[i]), (every.q[k], every.v[k], every.a[k]));
     }
-    // Between steps: no worse than the steps are.
+    // Between steps, the error is not larger than at the steps.
     let exact = damped_oscillation(2.0, 0.05, 1.0, 0.0, 0.5055);
     assert!((found.q[2] - exact[0]).abs() < 1e-4);
     assert!((found.v[2] - exact[1]).abs() < 1e-4);
@@ -667,7 +669,7 @@ fn failures_keep_what_was_computed() {
     let found = scalar_run(&mut rootless, 1.0, (1.0, 0.0), &differenced(0.125));
     assert_eq!(found.status, Status::StepFailed(Failure::NotConverged));
     assert_eq!(found.t.len(), 5);
-    // Cut, cut, cut: never accepted.
+    // The step is reduced repeatedly and never accepted.
     let found = scalar_run(
         &mut rootless,
         1.0,
@@ -699,7 +701,7 @@ fn no_initial_acceleration() {
     let mut nan = Scalar(|_t, _q, _v, _a| Ok(f64::NAN));
     let found = scalar_run(&mut nan, 1.0, (1.0, 0.0), &options);
     assert_eq!(found.status, Status::NoInitialAcceleration(Failure::NonFinite));
-    // A given one is taken as it is: here for an equation of first order, q + v = 0.
+    // A given initial acceleration is used as it is, here for an equation of first order, q + v = 0.
     let options = Options { initial_acceleration: Some(vec![1.0]), ..options };
     let found = scalar_run(&mut singular, 1.0, (1.0, -1.0), &options);
     assert_eq!(found.status, Status::Finished);
@@ -750,7 +752,7 @@ fn presets_and_names() {
     assert_eq!(by_name("hht"), Scheme::hht(-0.1).unwrap());
     assert_eq!(by_name("generalised_alpha"), Scheme::generalised_alpha(0.8).unwrap());
     assert_eq!(by_name("generalized_alpha"), by_name("generalised_alpha"));
-    // Chung and Hulbert's annihilating member.
+    // The member of Chung and Hulbert's family with asymptotic annihilation.
     let scheme = Scheme::generalised_alpha(0.0).unwrap();
     assert_eq!((scheme.alpha_m(), scheme.alpha_f(), scheme.beta(), scheme.gamma()), (-1.0, 0.0, 1.0, 1.5));
     assert_eq!(Scheme::CENTRAL_DIFFERENCE.stability_limit(), 2.0);
@@ -793,7 +795,7 @@ fn bad_problems_are_refused_all_at_once_before_any_evaluation() {
     assert_eq!(places(refused((0.0, 1.0), &[0.0], &[0.0], &Options::new(1e-20))), ["dt"]);
     let a0 = Options { initial_acceleration: Some(vec![1.0, 2.0]), ..good.clone() };
     assert_eq!(places(refused((0.0, 1.0), &[0.0], &[0.0], &a0)), ["a0"]);
-    // 1e12 steps of 4 numbers.
+    // 1e12 steps of 4 numbers each.
     let error = refused((0.0, 1e6), &[0.0], &[0.0], &Options::new(1e-6)).to_string();
     assert!(error.contains("4 GiB") && error.contains("t_eval"), "{error}");
     let wrong = Options { step_size: StepSize::Adaptive { max_step: 0.1, min_step: 0.2 }, ..good };
@@ -897,7 +899,8 @@ mod adaptive_steps {
         }
     }
 
-    /// Displacements hardly see a fast oscillation, and at gamma = 1/2 the velocity's estimate vanishes.
+    /// Displacements hardly show a fast oscillation, and at gamma = 1/2 the error estimate of the velocity
+    /// vanishes.
     #[test]
     fn a_fast_oscillation_is_not_lost() {
         let frequency = 1000.0;
@@ -912,7 +915,7 @@ mod adaptive_steps {
         );
     }
 
-    /// Nothing to see is no reason to grow.
+    /// A zero error estimate is no reason to increase the step.
     #[test]
     fn a_zero_estimate_does_not_let_the_step_grow() {
         let mut falling = Scalar(|_t, _q, _v, a| Ok(a + 9.75));
@@ -938,7 +941,7 @@ mod adaptive_steps {
 
     #[test]
     fn a_step_whose_equations_cannot_be_solved_is_cut() {
-        // Newton's method has no root to find in long steps: the equations change their kind when the step reaches too far.
+        // Newton's method has no root in long steps: the equations change abruptly beyond q = 1.5.
         let mut wall = Scalar(|_t, q, _v, a| Ok(if q > 1.5 { f64::NAN } else { a + 4.0 * q }));
         let options = Options { derivative: Derivative::Forward, ..adaptive(1.0, 1e-4) };
         let found = scalar_run(&mut wall, 3.0, (0.0, 2.9), &options);

@@ -109,7 +109,7 @@ fn events_inside_of_a_step_are_found_in_order() {
     let mut events = [
         Event { terminal: NonZeroUsize::new(3), ..Event::new(|_, y: &[f64]| Ok(y[0])) },
         Event::new(|_, y: &[f64]| Ok(y[1])).direction(Direction::Rising),
-        // Crosses twice within one step of a loose integration.
+        // Has two zeros within one step of an integration with loose tolerances.
         Event::new(|t, _: &[f64]| Ok((t - 2.0) * (t - 2.3))),
     ];
     let solution = solve(
@@ -282,7 +282,7 @@ fn radau_takes_every_kind_of_jacobian() {
         // An explicit method would need more than 1000 steps for stability alone.
         assert!(nlu > 0 && solution.counters.accepted < 600, "{:?}", solution.counters);
         match kind {
-            // A column whose differences say nothing is computed again.
+            // A column whose differences are not significant is evaluated again.
             JacobianKind::Differenced => assert!(nfev_jacobian >= 2 * njev && system.jacobians == 0),
             JacobianKind::Given => assert_eq!((nfev_jacobian, system.jacobians), (0, njev)),
             JacobianKind::Constant => assert_eq!((nfev_jacobian, njev, system.jacobians), (0, 0, 1)),

@@ -1,4 +1,5 @@
-//! The spring pendulum: consistency of its parts. The independent formulation is in tests/python/reference/pendulum.py.
+//! The spring pendulum: consistency of its functions. The independent formulation is in
+//! tests/python/reference/pendulum.py.
 
 use lissom::linalg::Matrix;
 use lissom::model::{Discretised, Elastic, Energy, ForwardScratch, InTime, Model, SingularMass, Tied};

@@ -36,7 +36,7 @@ fn largest_difference(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
 }
 
-/// Errors of displacements and of velocities at some times, with the mean step size, for falling tolerances.
+/// Errors of displacements and velocities at some times, and the mean step size, for decreasing tolerances.
 fn errors_by_step_size(times: &[f64]) -> Vec<(f64, [f64; 2])> {
     let (start, t_end) = ([-0.7, 0.5], times[times.len() - 1]);
     let mut pendulum = SpringPendulum::new(1.0, 1.0, 10.0, 9.81).unwrap();

@@ -20,7 +20,7 @@ fn lab_rod(modes: usize) -> RobotModel {
     RobotModel::of_rod(&Rod::new(vec![lab_segment(modes)])).unwrap()
 }
 
-/// A soft rod that uses everything there is.
+/// A soft rod with all features.
 fn rich_rod() -> Rod {
     let first = Segment {
         section: Section::circle([0.02, 0.015]),
@@ -48,7 +48,7 @@ fn rich_rod() -> Rod {
     }
 }
 
-/// Loads of every kind, concentrated and spread, on the segments and where they meet.
+/// Loads of every kind, concentrated and distributed, inside segments and at their interfaces.
 fn rich_loads() -> Vec<Load> {
     let load = |extent, frame, force: [f64; 3], moment: [f64; 3]| Load {
         link: 0,
@@ -79,7 +79,7 @@ fn rich_bodies() -> Vec<Body> {
     ]
 }
 
-/// A state of size `scale` that is different in every coordinate.
+/// A state of size `scale` with different values of all coordinates.
 fn state(n: usize, scale: f64, phase: f64) -> Vec<f64> {
     (0..n).map(|i| scale * (1.7 * i as f64 + phase).sin()).collect()
 }
@@ -203,7 +203,8 @@ fn power_of_the_residual_is_the_rate_of_the_energy() {
     assert!(dissipated > 0.0);
 }
 
-/// Newton with the exact tangent from the straight rod: enough for these mild equilibria.
+/// Newton's method with the exact tangent from the straight rod, which suffices for these moderate
+/// equilibria.
 fn equilibrium(model: &mut RobotModel) -> Vec<f64> {
     let n = model.n();
     let zero = vec![0.0; n];
@@ -268,7 +269,7 @@ fn natural_frequencies_of_the_lab_rod() {
         found.sort_by(f64::total_cmp);
         for (omega, wanted) in found.iter().zip(wanted) {
             let hertz = omega / (2.0 * std::f64::consts::PI);
-            // The last digit published.
+            // One unit of the last published digit.
             let digit = if wanted == 48.78 { 5e-3 } else { 6e-6 };
             assert!((hertz - wanted).abs() < digit, "{hertz} is not {wanted}");
         }
@@ -304,7 +305,7 @@ fn everything_wrong_with_a_rod_is_reported_at_once() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(48))]
 
-    /// Splitting a segment without changing its strain changes neither the shape nor the energy.
+    /// Splitting a segment with the same strain changes neither the shape nor the energy.
     #[test]
     fn a_rod_split_in_two_is_the_same_rod(
         length in 0.2..3.0f64, share in 0.1..0.9f64, kappa in prop::array::uniform3(-1.0..1.0f64),
@@ -325,7 +326,7 @@ proptest! {
         }
     }
 
-    /// A load or a body inside a segment acts as if a segment ended there.
+    /// A load or a body inside a segment acts as if the segment were split there.
     #[test]
     fn loads_and_bodies_need_no_end_of_a_segment(
         x in 0.05..0.95f64, kappa in prop::array::uniform3(-1.0..1.0f64),
@@ -362,7 +363,7 @@ proptest! {
         }
     }
 
-    /// Rotations stay proper for any bending, several full turns included.
+    /// Rotation matrices stay orthonormal for any bending, including several full turns.
     #[test]
     fn rotations_stay_proper(q in prop::collection::vec(-60.0..60.0f64, 9), x in 0.0..1.0f64) {
         let segment = Segment { modes: [3, 3, 3, 0, 0, 0], ..Segment::straight(1.0, 0.01, 1e6, 4e5, 1000.0) };
@@ -379,7 +380,7 @@ proptest! {
     }
 }
 
-/// Random rods that stay in a plane: bend about y or about z, stretch and shear in the plane, taper, curved reference, any
+/// Random planar rods: bending about y or z, stretch and shear in the plane, taper, curved reference, any
 /// base, loads in and out of the plane.
 fn planar_rods() -> impl Strategy<Value = Rod> {
     let segment = (
@@ -423,10 +424,10 @@ fn planar_rods() -> impl Strategy<Value = Rod> {
         })
 }
 
-/// Numbers of [`segment_of`].
+/// Number of kinds of [`segment_of`].
 const KINDS: usize = 6;
 
-/// A segment of rubber with one of all kinds of sections, about as thick as a circle with these radii.
+/// A rubber segment with a section of this kind, about as thick as a circle with these radii.
 fn segment_of(kind: usize, length: f64, [base, tip]: [f64; 2]) -> Segment {
     let circle = Segment {
         section: Section::circle([base, tip]),
@@ -444,7 +445,7 @@ fn segment_of(kind: usize, length: f64, [base, tip]: [f64; 2]) -> Segment {
             Shape::Circle { radius: Profile::table(&stations, &radii).expect("a table") }
         }
         _ => {
-            // Everything is coupled with everything; the mass lies beside the axis.
+            // All strains are coupled; the centre of mass lies beside the axis.
             let mut stiffness = SectionProperties::at(&circle, 0.0).stiffness;
             let size: [f64; 6] = std::array::from_fn(|i| stiffness[i][i].sqrt());
             for (i, row) in stiffness.iter_mut().enumerate() {
@@ -467,7 +468,7 @@ fn segment_of(kind: usize, length: f64, [base, tip]: [f64; 2]) -> Segment {
     Segment { section: Section::Shape(shape), ..circle }
 }
 
-/// Random rods of all kinds: each strain, taper, damping, curvature of reference, load and mass is there or is not.
+/// Random rods of all kinds: each strain, taper, damping, reference curvature, load and mass is optional.
 fn rods() -> impl Strategy<Value = Rod> {
     let or_zero = |range: std::ops::Range<f64>| prop_oneof![Just(0.0), range];
     let segment = (
@@ -494,7 +495,7 @@ fn rods() -> impl Strategy<Value = Rod> {
     )
 }
 
-/// Any loads and bodies, their places as fractions of a length that is not known yet.
+/// Random loads and bodies, with places as fractions of the rod's length.
 fn loads_and_bodies() -> impl Strategy<Value = (Vec<Load>, Vec<Body>)> {
     let vector = || prop::array::uniform3(-3.0..3.0);
     let extent = prop_oneof![
@@ -544,7 +545,7 @@ fn assert_equal_to_rounding(a: &[f64], b: &[f64], what: &str) {
     }
 }
 
-/// Everything that two models of one rod compute is the same but for rounding.
+/// Asserts that two models of one rod give the same results up to rounding errors.
 fn assert_same_rod(rod: &Rod, a: &mut RobotModel, b: &mut RobotModel, phase: f64) {
     assert_eq!(a.nodes(), b.nodes());
     let n = a.n();
@@ -608,7 +609,8 @@ proptest! {
     }
 }
 
-/// Two segments of a basis, tapered and damped, whose reference strain varies; the same number of modes of these strains.
+/// Two segments with the given basis, tapered and damped, with varying reference strains and the same number
+/// of modes of each strain in `strains`.
 fn rod_in(basis: Basis, strains: &[usize]) -> Rod {
     let bent = |bend: f64, stretch: f64| [0.0, bend, 0.0, stretch, 0.0, 0.1 * bend];
     let table = Profile::table(&[0.0, 0.1, 0.4], &[bent(0.0, 1.0), bent(2.0, 1.1), bent(-1.0, 1.0)]).unwrap();
@@ -667,7 +669,8 @@ fn the_planar_kernel_is_taken_where_the_rod_stays_in_a_plane() {
     let straight = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0];
     assert_eq!(kernel([0, 3, 0, 2, 0, 1], straight), Kernel::Planar);
     assert_eq!(kernel([0, 0, 0, 0, 0, 0], [0.0, 1.0, 0.0, 1.0, 0.0, 0.3]), Kernel::Planar);
-    // Torsion, two bends (here in different segments), shear out of the plane, a reference that twists.
+    // Torsion, two bends (here in different segments), shear out of the plane, and a twisted reference each
+    // require space.
     assert_eq!(kernel([1, 3, 0, 0, 0, 0], straight), Kernel::Spatial);
     assert_eq!(kernel([0, 0, 3, 0, 0, 0], straight), Kernel::Spatial);
     assert_eq!(kernel([0, 3, 0, 0, 1, 0], straight), Kernel::Spatial);

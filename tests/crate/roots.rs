@@ -1,4 +1,4 @@
-//! Newton's method: where it converges, how fast, and what it says when it does not.
+//! Newton's method: convergence, rate of convergence, and the status after a failure.
 
 use lissom::error::Interrupted;
 use lissom::linalg::Matrix;
@@ -180,7 +180,7 @@ fn least_squares_and_underdetermined_systems() {
     let (outcome, x) = solve(plane, &[0.0; 3], Options::default());
     assert_eq!(outcome.status, Status::ConvergedResidual);
     assert!(x.iter().all(|v| (v - 2.0).abs() < 1e-14));
-    // x = 1 and x = 3: the best is 2, and it is no root.
+    // x = 1 and x = 3: the least-squares solution is 2, which is not a root.
     let contradiction = Equations {
         unknowns: 1,
         equations: 2,
@@ -204,7 +204,7 @@ fn failures_are_named() {
     assert_eq!(run(&mut scalar(|x| x.ln() - 1.0, |x| 1.0 / x), 20.0), (Status::NonFiniteResidual, 20.0));
     assert_eq!(run(&mut scalar(|x| x - 1.0, |_| f64::INFINITY), 0.3), (Status::NonFiniteJacobian, 0.3));
     assert_eq!(run(&mut scalar(|_| 1e10, |_| 1e-300), 0.0), (Status::SingularJacobian, 0.0));
-    // No real root: the iterates wander, the best of them is returned.
+    // No real root: the iterates wander, and the best one is returned.
     let (status, x) = run(&mut scalar(|x| x * x + 1.0, |x| 2.0 * x), 3.0);
     assert_eq!(status, Status::IterationLimit);
     assert!(x.abs() < 0.1, "{x}");
@@ -261,7 +261,7 @@ fn a_kept_jacobian_saves_factorisations() {
 
 #[test]
 fn a_kept_jacobian_serves_later_solves_and_is_dropped_when_it_does_not() {
-    // x^2 = c: as in the time steps of an integrator, c moves a little from solve to solve.
+    // x^2 = c with c that changes a little from solve to solve, as in the time steps of an integrator.
     let mut newton = Newton::new(1, 1);
     let mut x = [1.0];
     let options = Options { reuse: Reuse::AcrossSolves, residual_tolerance: 1e-9, ..Options::default() };
@@ -301,7 +301,7 @@ fn senseless_options_are_refused_all_at_once() {
 
 #[test]
 fn globalised_methods_come_back_from_far_away() {
-    // Newton's method alone runs away from |x| > 1.39.
+    // Newton's method alone diverges for |x| > 1.39.
     for method in [Method::LineSearch, Method::TrustRegion] {
         for derivative in [Derivative::Analytic, Derivative::Forward, Derivative::Central] {
             let options = Options { method, derivative, history: true, ..Options::default() };

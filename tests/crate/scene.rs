@@ -1,4 +1,4 @@
-//! Scene files: what is read, and every kind of complaint with its exact line and column.
+//! Scene files: contents that are read, and every kind of problem with its exact line and column.
 
 use lissom::body::Body;
 use lissom::joint::{Joint, JointForces};
@@ -24,20 +24,20 @@ modes = { bend_y = 3 }
 t_end = 3
 "#;
 
-/// `line:column: message` of everything that is wrong with a scene.
+/// The problems of a scene as `line:column: message`.
 fn problems(text: &str) -> Vec<String> {
     let error = Scene::parse(text, "s.toml").expect_err("the scene is bad");
     let lines = error.problems.iter().map(|problem| error.header(problem));
     lines.map(|line| line.strip_prefix("s.toml:").expect("the file is named").to_owned()).collect()
 }
 
-/// The good scene after a change.
+/// The valid scene after a change.
 fn changed(from: &str, to: &str) -> String {
     assert!(GOOD.contains(from), "the good scene has no {from}");
     GOOD.replacen(from, to, 1)
 }
 
-/// Asserts that a change of the good scene causes exactly these problems.
+/// Asserts that a change of the valid scene causes exactly these problems.
 #[track_caller]
 fn refused(from: &str, to: &str, expected: &[&str]) {
     assert_eq!(problems(&changed(from, to)), expected, "{to}");
@@ -568,7 +568,7 @@ fn given_sections_are_read_and_take_no_material() {
     assert_eq!(unplaced(&text), wanted);
 }
 
-/// Problems without where they stand.
+/// The problems without line and column.
 fn unplaced(text: &str) -> Vec<String> {
     let without_place =
         |problem: &String| problem.split_once(": ").map_or(String::new(), |(_, rest)| rest.to_owned());
@@ -815,7 +815,7 @@ fn the_source_is_shown_with_the_offending_part_underlined() {
     );
 }
 
-/// A file of two links, or one that is wrong in two places.
+/// A file with two links, or with two errors.
 struct TwoLinks {
     is_wrong: bool,
 }
@@ -941,7 +941,7 @@ fn all_shipped_scenes_are_good() {
         if path.extension().is_some_and(|extension| extension == "toml") {
             let text = std::fs::read_to_string(&path).expect("a readable file");
             if text.contains("[import]") {
-                // Only Python reads what they import; its tests look at them.
+                // Only Python reads the files that these scenes import; Python tests cover them.
                 continue;
             }
             if let Err(error) = Scene::parse(&text, &path.to_string_lossy()) {
@@ -956,7 +956,7 @@ fn all_shipped_scenes_are_good() {
 proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
 
-    /// Whatever stands in a file, it is read or refused, never a panic.
+    /// Any text is either read or rejected, without panics.
     #[test]
     fn no_text_causes_a_panic(cut in 0..GOOD.len(), length in 0..40usize, insert in "[\\[\\]{}=.,'\"0-9a-zé\n -]{0,12}") {
         let end = (cut + length).min(GOOD.len());
@@ -964,20 +964,20 @@ proptest! {
         let _ = Scene::parse(&text, "s.toml").map_err(|error| error.to_string());
     }
 
-    /// Whatever the times, they are refused, or few enough to be listed.
+    /// Any times are rejected, or few enough to be listed.
     #[test]
     fn accepted_times_can_be_listed(times in prop::array::uniform3(-323..309i32), method in prop::sample::select(&["newmark", "rk45"])) {
         let [duration, step, output] = times;
         let settings = format!("t_end = 1e{duration}\ndt = 1e{step}\noutput.dt = 1e{output}\nmethod = '{method}'");
         if let Ok(scene) = Scene::parse(&changed("t_end = 3", &settings), "s.toml") {
-            // The longest admissible list takes 64 MB.
+            // The longest allowed list takes 64 MB.
             let times = scene.simulation.output_times().expect("an output step is given");
             prop_assert_eq!(times.last(), Some(&scene.simulation.t_end));
             prop_assert!(times.is_sorted_by(|a, b| a < b));
         }
     }
 
-    /// Whatever value a key has, it is read or refused, never a panic.
+    /// Any value of a key is either read or rejected, without panics.
     #[test]
     fn no_value_causes_a_panic(line in 4..13usize, value in prop::sample::select(&[
         "3", "-1", "0", "nan", "-inf", "1e308", "9223372036854775807", "true", "''", "[]", "[1]", "[[1, 2]]", "{}",
@@ -1040,7 +1040,7 @@ fn an_old_word_beside_its_new_one_is_refused() {
             "15:22: simulation.output.step: the old name of dt, which is given, too; remove it",
         ],
     );
-    // What an old word says is checked by the new name.
+    // A value under an old name is validated with the new name in messages.
     refused(
         "t_end = 3",
         "duration = 0",

@@ -1,4 +1,5 @@
-//! Statics in Rust: what Python's tests cannot see. Shapes and numbers are compared in tests/python/test_statics.py.
+//! Statics in Rust, where Python's tests cannot reach. Shapes and numbers are compared in
+//! tests/python/test_statics.py.
 
 use std::f64::consts::PI;
 
@@ -72,7 +73,7 @@ fn a_monitor_stops_every_search() {
     }
 }
 
-/// Loads and elasticity are told apart: what is left without elasticity is linear in the loads.
+/// Loads and elastic forces are separated: the forces without elasticity are linear in the loads.
 #[test]
 fn elastic_forces_are_those_of_an_unloaded_rod() {
     let segment = Segment { modes: [2, 3, 2, 1, 1, 1], ..Segment::straight(0.7, 0.02, 1e7, 4e6, 1e3) };

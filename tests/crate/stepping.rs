@@ -1,4 +1,4 @@
-//! Runs that are stepped from outside, and controlled ones.
+//! Runs advanced step by step, and controlled runs.
 
 use lissom::error::{Interrupted, InvalidInput};
 use lissom::linalg::Matrix;
@@ -128,7 +128,7 @@ fn methods(dt: f64) -> Vec<(&'static str, Method)> {
     ]
 }
 
-/// What a controller may say: a function of the state that jumps.
+/// A controller: a discontinuous function of the state.
 fn law(t: f64, q: f64, v: f64) -> f64 {
     -3.0 * q - 0.5 * v + (7.0 * t).cos().round()
 }
@@ -201,7 +201,7 @@ fn a_controlled_run_is_its_legs_to_the_bit() {
     let (t0, dt, legs) = (0.2, 0.02, 60);
     for step in [0.02, 0.1, 0.05] {
         for (name, method) in methods(dt) {
-            // Where all legs ends are output times, and others are.
+            // The ends of all legs are output times; there are further ones.
             let mut run = run_of(Oscillator::duffing(), t0, &method, dt);
             let mut ends = vec![state(&run)];
             let mut inputs = Vec::new();
@@ -226,7 +226,8 @@ fn whoever_recalls_a_run_or_is_its_copy_goes_on_as_it_does() {
     for (name, method) in methods(0.02) {
         let mut run = run_of(Oscillator::duffing(), 0.1, &method, 0.02);
         for i in 0..40 {
-            // Some steps of the size `dt`, some legs of others; inputs that stay and inputs that jump.
+            // Some steps of size `dt`, some legs of other lengths; inputs that stay constant and inputs that
+            // jump.
             let duration = [None, Some(0.05), Some(0.04)][i % 3];
             let input = (i % 4 == 0).then(|| (i as f64).sin());
             let memory = run.memory();
@@ -259,14 +260,14 @@ fn a_memory_of_something_else_is_refused() {
     let mut run = run_of(Oscillator::duffing(), 0.0, &all[0].1, 0.02);
     let refused = |error: InvalidInput| error.problems[0].place == "memory";
     for (i, memory) in memories.iter().enumerate() {
-        // Those of the family have the same form.
+        // Memories of all members of the Newmark family have the same form.
         let is_right = i < 4;
         assert_eq!(run.recall(memory).is_ok(), is_right, "{i}");
         assert!(is_right || run.recall(memory).is_err_and(refused), "{i}");
     }
 }
 
-/// The exact motion of the linear oscillator under a force that is held, from (q, v) after a time.
+/// The exact motion of the linear oscillator under a constant force, from (q, v), after time t.
 fn exact(model: &Oscillator, [q, v]: [f64; 2], force: f64, t: f64) -> [f64; 2] {
     let held = force / model.stiffness;
     let half = 0.5 * model.damping;
@@ -277,7 +278,7 @@ fn exact(model: &Oscillator, [q, v]: [f64; 2], force: f64, t: f64) -> [f64; 2] {
     [held + decay * moved, decay * (omega * (slope * cosine - x * sine) - half * moved)]
 }
 
-/// Inputs that jump must not cost a method its order.
+/// Jumps of the inputs do not reduce the order of a method.
 #[test]
 fn order_two_with_inputs_that_jump() {
     let force = |t: f64| (3.0 * t).cos().signum() + t;
@@ -340,7 +341,7 @@ fn accelerations_and_inputs_are_those_that_act_from_a_time_on() {
             let mut tau = [0.0];
             model.inverse_dynamics(&[found.q[i]], &[found.v[i]], &[a[i]], &mut tau);
             let tolerance = if name == "adaptive" || name == "radau" { 0.2 } else { 1e-6 };
-            // Those of adaptive methods are interpolated between steps.
+            // Results of adaptive methods are interpolated between steps.
             assert!(tau[0].abs() < tolerance, "{name} at {t}: {}", tau[0]);
         }
     }

@@ -1,4 +1,4 @@
-//! What surrounds a rod: elastic supports and a fluid, also where its base moves along them.
+//! Surroundings of a rod: elastic supports and a fluid, also on moving bases.
 
 use lissom::linalg::Matrix;
 use lissom::load::{Frame, Load};
@@ -10,20 +10,20 @@ use lissom::support::Support;
 use lissom::world::{BaseMotion, BaseRotation, Fluid};
 use proptest::prelude::*;
 
-/// The time at which all is asked for.
+/// The time of all evaluations.
 const TIME: f64 = 0.3;
 
 /// The orientation of all bases at rest, and their y axis.
 const ORIENTATION: [f64; 4] = [0.8, 0.2, -0.4, 0.4];
 const NORMAL: [f64; 3] = [-0.8, 0.6, 0.0];
 
-/// A model at the time.
+/// The model with its time set.
 fn set(mut model: RobotModel) -> RobotModel {
     model.set_time(TIME).unwrap();
     model
 }
 
-/// A state of size `scale` that is different in every coordinate.
+/// A state of size `scale` with different values of all coordinates.
 fn state(n: usize, scale: f64, phase: f64) -> Vec<f64> {
     (0..n).map(|i| scale * (1.7 * i as f64 + phase).sin()).collect()
 }
@@ -68,7 +68,7 @@ fn assert_close(a: &[f64], b: &[f64], tolerance: f64, what: &str) {
     }
 }
 
-/// Supports at the tip, inside segments and where they meet; displaced, turned, damped or none of that.
+/// Supports at the tip, inside segments and at their interfaces; displaced, rotated, damped or none of these.
 fn rich_supports() -> Vec<Support> {
     vec![
         Support { stiffness: [20.0, 40.0, 0.0], rotational_stiffness: [0.1, 0.4, 0.2], ..Support::at_tip() },
@@ -87,7 +87,7 @@ fn rich_supports() -> Vec<Support> {
     ]
 }
 
-/// A fluid that does everything there is.
+/// A fluid with all effects.
 fn rich_fluid() -> Fluid {
     Fluid {
         density: 800.0,
@@ -99,7 +99,7 @@ fn rich_fluid() -> Fluid {
     }
 }
 
-/// A soft rod that uses everything there is.
+/// A soft rod with all features.
 fn rich_rod() -> Rod {
     let first = Segment {
         section: Section::circle([0.02, 0.015]),
@@ -121,7 +121,7 @@ fn rich_rod() -> Rod {
     }
 }
 
-/// The same, bending in one plane only.
+/// A rod with the same features that bends in one plane only.
 fn planar_rod() -> Rod {
     let mut rod = rich_rod();
     for segment in &mut rod.segments {
@@ -131,7 +131,7 @@ fn planar_rod() -> Rod {
     rod
 }
 
-/// A motion of about a metre and a radian a second.
+/// A motion of about one metre and one radian per second.
 fn motion(amplitude: [f64; 3], axis: [f64; 3]) -> BaseMotion {
     let translation = Harmonic { amplitude, rate: amplitude, frequency: 0.4, ..Harmonic::zero() };
     let angle = Harmonic { amplitude: [0.5], rate: [0.7], frequency: 0.6, phase: 0.3, ..Harmonic::zero() };
@@ -141,7 +141,7 @@ fn motion(amplitude: [f64; 3], axis: [f64; 3]) -> BaseMotion {
     }
 }
 
-/// On bases at rest and on moving ones, which leave the plane or do not.
+/// Rods on fixed and moving bases, with motions in and out of the plane.
 fn rich_rods() -> [Rod; 4] {
     let moving = |rod: Rod, motion| Rod { base_motion: Some(motion), ..rod };
     let rods = [
@@ -176,7 +176,8 @@ fn tangents_agree_with_central_differences() {
     rich_rods().iter().for_each(assert_tangents);
 }
 
-/// Elasticity is that of the rod and of its supports, whatever is on the rod; it has a potential.
+/// The elastic forces are those of the rod and its supports, independent of loads and bodies, and have a
+/// potential.
 #[test]
 fn elastic_forces_are_the_gradient_of_the_elastic_energy() {
     for rod in rich_rods() {
@@ -198,7 +199,7 @@ fn elastic_forces_are_the_gradient_of_the_elastic_energy() {
         assert_close(&forces, &wanted, 1e-8, "force");
         let (mut tangent, mut tau) = (Matrix::zeros(n, n), vec![0.0; n]);
         model.elastic_tangent(&q, &mut tangent);
-        // Symmetric as far as the quadrature integrates the rotation of the tapered, strongly bent rod.
+        // Symmetric up to the quadrature error of the rotation of the tapered, strongly bent rod.
         assert_close(tangent.as_slice(), tangent.transpose().as_slice(), 1e-6, "mirror image");
         let wanted = central_difference([&q, &zero, &zero], 0, |state| {
             model.elastic_forces(state[0], &mut tau);
@@ -238,7 +239,7 @@ fn power_of_the_residual_is_the_rate_of_the_energy() {
     }
 }
 
-/// Everything that two models of one rod compute is the same but for rounding.
+/// Asserts that two models of one rod give the same results up to rounding errors.
 fn assert_same_rod(a: &mut RobotModel, b: &mut RobotModel, phase: f64) {
     let n = a.n();
     let (q, qd, qdd) = (state(n, 1.0, phase), state(n, 2.0, 1.0 + phase), state(n, 10.0, 2.0));
@@ -270,7 +271,7 @@ fn vectors(size: f64) -> impl Strategy<Value = [f64; 3]> {
     prop::array::uniform3(-size..size)
 }
 
-/// Places as fractions of a length that is not known yet.
+/// Random supports, with places as fractions of the rod's length.
 fn supports() -> impl Strategy<Value = Vec<Support>> {
     let coefficients = |size: f64| prop_oneof![Just([0.0; 3]), prop::array::uniform3(0.0..size)];
     let support = (
@@ -299,7 +300,7 @@ fn supports() -> impl Strategy<Value = Vec<Support>> {
     prop::collection::vec(support, 1..4)
 }
 
-/// Fluids of all kinds: each effect is there or is not.
+/// Random fluids: each effect is optional.
 fn fluids() -> impl Strategy<Value = Fluid> {
     let or_zero = |size: f64| prop_oneof![1 => Just(0.0), 2 => 0.0..size];
     let velocity = prop_oneof![1 => Just([0.0; 3]), 2 => vectors(1.0)];
@@ -316,7 +317,7 @@ fn fluids() -> impl Strategy<Value = Fluid> {
     )
 }
 
-/// Rest, and motions along the plane across the normal or not.
+/// Rest, or motions in the plane, across the normal or not.
 fn motions() -> impl Strategy<Value = Option<BaseMotion>> {
     let across = |[x, y, z]: [f64; 3]| {
         let [a, b, c] = NORMAL;
@@ -329,7 +330,8 @@ fn motions() -> impl Strategy<Value = Option<BaseMotion>> {
     ]
 }
 
-/// Rods that stay in a plane and others, in a fluid or not, with supports anywhere, on bases that rest or move.
+/// Random rods, planar and spatial, with or without a fluid, with supports anywhere, on fixed or moving
+/// bases.
 fn rods() -> impl Strategy<Value = Rod> {
     let segment = (
         0.1..0.5,
@@ -421,7 +423,7 @@ fn the_mass_matrix_has_the_added_mass() {
                 assert!((entry - mass[(j, k)]).abs() < rounding, "entry ({j}, {k})");
             }
         }
-        // Twice the kinetic energy, and more than in vacuum.
+        // Twice the kinetic energy; larger than in vacuum.
         let qd = state(n, 1.0, 0.1);
         let kinetic = model.energy(&q, &qd).kinetic;
         let v = nalgebra::DVector::from_column_slice(&qd);

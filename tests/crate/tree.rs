@@ -1,4 +1,4 @@
-//! Matrices of trees and their solves against the dense ones, for random generators and random rods.
+//! Matrices of trees and their solves against dense ones, for random generators and random rods.
 
 use lissom::error::Interrupted;
 use lissom::linalg::{Lu, Matrix, Singular, TreeLu, TreeMatrix};
@@ -20,7 +20,7 @@ fn difference(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()))
 }
 
-/// Numbers in [-1, 1] that look random.
+/// Pseudorandom numbers in [-1, 1].
 fn numbers(seed: u64) -> impl FnMut() -> f64 {
     let mut state = seed;
     move || {
@@ -36,7 +36,7 @@ fn random_chain(sizes: &[usize], ranks: [usize; 2], dominance: f64, seed: u64) -
     random(TreeMatrix::chain(sizes, ranks), dominance, &mut next)
 }
 
-/// A matrix of random entries, of the structure of `tree`.
+/// A matrix of random entries with the structure of `tree`.
 fn random(mut tree: TreeMatrix, dominance: f64, next: &mut impl FnMut() -> f64) -> TreeMatrix {
     let TreeMatrix { blocks, carried, carrying, .. } = &mut tree;
     for part in [&mut carried.rows, &mut carried.columns, &mut carrying.rows, &mut carrying.columns] {
@@ -49,7 +49,7 @@ fn random(mut tree: TreeMatrix, dominance: f64, next: &mut impl FnMut() -> f64) 
     tree
 }
 
-/// A tree of blocks of these sizes with random branches, several places on some of them.
+/// A tree of blocks of these sizes with random branches, some with several places on a block.
 fn random_tree(sizes: &[usize], ranks: [usize; 2], dominance: f64, seed: u64) -> (TreeMatrix, Hanging) {
     let mut next = numbers(seed);
     let mut choose = |n: usize| ((0.5 * (next() + 1.0) * n as f64) as usize).min(n.max(1) - 1);
@@ -66,7 +66,7 @@ fn random_tree(sizes: &[usize], ranks: [usize; 2], dominance: f64, seed: u64) ->
     (random(tree, dominance, &mut numbers(seed ^ 2)), Hanging { hangs_at, places })
 }
 
-/// The place at which each block hangs, and the blocks of the places.
+/// The place to which each block is attached, and the block of each place.
 struct Hanging {
     hangs_at: Vec<Option<usize>>,
     places: Vec<usize>,
@@ -78,7 +78,7 @@ impl Hanging {
         Self { hangs_at, places: (1..blocks).map(|block| block - 1).collect() }
     }
 
-    /// The place of block `a` that block `b` hangs at, directly or not.
+    /// The place on block `a` to which block `b` is attached, directly or through other blocks.
     fn place(&self, a: usize, mut b: usize) -> Option<usize> {
         loop {
             let place = self.hangs_at[b]?;
@@ -90,7 +90,7 @@ impl Hanging {
     }
 }
 
-/// An entry as the definition says it.
+/// An entry according to the definition.
 fn entry_by_definition(tree: &TreeMatrix, hanging: &Hanging, j: usize, k: usize) -> f64 {
     let mut block_of = Vec::new();
     let mut first_of = Vec::new();
@@ -113,7 +113,7 @@ fn entry_by_definition(tree: &TreeMatrix, hanging: &Hanging, j: usize, k: usize)
     0.0
 }
 
-/// Those of robots in space and in the plane, and any.
+/// The ranks of spatial and planar robots, and any others.
 fn ranks() -> impl Strategy<Value = [usize; 2]> {
     let of_robots = [[6, 6], [6, 9], [6, 12], [6, 18], [3, 3], [3, 4], [3, 5], [3, 9]];
     prop_oneof![prop::sample::select(of_robots.to_vec()), prop::array::uniform2(0usize..13)]
@@ -153,7 +153,7 @@ proptest! {
         prop_assert!(difference(&found, &x) < 1e-13, "{:e}", difference(&found, &x));
     }
 
-    /// Without dominance there are large Schur complements and small ones, but also solutions of Newton's kind.
+    /// Without dominance, Schur complements may be large or small.
     #[test]
     fn an_indefinite_matrix_is_solved_or_refused(
         sizes in prop::collection::vec(1usize..7, 2..9), ranks in ranks(), seed: u64,
@@ -175,7 +175,8 @@ proptest! {
     }
 }
 
-/// Rods of any modes, segments without any included, of both kernels, with and without loads, mass and damping.
+/// Random rods with any modes, including segments without modes, of both kernels, with and without loads,
+/// mass and damping.
 fn rods() -> impl Strategy<Value = Rod> {
     let modes = prop_oneof![
         1 => Just([0; 6]),
@@ -204,12 +205,12 @@ fn rods() -> impl Strategy<Value = Rod> {
         })
 }
 
-/// A state of size `scale` that is different in every coordinate.
+/// A state of size `scale` with different values of all coordinates.
 fn state(n: usize, scale: f64, phase: f64) -> Vec<f64> {
     (0..n).map(|i| scale * (1.7 * i as f64 + phase).sin()).collect()
 }
 
-/// The same with loads and bodies anywhere.
+/// The random rods with loads and bodies anywhere.
 fn loaded_rods() -> impl Strategy<Value = Rod> {
     use lissom::body::Body;
     use lissom::load::{Extent, Frame, Load};
@@ -264,7 +265,8 @@ proptest! {
         prop_assert!(difference(found.as_slice(), dense.as_slice()) <= 1e-14 * scale);
     }
 
-    /// The error of both solves grows with the condition of the matrix; that of the chain stays in its order of magnitude.
+    /// The errors of both solves grow with the condition number; the error of the block solve has the same
+    /// order of magnitude.
     #[test]
     fn random_rods_are_solved_as_chains_as_well_as_densely(rod in loaded_rods(), phase in 0.0..6.0) {
         let mut model = RobotModel::with_solve(&(&rod).into(), Solve::Tree).unwrap();
@@ -313,7 +315,7 @@ fn motion(rod: &Rod, solve: Solve, options: &newmark::Options) -> second_order::
         .unwrap()
 }
 
-/// The steps differ by what Newton's method leaves: rounding, with tight tolerances.
+/// The steps differ by the tolerance of Newton's method, here by rounding errors.
 #[test]
 fn motions_agree_with_those_of_the_dense_solve() {
     let options = newmark::Options { rtol: 1e-10.into(), atol: 1e-10.into(), ..newmark::Options::new(5e-3) };
@@ -333,7 +335,8 @@ fn motions_agree_with_those_of_the_dense_solve() {
     }
 }
 
-/// A hundred segments: rounding grows with the condition of the mass matrix in both solves alike.
+/// A hundred segments: in both solves alike, rounding errors grow with the condition number of the mass
+/// matrix.
 #[test]
 fn a_hundred_segments_move_as_the_dense_solve_says() {
     let link = Segment { length: 0.02, ..soft([0, 1, 1, 0, 0, 0]) };
@@ -374,7 +377,7 @@ fn refuses_what_is_singular_or_not_finite(ranks: [usize; 2]) {
     singular.carrying.rows.set_column(3, &good.carrying.rows.column(2).into_owned());
     singular.carried.rows.set_column(3, &good.carried.rows.column(2).into_owned());
     assert_eq!(lu.factorise(&singular), Err(Singular));
-    // Every number that has a place in the matrix.
+    // All stored numbers of the matrix.
     let n = good.n();
     let poisoned = |poison: &dyn Fn(&mut TreeMatrix)| {
         let mut bad = good.clone();
@@ -413,7 +416,7 @@ fn refuses_what_is_singular_or_not_finite(ranks: [usize; 2]) {
             }
         }
     }
-    // Nothing of it is left.
+    // Nothing remains of the failed factorisation.
     assert_eq!(lu.factorise(&good), Ok(()));
     let (mut found, mut fresh) = (vec![1.0; n], vec![1.0; n]);
     lu.solve(&mut found);
@@ -423,7 +426,8 @@ fn refuses_what_is_singular_or_not_finite(ranks: [usize; 2]) {
     assert_eq!(found, fresh);
 }
 
-/// A regular matrix whose last block is singular: what elimination without exchanges between blocks cannot solve is refused.
+/// A regular matrix with a singular last block is rejected, because elimination without exchanges between
+/// blocks cannot solve it.
 #[test]
 fn a_singular_schur_complement_of_a_regular_matrix_is_refused() {
     let mut chain = TreeMatrix::chain(&[1, 1], [1, 1]);
@@ -437,7 +441,7 @@ fn a_singular_schur_complement_of_a_regular_matrix_is_refused() {
     assert_eq!(TreeLu::new(&chain).factorise(&chain), Err(Singular));
 }
 
-/// `a = f` for two coordinates, one block each, whose tangent is `tangent` from t = 0.5 on.
+/// `a = f` for two coordinates with one block each; the tangent is `tangent` from t = 0.5 on.
 struct Two {
     tangent: TreeMatrix,
 }
@@ -508,7 +512,7 @@ fn a_step_with_a_singular_chain_ends_with_a_status_that_says_so() {
     }
 }
 
-/// Differences do not see that a system is a chain: they give the same motion through a dense Jacobian.
+/// Finite differences do not use the structure of a chain; they give the same motion with a dense Jacobian.
 #[test]
 fn differenced_jacobians_of_chains_are_dense() {
     let rod = Rod::new(vec![soft([0, 1, 1, 0, 0, 0]); 3]);
@@ -531,8 +535,9 @@ fn long_rods_are_chains_by_default_and_short_ones_are_not() {
     assert!(short.tree().is_none() && FreeMotion(&mut short.clone()).tree().is_none());
 }
 
-/// What a step costs grows with the number of segments: residual, tangent, factorisation and solution form the same
-/// number of products for every segment more, and a Newmark run needs as many of them.
+/// The cost of a step grows linearly with the number of segments: residual, tangent, factorisation and
+/// solution take the same number of products for each additional segment, and a Newmark run takes the same
+/// number of evaluations.
 #[test]
 fn the_cost_of_a_long_chain_grows_with_its_length() {
     let model = |segments| RobotModel::of_rod(&Rod::new(vec![soft([0, 1, 1, 0, 0, 0]); segments])).unwrap();

@@ -14,7 +14,7 @@ impl Random {
         z ^ (z >> 31)
     }
 
-    /// A number below `end`; zero where there is none.
+    /// A number below `end`; zero if `end` is zero.
     pub(crate) fn below(&mut self, end: usize) -> usize {
         (self.next() % (end.max(1) as u64)) as usize
     }
@@ -24,7 +24,7 @@ impl Random {
     }
 }
 
-/// Changes bytes here and there.
+/// Changes random bytes.
 pub(crate) fn mutate_bytes(random: &mut Random, input: &[u8], other: &[u8]) -> Vec<u8> {
     let mut bytes = input.to_vec();
     for _ in 0..1 + random.below(4) {
@@ -42,7 +42,7 @@ pub(crate) fn mutate_bytes(random: &mut Random, input: &[u8], other: &[u8]) -> V
     bytes
 }
 
-/// What stands where a number or another value was: other types, extremes, sizes.
+/// A replacement of a value: other types, extremes, sizes.
 fn value(random: &mut Random) -> String {
     const VALUES: [&str; 22] = [
         "true",
@@ -79,7 +79,8 @@ fn value(random: &mut Random) -> String {
     }
 }
 
-/// Changes a scene line by line: values, lines twice, away, from another scene, tables in tables, many of them.
+/// Changes a scene line by line: replaces values, repeats and removes lines, inserts lines of another scene,
+/// and nests or repeats tables.
 pub(crate) fn mutate_scene(random: &mut Random, input: &[u8], other: &[u8]) -> Vec<u8> {
     if random.below(5) == 0 {
         return mutate_bytes(random, input, other);
@@ -99,7 +100,7 @@ pub(crate) fn mutate_scene(random: &mut Random, input: &[u8], other: &[u8]) -> V
                 }
             }
             6 => {
-                // One number of a line.
+                // Changes one number of a line.
                 if let Some(line) = lines.iter_mut().skip(at).find(|line| line.contains(['[', '='])) {
                     let starts: Vec<usize> = line
                         .char_indices()

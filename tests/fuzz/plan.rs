@@ -1,4 +1,4 @@
-//! Any rod: it is refused, or it compiles, can be evaluated, and what is called a success is finite.
+//! Any rod is rejected, or it compiles and can be evaluated, and results reported as successes are finite.
 
 use lissom::actuator::{ActiveStrain, Actuator, Along, Chamber, Drive, Part, Tendon, Via};
 use lissom::body::Body;
@@ -18,19 +18,19 @@ use lissom::{newmark, statics};
 
 use super::source::Source;
 
-/// The last byte of an input whose rod has actuators.
+/// Last byte of an input whose rod has actuators.
 const ACTUATED: u8 = b'a';
 
-/// Larger rods are compiled, but not moved: that would take their time, not find more.
+/// Larger rods are compiled but not simulated, which would take time without finding more.
 const MOVED: usize = 24;
 const NODES: usize = 80;
 
-/// Steps and iterations of a search.
+/// Number of steps, and of iterations of a search.
 const WORK: usize = 20;
 
-/// Does what a user would do with a rod. Panics where anything is wrong; says what came of it.
+/// Uses a rod as a user would. Panics if anything is wrong; returns a description of the outcome.
 pub(crate) fn fuzz_plan(bytes: &[u8]) -> String {
-    // Only where the last byte says so are there actuators: other inputs mean what they have always meant.
+    // Actuators only if the last byte requests them, so that older inputs keep their meaning.
     let (bytes, has_actuators) = match bytes {
         [rest @ .., ACTUATED] => (rest, true),
         _ => (bytes, false),
@@ -90,7 +90,7 @@ pub(crate) fn fuzz_plan(bytes: &[u8]) -> String {
     outcome.join(" ")
 }
 
-/// The place of a problem, whatever its number.
+/// The place of a problem without its indices.
 fn kind(place: &str) -> String {
     place.chars().filter(|c| !c.is_ascii_digit()).collect()
 }
@@ -177,7 +177,7 @@ fn segment(source: &mut Source<'_>) -> Segment {
     let basis = Basis::ALL[source.below(Basis::ALL.len())];
     let number = 2 * (1 + source.below(2));
     let modes = std::array::from_fn(|strain| match source.byte() {
-        // Bends are what most rods have.
+        // Most rods have bending.
         0..=99 if strain == 1 => number,
         0..=149 => 0,
         150..=249 => number,
@@ -213,7 +213,7 @@ fn segment(source: &mut Source<'_>) -> Segment {
     }
 }
 
-/// Constant, linear, a table, or a polynomial; constant where what was drawn is none.
+/// A constant, linear, tabulated or polynomial profile; constant if the drawn one is invalid.
 fn profile<const N: usize>(
     source: &mut Source<'_>,
     usual: [f64; N],

@@ -1,4 +1,5 @@
-//! Any bytes for a scene file: they are refused with a message, or they are a scene whose every number the simulator accepts.
+//! Any bytes of a scene file are rejected with a message, or give a scene of which the simulator accepts
+//! every number.
 
 use lissom::robot::RobotModel;
 use lissom::scene::{Model, NoImports, Scene};
@@ -9,7 +10,8 @@ const LONGEST_MESSAGE: usize = 1_000_000;
 /// Larger rods are read, but not compiled.
 const COMPILED: usize = 200;
 
-/// Does what `lissom check` would do with a file. Panics where anything is wrong; says what came of it.
+/// Does the same as `lissom check` with a file. Panics if anything is wrong; returns a description of the
+/// outcome.
 pub(crate) fn fuzz_scene(bytes: &[u8]) -> String {
     let scene = match Scene::from_bytes(bytes, "fuzz.toml", &mut NoImports) {
         Ok(scene) => scene,

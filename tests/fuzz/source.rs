@@ -1,7 +1,7 @@
-//! Structured values out of bytes, as the crate `arbitrary` makes them: every input means something, and a small change of the bytes a small
-//! change of the meaning. Bytes that are missing are zero, which means the simplest choice.
+//! Structured values from bytes, as in the crate `arbitrary`: every input has a meaning, and a small change
+//! of the bytes is a small change of the meaning. Missing bytes are zero, which selects the simplest choice.
 
-/// Numbers at which formulas break.
+/// Critical numbers for formulas.
 pub(crate) const EXTREMES: [f64; 28] = [
     0.0,
     -0.0,
@@ -33,7 +33,7 @@ pub(crate) const EXTREMES: [f64; 28] = [
     1.0 + f64::EPSILON,
 ];
 
-/// The bytes that are left.
+/// The remaining bytes.
 #[derive(Debug)]
 pub(crate) struct Source<'a>(pub(crate) &'a [u8]);
 
@@ -54,12 +54,12 @@ impl Source<'_> {
         if end > 256 { (256 * number + usize::from(self.byte())) % end } else { number % end }
     }
 
-    /// True once in so many times.
+    /// True with a probability of 1 / `times`.
     pub(crate) fn one_in(&mut self, times: usize) -> bool {
         self.below(times) == times - 1
     }
 
-    /// The usual number, or rarely any other.
+    /// Mostly the usual number, rarely another.
     pub(crate) fn near(&mut self, usual: f64) -> f64 {
         match self.byte() {
             0..=199 => usual,
@@ -70,22 +70,22 @@ impl Source<'_> {
         }
     }
 
-    /// So many numbers, mostly zero.
+    /// N numbers, mostly zero.
     pub(crate) fn zeros<const N: usize>(&mut self) -> [f64; N] {
         std::array::from_fn(|_| if self.one_in(4) { self.near(0.1) } else { 0.0 })
     }
 
-    /// The numbers, or rarely others.
+    /// Mostly the usual numbers, rarely others.
     pub(crate) fn like<const N: usize>(&mut self, usual: [f64; N]) -> [f64; N] {
         usual.map(|number| self.near(number))
     }
 
-    /// Something, or nothing.
+    /// Something with a probability of 1 / `times`, else nothing.
     pub(crate) fn maybe<T>(&mut self, times: usize, make: impl FnOnce(&mut Self) -> T) -> Option<T> {
         if self.one_in(times) { Some(make(self)) } else { None }
     }
 
-    /// Up to `most` things, mostly few.
+    /// Up to `most` items, usually few.
     pub(crate) fn some<T>(&mut self, most: usize, mut make: impl FnMut(&mut Self) -> T) -> Vec<T> {
         let number = self.below(most + 1).min(self.below(most + 1));
         (0..number).map(|_| make(self)).collect()

@@ -5,14 +5,14 @@ import signal
 
 from hypothesis import settings
 
-# Compiled code makes the first example slow, hence no deadline. Continuous integration must be repeatable.
+# No deadline, because compilation makes the first example slow. Continuous integration must be repeatable.
 settings.register_profile("lissom", deadline=None, max_examples=50, derandomize="CI" in os.environ)
 settings.load_profile("lissom")
 
 
 def pytest_configure(config):
-    """Lets Ctrl-C through, and names the marks of SciPy's tests that test_scipy_ivp.py runs."""
-    # Shells let jobs in the background ignore Ctrl-C, and Python follows them.
+    """Enables Ctrl-C, and registers the marks of SciPy's tests that test_scipy_ivp.py runs."""
+    # Shells let background jobs ignore Ctrl-C, and Python inherits this.
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)
     for mark in ("thread_unsafe", "fail_slow", "slow"):

@@ -1,8 +1,8 @@
-"""How many of 69 starts each root finder solves: 23 problems from 1, 10 and 100 times their start.
+"""Number of 69 starts solved by each root finder: 23 problems from 1, 10 and 100 times their start.
 
 `python tests/python/robustness.py` reruns everything and rewrites the table and the data in docs/.
-A start counts as solved when the largest absolute residual at the x that was returned is at most 1e-6,
-whatever the solver says; what it says is checked against that.
+A start counts as solved if the largest absolute residual at the returned x is at most 1e-6, independent of
+the solver's status, which is compared with it.
 """
 
 import json
@@ -20,7 +20,7 @@ METHODS = ("newton", "line_search", "trust_region")
 JACOBIANS = ("analytic", "forward", "central")
 SCIPY = (("hybr", "analytic"), ("hybr", "forward"), ("lm", "analytic"), ("lm", "forward"))
 LIMITS = (1e-6, 1e-4)
-# SciPy's own limits are a few hundred evaluations; this one lets it work as long as lissom may.
+# SciPy's own limits are a few hundred evaluations; this limit corresponds to that of lissom.
 SCIPY_EVALUATIONS = 20_000
 DOCS = Path(__file__).parents[2] / "docs"
 
@@ -82,7 +82,7 @@ def solved(outcome, limit=LIMITS[0]):
 
 
 def run():
-    """Everything: {solver: {(problem number, factor): outcome}}."""
+    """All results: {solver: {(problem number, factor): outcome}}."""
     starts = [(number, factor) for number in range(1, len(PROBLEMS) + 1) for factor in FACTORS]
     table = {}
     for method in METHODS:
@@ -158,7 +158,7 @@ def main():
     table = run()
     DOCS.mkdir(exist_ok=True)
     (DOCS / "robustness.md").write_text(markdown(table))
-    # One line per start, so that changes can be read.
+    # One line per start, so that changes are readable.
     solvers = []
     for solver, outcomes in table.items():
         lines = [f'"{number} x {factor}": {json.dumps(o)}' for (number, factor), o in outcomes.items()]

@@ -1,6 +1,6 @@
-"""Rods to test with: each built twice from the same arguments, by lissom and by the NumPy reference.
+"""Test rods: each built twice from the same arguments, by lissom and by the NumPy reference.
 
-A section is a pair, the name of what makes it and its arguments.
+A section is a pair, the name of its constructor and its arguments.
 """
 
 import numpy as np
@@ -34,7 +34,7 @@ def drift(t):
 
 
 def turn(t):
-    """A rotation vector that changes its direction."""
+    """A rotation vector with changing direction."""
     return np.array([0.5 * np.sin(t), 0.8 * t, 0.3 * np.cos(2 * t)])
 
 
@@ -43,7 +43,7 @@ def quaternion(t):
 
 
 def assert_tangents_agree_with_differences(rod, state):
-    """The three tangents of a state, shape (3, n), against central differences of the forces."""
+    """Compares the three tangents at a state, shape (3, n), with central differences of the forces."""
     for which, exact in enumerate(rod.tangent(*state)):
         for k in range(rod.n):
             change = np.zeros_like(state)
@@ -75,7 +75,7 @@ class Case:
 
 
 def with_section(segment, package):
-    """The arguments of a segment with its section made by this package."""
+    """The arguments of a segment, with its section created by this package."""
     if "section" not in segment:
         return segment
     shape, parameters = segment["section"]
@@ -93,7 +93,7 @@ def coordinate_scale(segment):
 
 
 def rich_segments():
-    """Three segments that use everything there is."""
+    """Three segments with all features."""
     return [
         {
             "length": 0.4,
@@ -125,14 +125,14 @@ def rich_segments():
     ]
 
 
-#: A stiffness with every coupling there is, for rods of some centimetres of rubber.
+#: A stiffness with all couplings, for rods of some centimetres of rubber.
 COUPLED = np.diag([0.02, 0.05, 0.03, 300.0, 90.0, 110.0]) + 0.1 * np.outer(
     *[np.sqrt([0.02, 0.05, 0.03, 300.0, 90.0, 110.0])] * 2
 )
 
 
 def mixed_segments():
-    """One segment of each section that is no circle, with all strains."""
+    """One segment for each noncircular section, with all strains."""
     every = {"torsion": 1, "bend_y": 2, "bend_z": 2, "stretch": 1, "shear_y": 1, "shear_z": 1}
     rubber = {"young_modulus": 3e5, "shear_modulus": 1.1e5, "density": 1100.0, "modes": every}
     heavy = {"inertia": [(2e-4, 1e-5, 2e-5), (1e-5, 1.5e-4, -3e-5), (2e-5, -3e-5, 1e-4)], "mass": 0.7}
@@ -161,7 +161,7 @@ def mixed_segments():
 
 
 def rich_loads():
-    """Every kind of load, on segments and where they meet."""
+    """Every kind of load, on segments and at their interfaces."""
     return [
         {"force": (0.1, -0.2, 0.1), "moment": (0.004, 0.002, -0.003), "frame": "body"},
         {"force": (0.2, 0.3, -0.4), "moment": (0.01, -0.02, 0.03), "at": 0.25},
@@ -197,7 +197,7 @@ def rich_rod(**changes):
 
 
 def random_states(case, seed, size=0.3):
-    """q, qd, qdd of one case: strains of about `size`, rates of up to some radians per second."""
+    """q, qd, qdd of a case: strains of about `size`, rates of up to some radians per second."""
     return size * case.coordinate_scale * np.random.default_rng(seed).standard_normal((3, case.lissom.n))
 
 
@@ -267,7 +267,7 @@ def random_loads(draw, length):
 
 @st.composite
 def random_bodies(draw, length):
-    """A point or a body with everything, anywhere."""
+    """A point mass or a general body at any place."""
     place = st.floats(0.05, 0.95).map(lambda x: x * length)
     body = {"mass": draw(st.floats(0.01, 0.5)), "at": draw(st.none() | place)}
     if draw(st.booleans()):
@@ -278,7 +278,7 @@ def random_bodies(draw, length):
 
 @st.composite
 def random_rods(draw):
-    """A rod of one to three random segments with at least one coordinate, anywhere, with all loads."""
+    """A rod of one to three random segments with at least one coordinate, with any pose and all loads."""
     segments = draw(st.lists(random_segments(), min_size=1, max_size=3))
     if not any(number for segment in segments for number in segment["modes"].values()):
         segments[-1]["modes"] = {"bend_y": 1}

@@ -1,4 +1,4 @@
-"""Accuracy on request: what was asked for is reached, and what is said about the errors is true."""
+"""Requested accuracy: requests are satisfied, and error estimates are correct."""
 
 import sys
 from pathlib import Path
@@ -14,12 +14,12 @@ from accuracy import honesty  # noqa: E402
 
 SCENES = ROOT / "scenes"
 
-# Of each family, of those that the script tries.
+# Number of cases of each family, out of those of the script.
 HONEST_CASES = 6
 
-# How far space errors beyond what was asked may be above true ones within it.
+# Maximum ratio of claimed to true space error if only the true one satisfies the request.
 ALARMED = 5
-# How far claims may be above the truth, so that they still say something.
+# Maximum ratio of a claimed error to the true one, so that claims remain meaningful.
 OVERSTATED = 100
 HANGING = (0.5**0.5, 0.0, 0.5**0.5, 0.0)
 STEP = 0.02
@@ -46,7 +46,7 @@ def tentacle():
 
 PIECEWISE = lissom.Segment(1.0, 0.01, 1e6, 4e5, 1e3, {"bend_y": 4}, basis="piecewise_constant")
 
-# Models, durations, initial coordinates, and the tightest request: what the time that a test may take allows.
+# Models, durations, initial coordinates, and the tightest request that a test has time for.
 GALLERY = {
     "lab horizontal": (wire, 3.0, None, 1e-8),
     "lab hanging": (lambda: wire(base_orientation=HANGING), 3.0, None, 1e-8),
@@ -82,7 +82,7 @@ def test_the_time_error_is_what_was_asked_for_and_what_is_said(name):
         assert found.success, found.message
         assert found.stats.time_error <= tolerance
         if error > 1e-2 * tightest:  # what the reference leaves
-            # A bound, of which no more is said than that it is one.
+            # An upper bound, not an estimate.
             assert error < found.stats.time_error < OVERSTATED * error
 
 
@@ -118,7 +118,7 @@ def test_nodes_are_added_where_the_accuracy_needs_them():
     assert found.success
     assert "as many nodes as by default" in found.message
     assert found.model.nodes[0] > rod.nodes[0]
-    # More of them than that change nothing.
+    # More modes than these change nothing.
     many = lissom.Rod([lissom.Segment(1.0, 0.02, 1e4, 4e3, 1e3, jelly.modes, 1e-3, nodes=96)])
     exact = lissom.simulate(many, 2.0, method="radau", rtol=1e-8, atol=1e-8, dt=STEP)
     assert distance(found.model, found, exact, many) < 3e-2
@@ -158,7 +158,7 @@ def test_modes_are_chosen_to_an_accuracy(tolerance):
     found = lissom.simulate(rod, 0.5, method="auto", rtol=tolerance, dt=STEP)
     exact = lissom.simulate(exact_rod, 0.5, method="auto", rtol=1e-2 * tolerance, dt=STEP)
     assert distance(rod, found, exact, exact_rod) < 3 * tolerance
-    # No fewer would do: without the last mode of bending the tip is elsewhere.
+    # The number is minimal: without the last mode of bending the tip is elsewhere.
     fewer = lissom.Segment(1.0, 0.02, 5e6, 5e6 / 3, 1000.0, {"bend_y": 1}, retardation_time=1e-2)
     poor = lissom.simulate(lissom.Rod([fewer]), 0.5, method="auto", rtol=tolerance, dt=STEP)
     assert distance(poor.model, poor, exact, exact_rod) > 3 * tolerance
@@ -189,7 +189,7 @@ def test_choices_of_modes_that_make_no_sense_are_refused(problem, options):
 
 
 def test_no_choice_of_modes_says_why():
-    # Weight a thousand times what the rod can carry: it curls up beyond what the nodes resolve.
+    # The weight is a thousand times what the rod can carry: it curls up more than the nodes can resolve.
     soft = lissom.Segment(1.0, 0.001, 1.0, 0.4, 1000.0, {})
     with pytest.raises(lissom.LissomError, match="No modes were chosen, because a trial failed"):
         lissom.choose_modes(lissom.Rod([soft]), 1.0, rtol=0.1)
@@ -318,7 +318,7 @@ def undamped_wire():
 
 
 def shaken_beam():
-    """At its first resonance, hardly damped."""
+    """Excited at its first resonance, with weak damping."""
     beam = lissom.Segment(0.5, 5e-3, 70e9, 26e9, 2700.0, {"bend_y": 2}, retardation_time=1e-6)
     frequency = natural_frequency(lissom.Rod([beam]))
     shaken = lissom.BaseMotion(translation=lissom.Harmonic([0.0, 0.0, 1e-4], frequency))
@@ -326,27 +326,27 @@ def shaken_beam():
 
 
 def pin():
-    """Of steel, loaded suddenly."""
+    """A steel pin under a sudden load."""
     pin = lissom.Segment(0.05, 2e-3, 210e9, 80e9, 7800.0, {"bend_y": 2})
     load = lissom.Load(force=([1e-2, 1.001e-2], [[0.0, 0.0, 0.0], [0.0, 0.0, 250.0]]))
     return lissom.Rod([pin], loads=[load])
 
 
 def struck():
-    """By a pulse that is a function of time, late and short."""
+    """Excited by a pulse that is a function of time, late and short."""
     beam = lissom.Segment(0.5, 5e-3, 70e9, 26e9, 2700.0, {"bend_y": 2}, retardation_time=1e-6)
     pulse = lissom.Load(force=lambda t: [0.0, 0.0, 60.0 if 0.7 < t < 0.71 else 0.0])
     return lissom.Rod([beam], loads=[pulse])
 
 
 def natural_frequency(rod):
-    """The first, in hertz."""
+    """The first natural frequency in hertz."""
     rest = np.zeros(rod.n)
     stiffness, _, mass = rod.tangent(rest, rest, rest)
     return np.sqrt(np.linalg.eigvals(np.linalg.solve(mass, stiffness)).real.min()) / (2 * np.pi)
 
 
-# Motions that steps which are too long bring to rest, or do not see at all: rods, durations, requests.
+# Motions that too long steps damp out or miss: rods, durations, requests.
 FOLLOWED = {
     "undamped wire": (undamped_wire, 100.0, 1e-2),
     "undamped wire for long": (undamped_wire, 300.0, 1e-2),
@@ -428,7 +428,7 @@ def test_an_unknown_space_error_is_no_secret():
 
 
 def test_nodes_that_change_nothing_are_not_added():
-    # Too few modes, and nodes enough for those.
+    # Too few modes, with enough nodes for these.
     segment = lissom.Segment(1.0, 0.01, 5e6, 5e6 / 3, 1000.0, {"bend_y": 2}, retardation_time=1e-4)
     found = lissom.simulate(lissom.Rod([segment]), 1.0, method="auto", rtol=1e-3, dt=STEP)
     assert found.stats.space_error > 1e-3
@@ -456,7 +456,7 @@ def test_errors_of_steps_that_multiply_are_not_taken_for_those_of_nodes():
 
 @pytest.mark.parametrize("links", [1, 2])
 def test_joints_do_not_hide_what_rods_lack(links):
-    """Coordinates of joints stand between those of modes; a copy beside a rod does not change its error."""
+    """Coordinates of joints lie between those of modes; a copy beside a rod does not change its error."""
     modes = {"bend_y": 3, "shear_z": 1}
     segment = lissom.Segment(
         0.2, 0.01, 3e5, poisson_ratio=0.5, density=1000, modes=modes, retardation_time=0.01

@@ -1,4 +1,4 @@
-"""`actuate`: there and back, closed forms, the least inputs, limits, what cannot be reached, refusals."""
+"""`actuate`: inverse of `statics`, closed forms, minimal inputs, limits, unreachable targets, errors."""
 
 import copy
 import pickle
@@ -27,7 +27,7 @@ def finger(actuators, modes=None, **more):
 
 
 def three(default=1.0, **more):
-    """Three tendons around a rod under its weight."""
+    """Three tendons around a rod with weight."""
     return finger(
         [tendon(name, 2 * np.pi * k / 3, default) for k, name in enumerate("abc")],
         gravity=(0, 0, -9.81),
@@ -43,7 +43,7 @@ def six(default=1.0):
 
 
 def planar():
-    """Two tendons that pull against each other."""
+    """Two antagonistic tendons."""
     return finger([tendon("up", np.pi / 2, 5.0), tendon("down", -np.pi / 2, 3.0)], {"bend_y": 3})
 
 
@@ -52,7 +52,7 @@ def height(z):
 
 
 def raised(tension):
-    """How high a tendon bends the tip: an arc."""
+    """Height of the tip of the arc to which a tendon bends the rod."""
     curvature = tension * OFFSET / STIFFNESS
     return (1 - np.cos(curvature * LENGTH)) / curvature
 
@@ -83,7 +83,7 @@ def test_there_and_back(seed):
         reached = robot.pose(found.q)
         assert_allclose(reached[:3, 3], wanted[:3, 3], atol=2e-9 * LENGTH)
         assert_allclose(reached[:3, :3], wanted[:3, :3], atol=2e-9)
-        # Those that are known to do the same are not less.
+        # Inputs known to have the same effect are not smaller.
         assert np.linalg.norm(found.u) <= np.linalg.norm(u) * (1 + 1e-6)
 
 
@@ -127,7 +127,7 @@ def test_of_antagonists_only_one_pulls():
     found = lissom.actuate(planar(), height(raised(2.0)))
     assert found.status == "reached"
     assert_allclose(found.u, [2.0, 0.0], atol=1e-6)
-    # What may not be let go of pulls as little as it may.
+    # A tendon that must not be slack pulls with its minimum tension.
     found = lissom.actuate(planar(), height(raised(2.0)), limits={"down": (0.5, 4.0)})
     assert found.status == "reached"
     assert_allclose(found.u, [2.5, 0.5], atol=1e-6)
@@ -189,7 +189,7 @@ def test_limits_are_named():
     assert_allclose(found.u, [2.0], atol=0)
     assert "'up' is held back" in found.message
     assert_allclose(found.position_error, raised(4.0) - raised(2.0), rtol=1e-9)
-    # A tendon does not push.
+    # A tendon cannot push.
     below = lissom.actuate(rod, height(-0.01))
     assert (below.status, below.at_limits) == ("at_limits", ["up"])
     assert_allclose(below.u, [0.0], atol=0)
@@ -215,7 +215,7 @@ def test_out_of_reach_it_comes_nearest():
 
 
 def arm():
-    """A hinge about -y with a motor: torque = m g l cos(angle) holds it, and no more than m g l."""
+    """A hinge about -y with a motor: the torque m g l cos(angle) holds it, at most m g l."""
     body = lissom.Body(2.0, centre=(0.5, 0, 0), inertia=(0.1, 0.1, 0.1))
     link = lissom.Link("arm", body=body, joint=lissom.Revolute((0, -1, 0)))
     hand = lissom.Link("hand", parent="arm", position=(1.0, 0, 0))
@@ -263,7 +263,7 @@ def test_loads_are_those_of_their_time():
 
 
 def test_without_an_equilibrium_to_begin_with():
-    # Pressed by more than E A.
+    # Compressed by more than E A.
     robot = finger([tendon("up", np.pi / 2, 1.0)], {"stretch": 2}, tip_force=(-3e4, 0, 0))
     found = lissom.actuate(robot, height(0.05))
     assert found.status == "no_start"

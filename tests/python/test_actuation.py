@@ -1,4 +1,4 @@
-"""Actuators of `lissom` against the NumPy reference, which shares no formula with them."""
+"""Actuators of `lissom` compared with the NumPy reference, which shares no formula with them."""
 
 import numpy as np
 import pytest
@@ -14,7 +14,7 @@ from reference.robot import build
 # Shrinking would take minutes.
 few = settings(max_examples=5, phases=[Phase.generate])
 RUBBER = {"length": 0.2, "radius": 0.012, "young_modulus": 1e5, "shear_modulus": 4e4, "density": 1000.0}
-#: Two rods in a plane: tendons may still lie beside it.
+#: Two planar rods; tendons may lie beside the plane.
 PLANAR = {
     "links": [
         {"name": "arm", "rod": [RUBBER | {"modes": {"bend_y": 2, "stretch": 1, "shear_z": 1}}] * 2},
@@ -26,7 +26,7 @@ PLANAR = {
         },
     ]
 }
-#: So many coordinates that the tree of links is solved link by link.
+#: Enough coordinates that the tree of links is solved link by link.
 LONG = {
     "links": [
         {"name": "arm", "rod": [RUBBER | {"modes": {"torsion": 1, "bend_y": 2, "bend_z": 2}}] * 4},
@@ -45,12 +45,12 @@ KINDS = {
     "others": random_others,
 }
 kinds = pytest.mark.parametrize("drawn", KINDS.values(), ids=KINDS)
-#: Of friction: the rate at which a tendon turns has kinks, which quadrature does not see.
+#: Tolerance with friction: the rotation rate of a tendon has kinks, which quadrature does not resolve.
 LOOSE = 1e-4
 
 
 def with_actuators(description, actuators, nodes=32):
-    """The robot by `lissom`, with so many nodes that its rods are exact to rounding."""
+    """The robot in `lissom`, with enough nodes that its rods are exact to rounding."""
     links = [
         link | {"rod": [segment | {"nodes": nodes} for segment in link["rod"]]} if "rod" in link else link
         for link in description["links"]
@@ -60,7 +60,7 @@ def with_actuators(description, actuators, nodes=32):
 
 
 def assert_close(actual, desired, tolerance=1e-9, least=1e-6):
-    """Relative to the largest value, or to `least`: entries may vanish."""
+    """Compares relative to the largest value, or to `least`, because entries may vanish."""
     assert_allclose(actual, desired, rtol=0, atol=tolerance * max(least, np.abs(desired).max(initial=0)))
 
 
@@ -74,7 +74,7 @@ def assert_forces_agree(description, seed, drawn):
         force = with_actuators(description, [each]).inverse_dynamics(q, v, a) - without
         expected = actuated.force(actuator, v)
         tolerance = LOOSE if getattr(actuator, "friction", 0) > 0 else 1e-8
-        # Differences of all forces are known to some hundred times the rounding of these.
+        # Differences of all forces have an error of some hundred times the rounding errors of these.
         scale = max(np.abs(expected).max(), 1e-5 * np.abs(without).max(), 1e-5)
         assert_allclose(force, expected, rtol=0, atol=tolerance * scale, err_msg=str(each))
 
@@ -115,8 +115,8 @@ def test_lengths_volumes_and_gradients_are_those_of_the_reference(drawn, descrip
         else:
             continue
         assert_allclose(robot.actuator_length(own.name, q), value, rtol=1e-9, atol=1e-15)
-        # Lengths between points of one link do not change, nor do volumes along what cannot deform: the
-        # reference knows that to rounding of a metre, and of the volume.
+        # Lengths between points of one link do not change, nor do volumes along rigid parts; the reference
+        # computes them with the rounding error of a metre, and of the volume.
         least = {Tendon: 1e-3, Chamber: abs(value)}.get(type(actuator), 0.0)
         assert_close(robot.actuator_gradient(own.name, q), gradient, least=least)
         assert_close(robot.actuator_rate(own.name, q, v), gradient @ v, least=least)
@@ -144,7 +144,7 @@ def test_tangents_with_actuators_are_the_derivatives(drawn, description, seed):
 
 @kinds
 def test_long_chains_move_alike_link_by_link_and_with_all_entries(drawn):
-    """Newmark's steps are solved link by link, those of Radau with all entries of the matrix."""
+    """Newmark steps are solved link by link, those of Radau with the full matrix."""
     robot = with_actuators(LONG, drawn(1, LONG["links"]), nodes=8)
     tips = []
     for options in ({"dt": 2e-4}, {"method": "radau", "rtol": 1e-7, "atol": 1e-7, "dt": 0.01}):
@@ -158,7 +158,7 @@ def test_long_chains_move_alike_link_by_link_and_with_all_entries(drawn):
 
 @pytest.mark.parametrize("kind", [Tendon, Chamber, ActiveStrain])
 def test_actuators_do_not_see_how_a_rod_is_divided(kind):
-    """One segment, or the same rod in two: the power for a motion that both have."""
+    """One segment, or the same rod in two: the power is the same for a common motion."""
     rubber = {"young_modulus": 1e5, "shear_modulus": 4e4, "density": 1000.0, "nodes": 24}
     modes = {"torsion": 1, "bend_y": 1, "bend_z": 1, "stretch": 1}
     strains = np.array([0.8, 1.5, -2.0, 0.05])

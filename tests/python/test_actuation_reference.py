@@ -1,4 +1,4 @@
-"""The NumPy references of actuators against closed forms, differences, and published robots."""
+"""The NumPy references of actuators compared with closed forms, differences, and published robots."""
 
 import numpy as np
 import pytest
@@ -52,7 +52,7 @@ def test_length_of_a_helix_on_a_twisted_rod():
     tendon = Tendon("t", [Along("rod", offset)], tension=1.0, friction=0.3, sliding=1.0)
     speed = np.hypot(STRETCH, D * (pitch + twist))
     assert_allclose(actuated.length(tendon), L * speed, rtol=1e-12)
-    # A helix turns its tangent by D (pitch + twist)^2 / speed of every length.
+    # A helix turns its tangent by D (pitch + twist)^2 / speed per unit length.
     turned = sum(part.turned[-1] for part in actuated.parts(tendon.path))
     assert_allclose(turned, L * D * (pitch + twist) ** 2 / speed, rtol=1e-9)
 
@@ -73,7 +73,7 @@ def test_volume_of_a_bent_chamber():
 
 
 def test_active_strain_of_a_uniform_rod():
-    """The rod is at rest where its own strain is the active one."""
+    """The rod is in equilibrium where its strain equals the active strain."""
     actuated = bent()
     EI = np.pi * 0.01**4 / 4 * 1e5
     force = actuated.force(ActiveStrain("rod", "bend_y", 1.0, KAPPA), np.zeros(2))
@@ -113,7 +113,7 @@ def test_gradients_are_differences_of_lengths_and_volumes(description, seed):
         lengths = [actuated.length(each) for each in tendons]
         return np.array(lengths + [actuated.volume_and_gradient(each)[0] / each.area for each in chambers])
 
-    # Fourth order.
+    # Fourth-order differences.
     difference = (8 * (along(step) - along(-step)) - along(2 * step) + along(-2 * step)) / (12 * step)
     actuated = Actuated(robot, q)
     gradients = [actuated.length_gradient(each) for each in tendons]
@@ -124,7 +124,7 @@ def test_gradients_are_differences_of_lengths_and_volumes(description, seed):
 
 @pytest.mark.parametrize("seed", range(3))
 def test_work_of_friction_is_lost(seed):
-    """What a sliding tendon's end gives is at least what the robot gets, in either direction."""
+    """The end of a sliding tendon does at least as much work as the robot receives, in either direction."""
     rng = np.random.default_rng(seed)
     actuated = bent()
     tendon = Tendon("t", [Along("rod", (0.0, -D))], tension=1.0, friction=0.5, friction_velocity=1e-9)

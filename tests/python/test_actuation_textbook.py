@@ -1,7 +1,7 @@
-"""Actuated rods against closed forms and published robots.
+"""Actuated rods compared with closed forms and published robots.
 
-Sources: `reference.tendon_rod`; constant curvature and the capstan by hand (T' = -mu kappa T on a planar rod
-with a parallel tendon gives kappa = k0 / (1 + mu k0 s), k0 = T0 d / EI).
+Sources: `reference.tendon_rod`; constant curvature and the capstan equation by hand (T' = -mu kappa T on a
+planar rod with a parallel tendon gives kappa = k0 / (1 + mu k0 s), k0 = T0 d / EI).
 """
 
 import numpy as np
@@ -52,7 +52,7 @@ def along(y, z):
 @pytest.mark.parametrize("basis", BASES)
 @pytest.mark.parametrize("tension", [1.0, 15.0, 60.0])
 def test_parallel_tendon_bends_to_an_arc(tension, basis):
-    """kappa = T d / EI, stretch 1 - T / EA, at any tension, in any basis that has the constant."""
+    """kappa = T d / EI, stretch 1 - T / EA, for any tension, in any basis that contains constants."""
     tendon = lissom.Tendon("t", along(0.0, -D), tension=tension)
     robot = till({"bend_y": 1, "stretch": 1}, [tendon], basis=basis, **NO_GRAVITY)
     q = settled(robot)
@@ -66,7 +66,7 @@ def test_parallel_tendon_bends_to_an_arc(tension, basis):
 
 
 def test_numbers_of_a_parallel_tendon():
-    """The same with 15 N, as numbers that another code gives."""
+    """The same rod with 15 N, as numbers for comparison with other codes."""
     robot = till(
         {"bend_y": 4, "stretch": 2}, [lissom.Tendon("t", along(0.0, -D), tension=15.0)], **NO_GRAVITY
     )
@@ -80,7 +80,7 @@ def test_numbers_of_a_parallel_tendon():
 
 @pytest.mark.parametrize("angle", [0.3, 2.0, 4.5])
 def test_rod_bends_towards_its_tendon(angle):
-    """The moment of the tension about the axis is d x T, wherever around it the tendon is."""
+    """The moment of the tension about the axis is d x T, for any position of the tendon around it."""
     y, z = D * np.cos(angle), D * np.sin(angle)
     robot = till({"bend_y": 1, "bend_z": 1}, [lissom.Tendon("t", along(y, z), tension=9.0)], **NO_GRAVITY)
     assert_allclose(settled(robot), 9.0 / EI * np.array([-z, y]), rtol=1e-10)
@@ -100,7 +100,7 @@ def test_tendons_around_a_rod_only_compress_it(count):
 
 
 def test_a_rod_is_a_link_of_its_own():
-    """The same by `Rod`, whose links need no name."""
+    """The same result with `Rod`, where no link is named."""
     segment = lissom.Segment(L, RADIUS, E, G, RHO, {"bend_y": 1})
     tendon = lissom.Tendon("t", [lissom.Along(None, (0.0, -D))], tension=15.0)
     rod = lissom.Rod([segment], actuators=[tendon], **NO_GRAVITY)
@@ -108,7 +108,7 @@ def test_a_rod_is_a_link_of_its_own():
 
 
 def test_converging_tendon_bends_less_towards_the_tip():
-    """No force across the rod but where it ends: EI kappa = T d(X), for a slope d' that is small."""
+    """The transverse force acts only at the tendon's end: EI kappa = T d(X), for a small slope d'."""
     T, ends = 1e-3, (D, 0.2 * D)
     tendon = lissom.Tendon("t", [lissom.Along("rod", (0.0, (-ends[0], -ends[1])))], tension=T)
     robot = till({"bend_y": 2}, [tendon], **NO_GRAVITY)
@@ -144,7 +144,7 @@ def test_helical_tendon_makes_a_helix(turns):
 
 
 def test_chamber_bends_and_stretches():
-    """kappa = p A d / EI, stretch 1 + p A / EA; n equal ones around the rod do not bend it."""
+    """kappa = p A d / EI, stretch 1 + p A / EA; n equal chambers around the rod do not bend it."""
     A, p = 4e-5, 3e5
     robot = till({"bend_y": 2, "stretch": 2}, [lissom.Chamber("c", along(0.0, D), A, p)], **NO_GRAVITY)
     q = settled(robot)
@@ -191,7 +191,7 @@ def total_angle(robot, q):
     ],
 )
 def test_parallel_tendon_with_friction(mu, angle, ratio):
-    """Pulled: the angle is ln(1 + mu k0 L) / mu; kappa falls as the tension does."""
+    """Pulled: the angle is ln(1 + mu k0 L) / mu; kappa decreases with the tension."""
     robot = tendon_with_friction(mu, 1.0)
     q = settled(robot)
     assert_allclose(total_angle(robot, q), angle, rtol=0, atol=1e-10)
@@ -201,7 +201,7 @@ def test_parallel_tendon_with_friction(mu, angle, ratio):
 
 
 def test_tendon_let_out_keeps_its_tension_at_the_tip():
-    """Let out, friction holds the far end: -ln(1 - mu k0 L) / mu."""
+    """Released: friction holds the far end, -ln(1 - mu k0 L) / mu."""
     mu, k0 = 0.3, 15.0 * D / EI
     robot = tendon_with_friction(mu, -1.0)
     assert_allclose(total_angle(robot, settled(robot)), -np.log(1 - mu * k0 * L) / mu, rtol=0, atol=1e-9)
@@ -220,7 +220,7 @@ def test_statics_without_sliding_have_no_friction_and_say_so():
 
 @pytest.mark.parametrize("sliding", [1.0, -1.0, 0.4])
 def test_capstan_on_an_arc(sliding):
-    """Other tendons bend the rod; what the tension does to mode k is T d int e^(-mu sigma kappa X) P_k dX."""
+    """Other tendons bend the rod; the generalised force of mode k is T d int e^(-mu sigma kappa X) P_k dX."""
     mu, kappa, T = 0.4, 3.0, 0.7
     others = [lissom.Tendon(f"t{i}", along(y, -D), tension=5.0) for i, y in enumerate((-0.01, 0.01))]
     with_friction = lissom.Tendon("f", along(0.0, D), tension=T, friction=mu, sliding=sliding)
@@ -236,7 +236,7 @@ def test_capstan_on_an_arc(sliding):
 
 
 def test_friction_smoothed_at_rest():
-    """The rate of the length decides: sliding = -l' / sqrt(l'^2 + v^2)."""
+    """Friction depends on the rate of the length: sliding = -l' / sqrt(l'^2 + v^2)."""
     speed = 2e-3
     arguments = {"tension": 2.0, "friction": 0.5}
     by_rate = lissom.Tendon("t", along(0.0, -D), friction_velocity=speed, **arguments)
@@ -267,7 +267,7 @@ def test_tendon_robot_of_till(tension, values):
 
 
 def test_tendon_robot_of_till_and_back():
-    """Its four lengths are given; tensions are found. The other three tendons are slack."""
+    """The four lengths are given, the tensions result. The other three tendons are slack."""
     stiffness, slack = 1e4, 1e-3
     sides = [(0.0, -D), (D, 0.0), (0.0, D), (-D, 0.0)]
     lengths = [lissom.Input(f"l{i}", default=L) for i in range(4)]
@@ -307,7 +307,7 @@ def test_reference_of_the_robot_of_till_is_that_of_these_tests():
 
 
 def test_step_response_of_a_tendon():
-    """Bending only, 5 N from the start, no damping: the tip, and the work of the tendon is the energy."""
+    """Bending only, 5 N from the start, no damping: the tip; the tendon's work equals the energy."""
     mass, modulus = 0.034, 207e9
     segment = lissom.Segment(L, RADIUS, modulus, 80e9, mass / (L * np.pi * RADIUS**2), {"bend_y": 4})
     tendon = lissom.Tendon("t", along(0.0, -D), tension=5.0)
@@ -334,7 +334,7 @@ def test_step_response_of_a_tendon():
 
 
 def test_length_control_holds_the_length():
-    """T = k (l - l0), whatever else acts; a stiff tendon is as long as it is told to be."""
+    """T = k (l - l0) under any loads; a stiff tendon has the commanded length."""
     stiffness, wanted = 1e6, 0.49
     tendon = lissom.Tendon("t", along(0.0, -D), length=wanted, stiffness=stiffness)
     weight = lissom.Load(force=(0.05, 0.02, -0.1), link="rod")
@@ -379,7 +379,7 @@ def test_lengths_of_tendons_through_points():
     tendon = lissom.Tendon("t", path, tension=1.0)
     robot = lissom.Robot([lissom.Link("rod", rod=[segment])], actuators=[tendon])
     kappa = 1.5
-    # On an arc the chord between two sections that are 0.1 apart.
+    # The chord of an arc between two sections at a distance of 0.1.
     chord = 2 * (1 / kappa - D) * np.sin(kappa * 0.1 / 2)
     length = 0.1 + 0.4 * (1 - kappa * D) + chord
     assert_allclose(robot.actuator_length("t", [kappa]), length, rtol=1e-12)
@@ -408,7 +408,7 @@ def test_work_of_actuators_is_in_the_balance(actuator):
 
 
 def test_tension_times_shortening_is_the_work():
-    """The balance by hand: what left the drum is in the rod."""
+    """The balance by hand: the work done at the drum is stored in the rod."""
     tendon = lissom.Tendon("t", along(0.0, -D), tension=lissom.Harmonic(2.0, 3.0, mean=3.0))
     robot = till({"bend_y": 3}, [tendon], **NO_GRAVITY)
     motion = lissom.simulate(robot, 0.3, method="radau", rtol=1e-10, atol=1e-10, dt=1e-4)
@@ -426,7 +426,7 @@ def test_tension_times_shortening_is_the_work():
 
 
 def test_active_strain_is_the_shape_of_a_free_rod():
-    """Without loads the rod takes it on, and nothing in it is strained."""
+    """Without loads the rod takes the active strain, and is free of stress."""
     active = lissom.ActiveStrain("rod", "bend_y", (0.5, 1.0), 2.0)
     robot = till({"bend_y": 2}, [active], **NO_GRAVITY)
     q = settled(robot)
@@ -448,7 +448,7 @@ def test_motor_and_servo_against_a_spring():
 
 
 def test_limits_of_a_motor():
-    """What it gives stays within them, grows with what is asked of it, and is that in between."""
+    """The torque stays within the limits, increases with the command, and equals it in between."""
     body = lissom.Body(1.0, inertia=(1, 1, 1))
     torques = np.linspace(-30, 30, 121)
 

@@ -1,4 +1,4 @@
-"""What reports draw and plot of actuators."""
+"""Actuators in drawings and plots of reports."""
 
 import numpy as np
 
@@ -46,7 +46,7 @@ def test_ways_are_as_long_as_their_tendons():
         way = marks[name].way(q, t)
         length = np.linalg.norm(np.diff(way, axis=1), axis=-1).sum(axis=1)
         wanted = marks[name].length(q, t) / (2e-5 if name == "chamber" else 1.0)
-        # Chords of 16 pieces of less than three radians together.
+        # Chords of 16 pieces with a total angle below three radians.
         np.testing.assert_allclose(length, wanted, rtol=2e-3)
 
 

@@ -1,4 +1,4 @@
-"""Actuators that make no sense are refused with their place, before any work."""
+"""Invalid actuators are rejected with their place, before any computation."""
 
 import copy
 import gc
@@ -42,14 +42,14 @@ def tendon(path=(EMBEDDED,), name="pull", **command):
 
 
 def refusal(build):
-    """The kind of an error, its place, and all that it says."""
+    """The kind of an error, its place, and the complete message."""
     with pytest.raises((ValueError, TypeError)) as caught:
         build()
     said = str(caught.value)
     return caught.type, said.split(": ")[0], said
 
 
-#: What is refused by itself: its kind, its place and words of the message.
+#: Actuators rejected on construction: kind, place and words of the message.
 ALONE = {
     "an arc length that does not increase": (
         lambda: Along("finger", (0, 0.01), (0.1, 0.05)),
@@ -254,7 +254,7 @@ def test_what_makes_no_sense_by_itself_is_refused_where_it_is_written(case):
     assert words in said
 
 
-#: What a robot refuses: place and words of the message.
+#: Actuators rejected by a robot: place and words of the message.
 ON_A_ROBOT = {
     "a link that nobody knows": (
         [tendon([Along("fingre")])],
@@ -411,7 +411,7 @@ def test_an_entry_of_a_vector_is_no_name_for_another_input(vector_first):
     name = "u" if vector_first else "u.x"
     assert where == "actuators[0].tension"
     assert f'expected another name: that is an entry of the input "{name}" at loads[0].force, too' in said
-    # The names themselves may be alike.
+    # The names themselves may be the same.
     other = tendon([Along()], tension=Input("u.w"))
     assert len(lissom.Rod([SOFT], loads=[vector], actuators=[other]).inputs) == 4
 
@@ -441,7 +441,7 @@ def test_what_a_function_raises_comes_out_as_it_is():
     with pytest.raises(ZeroDivisionError, match=r"^division by zero") as caught:
         robot(Motor("base", 1), tendon([EMBEDDED, Along("finger", (lambda X: 1 / 0, 0))]))
     assert str(caught.value) == "division by zero"
-    # With a note that says whose it is.
+    # With notes that name the owner.
     assert caught.value.__notes__ == ["in path[1]", "in actuators[1]"]
 
 
@@ -454,7 +454,7 @@ def test_a_motor_moves_what_mimics():
 
 
 def test_a_path_far_outside_its_section_is_none_of_our_business():
-    # Real ones run through holes in disks.
+    # Real tendons run through holes in disks.
     pulled = robot(tendon([Along("finger", (0, 0.5))]))
     np.testing.assert_allclose(pulled.actuator_length("pull", np.zeros(pulled.n)), 0.2, rtol=1e-12)
 
@@ -493,7 +493,7 @@ def test_an_actuator_that_nobody_knows_is_said(ask):
     assert "expected an actuator, but the robot has none" in said
 
 
-#: Of every kind, with everything that it can have.
+#: Actuators of every kind, with all options.
 ACTUATORS = [
     Tendon(
         "pull",
@@ -521,7 +521,7 @@ ACTUATORS = [
 
 
 def test_actuators_come_back_as_they_were_given():
-    # What varies along a part of a rod becomes a table or a profile of all of it.
+    # A profile on part of a rod becomes a table or a profile of the whole part.
     first = robot(*ACTUATORS).actuators
     assert [type(each) for each in first] == [type(each) for each in ACTUATORS]
     assert [each.name for each in first] == [
@@ -534,7 +534,7 @@ def test_actuators_come_back_as_they_were_given():
         "in time",
     ]
     assert robot(*first).actuators == first
-    # What is left out, or is the whole rod, says nothing of its length, which may change.
+    # Defaults, and parts that are the whole rod, do not store its length, which may change.
     assert first[1].path == (Along("finger", (0.0, 0.01)),)
     assert first[1].tension == ACTUATORS[1].tension
     assert first[2].pressure == ACTUATORS[2].pressure
@@ -577,7 +577,7 @@ def test_functions_of_actuators_are_collected_with_their_robots(where):
     path = [Along("finger", (0, pull))] if where == "offset" else [EMBEDDED]
     command = {"tension": 1.0} if where == "offset" else {"tension": 1.0, where: pull}
     pull.robot = robot(Tendon("pull", path, **command))
-    # What is on the way to the function is on the way back.
+    # Names of the function are restored on the way back.
     assert pull.robot.actuators[0].name == "pull"
     alive = weakref.ref(pull)
     del pull, path, command

@@ -1,4 +1,4 @@
-"""What `lissom check` advises: computed, said where it holds and not where it does not."""
+"""Advice of `lissom check`: computed correctly, and given only if it applies."""
 
 from pathlib import Path
 
@@ -26,7 +26,7 @@ def scene(simulation="t_end = 1.0\ndt = 1e-3", modes="bend_y = 8", radius=1e-3, 
 
 
 def told(text, scene):
-    """The one sentence with a text in it; None where there is none."""
+    """The sentence that contains a text; None if there is none."""
     found = [sentence for sentence in advice(scene) if text in sentence]
     assert len(found) < 2
     return found[0] if found else None
@@ -47,7 +47,7 @@ def test_which_frequencies_a_step_resolves():
 
 @pytest.mark.parametrize("number", [0, 1, 2])
 def test_the_step_that_is_needed_is_enough(number):
-    """At the step of a tenth of a period, that frequency is resolved."""
+    """With a step of a tenth of the period, the frequency is resolved."""
     hertz = frequencies(scene(modes="bend_y = 3"))
     for factor, resolved in ((0.999, number + 1), (1.001, number)):
         simulation = f"t_end = 1.0\ndt = {factor / (10 * hertz[number]):.17g}"
@@ -128,7 +128,7 @@ def test_explicit_methods_on_stiff_scenes(method):
 @pytest.mark.parametrize("eigenvalue", [-50.0, -20.0 + 40.0j, -1.0 + 50.0j])
 @pytest.mark.parametrize("method", [lissom.RK45, lissom.DOP853])
 def test_the_stable_step_is_the_largest_stable_one(method, eigenvalue):
-    """Steps of a fixed size on y' = eigenvalue y, as a real system."""
+    """Steps of a fixed size for y' = eigenvalue y, as a real system."""
     a, b = eigenvalue.real, eigenvalue.imag
     matrix = np.array([[a, -b], [b, a]])
     stable = words.stable_step(method, complex(eigenvalue))
@@ -151,7 +151,7 @@ def test_the_stable_step_is_the_largest_stable_one(method, eigenvalue):
 
 
 def test_known_stability_limits():
-    """On the real axis: Hairer and Wanner (1996), section IV.2; their DOP853 calls 6.1 stiff."""
+    """On the real axis: Hairer and Wanner (1996), section IV.2; their DOP853 has the stiffness limit 6.1."""
     assert_allclose(words.stable_step(lissom.RK45, -1.0 + 0j), 3.3, atol=0.05)
     assert 6.1 < words.stable_step(lissom.DOP853, -1.0 + 0j) < 6.5
 

@@ -1,4 +1,4 @@
-"""Arrays cross into Rust unharmed whatever their layout, and what has no real numbers does not cross."""
+"""Arrays of any layout are passed to Rust correctly, and arrays without real numbers are rejected."""
 
 import array
 import datetime
@@ -20,7 +20,7 @@ STATES = np.array([[0.25, -0.5, 0.125], [0.5, 0.25, 0.0], [1.0, 0.0, -0.25], [0.
 
 
 def packed(x):
-    """A column of an array of records without padding: 12 bytes from one number to the next."""
+    """A column of a record array without padding: a stride of 12 bytes."""
     records = np.zeros(x.shape, dtype=np.dtype([("label", "i4"), ("value", "f8")]))
     records["value"] = x
     records["label"] = -1
@@ -58,11 +58,11 @@ def read_only(x):
 
 
 class Subclass(np.ndarray):
-    """Nothing of its own."""
+    """Without attributes of its own."""
 
 
 class Wrapper:
-    """What NumPy turns into an array."""
+    """An object that NumPy converts to an array."""
 
     def __init__(self, x):
         self.x = x
@@ -147,7 +147,7 @@ def strained(value):
     return segment.reference_strain([0.0, 0.25, 0.5])
 
 
-#: Every place that takes an array: plain numbers, and what is made of them.
+#: Every function that takes an array: plain numbers, and the result for them.
 PLACES = {
     "root, x0": (VECTOR, lambda x: lissom.root(lambda y: y**3 - VECTOR, x).x),
     "root, x_scale": (2.0 + VECTOR, lambda x: lissom.root(lambda y: y**3 - VECTOR, VECTOR, x_scale=x).x),
@@ -259,7 +259,7 @@ PLACES = {
     "linearise, q": (lissom.statics(ROD).q.round(6), lambda x: lissom.linearise(ROD, np.asarray(x, float)).A),
 }
 
-#: Every function of the user that returns arrays: what makes a result of the function that wraps them.
+#: Every user function that returns arrays: a result for a function that wraps these.
 CALLBACKS = {
     "root, fun": lambda wrap: lissom.root(lambda y: wrap(STIFFNESS @ y - VECTOR), VECTOR).x,
     "root, jac": lambda wrap: (
@@ -292,7 +292,7 @@ CALLBACKS = {
     "Segment, reference_strain": strained,
 }
 
-#: A quantisation in the functions above keeps their numbers exact in half precision, not the results.
+#: The arguments of these functions are exact in half precision; their results are not.
 ROUNDED = {"float16", "float32"}
 
 
@@ -318,7 +318,7 @@ def test_what_functions_return_is_read_right_from_every_layout(place, layout):
 
 
 def test_arrays_without_strides():
-    """NumPy broadcasts by strides of zero."""
+    """NumPy broadcasts with zero strides."""
     broadcast = np.broadcast_to(np.float64(0.25), (N,))
     np.testing.assert_array_equal(ROD.mass_matrix(broadcast), ROD.mass_matrix([0.25] * N))
     rows = np.broadcast_to(VECTOR, (4, N))
@@ -481,7 +481,7 @@ def test_profiles_have_at_least_one_number_in_a_row():
             lissom.Profile(1.0, **options)
 
 
-# -------------------------------------------------------------------------- results that overflow are refused
+# ------------------------------------------------------------------------- results that overflow are rejected
 
 HUGE = [1e300, -1e300]
 

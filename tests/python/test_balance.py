@@ -1,4 +1,4 @@
-"""The energy balance that every run returns."""
+"""The energy balance of every run."""
 
 import numpy as np
 import pytest
@@ -17,7 +17,7 @@ MOMENT = {"tip_force": (0.0, 0.02, 0.0), "tip_moment": (1e-3, 2e-3, -1e-3)}
 
 
 def test_the_balance_of_a_linear_motion_is_exact_whatever_the_step():
-    """Average acceleration keeps kinetic + elastic + dissipated of a linear system exactly."""
+    """Average acceleration conserves the sum of kinetic, elastic and dissipated energy of a linear system."""
     wire = lissom.Segment(1.0, 1e-3, 210e9, 80e9, 7800.0, {"bend_y": 2}, retardation_time=0.02)
     rod = lissom.Rod([wire], gravity=(0.0, 0.0, 0.0))
     tiny = 1e-7
@@ -48,7 +48,7 @@ def test_the_balance_of_an_accurate_motion_closes(method):
 
 
 def test_what_flowed_does_not_depend_on_the_times_that_are_kept():
-    """It is integrated with every step, not from the times kept alone."""
+    """The balance is integrated over every step, not over the saved times only."""
     rod = finger(0.01, **MOMENT)
     every = lissom.simulate(rod, 0.3, dt=1e-3).balance
     few = lissom.simulate(rod, 0.3, dt=1e-3, t_eval=[0.0, 0.1, 0.15025, 0.3]).balance
@@ -67,7 +67,7 @@ def test_no_damping_and_no_moment_no_flow():
 
 
 def test_the_power_of_the_flows_is_that_of_the_forces():
-    """What damping and the moment do to the generalised forces, times the velocities, is what flows."""
+    """The flows equal the power of the generalised forces of damping and of the moment."""
     rod, free = finger(0.01, **MOMENT), finger(0.0, tip_force=MOMENT["tip_force"])
     generator = np.random.default_rng(1)
     q, v = generator.normal(size=(2, rod.n))
@@ -118,7 +118,7 @@ def test_an_empty_balance_has_no_drift():
 
 
 def test_reports_of_energies_that_are_not_finite_say_so(tmp_path):
-    """A motion that is fine with energies that are not: huge coordinates of a body far away."""
+    """A finite motion with energies that overflow, because of huge coordinates of a distant body."""
     import json
 
     from lissom import files, results

@@ -1,4 +1,4 @@
-"""Rods on a base that moves as prescribed."""
+"""Rods on a moving base."""
 
 import copy
 import pickle
@@ -287,7 +287,7 @@ def test_the_wrench_of_the_base_holds_a_rod_at_rest_and_one_that_turns():
 
 
 def test_a_turning_rod_stretches_as_centrifugal_force_asks():
-    """EA u' = rho A w^2 (L^2 - x^2) / 2 of small strains: the tip moves by rho w^2 L^3 / (3 E)."""
+    """EA u' = rho A w^2 (L^2 - x^2) / 2 for small strains: the tip moves by rho w^2 L^3 / (3 E)."""
     stiff = {**FLAT, "young_modulus": 1e9, "shear_modulus": 4e8, "modes": {"stretch": 3}}
     omega = 5.0
     rod = rod_of(
@@ -325,7 +325,7 @@ def test_frequencies_of_a_turning_beam_are_the_published_ones(speed, frequency):
     ],
 )
 def test_a_round_shaft_whirls_above_its_critical_speed_where_it_is_damped(speed, damping, stability):
-    """The shaft sees omega -+ Omega; internal damping drives the slow whirl (Kimball 1924)."""
+    """The shaft sees omega -+ Omega; internal damping excites the slow whirl (Kimball 1924)."""
     segment = {**ARM, "modes": {"bend_y": 3, "bend_z": 3}, "retardation_time": damping}
     slow = lissom.modes(rod_of(None, segment, gravity=WEIGHTLESS), np.zeros(6)).angular_frequency[0]
     motion = lissom.BaseMotion(axis=(1, 0, 0), angle=lissom.Harmonic(rate=speed * slow))
@@ -341,7 +341,7 @@ def test_a_round_shaft_whirls_above_its_critical_speed_where_it_is_damped(speed,
 
 
 def test_a_shaft_of_one_plane_is_flung_out_above_its_critical_speed():
-    """Without the other plane there are no Coriolis forces that could keep it."""
+    """Without the other plane there are no Coriolis forces for stabilisation."""
     segment = {**ARM, "modes": {"bend_y": 3}}
     slow = lissom.modes(rod_of(None, segment, gravity=WEIGHTLESS), np.zeros(3)).angular_frequency[0]
     motion = lissom.BaseMotion(axis=(1, 0, 0), angle=lissom.Harmonic(rate=1.5 * slow))
@@ -352,7 +352,7 @@ def test_a_shaft_of_one_plane_is_flung_out_above_its_critical_speed():
 
 
 def _tip(rod, q, t):
-    """Velocity and angular velocity of the tip of a shape that does not change, by differences of poses."""
+    """Velocity and angular velocity of the tip for a constant shape, by differences of poses."""
     step = 1e-4
     before, now, after = (rod.pose(q, rod.length, t=t + dt) for dt in (-step, 0.0, step))
     rate = (after - before) / (2 * step)
@@ -392,7 +392,7 @@ def test_velocities_are_asked_for_along_the_rod_only():
 
 @pytest.mark.parametrize("hertz", [0.3, 20.0, 120.0, 500.0, 1000.0, 12_345.0])
 def test_callables_are_right_at_every_frequency(hertz):
-    """Forces on the shaken rod, beside those of the harmonic."""
+    """Forces on the shaken rod, compared with those of the harmonic."""
     amplitude = (1e-4, 0.0, 2e-4)
     harmonic = lissom.Harmonic(amplitude, hertz, phase=0.4)
 
@@ -444,7 +444,7 @@ def test_motions_without_derivatives_are_refused_and_nothing_is_lost(what):
 
 
 def test_where_the_acceleration_jumps_a_motion_goes_on():
-    """From rest into a steady acceleration and on at a steady speed, as a person would write it."""
+    """From rest to constant acceleration and then to constant speed, as a user would write it."""
 
     def ramp(t):
         s = min(max(t - 0.02, 0.0), 0.05)

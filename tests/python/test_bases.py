@@ -1,4 +1,4 @@
-"""Strains in other bases than Legendre's: the same rods where they span the same, convergence where not."""
+"""Strain bases other than Legendre's: equal rods if the spans are equal, convergence otherwise."""
 
 import pickle
 
@@ -15,7 +15,7 @@ from rod_cases import assert_tangents_agree_with_differences
 BASES = ("legendre", "chebyshev", "monomial", "piecewise_constant", "hermite")
 SMOOTH = ("chebyshev", "monomial", "hermite")
 STRAINS = {"torsion": 4, "bend_y": 4, "bend_z": 4, "stretch": 4}
-#: Of each of four strains.
+#: Sizes of the coordinates of four strains.
 SIZES = np.repeat([2, 2, 2, 0.05], 4)
 
 
@@ -26,7 +26,7 @@ def segment(modes, length=1.0, **changes):
 
 
 def loaded(segments):
-    """A rod with something of every kind on it."""
+    """A rod with loads and bodies of every kind."""
     follower = lissom.Load(force=(0.02, -0.01, 0.03), moment=(0.001, 0, 0.002), at=0.37, frame="body")
     wind = lissom.Load(force=(0, 0.1, 0.02), along=(0.2, 0.9))
     camera = lissom.Body(0.01, at=0.6, centre=(0, 0, 0.01), inertia=(1e-5, 2e-5, 2e-5))
@@ -34,7 +34,7 @@ def loaded(segments):
 
 
 def change_of_basis(kind, modes):
-    """T with q_legendre = T q: the functions of both bases agree."""
+    """T with q_legendre = T q, so that the functions of both bases agree."""
     x = np.linspace(0, 1, 20)
     T = np.linalg.lstsq(
         reference.functions("legendre", modes, x), reference.functions(kind, modes, x), rcond=None
@@ -101,7 +101,7 @@ def test_forces_like_those_of_the_reference(kind, modes):
 
 
 def check_lines():
-    """One knot: a line, the same as two powers."""
+    """One piece: a line, as with two powers."""
     hermite, powers = (segment({"torsion": 2, "bend_y": 2}, basis=basis) for basis in ("hermite", "monomial"))
     state = np.random.default_rng(2).normal(size=(3, 4))
     forces = [lissom.Rod([part]).inverse_dynamics(*state) for part in (hermite, powers)]
@@ -141,7 +141,7 @@ def test_pieces_are_segments_of_one_constant_mode(pieces, seed, is_planar):
 
 
 def test_pieces_share_a_reference_strain_that_varies():
-    """A bend that grows along the segment is known to each piece, wherever that begins."""
+    """The reference curvature along the segment is evaluated correctly in each piece."""
     modes = {"bend_y": 5, "torsion": 5}
     rods = [
         lissom.Rod(
@@ -158,7 +158,7 @@ def order(sizes, errors):
 
 
 def tip_error(kind, modes, exact=None):
-    """Of the equilibrium under a force."""
+    """Error of the tip in equilibrium under a force."""
     rod = lissom.Rod([segment({"bend_y": modes}, basis=kind)], gravity=(0, 0, 0), tip_force=(0.01, 0, 0.02))
     rest = lissom.statics(rod)
     assert rest.success

@@ -1,4 +1,4 @@
-"""The benchmark suite's tables: what stands in them follows from what was measured."""
+"""The tables of the benchmark suite follow from the measured values."""
 
 import json
 import re
@@ -61,7 +61,7 @@ def test_tables_are_rectangular():
     ):
         assert len({len(line) for line in cells(table)}) == 1
     assert "20.0 doubles a nanosecond at most (15.0 by 4 and 20.0 by 8" in report.limit(limit)
-    # 2000 products at 20 a nanosecond take 100 ns.
+    # 2000 products at 20 per nanosecond take 100 ns.
     residual, tangent, step = cells(report.limit(limit))[2:]
     assert residual[2:] == ["2,000", "100 ns", "200 ns", "2.0", "reached"]
     assert tangent[-2:] == ["10.0", "not reached"]

@@ -1,4 +1,4 @@
-"""Runs as functions of JAX, by its own checker of gradients."""
+"""Runs as functions in JAX, checked with its own gradient checker."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Functions of the user in native computations: who keeps them, how deep they go, what runs beside them."""
+"""User functions in native computations: ownership, depth of nesting, concurrency."""
 
 import functools
 import gc
@@ -17,7 +17,7 @@ WIRE = lissom.Segment(0.4, 1e-3, 2e11, 8e10, 7800, {"bend_y": 3}, retardation_ti
 
 
 class Thing:
-    """Something that a function knows."""
+    """An object to which a function refers."""
 
 
 def rod_and_load(function):
@@ -147,7 +147,7 @@ def test_cycles_through_functions_are_freed(kind, through):
     ghost = weakref.ref(thing)
     gc.collect()
     assert ghost() is not None
-    # Alive, and nothing of it has been collected meanwhile.
+    # Still alive, and nothing has been collected.
     for made in thing.made:
         if isinstance(made, lissom.Model):
             assert math.isfinite(made.energy([0.0] * made.n, [0.0] * made.n, t=0.5).total)
@@ -159,7 +159,7 @@ def test_cycles_through_functions_are_freed(kind, through):
 
 
 def test_functions_live_as_long_as_what_calls_them():
-    """Loads and bases go away, their functions stay with the rod; so does the rod with a solver."""
+    """After the loads and bases are deleted, the rod owns their functions; likewise a solver owns the rod."""
 
     def rod():
         thing = Method()
@@ -209,7 +209,7 @@ def simulated(function):
     return lissom.simulate(lissom.Rod([WIRE], loads=[lissom.Load(force=function)]), 0.02)
 
 
-#: Computations that call a function of one argument.
+#: Computations that call a function with one argument.
 NESTED = {
     "simulate": lambda f: simulated(lambda t: (0.0, 0.0, f(t))),
     "simulate, auto": lambda f: lissom.simulate(
@@ -238,7 +238,7 @@ NESTED = {
 
 
 class Converting:
-    """Calls a function when NumPy asks for an array."""
+    """Calls a function when NumPy requests an array."""
 
     def __init__(self, function):
         self.function = function
@@ -272,7 +272,7 @@ def test_endless_nesting_is_a_recursion_error(kind, stack):
         threading.stack_size(before)
     thread.join()
     assert len(caught) == 1
-    # Deep enough to be used, and not a tree of calls: who fails is not asked again.
+    # Deep enough to be useful, but not a tree of calls: a function that failed is not called again.
     assert 8 <= len(calls) <= 40
 
 
@@ -289,7 +289,7 @@ def test_some_nesting_is_fine():
     assert result.success
     with pytest.raises(RecursionError):
         NESTED["root"](lambda x: NESTED["root"].__call__(lambda y: endless(y)))
-    # And afterwards all is as before.
+    # Afterwards everything works as before.
     assert height(0.25) == pytest.approx(0.75)
 
 
@@ -312,7 +312,7 @@ def test_the_first_exception_ends_a_computation():
 
 
 def test_one_model_from_eight_threads_gives_the_same_bits():
-    """While all of them call the same function of time, evaluate, pose and simulate the same rod."""
+    """All threads call the same function of time, and evaluate, pose and simulate the same rod."""
     calls = []
 
     def force(t):
@@ -362,7 +362,7 @@ def test_one_model_from_eight_threads_gives_the_same_bits():
 
 
 def longest_pause(work):
-    """Runs native work in a thread; returns its time and the longest for which this thread could not run."""
+    """Runs native work in a thread; returns its time and the longest pause of the calling thread."""
     thread = threading.Thread(target=work)
     pause, start = 0.0, time.perf_counter()
     thread.start()

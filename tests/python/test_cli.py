@@ -1,4 +1,4 @@
-"""The command line, as a process of its own."""
+"""The command line, run as a separate process."""
 
 import json
 import os
@@ -49,7 +49,7 @@ output.dt = 1e-2
 """
 
 
-#: Makes the import of a module, or the opening of a file, an occasion to do something.
+#: Runs code when a module is imported or a file is opened.
 AT_IMPORT = """
 import os, shutil, signal, sys
 
@@ -77,12 +77,12 @@ sys.meta_path.insert(0, Finder())
 sys.addaudithook(opened)
 """
 
-#: A file that every report is made with, and that is read when one is written.
+#: A file that every report contains, read when a report is written.
 OF_REPORTS = "page.css"
 
 
 def lissom_command(*arguments, without=(), at_import="", cwd, **options):
-    """Run the command; modules in ``without`` cannot be imported, others are an occasion for something."""
+    """Run the command; modules in ``without`` cannot be imported, `at_import` runs code at imports."""
     hide = f"import sys; sys.modules.update(dict.fromkeys({list(without)!r}))"
     occasions = f"{AT_IMPORT}\nat.update({at_import})" if at_import else ""
     program = f"{hide}\n{occasions}\nfrom lissom.__main__ import main; main()"
@@ -103,7 +103,7 @@ def scene(tmp_path):
 
 
 def no_leftovers(folder):
-    """No partial folder stands around."""
+    """No partial folder is left."""
     return not list(folder.rglob(f"{folders.PARTIAL}*"))
 
 
@@ -234,7 +234,7 @@ def test_earlier_results_are_replaced_as_a_whole(scene, tmp_path):
     assert no_leftovers(tmp_path)
 
 
-#: Files of folders that are not results of lissom, with the one that the refusal names.
+#: Files that are not results of lissom, with the file that the error message names.
 FOREIGN = {
     "any files": ({"chapter.txt": "precious"}, "chapter.txt"),
     "a project with a summary of its own": (
@@ -258,7 +258,7 @@ def test_a_folder_of_others_is_left_alone(command, files, named, scene, tmp_path
         (target / name).parent.mkdir(parents=True, exist_ok=True)
         (target / name).write_text(text)
     before = files_in(target)
-    # Nobody waits for a simulation that is refused.
+    # A simulation is rejected before it starts.
     arguments = ["run", scene(ENDLESS)] if command == "run" else ["lab"]
     done = lissom_command(*arguments, "-o", target, cwd=tmp_path)
     assert done.returncode == 2
@@ -287,7 +287,7 @@ def test_a_link_among_the_results_is_not_followed(scene, tmp_path):
 
 
 def test_the_current_folder_stays_where_it_is(scene, tmp_path):
-    """It is refused with its foreign files, and written into when it is empty or has results."""
+    """It is rejected if it contains foreign files, and used if it is empty or contains results."""
     path = scene(WIRE)
     for folder in (".", ".."):
         (tmp_path / "inner").mkdir(exist_ok=True)
@@ -401,7 +401,7 @@ def test_check_names_good_and_bad_scenes(scene, tmp_path):
 
 
 def test_a_failed_simulation_ends_with_1_and_keeps_what_there_is(scene, tmp_path):
-    # A mass in the hinge has no angle: there is no acceleration to start with.
+    # A mass in the hinge has no angle, so there is no initial acceleration.
     path = scene("version = 1\n[pendulum]\nq0 = [0, -1]\n[simulation]\nt_end = 1\n")
     done = lissom_command("run", path, "-o", "out", cwd=tmp_path)
     assert done.returncode == 1
@@ -453,7 +453,7 @@ def test_what_simulate_refuses_is_one_line(scene, tmp_path, monkeypatch, capsys)
 
 
 def test_an_interrupted_run_keeps_what_it_has(scene, tmp_path):
-    """With a terminal as stderr, so that the progress bar is seen too."""
+    """With a terminal as stderr, so that the progress bar is shown, too."""
     path = scene(ENDLESS)
     ours, theirs = pty.openpty()
     termios.tcsetwinsize(theirs, (24, 80))
@@ -481,7 +481,7 @@ def test_an_interrupted_run_keeps_what_it_has(scene, tmp_path):
     assert no_leftovers(tmp_path)
 
 
-#: What is imported by and by until the first step.
+#: Modules imported before the first step.
 EARLY = (
     "lissom.cli",
     "click.core",
@@ -526,7 +526,7 @@ def test_ctrl_c_keeps_the_parts_that_are_done(tmp_path):
 
 @pytest.fixture
 def interruption():
-    """One that hears Ctrl-C in this process."""
+    """Enables Ctrl-C in this process."""
     previous = signal.getsignal(signal.SIGINT)
     found = Interruption()
     found.install()
@@ -608,7 +608,7 @@ def test_results_whose_folder_has_gone_are_written_elsewhere(scene, tmp_path):
 @pytest.mark.parametrize("limit", [0, 20_000])
 @pytest.mark.parametrize("without", [[], ["xarray"]], ids=["netcdf", "npz"])
 def test_a_full_disk_is_said_and_leaves_the_earlier_results(limit, without, scene, tmp_path):
-    """No file may grow beyond a limit: none is seen before the first step, 20 kB by the trajectory."""
+    """With a limit for file sizes: zero fails before the first step, 20 kB for the trajectory."""
     path = scene(WIRE.replace("[simulation]", "[simulation]\ndt = 1e-4"))
     with folders.Folder(tmp_path / "out") as folder:
         files.write_summary({folders.MARK: "0.1.0"}, folder.partial)
@@ -638,7 +638,7 @@ def test_what_an_extra_is_missing_for_is_said(scene, tmp_path):
 
 def test_what_cannot_be_written_is_said(scene, tmp_path):
     (tmp_path / "file").touch()
-    # Nobody waits for a simulation whose results have no place.
+    # A simulation whose results cannot be saved does not start.
     done = lissom_command("run", scene(ENDLESS), "-o", "file/out", cwd=tmp_path)
     assert done.returncode == 1
     assert "could not be written" in done.stderr
@@ -689,7 +689,7 @@ def test_the_shape_at_rest_is_written(scene, tmp_path):
     assert (summary["study"], summary["outcome"], summary["stability"]) == ("statics", "finished", "stable")
     assert summary["q"] == q.tolist()
     assert 'class="player"' in (folder / "report.html").read_text()
-    # A second time the results are replaced; letting go from the scene's q0 leads to the same shape.
+    # The second run replaces the results; releasing the model from the scene's q0 leads to the same shape.
     done = lissom_command("statics", path, "--from-start", "--no-report", cwd=tmp_path)
     assert done.returncode == 0
     assert {file.name for file in folder.iterdir()} == {"equilibrium.npz", "summary.json"}
@@ -769,7 +769,7 @@ GIVEN = dict.fromkeys(("radius", "young_modulus", "shear_modulus", "density")) |
     "section": '{ shape = "given", stiffness = [1, 1, 1, 100, 100, 100], mass = 0.1 }'
 }
 
-#: Scenes that are valid, and not what anybody thinks of.
+#: Valid scenes that are unusual.
 ODD = {
     "a name with NUL": '[scene]\nname = "a\\u0000b"\n' + rod_scene(),
     "a name of nothing": '[scene]\nname = ""\n' + rod_scene(),
@@ -831,7 +831,7 @@ def test_odd_scenes_end_with_words(name, command, scene, tmp_path, monkeypatch, 
 
 @pytest.mark.parametrize("count", [60, 61, 64])
 def test_check_advises_on_every_number_of_modes(count, scene, tmp_path):
-    """Four more than 60 are as many as a strain may have."""
+    """Four more than 60 is the maximum number for a strain."""
     path = scene(rod_scene(modes=f"{{ torsion = {count} }}", simulation="t_end = 1\nmethod = 'radau'"))
     done = lissom_command("check", path, cwd=tmp_path)
     assert (done.returncode, done.stderr) == (0, "")

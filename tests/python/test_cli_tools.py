@@ -1,4 +1,4 @@
-"""The commands around scenes: new, doctor, completion; and advice where people see it."""
+"""Commands for scenes: new, doctor, completion; and where advice is shown."""
 
 import html
 import os
@@ -38,7 +38,7 @@ STEEL = {"young_modulus": 2.1e11, "density": 7800.0, "radius": 1e-3, "gravity": 
 
 
 def called(*arguments):
-    """Exit code and what was printed."""
+    """Exit code and output."""
     result = CliRunner().invoke(cli.commands, list(arguments), standalone_mode=False)
     if isinstance(result.exception, SystemExit | lissom.LissomError):
         raise result.exception
@@ -70,7 +70,7 @@ def test_new_scenes_explain_their_units():
 
 
 def test_keys_that_are_commented_out_exist():
-    """Who takes away the sign of a comment has a good scene."""
+    """Removing the comment signs gives a valid scene."""
     for kind in KINDS:
         text = (files("lissom") / "templates" / f"{kind}.toml").read_text(encoding="utf-8")
         full, count = re.subn(r"^# (\w+ = )", r"\1", text, flags=re.MULTILINE)

@@ -1,4 +1,4 @@
-"""Contact against closed forms: bounces, slopes, wheels, belts, rods on floors and between walls."""
+"""Contact compared with closed forms: bounces, slopes, wheels, belts, rods on floors and between walls."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def test_a_ball_bounces_as_hunt_and_crossley_say(speed, dissipation):
         c = dissipation
         invariant = lambda u: u / c - np.log1p(c * u) / c**2  # noqa: E731
         wanted = brentq(lambda v: invariant(-v) - invariant(speed), 0.0, min(speed, (1 - 1e-12) / c))
-    # The steps end in the kink, not at it.
+    # The steps end near the kink, not at it.
     assert_allclose(rebound, wanted, rtol=2e-6)
 
 
@@ -93,7 +93,7 @@ def slope(angle):
 
 
 def block(angle, friction, **constants):
-    """A ball that hardly turns on a slope, and where it rests there: coordinates along x and along -z."""
+    """A ball with little rotation on a slope, and its equilibrium there: coordinates along x and along -z."""
     link = lissom.Link(
         "block", joint=lissom.Planar((0, 1, 0)), body=lissom.Body(1.0, inertia=np.eye(3) * 1e9)
     )
@@ -159,7 +159,7 @@ def test_a_sphere_rolls_down_a_slope():
     result = lissom.simulate(robot, 1.0, dt=1e-3, q0=q0)
     assert result.success
     way = np.linalg.norm(result.q[-1, :3] - q0[:3])
-    # The regularised law lets it slip by a part of the stated velocity.
+    # The regularised law lets it slip by a part of the slip velocity.
     assert_allclose(way, 0.5 * G * np.sin(angle) / 1.4, rtol=1e-3)
 
 
@@ -171,7 +171,7 @@ def rod_segment(length, **options):
 
 
 def stiff_rod_on_floor(friction, length=0.4, radius=0.01, **options):
-    """A rod that hardly bends lies on a floor; the coordinates are those of its base."""
+    """A rod with little bending on a floor; the coordinates are those of its base."""
     segment = lissom.Segment(
         length, radius=radius, young_modulus=1e7, poisson_ratio=0.3, density=1000, modes={"bend_y": 1}
     )
@@ -205,7 +205,7 @@ def test_friction_of_a_rod_points_where_its_coefficients_say():
 
 
 def test_a_rod_that_slides_sideways_begins_to_roll():
-    # A cylinder: 2 / 3 of its speed, whatever the friction.
+    # A cylinder: 2 / 3 of its speed, independent of the friction.
     robot = stiff_rod_on_floor(0.3)
     v0 = np.zeros(robot.n)
     v0[1] = 1.0
@@ -243,13 +243,13 @@ def test_rods_that_collide_keep_their_momentum(friction):
         assert (energy - np.minimum.accumulate(energy)).max() < 2e-3 * energy[0]
         assert energy[-1] < 0.95 * energy[0]
         assert any(robot.touches(q) for q in result.q)
-    # Of the method, which is of order 2.
+    # Drift of the method, which is of order 2.
     assert drift[1] < 1e-3
     assert drift[1] < 0.5 * drift[0]
 
 
 def test_tangents_of_rods_that_cross_lack_the_slide_of_the_nearest_place_alone():
-    # What is left out is of the order of the overlap; forces know it.
+    # The neglected terms are of the order of the overlap.
     segment = lissom.Segment(
         0.5, radius=0.01, young_modulus=1e6, poisson_ratio=0.45, density=1000,
         modes={"bend_y": 4, "bend_z": 4, "torsion": 1},
@@ -285,7 +285,7 @@ def test_tangents_of_rods_that_cross_lack_the_slide_of_the_nearest_place_alone()
 
 
 def test_a_coil_touches_itself_where_a_helix_does():
-    # A helix of constant strains: its turns are nearest to each other where a closed form says.
+    # A helix with constant strains: a closed form gives the nearest points of its turns.
     radius, curvature, torsion = 0.005, 40.0, 2.0
     length = 1.5 * 2 * np.pi / np.hypot(curvature, torsion)
     segment = lissom.Segment(
@@ -298,7 +298,7 @@ def test_a_coil_touches_itself_where_a_helix_does():
     a, b = curvature / turn**2, torsion / turn**2
 
     def distance(s):
-        # Of points half of s before and behind one.
+        # Distance of points half of s before and behind one.
         return np.sqrt((2 * a * np.sin(turn * s / 2)) ** 2 + (b * turn * s) ** 2)
 
     nearest = minimize_scalar(
@@ -316,7 +316,7 @@ def test_a_coil_touches_itself_where_a_helix_does():
 
 
 def test_a_rod_clamped_above_a_floor_comes_to_rest_on_it():
-    # Small slopes: a free length (72 EI h / w)^(1/4), then w l / 3 at a point, then w a metre.
+    # Small slopes: a free length (72 EI h / w)^(1/4), then w l / 3 at a point, then w per metre.
     radius, length, height = 0.005, 0.6, 0.01
     segment = rod_segment(length, modes={"bend_y": 10})
     stiffness = np.pi / 4 * radius**4 * 1e6
@@ -340,7 +340,7 @@ def test_a_planar_robot_is_computed_as_in_space():
     motions = [lissom.simulate(rod, 0.3, dt=1e-3) for rod in rods]
     assert all(motion.success for motion in motions)
     tips = [rod.pose(motion.q) for rod, motion in zip(rods, motions, strict=True)]
-    # To what Newton's method leaves.
+    # Up to the tolerance of Newton's method.
     assert_allclose(tips[0], tips[1], atol=1e-7)
     assert rods[0].touches(motions[0].q[-1])
 
@@ -377,7 +377,7 @@ def test_contacts_pickle_and_compare():
     assert contact.name == "rod on box"
 
 
-# What is refused
+# Invalid arguments
 
 
 @pytest.mark.parametrize(

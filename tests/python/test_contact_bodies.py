@@ -1,4 +1,4 @@
-"""Boxes, capsules and meshes that touch each other and hilly ground."""
+"""Contact between boxes, capsules and meshes, and with hilly ground."""
 
 import itertools
 import math
@@ -40,7 +40,7 @@ def box(name, half):
 
 
 def held(link, surface, below, *, friction=0.3):
-    """Touches of a body that is put on what is below it, after some time: it rests and is carried."""
+    """Touches of a body placed on what is below it, after some time at rest."""
     contact = Contact(surface, below, stiffness=STIFFNESS, friction=friction)
     robot = lissom.Robot([link], contacts=[contact])
     run = lissom.simulate(robot, 0.3, dt=1e-3)
@@ -56,12 +56,12 @@ def held(link, surface, below, *, friction=0.3):
 
 @pytest.mark.parametrize("sizes", [[1.0, 1.0, 1.0], [1.2, 1.0, 0.8]])
 def test_boxes_on_boxes_carry_their_weight_and_stay(sizes):
-    """Three on a fixed one, flush or not: forces are weights, and nothing drifts for a second."""
+    """Three boxes on a fixed one, flush or not: forces equal weights, and nothing drifts for a second."""
     half, weight = np.array([0.05, 0.04, 0.03]), 0.5 * GRAVITY
     names, links, height = ["low", "middle", "high"], [], 0.0
     surfaces = [Box((0, 0, -0.1), (0.3, 0.3, 0.1))]
     for i, (name, size) in enumerate(zip(names, sizes, strict=True)):
-        # Four corners and four edges press, and as many below them where boxes are flush.
+        # Four corners and four edges press, and as many below them if boxes are flush.
         places = 16 if i > 0 and size == sizes[i - 1] else 8
         height -= (3 - i) * weight / (places * STIFFNESS)
         links.append(free(name, size * half, position=(0, 0, height + size * 0.03)))
@@ -108,7 +108,7 @@ def test_a_capsule_lies_across_a_box():
     [(TETRAHEDRON, TETRAHEDRON_FACES, -TETRAHEDRON[3]), (OCTAHEDRON, OCTAHEDRON_FACES, [1, 1, 1])],
 )
 def test_meshes_lie_on_boxes(points, faces, downwards):
-    """On one of their faces, by its three corners and three edges."""
+    """A mesh lies on one of its faces, in contact by three corners and three edges."""
     turn, _ = Rotation.align_vectors([[0, 0, -1]], [downwards])
     points = turn.apply(0.06 * np.asarray(points, float))
     down = 0.5 * GRAVITY / (6 * STIFFNESS)
@@ -189,7 +189,7 @@ def test_bodies_that_collide_keep_their_momentum_and_say_what_they_lose(a, b):
 
 
 def test_forces_are_those_of_all_who_move_along():
-    """A carrier takes two boxes along: their forces are those at rest, turned."""
+    """A carrier moves two boxes: their forces are those at rest, rotated."""
     half = (0.05, 0.04, 0.03)
     carrier = Link("carrier", joint=Free(), body=cuboid(1.0, (0.1, 0.2, 0.3)))
     boxes = [Link(name, joint=Free(), body=cuboid(0.5, half), parent="carrier") for name in "ab"]
@@ -207,7 +207,7 @@ def test_forces_are_those_of_all_who_move_along():
 
 
 def test_a_box_falls_on_the_edge_of_another():
-    """Edge on edge, crossing each other, and on: the energy is accounted for."""
+    """First edge on crossing edge, then further contacts: the energy balance closes."""
     half = (0.05, 0.04, 0.03)
     link = free(
         "box", half, position=(0.05, 0, 0.1), orientation=turned(Rotation.from_rotvec([0.2, 0.8, 0.3]))
@@ -245,7 +245,7 @@ def test_bodies_slide_on_hilly_ground(shape):
 
 
 def test_nothing_passes_through_a_body():
-    """A box that is thrown at a plate of 4 mm, 30 mm in a step."""
+    """A box thrown at a plate of 4 mm, with 30 mm per step."""
     half = (0.03, 0.03, 0.03)
     robot = lissom.Robot(
         [free("box", half, position=(0, 0, 0.1))],

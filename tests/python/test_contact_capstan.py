@@ -9,14 +9,14 @@ from numpy.testing import assert_allclose
 import lissom
 
 DRUM, RADIUS, LOAD, SPEED = 0.05, 0.002, 5.0, 0.02
-#: Of the cable's axis on the drum.
+#: Bending radius of the cable's axis on the drum.
 BEND = DRUM + RADIUS
 YOUNG = 5e6
 ARC = np.pi * BEND
 
 
 def cable(friction, speed):
-    """It lies around half of a drum, a load pulls at its tip, and its base moves with a speed along x."""
+    """The cable lies around half of a drum with a load at its tip, and its base moves along x."""
 
     def part(length, modes):
         return lissom.Segment(
@@ -40,18 +40,18 @@ def cable(friction, speed):
 
 
 def exponent(friction):
-    """Of the tension over the angle, for a cable that is not thin.
+    """Exponent of the tension as a function of the angle, for a cable that is not thin.
 
-    Friction acts at the drum's radius R, tension T and shear Q at R + r, the moment is constant. With the
-    pressure N an angle: T' (R + r) = mu N R, T' + Q = mu N, N = T - Q', which N ~ exp(lambda phi) solves
-    with lambda (1 + mu p lambda) = mu (1 - p), p = r / (R + r).
+    Friction acts at the drum's radius R, tension T and shear Q at R + r; the moment is constant. With the
+    pressure N per angle: T' (R + r) = mu N R, T' + Q = mu N, N = T - Q', solved by N ~ exp(lambda phi) with
+    lambda (1 + mu p lambda) = mu (1 - p), p = r / (R + r).
     """
     p = RADIUS / BEND
     return (np.sqrt(1 + 4 * friction**2 * p * (1 - p)) - 1) / (2 * friction * p)
 
 
 def torques(robot, state, X, t):
-    """About the drum's axis, of what passes through sections, and the angles at which these are."""
+    """Torques about the drum's axis through sections, and the angles of these sections."""
     poses = robot.pose(state[0], X, t=t)
     wrenches = robot.internal_wrench(*state, X, t=t)
     moments, forces = (np.einsum("kij,kj->ki", poses[:, :3, :3], part) for part in np.split(wrenches, 2, 1))
@@ -62,20 +62,20 @@ def torques(robot, state, X, t):
 @pytest.mark.parametrize("friction", [0.3, 0.6])
 @pytest.mark.parametrize("side", [1, -1])
 def test_tension_grows_with_the_angle_against_the_motion(friction, side):
-    # 1: the base pulls the load; -1: it lets it down.
+    # 1: the base lifts the load; -1: it lowers the load.
     robot, q0 = cable(friction, -side * SPEED)
     result = lissom.simulate(robot, 0.1, dt=2e-3, q0=q0)
     assert result.success, result.message
     state = result.q[-1], result.v[-1], result.a[-1]
     t = result.t[-1]
     torque, angle = torques(robot, state, 0.1 + ARC * np.array([0.25, 0.75]), t)
-    # Without the constant moment of a bent cable, which is the same in all of them.
+    # Without the constant moment of the bent cable, which is the same in all sections.
     bending = YOUNG * np.pi / 4 * RADIUS**4 / BEND
     grows = np.diff(np.log(np.abs(torque + bending))) / np.diff(angle)
-    # The overlap takes 4e-4 off the radius; the pressure ripples along the modes, so that more of it falls
-    # between two sections or less.
+    # The overlap reduces the radius by 4e-4; the pressure oscillates with the modes, so that the part of it
+    # between two sections varies.
     assert_allclose(grows, -side * exponent(friction), rtol=2e-3)
-    # From end to end: where the cable leaves the drum it is bent, which moves these places.
+    # From end to end, where bending at the points of departure moves these places.
     base = robot.joint_wrench(*state, link="cable", t=t)[3]
     assert_allclose(np.log(-base / LOAD) / np.pi, side * exponent(friction), rtol=bending / (LOAD * BEND))
 

@@ -1,6 +1,6 @@
-"""A buckled strut that touches a wall: the planar elastica with walls, first at a point, then along a line.
+"""A buckled strut with a wall: the planar elastica, touching first at a point, then along a line.
 
-Length and bending stiffness are one, the ends are pinned at the distance D, the wall is at the height H.
+Length and bending stiffness are one, the ends are pinned at a distance D, the wall is at the height H.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ def strut(distance, stiffness):
 
 
 def equilibrium(distance, stiffness, slope=0.8):
-    """Of the strut that has buckled towards the wall, from a sine whose ends have the slope over pi."""
+    """Equilibrium of the strut, buckled towards the wall, from a sine with this slope over pi at its ends."""
     robot = strut(distance, stiffness)
     q0 = np.zeros(robot.n)
     q0[0] = slope / np.pi
@@ -47,7 +47,7 @@ def equilibrium(distance, stiffness, slope=0.8):
 
 
 def forces(robot, q):
-    """Of the pins along the strut, and half of that of the wall."""
+    """Force of the pins along the strut, and half of the force of the wall."""
     rest = np.zeros_like(q)
     return robot.base_wrench(q, rest, rest)[3], 0.5 * robot.contact_forces(q, rest)[5]
 
@@ -56,11 +56,12 @@ def forces(robot, q):
 
 
 def touches_at_a_point(distance, t=-0.5):
-    """The same two forces, by elliptic integrals.
+    """The same two forces for contact at a point, by elliptic integrals.
 
-    From the middle, with the slope zero, to the pin, an inflection, the strut is an elastica under the force
-    1 / a^2 at the angle phi to the axis. With psi the slope against that force and sin(psi / 2) = k sin(t),
-    it is a (K - F(t)) long, 2 a (E - E(t)) less that along the force and 2 k a cos(t) across it.
+    From the middle, with zero slope, to the pin, an inflection, the strut is an elastica under a force of 1 /
+    a^2 at the angle phi to the axis. With the slope psi relative to that force and sin(psi / 2) = k sin(t),
+    its length is a (K - F(t)). Its extents are 2 a (E - E(t)) minus the length along the force, and 2 k a
+    cos(t) across it.
     """
 
     def ends(k, a, t):
@@ -84,9 +85,9 @@ def touches_at_a_point(distance, t=-0.5):
 
 
 def free_end(slope, height=H):
-    """Half a period between inflections, 2 K a long, whose slope against its chord is the one of the chord.
+    """Half a period between inflections, of length 2 K a; its end slope relative to the chord is the chord's.
 
-    Gives a, its length and what it takes of the axis.
+    Returns a, the length and the extent along the axis.
     """
     m = np.sin(slope / 2) ** 2
     chord = 2 * (2 * ellipe(m) - ellipk(m))
@@ -95,7 +96,7 @@ def free_end(slope, height=H):
 
 
 def touches_along_a_line(distance):
-    """The same two forces, and how long the ends are that have left the wall."""
+    """The same two forces for contact along a line, and the length of the free ends."""
 
     def gap(slope):
         _, length, x = free_end(slope)
@@ -108,7 +109,7 @@ def touches_along_a_line(distance):
 
 
 def test_the_closed_forms_meet_where_the_middle_is_flat():
-    # For small slopes that is at four times Euler's load.
+    # For small slopes this happens at four times Euler's load.
     for height, far in ((0.01, 1e-3), (H, 0.1)):
         slope = brentq(lambda slope, height=height: free_end(slope, height)[1] - 0.5, 1e-3, 0.9, xtol=1e-14)
         a, _, x = free_end(slope, height)
@@ -123,7 +124,7 @@ def test_a_wall_is_touched_at_a_point():
         wanted - forces(*equilibrium(0.974, stiffness, slope))
         for stiffness, slope in ((1e6, 0.8), (1e7, 0.65))
     ]
-    # A bar on an elastic foundation sinks in as stiffness to the power of -3/4.
+    # The indentation of a bar on an elastic foundation scales with stiffness to the power of -3/4.
     assert np.all(errors[1] > 0)
     assert np.all(errors[1] < [0.01 * wanted[0], 0.02 * wanted[1]])
     assert np.all(errors[1] < 0.25 * errors[0])
@@ -131,7 +132,7 @@ def test_a_wall_is_touched_at_a_point():
 
 @pytest.mark.parametrize(("distance", "tolerance"), [(0.965, 0.01), (0.95, 0.03)])
 def test_a_wall_is_touched_along_a_line(distance, tolerance):
-    # What is flat bends a little into the wall, as a bar under axial force on an elastic foundation.
+    # The flat part bends slightly into the wall, as a bar under axial force on an elastic foundation.
     robot, q = equilibrium(distance, 1e6)
     wanted, length = touches_along_a_line(distance)
     assert_allclose(forces(robot, q), wanted, rtol=tolerance)
@@ -140,11 +141,11 @@ def test_a_wall_is_touched_along_a_line(distance, tolerance):
     assert_allclose([min(places), max(places)], [length, 1 - length], atol=2 * sunk)
 
 
-# The wall that lissom has
+# The wall of lissom
 
 
 def collocation(distance, stiffness, robot, q):
-    """The forces by collocation of the half, with the pressure that the wall has."""
+    """The forces by collocation of one half, with the pressure law of the wall."""
 
     def slopes(s, y, p):
         _, z, angle, curvature, across = y
@@ -162,7 +163,7 @@ def collocation(distance, stiffness, robot, q):
     across = -np.r_[0, np.cumsum(0.5 * (pressure[1:] + pressure[:-1]) * np.diff(s))]
     angle = np.arctan2(poses[:, 2, 0], poses[:, 0, 0])
     guess = np.vstack([x, z, angle, -robot.strain(q, 0.5 + s)[:, 1], across])
-    # From somewhere else: what it finds is its own.
+    # A different initial guess, so that the solution is independent.
     guess *= 1.02
     found = solve_bvp(slopes, ends, s, guess, [1.02 * forces(robot, q)[0]], tol=1e-5, max_nodes=20000)
     assert found.success, found.message
@@ -183,7 +184,7 @@ def test_forces_are_those_of_collocation(distance, stiffness, slope):
 
 @pytest.mark.parametrize("upper", [None, 2e4])
 def test_a_rod_pressed_between_plates(upper):
-    # Overlaps share what the gap lacks, forces differ by the weight; both are spread evenly.
+    # Overlaps add up to what the gap lacks, forces differ by the weight; both are distributed evenly.
     radius, length, gap, young, density = 0.01, 0.3, 0.0195, 1e5, 1200
     rod = [
         lissom.Segment(
@@ -196,7 +197,7 @@ def test_a_rod_pressed_between_plates(upper):
         lissom.Contact("rod", lissom.HalfSpace()),
         lissom.Contact("rod", lissom.HalfSpace((0, 0, gap), (0, 0, -1)), stiffness=upper, name="upper"),
     ]
-    # Otherwise it could slide away.
+    # Without this it could slide away.
     stays = lissom.Support(link="rod", at=0.0, stiffness=(1, 0, 0))
     robot = lissom.Robot([link], contacts=contacts, supports=[stays])
     found = lissom.statics(robot, [0, 1e-4, 1e-3, 0.01, 0.01, 0, 0])

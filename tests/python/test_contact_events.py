@@ -1,4 +1,4 @@
-"""Times at which surfaces begin and cease to touch, against closed forms."""
+"""Times at which contact begins and ends, compared with closed forms."""
 
 import itertools
 
@@ -23,11 +23,11 @@ def ball(joint, **constants):
 
 
 def bounces(height, duration):
-    """A ball falls onto a linear spring: parabolas and parts of a cosine, in turn."""
+    """A ball falls on a linear spring: parabolas and parts of a cosine, in turn."""
     omega = np.sqrt(STIFFNESS / MASS)
     fall, speed = np.sqrt(2 * height / G), np.sqrt(2 * G * height)
     sag = G / omega**2
-    # x'' = -omega^2 (x - sag) in the overlap x, from zero and the speed until zero again.
+    # x'' = -omega^2 (x - sag) in the overlap x, starting at zero with the impact speed, until zero again.
     pressed = 2 * (np.pi - np.arctan2(speed / omega, sag)) / omega
     found, t = [], fall
     while t < duration:
@@ -49,7 +49,7 @@ def test_a_ball_bounces_when_it_should(method, accuracy):
     assert {event.contact for event in events} == {"bounce"}
     for event, (t, _) in zip(events, expected, strict=True):
         assert abs(event.t - t) < accuracy
-        # The state there: the ball is as high as it is thick, and as fast as it was.
+        # The state at the event: the height of the ball is its radius, and its speed that of the impact.
         assert abs(event.q[0] - RADIUS) < 10 * accuracy
         assert abs(abs(event.v[0]) - np.sqrt(2 * G * 0.5)) < 1e3 * accuracy
 

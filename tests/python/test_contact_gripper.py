@@ -1,4 +1,4 @@
-"""A gripper of three tendon fingers holds a ball by friction, and lets it slip where friction says."""
+"""A gripper of three tendon fingers holds a ball by friction, and loses it at the predicted load."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def example():
 
 
 def held_ball(example, friction, slip_velocity, most):
-    """The example's hand, without weight: a force that grows from 1 s to 4 s pulls the ball down."""
+    """The example's hand without weight; a force that increases from 1 s to 4 s pulls the ball down."""
     lifts = example["gripper"](0.05)
     half = lissom.Segment(
         0.05, example["RADIUS"], example["YOUNG"], poisson_ratio=0.45, density=1000, retardation_time=0.01,
@@ -46,16 +46,16 @@ def held_ball(example, friction, slip_velocity, most):
 
 
 def carried(example, depth, friction):
-    """What three fingers carry at the most of a ball that is at a depth below their bases, by shooting.
+    """Maximum load of three fingers on a ball at a depth below their bases, by shooting.
 
-    A finger is an elastica with the moment of its tendon, tension times offset, and that of the ball's force:
-    at the slope t it presses with N against its normal, and friction N along it, where it touches.
+    A finger is an elastica with the moment of its tendon, tension times offset, and the force of the ball: at
+    the slope t it presses with N along its normal and with friction times N along its axis.
     """
     radius, ball, young = example["RADIUS"], example["BALL"], example["YOUNG"]
     bending = young * np.pi / 4 * radius**4
     moment = example["TENSION"] * example["OFFSET"]
     centre = np.array([depth, ball + radius + example["GAP"]])
-    # Of a line on a ball: k (d - s^2 / (2 R)) where that is positive, R of both curves.
+    # Line contact with a ball: k (d - s^2 / (2 R)) where positive, with R of both curves.
     stiffness = np.pi / 4 * young / (1 - 0.45**2) * 4 / 3 * np.sqrt(2 * ball)
 
     def gaps(unknown):
@@ -89,12 +89,12 @@ def test_a_ball_slips_at_the_force_that_friction_carries(example, friction):
     down, speed = -motion.q[:, ball][:, 2], -motion.v[:, ball][:, 2]
     slips = np.flatnonzero((motion.t > 1) & (speed > 10 * creep))[0]
     load = most * (motion.t[slips] - 1) / 3
-    # Friction is as large as it is at this speed.
+    # Friction at this speed.
     part = speed[slips] / np.hypot(speed[slips], creep)
     wanted = carried(example, example["HEIGHT"] + down[slips], part * friction)
-    # A step is 2 mN.
+    # One step corresponds to 2 mN.
     assert_allclose(load, wanted, rtol=1e-3, atol=1e-3)
-    # Before it sticks, but for what is stated.
+    # Before the ball slips it sticks, except for the regularised creep.
     sticks = (motion.t > 1) & (motion.t < motion.t[slips] - 0.1)
     assert np.all(np.abs(speed[sticks]) < 10 * creep)
     assert speed[-1] > 1.0
@@ -102,7 +102,7 @@ def test_a_ball_slips_at_the_force_that_friction_carries(example, friction):
 
 def test_balls_are_lifted_that_friction_can_carry(example):
     depth = example["HEIGHT"] + 1e-4
-    # Fingers hang, which makes them a little stiffer; the lift accelerates by two percent of gravity.
+    # Hanging makes fingers slightly stiffer; the lift accelerates by two percent of gravity.
     most = carried(example, depth, example["FRICTION"]) / example["GRAVITY"]
     _, height, _ = example["run"](0.92 * most)
     assert height > 0.95 * example["LIFT"]

@@ -1,4 +1,4 @@
-"""Contact that is hard, where a closed form says what is right: wedges, ends, mass ratios, grazing."""
+"""Hard contact with closed-form solutions: wedges, ends, mass ratios, grazing."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ def segment(length=0.3, radius=0.01, **options):
 
 @pytest.mark.parametrize("angle", [10.0, 45.0, 85.0])
 def test_a_rod_is_wedged_between_two_walls(angle):
-    # Each wall presses with W / (2 cos a), which is 5.7 times the weight for steep ones.
+    # Each wall presses with W / (2 cos a), which is 5.7 times the weight for steep walls.
     slope, radius = np.radians(angle), 0.01
     walls = [lissom.HalfSpace((0, 0, 0), (0, side * np.sin(slope), np.cos(slope))) for side in (1, -1)]
     contacts = [lissom.Contact("rod", wall, name=str(i)) for i, wall in enumerate(walls)]
-    # Across its axis alone, from a little over the bottom.
+    # Perpendicular to its axis only, from slightly above the bottom.
     link = lissom.Link(
         "rod", rod=[segment()], joint=lissom.Planar((1, 0, 0)), position=(0, 0, radius / np.cos(slope))
     )
@@ -33,13 +33,13 @@ def test_a_rod_is_wedged_between_two_walls(angle):
     weight = 1000 * np.pi * radius**2 * 0.3 * G
     for i, side in enumerate((1, -1)):
         force = robot.contact_forces(found.q, np.zeros(robot.n), name=str(i))[3:]
-        # The rod bends under its weight along the groove, which shares it evenly.
+        # The rod bends under its weight along the groove, which distributes the weight evenly.
         assert_allclose(force, 0.5 * weight * np.array([0, side * np.tan(slope), 1]), rtol=1e-6, atol=1e-9)
 
 
 @pytest.mark.parametrize("taper", [0.0, 0.05])
 def test_a_rod_stands_on_its_tip(taper):
-    # The line force k (r - z) of what is nearer to the floor than its radius: W = k d^2 / (2 (1 - taper)).
+    # The line force k (r - z) where the floor is nearer than the radius: W = k d^2 / (2 (1 - taper)).
     length, tip = 0.1, 0.004
     rod = segment(length, (tip + taper * length, tip), modes={"torsion": 1})
     down = (np.sqrt(0.5), 0, np.sqrt(0.5), 0)
@@ -75,11 +75,12 @@ def test_balls_of_a_thousandfold_mass_rest_on_each_other(ratio):
     ]
     robot = lissom.Robot(links, contacts=contacts)
     sunk = np.array([masses.sum(), masses.sum() + masses[1]]) * G / k
-    # From where they just touch.
+    # From the first contact.
     found = lissom.statics(robot, [-1e-6, -1.5e-6])
     assert found.success, found.message
     assert_allclose(found.q, -sunk, rtol=1e-9)
-    # Let go a millimetre higher, at the default step: they never have more energy, and come to the same rest.
+    # Released a millimetre higher, with the default step: the energy never increases, and the rest state is
+    # the same.
     motion = lissom.simulate(robot, 3.0, q0=[1e-3, 2e-3])
     assert motion.success, motion.message
     energy = np.array([robot.energy(q, v).total for q, v in zip(motion.q, motion.v, strict=True)])
@@ -90,7 +91,7 @@ def test_balls_of_a_thousandfold_mass_rest_on_each_other(ratio):
 
 @pytest.mark.parametrize("friction", [0.1, 5.0])
 def test_a_ball_that_grazes_a_floor_keeps_what_coulomb_leaves(friction):
-    # Between start and end the impulse along the floor is mu times the one across it, until the ball rolls.
+    # The impulse along the floor is mu times the normal impulse until the ball rolls.
     radius, speed, sink = 0.1, 10.0, 0.1
     body = lissom.Body(1.0, inertia=0.4 * radius**2 * np.eye(3))
     link = lissom.Link("ball", joint=lissom.Free(), body=body)
@@ -102,7 +103,7 @@ def test_a_ball_that_grazes_a_floor_keeps_what_coulomb_leaves(friction):
     motion = lissom.simulate(robot, 0.02, dt=1e-5, q0=start, v0=[speed, 0, -sink, 0, 0, 0])
     assert motion.success, motion.message
     velocity = robot.velocity(motion.q[-1], motion.v[-1], link="ball")
-    # It bounces without loss: the impulse is twice m times the speed across the floor.
+    # It bounces without loss: the impulse is 2 m times the normal speed.
     assert_allclose(velocity[5], sink, rtol=1e-4)
     lost = min(2 * sink * friction, 2 / 7 * speed)
     assert_allclose(velocity[3], speed - lost, rtol=1e-4)
@@ -110,7 +111,7 @@ def test_a_ball_that_grazes_a_floor_keeps_what_coulomb_leaves(friction):
 
 
 def test_a_sunk_shape_is_no_equilibrium():
-    """A floor that is far too soft carries a rod that is through it by many radii."""
+    """A floor that is far too soft carries a rod that is many radii below its surface."""
     segment = lissom.Segment(
         0.5, radius=0.01, young_modulus=1e4, poisson_ratio=0.45, density=1000, modes={"bend_y": 3}
     )
@@ -124,7 +125,7 @@ def test_a_sunk_shape_is_no_equilibrium():
 @pytest.mark.parametrize("modes", [{"bend_y": 1}, {"bend_y": 3}, {"bend_y": 4, "bend_z": 4, "torsion": 2}])
 @pytest.mark.parametrize("friction", [0.0, 0.5])
 def test_a_free_rod_comes_to_lie_on_a_floor(height, modes, friction):
-    """Nothing says where, or how it is turned: a neutral equilibrium, with the floor pressed in by w/k."""
+    """The position and rotation on the floor are free: a neutral equilibrium with the indentation w/k."""
     segment = lissom.Segment(0.5, 0.01, 1e6, 4e5, 1000.0, modes=modes)
     rod = lissom.Link("rod", joint=lissom.Free(), rod=[segment], position=(0, 0, height))
     floor = lissom.Contact("rod", lissom.HalfSpace((0, 0, 0), (0, 0, 1)), stiffness=1e6, friction=friction)

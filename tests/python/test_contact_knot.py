@@ -1,4 +1,4 @@
-"""An overhand knot: a rope that touches itself in several places as it is pulled."""
+"""An overhand knot: a rope that touches itself in several places while it is pulled."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def test_the_rope_has_the_shape_that_was_tied(example):
     arc, points = example["tied"]()
     X = np.linspace(0, arc[-1] * (1 - 1e-12), 101)
     wanted = np.column_stack([np.interp(X, arc, column) for column in points.T])
-    # Modes round the bends at the ends of the polynomial; a millimetre is a fifth of the radius.
+    # Modes smooth the bends at the ends of the polynomial; a millimetre is a fifth of the radius.
     assert_allclose(robot.pose(q, X)[:, :3, 3], wanted, atol=4e-3)
     assert robot.touches(q) == []
 
@@ -37,7 +37,7 @@ def test_a_knot_that_is_pulled_touches_itself_and_loses_energy(example):
     assert np.diff(total).max() < 1e-3 * abs(total[-1] - total[0])
     touches = robot.touches(motion.q[-1], motion.v[-1], t=motion.t[-1])
     assert max(touch.overlap for touch in touches) < 0.1 * example["RADIUS"]
-    # Each place is seen from both sides.
+    # Each place is reported from both sides.
     places = np.array([touch.along for touch in touches])
     assert np.any(places[:, 0] < places[:, 1])
     assert np.any(places[:, 0] > places[:, 1])

@@ -1,4 +1,4 @@
-"""What is drawn and plotted of what touches, and what is advised of its impacts."""
+"""Contacts in drawings and plots, and advice about impacts."""
 
 from pathlib import Path
 
@@ -54,7 +54,7 @@ def test_a_floor_is_a_plate_whose_top_is_the_plane():
     np.testing.assert_allclose(normal, np.array(floor.normal) / np.linalg.norm(floor.normal), atol=1e-12)
     top = plate.centres[0] + plate.size[2] * normal
     assert (top - floor.point) @ normal == pytest.approx(0.0, abs=1e-12)
-    # It reaches below all of the box.
+    # The plate extends below the complete box.
     assert plate.size[0] > 1.0
     assert plate.size[1] > 2.0
 
@@ -67,7 +67,7 @@ def test_fields_and_meshes_are_drawn_by_lines_on_them():
     faces = [[0, 1, 2], [0, 1, 3], [0, 2, 3], [1, 2, 3]]
     sharp, rounded = ConvexMesh(points, faces), ConvexMesh(points, faces, 0.1)
     things = drawn(robot(field, sharp, rounded), np.tile([0, 0, 5, 0, 0, 0, 0, 0, 0], (2, 1)))
-    # The rod is below where the field goes on, and is pushed.
+    # The rod is below the continuation of the field, and is pushed.
     lines, edges, bars, pushes = things
     assert [type(thing) for thing in things] == [Line, Line, Strand, Arrows]
     assert pushes.layer == "contact"
@@ -83,7 +83,7 @@ def test_fields_and_meshes_are_drawn_by_lines_on_them():
         for j in range(3)
     ]
     np.testing.assert_allclose(found[:6], wanted, atol=1e-12)
-    # Each of the six edges once, with a break between them.
+    # Each of the six edges once, with breaks in between.
     for drawing in (edges, bars):
         ends = np.nan_to_num(drawing.points[0], nan=-1.0)
         pairs = {tuple(map(tuple, ends[k : k + 2])) for k in range(0, len(ends), 3)}
@@ -133,7 +133,7 @@ def test_shapes_on_links_are_drawn_where_these_go():
     pairs = [Contact(Ball("ball", 0.1), shape, stiffness=1e3, name=str(i)) for i, shape in enumerate(shapes)]
     made = Robot([block, ball], contacts=pairs)
     q = np.zeros((2, 12))
-    # A quarter turn about z, and shifted along x.
+    # A quarter turn about z, and a shift along x.
     q[1, :6] = [3, 0, 0, 0, 0, np.pi / 2]
     things = [thing for thing in drawn(made, q) if thing.layer == "shapes"]
     assert [type(thing) for thing in things] == [Solid, Solid, Dots, Strand, Dots, Strand]
@@ -161,7 +161,7 @@ def test_arrows_point_where_what_touches_is_pushed():
     assert 1 <= len(up) <= contacts.MOST_ARROWS
     assert np.all(up[:, 2] > 0.0)
     np.testing.assert_array_equal(up[:, :2], 0.0)
-    # None where nothing touches.
+    # No arrows without contact.
     assert not [thing for thing in drawn(made, [high]) if isinstance(thing, Arrows)]
 
 
@@ -189,7 +189,7 @@ def test_reports_of_scenes_with_contact_plot_its_force(tmp_path):
         "obstacles",
     ):
         assert wanted in page
-    # A model that touches nothing has no such section.
+    # A model without contacts has no such section.
     (single,) = [lissom.Segment(0.1, 0.01, 1e6, poisson_ratio=0.4, density=1000, modes={"bend_y": 1})]
     lissom.report.write_result(lissom.simulate(lissom.Rod([single]), 0.05), path)
     assert "that the second surface of" not in path.read_text()
@@ -201,7 +201,7 @@ TEXT = (SCENES / "falling_rod.toml").read_text()
 def test_steps_that_do_not_resolve_an_impact_are_advised():
     made = lissom.Scene.loads(TEXT)
     assert about_impacts(made) == []
-    # The law k d on a mass m: half a period of sqrt(k / m).
+    # The law k d with a mass m: half a period at sqrt(k / m).
     contact = made.model.contacts[0]
     stiffness = np.pi / 4 * 2e5 / (1 - 0.45**2)
     mass = 1000 * np.pi * 0.012**2
@@ -209,7 +209,7 @@ def test_steps_that_do_not_resolve_an_impact_are_advised():
     (said,) = about_impacts(lissom.Scene.loads(TEXT.replace("dt = 1e-3", "dt = 2e-3")))
     assert "'floor'" in said
     assert "0.0016 s" in said
-    # Methods that choose their steps find them.
+    # Methods with adaptive steps resolve impacts.
     radau = TEXT.replace("dt = 1e-3", 'dt = 2e-3\nmethod = "radau"')
     assert about_impacts(lissom.Scene.loads(radau)) == []
 

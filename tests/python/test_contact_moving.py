@@ -1,4 +1,4 @@
-"""Shapes that move with links: frame indifference, laws of rolling and sliding, grips, and hard cases."""
+"""Contact shapes that move with links: frame indifference, rolling and sliding, grips, and hard cases."""
 
 import math
 
@@ -37,7 +37,7 @@ SECTIONS = {"round": lissom.Section.circle(0.02), "elliptic": lissom.Section.ell
 
 
 def carried(shape, section):
-    """A rod and a ball beside a shape, all of them on a carrier that may be anywhere."""
+    """A rod and a ball beside a shape, all on a carrier with any pose."""
     modes = {"bend_y": 2, "bend_z": 2, "torsion": 1}
     rod = lissom.Segment(0.3, section=section, modes=modes, **RUBBER)
     finger = Link("rod", joint=Free(), rod=[rod], parent="carrier")
@@ -52,7 +52,7 @@ def carried(shape, section):
 
 
 def shapes(**on):
-    """Each of the shapes, whose highest place is about the origin."""
+    """Each of the shapes, with its highest point near the origin."""
     turn = turned(Rotation.from_rotvec([0.1, -0.2, 0.4]))
     heights = 0.02 * np.sin(np.arange(24).reshape(4, 6))
     return {
@@ -68,7 +68,7 @@ def shapes(**on):
 @pytest.mark.parametrize("name", shapes())
 @pytest.mark.parametrize("section", SECTIONS)
 def test_forces_are_those_of_all_who_move_along(name, section):
-    """A carrier takes a shape, a rod and a ball along: forces are those of a shape at rest, turned."""
+    """A carrier moves a shape, a rod and a ball: forces are those of a shape at rest, rotated."""
     generator = np.random.default_rng(4)
     still = carried(shapes()[name], SECTIONS[section])
     moving = carried(shapes(link="carrier")[name], SECTIONS[section])
@@ -92,7 +92,7 @@ def test_forces_are_those_of_all_who_move_along(name, section):
                                    Capsule((-0.1, 0, 0), (0.1, 0.02, 0), 0.05, link="block"),
                                    Sphere((0, 0, -0.2), 0.25, link="block")])  # fmt: skip
 def test_what_collides_keeps_its_momentum(shape):
-    """Linear and angular, friction included, as exactly as the motion is computed; no energy is lost."""
+    """Linear and angular, with friction, up to the accuracy of the motion; the energy does not increase."""
     segment = lissom.Segment(0.3, radius=0.01, modes={"bend_y": 2, "bend_z": 1}, **RUBBER)
     rod = Link("rod", joint=Free(), rod=[segment], position=(-0.15, 0.01, 0.061))
     block = Link("block", joint=Free(), body=cuboid(0.3, (0.08, 0.06, 0.05)))
@@ -110,7 +110,7 @@ def test_what_collides_keeps_its_momentum(shape):
 
 @pytest.mark.parametrize("shape", [HalfSpace((0, 0, -0.01)), Box((0.1, 0, -0.05), (0.15, 0.1, 0.04))])
 def test_a_base_that_moves_is_a_joint_that_does(shape):
-    """Obstacles stay in the world: what moves over them on a base is what moves on a driven joint."""
+    """Obstacles stay in the world: motion over them on a base equals motion on a driven joint."""
     segment = lissom.Segment(0.3, radius=0.01, modes={"bend_y": 3, "bend_z": 2}, **RUBBER)
     contact = Contact("rod", shape, friction=0.3, stiffness=1e4, slip_velocity=1e-2)
 
@@ -133,7 +133,7 @@ def test_a_base_that_moves_is_a_joint_that_does(shape):
 
 
 def test_links_that_are_welded_have_places_of_their_own():
-    """Two rigid links at one place, the second one turned and beside the first."""
+    """Two rigid links at one place, the second one rotated and beside the first."""
     turn = Rotation.from_rotvec([0.3, -0.5, 0.2])
     base = Link("base", joint=lissom.Revolute((0, 1, 0)), body=Body(1.0, centre=(0.1, 0, 0)))
     side = Link("side", parent="base", position=(0.1, 0.2, 0.3), orientation=turned(turn))
@@ -150,7 +150,7 @@ def test_links_that_are_welded_have_places_of_their_own():
 
 
 def test_planes_see_what_space_sees():
-    """A robot in a plane, and the same one whose last shape is an unseen distance out of it."""
+    """A planar robot, and the same robot with its last shape slightly out of the plane."""
     segment = lissom.Segment(0.4, radius=0.01, modes={"bend_y": 4}, **RUBBER)
     generator = np.random.default_rng(1)
 
@@ -189,7 +189,7 @@ HALF = (0.05, 0.04, 0.02)
 
 
 def on_slope(angle, friction, half=HALF, stiffness=1e5, time=0.5):
-    """A box on a slope on its corners, as deep as its weight presses it."""
+    """A box resting on its corners on a slope, with the indentation of its weight."""
     mass, normal = 0.5, np.array([math.sin(angle), 0, math.cos(angle)])
     deep = mass * GRAVITY * normal[2] / (4 * stiffness)
     turn = turned(Rotation.from_rotvec([0, angle, 0]))
@@ -251,7 +251,7 @@ def test_what_lies_on_a_floor_is_carried_by_corners(name):
 
 
 def test_a_floor_that_is_tilted_lets_a_box_go():
-    """The half-space is on a link that turns slowly: the box slides from atan(mu) on."""
+    """The half-space is on a link that tilts slowly: the box slides from atan(mu) on."""
     rate, friction = 0.2, 0.3
     tilt = lissom.Revolute((0, 1, 0), motion=lambda t: rate * t)
     floor = Link("floor", joint=tilt, body=Body(1.0, inertia=(1, 1, 1)))
@@ -266,7 +266,7 @@ def test_a_floor_that_is_tilted_lets_a_box_go():
     places = run.q[:, :3] + [0, 0, 0.02]
     speed = np.linalg.norm(run.v[:, :3] - np.cross([0, rate, 0], places), axis=1)
     slides = angles[np.flatnonzero((speed > 5e-3) & (run.t > 0.5))[0]]
-    # From then on the acceleration grows with the angle, by g sqrt(1 + mu^2) a radian.
+    # Beyond that angle the acceleration grows by g sqrt(1 + mu^2) per radian.
     growth = GRAVITY * math.hypot(1.0, friction) * rate
     wanted = math.atan(friction) + rate * math.sqrt(2 * 5e-3 / growth)
     assert slides == pytest.approx(wanted, abs=2e-3)
@@ -303,10 +303,10 @@ def test_a_ball_on_a_plate_that_accelerates_rolls_with_two_sevenths(shape):
 
 @pytest.mark.parametrize("shape", PLATES)
 def test_a_ball_on_a_turntable_circles_at_two_sevenths(shape):
-    """Whatever its start: with the velocity v it circles at the radius v / (2/7 W)."""
+    """From any start: with the velocity v it circles at the radius v / (2/7 W)."""
     rate, place, speed = 2.0, 0.3, 0.1
     table = lissom.Revolute((0, 0, 1), motion=lambda t: rate * t)
-    # It begins to roll: v + w x (-R z) = W z x r.
+    # Initially rolling: v + w x (-R z) = W z x r.
     v0 = [0, speed, 0, (rate * place - speed) / RADIUS, 0, 0]
     slow = 2 / 7 * rate
     plate = Link("plate", joint=table, body=Body(1.0, inertia=(1, 1, 1)))
@@ -317,11 +317,11 @@ def test_a_ball_on_a_turntable_circles_at_two_sevenths(shape):
     assert np.linalg.norm(run.q[-1, :2]) < 1e-5
 
 
-# Grips and knocks
+# Grips and impacts
 
 
 def test_jaws_hold_a_box_until_friction_is_used_up():
-    """Two stiff rods press on a box with 5 N each; a force that grows pulls at it."""
+    """Two stiff rods press on a box with 5 N each; an increasing force pulls at it."""
     force, friction, creep, half = 5.0, 0.4, 1e-5, (0.03, 0.02, 0.04)
     segment = lissom.Segment(0.06, radius=0.01, modes={}, **RUBBER)
     quarter = turned(Rotation.from_rotvec([0, 0, math.pi / 2]))
@@ -346,18 +346,18 @@ def test_jaws_hold_a_box_until_friction_is_used_up():
     assert run.success, run.message
     down = -run.v[:, robot.slice("box")][:, 2]
     slips = np.flatnonzero((run.t > 0.2) & (down > 20 * creep))[0]
-    # A step is 10 mN.
+    # One step corresponds to 10 mN.
     assert 5 * (run.t[slips] - 0.2) == pytest.approx(2 * friction * force, abs=0.025)
 
 
 @pytest.mark.parametrize("shape", ["box", "capsule"])
 def test_tendon_fingers_hold_what_friction_can_carry(shape):
-    """Two fingers bend onto a body: it slips at a force of friction times what they press with."""
+    """Two fingers bend onto a body: it slips when the force exceeds friction times their pressing forces."""
     half, friction, creep = (0.03, 0.03, 0.04), 0.4, 1e-5
     segment = lissom.Segment(0.1, radius=0.008, modes={"bend_y": 4}, **RUBBER)
     fingers, tendons = [], []
     for s in (1, -1):
-        # Down along x, the tendon on the side of z, towards the body.
+        # Down along x, with the tendon on the z side, towards the body.
         turn = Rotation.from_matrix([[0, 0, -s], [0, -s, 0], [-1, 0, 0]])
         name = f"finger {s}"
         fingers.append(Link(name, rod=[segment], position=(0.045 * s, 0, 0.05), orientation=turned(turn)))
@@ -383,10 +383,10 @@ def test_tendon_fingers_hold_what_friction_can_carry(shape):
     touches = robot.touches(run.q[slips], run.v[slips], t=run.t[slips])
     pressed = sum(float(touch.normal @ touch.force) for touch in touches)
     assert pressed > 0.5
-    # It gains that speed by what the force, which grows by 0.5 N/s, has beyond friction.
+    # The speed results from the excess of the force, which increases by 0.5 N/s, over friction.
     wanted = friction * pressed + 0.5 * math.sqrt(2 * 0.05 * 5e-3 / 0.5)
     assert 0.5 * (run.t[slips] - 0.5) == pytest.approx(wanted, rel=0.02)
-    # All of it slides then.
+    # All contacts slide then.
     sliding = sum(float(touch.force[2]) for touch in touches)
     assert sliding == pytest.approx(-friction * pressed, rel=1e-3)
 
@@ -404,10 +404,10 @@ def test_rods_that_fall_on_a_see_saw():
     robot = lissom.Robot([swing, *rods], contacts=contacts)
     run = lissom.simulate(robot, 0.2, method="radau", rtol=1e-6, atol=1e-8, t_eval="steps")
     assert run.success, run.message
-    # The rod that is further out turns it: about +y its side goes down.
+    # The outer rod turns it: about +y its side goes down.
     assert run.q[-1, 0] > 0.01
     assert abs(run.balance.drift) < 1e-3 * run.balance.dissipated[-1]
-    # Its angular momentum is what the contacts' moments have made.
+    # Its angular momentum equals the integral of the contacts' moments.
     moments = [
         sum(-robot.contact_forces(q, v, name=contact.name)[1] for contact in contacts)
         for q, v in zip(run.q, run.v, strict=True)
@@ -417,7 +417,7 @@ def test_rods_that_fall_on_a_see_saw():
 
 
 def test_a_peg_that_is_pushed_against_a_rod_bends_it():
-    """Small deflection of a cantilever by a peg on a slider: F = 3 E I w / a^3 where it touches."""
+    """Small deflection of a cantilever by a peg on a slider: F = 3 E I w / a^3 at the contact."""
     radius, place, push = 0.005, 0.2, 0.004
     segment = lissom.Segment(0.3, radius=radius, modes={"bend_y": 6}, **RUBBER | {"density": 1.0})
     peg = Link("peg", joint=lissom.Prismatic((0, 0, 1)), body=Body(0.1), position=(place, 0, -0.02 - radius))
@@ -439,7 +439,7 @@ def test_a_peg_that_is_pushed_against_a_rod_bends_it():
 @pytest.mark.parametrize("method", ["newmark", "radau"])
 @pytest.mark.parametrize("rate", [10.0, 200.0])
 def test_a_paddle_takes_a_thin_rod_along(method, rate):
-    """A plate of 2 mm that turns meets a rod of 2 mm: it never is on the other side, or the run says so."""
+    """A rotating plate of 2 mm hits a rod of 2 mm: it does not pass through, or the run reports it."""
     segment = lissom.Segment(0.2, radius=0.001, modes={"bend_y": 2, "bend_z": 2}, **RUBBER)
     turn = lissom.Revolute((0, 0, 1), motion=lambda t: rate * t)
     paddle = Link("paddle", joint=turn, body=cuboid(1.0, (0.2, 0.1, 0.1)))
@@ -460,7 +460,7 @@ def test_a_paddle_takes_a_thin_rod_along(method, rate):
 
 @pytest.mark.parametrize("ratio", [1e-3, 1e3])
 def test_masses_a_thousand_apart_rest_on_each_other(ratio):
-    """A ball of so many times the mass lies on a box, which lies on a floor."""
+    """A ball of this mass ratio lies on a box, which lies on a floor."""
     mass = 0.1
     box = Link("box", joint=Free(), body=cuboid(mass, (0.05,) * 3), position=(0, 0, 0.05))
     weight = ratio * mass
@@ -480,7 +480,7 @@ def test_masses_a_thousand_apart_rest_on_each_other(ratio):
 
 
 def test_shapes_along_a_rod_touch_where_they_are():
-    """Plates at places inside a rod and at its tip, which lies on balls in the world."""
+    """Plates attached inside a rod and at its tip, which lies on balls in the world."""
     stiff = RUBBER | {"young_modulus": 5e7}
     segment = lissom.Segment(0.4, radius=0.01, modes={"bend_y": 4, "bend_z": 2}, **stiff)
     rod = Link("rod", rod=[segment])
@@ -500,13 +500,13 @@ def test_shapes_along_a_rod_touch_where_they_are():
     for name, touch in touches.items():
         pose = robot.pose(found.q, None if name == "None" else float(name))
         local = pose[:3, :3].T @ (touch.position - pose[:3, 3])
-        # The place is on the sphere, as deep in the lower face as it overlaps, and within that.
+        # The place is on the sphere, in the lower face by the overlap, and within the face.
         assert np.all(np.abs(local[:2]) < half[:2])
         assert local[2] == pytest.approx(-0.02 + touch.overlap, abs=1e-9)
 
 
 def test_tiny_and_deep_are_told():
-    """Edges of a micrometre work; what is in a box by more than half its thickness is refused."""
+    """Edges of a micrometre work; overlaps of more than half a box's thickness are rejected."""
     box = Link("box", joint=Free(), body=cuboid(0.1, (0.05,) * 3))
     thin = Box((0, 0, 0), (0.05, 0.05, 1e-6), link="box")
     robot = lissom.Robot([box], contacts=[Contact(thin, HalfSpace((0, 0, -1e-6)), stiffness=1e8)])

@@ -1,4 +1,4 @@
-"""Nothing passes through anything unseen, however long the steps are that a method chooses or is given."""
+"""Nothing passes through anything unnoticed, with adaptive and with long fixed steps."""
 
 import math
 
@@ -27,7 +27,7 @@ def thrown_ball(obstacle, radius=0.05):
 @pytest.mark.parametrize("name", OBSTACLES)
 @pytest.mark.parametrize("method", CHOOSING)
 def test_a_thrown_ball_comes_back(method, name):
-    """Without loss it has its kinetic energy again. Free flight has no error that would choose steps."""
+    """Without dissipation the kinetic energy is restored. Free flight has no error to control the steps."""
     robot = thrown_ball(OBSTACLES[name])
     run = lissom.simulate(robot, 1.0, v0=[3, 0, 0, 0, 0, 0], method=method)
     assert run.success, run.message
@@ -40,11 +40,11 @@ def test_a_thrown_ball_comes_back(method, name):
 @pytest.mark.parametrize("name", OBSTACLES)
 @pytest.mark.parametrize("dt", [1e-2, 5e-2])
 def test_steps_of_one_size_do_not_pass_either(dt, name):
-    """A step carries the ball by up to half a metre; impacts that no step resolves stop it."""
+    """A step moves the ball by up to half a metre; impacts shorter than a step stop it."""
     run = lissom.simulate(thrown_ball(OBSTACLES[name]), 0.5, v0=[10, 0, 0, 0, 0, 0], dt=dt)
     assert run.success, run.message
     if name == "small sphere":
-        # Hit beside its centre: the ball goes on around it.
+        # Hit off-centre: the ball continues around it.
         assert run.q[-1, 1] < -0.05
         ways = np.linspace(run.q[:-1, :3], run.q[1:, :3], 200)
         assert np.linalg.norm(ways - [1, 0.01, 0], axis=-1).min() > 0.048
@@ -54,7 +54,7 @@ def test_steps_of_one_size_do_not_pass_either(dt, name):
 
 
 def test_what_is_too_soft_to_stop_anything_is_said():
-    """The ball has 500 J, and the springs of the sphere hold 0.2 J before it is sunk."""
+    """The ball has 500 J, and the springs of the sphere take only 0.2 J before the ball is inside."""
     ball = lissom.Link("ball", body=lissom.Body(10.0, inertia=[1e-3] * 3), joint=lissom.Free())
     sphere = lissom.Sphere((1, 0, 0.003), 2e-3)
     contact = lissom.Contact(lissom.Ball("ball", 0.05), sphere, stiffness=1e5, dissipation=0.0)
@@ -68,7 +68,7 @@ def test_what_is_too_soft_to_stop_anything_is_said():
 
 @pytest.mark.parametrize("method", CHOOSING)
 def test_a_ball_that_is_thrown_up_is_kept_by_a_ceiling(method):
-    """In one step it would come back to where it was: the way there is looked at as well."""
+    """A single step would bring it back to its start, so the path within the step is checked as well."""
     ball = lissom.Link("ball", body=lissom.Body(1.0, inertia=[1e-3] * 3), joint=lissom.Free())
     ceiling = lissom.Box((0, 0, 1.0), (1, 1, 0.01))
     contact = lissom.Contact(lissom.Ball("ball", 0.02), ceiling, stiffness=1e5, dissipation=0.0)
@@ -115,7 +115,7 @@ def soft_rod(name, position, orientation=(1, 0, 0, 0)):
 
 @pytest.mark.parametrize("radius", [0.02, 1e-3])
 def test_a_rod_that_falls_on_a_peg_is_caught(radius):
-    """Its middle hits first, between two of its nodes where the peg is thin."""
+    """Its middle hits first, between two of its nodes if the peg is thin."""
     peg = lissom.Capsule((0.004, -1, 0), (0.004, 1, 0), radius)
     robot = lissom.Robot([soft_rod("rod", (-0.15, 0, 1.0))], contacts=[lissom.Contact("rod", peg)])
     ends = []
@@ -190,7 +190,7 @@ def test_ribbons_do_not_cross(section, options):
 
 @pytest.mark.parametrize("method", ["radau", "rk45", "dop853", "auto"])
 def test_what_spins_freely_is_followed(method):
-    """Its rate does not change, so that no error limits steps: one that turns it too far is tried again."""
+    """A constant rate has no error to limit the steps: a step with too large a rotation is repeated."""
     body = lissom.Link("body", body=lissom.Body(1.0, inertia=[1e-3] * 3), joint=lissom.Free())
     robot = lissom.Robot([body], gravity=(0, 0, 0))
     run = lissom.simulate(robot, 3.0, v0=[1, 0, 0, 0, -100.0, 0], method=method)

@@ -1,4 +1,4 @@
-"""Many rods that rub on each other: forces without noise, steps of few iterations, what these solve for."""
+"""Many rods with friction: smooth forces, few iterations per step, accuracy of the equations."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ FLOOR = lissom.HalfSpace()
 
 
 def pile(layers: int, *, friction: float = 0.3) -> lissom.Robot:
-    """Layers of three rods that lie across each other, a little turned, above a floor."""
+    """Layers of three rods that lie across each other, slightly rotated, above a floor."""
     segment = lissom.Segment(
         LENGTH,
         RADIUS,
@@ -48,7 +48,7 @@ def pile(layers: int, *, friction: float = 0.3) -> lissom.Robot:
 
 @pytest.fixture(scope="module")
 def fallen():
-    """Four layers, and how they fall onto each other."""
+    """Four layers that fall onto each other."""
     robot = pile(4)
     run = lissom.simulate(robot, 0.12, dt=1e-3)
     assert run.success, run.message
@@ -56,8 +56,9 @@ def fallen():
 
 
 def test_forces_between_rods_do_not_depend_on_rounding(fallen):
-    # Stiffnesses of 1e5 N/m, and friction of newtons that turns within 1e-4 m/s: a change of the coordinates
-    # by 1e-15 is one of the forces by some 1e-9. They jumped by 0.1 where nearest places were not found.
+    # With stiffnesses of 1e5 N/m, and friction of newtons that reverses within 1e-4 m/s, a change of the
+    # coordinates by 1e-15 changes forces by about 1e-9. Without convergence of the nearest points they jumped
+    # by 0.1.
     robot, run = fallen
     random = np.random.default_rng(1)
     for q, v in zip(run.q[::10], run.v[::10], strict=True):
@@ -68,7 +69,7 @@ def test_forces_between_rods_do_not_depend_on_rounding(fallen):
 
 
 def test_steps_of_a_pile_take_few_iterations(fallen):
-    # 7; line searches by the size of the next increment took 20.
+    # 7 iterations; line searches by the size of the next increment took 20.
     robot, run = fallen
     assert len(robot.touches(run.q[-1], run.v[-1])) > 100
     assert run.stats.newton_iterations <= 10 * run.stats.steps
@@ -77,7 +78,7 @@ def test_steps_of_a_pile_take_few_iterations(fallen):
 
 @pytest.mark.parametrize("friction", [0.0, 0.3, 2.0])
 def test_what_steps_solve_for_does_not_depend_on_how(friction):
-    # Accelerations tolerate an error of a millionth: tighter tolerances lead to the same states.
+    # Errors of accelerations of one millionth are tolerated: tighter tolerances lead to the same states.
     robot = pile(2, friction=friction)
     runs = [
         lissom.simulate(
@@ -91,7 +92,7 @@ def test_what_steps_solve_for_does_not_depend_on_how(friction):
 
 
 def test_momentum_changes_by_weight_and_floor_alone(fallen):
-    # Whatever rubs within the pile; the floor's push is summed at the ends of the steps.
+    # Independent of friction within the pile; the floor's impulse is summed at the ends of the steps.
     robot, run = fallen
     names = [contact.name for contact in robot.contacts if contact.name.endswith("floor")]
     weight = 9.81 * 12 * 1000 * np.pi * RADIUS**2 * LENGTH

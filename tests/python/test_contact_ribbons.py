@@ -1,4 +1,4 @@
-"""Rods with elliptic sections that touch each other, and themselves."""
+"""Contact of rods with elliptic sections, with each other and with themselves."""
 
 import numpy as np
 import pytest
@@ -11,7 +11,7 @@ BENDING = {"torsion": 1, "bend_y": 2, "bend_z": 2}
 
 
 def turned(about_x, about_z):
-    """Quaternion of a turn about z after one about x."""
+    """Quaternion of a rotation about x followed by one about z."""
     (cx, sx), (cz, sz) = ((np.cos(a / 2), np.sin(a / 2)) for a in (about_x, about_z))
     return (cz * cx, cz * sx, sz * sx, sz * cx)
 
@@ -24,7 +24,7 @@ def ribbon(name, section=(WIDE, THIN), modes=BENDING, **place):
 
 
 def crossed(height, about_x=0.0, about_z=np.pi / 2, first=(WIDE, THIN), second=(WIDE, THIN), **options):
-    """Two ribbons whose middles lie above each other."""
+    """Two ribbons crossing above each other at their middles."""
     half = 0.2 * np.array([np.cos(about_z), np.sin(about_z), 0.0])
     links = [
         ribbon("lower", second),
@@ -52,16 +52,16 @@ def deepest(robot, q=None):
 def test_they_touch_with_their_own_half_extents(about_x, first, distance, about_z):
     apart, pressed = (crossed(distance + by, about_x, about_z, first) for by in (1e-5, -1e-4))
     assert deepest(apart) == 0.0
-    # Places of the integral lie beside the middle: they are less deep.
+    # Quadrature points lie beside the middle, where the overlap is smaller.
     assert 0.5e-4 < deepest(pressed) <= 1e-4 + 1e-9
-    # Whichever is named first.
+    # In either order of the links.
     links = pressed.links
     swapped = lissom.Robot(links, gravity=(0, 0, 0), contacts=[lissom.Contact("lower", "upper")])
     assert 0.5e-4 < deepest(swapped) <= 1e-4 + 1e-9
 
 
 def test_nearly_round_rods_press_as_round_ones():
-    """Where they lie along each other; across, sections that are not round touch with their edges only."""
+    """Rods along each other; crossed rods with sections that are not round touch only with their edges."""
     random = np.random.default_rng(3)
     nearly, exact = (
         crossed(0.018, 0.4, 0.0, (0.01, width), (0.01, width), friction=0.3) for width in (0.0100001, 0.01)
@@ -76,7 +76,7 @@ def test_nearly_round_rods_press_as_round_ones():
 
 
 def test_forces_are_the_gradient_of_the_energy():
-    """Rods that are bent, twisted, turned: to the accuracy of the quadrature where a contact ends."""
+    """Bent, twisted and rotated rods, up to the accuracy of the quadrature at the ends of the contact."""
     random = np.random.default_rng(5)
     robot = crossed(0.0085, 0.15, 0.8, dissipation=0.0)
     bare = lissom.Robot(robot.links, gravity=(0, 0, 0))
@@ -136,7 +136,7 @@ def test_a_ribbon_that_falls_on_another_keeps_momentum_and_energy():
 
 
 def test_a_flat_loop_touches_itself_with_its_thin_side():
-    """A ribbon bent to more than a circle, its ends beside each other along their flat sides."""
+    """A ribbon bent to more than a circle, with its ends beside each other along their flat sides."""
     loop = ribbon("loop", modes={"bend_y": 3})
     robot = lissom.Robot([loop], gravity=(0, 0, 0), contacts=[lissom.Contact("loop", "loop")])
     q = np.zeros(robot.n)
@@ -146,7 +146,7 @@ def test_a_flat_loop_touches_itself_with_its_thin_side():
         q[6], q[7] = curvature, climb
         return deepest(robot, q)
 
-    # As a spiral the ends come nearer the less it climbs; with the wide side as radius all would touch.
+    # On a helix the ends are closer the less it climbs; with the wide side as radius all would touch.
     full = 2 * np.pi / 0.4
     overlaps = [overlap(1.35 * full, climb) for climb in np.linspace(0, 12, 13)]
     assert overlaps[0] > 0.0

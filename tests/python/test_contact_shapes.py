@@ -1,4 +1,4 @@
-"""Height fields and convex meshes against closed forms, and against the plainer shapes that they can be."""
+"""Height fields and convex meshes compared with closed forms, and with equivalent simpler shapes."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ CUBE_FACES = [
 
 
 def hill(height=0.1, length=1.0, number=81, width=2.0):
-    """Ground that rises and falls along x as a cosine does, and does not change along y."""
+    """Ground with a cosine profile along x, constant along y."""
     x = np.linspace(0.0, 2.0 * length, number)
     heights = 0.5 * height * (1.0 - np.cos(2.0 * np.pi * x / (2.0 * length)))
     return lissom.HeightField(np.stack([heights, heights], axis=1), (x[1], width), (-length, -0.5 * width, 0))
@@ -63,13 +63,13 @@ def shapes(robot, number=3, seed=1):
 
 
 def test_a_flat_field_is_a_half_space():
-    """Of a plane in any direction, beyond its rectangle, too."""
+    """A plane in any direction, also beyond the rectangle of the field."""
     turn = (0.96, 0.0, 0.28, 0.0)
     normal = np.array([2 * 0.96 * 0.28, 0.0, 1 - 2 * 0.28**2])
     flat = beam(lissom.HeightField(np.zeros((3, 4)), 0.05, (0.1, 0.2, 0.02), turn))
     plane = beam(lissom.HalfSpace((0.1, 0.2, 0.02), normal))
     for q, v in shapes(flat):
-        # The rod reaches across the plane.
+        # The rod extends across the plane.
         q[:3] = np.array([0.1, 0.2, 0.02]) - [0.3, 0, 0]
         wanted = plane.contact_forces(q, v)
         assert np.abs(wanted).max() > 1.0
@@ -78,7 +78,7 @@ def test_a_flat_field_is_a_half_space():
 
 @pytest.mark.parametrize("method", ["newmark", "radau", "dop853"])
 def test_a_ball_slides_over_a_hill_and_keeps_its_energy(method):
-    """Without friction `v^2 = v0^2 - 2 g h` as high as its centre has risen; the ball does not turn."""
+    """Without friction `v^2 = v0^2 - 2 g h` for the rise h of its centre; the ball does not rotate."""
     robot = ball_on(hill(), lissom.Planar((0, 1, 0)), stiffness=1e6, dissipation=0.0)
     sink = G / 1e6
     q0 = [-0.9, -(0.05 - sink) - 0.5 * 0.1 * (1 - np.cos(np.pi * 0.1)), 0.0]
@@ -95,7 +95,7 @@ def test_a_ball_slides_over_a_hill_and_keeps_its_energy(method):
 
 
 def test_a_ball_rolls_over_a_bump():
-    """Without slip a solid sphere has 7/10 m v^2, at the foot and on the top."""
+    """Without slip the energy of a solid sphere is 7/10 m v^2, at the foot and on the top."""
     robot = ball_on(
         hill(), lissom.Planar((0, 1, 0)), stiffness=1e7, dissipation=0.0, friction=1.0, slip_velocity=1e-5
     )
@@ -113,9 +113,9 @@ def test_a_ball_rolls_over_a_bump():
 
 
 def test_a_ball_rests_in_a_hollow():
-    """Bent along both axes: it lies where the slope is zero, and rolls about it as a pendulum does."""
+    """Curved along both axes: the ball rests where the slope is zero, and oscillates like a pendulum."""
     x = np.linspace(-1.0, 1.0, 41)
-    # A sphere's lower half, near enough to it.
+    # Approximately a sphere's lower half.
     bowl = 1.0 - np.sqrt(4.0 - x[:, None] ** 2 - x**2) + 1.0
     field = lissom.HeightField(bowl, x[1] - x[0], (-1, -1, 0))
     # In a bowl of radius 2 the centre of a ball of 0.1 without friction is a pendulum of length 1.9.
@@ -126,14 +126,14 @@ def test_a_ball_rests_in_a_hollow():
     period = 2 * np.pi * np.sqrt((1.9 + G / 1e5) / G)
     run = lissom.simulate(robot, period, dt=1e-3, q0=q0, method="newmark")
     assert run.success, run.message
-    # The period of a pendulum grows by a sixteenth of the amplitude squared: 4e-5 here.
+    # The period of a pendulum increases by a sixteenth of the amplitude squared: 4e-5 here.
     assert_allclose(run.q[-1, :2], q0[:2], atol=1e-4)
     half = run.q[len(run.q) // 2, :2]
     assert_allclose(half, -q0[:2], atol=1e-3)
 
 
 def test_a_heavy_rod_lies_in_a_valley():
-    """The ground carries its weight, and pushes along its normals."""
+    """The ground carries its weight, with forces along its normals."""
     segment = lissom.Segment(
         0.6, radius=0.01, young_modulus=1e6, poisson_ratio=0.4, density=1000, modes={"bend_y": 5}
     )
@@ -145,7 +145,7 @@ def test_a_heavy_rod_lies_in_a_valley():
     touches = robot.touches(found.q)
     weight = 1000 * np.pi * 1e-4 * 0.6 * G
     assert_allclose(sum(touch.force for touch in touches), [0, 0, weight], atol=1e-6 * weight)
-    # It is symmetric, and hangs between two places.
+    # It is symmetric, and is carried at two places.
     places = np.array([touch.position[0] for touch in touches])
     assert_allclose(places.mean(), 0.0, atol=1e-3)
     for touch in touches:
@@ -154,7 +154,7 @@ def test_a_heavy_rod_lies_in_a_valley():
 
 
 def test_the_surface_is_the_natural_spline():
-    """Ends of heights included: where a small ball is pressed down, against SciPy's spline."""
+    """A small ball is pressed on the field, also at its borders; compared with SciPy's spline."""
     random = np.random.default_rng(5)
     x = np.arange(6) * 0.2
     heights = 0.05 * random.standard_normal(6)
@@ -172,7 +172,7 @@ def test_the_surface_is_the_natural_spline():
 
 
 def tangents_agree(robot, q, v, atol):
-    """The tangent of contact against differences of its forces; it has to be more than nothing."""
+    """The tangent of contact compared with differences of its forces, which must not vanish."""
     free = lissom.Robot(robot.links, gravity=robot.gravity)
     a = np.zeros(robot.n)
 
@@ -191,7 +191,7 @@ def tangents_agree(robot, q, v, atol):
 
 
 def test_tangents_on_a_field_are_exact():
-    """Of a ball on curved ground, friction included: no quadrature moves."""
+    """A ball on curved ground, with friction: the quadrature points do not move."""
     random = np.random.default_rng(2)
     field = lissom.HeightField(0.015 * random.standard_normal((8, 7)), (0.1, 0.12), (-0.35, -0.36, 0))
     robot = ball_on(field, lissom.Free(), stiffness=1e4, friction=0.4, patch_radius=0.01)
@@ -212,7 +212,7 @@ def test_tangents_on_a_field_are_exact():
 @settings(max_examples=30, deadline=None)
 @given(st.integers(0, 2**32 - 1))
 def test_a_cube_of_triangles_is_a_box(seed):
-    """To rounding for balls. Integrals along rods are divided at other places: to 5e-3, as documented."""
+    """Up to rounding for balls. Integrals along rods are split at other places: 5e-3, as documented."""
     shape, triangles = lissom.Box((0, 0, -0.1), (0.2, 0.1, 0.1)), CUBE * [0.2, 0.1, 0.1] + [0, 0, -0.1]
     random = np.random.default_rng(seed)
     box, mesh = (
@@ -223,7 +223,7 @@ def test_a_cube_of_triangles_is_a_box(seed):
         q, v = np.zeros(6), random.standard_normal(6)
         q[:3] = random.uniform([-0.25, -0.15, -0.25], [0.25, 0.15, 0.05])
         wanted = box.contact_forces(q, v)
-        # Inside, two faces may be as near as each other.
+        # Inside, two faces may be equally near.
         sides = np.sort(np.abs([0.2, 0.1, 0.1]) - np.abs(q[:3] - [0, 0, -0.1]))
         if sides[0] < 0 or sides[1] - sides[0] > 1e-9:
             assert_allclose(
@@ -236,7 +236,7 @@ def test_a_cube_of_triangles_is_a_box(seed):
 
 
 def test_a_rounded_edge_has_its_radius():
-    """A ball on the edge of a wedge: as on a cylinder of that radius."""
+    """A ball on the edge of a wedge is as on a cylinder with that radius."""
     points = [[-1, -1, -1], [1, -1, -1], [0, -1, 0], [-1, 1, -1], [1, 1, -1], [0, 1, 0]]
     faces = [[0, 1, 2], [3, 4, 5], [0, 1, 4], [0, 4, 3], [1, 2, 5], [1, 5, 4], [0, 2, 5], [0, 5, 3]]
     wedge = ball_on(lissom.ConvexMesh(points, faces, 0.2), lissom.Free(), stiffness=1e4, friction=0.3)
@@ -285,14 +285,14 @@ ELLIPSE = lissom.Section.ellipse(0.02, 0.005)
 
 @pytest.mark.parametrize("angle", [0.0, 0.4, 1.0, np.pi / 2])
 def test_an_ellipse_rests_on_its_support(angle):
-    """It reaches `sqrt((a sin)^2 + (b cos)^2)` down, and presses there: with a moment."""
+    """Its extent downwards is `sqrt((a sin)^2 + (b cos)^2)`; it presses there with a moment."""
     robot = ribbon(lissom.HalfSpace(), ELLIPSE, {"bend_y": 2}, stiffness=1e4)
     reach = np.hypot(0.02 * np.sin(angle), 0.005 * np.cos(angle))
     q = np.zeros(robot.n)
     q[2:4] = reach - 0.001, angle
     force = robot.contact_forces(q, np.zeros(robot.n))
     assert_allclose(force[3:], [0, 0, 1e4 * 0.001 * 0.6], rtol=1e-9, atol=1e-9)
-    # The place is beside the axis by the derivative of that height.
+    # The derivative of that height gives the lateral position of the place.
     beside = (0.02**2 - 0.005**2) * np.sin(angle) * np.cos(angle) / reach
     touches = robot.touches(q)
     assert_allclose([touch.position[1] for touch in touches], -beside, atol=1e-9)
@@ -300,7 +300,7 @@ def test_an_ellipse_rests_on_its_support(angle):
 
 
 def test_a_ribbon_is_a_rod_where_it_is_round():
-    """Half extents that differ by little are those of a circle, where the rod lies along what it touches."""
+    """Nearly equal half extents act as a circle, if the rod lies along what it touches."""
     modes = {"bend_y": 3, "torsion": 2, "stretch": 1}
     obstacles = [
         lissom.HalfSpace((0, 0, 0), (0, 0.2, 1)),
@@ -321,7 +321,7 @@ def test_a_ribbon_is_a_rod_where_it_is_round():
 
 
 def test_tangents_of_ribbons_are_exact_on_a_floor():
-    """Bent, twisted and turned, sliding, all of it pressed down."""
+    """Bent, twisted and rotated, sliding, with contact along the complete ribbon."""
     random = np.random.default_rng(4)
     modes = {"bend_y": 2, "bend_z": 1, "torsion": 2, "stretch": 1}
     robot = ribbon(
@@ -348,7 +348,7 @@ def test_tangents_of_ribbons_on_a_ball_know_the_rolling_place():
 
 
 def test_a_ribbon_falls_flat_and_keeps_its_energy():
-    """Stood on its edge at an angle it tips over, and loses nothing but what dissipation takes."""
+    """Released on its edge at an angle it tips over, and loses only the dissipated energy."""
     robot = ribbon(lissom.HalfSpace(), ELLIPSE, {"bend_y": 1}, stiffness=1e5, dissipation=0.0)
     q0 = np.zeros(robot.n)
     angle = 1.2
@@ -363,7 +363,7 @@ def test_a_ribbon_falls_flat_and_keeps_its_energy():
 
 
 def test_a_wide_ribbon_lies_on_a_thin_plate():
-    """It does not count as having passed through what it lies on, though it is wider than that is thick."""
+    """It does not count as having passed through the plate, although the plate is thinner than the ribbon."""
     modes = {"bend_y": 2}
     robot = ribbon(
         lissom.Box((0.3, 0, -0.002), (0.4, 0.1, 0.002)), ELLIPSE, modes, stiffness=1e5, friction=0.5
@@ -396,7 +396,7 @@ def test_in_a_plane_rods_are_as_thick_as_they_are_in_it():
 @pytest.mark.parametrize("size", [0.002, 0.01, 0.03])
 @pytest.mark.parametrize("shift", [0.0, 0.013])
 def test_forces_of_small_edges_are_integrated(size, shift):
-    """A straight rod across a bar narrower than the way between its nodes, by SciPy's integral."""
+    """A straight rod across a bar narrower than the distance of its nodes, compared with SciPy's integral."""
     radius, overlap, k = 0.01, 0.004, 1e4
     points = CUBE * [size, 0.1, 0.05] - [0, 0, 0.05]
     obstacles = {
@@ -436,7 +436,7 @@ def test_forces_of_small_edges_are_integrated(size, shift):
 
 @pytest.mark.parametrize("method", ["newmark", "radau"])
 def test_a_ball_that_spins_on_a_floor_slows_down(method):
-    """`I w' = -mu m g r`: evenly, until it stands still."""
+    """`I w' = -mu m g r`: constant deceleration to rest."""
     mu, patch, spin = 0.4, 0.01, 5.0
     robot = ball_on(lissom.HalfSpace(), lissom.Free(), stiffness=1e5, friction=mu, patch_radius=patch)
     inertia = 0.4 * 0.05**2
@@ -450,7 +450,7 @@ def test_a_ball_that_spins_on_a_floor_slows_down(method):
     assert run.success, run.message
     assert_allclose(run.v[:, 5], spin - rate * run.t, atol=1e-3 * spin)
     assert_allclose(run.v[:, :5], 0.0, atol=1e-6)
-    # Then it creeps no faster than the slip velocity at the edge of the patch.
+    # After that it creeps at most with the slip velocity at the edge of the patch.
     run = lissom.simulate(robot, 2 * end, dt=end / 200, q0=q0, v0=v0, method=method)
     assert abs(run.v[-1, 5]) < 1e-4 / patch
 

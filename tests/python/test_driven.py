@@ -1,8 +1,7 @@
-"""Joints that move as prescribed, or as other joints do.
+"""Joints with prescribed motion, or that mimic other joints.
 
-All is held against the same robot with free joints, whose forces the NumPy reference or `lissom` itself
-says: driven coordinates are ``q_all = G q + o(t)``, forces ``G.T @ tau_all``.
-"""
+Everything is compared with the same robot with free joints, whose forces come from the NumPy reference or
+from `lissom`: driven coordinates are ``q_all = G q + o(t)``, forces ``G.T @ tau_all``."""
 
 import copy
 import pickle
@@ -41,7 +40,7 @@ def sway(t):
 
 
 def assert_close(actual, desired, tolerance=1e-10):
-    """Relative to the largest value: entries may vanish."""
+    """Compares relative to the largest value, because entries may vanish."""
     assert_allclose(actual, desired, rtol=0, atol=tolerance * max(1e-6, np.abs(desired).max(initial=0)))
 
 
@@ -50,7 +49,7 @@ def state(n, seed=1, size=0.4):
 
 
 def test_accelerations_know_what_is_driven():
-    """The derivative of the velocity in time, of links with driven and with free joints."""
+    """The time derivative of the velocity, for links with driven and with free joints."""
     links = [
         Link("driven", body=BALL, joint=Revolute((0, 0, 1), motion=SWAY)),
         Link("free", parent="driven", position=(0.2, 0, 0), rod=[SOFT], joint=Revolute((0, 1, 0))),
@@ -134,7 +133,7 @@ def test_a_prescribed_hinge_is_a_base_that_turns(axis):
 
 
 def test_a_link_in_the_middle_of_a_rod_moves_as_prescribed():
-    """Its free joint is given by a BaseMotion; forces are those of the free robot in the same motion."""
+    """Its free joint follows a BaseMotion; forces are those of the free robot in the same motion."""
     motion = BaseMotion(
         translation=Harmonic((0.01, 0.02, -0.015), 2.0, phase=0.4),
         axis=(0.3, 0.5, -0.8),
@@ -154,7 +153,7 @@ def test_a_link_in_the_middle_of_a_rod_moves_as_prescribed():
     assert (driven.n, free.n) == (11, 17)
     own = np.r_[0:6, 12:17]
     q, v, a = state(11)
-    # Beyond half a turn the short rotation vector stands for the same rotation.
+    # Beyond half a turn the short rotation vector represents the same rotation.
     for t in (0.0, 0.1, 0.3, 0.7):
         whole = np.zeros((3, 17))
         whole[:, own] = q, v, a
@@ -191,7 +190,7 @@ def test_rotations_by_quaternions_and_about_an_axis_are_the_same_motion():
 
 
 def test_forms_of_a_motion_agree():
-    """A table is a spline, a function without derivatives gets them by differences."""
+    """A table is a spline; derivatives of a function without them are differences."""
     times = np.linspace(-0.5, 1.5, 4001)
     forms = [SWAY, (times, [sway(t)[0] for t in times]), lambda t: sway(t)[0], lambda t: sway(t)]
     q, v, a = state(6)
@@ -202,7 +201,7 @@ def test_forms_of_a_motion_agree():
         assert_close(other, first, 1e-6)
     held = turret(Revolute((0, 0, 1), motion=0.7))
     fixed = turret(Revolute((0, 0, 1), motion=Harmonic(mean=0.7)))
-    # What never changes takes no time.
+    # A constant motion needs no time.
     assert_close(held.inverse_dynamics(q, v, a), fixed.inverse_dynamics(q, v, a, t=3.0))
 
 
@@ -235,7 +234,7 @@ def test_every_method_moves_it_as_a_moving_base_does(method):
 
 
 def test_the_balance_closes_with_the_work_of_the_drives():
-    """The error of the balance goes down with the square of the step; the work is most of it."""
+    """The error of the balance decreases with the square of the step; the work is most of the energy."""
     robot = Robot(
         [
             Link("rail", body=BALL, joint=Prismatic((0, 1, 0), motion=Harmonic(0.05, 2.0))),
@@ -264,7 +263,7 @@ def test_the_balance_closes_with_the_work_of_the_drives():
 
 
 def test_statics_and_modes_turn_with_a_rotor():
-    """As of a base that turns: centrifugal stiffening, and the shape that centrifugal force holds."""
+    """As with a rotating base: centrifugal stiffening, and the equilibrium under centrifugal forces."""
     blade = lissom.Segment(1.0, 0.01, 7e10, 2.6e10, 2700, {"bend_y": 4})
     spin = Harmonic(rate=100.0)
     driven = Robot([Link("blade", rod=[blade], joint=Revolute((0, 0, 1), motion=spin))], gravity=(0, 0, 0))
@@ -283,7 +282,7 @@ def test_statics_and_modes_turn_with_a_rotor():
 
 @pytest.mark.parametrize("make", ["hinge", "base", "inner"])
 def test_linear_models_see_velocities_of_what_is_prescribed(make):
-    """Outputs of the linear model are those of the robot close by, to first order."""
+    """Outputs of the linear model agree with those of the robot nearby, to first order."""
     spin = Harmonic(rate=7.0)
     if make == "hinge":
         robot = turret(Revolute((0, 0, 1), motion=spin))
@@ -349,7 +348,7 @@ def test_a_robot_without_coordinates_of_its_own_has_none():
 
 
 def gripper(**joint):
-    """Two soft fingers of which one may do what the other one does."""
+    """Two soft fingers, one of which may mimic the other."""
     return Robot(
         [
             Link("palm", body=BALL, joint=Prismatic((0, 0, 1), stiffness=40.0)),
@@ -393,7 +392,7 @@ def test_a_gripper_moves_as_its_reduction():
 
 
 def test_two_geared_pendulums_swing_with_their_frequency():
-    """``(I1 + k^2 I2) a = -g m (l1 sin(q) + k l2 sin(k q))``: the small oscillation in closed form."""
+    """Small oscillation of ``(I1 + k^2 I2) a = -g m (l1 sin(q) + k l2 sin(k q))`` in closed form."""
     mass, first, second, k, g = 0.5, 0.4, 0.25, -2.0, 9.81
     robot = Robot(
         [
@@ -418,7 +417,7 @@ def test_two_geared_pendulums_swing_with_their_frequency():
 
 
 def test_mimics_of_mimics_and_of_motions():
-    """A chain multiplies, in any order of the links; of a prescribed joint it is prescribed."""
+    """Factors of a chain multiply, in any order of the links; a chain may end at a prescribed joint."""
 
     def chain(**last):
         hinge = {"axis": (0, 1, 0)}
@@ -457,7 +456,7 @@ def test_mimics_of_mimics_and_of_motions():
 
 
 def test_what_mimics_needs_no_mass_of_its_own():
-    """But what it mimics has some behind it, or behind what follows it."""
+    """But the joint that it mimics has inertia behind it, or behind what follows it."""
     light = Robot(
         [
             Link("knob", joint=Revolute((0, 1, 0))),
@@ -484,7 +483,7 @@ def test_what_mimics_needs_no_mass_of_its_own():
 
 
 def test_supports_hold_what_follows():
-    """Springs of supports, and statics by them, go through the reduction."""
+    """Springs of supports, also in statics, are reduced correctly."""
 
     def robot(**joint):
         fingers = gripper(**joint)
@@ -510,7 +509,7 @@ def test_supports_hold_what_follows():
 
 @st.composite
 def driven_robots(draw):
-    """A description, and the same with some of its joints driven, with G, o and its derivatives at a time."""
+    """A description, and the same with some driven joints, with G, o and its derivatives at a time."""
     description = draw(robots())
     plain = copy.deepcopy(description)
     single = [
@@ -575,7 +574,7 @@ def test_random_robots_are_reductions_of_the_reference(drawn, seed):
     size = np.abs(forces).max(initial=1e-6)
     assert_allclose(tau, G.T @ forces, rtol=0, atol=1e-10 * size)
     if not any("rod" in link for link in plain["links"]):
-        # Rods of the reference are those of other nodes.
+        # The reference's rods have other nodes.
         assert_allclose(tau, G.T @ reference.inverse_dynamics(*whole), rtol=0, atol=1e-9 * size)
     for reduced, matrix in zip(robot.tangent(q, v, a, t=t), free.tangent(*whole), strict=True):
         assert_allclose(reduced, G.T @ matrix @ G, rtol=0, atol=1e-10 * np.abs(matrix).max(initial=1e-6))
@@ -769,7 +768,7 @@ def test_scenes_name_what_is_wrong_with_a_drive(old, new, key, says):
 
 
 def test_the_mass_matrix_of_what_moves_by_itself_takes_a_time():
-    """A point mass that slides along a turning bar: m r(t)^2, and the bar's own."""
+    """A point mass that slides along a rotating bar: m r(t)^2 plus the inertia of the bar."""
     bar = Body(1.0, centre=(0.3, 0, 0), inertia=(0.01, 0.01, 0.01))
     slide = Prismatic((1, 0, 0), motion=Harmonic(0.2, 1.0, mean=1.0))
     robot = Robot(

@@ -1,4 +1,4 @@
-"""Many runs as datasets, pictures and reports."""
+"""Ensembles as datasets, pictures and reports."""
 
 import matplotlib as mpl
 import numpy as np
@@ -26,7 +26,7 @@ def many(keep="states", count=21, **options):
 
 
 def with_failures():
-    """Two of three runs are torn apart by their tip force."""
+    """Two of three runs fail because of their tip force."""
     wild = lissom.Rod(rod().segments, tip_force=(0, 0, 1e300))
     return lissom.simulate_many([rod(), wild, wild], 0.2, dt=0.01)
 
@@ -35,7 +35,7 @@ def test_quantiles_are_those_of_the_rows():
     result = many()
     found = quantiles(result)
     assert found.shape == (3, 21, 3)
-    # At the start the rows are in order: the middle one of 21, and the second of either end.
+    # At the start the rows are ordered: the middle one of 21, and the second from either end.
     np.testing.assert_allclose(found[:, 0, 0], [0.1, 1.0, 1.9], rtol=1e-12)
     with pytest.raises(ValueError, match="it has kept 'final'"):
         quantiles(many("final"))

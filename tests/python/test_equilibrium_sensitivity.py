@@ -1,4 +1,4 @@
-"""Derivatives of equilibria and frequencies: closed forms, and differences of whole searches."""
+"""Derivatives of equilibria and frequencies: closed forms, and differences of complete searches."""
 
 import numpy as np
 import pytest
@@ -60,7 +60,7 @@ def test_a_heavy_rod_against_differences(key):
 
 
 def test_a_straight_cantilever():
-    """The frequency goes with sqrt(E / rho) and with r, and so do the derivatives."""
+    """The frequency is proportional to sqrt(E / rho) and to r, which gives the derivatives."""
     segment = lissom.Segment(1.0, 5e-3, E, G, RHO, modes={"bend_y": 5})
     rod = lissom.Rod([segment], gravity=(0, 0, 0))
     names = ["segments[0].young_modulus", "segments[0].density"]
@@ -75,7 +75,7 @@ def test_a_straight_cantilever():
 
 
 def test_a_small_deflection_is_that_of_a_beam():
-    """F L^3 / 3 E I: the derivatives by modulus and radius are -1 and -4 times the deflection over them."""
+    """F L^3 / 3 E I: derivatives by modulus and radius are -1 and -4 times the deflection over these."""
     force = -1e-4
     segment = lissom.Segment(LENGTH, RADIUS, E, G, RHO, modes={"bend_y": 4})
     rod = lissom.Rod([segment], gravity=(0, 0, 0), loads=[lissom.Load(force=(0, 0, force))])

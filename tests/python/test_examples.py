@@ -1,4 +1,4 @@
-"""The examples and the README's code run as they stand."""
+"""The examples and the code of the README run unchanged."""
 
 import re
 import runpy
@@ -14,7 +14,7 @@ import lissom
 
 ROOT = Path(__file__).parents[2]
 EXAMPLES = sorted((ROOT / "examples" / "python").glob("*.py"))
-#: What an example takes that tests do not, and how it is run in less time.
+#: Packages that examples need in addition, and arguments for shorter runs.
 NEEDS = {"train_reach": "stable_baselines3", "gait_search": "cma"}
 SHORT = {
     "gait_search": ["--time", "0.5", "--evaluations", "40"],
@@ -54,7 +54,7 @@ def test_finger_holds_its_target_with_the_holding_tensions_alone():
 
 @pytest.fixture
 def finger_mpc(monkeypatch):
-    """The example on model-predictive control, which takes the finger from its neighbour."""
+    """The example of model-predictive control, which imports the finger from its neighbour."""
     pytest.importorskip("piqp")
     monkeypatch.syspath_prepend(ROOT / "examples" / "python")
     yield runpy.run_path(str(ROOT / "examples" / "python" / "finger_mpc.py"))
@@ -62,7 +62,7 @@ def finger_mpc(monkeypatch):
 
 
 def test_prediction_is_what_the_simulation_does_next(finger_mpc):
-    """For small motions: its error is of second order in them."""
+    """For small motions the prediction error is of second order."""
     finger = finger_mpc["finger"]
     u = np.array([0.2, 0.5, 1.0, 0.1])
     q0 = lissom.statics(finger, u=u).q
@@ -108,7 +108,7 @@ def test_regulator_catches_a_pole_that_falls_without_it():
 
 
 def test_tendon_robot_is_as_exact_as_documented():
-    """From every sixth row, without friction; docs/tendon_robot.md has all of it."""
+    """Every sixth row, without friction; docs/tendon_robot.md has the complete comparison."""
     example = runpy.run_path(str(ROOT / "examples" / "python" / "tendon_robot.py"))
     training, validation = example["recordings"]()
     assert (len(training), len(validation)) == (1620, 443)
@@ -119,7 +119,7 @@ def test_tendon_robot_is_as_exact_as_documented():
 
 
 def test_derivatives_of_the_tendon_robot_are_exact():
-    """One Newton step against differences of equilibria."""
+    """One Newton step, compared with differences of equilibria."""
     example = runpy.run_path(str(ROOT / "examples" / "python" / "tendon_robot.py"))
     training, _ = example["recordings"]()
     model = example["Model"](example["angles_of_pulls"](training))
@@ -178,7 +178,7 @@ def test_gait_along_the_gradient_beats_as_many_runs_of_evolution():
 
 
 def test_swing_up_ends_upright_with_the_least_effort():
-    """Where the effort is least no change of torques that keeps the end makes it less."""
+    """At the minimum effort, no change of the torques that keeps the final state reduces it."""
     example = runpy.run_path(str(ROOT / "examples" / "python" / "swing_up.py"))
     shooting = example["Shooting"](1.2, 12)
     found = example["swing_up"](shooting, 0.4)

@@ -1,4 +1,4 @@
-"""Identification on synthetic motions, whose parameters are known."""
+"""Identification from synthetic motions with known parameters."""
 
 import numpy as np
 import pytest
@@ -45,7 +45,7 @@ def test_intervals_cover_as_often_as_they_say():
         found = lissom.fit(finger(), (t, noisy), GUESSES, rtol=1e-9)
         low, high = found.intervals.T
         covered += (low <= list(RIGHT.values())) & (list(RIGHT.values()) <= high)
-    # 114 of 120 on average, with a standard deviation of 2.4: three of them to each side, at most all.
+    # 114 of 120 on average, with a standard deviation of 2.4: the bound is three of these below.
     assert (covered >= 107).all(), covered
     assert abs(found.noise - 1e-3) < 3e-4
 
@@ -59,7 +59,7 @@ def test_known_noise_is_taken():
 
 
 def test_what_the_data_do_not_determine_is_said():
-    # Young's modulus and the density of a rod without gravity: only their quotient matters.
+    # Young's modulus and the density of a rod without gravity: only their ratio matters.
     rod = lissom.Rod([lissom.Segment(0.3, 0.01, 3e5, 4e5, 1100, **FINGER)], gravity=(0, 0, 0))
     q0 = [1.0, 0.2]
     run = lissom.simulate(rod, 0.4, q0=q0)
@@ -136,7 +136,7 @@ OF_WIRE = {"segments[0].young_modulus": (1e5, 4e5, 1e6), "segments[0].density": 
 
 
 def test_exact_shapes_give_the_right_parameters():
-    """Weight and tension bend the arm: together they tell modulus and density."""
+    """Weight and tension bend the arm: together they determine modulus and density."""
     data = lissom.StaticShapes(shapes(arm(), INPUTS, MARKERS), u=INPUTS)
     found = lissom.fit(arm(4e5, 900.0), data, OF_WIRE, places=MARKERS, tol=1e-12)
     assert found.success
@@ -161,7 +161,7 @@ def test_intervals_of_shapes_cover_as_often_as_they_say():
         data = lissom.StaticShapes(exact + 1e-4 * rng.standard_normal(exact.shape), u=INPUTS)
         low, high = lissom.fit(arm(), data, OF_WIRE, places=MARKERS).intervals.T
         covered += (low <= [3e5, 1100.0]) & (high >= [3e5, 1100.0])
-    # 76 of 80 on average, with a standard deviation of 2: three of them to the lower side.
+    # 76 of 80 on average, with a standard deviation of 2: the bound is three of these below.
     assert (covered >= 70).all(), covered
 
 
@@ -171,7 +171,7 @@ def straight(young=3e5, density=1100.0):
 
 
 def test_frequencies_of_a_beam_give_its_modulus():
-    """They go with sqrt(E / rho): another density asks for another modulus in proportion."""
+    """Frequencies are proportional to sqrt(E / rho): modulus and density scale together."""
     measured = lissom.equilibrium_sensitivity(straight(), ["gravity[2]"], frequencies=3).frequencies
     found = lissom.fit(
         straight(5e5, 2200.0),
@@ -181,7 +181,7 @@ def test_frequencies_of_a_beam_give_its_modulus():
     assert found.success
     assert found.values[0] == pytest.approx(6e5, rel=1e-6)
     assert found.residuals.shape == (3,)
-    # The interval of a single parameter is that of a straight line through zero.
+    # The interval of a single parameter is that of a line through zero.
     noisy = lissom.NaturalFrequencies(measured * [1.001, 0.999, 1.0])
     found = lissom.fit(straight(), noisy, {"segments[0].young_modulus": 3e5}, noise=0.02)
     slope = measured / (2 * found.values[0])
@@ -230,7 +230,7 @@ def test_bad_measurements_are_refused(message):
 
 
 def driven():
-    """A finger that a tendon bends by inputs that are known."""
+    """A finger bent by a tendon with known inputs."""
     pull = lissom.Tendon("pull", [lissom.Along(offset=(0, 0.006))], tension=lissom.Input("pull", 0.0))
     segment = lissom.Segment(0.3, 0.01, 3e5, 5e5, 1100, **FINGER)
     return lissom.Rod([segment], actuators=[pull])
@@ -273,7 +273,7 @@ def test_trial_runs_that_fail_turn_the_search_back(kind, monkeypatch):
     assert failed
     np.testing.assert_allclose(found.values, list(RIGHT.values()), rtol=1e-6)
     assert f"1 of {found.runs} trial runs failed" in found.message
-    # With the guess itself it is the caller's turn.
+    # With the initial guess itself, the exception is raised.
     failed.clear()
     with pytest.raises(kind, match="that was too much"):
         lissom.fit(finger(), motion(finger()), GUESSES | {"segments[0].young_modulus": (1e5, 3e5, 1e6)})

@@ -1,4 +1,4 @@
-"""Rods in a fluid: forces by an independent reference, and motions that are known."""
+"""Rods in a fluid: forces compared with an independent reference, and motions with known solutions."""
 
 import copy
 import pickle
@@ -33,7 +33,7 @@ def arm(fluid=None, *, modes=4, density=1000.0, gravity=(0, 0, 0), strains=("ben
     return lissom.Rod([segment], gravity=gravity, fluid=fluid, **rod)
 
 
-# What it is
+# Defaults and validation
 
 
 def test_defaults_are_the_documented_ones():
@@ -102,7 +102,7 @@ def test_explained():
     assert "fluid" in arm().explain().split("skipped")[1]
 
 
-# Against the reference
+# Comparison with the reference
 
 
 def both(segments, fluid, *, nodes=None, **rod):
@@ -158,7 +158,7 @@ fluids = st.fixed_dictionaries(
     random_segments().filter(lambda segment: any(segment["modes"].values())), fluids, st.integers(0, 10**6)
 )
 def test_random_rods_agree_with_the_reference(segment, fluid, seed):
-    """Where the velocity turns around along the rod, |v| v has a kink: m nodes err by about m^-3."""
+    """Where the velocity changes its sign along the rod, |v| v has a kink: m nodes err by about m^-3."""
     rod, wanted = both([segment], fluid, nodes=64, gravity=(1.0, -2.0, -9.0))
     random = np.random.default_rng(seed)
     q, qd, qdd = 0.2 * random.standard_normal((3, rod.n)) / max(1.0, segment["length"])
@@ -166,7 +166,7 @@ def test_random_rods_agree_with_the_reference(segment, fluid, seed):
     assert_allclose(rod.inverse_dynamics(q, qd, qdd), tau, rtol=0, atol=1e-5 * np.abs(tau).max(initial=0))
 
 
-# What is known
+# Known solutions
 
 
 def test_a_rod_in_a_fluid_of_its_own_density_floats():
@@ -181,7 +181,7 @@ def test_a_rod_in_a_fluid_of_its_own_density_floats():
 
 @pytest.mark.parametrize("coefficient", [0.0, 1.0, 2.5])
 def test_added_mass_lowers_the_frequencies(coefficient):
-    """By sqrt(m / (m + m_a)) for a rod that only bends, but for its rotary inertia."""
+    """By sqrt(m / (m + m_a)) for a rod that only bends, except for its rotary inertia."""
     fluid = lissom.Fluid(800.0, added_mass_coefficient=coefficient)
     segment = lissom.Segment(1.0, 1e-4, 1e9, 4e8, 1000.0, {"bend_y": 6})
     dry, wet = (lissom.Rod([segment], gravity=(0, 0, 0), fluid=fluid) for fluid in (None, fluid))
@@ -192,7 +192,7 @@ def test_added_mass_lowers_the_frequencies(coefficient):
 
 @pytest.mark.parametrize("drag", [0.02, 0.5, 20.0])
 def test_viscous_drag_of_one_mode(drag):
-    """m q'' + c q' + k q = 0: drag per length over mass per length is twice the rate of decay."""
+    """m q'' + c q' + k q = 0: drag per length divided by mass per length is twice the decay rate."""
     segment = lissom.Segment(1.0, 1e-4, 1e9, 4e8, 1000.0, {"bend_y": 1})
     fluid = lissom.Fluid(0.0, viscous_drag=(drag * 1e-5, 0))
     rod = lissom.Rod([segment], gravity=(0, 0, 0), fluid=fluid)
@@ -209,7 +209,7 @@ def test_viscous_drag_of_one_mode(drag):
 def test_tangential_drag_is_felt_by_stretching():
     segment = lissom.Segment(1.0, 0.01, 1e8, 4e7, 1000.0, {"stretch": 1})
     rod = lissom.Rod([segment], gravity=(0, 0, 0), fluid=lissom.Fluid(0.0, viscous_drag=(5.0, 2.0)))
-    # v = X qd: the drag has the generalised force 2 int X^2.
+    # v = X qd: the generalised force of the drag is 2 int X^2.
     assert_allclose(rod.inverse_dynamics([0.0], [0.3], [0.0]), 2.0 / 3 * 0.3, rtol=1e-12)
     quadratic = lissom.Rod(
         [segment], gravity=(0, 0, 0), fluid=lissom.Fluid(10.0, drag_coefficients=(1.0, 0.5), buoyancy=False)
@@ -244,7 +244,7 @@ def test_a_current_bends_a_rod_and_the_motion_comes_to_rest_there():
 
 
 def test_drag_keeps_a_cable_in_a_current():
-    """Its stiffness is that of follower loads, and alone would let it flutter."""
+    """Its stiffness is that of follower loads, and alone would lead to flutter."""
     cable = lissom.Segment(1.0, 0.003, 1e6, 1e6 / 3, 2000.0, {"bend_y": 8})
     down = (np.sqrt(0.5), 0, np.sqrt(0.5), 0)
     stream = lissom.Fluid(1000.0, (0.5, 0, 0), drag_coefficients=(1.2, 0.01))
@@ -287,7 +287,7 @@ def test_added_mass_turns_a_rod_across_the_stream():
     segment = lissom.Segment(1.0, 0.01, 1e8, 4e7, 1000.0, {"bend_y": 1})
     fluid = lissom.Fluid(1000.0, (0.3, 0, 0.2), buoyancy=False)
     rod = lissom.Rod([segment], gravity=(0, 0, 0), fluid=fluid)
-    # Section X turns by X q about y: the generalised force is m_a u_x u_z / 2.
+    # Section X rotates by X q about y: the generalised force is m_a u_x u_z / 2.
     tau = rod.inverse_dynamics([0.0], [0.0], [0.0])
     assert_allclose(np.abs(tau), 1000 * AREA * 0.3 * 0.2 / 2, rtol=1e-12)
     energies = [rod.energy([q], [0.0]).loads for q in (-1e-5, 1e-5)]

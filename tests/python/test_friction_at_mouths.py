@@ -1,4 +1,4 @@
-"""Friction of tendons where embedded and straight parts meet: the angle there, found from poses alone."""
+"""Friction of tendons where embedded and straight parts meet, with the angle computed from poses."""
 
 import numpy as np
 import pytest
@@ -35,7 +35,7 @@ def place(robot, q, X):
 
 
 def corner(robot, q, X):
-    """The angle between the embedded path, by differences of places, and the straight part at its end."""
+    """Angle between the embedded path, by differences of positions, and the straight part at its end."""
     sign = 1 if X == 0.0 else -1
     h = sign * 1e-4
     weights = np.array([-25 / 12, 4.0, -3.0, 4 / 3, -1 / 4]) / h
@@ -45,7 +45,7 @@ def corner(robot, q, X):
 
 
 def turning(robot, q):
-    """Of the embedded path, by many places."""
+    """Total turning angle of the embedded path, from many points."""
     places = np.array([place(robot, q, X) for X in np.linspace(0, LENGTH, 4001)])
     ways = np.diff(places, axis=0)
     ways /= np.linalg.norm(ways, axis=1)[:, None]
@@ -78,7 +78,7 @@ def test_behind_the_end_of_a_rod(seed, sliding):
 
 @pytest.mark.parametrize("seed", range(4))
 def test_before_the_beginning_of_a_rod(seed):
-    """The tendon comes from a hole in the world to a rod on a hinge: the straight part loses nothing."""
+    """The tendon goes from a hole in the world to a rod on a hinge: the straight part has no friction."""
     hole = lissom.Via(None, tuple(HOLE))
 
     def robot(path, friction=FRICTION):

@@ -23,7 +23,7 @@ def slider(sliding):
 
 
 def force(x, sliding):
-    """What the slider needs: the tension falls by ``exp(-friction * angle)`` where the tendon turns."""
+    """Force on the slider: the tension decreases by ``exp(-friction * angle)`` where the tendon turns."""
     place = np.array([x, 0.0, 0.0])
     before = (place - FIRST) / np.linalg.norm(place - FIRST)
     after = (LAST - place) / np.linalg.norm(LAST - place)
@@ -46,7 +46,7 @@ def test_forces_are_those_of_the_closed_form(x):
 
 
 def test_a_straight_path_loses_nothing():
-    """The angle of a tendon that does not turn is zero, and smooth there."""
+    """The angle of a straight tendon is zero, and smooth there."""
     path = [lissom.Via(None, (-0.2, 0, 0)), lissom.Via("a", (0, 0, 0)), lissom.Via(None, (0.3, 0, 0))]
     tendon = lissom.Tendon("pull", path, tension=TENSION, friction=FRICTION, sliding=1.0)
     body = lissom.Body(0.1, inertia=np.diag([1e-4] * 3))

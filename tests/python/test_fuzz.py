@@ -1,4 +1,4 @@
-"""Fuzzing for some seconds; and that the fuzzing itself would find what it is for."""
+"""Fuzzing for some seconds; and tests that the fuzzer detects planted faults."""
 
 import tomllib
 
@@ -17,7 +17,7 @@ BY_NAME = {harness.NAME: harness for harness in (scenes, api, solvers)}
 
 
 def findings_of(harness, some):
-    """Faults of cases, by signature; where known and still open they are left out."""
+    """Faults of cases by signature, except known and open ones."""
     found = Findings(None)
     pool.run_all(harness, some, 1, judge.LIMIT, found.of(harness))
     return {signature: fault.outcome.detail for signature, fault in found.faults.items()}
@@ -72,7 +72,7 @@ def test_scenes_of_the_corpus_run_and_set_every_key():
     assert unset == set()
 
 
-#: Seconds of processor time of a planted case.
+#: Processor time of a planted case, seconds.
 LIMIT = 2.0
 
 PLANTED = {
@@ -90,14 +90,14 @@ PLANTED = {
 
 @pytest.fixture(scope="module")
 def worker():
-    """Starting one takes a second."""
+    """A worker for several tests, because its start takes a second."""
     with pool.Worker(LIMIT) as one:
         yield one
 
 
 @pytest.mark.parametrize("verdict", PLANTED)
 def test_planted_faults_of_calls_are_found(verdict, worker):
-    # Memory takes time to touch.
+    # Allocating memory takes time.
     worker.limit = 20.0 if verdict == "memory" else LIMIT
     assert worker.run(api, PLANTED[verdict].encode(), ".py").verdict == verdict
     assert worker.run(api, b"def call():\n    raise ValueError('x: got 1')\n", ".py").verdict == "refused"
@@ -109,7 +109,7 @@ def test_another_layout_with_another_result_is_found(worker):
 
 
 def test_a_wrong_success_of_a_solver_is_found(monkeypatch):
-    """A solver that takes the equations for others."""
+    """A solver that solves other equations."""
     problem = {
         "fun": lambda t, y: -y,
         "t_span": (0.0, 1.0),

@@ -1,4 +1,4 @@
-"""Environments for reinforcement learning: Gymnasium's rules, sense of the motions, one robot and many."""
+"""Environments for reinforcement learning: Gymnasium's rules, plausible motions, vector environments."""
 
 import copy
 import pickle
@@ -30,14 +30,14 @@ def name(request):
 
 
 class Overpulled(lissom.gym.Reach):
-    """Tendons that pull an arm to pieces where they pull at all."""
+    """Tendons that destroy an arm at any tension."""
 
     def inputs(self, actions):
         return 1e9 * (actions + 1.0)
 
 
 class Turning(lissom.gym.Task):
-    """A rod on a base that turns: where its tip is depends on the time."""
+    """A rod on a rotating base: the position of its tip depends on the time."""
 
     dt, control_step, max_episode_steps = 5e-3, 0.02, 50
     window = ((-0.5, -0.5, 0.0), (0.5, 0.5, 0.0))
@@ -61,12 +61,12 @@ class Turning(lissom.gym.Task):
 
 
 def softer(random):
-    """An arm of another material; a function that other processes find by its name."""
+    """An arm of another material; a module-level function, so that other processes find it by name."""
     return reach.arm(random.uniform(5e5, 9e5), random.uniform(900.0, 1200.0))
 
 
 def run(env, steps, seed=0):
-    """All that an environment gives, over resets."""
+    """Everything that an environment returns, including resets."""
     given = [env.reset(seed=seed)]
     env.action_space.seed(seed)
     for _ in range(steps):
@@ -77,7 +77,7 @@ def run(env, steps, seed=0):
 
 
 def assert_same(first, second):
-    """To the bit, through dictionaries and sequences."""
+    """Compares bitwise, through dictionaries and sequences."""
     if isinstance(first, dict):
         assert first.keys() == second.keys()
         for key in first:
@@ -113,7 +113,7 @@ def test_random_actions_give_numbers_within_the_space(name):
         if len(rest) == 4:
             assert np.isfinite(rest[0])
             assert type(rest[0]) is float
-    # Somewhere between its bounds, no channel being the same all the time.
+    # Within the bounds, and no channel is constant.
     observations = np.array([each[0] for each in given])
     assert (np.ptp(observations, axis=0) > 0).all()
 
@@ -179,7 +179,7 @@ def test_a_base_may_move():
         assert_array_equal(seen, task.robot.pose(simulation.q, t=simulation.t)[:3, 3])
         if k < 10:
             assert_array_equal(rows[1], seen)
-    # The second episode of the rows began at the start of time.
+    # The second episode of the rows started at time zero.
     assert many.simulations.t == pytest.approx(3 * 0.02)
     tip = task.robot.pose(many.simulations.q[1], t=many.simulations.t[1])[:3, 3]
     assert_array_equal(rows[1], tip)
@@ -231,7 +231,7 @@ def test_what_is_missing_is_said():
     assert "ImportError: lissom.gym takes Gymnasium: pip install 'lissom[gym]'" in run.stderr
 
 
-# What the environments are about
+# Tasks of the environments
 
 
 def test_a_regulator_holds_the_pole_for_ten_seconds_and_nothing_does_not():
@@ -267,7 +267,7 @@ def test_the_cart_pole_is_that_of_the_example():
 
 
 def beat(env, direction):
-    """A slow wave of curvature along the body, once a second: to the tail, or to the head."""
+    """A slow travelling wave of curvature along the body, at one hertz: towards the tail, or the head."""
     places = np.arange(1, swim.MUSCLES + 1) / (swim.MUSCLES + 1)
     env.reset(seed=0)
     robot, simulation = env.unwrapped.robot, env.unwrapped.simulation
@@ -288,7 +288,7 @@ def test_an_eel_swims_against_the_wave_of_its_body():
     assert ahead[0] > 0.4
     assert abs(ahead[1]) < 0.2
     assert back[0] < -0.2
-    # The speed is what the way is made of: the trapezium over the steps, up to the beat within them.
+    # The integral of the speed by the trapezoidal rule is the distance, up to the oscillation within steps.
     assert speeds.sum() * swim.Swim.control_step == pytest.approx(ahead[0], rel=0.05)
     assert (rewards < speeds / swim.LENGTH).all()
 
@@ -318,7 +318,7 @@ def test_an_arm_reaches_its_target_with_the_tensions_that_it_is_made_of(seed):
     ids=NAMES,
 )
 def test_steps_are_small_enough(task, tolerance):
-    """Under random actions tips are where an exact method has them; metres, in 25 control steps."""
+    """Under random actions, tips agree with those of an exact method; metres, after 25 control steps."""
     robot, link = task.robot, task.robot.links[-1].name
     start = task.start(robot, np.random.default_rng(1))
     exact = {"dt": task.dt, "method": "radau", "rtol": 1e-6, "atol": 1e-7}
@@ -331,7 +331,7 @@ def test_steps_are_small_enough(task, tolerance):
         assert np.linalg.norm(tips[0] - tips[1]) < tolerance
 
 
-# What cannot go on
+# Failures
 
 
 def test_a_step_that_fails_ends_the_episode():
@@ -346,7 +346,7 @@ def test_a_step_that_fails_ends_the_episode():
     assert info["status"] == env.simulation.status != "finished"
     assert info["message"] == env.simulation.message
     assert observation in env.observation_space
-    # The first of two steps was made.
+    # The first of two steps succeeded.
     assert_array_equal(observation[: len(state)], np.clip(env.simulation.q, -100.0, 100.0))
     assert not np.array_equal(env.simulation.q, state)
     env.reset()
@@ -375,11 +375,11 @@ def test_a_row_that_fails_disturbs_no_other():
             assert infos["message"][1] == envs.simulations.message(1)
         else:
             assert "status" not in infos
-    # It began anew in between.
+    # It restarted in between.
     assert envs.simulations.t == pytest.approx([0.06, 0.01, 0.06, 0.06])
 
 
-# Many robots
+# Vector environments
 
 
 def singles(name, count, steps, mode, **options):
@@ -390,7 +390,7 @@ def singles(name, count, steps, mode, **options):
 
 @pytest.mark.parametrize("mode", [AutoresetMode.NEXT_STEP, AutoresetMode.SAME_STEP])
 def test_many_robots_are_as_many_single_ones_to_the_bit(name, mode):
-    """Through ends of episodes that come at different times: poles fall, and seeds are given anew."""
+    """Including ends of episodes at different times: poles fall, and seeds are set again."""
     count, steps = 5, 37
     many = gymnasium.make_vec(name, num_envs=count, max_episode_steps=steps, autoreset_mode=mode)
     alone = singles(name, count, steps, mode)

@@ -1,4 +1,4 @@
-"""Inputs of `statics`, `modes`, `linearise`, `continuation`: closed forms, differences, folds, refusals."""
+"""Inputs of `statics`, `modes`, `linearise`, `continuation`: closed forms, differences, folds, errors."""
 
 import re
 
@@ -37,7 +37,7 @@ def test_statics_is_done_at_the_inputs_that_are_given():
         assert found.slack == []
         assert_allclose(rod.strain(found.q, 0.1)[1], curvature, rtol=1e-9)
     assert_allclose(lissom.statics(rod).q, lissom.statics(rod, u=rod.u0).q, atol=0)
-    # From neighbours and by Newton's method it is the same one.
+    # From a nearby start and by Newton's method the result is the same.
     near = lissom.statics(rod, u=[5.0, 1.0]).q
     for method in ("descent", "newton"):
         assert_allclose(
@@ -147,7 +147,7 @@ WEIGHT = 2.0 * 9.81 * 0.5
 
 
 def arm(stiffness):
-    """A hinge about -y, so that positive angles lift: torque = m g l cos(angle) + k angle holds it."""
+    """A hinge about -y, so that positive angles lift: the torque m g l cos(angle) + k angle holds it."""
     body = lissom.Body(2.0, centre=(0.5, 0, 0), inertia=(0.1, 0.1, 0.1))
     joint = lissom.Revolute((0, -1, 0), stiffness=stiffness)
     motor = lissom.Motor("arm", torque=lissom.Input("torque", 0.0))
@@ -180,7 +180,7 @@ def test_paths_of_inputs_turn_where_there_is_no_equilibrium_beyond(stiffness):
 
 
 def buckled_column():
-    """A column under one and a half times its buckling load, with a tendon on each side."""
+    """A column at one and a half times its buckling load, with a tendon on each side."""
     critical = np.pi**2 / 4 * STIFFNESS / LENGTH**2
     return finger(
         [tendon("left", 0.0, OFFSET), tendon("right", 0.0, -OFFSET)],
@@ -266,7 +266,7 @@ def test_wrong_inputs_are_refused_everywhere(ask):
 
 @pytest.mark.parametrize("stretches", [False, True])
 def test_paths_go_on_where_a_tendon_becomes_slack(stretches):
-    """There the path has a corner, and no tangent tells where it goes on."""
+    """The path has a corner there, beyond which no tangent leads."""
     modes = {"bend_y": 2} | ({"stretch": 1} if stretches else {})
     tendon = lissom.Tendon(
         "t", [lissom.Along(offset=(0.0, 0.006))], length=lissom.Input("l", 0.29), stiffness=300.0
@@ -289,7 +289,7 @@ def test_paths_go_on_where_a_tendon_becomes_slack(stretches):
 
 
 def pulled_to_a_point(joint):
-    """A body that two newtons pull to a point of the world: more than its weight."""
+    """A body pulled to a point of the world by two newtons, which is more than its weight."""
     body = lissom.Body(0.1, inertia=(1e-3,) * 3)
     path = [lissom.Via(None, (0.1, 0.0, 0.0)), lissom.Via("body", (0.0, 0.0, 0.0))]
     tendon = lissom.Tendon("t", path, tension=2.0)
@@ -309,7 +309,7 @@ def test_motions_end_where_a_tendon_pulls_two_points_together():
     motion = lissom.simulate(damped, 100.0, dt=0.1, method="radau")
     assert motion.status == "collapsed", motion.message
     assert "tendon number 1 has pulled together" in motion.message
-    # The damper holds it to the speed at which it balances what is left of the pull beside the weight.
+    # The damper limits the speed to the value at which it balances the excess of the pull over the weight.
     assert_allclose(motion.t[-1], 0.1 / ((2.0 - 0.981) / 100.0), rtol=1e-2)
     # Fixed steps go over the point, where the force turns round.
     assert not lissom.simulate(damped, 100.0, dt=0.1).success

@@ -1,4 +1,4 @@
-"""`Robot.strain` and `Robot.internal_wrench`, by balance and by the material, and how the two agree."""
+"""`Robot.strain` and `Robot.internal_wrench`, by balance and by the material, and their agreement."""
 
 from itertools import pairwise
 
@@ -53,7 +53,7 @@ def test_wrenches_are_those_of_the_reference(description, seed):
     rods = [link.name for link in reference.links if link.rod]
     assume(rods)
     for name in rods:
-        # Not where others are attached: 0.37 and 0.5. At a free tip all is rounding of what is elsewhere.
+        # Not where other links are attached: 0.37 and 0.5. At a free tip only rounding errors remain.
         places = np.array([0.42, 1.0]) * reference.length(name)
         expected = np.array([reference.internal_wrench(q, v, a, X, link=name) for X in places])
         assert_close(np.array([robot.internal_wrench(q, v, a, X, link=name) for X in places]), expected)
@@ -74,7 +74,7 @@ def test_at_a_base_it_is_what_the_joint_passes_on(description, seed):
 
 
 def test_loads_of_a_beam_are_summed_exactly():
-    """A straight beam of weight and of loads that begin and end anywhere: statics of the textbook."""
+    """A straight beam with weight and distributed loads on any parts, by textbook statics."""
     load, begin, end, point, at, weight = -3.0, 0.13, 0.37, -2.0, 0.29, MASS * 9.81
     rod = lissom.Rod(
         [segment({"bend_y": 1})],
@@ -85,7 +85,7 @@ def test_loads_of_a_beam_are_summed_exactly():
     )
     X = np.array([0.0, 0.05, begin, 0.2, at, 0.3, end, 0.45, LENGTH])
     wrench = rod.internal_wrench([0], [0], [0], X)
-    # Of the load that is spread what lies beyond X; what is exactly at X lies beyond it.
+    # The part of the distributed load beyond X; a load exactly at X counts as beyond.
     rest, from_ = LENGTH - X, np.clip(X, begin, end)
     force = weight * rest - load * (end - from_) - point * (at >= X)
     about = -weight * rest**2 / 2 + load * (end - from_) * ((end + from_) / 2 - X)
@@ -116,7 +116,7 @@ def test_both_laws_agree_as_modes_become_many():
 
 
 def test_modes_see_no_difference_between_the_laws():
-    """In free motion the difference has no part along any mode: both satisfy the same equations."""
+    """In free motion the difference vanishes along all modes: both satisfy the same equations."""
     parts = {"bend_y": 3, "bend_z": 2, "torsion": 2, "stretch": 2}
     rod = lissom.Rod([segment(parts, retardation_time=0.02)], tip_force=(0.1, 0.3, -0.2), tip_mass=0.05)
     rng = np.random.default_rng(1)
@@ -147,7 +147,7 @@ def test_the_material_knows_stiffness_damping_and_nothing_else():
     assert_allclose(found, expected, rtol=0, atol=1e-15 * 1e3)
     strain[3] += 1
     assert_allclose(rod.strain(q, X), strain, rtol=0, atol=1e-15)
-    # Of what has no modes the balance alone tells.
+    # Strains without modes are included by the balance only.
     assert found[5] == 0
     assert abs(rod.internal_wrench(q, v, np.zeros(3), X)[5]) > 0.5
 
@@ -160,7 +160,7 @@ def test_what_holds_a_rod_in_its_plane_passes_through_it():
 
 
 def test_a_base_that_moves_is_felt_in_the_axes_of_the_section():
-    """A rod that is whirled around about its own base is pulled inwards."""
+    """A rod that rotates about its own base is pulled inwards."""
     speed = 20.0
     turn = lissom.BaseMotion(axis=(0, 0, 1), angle=lambda t: speed * t)
     rod = lissom.Rod([segment({"bend_z": 2})], base_motion=turn, gravity=(0, 0, 0))
@@ -175,7 +175,7 @@ def test_a_base_that_moves_is_felt_in_the_axes_of_the_section():
 
 
 def test_joints_that_are_driven_are_felt():
-    """The same rod, whirled around by its joint."""
+    """The same rod, rotated by its joint."""
     speed = 20.0
     motion = lissom.Revolute((0, 0, 1), motion=lambda t: speed * t)
     link = lissom.Link("rod", rod=[segment({"bend_z": 2})], joint=motion)
@@ -196,7 +196,7 @@ def test_many_states_and_places_at_once():
     assert_allclose(rod.strain(q, 0.7), strains[:, 2], rtol=0, atol=0)
     assert_allclose(rod.strain(q[1]), rod.strain(q[1], 1.0), rtol=0, atol=0)
     assert_allclose(rod.internal_wrench(q[3], v[3], a[3], 0.5), wrenches[3, 1], rtol=0, atol=1e-15)
-    # Where segments meet, the strain is that of the one before.
+    # Between segments, the strain is that of the first one.
     assert strains[0, 1, 2] == 0
     assert rod.strain(q[0], np.nextafter(0.5, 1))[2] != 0
     assert rod.strain(np.zeros((0, rod.n)), X).shape == (0, 3, 6)
@@ -281,5 +281,5 @@ def test_what_a_tendon_and_a_chamber_pass_on_is_in_the_balance_alone():
         balance, material = (rod.internal_wrench(q, rest, rest, 0.2, by=by) for by in ("balance", "material"))
         passed = balance - material
         assert_allclose(balance, 0.0, atol=1e-9)
-        # A parallel one, of one strain: its force at its offset.
+        # A parallel actuator with one strain: its force at its offset.
         assert_allclose(passed[[1, 3]], [offset * force, force], rtol=1e-9)

@@ -1,4 +1,4 @@
-"""The joints of the NumPy reference: Jacobians are the derivatives of motions, and known angles."""
+"""The joints of the NumPy reference: Jacobians compared with derivatives of motions, and known angles."""
 
 import numpy as np
 import pytest
@@ -40,7 +40,7 @@ def test_jacobians_are_derivatives_of_motions(kind, size):
         turned = R.T @ joint.along(lambda q: kind.motion(q)[0], q, unit)
         moved = R.T @ joint.along(lambda q: kind.motion(q)[1], q, unit)
         assert_allclose(S[:, k], [*axial(turned), *moved], atol=1e-13)
-    # The rate of the twist against differences in time, of order 4.
+    # The rate of the twist compared with fourth-order differences in time.
     h = 1e-3
     times = h * np.array([-2, -1, 1, 2])
     twists = [kind.jacobian(q + t * v + t**2 / 2 * a) @ (v + t * a) for t in times]
@@ -56,13 +56,13 @@ def test_every_joint_is_here():
 
 @pytest.mark.parametrize("angle", [0.0, 1e-8, 1e-3, 1.0, 3.0, np.pi, 5.0])
 def test_rotation_vectors(angle):
-    """Against SciPy's rotations and the closed form of the tangent."""
+    """Compared with SciPy's rotations and the closed form of the tangent."""
     phi = angle * joint.unit(TILTED)
     assert_allclose(joint.exp(phi), Rotation.from_rotvec(phi).as_matrix(), atol=1e-14)
     first, second = (0.5, 1 / 6) if angle < 1e-4 else ((1 - np.cos(angle)) / angle**2, 0)
     if angle >= 1e-4:
         second = (1 - np.sin(angle) / angle) / angle**2
-    # The closed form loses digits near zero: rounding over the angle.
+    # Near zero the closed form has cancellation: rounding errors divided by the angle.
     closed = np.eye(3) - first * hat(phi) + second * hat(phi) @ hat(phi)
     assert_allclose(joint.tangent(phi), closed, atol=1e-12)
 
@@ -72,7 +72,7 @@ def test_motions_by_hand():
     R, p = joint.Cylindrical((0, 0, 5)).motion(np.array([2.0, np.pi / 2]))
     assert_allclose(R @ X, Y, atol=1e-15)
     assert_allclose(p, [0, 0, 2])
-    # About y first, then about the z that has been turned: the base's x goes to (0, 1, 0), its z to x.
+    # About y first, then about the rotated z: the base's x goes to (0, 1, 0), its z to x.
     R, _ = joint.Universal(Y, 2 * Z).motion(np.array([np.pi / 2, np.pi / 2]))
     assert_allclose(R @ X, Y, atol=1e-15)
     assert_allclose(R @ Z, X, atol=1e-15)
@@ -88,7 +88,7 @@ def test_motions_by_hand():
 def test_axes_of_planar_joints(normal, first, second):
     R, p = joint.Planar(normal).motion(np.array([2.0, 3.0, np.pi / 2]))
     assert_allclose(p, 2 * joint.unit(first) + 3 * joint.unit(second), atol=1e-15)
-    # A quarter turn about the normal takes the first axis to the second.
+    # A quarter turn about the normal rotates the first axis to the second.
     assert_allclose(R @ joint.unit(first), joint.unit(second), atol=1e-15)
 
 

@@ -1,4 +1,4 @@
-"""The lab, rerun. Run times are shortened; the numbers that the lab is about are not."""
+"""The lab's experiments with shortened run times but the same results."""
 
 import json
 import math
@@ -14,7 +14,7 @@ from lissom.evidence.lab import part, pendulum, rod, roots
 
 @pytest.fixture(scope="module")
 def parts():
-    """All parts, with table 1 over 20 s instead of 1000 s, and nothing timed twice."""
+    """All parts, with table 1 over 20 s instead of 1000 s, and single time measurements."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(pendulum, "LONG", 20.0)
         patch.setattr(part, "MOST_REPEATS", 1)

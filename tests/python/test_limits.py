@@ -1,4 +1,4 @@
-"""No number and no number of problems may do more than be refused, quickly; Ctrl-C is heard whatever runs."""
+"""Extreme numbers and many problems are rejected quickly; Ctrl-C stops any computation."""
 
 import os
 import signal
@@ -11,7 +11,7 @@ import pytest
 
 import lissom
 
-# Seconds until something is refused or heard, in any build on a busy machine; without bounds it was minutes.
+# Time limit in seconds, in any build on a busy machine; without bounds it took minutes.
 AT_ONCE = 5.0
 
 
@@ -132,7 +132,7 @@ def large():
     "search",
     [
         lambda rod: lissom.modes(rod, np.zeros(rod.n)),
-        # Far more steps than any machine takes in half a second: each one needs tangents of 720 coordinates.
+        # Far more steps than possible in half a second: each needs tangents of 720 coordinates.
         lambda rod: lissom.statics(rod, load_steps=100_000, max_steps=1_000_000),
         lambda rod: lissom.continuation(rod, max_step=1e-5, max_steps=1_000_000),
     ],

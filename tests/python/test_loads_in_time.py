@@ -1,4 +1,4 @@
-"""Loads that vary in time: tables, harmonic loads, callables."""
+"""Time-dependent loads: tables, harmonic loads, callables."""
 
 import copy
 import pickle
@@ -31,7 +31,7 @@ VARYING = [
 
 
 def value(signal, t):
-    """What a signal is at a time, by its definition."""
+    """Value of a signal at a time, according to its definition."""
     if isinstance(signal, lissom.Harmonic):
         sine = np.sin(2.0 * np.pi * signal.frequency * t + signal.phase)
         return np.array(signal.mean) + np.array(signal.rate) * t + np.array(signal.amplitude) * sine
@@ -44,7 +44,7 @@ def value(signal, t):
 
 
 def frozen(load, t):
-    """The load with the values that it has at one time."""
+    """The load with its values at one time."""
     return load | {name: value(load[name], t) for name in ("force", "moment") if name in load}
 
 
@@ -119,7 +119,7 @@ def test_the_same_signal_as_table_harmonic_and_callable_gives_the_same_motion():
 
 @pytest.mark.parametrize("ratio", [0.5, 0.97, 2.0])
 def test_a_small_harmonic_force_gives_the_response_of_the_modes(ratio):
-    """M q'' + K q = b F sin(Omega t) from rest: each mode is a driven oscillator, near resonance it beats."""
+    """M q'' + K q = b F sin(Omega t) from rest: each mode is a driven oscillator, with beats at resonance."""
     wire = lissom.Segment(1.0, 2e-3, 2e9, 8e8, 1000.0, {"bend_y": 2})
     at_rest = lissom.Rod([wire], **WEIGHTLESS)
     rest = np.zeros(2)
@@ -155,7 +155,7 @@ def test_fixed_steps_keep_their_order(method):
     ("method", "runs"),
     [
         ("radau", [{"rtol": tolerance, "atol": tolerance} for tolerance in (1e-5, 1e-7, 1e-9)]),
-        # With tolerances that are always met nearly all steps are as large as they may be.
+        # With tolerances that are always satisfied nearly all steps have the maximum size.
         ("rk45", [{"rtol": 1e9, "atol": 1e9, "max_step": step} for step in (0.01, 0.005, 0.0025)]),
     ],
 )
@@ -231,7 +231,7 @@ def test_exceptions_of_a_callable_come_through_unchanged(method):
     with pytest.raises(Broken) as caught:
         lissom.simulate(rod_of([{"force": force}], [WIRE]), 0.1, method=method)
     assert caught.value is raised
-    # Nothing of it is left for later computations.
+    # No state remains for later computations.
     assert lissom.simulate(rod_of([], [WIRE]), 0.01).success
 
 
@@ -326,7 +326,7 @@ def test_a_load_that_is_not_finite_is_named_wherever_it_is_asked_for():
 
 
 def test_states_of_models_that_vary_need_their_time():
-    """A time of zero that nobody asked for would be a wrong answer."""
+    """A default time of zero would give wrong results."""
     rod, still = rod_of([{"force": HARMONIC}], [WIRE]), rod_of([{"force": (0, 0, 1)}], [WIRE])
     q, v, a = states(rod.n)
     asked = {
@@ -343,7 +343,7 @@ def test_states_of_models_that_vary_need_their_time():
             getattr(rod, name)(*arguments)
         getattr(rod, name)(*arguments, t=0.1)
         getattr(still, name)(*arguments)
-    # Where the rod is does not depend on its loads.
+    # Positions and velocities do not depend on loads.
     rod.pose(q, 0.1), rod.jacobian(q, 0.1), rod.velocity(q, v, 0.1)
 
 

@@ -1,4 +1,4 @@
-"""What reports draw and plot of closed loops."""
+"""Closed loops in drawings and plots of reports."""
 
 import numpy as np
 import pytest
@@ -47,7 +47,7 @@ def robot(name):
     links = [Link("arm", rod=[rod]), Link("block", position=(0.5, 0, 0), joint=Free(), body=body)]
     tied = Loop("arm", ("block", None, (0, 0, 0.1), TURNED), KINDS[name], name=name)
     gear = Loop("arm.bend_y[1]", "arm.bend_y[0]", Gear(0.2), name="gear")
-    # Gears stand behind all other constraints, wherever they are among the loops.
+    # Constraints of gears come after all others, for any order of the loops.
     return Robot(links, loops=[gear, tied])
 
 
@@ -70,7 +70,7 @@ def test_marks_are_those_of_the_robot(name):
     np.testing.assert_array_equal(gear.gaps(q, t)["coordinate"], gaps[:, -1])
     found = np.max(list(tied.gaps(q, t).values()), axis=0)
     np.testing.assert_array_equal(found, gaps[:, :-1].max(axis=1))
-    # How far the ends are apart is what the distance says, and what a ball misses.
+    # The distance of the ends is the coordinate of a distance joint and the gap of a spherical one.
     ends = [frame(q, t)[:, :3, 3] for frame, _ in tied.ends]
     apart = ends[1] - ends[0]
     if name == "bar":
@@ -96,7 +96,7 @@ def test_marks_are_those_of_the_robot(name):
     ],
 )
 def test_each_kind_is_drawn(name, kinds):
-    """Beside what leads to the frame that is beside the block."""
+    """Beside the connection to the frame next to the block."""
     model = robot(name)
     q = np.zeros((2, model.n))
     q[1, 3:6] = 0.05
@@ -134,7 +134,7 @@ def test_reports_show_forces_and_gaps(tmp_path):
     (plot,) = (row[0] for row in gear.rows)
     wanted = model.loop_forces(motion.q, motion.v, motion.a, name="gear", t=motion.t)
     np.testing.assert_allclose(plot.curves[0].y, wanted, rtol=0, atol=1e-12 * np.abs(wanted).max())
-    # A ball passes no moment.
+    # A ball joint transmits no moment.
     assert [row[0].y.title for row in ball.rows] == ["force (N)"]
     held = model.loop_forces(motion.q, motion.v, motion.a, name="ball", t=motion.t)
     np.testing.assert_array_equal([curve.y for curve in ball.rows[0][0].curves], held[:, 3:].T)

@@ -1,4 +1,4 @@
-"""Closed loops: mechanisms with published and exact answers, rods that are closed, and what is refused."""
+"""Closed loops: mechanisms with published and exact solutions, closed rods, and errors."""
 
 import copy
 import pickle
@@ -30,7 +30,7 @@ TIGHT = {"rtol": 1e-10, "atol": 1e-12}
 
 
 def quaternion(matrix):
-    """Of a rotation matrix whose angle is less than a half turn."""
+    """Quaternion of a rotation matrix with an angle below a half turn."""
     w = 0.5 * np.sqrt(1 + np.trace(matrix))
     x, y, z = (matrix[2, 1] - matrix[1, 2], matrix[0, 2] - matrix[2, 0], matrix[1, 0] - matrix[0, 1])
     return (w, x / (4 * w), y / (4 * w), z / (4 * w))
@@ -41,7 +41,7 @@ def about_z(angle):
 
 
 def windows(number):
-    """The four-bar windows of the IFToMM's library: uniform bars of a kilogram and a metre."""
+    """The four-bar windows of the IFToMM library: uniform bars of a kilogram and a metre."""
     body = Body(1.0, centre=(0.5, 0, 0), inertia=np.diag([1e-3, 1 / 12, 1 / 12]))
     hinge = Revolute((0, 0, 1))
     up, down = about_z(np.pi / 2), about_z(-np.pi / 2)
@@ -60,7 +60,7 @@ def windows(number):
 
 
 def exact_windows(number):
-    """The angle of the first bar: there is one degree of freedom."""
+    """Exact angle of the first bar: there is one degree of freedom."""
 
     def rates(_, y):
         return [y[1], -((number + 1) / 2 + number) * 9.81 * np.cos(y[0]) / ((number + 1) / 3 + number)]
@@ -70,7 +70,7 @@ def exact_windows(number):
 
 
 def bricard():
-    """Bricard's mechanism of the IFToMM's library: six hinges, one of them redundant."""
+    """Bricard's mechanism of the IFToMM library: six hinges, one of them redundant."""
     points = np.array([(0, 0, 0), (1, 0, 0), (1, -1, 0), (1, -1, 1), (0, -1, 1), (0, 0, 1)], float)
     axes = [(0, 1, 0), (0, 0, 1), (1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 0, 0)]
     links = []
@@ -91,7 +91,7 @@ def bricard():
 
 
 def slider_crank():
-    """The spatial slider-crank of the IFToMM's library, and a velocity that it starts with."""
+    """The spatial slider-crank of the IFToMM library, and its initial velocity."""
     crank = Link(
         "crank",
         position=(0, 0.1, 0.12),
@@ -125,7 +125,7 @@ def slider_crank():
 
 
 def squeezer():
-    """Andrews' squeezer, data of the IVP test set. Its spring pushes: a telescope of hardly any mass."""
+    """Andrews' squeezer, data of the IVP test set. Its spring is a telescope with little mass."""
     hinge = Revolute((0, 0, 1))
 
     def link(name, mass, inertia, centre, **options):
@@ -263,8 +263,8 @@ def test_andrews_squeezer():
         1.048080741042,
         0.534730116342,
     ]
-    # The telescope has hardly any mass, so that its accelerations are accurate to few digits. Much tighter
-    # tolerances take rounding for errors.
+    # The telescope has little mass, so that its accelerations are accurate to few digits. Much tighter
+    # tolerances mistake rounding errors for local errors.
     accurate = lissom.simulate(robot, 0.03, q0=q0, method="dop853", t_eval=[0.03], rtol=5e-7, atol=5e-9)
     assert accurate.success
     np.testing.assert_allclose(accurate.q[-1][:7], wanted, rtol=0, atol=5e-6)
@@ -344,7 +344,7 @@ def test_a_weld_cut_and_closed_again_changes_nothing():
 
 
 def tree_start(robot):
-    """Hanging."""
+    """The hanging shape of the tree."""
     q = np.zeros(robot.n)
     q[0] = np.pi / 2
     return q
@@ -418,7 +418,7 @@ def test_gears_and_bars():
     np.testing.assert_allclose(motion.q[-1], [1 / 3, -2 / 3], rtol=1e-9)
     force = robot.loop_forces(motion.q, motion.v, motion.a, name="gear")
     np.testing.assert_allclose(force, -2 / 1.5 * 0.3, rtol=1e-9)
-    # A spherical pendulum that a bar holds, beside one that a joint holds.
+    # A spherical pendulum held by a bar, and one held by a joint.
     ball = Body(0.5, centre=(0, 0, 0), inertia=np.diag([1e-6] * 3))
     free = Robot(
         [Link("ball", position=(0.8, 0, -0.6), joint=Free(), body=ball)],
@@ -541,7 +541,7 @@ def test_linear_models_keep_loops_closed():
     np.testing.assert_allclose(
         np.sort(np.abs(np.linalg.eigvals(of_loop.A).imag)), np.sort(np.abs(wanted.imag)), rtol=1e-6, atol=1e-3
     )
-    # From a force on the arm to the angle of the arm.
+    # Gain from a force on the arm to the angle of the arm.
     gain = [-linear.C[:1] @ np.linalg.solve(linear.A, linear.B[:, :1]) for linear in (of_tree, of_loop)]
     np.testing.assert_allclose(gain[1], gain[0], rtol=1e-6)
 
@@ -553,7 +553,7 @@ def test_what_does_not_hold_loops_says_so():
 
 
 def test_a_rhombus_that_floats_keeps_its_momentum():
-    """Rows across its plane are rounding, whatever moves it: they must not count."""
+    """Constraints across its plane are rounding errors in any motion, and must not count."""
     hinge = Revolute((0, 0, 1))
     body = Body(0.2, centre=(0.1, 0, 0), inertia=np.diag([1e-4, 8e-4, 8e-4]))
     side = {"position": (0.2, 0, 0), "joint": hinge, "body": body}
@@ -586,7 +586,7 @@ def test_a_driven_crank_moves_its_slider():
         return 0.2 * np.cos(3 * t + 0.3) + np.sqrt(0.25 - (0.2 * np.sin(3 * t + 0.3)) ** 2)
 
     q0 = [-0.3 - np.arcsin(0.2 * np.sin(0.3) / 0.5), slide(0)]
-    # The steps of Radau are exact, whatever their size, and what is between them is interpolated.
+    # Radau's states at the ends of steps are accurate; states in between are interpolated.
     for method, tolerance, t_eval in (
         ("newmark", 1e-12, None),
         ("dop853", 1e-5, None),
@@ -611,7 +611,7 @@ def test_ends_of_loops_act_on_each_other():
         motion = lissom.simulate(robot, 0.1, q0=[0.9, -1.5])
         forces.append(robot.loop_forces(motion.q[-1], motion.v[-1], motion.a[-1]))
     np.testing.assert_allclose(forces[0], -forces[1], rtol=0, atol=1e-9)
-    # Both hinges and the weight balance.
+    # The forces of both hinges balance the weight.
     zeros = np.zeros(2)
     rest = lissom.statics(robot, q0=[0.9, -1.5])
     held = robot.joint_wrench(rest.q, zeros, zeros, link="a")[3:]
@@ -640,7 +640,7 @@ def test_a_truss_stands(method):
 
 
 def two_bars(reach, kind=None):
-    """Two bars of 0.2 m, whose end is tied to a point so far away."""
+    """Two bars of 0.2 m, with their end tied to a point at the distance `reach`."""
     hinge = Revolute((0, 1, 0))
     body = Body(0.1, centre=(0.1, 0, 0), inertia=np.diag([1e-5, 4e-4, 4e-4]))
     links = [
@@ -667,7 +667,7 @@ def test_bars_that_do_not_reach_are_no_equilibrium(reach, start):
 
 
 def test_singular_starts_are_left():
-    """Straight arms and ends that coincide: no motion closes the loop to first order."""
+    """Straight arms and coincident ends: no motion closes the loop to first order."""
     for robot in (two_bars(0.39999), two_bars(0.38), two_bars(0.4, Distance(0.1))):
         for found in (lissom.statics(robot), lissom.simulate(robot, 0.01)):
             assert found.success, found.message
@@ -677,7 +677,7 @@ def test_singular_starts_are_left():
 
 @pytest.mark.parametrize("other", [None, "arm", "hand", "tip"])
 def test_ends_on_links_that_are_welded_together(other):
-    """Each link lies elsewhere beside the place that they share."""
+    """Each link is displaced from their common place."""
     body = Body(0.1, inertia=1e-4 * np.eye(3))
     turned = (0.8, 0.0, 0.6, 0.0)
     links = [

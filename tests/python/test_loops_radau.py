@@ -1,4 +1,4 @@
-"""Closed loops by Radau IIA and `auto`: published and exact answers, orders, stiff rods, moving bases."""
+"""Closed loops with Radau IIA and `auto`: published and exact solutions, orders, stiff rods, moving bases."""
 
 import copy
 
@@ -48,7 +48,7 @@ def test_errors_fall_with_the_tolerance_and_forces_with_them():
 
 
 def test_singular_positions_are_passed_or_said():
-    """All bars of the windows lie down about every 0.7 s."""
+    """All bars of the windows are horizontal about every 0.7 s."""
     robot, v0 = windows(2)
     exact = exact_windows(2)
     for tolerance in (1e-5, 1e-6, 1e-7, 1e-8):
@@ -69,7 +69,7 @@ def test_forty_windows():
 
 @pytest.mark.parametrize(("tolerance", "error"), [(1e-6, 3e-6), (1e-7, 3e-7), (1e-9, 2e-7)])
 def test_andrews_squeezer(tolerance, error):
-    """Against PSIDE at 1e-14 (IVP test set). The telescope that is its spring has a mass: 1e-7."""
+    """Compared with PSIDE at 1e-14 (IVP test set). The telescope in place of its spring has a mass: 1e-7."""
     robot, q0 = squeezer()
     motion = radau(robot, 0.03, tolerance, q0=q0, t_eval=[0.03])
     wanted = [
@@ -121,7 +121,7 @@ def test_spatial_slider_crank():
 
 
 def cut(modes, is_cut, retardation_time=0.0):
-    """A wire with a body at its tip: welded, or floating and welded by a loop."""
+    """A wire with a body at its tip, welded as a link, or floating and welded by a loop."""
     body = Body(0.2, centre=(0.1, 0.02, 0), inertia=np.diag([1e-3, 2e-3, 2e-3]))
     rod = Segment(0.5, 1e-3, 2e11, 8e10, 7800, modes, retardation_time=retardation_time)
     links = [Link("arm", rod=[rod], joint=Revolute((0, 1, 0)))]
@@ -137,7 +137,7 @@ STIFF = {"bend_y": 3, "bend_z": 3, "torsion": 2, "shear_y": 2, "shear_z": 2, "st
 @pytest.mark.parametrize("modes", [{"bend_y": 3, "bend_z": 3, "torsion": 2}, STIFF])
 @pytest.mark.parametrize("tolerance", [1e-3, 1e-5])
 def test_a_weld_cut_and_closed_again_costs_no_steps(modes, tolerance):
-    """Stiff strains of a thin wire do not shorten the steps: those of the tree are as many."""
+    """Stiff strains of a thin wire do not reduce the steps: the tree takes as many."""
     tree, loop = (cut(modes, is_cut, 1e-5) for is_cut in (False, True))
     right = radau(tree, 0.1, 1e-8)
     moved, tied = (radau(robot, 0.1, tolerance) for robot in (tree, loop))
@@ -151,7 +151,7 @@ def test_a_weld_cut_and_closed_again_costs_no_steps(modes, tolerance):
 
 
 def test_a_released_arch_keeps_its_energy():
-    """An elastica between pins, let go off its equilibrium, beside ever shorter steps of another method."""
+    """An elastica between pins, released from any shape, compared with another method's small steps."""
     arm = Link("rod", rod=[wire(bend_y=6)], joint=Revolute((0, 1, 0)))
     arch = Robot([arm], gravity=(0, 0, 0), loops=[Loop("rod", (None, None, (0.9, 0, 0)), Spherical())])
     q0 = np.zeros(arch.n)
@@ -168,7 +168,7 @@ def test_a_released_arch_keeps_its_energy():
 
 
 def shaken_bars():
-    """Bars pinned to the world on a base that is shaken; and the same with that motion as a joint's."""
+    """Bars pinned to the world on a shaken base; and the same with a prescribed joint."""
     hinge = Revolute((0, 0, 1))
     body = Body(1.0, centre=(0.5, 0, 0), inertia=np.diag([1e-3, 1 / 12, 1 / 12]))
     motion = BaseMotion(translation=Harmonic(amplitude=(0.1, 0.05, 0), frequency=1.0))
@@ -201,7 +201,7 @@ def test_a_base_that_moves_is_a_joint_that_does():
         motion = lissom.simulate(base, 1.0, method=method, t_eval=times, **options)
         assert motion.success, motion.message
         np.testing.assert_allclose(motion.q, right.q, rtol=0, atol=error)
-        # Between their steps, methods that choose them interpolate.
+        # Methods with adaptive steps interpolate in between.
         assert np.abs(base.loop_gaps(motion.q, t=motion.t)).max() < 1e-9
         forces = [
             [
@@ -223,7 +223,7 @@ def test_a_moving_base_works_against_its_loops(method):
 
 
 def test_a_base_that_turns_about_its_loop():
-    """A pin in the world keeps its place while the base turns: the bars fold as in the turning frame."""
+    """A pin in the world stays while the base rotates: the bars fold as in the rotating frame."""
     hinge = Revolute((0, 0, 1))
     body = Body(0.5, centre=(0.1, 0, 0), inertia=np.diag([1e-4, 2e-3, 2e-3]))
     spin = BaseMotion(axis=(0, 0, 1), angle=lambda t: 2.0 * t)

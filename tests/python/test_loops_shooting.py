@@ -1,4 +1,4 @@
-"""Closed loops of rods against shooting: Cosserat's equations by SciPy, which share no code with lissom."""
+"""Closed loops of rods compared with shooting: Cosserat's equations in SciPy, independent of lissom."""
 
 import numpy as np
 import pytest
@@ -9,17 +9,17 @@ from scipy.spatial.transform import Rotation
 import lissom
 from lissom import Body, Free, Link, Load, Loop, Revolute, Robot, Segment, Weld
 
-#: The parallel robot of Till and others (2015): wires, holes, the mass of the plate.
+#: The parallel robot of Till and others (2015): wires, holes, mass of the plate.
 YOUNG, SHEAR, RADIUS, DENSITY, LENGTH = 200e9, 80e9, 1e-3, 8000.0, 0.4
 HOLES, MASS, GRAVITY = 0.087, 0.1, 9.81
 BELOW = np.radians([-10, 10, 110, 130, 230, 250])
 ABOVE = np.radians([-50, 50, 70, 170, 190, 290])
 
-#: How far the wires are pushed up, and a force on the plate that is not in line with anything.
+#: Displacements of the wires, and a force on the plate in a general direction.
 PUSHED = np.array([0.01, -0.005, 0.015, 0.0, -0.01, 0.02])
 FORCE = np.array([0.7, -0.4, -1.5])
 
-#: Weight of the plate, and what sections have.
+#: Weight of the plate, and properties of the sections.
 PLATE = np.array([0, 0, MASS * GRAVITY])
 AREA, SECOND = np.pi * RADIUS**2, np.pi * RADIUS**4 / 4
 
@@ -29,7 +29,7 @@ def ring(angles, heights=0.0):
 
 
 def shot_wires():
-    """The plate's pose and the tips of inextensible wires: 6 wires of 6 unknowns, and 6 of the plate.
+    """Pose of the plate and tips of inextensible wires: 6 unknowns for each of 6 wires, and 6 for the plate.
 
     Sections have d3 along the wire. The state of a wire: position, rotation matrix, force and moment in world
     axes.
@@ -64,14 +64,14 @@ def shot_wires():
         axes, n, m = end[:, 3:12].reshape(6, 3, 3), end[:, 12:15], end[:, 15:18]
         arms = ring(ABOVE) @ plate.T
         positions = end[:, :3] - (place + arms)
-        # Wires leave across the plate, and may turn about themselves: no torsion there.
+        # Wires leave perpendicular to the plate, and may twist freely: no torsion there.
         across = np.einsum("i,wij->wj", plate[:, 2], axes)[:, :2]
         torsion = np.einsum("wi,wi->w", m, axes[:, :, 2])
         force = FORCE - PLATE - n.sum(axis=0)
         moment = -(m + np.cross(arms, n)).sum(axis=0)
         return np.concatenate([positions.ravel(), across.ravel(), torsion, force, moment])
 
-    # The first guess: wires bent like an S by the linear theory of beams, which bear a level plate.
+    # Initial guess: S-shaped wires by linear beam theory, which carry a horizontal plate.
     ways = ring(ABOVE) - ring(BELOW)
     forces = 12 * YOUNG * SECOND / LENGTH**3 * ways + (FORCE - PLATE) / 6
     moments = 6 * YOUNG * SECOND / LENGTH**2 * np.cross([0, 0, 1], ways)
@@ -84,7 +84,7 @@ def shot_wires():
 
 
 def newton(misses, x, tolerance):
-    """A root by Newton's method with forward differences, damped until the residual falls."""
+    """A root by Newton's method with forward differences, damped until the residual decreases."""
     for _ in range(40):
         residual = misses(x)
         size = np.linalg.norm(residual)
@@ -115,7 +115,7 @@ def six_wires(modes):
 
 
 def bent_like_an_s(robot):
-    """A start: the holes of the plate are beside those of the base."""
+    """An initial shape: the holes of the plate are beside those of the base."""
     q0 = np.zeros(robot.n)
     q0[2] = 0.395
     ways = -6 * (ring(ABOVE) - ring(BELOW)) / LENGTH**2
@@ -127,7 +127,7 @@ def bent_like_an_s(robot):
 
 @pytest.mark.parametrize("method", ["descent", "newton"])
 def test_six_wires_hold_a_plate(method):
-    """What is left with 8 modes of bending is 2e-9 m and 1e-6 N, with 6 it is 6e-9 m and 2e-6 N."""
+    """Remaining errors: 2e-9 m and 1e-6 N with 8 modes of bending, 6e-9 m and 2e-6 N with 6."""
     modes = {"torsion": 3, "bend_y": 8, "bend_z": 8}
     robot = six_wires(modes)
     rest = lissom.statics(robot, bent_like_an_s(robot), method=method)
@@ -141,13 +141,13 @@ def test_six_wires_hold_a_plate(method):
     zeros = np.zeros(robot.n)
     for i in range(6):
         held = robot.loop_forces(rest.q, zeros, zeros, name=f"hole {i}")
-        # What the wire has left at its tip is what the plate gives to it: the plate is the second end.
+        # The wrench at the wire's tip is transmitted to the plate, the second end.
         np.testing.assert_allclose(held[3:], -tips[i, 12:15], rtol=0, atol=5e-6)
         np.testing.assert_allclose(held[:3], -tips[i, 15:18], rtol=0, atol=5e-7)
 
 
 def test_six_wires_move_a_plate_alike_by_radau_and_in_many_runs():
-    """30 constraints on 36 coordinates, from a shape that does not fit: fixed steps converge to Radau IIA."""
+    """30 constraints on 36 coordinates, from an inconsistent shape: fixed steps converge to Radau IIA."""
     robot = six_wires({"torsion": 1, "bend_y": 2, "bend_z": 2})
     given = {"t_end": 0.02, "q0": bent_like_an_s(robot)}
 
@@ -170,14 +170,15 @@ def test_six_wires_move_a_plate_alike_by_radau_and_in_many_runs():
         np.testing.assert_array_equal(many.q[0], alone.q)
 
 
-#: An arch from a wire of a metre between clamps that are nearer to each other.
+#: An arch from a wire of a metre between clamps at a smaller distance.
 STIFFNESS, SPAN = YOUNG * SECOND, 0.95
 
 
 def arch_from_its_clamp(push, moment, thrust, lift):
-    """The inextensible arch under a force down on its middle, from what its first clamp exerts: an elastica.
+    """The inextensible arch with a downward force on its middle, from the wrench of its first clamp: an
+    elastica.
 
-    Gives position (2,), angle and moment at the middle and at the second clamp.
+    Returns position (2,), angle and moment at the middle and at the second clamp.
     """
 
     def rates(_, y, thrust, lift):
@@ -199,13 +200,13 @@ def missed_clamp(push, unknowns):
 
 
 def shot_arch(push, guess):
-    """What the first clamp exerts, and the height of the middle."""
+    """Wrench of the first clamp, and height of the middle."""
     found = newton(lambda x: missed_clamp(push, x), np.asarray(guess, float), 1e-10)
     return found, arch_from_its_clamp(push, *found)[0][1]
 
 
 def sways(push, guess):
-    """A determinant that is zero where the symmetric arch can sway without missing its second clamp."""
+    """A determinant that vanishes where the symmetric arch can sway with its second clamp fixed."""
 
     def misses(unknowns):
         middle = arch_from_its_clamp(push, *unknowns, push / 2)[0]
@@ -228,7 +229,7 @@ def arch(push, modes=10):
 
 
 def test_an_arch_between_clamps_is_pushed_through():
-    """Against the elastica. What is left with 10 modes a half is 3e-9 m and 3e-7 N."""
+    """Compared with the elastica. Remaining errors with 10 modes per half: 3e-9 m and 3e-7 N."""
     robot = arch(1.0)
     q0 = np.zeros(robot.n)
     q0[[1, 11]] = 2.8, -2.8
@@ -237,7 +238,7 @@ def test_an_arch_between_clamps_is_pushed_through():
     path = lissom.continuation(robot, rest.q, bounds=(-4.5, 40.0), max_step=0.1).path
     height = robot.pose(path.q, 0.5, link="arch")[:, 2, 3]
     (critical,) = path.critical_points
-    # Up to there it is symmetric; then it sways, until it hangs as it stood.
+    # Symmetric up to there; then it sways, until it hangs in the mirrored shape.
     assert height[critical.index] > 0.13
     assert height[-1] < -0.13
     zeros = np.zeros(robot.n)
@@ -253,7 +254,7 @@ def test_an_arch_between_clamps_is_pushed_through():
 
 
 def test_newtons_method_judges_stability_as_descent_does():
-    """A strut between pins: straight beyond the load of Euler, and bent; and a plate on six wires."""
+    """A strut between pins, straight beyond Euler's load and buckled; and a plate on six wires."""
     strut = Robot(
         [
             Link(
@@ -274,7 +275,7 @@ def test_newtons_method_judges_stability_as_descent_does():
     assert bent.stability == again.stability == "stable"
     np.testing.assert_allclose(again.q, bent.q, rtol=0, atol=1e-7)
     assert again.lowest_eigenvalue == pytest.approx(bent.lowest_eigenvalue, rel=1e-5)
-    # The second buckled shape, an S, gives way to the first.
+    # The second buckled shape, an S, is unstable and goes to the first.
     start[:5] = 0.63, 0.0, 3.8, 0.0, -4.6
     second = lissom.statics(strut, start, method="newton")
     assert second.success, second.message

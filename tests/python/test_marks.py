@@ -1,4 +1,4 @@
-"""Where joints, loads and supports of robots are drawn."""
+"""Drawings of joints, loads and supports of robots."""
 
 import numpy as np
 import pytest
@@ -35,7 +35,7 @@ def one(joint, **options):
 
 @pytest.mark.parametrize("joint", JOINTS, ids=lambda joint: type(joint).__name__)
 def test_what_a_joint_moves_in_stays_where_the_joint_is(joint):
-    """The frame of a joint on a base that moves is that of a link welded there."""
+    """The frame of a joint on a moving base is that of a link welded there."""
     robot = one(joint, base_motion=MOVED)
     welded = one(lissom.Weld(), base_motion=MOVED)
     rng = np.random.default_rng(1)
@@ -43,7 +43,7 @@ def test_what_a_joint_moves_in_stays_where_the_joint_is(joint):
     frame = welded.pose(np.zeros((6, 0)), link="link", t=t)
     first, *others = marks(robot, ()).joints
     pose = first.pose(q, t)
-    # A rail, a plane, and an axis that nothing of the joint turns; where the link turns about is where it is.
+    # A rail, a plane, and an axis that the joint does not rotate; axes of rotation are at the link.
     is_fixed = first.kind in ("sliding", "plane") or not others
     np.testing.assert_allclose(pose[:, :3, 3], frame[:, :3, 3], atol=1e-12)
     if first.kind != "ball" and is_fixed:
@@ -68,7 +68,7 @@ def test_a_cross_has_an_axis_on_either_side():
     first, second = marks(robot, ()).joints
     rest, q = np.zeros(2), np.array([0.8, -1.1])
     frame, base = robot.pose(rest, link="link"), robot.pose(q, link="link")
-    # The first one keeps its direction on what carries the link, the second one on the link.
+    # The first axis is fixed in the parent, the second one in the link.
     np.testing.assert_allclose(first.pose(q, 0.0)[:3, 0], frame[:3, 1], atol=1e-14)
     np.testing.assert_allclose(second.pose(q, 0.0)[:3, 0], base[:3, 2], atol=1e-14)
 
@@ -85,7 +85,7 @@ def test_a_slide_also_turns_where_it_is_cylindrical():
 
 
 def test_joints_that_are_driven_have_no_coordinates_but_are_drawn():
-    """Rails of what moves as prescribed, or as another joint does, on a link that moves."""
+    """Rails of prescribed joints, or of mimics, on a moving link."""
     slide = lissom.Prismatic((0, 1, 0), motion=lissom.Harmonic(0.1, 1.0))
     robot = lissom.Robot(
         [
@@ -118,7 +118,7 @@ def test_anchors_are_where_driven_joints_have_not_moved():
     robot = lissom.Robot(links, supports=[lissom.Support(stiffness=3.0, link="arm")])
     (support,) = marks(robot, ()).supports
     np.testing.assert_allclose(support.anchor, np.add(PLACE, (0.2, 0, 0)), atol=1e-15)
-    # The spring is as long as the sled has moved: this is its force.
+    # The spring's elongation is the displacement of the sled: this is its force.
     q, rest = np.zeros(robot.n), np.zeros(robot.n)
     free = lissom.Robot(links)
     gap = support.anchor - support.pose(q, 0.1)[:3, 3]
@@ -200,7 +200,7 @@ def test_spread_loads_have_places_along_their_part():
 
 
 def test_supports_are_anchored_where_the_robot_holds_them():
-    """At the anchor springs hold nothing, on a base that moves, too."""
+    """At the anchor, springs are without force, also on a moving base."""
     supports = [
         lissom.Support(stiffness=5.0, at=0.12),
         lissom.Support(rotational_stiffness=2.0, position=PLACE),

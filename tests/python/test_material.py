@@ -1,4 +1,4 @@
-"""Generalised stiffness of segments, and derivatives with respect to numbers of a material."""
+"""Generalised stiffness of segments, and derivatives with respect to material parameters."""
 
 import numpy as np
 import pytest
@@ -15,7 +15,7 @@ SIX = ("torsion", "bend_y", "bend_z", "stretch", "shear_y", "shear_z")
 @st.composite
 def segments(draw):
     basis = draw(st.sampled_from(["legendre", "chebyshev", "monomial", "piecewise_constant", "hermite"]))
-    # Bending has a use for Young's modulus, torsion for the shear modulus.
+    # Bending depends on Young's modulus, torsion on the shear modulus.
     strains = {"bend_y", "torsion"} | draw(st.sets(st.sampled_from(SIX), max_size=3))
     count = draw(st.sampled_from([2, 4]))
     modes = dict.fromkeys(sorted(strains), count)
@@ -42,7 +42,7 @@ def segments(draw):
 
 
 def coupled():
-    """A section whose stretch bends and twists it."""
+    """A section that couples stretch with bending and torsion."""
     stiffness = np.diag([0.02, 0.03, 0.04, 900.0, 300.0, 300.0])
     stiffness[3, 1] = stiffness[1, 3] = 1.5
     stiffness[0, 2] = stiffness[2, 0] = 0.004
@@ -94,7 +94,7 @@ def test_generalised_stiffness_in_closed_form():
 @settings(max_examples=30, deadline=None)
 @given(st.lists(segments(), min_size=1, max_size=3), st.sampled_from([*OF_STIFFNESS, OF_DAMPING]), st.data())
 def test_derivatives_are_those_of_whole_models(parts, key, data):
-    """Of the robot's forces, whatever its state."""
+    """The robot's forces, in any state."""
     model = data.draw(st.sampled_from([lissom.Rod(parts), robot(parts)]))
     i, j = data.draw(st.integers(0, len(parts) - 1)), data.draw(st.integers(0, 1))
     name = f"segments[{i}].{key}" if isinstance(model, lissom.Rod) else f"link[{j}].rod.segment[{i}].{key}"
@@ -113,7 +113,7 @@ def test_derivatives_are_those_of_whole_models(parts, key, data):
 
 
 def branched():
-    """Two arms on a rod, all of different sections, one of them on a joint, with a tendon and a load."""
+    """Two arms on a rod, all with different sections, one of them on a joint, with a tendon and a load."""
     trunk = lissom.Segment(
         0.2, (0.012, 0.008), 4e5, 1.5e5, 1100, modes={"bend_y": 2, "torsion": 1}, retardation_time=0.02
     )
@@ -148,7 +148,7 @@ def branched():
 
 @pytest.mark.parametrize("options", [{}, {"method": "generalised_alpha", "rho_inf": 0.6}])
 def test_gradients_with_respect_to_sections_are_those_of_models_one_by_one(options):
-    """Forward derivatives take models of their own for each parameter."""
+    """Forward derivatives use separate models for each parameter."""
     names = [
         "link[0].rod.segment[0].density",
         "link[0].rod.segment[0].radius[0]",
@@ -180,7 +180,7 @@ def test_gradients_with_respect_to_sections_are_those_of_models_one_by_one(optio
 
 
 def test_gradients_with_respect_to_sections_take_no_models(monkeypatch):
-    """Segments with values nearby know the inertia of their sections."""
+    """Segments with nearby values give the inertia of their sections."""
     made = []
     replacing = lissom.materials.paths.replacing
 
@@ -215,7 +215,7 @@ def test_planar_robots(key):
 
 
 def test_muscles_depend_on_the_modulus_too():
-    """Then it is no matter of the segment's stiffness alone."""
+    """Then the parameter affects more than the segment's stiffness."""
     segment = lissom.Segment(0.3, 0.01, 3e5, 1.2e5, 1100, modes={"bend_y": 2})
     muscle = lissom.ActiveStrain(None, "bend_y", 2.0, 1.5)
     rod = lissom.Rod([segment], actuators=[muscle])

@@ -30,7 +30,7 @@ class TestFrequencies:
         np.testing.assert_allclose(found.frequency[:3], published, rtol=2e-6, atol=6e-3 if modes == 3 else 0)
 
     def test_beam_theory(self):
-        """To a few rotary inertias: (r / L)^2."""
+        """Up to a few times the rotary inertia, (r / L)^2."""
         found = lissom.modes(wire({"bend_y": 14}, nodes=32, gravity=(0, 0, 0)), np.zeros(14))
         exact = reference.cantilever(210e9 * np.pi / 4 * 1e-12, 7800 * np.pi * 1e-6, 1.0, 5)
         np.testing.assert_allclose(found.frequency[:5], exact, rtol=5e-4)
@@ -61,7 +61,7 @@ class TestFrequencies:
         assert found.eigenvalues[0] == pytest.approx(np.sqrt(9.81 / 0.019))
 
     def test_under_an_axial_load(self):
-        """A column's lowest frequency goes to zero at its buckling load, its square nearly linearly."""
+        """The lowest frequency of a column vanishes at its buckling load, its square nearly linearly."""
         euler = np.pi**2 / 4 * 210e9 * np.pi / 4 * 1e-12
         squares = []
         for ratio in (0.0, 0.5, 1.0):
@@ -73,7 +73,7 @@ class TestFrequencies:
 
 class TestDamping:
     def test_proportional_damping_is_classical(self):
-        """Kelvin-Voigt: damping ratio mu omega / 2 in every mode of an unloaded rod, creeping or not."""
+        """Kelvin-Voigt: damping ratio mu omega / 2 in every mode of an unloaded rod, also if overdamped."""
         mu = 1e-2
         found = lissom.modes(wire({"bend_y": 4}, retardation_time=mu, gravity=(0, 0, 0)), np.zeros(4))
         assert found.is_classical
@@ -250,7 +250,7 @@ class TestLinearModels:
             assert np.abs(eigenvalues - s).min() < 1e-6 * abs(s)
 
     def test_a_small_push_at_the_tip(self):
-        """The response to a step of force, beside the simulated motion of the whole model."""
+        """The step response to a force, compared with the simulated motion of the full model."""
         push = 1e-6
         damped = {"retardation_time": 1e-2}
         model = wire({"bend_y": 3}, **damped)

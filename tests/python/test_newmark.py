@@ -1,4 +1,4 @@
-"""`lissom.newmark`: the family against its definition, its theory, and what users do to it."""
+"""`lissom.newmark`: the family compared with its definition and theory, and robustness to user input."""
 
 import doctest
 import inspect
@@ -34,7 +34,7 @@ def swing(t, q, v, a):
 
 
 def chain(t, q, v, a):
-    """Three masses, hardening springs, drag, a load that depends on time, and inertia that depends on q."""
+    """Three masses, hardening springs, drag, a time-dependent load, and inertia that depends on q."""
     mass = 1.0 + 0.3 * np.sin(q)
     spring = np.diff(q, prepend=0.0)
     force = 5.0 * spring + 20.0 * spring**3
@@ -66,8 +66,7 @@ def slope(x, y):
 
 
 def errors_of_solution(found, residual, rtol, atol):
-    """Accelerations of average acceleration against those of the same steps solved to rounding,
-    in units of what is tolerated."""
+    """Errors of average acceleration's accelerations relative to exactly solved steps, in tolerances."""
     errors = []
     for i, dt in enumerate(np.diff(found.t)):
         t, q, v, a = found.t[i + 1], found.q[i], found.v[i], found.a[i]
@@ -145,7 +144,7 @@ def test_the_documented_defaults_are_the_real_ones():
     spelled_out = newmark(*problem, dt=0.02, **options)
     assert_array_equal(plain.q, spelled_out.q)
     assert plain.stats.nfev == spelled_out.stats.nfev
-    # Every one of these changes the run: the defaults are told from other values by what they do.
+    # Every one of these changes the run, which distinguishes the defaults from other values.
     for change in (
         {"beta": 0.3},
         {"gamma": 0.6},
@@ -249,7 +248,7 @@ def test_linear_systems_against_the_original_methods(system, method, jac, dt):
     scale = 1.0 + np.abs(q).max()
     assert_allclose(found.q, q, atol=1e-9 * scale)
     assert_allclose(found.v, v, atol=1e-8 * scale)
-    # What is returned are the true accelerations, those of the equations of motion.
+    # The returned accelerations are the true ones, those of the equations of motion.
     M, C, K = matrices
     assert_allclose(M @ found.a.T, -C @ found.v.T - K @ found.q.T, atol=1e-8 * scale)
 
@@ -272,7 +271,7 @@ def test_equations_may_be_combined_at_will(system, seed):
 
 
 def test_the_table_of_the_documentation():
-    """It names all presets."""
+    """The table contains all presets."""
     page = (Path(__file__).parents[2] / "docs" / "newmark.md").read_text()
     assert all(f'| `"{name}"' in page for name in PRESETS)
 
@@ -336,7 +335,7 @@ def test_constant_acceleration_is_exact(method):
     ),
 )
 def test_the_motion_obeys_the_amplification_matrix(omega, zeta, parameters):
-    """Cayley and Hamilton: the characteristic polynomial of the matrix annihilates every motion."""
+    """Cayley-Hamilton: the characteristic polynomial of the matrix annihilates every motion."""
     options, parameters = parameters
     damping, stiffness = 2.0 * zeta * omega, omega**2
     found = newmark(
@@ -350,7 +349,7 @@ def test_the_motion_obeys_the_amplification_matrix(omega, zeta, parameters):
     )
     polynomial = np.poly(reference.step_matrix(1.0, damping, stiffness, 1.0, parameters))
     windows = np.lib.stride_tricks.sliding_window_view(found.q[:, 0], 4)
-    # A displacement is the difference of numbers of the size of its acceleration.
+    # A displacement is the difference of numbers as large as its acceleration.
     rounding = 1e-13 * (1.0 + np.abs(found.a).max())
     assert np.abs(windows @ polynomial[::-1]).max() < 100.0 * rounding
     assert np.abs(windows).max() > 1e3 * rounding
@@ -378,7 +377,7 @@ def test_infinitely_fast_oscillations_are_multiplied_with_rho_inf(rho_inf):
             reference.step_matrix(1.0, 0.0, omega**2, 1.0, reference.generalised_alpha(rho_inf))
         )
     ).max()
-    # A triple eigenvalue moves with the third root of the distance from infinity.
+    # A triple eigenvalue changes with the third root of the distance from infinity.
     assert radius == pytest.approx(rho_inf, abs=1e-2)
 
 
@@ -423,7 +422,7 @@ def test_beyond_the_stability_limit_the_failure_says_why():
     assert "stable only for step sizes below 2.0000 / (largest natural frequency" in found.message
     assert np.isfinite(found.q).all()
     assert np.abs(found.q).max() > 1e100
-    # A growing motion is one to compute, until it leaves the numbers.
+    # A growing motion is computed until it overflows.
     assert found.stats.njev < 10
     stable = newmark(oscillator, (0.0, 1e4), [1.0], [0.0], dt=1.5)
     assert np.abs(stable.q).max() < 1.1
@@ -480,7 +479,7 @@ def test_a_linear_system_takes_one_jacobian_and_one_iteration_a_step():
     found = newmark(lambda t, q, v, a: a + 4.0 * q - np.sin(t), (0.0, 10.0), [1.0], [0.0], dt=0.01)
     stats = found.stats
     assert (stats.steps, stats.njev, stats.reuse_failures, stats.full_newton) == (1000, 2, 0, 0)
-    # One step in sixteen measures the rate of convergence, and those that begin unlike the last one.
+    # One step in sixteen measures the rate of convergence, as do steps that differ from the previous one.
     assert stats.newton_iterations <= 1130
 
 
@@ -493,7 +492,7 @@ def test_jacobians_are_kept_while_they_serve():
 
 
 def test_the_ladder_refresh():
-    """The mass changes its sign: the kept Jacobian makes Newton's method diverge, a new one helps."""
+    """The mass changes its sign: the old Jacobian makes Newton's method diverge, a new one helps."""
 
     def residual(t, q, v, a):
         return (1.0 if t < 0.505 else -3.0) * (a + 4.0 * q)
@@ -506,7 +505,7 @@ def test_the_ladder_refresh():
 
 
 def test_the_ladder_full_newton():
-    """arctan(x) = 0 is where undamped Newton iterations diverge from |x| > 1.39, with any kept Jacobian."""
+    """arctan(x) = 0, where undamped Newton iterations with reused Jacobians diverge from |x| > 1.39."""
 
     def residual(t, q, v, a):
         return np.arctan(a - (0.0 if t < 0.5 else 10.0))
@@ -518,7 +517,7 @@ def test_the_ladder_full_newton():
 
 
 def test_the_ladder_gives_up():
-    """Nothing helps where there is no solution: the run ends, with what was computed and a reason."""
+    """There is no solution: the run ends, with the results so far and a reason."""
 
     def residual(t, q, v, a):
         return a - 1.0 if t < 0.45 else a**2 + 1.0
@@ -536,7 +535,7 @@ def test_the_ladder_gives_up():
     reuse=st.booleans(),
 )
 def test_a_wrong_jacobian_never_makes_a_wrong_motion(factor, reuse):
-    """Slow or failed, but not wrong: the iteration rate tells."""
+    """Slow or failed, but not wrong, because the rate of the iteration is measured."""
     start = SYSTEMS["spring pendulum"][1:]
     pendulum = lissom.SpringPendulum()
 
@@ -577,7 +576,7 @@ ABRUPT = {
 
 @pytest.mark.parametrize("name", ABRUPT)
 def test_steps_are_solved_where_the_jacobian_jumps(name):
-    """What earlier steps have taught about the iteration is worth nothing there."""
+    """The convergence of earlier steps says nothing about the iteration there."""
     residual = ABRUPT[name]
     found = newmark(residual, (0.0, 2.0), [0.5], [0.0], dt=2e-3)
     assert errors_of_solution(found, residual, 1e-6, 1e-9).max() < 1.0
@@ -587,7 +586,7 @@ def test_steps_are_solved_where_the_jacobian_jumps(name):
 @pytest.mark.parametrize("stiffness", [1.0, 1e6, 1e13, 1e18])
 @pytest.mark.parametrize("atol", [0.0, 1e-9])
 def test_the_sizes_of_forces_and_accelerations_need_not_be_known(stiffness, atol, jac):
-    """A tolerance of zero, or forces that dwarf the inertia of a first guess, are no singular mass matrix."""
+    """Zero tolerances, or forces larger than the inertia, do not count as singular mass matrices."""
     jac = tangents([[1.0]], [[0.0]], [[stiffness]]) if jac == "given" else jac
     period = stiffness**-0.5
 
@@ -607,7 +606,7 @@ def test_tolerances_of_each_coordinate():
     assert_array_equal(each.q, plain.q)
     loose = newmark(*problem, dt=0.01, rtol=[1e-2, 1e-2], atol=1e-2)
     assert loose.stats.newton_iterations < plain.stats.newton_iterations
-    # A tight tolerance for one of them is enough to be worth iterations.
+    # A tight tolerance for one of them suffices for more iterations.
     loosest, *tight = (
         newmark(*problem, dt=0.01, rtol=rtol, atol=atol).stats.newton_iterations
         for rtol, atol in (
@@ -627,7 +626,7 @@ def test_intervals():
     at_start = newmark(oscillator, (2.0, 2.0), [1.0], [0.5], dt=0.1)
     assert (at_start.q.tolist(), at_start.v.tolist()) == ([[1.0]], [[0.5]])
     assert_allclose(at_start.a, [[-4.0]])
-    # Rounding makes no extra step; a remainder makes one; the end is hit exactly.
+    # Rounding causes no extra step; a remainder causes one; the end is hit exactly.
     assert newmark(oscillator, (0.0, 1.1), [1.0], [0.0], dt=0.1).stats.steps == 11
     short = newmark(oscillator, (0.0, 0.25), [1.0], [0.0], dt=0.1)
     assert_allclose(np.diff(short.t), [0.1, 0.1, 0.05])
@@ -696,7 +695,7 @@ def test_given_initial_accelerations_are_taken():
     assert found.a[0, 0] == 7.0
     expected = reference.integrate(oscillator, found.t, [1.0], [0.0], reference.Parameters(1 / 4, 1 / 2))
     assert abs(found.q[-1, 0] - expected[0][-1, 0]) > 1e-3
-    # Without masses there is nothing to solve for, but steps can be made.
+    # Without masses there is no initial acceleration, but steps are possible.
     massless = newmark(lambda t, q, v, a: v + q, (0.0, 1.0), [1.0], [-1.0], dt=0.01, a0=[1.0])
     assert_allclose(massless.q[-1, 0], np.exp(-1.0), atol=1e-4)
 
@@ -725,7 +724,7 @@ def test_reruns_are_equal_bit_by_bit():
     ids=["array", "list", "tuple", "float32", "int", "strided", "big-endian", "column-major"],
 )
 def test_any_array_will_do(make):
-    """As initial state, tolerance, times, residual, Jacobian; read-only, where it can be."""
+    """As initial state, tolerance, times, residual, Jacobian; read-only, if possible."""
 
     def frozen(x):
         x = make(x)
@@ -734,7 +733,7 @@ def test_any_array_will_do(make):
         return x
 
     def residual(t, q, v, a):
-        # Whole numbers only, so that all kinds can hold them.
+        # Integers only, so that all array types can represent them.
         return frozen([float(round(a[0])) + 4.0, float(round(a[1]))])
 
     def jac(t, q, v, a):
@@ -798,11 +797,11 @@ def test_no_coordinates_at_all():
     assert (found.t.size, found.q.shape) == (11, (11, 0))
 
 
-# ------------------------------------------------------------------------------------------------- refusals
+# ---------------------------------------------------------------------------------------------- invalid input
 
 
 def refuse(error, message, *args, **options):
-    """The call is refused with that message before anything is evaluated."""
+    """The call is rejected with this message before anything is evaluated."""
 
     def never(*_):
         pytest.fail("evaluated")
@@ -972,14 +971,14 @@ def test_singular_mass_matrices(jac):
     found = lissom.newmark(residual, (0.0, 1.0), [1.0, 2.0], [0.0, 0.0], dt=0.1, jac=jac)
     assert (found.success, found.status, found.t.size) == (False, "no_initial_acceleration", 0)
     if jac != "central":
-        # Central differences leave a determinant of the size of their error.
+        # Central differences give a determinant of the size of their error.
         assert "mass matrix" in found.message
         assert "singular" in found.message
         assert "`a0`" in found.message
 
 
 def test_singular_jacobians_of_a_step():
-    """The equations stop to contain the unknowns."""
+    """From some time on, the equations do not contain the unknowns."""
     found = lissom.newmark(
         lambda t, q, v, a: a - 1.0 if t < 0.45 else 0.0 * a + 1.0, (0.0, 1.0), [0.0], [0.0], dt=0.1
     )

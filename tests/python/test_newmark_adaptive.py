@@ -1,4 +1,4 @@
-"""Adaptive steps of `lissom.newmark`: the estimate of Zienkiewicz and Xie, and what it cannot see."""
+"""Adaptive steps of `lissom.newmark`: the estimate of Zienkiewicz and Xie, and its blind spots."""
 
 from functools import partial
 
@@ -11,7 +11,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 import lissom
 from reference import newmark as reference
 
-# The documented numbers of the step control.
+# The documented constants of the step control.
 SMALLEST_VELOCITY_COEFFICIENT = 0.01
 BLIND = 0.01
 LARGEST_FACTOR = 5.0
@@ -43,7 +43,7 @@ def slope(x, y):
 
 
 def test_defaults():
-    """The default scheme and tolerances, with nothing but `adaptive`."""
+    """The default scheme and tolerances, with `adaptive` only."""
     found = adaptive(oscillator(2.0), (0.0, 3.0), [1.0], [0.0])
     assert found.t[-1] == 3.0
     assert found.stats.steps == found.t.size - 1
@@ -68,7 +68,7 @@ def test_errors_follow_the_tolerance(method):
     assert np.all(np.diff(errors) < 0.0)
     # Order 2: local errors of order 3 stay below the tolerance.
     assert slope(steps, errors) == pytest.approx(-2.0, abs=0.3)
-    # h ~ tolerance^(1/3) by the displacements' channel, ^(1/2) by the velocities' smallest coefficient.
+    # h ~ tolerance^(1/3) for the displacements' estimate, ^(1/2) for the velocities' smallest coefficient.
     assert -0.52 < slope(tolerances, steps) < -0.32
 
 
@@ -80,16 +80,16 @@ def test_errors_follow_the_tolerance(method):
     dt=st.floats(1e-3, 1.0),
 )
 def test_accepted_steps_have_small_estimates(rtol, atol, beta, gamma, dt):
-    """The estimate of the reference, from what comes back, of every step that was accepted."""
+    """The estimate of the reference, from the returned states, for every accepted step."""
     found = adaptive(
         swing, (0.0, 0.5), [-0.7, 0.5], [0.0, 0.0], dt=dt, rtol=rtol, atol=atol, beta=beta, gamma=gamma
     )
     errors = reference.estimated_error(found, beta, gamma, rtol, atol, SMALLEST_VELOCITY_COEFFICIENT)
     assert errors.max() <= 1.0 + 1e-6
     h = np.diff(found.t)
-    # The last step may be any rest.
+    # The last step may be any remainder.
     assert np.all(h[1:-1] <= LARGEST_FACTOR * h[:-2] * (1.0 + 1e-9))
-    # The steps are not much smaller than they need be, once their size has been found.
+    # Steps are not much smaller than necessary, once their size has settled.
     settled = errors[3:-1]
     if settled.size > 10:
         assert np.median(settled) > 0.05
@@ -105,7 +105,7 @@ def test_rejected_steps_are_counted_and_not_returned():
 
 
 def test_tolerances_of_each_coordinate():
-    """Two uncoupled oscillations: the one that is tolerated does not cost steps."""
+    """Two uncoupled oscillations: the one with a loose tolerance does not require steps."""
 
     def both(t, q, v, a):
         return [a[0] + q[0], a[1] + 400.0 * q[1]]
@@ -151,7 +151,7 @@ def test_schemes_outside_of_the_blind_band_are_taken(options):
 
 @pytest.mark.parametrize("method", SEEING)
 def test_a_fast_oscillation_is_not_lost(method):
-    """Its displacements are small and the velocity's estimate vanishes for order 2."""
+    """Its displacements are small and the estimate for the velocity vanishes for order 2."""
     omega = 1000.0
     found = adaptive(
         oscillator(omega), (0.0, 0.05), [0.0], [1.0], dt=0.05, rtol=1e-5, atol=1e-5, method=method
@@ -160,7 +160,7 @@ def test_a_fast_oscillation_is_not_lost(method):
 
 
 def test_an_estimate_of_zero_does_not_let_the_step_grow():
-    """Constant accelerations are exact, whatever the step; what comes after them need not be."""
+    """Constant accelerations are exact for any step; the subsequent motion may not be."""
     found = adaptive(lambda t, q, v, a: a + 9.75, (0.0, 10.0), [0.0], [0.0], dt=0.125)
     assert_array_equal(np.diff(found.t), 0.125)
 
@@ -175,7 +175,7 @@ def test_a_knock_after_a_rest_is_not_jumped_over():
 
 
 def test_nothing_to_tolerate_and_no_error_is_no_error():
-    """0 / 0: a coordinate at rest with a tolerance of zero."""
+    """0 / 0: a coordinate at rest with zero tolerance."""
     found = adaptive(
         lambda t, q, v, a: [a[0] + q[0], a[1] + q[1]],
         (0.0, 1.0),
@@ -203,7 +203,7 @@ def test_largest_and_smallest_steps():
     assert "fell below its limit at t = 0 after" in stopped.message
     assert "reduce `min_step`" in stopped.message
     assert stopped.t.tolist() == [0.0]
-    # The rest of an interval may be shorter than the smallest step.
+    # The remainder of an interval may be shorter than the smallest step.
     rest = run(dt=0.7, min_step=0.7, max_step=0.7, rtol=10.0, atol=10.0)
     assert_allclose(np.diff(rest.t), [0.7, 0.7, 0.6])
 
@@ -243,7 +243,7 @@ def test_output_times_do_not_change_the_steps(times):
 
 
 def test_a_step_that_cannot_be_solved_is_cut():
-    """There is nothing beyond q = 1.5, where long steps look for it."""
+    """There is no solution beyond q = 1.5, where long steps search for it."""
 
     def walled(t, q, v, a):
         return a + 4.0 * q if q[0] < 1.5 else [np.nan]
@@ -296,7 +296,7 @@ def test_a_wrong_jacobian_never_makes_a_wrong_motion(factor):
 
 
 def test_the_alpha_methods_keep_their_order_as_steps_change():
-    """A motion whose time scale changes by a factor of 20 on the way."""
+    """A motion whose time scale changes by a factor of 20."""
 
     def stiffening(t, q, v, a):
         return a + (1.0 + 400.0 * np.exp(-((t - 1.0) ** 2) / 0.02)) * q

@@ -1,4 +1,4 @@
-"""`solve_ivp` and the step-by-step solvers as their users meet them."""
+"""`solve_ivp` and the step-by-step solvers from the user's perspective."""
 
 import inspect
 import operator
@@ -93,7 +93,7 @@ def test_any_array_will_do(method, convert):
     if isinstance(y0, np.ndarray):
         y0.flags.writeable = False
     result = lissom.solve_ivp(lambda t, y: convert(oscillator(t, y)), (0, 1), y0, method, rtol=1e-3)
-    # Whole numbers are coarse derivatives; the others are good for three digits.
+    # Rounded to integers, derivatives are inaccurate; the others are accurate to three digits.
     if np.asarray(y0).dtype != int:
         np.testing.assert_allclose(result.y[:, -1], [np.cos(1.0), -np.sin(1.0)], atol=5e-3)
     assert result.success
@@ -461,7 +461,7 @@ def test_a_step_that_raised_can_be_tried_again(solver):
 
 @pytest.fixture
 def ctrl_c_soon():
-    """KeyboardInterrupt from a signal handler, as by Ctrl-C, whose SIGINT belongs to the test runner."""
+    """KeyboardInterrupt from a signal handler, as by Ctrl-C, because the test runner uses SIGINT."""
 
     def interrupt(*_):
         raise KeyboardInterrupt
@@ -492,7 +492,7 @@ def test_ctrl_c_stops_a_native_run():
 
 @pytest.mark.usefixtures("ctrl_c_soon")
 def test_ctrl_c_stops_builtin_functions():
-    """No Python code runs that could see the signal."""
+    """No Python code runs that could handle the signal."""
     with pytest.raises(KeyboardInterrupt):
         lissom.solve_ivp(operator.truediv, (0.0, 1e9), [1.0], max_step=1.0, t_eval=[1e9])
 
@@ -703,7 +703,7 @@ def test_the_last_step_outlives_a_failed_one(solver):
     fresh = solver(lambda t, y: [np.nan] if t > 0.3 else -y, 0.0, [1.0], 2.0)
     while fresh.status == "running":
         fresh.step()
-    # Asked for only now.
+    # Evaluated only now.
     times = np.linspace(old, stepper.t, 5)
     np.testing.assert_array_equal(fresh.dense_output()(times), sol(times))
 

@@ -1,4 +1,4 @@
-"""Tableaus, orders of convergence, tolerances: are the methods the methods?"""
+"""Tableaus, orders of convergence, tolerances of the methods."""
 
 from fractions import Fraction
 
@@ -16,12 +16,12 @@ EXPLICIT = ["rk45", "dop853"]
 
 
 def scipy_solve_ivp(fun, t_span, y0, method="rk45", **options):
-    """SciPy's function, with the names that lissom has for the methods."""
+    """SciPy's function with lissom's names of the methods."""
     return scipy.integrate.solve_ivp(fun, t_span, y0, method=CLASSES[method].__name__, **options)
 
 
 def fixed_steps(problem_fun, t_span, y0, steps, method, **options):
-    """Integration with steps of one size: no error is too large for these tolerances."""
+    """Integration with a fixed step: the tolerances accept any error."""
     size = abs(t_span[1] - t_span[0]) / steps
     return lissom.solve_ivp(
         problem_fun, t_span, y0, method, rtol=1.0, atol=1e200, first_step=size, max_step=size, **options
@@ -85,9 +85,9 @@ def power(k):
 @pytest.mark.parametrize("h", [0.5, 1.0, 2.0])
 @pytest.mark.parametrize("k", range(6))
 def test_polynomial_ladder_of_rk45(k, h):
-    """One step on y' = t^k is exact up to k = 4 and off by -h^6/5400 at 5.
+    """One step on y' = t^k is exact up to k = 4 and has the error -h^6/5400 at 5.
 
-    The embedded solution is exact up to 3 and off by -71 h^5/270000 at 4.
+    The embedded solution is exact up to 3 and has the error -71 h^5/270000 at 4.
     """
     solver = lissom.RK45(power(k), 0.0, [0.0], h, rtol=1.0, atol=1e200, first_step=h)
     solver.step()
@@ -136,7 +136,7 @@ def test_dense_output_agrees_with_state_and_derivative_at_both_ends():
 
 
 def smooth_linear_system():
-    """Three modes; eigenvalues of size up to 3."""
+    """A smooth linear system with three modes; eigenvalues of size up to 3."""
     matrix = np.array(
         [[-0.3, 2.0, 0.0, 0.4], [-2.0, -0.3, 0.5, 0.0], [0.1, 0.0, -1.0, 1.0], [0.0, 0.2, -0.7, 0.1]]
     )
@@ -211,7 +211,7 @@ def test_fixed_steps_agree_with_a_plain_integrator():
 
 
 def solution_at(problem, times):
-    """States, one a column: exact or far more accurate than needed."""
+    """States, one per column: exact, or far more accurate than needed."""
     if problem.exact is not None:
         return problem.exact(times)
     options = {"method": "dop853", "rtol": 3e-14, "atol": 1e-14, "t_eval": times}
@@ -245,7 +245,7 @@ def test_the_error_is_proportional_to_the_tolerance(method, make, loosest):
         result = lissom.solve_ivp(problem.fun, problem.t_span, problem.y0, **options)
         assert result.success
         errors.append(np.abs(result.y - exact).max())
-    # Radau's estimate is of order 3, its solution of order 5: the error falls as the tolerance^(5/4).
+    # Radau's estimate is of order 3, its solution of order 5: the error decreases as the tolerance^(5/4).
     exponent = 1.25 if method == "radau" else 1.0
     decades = np.log10(errors) - exponent * np.log10(tolerances)
     assert slope(tolerances, errors) == pytest.approx(exponent, abs=0.2)
@@ -316,9 +316,9 @@ def test_the_steps_of_rk45_are_those_of_scipy(make):
 @pytest.mark.parametrize("method", EXPLICIT)
 @pytest.mark.parametrize("rtol", [1e-3, 1e-5, 1e-7])
 def test_the_steps_are_those_of_scipy_up_to_rounding(make, method, rtol):
-    """Error estimates are differences in which digits cancel, more of them where the estimate is smaller.
+    """Error estimates are differences with cancellation, the more so the smaller the estimate.
 
-    How much arrives in the step sizes shows when SciPy's own right-hand side is changed in its last bit.
+    A change in the last bit of SciPy's right-hand side shows the resulting change of step sizes.
     """
     problem = make()
     random = np.random.default_rng(1)
@@ -339,7 +339,7 @@ def test_the_steps_are_those_of_scipy_up_to_rounding(make, method, rtol):
 
 
 def test_the_steps_of_radau_are_close_to_those_of_scipy():
-    """Not the same ones: lissom keeps to Hairer and Wanner in some details where SciPy does not."""
+    """Not identical: lissom follows Hairer and Wanner in some details where SciPy does not."""
     for make in (reference.van_der_pol, reference.robertson):
         problem = make()
         options = {"method": "radau", "rtol": 1e-6, "atol": 1e-9}

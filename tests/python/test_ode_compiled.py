@@ -1,4 +1,4 @@
-"""Compiled right-hand sides: no Python in the loop."""
+"""Compiled right-hand sides, without Python in the loop."""
 
 import ctypes
 import signal
@@ -47,7 +47,7 @@ def robertson_jacobian(t, y, jac, args):
 
 
 def of_address(function):
-    """A function that is known by its address alone."""
+    """A function known only by its address."""
     pointer = ctypes.POINTER(ctypes.c_double)
     return ctypes.CFUNCTYPE(None, ctypes.c_double, pointer, pointer, pointer)(function.address)
 
@@ -100,7 +100,7 @@ def test_user_data_of_a_low_level_callable_takes_the_place_of_args():
         of_address(robertson_jacobian),
         reference.robertson_jacobian,
     ],
-    # An address in a name would differ from process to process.
+    # An address in a name would differ between processes.
     ids=["differences", "cfunc", "ctypes", "address", "python"],
 )
 def test_jacobians_of_compiled_functions(jac):
@@ -153,7 +153,7 @@ def test_other_signatures_are_refused():
 
 
 class Imposter:
-    """Looks like a function of numba, and would end the process."""
+    """Looks like a numba function, and would crash the process."""
 
     address = 2**20
 
@@ -165,7 +165,7 @@ class Imposter:
 
 
 class LowLevelImposter(tuple):
-    """Of the right name and kind."""
+    """A tuple with the right name and type."""
 
     signature = "void (double, double *, double *, double *)"
 
@@ -201,7 +201,7 @@ def test_numbers_are_no_functions(number):
 
 
 def test_the_interpreter_is_free_meanwhile():
-    """Another thread makes progress while a long run goes on."""
+    """Another thread makes progress during a long run."""
     counter = {"value": 0, "stop": False}
 
     def count():

@@ -1,4 +1,4 @@
-"""Events of `solve_ivp`: found where they are, as often as they are."""
+"""Events of `solve_ivp`: times and numbers of occurrences."""
 
 import numpy as np
 import pytest
@@ -34,7 +34,7 @@ def test_zeros_of_a_sine(method, t_end, direction):
     result = lissom.solve_ivp(oscillator, (0.0, t_end), [0.0, 1.0], method, events=crossing, **TIGHT)
     (times,) = result.t_events
     (states,) = result.y_events
-    # sin(t) rises at even multiples of pi in either direction of time; the zero at the start is no event.
+    # sin(t) rises at even multiples of pi in either direction of time; the zero at the start is not an event.
     multiples = np.arange(1, 7) * np.sign(t_end)
     if direction:
         # Forward, sin t rises at even multiples of pi; backward it falls there.
@@ -88,7 +88,7 @@ def test_points_asked_for_after_a_terminal_event_are_left_out():
 
 @pytest.mark.parametrize("method", METHODS)
 def test_two_zeros_in_one_step_are_found(method):
-    """The state is linear, hence the steps are huge; SciPy sees nothing here."""
+    """The state is linear, hence the steps are huge; SciPy finds none of them."""
     narrow = event(lambda t, y: (y[0] - 41.3) * (y[0] - 47.9))
     options = {"first_step": 50.0, "events": narrow}
     result = lissom.solve_ivp(lambda t, y: [1.0], (0.0, 100.0), [0.0], method, **options)
@@ -100,7 +100,7 @@ def test_two_zeros_in_one_step_are_found(method):
 
 @pytest.mark.parametrize("method", METHODS)
 def test_several_events_in_one_step_come_in_order(method):
-    """The first terminal one ends the integration, also when the others are listed before it."""
+    """The first terminal event ends the integration, also if others are listed before it."""
     levels = [70.0, 10.0, 30.0, 50.0]
     events = [event(lambda t, y, level=level: y[0] - level, terminal=level == 50.0) for level in levels]
     options = {"first_step": 80.0, "events": events}
@@ -118,7 +118,7 @@ def test_a_zero_at_a_step_is_counted_once():
 
 
 def test_touching_zero_is_counted_only_where_it_is_seen():
-    """A double zero that is a step's end counts once; one between samples cannot be seen."""
+    """A double zero at the end of a step counts once; one between samples cannot be detected."""
     options = {"first_step": 0.25, "max_step": 0.25}
     seen = event(lambda t, y: (t - 0.5) ** 2)
     result = lissom.solve_ivp(lambda t, y: [1.0], (0.0, 1.0), [0.0], events=seen, **options)

@@ -13,12 +13,12 @@ import lissom
 ROOT = Path(__file__).parents[2]
 CARGO = tomllib.loads((ROOT / "Cargo.toml").read_text())
 PYTHON = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
-# Of a release, in the changelog.
+# Heading of a release in the changelog.
 HEADING = re.compile(r"^## \[(\d+\.\d+\.\d+)\] - (\d{4}-\d{2}-\d{2})$", re.M)
 
 
 def recipe() -> dict:
-    """The conda-forge recipe that is shown to packagers."""
+    """The conda-forge recipe in the packaging documentation."""
     (text,) = re.findall(r"```yaml\n(.*?)```", (ROOT / "docs/packaging.md").read_text(), re.S)
     return yaml.safe_load(text)
 

@@ -72,7 +72,7 @@ def assert_same(one, other):
         elif isinstance(value, str | float | tuple | int | None) and not name.startswith("_"):
             assert getattr(other, name) == value
     assert repr(one) == repr(other)
-    # Where arrays are compared there is no one truth.
+    # Comparisons of arrays have no single truth value.
     assert one != other or one is other
 
 
@@ -92,7 +92,7 @@ def test_copies_and_pickles(kind, way):
 @pytest.mark.parametrize("kind", RESULTS)
 def test_files_give_them_back(kind, suffix, tmp_path):
     result = RESULTS[kind]()
-    # Also after places were asked for, which makes models that are kept.
+    # Also after requests for places, which create cached models.
     if getattr(result, "dq", None) is not None and kind != "pendulum":
         result.position()
     path = tmp_path / f"result{suffix}"
@@ -145,7 +145,7 @@ def test_the_report_of_a_fit_says_values_correlations_and_residuals():
     measured, residual = figure.figure.rows[1]
     np.testing.assert_array_equal(residual.curves[2].y, found.residuals[:, 1, 2])
     np.testing.assert_allclose(measured.curves[5].y, motion()[1][:, 1, 2])
-    # White noise is no reason for advice; a model that leaves out something is.
+    # White noise causes no advice; an incomplete model does.
     assert not built.advice
     stiff = lissom.fit(rod(), motion(), {TIME: (1e-3, 0.01, 0.1)}, places=[0.15, 0.3], q0=[0.3, 0.0])
     assert "correlated" in build(stiff, None).advice[0]

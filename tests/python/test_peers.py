@@ -1,4 +1,4 @@
-"""What `make peers` compares with: its own mathematics, its random trees, its page."""
+"""The comparison of `make peers`: its mathematics, its random trees, its page."""
 
 import re
 import sys
@@ -28,7 +28,7 @@ seeds = st.integers(0, 10_000)
 
 
 def rotation_vector(rng):
-    """Up to half a turn."""
+    """A rotation vector of up to half a turn."""
     vector = rng.normal(size=3)
     return rng.uniform(0.0, np.pi) * vector / np.linalg.norm(vector)
 
@@ -41,7 +41,7 @@ def test_rotation_vectors_turn_as_those_of_scipy(seed):
     np.testing.assert_allclose(rotation_vectors.rotated(phi, rate), turn.apply(rate), atol=1e-13)
     w, x, y, z = rotation_vectors.quaternion(phi)
     np.testing.assert_allclose(abs(turn.as_quat() @ [x, y, z, w]), 1.0, atol=1e-13)
-    # The angular velocity in the axes that turn, by a central difference of fourth order.
+    # The angular velocity in the rotating axes, by a fourth-order central difference.
     step = 1e-3
 
     def turned(t):
@@ -61,7 +61,7 @@ def test_the_bias_is_the_derivative_of_the_angular_velocity(seed):
 
 
 def test_tangents_follow_from_those_of_another_code():
-    # Two bodies that turn freely, coupled by springs of their angular velocities: nothing in it is lissom's.
+    # Two freely rotating bodies, coupled by springs of their angular velocities, independent of lissom.
     rng = np.random.default_rng(1)
     mass = rng.normal(size=(6, 6))
     mass = mass @ mass.T + 6.0 * np.eye(6)
@@ -105,7 +105,7 @@ def test_random_trees_are_bodies_in_order_of_depth(seed, links, root, serial):
     assert tree.members[0].kind == root
     ancestors: list[int | None] = [None]
     for index, each in enumerate(tree.members):
-        # A subtree is one piece: the parent is the link before or one that carries it.
+        # A subtree is contiguous: the parent is the previous link or one of its ancestors.
         assert each.parent in ancestors
         ancestors = [*ancestors[: ancestors.index(each.parent) + 1], index]
         a, b, c = np.sort(each.principal)
@@ -133,7 +133,7 @@ def test_the_octopus_is_that_of_the_scene():
     np.testing.assert_array_equal(
         own.inverse_dynamics(q, q, q, t=0.3), scene.model.inverse_dynamics(q, q, q, t=0.3)
     )
-    # What the peers do without: moments about other axes, forces, bodies on the arms.
+    # Features that the peers lack: moments about other axes, forces, bodies on the arms.
     for load in scene.model.loads:
         assert load.force == (0.0, 0.0, 0.0)
         assert load.frame == "body"

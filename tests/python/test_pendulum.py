@@ -1,4 +1,4 @@
-"""lissom.SpringPendulum against Newton's law in Cartesian coordinates, and the common interface of models."""
+"""lissom.SpringPendulum: Newton's law in Cartesian coordinates, and the common interface of models."""
 
 import copy
 import inspect

@@ -1,4 +1,4 @@
-"""What lissom hands out can be copied, pickled and sent to other processes, and nobody can change it."""
+"""Objects of lissom can be copied, pickled and sent to other processes, and are immutable."""
 
 import concurrent.futures
 import copy
@@ -32,7 +32,7 @@ quantities = ["velocity", "energy"]
 
 
 def swing(t):
-    """A load that other processes find by its name."""
+    """A load that other processes find by name."""
     return (0.0, 0.0, 0.1 * np.sin(20.0 * t))
 
 
@@ -123,16 +123,16 @@ def problem_of(text):
 
 
 def attributes(thing):
-    """Public attributes that are no methods."""
+    """Public attributes that are not methods."""
     with warnings.catch_warnings():
-        # Old names.
+        # Old names warn.
         warnings.simplefilter("ignore", FutureWarning)
         found = {name: getattr(thing, name) for name in dir(thing) if not name.startswith("_")}
     return {name: value for name, value in found.items() if not callable(value)}
 
 
 def assert_same(one, other):
-    """Of the same type and of the same attributes, bit by bit."""
+    """Compares type and attributes, bitwise."""
     assert type(one) is type(other)
     if isinstance(one, np.ndarray):
         assert one.dtype == other.dtype

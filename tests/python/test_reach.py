@@ -1,4 +1,4 @@
-"""`Robot.reach`: there and back, closed forms, what is out of reach, limits, preferences, refusals."""
+"""`Robot.reach`: inverse of `pose`, closed forms, unreachable targets, limits, preferences, errors."""
 
 import copy
 import pickle
@@ -45,7 +45,7 @@ def soft(modes, length=0.3, **changes):
 
 
 def off(robot, found, link, pose, X=None):
-    """How far a link is from where it shall be."""
+    """Distance of a link from its target."""
     here = robot.pose(found.q, X, link=link)
     turn = Rotation.from_matrix(pose[:3, :3].T @ here[:3, :3]).magnitude()
     return np.linalg.norm(here[:3, 3] - pose[:3, 3]), turn
@@ -58,7 +58,7 @@ def misfit(robot, q, link, pose):
 
 
 def reach_of(robot):
-    """The length that a radian counts as much as."""
+    """Length equivalent to a radian."""
     reach = {}
     for link in robot.links:
         start = reach[link.parent] + np.linalg.norm(link.position) if link.parent else 0.0
@@ -76,7 +76,7 @@ def test_poses_of_random_states_are_reached_or_it_is_said_honestly(description, 
     link = robot.links[-1].name
     pose = robot.pose(there, link=link)
     found = robot.reach(link, pose, q0=here)
-    # What is said is so.
+    # Reported errors are correct.
     distance, turn = off(robot, found, link, pose)
     assert_allclose(found.position_error, distance, rtol=1e-6, atol=1e-12)
     assert_allclose(found.orientation_error, turn, rtol=1e-6, atol=1e-7)
@@ -89,7 +89,7 @@ def test_poses_of_random_states_are_reached_or_it_is_said_honestly(description, 
         assert distance <= 1e-9 * reach_of(robot) * (1 + 1e-6)
         assert found.orientation_error <= 1e-9
     elif found.status == "nearest":
-        # No small change comes nearer.
+        # No small change reduces the error.
         least = np.linalg.norm(misfit(robot, found.q, link, pose))
         sizes = np.abs(around) / np.linalg.norm(around)
         for k in range(robot.n):
@@ -97,7 +97,7 @@ def test_poses_of_random_states_are_reached_or_it_is_said_honestly(description, 
                 q = found.q.copy()
                 q[k] += step * sizes[k]
                 assert np.linalg.norm(misfit(robot, q, link, pose)) >= least * (1 - 1e-7)
-    # The same again, to the last bit.
+    # Repeated calls give the same result bitwise.
     assert np.array_equal(found.q, robot.reach(link, pose, q0=here).q)
 
 
@@ -109,7 +109,7 @@ def test_most_random_poses_are_reached():
     assert all(each.success for each in found)
     alone = [SEVEN.reach("hand", pose, restarts=0) for pose in poses]
     assert all(each.starts == 1 for each in alone)
-    # From the straight arm, at which many directions are closed.
+    # From the straight arm, where many directions are singular.
     assert sum(each.success for each in alone) > 45
 
 
@@ -127,7 +127,7 @@ def test_a_planar_arm_finds_both_elbows(distance, direction, side):
 
 
 def test_a_start_at_which_nothing_seems_to_help_is_left():
-    """Stretched out towards a target nearer by: the gradient is zero, and the place a maximum."""
+    """Stretched towards a nearer target: the gradient vanishes at a maximum of the error."""
     for target in ([1.2, 0, 0], [-1.2, 0, 0], [0.31, 0, 0]):
         found = PLANAR.reach("hand", target, q0=[0, 0], restarts=0)
         assert found.status == "reached", target
@@ -143,7 +143,7 @@ def test_a_constant_curvature_reaches_its_point(angle):
     found = rod.reach("rod", point)
     assert found.status == "reached"
     assert_allclose(found.q, angle / 0.3, rtol=1e-7)
-    # And in the middle of the rod.
+    # Also in the middle of the rod.
     found = rod.reach("rod", rod.pose([angle / 0.3], 0.15)[:3, 3], X=0.15, q0=[0.1])
     assert_allclose(found.q, angle / 0.3, rtol=1e-7)
 
@@ -157,7 +157,7 @@ def test_out_of_reach_the_nearest_point_is_that_of_the_sphere(beyond, direction)
     assert_allclose(found.pose[:3, 3], 1.7 * along, rtol=0, atol=1e-6)
     assert found.nit < 40
     assert "not reached" in found.message
-    # Too near, the folded arm is the nearest.
+    # If the target is too near, the folded arm is nearest.
     near = PLANAR.reach("hand", 0.1 * along, q0=[0.4, 1.0])
     assert near.status == "nearest"
     assert_allclose(near.position_error, 0.2, rtol=1e-12)
@@ -176,7 +176,7 @@ def test_targets_beside_a_plane_and_beyond_a_soft_rod():
 
 
 def test_weights_choose_what_is_given_up():
-    """A point of the plane and an angle are three wishes of two joints."""
+    """A point of the plane and an angle are three conditions for two joints."""
     pose = np.eye(4)
     pose[:3, :3] = Rotation.from_euler("z", 2.0).as_matrix()
     pose[:2, 3] = 0.9, 0.4
@@ -190,7 +190,7 @@ def test_weights_choose_what_is_given_up():
     assert [each.status for each in both] == ["nearest"] * 3
     assert both[0].position_error > both[1].position_error > both[2].position_error > 1e-3
     assert both[0].orientation_error < both[1].orientation_error < both[2].orientation_error
-    # Along one axis alone.
+    # Along one axis only.
     height = PLANAR.reach("hand", [9, 0.4, 9], position_weight=(0, 1, 0))
     assert height.status == "reached"
     assert_allclose(height.pose[1, 3], 0.4, rtol=0, atol=1e-8)
@@ -203,7 +203,7 @@ def test_a_point_beside_a_link_and_a_direction():
     assert found.success
     pose = SEVEN.pose(found.q, link="hand")
     assert_allclose(pose[:3, :3] @ point + pose[:3, 3], target, rtol=0, atol=1e-8)
-    # The x axis along y, however it is twisted.
+    # The x axis along y, with any twist.
     wanted = Rotation.from_euler("z", 90, degrees=True).as_matrix()
     found = SEVEN.reach("hand", wanted, orientation_weight=(0, 1, 1), q0=np.full(7, 0.3))
     assert found.success
@@ -222,11 +222,11 @@ def test_limits_of_joints_and_bounds_hold():
     assert_allclose(found.q, 0.8, rtol=0, atol=0)
     assert found.at_limits == ["link0.angle", "link1.angle"]
     assert "link0.angle and link1.angle are held back" in found.message
-    # A start beyond is brought within, and one that is within may come to the other elbow.
+    # A start outside the limits is projected; one inside may end at the other elbow.
     elbow = limited.reach("hand", PLANAR.pose([0.1, 0.5], link="hand")[:3, 3], q0=[9, -9])
     assert elbow.status == "reached"
     assert np.all((elbow.q >= -0.5) & (elbow.q <= 0.8))
-    # What is given holds beside the limits of joints; what is fixed stays.
+    # Given bounds apply in addition to the limits of joints; fixed coordinates stay.
     fixed = limited.reach("hand", [1.0, 0.7, 0.0], bounds=([0.0, -9], [0.0, 9]), q0=[0, 0.1])
     assert fixed.status == "at_limits"
     assert_allclose(fixed.q, [0, 0.8], rtol=0, atol=0)
@@ -251,7 +251,7 @@ def energy_of(rod):
 
 
 def least_energy(rod, target, start, link="rod"):
-    """SciPy's, with the gradient of the energy at gravity zero and the Jacobian of the pose."""
+    """SciPy's minimum, with the gradient of the energy at zero gravity and the Jacobian of the pose."""
     stiffness = rod.tangent(np.zeros(rod.n), np.zeros(rod.n), np.zeros(rod.n))[0]
     scale = np.abs(stiffness).max()
     found = minimize(
@@ -281,7 +281,7 @@ def test_of_all_shapes_the_one_with_least_energy(target):
     expected = least_energy(rod, target, found.q + 0.01 * np.arange(rod.n))
     assert_allclose(energy(found.q), energy(expected), rtol=1e-7)
     assert energy(found.q - expected) < 1e-6 * energy(expected)
-    # The gradient is a combination of the rows of the Jacobian.
+    # The gradient is a linear combination of the rows of the Jacobian.
     gradient = rod.inverse_dynamics(found.q, np.zeros(rod.n), np.zeros(rod.n))
     jacobian = rod.jacobian(found.q, link="rod")[3:]
     rest = gradient - jacobian.T @ np.linalg.lstsq(jacobian.T, gradient, rcond=None)[0]
@@ -290,7 +290,7 @@ def test_of_all_shapes_the_one_with_least_energy(target):
 
 
 def test_springs_of_joints_count_and_have_a_rest():
-    """Two sliders in a row must sum to 0.3: forces of their springs become equal."""
+    """Two sliders in series with the sum 0.3: the forces of their springs become equal."""
     slide = [
         lissom.Prismatic((1, 0, 0), stiffness=2.0, rest=0.05),
         lissom.Prismatic((1, 0, 0), stiffness=6.0, rest=-0.01),
@@ -331,7 +331,7 @@ def test_the_nearest_to_the_start():
     found = SEVEN.reach("hand", target, q0=q0, prefer=weights)
     assert found.status == "reached"
     assert_allclose(found.q[:6], constrained(weights)[:6], rtol=0, atol=1e-4)
-    # Within limits too.
+    # Also within limits.
     bounds = (q0 - 0.3, q0 + 0.6)
     within = SEVEN.reach("hand", target, q0=q0, prefer="start", bounds=bounds)
     if within.success:
@@ -349,7 +349,7 @@ def test_least_energy_within_bounds():
     assert_allclose(abs(held.q[0]), limit, rtol=1e-12)
     energy = energy_of(rod)
     assert energy(held.q) > energy(free.q)
-    # As if the coordinate were that from the outset.
+    # As if the coordinate had been fixed at this value from the start.
     fixed = ([held.q[0], -np.inf, -np.inf, -np.inf], [held.q[0], np.inf, np.inf, np.inf])
     again = rod.reach("rod", target, prefer="energy", bounds=fixed)
     assert_allclose(energy(again.q), energy(held.q), rtol=1e-8)
@@ -385,21 +385,21 @@ def test_three_fingertips_at_once():
     for i, name in enumerate(names):
         assert_allclose(robot.pose(found.q, link=name)[:3, 3], points[name], rtol=0, atol=1e-9)
         assert_allclose(found.pose[i], robot.pose(found.q, link=name), rtol=0, atol=1e-15)
-    # A grasp of one object with the palm where it is, and the least energy of the fingers.
+    # A grasp of an object with the palm fixed, and with minimum energy of the fingers.
     held = lissom.Target("palm", robot.pose(there, link="palm"))
     targets = [held, *(lissom.Target(name, points[name], X=0.1) for name in names)]
     grasp = robot.reach(targets, prefer="energy")
     assert grasp.status == "reached"
     zeros = np.zeros(robot.n)
     assert robot.energy(grasp.q, zeros).elastic <= robot.energy(there, zeros).elastic * (1 + 1e-9)
-    # One that is out of reach leaves something at all of them.
+    # An unreachable target leaves an error at all of them.
     apart = robot.reach({"finger0": [1, 0, 0], "finger1": [-1, 0, 0]})
     assert apart.status == "nearest"
     assert np.all(apart.position_error > 0.5)
 
 
 def test_a_floating_robot_turns_as_far_as_it_takes():
-    """Rotation vectors beyond half a turn are others, and a start just before half a turn may pass it."""
+    """Rotation vectors beyond half a turn are replaced, and a start just before half a turn may pass it."""
     robot = lissom.Robot([lissom.Link("ball", body=BODY, joint=lissom.Spherical())])
     start = np.array([0, 0, 3.1])
     for angle in (3.3, -0.1, 6.2):
@@ -408,11 +408,11 @@ def test_a_floating_robot_turns_as_far_as_it_takes():
         assert found.status == "reached", angle
         assert np.linalg.norm(found.q) <= np.pi
         assert (Rotation.from_rotvec(found.q.copy()).inv() * wanted).magnitude() < 1e-8
-    # Just on the other side: the way is short, and none of it is lost by the seam.
+    # Just on the other side: the way is short, and the discontinuity does not matter.
     near = robot.reach("ball", Rotation.from_rotvec([0, 0, 3.2]).as_matrix(), q0=start, prefer="start")
     assert near.status == "reached"
     assert_allclose(near.q, [0, 0, 3.2 - 2 * np.pi], rtol=0, atol=1e-8)
-    # Exactly half a turn away every way is as good.
+    # At exactly half a turn all ways are equally good.
     assert robot.reach("ball", np.diag([1.0, -1, -1])).status == "reached"
 
 
@@ -578,7 +578,7 @@ def test_what_can_be_reached_is_reached_whatever_counts_how_much(weights):
 
 
 def test_weights_decide_between_what_cannot_be_had_together():
-    """Two places half a metre apart for one point: the mean, by the squares of the weights."""
+    """Two targets half a metre apart for one point: the mean, weighted by the squares of the weights."""
     targets = [
         lissom.Target("hand", (x, 0.5, 0), position_weight=weight) for x, weight in ((0.8, 2), (1.3, 1))
     ]

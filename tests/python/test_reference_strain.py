@@ -1,4 +1,4 @@
-"""Rods that are curved when they are free of stress, by constants, tables and functions of the arc length."""
+"""Rods with stress-free curvature, given by constants, tables and functions of the arc length."""
 
 import copy
 import pickle
@@ -33,7 +33,7 @@ def at_rest(modes, X, **changes):
 
 
 def wound(X):
-    """A reference strain that varies in all its numbers."""
+    """A reference strain with all components varying."""
     return (0.3 * X, 1.5 * np.sin(3 * X), np.exp(-X), 1 + 0.05 * np.cos(X), 0.02 * X, 0.01 - 0.03 * X**2)
 
 
@@ -59,7 +59,7 @@ def wrapped(angle):
 
 @pytest.mark.parametrize("torsion", [0.0, 2.0, -4.0])
 def test_bend_about_an_axis_that_turns_makes_a_helix(torsion):
-    """Seen from axes that turn with the bend it is constant bend and torsion."""
+    """In axes that rotate with the bend, it is constant bend and torsion."""
     bend, X = 3.0, np.array([0.2, 0.5, 1.0])
     constant = at_rest(SPATIAL, X, reference_strain=(torsion, bend, 0, 1, 0, 0))
     turning = at_rest(

@@ -78,7 +78,7 @@ class Tags(HTMLParser):
 
 
 def unpack(packed):
-    """What `packing.pack` has packed, as the player reads it: without the code that packs."""
+    """Unpacks the result of `packing.pack` as the player does, independent of the packing code."""
     content = zlib.decompress(base64.b64decode(packed["data"]))
 
     def read(value):
@@ -173,7 +173,7 @@ def test_the_animation_shows_the_rod_as_it_moves(tentacle, page):
     kinds = [thing["kind"] for thing in told["things"]]
     assert set(kinds) == {"tube", "solid", "strand", "arrows", "dots", "line"}
     tube = told["things"][kinds.index("tube")]
-    # As often as the run keeps states, up to sixty times a second.
+    # At the saved times of the run, at most sixty per second.
     times = told["times"]
     assert len(times) == 61
     assert (times[0], times[-1]) == (0.0, 0.5)
@@ -197,7 +197,7 @@ def test_rods_are_coloured_by_what_they_do(tentacle, page):
     strain = model.strain(tentacle.q[at], stations)
     curvature = np.linalg.norm(strain[..., 1:3], axis=-1)
     np.testing.assert_allclose(found["curvature (1/m)"], curvature, atol=curvature.max() / 250)
-    # The outermost fibre: E times stretch plus bending times radius.
+    # The outermost fibre: E times the sum of stretch and bending times radius.
     radius = np.array([0.5 * sum(tube["half"][k]) for k in range(len(stations))])
     stress = 3e5 * (np.abs(strain[..., 3] - 1.0) + curvature * radius)
     np.testing.assert_allclose(found["axial stress (Pa)"], stress, atol=stress.max() / 200)
@@ -308,7 +308,7 @@ def test_a_pendulum_gets_a_plane_animation(tmp_path):
     r, angle = 1.0 + pendulum.q[0, 1], pendulum.q[0, 0]
     np.testing.assert_allclose(mass.points[0, 0], [r * np.cos(angle), r * np.sin(angle), 0.0])
     np.testing.assert_allclose(spring.points[:, -1], mass.points[:, 0])
-    # Seen along z, with y up: to scale, since there is one camera for all axes.
+    # Viewed along z, with y up and equal scales, because one camera serves all axes.
     assert shown.eye.tolist() == [0.0, 0.0, 1.0]
     assert (shown.ground[0], shown.ground[2]) == (1, True)
 

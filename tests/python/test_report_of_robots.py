@@ -1,4 +1,4 @@
-"""What reports show of robots: layers that are switched, arrows that follow loads, links that are picked."""
+"""Reports of robots: optional layers, arrows that follow loads, selection of links."""
 
 import html
 from html.parser import HTMLParser
@@ -12,7 +12,7 @@ from lissom.report import layers, loads, page
 from lissom.report import studies as study_reports
 from lissom.results import Run
 
-#: Joints, loads and supports of every kind; a name that would be markup.
+#: Joints, loads and supports of every kind; a name with markup characters.
 SCENE = """version = 1
 [scene]
 name = "Every joint"
@@ -76,7 +76,7 @@ dt = 1e-3
 dt = 0.01
 """
 
-#: Arrows of forces: first what is at a point, then what is spread, in the order of the loads.
+#: Indices of arrows: first concentrated loads, then distributed ones, in the order of the loads.
 ON_ARM, ON_POST, SPREAD = 0, 1, slice(2, 7)
 
 
@@ -97,7 +97,7 @@ def shown(built):
 
 
 def at(values, shape):
-    """Values of one of the shapes; what stands still has one for all of them."""
+    """Values at one of the shapes; constant ones have a single entry."""
     return values[shape if len(values) > 1 else 0]
 
 
@@ -150,17 +150,17 @@ def test_arrows_follow_their_loads(run, shown):
         tails, heads = arrows(shown, "forces", shape)
         arrow = heads - tails
         q = run.q[shape]
-        # Grows with its load, from nothing, and keeps its direction.
+        # Increases with its load from zero, and keeps its direction.
         tip = model.pose(q, link="arm")[:3, 3]
         np.testing.assert_allclose(tails[ON_ARM], tip, atol=1e-6)
         np.testing.assert_allclose(arrow[ON_ARM][[0, 2]], 0.0, atol=1e-6)
         lengths.append(arrow[ON_ARM][1])
-        # Turns with the rod, and ends where it pushes.
+        # Rotates with the rod, and ends where it pushes.
         pose = model.pose(q, link="post")
         np.testing.assert_allclose(heads[ON_POST], pose[:3, 3], atol=1e-6)
         along = arrow[ON_POST] / np.linalg.norm(arrow[ON_POST])
         np.testing.assert_allclose(along, -pose[:3, 0], atol=1e-5)
-        # A comb that stands on the rod.
+        # A comb of arrows on the rod.
         places = model.pose(q, np.linspace(0.05, 0.2, 5), link="arm")[:, :3, 3]
         np.testing.assert_allclose(heads[SPREAD], places, atol=1e-6)
         np.testing.assert_allclose(arrow[SPREAD][:, :2], 0.0, atol=1e-6)
@@ -188,7 +188,7 @@ def test_rings_go_round_their_moments(run, shown):
 
 def test_joints_move_with_the_robot(run, shown):
     (balls,) = shown.of(layers.Dots, "joints")
-    # The plane in which the sled slides and the axis about which it turns, then both axes of the arm.
+    # The plane of the sled's motion and its axis of rotation, then both axes of the arm.
     frame, *axes = shown.of(layers.Strand, "joints")
     assert [bar.name for bar in (frame, *axes)] == ["joint of sled"] * 2 + ["joint of arm"] * 2
     assert all(axis.radius[0] > frame.radius[0] for axis in axes)
@@ -201,7 +201,7 @@ def test_joints_move_with_the_robot(run, shown):
         for line in (normal, *cross):
             np.testing.assert_allclose(0.5 * (line[0] + line[1]), sled, atol=1e-6)
         np.testing.assert_allclose((normal[1] - normal[0])[:2], 0.0, atol=1e-6)
-    # The plane does not move, and all of the way lies in it.
+    # The plane does not move, and contains the complete path.
     assert stands_still(frame.points)
     corners = frame.points[0][:4]
     np.testing.assert_allclose(corners[:, 2], 0.3, atol=1e-6)
@@ -225,7 +225,7 @@ def test_gravity_current_and_floor_are_where_they_should(shown):
         tails, heads = arrows(shown, layer, 0)
         for arrow in heads - tails:
             np.testing.assert_allclose(arrow / np.linalg.norm(arrow), direction, atol=1e-5)
-        # What leaves the box may be out of sight.
+        # Items that leave the box may be invisible.
         assert np.all((tails > low) & (tails < high) & (heads > low) & (heads < high))
     axis, place, is_up = shown.ground
     assert (axis, place, is_up) == (2, low[2], True)
@@ -240,7 +240,7 @@ def test_everything_is_within_the_box(shown):
 
 
 class Page(HTMLParser):
-    """The options of the pickers of a page, and what is hidden at first."""
+    """The options of the pickers of a page, and the initially hidden elements."""
 
     def __init__(self, text):
         super().__init__()
@@ -342,7 +342,7 @@ def test_an_equilibrium_is_shown_first_with_the_loads_that_hold_it():
     post = shown.of(layers.Tube)[1]
     tip = study.scene.model.pose(study.found.q, link="post")[:3, 3]
     np.testing.assert_allclose(post.centres[last, -1], tip, atol=1e-9)
-    # Arrows are as long as the load factor says; the table says what joints carry in the end.
+    # Arrows scale with the load factor; the table contains the final forces of joints.
     factor = study.found.path.load_factor
     lengths = [
         np.linalg.norm(np.subtract(*arrows(shown, "forces", shape)), axis=1) for shape in range(last + 1)
@@ -358,7 +358,7 @@ def test_an_equilibrium_is_shown_first_with_the_loads_that_hold_it():
 
 
 def test_inputs_from_outside_are_drawn_and_plotted_as_they_were():
-    """A tendon and a push that are told what to do while the run goes on, not by their defaults."""
+    """A tendon and a push with inputs that change during the run, not with their defaults."""
     segment = lissom.Segment(
         0.2, 0.01, 1e6, poisson_ratio=0.4, density=1070, modes={"bend_y": 2}, retardation_time=0.02
     )
@@ -379,7 +379,7 @@ def test_inputs_from_outside_are_drawn_and_plotted_as_they_were():
     found = report.build_result(result, "A finger")
     shown = found.sections[0].parts[0].scene
     (drawn,) = shown.of(layers.Strand, "tendons")
-    # As thick as it pulls.
+    # The thickness represents the tension.
     thin, thick = drawn.radius.min(), drawn.radius.max()
     np.testing.assert_allclose((drawn.radius - thin) / (thick - thin), pull / pull.max(), atol=1e-9)
     (arrow,) = shown.of(layers.Arrows, "forces")

@@ -1,4 +1,4 @@
-"""Results of models made in Python: drawn, saved, loaded, handed to other programs."""
+"""Results of models created in Python: drawn, saved, loaded, passed to other programs."""
 
 import ast
 import dataclasses
@@ -89,7 +89,7 @@ def test_what_is_saved_comes_back_bit_by_bit(folder, kind, name, suffix, length,
     result.save(path)
     again = lissom.load(path)
     if getattr(result, "model", None) is not None:
-        # Models are compared by what they compute.
+        # Models are compared by their results.
         assert pickle.dumps(again.model) == pickle.dumps(result.model)
         np.testing.assert_array_equal(again.a, result.a)
     else:
@@ -193,12 +193,12 @@ EULER = np.pi**3 / 16 * 1e6 * 0.01**4 / 0.2**2
 
 
 def column(ratio=1.5, push=0.0):
-    """Under so many times its buckling load, and pushed to one side by a part of it."""
+    """At this multiple of its buckling load, pushed to one side by a fraction of it."""
     return lissom.Rod([segment(modes=3)], gravity=(0, 0, 0), tip_force=(-ratio * EULER, 0, push * EULER))
 
 
 def buckled():
-    """The path on which it bends to one side."""
+    """The path on which it buckles to one side."""
     (point, *_) = lissom.continuation(column()).path.critical_points
     options = {"load_factor": point.load_factor, "direction": point.directions[0]}
     return lissom.continuation(column(), point.q, **options)
@@ -251,7 +251,7 @@ def test_the_report_of_a_scene_says_the_same_of_its_equilibrium():
 
 
 def test_a_path_whose_loads_turn_back_is_shown_from_end_to_end():
-    """Bent to the wrong side: the loads fall to a limit point, and grow again to where they were."""
+    """Bent to the wrong side: the loads decrease to a limit point, and increase again."""
     model = column(2.0, push=0.02)
     wrong = lissom.statics(model, q0=[2.5, 0.0, 0.0])
     result = lissom.continuation(model, wrong.q, load_factor=1.0, direction=-wrong.q)
@@ -290,7 +290,7 @@ def test_modes_are_shown_beside_the_undeflected_shape():
 
 
 def test_tables_have_zeros_for_what_rounding_leaves():
-    """Links that hang straight down: their joints carry their weights, and no moment."""
+    """Links that hang vertically: their joints carry their weights without moments."""
     joint = lissom.Revolute((0, 1, 0))
     links = [
         lissom.Link("upper", rod=[segment()], joint=joint, orientation=(np.sqrt(0.5), 0, np.sqrt(0.5), 0)),
@@ -323,7 +323,7 @@ def test_a_film_of_a_path_goes_from_its_beginning_to_its_end(tmp_path, monkeypat
     assert (fps, len(titles)) == (10.0, 20)
     np.testing.assert_allclose(q[[0, -1]], result.path.q[[0, -1]], rtol=1e-14)
     assert titles[0] == f"load factor {result.path.load_factor[0]:.3f}"
-    # Every picture is between two equilibria.
+    # Every picture lies between two equilibria.
     steps = np.abs(np.diff(q, axis=0)).max(axis=0)
     assert (steps < np.ptp(result.path.q, axis=0).max() / 5).all()
 
@@ -337,7 +337,7 @@ def test_a_film_of_a_mode_is_one_period_about_the_equilibrium(name, tmp_path, mo
     found.animate(tmp_path / "x.gif", model, rest.q, mode=1, fps=20, duration=1.0)
     ((_, _, _, _, q, _, titles),) = seen
     np.testing.assert_allclose(q.mean(axis=0), rest.q, atol=1e-12 * np.abs(q).max())
-    # All move along the shape of the mode.
+    # All move along the mode shape.
     away, shape = q - rest.q, found.shapes[:, 1].real
     np.testing.assert_allclose(away, np.outer(away @ shape, shape) / (shape @ shape), atol=1e-9)
     np.testing.assert_allclose(away[0], -away[10], atol=1e-9)
@@ -383,7 +383,7 @@ def test_a_timeline_has_the_rods_at_every_time(tmp_path):
         np.testing.assert_allclose(root["PointData/radius"], 0.01, rtol=1e-14)
 
 
-# What is refused.
+# Invalid arguments.
 
 
 @pytest.mark.parametrize("name", ["x.txt", "x", "x.NC", ""])
@@ -578,7 +578,7 @@ HIDDEN = Evil(
 @pytest.mark.parametrize(
     "what",
     [
-        # Arrays of objects whose addresses are what a file says.
+        # Arrays of objects with addresses from the file.
         (np.ndarray, ((1,), "O", FORGED)),
         (REBUILD, (np.ndarray, (0,), b"b"), (1, (1,), OBJECTS, False, FORGED)),
         (REBUILD, (np.ndarray, (0,), b"b"), (1, (1,), HIDDEN, False, FORGED)),
@@ -591,7 +591,7 @@ HIDDEN = Evil(
         (records._array, ("f8", (1 << 45,), b"", False)),
         (records._array, ("f8", (0, 1 << 62, 1 << 62), b"x", False)),
         (records._array, ("U0", (1 << 40,), b"", False)),
-        # Objects that their classes do not check, and classes of others.
+        # Objects that bypass the checks of their classes, and other classes.
         (records._made, (lissom.Link, {"nothing": 1})),
         (records._made, (dict, {"a": 1})),
         (object.__new__, (lissom.Link,)),
@@ -608,7 +608,7 @@ def test_files_cannot_forge_objects(what, tmp_path):
 @pytest.mark.parametrize(
     "instructions",
     [
-        # BUILD sets attributes, of classes too.
+        # BUILD sets attributes, also of classes.
         named("lissom.links", "Link")
         + b"N}"
         + text("__init__")
@@ -714,7 +714,7 @@ def test_the_stubs_say_what_the_methods_take():
     folder = Path(lissom.__file__).parent
     stub = ast.parse((folder / "_lissom.pyi").read_text(encoding="utf-8"))
     classes = {node.name: node.body for node in stub.body if isinstance(node, ast.ClassDef)}
-    # What is written in Python is told beside its class.
+    # Objects from Python are reported by their class.
     (shown,) = (
         node
         for node in ast.parse((folder / "shown.py").read_text(encoding="utf-8")).body

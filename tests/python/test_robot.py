@@ -1,4 +1,4 @@
-"""`lissom.Robot` against the NumPy reference, which shares no formula with it."""
+"""`lissom.Robot` compared with the NumPy reference, which shares no formula with it."""
 
 import json
 
@@ -17,7 +17,7 @@ few = settings(max_examples=10)
 
 
 def fine(description):
-    """The robot with so many nodes that its rods are exact to rounding, as those of the reference are."""
+    """The robot with enough nodes that its rods are exact to rounding, as in the reference."""
     links = [
         link | {"rod": [segment | {"nodes": 32} for segment in link["rod"]]} if "rod" in link else link
         for link in description["links"]
@@ -26,7 +26,7 @@ def fine(description):
 
 
 def assert_close(actual, desired, tolerance=1e-9):
-    """Relative to the largest value: entries may vanish."""
+    """Compares relative to the largest value, because entries may vanish."""
     assert_allclose(actual, desired, rtol=0, atol=tolerance * max(1e-6, np.abs(desired).max(initial=0)))
 
 
@@ -82,7 +82,7 @@ def test_tangents_of_random_robots_are_the_derivatives(description, seed):
                 robot.inverse_dynamics(*(np.array([q, v, a]) + shift))
                 - robot.inverse_dynamics(*(np.array([q, v, a]) - shift))
             ) / (2 * step)
-        # Differences know no more than rounding of the forces over the step.
+        # Differences have errors of the rounding of the forces divided by the step.
         rounding = 1e-15 / step * np.abs(robot.inverse_dynamics(q, v, a)).max()
         size = np.abs(differences).max(initial=0)
         assert_allclose(tangent, differences, rtol=0, atol=1e-6 * size + 10 * rounding)
@@ -113,7 +113,7 @@ def test_accelerations_are_the_derivatives_of_velocities(description, seed):
         def velocity(t, at=(X, link.name)):
             return robot.velocity(q + v * t + a * t**2 / 2, v + a * t, at[0], link=at[1])
 
-        # Of the fourth order.
+        # Fourth-order differences.
         difference = (8 * (velocity(step) - velocity(-step)) - (velocity(2 * step) - velocity(-2 * step))) / (
             12 * step
         )
@@ -138,13 +138,13 @@ def test_rigid_body_motions_have_no_frequency():
     assert_allclose(found.frequency[:6], 0, rtol=0, atol=0)
     assert_allclose(found.damping_ratio[:6], 0, rtol=0, atol=0)
     assert_allclose(found.eigenvalues[:6], 0, rtol=0, atol=0)
-    # Of a free beam, 22.37 sqrt(EI / (rho A L^4)).
+    # Frequency of a free beam, 22.37 sqrt(EI / (rho A L^4)).
     assert_allclose(found.frequency[6], 22.373 * 0.25 / (2 * np.pi), rtol=0.01)
     assert found.stability == "neutral"
 
 
 def base_and_tool(**options):
-    """Two rigid links and no coordinate."""
+    """Two rigid links without coordinates."""
     half_turn = (0, 0, 1, 0)
     tool = lissom.Link("tool", parent="base", position=(0.1, 0, 0), orientation=half_turn, body=HEAVY_TOOL)
     return lissom.Robot([lissom.Link("base", body=lissom.Body(1.0)), tool], **options)
@@ -162,7 +162,7 @@ def test_a_joint_without_coordinates_carries_the_weight_behind_it():
 
 
 def test_a_joint_without_coordinates_on_a_base_that_turns_and_rises():
-    """The centre of mass runs on a circle of 0.1 m about the z axis, behind the joint."""
+    """The centre of mass moves on a circle of 0.1 m about the z axis, behind the joint."""
     angle, rise = lissom.Harmonic(0.8, 0.5), lissom.Harmonic((0, 0, 0.3), 1.5)
     robot = base_and_tool(base_motion=lissom.BaseMotion(translation=rise, axis=(0, 0, 1), angle=angle))
     for t in (0.0, 0.13, 0.4, 0.13):
@@ -178,7 +178,7 @@ def test_a_joint_without_coordinates_on_a_base_that_turns_and_rises():
 
 
 def welded(kept_apart):
-    """Links welded to a body, to frames, to a tip and to what is inside a rod, on a base that is shaken."""
+    """Links welded to a body, to frames, to a tip and inside a rod, on a shaken base."""
     random = np.random.default_rng(5)
 
     def body():
@@ -202,7 +202,7 @@ def welded(kept_apart):
         lissom.Link("hook", parent="ring", body=body(), **place()),
         lissom.Link("mark", parent="base"),
     ]
-    # What something acts on stays a link of its own, even if that is nothing.
+    # Links on which something acts remain separate, even if it has no effect.
     apart = [
         lissom.Load(force=(0, 0, 0), link=name) for name in ("box", "frame", "tool", "ring", "hook", "mark")
     ]

@@ -1,7 +1,7 @@
-"""Robots against exact solutions, equations written by hand, and motions that other codes computed.
+"""Robots compared with exact solutions, hand-written equations, and motions computed by other codes.
 
-Rotation vectors may be wrapped at any time, so poses and angular velocities are compared, never coordinates
-of ball joints and free ones.
+Rotation vectors may be wrapped at any time, so that poses and angular velocities are compared, but never
+coordinates of spherical and free joints.
 """
 
 import numpy as np
@@ -17,13 +17,13 @@ import lissom
 G = 9.81
 Z_HINGE = lissom.Revolute((0, 0, 1))
 DOWN_Y = (0.5**0.5, 0.0, 0.0, -(0.5**0.5))
-"""Takes x to -y."""
+"""Rotates x to -y."""
 TIGHT = {"method": "dop853", "rtol": 1e-11, "atol": 1e-12}
 STRAINS = ("torsion", "bend_y", "bend_z", "stretch", "shear_y", "shear_z")
 
 
 def run(model, times, **options):
-    """The motion at these times; it starts at the first one, zero."""
+    """The motion at these times, which start at zero."""
     assert times[0] == 0
     result = lissom.simulate(model, times[-1], t_eval=times, **options)
     assert result.success, result.message
@@ -31,7 +31,7 @@ def run(model, times, **options):
 
 
 def integrate(rates, start, times):
-    """SciPy's solution of equations written by hand, shape (len(times), n)."""
+    """SciPy's solution of hand-written equations, shape (len(times), n)."""
     path = solve_ivp(rates, (0, times[-1]), start, "DOP853", times, rtol=1e-12, atol=1e-12)
     assert path.success
     return path.y.T
@@ -41,7 +41,7 @@ def integrate(rates, start, times):
 
 
 def pendulum():
-    """A point mass a metre from a hinge; it hangs at -pi / 2 and starts, at pi, at (-1, 0)."""
+    """A point mass at one metre from a hinge; it hangs at -pi / 2 and starts, at pi, at (-1, 0)."""
     body = lissom.Body(1.0, centre=(1, 0, 0))
     return lissom.Robot([lissom.Link("bar", body=body, joint=Z_HINGE)], gravity=(0, -G, 0))
 
@@ -78,7 +78,7 @@ def test_places_of_the_pendulum_are_those_of_the_benchmark():
     ids=lambda value: value["method"] if isinstance(value, dict) else "",
 )
 def test_pendulum(options, tolerance):
-    """Ten seconds of IFToMM's first benchmark. Its usual bar for the energy is 5e-5 J."""
+    """Ten seconds of IFToMM's first benchmark, with its usual energy tolerance of 5e-5 J."""
     robot, times = pendulum(), [0.0, *IFTOMM]
     result = run(robot, times, q0=[np.pi], **options)
     angle = result.q[:, 0]
@@ -119,7 +119,7 @@ BARS = {
 
 
 def double_pendulum(c, I):
-    """Arms of a metre and a kilogram, their centres at c; angles are zero where they hang."""
+    """Arms of a metre and a kilogram, with centres at c; angles are zero in the hanging position."""
     arm = lissom.Body(1.0, centre=(c, 0, 0), inertia=(0, I, I))
     links = [
         lissom.Link("upper", body=arm, joint=Z_HINGE, orientation=DOWN_Y),
@@ -156,7 +156,7 @@ def test_double_pendulum(c, I, table):
 
 
 def test_small_swings_of_a_double_pendulum():
-    """w^2 = g (2 -+ sqrt 2) for two points."""
+    """w^2 = g (2 -+ sqrt 2) for two point masses."""
     frequencies = lissom.modes(double_pendulum(1.0, 0.0), [0, 0]).angular_frequency
     assert_allclose(frequencies, np.sqrt(G * (2 + np.array([-1, 1]) * 2**0.5)))
 
@@ -185,10 +185,10 @@ def places_of_spherical_pendulum(times):
 
 
 def ball_on_thread(factor=1.0):
-    """A kilogram a metre from a ball joint, with an inertia I = 0.01 about every axis.
+    """A mass of one kilogram at one metre from a ball joint, with an inertia I = 0.01 about every axis.
 
-    As long as it does not spin about the thread it moves as a point does under a gravity that is smaller by
-    m l^2 / (m l^2 + I).
+    Without spin about the thread it moves as a point mass under a gravity reduced by the factor m l^2 / (m
+    l^2 + I).
     """
     body = lissom.Body(1.0, centre=START, inertia=(0.01, 0.01, 0.01))
     return lissom.Robot([lissom.Link("ball", body=body, joint=lissom.Spherical())], gravity=(0, 0, -1.01 * G))
@@ -223,7 +223,7 @@ def test_spherical_pendulum_on_a_universal_joint():
 
 @pytest.mark.parametrize(("method", "order"), [("newmark", 2), ("radau", 5)])
 def test_conical_pendulum_stays_on_its_cone(method, order):
-    """omega^2 = g / (l cos 60), for ten rounds."""
+    """omega^2 = g / (l cos 60), for ten revolutions."""
     robot = ball_on_thread()
     omega = (2 * G) ** 0.5
     assert_allclose(omega, 4.42944691807002, rtol=1e-14)
@@ -232,7 +232,7 @@ def test_conical_pendulum_stays_on_its_cone(method, order):
     times = step * np.arange(0, 5001, 20)
     result = run(robot, times, v0=omega * SIDEWAYS, method=method, **options)
     places = centres(robot, result, START)
-    # A step turns by 0.0126: its square over twelve is an error of 1.3e-5 of a second-order method.
+    # A step rotates by 0.0126: its square over twelve is the error of a second-order method, 1.3e-5.
     assert_allclose(places[:, 2], -0.5, atol=2e-5 if order == 2 else 1e-8)
     azimuth = np.unwrap(np.arctan2(places[:, 1], places[:, 0]))
     assert_allclose(azimuth, omega * times, atol=1.4e-5 * omega * times[-1] if order == 2 else 1e-7)
@@ -258,9 +258,9 @@ def heavy_top():
 
 
 def places_of_symmetric_top(times):
-    """The axis u of a symmetric top, in axes that rest: u' = L x u / A, L' = m l u x g.
+    """The axis u of a symmetric top in inertial axes: u' = L x u / A, L' = m l u x g.
 
-    The angular momentum is L = C s u + A u x u', s the constant spin about the axis.
+    The angular momentum is L = C s u + A u x u', with the constant spin s about the axis.
     """
     A, C = TOP_INERTIA[0, 0] + 15.0, TOP_INERTIA[1, 1]
 
@@ -275,18 +275,18 @@ def test_heavy_top():
     """Two seconds at 150 rad/s, 48 turns. At q = 0 rates of a rotation vector are the angular velocity."""
     robot, times = heavy_top(), [0.0, *HEAVY_TOP]
     expected = places_of_symmetric_top(times)
-    # The values of the table are nine digits of another integration.
+    # The values of the table are from another integration, to nine digits.
     assert_allclose(expected[1:], list(HEAVY_TOP.values()), atol=3e-9)
     result = run(robot, times, v0=TOP_RATES, **TIGHT)
     assert_allclose(centres(robot, result, np.array([0, 1, 0])), expected, atol=1e-7)
     w, x, y, z = 0.1229471350, -0.4910798926, 0.3504300303, -0.7879868875
     attitude = Rotation.from_quat([x, y, z, w]).as_matrix()
-    # The angle of the spin has the error of the spin times the time.
+    # The error of the rotation angle is that of the spin times the duration.
     assert_allclose(robot.pose(result.q[-1])[:3, :3], attitude, atol=1e-6)
 
 
 def test_heavy_top_by_newmarks_method():
-    """Errors are those of a method of second order: a quarter at half of the step."""
+    """Errors of second order: a quarter with half the step."""
     robot, expected = heavy_top(), places_of_symmetric_top([0.0, 0.5])[-1]
     errors = []
     for step in (2e-4, 1e-4):
@@ -307,7 +307,7 @@ TUMBLING = {
 
 @pytest.mark.parametrize("joint", [lissom.Free(), lissom.Spherical()], ids=["free", "spherical"])
 def test_torque_free_body(joint):
-    """Turning about its middle axis, nearly (Dzhanibekov): Euler's equations, and what must stay as it is."""
+    """Rotation nearly about its middle axis (Dzhanibekov): Euler's equations, and conserved quantities."""
     inertia, start, times = np.array([1.0, 2, 3]), [0.1, 2, 0.1], [0.0, *TUMBLING]
     expected = integrate(lambda t, w: np.cross(inertia * w, w) / inertia, start, times)
     assert_allclose(expected[1:], list(TUMBLING.values()), atol=2e-9)
@@ -334,7 +334,7 @@ def test_torque_free_body(joint):
     ids=["dop853", "radau", "newmark"],
 )
 def test_tumbling_body_between_the_steps(options, tolerance):
-    """Five seconds and several turns of a lopsided body, at times that are no steps, by Euler's equations."""
+    """Several turns of an asymmetric body in five seconds, between the steps, by Euler's equations."""
     inertia, c, omega = np.diag([1, 2, 2.5]), np.array([0.1, 0.2, 0]), np.array([6.0, 1, -3])
     about_point = inertia + c @ c * np.eye(3) - np.outer(c, c)
 
@@ -353,7 +353,7 @@ def test_tumbling_body_between_the_steps(options, tolerance):
     assert_allclose(turns.reshape(-1, 9), path[:, :9], atol=tolerance)
     in_body = np.einsum("kij,ki->kj", turns, robot.velocity(result.q, result.v)[:, :3])
     assert_allclose(in_body, path[:, 9:], atol=tolerance)
-    # What is returned obeys the equations of motion, also between the steps and where vectors are wrapped.
+    # Results satisfy the equations of motion, also between the steps and where vectors are wrapped.
     assert np.linalg.norm(result.q, axis=1).max() <= np.pi
     forces = [robot.inverse_dynamics(*qva) for qva in zip(result.q, result.v, result.a, strict=True)]
     assert_allclose(forces, 0, atol=1e-3)
@@ -361,7 +361,7 @@ def test_tumbling_body_between_the_steps(options, tolerance):
 
 @pytest.fixture(scope="module")
 def tumbling_pair():
-    """A free body with another one on a ball joint, both wrapped on the way: error and steps of a run."""
+    """A free body with another one on a ball joint, both wrapped during the motion: error and steps."""
     inertia = (1.0e-3, 2.0e-3, 2.6e-3)
     carried = lissom.Body(0.2, centre=(0.05, 0.01, 0), inertia=(1e-4, 2e-4, 2e-4))
     robot = lissom.Robot(
@@ -403,7 +403,7 @@ def test_order_of_newmarks_family_across_wraps(tumbling_pair, method):
 
 @pytest.mark.parametrize(("method", "order"), [("rk45", 5), ("dop853", 8), ("radau", 5)])
 def test_order_of_adaptive_methods_across_wraps(tumbling_pair, method, order):
-    """By how the error falls with the number of steps."""
+    """The order follows from the decrease of the error with the number of steps."""
     found = [tumbling_pair(method=method, rtol=tol, atol=tol) for tol in (1e-7, 1e-9)]
     (coarse, few), (fine, many) = found
     assert np.log(coarse / fine) / np.log(many / few) > order - 0.3
@@ -471,7 +471,7 @@ AFTERWARDS = {
 
 
 def flying_rod(n):
-    """Simo and Vu-Quoc (1988): from (6, 0, 0) to (0, 8, 0), pushed and turned at its base until 5 s."""
+    """Simo and Vu-Quoc (1988): from (6, 0, 0) to (0, 8, 0), with force and moment at its base until 5 s."""
     section = lissom.Section.given((500, 500, 500, 1e4, 1e4, 1e4), 1.0, (10, 10, 10))
     segment = lissom.Segment(10.0, section=section, modes=dict.fromkeys(STRAINS, n))
     x, y, z, w = Rotation.from_euler("z", np.arctan2(0.8, -0.6)).as_quat()
@@ -491,9 +491,9 @@ def test_flying_rod(n):
     times = np.array([0.0, *(row[0] for row in FLYING[n])])
     result = run(robot, times, method="dop853", rtol=1e-9, atol=1e-9)
     places = robot.pose(result.q, [0, 10])[..., :3, 3]
-    # Seven digits; the quadrature of the default nodes is as good.
+    # Seven digits, as accurate as the quadrature with default nodes.
     assert_allclose(places[1:], [row[1:] for row in FLYING[n]], atol=3e-6)
-    # The work of the force is a matter of its impulse alone: 50 N s in 5 s.
+    # The displacement depends on the impulse only: 50 N s in 5 s.
     centre = robot.centre_of_mass(result.q)
     assert_allclose(centre[:, 0], [3, 3 + 25 / 12, 15.5, 28, 40.5, 65.5], atol=2e-6)
     assert_allclose(centre[:, 1:], [[4, 0]] * 6, atol=2e-6)
@@ -514,7 +514,7 @@ def test_flying_rod_by_newmarks_method_tumbles_past_a_whole_turn():
     assert_allclose(places[1:], [row[1:] for row in FLYING[3][2:4]], atol=0.03)
 
 
-#: Joint angle, x and y of the tip at these times by the number of modes.
+#: Joint angle, x and y of the tip at these times, by number of modes.
 SOFT_PENDULUM = {
     4: [
         (-0.3848501126, 0.9933382780, -0.0465142740),
@@ -539,7 +539,7 @@ SOFT_PENDULUM = {
 
 @pytest.mark.parametrize("n", SOFT_PENDULUM)
 def test_flexible_pendulum(n):
-    """A rubber rod let go horizontally. Its fast vibrations ask for small steps."""
+    """A rubber rod released horizontally. Its fast vibrations require small steps."""
     rubber = lissom.Segment(1.0, 5e-3, 5e6, poisson_ratio=0.5, density=1100, modes={"bend_z": n})
     robot = lissom.Robot([lissom.Link("rod", rod=[rubber], joint=Z_HINGE)], gravity=(0, -G, 0))
     assert robot.kernel == "planar"
@@ -586,7 +586,7 @@ def test_flexible_double_pendulum(n):
 
 # The Princeton beam
 
-#: Displacement of the tip for 8.896 and 13.345 N by the angle of the force, degrees.
+#: Displacement of the tip for 8.896 and 13.345 N, by angle of the force in degrees.
 PRINCETON = {
     0: ((-0.000135517, -0.010712765, 0), (-0.000304668, -0.016061179, 0)),
     15: ((-0.002248464, -0.010643581, 0.042192449), (-0.005340668, -0.016577652, 0.064734218)),
@@ -607,7 +607,7 @@ def force_of_princeton(P, degrees):
 
 
 def tip_of_princeton_beam(force):
-    """Displacement and rotation by shooting: the moment at the base that leaves none at the tip."""
+    """Displacement and rotation by shooting for the moment at the base that gives zero moment at the tip."""
 
     def rates(X, y):
         R, m = y[3:12].reshape(3, 3), y[12:]
@@ -645,7 +645,7 @@ def test_princeton_beam(P, degrees):
 
 
 def test_twist_and_small_load_of_the_princeton_beam():
-    """Published beside the table: the displacement for 4.448 N at 45 degrees, the twist for the others."""
+    """Published with the table: the displacement for 4.448 N at 45 degrees, the twist for the others."""
     place, _ = tip_of_princeton_beam(force_of_princeton(4.448, 45))
     assert_allclose(place, (-0.003748208, -0.003976434, 0.056063501), atol=1e-9)
     for P, twist in ((8.896, 0.0306016), (13.345, 0.0640037)):
@@ -665,11 +665,11 @@ def test_free_beam():
     assert_allclose(vibrations.angular_frequency[:6], 0, atol=1e-4 * unit)
     roots = [brentq(lambda x: np.cos(x) - 1 / np.cosh(x), *bounds) for bounds in ((4, 5), (7, 8), (10, 12))]
     assert_allclose(roots, (4.7300407, 7.8532046, 10.9956078), atol=5e-8)
-    # Rotary inertia takes off about (x r / L)^2 < 1e-6.
+    # Rotary inertia reduces them by about (x r / L)^2 < 1e-6.
     assert_allclose(vibrations.angular_frequency[6:12], np.repeat(roots, 2) ** 2 * unit, rtol=2e-6)
 
 
-# One robot described in two ways
+# One robot with two descriptions
 
 
 def small_states(n, seed=0, count=3):
@@ -720,7 +720,7 @@ def test_a_rod_cut_at_a_weld_is_the_same_rod():
         fluid=fluid,
     )
     for q, v, a in small_states(whole.n):
-        # The mass matrix of thin rods magnifies rounding.
+        # The mass matrix of thin rods amplifies rounding errors.
         assert_close(cut.forward_dynamics(q, v), whole.forward_dynamics(q, v), 1e-10)
         assert_close(cut.inverse_dynamics(q, v, a), whole.inverse_dynamics(q, v, a))
         for part, other in zip(cut.tangent(q, v, a), whole.tangent(q, v, a), strict=True):
@@ -733,7 +733,7 @@ def test_a_rod_cut_at_a_weld_is_the_same_rod():
 
 
 def test_a_ball_joint_is_three_hinges():
-    """Away from where two of the hinges are parallel: the same wrench and momentum in the same motion."""
+    """Away from singular configurations of the hinges: the same wrench and momentum in the same motion."""
     body = lissom.Body(1.5, centre=(0.3, 0.2, -0.4), inertia=(0.1, 0.12, 0.15))
     ball = lissom.Robot([lissom.Link("body", body=body, joint=lissom.Spherical())])
     links = [
@@ -754,7 +754,7 @@ def test_a_ball_joint_is_three_hinges():
 
 
 def test_nothing_changes_if_all_turns_together():
-    """Gravity, loads in world axes and the joints on the world."""
+    """Gravity, loads in world axes and joints on the world are rotated."""
     block = lissom.Body(0.5, centre=(0.1, 0.05, 0), inertia=(0.01, 0.02, 0.02))
     gravity, force = np.array([1.0, 2, -9]), np.array([1, 0.5, -0.2])
 
@@ -781,7 +781,7 @@ def test_nothing_changes_if_all_turns_together():
     ("axis", "bend", "shear"), [((0, 1, 0), "bend_y", "shear_z"), ((0, 0, 1), "bend_z", "shear_y")]
 )
 def test_the_planar_kernel_is_the_spatial_one(axis, bend, shear):
-    """One mode of torsion, which stays zero, makes the robot spatial. Masses and forces leave the plane."""
+    """A mode of torsion, which stays zero, makes the robot spatial. Masses and forces leave the plane."""
     inertia = [[0.1, 0.01, 0.02], [0.01, 0.12, 0.015], [0.02, 0.015, 0.11]]
     body = lissom.Body(0.3, centre=(0.1, 0.02, 0.03), inertia=inertia)
     stop = {"limits": (-0.2, 0.2), "limit_stiffness": 10, "limit_dissipation": 0.5, "armature": 0.1}
@@ -826,7 +826,7 @@ def test_the_planar_kernel_is_the_spatial_one(axis, bend, shear):
 
 
 def test_a_moving_base_is_joints_that_are_driven():
-    """Three sliders and a hinge that move as the base does; it turns about the first link's joint."""
+    """Three sliders and a hinge with the motion of the base, which rotates about the first link's joint."""
     axis, origin, t = np.array([1.0, 2, 2]) / 3, np.array([1.0, 2, 3]), 0.37
     swing, shake, drift = (0.4, 0.7, 0.3), (np.array([0.1, 0.2, -0.3]), 0.9), np.array([1.0, 0, 2])
     block = lissom.Body(1.0, centre=(0.1, 0.2, 0.3), inertia=(0.1, 0.11, 0.12))
@@ -874,7 +874,7 @@ def test_a_moving_base_is_joints_that_are_driven():
             assert_close(moving.velocity(*state[:2], link=link, t=t), velocity)
 
 
-# What acts on joints and links
+# Forces on joints and links
 
 
 JOINT = {"stiffness": 1.2, "rest": 0.1, "damping": 0.02, "friction": 0.3, "friction_velocity": 0.05}
@@ -890,7 +890,7 @@ def test_forces_of_a_joint(method):
 
     def rates(t, y):
         q, v = y
-        # The centre is at (cos q, 0, -sin q) 0.3: its weight turns downwards.
+        # The centre is at (cos q, 0, -sin q) 0.3: its weight rotates it downwards.
         force = G * 0.3 * np.cos(q) - 1.2 * (q - 0.1) - 0.02 * v - 0.3 * v / np.hypot(v, 0.05)
         force -= 50 * max(0.0, q - 0.5) * max(0.0, 1 + 0.8 * v)
         force += 50 * max(0.0, -0.5 - q) * max(0.0, 1 - 0.8 * v)
@@ -917,7 +917,7 @@ def test_a_block_rests_on_a_one_sided_stop():
 
 
 def test_a_body_on_springs():
-    """A support at its centre, in axes that are turned with it."""
+    """A support at its centre, with axes that are rotated, too."""
     inertia = np.array([0.1, 0.2, 0.3])
     link = lissom.Link(
         "body",
@@ -934,7 +934,7 @@ def test_a_body_on_springs():
 
 @pytest.mark.parametrize("quadratic", [False, True])
 def test_a_free_rod_sinks_sideways(quadratic):
-    """Weight less buoyancy against drag; added mass makes it slow to start, viscous drag c = 2 N s / m^2."""
+    """Weight minus buoyancy against drag; with added mass, and viscous drag c = 2 N s / m^2."""
     radius, density, water, c = 5e-3, 3000.0, 1000.0, 2.0
     area = np.pi * radius**2
     drag = {"drag_coefficients": (1.2, 0)} if quadratic else {"viscous_drag": (c, 1)}

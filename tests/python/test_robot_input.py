@@ -1,4 +1,4 @@
-"""What is refused of robots and links, with the place, and what is taken."""
+"""Valid and invalid input for robots and links, with the place of errors."""
 
 import copy
 import pickle
@@ -176,7 +176,7 @@ def test_explanations_say_which_link_costs_what():
 
 
 def test_errors_of_auto_are_those_of_all_links():
-    """The base of the last link never moves here: its bodies do."""
+    """The base of the last link never moves here, but its bodies do."""
     pendulum = robot(link(), gravity=(0, -9.81, 0))
     run = lissom.simulate(pendulum, 8.0, q0=[np.pi - 1e-3], method="auto", rtol=1e-5)
     exact = lissom.simulate(
@@ -190,7 +190,7 @@ def test_errors_of_auto_are_those_of_all_links():
 
 
 def test_places_and_velocities_ask_no_load():
-    """A load that is a function is called for forces alone."""
+    """A callable load is called only for forces."""
 
     def fails(t):
         raise AssertionError

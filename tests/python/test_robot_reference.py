@@ -1,8 +1,8 @@
-"""The NumPy reference of robots, proven before anything is compared with it.
+"""The NumPy reference of robots, validated before its use.
 
-Poses lead to velocities by differences in time, velocities to energies and momenta, and these to generalised
-forces by Lagrange's equations and by Newton's laws of the whole robot; those share nothing with the recursion
-beyond the velocities. One rod is what today's rods are.
+Poses give velocities by differences in time, velocities give energies and momenta, and these give generalised
+forces by Lagrange's equations and by Newton's laws for the complete robot. Only the velocities are shared
+with the recursion. Robots with a single rod agree with the reference rod.
 """
 
 import numpy as np
@@ -20,26 +20,26 @@ from rod_cases import rich_rod
 
 # Robots with rods take a tenth of a second each.
 few = settings(max_examples=6)
-#: Step of differences of order 4 in time, seconds. The robots are smooth over much longer times.
+#: Time increment of fourth-order differences, seconds; the robots move on much longer time scales.
 STEP = 1e-3
 RUBBER = {"young_modulus": 1e5, "shear_modulus": 4e4, "density": 1000.0, "radius": 0.03}
 BLOCK = {"mass": 0.4, "centre": (0.05, -0.02, 0.1), "inertia": (2e-3, 3e-3, 4e-3)}
 
 
 def rate(function, step=STEP):
-    """Derivative at zero by differences of order 4."""
+    """Derivative at zero by fourth-order differences."""
     near, far = function(step) - function(-step), function(2 * step) - function(-2 * step)
     return (8 * near - far) / (12 * step)
 
 
 def motion(state):
-    """q and v of the motion of constant acceleration through a state, as functions of time."""
+    """q and v of the motion with constant acceleration through a state, as functions of time."""
     q, v, a = state
     return lambda t: q + t * v + t**2 / 2 * a, lambda t: v + t * a
 
 
 def assert_close(actual, desired, tolerance=1e-10):
-    """Relative to the largest value: entries may vanish."""
+    """Compares relative to the largest value, because entries may vanish."""
     assert_allclose(actual, desired, rtol=0, atol=tolerance * max(1e-3, np.abs(desired).max(initial=0)))
 
 
@@ -55,7 +55,7 @@ def places(robot):
 
 
 def without_dissipation(description):
-    """Loads that have a potential, no damping: what Lagrange's equations need."""
+    """Only loads with a potential and no damping, as Lagrange's equations require."""
     links = [dict(link) for link in description["links"]]
     for link in links:
         link["joint"] = {key: value for key, value in link["joint"].items() if key != "damping"}
@@ -103,13 +103,13 @@ def test_momentum_is_the_rate_of_the_first_moment(description, seed):
 
 
 def test_momenta_and_energies_of_a_dumbbell_by_hand():
-    """Two points of 1 and 3 kg at x = -1 and 2 on a free frame."""
+    """Point masses of 1 and 3 kg at x = -1 and 2 on a free frame."""
     ends = [
         {"name": "right", "parent": "left", "position": (3, 0, 0), "body": {"mass": 3.0}},
     ]
     left = {"name": "left", "joint": {"type": "free"}, "position": (-1, 0, 0), "body": {"mass": 1.0}}
     robot = build({"links": [left, *ends], "gravity": (0, 0, -10)})
-    # The frame moves upwards by 1 m/s and turns about z by 2 rad/s: the right end moves along y by 6 m/s.
+    # The frame moves upwards by 1 m/s and rotates about z by 2 rad/s: the right end moves along y by 6 m/s.
     q, v = np.zeros(6), np.array([0, 0, 1.0, 0, 0, 2.0])
     momentum = robot.momentum(q, v)
     assert_allclose(momentum.mass, 4)
@@ -149,7 +149,7 @@ def test_lagranges_equations_along_any_direction(description, seed):
 @few
 @given(robots(max_links=5), seeds)
 def test_mass_matrix(description, seed):
-    """Symmetric, positive definite, the derivative of the forces, and the kinetic energy."""
+    """Symmetric, positive definite, derivative of the forces, and consistent with the kinetic energy."""
     robot = build(description)
     q, v, a = random_states(robot, seed)
     mass = robot.mass_matrix(q)
@@ -157,7 +157,7 @@ def test_mass_matrix(description, seed):
     scale = coordinate_scale(robot)
     scaled = mass * np.outer(scale, scale)
     units = 1 / np.sqrt(np.diag(scaled))
-    # With ones on the diagonal, as the condition number means something then only.
+    # Scaled to a unit diagonal, because only then the condition number is meaningful.
     assert np.linalg.eigvalsh(scaled * np.outer(units, units)).min() > 0
     forces = robot.inverse_dynamics(q, v, np.column_stack([a, a[:, None] + np.eye(robot.n)]))
     assert_allclose(
@@ -169,7 +169,7 @@ def test_mass_matrix(description, seed):
 @few
 @given(robots(max_links=4, floating=True), seeds)
 def test_what_a_free_base_needs_is_the_rate_of_momentum(description, seed):
-    """Newton's and Euler's laws of the whole robot: nothing within it shows in them."""
+    """Newton's and Euler's laws for the complete robot, without internal forces."""
     description = description | {"loads": []}
     description["links"][0] |= {"position": (0, 0, 0), "orientation": (1, 0, 0, 0)}
     robot = build(description)
@@ -188,7 +188,7 @@ def test_what_a_free_base_needs_is_the_rate_of_momentum(description, seed):
 @few
 @given(robots(max_links=3), seeds)
 def test_power_of_loads(description, seed):
-    """Loads at places take generalised forces of the power of their wrenches."""
+    """The generalised forces of loads have the power of their wrenches."""
     loads = [{key: load[key] for key in load if key != "along"} for load in description["loads"]]
     loads += [{"link": "link0", "force": (1, 2, 3), "moment": (0.1, 0.2, 0.3), "frame": "body"}]
     robot = build(description | {"loads": loads})
@@ -218,11 +218,11 @@ def test_springs_dampers_and_armatures_of_joints():
         assert_allclose(more, [0.2 * 2.0**2 / 2, 5.0 * 0.6**2 / 2, 0, 0], rtol=1e-13)
 
 
-# One rod is what it was
+# One rod is unchanged
 
 
 def as_robot(case):
-    """The description of a case's rod."""
+    """The description of the rod of a case."""
     arguments = case.arguments
     tip = {"link": "rod", "force": arguments["tip_force"], "moment": arguments["tip_moment"]}
     return {
@@ -265,7 +265,7 @@ def test_one_rod_is_the_rod_that_there_is(rich):
 
 
 def test_a_rod_on_a_free_joint_is_a_rod_on_a_moving_base(rich):
-    """The forces along the rod, and those of the joint as the wrench that the base exerts."""
+    """The forces along the rod, and those of the joint as the wrench of the base."""
     case, description = rich
     [link] = description["links"]
     link = link | {"joint": {"type": "free"}, "position": (0, 0, 0), "orientation": (1, 0, 0, 0)}
@@ -294,7 +294,7 @@ def test_a_rod_on_a_free_joint_is_a_rod_on_a_moving_base(rich):
     moment, force = np.split(moved.base_wrench(*rod, t=0.0), 2)
     phi = base[0, 3:]
     of_joint = [*force, *(joint.tangent(phi).T @ joint.exp(phi).T @ moment)]
-    # What moves the base is differentiated numerically there.
+    # The base motion is differentiated numerically there.
     assert_close(tau, np.array([*of_joint, *moved.inverse_dynamics(*rod, t=0.0)]), 1e-9)
 
 
@@ -302,7 +302,7 @@ def test_a_rod_of_two_segments_is_two_rods_welded(rich):
     case, description = rich
     [link] = description["links"]
     first, *rest = link["rod"]
-    # At the weld there is one place in two links; loads and bodies of the whole rod stand on either of them.
+    # At the weld a place belongs to two links; loads and bodies of the whole rod are attached to either.
     ends = [
         link | {"rod": [first]},
         {"name": "more", "parent": "rod", "joint": {"type": "weld"}, "rod": rest},
@@ -359,11 +359,11 @@ def test_welded_bodies_are_bodies_of_the_rod(rich):
     assert_close(np.array(hung.energy(q, v)), np.array(whole.energy(q, v)))
 
 
-# What must not matter
+# Invariances
 
 
 def turned(description, orientation, shift):
-    """The same robot in a world that is turned and moved."""
+    """The same robot in a rotated and translated world."""
     w, x, y, z = orientation
     turn = Rotation.from_quat([x, y, z, w])
 
@@ -421,7 +421,7 @@ def test_branches_have_no_common_entries_and_their_order_does_not_matter():
 
 
 def three_hinges(axes):
-    """A robot that ends in three hinges in a row, two of frames without mass, and one with a ball instead."""
+    """A robot with three hinges in series, two of massless frames, at its end, and one with a ball joint."""
     base = {"name": "base", "joint": {"type": "prismatic", "axis": (1, 1, 0)}, "body": BLOCK}
     place = {"position": (0.1, 0.2, 0), "orientation": (0.8, 0, 0.6, 0)}
     rod = {"rod": [{"length": 0.3, "modes": {"bend_y": 1, "bend_z": 1}, **RUBBER}]}
@@ -436,7 +436,7 @@ def three_hinges(axes):
 
 @pytest.mark.parametrize("angles", [(0.3, 0.7, -0.4), (2.0, -0.6, 1.0), (-1.0, 1.2, 2.5)])
 def test_a_spherical_joint_is_three_revolute_ones(angles):
-    """Through the map of the coordinates: phi(angles), its derivative and the rate of that."""
+    """By the map of the coordinates: phi(angles), its derivative and the rate of the derivative."""
     axes = np.eye(3)[[2, 1, 0]]
     hinged, ball = three_hinges(axes)
     rng = np.random.default_rng(1)
@@ -457,7 +457,7 @@ def test_a_spherical_joint_is_three_revolute_ones(angles):
     assert_allclose(ball.pose(mapped[0], link="c"), hinged.pose(q, link="c"), atol=1e-11)
     forces = ball.inverse_dynamics(*mapped)
     forces[1:4] = A.T @ forces[1:4]
-    # The differences are good to ten digits.
+    # The differences have ten correct digits.
     assert_close(forces, hinged.inverse_dynamics(q, v, a), 1e-8)
     whole = np.eye(hinged.n)
     whole[1:4, 1:4] = A
@@ -538,7 +538,7 @@ def test_several_motions_at_once_are_the_same_as_one_by_one():
 
 
 def runge_kutta(robot, q, v, duration, steps):
-    """The free motion by the classical method of order 4, rotation vectors wrapped after every step."""
+    """The free motion by the classical fourth-order method; rotation vectors are wrapped after every step."""
     h = duration / steps
 
     def change(y):
@@ -600,7 +600,7 @@ def free_robots():
 
 @pytest.mark.parametrize("name", ["rigid", "soft"])
 def test_free_robots_keep_energy_and_momenta(name):
-    """What changes falls with the fourth power of the step."""
+    """Changes decrease with the fourth power of the step."""
     robot, duration, numbers = free_robots()[name]
     q, v, _ = random_states(robot, 3, size=1.0)
     q[3:6] *= 3.1 / np.linalg.norm(q[3:6])
@@ -616,10 +616,10 @@ def test_free_robots_keep_energy_and_momenta(name):
         for _ in range(2):
             y = runge_kutta(robot, *y, duration / 2, steps // 2)
             changes.append(kept(*y) - start)
-        # Of the energy, the momentum and the angular momentum; an error may pass zero, but not at both times.
+        # Of energy, momentum and angular momentum; an error may pass zero, but not at both times.
         errors.append([np.abs(part).max() for part in np.split(np.array(changes), [1, 4], axis=1)])
     coarse, fine = np.array(errors)
     assert fine.max() < 3e-6
     assert_allclose(np.log2(coarse.max() / fine.max()), 4, atol=0.3)
-    # The terms of higher order still show in what is smaller.
+    # For smaller errors, higher-order terms are visible.
     assert np.all(fine < coarse / 2**3)

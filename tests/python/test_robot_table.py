@@ -1,4 +1,4 @@
-"""The table of robots for the crate's tests is what the NumPy reference says, and can be read without it."""
+"""The table of robots for the crate's tests agrees with the NumPy reference, and is readable without it."""
 
 import json
 
@@ -21,7 +21,7 @@ def test_all_robots_are_written_as_described(written):
 
 
 def compare(actual, desired, place=()):
-    """The same keys, and arrays alike to ten digits of their largest number."""
+    """The same keys, and arrays equal to ten digits of their largest number."""
     if isinstance(desired, dict):
         assert actual.keys() == desired.keys(), place
         for key, value in desired.items():
@@ -33,7 +33,7 @@ def compare(actual, desired, place=()):
 
 @pytest.mark.parametrize("name", DESCRIPTIONS)
 def test_values_are_up_to_date(written, name):
-    """`python -m reference.robot_table` writes them anew."""
+    """`python -m reference.robot_table` updates them."""
     [robot] = [robot for robot in written if robot["name"] == name]
     built = build(robot["description"])
     assert robot["n"] == built.n

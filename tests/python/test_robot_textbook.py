@@ -1,4 +1,4 @@
-"""The NumPy reference of robots against equations written by hand and motions computed elsewhere."""
+"""The NumPy reference of robots compared with hand-written equations and motions computed elsewhere."""
 
 import numpy as np
 import pytest
@@ -12,7 +12,7 @@ from reference.robot import build
 G = 9.81
 Y_HINGE = {"type": "revolute", "axis": (0, 1, 0)}
 DOWN = (0.5**0.5, 0.0, 0.5**0.5, 0.0)
-"""Takes x to -z: a link that hangs at angle zero."""
+"""Rotates x to -z: a link that hangs at angle zero."""
 
 
 def states(n, count=3, size=1.5):
@@ -20,7 +20,7 @@ def states(n, count=3, size=1.5):
 
 
 def test_rigid_pendulum():
-    """(I + m c^2) a + m g c sin q = tau: a bar on a hinge, its centre at c."""
+    """(I + m c^2) a + m g c sin q = tau: a bar on a hinge, with its centre at c."""
     m, c, I = 1.3, 0.4, 0.02
     body = {"mass": m, "centre": (c, 0, 0), "inertia": (0.001, I, 0.03)}
     robot = build({"links": [{"name": "bar", "joint": Y_HINGE, "body": body, "orientation": DOWN}]})
@@ -58,7 +58,7 @@ def test_double_pendulum():
 
 
 def rotation_rates(phi, phi_t, phi_tt):
-    """R, and omega and its rate in the axes of the body, by differences of SciPy's rotations in time."""
+    """R, and omega and its rate in body axes, by differences of SciPy's rotations in time."""
     h = 1e-3
     times = h * np.arange(-2, 3)
     turns = [Rotation.from_rotvec(phi + t * phi_t + t**2 / 2 * phi_tt).as_matrix() for t in times]
@@ -70,12 +70,12 @@ def rotation_rates(phi, phi_t, phi_tt):
         A = (A - A.T) / 2
         return np.array([A[2, 1], A[0, 2], A[1, 0]])
 
-    # R'' = R ([rate] + [omega]^2), of which the square is symmetric.
+    # R'' = R ([rate] + [omega]^2), where the square is symmetric.
     return R, axial(R.T @ first), axial(R.T @ second)
 
 
 def turns_of_coordinates(phi):
-    """Columns: small rotations in the axes of the body for unit changes of a rotation vector."""
+    """Columns: small rotations in body axes for unit changes of a rotation vector."""
     return np.column_stack([rotation_rates(phi, unit, np.zeros(3))[1] for unit in np.eye(3)])
 
 
@@ -129,7 +129,7 @@ def test_heavy_top_in_eulers_angles():
 
 
 def test_ball_sliding_in_a_turning_tube():
-    """A point in a tube that turns in a plane: m (r'' - r w^2) and d/dt (m r^2 w)."""
+    """A point mass in a tube that rotates in a plane: m (r'' - r w^2) and d/dt (m r^2 w)."""
     m = 0.7
     tube = {"name": "tube", "joint": {"type": "revolute", "axis": (0, 0, 1)}}
     ball = {"name": "ball", "parent": "tube", "joint": {"type": "prismatic", "axis": (1, 0, 0)}}
@@ -140,11 +140,11 @@ def test_ball_sliding_in_a_turning_tube():
         assert_allclose(tau, expected, rtol=1e-13, atol=1e-13)
 
 
-# Motions that were computed elsewhere
+# Motions computed elsewhere
 
 
 def moved(robot, q, v, duration, pieces=1, tolerance=1e-10):
-    """The free motion, rotation vectors wrapped after every piece of the time."""
+    """The free motion, with rotation vectors wrapped after every part of the time."""
     y = np.array([q, v], float)
     for _ in range(pieces):
 
@@ -166,14 +166,14 @@ def moved(robot, q, v, duration, pieces=1, tolerance=1e-10):
     ids=["points", "bars"],
 )
 def test_double_pendulum_from_horizontal(I, c, angles):
-    """Absolute angles after half a second; from Lagrange's equations for these, at tolerances of 1e-13."""
+    """Absolute angles after half a second, from Lagrange's equations with tolerances of 1e-13."""
     robot = double_pendulum(1.0, c, 1.0, I, c, 1.0, I)
     q, _ = moved(robot, [np.pi / 2, 0], [0, 0], 0.5)
     assert_allclose(np.cumsum(q), angles, atol=1e-8)
 
 
 def test_torque_free_body():
-    """Turning about its middle axis, nearly: Euler's equations for the angular velocity at 2 s."""
+    """Rotation nearly about its middle axis: Euler's equations for the angular velocity at 2 s."""
     body = {"mass": 1.0, "inertia": (1, 2, 3)}
     robot = build({"links": [{"name": "T", "joint": {"type": "free"}, "body": body}], "gravity": (0, 0, 0)})
     q, v = moved(robot, np.zeros(6), [0, 0, 0, 0.1, 2.0, 0.1], 2.0, pieces=4)
@@ -183,11 +183,11 @@ def test_torque_free_body():
 
 
 def test_spherical_pendulum():
-    """A point a metre from a ball, 60 degrees from the vertical, set off sideways; where it is at 0.5 s."""
+    """A point mass at 1 m from a ball joint, 60 degrees from the vertical, pushed sideways; after 0.5 s."""
     start = np.array([np.sin(np.pi / 3), 0, -np.cos(np.pi / 3)])
     bob = {"mass": 1.0, "centre": start, "inertia": 0.01 * np.outer(start, start)}
     robot = build({"links": [{"name": "bob", "joint": {"type": "spherical"}, "body": bob}]})
-    # Sideways by an azimuth rate of 1 rad/s, and no spin about the thread.
+    # Sideways with an azimuth rate of 1 rad/s, without spin about the thread.
     omega = np.cross(start, np.cross([0, 0, 1], start))
     q, _ = moved(robot, np.zeros(3), omega, 0.5)
     place = robot.pose(q, link="bob")[:3, :3] @ start
@@ -195,7 +195,7 @@ def test_spherical_pendulum():
 
 
 def test_fast_heavy_top():
-    """150 rad/s across several turns, as benchmark codes have it; where its centre is at 0.1 s."""
+    """150 rad/s over several turns, as in published benchmarks; position of its centre at 0.1 s."""
     body = {"mass": 15.0, "centre": (0, 1, 0), "inertia": (0.234375, 0.46875, 0.234375)}
     robot = build({"links": [{"name": "top", "joint": {"type": "spherical"}, "body": body}]})
     q, _ = moved(robot, np.zeros(3), [0, 150, -4.61538], 0.1, pieces=10, tolerance=1e-9)
@@ -215,7 +215,7 @@ def test_fast_heavy_top():
     ids=["free", "hinged"],
 )
 def test_natural_frequencies_of_beams(joint, rigid, roots):
-    """Roots of cos cosh = 1 and of tan = tanh, and as many zeros as there are rigid motions."""
+    """Roots of cos cosh = 1 and of tan = tanh, and a zero for each rigid motion."""
     L, r, E, rho = 0.5, 1e-4, 1e9, 1000.0
     beam = {"length": L, "radius": r, "young_modulus": E, "shear_modulus": E, "density": rho}
     link = {"name": "beam", "joint": joint, "rod": [beam | {"modes": {"bend_y": 8}}]}
@@ -223,7 +223,7 @@ def test_natural_frequencies_of_beams(joint, rigid, roots):
     rest = np.zeros(robot.n)
     stiffness = np.column_stack([robot.inverse_dynamics(unit, rest, rest) for unit in np.eye(robot.n)])
     squares = eigh(stiffness, robot.mass_matrix(rest), eigvals_only=True)
-    # (beta L)^4 = rho A omega^2 L^4 / (E I). Rotary inertia lowers it by about (beta r)^2.
+    # (beta L)^4 = rho A omega^2 L^4 / (E I). Rotary inertia reduces it by about (beta r)^2.
     scaled = 4 * rho * squares * L**4 / (E * r**2)
     assert_allclose(scaled[:rigid], 0, atol=1e-3)
     assert_allclose(scaled[rigid : rigid + 2] ** (1 / 4), roots, rtol=1e-6)

@@ -1,4 +1,4 @@
-"""`lissom.Rod` against the NumPy reference, and the laws that hold for any rod."""
+"""`lissom.Rod` compared with the NumPy reference, and general laws of rods."""
 
 import copy
 import inspect
@@ -26,15 +26,15 @@ from rod_cases import (
     seeds,
 )
 
-# What the quadrature leaves of segments that turn by up to about half a turn, relative to the largest force.
+# Quadrature error of segments that turn by up to about half a turn, relative to the largest force.
 QUADRATURE = 1e-8
 
-# Tangents are those of the exact rod, difference quotients those of its quadrature, whose error has a slope.
+# Tangents are those of the exact rod; differences include the derivative of the quadrature error.
 TANGENT = 1e-7
 
 
 def assert_forces_agree(found, case, q, qd, qdd):
-    """Up to the quadrature's error in the forces of motion, rounding in the elastic ones."""
+    """Up to the quadrature error for the forces of motion, and to rounding for elastic forces."""
     wanted = case.reference.inverse_dynamics(q, qd, qdd)
     elastic = case.reference.elastic_forces(q, qd)
     atol = QUADRATURE * np.abs(wanted - elastic).max() + 1e-12 * np.abs(elastic).max()
@@ -127,7 +127,7 @@ def test_energies_of_random_rods(case, seed):
 def test_mass_matrix_of_random_rods(case, seed):
     q, qd, _ = random_states(case, seed)
     mass = case.lissom.mass_matrix(q)
-    # In units of the coordinates, in which entries of different strains can be compared.
+    # In units of the coordinates, so that entries of different strains are comparable.
     unit = np.outer(case.coordinate_scale, case.coordinate_scale)
     error = np.abs(mass - case.reference.mass_matrix(q)) * unit
     assert error.max() <= QUADRATURE * np.abs(mass * unit).max()
@@ -138,7 +138,7 @@ def test_mass_matrix_of_random_rods(case, seed):
 
 @given(random_rods(), seeds)
 def test_mass_matrix_column_by_column(case, seed):
-    """As the lab does: differences of inverse dynamics by unit accelerations."""
+    """As in the lab: differences of the inverse dynamics for unit accelerations."""
     q, rest = random_states(case, seed)[0], np.zeros(case.lissom.n)
     bias = case.lissom.inverse_dynamics(q, rest, rest)
     columns = [case.lissom.inverse_dynamics(q, rest, unit) - bias for unit in np.eye(case.lissom.n)]
@@ -148,7 +148,7 @@ def test_mass_matrix_column_by_column(case, seed):
 
 
 def moment_of_loads(rod):
-    """How large moments about the base are; generalised forces follow by differences of them."""
+    """Moments about the base; generalised forces follow by differentiation."""
     mass = sum(s.inertia(X)[3, 3] * s.length for s in rod.segments for X in (0, s.length))
     bodies = rod.tip_mass + sum(body.mass for body in rod.bodies)
     weight = (mass + bodies) * np.linalg.norm(rod.gravity)
@@ -181,7 +181,7 @@ def test_tangents_of_random_rods(case, seed):
 
 
 def central_difference(function, state, which, scale, step=2e-3):
-    """Derivative of function(q, qd, qdd) with respect to one of them, by differences of order four."""
+    """Derivative of function(q, qd, qdd) with respect to one argument, by fourth-order differences."""
     columns = []
     for direction in np.diag(scale):
 
@@ -215,7 +215,7 @@ def test_tangents_against_the_reference():
 
 @pytest.mark.parametrize("load", rich_loads(), ids=repr)
 def test_power_of_each_load(load):
-    """What a load needs of the generalised forces is its power, or the rate of its potential."""
+    """The generalised forces of a load give its power, or the rate of its potential."""
     load = load | {"at": load["at"] * 0.7} if "at" in load else load
     segments, bodies = rich_segments(), rich_bodies()
     loaded, free = Case(segments, loads=[load]), Case(segments)
@@ -288,7 +288,7 @@ def parts(energy):
 
 
 def arguments_of(segment):
-    # Poisson's ratio stands for the shear modulus, the radius for a section.
+    # Poisson's ratio replaces the shear modulus, the radius a section.
     left_out = {"nodes", "basis", "radius", "section", "poisson_ratio"}
     names = inspect.signature(lissom.Segment).parameters.keys() - left_out
     section = {"section": (segment.section.shape, segment.section.parameters)}
@@ -296,7 +296,7 @@ def arguments_of(segment):
 
 
 def turned_load(load, turn):
-    """Follower loads turn with the base, dead ones do not."""
+    """Follower loads rotate with the base, dead ones do not."""
     force, moment = load.force, load.moment
     if load.frame == "world":
         force, moment = turn.apply(force), turn.apply(moment)
@@ -377,7 +377,7 @@ def test_pose_takes_a_number_or_an_array():
 
 
 def test_a_rod_of_several_equal_segments_is_one_rod():
-    """Constant strains: two halves are the whole, whatever the place of the joint."""
+    """Constant strains: two halves equal the whole, for any place of the joint."""
     whole = rich_segments()[1] | {"modes": {"torsion": 1, "bend_y": 1, "bend_z": 1}}
     pieces = [whole | {"length": 0.3}, whole | {"length": 0.4}]
     one, two = Case([whole]).lissom, Case(pieces).lissom
@@ -433,7 +433,7 @@ def test_poses_of_many_states():
 
 @pytest.mark.parametrize("size", [(4000, 1), (1, 4000)], ids=["states", "places"])
 def test_ctrl_c_stops_poses(size):
-    """Long before the two seconds that all of them take; the handler may ask the same rod."""
+    """Long before the two seconds of the complete computation; the handler may use the same rod."""
     rod = rich_rod().lissom
     random = np.random.default_rng(0)
     straight = np.zeros(rod.n)
@@ -443,7 +443,7 @@ def test_ctrl_c_stops_poses(size):
         raise KeyboardInterrupt
 
     def arguments(states, places):
-        # States that differ: the rod remembers the last one.
+        # Different states, because the rod caches the last one.
         return random.standard_normal((states, rod.n)), np.full(places, rod.length)
 
     def seconds(q, x):
@@ -496,9 +496,9 @@ def test_a_rod_tells_how_many_multiplications_it_takes():
     assert planar["factorisation"] == 8  # (n^3 - n) / 3
     assert planar["solution"] == 9
     assert rich_rod().lissom.multiplications.keys() == planar.keys()
-    # A curve out of the plane costs at least the components that appear.
+    # A curve out of the plane costs at least in proportion to the additional components.
     assert multiplications({"bend_y": 3, "torsion": 1})["residual"] > 2 * planar["residual"]
-    # Linear in segments, quadratic in coordinates at most (design goals).
+    # Linear in segments, at most quadratic in coordinates (design goals).
     one, two, four = (multiplications({"bend_y": 3}, segments) for segments in (1, 2, 4))
     assert four["residual"] == 4 * one["residual"] == 2 * two["residual"]
     assert four["tangent"] < 16 * one["tangent"]

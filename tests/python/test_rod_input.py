@@ -1,6 +1,6 @@
-"""What `lissom.Segment` and `lissom.Rod` refuse and what they say; what they take though it looks unusual.
+"""Input that `lissom.Segment` and `lissom.Rod` reject, with messages, and unusual input that they accept.
 
-First what works; every test after that varies one thing of it.
+The first tests show valid input; every later test varies one part of it.
 """
 
 import inspect
@@ -269,7 +269,7 @@ def test_help_shows_the_defaults():
         if parameter.default is not parameter.empty
     }
     assert defaults == {
-        # What each kind of section asks for is said when it is missing.
+        # Messages about missing arguments name those that the kind of section needs.
         **dict.fromkeys(("radius", "young_modulus", "shear_modulus", "density", "modes", "section")),
         "poisson_ratio": None,
         "retardation_time": 0.0,
@@ -303,7 +303,7 @@ def test_poisson_ratio_stands_for_the_shear_modulus(ratio):
     assert made.shear_modulus == other.shear_modulus
     assert made.poisson_ratio == ratio
     np.testing.assert_array_equal(made.stiffness(), other.stiffness())
-    # They are no equals: with another Young's modulus they differ.
+    # They are not equal: with another Young's modulus they differ.
     assert made != other
     assert pickle.loads(pickle.dumps(made)) == made
     scene = f"""version = 1

@@ -1,4 +1,4 @@
-"""What holds of every rod and every method: orders, scaling, reversibility, restarts, equal reruns."""
+"""Properties of every rod and method: orders, scaling, reversibility, restarts, identical reruns."""
 
 import numpy as np
 import pytest
@@ -23,7 +23,7 @@ METHODS = ["newmark", *FIXED_STEP, *ADAPTIVE]
 
 
 def finger(retardation_time=0.02):
-    """Bends in space under a force out of its plane; its motion is smooth."""
+    """A rod that bends in space under a force out of its plane, with a smooth motion."""
     modes = {"bend_y": 2, "bend_z": 1}
     segment = lissom.Segment(0.3, 0.02, 1e5, 4e4, 1e3, modes, retardation_time)
     return lissom.Rod([segment], tip_force=(0.0, 0.05, 0.0))
@@ -63,7 +63,7 @@ def test_newmark_with_numerical_damping_has_order_one():
     [("rk45", 5, [32, 48, 64, 96, 128], 0.15), ("dop853", 8, [24, 28, 32, 36, 40], 0.3)],
 )
 def test_explicit_steps_have_the_order_of_the_method(method, order, numbers, within):
-    """Tolerances that nothing exceeds, so that all steps are of the size given."""
+    """Tolerances that are always satisfied, so that all steps have the given size."""
     rod, duration = finger(), 0.35
     exact = lissom.simulate(rod, duration, method="dop853", rtol=1e-14, atol=1e-15)
     right, errors = np.concatenate((exact.q[-1], exact.v[-1])), []
@@ -76,7 +76,7 @@ def test_explicit_steps_have_the_order_of_the_method(method, order, numbers, wit
 
 
 def test_radau_has_order_five():
-    """Errors against mean steps, as the tolerance is tightened: also of Newton's iteration."""
+    """Errors as a function of the mean step for decreasing tolerances, also of Newton's iteration."""
     runs = [{"method": "radau", "rtol": x, "atol": x} for x in np.geomspace(1e-4, 1e-9, 11)]
     assert_allclose(slope(*final_errors(1.0, runs)), 5, atol=0.25)
 
@@ -89,12 +89,12 @@ def cantilever(modes):
 
 
 def equilibrium(rod):
-    """The centre line at rest, relative to the length."""
+    """The centre line in equilibrium, relative to the length."""
     return rod.pose(lissom.statics(rod).q, np.linspace(0.0, rod.length, 11))[:, :3, 3] / rod.length
 
 
 def vibration(rod):
-    """The path of the tip, relative to the length, set off along the first natural mode: smooth in time."""
+    """Path of the tip, relative to the length, started along the first natural mode: smooth in time."""
     rest = lissom.statics(rod).q
     found = lissom.modes(rod, rest)
     shape = found.shapes[:, 0].real
@@ -119,7 +119,7 @@ def test_errors_fall_by_a_factor_with_every_mode(observe):
 
 
 class Units:
-    """Multiplies all that a rod is made of, and its states, by powers of its length, mass and time."""
+    """Scales all properties of a rod, and its states, by powers of its length, mass and time."""
 
     def __init__(self, length=0, mass=0, time=0):
         self.length, self.mass, self.time = 2.0**length, 2.0**mass, 2.0**time
@@ -129,7 +129,7 @@ class Units:
         self.pressure = self.force / self.length**2
 
     def arguments(self, arguments, size):
-        """Those that have a size multiplied by it, all others as they are."""
+        """Dimensional arguments multiplied by their size, all others unchanged."""
         return arguments | {
             name: (size[name] * np.asarray(value)).tolist()
             for name, value in arguments.items()
@@ -156,7 +156,7 @@ class Units:
         return lissom.Segment(**arguments)
 
     def load(self, load):
-        """What is spread along the rod is given per length."""
+        """Distributed loads are given per length."""
         per = self.length if "along" in load else 1.0
         size = {
             "at": self.length,
@@ -189,7 +189,7 @@ class Units:
         return lissom.Rod(**arguments)
 
     def coordinates(self, case):
-        """Torsion and bending are angles per length, stretch and shear are numbers."""
+        """Torsion and bending are angles per length, stretch and shear are dimensionless."""
         is_angle = [
             strain < 3
             for segment in case.arguments["segments"]
@@ -203,7 +203,7 @@ exponents = st.integers(-12, 12)
 
 
 def same(found, right, size):
-    """Equal to the bit, but for what underflows."""
+    """Bitwise equal, except for underflow."""
     found = found / size
     assert_array_equal(
         np.where(np.abs(found) < 1e-200, 0.0, found), np.where(np.abs(right) < 1e-200, 0.0, right)
@@ -234,7 +234,7 @@ def test_the_equations_scale_to_the_bit(case, seed, length, mass, time):
 @settings(max_examples=10)
 @given(length=exponents, mass=exponents, time=exponents)
 def test_equilibria_and_natural_frequencies_scale(length, mass, time):
-    """Square roots of odd powers of two round, and other rows are pivots: not to the bit."""
+    """Square roots of odd powers of two round, and pivots differ: not bitwise."""
     case, units = rich_rod(), Units(length, mass, time)
     rod, scaled, u = case.lissom, units.rod(case), units.coordinates(case)
     rest, scaled_rest = lissom.statics(rod), lissom.statics(scaled)
@@ -248,7 +248,7 @@ def test_equilibria_and_natural_frequencies_scale(length, mass, time):
 
 
 def scaled_motions(units, method, rtol):
-    """Coordinates of sixteen steps, in the same units."""
+    """Coordinates after sixteen steps, in the same units."""
     case = rich_rod()
     u, tolerance, motions = units.coordinates(case), np.full(case.lissom.n, 1e-9), []
     for rod, time, atol in (
@@ -272,9 +272,9 @@ def test_motions_scale_with_mass_and_time_to_the_bit(method, mass, time):
 @given(length=exponents, mass=exponents, time=exponents)
 @pytest.mark.parametrize("method", ["newmark", "hht", "generalised_alpha"])
 def test_motions_scale_with_length_to_rounding(method, length, mass, time):
-    """Bending and stretch change differently with the length, so that other rows may be pivots.
+    """Bending and stretch scale differently with the length, so that pivots may differ.
 
-    Steps are solved to rounding: an iteration more or less changes as much as the tolerance allows.
+    Steps are solved to rounding accuracy: an additional iteration changes as much as the tolerance allows.
     """
     found, right = scaled_motions(Units(length, mass, time), method, 1e-13)
     assert_allclose(found, right, atol=1e-12 * np.abs(right).max())
@@ -292,7 +292,7 @@ def test_accuracy_on_request_knows_no_units(length, mass, time):
     assert np.abs(ends[1] - ends[0]).max() < 2 * tolerance
 
 
-# Backwards, from the middle, and again
+# Reversed motion, and restarts from the middle
 
 
 def conservative():
@@ -302,7 +302,7 @@ def conservative():
 
 
 def there_and_back(rod, method):
-    """How far a rod gets from its path when its velocities are reversed at the end, relative to the path."""
+    """Deviation of a rod from its path after its velocities are reversed at the end, relative to the path."""
     options = {"method": method, "dt": 1e-3, "rtol": 1e-12, "atol": 1e-12}
     there = lissom.simulate(rod, 0.3, **options)
     back = lissom.simulate(rod, 0.3, q0=there.q[-1], v0=-there.v[-1], **options)
@@ -323,7 +323,7 @@ def test_damping_cannot_be_reversed():
 
 
 def from_the_middle(rod, method, **options):
-    """How far the second half and its rerun from the middle are apart, relative to the largest value."""
+    """Difference of the second half and its rerun from the middle, relative to the largest value."""
     whole = lissom.simulate(rod, 0.25, method=method, dt=2.0**-10, **options)
     half = len(whole.t) // 2
     rerun = lissom.simulate(
@@ -334,7 +334,7 @@ def from_the_middle(rod, method, **options):
 
 @pytest.mark.parametrize("method", FIXED_STEP[:4])
 def test_newmark_is_restarted_to_rounding(method):
-    """The accelerations that it begins with are solved for again."""
+    """The initial accelerations are solved for again."""
     assert from_the_middle(finger(), method, rtol=1e-12, atol=1e-12) < 1e-13
 
 
@@ -352,7 +352,7 @@ def test_adaptive_methods_are_restarted_to_the_tolerance(method):
 
 @pytest.mark.parametrize("method", ["rk45", "dop853"])
 def test_explicit_methods_with_given_steps_are_restarted_to_the_bit(method):
-    """The state is all that such a step depends on."""
+    """Such a step depends on the state only."""
     rod, h = finger(), 2.0**-10
     steps = {"first_step": h, "max_step": h, "rtol": 0.1, "atol": 1e9}
     whole = lissom.solve_ivp(rod, (0.0, 0.25), np.zeros(2 * rod.n), method, **steps)
@@ -363,7 +363,7 @@ def test_explicit_methods_with_given_steps_are_restarted_to_the_bit(method):
 
 
 def test_newmark_with_given_accelerations_is_restarted_to_the_bit():
-    """Accelerations given, nothing else kept from step to step: no extrapolation, no Jacobian."""
+    """With given accelerations, and no other memory between steps: no extrapolation, no Jacobian."""
     rod = finger()
 
     def residual(t, q, v, a):

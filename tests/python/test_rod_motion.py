@@ -51,7 +51,7 @@ def test_newmark_error_of_the_lab_rod():
 
 
 def test_energy_is_conserved_as_the_step_is_refined():
-    """Without damping, Newmark's energy error falls with the square of the step."""
+    """Without damping, Newmark's energy error decreases with the square of the step."""
     rod = lab_rod(retardation_time=0.0)
     steps = np.array([1e-3, 5e-4, 2.5e-4])
     errors = []
@@ -63,7 +63,7 @@ def test_energy_is_conserved_as_the_step_is_refined():
 
 
 def undamped_rich_rod():
-    """Three spatial segments with dead forces and bodies, everything conservative."""
+    """Three spatial segments with dead forces and bodies, all conservative."""
     forces = [
         {name: value for name, value in load.items() if name != "moment"}
         for load in rich_loads()
@@ -88,7 +88,7 @@ def test_energy_of_a_spatial_rod_is_conserved_to_the_tolerance():
 
 
 def test_damping_takes_energy_out_and_ends_in_equilibrium():
-    # Nearly critical damping of the first mode, 3.5 rad/s: after 8 s some e^-24 of the fall is left.
+    # Nearly critical damping of the first mode, 3.5 rad/s: after 8 s about e^-24 of the motion remains.
     segment = lissom.Segment(0.4, 0.01, 1e6, 4e5, 1000.0, {"bend_y": 3}, retardation_time=0.5)
     rod = lissom.Rod([segment])
     motion = lissom.simulate(rod, 8.0, dt=1e-2)
@@ -137,7 +137,7 @@ def test_rotating_everything_rotates_the_motion():
     ids=["bending", "bending, stretch and shear"],
 )
 def test_rubber_rod_falls(modes, tip, known_to):
-    """Converged tip after one second, to the digits that are known."""
+    """Converged tip after one second, to the known digits."""
     rod = lissom.Rod([lissom.Segment(1.0, 0.02, 5e6, 5e6 / 3, 1000.0, modes)])
     motion = lissom.simulate(rod, 1.0, method="radau", rtol=1e-7, atol=1e-9, t_eval=[1.0])
     assert motion.success, motion.message

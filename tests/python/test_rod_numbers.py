@@ -1,4 +1,4 @@
-"""`lissom.Rod` against independently computed numbers: equilibria, frequencies, deflections, a release."""
+"""`lissom.Rod` compared with independent numbers: equilibria, frequencies, deflections, a release."""
 
 import numpy as np
 import pytest
@@ -19,7 +19,7 @@ def lab_rod(modes, **rod):
 
 
 def bending_rod(modes, weight=0.0, **rod):
-    """One metre that only bends about y, E I = 1 and, under unit gravity, the given weight per length."""
+    """One metre that only bends about y: E I = 1 and, under unit gravity, this weight per length."""
     area, second_moment = np.pi * 1e-4, np.pi * 1e-8 / 4
     density = weight / area if weight else 1.0
     segment = lissom.Segment(1.0, 1e-2, 1 / second_moment, 1 / second_moment, density, {"bend_y": modes})
@@ -53,7 +53,7 @@ def test_lab_rod_sags_under_its_weight(q):
 def test_tip_of_the_sagging_lab_rod():
     three = lab_rod(3)
     assert_allclose(three.pose(equilibrium(three), 1.0)[:3, 3], [0.9818006251, 0, -0.1775638079], atol=1e-10)
-    # More modes lead to the exact solution of the differential equation.
+    # With more modes the solution converges to that of the differential equation.
     eight = lab_rod(8)
     exact = [0.981801548109, 0, -0.177564708339]
     assert_allclose(eight.pose(equilibrium(eight), 1.0)[:3, 3], exact, atol=1e-11)
@@ -84,12 +84,12 @@ def test_natural_frequencies_converge_to_euler_and_bernoulli():
     rod, rest = lab_rod(9, gravity=NO_GRAVITY), np.zeros(9)
     stiffness, _, _ = rod.tangent(rest, rest, rest)
     omega = np.sqrt(eigh(stiffness, rod.mass_matrix(rest), eigvals_only=True))
-    # The rod has rotary inertia, the beam has none: a relative difference of the order of (r / L)^2 and up.
+    # The rod has rotary inertia, the beam does not: a relative difference of about (r / L)^2 or more.
     assert_allclose(omega[:3] / (2 * np.pi), [1.451788, 9.098201, 25.475226], rtol=3e-5)
 
 
 def test_condition_of_the_lab_rods_mass_matrix():
-    """Its determinant of 1e-13 says nothing: judge by the condition number."""
+    """Its determinant of 1e-13 is meaningless; the condition number matters."""
     mass = lab_rod(3).mass_matrix(np.zeros(3))
     assert np.linalg.det(mass) < 1e-12
     assert 2.5e3 < np.linalg.cond(mass) < 3.5e3
@@ -132,10 +132,10 @@ def test_tip_moment_closes_a_circle():
 
 
 def test_45_degree_bend():
-    """Bathe and Bolourchi (1979): a bent cantilever of 1 x 1 section, loaded out of its plane.
+    """Bathe and Bolourchi (1979): a curved cantilever of 1 x 1 section, loaded out of its plane.
 
-    A square section of side a has EA = E a^2, EI = E a^4 / 12 and here G J = G a^4 / 6; the circle of radius
-    a / sqrt(3) with moduli 3 / pi times as large has the same three.
+    A square section with side a has EA = E a^2, EI = E a^4 / 12 and here G J = G a^4 / 6; the circle with
+    radius a / sqrt(3) and moduli multiplied by 3 / pi has the same three values.
     """
     radius, factor = 1 / np.sqrt(3), 3 / np.pi
     pieces, R = 2, 100.0
@@ -157,13 +157,13 @@ def test_45_degree_bend():
     unloaded = [R * np.sin(np.pi / 4), R * (1 - np.cos(np.pi / 4)), 0]
     assert_allclose(case.lissom.pose(0 * q, case.length)[:3, 3], unloaded, atol=1e-10)
     assert_allclose(tip - unloaded, [-23.560582, -13.604632, 53.475478], atol=1e-5)
-    # The reference balances at the same place.
+    # The reference is in equilibrium at the same place.
     assert_allclose(case.reference.inverse_dynamics(q, 0 * q, 0 * q), 0, atol=1e-8 * 600 * case.length)
     assert_allclose(case.reference.poses(q, [case.length])[0, :3, 3], tip, atol=1e-8)
 
 
 def test_lab_rod_released_from_horizontal():
-    """With SciPy as the integrator, so that only the rod is under test."""
+    """With SciPy as the integrator, so that only the rod is tested."""
     rod = lab_rod(3)
     times, tips = (
         [0.1, 0.5, 1.0, 3.0],

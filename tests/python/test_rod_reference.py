@@ -1,7 +1,7 @@
-"""The NumPy reference of the rod, proven before anything is compared with it.
+"""The NumPy reference of the rod, validated before its use.
 
-Statics, frequencies and large deflections against independently computed numbers, dynamics against Lagrange's
-equations of its own energies, which share nothing with the Newton-Euler recursion beyond the velocities.
+Statics, frequencies and large deflections are compared with independent numbers. Dynamics is compared with
+Lagrange's equations of the energies, which share only the velocities with the Newton-Euler recursion.
 """
 
 import numpy as np
@@ -29,7 +29,7 @@ def bending_segment(flexural_rigidity=1.0, weight=0.0, modes=6):
 def equilibrium(rod):
     rest = np.zeros(rod.n)
     solution = root(lambda q: rod.inverse_dynamics(q, rest, rest), rest, tol=1e-12)
-    # By the residual: where that is rounding, MINPACK speaks of no good progress on some machines.
+    # Compared by the residual: if only rounding remains, MINPACK reports slow progress on some machines.
     assert_allclose(solution.fun, 0.0, atol=1e-11, err_msg=solution.message)
     return solution.x
 
@@ -85,7 +85,7 @@ def test_tip_moment_closes_a_circle():
 
 
 def spatial_rod():
-    """Every feature at once: two tapered, pre-bent, twisted segments on a turned base, tip mass and force."""
+    """All features: two tapered, curved, twisted segments on a rotated base, tip mass and force."""
     first = Segment(
         *(0.7, (0.02, 0.01), 5e6, 2e6, 1000.0, {"torsion": 1, "bend_y": 2, "stretch": 1}),
         reference_strain=(0.1, 0.2, 0.3, 1.1, 0.1, -0.1),

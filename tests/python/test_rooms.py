@@ -1,4 +1,4 @@
-"""The rooms of the source and what may use what: CONTRIBUTING.md lists them, `use` lines must keep to it."""
+"""The rooms of the source, listed in CONTRIBUTING.md, and their allowed dependencies in `use` lines."""
 
 import ast
 import re
@@ -11,7 +11,7 @@ import pytest
 ROOT = Path(__file__).parents[2]
 SOURCE = ROOT / "src"
 
-#: Files that use each other may be two, such as a general case and the small one that it hands on to.
+#: At most two files may use each other, such as a general case and the special one that it calls.
 LARGEST_CIRCLE = 2
 
 
@@ -44,7 +44,7 @@ def leaves(tree):
 
 
 class House:
-    """Modules, and which of them use which."""
+    """Modules and their dependencies."""
 
     def __init__(self, code):
         self.code = code
@@ -57,7 +57,7 @@ class House:
         self.uses = {module: self.used_by(module) for module in code}
 
     def absolute(self, module, path):
-        """A path from the root of the crate; None where it leads out of it."""
+        """A path from the root of the crate; None if it leads outside."""
         parts = path.split("::")
         if parts[0] == "crate":
             return tuple(parts[1:])
@@ -71,7 +71,7 @@ class House:
         return module + tuple(parts) if (*module, parts[0]) in self.code else None
 
     def home(self, path):
-        """The module where a path leads, through all that hand it on."""
+        """The module to which a path leads, through all re-exports."""
         for end in range(len(path), -1, -1):
             module = path[:end]
             if module in self.code:
@@ -122,7 +122,7 @@ def house():
 
 
 def rooms():
-    """The rooms from the ground up, as CONTRIBUTING.md lists them."""
+    """The rooms from the bottom up, as listed in CONTRIBUTING.md."""
     text = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
     section = text.split("## Rooms of the crate")[1].split("\n## ")[0]
     rows = re.findall(r"^\| ((?:`[\w/]+`(?:, )?)+) +\|", section, re.MULTILINE)
@@ -130,7 +130,7 @@ def rooms():
 
 
 def room_of(module, rooms):
-    """The most special room that a module lies in."""
+    """The most specific room that contains a module."""
     return max((room for room in rooms if module[: len(room)] == room), key=len, default=None)
 
 
@@ -166,7 +166,7 @@ def test_the_simulator_imports_nothing_of_its_evidence():
 
 
 def python_imports():
-    """The modules of the package, by their names, and which of them import which at any place."""
+    """The modules of the package by name, and their imports at any place."""
     package = ROOT / "python"
     files = {
         ".".join(file.relative_to(package).with_suffix("").parts).removesuffix(".__init__"): file
@@ -183,7 +183,7 @@ def python_imports():
             found[name] |= {f"{base}.{alias.name}" for alias in node.names} & files.keys() or {
                 base
             } & files.keys()
-        # The package itself hands on what lies below all of them.
+        # The package itself re-exports what lies below all of them.
         found[name] -= {"lissom", name}
     return found
 

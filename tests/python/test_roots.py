@@ -89,11 +89,11 @@ def test_a_singular_root_in_several_dimensions_is_recognised():
     assert lissom.root(circle_and_hyperbola, [3, 1]).multiplicity is None
 
 
-# Against the reference, and the invariances of Newton's method
+# Comparison with the reference, and invariances of Newton's method
 
 
-# Left out: runs through Jacobians so ill-conditioned that rounding decides the path. Long runs are chaotic as
-# well, so only their beginnings are compared.
+# Without runs through Jacobians so ill-conditioned that rounding determines the path. Long runs are also
+# chaotic, so only their beginnings are compared.
 TAME = [p for p in PROBLEMS if p.name not in {"Generalized Rosenbrock", "Chebyquad", "Brown almost linear"}]
 COMPARED = 20
 
@@ -130,7 +130,7 @@ def test_multiplying_the_equations_changes_no_iterate(start, matrix):
 
 @given(st.permutations(range(3)), arrays(float, 3, elements=st.floats(0.1, 10)))
 def test_order_and_units_do_not_matter(order, units):
-    """Unknowns in another order and other units, with scales that follow, take the same path."""
+    """Unknowns in another order and other units, with scales in these units, take the same path."""
     problem = PROBLEMS[4]  # helical valley
     order = np.array(order)
     back = np.argsort(order)
@@ -239,7 +239,7 @@ def test_the_rate_at_a_double_root_is_one_half():
 
 
 def test_increments_stand_near_the_bottom_of_the_v_curve():
-    """Truncation falls and rounding grows as the step shrinks; the documented steps are near the best."""
+    """For smaller steps, truncation errors decrease and rounding errors grow; defaults are near optimal."""
 
     def fun(x):
         return np.array([np.exp(x[0]) * np.sin(x[1]), x[0] / x[1] + x[1] ** 3])
@@ -260,7 +260,7 @@ def test_increments_stand_near_the_bottom_of_the_v_curve():
         best = steps[errors.argmin()]
         optimum = EPS ** (1 / (order + 1))
         assert 1e-2 < best / optimum < 1e2
-        # Right of the bottom the error is truncation: its slope is the order.
+        # Right of the minimum the error is truncation, with the order as slope.
         slope = np.polyfit(np.log(steps[-4:-1]), np.log(errors[-4:-1]), 1)[0]
         assert abs(slope - order) < 0.1
         found = np.abs(lissom.jacobian(fun, x, method=method) - exact).max()
@@ -406,7 +406,7 @@ def test_numbers_in_numbers_out():
     assert type(result.x) is float
     assert type(result.fun) is float
     assert lissom.root(lambda x: [x[0] ** 2 - 2], [1]).x.shape == (1,)
-    # A vector of one unknown and a residual without brackets.
+    # A vector of one unknown and a scalar residual.
     assert type(lissom.root(lambda x: x[0] ** 2 - 2, [1.0]).fun) is float
     assert lissom.root(lambda x: np.float32(x) - 1, np.float32(3)).success
     assert lissom.root(lambda x: np.array(x) - 1, np.array(3.0)).success
@@ -480,7 +480,7 @@ def test_systems_that_are_not_square(method):
     fit = lissom.root(lambda x: np.linalg.norm(centres - x, axis=1) - radii, [2.0, 2.5], method=method)
     assert fit.status == "converged_residual"
     assert_allclose(fit.x, point, atol=1e-6)
-    # A least-squares solution that is no root is not called one.
+    # A least-squares solution that is not a root is not reported as one.
     misfit = lissom.root(lambda x: np.linalg.norm(centres - x, axis=1) - 1.9, [2.0, 2.5], method=method)
     assert (misfit.status, misfit.success) == ("stationary_point", False)
     assert misfit.residual_norm > 0.1
@@ -515,7 +515,7 @@ def test_the_step_rule():
     assert result.status == "converged_step"
     assert result.x == pytest.approx(np.sqrt(2), rel=1e-5)
     assert lissom.root(fun, 1.0, xtol_abs=1e-3).status == "converged_step"
-    # Without it, rounding ends the search, at the root.
+    # Otherwise rounding ends the search, at the root.
     result = lissom.root(fun, 1.0)
     assert result.status == "converged_step"
     assert result.x == pytest.approx(np.sqrt(2), rel=1e-15)
@@ -547,7 +547,7 @@ def test_the_line_search_shortens_and_the_newton_method_does_not():
 
 
 def test_tiny_residuals_are_judged_by_their_own_size():
-    """No square of a residual may underflow into a false zero gradient."""
+    """Squares of residuals must not underflow into a false zero gradient."""
     for method in METHODS:
         for jac in ("forward", "central", lambda x: 1e-300):
             result = lissom.root(lambda x: 1e-300 * (x - 1), 5.0, jac=jac, method=method, tol=1e-307)
@@ -641,7 +641,7 @@ def test_ctrl_c_stops_a_search_among_builtin_functions():
     def interrupt(*_):
         raise KeyboardInterrupt
 
-    # 1**x has no root: x walks on and on, and no Python code runs that could see a signal.
+    # 1**x has no root: x diverges slowly, and no Python code runs that could handle a signal.
     one = functools.partial(pow, 1.0)
     before = signal.signal(signal.SIGALRM, interrupt)
     signal.setitimer(signal.ITIMER_REAL, 0.05)

@@ -1,7 +1,7 @@
-"""The 69 starts of the robustness table: what must be solved, what must fail and how; no status ever lies.
+"""The 69 starts of the robustness table: required successes and failures; the status is always correct.
 
-Every start that is not named below must be solved. Starts named with None sit on a knife-edge: rounding
-decides, so neither outcome is asserted.
+Every start that is not named below must be solved. Starts named with None depend on rounding errors, so that
+neither outcome is asserted.
 """
 
 import json
@@ -88,7 +88,7 @@ def test_the_stationary_points_are_minima_that_are_no_roots():
 
 
 def test_the_committed_table_is_this_table():
-    """The generated files tell of the same solvers and starts, and SciPy's do not beat the trust region."""
+    """The generated files have the same solvers and starts; SciPy does not outperform the trust region."""
     table = json.loads((robustness.DOCS / "robustness.json").read_text())
     solved = {solver: sum(map(robustness.solved, outcomes.values())) for solver, outcomes in table.items()}
     assert len(solved) == len(robustness.METHODS) * len(robustness.JACOBIANS) + len(robustness.SCIPY)

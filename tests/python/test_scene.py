@@ -1,4 +1,4 @@
-"""Scene files from Python. What is refused, and where, is tested in Rust (tests/crate/scene.rs)."""
+"""Scene files from Python. Rejected scenes and places of errors are tested in Rust (tests/crate/scene.rs)."""
 
 import json
 import re
@@ -204,7 +204,7 @@ dt = 1e-3
 """
 TENDON = '[[tendon]]\nname = "t"\n'
 PATH = "path = [{ offset = [0, 0.01] }]\n"
-#: Actuators of a rod that make no sense: what is written, the line below the rod, and the key.
+#: Invalid actuators of a rod: text, the line below the rod, and the key.
 WRONG_ON_A_ROD = {
     "arc lengths that are one": (
         TENDON + "path = [{ along = [0.1, 0.1] }]\ntension = 1.0",

@@ -1,4 +1,4 @@
-"""Scenes with actuators: where their mistakes are, what a controller does, and what the command line says."""
+"""Scenes with actuators: places of errors, controllers, and the command line."""
 
 import json
 import pickle
@@ -59,8 +59,8 @@ PALM = '{ link = "palm", point = [0, 0, 0.01] }'
 ALONG = "along = [0.02, 0.15]"
 TENSION = '{ input = "pull", default = 2 }'
 
-#: What is written instead of what; and the key of what is wrong, what is written where it is marked, words of
-#: what is wrong and of what would be right.
+#: Original and changed text; and the key of the problem, the marked text, words of the problem and of the
+#: expected value.
 MISTAKES = {
     "a tendon's key": ("tension", "tensoin", ("tendon[0].tensoin", "tensoin", "unknown key", "`tension`?")),
     "a chamber's key": ("area", "aera", ("chamber[0].aera", "aera", "unknown key", "did you mean `area`?")),
@@ -200,7 +200,7 @@ def test_a_mistake_is_refused_where_it_is(case):
     (problem,) = caught.value.problems
     assert problem.key == key
     line = text.splitlines()[problem.line - 1]
-    # Of what is written anew, and not what looks alike before it.
+    # In the changed text, not in a similar text before it.
     assert line[problem.column - 1 :].startswith(marked)
     assert text.index(new) <= sum(map(len, text.splitlines(True)[: problem.line - 1])) + problem.column - 1
     assert wrong in problem.wrong
@@ -243,10 +243,10 @@ def test_a_controller_sets_the_inputs_of_a_scene():
     assert held.success
     np.testing.assert_allclose([t for t, _, _ in seen], np.arange(5) * 0.02, atol=1e-15)
     np.testing.assert_array_equal(seen[0][1], scene.q0)
-    # As if it had always been told so.
+    # As if this had always been the input.
     told = lissom.Scene.loads(SCENE.replace(TENSION, "3")).run()
     np.testing.assert_allclose(held.q, told.q, rtol=1e-9, atol=1e-12)
-    # Without it inputs are what they are by themselves.
+    # Without a controller inputs have their defaults.
     default = lissom.Scene.loads(SCENE.replace(TENSION, "2")).run()
     np.testing.assert_array_equal(scene.run().q, default.q)
     assert np.abs(held.q[-1] - default.q[-1]).max() > 1e-2
@@ -319,7 +319,7 @@ def test_explain_says_what_each_actuator_is_compiled_to(path):
         assert re.search(rf"^ +{re.escape(what)}  +{words}$", skipped, re.MULTILINE), what
     names = [line.split()[0] for line in actuators.splitlines()]
     assert names == ["pull", "blow", "palm", "finger.bend_y"]
-    # All is accounted for, but for rounding of tenths.
+    # Shares add up to the total, except for rounding to tenths.
     for share in ("residual", "Jacobian"):
         parts = re.findall(rf"([\d.]+) % of the {share}", links + actuators)
         assert len(parts) == 6

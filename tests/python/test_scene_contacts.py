@@ -1,4 +1,4 @@
-"""`[[contact]]` in scenes: what it makes, what is refused and how, what the command line does with it."""
+"""`[[contact]]` in scenes: resulting contacts, errors, and the command line."""
 
 import subprocess
 import sys
@@ -172,7 +172,7 @@ def test_a_rod_is_called_rod():
     rod = lissom.Rod([segment()], contacts=[contact])
     made = scene(text, links=rods)
     assert made.model.contacts == rod.contacts == (contact,)
-    # What falls on the floor is what Python makes of it, by the same method.
+    # The simulated contact equals that of Python with the same method.
     found, wanted = made.run(t_end=0.3), lissom.simulate(rod, 0.3)
     np.testing.assert_array_equal(found.q, wanted.q)
     assert np.abs(rod.contact_forces(found.q, found.v)).max() > 0.0

@@ -1,4 +1,4 @@
-"""`[import]` in scenes: the links of a URDF file, and what is wrong with it."""
+"""`[import]` in scenes: the links of a URDF file, and errors in it."""
 
 import json
 import pickle

@@ -1,6 +1,6 @@
-"""Every key of a scene, in every form that it may have, is read and means something.
+"""Every key of a scene, in every form, is read and has an effect.
 
-What the keys and their forms are comes from the JSON Schema: a new one without a scene here fails.
+The keys and their forms come from the JSON Schema; a new key without a scene here fails.
 """
 
 import copy
@@ -16,7 +16,7 @@ import lissom
 
 
 def without_old_words(schema):
-    """The same without the keys that have a new name."""
+    """The schema without the keys that have a new name."""
     if isinstance(schema, list):
         return [without_old_words(inner) for inner in schema]
     if not isinstance(schema, dict):
@@ -30,13 +30,13 @@ def without_old_words(schema):
 
 SCHEMA = without_old_words(json.loads(lissom.Scene.schema()))
 
-#: Of a URDF file that has limits, and an inertia that no body can have.
+#: A URDF file with limits, and an inertia that no body can have.
 WRIST = Path(__file__).parents[1] / "data" / "wrist.urdf"
 
-#: What they have not is said, and no matter here.
+#: Warnings about missing features do not matter here.
 pytestmark = pytest.mark.filterwarnings("ignore::lissom.urdf.UrdfWarning")
 
-#: Scenes that have every key in every form, among them.
+#: Scenes that together contain every key in every form.
 SCENES = {
     "everything": """version = 1
 [scene]
@@ -630,7 +630,7 @@ method = "radau"
     )
 }
 
-#: Keys with which a scene is what it would be without them.
+#: Keys without effect on a scene.
 SAME = {
     "everything": {
         "rod[0].load[1].frame",
@@ -644,7 +644,7 @@ SAME = {
 
 
 def followed(schema, place):
-    """The schema that a reference means, and its name as the place."""
+    """The schema to which a reference leads, with its name as the place."""
     while "$ref" in schema or "allOf" in schema:
         if "allOf" in schema:
             (schema,) = schema["allOf"]
@@ -655,12 +655,12 @@ def followed(schema, place):
 
 
 def words(schema):
-    """The words that an enumeration has; none of other schemas."""
+    """The words of an enumeration; none for other schemas."""
     return [*schema.get("enum", []), *(word["const"] for word in schema.get("oneOf", []) if "const" in word)]
 
 
 def forms(schema, place):
-    """What a scene can have at a place: keys, kinds of values, words. References are not followed."""
+    """Possible contents of a scene at a place: keys, types of values, words. References are not followed."""
     kinds = [(branch, f"{place} of kind {i}") for i, branch in enumerate(schema.get("anyOf", []))]
     items = [(schema["items"], f"{place}[]")] if schema.get("type") == "array" else []
     keys = [(inner, f"{place}.{key}") for key, inner in schema.get("properties", {}).items()]
@@ -673,7 +673,7 @@ def forms(schema, place):
 
 
 def matches(schema, value):
-    """Whether a value is of the kind that a schema describes."""
+    """Whether a value has the type that a schema describes."""
     schema, _ = followed(schema, "")
     if "anyOf" in schema:
         return any(matches(branch, value) for branch in schema["anyOf"])
@@ -696,7 +696,7 @@ def matches(schema, value):
 
 
 def used(schema, value, place):
-    """Those forms that a value has."""
+    """The forms that occur in a value."""
     yield place
     schema, place = followed(schema, place)
     for i, branch in enumerate(schema.get("anyOf", [])):
@@ -737,7 +737,7 @@ def written(value):
 
 
 def paths(value, place=()):
-    """Where a document has keys."""
+    """The paths of the keys in a document."""
     items = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
     for key, inner in items:
         if isinstance(value, dict):
@@ -756,7 +756,7 @@ def without(document, path):
 
 
 def meaning(text):
-    """What a scene is, in numbers and words; nothing where it is refused."""
+    """The meaning of a scene, in numbers and words; None if it is invalid."""
     try:
         scene = lissom.Scene.loads(text)
     except lissom.SceneError:
@@ -797,7 +797,7 @@ def meaning(text):
     ],
 )
 def test_every_key_means_something(name):
-    """Without it the scene is another one, or none."""
+    """Without a key, the scene is different or invalid."""
     document = tomllib.loads(SCENES[name])
     whole = meaning("\n".join(f"{key} = {written(value)}" for key, value in document.items()))
     assert whole is not None

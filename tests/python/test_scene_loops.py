@@ -1,4 +1,4 @@
-"""`[[loop]]` in scenes: what it makes, what is refused and how, what the command line does with it."""
+"""`[[loop]]` in scenes: resulting loops, errors, and the command line."""
 
 import re
 import subprocess
@@ -176,7 +176,7 @@ def test_what_makes_no_sense_is_refused_at_its_line(loop, line, message):
         scene(f"[[loop]]\n{loop}\n")
     (problem,) = refused.value.problems
     assert message in str(problem)
-    # Lines behind [[loop]].
+    # Line numbers relative to [[loop]].
     assert problem.line == len(BARS.splitlines()) + 1 + line, str(refused.value)
 
 
@@ -190,7 +190,7 @@ def test_names_of_loops_are_their_own():
 
 
 def test_all_problems_of_many_coordinates_are_short():
-    """A misspelt coordinate of many is not answered by all of them."""
+    """The message about a misspelt coordinate does not list all of many coordinates."""
     rod = "[[link.rod.segment]]\nlength = 1\nradius = 0.01\nyoung_modulus = 1e6\nshear_modulus = 4e5\n"
     text = f'version = 1\n[[link]]\nname = "rod"\n{rod}density = 1000\nmodes = {{ bend_y = 20 }}\n'
     loop = '[[loop]]\nkind = { type = "gear" }\na = "rod.bend_y[3"\nb = "x"\n'

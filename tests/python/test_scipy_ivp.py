@@ -1,8 +1,8 @@
-"""SciPy's own tests of `solve_ivp`, taken from the installed SciPy and run against lissom.
+"""SciPy's own tests of `solve_ivp`, from the installed SciPy, run with lissom.
 
-In SciPy's test module the names of the function and of the three classes that lissom has are replaced by
-lissom's; methods that lissom does not have still go to SciPy's function. What is not run is listed here, with
-the reason; the same list is in docs/ode.md.
+In SciPy's test module, the function and the three classes that lissom has are replaced by lissom's; other
+methods use SciPy's function. Tests that are not run are listed here with the reason; the same list is in
+docs/ode.md.
 """
 
 import types
@@ -38,8 +38,8 @@ def solve_ivp(fun, t_span, y0, method="RK45", **options):
     result = lissom.solve_ivp(fun, t_span, y0, method=name, **options)
     if result.t.size:
         return result
-    # SciPy returns empty lists when no time of `t_eval` was reached, and its test uses their truth value;
-    # lissom returns arrays as always.
+    # SciPy returns empty lists if no time of `t_eval` was reached, and its test uses their truth value;
+    # lissom always returns arrays.
     names = [name for name in dir(result) if not name.startswith("_")]
     return types.SimpleNamespace(**{name: getattr(result, name) for name in names} | {"t": [], "y": []})
 
@@ -53,7 +53,7 @@ def _lissom_in_place_of_scipy(monkeypatch):
 
 @pytest.fixture
 def num_parallel_threads():
-    """What pytest-run-parallel would say."""
+    """Replacement for the value of pytest-run-parallel."""
     return 1
 
 

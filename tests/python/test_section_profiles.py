@@ -1,4 +1,4 @@
-"""Sections as functions of the arc length: tables and callables beside exact solutions and linear tapers."""
+"""Sections as functions of the arc length: tables and callables, exact solutions and linear tapers."""
 
 import copy
 import pickle
@@ -26,7 +26,7 @@ def exponential(X):
 
 
 def of_circle(radius):
-    """What a given section needs to be a circle of steel."""
+    """Properties of a circular steel section for `Section.given`."""
     E, G, rho = STEEL.values()
 
     def stiffness(X):
@@ -65,7 +65,7 @@ def rod(section, modes=ALL, **more):
 
 
 def assert_same_rods(first, second, rtol):
-    """Mass matrix, tangents and stiffness of two rods in a bent state."""
+    """Compares mass matrix, tangents and stiffness of two rods in a bent state."""
     q = 0.3 * np.cos(np.arange(first.n))
     state = q, 2.0 * q[::-1], 3.0 * q
     rest = np.zeros(first.n)
@@ -104,7 +104,7 @@ def test_profiles_come_back():
     assert by_radius.radius(0.2) == pytest.approx(exponential(0.2), rel=1e-13)
     given = segment(VARYING[6])
     assert given.inertia(0.25)[3, 3] == pytest.approx(PchipInterpolator(STATIONS, RADII)(0.25), rel=1e-13)
-    # What a callable says to be the same everywhere is constant.
+    # A callable with a constant value is constant.
     assert Section.circle(lambda X: 0.01, length=LENGTH) == Section.circle(0.01)
 
 
@@ -135,7 +135,7 @@ def test_a_given_section_with_the_numbers_of_a_circle_is_that_circle(radius):
 
 @pytest.mark.parametrize("section", VARYING, ids=lambda section: section.shape)
 def test_default_nodes_see_how_sections_vary(section):
-    """Default quadrature beside that of 128 nodes."""
+    """Default quadrature compared with 128 nodes."""
     modes = {"torsion": 2, "bend_y": 3, "bend_z": 3}
     first = lissom.Rod([segment(section, modes)])
     second = lissom.Rod([segment(section, modes, nodes=128)])
@@ -152,7 +152,7 @@ def test_long_tables_are_seen_by_one_rule(number):
     q = 0.1 * np.cos(np.arange(default.n))
     wanted = fine.mass_matrix(q)
     assert_allclose(default.mass_matrix(q), wanted, rtol=0, atol=4e-4 * wanted.max())
-    # The stiffness is integrated from station to station, whatever the nodes are.
+    # The stiffness is integrated from station to station, for any nodes.
     rest = np.zeros(default.n)
     stiffnesses = [
         lissom.Rod([segment(section, nodes=nodes)], gravity=WEIGHTLESS).tangent(rest, rest, rest)[0]
@@ -162,7 +162,7 @@ def test_long_tables_are_seen_by_one_rule(number):
 
 
 def test_a_cantilever_of_exponential_stiffness_sags_as_it_should():
-    """With E I = B exp(-a X) the tip sags by F/B int (L - X)^2 exp(a X) dX."""
+    """With E I = B exp(-a X) the tip deflection is F/B int (L - X)^2 exp(a X) dX."""
     a, force = 12.0, 1e-4
     B = STEEL["young_modulus"] * np.pi * 0.01**4 / 4
     exact = force / B * (2 * np.exp(a * LENGTH) - 2 - 2 * a * LENGTH - (a * LENGTH) ** 2) / a**3
@@ -178,7 +178,7 @@ def test_a_cantilever_of_exponential_stiffness_sags_as_it_should():
 
 
 def test_a_cantilever_of_exponential_width_sounds_as_it_should():
-    """With E I and rho A as exp(-b X): w'''' - 2 b w''' + b^2 w'' = p^4 w, of which the roots are exact."""
+    """With E I and rho A as exp(-b X): w'''' - 2 b w''' + b^2 w'' = p^4 w, with exact roots."""
     b, stiffness, mass = 4.0, 2.0, 0.3
 
     def clamped_and_free(p):
@@ -186,7 +186,7 @@ def test_a_cantilever_of_exponential_width_sounds_as_it_should():
         discriminants = np.array([b**2 + 4 * p**2, b**2 - 4 * p**2], dtype=complex)
         s = np.concatenate([(b + sign * np.sqrt(discriminants)) / 2 for sign in (1, -1)])
         end = np.exp(s * LENGTH)
-        # The phase of the determinant is the same for all p beyond b/2: two roots are conjugate.
+        # The phase of the determinant is the same for all p beyond b/2, where two roots are conjugate.
         return np.linalg.det([np.ones(4), s, s**2 * end, s**3 * end]).imag
 
     grid = np.linspace(b / 2 + 0.1, 25.0, 400)
@@ -216,7 +216,7 @@ def test_a_fluid_makes_way_for_what_varies():
     linear = lissom.Segment(LENGTH, (0.02, 0.01), modes=ALL, **STEEL)
     function = lissom.Segment(LENGTH, lambda X: 0.02 - 0.02 * X, modes=ALL, **STEEL)
     assert_same_rods(lissom.Rod([function], fluid=water), lissom.Rod([linear], fluid=water), 1e-12)
-    # Afloat, as heavy as what it displaces everywhere: nothing pulls.
+    # Neutrally buoyant everywhere: no net force.
     float_ = lissom.Segment(LENGTH, (STATIONS, RADII), 1e9, 4e8, 1000.0, modes=ALL)
     rest = np.zeros(18)
     force = lissom.Rod([float_], fluid=water).inverse_dynamics(rest, rest, rest)

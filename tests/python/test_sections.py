@@ -1,4 +1,4 @@
-"""Sections: their constants, what is refused, rods of them beside the NumPy reference and exact solutions."""
+"""Sections: properties, errors, rods with them compared with the NumPy reference and exact solutions."""
 
 import copy
 import pickle
@@ -117,7 +117,7 @@ def test_constants():
     assert_allclose(rectangle.cowper(0.3), [10 * 1.3 / 15.3] * 2)
     assert_allclose(Section.circle(1.0).cowper(0.5), [0.9, 0.9])
     assert rectangle.half_extents() == (0.01, 0.025)
-    # An ellipse with its radii of gyration stands for a given section.
+    # An ellipse with its radii of gyration represents a given section.
     ellipse = lissom.Segment(1.0, section=Section.ellipse(0.2, 0.1), modes={}, **STEEL)
     inertia = ellipse.inertia()
     given = Section.given(ellipse.stiffness(), inertia[3, 3], inertia[:3, :3])
@@ -223,7 +223,7 @@ def test_frequencies_in_the_two_planes_are_as_the_roots_of_the_second_moments():
 
 
 def test_bend_and_twist_of_a_coupled_section_are_exact():
-    """Under a moment about the axis of the curvature that it causes, the strain is the same everywhere."""
+    """Under a moment about the axis of the resulting curvature, the strain is uniform."""
     modes = dict.fromkeys(("torsion", "bend_y", "bend_z", "stretch", "shear_y", "shear_z"), 1)
     segment = lissom.Segment(0.6, section=Section.given(COUPLED, 0.7), modes=modes)
     compliance = np.linalg.inv(COUPLED)
@@ -247,7 +247,7 @@ def test_planar_rods_of_any_section_stay_in_their_plane():
     assert in_space.kernel == "spatial"
     wanted = in_space.inverse_dynamics([*q, 0.0], [*q, 0.0], [*q, 0.0])
     assert_allclose(rod.inverse_dynamics(q, q, q), wanted[:3], rtol=1e-12)
-    # Mass beside the plane turns with it.
+    # A mass beside the plane rotates with it.
     beside = Section.given(COUPLED, 0.7, (2e-4, 1.5e-4, 1e-4), centre=(0.01, 0.02))
     rods = [
         lissom.Rod([lissom.Segment(0.6, section=beside, modes=modes)], gravity=(1.0, 2.0, -9.0))
@@ -270,7 +270,7 @@ def test_the_energy_balance_of_a_run_closes(segment):
 
 
 def test_what_a_fluid_makes_way_for():
-    """Buoyancy and added mass of a closed tube are those of a full one; a given section has no outline."""
+    """Buoyancy and added mass of a closed tube are those of a solid one; a given section has no outline."""
     modes = {"bend_y": 2}
     tube = lissom.Segment(0.5, section=Section.hollow_circle(0.02, 0.015), modes=modes, **STEEL)
     full = lissom.Segment(0.5, 0.02, modes=modes, **STEEL)

@@ -1,4 +1,4 @@
-"""Derivatives of runs against central differences of whole runs, and forward against adjoint."""
+"""Derivatives of runs compared with central differences of complete runs, and forward with adjoint."""
 
 import numpy as np
 import pytest
@@ -42,7 +42,7 @@ NAMES = [
 
 
 def by_differences(model, name, states, **options):
-    """Fourth-order central differences of whole runs: a step in the middle of truncation and rounding."""
+    """Fourth-order central differences of complete runs; the step balances truncation and rounding."""
     from lissom.parameters import START, model_with, value_of
 
     start = START.fullmatch(name)
@@ -150,7 +150,7 @@ def test_names_are_refused(parameters, message):
 
 
 def test_what_nothing_depends_on_is_refused():
-    # A planar rod that stretches and bends has no torsion: nothing sees its shear modulus.
+    # A planar rod with stretch and bending has no torsion, and does not depend on its shear modulus.
     with pytest.raises(ValueError, match=r"nothing depends on 'segments\[0\]\.shear_modulus'"):
         lissom.sensitivity(arm(), 0.1, ["segments[0].shear_modulus"])
 
@@ -195,11 +195,11 @@ def stopped():
 
 @pytest.mark.parametrize("key", ["limit_stiffness", "limits[1]", "limits[0]", "damping"])
 def test_what_acts_in_some_states_only(key):
-    """Stops are far from the states that tell whether forces are affine."""
+    """Stops are inactive in the states that test whether forces are affine."""
     name = f"link[0].joint.{key}"
     found = lissom.sensitivity(stopped(), 0.6, [name], dt=0.005, **TIGHT)
     assert found.q[:, 0].max() > 1.5
-    # Small enough for no step to begin on the other side of the stop.
+    # Small enough that no step begins on the other side of the stop.
     value = value_of(stopped(), name)
     step = 1e-5 * abs(value)
 
@@ -211,7 +211,7 @@ def test_what_acts_in_some_states_only(key):
 
 
 def floating():
-    """A rod that floats, with a body on a spherical joint at its tip: rotations of both in space."""
+    """A floating rod, with a body on a spherical joint at its tip: spatial rotations of both."""
     segment = lissom.Segment(
         0.3, 0.012, 4e5, 1.5e5, 1100, modes={"bend_y": 2, "bend_z": 1}, retardation_time=0.02
     )

@@ -1,4 +1,4 @@
-"""Derivatives of runs through impacts and friction against differences of whole runs."""
+"""Derivatives of runs with impacts and friction compared with differences of complete runs."""
 
 import numpy as np
 import pytest
@@ -7,7 +7,7 @@ import lissom
 from lissom.parameters import START, model_with, value_of
 from reference.radau import run
 
-#: Relative to the largest: of the differences.
+#: Accuracy of the differences, relative to the largest.
 ACCURACY = 1e-4
 
 FLOOR = lissom.HalfSpace((0, 0, 0), (0, 0, 1))
@@ -25,7 +25,7 @@ def thrown():
 
 
 def fallen():
-    """A rod that falls onto the floor and lies there along a part of it."""
+    """A rod that falls onto the floor, where a part of it rests."""
     finger = lissom.Segment(0.3, 0.01, 2e5, 8e4, 1100, modes={"bend_y": 3}, retardation_time=0.05)
     floor = lissom.HalfSpace((0, 0, -0.05), (0, 0, 1))
     contact = lissom.Contact(
@@ -49,7 +49,7 @@ CASES = [(thrown, 0.3, name) for name in OF_BALL] + [(fallen, 0.25, name) for na
 
 
 def moved(model, q0, v0, name, change):
-    """The model and its start with another value of one number."""
+    """The model and its initial state with another value of one parameter."""
     begin = {"q0": np.array(q0), "v0": np.array(v0)}
     if known := START.fullmatch(name):
         begin[known["which"]][int(known["index"])] += change
@@ -59,7 +59,7 @@ def moved(model, q0, v0, name, change):
 
 @pytest.mark.parametrize(("make", "t_end", "name"), CASES)
 def test_derivatives_go_through_contact(make, t_end, name):
-    """Against runs with the same steps in NumPy. Forces have kinks: no stage may pass one in a difference."""
+    """Runs with the same steps in NumPy. Forces have kinks, which no stage may pass in a difference."""
     model, q0, v0 = make()
     options = {"method": "radau", "rtol": 1e-7, "atol": 1e-9}
     found = lissom.sensitivity(model, t_end, [name], q0=q0, v0=v0, **options)
@@ -78,7 +78,7 @@ def test_derivatives_go_through_contact(make, t_end, name):
 
 
 def test_they_approach_those_of_the_motion():
-    """Steps are held, where kinks move in them: the tighter the tolerance, the less that matters."""
+    """Steps are fixed although kinks move within them; tighter tolerances reduce the effect."""
     model, q0, v0 = thrown()
 
     def derivative(rtol):

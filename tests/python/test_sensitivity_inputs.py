@@ -1,4 +1,4 @@
-"""Derivatives of runs with respect to inputs of control steps, against central differences of whole runs."""
+"""Derivatives of runs with respect to inputs of control steps, compared with central differences."""
 
 import numpy as np
 import pytest
@@ -8,7 +8,7 @@ from test_sensitivity import TIGHT
 
 
 def arm():
-    """A finger with a tendon beneath it, on a motor."""
+    """A finger with a tendon below it, on a motor."""
     finger = lissom.Segment(
         0.2, 0.01, 3e5, 1.5e5, 1100, modes={"bend_y": 2, "stretch": 1}, retardation_time=0.02
     )
@@ -33,7 +33,7 @@ def run(model, u, t_end=0.123, control_step=0.035, **options):
 
 
 def differences(of, value, step):
-    """Fourth order."""
+    """Fourth-order differences."""
     weights = {-2: 1 / 12, -1: -2 / 3, 1: 2 / 3, 2: -1 / 12}
     return sum(weight * of(value + k * step) for k, weight in weights.items()) / step
 
@@ -48,7 +48,7 @@ def differences(of, value, step):
     ],
 )
 def test_derivatives_with_respect_to_inputs_are_those_of_whole_runs(options):
-    # Control steps are no whole steps, the run no whole control steps; two rows are equal.
+    # Neither control steps nor the run are multiples of the step; two rows are equal.
     model = arm()
     found = lissom.sensitivity(
         model, 0.123, ["u", "q0[1]"], u=U, control_step=0.035, dt=0.01, **options, **TIGHT

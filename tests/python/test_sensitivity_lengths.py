@@ -1,4 +1,4 @@
-"""Gradients with respect to lengths, by one pass over a run, against differences of whole runs."""
+"""Gradients with respect to lengths, by one pass over a run, compared with differences of complete runs."""
 
 import numpy as np
 import pytest
@@ -9,7 +9,7 @@ from lissom.parameters import model_with, resolved, value_of
 
 TIGHT = {"rtol": 1e-13, "atol": 1e-13}
 
-#: Differences of fourth order, 2e-3 of the length apart.
+#: Step of fourth-order differences, relative to the length.
 STEP = 2e-3
 WEIGHTS = {-2: 1 / 12, -1: -2 / 3, 1: 2 / 3, 2: -1 / 12}
 
@@ -107,7 +107,7 @@ def begin(model):
 def test_gradients_are_those_of_whole_runs(name, options):
     model = ALONE[name]
     names = lengths_of(model)
-    # Sweeps of portable packs do not know lengths: there all take other models.
+    # Sweeps of portable packs have no derivatives by lengths, so that other models are used.
     if machine()[0] != "no wide registers":
         found = [parameter.length_of for parameter in resolved(model, names, by_adjoint=True)]
         assert found == list(range(len(names)))
@@ -128,7 +128,7 @@ def test_gradients_are_those_of_whole_runs(name, options):
 
 @pytest.mark.parametrize("options", [{}, {"rtol": 1e-3}])
 def test_steps_that_are_solved_loosely(options):
-    # What a step leaves unsolved depends on the length too: the derivative of the discrete solution knows it.
+    # The unsolved residual of a step also depends on the length, and the derivative includes that.
     model = ALONE["in space"]
     given = {"t_end": 0.03, "dt": 2e-3, "parameters": lengths_of(model)} | begin(model) | options
     assert_adjoint_is_forward(model, given, rtol=1e-8)

@@ -1,4 +1,4 @@
-"""Derivatives of runs of robots of many kinds against differences of whole runs, places among them."""
+"""Derivatives of runs of many kinds of robots, and of places, compared with differences of complete runs."""
 
 import numpy as np
 import pytest
@@ -32,7 +32,7 @@ def rowed():
 
 
 def wired(length=0.1995):
-    """Tendons that are slack in some states: one on either side."""
+    """Tendons that are slack in some states, one on either side."""
     wires = [
         lissom.Tendon(name, [lissom.Along(offset=(0, side * 0.006))], length=length, stiffness=100.0)
         for name, side in (("left", 1), ("right", -1))
@@ -41,7 +41,7 @@ def wired(length=0.1995):
 
 
 def pushed():
-    """A load at the end that says so by its arc length, springs that are alike in all directions, a table."""
+    """A load at the end given by its arc length, isotropic springs, a table."""
     gust = ([0.0, 0.03, 0.2], [[0, 0, 0], [0, 0.01, 0.02], [0, 0, 0.01]])
     return lissom.Rod(
         [segment()],
@@ -51,7 +51,7 @@ def pushed():
 
 
 def tapering():
-    """A tendon that comes nearer to the axis on its way to the end, a chamber and a muscle beside it."""
+    """A tendon that approaches the axis towards the end, with a chamber and a muscle beside it."""
     pull = lissom.Tendon("pull", [lissom.Along(offset=(0, (0.008, 0.004)))], tension=0.4)
     chamber = lissom.Chamber("chamber", [lissom.Along(offset=(0.003, 0))], area=2e-5, pressure=2e3)
     muscle = lissom.ActiveStrain(None, "bend_z", (1.0, 2.0), 0.7)
@@ -61,7 +61,7 @@ def tapering():
 
 
 def silicone():
-    """Of Poisson's ratios: the shear modulus follows Young's modulus."""
+    """Segments with Poisson's ratios: the shear modulus is proportional to Young's modulus."""
     options = {"modes": {"bend_y": 1, "torsion": 1, "bend_z": 1}, "retardation_time": 0.02, "density": 1100}
     soft = [lissom.Segment(0.1, 0.01, 3e5, poisson_ratio=ratio, **options) for ratio in (0.5, 0.4)]
     return lissom.Rod(soft, loads=[lissom.Load(force=(0, 0.1, 0.0), moment=(0.003, 0, 0))])
@@ -70,16 +70,16 @@ def silicone():
 @pytest.mark.parametrize(
     ("make", "name"),
     [
-        # They move places from the very time on at which the motion itself is at its middle.
+        # These parameters also affect places directly, through the prescribed motion.
         (shaken, "base_motion.translation.amplitude[0]"),
         (shaken, "base_motion.angle.frequency"),
         (rowed, "link[0].joint.motion.amplitude"),
         (rowed, "link[0].joint.motion.frequency"),
         (rowed, "link[1].position[0]"),
-        # Slack in the states that tell whether forces depend on a number.
+        # Slack in the states that test whether forces depend on a parameter.
         (wired, "actuators[0].length"),
         (wired, "actuators[1].stiffness"),
-        # The tendons end where the rod ends, however long it is.
+        # The tendons end at the end of the rod, for any length.
         (tapering, "segments[0].length"),
         (tapering, "actuators[0].path[0].offset[1][0]"),
         (silicone, "segments[0].young_modulus"),
@@ -110,7 +110,7 @@ def test_places_and_states_against_whole_runs(make, name):
 
 
 def test_what_cannot_be_shorter_is_differentiated_to_the_other_side():
-    """A load that stays at 0.2 m leaves no shorter rod."""
+    """A load that stays at 0.2 m does not allow a shorter rod."""
     model = pushed()
     found = lissom.sensitivity(model, 0.1, ["segments[0].length"], dt=0.005, **TIGHT)
     step = 2e-6
@@ -144,7 +144,7 @@ def test_what_cannot_change_by_itself_is_named():
 
 
 def test_tendons_of_longer_rods_are_longer():
-    """Along all of the rod is along all of it after a change of its length."""
+    """A tendon along the complete rod still is after a change of the length."""
     found = lissom.sweep(tapering(), {"segments[0].length": [0.15, 0.2, 0.25]}, t_end=0.1, dt=0.005)
     for length, row in zip((0.15, 0.2, 0.25), found.q.values, strict=True):
         made = lissom.Segment(
@@ -158,7 +158,7 @@ def test_tendons_of_longer_rods_are_longer():
 
 
 def test_a_modulus_of_silicone_can_be_swept_and_fitted():
-    """Poisson's ratio stays what was given: at 1/2 there would be no larger modulus otherwise."""
+    """Poisson's ratio is kept: at 1/2 the modulus could not increase otherwise."""
     soft = lissom.Segment(
         0.2, 0.01, 3e5, poisson_ratio=0.5, density=1100, modes={"bend_y": 2}, retardation_time=0.02
     )
@@ -166,7 +166,7 @@ def test_a_modulus_of_silicone_can_be_swept_and_fitted():
     rod = lissom.Rod([soft])
     assert rod.segments[0] == soft
     assert model_with(rod, {"segments[0].young_modulus": 6e5}).segments[0].shear_modulus == 2e5
-    # One of the two takes the place of the other one.
+    # One of the two replaces the other.
     assert model_with(rod, {"segments[0].shear_modulus": 1.1e5}).segments[0].shear_modulus == 1.1e5
     run = lissom.simulate(rod, 0.3)
     tips = np.array([rod.pose(q)[:3, 3] for q in run.q[1:]])

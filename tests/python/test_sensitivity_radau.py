@@ -1,4 +1,4 @@
-"""Derivatives of runs of Radau IIA against differences of whole runs with the same steps, in NumPy."""
+"""Derivatives of runs of Radau IIA compared with differences of runs with the same steps, in NumPy."""
 
 import numpy as np
 import pytest
@@ -100,7 +100,7 @@ def test_adjoint_is_forward(rtol):
 
 
 def test_loose_tolerances_leave_derivatives_near_those_of_the_motion():
-    """Other methods and steps: what they have in common is the motion itself."""
+    """Other methods and steps have only the motion itself in common."""
     names = ["segments[0].young_modulus", "gravity[2]", "q0[0]"]
     loose = lissom.sensitivity(stiff_rod(), 0.1, names, method="radau", rtol=1e-5)
     fine = lissom.sensitivity(stiff_rod(), 0.1, names, dt=2e-5, rtol=1e-10)

@@ -1,4 +1,4 @@
-"""`lissom.sensors` against closed forms, differences in time, and themselves in a loop."""
+"""`lissom.sensors` compared with closed forms, differences in time, and their own use in a loop."""
 
 import copy
 import pickle
@@ -41,7 +41,7 @@ def shaken_arm(**options):
 
 ARM = shaken_arm()
 
-#: All kinds, with mounts that are not trivial.
+#: All kinds, with general mounts.
 MOUNT = {"point": (0.01, -0.02, 0.03), "orientation": TURN}
 KINDS = {
     "marker": lambda **given: sensors.Marker(ARM, "box", point=(0.01, 0, 0.02), **given),
@@ -61,7 +61,7 @@ KINDS = {
 
 @pytest.fixture(scope="module")
 def run():
-    """At times of any distance from each other."""
+    """Times with arbitrary intervals."""
     times = np.sort(np.random.default_rng(2).uniform(0, 0.3, 80))
     done = lissom.simulate(ARM, 0.3, q0=np.linspace(-0.5, 0.4, ARM.n), rtol=1e-4, t_eval=times)
     assert done.success
@@ -76,19 +76,19 @@ def state_at(t, seed=3):
 
 
 def second_difference(f, t, h=2e-3):
-    """Of the sixth order."""
+    """Sixth-order difference."""
     weights = np.array([2, -27, 270, -490, 270, -27, 2]) / (180 * h**2)
     return sum(w * f(t + k * h) for w, k in zip(weights, range(-3, 4), strict=True))
 
 
 def rotation_of(quaternion):
-    """Of what is turned about an axis, by Rodrigues' formula."""
+    """Rotation matrix by Rodrigues' formula."""
     axis = np.asarray(quaternion[1:])
     cross = np.cross(np.eye(3), axis)
     return np.eye(3) + 2 * quaternion[0] * -cross.T + 2 * cross @ cross
 
 
-# What ideal ones show.
+# Readings of ideal sensors.
 
 
 @pytest.mark.parametrize(("link", "at"), [("arm", 0.2), ("arm", None), ("hand", None), ("box", None)])
@@ -121,7 +121,7 @@ def test_velocimeters_and_gyroscopes_show_first_differences(link, at):
 
 
 def test_the_imu_of_a_pendulum():
-    """A point mass on a string feels the pull of the string alone: g cos(angle) + L rate^2."""
+    """A point mass on a string measures only the string's force: g cos(angle) + L rate^2."""
     length = 0.7
     bob = lissom.Body(0.1, centre=(length, 0, 0))
     pendulum = lissom.Robot([lissom.Link("bob", body=bob, joint=lissom.Revolute((0, 1, 0)))])
@@ -167,7 +167,7 @@ def test_axes_of_a_sensor_are_those_of_its_orientation():
 
 @pytest.mark.parametrize("seed", range(20))
 def test_trackers_show_the_orientation_as_a_quaternion(seed):
-    """Of rotations by any angle about any axis, nearly half turns too."""
+    """Rotations by any angle about any axis, including nearly half turns."""
     random = np.random.default_rng(seed)
     turn = random.normal(size=3)
     turn *= (np.pi - 10.0 ** -random.integers(0, 12)) / np.linalg.norm(turn)
@@ -181,7 +181,7 @@ def test_trackers_show_the_orientation_as_a_quaternion(seed):
 
 
 def test_strain_gauges_show_how_a_fibre_stretches():
-    """By the distance of points of the fibre that are near each other, beside what it is without load."""
+    """By the distance of neighbouring points of the fibre, compared with that without load."""
     X, h, offset = 0.17, 1e-4, (0.004, -0.006)
     gauge = sensors.StrainGauge(ARM, "arm", X, offset=offset)
 
@@ -227,7 +227,7 @@ def test_a_force_torque_sensor_weighs_what_hangs_on_it():
             ),
         ]
     )
-    # A quarter turn about y takes the x axis downwards.
+    # A quarter turn about y rotates the x axis downwards.
     shown = sensors.ForceTorque(arm, "tool").measure(0, [np.pi / 2], [0], [0])
     assert_allclose(shown, [0, 0, 0, -0.2 * G, 0, 0], atol=1e-15)
 
@@ -251,7 +251,7 @@ def test_what_lies_on_a_floor_is_weighed():
     cells = strip.measure(*state)
     assert strip.channels == ("floor.tactile[0]", "floor.tactile[1]", "floor.tactile[2]")
     assert_allclose(cells.sum(), weight, rtol=1e-9)
-    # Evenly, as far as the nodes of the quadrature allow.
+    # Evenly, up to the resolution of the quadrature nodes.
     assert_allclose(cells / weight, [0.325, 0.35, 0.325], atol=0.03)
     assert_allclose(cells[0], cells[2], rtol=1e-9)
     assert_allclose(sensors.Tactile(LYING, cells=[0, 0.13]).measure(*state), cells[:1], rtol=1e-12)
@@ -343,7 +343,7 @@ def test_forces_follow_the_inputs():
     run = SimpleNamespace(t=np.zeros(2), q=[q, q], v=[v, v], u=[[5.0, 0.0], [7.0, 0.0]])
     assert_array_equal(load.record(run), [[5.0], [5.0]], "equal times have one sample")
     assert_array_equal(load.record(run, u=[1.0, 2.0]), [[1.0], [1.0]])
-    # What acts shows in the wrench through a section, too.
+    # Loads also affect the wrench through a section.
     section = sensors.ForceTorque(FINGER, "finger", 0.1)
     pulled, slack = (section.measure(0, q, v, q, [tension, 0.0]) for tension in (5.0, 0.0))
     assert_array_equal(pulled, FINGER.internal_wrench(q, v, q, 0.1, link="finger", t=0, u=[5.0, 0.0]))
@@ -425,7 +425,7 @@ def test_errors_of_orientations_are_small_turns():
 
 
 def clock(steps, dt=1e-3, t=0.0):
-    """Times as a loop adds them up, with its rounding."""
+    """Times summed up with rounding errors, as in a loop."""
     times = [t]
     for _ in range(steps - 1):
         times.append(times[-1] + dt)
@@ -433,7 +433,7 @@ def clock(steps, dt=1e-3, t=0.0):
 
 
 def ramp(times):
-    """A motion whose encoder shows the number of the step."""
+    """A motion in which the encoder reads the number of the step."""
     q = np.arange(len(times), dtype=float)[:, None]
     return SimpleNamespace(t=times, q=q, v=0 * q, a=0 * q)
 
@@ -549,7 +549,7 @@ def test_a_run_without_accelerations_is_not_asked_for_them():
     assert sensors.Gyroscope(ARM, "hand").record(Run()).shape == (1, 3)
 
 
-# What is refused.
+# Invalid input.
 
 ON_ARM = {
     "link: got 'hnad', expected one of the links": lambda: sensors.Imu(ARM, "hnad"),

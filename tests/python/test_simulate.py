@@ -1,4 +1,4 @@
-"""`lissom.simulate`: every method, against SciPy and the definition of the Newmark family, and in trouble."""
+"""`lissom.simulate`: all methods, compared with SciPy and the definition of the Newmark family; failures."""
 
 import inspect
 import re
@@ -185,7 +185,7 @@ def test_newmark_has_order_two(name, method):
 
 @pytest.mark.parametrize("method", NEWMARK)
 def test_the_family_against_its_definition(method):
-    """The pendulum's equations are those of the reference, too: Newton's law in the plane."""
+    """The pendulum's equations are also those of the reference: Newton's law in the plane."""
     found = simulate(pendulum(), 0.5, method=method, dt=0.025, rtol=1e-12, atol=1e-12, **START)
     expected = reference.integrate(
         lambda t, q, v, a: pendulum_reference.inverse_dynamics(q, v, a),
@@ -214,7 +214,7 @@ def test_simulate_is_newmark_of_the_inverse_dynamics(name, options):
         jac=lambda t, q, v, a: model.tangent(q, v, a),
         **options,
     )
-    # Sizes of adaptive steps show what the solution of a step may leave.
+    # Sizes of adaptive steps depend on the remaining error of the solution of a step.
     exactness = 1e-4 if "adaptive" in options else 1e-6
     assert_allclose(python.t, native.t, rtol=exactness)
     assert_allclose(python.q, native.q, atol=exactness * np.abs(native.q).max())
@@ -293,7 +293,7 @@ def test_adaptive_steps():
 
 
 def test_tolerances():
-    """Tight ones cost more; one for each coordinate is understood by every method."""
+    """Tight tolerances cost more; every method accepts one per coordinate."""
     for options in ({}, {"adaptive": True}, {"method": "rk45"}, {"method": "radau"}):
         loose, tight = (
             simulate(pendulum(), 1.0, rtol=rtol, atol=rtol, **options, **START).stats.nfev
@@ -421,7 +421,7 @@ def test_reruns_are_equal_bit_by_bit():
 
 
 def test_a_singular_start():
-    """The spring is compressed to a point: the angle has no inertia there."""
+    """The spring is compressed to a point, where the angle has no inertia."""
     for method in ("newmark", "hht", "radau"):
         found = lissom.simulate(pendulum(), 1.0, q0=[0.0, -1.0], method=method)
         assert (found.success, found.status, found.t.size) == (False, "no_initial_acceleration", 0)
@@ -508,7 +508,7 @@ def test_exceptions_of_the_progress_callback_come_back_unchanged(method):
 
 @pytest.mark.parametrize("method", ["newmark", "rk45"])
 def test_ctrl_c_is_answered_and_keeps_what_was_computed(method):
-    """Without a callback. Years of motion, of which a tenth of a second of computing is wanted."""
+    """Without a callback. Years of motion, interrupted after a tenth of a second of computing."""
     timer = threading.Timer(0.1, signal.raise_signal, [signal.SIGINT])
     timer.start()
     with pytest.raises(KeyboardInterrupt) as caught:
@@ -521,7 +521,7 @@ def test_ctrl_c_is_answered_and_keeps_what_was_computed(method):
 
 
 def test_other_threads_run_meanwhile():
-    """Two runs that end only when the other one has begun: with the GIL held, neither would."""
+    """Two runs that end only after the other one has begun, which is impossible if the GIL is held."""
     begun = [threading.Event(), threading.Event()]
     results = [None, None]
 
@@ -572,7 +572,7 @@ FORCE = {
 
 @pytest.mark.parametrize("method", ALL_METHODS)
 def test_a_run_may_begin_at_any_time(method):
-    """The same motion with the load as much later is the same motion, later."""
+    """With the load shifted in time, the motion is the same, shifted."""
     late = 3.25
     dt = 1.0 / 256.0
     turned = lissom.Harmonic((0.0, 0.0, 0.05), 2.0, phase=0.3 + 4.0 * np.pi * late)
@@ -611,7 +611,7 @@ def test_a_run_in_ten_pieces_is_the_whole_run(method, form):
 
 @pytest.mark.parametrize("method", ["newmark", "radau", "rk45", "dop853"])
 def test_times_that_only_rounding_separates_are_the_same(method):
-    """A step from 0.3 to 0.1 + 0.2, of 6e-17 s, would be all rounding."""
+    """A step from 0.3 to 0.1 + 0.2, of 6e-17 s, would consist of rounding errors."""
     assert 0.1 + 0.2 > 0.3
     tables = [
         ([0.0, time, 0.6], [(0, 0, 0), (0, 0, 0.05), (0, 0, 0)]) for time in (0.3, 0.1 + 0.2, 0.3 + 1e-15)
@@ -626,7 +626,7 @@ def test_times_that_only_rounding_separates_are_the_same(method):
     for t0, t_end in ((0.0, 0.6), (0.3, 0.6), (0.1 + 0.2, 0.6), (0.0, 0.3), (0.0, 0.1 + 0.2)):
         start = {"q0": [0.3, 0.0], "v0": [0.0, 1.0], "t0": t0}
         motions = [lissom.simulate(rod, t_end, **start, **options) for rod in found]
-        # To the tolerance of the runs.
+        # Up to the tolerance of the runs.
         assert_allclose(motions[1].q, motions[0].q, rtol=0, atol=1e-7)
         assert_allclose(motions[1].v, motions[0].v, rtol=0, atol=1e-4)
         assert abs(motions[1].stats.steps - motions[0].stats.steps) <= 3
@@ -643,7 +643,7 @@ def test_the_times_of_a_run_are_those_asked_for():
 
 
 def test_modes_are_chosen_for_the_time_of_the_run():
-    """A load that acts late is only seen by runs that are there then."""
+    """A load that acts late affects only runs at that time."""
     wire = lissom.Segment(0.5, 5e-3, 2e9, 8e8, 1200.0, {}, retardation_time=2e-3)
     load = lissom.Load(force=([1.0, 1.1, 1.2, 1.3], [(0, 0, 0), (0, 3, 0), (0, 3, 0), (0, 0, 0)]))
     rod = lissom.Rod([wire], gravity=(0, 0, 0), loads=[load])
@@ -691,7 +691,7 @@ def test_scenes_begin_at_their_time():
             lissom.Scene.loads(SCENE_LATE.format(t0=t0, t_end=t_end))
     with pytest.raises(lissom.SceneError, match="t0"):
         lissom.Scene.loads(SCENE_LATE.format(t0="inf", t_end=0.5))
-    # The end of the table to rounding.
+    # The end of the table up to rounding.
     assert lissom.Scene.loads(SCENE_LATE.format(t0=2.7, t_end=2.7 + 0.3)).run().success
 
 
@@ -699,7 +699,7 @@ def test_scenes_begin_at_their_time():
 
 
 def stiff_wire(hertz, load=None, damping=0.0, **options):
-    """A wire of 0.5 m whose first frequency is this."""
+    """A wire of 0.5 m with this first frequency."""
     density, radius, length = 1200.0, 2.5e-3, 0.5
     E = density * (2.0 * np.pi * hertz * length**2 / 3.5160 / (radius / 2.0)) ** 2
     wire = lissom.Segment(length, radius, E, E / 3, density, {"bend_y": 2}, retardation_time=damping)
@@ -741,10 +741,10 @@ def test_fixed_steps_say_what_they_do_not_see(what, hertz):
     assert error > 0.03
     said = float(re.search(r"error of the tip is about ([\d.]+) %", found.doubt)[1]) / 100
     assert 0.4 * error < said < 2.5 * error
-    # The step that it names is enough, and so is what else it names.
+    # The suggested step is sufficient, and so are the other suggestions.
     step = float(re.search(r"steps of ([\d.e-]+) s, adaptive", found.doubt)[1])
     if what != "late pulse":
-        # Of a pulse shorter steps see more.
+        # Shorter steps resolve more of a pulse.
         finer = lissom.simulate(rod, 0.4, dt=step, **start)
         assert finer.doubt is None
         assert error_of(rod, finer, **start) < 0.015
@@ -754,7 +754,7 @@ def test_fixed_steps_say_what_they_do_not_see(what, hertz):
 @pytest.mark.parametrize(
     ("arguments", "start"),
     [
-        # What is not set off, too small to be seen, damped away, or follows a load that is slow beside it.
+        # Not excited, too small to be visible, damped, or following a slow load.
         ({}, {}),
         ({}, {"q0": [0.008, 0.0]}),
         ({"damping": 1.0}, {"q0": [0.8, 0.0]}),

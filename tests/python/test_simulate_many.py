@@ -1,4 +1,4 @@
-"""Many runs at once: each row is what `simulate` computes by itself, and no row disturbs another."""
+"""Ensembles: each row equals a run of `simulate`, and rows do not affect each other."""
 
 import copy
 import os
@@ -31,7 +31,7 @@ METHODS = {
 
 
 def swing(t):
-    """A load that other processes find by its name."""
+    """A load that other processes find by name."""
     return (0.0, 0.0, 0.05 * np.sin(20.0 * t))
 
 
@@ -46,7 +46,7 @@ def arm(length=0.3, **changes):
 
 
 def wire(gravity=0.0):
-    """A stiff wire, at rest where it is straight."""
+    """A stiff wire, in equilibrium when straight."""
     steel = lissom.Segment(0.4, 1e-3, 2e11, 8e10, 7800, {"bend_y": 3})
     return lissom.Rod([steel], gravity=(0, 0, -gravity))
 
@@ -57,7 +57,7 @@ def starts(n, count=COUNT, seed=0):
 
 
 def assert_row(result, row, alone):
-    """A row has the bits of a run."""
+    """A row is bitwise equal to a run."""
     m = len(alone.t)
     np.testing.assert_array_equal(result.t[:m], alone.t)
     for name in ("q", "v"):
@@ -404,7 +404,7 @@ def test_results_are_read_only_and_can_be_copied_and_pickled():
 
 
 def test_what_is_kept_bounds_the_memory():
-    """Ten thousand runs of 2001 times in what the last states take: their states would be a gigabyte."""
+    """Ten thousand runs of 2001 times with the memory of the last states; all states would be a gigabyte."""
     program = """
 import resource, numpy as np, lissom
 rod = lissom.Rod([lissom.Segment(0.3, 0.01, 1e6, 4e5, 1000, {"bend_y": 1}, retardation_time=0.1)])

@@ -1,4 +1,4 @@
-"""Many simulations that are stepped together: each is the one that would go by itself."""
+"""Many simulations stepped together: each equals a separate simulation."""
 
 import copy
 import pickle
@@ -16,12 +16,12 @@ from hypothesis import strategies as st
 import lissom
 
 COUNT = 7
-#: Known for one second.
+#: Defined for one second.
 MOVED = lissom.BaseMotion(axis=(0, 1, 0), angle=([0.0, 1.0], [0.0, 1.0]))
 
 
 def swing(t):
-    """A load that other processes find by its name."""
+    """A load that other processes find by name."""
     return (0.0, 0.0, 0.05 * np.sin(20.0 * t))
 
 
@@ -69,7 +69,7 @@ def test_rows_are_simulations_to_the_bit(method, workers):
     alone = singles([model] * COUNT, begin, **options)
     assert_same(many, alone)
     for i, u in enumerate(tensions(5)):
-        # Short ones are made in the calling thread, long ones by others.
+        # Short steps run in the calling thread, long ones in others.
         duration = (None, 0.05, 0.003)[i % 3]
         success = many.step(u, duration)
         expected = [one.step(row, duration) == "finished" for one, row in zip(alone, u, strict=True)]
@@ -308,7 +308,7 @@ def test_interrupts_end_long_steps():
 
 
 def test_a_forked_process_goes_on():
-    """Threads of a pool would not be there after a fork."""
+    """The threads of a pool would not exist after a fork."""
     code = """
 import os, sys, warnings, numpy as np, lissom
 warnings.simplefilter("ignore")

@@ -1,4 +1,4 @@
-"""The site has a page for everything that is public, and its notebooks carry no outputs."""
+"""The site has a page for everything that is public, and its notebooks contain no outputs."""
 
 import json
 import re
@@ -12,13 +12,13 @@ from lissom.live import server
 
 DOCS = Path(__file__).parents[2] / "docs"
 DIRECTIVE = re.compile(r"^\.\. auto(?:class|function|exception):: (\w+)$", re.M)
-# What scenes and `Robot.from_urdf` call.
+# Called by scenes and `Robot.from_urdf`.
 BEHIND_OTHERS = {"imported_from", "robot_from_urdf"}
 NOTEBOOKS = sorted(DOCS.glob("notebooks/*.ipynb"))
 
 
 def documented() -> set[str]:
-    """Full names of what the reference describes."""
+    """Full names of all items in the reference."""
     found = set()
     for page in DOCS.glob("api/*.md"):
         text = page.read_text()

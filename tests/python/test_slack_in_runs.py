@@ -1,4 +1,4 @@
-"""What a run says of tendons that went slack or were told to push."""
+"""Reports of runs about tendons that became slack or had negative commands."""
 
 import copy
 import pickle

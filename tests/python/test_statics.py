@@ -1,4 +1,4 @@
-"""Statics: exact and published shapes, independent references, buckling, stability, honest failures."""
+"""Statics: exact and published shapes, independent references, buckling, stability, reported failures."""
 
 import inspect
 import signal
@@ -32,7 +32,7 @@ def column(ratio, modes=None, **loads):
 
 
 def unbalanced(model, q):
-    """Largest generalised force that is left, relative to the elastic ones of a radian."""
+    """Largest remaining generalised force, relative to the elastic force of a radian."""
     zero = np.zeros(model.n)
     stiffness = model.tangent(zero, zero, zero)[0].diagonal()
     return np.abs(model.inverse_dynamics(q, zero, zero) / np.abs(stiffness).max()).max()
@@ -106,7 +106,7 @@ class TestKnownShapes:
         assert found.success
         assert found.is_stable
         # The infinitely long hanging elastica bends within the length sqrt(EI / (w L)) of the clamp: the tip
-        # is at sqrt(2) times it in x, and 2 - sqrt(2) times it is lost in z.
+        # is at sqrt(2) times this length in x, and 2 - sqrt(2) times it is lost in z.
         bend = np.sqrt(1e-5)
         x, _, z = tip(model, found.q)
         assert x == pytest.approx(np.sqrt(2) * bend, rel=0.15)
@@ -238,7 +238,7 @@ class TestBuckling:
         (point,) = found.path.critical_points
         assert point.directions.shape == (2, 12)
         assert np.linalg.matrix_rank(point.directions) == 2
-        # It may buckle anywhere around: one direction is free.
+        # It may buckle in any direction: the rotation is free.
         buckled = lissom.statics(column(1.5, modes), q0=1e-2 * point.directions.sum(axis=0))
         assert buckled.success
         assert buckled.stability == "neutral"
@@ -246,13 +246,13 @@ class TestBuckling:
 
     @staticmethod
     def held(stiffness, is_clamp):
-        """A tip that may slide and twist, nothing else; stiffness in E I / L^3 and E I / L."""
+        """A tip that may only slide and twist; stiffness in E I / L^3 and E I / L."""
         across, about = stiffness * EI, stiffness * EI if is_clamp else 0
         return lissom.Support(stiffness=(0, across, across), rotational_stiffness=(0, about, about))
 
     @staticmethod
     def in_plane_and_in_space(**options):
-        """Critical loads of the same round rod: those in space are those in the plane, each of them twice."""
+        """Critical loads of a round rod: those in space are those in the plane, each of them twice."""
         plane, space = (
             lissom.continuation(rod(modes, nodes=24, **options))
             for modes in ({"bend_y": 10}, {"torsion": 1, "bend_y": 10, "bend_z": 10})
@@ -277,7 +277,7 @@ class TestBuckling:
 
     @pytest.mark.parametrize(("part", "count"), [(0.2, 2), (0.4, 2), (0.6, 0), (1, 0)])
     def test_bifurcations_come_in_pairs_under_loads_that_follow_in_part(self, part, count):
-        """Tangents without symmetry: determinants keep their sign where two eigenvalues change it."""
+        """Nonsymmetric tangents: determinants keep their sign when two eigenvalues change it."""
         load = 40 * EI
         loads = self.in_plane_and_in_space(
             tip_force=(-(1 - part) * load, 0, 0),
@@ -304,7 +304,7 @@ class TestBuckling:
             m, p = factor * moment, factor * force
             root = np.sqrt(m**2 + 4 * p)
             a, b = 0.5j * (m + root), 0.5j * (m - root)
-            # Without thrust 1, s, s^2.
+            # Without thrust: 1, s, s^2.
             last = [1, b, np.exp(b), b * np.exp(b)] if p > 0 else [0, 0, 1, 2]
             clamps = np.array([[1, 0, 1, 0], [0, 1, 1, 1], [1, a, np.exp(a), a * np.exp(a)], last])
             return np.linalg.svd(clamps, compute_uv=False)[-1]
@@ -347,7 +347,7 @@ class TestBuckling:
             shaft, point.q, load_factor=point.load_factor, direction=point.directions.sum(axis=0)
         )
         assert branch.status == "finished"
-        # It may turn about its axis.
+        # It may rotate about its axis.
         assert set(branch.path.stability[1:]) == {"neutral"}
 
     def test_higher_buckling_loads(self):
@@ -356,7 +356,7 @@ class TestBuckling:
 
     @pytest.mark.parametrize("push", [1e-2, 1e-4, 1e-6])
     def test_an_imperfect_column_bends_to_its_side(self, push):
-        """The whole load at once would lead to the unstable straight shape, or to the wrong side."""
+        """The full load at once would lead to the unstable straight shape, or to the wrong side."""
         found = lissom.statics(column(2.0, gravity=(0, 0, push), density=1e4))
         x, deflection, _ = reference.buckled_column(2.0)
         assert found.success
@@ -609,7 +609,7 @@ class TestInverted:
             assert lissom.statics(model, np.zeros(3), method=method).status == "inverted"
 
     def test_a_soft_standing_column(self):
-        """Its weight beyond E A: only the base is turned inside out."""
+        """Its weight exceeds E A: only the base is inverted."""
         soft = lissom.Segment(1.0, 0.01, 4e3, 2e3, 1000, {"stretch": 4})
         rod = lissom.Rod([soft], gravity=(-9.81, 0, 0))
         found = lissom.statics(rod)
@@ -630,7 +630,7 @@ class TestInverted:
         ):
             with pytest.raises(ValueError, match=r"inside out \(stretch -0.5 at X = 0\), expected a stretch"):
                 call()
-        # Only at one end.
+        # At one end only.
         with pytest.raises(ValueError, match="at X = 1"):
             model.check_shape([-0.5, -0.6, 0])
 
@@ -677,7 +677,7 @@ class TestVerdicts:
             assert found.path.stability[-1] == wanted
 
     def test_damping_calms_equal_frequencies(self):
-        """A follower moment couples the two bending planes of a round rod: undamped, any makes it flutter."""
+        """A follower moment couples the two bending planes of a round rod: undamped, any causes flutter."""
         for retardation_time, wanted in ((0.0, "flutter"), (1e-2, "stable")):
             young = 1 / (np.pi / 4 * 1e-8)
             segment = lissom.Segment(
@@ -697,7 +697,7 @@ class TestVerdicts:
 
     @pytest.mark.parametrize("seed", range(12))
     def test_statics_and_modes_agree_and_eigenvalues_prove_them(self, seed):
-        """Random tapered rods under follower loads, damped or not, beside NumPy's eigenvalues."""
+        """Random tapered rods under follower loads, damped or not, compared with NumPy's eigenvalues."""
         random = np.random.default_rng(seed)
         strains = ("torsion", "bend_y", "bend_z", *("stretch",) * (seed % 2))
         segment = lissom.Segment(

@@ -1,4 +1,4 @@
-"""Simulations that are stepped from outside, and runs with a controller."""
+"""Simulations stepped from Python, and runs with a controller."""
 
 import copy
 import gc
@@ -18,7 +18,7 @@ TABLE = ([0.0, 0.05, 0.1, 5.0], [[0, 0, 0], [0, 0, 0.05], [0, 0, 0], [0, 0, 0.02
 
 
 def swing(t):
-    """A load that other processes find by its name."""
+    """A load that other processes find by name."""
     return (0.0, 0.0, 0.05 * np.sin(20.0 * t))
 
 
@@ -27,7 +27,7 @@ def rod(**changes):
 
 
 def hinged():
-    """A rod on a ball joint that turns fast: its rotation vectors pass pi."""
+    """A rod on a ball joint with fast rotation: its rotation vectors pass pi."""
     return lissom.Robot([lissom.Link("arm", rod=[SOFT], joint=lissom.Spherical())])
 
 
@@ -98,7 +98,7 @@ def test_a_copy_goes_on_to_the_bit(name, method, way):
         assert other.status == simulation.status
         assert other.message == simulation.message
         assert stepped(other, 9) == stepped(WAYS[way](simulation), 9)
-        # The copy has a life of its own.
+        # The copy is independent.
         assert other.t > simulation.t
     other = WAYS[way](simulation)
     assert stepped(other, 20) == stepped(simulation, 20)
@@ -133,7 +133,7 @@ def test_durations_are_whole_steps_or_equal_ones():
     stepped(many, 50)
     stepped(once, 1, duration=0.05)
     assert state(once) == state(many)
-    # Two steps and a half are three equal ones.
+    # Two and a half steps are three equal ones.
     other = lissom.Simulation(model, dt=2.5e-3 / 3, **start(model))
     parts = lissom.Simulation(model, dt=1e-3, **start(model))
     stepped(parts, 1, duration=2.5e-3)
@@ -217,7 +217,7 @@ def test_shapes_that_mean_nothing_end_a_step():
     simulation = lissom.Simulation(rod(), dt=1e-4, v0=[0, 1e4, 0, 0])
     assert simulation.step(duration=0.02) == "unresolved"
     assert 0.0 < simulation.t < 0.02
-    # It goes no further than such a step.
+    # It stops at such a step.
     assert simulation.step() == "unresolved"
     assert "shorter steps" in simulation.message
 
@@ -302,7 +302,7 @@ def test_other_threads_run_during_long_steps(seconds):
         simulation.step(duration=0.2)
     is_over.set()
     thread.join()
-    # With the interpreter held there would be one tick a step.
+    # If the interpreter were held, there would be one tick per step.
     assert len(ticks) > 20
 
 
@@ -335,7 +335,7 @@ def test_simulations_in_circles_are_freed():
 
 
 def pushed():
-    """A rod with four inputs, and a load that varies by itself."""
+    """A rod with four inputs, and a load that depends on time."""
     loads = [
         lissom.Load(force=lissom.Input("push", default=(0.0, 0.01, 0.0))),
         lissom.Load(force=lissom.Harmonic((0, 0, 0.02), 3.0), at=0.1),
@@ -345,7 +345,7 @@ def pushed():
 
 
 def law(t, q, v):
-    """Inputs that follow the state and jump."""
+    """Inputs that depend on the state and jump."""
     return np.array(
         [0.0, 0.02 * np.sign(np.sin(40 * t)), -0.01 * v[0], 0.2 + 0.1 * np.cos(9 * t) - 0.01 * q[0]]
     )
@@ -413,7 +413,7 @@ def test_an_active_strain_that_jumps_does_work():
 
 
 def test_motions_are_those_of_accelerations_that_jump():
-    """Half a step of delay would be an error of the first order."""
+    """Half a step of delay would be a first-order error."""
     model = pushed()
     times = np.linspace(0.0, 0.2, 21)
     arguments = {"control": law, "control_step": 1e-2, "t_eval": times, **start(model)}
@@ -528,7 +528,7 @@ def test_inputs_of_a_step_that_make_no_sense_are_refused(u):
     with pytest.raises((ValueError, TypeError), match=r"^u"):
         simulation.step(u)
     assert state(simulation) == before
-    # What was refused leaves nothing behind.
+    # Rejected calls have no side effects.
     other = lissom.Simulation(pushed(), dt=1e-3)
     other.step()
     assert stepped(simulation, 3) == stepped(other, 3)
@@ -562,7 +562,7 @@ def test_results_have_their_inputs():
     "drive", [{"tension": 1.0}, {"length": 0.299, "stiffness": 1e4}, {"length": 0.299, "stiffness": 1e6}]
 )
 def test_what_rests_stays_at_rest(drive, method, dt):
-    """There increments are rounding errors: to ask for smaller ones ended runs."""
+    """Increments there are rounding errors; requiring smaller ones ended runs."""
     soft = lissom.Segment(0.3, 0.01, 1e6, 4e5, 1000.0, {"bend_y": 3, "bend_z": 1}, retardation_time=0.02)
     tendon = lissom.Tendon("t", [lissom.Along("rod", (0.0, 0.008))], **drive)
     model = lissom.Rod([soft], actuators=[tendon])
@@ -593,6 +593,6 @@ def test_a_start_at_no_time_is_refused_by_its_name_alone(t0):
     ):
         with pytest.raises(ValueError, match=f"^{said} a finite number \\(seconds\\)$"):
             begin()
-    # They are where they were.
+    # The state is unchanged.
     assert simulation.t == 0.0
     assert simulation.step() == "finished"

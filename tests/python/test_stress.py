@@ -1,4 +1,4 @@
-"""The stress test: its short version, how cells are judged, and what counts as a regression."""
+"""The stress test: its short version, the evaluation of cells, and the criteria of a regression."""
 
 import json
 
@@ -16,7 +16,7 @@ from lissom.evidence.stress.cell import KINDS, Cell, Outcome
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    """Results of the short run, which must regress nowhere."""
+    """Results of the short run, which must not have regressions."""
     target = tmp_path_factory.mktemp("stress") / "out"
     done = CliRunner().invoke(
         commands, ["stress", "--quick", "-o", str(target)], standalone_mode=False, catch_exceptions=False

@@ -1,4 +1,4 @@
-"""Elastic supports: their forces by an independent reference, and beams held at both ends."""
+"""Elastic supports: forces compared with an independent reference, and beams supported at both ends."""
 
 import copy
 import pickle
@@ -25,7 +25,7 @@ SUPPORTS = [
 def beam(
     modes=10, radius=1e-2, rigidity=1.0, weight=0.0, *, gravity=1.0, supports=(), strains=("bend_y",), **rod
 ):
-    """One metre with a given E I; rho A = 1 kg/m, or what gives a weight under the gravity."""
+    """One metre with a given E I; rho A = 1 kg/m, or the value for a weight under gravity."""
     young = rigidity / (np.pi / 4 * radius**4)
     density = (weight / gravity if weight else 1.0) / (np.pi * radius**2)
     segment = lissom.Segment(
@@ -34,7 +34,7 @@ def beam(
     return lissom.Rod([segment], gravity=(0, 0, -gravity if weight else 0), supports=supports, **rod)
 
 
-# What it is
+# Defaults and validation
 
 
 def test_defaults_are_the_documented_ones():
@@ -123,7 +123,7 @@ def test_explained():
     assert "supports" in beam().explain().split("skipped")[1]
 
 
-# Against the reference
+# Comparison with the reference
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -152,7 +152,7 @@ positive = st.tuples(*3 * [st.floats(0, 10)])
 @settings(deadline=None, max_examples=30)
 @given(positive, positive, vectors, st.floats(0, 1), st.integers(0, 10**6))
 def test_a_spring_pulls_with_stiffness_times_displacement(stiffness, rotational, position, at, seed):
-    """By what poses and Jacobians say of the place."""
+    """Force and moment by poses and Jacobians of the place."""
     strains = ("torsion", "bend_y", "bend_z", "stretch")
     q = np.random.default_rng(seed).standard_normal(12)
     spring = lissom.Support(stiffness=stiffness, rotational_stiffness=rotational, at=at, position=position)
@@ -223,7 +223,7 @@ def frequencies(support, number=2):
     ids=["pinned", "clamped"],
 )
 def test_frequencies_of_beams_held_at_both_ends(rotational, exact):
-    """Approached from below, with an error that falls like one over the stiffness."""
+    """Approached from below, with an error inversely proportional to the stiffness."""
     errors = []
     for stiffness in (1e5, 1e6, 1e7):
         hold = lissom.Support(
@@ -259,7 +259,7 @@ def test_what_dampers_take_is_in_the_balance():
 
 
 def test_preloaded_springs_are_in_equilibrium_without_loads():
-    """A spring that pulls aside bends a weightless rod; the load factor scales loads, not supports."""
+    """A preloaded spring bends a weightless rod; the load factor scales loads, not supports."""
     rod = beam(supports=[lissom.Support(stiffness=(0, 0, 0.5), position=(1.0, 0, -0.3))])
     found = lissom.statics(rod)
     assert found.success, found.message
@@ -278,13 +278,13 @@ def test_linearised_and_continued():
     assert lissom.continuation(rod).success
 
 
-# Clamps at the far end, however stiff
+# Clamps at the far end, of any stiffness
 
 STIFF = [1e3, 1e7, 1e12, 1e16]
 
 
 def clamp(stiffness, x=1.0, angle=0.0):
-    """Holds the tip at x on the axis, turned about it."""
+    """Holds the tip at x on the axis, rotated about it."""
     orientation = (np.cos(angle / 2), np.sin(angle / 2), 0.0, 0.0)
     return lissom.Support(
         stiffness=stiffness, rotational_stiffness=stiffness, position=(x, 0, 0), orientation=orientation
@@ -294,7 +294,7 @@ def clamp(stiffness, x=1.0, angle=0.0):
 @pytest.mark.parametrize("stiffness", [1e4, 1e10, 1e16])
 @pytest.mark.parametrize("strains", [("bend_y", "stretch"), ("torsion", "bend_y", "bend_z", "stretch")])
 def test_a_heavy_clamped_beam_from_the_straight_rod(stiffness, strains):
-    """w L^4 / 384 E I in the middle, as long as it sags little beside its radius."""
+    """w L^4 / 384 E I in the middle, as long as the deflection is small relative to its radius."""
     rod = beam(8, weight=1e-3, supports=[clamp(stiffness)], strains=strains)
     found = lissom.statics(rod)
     assert found.status == "converged", found.message
@@ -307,14 +307,14 @@ def test_a_heavy_clamped_beam_from_the_straight_rod(stiffness, strains):
 
 @pytest.mark.parametrize("stiffness", STIFF)
 def test_an_elastica_between_clamps(stiffness):
-    """Pushed together by a fifth of the length: four times the elastica from clamp to inflection."""
+    """Compressed by a fifth of the length: four times the elastica from clamp to inflection."""
     rod = beam(14, supports=[clamp(stiffness, 0.8)])
     found = lissom.statics(rod, np.full(rod.n, 0.1))
     assert found.success, found.message
     assert found.stability == "stable"
     assert found.nit < 25
     if not 1e6 < stiffness < 1e13:
-        # Too soft; or a force that is rounding of a position times stiffness.
+        # Too soft; or the force is a rounding error of the position times the stiffness.
         return
 
     def shortened(m):
@@ -328,7 +328,7 @@ def test_an_elastica_between_clamps(stiffness):
 
 @pytest.mark.parametrize("stiffness", STIFF)
 def test_a_twisted_and_shortened_rod_is_followed_into_its_helix(stiffness):
-    """Step by step, each from the shape of the last: a shape that buckles, then coils."""
+    """Step by step, each from the previous shape: it buckles, then coils."""
     strains = ("torsion", "bend_y", "bend_z")
     q, shapes = np.random.default_rng(0).normal(0, 0.1, 24), []
     for step in np.linspace(0, 1, 9)[1:]:
@@ -343,14 +343,14 @@ def test_a_twisted_and_shortened_rod_is_followed_into_its_helix(stiffness):
 
 @pytest.mark.parametrize("stiffness", [1e8, 1e12, 1e16])
 def test_frequencies_do_not_suffer_from_stiffness(stiffness):
-    """The exact beam (Euler-Bernoulli, radius 1e-4) to its rotary inertia, all axes held."""
+    """Up to the rotary inertia of the exact beam (Euler-Bernoulli, radius 1e-4), with all axes held."""
     hold = lissom.Support(stiffness=stiffness, rotational_stiffness=stiffness)
     rod = beam(14, 1e-4, strains=("torsion", "bend_y", "bend_z"), supports=[hold])
     found = lissom.modes(rod, np.zeros(rod.n))
     exact = np.repeat([22.3732854481, 61.6728228676], 2)
     assert_allclose(found.angular_frequency[:4], exact, rtol=2e-6)
     assert found.stability == "stable"
-    # The same about the rod at rest that statics finds.
+    # The same about the equilibrium found by statics.
     at_rest = lissom.statics(rod)
     assert_allclose(lissom.modes(rod, at_rest.q).angular_frequency[:4], exact, rtol=2e-6)
 

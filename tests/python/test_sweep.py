@@ -1,4 +1,4 @@
-"""Sweeps: every point is the run that it would be by itself, made once, wherever that is."""
+"""Sweeps: every point equals a separate run, is computed once, in any process."""
 
 import concurrent.futures
 import signal
@@ -48,7 +48,7 @@ def scene(text=TEXT):
 
 
 def rod(young_modulus=1e6, modes=2):
-    """A model that a function makes; other processes find it by its name."""
+    """A model created by a function, which other processes find by its name."""
     soft = lissom.Segment(
         0.3,
         0.01,
@@ -62,19 +62,19 @@ def rod(young_modulus=1e6, modes=2):
 
 
 def tip_speed(result):
-    """What is measured of a run."""
+    """The measured quantity of a run."""
     velocity = result.model.velocity(result.q, result.v, t=result.t)
     return {"speed": np.linalg.norm(velocity[:, 3:], axis=1).max(), "last": velocity[-1]}
 
 
 def slow_rod(young_modulus, seconds):
-    """A rod that takes its time."""
+    """A rod that is slow to create."""
     time.sleep(seconds)
     return rod(young_modulus)
 
 
 def assert_points_are_runs(found, values, make):
-    """Every point of a sweep over a parameter has the bits of its run."""
+    """Every point of a sweep over a parameter is bitwise equal to its run."""
     for i, value in enumerate(values):
         alone, model = make(value)
         point = found.isel({found.q.dims[0]: i})
@@ -182,7 +182,7 @@ def test_a_point_that_makes_no_sense_and_one_that_fails_disturb_no_other():
 
 
 def touchy(young_modulus, force):
-    """A rod that does not exist with all of it."""
+    """A rod that is invalid if the modulus and the force are both large."""
     if young_modulus == 2e6 and force > 0.0:
         raise ValueError("no such rod")
     soft = lissom.Segment(0.3, 0.01, young_modulus, 0.36 * young_modulus, 1000.0, {"bend_y": 2})
@@ -251,7 +251,7 @@ def test_a_store_is_gone_on_with_and_nothing_is_made_twice(tmp_path, monkeypatch
 
     for module in ("lissom.sweeps", "lissom.sweeps.executors"):
         monkeypatch.setattr(f"{module}.run_points", counted)
-    # Tasks of a point each.
+    # Tasks of one point each.
     monkeypatch.setattr("lissom.sweeps.executors.TASK", 0.0)
     with pytest.raises(KeyboardInterrupt) as caught:
         lissom.sweep(scene(), {E: values}, store=store)
@@ -277,7 +277,7 @@ def test_a_store_is_gone_on_with_and_nothing_is_made_twice(tmp_path, monkeypatch
 
 
 def assert_equal(found, other):
-    """The same but for run times."""
+    """Equal except for run times."""
     assert found.drop_vars("wall_time").identical(other.drop_vars("wall_time"))
 
 
@@ -492,7 +492,7 @@ def test_without_xarray_or_zarr_the_extra_is_named(monkeypatch):
 
 
 def command(*arguments, cwd):
-    """`lissom sweep` as a process of its own."""
+    """Run `lissom sweep` as a process."""
     program = [sys.executable, "-m", "lissom", "sweep", *map(str, arguments)]
     return subprocess.run(program, cwd=cwd, capture_output=True, text=True, timeout=100, check=False)
 

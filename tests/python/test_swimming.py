@@ -35,7 +35,7 @@ SUPPORTS = [
     {"at": 0.4, "damping": (1, 2, 0.5)},
 ]
 BASE = {"base_position": (0.3, -2.0, 1.0), "base_orientation": (0.8, 0.2, -0.4, 0.4)}
-#: Mass per length and area of the arm.
+#: Mass per length and cross-sectional area of the arm.
 LINE_MASS, AREA = 1000 * np.pi * 1e-4, np.pi * 1e-4
 
 
@@ -54,7 +54,7 @@ def arm(motion=None, fluid=None, *, strains=("bend_y",), modes=3, damping=0.0, g
     return lissom.Rod([segment], gravity=gravity, base_motion=motion, fluid=fluid, **rod)
 
 
-# Against the reference
+# Comparison with the reference
 
 
 @pytest.mark.parametrize("fluid", [FLUID, {"density": 0.0}], ids=["fluid", "supports alone"])
@@ -101,7 +101,7 @@ def test_random_rods_on_any_base_agree_with_the_reference(segment, motion, seed)
     start = Rotation.from_quat([x, y, z, w])
 
     def turned(t):
-        # At t = 0 with this angular velocity and acceleration.
+        # With this angular velocity and acceleration at t = 0.
         return (Rotation.from_rotvec(spin * t + 0.5 * spin_rate * t * t) * start).as_quat(scalar_first=True)
 
     base_motion = lissom.BaseMotion(
@@ -126,16 +126,16 @@ def test_random_rods_on_any_base_agree_with_the_reference(segment, motion, seed)
     ).on_base(R, position, eta, eta_t)
     q, qd, qdd = 0.2 * random.standard_normal((3, rod.n)) / max(1.0, segment["length"])
     tau = wanted.inverse_dynamics(q, qd, qdd)
-    # Where a velocity turns around along the rod, |v| v has a kink: m nodes err by about m^-3.
+    # Where a velocity changes its sign along the rod, |v| v has a kink: m nodes err by about m^-3.
     found = rod.inverse_dynamics(q, qd, qdd, t=0.0)
     assert_allclose(found, tau, rtol=0, atol=1e-5 * np.abs(tau).max(initial=0))
 
 
-# What is known
+# Known solutions
 
 
 def test_a_base_that_moves_with_the_fluid_rests():
-    """Galilei: only the relative velocity matters."""
+    """Galilean invariance: only the relative velocity matters."""
     velocity = (0.5, -3.0, 0.25)
     carried = lissom.BaseMotion(translation=lissom.Harmonic(rate=velocity))
     strains = {"strains": ("torsion", "bend_y", "bend_z"), "gravity": (0, 0.5, -9.81), **BASE}
@@ -147,7 +147,7 @@ def test_a_base_that_moves_with_the_fluid_rests():
     shift = flowing.pose(q, 1.0, t=3.0)[:3, 3] - resting.pose(q, 1.0)[:3, 3]
     assert_allclose(shift, 3.0 * np.array(velocity), rtol=1e-12)
     assert_array_equal(flowing.mass_matrix(q), resting.mass_matrix(q))
-    # What the fluid takes is no question of the observer.
+    # The dissipation is independent of the observer.
     assert_allclose(flowing.dissipated_power(q, v, t=3.0), resting.dissipated_power(q, v), rtol=1e-12, atol=0)
 
 
@@ -182,7 +182,7 @@ def test_a_base_held_elsewhere_is_a_base_there():
 
 
 def test_anchors_are_left_where_the_base_at_rest_puts_them():
-    """By default: the tip's place when all coordinates are zero and the motion has not begun."""
+    """By default: the position of the tip with zero coordinates before the motion."""
     motion = lissom.BaseMotion(translation=lissom.Harmonic(rate=(0, 0, 0.1)))
     rod = arm(motion, supports=[lissom.Support(stiffness=7.0, damping=2.0)])
     zero = np.zeros(rod.n)
@@ -195,7 +195,7 @@ def test_anchors_are_left_where_the_base_at_rest_puts_them():
 
 
 def test_a_spring_in_series_with_the_beam_on_a_lifted_base():
-    """A base that is lifted by d takes the tip along by d kb / (kb + k), kb = 3 E I / L^3."""
+    """A base lifted by d moves the tip by d kb / (kb + k), kb = 3 E I / L^3."""
     lift, stiffness = 1e-5, 2.0
     beam = 3 * 1e8 * np.pi / 4 * 1e-8
     rod = arm(
@@ -221,7 +221,7 @@ def test_a_damper_holds_back_the_tip_of_a_steadily_moving_rod():
 
 @pytest.mark.parametrize("strains", [("bend_z",), ("bend_y", "bend_z")], ids=["planar", "spatial"])
 def test_a_straight_rod_swung_in_a_fluid_meets_the_integrals_of_the_drag(strains):
-    """About z with w and dw/dt: v = w x across, so that all is an integral of powers of x."""
+    """About z with w and dw/dt: v = w x across, so that all forces are integrals of powers of x."""
     speed, rate, t = 3.0, 5.0, 0.4
     rho, viscous, coefficient, added = 800.0, 0.4, 1.2, 0.9
 
@@ -251,7 +251,7 @@ def test_a_straight_rod_swung_in_a_fluid_meets_the_integrals_of_the_drag(strains
 
 
 def test_drag_along_the_rod_resists_a_push_along_it():
-    """And added mass does not: slender bodies have none lengthwise."""
+    """Added mass does not: slender bodies have none along their axis."""
     speed, rate = 0.7, 2.0
     push = lissom.BaseMotion(
         translation=lambda t: ((speed * t + 0.5 * rate * t * t, 0, 0), (speed + rate * t, 0, 0), (rate, 0, 0))
@@ -267,7 +267,7 @@ def test_drag_along_the_rod_resists_a_push_along_it():
 def test_a_heaved_elastic_tail_gives_the_thrust_of_small_amplitude_theory():
     """c_n y_t + m y_tt + E I y_xxxx = 0, driven at the clamped end (Machin 1958; Wiggins and Goldstein 1998).
 
-    Along the tail the drag has, to second order in the slope, the mean force (c_n - c_t) <int y_t y_x dx>.
+    To second order in the slope, the mean drag along the tail is (c_n - c_t) <int y_t y_x dx>.
     """
     rigidity, line_mass, across, along = 1e8 * np.pi / 4 * 1e-8, LINE_MASS, 5.0, 2.0
     amplitude, frequency = 0.01, 1.5
@@ -289,7 +289,7 @@ def test_a_heaved_elastic_tail_gives_the_thrust_of_small_amplitude_theory():
     run = lissom.simulate(rod, periods / frequency, method="radau", rtol=1e-6, atol=1e-8, t_eval=times)
     assert run.success, run.message
     force = [rod.base_wrench(*state, t=t)[3] for *state, t in zip(run.q, run.v, run.a, run.t, strict=True)]
-    # The fluid pushes the tail towards its base, and so the base ahead.
+    # The fluid pushes the tail towards its base, and thus the base forwards.
     assert wanted < 0
     assert_allclose(-np.mean(force), wanted, rtol=1e-3)
 

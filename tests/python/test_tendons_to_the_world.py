@@ -1,4 +1,4 @@
-"""Tendons to points of the world, on robots whose base moves: these stay there, as anchors of supports do."""
+"""Tendons to points of the world, on moving bases: these points stay, as anchors of supports do."""
 
 import numpy as np
 import pytest
@@ -12,13 +12,13 @@ POINT = (0.1, 0.3, 0.5)
 ROD = lissom.Segment(
     0.3, 0.01, 1e6, 4e5, 1000.0, {"bend_y": 2, "bend_z": 1, "stretch": 1}, retardation_time=0.005
 )
-#: The base is shaken, and turns about an axis that is none of its own.
+#: The base is shaken, and rotates about a general axis.
 SHAKEN = {
     "base_motion": lissom.BaseMotion(
         translation=lissom.Harmonic((0.05, 0.02, 0.1), 2.0), axis=(1, 2, 0), angle=lissom.Harmonic(0.3, 1.0)
     )
 }
-#: Where the base is when it rests.
+#: Pose of the base at rest.
 BASE = {"position": (0.02, -0.01, 0.03), "orientation": (0.9, 0.1, -0.3, 0.3)}
 STATE = np.array([1.0, 2.0, -0.5, 0.01]), np.array([3.0, 1.0, -2.0, 0.1])
 TENDONS = {
@@ -47,7 +47,7 @@ def robot(*actuators, **more):
 
 
 def slope(f, h=1e-5):
-    """The derivative at zero, by differences of fourth order."""
+    """The derivative at zero, by fourth-order differences."""
     return (8 * (f(h) - f(-h)) - (f(2 * h) - f(-2 * h))) / (12 * h)
 
 
@@ -63,7 +63,7 @@ def test_a_base_that_rises_shortens_a_tendon_to_the_world():
     assert_allclose(model.actuator_rate("it", rest, rest, t=0.0), -2 * np.pi * 0.1, rtol=1e-12)
     pulled, alone = (each.inverse_dynamics(rest, rest, rest, t=0.25) for each in (model, free))
     assert_allclose(pulled - alone, -4.0, rtol=1e-12)
-    # At rest beside the base, it falls with that: pulled down from above.
+    # At rest relative to the falling base: pulled down from above.
     falls = (2 * np.pi) ** 2 * 0.1
     assert_allclose(lissom.statics(model, t=0.25).q, 1.0 - 0.1 + 0.5 + falls / 10.0, rtol=1e-9)
 
@@ -111,12 +111,12 @@ def test_energy_changes_by_what_the_base_and_the_tendon_do(tendon):
 @tendons
 def test_the_balance_of_a_run_closes(tendon):
     model = robot(TENDONS[tendon]())
-    # What rubs goes back and forth on a shaken base, in ever shorter steps.
+    # Friction alternates on a shaken base, which reduces the steps.
     t_end = 0.1 if tendon == "friction" else 0.5
     run = lissom.simulate(model, t_end, method="radau", dt=0.01, rtol=1e-8, atol=1e-10)
     assert run.success
     assert run.balance.drift < 1e-6
-    # In a run sensors see the same.
+    # Sensors in a run give the same.
     seen = lissom.sensors.ActuatorLength(model, "it").measure(run.t, run.q, run.v, run.a, run.u)
     assert_allclose(np.ravel(seen), model.actuator_length("it", run.q, t=run.t), rtol=1e-14)
     assert np.ptp(seen) > 1e-3
@@ -124,7 +124,7 @@ def test_the_balance_of_a_run_closes(tendon):
 
 @pytest.mark.parametrize("is_planar", [False, True])
 def test_a_spring_to_the_world_is_a_support(is_planar):
-    """Of no free length: a tendon pulls as the support does that is as stiff along all axes."""
+    """A tendon without free length acts like a support with the same stiffness along all axes."""
     if is_planar:
         point = (0.25, 0.0, 0.2)
         motion = lissom.BaseMotion(
@@ -159,7 +159,7 @@ def test_a_base_that_is_moved_to_its_place_and_rests_there_is_one_that_rests():
     tendon = TENDONS["friction"]()
     moved = lissom.BaseMotion(translation=(0.1, 0.0, -0.2), axis=(0, 0, 1), angle=0.4)
     turned = Link("base", orientation=(np.cos(0.2), 0, 0, np.sin(0.2)))
-    # About the place of the base, in the world.
+    # About the position of the base in the world.
     place = Link("arm", parent="base", rod=[ROD])
     there = lissom.Robot([Link("arm", rod=[ROD])], base_motion=moved, actuators=[tendon])
     shifted = lissom.Robot(

@@ -1,4 +1,4 @@
-"""`lissom.urdf`: what a file says becomes a robot, or is listed, or is refused at its line and column."""
+"""`lissom.urdf`: contents of a file become a robot, are listed, or are rejected with line and column."""
 
 import pickle
 import re
@@ -19,7 +19,7 @@ few = settings(max_examples=25)
 
 ENTRIES = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 
-#: Stands in a text before the place that a message names.
+#: Marks the place in a text that a message names.
 HERE = "▮"
 
 INERTIAL = '<inertial><mass value="2"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial>'
@@ -47,11 +47,11 @@ def one_joint(kind, inside=""):
 
 
 def listed(imported):
-    """What was not taken over, without places."""
+    """The content that was not imported, without places."""
     return [left.path for left in imported.not_taken]
 
 
-# What becomes of a file
+# Results of a file
 
 
 TWO_LINKS = """<?xml version="1.0"?>
@@ -89,7 +89,7 @@ TWO_LINKS = """<?xml version="1.0"?>
 
 
 def test_an_arm_of_two_links_in_closed_form(read):
-    """Mass matrix, centrifugal and gravity terms of the planar arm, as textbooks have them."""
+    """Mass matrix, centrifugal and gravity terms of the planar arm, as in textbooks."""
     sizes = {"l1": 0.7, "c1": 0.3, "m1": 1.1, "I1": 0.05, "c2": 0.4, "m2": 0.8, "I2": 0.03}
     l1, c1, m1, I1, c2, m2, I2 = sizes.values()
     imported = read(TWO_LINKS.format(**sizes, quarter=np.pi / 2))
@@ -124,7 +124,7 @@ def test_rpy_turns_about_fixed_axes_x_y_z(read):
     frame[:3, :3] = Rotation.from_euler("xyz", [0.3, -0.5, 1.1]).as_matrix()
     frame[:3, 3] = 1, 2, 3
     assert_allclose(robot.pose([], link="b"), frame, atol=1e-15)
-    # The same in the words of the definition: about x first, about z last.
+    # The definition in other words: about x first, about z last.
     x, y, z = (
         Rotation.from_rotvec(angle * axis) for angle, axis in zip([0.3, -0.5, 1.1], np.eye(3), strict=True)
     )
@@ -224,7 +224,7 @@ def test_a_stiffness_that_is_none_is_refused(read, limit_stiffness):
 
 
 def test_what_a_joint_cannot_have_is_listed(read):
-    """Exporters write zero axes of fixed joints, and dynamics of all."""
+    """Exporters write zero axes for fixed joints, and dynamics for all joints."""
     inside = '<axis xyz="0 0 0"/><dynamics damping="1"/><safety_controller k_velocity="1"/><calibration/>'
     names = ["axis", "dynamics", "safety_controller", "calibration"]
     for kind in ("fixed", "floating"):
@@ -264,7 +264,7 @@ def test_mimic_ties_a_joint_to_another(read):
     solid = read(re.sub(r'<link name="(left|right)"/>', rf'<link name="\1">{inertia}</link>', GRIPPER))
     robot = lissom.Robot(solid.links)
     assert robot.coordinates == ("left.angle",)
-    # The equal inertia of both, behind a gear of 1.5.
+    # The equal inertia of both, one of them behind a gear of 1.5.
     assert_allclose(robot.mass_matrix([0.3]), [[1 + 1.5**2]], rtol=1e-14)
 
 
@@ -357,7 +357,7 @@ def test_long_chains(read):
     assert len(imported.not_taken) == n
 
 
-# Inertia that no body has
+# Inertia that no body can have
 
 
 TOO_LONG = INERTIAL.replace('izz="1"', 'izz="4"')
@@ -368,7 +368,7 @@ def test_inertia_is_mended_on_request_only(read):
     with pytest.raises(UrdfError, match=r"principal moments 1, 1, 4.*mend_inertia=True"):
         read(text)
     imported = read(text, mend_inertia=True)
-    # Moved along (1, 1, -1) as far as (a, b, a + b).
+    # Moved along (1, 1, -1) up to (a, b, a + b).
     assert_allclose(imported.links[0].body.inertia, np.diag([5, 5, 10]) / 3, atol=1e-14)
     (left,) = imported.not_taken
     assert (left.line, left.column) == (2, 1 + INERTIAL.index("<inertia "))
@@ -383,7 +383,7 @@ numbers = st.floats(-2, 2).map(lambda x: round(x, 3))
 @few
 @given(moments=st.tuples(numbers, numbers, numbers), angles=st.tuples(numbers, numbers, numbers))
 def test_mended_inertia_is_the_nearest_that_a_body_can_have(tmp_path_factory, moments, angles):
-    """A projection on the cone of what needles along the three axes span."""
+    """A projection on the cone spanned by thin rods along the three axes."""
     axes = Rotation.from_euler("xyz", angles).as_matrix()
     tensor = axes * moments @ axes.T
     entries = zip(ENTRIES, tensor[np.triu_indices(3)].tolist(), strict=True)
@@ -421,7 +421,7 @@ def test_robot_from_urdf_adds_links_and_says_once_what_is_missing(tmp_path):
 
 
 def test_no_warning_where_everything_was_taken_over(tmp_path):
-    # What floats has an inertia of its own.
+    # Floating links have inertia of their own.
     text = one_joint("continuous").replace('<link name="a"/>', f'<link name="a">{INERTIAL}</link>')
     path = written(tmp_path, text)
     with warnings.catch_warnings():
@@ -436,7 +436,7 @@ def test_no_warning_where_everything_was_taken_over(tmp_path):
 
 @dataclass
 class Node:
-    """An element that is written with all its attributes in lines of their own."""
+    """An element with each attribute on a separate line."""
 
     tag: str
     attributes: dict = field(default_factory=dict)
@@ -444,7 +444,7 @@ class Node:
     text: str = ""
 
     def lines(self):
-        """Pairs of what is written and whether that is this node, (node, attribute) or (node, None)."""
+        """Pairs of text and the node to which it belongs, (node, attribute) or (node, None)."""
         yield f"<{self.tag}", (self, "")
         for name, value in self.attributes.items():
             yield f'{name}="{value}"', (self, name)
@@ -466,7 +466,7 @@ seeds = st.integers(0, 2**32 - 1)
 
 
 def drawn(rng, count=3):
-    """Neither zero nor one: no default."""
+    """Neither zero nor one, so not a default."""
     return tuple(float(x) for x in rng.uniform(0.1, 0.9, count))
 
 
@@ -475,7 +475,7 @@ def shuffled(rng, items):
 
 
 def random_body(rng):
-    """As an element and as lissom has it, turned by SciPy."""
+    """As an element and in lissom, rotated by SciPy."""
     centre, angles, (mass,) = drawn(rng), drawn(rng), drawn(rng, 1)
     points = rng.uniform(-0.5, 0.5, (4, 3))
     tensor = mass * (np.sum(points**2) * np.eye(3) - points.T @ points)
@@ -491,7 +491,7 @@ def random_body(rng):
 
 
 def random_joint(rng, kind, name, parent, child):
-    """As an element, and what a `Link` has of it."""
+    """As an element, and the arguments of a `Link`."""
     position, angles, axis, bounds = drawn(rng), drawn(rng), drawn(rng), drawn(rng, 2)
     forces = dict(zip(("damping", "friction"), drawn(rng, 2), strict=True))
     limits = {"limits": (-bounds[0], bounds[1]), "limit_stiffness": 40.0}
@@ -521,7 +521,7 @@ def random_joint(rng, kind, name, parent, child):
 
 @st.composite
 def trees(draw, floating=False):
-    """The root element of a robot, and its links as lissom has them."""
+    """The root element of a robot, and its links in lissom."""
     kinds = draw(st.lists(st.sampled_from(KINDS), max_size=5))
     parents = [draw(st.integers(0, i)) for i in range(len(kinds))]
     rng = np.random.default_rng(draw(seeds))
@@ -530,7 +530,7 @@ def trees(draw, floating=False):
         link = Node("link", {"name": f"l{i}"})
         body = None
         kind = kinds[i - 1] if i else ("floating" if floating else "fixed")
-        # What moves has mass.
+        # Moving links have mass.
         if kind != "fixed" or rng.random() < 0.5:
             inertial, body = random_body(rng)
             link.children.append(inertial)
@@ -568,7 +568,7 @@ def test_a_tree_that_is_written_and_read_is_the_same_robot(tmp_path_factory, dat
         assert_allclose(actual, desired, rtol=0, atol=1e-12 * np.abs(desired).max(initial=0))
 
 
-# Nothing is dropped in silence
+# Nothing is dropped silently
 
 
 ODD = (
@@ -596,7 +596,7 @@ KNOWN = {
 
 @st.composite
 def decorated(draw):
-    """A tree with other elements, attributes and texts anywhere in it."""
+    """A tree with other elements, attributes and texts at random places."""
     root, _ = draw(trees())
     rng = np.random.default_rng(draw(seeds))
     waiting = [root]
@@ -604,7 +604,7 @@ def decorated(draw):
     singles = [node for node in root.children if node.tag == "joint" and node.attributes["type"] in kinds]
     while waiting:
         node = waiting.pop()
-        # What a place has already, and what is read there, would not be other elements.
+        # Elements that exist or are read at a place would not be unknown.
         known = {child.tag for child in node.children} | KNOWN.get(node.tag, set())
         waiting.extend(node.children)
         if rng.random() < 0.3:
@@ -636,7 +636,7 @@ def above(root):
 
 
 def outcome(path, root, limit_stiffness):
-    """All that is taken over from a tree; its problems where it is refused."""
+    """The imported content of a tree; or its problems if it is rejected."""
     path.write_text(str(root), encoding="utf-8")
     try:
         imported = read_urdf(path, limit_stiffness=limit_stiffness)
@@ -648,7 +648,7 @@ def outcome(path, root, limit_stiffness):
 @settings(max_examples=12)
 @given(root=decorated(), limit_stiffness=st.sampled_from([None, 40.0]))
 def test_everything_in_a_file_is_used_or_listed(tmp_path_factory, root, limit_stiffness):
-    """What is not listed changes the robot when it is changed or left out; what is listed does not."""
+    """Unlisted content changes the robot if it is changed or removed; listed content does not."""
     path = written(tmp_path_factory.mktemp("odd"), str(root))
     imported = read_urdf(path, limit_stiffness=limit_stiffness)
     lines = [item for text, item in root.lines() for _ in range(text.count("\n") + 1)]
@@ -656,7 +656,7 @@ def test_everything_in_a_file_is_used_or_listed(tmp_path_factory, root, limit_st
     for left in imported.not_taken:
         node, what = lines[left.line - 1]
         entries.add((id(node), what))
-        # Its place and its path are the same thing.
+        # Its place and its path are the same.
         end = left.what.rsplit("/", 1)[-1]
         assert end == (what if what == "text()" else node.tag + (f"@{what}" if what else ""))
     parents, taken = above(root), outcome(path, root, limit_stiffness)
@@ -668,7 +668,7 @@ def test_everything_in_a_file_is_used_or_listed(tmp_path_factory, root, limit_st
         return id(node) in parents and is_covered(parents[id(node)], "")
 
     def is_empty(node):
-        """Whether all that an element says is listed: nothing is left of it."""
+        """Whether all content of an element is listed."""
         return bool(node.attributes) and all(is_covered(node, name) for name in node.attributes)
 
     for node, what in {(id(item[0]), item[1]): item for item in lines if item}.values():
@@ -753,7 +753,7 @@ def test_the_summary_has_a_line_for_each_kind(read):
     assert str(single).endswith('robot "r", 1 link, 0 joints; everything was taken over')
 
 
-# What is refused
+# Invalid files
 
 
 def body(inside):
@@ -1127,7 +1127,7 @@ BOMB = (
 def test_entities_are_not_expanded(read):
     with pytest.raises(UrdfError, match="DOCTYPE"):
         read(BOMB)
-    # Those of XML itself are.
+    # Predefined entities of XML are.
     assert read('<robot name="&lt;&#65;&quot;"><link name="&amp;"/></robot>').name == '<A"'
 
 
@@ -1161,7 +1161,7 @@ def test_files_that_cannot_be_read(tmp_path):
         ("utf-16-le", "utf-16"),
         ("utf-16-be", "utf-16"),
         ("utf-32", "utf-32"),
-        # What some writers say of UTF-8.
+        # Declarations that some writers use for UTF-8.
         ("utf-8", "utf-16"),
     ],
 )
@@ -1177,7 +1177,7 @@ def test_encodings(tmp_path, encoding, declared, newline):
     assert (left.line, left.column) == (3, 15 + len(name))
 
 
-# Whatever the file
+# Arbitrary files
 
 
 SEED = TWO_LINKS.format(l1=0.7, c1=0.3, m1=1.1, I1=0.05, c2=0.4, m2=0.8, I2=0.03, quarter=1.5)
@@ -1186,7 +1186,7 @@ SEED = TWO_LINKS.format(l1=0.7, c1=0.3, m1=1.1, I1=0.05, c2=0.4, m2=0.8, I2=0.03
 @settings(max_examples=200)
 @given(data=st.data())
 def test_broken_files_are_read_or_refused(tmp_path_factory, data):
-    """Pieces of a file in any order end as a result or as problems with places in the file."""
+    """Parts of a file in any order give a result, or problems with places in the file."""
     pieces = re.findall(r"<[^>]*>|\S+|\s+", SEED)
     text = list(pieces)
     for _ in range(data.draw(st.integers(1, 4))):

@@ -1,4 +1,4 @@
-"""The validation gallery: all of it within tolerance, and honest where it is not."""
+"""The validation gallery: all cases are within tolerance, and failures are reported."""
 
 import json
 import sys
@@ -21,7 +21,7 @@ from lissom.evidence.validation.case import Answer, Package, Plot
 DOCS = Path(__file__).parents[2] / "docs" / "validation.md"
 CASES = {case.name: case for case in validation.CASES}
 QUICK = ("Roll-up to a circle", "Euler column")
-#: PyElastica is no dependency of the tests; where it is installed, its cases are run like all.
+#: PyElastica is not a dependency of the tests; if it is installed, its cases are included.
 HERE = [case.name for case in validation.CASES if case.needs is None or not case.needs.missing]
 NOWHERE = Package("Nowhere", module="a_module_that_is_nowhere", install="pip install nowhere")
 
@@ -60,7 +60,7 @@ def test_case(outcomes, name):
 
 @pytest.mark.parametrize("name", HERE)
 def test_tolerances_are_not_idle(outcomes, name):
-    """A value that is wrong by twice the tolerance is found out."""
+    """A value with an error of twice the tolerance is detected."""
     outcome = next(outcome for outcome in outcomes if outcome.case.name == name)
     scale = outcome.case.scale or np.abs(outcome.wanted).max()
     wrong = outcome.wanted + 2 * outcome.case.tolerance * scale
@@ -172,7 +172,7 @@ def test_the_report_has_a_section_for_each_case(outcomes):
 
 
 class FakeElastica:
-    """As much of PyElastica as is used: a rod that falls as a whole, and what it was made and run with."""
+    """The part of PyElastica that is used: a rod that falls as a whole, and a record of its arguments."""
 
     OneEndFixedBC = GravityForces = object
 
@@ -216,11 +216,11 @@ def tips():
 
 
 class TestPyElastica:
-    """What is done with its answers, and how it is asked, without it."""
+    """Use of PyElastica's answers, and calls of it, without PyElastica."""
 
     @pytest.fixture
     def converging(self, tips, monkeypatch):
-        """Elements whose error is a power of their length."""
+        """Elements with an error that is a power of their length."""
         monkeypatch.setattr(peers, "lissom_tips", tips.__getitem__)
 
         def with_order(order, gap=0.0):
@@ -279,7 +279,7 @@ class TestPyElastica:
 
 
 class TestExactValues:
-    """The wanted values beside SciPy."""
+    """The expected values, compared with SciPy."""
 
     def test_elliptic_integrals(self):
         for k, start in [(0.1, 0.0), (0.9, 0.3), (0.995, 0.8)]:
@@ -315,7 +315,7 @@ class TestExactValues:
             return [-bend / EI, dx * force, -dx, -dz]
 
         end = solve_ivp(rate, (0, length), [0, 0, 0, 0], rtol=1e-11, atol=1e-8, method="DOP853").y[:, -1]
-        # Seen from the base: turned by its angle.
+        # In the axes of the base, rotated by its angle.
         cos, sin = np.cos(-end[0]), np.sin(-end[0])
         x, z = -end[2], -end[3]
         shape = exact.planar_rod(length, lambda X: EI + 0 * X, force=(0.0, force), follows=True, EA=EA, GA=GA)
@@ -333,7 +333,7 @@ class TestExactValues:
         assert found[0] == pytest.approx(exact.cantilever_roots(1)[0] ** 2, rel=1e-12)
 
     def test_rotor_blade_by_its_energies(self):
-        """Rayleigh and Ritz with polynomials, which come from above."""
+        """Rayleigh-Ritz with polynomials, which give upper bounds."""
         x, weights = np.polynomial.legendre.leggauss(40)
         x, weights = 0.5 * (x + 1), 0.5 * weights
         shapes = [

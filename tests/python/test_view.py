@@ -1,4 +1,4 @@
-"""Live views: a motion that keeps up with a clock, hands on it, what is drawn, the page, the command."""
+"""Live views: motion in real time, user interaction, drawing, the page, the command."""
 
 import os
 import re
@@ -51,7 +51,7 @@ dt = 2e-3
 
 
 class Clock:
-    """A clock that somebody else moves; computing takes time on it."""
+    """A clock that tests advance; computing takes time on it."""
 
     def __init__(self):
         self.now, self.cost = 100.0, 0.0
@@ -71,7 +71,7 @@ def motion():
 
 
 def costly(motion, clock, seconds):
-    """The motion takes so many seconds for each chunk."""
+    """Makes each chunk of the motion take this many seconds."""
     advance = motion.advance
 
     def slow(duration=None):
@@ -97,7 +97,7 @@ def test_a_motion_keeps_up_with_the_clock(speed, motion, clock):
 
 
 def test_pictures_are_dropped_not_time(motion, clock):
-    """A page that takes half a second for a picture still shows the motion at its time."""
+    """A page that takes half a second per picture still shows the motion at the right time."""
     playback = Playback(motion, clock=clock)
     playback.frame()
     for _ in range(6):
@@ -122,7 +122,7 @@ def test_what_is_too_slow_falls_behind_and_still_draws(motion, clock):
 
 
 def test_what_is_owed_is_dropped(motion, clock):
-    """A motion that was too slow for a while does not run after the clock later."""
+    """A motion that was too slow for a while does not catch up later."""
     slow = costly(motion, clock, 1.0)
     playback = Playback(slow, clock=clock)
     playback.frame()
@@ -133,7 +133,7 @@ def test_what_is_owed_is_dropped(motion, clock):
     del slow.advance
     clock.now += 0.1
     playback.frame()
-    # The second of computing is owed as well, the ten before are not.
+    # Only the last second of computing is made up, not the ten before.
     assert motion.t - then < 1.2
 
 
@@ -153,7 +153,7 @@ def test_pause_step_and_reset(motion, clock):
     playback.is_paused = False
     clock.now += 0.1
     playback.frame()
-    # The pause is not caught up.
+    # The pause is not made up.
     assert motion.t == pytest.approx(at + 0.1, abs=2 * motion.chunk)
     playback.reset()
     assert motion.t == 0.0
@@ -221,7 +221,7 @@ def test_a_pull_moves_the_tip_and_ends(motion):
     moved = motion.place(0) - rest
     across = (target - rest) / np.linalg.norm(target - rest)
     assert 0.02 < moved @ across < 1.01 * np.linalg.norm(target - rest)
-    # In balance with a load of that force at the tip.
+    # In equilibrium with that force as load at the tip.
     loaded = lissom.Rod([SOFT], actuators=[UPPER], loads=[lissom.Load(force=motion.force)])
     rest_of = loaded.inverse_dynamics(motion.q, np.zeros(6), np.zeros(6))
     assert np.linalg.norm(rest_of) < 1e-6 * np.linalg.norm(motion.force) * loaded.length
@@ -319,7 +319,7 @@ def test_a_motion_that_fails_says_so_and_can_be_reset(clock):
 
 
 def test_a_status_of_failure_is_the_trouble(clock):
-    # Newton's method cannot follow a force from nothing to meganewtons in a step.
+    # Newton's method cannot follow a force from zero to meganewtons in a step.
     table = ([0.0, 0.1, 0.1001, 1.0], [(0, 0, 0), (0, 0, 0), (0, 0, 1e9), (0, 0, 1e9)])
     motion = Motion(lissom.Simulation(lissom.Rod([SOFT], loads=[lissom.Load(force=table)]), dt=5e-3))
     playback = Playback(motion, clock=clock)
@@ -359,7 +359,7 @@ def test_sliders_reach_as_far_as_the_tip_bends(motion):
 
 def test_sliders_by_ranges(motion):
     found = {each.name: each for each in sliders(motion, {"upper": (1.0, 4), "push.x": [-1, 2]})}
-    # What is set can be kept.
+    # Values that are set can be kept.
     assert (found["upper"].low, found["upper"].high) == (0.5, 4.0)
     assert (found["push.x"].low, found["push.x"].high) == (-1.0, 2.0)
 
@@ -390,7 +390,7 @@ def test_a_free_body_has_sliders_too():
 
 
 def volume(vertices, triangles):
-    """Volume within a closed skin, by the divergence theorem; negative where it is turned inside out."""
+    """Volume within a closed surface, by the divergence theorem; negative if it is inverted."""
     a, b, c = (vertices[triangles[:, i]] for i in range(3))
     return float(np.einsum("ti,ti->", a, np.cross(b, c)) / 6.0)
 
@@ -417,7 +417,7 @@ def test_skins_of_rods_have_the_volume_of_their_sections(section, exact):
     skin = meshes.TubeSkin(tube)
     turns = rod.pose(np.array([1.0]), tube.stations)[:, :3, :3]
     parts = zip(skin.vertices(tube.centres[0], turns), skin.triangles, strict=True)
-    # A circle of 24 corners has a hundredth less area.
+    # A circle of 24 corners has a one percent smaller area.
     assert sum(volume(*part) for part in parts) == pytest.approx(0.3 * exact, rel=0.015)
     assert len(skin.bands) == meshes.BANDS
 
@@ -455,7 +455,7 @@ def test_everything_of_a_robot_is_drawn():
 
 
 def test_scales_are_those_of_all_shapes_before():
-    """A force that halves is drawn half as long, a tendon that is let go thin."""
+    """When a force halves, it is drawn half as long; a released tendon is drawn thin."""
     shape = Shape(view(FINGER), np.zeros(6), np.zeros(6), 0.0, np.array([0, 0, 2.0, 4.0]))
 
     def drawn(push, pull):
@@ -487,7 +487,7 @@ def test_rods_are_coloured_by_what_somebody_picks():
     shade = drawn_tube(shape, bent, rest).quantities[SHADE][0]
     np.testing.assert_allclose(shade[[0, -1]], [1 / 3, 1.0], rtol=1e-12)
     assert shape.largest == pytest.approx(3.0)
-    # The scale stays that of the largest one.
+    # The scale remains that of the largest one.
     shade = drawn_tube(shape, 0.5 * bent, rest).quantities[SHADE][0]
     np.testing.assert_allclose(shade[[0, -1]], [1 / 6, 0.5], rtol=1e-12)
     shape.colour = quantities.SPEED
@@ -510,7 +510,7 @@ def test_a_trace_is_where_the_tip_was(motion):
         trace.follow(motion.q, motion.t + k)
     assert trace.line.points.shape == (1, PLACES + 1, 3)
     np.testing.assert_allclose(trace.line.points[0, 0], motion.place(0), atol=1e-12)
-    # Back at the start it begins anew.
+    # At the start it is reset.
     motion.reset()
     trace.follow(motion.q, motion.t)
     np.testing.assert_allclose(trace.line.points[0, :-1], np.tile(motion.place(0), (PLACES, 1)), atol=1e-12)
@@ -559,7 +559,7 @@ def controls_of(page):
 
 
 def test_what_controls_do():
-    """Without a browser: what their callbacks leave is done by the loop, not before."""
+    """Without a browser: the loop performs the requests of callbacks, not the callbacks."""
     with LiveView(
         lissom.Simulation(FINGER, dt=1e-3), port=0, speed=1.0, paused=True, ranges=None, title="finger"
     ) as page:
@@ -600,7 +600,7 @@ def test_the_page_draws_traces_and_colours():
         assert trace.visible
         np.testing.assert_allclose(trace.points[-1, 1], motion.place(0), atol=1e-6)
         coloured = {name: nodes[name].color for name in before}
-        # The base rests, as before; the tip is the fastest.
+        # The base rests, as before; the tip is fastest.
         assert coloured != before
         assert len(set(coloured.values())) > 3
         controls.tell()

@@ -1,4 +1,4 @@
-"""What results and reports show of a model follows from its view, whatever kind of model it is."""
+"""Results and reports depend on the view of a model, for any kind of model."""
 
 import ast
 from dataclasses import replace
@@ -21,7 +21,7 @@ ONE_ALONG_Y = np.broadcast_to([0.0, 1.0, 0.0], (301, 49, 3))
 
 
 def run_of(name, **changes):
-    """A run of a scene whose model has another view."""
+    """A run of a scene with another view of its model."""
     scene = lissom.Scene.load(SCENES / f"{name}.toml")
     run = Run(scene, scene.run())
     run.__dict__["view"] = replace(view(scene.model), **changes)
@@ -72,7 +72,7 @@ def test_every_link_is_kept_and_drawn():
     ]
     left, right, tips, paths, shapes = shown.things[:5]
     assert list(tips.names) == ["hand", "foot"]
-    # Two lines in one, each with a break behind it.
+    # Two lines in one, each followed by a break.
     points = paths.points[0]
     np.testing.assert_array_equal(
         np.flatnonzero(np.isnan(points[:, 0])), len(points) // 2 * np.array([1, 2]) - [1, 1]
@@ -86,7 +86,7 @@ def test_every_link_is_kept_and_drawn():
 
 
 def moved(pose):
-    """The same one metre along y."""
+    """The same, moved by one metre along y."""
 
     def there(q, X, t):
         found = pose(q, X, t).copy()

@@ -1,4 +1,4 @@
-"""Old words: each is still taken, with a warning that says the new one and where the old one stands."""
+"""Old names: each is still accepted, with a warning that gives the new name and the place of the old one."""
 
 import copy
 import inspect
@@ -15,8 +15,8 @@ import lissom
 
 SCENE = "version = 1\n[pendulum]\n[simulation]\nt0 = 0.5\n"
 
-#: Keys of scenes: definition in the schema, old word, new word, a text with each (the old one in its first
-#: line), what is said to be right.
+#: Keys of scenes: definition in the schema, old name, new name, a text with each (the old one in its first
+#: line), expected value in messages.
 KEYS = [
     ("Simulation", "duration", "t_end", "duration = 0.25\n", "t_end = 0.75\n", "duration later than t0"),
     ("Simulation", "step", "dt", "step = 2e-3\nt_end = 1\n", "dt = 2e-3\nt_end = 1\n", "write dt"),
@@ -40,7 +40,7 @@ KEYS = [
 ]
 IDS = [f"{table}.{old}" for table, old, *_ in KEYS]
 
-#: Attributes of SimulationSettings, and what they were.
+#: Old attributes of SimulationSettings, with their values.
 ATTRIBUTES = {
     "duration": lambda settings: settings.t_end - settings.t0,
     "step": lambda settings: settings.dt,
@@ -185,7 +185,7 @@ def test_the_command_line_notes_old_words_and_goes_on(table, old, new, before, n
 
 
 def test_editors_take_old_files():
-    """Whatever is required is so by its old or its new name."""
+    """Required keys may have their old or new name."""
     definitions = json.loads(lissom.Scene.schema())["definitions"]
     for table, old, new, *_ in KEYS:
         schema = definitions[table]
@@ -227,8 +227,8 @@ def test_no_other_spelling_is_taken(name):
         lissom.solve_ivp(lambda t, y: -y, (0.0, 1.0), [1.0], name)
 
 
-#: What scenes describe, the Python callable that makes it, and what has other forms in scenes: tables of
-#: their own, arrays of tables, which TOML names in the singular, and what functions take, not constructors.
+#: Contents of scenes, the corresponding Python callable, and arguments with another form in scenes: separate
+#: tables, arrays of tables, which TOML names in the singular, and arguments of functions, not constructors.
 SAME_WORDS = {
     "Rod": (lissom.Rod, {"base", "segment", "load", "body", "support", "q0", "v0"}),
     "Segment": (lissom.Segment, set()),

@@ -1,4 +1,4 @@
-"""Runs as functions of PyTorch, by its own checker of gradients: `make test-torch`."""
+"""Runs as functions in PyTorch, checked with its own gradient checker: `make test-torch`."""
 
 import numpy as np
 import pytest

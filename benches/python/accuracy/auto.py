@@ -1,10 +1,10 @@
-"""What `method="auto"` was asked for, what it reached, and what that cost: the scenes and some rods.
+"""Requested and achieved accuracy of `method="auto"`, and its cost, for the scenes and some rods.
 
     python benches/python/accuracy/auto.py [--scene TEXT ...]
 
-Prints a Markdown table. Error: largest distance of the tip from that of a reference (Radau; DOP853 for the
-pendulum; with tolerances far below the tightest request), relative to the length, over the times kept. Run
-times are the shortest of some runs, relative to that of the least accurate request of the same scene.
+Prints a Markdown table. Error: largest distance of the tip from that of a reference solution (Radau; DOP853
+for the pendulum; with tolerances far below the tightest request), relative to the length, over the output
+times. Run times are the shortest of several runs, relative to the least accurate request of the same scene.
 """
 
 import argparse
@@ -20,9 +20,9 @@ import lissom
 SCENES = Path(__file__).parents[3] / "scenes"
 REQUESTS = (1e-2, 1e-4, 1e-6, 1e-8)
 REPEATS = 3
-# What stands for no error.
+# Errors below this count as zero.
 ROUNDING = 1e-15
-# Between the times that are compared.
+# Interval of the compared times.
 STEP = 0.02
 REFERENCE = {"rtol": 1e-11, "atol": 1e-12}
 
@@ -39,7 +39,7 @@ class Problem:
         return lissom.simulate(self.model, self.duration, q0=self.q0, dt=STEP, **options)
 
     def tips(self, motion):
-        """Relative to the length, shape (m, 2 or 3)."""
+        """Positions of the tip relative to the length, shape (m, 2 or 3)."""
         if isinstance(self.model, lissom.Rod):
             return self.model.pose(motion.q, [self.model.length])[:, 0, :3, 3] / self.model.length
         angle, elongation = motion.q.T
@@ -53,12 +53,12 @@ def scene(file, name, duration, **options):
 
 
 def rubber():
-    """A rod that bends only: waves that nothing damps."""
+    """A rod that only bends, with undamped waves."""
     return lissom.Rod([lissom.Segment(1.0, 0.02, 5e6, 5e6 / 3, 1000.0, {"bend_y": 5})])
 
 
 def two_segments():
-    """Bends and twists out of its plane; damped, and stiff in torsion."""
+    """A rod that bends and twists out of its plane; damped, and stiff in torsion."""
     modes = {"torsion": 2, "bend_y": 2, "bend_z": 2}
     segment = lissom.Segment(0.3, 0.02, 1e6, 4e5, 1e3, modes, retardation_time=0.01)
     return lissom.Rod([segment, segment], tip_force=(0.0, 0.05, 0.0))
@@ -76,7 +76,7 @@ GALLERY: list[Callable[[], Problem]] = [
 
 
 def rows(problem):
-    """One for each request."""
+    """The rows of a problem, one per request."""
     exact = problem.run(method=problem.reference, **REFERENCE)
     if not exact.success:
         raise SystemExit(f"{problem.name}: no reference: {exact.message}")
@@ -101,7 +101,7 @@ def rows(problem):
 
 
 def method(message):
-    """The one that was chosen, from what is said about it."""
+    """The chosen method, extracted from the message."""
     _, _, said = message.partition("Method: ")
     return said.partition(",")[0].rstrip(".") or "unknown"
 

@@ -1,4 +1,4 @@
-"""Conditioning and convergence of the bases of the strain: the tables of docs/bases.md.
+"""Conditioning and convergence of the strain bases: the tables of docs/bases.md.
 
 python benches/python/accuracy/bases.py
 """
@@ -16,7 +16,7 @@ REFERENCE_MODES = 20
 
 
 def rod(basis: str, modes: int, **loads: tuple[float, float, float]) -> lissom.Rod:
-    """A metre of soft rod that bends in a plane."""
+    """A soft rod of one metre that bends in a plane."""
     segment = lissom.Segment(1.0, 0.01, 1e6, 4e5, 1000.0, {"bend_y": modes}, basis=basis)
     return lissom.Rod([segment], gravity=NO_GRAVITY, **loads)
 
@@ -30,20 +30,20 @@ def conditions(basis: str, modes: int) -> tuple[float, float]:
 
 
 def tip(basis: str, modes: int) -> np.ndarray | None:
-    """Where the tip of the rod is in equilibrium with a force, or nothing where none is found."""
+    """Position of the tip in equilibrium under a force, or None if no equilibrium is found."""
     model = rod(basis, modes, tip_force=(0.01, 0, 0.02))
     rest = lissom.statics(model)
     return model.pose(rest.q, 1.0)[:3, 3] if rest.success else None
 
 
 def tip_error(basis: str, modes: int) -> str:
-    """Its distance from that of the rod with many modes."""
+    """Distance of the tip from that of the rod with many modes."""
     found, exact = tip(basis, modes), tip("legendre", REFERENCE_MODES)
     return "not found" if found is None else f"{np.linalg.norm(found - exact):.0e}"
 
 
 def table(title: str, cell: Callable[[str, int], str]) -> None:
-    """Prints what a cell makes of a basis and a number of modes."""
+    """Prints a table with a cell for each basis and number of modes."""
     print(f"\n{title}\n\n| basis |", " | ".join(f"{modes} modes" for modes in MODES), "|")
     print("|---|" + "---|" * len(MODES))
     for basis in BASES:

@@ -1,11 +1,11 @@
-"""Whether `method="auto"` keeps its promises: random rods, motions and requests against references.
+"""Reliability of `method="auto"`: random rods, motions and requests compared with references.
 
     python benches/python/accuracy/honesty.py [--count 300] [--seed 1] [--family NAME ...] [--worst 10]
         [--space]
 
-Each case draws a rod, what moves it, how long, and an accuracy. The truth is a run with tolerances far below;
-with --space a rod with many modes. Prints a Markdown table of how many of the successes are within what was
-asked for and within what is claimed, and the worst cases.
+Each case draws a rod, its excitation, a duration and a requested accuracy. The reference is a run with far
+tighter tolerances; with --space, a rod with many modes. Prints a Markdown table with the numbers of
+successful runs that satisfy the request and the claimed error, and the worst cases.
 """
 
 import argparse
@@ -19,29 +19,29 @@ import numpy as np
 
 import lissom
 
-# Times that are compared.
+# Number of compared times.
 TIMES = 400
-# Of the reference, relative to the request; and the tightest that double precision has.
+# Tolerance of the reference relative to the request; and the tightest tolerance possible in double precision.
 TIGHTER = 1e-4
 TIGHTEST = 1e-12
-# Errors below say nothing: what the reference leaves.
+# Smaller errors are not significant, because of the error of the reference.
 ROUNDING = 1e-10
-# Steps that a request may take in each run: longer ones are refused, which is honest.
+# Maximum number of steps of each run; longer runs fail, which counts as honest.
 MAX_STEPS = 200_000
-# The first root of the clamped beam's equation, squared.
+# Square of the first root of the clamped beam's frequency equation.
 CLAMPED = 3.516
 
 
 @dataclass(frozen=True)
 class Case:
-    """One rod in motion and what is asked for."""
+    """A rod in motion and the requested accuracy."""
 
     rod: lissom.Rod
     duration: float
     tolerance: float
     q0: np.ndarray | None = None
     v0: np.ndarray | None = None
-    # What a reference needs to see pulses that are functions.
+    # Maximum step of the reference, so that it does not miss pulses given as functions.
     max_step: float = np.inf
     is_stiff: bool = False
     note: str = ""
@@ -59,13 +59,13 @@ class Case:
 
 
 def tips(rod, motion):
-    """Relative to the length, shape (m, 3)."""
+    """Positions of the tip relative to the length, shape (m, 3)."""
     return rod.pose(motion.q, [rod.length], t=motion.t)[:, 0, :3, 3] / rod.length
 
 
 @dataclass
 class Material:
-    """A slender rod of which the first frequency is known."""
+    """A slender rod with a known first frequency."""
 
     rng: np.random.Generator
     stiff_strains: bool = False
@@ -76,7 +76,7 @@ class Material:
         self.length = 10 ** rng.uniform(-1.3, 0.3)
         self.radius = self.length * 10 ** rng.uniform(-2.0 if self.stiff_strains else -3.0, -1.4)
         self.density = 10 ** rng.uniform(2.9, 3.95)
-        # Deflection under its own weight relative to the length, which is what softness means: 1e-5 to 0.5.
+        # Deflection under its own weight relative to the length, a measure of softness: 1e-5 to 0.5.
         self.sag = 10 ** rng.uniform(-5.0, -0.3)
         self.young = 9.81 * self.density * self.length**3 / (2.0 * self.sag * self.radius**2)
         self.rate = CLAMPED * self.radius / 2.0 * np.sqrt(self.young / self.density) / self.length**2
@@ -87,7 +87,7 @@ class Material:
 
     @property
     def stiffness(self):
-        """Of the tip against forces across, N/m."""
+        """Stiffness of the tip against transverse forces, N/m."""
         return 3.0 * self.young * np.pi * self.radius**4 / 4.0 / self.length**3
 
     def rod(self, damping=0.0, **options):
@@ -102,7 +102,7 @@ class Material:
             self.young / 2.6,
             self.density,
             modes,
-            # So that the amplitude of the first vibration falls by the factor exp(-damping) a radian.
+            # The amplitude of the first vibration decreases by the factor exp(-damping) per radian.
             retardation_time=2.0 * damping / self.rate,
             nodes=16,
         )
@@ -114,12 +114,12 @@ def accuracy(rng):
 
 
 def weak(rng):
-    """No damping, or a little."""
+    """No damping, or weak damping."""
     return 0.0 if rng.random() < 0.4 else 10 ** rng.uniform(-6.0, -2.0)
 
 
 def ringing(rng, stiff_strains=False):
-    """Let go under its weight, for 3 to 400 periods."""
+    """Released under its weight, for 3 to 400 periods."""
     material = Material(rng, stiff_strains)
     periods = 10 ** rng.uniform(0.5, 2.6 if not stiff_strains else 0.8)
     note = f"{periods:.0f} periods"
@@ -128,7 +128,7 @@ def ringing(rng, stiff_strains=False):
 
 
 def resonance(rng):
-    """Shaken at its first frequency or near it, at the base or at the tip."""
+    """Excited at or near its first frequency, at the base or at the tip."""
     material = Material(rng)
     frequency = (
         material.rate / (2.0 * np.pi) * rng.choice([1.0, rng.uniform(0.8, 1.2), rng.uniform(0.2, 5.0)])
@@ -146,7 +146,7 @@ def resonance(rng):
 
 
 def pulse(rng):
-    """A load that comes suddenly, for ever or for a while, at any time; as a table or as a function."""
+    """A load that starts suddenly at any time, permanent or temporary, as a table or a function."""
     material = Material(rng)
     periods = 10 ** rng.uniform(-0.5, 2.0)
     duration = periods * material.period
@@ -175,7 +175,7 @@ def pulse(rng):
 
 
 def impulse(rng):
-    """Set off by velocities: struck."""
+    """Motion from initial velocities, as after an impact."""
     material = Material(rng)
     periods = 10 ** rng.uniform(-0.5, 1.7)
     rod = material.rod(weak(rng), gravity=(0.0, 0.0, 0.0))
@@ -194,7 +194,7 @@ FAMILIES: dict[str, Callable[[np.random.Generator], Case]] = {
 
 @dataclass(frozen=True)
 class Verdict:
-    """What came of a case; errors relative to the length."""
+    """Result of a case; errors relative to the length."""
 
     family: str
     number: int
@@ -213,12 +213,12 @@ class Verdict:
 
     @property
     def missed(self):
-        """True error over what was asked for."""
+        """True error over requested error."""
         return self.true / self.case.tolerance if self.true > ROUNDING else 0.0
 
     @property
     def hidden(self):
-        """True error over what is claimed."""
+        """True error over claimed error."""
         return self.true / max(self.claimed, ROUNDING) if self.true > ROUNDING else 0.0
 
     def __str__(self):
@@ -230,7 +230,7 @@ class Verdict:
 
 
 def judge(family, number, seed):
-    """`None` where there is no truth to be had."""
+    """The verdict on a case, or None if the reference fails."""
     rng = np.random.default_rng([seed, list(FAMILIES).index(family), number])
     case = FAMILIES[family](rng)
     exact = case.truth()
@@ -280,7 +280,7 @@ def table(verdicts):
 
 @dataclass(frozen=True)
 class Coarse:
-    """A rod with few modes, the same with many, and what is asked for."""
+    """A rod with few modes, the same rod with many, and the requested accuracy."""
 
     rod: lissom.Rod
     fine: lissom.Rod
@@ -289,13 +289,13 @@ class Coarse:
     note: str = ""
 
 
-# Modes of what stands for the truth, of strains that a coarse rod has or that matter.
+# Numbers of modes of the reference, for strains that the coarse rod has or that matter.
 TRUE_MODES = 16
 TRUE_STRAINS = {"torsion": 6, "bend_y": TRUE_MODES, "bend_z": 8}
 
 
 def coarse(rng, change, fine_modes=None, **options):
-    """A rod of which `change` says what makes it hard to resolve."""
+    """A rod that is hard to resolve because of `change`."""
     material = Material(rng)
     modes = {"bend_y": int(rng.integers(2, 6))}
     damping = 10 ** rng.uniform(-2.0, -0.5)
@@ -317,7 +317,7 @@ def coarse(rng, change, fine_modes=None, **options):
 
 
 def place(rng, length):
-    """Near the base, mostly."""
+    """A random arc length, mostly near the base."""
     return length * 10 ** rng.uniform(-1.7, -0.05)
 
 
@@ -399,7 +399,7 @@ class SpaceVerdict:
 
     @property
     def alarm(self):
-        """What is claimed over what is true, where that is within what was asked for and the claim is not."""
+        """Claimed error over true error, if only the true error satisfies the request; otherwise zero."""
         is_alarm = self.claimed > self.case.tolerance > self.true
         return self.claimed / max(self.true, ROUNDING) if is_alarm else 0.0
 
@@ -424,7 +424,7 @@ def judge_space(family, number, seed):
     if len(found.t) < len(times):
         return None
     true = np.linalg.norm(tips(found.model, found) - tips(case.fine, exact), axis=1).max()
-    # What the steps leave is no error of the modes.
+    # The time error is not an error of the modes.
     true = max(true - (found.stats.time_error or 0.0), 0.0)
     claimed = np.nan if found.stats.space_error is None else found.stats.space_error
     return SpaceVerdict(

@@ -21,7 +21,7 @@ def rod(strains: tuple[str, ...], modes: int, nodes: int | None) -> lissom.Rod:
 
 
 def random_shape(strains: tuple[str, ...], modes: int, turns: float, rng: np.random.Generator) -> np.ndarray:
-    """Bend and twist that turn the rod so many times; stretch and shear of about ten percent."""
+    """Bend and twist with this many turns of the rod; stretch and shear of about ten percent."""
     q = rng.normal(size=(len(strains), modes))
     is_angular = np.array([strain in STRAINS[:3] for strain in strains])
     x = np.linspace(-1, 1, 401)

@@ -1,7 +1,7 @@
-"""CVODE without Python in the loop.
+"""CVODE without Python in the inner loop.
 
-scikit-sundae takes Python functions only. Here the SUNDIALS libraries inside of it are called through ctypes,
-with right-hand sides and Jacobians compiled by numba.
+scikit-sundae accepts only Python functions. Here its SUNDIALS libraries are called through ctypes, with
+right-hand sides and Jacobians compiled by numba.
 """
 
 import ctypes
@@ -57,13 +57,13 @@ def _load():
 
 
 def _returning_doubles(function):
-    """The same function with a result that numba takes for an array."""
+    """The function with a result type that numba accepts as an array."""
     address = ctypes.cast(function, c_void_p).value
     return ctypes.CFUNCTYPE(POINTER(c_double), c_void_p)(address)
 
 
 class CompiledCvode:
-    """One problem; construction and compilation are not part of a run."""
+    """A problem solved by CVODE; construction and compilation are not part of a run."""
 
     def __init__(self, problem, method):
         self.problem = problem
@@ -117,7 +117,7 @@ class CompiledCvode:
             raise RuntimeError(f"{name} failed with flag {flag}")
 
     def run(self, rtol, atol):
-        """State at the end, evaluations, steps."""
+        """Final state, evaluations, steps."""
         s, (t0, t_end) = self.sundials, self.problem.t_span
         self.data[:] = self.problem.y0
         self._check(s["CVodeReInit"](self.memory, t0, self.y), "CVodeReInit")

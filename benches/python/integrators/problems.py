@@ -1,4 +1,4 @@
-"""The problems of work_precision.py: every right-hand side as plain Python, as numba.cfunc and for jax.
+"""The problems of work_precision.py, with every right-hand side in plain Python, as numba.cfunc and for jax.
 
 Sources: Hairer, Norsett, Wanner (1993), "Solving Ordinary Differential Equations I" (HNW); Hairer, Wanner
 (1996), "Solving Ordinary Differential Equations II" (HW); Mazzia, Magherini (2008), "Test Set for Initial
@@ -28,8 +28,8 @@ STARS = 7
 class Problem:
     """y' = fun(t, y), y(t_span[0]) = y0.
 
-    `write` and `write_jacobian` do the same as `fun` and `jac` in place, in the part of Python that numba
-    compiles; `jax` builds the function for jax. `final` is the state at the end, where the literature has it.
+    `write` and `write_jacobian` evaluate `fun` and `jac` in place, in the subset of Python that numba
+    compiles; `jax` builds the function for jax. `final` is the final state if the literature gives it.
     """
 
     name: str
@@ -39,12 +39,12 @@ class Problem:
     t_span: tuple[float, float]
     y0: np.ndarray
     stiff: bool = False
-    # Absolute tolerance over relative tolerance.
+    # Absolute tolerance divided by relative tolerance.
     atol_ratio: float = 1.0
     jac: Callable | None = None
     write_jacobian: Callable | None = None
     final: np.ndarray | None = None
-    # Multiplies the error of each component; 1 / |y| where components differ by orders of magnitude.
+    # Weights of the components of the error; 1 / |y| if components differ by orders of magnitude.
     error_weights: np.ndarray | None = field(default=None)
 
     def cfunc(self):
@@ -55,7 +55,7 @@ class Problem:
 
 
 def spring_pendulum():
-    """lissom's model of a spring pendulum (polar coordinates), written out for the others."""
+    """lissom's model of a spring pendulum (polar coordinates), written out for the other solvers."""
 
     def fun(t, y):
         angle, elongation, angle_rate, elongation_rate = y
@@ -139,7 +139,7 @@ def pleiades():
 
 
 def arenstorf():
-    """A periodic orbit of the restricted problem of three bodies (HNW, section II.0)."""
+    """A periodic orbit of the restricted three-body problem (HNW, section II.0)."""
 
     def fun(t, y):
         x, z, vx, vz = y
@@ -174,7 +174,7 @@ def arenstorf():
 
 
 def rigid_body():
-    """Euler's equations without a moment, principal moments 1/2, 2 and 3."""
+    """Euler's equations without moments, principal moments 1/2, 2 and 3."""
 
     def fun(t, y):
         a, b, c = y

@@ -1,14 +1,14 @@
-"""Run time against error of lissom's integrators and of others, in one process.
+"""Run time against error of the integrators of lissom and other packages, in one process.
 
     python benches/python/integrators/work_precision.py -o DIR [--quick] [--problem NAME ...]
         [--solver TEXT ...]
 
-Needs numpy, scipy, numba and matplotlib; takes scikit-sundae, diffrax and numbalsoda where they can be
-imported, and says so where they cannot. Writes DIR/work_precision.json, .md and .png.
+Needs numpy, scipy, numba and matplotlib. Uses scikit-sundae, diffrax and numbalsoda if they can be imported,
+and reports those that cannot. Writes DIR/work_precision.json, .md and .png.
 
-Error: largest component of the difference to a reference solution at the end of the interval (relative to
-each component for the stiff problems). Run time: the shortest of several runs, without compilation; that of
-the first run is in the JSON file.
+Error: largest component of the difference from a reference solution at the end of the interval (relative for
+each component of the stiff problems). Run time: the shortest of several runs, without compilation; the first
+run's time is in the JSON file.
 """
 
 import argparse
@@ -31,13 +31,13 @@ from problems import PROBLEMS, Problem
 
 TOLERANCES = 10.0 ** np.arange(-3, -13, -1)
 QUICK_TOLERANCES = 10.0 ** np.arange(-4, -13, -4)
-# A measurement is repeated until so many seconds or runs.
+# A measurement is repeated for this many seconds or runs.
 SECONDS = 0.5
 QUICK_SECONDS = 0.05
 MOST_RUNS = 200
-# For solvers that would go on for ever otherwise.
+# For solvers that would otherwise not terminate.
 MOST_STEPS = 200_000
-# Beyond that many seconds for a run, tighter tolerances are left out.
+# If a run takes longer (seconds), tighter tolerances are skipped.
 LONGEST_RUN = 20.0
 
 EXPLICIT = ("RK45", "DOP853")
@@ -62,7 +62,7 @@ class Curve:
 
 
 def for_method(method, problem):
-    """Explicit methods for the nonstiff problems, implicit ones for the stiff."""
+    """Explicit methods for nonstiff problems, implicit methods for stiff ones."""
     return problem.stiff == (method not in EXPLICIT)
 
 
@@ -117,7 +117,7 @@ def scipy_with(method):
 
 
 def sundae_python(problem):
-    """scikit-sundae with a Python right-hand side that writes into the array that it is given."""
+    """scikit-sundae with a Python right-hand side that writes into the array passed to it."""
     from sksundae.cvode import CVODE
 
     def rhs(t, y, dydt):
@@ -143,7 +143,7 @@ def sundae_python(problem):
 
 
 def sundials_compiled(problem):
-    """CVODE itself, with right-hand sides and Jacobians compiled by numba."""
+    """CVODE with right-hand sides and Jacobians compiled by numba."""
     from cvode import ADAMS, BDF, CompiledCvode
 
     return CompiledCvode(problem, BDF if problem.stiff else ADAMS).run
@@ -236,7 +236,7 @@ SOLVERS = [
 
 
 def reference_state(problem: Problem):
-    """Far more accurate than any of the runs; from the literature where it has one."""
+    """The final state, far more accurate than all runs; from the literature if available."""
     if problem.final is not None:
         return problem.final
     options = {"rtol": 3e-14, "atol": 1e-15, "t_eval": [problem.t_span[1]]}
@@ -247,7 +247,7 @@ def reference_state(problem: Problem):
 
 
 def measure(run, seconds):
-    """Shortest run time, and what the run returned. The first run, which may compile, is not counted."""
+    """Shortest run time, and the result of the run. The first run, which may compile, is not counted."""
     start = time.perf_counter()
     outcome = run()
     first = time.perf_counter() - start
@@ -294,7 +294,7 @@ def curve_of(problem, solver, tolerances, seconds, final):
 
 
 def time_at(curve, error):
-    """Run time that an error takes, interpolated between the points in logarithms; NaN outside of them."""
+    """Run time for an error, interpolated logarithmically between the points; NaN outside their range."""
     points = sorted(
         (point["error"], point["seconds"]) for point in curve.points if point.get("error", 0.0) > 0.0
     )
@@ -411,7 +411,8 @@ def plot(curves, path):
 
 
 def measured_curves(arguments):
-    """The curves of the problems and solvers that are asked for; why solvers are left out, by their names."""
+    """The curves of the selected problems and solvers, and the reasons why solvers are missing, by their
+    names."""
     tolerances = QUICK_TOLERANCES if arguments.quick else TOLERANCES
     seconds = QUICK_SECONDS if arguments.quick else SECONDS
     curves, left_out = [], {}

@@ -1,8 +1,8 @@
-"""Runs a second: `python benches/python/speed/ensembles.py` prints the tables of docs/ensembles.md.
+"""Runs per second: `python benches/python/speed/ensembles.py` prints the tables of docs/ensembles.md.
 
-A loop of `simulate`, `simulate_many` on one thread and on all, and a pool of processes alternate, so that
-what else runs on the machine hits all. Whatever that is makes runs slower, never faster: of all rounds the
-fastest counts. Takes about two minutes.
+A loop of `simulate`, `simulate_many` on one thread and on all threads, and a process pool alternate, so that
+other processes on the machine affect all of them. Other processes can only slow runs down, so the fastest
+round counts. Takes about two minutes.
 """
 
 import concurrent.futures
@@ -23,7 +23,7 @@ from rods import KERNELS, rod, soft
 
 ROUNDS = 7
 STEP = 1e-2
-#: Seconds of motion.
+#: Duration of the motion, seconds.
 DURATION = 1.0
 CORES = os.cpu_count() or 1
 
@@ -43,32 +43,32 @@ def hand() -> lissom.Robot:
     return lissom.Robot([palm, *fingers])
 
 
-#: Models with the number of runs of a round.
+#: Models with the number of runs per round.
 MODELS = {
     "lab's rod": (lambda: rod(KERNELS["lab-3"]), 1000),
     "rod, two segments": (lambda: rod(KERNELS["two-12"]), 200),
     "hand with three soft fingers": (hand, 60),
 }
 
-#: Seconds that 256 runs of 1 s take by SoRoMoX on an RTX 5090 by the tables that its authors publish
+#: Seconds for 256 runs of 1 s with SoRoMoX on an RTX 5090, from its authors' tables
 #: (github.com/tud-phi/soromox, paper_results/secIVb_parallel_rollouts_gpu/data, "gvs" by segments; steps of
-#: 0.1 ms, output every 10 ms): those of the paper, and since September 2026.
+#: 0.1 ms, output every 10 ms): from the paper, and since September 2026.
 SOROMOX = {6: (71.9, 10.9), 12: (175.3, 13.6)}
 
 
 def done(result: lissom.EnsembleResult) -> lissom.EnsembleResult:
-    """The result, if it is worth its time: runs that fail are quick."""
+    """Returns the result, after a check that no run failed: failed runs are quick."""
     assert result.success.all(), set(result.message)
     return result
 
 
 def starts(model: lissom.Model, count: int) -> np.ndarray:
-    """Small bends that differ."""
+    """Initial shapes with different small bends."""
     return 0.01 * np.random.default_rng(0).standard_normal((count, model.n))
 
 
 def fastest(*works, rounds: int = ROUNDS) -> list[float]:
-    """Seconds of each work, in rounds of one after the other."""
+    """Shortest times of all works, seconds, in rounds of one after the other."""
     best = [np.inf] * len(works)
     for _ in range(rounds):
         for i, work in enumerate(works):
@@ -79,13 +79,13 @@ def fastest(*works, rounds: int = ROUNDS) -> list[float]:
 
 
 def some(task: tuple[lissom.Model, np.ndarray]) -> list[np.ndarray]:
-    """What a process makes: runs one after the other, whose states travel back."""
+    """The work of a process: runs one after the other, whose states are sent back."""
     model, q0 = task
     return [lissom.simulate(model, DURATION, dt=STEP, q0=start).q for start in q0]
 
 
 def rates(model: lissom.Model, count: int, pool) -> dict[str, float]:
-    """Runs a second."""
+    """Runs per second."""
     q0 = starts(model, count)
     parts = [(model, part) for part in np.array_split(q0, 4 * CORES)]
 
@@ -105,7 +105,7 @@ def rates(model: lissom.Model, count: int, pool) -> dict[str, float]:
 
 
 def kept(model: lissom.Model, count: int) -> dict[str, tuple[float, float]]:
-    """Runs a second and megabytes of what is kept."""
+    """Runs per second and megabytes of the saved results."""
     q0 = starts(model, count)
     found = {}
     for keep in ("states", "final", "summary"):
@@ -119,7 +119,7 @@ def kept(model: lissom.Model, count: int) -> dict[str, tuple[float, float]]:
 
 
 def beside_soromox(n: int, dt: float) -> float:
-    """Seconds of 256 runs of segments of constant strain."""
+    """Seconds for 256 runs of segments with constant strain."""
     segments = n // 6
     model = rod([soft(0.3 / segments, (1,) * 6)] * segments)
     q0 = 1e-3 * np.random.default_rng(0).standard_normal((256, n))
@@ -132,7 +132,7 @@ def beside_soromox(n: int, dt: float) -> float:
 
 
 def sweeps() -> dict[str, float]:
-    """Milliseconds of a point: of `simulate_many`, a sweep here, one with a store, and one by Dask."""
+    """Milliseconds per point: of `simulate_many`, a local sweep, one with a store, and one by Dask."""
     from distributed import Client, LocalCluster
 
     values = np.linspace(1.9e11, 2.3e11, 1000)

@@ -1,8 +1,8 @@
-"""Control steps a second of environments for reinforcement learning.
+"""Control steps per second of environments for reinforcement learning.
 
-`python benches/python/speed/environments.py`: one thread, random actions. Beside the environments what their
-robots alone take. Whatever else runs on the machine makes both slower, so the fastest of several rounds
-counts. Times are those of the processor.
+`python benches/python/speed/environments.py`: one thread, random actions; for comparison, the times of the
+robots alone. Other processes on the machine can only slow both down, so the fastest of several rounds counts.
+Times are processor times.
 """
 
 import sys
@@ -22,7 +22,7 @@ STEPS = 50
 
 
 def fastest(*works) -> list[float]:
-    """Seconds of the processor for each work."""
+    """Shortest processor times of all works, seconds."""
     best = [np.inf] * len(works)
     for _ in range(ROUNDS):
         for i, work in enumerate(works):
@@ -33,7 +33,7 @@ def fastest(*works) -> list[float]:
 
 
 def rates(name: str, count: int) -> list[float]:
-    """Of many environments, of their robots alone, and of single environments one after the other."""
+    """Rates of many environments, of their robots alone, and of single environments one after the other."""
     envs = gymnasium.make_vec(name, num_envs=count, workers=1)
     one = gymnasium.make(name).unwrapped
     envs.reset(seed=0)
@@ -46,7 +46,7 @@ def rates(name: str, count: int) -> list[float]:
             envs.step(each)
 
     def robots():
-        # From the same places: poles that are not caught would go round and round.
+        # Both start from the same states: poles that are not caught would keep rotating.
         envs.reset(seed=0)
         for each in inputs:
             envs.simulations.step(each, envs.task.control_step)

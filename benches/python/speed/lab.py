@@ -1,4 +1,4 @@
-"""Run times of the lab's scenes beside the lab report's: the table of README.md.
+"""Run times of the lab's scenes compared with those of the lab report: the table of README.md.
 
 python benches/python/speed/lab.py [--json FILE]
 """
@@ -18,7 +18,7 @@ import lissom
 REPETITIONS = 15
 STEP = 1e-2
 
-# Seconds, tables 1 and 2 of the report, which names no Jacobian; one of its runs never ended.
+# Seconds, from tables 1 and 2 of the report, which does not name the Jacobian; one of its runs never ended.
 REPORT_RELEASED = {"implicit": 46.239, "explicit": float("inf")}
 REPORT_HANGING = {"implicit": 5.8227, "explicit": 5.6295}
 REPORT_PENDULUM = {
@@ -30,7 +30,7 @@ Case = tuple[str, float, Callable[[], Any]]
 
 
 def rod_cases(title: str, orientation: tuple[float, ...], report: dict[str, float]) -> Iterator[Case]:
-    """The lab's rod for 3 s: implicit with each Jacobian, explicit."""
+    """The lab's rod for 3 s: implicit with each Jacobian, and explicit."""
     wire = lissom.Segment(
         length=1.0,
         radius=1e-3,
@@ -60,7 +60,7 @@ def pendulum_cases(dt: float, report: dict[str, float]) -> Iterator[Case]:
 
 
 def cases() -> Iterator[Case]:
-    """Name, the report's seconds, the run."""
+    """Names, times of the report in seconds, and runs."""
     yield from rod_cases("rod, released", (1, 0, 0, 0), REPORT_RELEASED)
     yield from rod_cases("rod, hanging", (np.sqrt(0.5), 0, np.sqrt(0.5), 0), REPORT_HANGING)
     for dt, report in REPORT_PENDULUM.items():
@@ -68,7 +68,7 @@ def cases() -> Iterator[Case]:
 
 
 def measure(run: Callable[[], Any], repetitions: int) -> tuple[float, Any]:
-    """Median wall time of a simulation as its caller sees it, in seconds, and its result."""
+    """Median wall time of a simulation as seen by its caller, seconds, and its result."""
     times = []
     for _ in range(repetitions):
         start = time.perf_counter()
@@ -78,7 +78,7 @@ def measure(run: Callable[[], Any], repetitions: int) -> tuple[float, Any]:
 
 
 def rows(repetitions: int = REPETITIONS) -> Iterator[dict[str, Any]]:
-    """Every case: the report's seconds (None where the run never ended), ours, evaluations, how it ended."""
+    """Every case: time of the report (None if the run never ended), our time, evaluations, and status."""
     for name, report, run in cases():
         seconds, result = measure(run, repetitions)
         end = "finished" if result.success else f"{result.status} at t = {result.t[-1]:g} s"

@@ -1,4 +1,4 @@
-"""What closed loops cost. Other programs make it longer, so the fastest of several rounds counts.
+"""Cost of closed loops. Other processes can only slow runs down, so the fastest of several rounds counts.
 
 python benches/python/speed/loops.py            # steps of a shaken rod, its tip free or held
 python benches/python/speed/loops.py --statics  # equilibria of six wires with a plate
@@ -22,12 +22,12 @@ import test_loops_shooting as wires
 ROUNDS = 12
 STEPS = 1000
 MODES = {"torsion": 3, "bend_y": 3, "bend_z": 3, "stretch": 3, "shear_y": 3, "shear_z": 3}
-#: Where the loop holds the tip: none, a point (3 rows), a point and its directions (6 rows).
+#: Joint by which the loop holds the tip: none, a point (3 rows), or a point and its directions (6 rows).
 KINDS = {"none": None, "spherical": lissom.Spherical(), "weld": lissom.Weld()}
 
 
 def rod(kind: lissom.Joint | None) -> lissom.Robot:
-    """Clamped at its base, straight where nothing acts, and held there by the loop."""
+    """A rod clamped at its base, straight without load, with its tip held there by the loop."""
     segments = [lissom.Segment(0.15, 0.01, 1e6, 4e5, 1000.0, MODES, retardation_time=0.01)] * 2
     shaken = lissom.Load(link="rod", at=0.15, force=lissom.Harmonic((0, 0.5, 0.3), 4.0))
     loops = [] if kind is None else [lissom.Loop("rod", (None, None, (0.3, 0, 0)), kind)]

@@ -1,4 +1,4 @@
-"""Times that criterion measures, without Python in them: `cargo bench --bench rod`."""
+"""Times measured by criterion, without Python: `cargo bench --bench rod`."""
 
 import json
 import os
@@ -10,16 +10,17 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[3]
 
-#: Seconds of measuring and number of samples for each benchmark.
+#: Measurement time in seconds and number of samples for each benchmark.
 FULL = ("--warm-up-time", "0.2", "--measurement-time", "1", "--sample-size", "30")
 QUICK = ("--warm-up-time", "0.05", "--measurement-time", "0.2", "--sample-size", "20")
 
 
 @dataclass(frozen=True)
 class Estimate:
-    """The time of the fastest sample and the median, in seconds, and how many things are done in it.
+    """The times of the fastest sample and of the median sample, seconds, and the number of operations in a
+    sample.
 
-    Whatever else runs on the machine makes samples slower, never faster.
+    Other processes on the machine can only slow samples down.
     """
 
     seconds: float
@@ -28,17 +29,17 @@ class Estimate:
 
     @property
     def each(self) -> float:
-        """Seconds for one of the things."""
+        """Seconds per operation."""
         return self.seconds / self.elements
 
 
 def measure(group: str, quick: bool) -> dict[str, Estimate]:
-    """Build in release mode, run the benchmarks of a group; estimates by their names.
+    """Build in release mode and run the benchmarks of a group; returns estimates by name.
 
     Raises
     ------
     subprocess.CalledProcessError
-        Building or running failed; what it said is on stderr.
+        If building or running fails; stderr has the messages.
     """
     with tempfile.TemporaryDirectory() as home:
         command = [
@@ -57,7 +58,7 @@ def measure(group: str, quick: bool) -> dict[str, Estimate]:
 
 
 def estimates(folder: Path) -> dict[str, Estimate]:
-    """What criterion wrote about a group."""
+    """Reads the results that criterion wrote for a group."""
     found = {}
     for path in sorted(folder.glob("*/new/sample.json")):
         benchmark = json.loads((path.parent / "benchmark.json").read_text())

@@ -1,4 +1,4 @@
-"""Tables and plots of the benchmark suite, and the sections of docs/benchmarks.md that hold them."""
+"""Tables and plots of the benchmark suite, and the sections of docs/benchmarks.md that contain them."""
 
 import math
 import re
@@ -6,10 +6,10 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-#: What a goal counts as reached within (distance to the limit).
+#: The goal for the distance to the limit.
 LIMIT_GOAL = 4.0
 
-#: Published by the authors of CROSP, a C++ library, on another machine: seconds by coordinates.
+#: Published by the authors of CROSP, a C++ library, on another machine: seconds by number of coordinates.
 CROSP_RESIDUAL = {18: 0.28e-3}
 CROSP_TANGENT = {18: 5.4e-3}
 
@@ -17,7 +17,7 @@ Row = Mapping[str, Any]
 
 
 def time(seconds: float | None) -> str:
-    """A time with three digits in the unit that suits it; a dash for none."""
+    """A time with three digits in a suitable unit; a dash for None."""
     if seconds is None:
         return "–"
     for unit, size in (("s", 1.0), ("ms", 1e-3), ("µs", 1e-6)):
@@ -75,7 +75,7 @@ def kernels(data: Row) -> str:
     return table(columns, rows)
 
 
-#: What is measured of growing rods; the last one of segments alone.
+#: Measured quantities for growing rods; the last one for segments only.
 GROWING = {
     "residual": "inverse dynamics",
     "tangent": "tangent",
@@ -89,7 +89,7 @@ def scaling(data: Row) -> str:
     for kind, rows in data["rows"].items():
         names = {key: name for key, name in GROWING.items() if key in rows[0]}
         cells = [(row[kind], row["coordinates"], *(time(row[key]) for key in names)) for row in rows]
-        # Over the larger half of the sizes.
+        # Fitted over the larger half of the sizes.
         large = rows[len(rows) // 2 :]
         sizes = [row[kind] for row in large]
         orders = [f"{name} {order(sizes, [row[key] for row in large]):.2f}" for key, name in names.items()]
@@ -123,12 +123,12 @@ def limit(data: Row) -> str:
 
 
 def with_section(page: str, name: str, text: str) -> str:
-    """The page with the text between its marks ``<!-- name -->`` and ``<!-- /name -->``.
+    """The page with the text between the marks ``<!-- name -->`` and ``<!-- /name -->``.
 
     Raises
     ------
     ValueError
-        If the page does not have these marks, once and in this order.
+        If the page does not contain these marks, once and in this order.
     """
     start, end = f"<!-- {name} -->", f"<!-- /{name} -->"
     found = re.findall(f"{re.escape(start)}.*?{re.escape(end)}", page, re.DOTALL)
@@ -138,12 +138,12 @@ def with_section(page: str, name: str, text: str) -> str:
 
 
 def section(text: str, data: Row) -> str:
-    """A table below what it was measured on."""
+    """A table below the description of the machine."""
     return f"{data['machine']}; `{data['command']}`.\n\n{text}"
 
 
 def plot(parts: Mapping[str, Row], path: Path) -> None:
-    """Kernels beside the machine's limit, and scaling."""
+    """Plots the kernels with the machine's limit, and the scaling."""
     import matplotlib
 
     matplotlib.use("Agg")

@@ -1,4 +1,4 @@
-"""The rods of `benches/rod.rs`, as arguments that lissom and the NumPy reference share."""
+"""The rods of `benches/rod.rs`, as arguments for both lissom and the NumPy reference."""
 
 from typing import Any
 
@@ -32,7 +32,7 @@ LAB = soft(1.0, (0, 3, 0, 0, 0, 0)) | {
     "retardation_time": 1e-4,
 }
 
-#: Rods of the kernels by name; the numbers are those of the coordinates.
+#: Rods of the kernels by name; the numbers are the numbers of coordinates.
 KERNELS: dict[str, Arguments] = {
     "lab-3": [LAB],
     "two-12": [soft(0.3, (2, 2, 2, 0, 0, 0))] * 2,

@@ -1,4 +1,4 @@
-"""What gradients of a run cost beside the run: docs/sensitivities.md, "Measured".
+"""Cost of gradients of a run relative to the run: docs/sensitivities.md, "Measured".
 
 python benches/python/speed/sensitivities.py [--repeats 7]
 """
@@ -24,7 +24,7 @@ def rod(**options) -> lissom.Rod:
 
 
 def last(t, q, v):
-    """Half the squared coordinate at the end that is farthest from the base."""
+    """Half the square of the last coordinate, the farthest from the base, at the final time."""
     weight = np.zeros_like(q)
     weight[-1, -1] = q[-1, -1]
     return 0.5 * q[-1, -1] ** 2, weight, np.zeros_like(q)
@@ -35,7 +35,7 @@ def of_each(*keys: str) -> list[str]:
 
 
 def tried():
-    """Names, and functions to be timed: a run first."""
+    """Names and functions to be timed, the run first."""
     plain = rod()
     tendon = lissom.Tendon("pull", [lissom.Along(offset=(0, -0.006))], tension=lissom.Input("pull", 0.1))
     steered = rod(actuators=[tendon])
@@ -83,7 +83,7 @@ def main() -> None:
     functions = dict(tried())
     seconds: dict[str, list[float]] = {name: [] for name in functions}
     for _ in range(repeats):
-        # In turn, so that what else the machine does meets all alike.
+        # In turn, so that other processes affect all alike.
         for name, function in functions.items():
             start = time.perf_counter()
             function()
@@ -93,7 +93,7 @@ def main() -> None:
         ratio = median(t / r for t, r in zip(times, run, strict=True))
         print(f"{name:60} {1e3 * median(times):8.1f} ms {ratio:8.1f} runs")
     fit = identified()
-    # SciPy is imported by the first one.
+    # The first fit imports SciPy.
     fit()
     walls, processor = [], []
     for _ in range(repeats):

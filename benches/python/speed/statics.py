@@ -1,12 +1,12 @@
-"""Run time of statics and modes beside what people use otherwise. Prints a table; nothing is written.
+"""Run times of statics and modes compared with common alternatives. Prints a table; nothing is written.
 
 - an equilibrium of the heavy elastica: SciPy's ``solve_bvp`` on the same rod, with its default tolerance and
-  with a tight one, loaded in as few steps as it converges with;
-- the same by dynamic relaxation: lissom's own simulation with strong damping until it stands still, at the
-  best of nine pairs of damping and step;
+  with a tight one, and as few load steps as it needs to converge;
+- the same equilibrium by dynamic relaxation: lissom's own simulation with strong damping until it stands
+  still, with the best of nine pairs of damping and step size;
 - natural modes: NumPy's eigenvalues of M^-1 K with matrices from central differences of the inverse dynamics.
 
-Times are medians of several runs. On a machine that does other things only their ratios mean anything.
+Times are medians of several runs. On a busy machine only their ratios are meaningful.
 """
 
 import statistics
@@ -53,7 +53,7 @@ def median_time(function):
 
 
 def bvp(load, tol, steps):
-    """phi'' = -load (1 - X) cos phi, with x and z along; the loads grow in steps."""
+    """phi'' = -load (1 - X) cos phi, together with x and z; the load increases in steps."""
     X = np.linspace(0, 1, 11)
     y = np.array([0 * X, 0 * X, X, 0 * X])
     for part in np.arange(1, steps + 1) / steps:
@@ -72,7 +72,7 @@ def bvp(load, tol, steps):
 
 
 def relaxation(load, tolerance):
-    """Damped strongly and simulated until the tip no longer moves by more than the tolerance in a step."""
+    """Strongly damped simulation until the tip moves by less than the tolerance in a step."""
     first = lissom.modes(rod(load), lissom.statics(rod(load)).q).angular_frequency[0]
     best = None
     for damping in (0.5, 1.0, 2.0):

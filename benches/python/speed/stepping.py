@@ -1,7 +1,7 @@
-"""What a step from outside costs: `python benches/python/speed/stepping.py`.
+"""Cost of a step from Python: `python benches/python/speed/stepping.py`.
 
-The native step is that of one call for many steps; both alternate, so that what else runs on the machine hits
-both. Whatever that is makes calls slower, never faster: of all rounds the fastest counts.
+The native step is that of one call for many steps. Both alternate, so that other processes affect both. Other
+processes can only slow calls down, so the fastest round counts.
 """
 
 import os
@@ -18,12 +18,12 @@ import machine
 
 ROUNDS = 40
 STEPS = 500
-#: Of inputs, seconds.
+#: Duration of constant inputs, seconds.
 CONTROL_STEP = 10e-3
 
 
 def arm(modes: dict[str, int], segments: int = 1, with_tendons: bool = True) -> lissom.Rod:
-    """A soft arm of 30 cm with four tendons along it that are told their tensions."""
+    """A soft arm of 30 cm with four tendons along it, with tensions as inputs."""
     segment = lissom.Segment(0.3 / segments, 0.01, 1e6, 4e5, 1000.0, modes, retardation_time=0.01)
     offsets = [(0.008, 0.0), (-0.008, 0.0), (0.0, 0.008), (0.0, -0.008)]
     tendons = [
@@ -44,7 +44,7 @@ MODELS = {
 
 
 def fastest(*works) -> list[float]:
-    """Seconds of each work, in rounds of one after the other."""
+    """Shortest times of all works, seconds, in rounds of one after the other."""
     best = [np.inf] * len(works)
     for _ in range(ROUNDS):
         for i, work in enumerate(works):
@@ -55,7 +55,8 @@ def fastest(*works) -> list[float]:
 
 
 def overhead(model: lissom.Model, dt: float) -> dict[str, float]:
-    """Nanoseconds of a step: native; what calls add, without inputs and with the same ones; of reading q."""
+    """Nanoseconds of a native step; of the overhead of calls, without inputs and with constant inputs; of
+    reading q."""
     simulation = lissom.Simulation(model, dt=dt)
     simulation.step(duration=STEPS * dt)
     u = simulation.u
@@ -97,7 +98,7 @@ def overhead(model: lissom.Model, dt: float) -> dict[str, float]:
 
 
 def control_steps(model: lissom.Model, dt: float) -> tuple[float, float]:
-    """Control steps a second, with inputs that change each time: of a loop in Python, and of `simulate`."""
+    """Control steps per second with changing inputs: of a loop in Python, and of `simulate`."""
     inputs = 0.1 + 0.05 * np.random.default_rng(0).standard_normal((STEPS, 4)).clip(-1, 1)
     simulation = lissom.Simulation(model, dt=dt)
     kept = iter(())
@@ -121,7 +122,7 @@ def control_steps(model: lissom.Model, dt: float) -> tuple[float, float]:
 
 
 def control_steps_of_many(model: lissom.Model, dt: float, count: int, workers: int) -> float:
-    """Control steps a second of all rows together, with inputs that change each time."""
+    """Control steps per second of all rows together, with changing inputs."""
     steps = max(STEPS // count, 10)
     inputs = 0.1 + 0.05 * np.random.default_rng(0).standard_normal((steps, count, 4)).clip(-1, 1)
     many = lissom.Simulations(model, count, dt=dt, workers=workers)

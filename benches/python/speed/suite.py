@@ -3,12 +3,13 @@
     python benches/python/speed/suite.py [--parts PART ...] [--quick] [-o DIR]
 
 Parts: lab (run times of the lab's scenes), kernels (inverse dynamics, forward dynamics, tangent and Newmark
-step beside the NumPy reference and published figures of CROSP), limit (the same against what this machine can
-multiply), scaling (segments and modes), rubber_rod (run time against error beside PyElastica, MuJoCo and
-SoRoMoX; half an hour). Needs lissom in release mode, numpy, scipy, matplotlib and cargo.
+step compared with the NumPy reference and published figures of CROSP), limit (the kernels relative to this
+machine's multiply throughput), scaling (segments and modes), rubber_rod (run time against error, compared
+with PyElastica, MuJoCo and SoRoMoX; half an hour). Needs lissom in release mode, numpy, scipy, matplotlib and
+cargo.
 
-Writes DIR/benchmarks.json and .png and the sections of DIR/benchmarks.md that belong to the parts; DIR is
-docs unless given. Parts that are not measured keep what was measured before.
+Writes DIR/benchmarks.json and .png and the sections of DIR/benchmarks.md for the measured parts; DIR is docs
+by default. Other parts keep their previous results.
 """
 
 import argparse
@@ -37,7 +38,7 @@ from reference import rod as reference
 
 ROOT = Path(__file__).parents[3]
 
-#: Seconds after which a NumPy reference is not measured once more.
+#: If a NumPy reference takes longer (seconds), it is not measured again.
 PATIENCE = 5.0
 
 Data = dict[str, Any]
@@ -49,13 +50,13 @@ def say(what: str) -> None:
 
 @cache
 def natively(group: str, quick: bool) -> dict[str, native.Estimate]:
-    """What criterion measures of a group, once in this run."""
+    """Criterion's results for a group, measured once per run."""
     say(f"criterion: {group}")
     return native.measure(group, quick)
 
 
 def shortest(run: Callable[[], Any]) -> float:
-    """The shortest of several times of something slow, in seconds."""
+    """The shortest time of several runs of a slow function, seconds."""
     times: list[float] = []
     while not times or (sum(times) < PATIENCE and len(times) < 5):
         start = time.perf_counter()
@@ -65,7 +66,7 @@ def shortest(run: Callable[[], Any]) -> float:
 
 
 def numpy_reference(arguments: Arguments) -> dict[str, float]:
-    """Times of the same rod's reference."""
+    """Times of the reference for the same rod."""
     rod = reference.Rod([reference.Segment(**segment) for segment in arguments])
     q, qd, qdd = (np.array(values) for values in state(rod.n))
     return {
@@ -172,7 +173,7 @@ def measure_rubber_rod(quick: bool) -> Data:
 
 
 def without_path(run: Data) -> Data:
-    """A run without the path of its tip; null is the error of one that failed."""
+    """A run without the path of its tip; a failed run has null as its error."""
     kept = {key: value for key, value in run.items() if key != "tips"}
     return kept | {"error": run["error"] if np.isfinite(run["error"]) else None}
 
@@ -187,7 +188,7 @@ PARTS: dict[str, Callable[[bool], Data]] = {
 
 
 def write(parts: dict[str, Data], measured: list[str], folder: Path) -> None:
-    """The data, the sections that belong to it, the plots."""
+    """Writes the data, the corresponding sections and the plots."""
     page = folder / "benchmarks.md"
     text = page.read_text(encoding="utf-8")
     for name in measured:
@@ -225,10 +226,10 @@ def main() -> None:
         }
         try:
             parts[name] = described | PARTS[name](options.quick)
-            # Each part as soon as it is there.
+            # Written after every part.
             write(parts, [name], options.output)
         except Exception:
-            # The other parts are worth having.
+            # A failed part does not prevent the others.
             traceback.print_exc()
             failed.append(name)
     seconds = time.perf_counter() - start

@@ -14,20 +14,20 @@ from ..actuators import Motor
 from ..links import Link, Prismatic, Revolute
 from .task import Array, Outcome, Start, States, Task
 
-#: The largest force on the cart, newtons.
+#: Maximum force on the cart, newtons.
 FORCE = 20.0
-#: How far the cart may go to either side, metres.
+#: Half the length of the track, metres.
 TRACK = 1.5
-#: How far the pole may lean, radians.
+#: Maximum inclination of the pole, radians.
 LEAN = 0.8
-#: Reward that the end of the track costs in a step, and that the largest force does.
+#: Cost per step at the end of the track, and at the maximum force.
 AWAY, EFFORT = 0.1, 0.01
 
 
 def cart_pole(
     young_modulus: float = 2e7, density: float = 1100.0, cart_mass: float = 1.0, length: float = 0.5
 ) -> Robot:
-    """A cart on a rail along x with a hinge across it, from which a flexible pole stands up.
+    """A cart on a rail along x with a hinge perpendicular to it, which carries a flexible pole.
 
     Parameters
     ----------
@@ -76,7 +76,7 @@ class Balance(Task):
         }
 
     def start(self, robot: Robot, random: np.random.Generator) -> Start:
-        """Somewhere near the middle, the pole straight and leaning a little; there is no goal."""
+        """Near the middle of the track, with a straight and slightly inclined pole; there is no goal."""
         q, v = np.zeros((2, robot.n))
         q[:2] = random.uniform(-0.1, 0.1, 2)
         v[:2] = random.uniform(-0.1, 0.1, 2)
@@ -88,7 +88,7 @@ class Balance(Task):
         return force
 
     def outcome(self, states: States) -> Outcome:
-        """Nothing is told beside the observations."""
+        """No information beside the observations."""
         away = states.q[:, 0] / TRACK
         effort = EFFORT * (states.actions * states.actions).sum(axis=-1)
         return Outcome(np.concatenate([states.q, states.v], axis=-1), 1.0 - AWAY * (away * away) - effort, {})

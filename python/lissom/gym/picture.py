@@ -1,4 +1,4 @@
-"""Pictures of a robot: its rods as lines, its rigid links as dots, and where it is to go."""
+"""Pictures of a robot: rods as lines, rigid links and the goal as dots."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 from .._lissom import Robot
 from .task import Array, Task
 
-#: Inches, and dots per inch: 400 dots wide and high.
+#: Size in inches and resolution: 400 pixels wide and high.
 SIZE, DOTS_PER_INCH = 4.0, 100
-#: Of the drawn line, along each rod.
+#: Number of points drawn per rod.
 POINTS = 33
 
 
@@ -26,12 +26,12 @@ def picture(task: Task, robot: Robot, q: Array, goal: Array | None, t: float) ->
     goal : ndarray, optional
         A point in the world if it has three numbers; otherwise it is not drawn.
     t : float
-        The time, seconds.
+        Time, seconds.
 
     Raises
     ------
     ImportError
-        Without matplotlib, which is the extra `plot`.
+        If matplotlib is missing (extra `plot`).
     """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure

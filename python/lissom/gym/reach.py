@@ -15,26 +15,26 @@ from .._lissom import ConvergenceError, Input, Robot, Rod, Segment, statics
 from ..actuators import Along, Tendon
 from .task import Array, Outcome, Start, States, Task
 
-#: Metres.
+#: Length of the arm, metres.
 LENGTH = 0.25
-#: Of the tendons from the axis, metres.
+#: Distance of the tendons from the axis, metres.
 OFFSET = 0.007
-#: Tendons of each section.
+#: Number of tendons per section.
 TENDONS = 3
-#: The largest tension, newtons.
+#: Maximum tension, newtons.
 TENSION = 6.0
 #: Distance over which the reward falls to 1/e, metres.
 NEAR = 0.05
 #: Distance at which the target counts as reached, metres.
 REACHED = 0.01
-#: Reward that all tendons at their largest tension cost in a step.
+#: Cost per step with all tendons at maximum tension.
 EFFORT = 0.02
-#: Equilibria that are tried for a target.
+#: Maximum number of equilibria computed for a target.
 TRIES = 20
 
 
 def arm(young_modulus: float = 6e5, density: float = 1070.0, retardation_time: float = 0.05) -> Rod:
-    """Return the arm, optionally of another material.
+    """Return the arm, optionally with another material.
 
     Parameters
     ----------
@@ -66,7 +66,7 @@ def arm(young_modulus: float = 6e5, density: float = 1070.0, retardation_time: f
 
 
 def _tendons() -> list[tuple[str, tuple[float, float], float]]:
-    """Name, offset and end of each one; those of a section are even around it."""
+    """Name, offset and end of each tendon; the tendons of a section are evenly spaced around it."""
     found = []
     for section, end, turned in (("upper", LENGTH / 2, 0.0), ("lower", LENGTH, np.pi / TENDONS)):
         for k in range(TENDONS):
@@ -100,7 +100,7 @@ class Reach(Task):
         )
 
     def start(self, robot: Robot, random: np.random.Generator) -> Start:
-        """At rest, hanging down; the goal is the place of the target.
+        """At rest, hanging down; the goal is the position of the target.
 
         Raises
         ------
@@ -120,7 +120,8 @@ class Reach(Task):
         return tensions
 
     def outcome(self, states: States) -> Outcome:
-        """The distance of the tip from the target is among the infos, and whether it counts as reached."""
+        """The infos contain the distance of the tip from the target, and whether the target counts as
+        reached."""
         tips = states.ask(lambda robot, q, v: robot.pose(q)[:, :3, 3])
         ways = states.goals - tips
         distance = np.sqrt((ways * ways).sum(axis=-1))

@@ -60,7 +60,7 @@ class RobotEnv(gymnasium.Env[Array, NDArray[np.float32]]):
     ((8,), False)
     """
 
-    # Gymnasium looks at the class before there is a task, and declares it as an attribute of instances.
+    # Gymnasium reads the attribute of the class, before there is a task, and declares it for instances.
     metadata: dict[str, Any] = {"render_modes": RENDER_MODES}  # noqa: RUF012
 
     def __init__(
@@ -147,5 +147,5 @@ class RobotEnv(gymnasium.Env[Array, NDArray[np.float32]]):
 
 
 def _numbers(infos: Any) -> dict[str, Any]:
-    """Those of the only row."""
+    """Values of the only row."""
     return {name: values[0].item() for name, values in infos.items()}

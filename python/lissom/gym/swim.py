@@ -15,17 +15,18 @@ from ..actuators import ActiveStrain
 from ..links import Link, Planar
 from .task import Array, Outcome, Start, States, Task
 
-#: Metres.
+#: Length of the body, metres.
 LENGTH = 0.4
 #: Radii of head and tail, metres.
 RADII = (0.012, 0.005)
-#: Of the body and of the water, kilograms per cubic metre: it floats.
+#: Density of the body and of the water, kilograms per cubic metre: the body is neutrally buoyant.
 DENSITY = 1000.0
-#: Along the body; each one acts most in its middle, and not beyond those of its neighbours.
+#: Number of muscles along the body; the activation of each one is largest in its middle and zero at its
+#: neighbours' middles.
 MUSCLES = 4
-#: The largest curvature that a muscle asks for, radians per metre.
+#: Maximum curvature of a muscle, radians per metre.
 CURVATURE = 8.0
-#: Reward that all muscles at their largest curvature cost in a step.
+#: Cost per step with all muscles at maximum curvature.
 EFFORT = 0.05
 
 
@@ -43,7 +44,7 @@ def eel(
     retardation_time : float
         Retardation time of the material, seconds.
     drag_coefficients : (float, float)
-        Drag coefficients across the body and along it.
+        Drag coefficients perpendicular to the body and along it.
     """
     body = Segment(
         LENGTH,
@@ -57,7 +58,7 @@ def eel(
     stations = np.linspace(0.0, LENGTH, MUSCLES + 2)
     hats = np.eye(MUSCLES + 2)[1:-1]
     return Robot(
-        # The rod begins at the head and trails behind.
+        # The rod begins at the head and extends backward.
         [Link("eel", rod=[body], joint=Planar((0, 0, 1)), orientation=(0, 0, 0, 1))],
         gravity=(0, 0, 0),
         fluid=Fluid(DENSITY, drag_coefficients=drag_coefficients),
@@ -69,8 +70,8 @@ def eel(
 
 
 def velocity(robot: Robot, q: Array, v: Array) -> Array:
-    """That of the centre of mass in the plane, shape (k, 2), metres per second."""
-    # A body that is displaced at unit speed has its mass as momentum.
+    """Velocity of the centre of mass in the plane, shape (k, 2), metres per second."""
+    # The momentum of a body translated at unit speed equals its mass.
     unit = np.zeros_like(v)
     unit[:, 0] = 1.0
     mass = np.abs(robot.momentum(q, unit)[:, 3:4])
@@ -104,7 +105,7 @@ class Swim(Task):
         )
 
     def start(self, robot: Robot, random: np.random.Generator) -> Start:
-        """At rest, straight, a little off its way; there is no goal."""
+        """At rest and straight, with a small deviation of the heading; there is no goal."""
         q = np.zeros(robot.n)
         q[2] = random.uniform(-0.2, 0.2)
         return Start(q, np.zeros(robot.n), np.empty(0))
@@ -115,9 +116,9 @@ class Swim(Task):
         return curvatures
 
     def outcome(self, states: States) -> Outcome:
-        """The speed along x is among the infos, metres per second."""
+        """The infos contain the speed along x in metres per second."""
         ahead, aside = states.ask(velocity).T
-        # Sines of strided arrays may come from another loop than those of a single number.
+        # NumPy may use another loop for sines of strided arrays than for a single number.
         angle = np.ascontiguousarray(states.q[:, 2])
         sine, cosine = np.sin(angle), np.cos(angle)
         along = cosine * ahead + sine * aside

@@ -20,10 +20,10 @@ from .._lissom import Robot, finite_array
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
-#: A robot for a row, from the random numbers of that row.
+#: Draws a robot for a row with the random number generator of this row.
 Randomise = Callable[[np.random.Generator], Robot]
 
-#: The word for a state that leaves the space of observations.
+#: Status of a state that leaves the observation space.
 OUT_OF_BOUNDS = "out_of_bounds"
 
 
@@ -40,7 +40,7 @@ class Start:
 class States:
     """Rows of states: one robot for all or one each, q, v (k, n), goals (k, m), actions (k, inputs).
 
-    And the times t (k,), seconds.
+    The times t have shape (k,), seconds.
     """
 
     robots: Sequence[Robot]
@@ -51,14 +51,14 @@ class States:
     t: Array
 
     def ask(self, question: Callable[..., Array], *more: Array) -> Array:
-        """What a robot says of rows ``q``, ``v`` and more: all rows in one call where they have one robot.
+        """Evaluate a method of the robot for all rows: in one call if they share one robot.
 
         Parameters
         ----------
         question : callable
             ``question(robot, q, v, *more)``, with rows of these.
         more : ndarray, shape (k, ...)
-            What else it takes, such as ``t`` where a base or loads vary in time.
+            Further arguments, such as ``t`` if a base or loads vary in time.
         """
         if len(self.robots) == 1:
             return question(self.robots[0], self.q, self.v, *more)
@@ -79,16 +79,16 @@ class Outcome:
 
 @dataclass(frozen=True)
 class Verdict:
-    """An `Outcome` within the bounds of its space, and the rows whose episodes end with it, and why."""
+    """An `Outcome` clipped to the observation space, and the rows whose episodes end, with the reasons."""
 
     outcome: Outcome
     terminated: Flags
-    #: For each row that is terminated its status and a message.
+    #: Status and message for each terminated row.
     reasons: Mapping[int, tuple[str, str]]
 
 
 class Method(TypedDict):
-    """How motions are computed."""
+    """Options of the time integration."""
 
     dt: float
     rtol: float
@@ -152,27 +152,27 @@ class Task(ABC):
 
     @property
     def observation_space(self) -> Box:
-        """The channels within their bounds."""
+        """The channels with their bounds."""
         bounds = self.bounds
         return Box(-bounds, bounds, dtype=np.float64)
 
     @property
     def bounds(self) -> Array:
-        """The magnitudes of the channels, in their order."""
+        """The bounds of the channels, in order."""
         return np.array(list(self.channels.values()), dtype=float)
 
     @property
     def method(self) -> Method:
-        """How motions are computed: arguments of `Simulation` and `Simulations`."""
+        """Options of the time integration: arguments of `Simulation` and `Simulations`."""
         return Method(dt=self.dt, rtol=self.rtol, atol=self.atol)
 
     def checked(self, actions: Any, shape: tuple[int, ...]) -> Array:
-        """Actions as an array of a shape, limited to what actuators can do.
+        """Check the shape of actions and clip them to [-1, 1].
 
         Raises
         ------
         ValueError, TypeError
-            If they have another shape, or are no finite numbers.
+            If they have another shape or are not finite.
         """
         array = finite_array(actions, "action")
         if array.shape != shape:
@@ -180,12 +180,12 @@ class Task(ABC):
         return np.clip(array, -1.0, 1.0)
 
     def variant(self, randomise: Randomise, random: np.random.Generator) -> Robot:
-        """A robot of a function of the user, checked to be one for this task.
+        """A robot from a function of the user, checked for this task.
 
         Raises
         ------
         ValueError, TypeError
-            If it is none, or has other coordinates or inputs.
+            If it is not a `Robot`, or has other coordinates or inputs.
         """
         robot = randomise(random)
         if not isinstance(robot, Robot):
@@ -197,12 +197,12 @@ class Task(ABC):
         return robot
 
     def seen(self, states: States) -> Outcome:
-        """The `outcome` of states, checked to have the rows and channels that it should.
+        """The `outcome` of states, with the numbers of rows and channels checked.
 
         Raises
         ------
         ValueError
-            If it has not.
+            If they are wrong.
         """
         outcome = self.outcome(states)
         count = len(states.q)
@@ -216,20 +216,20 @@ class Task(ABC):
         return outcome
 
     def judge(self, states: States, success: Flags, why: Callable[[int], tuple[str, str]]) -> Verdict:
-        """What the agent gets after a step.
+        """Result of a step for the agent.
 
         Parameters
         ----------
         states : States
-            After the step; of a step that failed, those where it stopped.
+            States after the step; after a failed step those where it stopped.
         success : ndarray of bool, shape (k,)
-            Which steps were made.
+            Which steps succeeded.
         why : callable
-            Status and message of a step that was not.
+            Returns the status and the message of a failed step.
         """
         outcome = self.seen(states)
         bounds = self.bounds
-        # Not what is outside but what is not inside: that finds NaN, too.
+        # Formulated such that NaN is outside.
         is_inside = np.abs(outcome.observations) <= bounds
         goes_on = success & is_inside.all(axis=-1)
         if goes_on.all():
@@ -250,17 +250,17 @@ class Task(ABC):
         return Verdict(limited, ~goes_on, reasons)
 
 
-#: The modes of `render`.
+#: Values of `render_mode`.
 RENDER_MODES = ["rgb_array"]
 
 
 def checked_render_mode(mode: str | None) -> str | None:
-    """A mode of `render`, or none.
+    """Check a render mode.
 
     Raises
     ------
     ValueError
-        If it is something else.
+        If it is invalid.
     """
     if mode is not None and mode not in RENDER_MODES:
         raise ValueError(f"render_mode: expected None or 'rgb_array', got {mode!r:.60}")
@@ -268,17 +268,17 @@ def checked_render_mode(mode: str | None) -> str | None:
 
 
 def films(task: Task) -> dict[str, Any]:
-    """What environments say of their pictures: one a control step is a film in real time."""
+    """Metadata for pictures: one per control step gives a film in real time."""
     return {"render_modes": RENDER_MODES, "render_fps": max(1, round(1 / task.control_step))}
 
 
 def checked_seed(seed: int | None) -> int | None:
-    """A seed of random numbers as Gymnasium takes it.
+    """Check a seed of Gymnasium.
 
     Raises
     ------
     ValueError, TypeError
-        If it is no whole number, or a negative one.
+        If it is not a whole number, or negative.
     """
     if seed is None:
         return None

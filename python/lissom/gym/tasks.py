@@ -1,4 +1,4 @@
-"""The tasks of `lissom.gym` by their names."""
+"""The tasks of `lissom.gym` by name."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ TASKS: dict[str, type[Task]] = {"reach": Reach, "balance": Balance, "swim": Swim
 
 
 def task_of(task: Task | str) -> Task:
-    """A task, or a new one by its name.
+    """Return the task, or create the one with this name.
 
     Raises
     ------
     ValueError, TypeError
-        If there is none of that name, or it is something else.
+        If the name is unknown, or the argument is something else.
     """
     if isinstance(task, Task):
         return task

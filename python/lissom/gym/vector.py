@@ -126,19 +126,18 @@ class RobotVectorEnv(VectorEnv[Array, NDArray[np.float32], NDArray[Any]]):
     ) -> tuple[Array, Infos]:
         """Start episodes.
 
-            Parameters
-            ----------
-            seed : int or sequence of int, optional
-                        Row i has the seed ``seed + i`` or ``seed[i]``. Rows without a seed keep their random
-                        number generators.
+        Parameters
+        ----------
+        seed : int or sequence of int, optional
+            Row i has the seed ``seed + i`` or ``seed[i]``. Rows without a seed keep their random number
+            generators.
         options : dict, optional
             "reset_mask": rows in which an episode starts, bool, shape (num_envs,); by default all.
 
-            Raises
-            ------
-            ValueError, TypeError
-                        If a seed or the mask is invalid, or the number of seeds differs from the number of
-                        rows.
+        Raises
+        ------
+        ValueError, TypeError
+            If a seed or the mask is invalid, or the number of seeds differs from the number of rows.
         ConvergenceError
             If the task finds no initial state.
         """
@@ -164,10 +163,10 @@ class RobotVectorEnv(VectorEnv[Array, NDArray[np.float32], NDArray[Any]]):
     ) -> tuple[Array, NDArray[Any], NDArray[Any], NDArray[Any], dict[str, Any]]:
         """Apply an action in each row for one control step. Actions are clipped to [-1, 1].
 
-            Raises
-            ------
-            ValueError, TypeError
-                        If the actions have the wrong shape or are not finite.
+        Raises
+        ------
+        ValueError, TypeError
+            If the actions have the wrong shape or are not finite.
         gymnasium.error.ResetNeeded
             Before the first reset, or if an episode has ended and autoreset is disabled.
         """

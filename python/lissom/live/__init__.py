@@ -20,7 +20,7 @@ from .motion import ADAPTIVE
 if TYPE_CHECKING:
     from .server import LiveView
 
-#: Where the page is, unless it is told otherwise.
+#: Default port of the page.
 PORT = 8080
 
 
@@ -33,7 +33,7 @@ def open_view(
     ranges: Mapping[str, Sequence[float]] | None = None,
     title: str = "lissom",
 ) -> LiveView:
-    """Create the page of a simulation, not playing yet; raises as `Simulation.view` does."""
+    """Create the page of a simulation, initially not running; raises as `Simulation.view` does."""
     if missing("viser"):
         raise ImportError("live views need viser: pip install 'lissom[view]'")
     port = _whole("port", port)
@@ -59,7 +59,7 @@ def _whole(name: str, value: Any) -> int:
 
 
 def of_scene(scene: Scene, *, port: int = PORT, speed: float = 1.0, paused: bool = False) -> LiveView:
-    """Create the page of a scene, not playing yet; raises as `Simulation.view` does."""
+    """Create the page of a scene, initially not running; raises as `Simulation.view` does."""
     return open_view(simulation_of(scene), port=port, speed=speed, paused=paused, title=scene.name)
 
 
@@ -68,7 +68,7 @@ def simulation_of(scene: Scene) -> Simulation:
     settings = scene.simulation
     start: dict[str, Any] = {"t0": settings.t0, "q0": scene.q0, "v0": scene.v0, "dt": settings.dt}
     if settings.method == "auto":
-        # The method for the accuracy that is wanted is chosen for a run of known length.
+        # The method "auto" requires a run of known length.
         return Simulation(scene.model, method="radau", rtol=settings.rtol, atol=settings.atol, **start)
     if settings.method in ADAPTIVE:
         start |= {"rtol": settings.rtol, "atol": settings.atol}

@@ -17,13 +17,13 @@ from .shape import SHADE, Stage
 
 Array = NDArray[np.float64]
 
-#: Vertical angle of the camera, radians, and its distance relative to the one at which all is just seen.
+#: Vertical field of view in radians, and camera distance relative to the smallest one that shows everything.
 FIELD, DISTANCE = 0.7, 1.1
 
 #: Width of lines, pixels.
 LINE = 2.0
 
-#: Planes of the ground by the axis across it.
+#: Ground planes by the axis perpendicular to them.
 PLANES = ("yz", "xz", "xy")
 
 
@@ -32,7 +32,7 @@ class Canvas:
 
     def __init__(self, server: viser.ViserServer, stage: Stage) -> None:
         self._scene = server.scene
-        #: Nodes by name, and what they show.
+        #: Nodes by name, and the objects that they show.
         self._nodes: dict[str, Any] = {}
         self._shown: dict[str, list[Array]] = {}
         self._colours: dict[str, str] = {}
@@ -66,7 +66,7 @@ class Canvas:
             position=on_ground,
         )
         self.draw(stage.around)
-        # What stands around stays.
+        # Static objects remain.
         self._nodes.clear()
 
     def draw(self, things: Sequence[Thing]) -> None:
@@ -150,7 +150,8 @@ class Canvas:
         if not (np.isfinite(centre).all() and np.isfinite(turn).all()):
             return set()
         unit, triangles = meshes.BOX if thing.form == "box" else meshes.BALL
-        # Not a node that moves: viser shows these earlier than skins that change, and bodies would run ahead.
+        # Not a moving node: viser shows those earlier than changed meshes, and bodies would run ahead of
+        # rods.
         vertices = (unit * np.asarray(thing.size)) @ turn.T + centre
         self._mesh(name, vertices, triangles, LEGEND[thing.layer], None)
         return {name}
@@ -189,7 +190,7 @@ class Canvas:
             return set()
         points = np.stack([tails, tails + vectors], axis=1)[is_there]
         if self._is_new(name, points):
-            # No head is longer than its part of the shortest arrow.
+            # No head exceeds its fraction of the shortest arrow.
             head = min(thing.head, thing.most * float(lengths[is_there].min()))
             self._nodes[name] = self._scene.add_arrows(
                 name,
@@ -214,6 +215,6 @@ def _turns(quaternions: Array) -> Array:
 
 
 def _rgb(colour: str) -> tuple[int, int, int]:
-    """Red, green, blue of a colour in hexadecimal."""
+    """Red, green and blue of a hexadecimal colour."""
     red, green, blue = (int(colour[i : i + 2], 16) for i in (1, 3, 5))
     return red, green, blue

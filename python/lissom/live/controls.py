@@ -1,4 +1,5 @@
-"""Controls of the page: buttons, sliders and the handle at a tip. The main loop executes their actions."""
+"""Controls of the page: buttons, sliders and the handle at a tip. Their actions are executed by the main
+loop."""
 
 from __future__ import annotations
 
@@ -17,13 +18,13 @@ from .sliders import Slider
 
 Array = NDArray[np.float64]
 
-#: Speeds that the page offers, beside the one that it begins with.
+#: Speeds offered by the page, in addition to the initial one.
 SPEEDS = (0.05, 0.1, 0.25, 0.5, 1.0, 2.0, 4.0)
 
-#: Strengths of the spring of a pull, relative to the one that suits the model.
+#: Range of the strength of a pull's spring, relative to the default for the model.
 WEAKEST, STRONGEST = 0.1, 1.5
 
-#: Rods are coloured by it unless somebody picks something else.
+#: Default colouring of rods.
 ALONG = "position along the rod"
 
 #: Length of the axes of the handle, relative to the model's size.
@@ -33,7 +34,7 @@ HANDLE = 0.12
 class Controls:
     """The controls of a page.
 
-    Their callbacks run in threads of the server: they only leave word for the loop.
+    Their callbacks run in threads of the server and only queue actions for the main loop.
     """
 
     def __init__(
@@ -43,9 +44,9 @@ class Controls:
         self._playback = playback
         self._motion = playback.motion
         self._todo: SimpleQueue[Callable[[], None]] = SimpleQueue()
-        #: The tip at which the handle is, and whether somebody holds it.
+        #: Index of the tip with the handle, and whether the user holds it.
         self._tip, self._is_held = 0, False
-        #: Whether the ways of the tips are drawn.
+        #: Whether the paths of the tips are drawn.
         self.is_traced = False
         self._shape = shape
         self._of_motion()
@@ -57,7 +58,7 @@ class Controls:
         self._handle = self._of_pull(shape.stage.size) if self._motion.tips else None
 
     def _folder(self, name: str, entries: Sequence[Any]) -> Sequence[Any]:
-        """Entries below a heading, if there are any."""
+        """Group controls below a heading, if there are any."""
         if entries:
             self._server.gui.add_markdown(f"**{name}**")
         return entries
@@ -97,7 +98,7 @@ class Controls:
         speed.on_update(self._later(set_speed))
 
     def _of_picture(self) -> Any:
-        """Controls for the colours of rods and the traces of tips, with the text about the colours."""
+        """Controls for the colours of rods and the traces of tips, with the caption of the colours."""
         gui, shape = self._server.gui, self._shape
         if shape.view.frames or shape.view.sketch is not None:
             trace = gui.add_checkbox("Trace", False, hint="Draw the way that the tips have taken")
@@ -120,7 +121,7 @@ class Controls:
         self._playback.is_paused = not self._playback.is_paused
 
     def _look(self, client: viser.ClientHandle | None) -> None:
-        """Centre the model in a page."""
+        """Centre the model in the view of a page."""
         places = [
             np.asarray(link.pose(self._motion.q, link.stations, self._motion.t))
             for link in self._motion.view.links
@@ -140,7 +141,7 @@ class Controls:
 
     def _of_input(self, each: Slider) -> Any:
         slider = self._server.gui.add_slider(each.name, each.low, each.high, each.step, each.start)
-        # Between the steps of a slider, where it begins is exact.
+        # Initial values between the steps of a slider remain exact.
         slider.on_update(self._later(lambda: self._motion.set(each.name, float(slider.value))))
         return slider
 
@@ -201,13 +202,13 @@ class Controls:
         place = self._motion.place(self._tip)
         if self._motion.pulled is not None:
             return np.stack([place, self._motion.pulled[1]])
-        # While it is held, the hand says where it is.
+        # While the user holds it, the handle's position is the target.
         if not self._is_held and not np.array_equal(np.asarray(self._handle.position), place):
             self._handle.position = place
         return None
 
     def tell(self) -> None:
-        """Show time, energy, speed, and the reason of a failure."""
+        """Update time, energy, speed, and the reason of a failure."""
         playback, motion = self._playback, self._motion
         label = "Run" if playback.is_paused else "Pause"
         if self._run.label != label:
@@ -231,7 +232,7 @@ class Controls:
 
 
 def readout(playback: Playback) -> str:
-    """Time, energy and speed, as Markdown."""
+    """Time, energy and speed in Markdown."""
     motion = playback.motion
     rows = [("time", f"{motion.t:.3f} s")]
     try:

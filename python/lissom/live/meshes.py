@@ -13,16 +13,16 @@ from ..report.layers import Strand, Tube
 Array = NDArray[np.float64]
 Triangles = NDArray[np.uint32]
 
-#: Corners of a section: six for each side of a rectangle, whose edges are sharp.
+#: Number of corners of a section: six per side of a rectangle, whose edges are sharp.
 CORNERS = 24
 STRAND_CORNERS = 10
 
-#: Parts of a rod, each of one colour.
+#: Number of parts of a rod with different colours.
 BANDS = 10
 
 
 def _outline(is_square: bool) -> Array:
-    """Corners (corners, 2) of a section with half extents of one."""
+    """Corners (corners, 2) of a section with unit half extents."""
     if not is_square:
         angle = 2.0 * np.pi * (np.arange(CORNERS) + 0.5) / CORNERS - 0.25 * np.pi
         return np.stack([np.cos(angle), np.sin(angle)], axis=-1)
@@ -36,7 +36,7 @@ OUTLINES = (_outline(False), _outline(True))
 
 
 def _wall(rings: int, corners: int, first: int = 0, is_inner: bool = False) -> Triangles:
-    """Triangles between rings of corners, one after the other."""
+    """Triangles between successive rings of corners."""
     ring, corner = np.meshgrid(np.arange(rings - 1), np.arange(corners), indexing="ij")
     a = first + ring * corners + corner
     b = first + ring * corners + (corner + 1) % corners
@@ -46,7 +46,7 @@ def _wall(rings: int, corners: int, first: int = 0, is_inner: bool = False) -> T
 
 
 def _ball(around: int = 24, along: int = 12) -> tuple[Array, Triangles]:
-    """A ball of radius one: circles of latitude from pole to pole."""
+    """A unit ball: circles of latitude from pole to pole."""
     polar = np.linspace(0.0, np.pi, along + 1)[:, None]
     angle = 2.0 * np.pi * np.arange(around) / around
     x = np.broadcast_to(-np.cos(polar), (along + 1, around))
@@ -55,7 +55,7 @@ def _ball(around: int = 24, along: int = 12) -> tuple[Array, Triangles]:
 
 
 def _box() -> tuple[Array, Triangles]:
-    """A cube with sides of two, and sharp edges."""
+    """A cube with sides of length two and sharp edges."""
     vertices: list[Array] = []
     triangles: list[Triangles] = []
     for i in range(3):
@@ -86,9 +86,9 @@ class TubeSkin:
     def __init__(self, tube: Tube) -> None:
         stations = len(tube.stations)
         ends = np.unique(np.linspace(0, stations - 1, min(BANDS, stations - 1) + 1).round().astype(int))
-        #: Stations of each band, both included.
+        #: First and last station of each band.
         self.bands = list(zip(ends[:-1].tolist(), ends[1:].tolist(), strict=True))
-        #: Places of the middles of the bands along the rod, from 0 to 1.
+        #: Positions of the middles of the bands along the rod, from 0 to 1.
         self.middles = 0.5 * (ends[:-1] + ends[1:]) / (stations - 1)
         outline = np.stack([OUTLINES[bool(is_square)] for is_square in tube.square])
         self._outer = outline * tube.half[:, None]
@@ -97,7 +97,7 @@ class TubeSkin:
         self.triangles = [self._triangles(a, b) for a, b in self.bands]
 
     def means(self, values: Array) -> Array:
-        """Means over each band of values (stations,)."""
+        """Mean of values (stations,) over each band."""
         return np.array([values[a : b + 1].mean() for a, b in self.bands])
 
     def _triangles(self, a: int, b: int) -> Triangles:
@@ -110,7 +110,7 @@ class TubeSkin:
             first += 2 * CORNERS
         if self._is_hollow:
             parts.append(_wall(rings, CORNERS, first, True))
-        # Bodies of rods are along x, their outlines run from y to z.
+        # Rods are along body x, with outlines from y to z.
         return np.concatenate(parts)
 
     def _ends(self, a: int, b: int) -> list[int]:
@@ -118,7 +118,7 @@ class TubeSkin:
         return [side for side, is_there in ((-1, a == 0), (1, b == last)) if is_there]
 
     def vertices(self, centres: Array, turns: Array) -> list[Array]:
-        """Vertices (v, 3) of each band: of centres (stations, 3) and axes (stations, 3, 3)."""
+        """Vertices (v, 3) of each band, from centres (stations, 3) and axes (stations, 3, 3)."""
         outer = _placed(self._outer, centres, turns)
         inner = _placed(self._inner, centres, turns)
         found = []
@@ -140,7 +140,7 @@ def _placed(outline: Array, centres: Array, turns: Array) -> Array:
 
 
 def strand(thing: Strand) -> tuple[Array, Triangles]:
-    """Vertices and triangles of the first shape of a strand; none where it is broken everywhere."""
+    """Vertices and triangles of a strand's first shape; empty if it has breaks everywhere."""
     radius = float(thing.radius[0])
     vertices, triangles = [np.zeros((0, 3))], [np.zeros((0, 3), np.uint32)]
     count = 0
@@ -162,7 +162,7 @@ def _runs(points: Array) -> Iterator[Array]:
 
 
 def _rings(points: Array, radius: float) -> Array:
-    """Rings (rings, corners, 3) around a line, whose corners turn as little as they can; closed ends."""
+    """Closed rings (rings, corners, 3) around a line, with minimal rotation of the corners."""
     along = arrows.unit(np.diff(points, axis=0, prepend=points[:1], append=points[-1:]))
     along = arrows.unit(along[:-1] + along[1:])
     first = np.empty_like(points)

@@ -16,17 +16,17 @@ from .spring import Spring, spring
 
 Array = NDArray[np.float64]
 
-#: Seconds for which inputs are held at most, and for which the force of a pull is: it follows the tip from
-#: one such time to the next. Fixed steps that are longer hold them for a step.
+#: Maximum time in seconds for which inputs are constant, and for which the force of a pull is: the force is
+#: updated with the tip's position after this time. A longer fixed step keeps them constant for one step.
 HELD, HELD_WHILE_PULLED = 1 / 60, 1 / 500
 
-#: Seconds in which the spring of a pull comes nearer to where it is held, by a factor e: hands jump.
+#: Time constant in seconds with which the end of the pull's spring follows the hand, because hands jump.
 FOLLOWING = 0.08
 
-#: Methods that choose their steps.
+#: Methods with adaptive steps.
 ADAPTIVE = ("rk45", "dop853", "radau")
 
-#: Statuses of steps that are kept, though the motion cannot go on from there.
+#: Statuses of failed steps whose state is kept, although the motion cannot continue.
 KEPT = ("unresolved", "inverted", "collapsed")
 
 
@@ -37,7 +37,7 @@ class Motion:
         self.model = simulation.model
         self.view = view(self.model)
         self._start: dict[str, Any] = {"q0": simulation.q, "v0": simulation.v, "t0": simulation.t}
-        # What a pickle keeps: model, options, start and memory.
+        # The data of a pickle: model, options, start and memory.
         kept: Any = simulation.__reduce__()
         options: dict[str, Any] = kept[1][1]
         #: Frames that can be pulled.
@@ -59,19 +59,19 @@ class Motion:
         self._u[self._own] = simulation.u
         adapts = options.get("adaptive", False) or options["method"] in ADAPTIVE
         self._dt = None if adapts else float(options["dt"])
-        #: The number of the tip that is pulled, and where the spring ends; None while nobody pulls.
+        #: Index of the pulled tip, and position of the spring's end; None without a pull.
         self.pulled: tuple[int, Array] | None = None
-        #: Where it is held.
+        #: Target position of the spring's end.
         self._target = np.zeros(3)
         self._spring = Spring(0.0, 0.0)
-        #: How strong the spring of a pull is, relative to the one that suits the model.
+        #: Strength of the pull's spring, relative to the default for the model.
         self.strength = 1.0
         self._trouble = ""
-        #: Why the last pull was let go, if that was not the hand's will.
+        #: Reason why the last pull was released, unless the user released it.
         self.let_go = ""
 
     def _free_name(self, name: str) -> str:
-        """A name that no input of the model has."""
+        """A name that differs from all inputs of the model."""
         own = {known.rpartition(".")[0] or known for known in self.model.inputs} | set(self.model.inputs)
         while name in own:
             name += "'"
@@ -79,7 +79,7 @@ class Motion:
 
     @property
     def t(self) -> float:
-        """Seconds."""
+        """Time, seconds."""
         return self._simulation.t
 
     @property
@@ -99,7 +99,7 @@ class Motion:
 
     @property
     def energy(self) -> Energy:
-        """Energies of the model, without the pull."""
+        """Energies of the model, without those of the pull."""
         return self.model.energy(self.q, self.v, t=self.t, u=self.u)
 
     @property
@@ -115,7 +115,7 @@ class Motion:
 
     @property
     def step_size(self) -> float:
-        """Duration of a single step, seconds: that of the method if it is fixed."""
+        """Duration of a single step in seconds: that of the method if it is fixed."""
         return self._dt or HELD
 
     @property
@@ -132,17 +132,18 @@ class Motion:
         return np.asarray(self.strength * pull)
 
     def place(self, number: int) -> Array:
-        """Where a tip is (3,), metres."""
+        """Position of a tip (3,), metres."""
         return np.asarray(self.tips[number].pose(self.q, self.t))[:3, 3]
 
     def set(self, name: str, value: float) -> None:
-        """Hold an input at a value from now on."""
+        """Set an input to a constant value."""
         self._u[self._own[self.model.inputs.index(name)]] = value
 
     def pull(self, number: int, target: Array) -> None:
-        """Pull a tip by a spring to a place (3,), metres.
+        """Pull a tip with a spring towards a position (3,), metres.
 
-        The spring suits the shape in which the pull begins. One that the method cannot follow is let go.
+        The spring is chosen for the shape at the start of the pull. The pull is released if the method cannot
+        follow it.
         """
         self._target = np.array(target, float)
         if self.pulled is None or self.pulled[0] != number:
@@ -155,7 +156,7 @@ class Motion:
         self.pulled = None
 
     def advance(self, duration: float | None = None) -> bool:
-        """Advance by a duration, by default `chunk`; False where the motion could not."""
+        """Advance by a duration, by default `chunk`; False if the motion failed."""
         duration = duration or self.chunk
         self._trouble = self._step(duration)
         if self._trouble and self.pulled is not None and self._simulation.status not in KEPT:
@@ -165,7 +166,7 @@ class Motion:
         return not self._trouble
 
     def _step(self, duration: float) -> str:
-        """Make a step; why it failed, or nothing."""
+        """Make a step; return the reason of a failure, or an empty text."""
         for places in self._pulls:
             self._u[places] = 0.0
         try:
@@ -176,13 +177,13 @@ class Motion:
                 self._u[self._pulls[number]] = self.force
             self._simulation.step(self._u, duration)
         except Exception as error:
-            # States beyond all numbers, and whatever functions of time raise that the model calls.
+            # Overflow of the state, or an exception of a function of time in the model.
             known = isinstance(error, ValueError | LissomError)
             return str(error) if known else f"{type(error).__name__}: {error}"
         return "" if self._simulation.success else self._simulation.message
 
     def reset(self) -> None:
-        """Return to the initial state; inputs keep their values."""
+        """Return to the initial state; inputs keep their current values."""
         self.release()
         self._trouble = self.let_go = ""
         self._simulation.reset(**self._start)

@@ -1,4 +1,4 @@
-"""Playback in real time: drops frames, and falls behind rather than block."""
+"""Playback in real time, which drops frames and slows down rather than block."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from collections.abc import Callable
 
 from .motion import Motion
 
-#: Seconds of computing after which a picture is drawn, whether the motion has caught up or not; what it still
-#: owes then is dropped, and it plays slower than it should.
+#: Maximum computing time in seconds before a frame is drawn, even if the motion lags behind; the lag is
+#: dropped, so that playback is slower than requested.
 PATIENCE = 0.1
 
-#: Seconds over which the real-time factor is measured.
+#: Time in seconds over which the real-time factor is measured.
 MEASURED = 1.0
 
-#: Chunks that may be owed after a picture: less than one is left by rounding.
+#: Largest lag after a frame, in chunks: just below one because of rounding.
 ROUNDING = 1e-9
 
 
@@ -25,13 +25,13 @@ class Playback:
     Parameters
     ----------
     motion : Motion
-        What moves.
+        The motion to advance.
     speed : float
         Simulated seconds per second.
     is_paused : bool
-        Whether it begins paused.
+        Whether playback is initially paused.
     clock : callable
-        Seconds, rising.
+        Function that returns increasing times in seconds.
     """
 
     def __init__(
@@ -47,7 +47,7 @@ class Playback:
         self._clock = clock
         self._last: float | None = None
         self._owed = 0.0
-        #: Wall times, times of the motion and seconds of computing of the last pictures.
+        #: Wall times, times of the motion and computing times of the last frames.
         self._history: deque[tuple[float, float, float]] = deque()
         self._computed = 0.0
 
@@ -78,16 +78,16 @@ class Playback:
                 return
             self._owed -= chunk
             if self._clock() >= deadline:
-                # What is owed beyond that is time that nobody will see.
+                # Drop any larger lag.
                 self._owed = min(self._owed, chunk * (1.0 - 2.0 * ROUNDING))
 
     def hold(self) -> None:
-        """Let the clock run on without the motion."""
+        """Skip the elapsed time without advancing the motion."""
         self._last = None
         self._history.clear()
 
     def step(self) -> None:
-        """Pause, and advance by a step."""
+        """Pause, and advance by one step."""
         self.is_paused = True
         if not self.motion.trouble:
             self.motion.advance(self.motion.step_size)

@@ -24,13 +24,13 @@ from .trace import Trace
 
 __all__ = ["LiveView"]
 
-#: Pictures and lines of text in a second, at most.
+#: Maximum numbers of frames and of text updates per second.
 PICTURES, TEXTS = 30.0, 6.0
 
-#: Seconds between looks for a page that opens.
+#: Interval in seconds between checks for an open page.
 LOOK = 0.05
 
-#: Pages are served to this machine alone.
+#: Pages are served only to this machine.
 HOST = "127.0.0.1"
 
 #: Radius of the spring of a pull, relative to the model's size.
@@ -38,9 +38,9 @@ SPRING = 0.004
 
 
 class LiveView:
-    """A page that shows a running simulation and lets users interact with it.
+    """A page that shows a running simulation and allows interaction.
 
-    `Simulation.view` makes it. It is a context manager, which stops the server at its end.
+    Created by `Simulation.view`. A context manager, which stops the server at its end.
     """
 
     def __init__(
@@ -60,7 +60,7 @@ class LiveView:
         self._closing = threading.Event()
         self._thread: threading.Thread | None = None
         self._is_served = self._has_ended = False
-        # Others may ask while a step is made.
+        # Other threads may read the time during a step.
         self._t = motion.t
         self._told = 0.0
         self._pictures = 0
@@ -135,7 +135,7 @@ class LiveView:
                 self._server.stop()
 
     def _frame(self) -> bool:
-        """One turn of the loop; whether a page is open. The motion waits for the first one."""
+        """One iteration of the loop; returns whether a page is open. The motion waits for the first page."""
         self._controls.do()
         if not self._server.get_clients():
             self._playback.hold()
@@ -168,5 +168,5 @@ class LiveView:
 
 
 def _quiet() -> contextlib.redirect_stdout[io.StringIO]:
-    """Within it, nothing is printed: viser greets and takes leave on the terminal."""
+    """Suppress the messages that viser prints."""
     return contextlib.redirect_stdout(io.StringIO())

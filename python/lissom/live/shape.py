@@ -1,4 +1,4 @@
-"""The objects drawn at one time of a motion: those of reports, one frame after another."""
+"""Objects drawn at one time of a motion: the same as in reports, frame by frame."""
 
 from __future__ import annotations
 
@@ -14,22 +14,22 @@ from ..views import View
 
 Array = NDArray[np.float64]
 
-#: Room around a model, relative to how far it can reach: of one that is clamped, and of one that may go away.
+#: Margins around a model, relative to its reach: for clamped models, and for models that can move away.
 ROOM, FREE_ROOM = 0.1, 0.5
 
-#: Room around a mass on a line, relative to how long the line is at the start.
+#: Size of the scene for a mass on a line, relative to the initial length of the line.
 SWING = 1.3
 
 
 @dataclass(frozen=True)
 class Stage:
-    """Where a model moves: the box that is seen, and what stands still in it."""
+    """The region in which a model moves: its bounding box, and static objects."""
 
     low: Array
     high: Array
-    #: Direction from which it is seen.
+    #: View direction.
     eye: Array
-    #: Axis across the ground, where it is, and whether up is the axis' direction.
+    #: Axis perpendicular to the ground, its position, and whether up is along the axis.
     ground: tuple[int, float, bool]
     around: list[Thing]
 
@@ -39,14 +39,14 @@ class Stage:
         return float(np.linalg.norm(self.high - self.low))
 
 
-#: What tubes are coloured by where somebody wants it: places on the scale of colours, from 0 to 1.
+#: Name of the quantity for colours: positions on the colour scale, from 0 to 1.
 SHADE = "shade"
 
 
 class Shape:
-    """Draws a model, one shape after the other; scales are those of all shapes that it has drawn."""
+    """Draws a model shape by shape, with scales that follow from all shapes drawn so far."""
 
-    #: The quantity of `quantities` that rods are coloured by; by the position along them if None.
+    #: Quantity of `quantities` for the colours of rods; None colours by the position along them.
     colour: str | None = None
 
     def __init__(self, view: View, q: Array, v: Array, t: float, u: Array) -> None:
@@ -54,7 +54,7 @@ class Shape:
         self._largest = Largest()
         self._tubes: list[Tube] = []
         if view.is_spatial:
-            # Sections stay the same from shape to shape.
+            # Sections are the same in all shapes.
             self._tubes = [
                 replace(tube, quantities={}) for tube in drawing.tubes(view, q[None], v[None], np.array([t]))
             ]
@@ -69,17 +69,17 @@ class Shape:
         self.stage = self._stage(q, v, t, u)
 
     def _stage(self, q: Array, v: Array, t: float, u: Array) -> Stage:
-        # Contacts draw what touches within the box, which is not known yet.
+        # Contacts are drawn within the box, which is not known yet.
         self._box = (np.full(3, -self._reach), np.full(3, self._reach))
         low, high = self._box
         if not self.view.is_spatial:
             return Stage(low, high, np.array([0.0, 0.0, 1.0]), (1, float(low[1]), True), [])
         drawn = self.things(q, v, t, u)
         low, high = layers.extent([thing for thing in drawn if thing.layer != "obstacles"])
-        # What hangs or swings goes on around where it starts.
+        # A model that hangs or swings stays around its start.
         room = (ROOM if self.view.marks.clamps else FREE_ROOM) * self.view.size
         low, high = drawing.box(low, high, room)
-        # The parts of half spaces that are drawn are those within the box.
+        # Half spaces are drawn within the box.
         self._box = (low, high)
         low, high = layers.extent(self.things(q, v, t, u))
         low, high = np.minimum(low, self._box[0]), np.maximum(high, self._box[1])
@@ -88,7 +88,7 @@ class Shape:
         return Stage(low, high, eye, symbols.floor(self.view.marks.gravity, low, high), around)
 
     def things(self, q: Array, v: Array, t: float, u: Array) -> list[Thing]:
-        """All that is drawn of the model in this shape."""
+        """All objects of the model in this shape."""
         if self.view.sketch is not None and not self.view.is_spatial:
             return drawing.in_plane(self.view.sketch, q[None], self._reach)
         if not self.view.is_spatial:
@@ -111,7 +111,7 @@ class Shape:
 
     @property
     def colours(self) -> list[str]:
-        """The quantities that rods of the model can be coloured by."""
+        """Quantities available for the colours of the model's rods."""
         links = self.view.links
         has_moduli = any(all(part.young_modulus is not None for part in link.segments) for link in links)
         has_strain = any(link.strain is not None for link in links)
@@ -124,15 +124,15 @@ class Shape:
 
     @property
     def largest(self) -> float:
-        """The end of the scale of colours: the largest value until now of what rods are coloured by."""
+        """End of the colour scale: the largest value so far."""
         return 0.0 if self.colour is None else float(self._largest.of(self.colour, 0.0))
 
     def _shaded(self, tubes: list[Tube], q: Array, v: Array, t: Array) -> list[Tube]:
-        """Tubes with their places on the scale of colours."""
+        """Tubes with their positions on the colour scale."""
         if self.colour is None:
             return tubes
         values = [
-            # What rests has no speeds, and a given section no stress.
+            # Models at rest have no speeds, and given sections no stress.
             quantities.along(link, q[None], v[None], t, half, at).get(
                 self.colour, np.zeros((1, len(link.stations)))
             )

@@ -12,16 +12,16 @@ import numpy as np
 from .motion import Motion
 from .spring import deflections
 
-#: A slider moves the tips by about this part of the model's size, by linear theory.
+#: Displacement of the tips over the range of a slider, relative to the model's size, by linear theory.
 MOVED = 0.5
 
-#: Steps of a slider.
+#: Number of steps of a slider.
 STEPS = 200
 
 
 @dataclass(frozen=True)
 class Slider:
-    """An input, from where to where it goes, and where it begins."""
+    """An input with its range and its initial value."""
 
     name: str
     low: float
@@ -30,14 +30,14 @@ class Slider:
 
     @property
     def step(self) -> float:
-        """By how much it moves at once."""
+        """Step size of the slider."""
         return (self.high - self.low) / STEPS
 
 
 def sliders(motion: Motion, ranges: Mapping[str, Sequence[float]] | None = None) -> list[Slider]:
-    """A slider for each input: by the given ranges, else as far as the tips move visibly.
+    """A slider for each input, with the given range or one in which the tips move visibly.
 
-    Raises ValueError, TypeError where a range makes no sense.
+    Raises ValueError or TypeError for an invalid range.
     """
     given = _checked(ranges or {}, motion.model.inputs)
     reach = _reach(motion)
@@ -45,7 +45,7 @@ def sliders(motion: Motion, ranges: Mapping[str, Sequence[float]] | None = None)
     found = []
     for name, start, high in zip(motion.model.inputs, motion.u.tolist(), reach, strict=True):
         low, high = given.get(name, (0.0 if name in pulls else -high, high))
-        # What is set already can be kept.
+        # The range includes the current value.
         found.append(Slider(name, min(low, start), max(high, start), start))
     return found
 
@@ -75,7 +75,7 @@ def _ends(name: str, ends: Any) -> tuple[float, float]:
 
 
 def _reach(motion: Motion) -> list[float]:
-    """The highest value of each input."""
+    """Upper end of the range of each input."""
     if not motion.model.inputs:
         return []
     moved = deflections(motion.model, list(motion.tips), motion.q, motion.t, motion.u)
@@ -88,6 +88,6 @@ def _reach(motion: Motion) -> list[float]:
 
 
 def _round(value: float) -> float:
-    """The next one of 1, 2, 5, 10, ..."""
+    """Round up to 1, 2 or 5 times a power of ten."""
     power = 10.0 ** math.floor(math.log10(value))
     return next(power * digit for digit in (1.0, 2.0, 5.0, 10.0) if power * digit >= value * (1.0 - 1e-9))

@@ -12,31 +12,32 @@ from ..views import Frame
 
 Array = NDArray[np.float64]
 
-#: The angle by which a tip that hangs on the spring alone swings while its force is held: the force follows
-#: the tip that much late, and the damping makes up for it.
+#: Phase angle of a tip that swings on the spring alone while its force is constant. The force lags behind the
+#: tip by this angle, which the damping compensates.
 ANGLE = 0.3
 
-#: Part of the tip's own stiffness that the spring has beside that: a tip that is held firmly can be bent.
+#: Stiffness of the spring relative to that of the tip, so that stiffly held tips can be deflected.
 SHARE = 0.2
 
-#: Seconds: what nothing holds is as stiff as the inertia that resists a force of this duration.
+#: Time scale in seconds: for a free tip, the spring's stiffness follows from the inertia that resists a force
+#: of this duration.
 SLOW = 0.3
 
 
 @dataclass(frozen=True)
 class Spring:
-    """From a tip to a place."""
+    """A spring between a tip and a position."""
 
-    #: N/m and N s/m.
+    #: Stiffness in N/m and damping in N s/m.
     stiffness: float
     damping: float
 
 
 def spring(model: Model, tip: Frame, q: Array, t: float, u: Array, held: float) -> Spring:
-    """A spring that moves a tip visibly, and stably where its force is held for so many seconds."""
+    """A spring that moves a tip visibly, and is stable when its force is constant for ``held`` seconds."""
     stiffness, damping, mass = _tangents(model, q, t, u)
     across = tip.jacobian(q, t)[3:]
-    # What a force meets that acts for this long (Newmark's method, average acceleration).
+    # Resistance to a force that acts for this time (Newmark's method, average acceleration).
     short = _resistance(across, mass + 0.5 * held * damping + 0.25 * held**2 * stiffness)
     long = _resistance(across, stiffness + mass / SLOW**2)
     frequency = ANGLE / held
@@ -44,7 +45,8 @@ def spring(model: Model, tip: Frame, q: Array, t: float, u: Array, held: float) 
 
 
 def deflections(model: Model, tips: list[Frame], q: Array, t: float, u: Array) -> Array:
-    """How far the tips move for a unit of each input, (inputs,), metres; without tips, the coordinates."""
+    """Displacements of the tips per unit of each input, (inputs,), metres; of the coordinates without
+    tips."""
     stiffness, _, mass = _tangents(model, q, t, u)
     rest = np.zeros(model.n)
     moved = np.linalg.pinv(stiffness + mass / SLOW**2) @ model.input_tangent(q, rest, rest, t=t, u=u)
@@ -61,7 +63,7 @@ def _tangents(model: Model, q: Array, t: float, u: Array) -> tuple[Array, Array,
 
 
 def _resistance(across: Array, matrix: Array) -> float:
-    """The least resistance to a force at a tip; zero where it cannot move."""
+    """Smallest resistance to a force at a tip; zero if it cannot move."""
     mobility = across @ np.linalg.pinv(matrix) @ across.T
     largest = float(np.linalg.norm(mobility, 2)) if np.isfinite(mobility).all() else 0.0
     return 1.0 / largest if largest > 0.0 else 0.0

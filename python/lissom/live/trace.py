@@ -12,17 +12,17 @@ from ..views import View
 
 Array = NDArray[np.float64]
 
-#: Places of each tip that are kept: those of about the last ten seconds at thirty pictures a second.
+#: Number of stored positions per tip: about the last ten seconds at thirty frames per second.
 PLACES = 300
 
 
 class Trace:
-    """The last places of the tips of a model, or of the mass of one in the plane."""
+    """The last positions of a model's tips, or of the mass of a planar model."""
 
     def __init__(self, view: View) -> None:
         self._view = view
         self._t = -np.inf
-        #: Places (tips, 3), the oldest first.
+        #: Positions (tips, 3), the oldest first.
         self._places: deque[Array] = deque(maxlen=PLACES)
 
     def clear(self) -> None:
@@ -31,7 +31,7 @@ class Trace:
         self._t = -np.inf
 
     def follow(self, q: Array, t: float) -> None:
-        """Go on to where the tips are; a motion that was set back begins anew."""
+        """Add the positions of the tips; start again after a reset of the motion."""
         if t < self._t:
             self.clear()
         if t > self._t:
@@ -48,9 +48,9 @@ class Trace:
 
     @property
     def line(self) -> Line:
-        """The ways of all tips, one behind the other; each of `PLACES` points, so that none is made anew."""
+        """The paths of all tips in one line, with `PLACES` points each, so that the node can be reused."""
         ways = np.array(self._places).reshape(len(self._places), -1, 3)
-        # What is not there yet is where it begins.
+        # Missing points repeat the first one.
         missing = np.repeat(ways[:1], PLACES - len(ways), axis=0)
         ways = np.concatenate([missing, ways]).transpose(1, 0, 2)
         broken = np.concatenate([ways, np.full((len(ways), 1, 3), np.nan)], axis=1)

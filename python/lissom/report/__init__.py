@@ -24,26 +24,27 @@ def write(run: Run, path: Path) -> None:
 
 
 def write_result(result: MotionResult, path: str | os.PathLike[str], *, title: str = "Motion") -> None:
-    """Write the report of a motion that `simulate` returned, of a model made in Python.
+    """Write the report of the result of `simulate` for a model made in Python.
 
-    One HTML file: the motion in space with all that acts, curves over time, energies, what it cost. It needs
-    nothing but a browser. Takes some tenths of a second; its size is about 0.3 MB for a rod and 3 s.
+    The report is one HTML file that needs only a browser: the motion in space with everything that acts on
+    the model, curves over time, energies, and the cost of the run. Writing takes some tenths of a second; the
+    size is about 0.3 MB for a rod and 3 s.
 
     Parameters
     ----------
     result : MotionResult
-        What `simulate` returned; one that failed is shown as far as it came.
+        Result of `simulate`; a failed run is shown up to its last state.
     path : path-like
-        The file to write; one that is there is replaced.
+        File to write; an existing file is replaced.
     title : str
         Heading of the page.
 
     Raises
     ------
     ValueError
-        Where ``result`` has no model (it is one of `newmark`) or no state at all.
+        If ``result`` has no model (because it comes from `newmark`) or no state.
     OSError
-        Where the file cannot be written.
+        If the file cannot be written.
 
     Examples
     --------
@@ -69,7 +70,7 @@ def write_parameters(
     path: str | os.PathLike[str],
     title: str | None,
 ) -> None:
-    """Write the report of derivatives or of an identification."""
+    """Write the report of derivatives or of a parameter identification."""
     Path(path).write_text(page.render(parameters.build(result, title)), encoding="utf-8")
 
 
@@ -79,7 +80,7 @@ def write_equilibrium(
     setting: Setting,
     title: str,
 ) -> None:
-    """Write the report of an equilibrium, or of a path of them, of a model made in Python."""
+    """Write the report of an equilibrium, or of a path of equilibria, of a model made in Python."""
     if isinstance(result, ContinuationResult):
         if len(result.path.q) == 0:
             raise ValueError(f"result: it has no equilibria to show; {result.message}")
@@ -139,7 +140,7 @@ def build(run: Run) -> page.Page:
 
 
 def _shown(run: Run | Made) -> list[page.Section]:
-    """The motion and its curves."""
+    """Motion and curves."""
     energies: list[page.Part] = []
     if "energy" in run.wants:
         energies = [page.Figure(curves.energies(run)), page.Figure(curves.drift(run), text.energy(run))]
@@ -154,7 +155,7 @@ def _shown(run: Run | Made) -> list[page.Section]:
 
 
 def _whole(run: Run | Made) -> list[page.Section]:
-    """The curves of a model as a whole."""
+    """Curves of the whole model."""
     return [
         *(
             page.Section(frame.name.capitalize(), [page.Figure(curves.position(run, frame))])
@@ -167,7 +168,7 @@ def _whole(run: Run | Made) -> list[page.Section]:
 
 
 def _links(run: Run | Made) -> list[page.Section]:
-    """The curves of a robot, for the selected link."""
+    """Curves of a robot for the selected link."""
     at = curves.instants(run)
     options = [(member.name, _member(run, member, at)) for member in run.view.members]
     return [page.Section("Links", [page.Choice("Link", options)])]
@@ -216,7 +217,7 @@ def _contacts(run: Run | Made) -> list[page.Section]:
 
 
 def _member(run: Run | Made, member: Member, at: curves.Instants) -> list[page.Part]:
-    """The curves of a link."""
+    """Curves of a link."""
     parts: list[page.Part] = [page.Figure(curves.position(run, member.frame, at))]
     coordinates = curves.coordinates_of(run, member, at)
     if coordinates is None:

@@ -17,10 +17,10 @@ from .solids import placed
 
 Array = NDArray[np.float64]
 
-#: Radius of the tendon that pulls most, and of one that is slack, relative to the model's size.
+#: Radii of the tendon with the highest tension and of a slack one, relative to the model's size.
 THICK, THIN = 0.009, 0.0025
 
-#: Of chambers, through which what is behind them is seen.
+#: Opacity of chambers, through which objects behind them are visible.
 OPACITY = 0.6
 
 #: Radius and half the length of a motor, relative to half the axis of a joint.
@@ -28,12 +28,12 @@ MOTOR_RADIUS, MOTOR_HALF = 0.45, 0.4
 
 
 def actuators(marks: Sequence[ActuatorMark], joints: Sequence[JointMark], shown: Shown) -> list[Strand]:
-    """All that is drawn of actuators."""
+    """All objects drawn for actuators."""
     return [*_tendons(marks, shown), *_chambers(marks, shown), *_motors(marks, joints, shown)]
 
 
 def _tendons(marks: Sequence[ActuatorMark], shown: Shown) -> list[Strand]:
-    """Tubes along the ways of tendons, as thick as they pull."""
+    """Tubes along the paths of tendons, with radii that increase with the tension."""
     tendons = [mark for mark in marks if mark.kind == "tendon" and mark.way is not None]
     tensions = [np.maximum(_finite(mark.force(shown.q, shown.v, shown.t, shown.u)), 0.0) for mark in tendons]
     pulls = max((float(tension.max()) for tension in tensions), default=0.0)
@@ -48,7 +48,7 @@ def _tendons(marks: Sequence[ActuatorMark], shown: Shown) -> list[Strand]:
 
 
 def _chambers(marks: Sequence[ActuatorMark], shown: Shown) -> list[Strand]:
-    """Tubes with the area of chambers."""
+    """Tubes with the cross-sectional areas of chambers."""
     return [
         Strand(
             f"chamber {mark.name}",
@@ -63,7 +63,7 @@ def _chambers(marks: Sequence[ActuatorMark], shown: Shown) -> list[Strand]:
 
 
 def _motors(marks: Sequence[ActuatorMark], joints: Sequence[JointMark], shown: Shown) -> list[Strand]:
-    """Drums around the axes of joints, boxes on their rails."""
+    """Drums around the axes of revolute joints, boxes on the rails of prismatic ones."""
     strands = []
     for mark in marks:
         joint = None if mark.coordinate is None else _joint(joints, *mark.coordinate)
@@ -78,20 +78,20 @@ def _motors(marks: Sequence[ActuatorMark], joints: Sequence[JointMark], shown: S
 
 
 def _joint(joints: Sequence[JointMark], link: str, coordinate: str) -> JointMark | None:
-    """The mark of a coordinate of a joint."""
+    """The mark of a joint's coordinate."""
     kinds = ("turning",) if coordinate.startswith("angle") else ("sliding", "plane")
     found = [mark for mark in joints if mark.name == link and mark.kind in kinds]
-    # Of two axes that turn, the second one has the number one.
+    # For a joint with two axes, the second coordinate has index one.
     return found[-1 if coordinate.endswith("[1]") else 0] if found else None
 
 
 def _finite(values: Array) -> Array:
-    # The end of a run that failed can be beyond all numbers.
+    # The last state of a failed run can overflow.
     return np.nan_to_num(values, nan=0.0, posinf=0.0, neginf=0.0)
 
 
 def figure(run: Run | Made) -> plots.Figure | None:
-    """What actuators do and how long they are over time, a plot a quantity; None where nothing is known."""
+    """Forces and lengths of actuators over time, one plot per quantity; None if they are unknown."""
     at = curves.instants(run)
     q, v, t, u = run.q[at], run.v[at], run.t[at], run.u[at]
     plots: dict[str, list[tuple[str, Array]]] = {}
@@ -102,6 +102,6 @@ def figure(run: Run | Made) -> plots.Figure | None:
             if mark.kind != "active strain":
                 plots.setdefault(of_length, []).append((mark.name, mark.length(q, t)))
     except (ValueError, LissomError):
-        # The end of a run that failed can be beyond all numbers.
+        # The last state of a failed run can overflow.
         return None
     return curves.stacked(t, plots) if plots else None

@@ -9,23 +9,23 @@ from .layers import Arrows
 
 Array = NDArray[np.float64]
 
-#: Arrows, relative to what they are scaled to: length and radius of the head, radius of the shaft.
+#: Proportions of arrows, relative to their scale: length and radius of the head, radius of the shaft.
 HEAD, HEAD_RADIUS, SHAFT = 0.08, 0.026, 0.009
 
 
 def arrows(layer: str, tails: Array, vectors: Array, size: float, names: list[str]) -> Arrows:
-    """Arrows (shapes, arrows, 3) of a layer."""
+    """A layer of arrows (shapes, arrows, 3)."""
     return Arrows(names, layer, tails, vectors, HEAD * size, HEAD_RADIUS * size, SHAFT * size)
 
 
 def unit(vectors: Array) -> Array:
-    """Vectors (..., 3) of length one; those of length zero stay."""
+    """Normalise vectors (..., 3); zero vectors are unchanged."""
     length = np.linalg.norm(vectors, axis=-1, keepdims=True)
     unit: Array = vectors / np.where(length > 0.0, length, 1.0)
     return unit
 
 
 def across(vectors: Array) -> Array:
-    """Unit vectors across vectors (..., 3)."""
+    """Unit vectors perpendicular to vectors (..., 3)."""
     least = np.eye(3)[np.argmin(np.abs(vectors), axis=-1)]
     return unit(np.cross(vectors, least))

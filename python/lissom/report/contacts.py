@@ -16,29 +16,30 @@ from .layers import Dots, Line, Shown, Solid, Strand, Thing, quaternions
 
 Array = NDArray[np.float64]
 
-#: Half the thickness of the plate that a half space is drawn as, and how far it reaches beyond what is shown,
-#: relative to the size of that.
+#: Half the thickness of the plate that represents a half space, and its margin around the scene, relative to
+#: the size of the scene.
 PLATE, BEYOND = 0.004, 0.08
 
-#: How thick the edges of shapes that move are drawn, relative to the size of the model.
+#: Thickness of the edges of moving shapes, relative to the size of the model.
 EDGE = 0.003
 
 #: Length of the arrow of a large force, relative to the model's size.
 ARROW = 0.22
 
-#: An arrow is at its full length from this quantile of the largest forces of each shape on: impacts would
-#: make all others too short to be seen.
+#: Arrows have their full length from this quantile of the largest forces over all shapes: with the maximum
+#: instead, impacts would make all other arrows invisibly short.
 LARGE = 0.9
 
-#: Arrows in a shape, at most: neighbours along a rod become one.
+#: Maximum number of arrows per shape; beyond, neighbours along a rod are merged.
 MOST_ARROWS = 12
 
-#: Instants at which forces are plotted, at most: more than of other curves, since impacts are short.
+#: Maximum number of instants at which forces are plotted: more than for other curves, because impacts are
+#: short.
 INSTANTS = 2000
 
 
 def contacts(touching: Touching, shown: Shown, low: Array, high: Array) -> list[Thing]:
-    """All that is drawn of what touches around what moves within a box."""
+    """All objects drawn for contacts within a box around the motion."""
     things: list[Thing] = []
     drawn: list[Obstacle] = []
     for mark in touching.pairs:
@@ -79,7 +80,7 @@ def _obstacle(name: str, obstacle: Obstacle, low: Array, high: Array) -> list[Th
 
 
 def _moving(name: str, shape: Obstacle, poses: Array, size: float) -> list[Thing]:
-    """A shape on a link, whose axes have these poses (shapes, 4, 4)."""
+    """A shape on a link, whose axes have the poses (shapes, 4, 4)."""
     turns, places = poses[:, :3, :3], poses[:, :3, 3]
 
     def placed(points: Array) -> Array:
@@ -110,10 +111,10 @@ def _moving(name: str, shape: Obstacle, poses: Array, size: float) -> list[Thing
 
 
 def _plate(name: str, floor: HalfSpace, low: Array, high: Array) -> Solid:
-    """A plate whose upper side is a part of the plane: that below a box."""
+    """A plate whose upper side lies in the plane, below a box."""
     normal = np.asarray(floor.normal, float)
     normal = normal / np.linalg.norm(normal)
-    # Its sides are along the axes of the world as far as that is possible.
+    # Align its sides with the world axes as far as possible.
     first = np.eye(3)[np.argmin(np.abs(normal))]
     first = arrows.unit(first - (first @ normal) * normal)
     axes = np.stack([first, np.cross(normal, first), normal], axis=1)
@@ -128,7 +129,7 @@ def _plate(name: str, floor: HalfSpace, low: Array, high: Array) -> Solid:
 
 
 def _forces(touching: Touching, shown: Shown) -> list[Thing]:
-    """Arrows of the forces on the first surfaces, from where they touch."""
+    """Arrows of the forces on the first surfaces, starting at the contact points."""
     if touching.touches is None:
         return []
     places: list[Array] = []
@@ -136,14 +137,14 @@ def _forces(touching: Touching, shown: Shown) -> list[Thing]:
         try:
             places.append(_merged(touching.touches(q, v, float(t))))
         except (ValueError, LissomError):
-            # The end of a run that failed can be beyond all numbers.
+            # The last state of a failed run can overflow.
             places.append(np.zeros((0, 2, 3)))
     number = max(len(of_shape) for of_shape in places)
     if number == 0:
         return []
     found = np.zeros((len(places), number, 2, 3))
     for of_shape, place in zip(found, places, strict=True):
-        # What is not there has no length, and is where something else is.
+        # Missing arrows have zero length, at the position of an existing one.
         of_shape[:, 0] = place[0, 0] if len(place) else _any_place(places)
         of_shape[: len(place)] = place
     sizes = np.linalg.norm(found[:, :, 1], axis=-1)
@@ -157,12 +158,12 @@ def _forces(touching: Touching, shown: Shown) -> list[Thing]:
 
 
 def _any_place(places: Sequence[Array]) -> Array:
-    """Any place where something touches."""
+    """Position of any contact point."""
     return next(np.asarray(of_shape[0, 0]) for of_shape in places if len(of_shape))
 
 
 def _merged(touches: Sequence[Touch]) -> Array:
-    """Places and forces (arrows, 2, 3) of what touches; neighbours become one where they are many."""
+    """Positions and forces (arrows, 2, 3) of contact points, with neighbours merged if there are many."""
     if not touches:
         return np.zeros((0, 2, 3))
     merged = []
@@ -175,12 +176,12 @@ def _merged(touches: Sequence[Touch]) -> Array:
 
 
 def forces(run: Run | Made, mark: ContactMark) -> plots.Figure | None:
-    """How two surfaces press and rub over time; None where that is not known."""
+    """Normal force and friction of a contact over time; None if they are unknown."""
     at = run.instants(INSTANTS)
     t = run.t[at]
     try:
         pressed = mark.force(run.q[at], run.v[at], t)
     except (ValueError, LissomError):
-        # The end of a run that failed can be beyond all numbers.
+        # The last state of a failed run can overflow.
         return None
     return curves.stacked(t, {"force (N)": list(zip("xyz", pressed.T, strict=True))})

@@ -17,10 +17,10 @@ from .plots import MOTION, Axis, Curve, Figure, Plot, Style
 
 Instants = NDArray[np.intp]
 
-#: Points of a curve, at most; between them nothing can be seen.
+#: Maximum number of points per curve; more are not visible.
 MAX_POINTS = 2000
 
-#: Numbers in the curves of all links together, at most.
+#: Maximum number of values in the curves of all links together.
 MAX_NUMBERS = 200_000
 
 #: Line styles of successive segments.
@@ -31,10 +31,10 @@ AXIS_COLOURS = {"x": theme.RED, "y": theme.GREEN, "z": theme.BLUE}
 
 TIME = Axis("time (s)")
 
-#: Axes of plots above others, whose times stand below.
+#: Axis of a plot above others, which share the time axis below.
 UNNAMED = Axis("")
 
-#: Heights of a row, pixels: of several plots, and of one.
+#: Heights of a row in pixels: with several plots, and with one.
 ROW, ALONE = 210, 320
 
 
@@ -59,7 +59,7 @@ def coordinates(run: Run | Made) -> Figure:
 
 
 def _label(coordinate: Coordinate, several: bool) -> str:
-    """What one coordinate is called among those of its kind, of a model of one segment or several."""
+    """Label of a coordinate among those of its kind, for models with one or several segments."""
     if coordinate.degree is None:
         return coordinate.kind
     degree = f"P{str(coordinate.degree).translate(str.maketrans('0123456789', '₀₁₂₃₄₅₆₇₈₉'))}"
@@ -67,7 +67,7 @@ def _label(coordinate: Coordinate, several: bool) -> str:
 
 
 def position(run: Run | Made, frame: Frame, at: Instants | None = None) -> Figure:
-    """Position of a frame over time: at these indices, or as many as can be seen."""
+    """Position of a frame over time, at the given indices or at as many as are visible."""
     at = run.instants(MAX_POINTS) if at is None else at
     positions = frame.pose(run.q[at], run.t[at])[:, :3, 3]
     t = run.t[at]
@@ -83,14 +83,14 @@ def over_time(title: str, curves: Sequence[Curve], height: int = ALONE, legend: 
 
 
 def instants(run: Run | Made) -> Instants:
-    """The instants at which the curves of the links are drawn, fewer where there are many curves."""
-    # Three of the position, six of the wrench.
+    """Instants for the curves of the links: fewer if there are many curves."""
+    # Three components of the position and six of the wrench.
     curves = run.q.shape[1] + 9 * len(run.view.members)
     return run.instants(int(np.clip(MAX_NUMBERS // curves, 2, MAX_POINTS)))
 
 
 def coordinates_of(run: Run | Made, member: Member, at: Instants) -> Figure | None:
-    """The coordinates of a link by their names, one plot for each kind; None where it has none."""
+    """The coordinates of a link by name, one plot per kind; None without coordinates."""
     own = list(enumerate(run.view.coordinates))[member.coordinates]
     kinds: dict[tuple[str, str], list[tuple[str, Array]]] = {}
     for i, coordinate in own:
@@ -101,14 +101,14 @@ def coordinates_of(run: Run | Made, member: Member, at: Instants) -> Figure | No
 
 
 def wrench_of(run: Run | Made, member: Member, at: Instants) -> Figure | None:
-    """Force and moment that a link gets through its joint; None where no accelerations are known."""
+    """Force and moment transmitted through a link's joint; None without accelerations."""
     known = at[np.isfinite(run.a[at]).all(axis=1)]
     if len(known) == 0:
         return None
     try:
         wrench = member.wrench(run.q[known], run.v[known], run.a[known], run.t[known], run.u[known])
     except (ValueError, LissomError):
-        # The end of a run that failed can be beyond all numbers.
+        # The last state of a failed run can overflow.
         return None
     plots = {
         name: list(zip("xyz", wrench[:, rows].T, strict=True))
@@ -118,7 +118,7 @@ def wrench_of(run: Run | Made, member: Member, at: Instants) -> Figure | None:
 
 
 def stacked(t: Array, plots: Mapping[str, Sequence[tuple[str, Array]]]) -> Figure:
-    """Plots over time, one above the other: the curves of each by name."""
+    """Plots over time, one above the other; each contains curves by name."""
     made = {
         title: [
             Curve(name, t, values, AXIS_COLOURS.get(name, colour))
@@ -139,7 +139,7 @@ def _one_above_the_other(plots: Mapping[str, Sequence[Curve]], legend: bool = Tr
 
 
 def energies(run: Run | Made) -> Figure:
-    """Where the energy is over time; parts that are never there are left out."""
+    """Parts of the energy over time; parts that are always zero are omitted."""
     at = run.instants(MAX_POINTS)
     t = run.t[at]
     return over_time(
@@ -154,10 +154,10 @@ def energies(run: Run | Made) -> Figure:
 
 
 def drift(run: Run | Made) -> Figure:
-    """Change of the total, which an exact motion keeps constant."""
+    """Change of the total energy, which is constant for an exact motion."""
     at = run.instants(MAX_POINTS)
     with np.errstate(invalid="ignore"):
-        # Of a run that overflowed there is no difference to show.
+        # After an overflow the difference is not defined.
         change = (run.balance.total - run.balance.total[0])[at]
     curve = Curve("defect", run.t[at], change, theme.ENERGY_COLOURS["total"], width=1.5)
     return over_time("total − its start (J)", [curve], ROW, legend=False)

@@ -13,18 +13,18 @@ from ..spread import BAND, band, quantiles
 from ..views import Coordinate
 from . import page, plots, theme
 
-#: Rows of the table of runs that failed.
+#: Maximum number of rows in the table of failed runs.
 LISTED = 20
 
-#: Most coordinates that are shown; the first ones.
+#: Maximum number of coordinates shown.
 SHOWN = 12
 
-#: Plots in a row of a figure.
+#: Number of plots per row of a figure.
 BESIDE = 2
 
 
 def build(result: EnsembleResult, title: str, model: Model | None) -> page.Page:
-    """What the report says."""
+    """Content of the report."""
     good, count = int(np.count_nonzero(result.success)), len(result)
     known = coordinates(model, result.q.shape[-1])
     sections = []
@@ -88,7 +88,7 @@ def _ends(result: EnsembleResult, i: int, axis: plots.Axis) -> plots.Plot:
 
 
 def _extremes(result: EnsembleResult, known: Sequence[Coordinate]) -> page.Table:
-    """The lowest and the highest value of each coordinate in the runs that came to their end."""
+    """Minimum and maximum of each coordinate over the completed runs."""
     lowest = result.q if result.lowest is None else result.lowest
     highest = result.q if result.highest is None else result.highest
     times = tuple(range(result.q[result.success].ndim - 1))
@@ -106,7 +106,7 @@ def _extremes(result: EnsembleResult, known: Sequence[Coordinate]) -> page.Table
 
 
 def _places(result: EnsembleResult) -> page.Figure | None:
-    """Where places are over time; None where that was not kept."""
+    """Positions of the places over time; None if they were not stored."""
     if result.mean is not None and result.variance is not None:
         width: Array = np.sqrt(result.variance)
         low, middle, high = result.mean - width, result.mean, result.mean + width
@@ -129,7 +129,7 @@ def _places(result: EnsembleResult) -> page.Figure | None:
 
 
 def _by_status(result: EnsembleResult) -> page.Table:
-    """How many runs ended in which way."""
+    """Number of runs by status."""
     known, counts = np.unique(result.status, return_counts=True)
     order = np.argsort(-counts, kind="stable")
     return page.Table(("status", "runs"), [(str(known[i]), f"{counts[i]:,}") for i in order])

@@ -1,4 +1,4 @@
-"""Symbols of joints: bars of what turns, rails of what slides, frames of planes, balls."""
+"""Symbols of joints: bars for rotations, rails for translations, frames for planes, balls."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ BAR, RAIL, BALL = 0.16, 0.08, 0.016
 
 
 def joints(marks: Sequence[JointMark], shown: Shown, layer: str = "joints", name: str = "") -> list[Thing]:
-    """All that is drawn of joints, under one name or as those of their links."""
+    """All objects drawn for joints, under one name or as those of their links."""
     things: list[Thing] = []
     balls, names = [], []
     for mark in marks:
@@ -38,7 +38,7 @@ def joints(marks: Sequence[JointMark], shown: Shown, layer: str = "joints", name
 
 
 def _lines(mark: JointMark, shown: Shown, layer: str) -> tuple[Array, float]:
-    """Lines in the frame of a joint, and how thick they are; they cover all of the way."""
+    """Lines in the frame of a joint, and their thickness; rails cover the whole range of motion."""
     half = shown.half_axis
     if mark.kind == "turning":
         return np.array([[-half, 0.0, 0.0], [half, 0.0, 0.0], *BREAK]), BAR

@@ -1,7 +1,7 @@
 """Layers of a 3-D view: tubes, solids, strands, arrows, dots and lines.
 
-Plain geometry over the shapes that are shown. Each kind is drawn by one function of ``player/tubes.js`` or
-``player/marks.js``.
+Geometry for all displayed shapes as plain data. One function of ``player/tubes.js`` or ``player/marks.js``
+draws each kind.
 """
 
 from __future__ import annotations
@@ -18,10 +18,10 @@ from .packing import Numbers
 
 Array = NDArray[np.float64]
 
-#: Relative to the largest coordinate: what moves less stands still.
+#: Changes below this fraction of the largest coordinate count as no motion.
 SEEN = 1e-6
 
-#: Colours of the layers, in the order in which they stand in the legend.
+#: Colours of the layers, in the order of the legend.
 LEGEND: dict[str, str] = {
     "rods": theme.ROD_SCALE[1][1],
     "bodies": theme.STEEL,
@@ -50,17 +50,17 @@ BREAK = np.full((1, 3), np.nan)
 
 
 class Largest:
-    """The largest values of what is drawn to scale.
+    """The largest values of objects that are drawn to scale.
 
-    A report shows all shapes at once, and its scales are those of all of them. A live view shows one shape
-    after the other, and keeps this from each to the next, so that what grows is seen to grow.
+    A report shows all shapes at once, and its scales follow from all of them. A live view shows one shape
+    after the other, and keeps these values from shape to shape, so that growth is visible.
     """
 
     def __init__(self) -> None:
         self._found: dict[str, Array] = {}
 
     def of(self, name: str, values: Array | float) -> Array:
-        """The largest values of this name until now, these included, element by element."""
+        """Element-wise maximum of the values with this name so far, including these."""
         found = np.maximum(values, self._found.get(name, values))
         self._found[name] = found
         return found
@@ -68,7 +68,7 @@ class Largest:
 
 @dataclass(frozen=True)
 class Shown:
-    """The shapes in which something is shown."""
+    """The shapes in which a model is displayed."""
 
     #: Coordinates, velocities (shapes, n) and inputs (shapes, inputs), times and load factors (shapes,).
     q: Array
@@ -76,12 +76,12 @@ class Shown:
     u: Array
     t: Array
     load_factor: Array
-    #: Length in metres to which symbols are scaled.
+    #: Reference length of symbols, metres.
     size: float
-    #: Radius of the thickest rod as it is drawn, and half the length of the axis of a joint, metres.
+    #: Radius of the thickest rod as drawn, and half the length of a joint's axis, metres.
     radius: float
     half_axis: float
-    #: To what forces are to scale, and how far joints travel.
+    #: Scales of forces and of joint displacements.
     largest: Largest = field(default_factory=Largest)
 
 
@@ -103,7 +103,7 @@ class Tube:
     square: Sequence[bool]
     #: Index of the segment of each station.
     segment: Sequence[int]
-    #: What the tube can be coloured by: values (shapes, stations) by name.
+    #: Quantities for colours: values (shapes, stations) by name.
     quantities: Mapping[str, Array] = field(default_factory=dict)
     opacity: float = 1.0
     layer: str = "rods"
@@ -133,7 +133,7 @@ class Tube:
 
 @dataclass(frozen=True)
 class Solid:
-    """Something rigid: an ellipsoid by its semi-axes, or a box by half its sides."""
+    """A rigid body: an ellipsoid given by its semi-axes, or a box given by half its sides."""
 
     name: str
     layer: str
@@ -157,7 +157,7 @@ class Solid:
                 ]
             )
             axes -= np.eye(3)[:, :, None]
-            # One turn may stand for all shapes, and one place.
+            # Poses that are constant over the shapes are stored only once.
             reach = np.einsum("ijk,j->ki", np.abs(axes), self.size)
         else:
             reach = np.full((1, 3), np.max(self.size))
@@ -172,7 +172,7 @@ class Solid:
 
 @dataclass(frozen=True)
 class Strand:
-    """Round bars from point to point: tendons, springs, axes."""
+    """Round bars between points: tendons, springs, axes."""
 
     name: str
     layer: str
@@ -197,14 +197,14 @@ class Strand:
 class Arrows:
     """Arrows of one layer."""
 
-    #: What each of them is, (arrows,).
+    #: Names of the arrows, (arrows,).
     names: Sequence[str]
     layer: str
     #: Tails and vectors (shapes, arrows, 3), metres.
     tails: Array
     vectors: Array
-    #: Length and radius of a head, and radius of a shaft, metres; heads are at most the part ``most`` of
-    #: their arrow.
+    #: Length and radius of a head, and radius of a shaft, metres; a head is at most the fraction ``most`` of
+    #: its arrow.
     head: float
     head_radius: float
     radius: float
@@ -213,7 +213,7 @@ class Arrows:
 
     @property
     def name(self) -> str:
-        """All that they are."""
+        """The names of all arrows."""
         return ", ".join(dict.fromkeys(self.names))
 
     @property
@@ -236,7 +236,7 @@ class Arrows:
 
 @dataclass(frozen=True)
 class Dots:
-    """Balls of one size."""
+    """Balls of equal size."""
 
     names: Sequence[str]
     layer: str
@@ -247,7 +247,7 @@ class Dots:
 
     @property
     def name(self) -> str:
-        """All that they are."""
+        """The names of all balls."""
         return ", ".join(dict.fromkeys(self.names))
 
     @property
@@ -258,7 +258,7 @@ class Dots:
 
 @dataclass(frozen=True)
 class Line:
-    """A thin line that stands still, as wide on the screen from near and far."""
+    """A thin static line, with a constant width on the screen."""
 
     name: str
     layer: str
@@ -277,14 +277,14 @@ Thing = Tube | Solid | Strand | Arrows | Dots | Line
 
 
 def still(values: Array, exact: bool = False) -> Array:
-    """Values over the shapes; those of the first shape alone where they stay the same but for rounding."""
+    """Values over the shapes; only those of the first shape if they are constant up to rounding."""
     apart = np.nan_to_num(np.abs(values - values[:1]))
     least = 0.0 if exact else SEEN * float(np.nan_to_num(np.abs(values)).max())
     return values if float(apart.max(initial=0.0)) > least else values[:1]
 
 
 def extent(things: Sequence[Thing]) -> tuple[Array, Array]:
-    """The corners of the box around all points."""
+    """Corners of the bounding box of all points."""
     every = np.concatenate([thing.points.reshape(-1, 3) for thing in things])
     return np.nanmin(every, axis=0), np.nanmax(every, axis=0)
 
@@ -292,16 +292,16 @@ def extent(things: Sequence[Thing]) -> tuple[Array, Array]:
 def quaternions(turns: Array) -> Array:
     """Unit quaternions, scalar first, (..., 4) of rotation matrices (..., 3, 3).
 
-    Without jumps along the first axis.
+    The signs are chosen to avoid jumps along the first axis.
 
-    By the component that is largest, which loses no digits (Shepperd 1978).
+    Computed from the component of largest magnitude, to avoid cancellation (Shepperd 1978).
     """
     m = np.nan_to_num(turns)
     xx, yy, zz = m[..., 0, 0], m[..., 1, 1], m[..., 2, 2]
     trace = xx + yy + zz
     a, b, c = m[..., 2, 1] - m[..., 1, 2], m[..., 0, 2] - m[..., 2, 0], m[..., 1, 0] - m[..., 0, 1]
     d, e, f = m[..., 0, 1] + m[..., 1, 0], m[..., 0, 2] + m[..., 2, 0], m[..., 1, 2] + m[..., 2, 1]
-    # Each row is the quaternion times four times one of its components.
+    # Each row is four times the quaternion times one of its components.
     rows = np.stack(
         [
             np.stack([1 + trace, a, b, c], axis=-1),

@@ -13,16 +13,17 @@ from .layers import BREAK, Arrows, Largest, Shown, Strand, Thing
 
 Array = NDArray[np.float64]
 
-#: The largest arrow of a force, and the radius of the largest ring of a moment, relative to the model's size.
+#: Length of the largest force arrow and radius of the largest moment ring, relative to the model's size.
 ARROW, RING = 0.28, 0.09
 
-#: An arrow at its largest is at least this part of the largest one of its kind, so that it can be seen.
+#: At its largest, every arrow has at least this fraction of the length of the largest one of its kind, to
+#: remain visible.
 LEAST_ARROW = 1 / 3
 
-#: A ring of a moment goes so far around, in so many points.
+#: Angle covered by a moment ring, and its number of points.
 AROUND, POINTS_AROUND = 1.5 * np.pi, 25
 
-#: Radius of the bar on the tails of arrows that are spread, and of rings, relative to the model's size.
+#: Radii of the bar at the tails of distributed arrows and of the wire of rings, relative to the model's size.
 COMB, WIRE = 0.0035, 0.007
 
 
@@ -35,11 +36,12 @@ def loads(marks: Sequence[LoadMark], shown: Shown) -> list[Thing]:
 
 
 def _forces(marks: Sequence[LoadMark], shown: Shown) -> list[Thing]:
-    """Arrows from where a force pulls, or to where it pushes; combs of arrows where it is spread."""
+    """Arrows that start at a pulling force or end at a pushing one; combs of arrows for distributed
+    forces."""
     found = [_vectors(mark, shown) for mark in marks]
     things: list[Thing] = []
     tails, pulls, combs, names = [], [], [], []
-    # Newtons and newtons per metre are no lengths that compare.
+    # Newtons and newtons per metre need separate scales.
     for is_spread in (False, True):
         chosen = [i for i, mark in enumerate(marks) if mark.is_spread == is_spread]
         if not chosen:
@@ -51,7 +53,7 @@ def _forces(marks: Sequence[LoadMark], shown: Shown) -> list[Thing]:
             place = poses[..., :3, 3]
             length = np.linalg.norm(arrow, axis=-1)
             inwards = -marks[i].outwards * np.einsum("kpi,kpi->kp", arrow, poses[..., :3, 0])
-            # What would lie within the rod is drawn before it.
+            # Arrows that would lie within the rod are drawn in front of it.
             pushes = np.ones_like(length) if is_spread else (inwards > 0.5 * length).astype(float)
             tails.append(place - pushes[..., None] * arrow)
             pulls.append(arrow)
@@ -69,7 +71,7 @@ def _forces(marks: Sequence[LoadMark], shown: Shown) -> list[Thing]:
 
 
 def _moments(marks: Sequence[LoadMark], shown: Shown) -> list[Thing]:
-    """Rings about the axes of moments, with a head that says which way round."""
+    """Rings about the axes of moments, with a head for the sense of rotation."""
     found = [_vectors(mark, shown) for mark in marks]
     rings, ends, heads, names = [], [], [], []
     for is_spread in (False, True):
@@ -104,7 +106,7 @@ def _moments(marks: Sequence[LoadMark], shown: Shown) -> list[Thing]:
             np.concatenate(rings, axis=1),
             np.full(len(shown.q), WIRE * shown.size),
         ),
-        # Heads alone: each is as long as its vector.
+        # Heads only: each has the length of its vector.
         Arrows(
             names,
             "moments",
@@ -119,9 +121,9 @@ def _moments(marks: Sequence[LoadMark], shown: Shown) -> list[Thing]:
 
 
 def _vectors(mark: LoadMark, shown: Shown) -> tuple[Array, Array, Array]:
-    """Poses (shapes, places, 4, 4) of places of a load, and its vectors in its own axes and the world's."""
+    """Poses (shapes, places, 4, 4) of a load's places, and its vectors in its own axes and in world axes."""
     poses = mark.pose(shown.q, shown.t)
-    # Half of it, so that vectors of the largest doubles can be turned; what is beyond them is not drawn.
+    # Halved, so that rotations of the largest doubles do not overflow; non-finite vectors are not drawn.
     value = (
         0.5 * shown.load_factor[:, None] * np.nan_to_num(mark.value(shown.t, shown.u), posinf=0.0, neginf=0.0)
     )
@@ -131,12 +133,13 @@ def _vectors(mark: LoadMark, shown: Shown) -> tuple[Array, Array, Array]:
 
 
 def _drawn_lengths(vectors: Sequence[Array], length: float, largest: Largest, kind: str) -> list[Array]:
-    """The same vectors (shapes, places, 3) as long as they are drawn.
+    """Scale vectors (shapes, places, 3) to the lengths at which they are drawn.
 
-    Each keeps its course in time. The largest one is as long as ``length``; others are to scale with it, but
-    at their largest at least `LEAST_ARROW` of that.
+    Each vector keeps its variation in time. The largest one has the length
+    ``length``; the others are to scale, but have at least the fraction `LEAST_ARROW` of that at their
+    largest.
     """
-    # Squares of large numbers are beyond doubles.
+    # Squares of large numbers overflow.
     sizes = [float(np.abs(vector).max()) for vector in vectors]
     vectors = [vector / (size or 1.0) for vector, size in zip(vectors, sizes, strict=True)]
     norms = [float(np.linalg.norm(vector, axis=-1).max()) for vector in vectors]
@@ -149,7 +152,7 @@ def _drawn_lengths(vectors: Sequence[Array], length: float, largest: Largest, ki
 
 
 def _axes_across(vector: Array, poses: Array, own: Array, follows: bool) -> tuple[Array, Array]:
-    """Two unit vectors across each vector (shapes, places, 3) that move without jumps: as its axes do."""
+    """Two unit vectors perpendicular to each vector (shapes, places, 3), without jumps over the shapes."""
     peak = own.reshape(-1, 3)[int(np.argmax(np.abs(own.reshape(-1, 3)).max(axis=1)))]
     least = int(np.argmin(np.abs(peak)))
     start = poses[..., :3, least] if follows else np.broadcast_to(np.eye(3)[least], vector.shape)

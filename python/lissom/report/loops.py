@@ -18,28 +18,30 @@ from .layers import BREAK, Dots, Shown, Solid, Strand, Thing, quaternions
 
 Array = NDArray[np.float64]
 
-#: Half the side of a weld, radius of the balls at the ends of a bar, relative to the model's size.
+#: Half the side of a weld, and radius of the balls at the ends of a bar, relative to the model's size.
 WELD, BALL = 0.012, 0.013
 
-#: Half an axis, relative to the model's size: shorter than those of joints, as many may stand on one body.
+#: Half the length of an axis, relative to the model's size: shorter than for joints, because one body may
+#: have several.
 AXIS = 0.045
 
-#: Thickness of a bar, and of what leads from a section or body to a frame beside it, relative to half the
-#: axis of a joint.
+#: Thickness of a bar, and of the connection between a section or body and a frame at an offset, relative to
+#: half the axis of a joint.
 BAR, ARM = 0.12, 0.06
 
-#: Frames that are nearer than this to what they are on, relative to the model's size, need nothing between.
+#: Offsets smaller than this, relative to the model's size, are drawn without a connection.
 BESIDE = 1e-3
 
-#: Instants at which forces are drawn, at most: each takes a decomposition of all constraints.
+#: Maximum number of instants at which forces are evaluated: each one costs a decomposition of all
+#: constraints.
 INSTANTS = 400
 
-#: What the gaps of a unit are.
+#: Axis title of gaps by unit.
 GAPS = {"m": "gap (m)", "cosine": "gap of a cosine (1)", "coordinate": "gap of a gear"}
 
 
 def loops(marks: Sequence[LoopMark], shown: Shown) -> list[Thing]:
-    """All that is drawn of what closes loops; a gear between coordinates has no place."""
+    """All objects drawn for closed loops; gears between coordinates have no position."""
     things: list[Thing] = []
     shown = replace(shown, half_axis=AXIS * shown.size)
     for mark in marks:
@@ -62,7 +64,7 @@ def _origin(frame: Pose, shown: Shown) -> Array:
 
 
 def _arm(name: str, frame: Pose, on: Pose, shown: Shown) -> Strand:
-    """What leads from a section or body to a frame beside it; nothing where that is there."""
+    """Connection between a section or body and a frame at an offset; nothing if they coincide."""
     points = np.stack([_origin(on, shown), _origin(frame, shown)], axis=1)
     is_beside = np.linalg.norm(points[:, 1] - points[:, 0], axis=-1).max() > BESIDE * shown.size
     points = points if is_beside else np.broadcast_to(BREAK, points.shape)
@@ -76,7 +78,7 @@ def _weld(name: str, frame: Pose, shown: Shown) -> Solid:
 
 
 def forces(run: Run | Made, mark: LoopMark) -> plots.Figure | None:
-    """What holds a loop over time; None where no accelerations are known."""
+    """Constraint forces of a loop over time; None without accelerations."""
     at = run.instants(INSTANTS)
     known = at[np.isfinite(run.a[at]).all(axis=1)]
     if len(known) == 0:
@@ -85,18 +87,18 @@ def forces(run: Run | Made, mark: LoopMark) -> plots.Figure | None:
     try:
         held = mark.force(run.q[known], run.v[known], run.a[known], t, run.u[known])
     except (ValueError, LissomError):
-        # The end of a run that failed can be beyond all numbers.
+        # The last state of a failed run can overflow.
         return None
     if mark.kind == "gear":
         return curves.stacked(t, {"force of the gear": [("force", held)]})
     parts = {"force (N)": held[:, 3:], "moment (N m)": held[:, :3]}
-    # Joints that turn about all axes, and bars, pass no moment.
+    # Spherical joints and bars transmit no moment.
     seen = {title: part for title, part in parts.items() if title.startswith("force") or np.any(part)}
     return curves.stacked(t, {title: list(zip("xyz", part.T, strict=True)) for title, part in seen.items()})
 
 
 def gaps(run: Run | Made) -> plots.Figure | None:
-    """How far loops are open over time, a plot a unit; None where there is no telling."""
+    """Gaps of loops over time, one plot per unit; None if they are unknown."""
     at = run.instants(INSTANTS)
     t = run.t[at]
     found: dict[str, list[tuple[str, Array]]] = {}
@@ -105,13 +107,13 @@ def gaps(run: Run | Made) -> plots.Figure | None:
             for unit, values in mark.gaps(run.q[at], t).items():
                 found.setdefault(GAPS[unit], []).append((mark.name, values))
     except (ValueError, LissomError):
-        # The end of a run that failed can be beyond all numbers.
+        # The last state of a failed run can overflow.
         return None
     return curves.stacked(t, found) if found else None
 
 
 def widest(run: Run | Made) -> Array:
-    """The widest gap (m, cosine, or of a coordinate) of all loops at the states that are shown."""
+    """Largest gap (metres, cosines, or units of a coordinate) of all loops in the displayed states."""
     at = run.instants(INSTANTS)
     of_each = [values for mark in run.view.marks.loops for values in mark.gaps(run.q[at], run.t[at]).values()]
     return np.asarray(np.max(of_each, axis=0))

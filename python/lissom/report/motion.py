@@ -1,4 +1,4 @@
-"""Animated views of a motion: links in space, a mass on a line in its plane."""
+"""Animated views of a motion: links in space, or a mass on a line in its plane."""
 
 from __future__ import annotations
 
@@ -15,46 +15,47 @@ from .scene import Scene
 
 Array = NDArray[np.float64]
 
-#: Frames a second at most: what screens show; the player interpolates between frames.
+#: Maximum number of frames per second, as on screens; the player interpolates between frames.
 FRAME_RATE = 60.0
 
-#: Numbers in all frames together, at most; frames at most, and frames that there are whatever they cost.
+#: Maximum number of values in all frames, maximum number of frames, and minimum number of frames.
 MAX_NUMBERS, MAX_FRAMES, MIN_FRAMES = 600_000, 900, 60
 
-#: Of rods with tendons or chambers inside.
+#: Opacity of rods with tendons or chambers inside.
 OPACITY_AROUND_ACTUATORS = 0.4
 
-#: A rod is drawn at least this thick, relative to its length, so that a wire can be seen.
+#: Smallest radius of a rod as drawn, relative to its length, so that wires are visible.
 LEAST_RADIUS = 0.006
 
 #: Radius of the ball on a tip, relative to the model's size.
 TIP = 0.009
 
-#: Points of the path of a tip, at most.
+#: Maximum number of points of a tip's path.
 MAX_PATH = 1500
 
-#: Symbols are scaled to the size of the model, or to this part of the diagonal of all that is shown.
+#: Symbols are scaled to the size of the model, or to this fraction of the diagonal of the scene if that is
+#: larger.
 LEAST_SIZE = 0.25
 
-#: Radii of the mass and of the line of a model in the plane, and half the side of its hinge, relative to all
-#: that is shown.
+#: Radii of the mass and of the line of a planar model, and half the side of its hinge, relative to the size
+#: of the scene.
 MASS, LINE, HINGE = 0.035, 0.004, 0.015
 
 
 class Animated(Protocol):
-    """What can be animated: a model in one shape after the other."""
+    """A sequence of shapes of a model that can be animated."""
 
     @property
     def view(self) -> View:
-        """What there is to be drawn."""
+        """The objects to draw."""
 
     @property
     def t(self) -> Array:
-        """When the shapes are shown, shape (m,), rising."""
+        """Times at which shapes are shown, shape (m,), increasing."""
 
     @property
     def labels(self) -> Array | None:
-        """What the labels say of the shapes, shape (m,); None for `t`."""
+        """Values in the labels of the shapes, shape (m,); None for `t`."""
 
     @property
     def q(self) -> Array:
@@ -74,7 +75,7 @@ class Animated(Protocol):
 
     @property
     def load_factor(self) -> Array:
-        """How much of the loads acts, shape (m,)."""
+        """Load factors, shape (m,)."""
 
     @property
     def opens_at(self) -> int:
@@ -82,38 +83,38 @@ class Animated(Protocol):
 
     @property
     def outline(self) -> tuple[str, Array] | None:
-        """What is drawn dashed, and its coordinates (n,)."""
+        """Name and coordinates (n,) of a shape drawn dashed."""
 
     @property
     def label(self) -> tuple[str, str]:
-        """What stands around a label."""
+        """Text before and after the value of a label."""
 
     def instants(self, most: int) -> NDArray[np.intp]:
-        """Indices of at most so many shapes, evenly spread, first and last included."""
+        """Indices of at most this number of shapes, evenly spaced, including the first and the last."""
 
 
 def sections(title: str, run: Animated, caption: str, clock: str = MOTION) -> list[page.Section]:
-    """The motion with its player; nothing of a model that cannot be drawn."""
+    """The animated motion; empty for models that cannot be drawn."""
     scene = scene_of(run)
     return [] if scene is None else [page.Section(title, [page.Player(scene, clock, title, caption)])]
 
 
 def scene_of(run: Animated) -> Scene | None:
-    """What is shown of a motion; None of a model that cannot be drawn."""
+    """The scene of a motion; None for models that cannot be drawn."""
     if run.view.is_spatial:
         return _in_space(run)
     return None if run.view.sketch is None else _in_plane(run, run.view.sketch)
 
 
 def _in_space(run: Animated) -> Scene:
-    """Links as tubes and ellipsoids, what joins them and acts on them, and the paths of their tips."""
+    """Links as tubes and ellipsoids, with joints, loads and the paths of their tips."""
     seen = run.view
     at = _frames(run)
     q, v, t = run.q[at], run.v[at], run.clock[at]
     drawn: list[layers.Thing] = [*tubes(seen, q, v, t), *bodies(seen, q, t)]
     drawn += _tips(run, at)
     low, high = layers.extent(drawn)
-    # What flies far is small in its box.
+    # A body that travels far is small in its bounding box.
     size = max(seen.size, LEAST_SIZE * float(np.linalg.norm(high - low)))
     shown = layers.Shown(q, v, run.u[at], t, run.load_factor[at], size, widest(seen), half_axis(seen, size))
     things = [*drawn, *symbols.symbols(seen.marks, shown)]
@@ -132,15 +133,15 @@ def _in_space(run: Animated) -> Scene:
 
 
 def _frames(run: Animated) -> NDArray[np.intp]:
-    """The shapes that are kept: fewer of what has many numbers."""
-    # Seven of the pose of a section and three of its colours, in four bytes.
+    """Indices of the displayed shapes: fewer if each one has many values."""
+    # Seven values for the pose of a section and three for its colours, in four bytes.
     numbers = 9 * sum(len(link.stations) for link in run.view.links) + 7 * len(run.view.solids)
     most = np.clip(MAX_NUMBERS // max(numbers, 1), MIN_FRAMES, MAX_FRAMES)
     return run.instants(int(min(most, max(FRAME_RATE * float(run.t[-1] - run.t[0]), MIN_FRAMES)) + 1))
 
 
 def tubes(seen: View, q: Array, v: Array, t: Array) -> list[layers.Tube]:
-    """Links in several shapes; what is inside of them can be seen."""
+    """Links in several shapes, transparent if there is something inside."""
     least = LEAST_RADIUS * seen.size
     is_hollow = any(mark.way is not None for mark in seen.marks.actuators)
     opacity = OPACITY_AROUND_ACTUATORS if is_hollow else 1.0
@@ -153,18 +154,18 @@ def bodies(seen: View, q: Array, t: Array) -> list[layers.Solid]:
 
 
 def widest(seen: View) -> float:
-    """Radius of the thickest link as it is drawn, metres."""
+    """Radius of the thickest link as drawn, metres."""
     return max((solids.widest(link, LEAST_RADIUS * seen.size) for link in seen.links), default=0.0)
 
 
 def half_axis(seen: View, size: float) -> float:
-    """Half the length of the axes of joints: they stick out of bodies, unless these are large."""
+    """Half the length of joint axes: longer than bodies are wide, unless bodies are large."""
     largest = max((float(solid.semi_axes.max()) for solid in seen.solids), default=0.0)
     return float(np.clip(1.3 * largest, symbols.AXIS * size, 2.0 * symbols.AXIS * size))
 
 
 def _tips(run: Animated, at: NDArray[np.intp]) -> list[layers.Thing]:
-    """Tips with the paths that they take, and a shape to compare with."""
+    """Tips with their paths, and a shape for comparison."""
     seen, path = run.view, run.instants(MAX_PATH)
     things: list[layers.Thing] = []
     if seen.frames:
@@ -183,24 +184,25 @@ def _tips(run: Animated, at: NDArray[np.intp]) -> list[layers.Thing]:
 
 
 def _in_one_line(lines: list[Array]) -> Array:
-    """Lines (points, 3) one behind the other, with breaks between them, (1, points, 3)."""
+    """Concatenate lines (points, 3) with breaks between them, (1, points, 3)."""
     return np.concatenate([part for line in lines for part in (line, layers.BREAK)])[None]
 
 
 def box(low: Array, high: Array, margin: float) -> tuple[Array, Array]:
-    """A box around another one; what happens in a plane still gets some room across it."""
+    """A box around another one, with some room perpendicular to planar motions."""
     low, high = low - margin, high + margin
     centre, size = 0.5 * (low + high), np.maximum(high - low, 0.25 * float((high - low).max()))
     return centre - 0.5 * size, centre + 0.5 * size
 
 
 def eye_of(size: Array) -> Array:
-    """From where a box of that size is seen: across the plane in which most of the motion happens."""
+    """View direction for a box of this size: perpendicular to the plane in which most of the motion
+    happens."""
     return np.array([(1.6, -0.7, 0.55), (0.45, -1.6, 0.45), (0.55, -1.15, 1.3)][int(np.argmin(size))])
 
 
 def _in_plane(run: Animated, sketch: Sketch) -> Scene:
-    """A mass on a line, with the path that it takes."""
+    """A mass on a line, with its path."""
     at = run.instants(MAX_FRAMES)
     path = _flat(sketch.mass(run.q[run.instants(MAX_PATH)]))
     size = float(np.ptp(np.concatenate([path, np.zeros((1, 3))]), axis=0).max()) or 1.0
@@ -226,7 +228,7 @@ def in_plane(sketch: Sketch, q: Array, size: float) -> list[layers.Thing]:
 
 
 def _flat(points: Array) -> Array:
-    """Points of a plane (..., 2) in space."""
+    """Convert points of a plane (..., 2) to points in space."""
     return np.concatenate([points, np.zeros((*points.shape[:-1], 1))], axis=-1)
 
 
@@ -240,7 +242,7 @@ def _scene(
     ground: tuple[int, float, bool],
     names: dict[str, str],
 ) -> Scene:
-    """A scene of these shapes of a motion."""
+    """A scene with these shapes of a motion."""
     opens_at = int(np.searchsorted(at, run.opens_at))
     is_time = run.label[1].strip() == "s"
     around = [thing.name for thing in things if thing.layer in ("gravity", "current")]

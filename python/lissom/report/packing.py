@@ -1,15 +1,15 @@
 """Compact encoding of arrays in documents for the browser: 8 or 16 bits per number, deflated, as text.
 
-A document is plain data (dictionaries, lists, numbers, text) with arrays in it. `pack` puts a reference in
-the place of each array, and the numbers of all of them into one text:
+A document is plain data (dictionaries, lists, numbers, text) that contains arrays. `pack` replaces each array
+by a reference, and encodes the numbers of all arrays in one text:
 
     {"array": [first byte, type, shape, low, step]}
 
-``type`` is ``u1`` or ``u2``, for numbers in so many bytes, or ``f4`` as they are. A number of bytes n stands
-for ``low + n step``, the largest n for NaN, and each is the difference from the one before along the first
-axis: what moves slowly then deflates well. Of two bytes all low ones come first. ``low`` and ``step`` are
-one number each, or one for each entry of the last axis where that is short, so that a small displacement
-beside a large one keeps its digits. ``player/unpack.js`` reads it all.
+``type`` is ``u1`` or ``u2`` for integers of one or two bytes, or ``f4`` for single precision. The integer n
+stands for ``low + n step``; the largest n stands for NaN. Integers are stored as differences along the first
+axis, so that slow changes compress well. Of two-byte integers all low bytes precede all high bytes. ``low``
+and ``step`` are single numbers, or one per entry of a short last axis, so that a small displacement beside a
+large one keeps its digits. ``player/unpack.js`` decodes the text.
 """
 
 from __future__ import annotations
@@ -25,22 +25,22 @@ from numpy.typing import NDArray
 
 Type = Literal["u1", "u2", "f4"]
 
-#: Last axes up to this length, such as those of points and quaternions, have a scale for each entry.
+#: Last axes up to this length, such as components of points and quaternions, have a separate scale per entry.
 MOST_SCALES = 4
 
-#: Larger numbers are packed as this, so that their differences are numbers too.
+#: Larger values are clipped to this, so that their differences are finite.
 LARGEST = 1e300
 
-#: Of deflate: small before quick.
+#: Compression level of deflate: best compression.
 LEVEL = 9
 
 
 @dataclass(frozen=True)
 class Numbers:
-    """An array of a document and how exact it is.
+    """An array of a document with its encoding.
 
-    Errors are at most half a step: range / 131,068 of ``u2``, range / 508 of ``u1``.
-    ``f4`` keeps seven digits of each number; it is for what spans many powers of ten.
+    The error is at most half a step: range / 131,068 for ``u2``, range / 508 for ``u1``. ``f4`` keeps seven
+    digits of each number, for values over many orders of magnitude.
     """
 
     values: NDArray[Any]
@@ -48,9 +48,9 @@ class Numbers:
 
 
 def pack(document: Any) -> dict[str, Any]:
-    """A document, with NumPy arrays and `Numbers` in it, as plain JSON: ``{"document": ..., "data": text}``.
+    """Convert a document with NumPy arrays and `Numbers` to plain JSON: ``{"document": ..., "data": text}``.
 
-    An array that stands in several places is packed once.
+    An array that occurs several times is packed once.
     """
     parts: list[bytes] = []
     known: dict[tuple[int, Type], tuple[Any, dict[str, Any]]] = {}
@@ -65,7 +65,7 @@ def pack(document: Any) -> dict[str, Any]:
                 key = (id(values), kind)
                 if key not in known:
                     content, reference = encode(values, kind)
-                    # The array is kept so that no other one gets its id.
+                    # Keep a reference to the array, so that its id is not reused.
                     known[key] = (values, {"array": [first, *reference]})
                     parts.append(content)
                     first += len(content)
@@ -85,7 +85,7 @@ def pack(document: Any) -> dict[str, Any]:
 
 
 def encode(values: NDArray[Any], kind: Type) -> tuple[bytes, list[Any]]:
-    """The bytes of an array, and its type, shape, low and step."""
+    """Encoded bytes of an array, with its type, shape, low and step."""
     values = np.atleast_1d(np.asarray(values, np.float64))
     if kind == "f4":
         with np.errstate(over="ignore"):
@@ -101,7 +101,7 @@ def encode(values: NDArray[Any], kind: Type) -> tuple[bytes, list[Any]]:
 
 
 def _scale(values: NDArray[np.float64], steps: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Least number and step, one for each entry of a short last axis."""
+    """Minimum and step, one for each entry of a short last axis."""
     short = values.ndim > 1 and values.shape[-1] <= MOST_SCALES
     columns = values.reshape(-1, values.shape[-1] if short else 1)
     low, high = np.zeros(columns.shape[1]), np.zeros(columns.shape[1])

@@ -1,4 +1,4 @@
-"""Self-contained HTML pages with text, tables, curves and 3-D views, which load nothing."""
+"""Self-contained HTML pages with text, tables, curves and 3-D views."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ class Player:
     """An animated 3-D view with a caption."""
 
     scene: Scene
-    #: Name of its clock, which curves over the same time share.
+    #: Name of its clock, shared with curves over the same time.
     clock: str
-    #: What is shown, in a few words.
+    #: Short title of the view.
     title: str
     caption: str = ""
 
@@ -58,11 +58,11 @@ class Cell:
 class Cells:
     """A map of cells in the colours of their kinds."""
 
-    #: What the rows and the columns are.
+    #: Titles of rows and columns.
     corner: str
     rows: Sequence[str]
     columns: Sequence[str]
-    #: By rows; None where there is nothing.
+    #: Cells by row; None for an empty cell.
     cells: Sequence[Sequence[Cell | None]]
     #: Colours by kind.
     colours: Mapping[str, str]
@@ -84,16 +84,16 @@ class Source:
     text: str
 
 
-#: Browsers enforce that the page loads nothing and talks to nobody. The player's modules are within the
-#: page, as data.
+#: Lets the browser enforce that the page loads nothing and sends nothing. The player's modules are embedded
+#: as data.
 CONTENT_POLICY = (
     "default-src 'none'; script-src 'unsafe-inline' data:; style-src 'unsafe-inline'; img-src data: blob:"
 )
 
-#: For browsers that run no scripts.
+#: Shown by browsers without scripts.
 NO_SCRIPTS = "<noscript><p>Views and curves need JavaScript; tables and text do not.</p></noscript>"
 
-#: What the player's modules call each other by.
+#: Prefix of module names in the player's imports.
 PREFIX = "lissom/"
 
 
@@ -101,9 +101,9 @@ PREFIX = "lissom/"
 class Choice:
     """Alternative parts, of which the reader selects one."""
 
-    #: What is picked.
+    #: Title of the selection.
     what: str
-    #: By their names.
+    #: Options by name.
     options: Sequence[tuple[str, Sequence[Part]]]
 
 
@@ -125,18 +125,18 @@ class Page:
     title: str
     lead: str
     sections: Sequence[Section]
-    #: What is worth knowing before the numbers below are believed.
+    #: Warnings about the results below.
     advice: Sequence[str] = ()
-    #: Short facts under the title: (value, what it is).
+    #: Short facts below the title: (value, description).
     tiles: Sequence[tuple[str, str]] = ()
-    #: How it went, and whether that is good.
+    #: Outcome, and whether it is a success.
     outcome: tuple[str, bool] | None = None
-    #: Links to the sections.
+    #: Whether to add links to the sections.
     contents: bool = False
 
 
 def render(page: Page) -> str:
-    """The page as one HTML text, about 80 kB of which are the player."""
+    """Render the page as one HTML text, about 80 kB of which are the player."""
     drawn = _drawn([part for section in page.sections for part in section.parts])
     numbers = {id(part): i for i, part in enumerate(drawn)}
     assets = files(__package__) / "player"
@@ -169,7 +169,7 @@ def render(page: Page) -> str:
 
 
 def _drawn(parts: Sequence[Part]) -> list[Figure | Player]:
-    """All parts that scripts draw, in order."""
+    """All parts drawn by scripts, in order."""
     found: list[Figure | Player] = []
     for part in parts:
         match part:
@@ -234,14 +234,14 @@ def _choice(choice: Choice, figures: dict[int, int]) -> str:
         + "</div>"
         for i, (_, parts) in enumerate(choice.options)
     )
-    # Browsers keep what was picked when a page is loaded anew, unless they are told not to.
+    # Some browsers restore the selection when a page is reloaded.
     select = f'<select autocomplete="off">{names}</select>'
     return f'<div class="choice"><label>{what} {select}</label>\n{shown}</div>'
 
 
 def _data(part: Figure | Player, figures: dict[int, int]) -> str:
     told = plots.document(part.figure) if isinstance(part, Figure) else part.scene.document()
-    # A script element ends at "</", wherever that stands.
+    # The text "</" would end a script element.
     content = json.dumps(pack(told), ensure_ascii=False, separators=(",", ":"), allow_nan=False)
     escaped = content.replace("</", "<\\/").replace("<!--", "<\\!--")
     return f'<script type="application/json" id="figure-{figures[id(part)]}">{escaped}</script>'

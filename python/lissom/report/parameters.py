@@ -1,4 +1,4 @@
-"""The reports of derivatives and of identification."""
+"""Reports of derivatives and of parameter identification."""
 
 from __future__ import annotations
 
@@ -14,26 +14,26 @@ from ..results import Array
 from ..sensitivities import SensitivityResult
 from . import page, plots, theme
 
-#: Most parameters that are shown with curves of their own; the first ones.
+#: Maximum number of parameters with separate curves; the first ones.
 SHOWN = 24
 
-#: Most places of a fit that are shown; the first ones.
+#: Maximum number of places of a fit that are shown; the first ones.
 PLACES = 12
 
-#: Most parameters of a table of correlations: more are no longer read.
+#: Maximum number of parameters in a table of correlations.
 LARGEST_TABLE = 12
 
-#: Plots in a row of a figure.
+#: Number of plots per row of a figure.
 BESIDE = 2
 
-#: A correlation of neighbouring residuals beyond so many standard deviations of that of white noise is told.
+#: Correlations of successive residuals beyond this number of standard deviations of white noise are reported.
 NOTABLE = 3.0
 
 
 def build(
     result: SensitivityResult | EquilibriumSensitivityResult | FitResult, title: str | None
 ) -> page.Page:
-    """What the report says."""
+    """Content of the report."""
     if isinstance(result, FitResult):
         return _fit(result, title or "Identification")
     if isinstance(result, SensitivityResult):
@@ -72,7 +72,7 @@ def _run(result: SensitivityResult, title: str) -> page.Page:
 
 
 def _of_place(result: SensitivityResult) -> tuple[Array, list[str], str]:
-    """What is shown over time, with names: the tip of a robot, else coordinates."""
+    """Quantities shown over time, with names: the tip of a robot, otherwise coordinates."""
     assert result.dq is not None
     if isinstance(result._model, Robot):
         return result.position()[1], ["x", "y", "z"], "tip (m)"
@@ -89,7 +89,7 @@ def _curves(result: SensitivityResult) -> page.Section:
             for k, name in enumerate(names)
         ]
         shown.append(
-            # The name stands above the plot: as part of the axis title it may be longer than the axis.
+            # The name is above the plot, because it may be longer than the axis.
             plots.Plot(plots.Axis("time (s)"), plots.Axis(f"{what} per unit"), curves, title=parameter)
         )
     more = f" The first {SHOWN} of {len(result.names)} parameters." if len(result.names) > SHOWN else ""
@@ -185,7 +185,7 @@ def _correlations(result: FitResult) -> page.Table:
 
 
 def _correlation_of_neighbours(result: FitResult) -> tuple[float, float]:
-    """Of residuals of a motion with those one time later, and its standard deviation for white noise."""
+    """Lag-one autocorrelation of the residuals of a motion, and its standard deviation for white noise."""
     if result.t is None or len(result.t) < 3:
         return np.nan, np.nan
     residuals = result.residuals.reshape(len(result.t), -1)

@@ -1,4 +1,4 @@
-"""Curves in the plane as plain data; ``player/plots.js`` draws them."""
+"""Plots as plain data; ``player/plots.js`` draws them."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from .packing import Numbers
 
-#: Name of the clock of a report's motion, to which its curves over time are tied.
+#: Name of the clock of a report's motion, which synchronises curves over time.
 MOTION = "motion"
 
 Style = Literal["solid", "dash", "dot"]
@@ -19,7 +19,7 @@ Style = Literal["solid", "dash", "dot"]
 
 @dataclass(frozen=True)
 class Axis:
-    """An axis; its range is that of the curves unless it is given."""
+    """An axis; its range is that of the curves by default."""
 
     title: str
     log: bool = False
@@ -30,7 +30,7 @@ class Axis:
 class Curve:
     """Points, joined by a line, marked, or both."""
 
-    #: Curves of a figure with the same name share an entry of the legend; without a name they have none.
+    #: Curves with the same name share an entry of the legend; unnamed curves have none.
     name: str
     x: NDArray[Any]
     y: NDArray[Any]
@@ -43,9 +43,9 @@ class Curve:
 
 @dataclass(frozen=True)
 class Note:
-    """A dotted line across a plot, with a word at its end."""
+    """A dotted line across a plot, with a label at its end."""
 
-    #: Which axis it stands on, and where.
+    #: Axis and position of the line.
     axis: Literal["x", "y"]
     at: float
     colour: str
@@ -61,9 +61,9 @@ class Plot:
     curves: Sequence[Curve]
     title: str = ""
     notes: Sequence[Note] = ()
-    #: Whether a unit is as long on both axes.
+    #: Whether both axes have the same scale.
     to_scale: bool = False
-    #: Width relative to others of its row.
+    #: Width relative to the other plots of its row.
     width: float = 1.0
 
 
@@ -74,7 +74,7 @@ class Figure:
     rows: Sequence[Sequence[Plot]]
     #: Height of a row, pixels.
     height: int
-    #: The clock whose time is the x of all plots; none where x is something else.
+    #: The clock whose time is the x axis of all plots; empty for other x axes.
     clock: str = ""
     legend: bool = True
 
@@ -91,7 +91,7 @@ class Figure:
 
 @dataclass
 class _Told:
-    """Arrays as they are packed: the same array of several curves stays the same."""
+    """Arrays for packing: an array shared by several curves remains shared."""
 
     known: dict[tuple[int, bool], Numbers] = field(default_factory=dict)
 
@@ -101,7 +101,7 @@ class _Told:
 
 
 def document(figure: Figure) -> dict[str, Any]:
-    """The document of the player, with arrays for `packing.pack`."""
+    """The player's document, with arrays for `packing.pack`."""
     told = _Told()
     return {
         "height": figure.height,
@@ -136,7 +136,7 @@ def _axis(axis: Axis) -> dict[str, Any]:
 
 
 def in_words(plot: Plot) -> str:
-    """A plot for those who cannot see it: what is over what, and from where to where each curve goes."""
+    """Text alternative of a plot: its axes, and the range of each curve."""
     parts = []
     for curve in plot.curves:
         y = np.asarray(curve.y, float)

@@ -11,19 +11,19 @@ from .. import views
 
 Array = NDArray[np.float64]
 
-#: Names with units, in the order in which the player offers them.
+#: Names with units, in the order of the player's menu.
 CURVATURE, STRESS, SPEED = "curvature (1/m)", "axial stress (Pa)", "speed (m/s)"
 
-#: Stations between which speeds are interpolated, at most: each takes a call for all shapes.
+#: Maximum number of stations between which speeds are interpolated: each one costs a call for all shapes.
 SPEED_STATIONS = 13
 
 
 def along(link: views.Link, q: Array, v: Array, t: Array, half: Array, at: Sequence[int]) -> dict[str, Array]:
-    """Values (shapes, stations) by name; what is not finite is left out.
+    """Values (shapes, stations) by name; non-finite ones are omitted.
 
     Stations have half extents ``half`` (stations, 2) and are in the segments ``at``.
     """
-    # The end of a run that failed can be beyond all numbers.
+    # The last state of a failed run can overflow.
     with np.errstate(over="ignore", invalid="ignore"):
         found = _quantities(link, q, v, t, half, at)
     return {name: values for name, values in found.items() if np.isfinite(values).all()}
@@ -51,14 +51,15 @@ def _quantities(
 def axial_stress(link: views.Link, change: Array, half: Array, at: Sequence[int]) -> Array | None:
     """The largest elastic stress along the rod in each section, pascals, (shapes, stations).
 
-    E times the strain of the outermost fibre, by stretch and bending: the change of the strains (shapes,
-    stations, 6) from those at rest. Exact in circles and ellipses, where the bending about both axes meets in
-    one fibre, and at the corners of rectangles. None where a segment has no Young's modulus.
+    E times the strain of the outermost fibre due to stretch and bending, from the change of the strains
+    (shapes, stations, 6) relative to the reference strain. Exact for circles and ellipses, where the fibre of
+    largest bending strain is on the boundary, and at the corners of rectangles. None if a segment has no
+    Young's modulus.
     """
     moduli = [segment.young_modulus for segment in link.segments]
     if None in moduli:
         return None
-    # Bending about y stretches along z.
+    # Bending about y causes axial strain along z.
     bending = np.abs(change[..., 1:3] * half[:, ::-1])
     is_square = np.array([link.segments[i].section.shape == "rectangle" for i in at])
     outermost = np.where(is_square, bending.sum(axis=-1), np.hypot(bending[..., 0], bending[..., 1]))

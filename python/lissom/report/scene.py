@@ -1,4 +1,4 @@
-"""The document of a player: objects over time, camera and speed."""
+"""The player's document: objects over time, camera and speed."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from .packing import Numbers
 
 Array = NDArray[np.float64]
 
-#: Version of the document: raised when a player that knows the one before would show nonsense.
+#: Version of the document, increased when older players could not display it.
 VERSION = 1
 
 Kind = TypeVar("Kind", bound=Thing)
@@ -23,43 +23,43 @@ Kind = TypeVar("Kind", bound=Thing)
 
 @dataclass(frozen=True)
 class Scene:
-    """A view in space of a model in one shape after the other."""
+    """A 3-D view of a sequence of shapes of a model."""
 
-    #: When the shapes are shown, (shapes,), rising; for runs times in seconds.
+    #: Times at which shapes are shown, (shapes,), increasing; in seconds for runs.
     t: Array
-    #: What stands around a label.
+    #: Text before and after the value of a label.
     label: tuple[str, str]
-    #: Whether the labels are seconds, which are played in real time.
+    #: Whether labels are seconds, which are played in real time.
     is_time: bool
     #: Index of the shape that is shown first.
     opens_at: int
     things: Sequence[Thing]
-    #: The box around it all, metres, and the direction from which it is seen.
+    #: Bounding box in metres, and the view direction.
     low: Array
     high: Array
     eye: Array
-    #: Axis across the ground, where it is, and whether up is the axis' direction.
+    #: Axis perpendicular to the ground, its position, and whether up is along the axis.
     ground: tuple[int, float, bool]
-    #: Layers that are called otherwise here.
+    #: Layers with different names in this scene.
     names: Mapping[str, str]
-    #: What surrounds the model, in words: gravity, the current.
+    #: Description of the surroundings: gravity, the current.
     surroundings: Sequence[str] = ()
-    #: What the labels say, (shapes,); `t` unless given. It need not rise.
+    #: Values of the labels, (shapes,); `t` by default. They need not increase.
     labels: Array | None = None
 
     def of(self, kind: type[Kind], layer: str | None = None) -> list[Kind]:
-        """The things of a kind, of all layers or of one."""
+        """The objects of a kind, of all layers or of one."""
         return [thing for thing in self.things if isinstance(thing, kind) and layer in (None, thing.layer)]
 
     @property
     def layers(self) -> list[str]:
-        """The layers that show something, in the order of the legend."""
+        """Non-empty layers, in the order of the legend."""
         shown = {thing.layer for thing in self.things} | {"floor"}
         return [layer for layer in LEGEND if layer in shown]
 
     @property
     def in_words(self) -> str:
-        """The view for those who cannot see it."""
+        """Text alternative of the view."""
         what = ", ".join(self.names.get(layer, layer) for layer in self.layers if layer != "floor")
         before, after = self.label
         labels = self.t if self.labels is None else self.labels
@@ -68,7 +68,7 @@ class Scene:
         return f"View in space with {what}, from {low} to {high}, in a box of {size} m."
 
     def document(self) -> dict[str, Any]:
-        """The document of the player, with arrays for `packing.pack`."""
+        """The player's document, with arrays for `packing.pack`."""
         axis, place, is_up = self.ground
         return {
             "version": VERSION,

@@ -1,4 +1,4 @@
-"""The reports of equilibria and of natural modes."""
+"""Reports of equilibria and of natural modes."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ from ..views import Member
 from . import motion, page, plots, theme
 from .text import quantity
 
-#: Modes that are animated; the table has all of them.
+#: Number of animated modes; the table contains all of them.
 ANIMATED = 4
 
 #: Frames of one vibration.
 FRAMES = 49
 
-#: What is so small beside what it is made of is what rounding leaves of a zero, and says nothing.
+#: Values below this fraction of their terms are rounding errors of zero.
 ROUNDING = 1e-12
 
-#: Modes in the table of the command line.
+#: Number of modes in the table of the command line.
 LISTED = 10
 
 
@@ -55,7 +55,7 @@ def equilibrium(
     start: Array | None = None,
     wall_time: float | None = None,
 ) -> page.Page:
-    """The report of an equilibrium; without a path, it also shows the initial shape, if given."""
+    """The report of an equilibrium. Without a path it also shows the initial shape, if given."""
     path, shown = found.path, setting.view
     if path is not None:
         sections = _along(setting, path)
@@ -89,7 +89,7 @@ def continuation(setting: Setting, found: ContinuationResult, title: str) -> pag
         ("load factor", f"from {factor[0]:.6g} to {factor[-1]:.6g}"),
     ]
     if (np.diff(factor) < 0.0).any():
-        # The path turns at limit points, which may lie between two of its equilibria.
+        # The path turns at limit points, which may lie between two of its points.
         reached = [*factor, *(point.load_factor for point in path.critical_points)]
         rows.append(("load factor, least and largest", f"{min(reached):.6g}, {max(reached):.6g}"))
     if path.u is not None:
@@ -113,7 +113,7 @@ def continuation(setting: Setting, found: ContinuationResult, title: str) -> pag
 
 
 def _along(setting: Setting, path: EquilibriumPath) -> list[page.Section]:
-    """A path of equilibria: the shapes, the last one first, and how stiff they are."""
+    """A path of equilibria: the shapes, starting with the last one, and their stiffness."""
     factor = path.load_factor
     is_rising = bool((np.diff(factor) > 0.0).all())
     slides = Slides(
@@ -122,7 +122,7 @@ def _along(setting: Setting, path: EquilibriumPath) -> list[page.Section]:
         path.q,
         ("load factor ", ""),
         opens_at=len(path.q) - 1,
-        # Of a path of inputs all loads act everywhere.
+        # On a path of inputs all loads act fully.
         factors=factor if path.u is None else None,
         inputs=path.u,
         labels=None if is_rising else factor,
@@ -143,7 +143,7 @@ def _source(scene: Scene) -> page.Section:
 
 
 def outcome(found: StaticsResult) -> tuple[str, bool]:
-    """How it went, and whether that is good."""
+    """The outcome, and whether it is a success."""
     if not found.success:
         return f"Failed: {found.status}", False
     return f"In equilibrium, {found.stability or 'stability unknown'}", bool(found.is_stable)
@@ -166,7 +166,7 @@ def summary(setting: Setting, found: StaticsResult, wall_time: float | None) -> 
 
 
 def _rounded(values: Array, least: float) -> list[float]:
-    """The same with zeros for what is less."""
+    """The values with small ones replaced by zero."""
     return [0.0 if abs(value) < least else float(value) for value in values]
 
 
@@ -175,7 +175,7 @@ def _criticals(path: EquilibriumPath) -> list[tuple[str, str]]:
 
 
 def _wrenches(setting: Setting, at: Array, members: Sequence[Member]) -> page.Table:
-    """What each link gets through its joint at rest."""
+    """Wrench transmitted through each link's joint at rest."""
     q, t = at[None], np.array([setting.t])
     rest, u = np.zeros_like(q), setting.u[None]
 
@@ -253,7 +253,7 @@ COLUMNS = ("mode", "frequency (Hz)", "damping ratio", "decay rate (1/s)")
 
 
 def table(found: ModesResult) -> list[tuple[str, str, str, str]]:
-    """The modes in numbers."""
+    """Table of the modes."""
     return [
         (str(k + 1), f"{hertz:.6g}", f"{ratio:.4g}", f"{-s.real + 0.0:.4g}")
         for k, (hertz, ratio, s) in enumerate(

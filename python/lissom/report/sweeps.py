@@ -12,16 +12,16 @@ from ..results import Array
 from ..sweeps.results import SweepStudy
 from . import page, plots, theme
 
-#: Colours of a map.
+#: Number of colours of a map.
 SHADES = 9
 
-#: Most rows and columns of a map: more are no longer read.
+#: Maximum number of rows and columns of a map.
 LARGEST_MAP = 40
 
-#: Most curves in a plot.
+#: Maximum number of curves per plot.
 CURVES = 5
 
-#: Rows of the table of runs that failed.
+#: Maximum number of rows in the table of failed runs.
 LISTED = 20
 
 
@@ -31,7 +31,7 @@ def write(study: SweepStudy, path: Path) -> None:
 
 
 def build(study: SweepStudy) -> page.Page:
-    """What the report says."""
+    """Content of the report."""
     options = [(name, list(_shown(study, name, values))) for name, values in responses(study)]
     parts: list[page.Part] = [page.Choice("Response", options)] if options else []
     sections = [page.Section("Responses", parts)] if parts else []
@@ -50,7 +50,7 @@ def build(study: SweepStudy) -> page.Page:
 
 
 def responses(study: SweepStudy) -> Iterator[tuple[str, Array]]:
-    """What is shown over the parameters, by name: arrays of the shape of the grid."""
+    """Responses over the parameters, by name: arrays with the shape of the grid."""
     found = study.found
     if "position" in found:
         for k, place in enumerate(found.place.values):
@@ -95,7 +95,7 @@ def _caption(study: SweepStudy) -> str:
 
 
 def _curves(study: SweepStudy, response: str, values: Array, k: int, middle: tuple[int, ...]) -> plots.Plot:
-    """The response over a parameter, for some values of the next one."""
+    """The response over a parameter, for some values of the next parameter."""
     axes, names = _axes(study), study.parameters
     x = axes[k].astype(float)
     other = (k + 1) % len(axes)
@@ -125,7 +125,7 @@ def _map(study: SweepStudy, response: str, values: Array, rest: str) -> page.Cel
     low, high = (float(known.min()), float(known.max())) if known.size else (0.0, 0.0)
     bounds = np.linspace(low, high, SHADES + 1)
     colours = theme.sample(theme.ROD_SCALE, np.linspace(0.0, 1.0, SHADES))
-    # With as many digits as tell the bounds from one another; a response that does not change has one shade.
+    # With enough digits to distinguish the bounds; a constant response has one shade.
     kinds = next(
         (names for digits in range(4, 18) if len(set(names := _froms(bounds, digits))) == SHADES),
         [f"{low:.4g}"],

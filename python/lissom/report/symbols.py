@@ -19,23 +19,23 @@ from .loops import loops
 
 Array = NDArray[np.float64]
 
-#: Half an axis of a joint, half the width of the plate that a base is clamped to and of the windings of a
-#: spring, relative to the model's size.
+#: Half the axis of a joint, half the width of a clamp's plate, and of the windings of a spring, relative to
+#: the model's size.
 AXIS, PLATE, WINDING = 0.055, 0.045, 0.02
 
-#: Windings of a spring.
+#: Number of windings of a spring.
 WINDINGS = 5
 
-#: Gravity and current: length and distance from the corner of the box, and what the heads of their arrows are
-#: scaled to, relative to its diagonal.
+#: Gravity and current: length of the arrows, distance from the corner of the box, and scale of the heads,
+#: relative to the diagonal.
 CORNER_ARROW, CORNER_GAP, CORNER_HEAD = 0.13, 0.04, 0.4
 
-#: Radii of the balls of anchors and of the wire of springs, relative to the model's size.
+#: Radii of anchor balls and of spring wires, relative to the model's size.
 ANCHOR, SPRING = 0.012, 0.0035
 
 
 def symbols(marks: Marks, shown: Shown) -> list[Thing]:
-    """Everything that is drawn of the robot itself."""
+    """All symbols of the robot itself."""
     return [
         *joints(marks.joints, shown),
         *loops(marks.loops, shown),
@@ -47,10 +47,10 @@ def symbols(marks: Marks, shown: Shown) -> list[Thing]:
 
 
 def around(marks: Marks, low: Array, high: Array, eye: Array) -> list[Thing]:
-    """Gravity and the current in the upper corners of a box that is seen from ``eye``."""
+    """Gravity and current in the upper corners of a box seen from ``eye``."""
     diagonal = float(np.linalg.norm(high - low))
     things: list[Thing] = []
-    # In the upper corners that are behind the box, on the left and on the right.
+    # In the upper corners on the far side of the box, left and right.
     depth = int(np.argmax(np.abs(eye[:2])))
     is_right = np.cross([0.0, 0.0, 1.0], eye) > 0.0
     left, right = np.where(is_right, low, high), np.where(is_right, high, low)
@@ -77,7 +77,7 @@ def around(marks: Marks, low: Array, high: Array, eye: Array) -> list[Thing]:
 
 
 def _supports(marks: Sequence[SupportMark], shown: Shown) -> list[Thing]:
-    """Springs from their anchors to what they hold; anchors alone where directions are held."""
+    """Springs from their anchors to the supported sections; only anchors for rigidly held directions."""
     if not marks:
         return []
     anchors = np.stack([mark.anchor for mark in marks])[None]
@@ -104,7 +104,7 @@ def _spring(anchor: Array, ends: Array, size: float) -> Array:
 
 
 def _clamps(clamps: Sequence[Pose], shown: Shown) -> list[Thing]:
-    """Plates behind the bases that are welded to the world."""
+    """Plates behind bases that are welded to the world."""
     half = max(PLATE * shown.size, 1.5 * shown.radius)
     behind = np.eye(4)
     behind[0, 3] = -half / 8
@@ -118,9 +118,9 @@ def _clamps(clamps: Sequence[Pose], shown: Shown) -> list[Thing]:
 
 
 def floor(gravity: Sequence[float], low: Array, high: Array) -> tuple[int, float, bool]:
-    """Axis and place of the ground below a box, and whether up is along that axis.
+    """Axis and position of the ground below a box, and whether up is along that axis.
 
-    Across gravity where that has the direction of an axis, else across z.
+    Perpendicular to gravity if gravity is along an axis, otherwise perpendicular to z.
     """
     down = np.asarray(gravity, float)
     axis = int(np.argmax(np.abs(down))) if np.count_nonzero(down) == 1 else 2

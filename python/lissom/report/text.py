@@ -26,17 +26,17 @@ METHODS = {
     "auto": "chosen for the accuracy",
 }
 
-#: What Newmark's method is where loops are closed or surfaces touch.
+#: Newmark's method for models with closed loops or contacts.
 METHOD_THAT_DAMPS = "generalised alpha (implicit, ρ∞ = 0.8)"
 
-#: Counters that people look for first.
+#: Counters shown first.
 SHOWN_COUNTERS = ("steps", "newton_iterations", "nfev")
 
-#: Steps and runs that `lissom explain` measures.
+#: Number of steps and of runs that `lissom explain` measures.
 MEASURED_STEPS = 100
 MEASURED_RUNS = 3
 
-#: Methods whose step the scene gives.
+#: Methods with a fixed step from the scene.
 FIXED_STEP = ("newmark", "hht", "generalised_alpha")
 
 #: Methods that evaluate accelerations, but do not solve for them.
@@ -44,7 +44,7 @@ EXPLICIT = ("rk45", "dop853")
 
 
 def quantity(value: float, unit: str = "", digits: int = 3) -> str:
-    """A number with few digits and its unit, in units that suit it where these are seconds or joules."""
+    """Format a number with few digits and its unit; seconds and joules with a suitable prefix."""
     if unit in ("s", "J") and 0.0 < abs(value) < 1.0:
         for factor, prefix in ((1e3, "m"), (1e6, "µ"), (1e9, "n")):
             if abs(value) * factor >= 1.0:
@@ -164,9 +164,9 @@ def outputs(scene: Scene) -> list[tuple[str, str]]:
 
 
 def cost_of_steps(scene: Scene) -> list[tuple[str, str]]:
-    """Cost of the first steps of a scene on this machine, the fastest of several runs."""
+    """Cost of the first steps of a scene on this machine: the fastest of several runs."""
     settings = scene.simulation
-    # The whole scene for methods that choose their steps: they may make few.
+    # Methods with adaptive steps run the whole scene, because they may need few steps.
     is_fixed = settings.method in FIXED_STEP
     whole_time = settings.t_end - settings.t0
     duration = min(whole_time, MEASURED_STEPS * settings.dt) if is_fixed else whole_time
@@ -196,7 +196,7 @@ def cost_of_steps(scene: Scene) -> list[tuple[str, str]]:
 
 
 def _loops(scene: Scene, motion: MotionResult) -> list[tuple[str, str]]:
-    """Why the default method changes with loops and contacts, and the redundant constraints at the start."""
+    """Why closed loops and contacts change the default method, and redundant constraints at the start."""
     seen = view(scene.model)
     if not seen.marks.loops:
         if seen.marks.contacts.pairs and scene.simulation.method == "newmark":
@@ -215,9 +215,9 @@ def _loops(scene: Scene, motion: MotionResult) -> list[tuple[str, str]]:
 
 
 def multiplications(one: Mapping[str, int], stats: Statistics) -> int:
-    """What the steps of a Newmark method multiplied: in residuals, Jacobians and linear systems.
+    """Number of multiplications in the steps of a Newmark method: in residuals, Jacobians and linear systems.
 
-    ``one`` has the multiplications of one of each.
+    ``one`` contains the multiplications of one of each.
     """
     return (
         (stats.nfev + stats.nfev_jac) * one["residual"]
@@ -233,7 +233,7 @@ def _first_steps(scene: Scene, duration: float) -> MotionResult:
     if settings.method != "auto":
         options["atol"] = settings.atol
     with warnings.catch_warnings():
-        # These steps are counted; whether they are right is what `check` and `run` say.
+        # Only the cost of these steps matters; `check` and `run` report their accuracy.
         warnings.simplefilter("ignore", AccuracyWarning)
         return simulate(
             scene.model,
@@ -267,7 +267,7 @@ def summary(run: Run) -> list[tuple[str, str]]:
 
 
 def animation(run: Run | Made) -> str:
-    """Below the animation."""
+    """Caption of the animation."""
     note = f"{run.view.caption}. Axes are to scale"
     sizes = [size for link in run.view.links for size in link.half_extents()]
     if sizes and min(sizes) < motion.LEAST_RADIUS * run.view.size:
@@ -278,7 +278,7 @@ def animation(run: Run | Made) -> str:
 
 
 def coordinates(shown: Sequence[Coordinate]) -> str:
-    """Below coordinates."""
+    """Caption of coordinates."""
     if all(coordinate.degree is None for coordinate in shown):
         return ""
     return (
@@ -288,7 +288,7 @@ def coordinates(shown: Sequence[Coordinate]) -> str:
 
 
 def held(mark: LoopMark) -> str:
-    """Below the forces that hold a loop."""
+    """Caption of the constraint forces of a loop."""
     if mark.kind == "gear":
         return f"The generalised force on the first coordinate of {mark.name}: {mark.between}."
     return (
@@ -299,7 +299,7 @@ def held(mark: LoopMark) -> str:
 
 
 def pressed(mark: ContactMark) -> str:
-    """Below the force of a contact."""
+    """Caption of a contact force."""
     return (
         f"Force that the second surface of {mark.name} exerts on the first one ({mark.between}), friction "
         "included, in world axes, at the output times; impacts can be shorter."
@@ -307,13 +307,13 @@ def pressed(mark: ContactMark) -> str:
 
 
 def gaps(run: Run | Made) -> str:
-    """Below the gaps of closed loops."""
+    """Caption of the gaps of closed loops."""
     widest = quantity(float(np.nanmax(loops.widest(run), initial=0.0)), digits=2)
     return f"The largest constraint violation of each loop; at most {widest}. The exact value is zero."
 
 
 def energy(run: Run | Made) -> str:
-    """Below the energies."""
+    """Caption of the energies."""
     work = " − work of the tip moment" if run.balance.work.any() else ""
     return (
         f"The total is kinetic + elastic + gravitational + loads + dissipated{work}. An exact motion keeps "

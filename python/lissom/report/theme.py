@@ -1,4 +1,4 @@
-"""Colours that all figures share; readable on light and on dark ground."""
+"""Colours of all figures, readable on light and dark backgrounds."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ BLUE, ORANGE, GREEN, PURPLE, RED, CYAN, GREY = (
     "#808994",
 )
 
-#: Of moments, beside forces in red.
+#: For moments, beside forces in red.
 MAGENTA = "#c2479a"
 
-#: Of tendons.
+#: For tendons.
 GOLD = "#d9a520"
 
-#: Of rigid bodies.
+#: For rigid bodies.
 STEEL = "#9aa5b4"
 
-#: One colour for each part of the energy, in every figure.
+#: Colours of the parts of the energy, in every figure.
 ENERGY_COLOURS = {
     "kinetic": BLUE,
     "elastic": ORANGE,
@@ -36,10 +36,10 @@ ENERGY_COLOURS = {
     "total": GREY,
 }
 
-#: Colours of successive curves without a meaning of their own.
+#: Colours of successive curves.
 SERIES = (BLUE, ORANGE, GREEN, PURPLE, RED, CYAN, GREY)
 
-#: From the base of a rod to its tip.
+#: Colour scale from the base of a rod to its tip.
 ROD_SCALE: list[tuple[float, str]] = [
     (0.0, "#3448a5"),
     (0.45, "#2f8fc4"),
@@ -49,7 +49,7 @@ ROD_SCALE: list[tuple[float, str]] = [
 
 
 def sample(scale: list[tuple[float, str]], at: Any) -> list[str]:
-    """Colours of a scale at places from 0 to 1."""
+    """Colours of a scale at positions from 0 to 1."""
     stops = [stop for stop, _ in scale]
     parts = np.array([[int(colour[i : i + 2], 16) for i in (1, 3, 5)] for _, colour in scale])
     mixed = np.stack([np.interp(at, stops, part) for part in parts.T], axis=-1).round().astype(int)
@@ -57,7 +57,7 @@ def sample(scale: list[tuple[float, str]], at: Any) -> list[str]:
 
 
 def ink_on(colour: str) -> str:
-    """Black or white, whichever has more contrast on a colour (relative luminance of WCAG 2.2)."""
+    """Black or white, whichever has the higher contrast on a colour (relative luminance of WCAG 2.2)."""
     parts = np.array([int(colour[i : i + 2], 16) for i in (1, 3, 5)]) / 255.0
     linear = np.where(parts <= 0.04045, parts / 12.92, ((parts + 0.055) / 1.055) ** 2.4)
     luminance = float(linear @ [0.2126, 0.7152, 0.0722])

@@ -18,16 +18,16 @@ from .states import States
 
 Array = NDArray[np.float64]
 
-#: Units of lengths and forces of actuators, by kind.
+#: Units of the lengths and forces of actuators, by kind.
 UNITS = {"Tendon": ("m", "N"), "Chamber": ("m^3", "Pa"), "ActiveStrain": ("J", "1")}
 
-#: Those of motors, by the units of their coordinates.
+#: The same for motors, by the unit of their coordinate.
 UNITS_OF_MOTORS = {"rad": ("rad", "N m"), "m": ("m", "N")}
 
 
 @dataclass(frozen=True, eq=False)
 class OfActuator(Sensor):
-    """An instrument of an actuator."""
+    """An instrument on an actuator."""
 
     actuator: str | None = None
     _units: tuple[str, str] = field(init=False, repr=False)
@@ -67,7 +67,7 @@ class ActuatorLength(OfActuator):
     Parameters
     ----------
     robot : Robot
-        Where it sits.
+        Robot with the actuator.
     actuator : str, optional
         Name of the actuator; optional if the robot has only one.
     name, noise, bias, rate, delay, seed
@@ -85,7 +85,7 @@ class ActuatorLength(OfActuator):
 
     @property
     def units(self) -> tuple[str, ...]:
-        """Their units."""
+        """Units of the channels."""
         return self._units[:1]
 
     def _ideal(self, given: States) -> Array:
@@ -102,7 +102,7 @@ class ActuatorForce(OfActuator):
     Parameters
     ----------
     robot : Robot
-        Where it sits.
+        Robot with the actuator.
     actuator : str, optional
         Name of the actuator; optional if the robot has only one.
     name, noise, bias, rate, delay, seed
@@ -122,7 +122,7 @@ class ActuatorForce(OfActuator):
 
     @property
     def units(self) -> tuple[str, ...]:
-        """Their units."""
+        """Units of the channels."""
         return self._units[1:]
 
     def _ideal(self, given: States) -> Array:

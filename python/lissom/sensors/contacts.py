@@ -20,7 +20,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class OfContact(Sensor):
-    """An instrument of a contact."""
+    """An instrument on a contact."""
 
     contact: str | None = None
 
@@ -80,7 +80,7 @@ class ContactForce(OfContact):
 
     @property
     def units(self) -> tuple[str, ...]:
-        """Their units."""
+        """Units of the channels."""
         return ("N",) * 3
 
     def _ideal(self, given: States) -> Array:
@@ -153,7 +153,7 @@ class Tactile(OfContact):
 
     @property
     def units(self) -> tuple[str, ...]:
-        """Their units."""
+        """Units of the channels."""
         return ("N",) * len(self.channels)
 
     def _ideal(self, given: States) -> Array:
@@ -169,7 +169,7 @@ class Tactile(OfContact):
             cells[0] += force
         elif along is not None:
             cell = int(np.searchsorted(self._edges, along, side="right")) - 1
-            # The last cell has its far end.
+            # The last cell includes its upper end.
             if along == self._edges[-1]:
                 cell -= 1
             if 0 <= cell < len(cells):

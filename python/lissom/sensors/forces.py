@@ -28,7 +28,7 @@ class ForceTorque(Sensor):
     Parameters
     ----------
     robot : Robot
-        Where it sits.
+        Robot that carries the sensor.
     link : str, optional
         Link whose joint or rod has the sensor; optional if the robot has only one.
     at : float, optional
@@ -50,7 +50,7 @@ class ForceTorque(Sensor):
     link: str | None = None
     at: float | None = None
     _where: str = field(init=False, repr=False)
-    #: Where on the link its axes are.
+    #: Arc length of the axes on the link.
     _base: float | None = field(init=False, repr=False)
 
     NEEDS: ClassVar[str] = "va"
@@ -75,7 +75,7 @@ class ForceTorque(Sensor):
 
     @property
     def units(self) -> tuple[str, ...]:
-        """Their units."""
+        """Units of the channels."""
         return ("N m",) * 3 + ("N",) * 3
 
     def _ideal(self, given: States) -> Array:

@@ -20,7 +20,7 @@ Array = NDArray[np.float64]
 
 
 def _within(coordinate: str) -> str:
-    """What a coordinate is called within its link: "angle", "bend_y" of "arm.bend_y[0]"."""
+    """Name of a coordinate within its link: "angle", or "bend_y" for "arm.bend_y[0]"."""
     return coordinate.rpartition(".")[2].partition("[")[0]
 
 
@@ -29,7 +29,8 @@ def _of_joints(robot: Robot) -> list[int]:
 
 
 def indices(robot: Robot, joint: str) -> list[int]:
-    """Places of the coordinates of a link's joint, or of one by its name; none where nothing is called so."""
+    """Indices of the coordinates of a link's joint, or of a single coordinate, by name; empty for unknown
+    names."""
     of_joints = _of_joints(robot)
     named = [i for i in of_joints if robot.coordinates[i] == joint]
     if named or joint not in (link.name for link in robot.links):
@@ -39,7 +40,7 @@ def indices(robot: Robot, joint: str) -> list[int]:
 
 
 def unit(coordinate: str) -> str:
-    """That of a joint's coordinate."""
+    """Unit of a joint's coordinate."""
     return JOINTS[_within(coordinate).partition("_")[0]][1]
 
 
@@ -48,7 +49,7 @@ class OfJoint(Sensor):
     """An instrument at a joint."""
 
     joint: str | None = None
-    #: Its coordinates and their names.
+    #: Indices and names of its coordinates.
     _indices: tuple[int, ...] = field(init=False, repr=False)
     _names: tuple[str, ...] = field(init=False, repr=False)
 
@@ -85,7 +86,7 @@ class Encoder(OfJoint):
     Parameters
     ----------
     robot : Robot
-        Where it sits.
+        Robot with the joint.
     joint : str, optional
         Name of a link, for all coordinates of its joint, or one of `Robot.coordinates`. Optional if the robot
         has only one joint coordinate.
@@ -105,7 +106,7 @@ class Encoder(OfJoint):
 
     @property
     def units(self) -> tuple[str, ...]:
-        """Their units."""
+        """Units of the channels."""
         return self._units
 
     def _ideal(self, given: States) -> Array:
@@ -119,7 +120,7 @@ class Tachometer(OfJoint):
     Parameters
     ----------
     robot : Robot
-        Where it sits.
+        Robot with the joint.
     joint : str, optional
         Name of a link, for all coordinates of its joint, or one of `Robot.coordinates`. Optional if the robot
         has only one joint coordinate.
@@ -141,7 +142,7 @@ class Tachometer(OfJoint):
 
     @property
     def units(self) -> tuple[str, ...]:
-        """Their units."""
+        """Units of the channels."""
         return tuple(f"{unit}/s" for unit in self._units)
 
     def _ideal(self, given: States) -> Array:

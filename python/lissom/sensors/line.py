@@ -11,38 +11,38 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-#: So much of a period or a delay is left to rounding of the times: what is due then is not late.
+#: Tolerance for rounding of times, relative to a period or a delay.
 ROUNDING = 1e-6
 
 
 class Line:
-    """Sample and hold: a reading is the last sample that is at least the delay old, or the first one.
+    """Sample and hold: a reading is the latest sample that is at least as old as the delay, or the first one.
 
     Parameters
     ----------
     rate : float or None
-        Samples per second, counted from the first reading; by default every reading is one.
+        Samples per second, starting at the first reading; by default every reading is a sample.
     delay : float
-        Seconds.
+        Delay, seconds.
     """
 
     def __init__(self, rate: float | None, delay: float) -> None:
         self.rate = rate
         self.delay = delay
-        # The ring: times and values of the samples that are shown now or later.
+        # Times and values of the samples that readings return now or later.
         self.samples: deque[tuple[float, Array]] = deque()
         self.first = self.last = np.nan
         self.number = 0
 
     def read(self, t: float, sample: Callable[[], Array]) -> Array:
-        """What is shown at a time, not before that of the last reading. Takes a sample where one is due."""
+        """Reading at a time, not before that of the last reading. Takes a sample if one is due."""
         if t < self.last:
             raise ValueError(
                 f"t: got {t}, expected no time before the last reading's, {self.last}; `reset` begins anew"
             )
         if not self.samples:
             self.first = t
-        # Equal times have one sample.
+        # One sample for equal times.
         number = self._number(t, self.first)
         if not self.samples or (t > self.last if number is None else number > self.number):
             self.samples.append((t, sample()))
@@ -53,21 +53,21 @@ class Line:
         return self.samples[0][1]
 
     def taken(self, t: Array) -> NDArray[np.bool_]:
-        """At which of these times, which do not decrease, samples are taken, from the first one on."""
+        """Which of these non-decreasing times have a sample, including the first one."""
         number = self._number(t, t[:1])
         return np.diff(t if number is None else number, prepend=-np.inf) > 0
 
     def shown(self, t: Array, taken: Array) -> NDArray[np.intp]:
-        """Which of the samples that are taken at some times are shown at others."""
+        """Indices of the samples that readings at these times return, given which times have samples."""
         arrived: NDArray[np.intp] = np.searchsorted(taken, self._shown_until(t), side="right")
         return np.maximum(arrived - 1, 0)
 
-    # The same for one time and for many, so that these cannot differ.
+    # Common formulas for single and many times, so that both agree exactly.
 
     def _number(self, t: Any, first: Any) -> Any:
-        """How many samples after the first one are due."""
+        """Number of samples due after the first one."""
         return None if self.rate is None else np.floor((t - first) * self.rate + ROUNDING)
 
     def _shown_until(self, t: Any) -> Any:
-        """Samples up to this time have arrived."""
+        """Latest time of the samples that have arrived."""
         return t - (1 - ROUNDING) * self.delay

@@ -50,7 +50,7 @@ class Marker(Placed):
 
     @property
     def units(self) -> tuple[str, ...]:
-        """Their units."""
+        """Units of the channels."""
         return ("m",) * 3
 
     def _ideal(self, given: States) -> Array:
@@ -94,7 +94,7 @@ class PoseTracker(Mounted):
 
     @property
     def units(self) -> tuple[str, ...]:
-        """Their units."""
+        """Units of the channels."""
         return ("m",) * 3 + ("1",) * 4
 
     def _ideal(self, given: States) -> Array:
@@ -149,7 +149,7 @@ class Velocimeter(Mounted):
 
     @property
     def units(self) -> tuple[str, ...]:
-        """Their units."""
+        """Units of the channels."""
         return ("m/s",) * 3
 
     def _ideal(self, given: States) -> Array:
@@ -165,7 +165,7 @@ class Inertial(Mounted):
     """Base class of gyroscopes and accelerometers."""
 
     def _felt(self, given: States, rotations: Array, rates: Array) -> Array:
-        """The specific force on an instrument: its acceleration less that of gravity."""
+        """The specific force on an instrument: its acceleration minus that of gravity."""
         growths, accelerations = self._accelerations(given)
         felt = accelerations - np.array(self.robot.gravity)
         if self._lever is not None:
@@ -211,7 +211,7 @@ class Gyroscope(Inertial):
 
     @property
     def units(self) -> tuple[str, ...]:
-        """Their units."""
+        """Units of the channels."""
         return ("rad/s",) * 3
 
     def _ideal(self, given: States) -> Array:
@@ -256,7 +256,7 @@ class Accelerometer(Inertial):
 
     @property
     def units(self) -> tuple[str, ...]:
-        """Their units."""
+        """Units of the channels."""
         return ("m/s^2",) * 3
 
     def _ideal(self, given: States) -> Array:
@@ -313,7 +313,7 @@ class Imu(Inertial):
 
     @property
     def units(self) -> tuple[str, ...]:
-        """Their units."""
+        """Units of the channels."""
         return ("rad/s",) * 3 + ("m/s^2",) * 3
 
     def _ideal(self, given: States) -> Array:

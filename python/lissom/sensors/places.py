@@ -1,4 +1,4 @@
-"""Places on the links of a robot, and instruments that are fixed there."""
+"""Places on the links of a robot, and instruments fixed there."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from .turning import matrix_of, turned_back
 
 Array = NDArray[np.float64]
 
-#: How much the norm of a quaternion may be off, as that of a `Link` may.
+#: Tolerated deviation of a quaternion's norm from one, as for a `Link`.
 QUATERNION_TOLERANCE = 1e-3
 
 
 def check(robot: Robot, link: str | None, at: ArrayLike | None, *, of_rod: bool = False) -> str:
-    """Refuses what is no place on a robot, or not on a rod; says how it is called."""
-    # Of no states at all: only the place is looked at.
+    """Reject an invalid place of a robot, or a place that is not on a rod; return a name for the place."""
+    # An empty set of states checks only the place.
     none = np.empty((0, robot.n))
     try:
         if of_rod:
@@ -45,7 +45,7 @@ class Placed(Sensor):
     _: KW_ONLY
     point: ArrayLike = (0.0, 0.0, 0.0)
     _where: str = field(init=False, repr=False)
-    #: The point, where it is not the origin of the section or body.
+    #: The point, if it is not the origin of the section or body.
     _lever: Array | None = field(init=False, repr=False)
 
     def _check(self) -> None:
@@ -78,11 +78,11 @@ class Placed(Sensor):
 
 @dataclass(frozen=True, eq=False)
 class Mounted(Placed):
-    """An instrument at a place of a link, with axes of its own."""
+    """An instrument at a place of a link with its own axes."""
 
     _: KW_ONLY
     orientation: ArrayLike = (1.0, 0.0, 0.0, 0.0)
-    #: Its rotation, where it has axes of its own.
+    #: Rotation of its axes, if they differ from those of the section or body.
     _axes: Array | None = field(init=False, repr=False)
 
     def _check(self) -> None:
@@ -97,7 +97,7 @@ class Mounted(Placed):
         self._set("_axes", matrix_of(orientation) if any(orientation[1:]) else None)
 
     def _seen(self, rotations: Array, vectors: Array) -> Array:
-        """Vectors (k, 3) of the world in the axes of the instrument."""
+        """Convert world vectors (k, 3) to the axes of the instrument."""
         seen = turned_back(rotations, vectors)
         return seen if self._axes is None else turned_back(self._axes, seen)
 

@@ -70,7 +70,7 @@ class Sensor(ABC):
     _line: Line = field(init=False, repr=False)
     _random: np.random.Generator = field(init=False, repr=False)
 
-    #: What it looks at of a state beside time and coordinates: velocities "v", accelerations "a".
+    #: Parts of the state that it needs beside time and coordinates: velocities "v", accelerations "a".
     NEEDS: ClassVar[str] = ""
 
     def __post_init__(self) -> None:
@@ -254,28 +254,28 @@ class Sensor(ABC):
     def __copy__(self) -> Self:
         return self.copy()
 
-    # What kinds of sensors say of themselves.
+    # To be implemented by each kind of sensor.
 
     @abstractmethod
     def _check(self) -> None:
-        """Refuses what is special to this kind, and completes it."""
+        """Check and complete the data of this kind of sensor."""
 
     @abstractmethod
     def _place(self) -> str:
-        """Where it is, for its name."""
+        """The place, for the default name."""
 
     @abstractmethod
     def _ideal(self, given: States) -> Array:
-        """What an ideal one shows of k states, (k, channels): of each the same, however many there are."""
+        """Ideal measurements (k, channels) of k states; each row must not depend on k."""
 
     def _errors(self) -> int:
-        """How many numbers its noise has."""
+        """Number of noise components."""
         return len(self.channels)
 
     def _with_errors(self, ideal: Array, errors: Array) -> Array:
         return ideal + errors
 
-    # What follows from that.
+    # Derived from these.
 
     def _default_name(self) -> str:
         kind = re.sub(r"(?<!^)(?=[A-Z])", "_", type(self).__name__).lower()
@@ -297,7 +297,7 @@ class Sensor(ABC):
         return states.of(self.robot.n, self.NEEDS, self.name, **given)
 
     def _parts(self, source: Any, name: str) -> dict[str, Any]:
-        """What is needed of an object's state."""
+        """The parts of an object's state that the sensor needs."""
         parts = {}
         for part in ("t", "q", *self.NEEDS):
             parts[part] = getattr(source, part, None)
@@ -308,7 +308,7 @@ class Sensor(ABC):
         return parts
 
     def _of_channels(self, value: ArrayLike, name: str) -> tuple[float, ...]:
-        """A number for each channel."""
+        """One number per channel."""
         array = finite_array(value, name)
         if array.shape not in ((), (self._errors(),)):
             raise ValueError(f"{name}: expected a number or {self._errors()}, got shape {array.shape}")

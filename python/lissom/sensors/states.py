@@ -1,4 +1,4 @@
-"""States of a robot as an instrument sees them: many at once, as rows."""
+"""States of a robot for instruments: many states as rows of arrays."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from lissom._lissom import finite_array
 
 Array = NDArray[np.float64]
 
-#: What the parts of a state are that not every instrument needs.
+#: Descriptions of the optional parts of a state.
 PARTS = {"v": "velocities", "a": "accelerations"}
 
 
 @dataclass(frozen=True)
 class States:
-    """k states: times (k,), coordinates (k, n), and what is known of velocities, accelerations and inputs."""
+    """k states: times (k,), coordinates (k, n), and velocities, accelerations and inputs as far as known."""
 
     t: Array
     q: Array
@@ -27,18 +27,18 @@ class States:
     u: Array | None = None
 
     def __getitem__(self, which: NDArray[Any]) -> States:
-        """Some of them."""
+        """A subset of the states."""
         v, a, u = (None if part is None else part[which] for part in (self.v, self.a, self.u))
         return States(self.t[which], self.q[which], v, a, u)
 
     @property
     def inputs(self) -> dict[str, Any]:
-        """The option with which a robot takes the inputs; none where they are as they are by themselves."""
+        """The keyword argument for the inputs of a robot's methods; empty for default inputs."""
         return {} if self.u is None or self.u.size == 0 else {"u": self.u}
 
 
 def of(n: int, needed: str, who: str, **given: ArrayLike | None) -> tuple[States, bool]:
-    """Checked states, with what is needed of ``v`` and ``a``, and whether it is a single one."""
+    """Checked states including the needed parts of ``v`` and ``a``, and whether it is a single state."""
     q = finite_array(given["q"], "q")
     if q.shape[-1:] != (n,) or q.ndim > 2:
         raise ValueError(f"q: expected shape ({n},) or (k, {n}), got {q.shape}")

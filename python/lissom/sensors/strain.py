@@ -15,7 +15,7 @@ from .states import States
 
 Array = NDArray[np.float64]
 
-#: More of them are no instrument.
+#: Maximum number of sections.
 MOST_SECTIONS = 10_000
 
 
@@ -26,7 +26,7 @@ class OnRod(Sensor):
     link: str | None = None
     at: ArrayLike | None = None
     _where: str = field(init=False, repr=False)
-    #: Of each section the end of its channels' names.
+    #: Suffixes of the channels' names, one per section.
     _sections: tuple[str, ...] = field(init=False, repr=False)
 
     def _check(self) -> None:
@@ -45,7 +45,7 @@ class OnRod(Sensor):
         return self._where
 
     def _strains(self, q: Array) -> Array:
-        """Of k states, shape (k, sections, 6): torsion, bend_y, bend_z, stretch, shear_y, shear_z."""
+        """Strains of k states, shape (k, sections, 6): torsion, bend_y, bend_z, stretch, shear_y, shear_z."""
         return self.robot.strain(q, self.at, link=self.link).reshape(len(q), len(self._sections), 6)
 
 
@@ -82,7 +82,7 @@ class CurvatureSensor(OnRod):
 
     @property
     def units(self) -> tuple[str, ...]:
-        """Their units."""
+        """Units of the channels."""
         return ("rad/m",) * len(self.channels)
 
     def _ideal(self, given: States) -> Array:
@@ -139,14 +139,14 @@ class StrainGauge(OnRod):
 
     @property
     def units(self) -> tuple[str, ...]:
-        """Their units."""
+        """Units of the channels."""
         return ("1",) * len(self.channels)
 
     def _ideal(self, given: States) -> Array:
         return self._stretches(given.q) / self._at_rest - 1
 
     def _stretches(self, q: Array) -> Array:
-        """``|u|`` of k states, shape (k, sections)."""
+        """``|u|`` for k states, shape (k, sections)."""
         torsion, bend_y, bend_z, stretch, shear_y, shear_z = np.moveaxis(self._strains(q), -1, 0)
         y, z = np.asarray(self.offset)
         along = stretch + bend_y * z - bend_z * y

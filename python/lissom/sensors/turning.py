@@ -1,4 +1,4 @@
-"""Rotations of many states at once, entry by entry: each is the same to the bit, however many there are."""
+"""Rotations of many states, entry by entry: results do not depend on the number of states, bit for bit."""
 
 from __future__ import annotations
 
@@ -9,23 +9,23 @@ Array = NDArray[np.float64]
 
 
 def turned(rotations: Array, vectors: Array) -> Array:
-    """``R x`` of rotations (k, 3, 3) and vectors (k, 3), or one for all."""
+    """``R x`` for rotations (k, 3, 3) and vectors (k, 3), or a single one of either."""
     return _sum(rotations * vectors[..., None, :], -1)
 
 
 def turned_back(rotations: Array, vectors: Array) -> Array:
-    """``R.T x``, likewise."""
+    """``R.T x`` for the same shapes."""
     return _sum(rotations * vectors[..., :, None], -2)
 
 
 def _sum(terms: Array, axis: int) -> Array:
-    """One term after the other."""
+    """Sum in a fixed order of terms."""
     total: Array = terms.sum(axis=axis)
     return total
 
 
 def cross(first: Array, second: Array) -> Array:
-    """Products of vectors (k, 3)."""
+    """Cross products of vectors (k, 3)."""
     ax, ay, az = first.T
     bx, by, bz = second.T
     return np.stack([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx], axis=-1)
@@ -46,8 +46,8 @@ def matrix_of(quaternion: tuple[float, ...]) -> Array:
 def quaternions_of(rotations: Array) -> Array:
     """Quaternions (w, x, y, z), w >= 0, of rotation matrices (k, 3, 3).
 
-    ``4 p p.T`` of the quaternion p is linear in the matrix; p is the row of it that has the largest entry on
-    the diagonal, normalised (Shepperd 1978).
+    ``4 p p.T`` of the quaternion p is linear in the matrix; p is the normalised row with the largest diagonal
+    entry (Shepperd 1978).
     """
     (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = np.moveaxis(rotations, 0, -1)
     products = np.stack(
@@ -65,14 +65,14 @@ def quaternions_of(rotations: Array) -> Array:
 
 
 def upright(quaternions: Array) -> Array:
-    """The same rotations by quaternions (k, 4) of norm one with w >= 0."""
+    """Normalised quaternions (k, 4) of the same rotations with w >= 0."""
     norms = np.sqrt(_sum(quaternions * quaternions, -1))
     normalised: Array = quaternions / np.where(quaternions[:, 0] < 0, -norms, norms)[:, None]
     return normalised
 
 
 def products(first: Array, second: Array) -> Array:
-    """Products of quaternions (k, 4): the second one about the axes that the first one has turned."""
+    """Products of quaternions (k, 4): the second rotation is about axes rotated by the first one."""
     a, b, c, d = np.moveaxis(first, -1, 0)
     w, x, y, z = np.moveaxis(second, -1, 0)
     return np.stack(
@@ -89,5 +89,5 @@ def products(first: Array, second: Array) -> Array:
 def exponentials(vectors: Array) -> Array:
     """Quaternions of rotation vectors (k, 3)."""
     half = np.sqrt((vectors * vectors).sum(axis=-1)) / 2
-    # sin(x) / x, also at zero: NumPy's sinc has a factor pi.
+    # sin(x) / x, valid at zero; NumPy's sinc contains a factor pi.
     return np.concatenate([np.cos(half)[:, None], vectors / 2 * np.sinc(half / np.pi)[:, None]], axis=-1)

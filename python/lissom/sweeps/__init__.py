@@ -25,11 +25,11 @@ if TYPE_CHECKING:
 
 __all__ = ["sweep"]
 
-#: Most bytes of the results of a task.
+#: Maximum size of the results of a task, bytes.
 TASK_BYTES = 2**26
 
-#: What is kept of a point, beside the numbers that `measure` returns: the dimensions after those of the
-#: parameters.
+#: Variables stored per point, in addition to the results of `measure`: the dimensions after those of the
+#: parameters, and a description.
 VARIABLES: dict[str, tuple[tuple[str, ...], str]] = {
     "q": (("coordinate",), "generalised coordinates"),
     "v": (("coordinate",), "generalised velocities"),
@@ -47,7 +47,7 @@ VARIABLES: dict[str, tuple[tuple[str, ...], str]] = {
     "wall_time": ((), "run time"),
 }
 
-#: Those that have the time first where states are kept.
+#: Variables with time as first dimension if states are kept.
 STATES = ("q", "v", "position")
 
 
@@ -150,7 +150,7 @@ def sweep(
     adapted, threads = (None, None) if executor is None else executors.adapted(executor)
     first = _check(source, grid, wants)
     kept = _kept(store, grid, _identity(source, grid, wants))
-    # Whether it is fit for this sweep is known from its first point.
+    # The first point shows whether the store fits this sweep.
     left = np.flatnonzero(~kept.done).tolist()
     with _told(progress, len(kept.done)) as tell:
         tell(int(kept.done.sum()))
@@ -162,7 +162,7 @@ def sweep(
 
         try:
             if left:
-                # Small: the time of a run is not known yet.
+                # Start with a small task, because the time of a run is not known yet.
                 begun = left[:1]
                 records, seconds = run_points(source, [grid.point(begun[0])], wants)
                 write(begun, records)
@@ -174,7 +174,7 @@ def sweep(
                 else:
                     executors.by(adapted, source, grid.point, wants, chunks, write)
         except BaseException as error:
-            # Not that of the runs of a task, which may have one, too.
+            # Replaces a `result` attribute of the exception in a task.
             with contextlib.suppress(AttributeError):
                 error.result = _dataset(kept, grid, first, wants)  # type: ignore[attr-defined]
             raise
@@ -182,7 +182,7 @@ def sweep(
 
 
 class Grid:
-    """The points of a sweep by number: the last parameter changes first."""
+    """Points of a sweep by index: the last parameter varies fastest."""
 
     def __init__(self, parameters: Mapping[str, Iterable[Any]], combine: str) -> None:
         if combine not in ("product", "zip"):
@@ -199,14 +199,14 @@ class Grid:
         self.size = math.prod(self.shape)
 
     def point(self, number: int) -> dict[str, Any]:
-        """The parameters of a point."""
+        """Parameters of a point."""
         if self.together:
             return {name: values[number] for name, values in self.values.items()}
         at = np.unravel_index(number, self.shape)
         return {name: values[int(i)] for (name, values), i in zip(self.values.items(), at, strict=True)}
 
     def tried(self) -> Iterable[tuple[str, int, dict[str, Any]]]:
-        """Points in which every value of every parameter occurs, the others being their first."""
+        """Points that contain every value of every parameter, with first values for the others."""
         if self.together:
             name = next(iter(self.values))
             return ((name, i, self.point(i)) for i in range(self.size))
@@ -234,7 +234,7 @@ def _values(name: str, values: Iterable[Any]) -> list[Any]:
         if isinstance(value, float) and not math.isfinite(value):
             raise ValueError(f"parameters[{name!r}][{i}]: got {value}, expected a finite number")
         if value in plain[:i]:
-            # Two of them would be one coordinate.
+            # Equal values would share a coordinate of the dataset.
             raise ValueError(f"parameters[{name!r}][{i}]: got {value!r} again, expected each value once")
     return plain
 
@@ -248,7 +248,7 @@ def _wants(keep: str, places: Sequence[Any] | None, measure: Any, workers: int |
 
 
 def _check(source: Source, grid: Grid, wants: Wants) -> Case:
-    """Refuse what makes no sense of any value; the first case."""
+    """Reject invalid values; return the first case."""
     first: Case | None = None
     for name, i, point in grid.tried():
         try:
@@ -269,7 +269,7 @@ def _check(source: Source, grid: Grid, wants: Wants) -> Case:
 
 
 def _times(case: Case) -> Array:
-    """The times of a run; raises what `simulate_many` refuses of it."""
+    """Times of a run; raises as `simulate_many` does."""
     from .._lissom import simulate_many
 
     options = case.options | {"q0": np.zeros((0, case.model.n)), "v0": None}
@@ -279,7 +279,7 @@ def _times(case: Case) -> Array:
 
 
 def _identity(source: Source, grid: Grid, wants: Wants) -> dict[str, Any]:
-    """What makes a sweep another one."""
+    """Data that distinguish a sweep from others."""
     return {
         "model": source.identity(),
         "parameters": [[name, values] for name, values in grid.values.items()],
@@ -299,7 +299,7 @@ def _kept(store: str | os.PathLike[str] | None, grid: Grid, identity: Mapping[st
 
 
 def _pattern(records: Sequence[Record]) -> Record:
-    """The first of each kind of entry."""
+    """The first entry of each kind."""
     pattern: Record = {}
     for record in records:
         pattern = {**record, **pattern}
@@ -307,7 +307,7 @@ def _pattern(records: Sequence[Record]) -> Record:
 
 
 class _told:
-    """Who is told how many points are done."""
+    """Reports the number of finished points."""
 
     def __init__(self, progress: bool | Callable[[int], object], total: int) -> None:
         self._bar: Any = None
@@ -334,7 +334,7 @@ class _told:
 
 
 def _dataset(kept: Memory, grid: Grid, first: Case, wants: Wants) -> xarray.Dataset:
-    """What is kept, with names for everything."""
+    """The stored results as a dataset with named dimensions."""
     import xarray
 
     arrays = dict(kept.read())

@@ -1,4 +1,4 @@
-"""Distribution of the points of a sweep to executors, in tasks of suitable size."""
+"""Distribution of the points of a sweep over executors, in tasks of suitable size."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from typing import Any
 from .source import Source
 from .work import Record, Wants, run_points
 
-#: Seconds that a task shall take: a thousand times what it costs to hand it out, soon enough for a bar of
-#: progress.
+#: Target duration of a task in seconds: a thousand times the cost of its submission, short enough for a
+#: progress bar.
 TASK = 1.0
 
-#: Tasks that wait for each worker, so that none is idle while results travel.
+#: Number of queued tasks per worker, so that no worker is idle while results are transferred.
 WAITING = 2
 
-#: How often points are handed out whose task was cancelled, as by the death of a scheduler's worker.
+#: Number of attempts for points whose task was cancelled, for example because a worker of the scheduler died.
 ATTEMPTS = 3
 
-#: Seconds between two looks at Ctrl-C.
+#: Interval in seconds between checks for Ctrl-C.
 LOOK = 0.2
 
 Points = Callable[[int], Mapping[str, Any]]
@@ -30,30 +30,30 @@ Write = Callable[[Sequence[int], Sequence[Record]], None]
 
 
 class Chunks:
-    """How many points the next task has, by the time that those before took."""
+    """Chooses the number of points of the next task from the durations of earlier ones."""
 
     def __init__(self, left: Sequence[int], workers: int | None, longest: int) -> None:
         self.left = deque(left)
-        #: Workers that make tasks at the same time; None where one task follows another.
+        #: Number of workers; None if tasks run one after the other.
         self.workers = workers
-        #: Most points of a task, for the sake of memory.
+        #: Maximum number of points per task, limited by memory.
         self.longest = longest
         self._points = 0
         self._seconds = 0.0
 
     def took(self, points: int, seconds: float) -> None:
-        """Take note of a task."""
+        """Record the duration of a task."""
         self._points += points
         self._seconds += seconds
 
     def next(self) -> list[int]:
-        """The points of the next task."""
+        """Points of the next task."""
         if self._points == 0:
             size = 1
         else:
             size = min(int(TASK * self._points / max(self._seconds, 1e-9)), self.longest)
             if self.workers is not None:
-                # At the end as many tasks as there are workers, so that they end together.
+                # Finally, at least as many tasks as workers, so that all workers finish at the same time.
                 size = min(size, -(-len(self.left) // (WAITING * self.workers)))
             size = max(1, size)
         return [self.left.popleft() for _ in range(min(size, len(self.left)))]
@@ -104,9 +104,9 @@ def by(executor: Any, source: Source, point: Points, wants: Wants, chunks: Chunk
 
 
 def adapted(executor: Any) -> tuple[Any, int]:
-    """An executor as `concurrent.futures` has them, and its number of workers."""
+    """The executor with the interface of `concurrent.futures`, and its number of workers."""
     if hasattr(executor, "get_executor") and hasattr(executor, "nthreads"):
-        # Dask's client. Equal tasks are never taken for one.
+        # A client of Dask. Impure, so that equal tasks are not merged.
         return executor.get_executor(pure=False), max(1, sum(executor.nthreads().values()))
     if not hasattr(executor, "submit"):
         raise TypeError(

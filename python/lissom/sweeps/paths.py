@@ -19,9 +19,9 @@ PART = re.compile(r'(?P<bare>[A-Za-z0-9_-]+)|"(?P<quoted>[^"]+)"|\[(?P<index>\d+
 
 
 def parts(path: str) -> list[Part]:
-    """The names and indices of a path.
+    """Names and indices of a path.
 
-    Raises ValueError where it is none.
+    Raises ValueError for an invalid path.
     """
     found: list[Part] = []
     place = 0
@@ -48,7 +48,7 @@ def _no_path(path: str) -> ValueError:
 
 
 def meant(name: str, known: Iterable[str]) -> str:
-    """What is right in place of a name that is not known."""
+    """Advice in place of an unknown name."""
     names = sorted(known)
     close = difflib.get_close_matches(name, names, 1, 0.5)
     listed = ", ".join(f"'{other}'" for other in names)
@@ -56,7 +56,7 @@ def meant(name: str, known: Iterable[str]) -> str:
 
 
 def up_to(path: Sequence[Part], count: int) -> str:
-    """The first parts of a path, written as such."""
+    """The first parts of a path as text."""
     text = ""
     for part in path[:count]:
         text += f"[{part}]" if isinstance(part, int) else f".{part}" if text else part
@@ -64,9 +64,9 @@ def up_to(path: Sequence[Part], count: int) -> str:
 
 
 def set_in_document(document: dict[str, Any], path: Sequence[Part], value: Any) -> None:
-    """Put a value into a scene's document, whose last key may be new: the scene says whether it knows that.
+    """Set a value in a scene's document. The last key may be new; the scene checks whether it is known.
 
-    Raises ValueError where nothing of the kind is there.
+    Raises ValueError if the path does not exist.
     """
     here: Any = document
     for i, part in enumerate(path):
@@ -94,7 +94,7 @@ def _entries(sequence: Sequence[Any]) -> str:
 
 
 def toml(value: Any) -> str:
-    """A value as TOML has it within a line."""
+    """A value in TOML syntax within a line."""
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, int | float):
@@ -111,10 +111,10 @@ def document_text(document: dict[str, Any]) -> str:
     return "".join(f"{toml(key)} = {toml(value)}\n" for key, value in document.items())
 
 
-#: What scenes call by another name than classes do, beside plurals.
+#: Names of scenes that differ from those of classes, apart from plurals.
 PLURALS = {"body": "bodies", "tendon": "actuators", "chamber": "actuators", "motor": "actuators"}
 
-#: Arguments in place of which there may be another one.
+#: Arguments that can replace each other.
 TWO_OF_ONE = {"poisson_ratio": "shear_modulus", "shear_modulus": "poisson_ratio"}
 
 
@@ -123,9 +123,9 @@ PLAIN = (bool, int, float, str)
 
 
 def replaced(thing: Any, path: Sequence[Part], value: Any) -> Any:
-    """A model, or a part of one, with another value at the end of a path; all else as it was.
+    """A copy of a model, or of a part of one, with another value at the end of a path.
 
-    Raises ValueError where nothing of the kind is there, and what the constructors raise.
+    Raises ValueError if the path does not exist, and the exceptions of the constructors.
     """
     return replacing(thing, path)(value)
 
@@ -142,7 +142,7 @@ def replacing(thing: Any, path: Sequence[Part]) -> Callable[[Any], Any]:
         for inside in reversed(within):
             parts = inside.parts.copy()
             parts[inside.key] = value
-            # Each of the two says what the other one would be.
+            # Two such arguments determine each other.
             if inside.key in TWO_OF_ONE:
                 parts.pop(TWO_OF_ONE[inside.key], None)
             value = inside.made(parts)
@@ -152,9 +152,9 @@ def replacing(thing: Any, path: Sequence[Part]) -> Callable[[Any], Any]:
 
 
 def found(thing: Any, path: Sequence[Part]) -> Any:
-    """What is at the end of a path.
+    """The value at the end of a path.
 
-    Raises ValueError where nothing of the kind is there.
+    Raises ValueError if the path does not exist.
     """
     done = 0
     while done < len(path):
@@ -178,13 +178,13 @@ def written_out(thing: Any, path: Sequence[Part]) -> tuple[Part, ...]:
 
 
 class _Inside(NamedTuple):
-    """Copies of the parts of a thing, and which of them a path leads to."""
+    """Copies of the parts of an object, and the part to which a path leads."""
 
     parts: Any
     key: Any
-    #: Makes a thing of parts again.
+    #: Creates an object from its parts.
     made: Callable[[Any], Any]
-    #: How many parts of the path lead here.
+    #: Number of the path's parts up to here.
     done: int
 
 
@@ -193,7 +193,7 @@ def _inside(thing: Any, path: Sequence[Part], done: int) -> _Inside:
     if hasattr(thing, "tolist"):
         # Numbers of a table or a matrix.
         thing = thing.tolist()
-    # A scene's `rod.segment[0]` is the first of a link's `rod`.
+    # A scene's `rod.segment[0]` is the first entry of a link's `rod`.
     if isinstance(thing, list | tuple) and done + 1 < len(path) and part in ("segment", "segments"):
         done += 1
         part = path[done]
@@ -209,7 +209,7 @@ def _inside(thing: Any, path: Sequence[Part], done: int) -> _Inside:
     maker: Callable[..., Any] = type(thing)
     arguments = None if isinstance(thing, PLAIN) else constructed(thing)
     if isinstance(thing, Section):
-        # Each shape has a maker of its own.
+        # Each shape has its own constructor function.
         maker, values = thing.__reduce__()
         arguments = dict(zip(_parameters(maker), values, strict=False))
     if arguments is None:
@@ -218,13 +218,13 @@ def _inside(thing: Any, path: Sequence[Part], done: int) -> _Inside:
     name = next((name for name in (part, PLURALS.get(part, f"{part}s")) if name in known), None)
     if name is None:
         raise ValueError(f"{up_to(path, done + 1)}: {meant(part, known)}")
-    # Such as Poisson's ratio, which is kept as a shear modulus.
+    # For example Poisson's ratio, which is stored as a shear modulus.
     arguments.setdefault(name, getattr(thing, name, None))
     return _Inside(arguments, name, lambda parts: maker(**parts), done + 1)
 
 
 def of_model(path: Sequence[Part], is_rod: bool) -> list[Part]:
-    """A scene's path within its model: a rod is the model itself."""
+    """A scene's path within its model: for a rod, the model is the rod itself."""
     if is_rod and path[:1] == ["rod"]:
         rest = list(path[1:])
         if rest and isinstance(rest[0], int) and rest[0] > 0:
@@ -234,7 +234,7 @@ def of_model(path: Sequence[Part], is_rod: bool) -> list[Part]:
 
 
 def constructed(thing: Any) -> dict[str, Any] | None:
-    """The arguments that make this object again, by name; None where it has none."""
+    """Arguments by name that create this object again; None if it has none."""
     if dataclasses.is_dataclass(thing) and not isinstance(thing, type):
         fields = dataclasses.fields(thing)
         return {field.name: getattr(thing, field.name) for field in fields if field.init}
@@ -249,7 +249,7 @@ def constructed(thing: Any) -> dict[str, Any] | None:
     return arguments
 
 
-#: What classes are called with: their signatures take longer to read than most models to make.
+#: Cached argument names of classes, because reading a signature takes longer than creating most models.
 _SIGNATURES: dict[Callable[..., Any], tuple[str, ...]] = {}
 
 
@@ -260,7 +260,7 @@ def _parameters(kind: Callable[..., Any]) -> tuple[str, ...]:
 
 
 def plain(thing: Any) -> Any:
-    """What an object is made of, in what JSON knows: equal for what is equal, in every process."""
+    """The data of an object as JSON types: equal for equal objects, in every process."""
     if thing is None or isinstance(thing, bool | int | float | str):
         return thing
     if isinstance(thing, dict):

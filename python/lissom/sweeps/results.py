@@ -24,7 +24,7 @@ class SweepStudy:
 
     scene: Scene
     found: xarray.Dataset
-    #: The keys.
+    #: The varied keys.
     parameters: tuple[str, ...]
     wall_time: float
 
@@ -35,7 +35,7 @@ class SweepStudy:
 
     @cached_property
     def counts(self) -> dict[str, int]:
-        """How many points ended how."""
+        """Number of points by status."""
         done = self.found.is_done.values
         names, counts = np.unique(self.found.status.values[done], return_counts=True)
         found = {str(name): int(count) for name, count in zip(names, counts, strict=True)}
@@ -44,17 +44,17 @@ class SweepStudy:
 
     @property
     def is_good(self) -> bool:
-        """Whether all runs came to their ends."""
+        """Whether all runs were completed."""
         return bool(self.found.success.all())
 
     @property
     def outcome(self) -> str:
-        """How it went, in a few words."""
+        """The outcome in a few words."""
         return f"{int(self.found.success.sum())} of {self.points} runs succeeded"
 
     @property
     def summary(self) -> list[tuple[str, str]]:
-        """The sweep in words and numbers."""
+        """Summary of the sweep."""
         rows = [
             (name, f"{len(values)} values, {values[0]:.6g} to {values[-1]:.6g}")
             if values.dtype.kind in "if"
@@ -70,7 +70,7 @@ class SweepStudy:
 
     @property
     def numbers(self) -> dict[str, Any]:
-        """What was found, as plain JSON."""
+        """Results as plain JSON."""
         return {
             "scene": self.scene.name,
             MARK: __version__,

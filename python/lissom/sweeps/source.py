@@ -1,4 +1,4 @@
-"""Sources of sweeps: scenes, models, and functions that return one of them."""
+"""Sources of sweeps: scenes, models, and functions that return them."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ Parameters = Mapping[str, Any]
 
 @dataclass(frozen=True)
 class Case:
-    """A run with its parameters: what moves, and the arguments of `simulate`."""
+    """A run with its parameters: the model, and the arguments of `simulate`."""
 
     model: Model
     options: dict[str, Any]
@@ -29,21 +29,21 @@ class Case:
 
 @dataclass(frozen=True)
 class Source:
-    """What is swept. ``options`` replace those of scenes."""
+    """The object of a sweep. ``options`` override those of scenes."""
 
     options: dict[str, Any]
 
     def case(self, parameters: Parameters) -> Case:
-        """The run with these parameters; raises ValueError or TypeError where they make no sense."""
+        """The run with these parameters; raises ValueError or TypeError if they are invalid."""
         raise NotImplementedError
 
     def check_names(self, names: list[str]) -> None:
-        """Raise ValueError for a name of no parameter, as far as that is seen without a value."""
+        """Raise ValueError for an unknown parameter name, as far as this can be checked without a value."""
         for name in names:
             paths.parts(name)
 
     def identity(self) -> Any:
-        """What tells it from another one, in what JSON knows."""
+        """Data that distinguish it from other sources, as JSON types."""
         raise NotImplementedError
 
     def _of(self, thing: object) -> Case:
@@ -56,7 +56,7 @@ class Source:
 
 @dataclass(frozen=True)
 class OfScene(Source):
-    """A scene, by its own keys."""
+    """A scene, whose parameters are its keys."""
 
     text: str
     name: str
@@ -68,7 +68,7 @@ class OfScene(Source):
             paths.set_in_document(document, paths.parts(path), value)
         with contextlib.ExitStack() as stack:
             stack.enter_context(warnings.catch_warnings())
-            # They were said when the scene was read.
+            # The warnings were issued when the scene was read.
             warnings.simplefilter("ignore")
             name = self.name
             if self.imports:
@@ -89,7 +89,7 @@ class OfScene(Source):
 
 
 def _in_words(error: SceneError) -> str:
-    """What is wrong with a scene whose lines nobody has seen."""
+    """The problems of a generated scene, without line numbers."""
     problems = [
         f"{problem.key}: {problem.wrong}" + (f"; {problem.right}" if problem.right else "")
         for problem in error.problems
@@ -99,7 +99,7 @@ def _in_words(error: SceneError) -> str:
 
 @dataclass(frozen=True)
 class OfModel(Source):
-    """A model made in Python, by the names that its parts have in scenes and in their classes."""
+    """A model made in Python, whose parameters are named as in scenes or in the classes of its parts."""
 
     model: Model
 
@@ -116,7 +116,7 @@ class OfModel(Source):
 
 @dataclass(frozen=True)
 class OfFunction(Source):
-    """A function that makes a model or a scene, by its arguments."""
+    """A function that creates a model or a scene; its parameters are the arguments."""
 
     build: Callable[..., object]
 
@@ -136,7 +136,7 @@ class OfFunction(Source):
 
 
 def source_of(thing: object, options: dict[str, Any]) -> Source:
-    """What a sweep is asked of."""
+    """The source for the first argument of `sweep`."""
     if isinstance(thing, Scene):
         return OfScene(options, thing.text, thing.name, dict(thing.imports))
     if isinstance(thing, Model):

@@ -1,4 +1,4 @@
-"""Storage of the results of a sweep: in memory, or in a Zarr store from which a later call resumes."""
+"""Storage of sweep results: in memory, or in a Zarr store from which a later call resumes."""
 
 from __future__ import annotations
 
@@ -11,38 +11,38 @@ import numpy as np
 
 from .work import Array, Record
 
-#: Bytes of a chunk of a store, about: small enough to be written in a moment, large enough that files are
-#: few.
+#: Approximate size of a chunk in bytes: small enough for fast writes, large enough to keep the number of
+#: files low.
 CHUNK = 2**20
 
-#: Name of the attribute that says which sweep a store is of.
+#: Attribute that identifies the sweep of a store.
 IDENTITY = "lissom_sweep"
 
-#: Which points are there.
+#: Name of the array that marks finished points.
 DONE = "is_done"
 
 
 class Memory:
-    """Results by point: the points of a sweep are numbered, the last parameter first."""
+    """Results by point index; the last parameter varies fastest."""
 
     def __init__(self, points: int) -> None:
         self.points = points
-        #: Times that a point was written: never more than once.
+        #: Whether each point was written; every point is written once.
         self.done = np.zeros(points, dtype=bool)
         self.arrays: dict[str, Any] = {}
 
     def begin(self, pattern: Record) -> None:
-        """Make room for records like this one."""
+        """Allocate arrays for records like this one."""
         for name, value in pattern.items():
             if name not in self.arrays:
                 self.arrays[name] = self.make(name, value)
 
     def make(self, name: str, value: Array) -> Any:
-        """An array with an entry like this one for each point."""
+        """An array with an entry like this value for each point."""
         return np.full((self.points, *value.shape), _nothing(value.dtype), dtype=value.dtype)
 
     def write(self, which: Sequence[int], records: Sequence[Record]) -> None:
-        """Keep what became of these points, which are written for the first time."""
+        """Store the results of these points."""
         indices = np.asarray(which)
         if self.done[indices].any():
             raise RuntimeError(f"points {indices[self.done[indices]].tolist()} were made twice")
@@ -50,7 +50,7 @@ class Memory:
             entry = (*array.shape[1:],)
             values = np.full((len(which), *entry), _nothing(array.dtype), dtype=array.dtype)
             for i, record in enumerate(records):
-                # What has another shape, as of robots with other numbers of modes, is left out.
+                # Omit entries with another shape, such as coordinates of robots with other numbers of modes.
                 if name in record and record[name].shape == entry:
                     values[i] = record[name]
             self.put(array, indices, values)
@@ -66,25 +66,25 @@ class Memory:
 
 
 def _nothing(dtype: Any) -> Any:
-    """What stands where nothing was written."""
+    """Value of missing entries."""
     return np.nan if np.dtype(dtype).kind == "f" else np.zeros((), dtype)[()]
 
 
 class Zarr(Memory):
-    """A Zarr store. Data are written before the mark that they are there, and chunks as a whole."""
+    """A Zarr store. Data are written before the mark of a finished point, and in whole chunks."""
 
     def __init__(self, path: Path, points: int, identity: Mapping[str, Any]) -> None:
         import zarr
 
         super().__init__(points)
-        # As it comes back from the store.
+        # In the form in which the store returns it.
         wanted = json.loads(json.dumps(identity))
         if path.exists() and any(path.iterdir()):
             self.group = self._opened(path, wanted)
             self.done = np.asarray(self.group[DONE][...], dtype=bool)
             self.arrays = {name: array for name, array in self.group.arrays() if name != DONE}
         else:
-            # The second format knows bytes of a fixed length.
+            # Format 2 supports bytes of fixed length.
             self.group = zarr.open_group(str(path), mode="w-", zarr_format=2)
             self._array(DONE, np.zeros((), dtype=bool))
             self.group.attrs[IDENTITY] = wanted
@@ -120,17 +120,17 @@ class Zarr(Memory):
             dtype=value.dtype,
             fill_value=_nothing(value.dtype),
         )
-        # As xarray reads them.
+        # Dimension names for xarray.
         array.attrs["_ARRAY_DIMENSIONS"] = ["point", *(f"{name}_{i}" for i in range(value.ndim))]
         return array
 
     def write(self, which: Sequence[int], records: Sequence[Record]) -> None:
-        """Keep what became of these points."""
+        """Store the results of these points."""
         super().write(which, records)
         self.put(self._marks, np.asarray(which), np.ones(len(which), dtype=bool))
 
     def put(self, array: Any, indices: Array, values: Array) -> None:
-        """Write entries of an array: runs of points that follow one another."""
+        """Write entries of an array as runs of consecutive points."""
         breaks = np.flatnonzero(np.diff(indices) != 1) + 1
         for some, part in zip(np.split(indices, breaks), np.split(values, breaks), strict=True):
             array[int(some[0]) : int(some[-1]) + 1] = part

@@ -16,32 +16,32 @@ from .source import Case, Source
 Array = np.ndarray[Any, np.dtype[Any]]
 Record = dict[str, Array]
 
-#: The status of points whose parameters make no sense together.
+#: Status of points with an invalid combination of parameters.
 REFUSED = "refused"
 
-#: Bytes of a message that are kept.
+#: Maximum length of a stored message, bytes.
 MESSAGE = 240
 
-#: Bytes of a status.
+#: Maximum length of a stored status, bytes.
 STATUS = 24
 
 
 @dataclass(frozen=True)
 class Wants:
-    """What is kept of each run."""
+    """Results to store for each run."""
 
     #: 'final' or 'states'.
     keep: str
-    #: Places of robots, as for `simulate_many`; None for the tip of the last link.
+    #: Recorded places of robots, as for `simulate_many`; None for the tip of the last link.
     places: Sequence[Any] | None = None
-    #: What is asked of a result beside.
+    #: Additional measurement of a result.
     measure: Callable[[Any], Any] | None = None
-    #: Threads for each task.
+    #: Number of threads per task.
     workers: int | None = 1
 
 
 def places_of(model: Model, wants: Wants) -> Sequence[Any] | None:
-    """The places whose positions are kept; None where a model has none."""
+    """The places whose positions are stored; None for models without places."""
     if wants.places is not None:
         return wants.places
     return [model.links[-1].name] if isinstance(model, Robot) else None
@@ -50,7 +50,7 @@ def places_of(model: Model, wants: Wants) -> Sequence[Any] | None:
 def run_points(
     source: Source, points: Sequence[Mapping[str, Any]], wants: Wants
 ) -> tuple[list[Record], float]:
-    """What is kept of the runs of these points, and how long that took in seconds."""
+    """Results of the runs of these points, and the elapsed time in seconds."""
     start = time.perf_counter()
     records: list[Record] = [{} for _ in points]
     cases: dict[int, Case] = {}
@@ -66,7 +66,7 @@ def run_points(
 
 
 def _alike(cases: Mapping[int, Case]) -> dict[Any, list[int]]:
-    """The cases that can be run together."""
+    """Groups of cases that can run together."""
     groups: dict[Any, list[int]] = {}
     for i, case in cases.items():
         shared = {name: value for name, value in case.options.items() if name not in ("q0", "v0")}
@@ -91,7 +91,7 @@ def _run(cases: Sequence[Case], wants: Wants) -> list[Record]:
     places = places_of(cases[0].model, wants)
     try:
         with warnings.catch_warnings():
-            # What is doubtful is kept.
+            # The result contains the doubt.
             warnings.simplefilter("ignore")
             result = simulate_many(
                 [case.model for case in cases], workers=wants.workers, places=places, **options
@@ -143,7 +143,7 @@ def _measure(case: Case, wants: Wants) -> Record:
 
 
 def refused(message: str) -> Record:
-    """What is kept of a point whose parameters make no sense together."""
+    """The record of a point with an invalid combination of parameters."""
     return {
         "success": np.array(False),
         "status": np.array(REFUSED.encode(), f"S{STATUS}"),

@@ -11,8 +11,8 @@ use super::function::Function;
 use super::system::SharedRaised;
 use crate::ode::{Direction, Event};
 
-/// The events of the argument `events`: a callable or a sequence of them, with SciPy's attributes `terminal` and
-/// `direction`.
+/// The events of the argument `events`: a callable or a sequence of callables, with SciPy's attributes
+/// `terminal` and `direction`.
 pub(super) fn from_python(
     events: &Bound<'_, PyAny>,
     args: Option<&Bound<'_, PyTuple>>,
@@ -30,7 +30,7 @@ pub(super) fn from_python(
             convert::describe(events)
         ))
     };
-    // One by one: what is no event ends the list, however long that is.
+    // One at a time: the first invalid event ends the iteration, whose length may be unlimited.
     events.try_iter().map_err(wrong)?.enumerate().map(|(index, event)| of(index, &event?)).collect()
 }
 
@@ -72,7 +72,7 @@ fn from_callable(
         raised.catch(Python::attach(|py| {
             let value = function.call(py, t, y)?;
             match convert::scalar_or_vector(&value, &name) {
-                // An array of one entry will do.
+                // An array with one entry is accepted.
                 Ok((number, _)) if number.len() == 1 => Ok(number[0]),
                 Err(error) if !error.is_instance_of::<PyTypeError>(py) => Err(error),
                 _ => Err(PyTypeError::new_err(format!(

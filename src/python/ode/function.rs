@@ -10,8 +10,8 @@ use super::super::callback::call;
 use super::super::convert;
 use crate::linalg::Matrix;
 
-/// `fun(t, y, *args)`. Every call gets an array of its own: making one costs less than finding out whether the last one
-/// was kept.
+/// Calls `fun(t, y, *args)`. Every call gets a new array: creating it is cheaper than checking whether the
+/// previous one was kept.
 #[derive(Debug)]
 pub(super) struct Function {
     fun: Py<PyAny>,
@@ -29,12 +29,12 @@ impl Function {
         visit.call(&self.args)
     }
 
-    /// The value at a state.
+    /// Value at a state.
     pub(super) fn call<'py>(&self, py: Python<'py>, t: f64, y: &[f64]) -> PyResult<Bound<'py, PyAny>> {
         self.call_with(py, t, y.to_pyarray(py).into_any())
     }
 
-    /// The value at several states, one a column.
+    /// Values at several states, one per column.
     pub(super) fn call_columns<'py>(
         &self,
         py: Python<'py>,
@@ -57,8 +57,8 @@ impl Function {
     }
 }
 
-/// Reads n real numbers that a callable returned: an array of doubles or a list or tuple of numbers at little cost,
-/// every other array-like at some.
+/// Reads n real numbers returned by a callable: fast for an array of doubles and for a list or tuple of
+/// numbers, slower for other array-likes.
 pub(crate) fn read_vector(value: &Bound<'_, PyAny>, out: &mut [f64], name: &str) -> PyResult<()> {
     if let Some(array) = convert::plain(value)
         && array.ndim() == 1
@@ -89,7 +89,7 @@ pub(crate) fn read_vector(value: &Bound<'_, PyAny>, out: &mut [f64], name: &str)
     }
 }
 
-/// Reads n real numbers that a callable returned in place of a column of them.
+/// Reads n real numbers returned by a callable as a single column.
 pub(crate) fn read_column(value: &Bound<'_, PyAny>, out: &mut [f64], name: &str) -> PyResult<()> {
     if value.is_none() {
         return read_vector(value, out, name);
@@ -97,7 +97,7 @@ pub(crate) fn read_column(value: &Bound<'_, PyAny>, out: &mut [f64], name: &str)
     copy(&convert::numbers(value, &format!("value of {name}"), "a column of real numbers")?.values, out, name)
 }
 
-/// False where there is something else than floats and integers, or nothing.
+/// False for entries other than floats and integers, and for a wrong number of entries.
 fn read_numbers<'py>(numbers: impl Iterator<Item = Bound<'py, PyAny>>, out: &mut [f64]) -> bool {
     numbers.zip(out).all(|(number, out)| {
         let read = match number.cast::<PyFloat>() {
@@ -121,7 +121,7 @@ fn copy(values: &[f64], out: &mut [f64], name: &str) -> PyResult<()> {
     Ok(())
 }
 
-/// Reads a matrix of the shape of `out` that a callable returned, sparse ones included.
+/// Reads a dense or sparse matrix returned by a callable, with the shape of `out`.
 pub(crate) fn read_matrix(value: &Bound<'_, PyAny>, out: &mut Matrix, name: &str) -> PyResult<()> {
     out.copy_from(&matrix_of(value, out.shape(), name)?);
     Ok(())
@@ -129,7 +129,7 @@ pub(crate) fn read_matrix(value: &Bound<'_, PyAny>, out: &mut Matrix, name: &str
 
 /// A matrix of a given shape, from an array-like or a sparse matrix of SciPy.
 pub(crate) fn matrix_of(value: &Bound<'_, PyAny>, shape: (usize, usize), name: &str) -> PyResult<Matrix> {
-    // Spares arrays the question.
+    // Avoids the attribute check for plain arrays.
     if convert::plain(value).is_none() && value.hasattr("toarray")? {
         convert::matrix_of(&value.call_method0("toarray")?, shape, name)
     } else {

@@ -1,4 +1,4 @@
-//! `lissom.solve_ivp` and the solvers step by step.
+//! `lissom.solve_ivp` and the step-by-step solvers.
 
 mod events;
 pub(super) mod function;
@@ -23,72 +23,81 @@ use system::{Parts, PySystem, SharedRaised};
 
 /// Solve an initial value problem ``dy/dt = fun(t, y)``, ``y(t0) = y0``.
 ///
-/// Arguments and result are those of `scipy.integrate.solve_ivp`, with more of both; real states only.
+/// Arguments and result are those of `scipy.integrate.solve_ivp`, with extensions of both; only real states
+/// are supported.
 ///
 /// Parameters
 /// ----------
 /// fun : callable, compiled function or Model
-///     The right-hand side. A callable ``fun(t, y, *args)`` gets a float and an array of shape (n,), its own to keep, and
-///     returns n numbers. Much faster: a compiled function without Python in between, given as a `numba.cfunc`, a
-///     `scipy.LowLevelCallable` or a function of ctypes (which an address becomes by ``ctypes.CFUNCTYPE(...)(address)``), of the C
-///     signature ``void (double t, const double *y, double *dydt, const double *args)`` (a function that does not keep to it crashes
-///     the process); or a model of lissom, whose free motion is then integrated with ``y = (q, qd)``. Both of these release the GIL.
+///     The right-hand side. A callable ``fun(t, y, *args)`` receives a float and a new array of shape (n,),
+///     and returns n numbers. Much faster are compiled functions, called without Python: a `numba.cfunc`, a
+///     `scipy.LowLevelCallable` or a ctypes function (created from an address by
+///     ``ctypes.CFUNCTYPE(...)(address)``), with the C signature
+///     ``void (double t, const double *y, double *dydt, const double *args)`` (a function with another
+///     signature crashes the process); or a model of lissom, whose free motion is then integrated with
+///     ``y = (q, qd)``. Both of these release the GIL.
 /// t_span : (t0, tf)
-///     The interval. `tf` may be infinite, or before `t0`. Nothing is evaluated beyond it.
+///     The interval. `tf` may be infinite, or before `t0`. Nothing is evaluated outside.
 /// y0 : array_like, shape (n,)
 ///     Initial state, real.
 /// method : {'rk45', 'dop853', 'radau'} or class
-///     'rk45' (default): explicit Runge-Kutta pair 5(4) of Dormand and Prince. 'dop853': explicit, order 8, for tight
-///     tolerances. 'radau': implicit, order 5, for stiff problems. SciPy's 'RK45', 'DOP853' and 'Radau' are taken with a
-///     FutureWarning.
+///     'rk45' (default): explicit Runge-Kutta pair 5(4) of Dormand and Prince. 'dop853': explicit, order 8,
+///     for tight tolerances. 'radau': implicit, order 5, for stiff problems. SciPy's 'RK45', 'DOP853' and
+///     'Radau' are accepted with a FutureWarning.
 /// t_eval : array_like, optional
-///     Times at which the solution is wanted, within `t_span` and in its order. By default all accepted steps.
+///     Output times, within `t_span` and in its order. By default all accepted steps.
 /// dense_output : bool
 ///     Whether to return the solution as a function of time, `sol`.
 /// events : callable or list of callables, optional
-///     Functions ``event(t, y, *args)`` whose zeros along the solution are wanted. Attributes of an event: `terminal` (True,
-///     or the number of occurrences after which to stop) and `direction` (1: from negative to positive only, -1: the other
-///     way, 0: both). Every step is looked at in `event_samples` parts, so that two zeros in a step are found. A zero at
-///     the start is no event.
+///     Functions ``event(t, y, *args)`` whose zeros along the solution are located. Attributes of an event:
+///     `terminal` (True, or the number of occurrences after which to stop) and `direction` (1: only from
+///     negative to positive, -1: only from positive to negative, 0: both). Every step is checked in
+///     `event_samples` parts, so that two zeros in a step can be found. A zero at the start is not an event.
 /// vectorized : bool
-///     Whether `fun` takes states of shape (n, k) and returns the same; saves calls where Jacobians are differenced.
+///     Whether `fun` accepts states of shape (n, k) and returns an array of this shape; saves calls for
+///     finite-difference Jacobians.
 /// args : tuple, optional
-///     Further arguments of `fun`, `jac` and `events`. For a compiled function: the numbers that its `args` points to.
+///     Further arguments of `fun`, `jac` and `events`. For a compiled function: the numbers to which its
+///     `args` points.
 /// rtol, atol : float or array_like of shape (n,)
-///     The local error of component i is kept below ``atol[i] + rtol[i] * abs(y[i])`` in the root mean square over i.
-///     1e-3 and 1e-6 unless given; `rtol` below 100 rounding units is raised to that, with a warning.
+///     The local error of component i, relative to ``atol[i] + rtol[i] * abs(y[i])``, is kept below one in
+///     the root mean square over i. By default 1e-3 and 1e-6; `rtol` below 100 rounding units is raised to
+///     that, with a warning.
 /// first_step : float, optional
-///     Size of the first step; chosen from the problem by default.
+///     Size of the first step; by default chosen automatically.
 /// max_step, min_step : float, optional
-///     Bounds of the step size, unlimited and 0 by default; the last step may be shorter.
+///     Bounds of the step size; by default infinite and 0. The last step may be shorter.
 /// max_steps : int, optional
-///     Largest number of accepted steps; unlimited by default.
+///     Maximum number of accepted steps; by default unlimited.
 /// jac : callable, compiled function or matrix, optional
-///     For 'radau', the Jacobian of `fun` with respect to y, shape (n, n): ``jac(t, y, *args)``; a compiled function
-///     ``void (double t, const double *y, double *jac, const double *args)`` that writes it row by row; or a constant
-///     matrix. Sparse matrices are taken and made dense. By default finite differences. A model has its own.
+///     For 'radau', the Jacobian of `fun` with respect to y, shape (n, n):
+///     ``jac(t, y, *args)``; a compiled function ``void (double t, const double *y, double *jac, const double *args)``
+///     that writes it row by row; or a constant matrix. Sparse matrices are converted to dense ones. By
+///     default finite differences. Models provide their own Jacobian.
 /// jac_sparsity : array_like or sparse matrix, shape (n, n), optional
-///     For 'radau' without `jac`: nonzero where the Jacobian can be, so that differencing takes fewer calls.
+///     For 'radau' without `jac`: entries of the Jacobian that can be nonzero, which saves calls for finite
+///     differences.
 /// controller : {'I', 'PI'}
-///     Step-size control of the explicit methods, from the last error (as SciPy) or from the last two.
+///     Step-size control of the explicit methods, from the last error (as in SciPy) or from the last two.
 /// event_samples : int
-///     Into how many parts a step is divided when looking for events; 1 looks at its ends only.
+///     Number of parts into which a step is divided to search for events; 1 checks its ends only.
 /// callback : callable, optional
-///     Called as ``callback(t, y)`` after every accepted step, for progress. Returning True or raising StopIteration ends
-///     the integration, and the result holds what was computed.
+///     Called as ``callback(t, y)`` after every accepted step. Returning True or raising StopIteration ends
+///     the integration, and the result contains everything computed until then.
 ///
 /// Returns
 /// -------
 /// OdeResult
-///     `t`, `y`, `sol`, `t_events`, `y_events`, `success`, `status`, `message`, counters, and more: see there.
+///     `t`, `y`, `sol`, `t_events`, `y_events`, `success`, `status`, `message`, counters and more.
 ///
 /// Raises
 /// ------
 /// ValueError, TypeError
-///     If an argument, or what `fun`, `jac` or an event returns, is invalid. Exceptions of these come through
-///     unchanged. Numerical failures do not raise: see `success`, `reason` and `message`.
+///     If an argument or a value returned by `fun`, `jac` or an event is invalid. Exceptions of these
+///     functions are raised unchanged. Numerical failures do not raise: see `success`, `reason` and
+///     `message`.
 /// KeyboardInterrupt
-///     On Ctrl-C; its attribute `result` is the OdeResult of what was computed.
+///     On Ctrl-C. Its attribute `result` is the OdeResult up to then.
 ///
 /// Examples
 /// --------
@@ -168,7 +177,7 @@ pub(super) fn solve_ivp<'py>(
         None => Vec::new(),
     };
     let solution = if system.is_native() && events.is_empty() && callback.is_none() {
-        // The system itself looks for signals.
+        // The system itself checks for signals.
         py.detach(|| solve(&mut system, t_span, &y0, &options, &output, &mut [], &mut |_| Ok(())))
     } else {
         let callback = callback.map(|callback| Function::new(callback, None));
@@ -195,7 +204,7 @@ pub(super) fn interval(t_span: &Bound<'_, PyAny>) -> PyResult<(f64, f64)> {
     }
 }
 
-/// Integration that calls back into Python.
+/// Integration with calls of Python functions.
 #[allow(clippy::too_many_arguments, reason = "an integration and what watches it")]
 fn run_attached(
     py: Python<'_>,

@@ -11,11 +11,11 @@ use crate::ode::{Controller, Method, Sparsity, Tolerance};
 
 const METHODS: &str = "'rk45', 'dop853' or 'radau' (or one of the classes RK45, DOP853 and Radau)";
 
-/// Names of the methods, after the old ones, those of SciPy.
+/// Names of the methods, preceded by the old ones from SciPy.
 const NAMES: [(&str, &str, Method); 3] =
     [("RK45", "rk45", Method::Rk45), ("DOP853", "dop853", Method::Dop853), ("Radau", "radau", Method::Radau)];
 
-/// A method by its name or its class.
+/// A method by name or class.
 pub(super) fn method(value: &Bound<'_, PyAny>) -> PyResult<Method> {
     let py = value.py();
     if let Ok(class) = value.cast::<PyType>() {
@@ -46,7 +46,7 @@ pub(super) fn method(value: &Bound<'_, PyAny>) -> PyResult<Method> {
 pub(super) fn initial_state(y0: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
     convert::vector(y0, "y0").map_err(|error| {
         let is_complex = |numpy: Bound<'_, PyModule>| numpy.call_method1("iscomplexobj", (y0,))?.is_truthy();
-        // What NumPy makes no array of is refused for that.
+        // Values that NumPy cannot convert are rejected for that reason.
         if y0.py().import("numpy").and_then(is_complex).unwrap_or(false) {
             return PyTypeError::new_err(
                 "y0: complex states are not supported; integrate the n real and n imaginary parts as 2n components",
@@ -64,9 +64,9 @@ pub(super) fn controller(name: &str) -> PyResult<Controller> {
     }
 }
 
-/// A number for all components or one for each.
+/// A number for all components, or one for each.
 pub(crate) fn tolerance(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Tolerance> {
-    // The common case, without asking for attributes that a float does not have.
+    // The common case, without attribute lookups.
     if let Ok(number) = value.cast::<PyFloat>() {
         return Ok(Tolerance::Same(number.value()));
     }
@@ -76,9 +76,9 @@ pub(crate) fn tolerance(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Tolera
     })
 }
 
-/// The pattern of a dense or sparse (n, n) matrix.
+/// Pattern of a dense or sparse (n, n) matrix.
 pub(super) fn sparsity(value: &Bound<'_, PyAny>, n: usize) -> PyResult<Sparsity> {
-    // Truth values say it as well as numbers do.
+    // Booleans are accepted like numbers.
     let dense = if value.hasattr("toarray")? { value.call_method0("toarray")? } else { value.clone() };
     let array = value.py().import("numpy")?.call_method1("asarray", (&dense,));
     let truth = array.ok().filter(|array| convert::kind_of(array) == Some('b'));
@@ -88,7 +88,7 @@ pub(super) fn sparsity(value: &Bound<'_, PyAny>, n: usize) -> PyResult<Sparsity>
     Ok(Sparsity::new(n, places.filter(|&place| pattern[place] != 0.0))?)
 }
 
-/// SciPy's warning about a relative tolerance that the arithmetic cannot give.
+/// SciPy's warning about a relative tolerance below the accuracy of the arithmetic.
 pub(super) fn warn_of_raised_rtol(py: Python<'_>) -> PyResult<()> {
     PyErr::warn(
         py,

@@ -17,21 +17,21 @@ use crate::ode::{DenseOutput, DenseParts, Occurrences, Solution, Status};
 /// Attributes
 /// ----------
 /// t : ndarray, shape (n_points,)
-///     Times: `t_eval` as far as it was reached, else the start and all accepted steps.
+///     Times: `t_eval` as far as it was reached, otherwise the start and all accepted steps.
 /// y : ndarray, shape (n, n_points)
 ///     States at these times.
 /// sol : DenseOutput or None
 ///     The solution as a function of time, with ``dense_output=True``.
 /// t_events : list of ndarray, or None
-///     For each event function, when it happened. None without events.
+///     Times of the events of each event function. None without event functions.
 /// y_events : list of ndarray, or None
-///     The states then, each of shape (n_times, n); (0,) for an event that did not happen.
+///     States at these times, each of shape (n_times, n); (0,) for a function without events.
 /// nfev : int
-///     Evaluations of the right-hand side, those for differenced Jacobians not included.
+///     Evaluations of the right-hand side, excluding those for finite-difference Jacobians.
 /// nfev_jac : int
-///     Evaluations of the right-hand side for differenced Jacobians.
+///     Evaluations of the right-hand side for finite-difference Jacobians.
 /// njev : int
-///     Jacobians, differenced or given.
+///     Number of Jacobians, given or by finite differences.
 /// nlu : int
 ///     LU factorisations, real and complex.
 /// naccepted, nrejected : int
@@ -44,7 +44,7 @@ use crate::ode::{DenseOutput, DenseParts, Occurrences, Solution, Status};
 /// message : str
 ///     The reason in words, and what to change.
 /// success : bool
-///     True when the end of the interval or a terminal event was reached.
+///     True if the end of the interval or a terminal event was reached.
 /// stiff_at : float or None
 ///     Time at which an explicit method found the problem to be stiff.
 #[pyclass(name = "OdeResult", module = "lissom", frozen, get_all)]
@@ -77,7 +77,7 @@ impl PyOdeResult {
             let points = t.len();
             t_events.append(t.into_pyarray(py))?;
             let y = y.into_pyarray(py);
-            // SciPy's shape of nothing.
+            // SciPy's shape of an empty result.
             y_events.append(if points == 0 { y.into_any() } else { y.reshape([points, n])?.into_any() })?;
         }
         Ok(Self {
@@ -138,7 +138,7 @@ impl PyOdeResult {
     }
 }
 
-/// Vectors of n numbers, one after the other, as an array of shape (n, points) without a copy.
+/// Vectors of n numbers as an array of shape (n, points), without a copy.
 fn columns<'py>(
     py: Python<'py>,
     values: Vec<f64>,
@@ -150,13 +150,14 @@ fn columns<'py>(
 
 /// Solution of an initial value problem as a function of time: a polynomial for every step.
 ///
-/// Call it with a time, for an array of shape (n,), or with a 1-D array of m times, for an array of shape (n, m). Outside
-/// of ``[t_min, t_max]`` the first and the last polynomial are continued, without any promise of accuracy.
+/// Call it with a time for an array of shape (n,), or with a 1-D array of m times for an array of shape (n,
+/// m). Outside ``[t_min, t_max]`` the first and the last polynomial are extrapolated, without any guarantee
+/// of accuracy.
 ///
 /// Attributes
 /// ----------
 /// ts : ndarray, shape (n_steps + 1,)
-///     Times between the polynomials, in the order of the integration.
+///     Times at the ends of the polynomials, in the order of the integration.
 /// t_min, t_max : float
 ///     The interval.
 #[pyclass(name = "DenseOutput", module = "lissom", frozen)]
@@ -175,7 +176,7 @@ impl PyDenseOutput {
 
 #[pymethods]
 impl PyDenseOutput {
-    /// Times between the polynomials.
+    /// Times at the ends of the polynomials.
     #[getter]
     fn ts<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         PyArray1::from_slice(py, self.0.times())

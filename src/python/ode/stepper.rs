@@ -1,4 +1,4 @@
-//! Integrations step by step: the classes `RK45`, `DOP853` and `Radau`.
+//! Step-by-step integrations: the classes `RK45`, `DOP853` and `Radau`.
 
 use std::sync::{Mutex, MutexGuard, TryLockError};
 
@@ -13,7 +13,7 @@ use super::system::{Parts, PySystem, SharedRaised};
 use crate::ode::{Method, Options, Status, Stepper, System, tableau};
 use crate::python::convert;
 
-/// An integration step by step: the base class of `RK45`, `DOP853` and `Radau`.
+/// A step-by-step integration: the base class of `RK45`, `DOP853` and `Radau`.
 ///
 /// Attributes
 /// ----------
@@ -32,7 +32,8 @@ use crate::python::convert;
 /// step_size : float or None
 ///     Size of the last step; None before the first.
 /// nfev, nfev_jac, njev, nlu : int
-///     Evaluations of the right-hand side, those for differenced Jacobians, Jacobians, LU factorisations.
+///     Numbers of evaluations of the right-hand side, of evaluations for finite-difference Jacobians, of
+///     Jacobians and of LU factorisations.
 /// naccepted, nrejected : int
 ///     Accepted and rejected steps.
 #[pyclass(name = "OdeSolver", module = "lissom", subclass, frozen)]
@@ -47,7 +48,7 @@ struct Memory {
     has_stepped: bool,
 }
 
-/// The arguments that all three classes have.
+/// Arguments common to all three classes.
 struct Arguments<'a, 'py> {
     fun: &'a Bound<'py, PyAny>,
     t0: f64,
@@ -90,7 +91,7 @@ impl PyOdeSolver {
         Ok(Self { memory: Mutex::new(Memory { system, stepper, raised, has_stepped: false }) })
     }
 
-    /// Fails when a callback of this very step asks.
+    /// Fails if a callback of the current step calls it.
     fn memory(&self) -> PyResult<MutexGuard<'_, Memory>> {
         match self.memory.try_lock() {
             Ok(memory) => Ok(memory),
@@ -113,12 +114,12 @@ impl PyOdeSolver {
     /// Returns
     /// -------
     /// message : str or None
-    ///     Why the integration failed and what to change, when `status` is 'failed' afterwards.
+    ///     Reason of the failure and advice, if `status` is 'failed' afterwards.
     ///
     /// Raises
     /// ------
     /// RuntimeError
-    ///     If the integration was over before.
+    ///     If the integration had already ended.
     fn step(&self, py: Python<'_>) -> PyResult<Option<String>> {
         let Memory { system, stepper, raised, has_stepped } = &mut *self.memory()?;
         if stepper.status().is_some() {
@@ -147,7 +148,7 @@ impl PyOdeSolver {
     /// Raises
     /// ------
     /// RuntimeError
-    ///     If no step was made.
+    ///     If no step has been made.
     fn dense_output(&self) -> PyResult<PyDenseOutput> {
         let Memory { system, stepper, raised, has_stepped } = &mut *self.memory()?;
         if !*has_stepped {
@@ -164,12 +165,12 @@ impl PyOdeSolver {
         }
     }
 
-    /// Estimate of the error that the last step has added, shape (n,): for RK45 the embedded solution minus the solution.
+    /// Estimated error of the last step, shape (n,): for RK45 the embedded solution minus the solution.
     ///
     /// Raises
     /// ------
     /// RuntimeError
-    ///     If no step was made.
+    ///     If no step has been made.
     fn error_estimate<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let memory = self.memory()?;
         if !memory.has_stepped {
@@ -181,7 +182,7 @@ impl PyOdeSolver {
     }
 
     fn __traverse__(&self, visit: PyVisit<'_>) -> Result<(), PyTraverseError> {
-        // In the middle of a step what belongs to it is in use.
+        // The memory is in use during a step.
         match self.memory.try_lock() {
             Ok(memory) => memory.system.traverse(&visit),
             Err(TryLockError::Poisoned(poisoned)) => poisoned.into_inner().system.traverse(&visit),
@@ -243,19 +244,19 @@ impl PyOdeSolver {
         Ok(memory.has_stepped.then(|| (memory.stepper.t() - memory.stepper.t_old()).abs()))
     }
 
-    /// Evaluations of the right-hand side, those for differenced Jacobians not included.
+    /// Evaluations of the right-hand side, excluding those for finite-difference Jacobians.
     #[getter]
     fn nfev(&self) -> PyResult<usize> {
         self.counter(|counters| counters.nfev)
     }
 
-    /// Evaluations of the right-hand side for differenced Jacobians.
+    /// Evaluations of the right-hand side for finite-difference Jacobians.
     #[getter]
     fn nfev_jac(&self) -> PyResult<usize> {
         self.counter(|counters| counters.nfev_jacobian)
     }
 
-    /// Jacobians, differenced or given.
+    /// Number of Jacobians, given or by finite differences.
     #[getter]
     fn njev(&self) -> PyResult<usize> {
         self.counter(|counters| counters.njev)
@@ -295,13 +296,13 @@ impl PyOdeSolver {
 /// args : tuple, optional
 ///     Further arguments of `fun`.
 /// rtol, atol : float or array_like of shape (n,)
-///     Tolerances, 1e-3 and 1e-6 unless given.
+///     Tolerances; by default 1e-3 and 1e-6.
 /// first_step, max_step, min_step : float, optional
-///     Size of the first step, and bounds of all.
+///     Size of the first step, and bounds of all steps.
 /// max_steps : int, optional
-///     Largest number of accepted steps.
+///     Maximum number of accepted steps.
 /// vectorized : bool
-///     Whether `fun` takes states of shape (n, k).
+///     Whether `fun` accepts states of shape (n, k).
 /// controller : {'I', 'PI'}
 ///     Step-size control.
 ///
@@ -336,13 +337,13 @@ pub(crate) struct PyRk45;
 /// args : tuple, optional
 ///     Further arguments of `fun`.
 /// rtol, atol : float or array_like of shape (n,)
-///     Tolerances, 1e-3 and 1e-6 unless given.
+///     Tolerances; by default 1e-3 and 1e-6.
 /// first_step, max_step, min_step : float, optional
-///     Size of the first step, and bounds of all.
+///     Size of the first step, and bounds of all steps.
 /// max_steps : int, optional
-///     Largest number of accepted steps.
+///     Maximum number of accepted steps.
 /// vectorized : bool
-///     Whether `fun` takes states of shape (n, k).
+///     Whether `fun` accepts states of shape (n, k).
 /// controller : {'I', 'PI'}
 ///     Step-size control.
 ///
@@ -368,17 +369,17 @@ pub(crate) struct PyDop853;
 /// args : tuple, optional
 ///     Further arguments of `fun` and `jac`.
 /// rtol, atol : float or array_like of shape (n,)
-///     Tolerances, 1e-3 and 1e-6 unless given.
+///     Tolerances; by default 1e-3 and 1e-6.
 /// first_step, max_step, min_step : float, optional
-///     Size of the first step, and bounds of all.
+///     Size of the first step, and bounds of all steps.
 /// max_steps : int, optional
-///     Largest number of accepted steps.
+///     Maximum number of accepted steps.
 /// vectorized : bool
-///     Whether `fun` takes states of shape (n, k).
+///     Whether `fun` accepts states of shape (n, k).
 /// jac : callable, compiled function or matrix, optional
 ///     Jacobian, as for `solve_ivp`.
 /// jac_sparsity : array_like or sparse matrix, shape (n, n), optional
-///     Nonzero where the Jacobian can be.
+///     Entries of the Jacobian that can be nonzero.
 #[pyclass(name = "Radau", module = "lissom", extends = PyOdeSolver, subclass, frozen)]
 pub(crate) struct PyRadau;
 

@@ -17,7 +17,7 @@ use crate::error::Interrupted;
 use crate::linalg::Matrix;
 use crate::ode::{JacobianKind, Method, System};
 
-/// The exception that stopped an integration; the system, the events and the monitor share it.
+/// The exception that stopped an integration, shared by the system, the events and the monitor.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct SharedRaised(Arc<Mutex<Raised>>);
 
@@ -29,7 +29,7 @@ impl SharedRaised {
         }
     }
 
-    /// Raises the exception that was caught, if any.
+    /// Raises the stored exception, if any.
     pub(crate) fn raise(&self) -> PyResult<()> {
         std::mem::take(&mut *self.0.lock().unwrap_or_else(PoisonError::into_inner)).into_result()
     }
@@ -49,14 +49,14 @@ enum RightHandSide {
     /// Takes and returns columns.
     Vectorized(Function),
     Compiled(CompiledFunction),
-    /// A copy of a model, and the model, which keeps the functions of time that the copy calls.
+    /// A copy of a model, and the model, which owns the functions of time that the copy calls.
     Native(Box<dyn System + Send + Sync>, Py<PyModel>),
 }
 
 enum Jacobian {
     Differenced,
     Python(Function),
-    /// By rows.
+    /// A compiled function; its output by rows.
     Compiled(CompiledFunction, Vec<f64>),
     Constant(Matrix),
     Native,
@@ -118,7 +118,7 @@ impl PySystem {
         Self { n, rhs, jacobian, raised, ticker: Ticker::new() }
     }
 
-    /// Answers Ctrl-C where no Python code runs that would. Steps that are rejected count, too, hence not from a monitor.
+    /// Responds to Ctrl-C if no Python code runs. Not in a monitor, because rejected steps count too.
     fn look_for_signals(&mut self) -> Result<(), Interrupted> {
         if !self.ticker.tick() {
             return Ok(());
@@ -142,7 +142,7 @@ impl PySystem {
         Ok(Self::of(n, native, Jacobian::Native, raised))
     }
 
-    /// True when no Python code runs in an evaluation.
+    /// True if no Python code runs in an evaluation.
     pub(super) fn is_native(&self) -> bool {
         matches!(self.rhs, RightHandSide::Compiled(_) | RightHandSide::Native(..))
             && !matches!(self.jacobian, Jacobian::Python(_))

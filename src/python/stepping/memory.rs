@@ -10,8 +10,8 @@ use super::super::simulate::with_python_names;
 use crate::error::{InvalidInput, Number};
 use crate::stepping::{Method, Status};
 
-/// A call makes that many steps of a model of one coordinate before it lets other threads run: some 0.1 ms. To take
-/// back the interpreter may last longer than a short call does.
+/// Maximum number of steps of a model of one coordinate in a call before other threads may run: about 0.1 ms.
+/// To reacquire the interpreter may take longer than a short call.
 pub(super) const STEPS_WITH_INTERPRETER: usize = 256;
 
 /// The status before the first step.
@@ -27,19 +27,19 @@ pub(super) struct Start {
 pub(super) struct Memory {
     pub(super) start: Start,
     pub(super) run: Box<dyn Stepped>,
-    /// Room for inputs.
+    /// Memory for inputs.
     pub(super) inputs: Vec<f64>,
     pub(super) outcome: Outcome,
 }
 
-/// How the last step ended.
+/// Outcome of the last step.
 #[derive(Clone)]
 pub(super) enum Outcome {
     Ready,
     Ended(Status),
-    /// An exception came through.
+    /// A function raised an exception.
     Raised,
-    /// In another process: status, success and message.
+    /// Restored from another process: status, success and message.
     Told(String, bool, String),
 }
 
@@ -64,7 +64,7 @@ impl Outcome {
 }
 
 impl Memory {
-    /// A run from this start, with its accelerations there.
+    /// A run from this start, with the initial accelerations computed.
     pub(super) fn begin(py: Python<'_>, model: &PyModel, method: &Method, start: Start) -> PyResult<Self> {
         let mut memory = Self::prepare(model, method, start)?;
         let begun = or_raised(py.detach(|| memory.run.begin()))?;
@@ -93,7 +93,7 @@ impl Memory {
         }
     }
 
-    /// The way to the end of this leg: a little of it with the interpreter, the rest without.
+    /// Advances to the end of this leg: a few steps with the interpreter, the rest without.
     pub(super) fn finish(&mut self, py: Python<'_>) -> PyResult<Status> {
         let mut raised = Raised::default();
         let run = &mut *self.run;
@@ -112,7 +112,7 @@ impl Memory {
         Ok(finished.unwrap_or_else(|_| run.interrupted()))
     }
 
-    /// One that goes on from here by itself.
+    /// An independent copy.
     pub(super) fn copy(&self) -> Self {
         Self {
             start: self.start.clone(),
@@ -123,7 +123,7 @@ impl Memory {
     }
 }
 
-/// A run begins at a time, which is told as `t0`.
+/// Validates the start time, `t0` in messages.
 pub(super) fn check_start_time(t0: f64) -> Result<(), InvalidInput> {
     if t0.is_finite() {
         Ok(())
@@ -132,7 +132,7 @@ pub(super) fn check_start_time(t0: f64) -> Result<(), InvalidInput> {
     }
 }
 
-/// A start, at zero where nothing is given.
+/// The initial state; zero by default.
 pub(super) fn start(
     n: usize,
     q: Option<&Bound<'_, PyAny>>,

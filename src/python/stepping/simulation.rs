@@ -74,14 +74,14 @@ use crate::simulate::Method;
 #[pyclass(name = "Simulation", module = "lissom", frozen)]
 pub(crate) struct PySimulation {
     pub(super) model: Py<PyModel>,
-    /// What it was made with, for pickles and new starts: the keywords, without the start.
+    /// Keyword arguments of the constructor except the initial state, for pickles and restarts.
     pub(super) options: Py<PyDict>,
     pub(super) method: Method,
     pub(super) memory: Mutex<Memory>,
 }
 
 impl PySimulation {
-    /// Fails when a function that is called in a step asks, or another thread in the middle of one.
+    /// Fails if a function called during a step, or another thread during a step, uses the simulation.
     pub(super) fn memory(&self) -> PyResult<MutexGuard<'_, Memory>> {
         match self.memory.try_lock() {
             Ok(memory) => Ok(memory),
@@ -135,7 +135,7 @@ impl PySimulation {
         options.set_item("method", method)?;
         for (name, value) in [("rtol", rtol), ("atol", atol)] {
             if let Some(value) = value {
-                // A copy: the caller's own may change.
+                // A copy, because the caller may change the array.
                 let (values, is_number) = convert::scalar_or_vector(value, name)?;
                 match values[..] {
                     [value] if is_number => options.set_item(name, value)?,
@@ -288,7 +288,7 @@ impl PySimulation {
         self.copy(py)
     }
 
-    // Models never change: there is no need for another one.
+    // Models never change, so the copy can share this one.
     fn __deepcopy__(&self, py: Python<'_>, _memo: &Bound<'_, PyAny>) -> PyResult<Self> {
         self.copy(py)
     }
@@ -332,12 +332,12 @@ impl PySimulation {
     /// The energies of the state, joules.
     #[getter]
     fn energy(&self) -> PyResult<PyEnergy> {
-        // A copy: functions of time may be Python code, which may ask this very simulation.
+        // A copy, because functions of time may be Python code that uses this simulation.
         let mut run = self.memory()?.run.boxed_clone();
         Ok(PyEnergy(or_raised(run.energy())?))
     }
 
-    /// How the last step ended; 'ready' before the first one.
+    /// Outcome of the last step; 'ready' before the first one.
     #[getter]
     fn status(&self) -> PyResult<String> {
         Ok(self.memory()?.outcome.name().to_owned())

@@ -22,7 +22,7 @@ use crate::error::Interrupted;
 use crate::parallel;
 use crate::simulate::Method;
 
-/// Numbers that the smallest row takes: 1.4 kB of a spring pendulum, measured.
+/// Memory of the smallest row, in numbers: measured as 1.4 kB for a spring pendulum.
 const NUMBERS_OF_A_ROW: usize = 170;
 
 /// Many simulations that you advance together step by step, in parallel.
@@ -86,7 +86,7 @@ const NUMBERS_OF_A_ROW: usize = 170;
 #[pyclass(name = "Simulations", module = "lissom", frozen)]
 pub(crate) struct PySimulations {
     models: Vec<Py<PyModel>>,
-    /// As of a `Simulation`.
+    /// As in `Simulation`.
     options: Py<PyDict>,
     method: Method,
     workers: usize,
@@ -96,7 +96,7 @@ pub(crate) struct PySimulations {
 }
 
 impl PySimulations {
-    /// Fails when a function that is called in a step asks, or another thread in the middle of one.
+    /// Fails if a function called during a step, or another thread during a step, uses the simulations.
     fn rows(&self) -> PyResult<MutexGuard<'_, Vec<Memory>>> {
         match self.rows.try_lock() {
             Ok(rows) => Ok(rows),
@@ -107,7 +107,7 @@ impl PySimulations {
         }
     }
 
-    /// Rows from these starts. Where a row begins as the one before it, that is copied.
+    /// Rows from these initial states. A row with the same start as the previous one is copied from it.
     fn begin<'a>(
         py: Python<'_>,
         method: &Method,
@@ -127,7 +127,7 @@ impl PySimulations {
         Ok(rows)
     }
 
-    /// The rows that `which` means: a mask of all, or their numbers.
+    /// The rows selected by `which`: a mask of all rows, or their indices.
     fn chosen(&self, which: Option<&Bound<'_, PyAny>>) -> PyResult<Vec<usize>> {
         let count = self.models.len();
         let Some(which) = which else {
@@ -172,7 +172,7 @@ impl PySimulations {
         }
     }
 
-    /// A row by its number, from the end if that is negative.
+    /// The index of a row; negative numbers count from the end.
     fn row(&self, number: i64) -> Option<usize> {
         let count = i64::try_from(self.models.len()).ok()?;
         let number = if number < 0 { number + count } else { number };
@@ -190,7 +190,7 @@ impl PySimulations {
         })
     }
 
-    /// A number of every row.
+    /// A number for each row.
     fn of_rows<'py, T: numpy::Element>(
         &self,
         py: Python<'py>,
@@ -199,7 +199,7 @@ impl PySimulations {
         Ok(self.rows()?.iter().map(number).collect::<Vec<_>>().into_pyarray(py))
     }
 
-    /// A vector of every row.
+    /// A vector for each row.
     fn vectors<'py>(
         &self,
         py: Python<'py>,
@@ -215,7 +215,7 @@ impl PySimulations {
         Ok(values.expect("every row has a vector of this width").into_pyarray(py))
     }
 
-    /// Goes on with all rows, whose ends are set, as threads find time.
+    /// Advances all rows to their end times, distributed over the threads.
     fn finish(&self, py: Python<'_>, rows: &mut [Memory]) -> PyResult<()> {
         // The first exception of a function of time.
         let of_function = Mutex::new(None);
@@ -304,7 +304,7 @@ impl PySimulations {
             q: q0.as_ref().map_or_else(|| vec![0.0; n], |q0| q0.of(row).to_vec()),
             v: v0.as_ref().map_or_else(|| vec![0.0; n], |v0| v0.of(row).to_vec()),
         };
-        // It knows what the options mean, and what is wrong with them.
+        // The constructor validates the options.
         let (pattern, Start { t, q, v }) = (py.get_type::<PySimulation>(), start(0));
         let arguments = options.map_or_else(|| Ok(PyDict::new(py)), |options| options.copy())?;
         arguments.set_item("t0", t)?;
@@ -436,7 +436,7 @@ impl PySimulations {
         self.copy(py)
     }
 
-    // Models never change: there is no need for other ones.
+    // Models never change, so the copy can share these.
     fn __deepcopy__(&self, py: Python<'_>, _memo: &Bound<'_, PyAny>) -> PyResult<Self> {
         self.copy(py)
     }
@@ -526,7 +526,7 @@ impl PySimulations {
         self.vectors(py, self.inputs, |row| row.run.inputs())
     }
 
-    /// How the last step of each row ended; 'ready' before the first one.
+    /// Outcome of the last step of each row; 'ready' before the first one.
     #[getter]
     fn status(&self) -> PyResult<Vec<String>> {
         Ok(self.rows()?.iter().map(|row| row.outcome.name().to_owned()).collect())

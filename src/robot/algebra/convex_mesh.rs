@@ -3,10 +3,10 @@
 use super::distance::{Distance, SHORTEST};
 use crate::lie::{Symmetric, Vector};
 
-/// Faces whose normals differ by less than that sine are one.
+/// Faces whose normals differ by less than this sine count as one.
 const FLAT: f64 = 1e-9;
 
-/// The mean of points.
+/// Mean of points.
 fn middle(points: &[Vector<f64>]) -> Vector<f64> {
     let mut middle = Vector::zero();
     for &point in points {
@@ -15,7 +15,7 @@ fn middle(points: &[Vector<f64>]) -> Vector<f64> {
     middle
 }
 
-/// What is within a radius of a convex body whose faces are triangles.
+/// All points within a radius of a convex body with triangular faces.
 #[derive(Clone, Debug)]
 pub(crate) struct ConvexMesh {
     faces: Vec<Face>,
@@ -25,14 +25,15 @@ pub(crate) struct ConvexMesh {
 #[derive(Clone, Debug)]
 struct Face {
     corners: [Vector<f64>; 3],
-    /// Which points these are.
+    /// Indices of the corners.
     places: [usize; 3],
-    /// Outward unit vector, and its product with the corners.
+    /// Outward unit normal, and its product with the corners.
     normal: Vector<f64>,
     offset: f64,
 }
 
-/// What of a triangle is nearest to a point: the triangle itself, the edge from a corner to the next one, or a corner.
+/// The feature of a triangle nearest to a point: the triangle itself, the edge from a corner to the next one,
+/// or a corner.
 #[derive(Clone, Copy)]
 enum Feature {
     Inside,
@@ -40,17 +41,17 @@ enum Feature {
     Corner(usize),
 }
 
-/// What of a body is nearest to a point, and the point seen from there.
+/// The feature of a body nearest to a point, and the position of the point relative to it.
 struct Nearest {
     face: usize,
     feature: Feature,
-    /// Above a face, or beside an edge or a corner; less than zero inside.
+    /// Distance above a face, or from an edge or a corner; negative inside.
     length: f64,
     way: Vector<f64>,
 }
 
 impl ConvexMesh {
-    /// Of points that are in convex position, and faces that are not degenerate, in any order of their corners.
+    /// Takes points in convex position, and non-degenerate faces with their corners in any order.
     pub(crate) fn new(points: &[Vector<f64>], faces: &[[usize; 3]], radius: f64) -> Self {
         let middle = middle(points);
         let face = |&places: &[usize; 3]| {
@@ -64,18 +65,18 @@ impl ConvexMesh {
         Self { faces: faces.iter().map(face).collect(), radius }
     }
 
-    /// How far it reaches from the origin.
+    /// Largest distance of its points from the origin.
     pub(crate) fn reach(&self) -> f64 {
         let corners = self.faces.iter().flat_map(|face| face.corners);
         corners.map(|corner| corner.dot(corner).sqrt()).fold(0.0, f64::max) + self.radius
     }
 
-    /// How deep the middle of its points lies.
+    /// Depth of the mean of its points below the surface.
     pub(crate) fn thickness(&self, points: &[Vector<f64>]) -> f64 {
         -self.distance(middle(points)).value
     }
 
-    /// Its edges, by their points, but for those that divide flat faces.
+    /// Edges as pairs of points, without those between coplanar faces.
     pub(crate) fn edges(&self) -> Vec<[usize; 2]> {
         let mut sides: Vec<([usize; 2], Vector<f64>)> = Vec::new();
         for face in &self.faces {
@@ -92,7 +93,8 @@ impl ConvexMesh {
         bent.map(|both| both[0].0).collect()
     }
 
-    /// The places of its points if all faces go inwards by a distance; of points where more than three meet, the best fit.
+    /// Points after all faces have moved inwards by a distance; a least-squares fit for points where more
+    /// than three faces meet.
     pub(crate) fn inset(&self, points: &[Vector<f64>], by: f64) -> Vec<Vector<f64>> {
         let moved = |(p, &point): (usize, &Vector<f64>)| {
             let (mut squares, mut sum) = (Symmetric::diagonal(0.0), Vector::zero());
@@ -109,7 +111,7 @@ impl ConvexMesh {
         points.iter().enumerate().map(moved).collect()
     }
 
-    /// What is nearest to a point: the nearest face inside; the nearest face, edge or corner outside.
+    /// The feature nearest to a point: the nearest face inside; the nearest face, edge or corner outside.
     fn nearest(&self, point: Vector<f64>) -> Nearest {
         let mut highest = (f64::NEG_INFINITY, 0);
         let mut best: Option<Nearest> = None;
@@ -118,7 +120,7 @@ impl ConvexMesh {
             if above > highest.0 {
                 highest = (above, f);
             }
-            // Behind a face another one is nearer.
+            // For points behind a face another one is nearer.
             if above <= 0.0 || best.as_ref().is_some_and(|best| above >= best.length) {
                 continue;
             }
@@ -138,7 +140,7 @@ impl ConvexMesh {
         best.filter(|best| best.length > SHORTEST).unwrap_or(inside)
     }
 
-    /// How far a point is from it.
+    /// Distance of a point from the body.
     pub(crate) fn distance(&self, point: Vector<f64>) -> Distance {
         let Nearest { face, feature, length, way } = self.nearest(point);
         let Face { corners, normal, .. } = &self.faces[face];
@@ -156,7 +158,7 @@ impl ConvexMesh {
         Distance::from_curve(way, self.radius, along)
     }
 
-    /// What of it is nearest to a point, by its points: a face, an edge or a corner.
+    /// The feature nearest to a point, as indices of points: a face, an edge or a corner.
     pub(crate) fn feature(&self, point: Vector<f64>) -> [usize; 3] {
         let Nearest { face, feature, .. } = self.nearest(point);
         let places = self.faces[face].places;
@@ -171,7 +173,7 @@ impl ConvexMesh {
     }
 }
 
-/// The nearest place of a triangle to a point (Ericson 2005, section 5.1.5).
+/// Point of a triangle nearest to a point (Ericson 2005, section 5.1.5).
 fn nearest_on(&[a, b, c]: &[Vector<f64>; 3], point: Vector<f64>) -> (Vector<f64>, Feature) {
     let (ab, ac, ap) = (b - a, c - a, point - a);
     let (d1, d2) = (ab.dot(ap), ac.dot(ap));
@@ -215,7 +217,7 @@ mod tests {
     }
 
     proptest! {
-        /// A tetrahedron is as far away as the nearest of many of its places.
+        /// The distance of a tetrahedron is the smallest distance of many of its points.
         #[test]
         fn distances_are_those_of_the_nearest_place(
             (p, q, r, s) in ((-1.0..0.0, -1.0..0.0), (0.2..1.0, -1.0..0.0), (-0.5..0.5, 0.2..1.0), (-0.3..0.3, -0.3..0.3)),

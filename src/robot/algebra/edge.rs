@@ -1,32 +1,37 @@
-//! The place of a straight edge that is nearest to a solid.
+//! Point of a straight edge nearest to a solid.
 //!
-//! An edge that lies flat on a face, or along another edge, has no single nearest place. Edges are therefore taken to be bowed out by a
-//! thousandth of their length: with x from the middle of an edge of the length L, and the distance g from a convex solid, the place is
-//! the minimum of `g(x) + c x^2 / 2`, `c = 8 b / L`. This is strictly convex, and the place moves smoothly as the edge tilts. As the
-//! overlap is a maximum over x, the force is its gradient without any term from the motion of the place (envelope theorem).
+//! An edge that lies flat on a face, or along another edge, has no unique nearest point. Therefore edges are
+//! treated as bowed out by a thousandth of their length: with x measured from the middle of an edge of length
+//! L, and the distance g from a convex solid, the nearest point minimises `g(x) + c x^2 / 2`, `c = 8 b / L`.
+//! This function is strictly convex, so that the point moves smoothly when the edge tilts. Because the
+//! overlap is a maximum over x, the force is its gradient without a term from the motion of the point
+//! (envelope theorem).
 
 use super::distance::Distance;
 use super::ellipse::Rolling;
 use super::obstacle::Placed;
 use crate::lie::Vector;
 
-/// How far edges are bowed out in the middle, over their length. The place goes from the middle to the end in a tilt of four times that.
+/// Height of the bow in the middle of an edge, relative to its length. The nearest point moves from the
+/// middle to the end over a tilt of four times this value.
 pub(crate) const BOW: f64 = 1e-3;
 
-/// The search ends with steps of less than that part of the length, after so many at most: bisection alone takes 47.
+/// The search ends with steps below this fraction of the length, or after the maximum number of steps:
+/// bisection alone takes 47.
 const SMALLEST: f64 = 1e-14;
 const MOST_STEPS: usize = 60;
 
-/// The nearest place of an edge, how far it is from the solid there and how it moves along the edge; at an end it does not.
+/// The nearest point of an edge, its distance from the solid, and its motion along the edge, which is zero at
+/// an end.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Nearest {
     pub(crate) place: Vector<f64>,
-    /// The bow added to its value.
+    /// Distance including the bow.
     pub(crate) distance: Distance,
     pub(crate) rolling: Option<Rolling>,
 }
 
-/// The nearest place of an edge, unless all of it is further away than `radius` for certain.
+/// Nearest point of an edge; `None` if the whole edge is certainly farther away than `radius`.
 pub(crate) fn nearest(solid: &Placed<'_>, [start, end]: [Vector<f64>; 2], radius: f64) -> Option<Nearest> {
     let way = end - start;
     let length = way.dot(way).sqrt();
@@ -45,7 +50,7 @@ pub(crate) fn nearest(solid: &Placed<'_>, [start, end]: [Vector<f64>; 2], radius
         let value = distance.value + 0.5 * bow * x * x;
         Some(Nearest { place: middle + along * x, distance: Distance { value, ..distance }, rolling })
     };
-    // The slope grows with x: its zero lies between that end and the middle, or beyond the end.
+    // The slope increases with x: its zero lies between that end and the middle, or beyond the end.
     let mut beyond = if rise > 0.0 { -half } else { half };
     let at_end = solid.distance(if rise > 0.0 { start } else { end });
     if rise * slope(beyond, &at_end) > 0.0 {
@@ -89,7 +94,7 @@ mod tests {
     use proptest::prelude::*;
 
     proptest! {
-        /// The place is the nearest of many, the bow included, and moves as it says.
+        /// The point is the nearest of many, including the bow, and moves as predicted.
         #[test]
         fn places_are_nearest_and_move_as_they_say(
             omega in (-1.0..1.0, -1.0..1.0, -1.0..1.0),

@@ -1,19 +1,20 @@
-//! The point of an elliptic section that is nearest to another surface.
+//! Point of an elliptic section nearest to another surface.
 
 use super::distance::Distance;
 use super::obstacle::Placed;
 use crate::lie::Vector;
 
-/// Steps of Newton's method, of at most that many radians, and halvings of one.
+/// Maximum number of Newton steps, maximum length of a step in radians, and maximum number of halvings of a
+/// step.
 const MOST_STEPS: usize = 30;
 const LONGEST: f64 = 0.5;
 const MOST_HALVINGS: usize = 20;
 
-/// It ends where the distance changes by less than that part of the semi-axes a radian.
+/// The iteration ends when the slope of the distance is below this fraction of the semi-axes per radian.
 const LEVEL: f64 = 1e-13;
 
-/// How the place that touches moves along the edge of a section: by `along (of_turn . turn + of_shift . shift)` as the section
-/// turns and the place of the material that touches moves.
+/// Motion of the contact point along the edge of a section: `along (of_turn . turn + of_shift . shift)` for a
+/// rotation of the section and a displacement of the material at the contact point.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Rolling {
     pub(crate) along: Vector<f64>,
@@ -21,7 +22,7 @@ pub(crate) struct Rolling {
     pub(crate) of_shift: Vector<f64>,
 }
 
-/// The place of an edge that is nearest to a solid, how far it is from that, and how it moves along the edge.
+/// The point of an edge nearest to a solid, its distance, and its motion along the edge.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Nearest {
     pub(crate) place: Vector<f64>,
@@ -29,12 +30,12 @@ pub(crate) struct Nearest {
     pub(crate) rolling: Rolling,
 }
 
-/// The nearest place of the ellipse about a centre with these semi-axes, which stand across each other.
+/// Nearest point of the ellipse about a centre with these semi-axes, which are perpendicular to each other.
 pub(crate) fn nearest(solid: &Placed<'_>, centre: Vector<f64>, semi_axes: [Vector<f64>; 2]) -> Nearest {
     nearest_to(|place| solid.distance(place), centre, semi_axes)
 }
 
-/// The same, by how far places are from another surface.
+/// The same for a distance function.
 pub(crate) fn nearest_to(
     to_surface: impl Fn(Vector<f64>) -> Distance,
     centre: Vector<f64>,
@@ -44,7 +45,7 @@ pub(crate) fn nearest_to(
         let (sine, cosine) = angle.sin_cos();
         [a * cosine + b * sine, b * cosine - a * sine]
     };
-    // Nearest to a plane that stands across the way from the centre.
+    // Nearest to a plane perpendicular to the direction from the centre.
     let normal = to_surface(centre).normal;
     let mut angle = (-normal.dot(b)).atan2(-normal.dot(a));
     let [mut own, mut slope] = beside(angle);
@@ -65,7 +66,7 @@ pub(crate) fn nearest_to(
         for _ in 0..MOST_HALVINGS {
             let [next, next_slope] = beside(angle + step);
             let there = to_surface(centre + next);
-            // Beside the place the values are equal to rounding, and the slope tells.
+            // Close to the minimum, values are equal to rounding: compare slopes.
             is_nearer = there.value < distance.value
                 || (there.value <= distance.value + LEVEL * size
                     && there.normal.dot(next_slope).abs() < rise.abs());
@@ -98,7 +99,7 @@ mod tests {
     use proptest::prelude::*;
 
     proptest! {
-        /// The place is as near as the nearest of many, and moves as it says.
+        /// The point is as near as the nearest of many, and moves as predicted.
         #[test]
         fn nearest_places_are_nearest(
             omega in (-1.0..1.0, -1.0..1.0, -1.0..1.0),
@@ -129,12 +130,12 @@ mod tests {
                 let value = found.distance.value;
                 prop_assert!(value <= tried + 1e-9 && tried <= value + 1e-4, "{solid:?} {value} {tried}");
             }
-            // On a ball, where nothing has a kink.
+            // On a ball, where the distance has no kinks.
             let solid = Solid::Ball { centre: Vector::zero(), radius: 0.1 };
             let solid = Placed { solid: &solid, pose: None };
             let here = nearest(&solid, centre, semi);
             let Rolling { along, of_turn, of_shift } = here.rolling;
-            // Where the ellipse is no circle as the ball sees it.
+            // Skip ellipses that look like circles from the ball.
             let is_clear = along.dot(here.distance.curvature.times(along)) - here.distance.normal.dot(here.place - centre)
                 > 1e-2 * y.max(z);
             let h = 1e-6;

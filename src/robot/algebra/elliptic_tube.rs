@@ -1,18 +1,21 @@
-//! The distance of a point from a tube with elliptic sections.
+//! Distance of a point from a tube with elliptic sections.
 //!
-//! A section stands across the tube's axis at the place of that which is nearest to the point. There the distance is that from an
-//! ellipse; as the point moves along the tube, the sections turn and taper, which its gradient knows.
+//! A section is perpendicular to the tube's axis at the axis' nearest point. The distance is that from the
+//! section's ellipse. As the point moves along the tube, sections rotate and taper; the gradient includes
+//! this change.
 
 use super::distance::Distance;
 use crate::lie::{Symmetric, Vector};
 
-/// Most steps of Newton's method for the nearest place of an ellipse. It converges from one side, quadratically in the end.
+/// Maximum number of Newton steps for the nearest point of an ellipse. The iteration converges monotonically,
+/// and finally quadratically.
 const MOST_STEPS: usize = 60;
 
-/// Steps below that part of the root are rounding.
+/// Steps below this fraction of the root are rounding.
 const ROUNDING: f64 = 1e-15;
 
-/// A section of a tube: the place of its centre, the direction of the axis, and its semi-axes, across that and each other.
+/// A section of a tube: its centre, the direction of the axis, and its semi-axes, which are perpendicular to
+/// the axis and to each other.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Section {
     pub(crate) centre: Vector<f64>,
@@ -20,18 +23,18 @@ pub(crate) struct Section {
     pub(crate) semi_axes: [Vector<f64>; 2],
 }
 
-/// How a tube goes on at a section that is not its end.
+/// Continuation of a tube at a section that is not its end.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Course {
-    /// The second derivative of the axis by its arc length.
+    /// Second derivative of the axis with respect to arc length.
     pub(crate) bend: Vector<f64>,
-    /// The semi-axes of the section at this distance along the axis.
+    /// Semi-axes of the section at this distance along the axis.
     pub(crate) beyond: [Vector<f64>; 2],
     pub(crate) step: f64,
 }
 
-/// From an ellipse about the origin in its plane: the signed distance of a point, its gradient, and the curvature of the ellipse at
-/// the nearest place.
+/// Signed distance of a point from an ellipse about the origin in its plane, its gradient, and the curvature
+/// of the ellipse at the nearest point.
 #[derive(Clone, Copy, Debug)]
 struct FromEllipse {
     value: f64,
@@ -39,10 +42,11 @@ struct FromEllipse {
     curvature: f64,
 }
 
-/// Of a point with these coordinates along the semi-axes.
+/// Distance of a point with these coordinates along the semi-axes.
 ///
-/// With the nearest place `(a^2 u / (t + a^2), b^2 v / (t + b^2))` the equation of the ellipse is one for t, convex and falling
-/// (Eberly 2013, "Distance from a point to an ellipse", section 2.2).
+/// With the nearest point `(a^2 u / (t + a^2), b^2 v / (t + b^2))` the equation of the ellipse becomes an
+/// equation for t with a convex, decreasing function (Eberly 2013, "Distance from a point to an ellipse",
+/// section 2.2).
 fn from_ellipse([a, b]: [f64; 2], [u, v]: [f64; 2]) -> FromEllipse {
     if a < b {
         let FromEllipse { value, normal: [y, x], curvature } = from_ellipse([b, a], [v, u]);
@@ -52,7 +56,7 @@ fn from_ellipse([a, b]: [f64; 2], [u, v]: [f64; 2]) -> FromEllipse {
     let (square_a, square_b) = (a * a, b * b);
     let is_on_axis = y <= f64::EPSILON * b;
     let [cosine, sine] = if is_on_axis && a * x < square_a - square_b {
-        // On the long axis within the centres of curvature of its ends: two places are as near.
+        // On the long axis between the centres of curvature of its ends, two points are equally near.
         let cosine = a * x / (square_a - square_b);
         [cosine, (1.0 - cosine * cosine).max(0.0).sqrt()]
     } else {
@@ -79,8 +83,8 @@ fn from_ellipse([a, b]: [f64; 2], [u, v]: [f64; 2]) -> FromEllipse {
     FromEllipse { value, normal: [normal[0].copysign(u), normal[1].copysign(v)], curvature }
 }
 
-/// How far a point is from a tube that has this section where it is nearest to the point; at an end, which has no course, from a
-/// rounded cap.
+/// Distance of a point from a tube with this section at the nearest point of the axis; without a course, from
+/// a rounded cap at the end.
 pub(crate) fn distance(point: Vector<f64>, section: &Section, course: Option<&Course>) -> Distance {
     let Section { centre, along, semi_axes } = *section;
     let way = point - centre;
@@ -92,7 +96,8 @@ pub(crate) fn distance(point: Vector<f64>, section: &Section, course: Option<&Co
     let bent = curvature / (1.0 + curvature * value).max(f64::EPSILON);
     let around = Symmetric::square(tangent) * bent;
     let Some(Course { bend, beyond, step }) = course else {
-        // The cap is round with the smaller semi-axis, around what is that much narrower.
+        // The cap is rounded with the smaller semi-axis, around an ellipse that is narrower by the same
+        // amount.
         let radius = lengths[0].min(lengths[1]);
         let outside = (value + radius).max(0.0);
         let height = along.dot(way);
@@ -102,7 +107,7 @@ pub(crate) fn distance(point: Vector<f64>, section: &Section, course: Option<&Co
         return Distance { curvature: from_rim.curvature + around * share, ..from_rim };
     };
     let stretch = (1.0 - way.dot(*bend)).max(0.1);
-    // Seen from the same point the next sections are turned and wider or narrower.
+    // Relative to the fixed point, the next sections are rotated and scaled.
     let there = beyond.map(|axis| axis.dot(axis).sqrt());
     let seen = [0, 1].map(|i| beyond[i].dot(way) / there[i]);
     let slope = (from_ellipse(there, seen).value - value) / (step * stretch);
@@ -122,7 +127,7 @@ mod tests {
     }
 
     proptest! {
-        /// No place of the ellipse is nearer, and inside it is negative.
+        /// No point of the ellipse is nearer, and distances inside are negative.
         #[test]
         fn ellipses_are_as_far_as_their_nearest_places(
             (a, b) in (0.1..2.0, 0.1..2.0),
@@ -137,11 +142,11 @@ mod tests {
             let is_inside = (u / a).powi(2) + (v / b).powi(2) < 1.0;
             let signed = if is_inside { -nearest } else { nearest };
             prop_assert!((found.value - signed).abs() < 1e-3, "{found:?} {signed}");
-            // Places of the polygon lie on the ellipse: they are never nearer.
+            // Corners of the polygon lie on the ellipse: they are never nearer.
             prop_assert!(found.value.abs() <= nearest + 1e-12);
         }
 
-        /// Circles are tubes as others know them.
+        /// Tubes with circular sections agree with tubes of constant radius.
         #[test]
         fn circles(way in (-1.0..1.0, -1.0..1.0, -1.0..1.0), bend in (-0.2..0.2, -0.2..0.2)) {
             let way = v(way);
@@ -166,7 +171,8 @@ mod tests {
             }
         }
 
-        /// Along a straight tube that is twisted and tapered the gradient is that of the value, to the first order of the slope.
+        /// Along a straight twisted and tapered tube, the gradient is that of the value, to first order in
+        /// the slope.
         #[test]
         fn gradients_are_those_of_values(
             place in (-0.2..0.2, -1.0..1.0, -1.0..1.0),
@@ -199,12 +205,12 @@ mod tests {
             }
         }
 
-        /// Without twist and taper it is exact, and so is the curvature; at caps too.
+        /// Without twist and taper, distances and curvatures are exact, also at caps.
         #[test]
         fn straight_tubes(place in (-0.5..0.5, -1.0..1.0, -1.0..1.0), (a, b) in (0.1..0.5, 0.1..0.5)) {
             let semi_axes = [Vector::new(0.0, a, 0.0), Vector::new(0.0, 0.0, b)];
             let along = Vector::new(1.0, 0.0, 0.0);
-            // It ends at zero.
+            // The tube ends at zero.
             let at = |point: Vector<f64>| {
                 let is_end = point.x > 0.0;
                 let centre = Vector::new(point.x.min(0.0), 0.0, 0.0);

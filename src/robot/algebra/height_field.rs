@@ -1,48 +1,53 @@
-//! Distances from the ground below a surface through heights on a rectangular grid.
+//! Distances from the ground below a surface given by heights on a rectangular grid.
 //!
-//! The surface is the natural cubic spline through the heights, in both directions: its second derivatives are continuous, and
-//! zero across the edges, beyond which it continues straight (de Boor 2001, chapter IV). The nearest place is found by Newton's
-//! method; which of several over the rectangle is the nearest, by boxes around the cells, in a tree. Beyond the rectangle the
-//! place counts that the method finds from below the point.
+//! The surface is the natural cubic spline through the heights, in both directions: its second derivatives
+//! are continuous, and zero across the edges of the rectangle, beyond which it continues linearly (de Boor
+//! 2001, chapter IV). Newton's method finds nearest points; a tree of bounding boxes around cells finds the
+//! global minimum over the rectangle. Beyond the rectangle, the nearest point is the local minimum found from
+//! directly below the point.
 
 use super::distance::Distance;
 use crate::lie::{Rotation, Symmetric, Vector};
 
-/// Steps of Newton's method, and halvings of one step.
+/// Maximum number of Newton steps, and of halvings of one step.
 const MOST_STEPS: usize = 40;
 const MOST_HALVINGS: usize = 30;
 
-/// Newton's method takes steps of up to that part of the distance and a cell as they are, since values no longer tell whether
-/// they lead down; it ends with steps of the second part, after which the square of that is left.
+/// Newton steps up to the first fraction of distance and cell size are taken without a descent test, because
+/// values are equal to rounding; the iteration ends with steps below the second fraction, after which the
+/// error is its square.
 const NEAR: f64 = 1e-5;
 const SAME_PLACE: f64 = 1e-9;
 
-/// What is not nearer by that part of the square is not looked at.
+/// A candidate must be nearer by this fraction of the squared distance to be examined.
 const NEARER: f64 = 1e-10;
 
-/// How often a cell is divided into four at most, where what is nearest is not certain.
+/// Maximum number of subdivisions of a cell into four, if the nearest point is not certain.
 const MOST_DIVISIONS: usize = 10;
 
-/// What is less bent than that, by one over the distance, has one nearest place.
+/// If the curvature times the distance is below this value, the nearest point is unique.
 const CERTAINLY_CONVEX: f64 = 0.99;
 
-/// A place counts as nearest up to that part of the radius of curvature, seen from the hollow side: beyond, several are.
+/// A point counts as nearest up to this fraction of the radius of curvature, on the concave side: beyond,
+/// several points are nearest.
 const LEAST_STRETCH: f64 = 0.01;
 
 /// The region below a surface.
 #[derive(Clone, Debug)]
 pub(crate) struct HeightField {
-    /// Where the first height stands, and the axes, in the frame of the plan.
+    /// Position of the first height, and the axes, in the frame of the plan.
     corner: Vector<f64>,
     axes: Rotation<f64>,
     spacing: [f64; 2],
-    /// Heights along each axis.
+    /// Number of heights along each axis.
     shape: [usize; 2],
-    /// Of the cubic B-splines, one more at each end than heights; the second axis varies fastest.
+    /// Coefficients of the cubic B-splines, with one more at each end than heights; the second axis varies
+    /// fastest.
     coefficients: Vec<f64>,
-    /// The lowest and highest of the cells, then of squares of two by two of these, and so on to one.
+    /// Minimum and maximum of each cell, then of squares of two by two cells, and so on up to the whole
+    /// rectangle.
     levels: Vec<Level>,
-    /// No slope and no second derivative over the rectangle, in any direction, is larger.
+    /// Upper bounds of slopes and of second derivatives in all directions.
     steepest: f64,
     most_bent: f64,
 }
@@ -51,13 +56,13 @@ pub(crate) struct HeightField {
 struct Patch {
     from: [f64; 2],
     size: [f64; 2],
-    /// Coefficients of Bernstein's polynomials.
+    /// Bernstein coefficients.
     heights: [[f64; 4]; 4],
-    /// Whether the cell lies at an edge of the rectangle, beyond which the surface goes on.
+    /// Whether the cell lies at an edge of the rectangle, beyond which the surface continues.
     is_at_edge: bool,
 }
 
-/// What numbers lie between.
+/// An interval that contains values.
 #[derive(Clone, Copy)]
 struct Range([f64; 2]);
 
@@ -67,14 +72,14 @@ struct Level {
     ranges: Vec<[f64; 2]>,
 }
 
-/// Height, first derivatives and second ones (twice along the first axis, along both, twice along the second).
+/// Height, first derivatives, and second derivatives (along the first axis, mixed, along the second).
 struct Local {
     height: f64,
     slope: [f64; 2],
     bend: [f64; 3],
 }
 
-/// The nearest place that was found: its coordinates, and half the square of its distance.
+/// Nearest point found so far: its coordinates, and half its squared distance.
 #[derive(Clone, Copy)]
 struct Best {
     place: [f64; 2],
@@ -82,7 +87,7 @@ struct Best {
 }
 
 impl HeightField {
-    /// The surface through heights, the second axis varying fastest; there are two or more along each axis.
+    /// The surface through heights, with the second axis varying fastest; at least two along each axis.
     pub(crate) fn new(
         heights: &[f64],
         shape: [usize; 2],
@@ -112,25 +117,27 @@ impl HeightField {
         field
     }
 
-    /// The coefficients that a cell depends on, row by row.
+    /// Coefficients on which a cell depends, row by row.
     fn of_cell(&self, i: usize, j: usize) -> [&[f64]; 4] {
         let width = self.shape[1] + 2;
         std::array::from_fn(|row| &self.coefficients[(i + row) * width + j..][..4])
     }
 
-    /// The coefficients of Bernstein's polynomials of a cell, row by row.
+    /// Bernstein coefficients of a cell, row by row.
     fn bernstein_of_cell(&self, i: usize, j: usize) -> [[f64; 4]; 4] {
         let of_rows = self.of_cell(i, j).map(|row| bernstein([row[0], row[1], row[2], row[3]]));
         transposed(transposed(of_rows).map(bernstein))
     }
 
-    /// What the heights of a cell lie between.
+    /// Interval that contains the heights of a cell.
     fn range(&self, i: usize, j: usize) -> [f64; 2] {
         Range::of(self.bernstein_of_cell(i, j).into_iter().flatten()).0
     }
 
-    /// Looks for nearer places in a part of a cell (branch and bound, as of Hansen and Walster 2004, chapter 12): parts that are
-    /// too far, in which half the square of the distance is monotonic or not hollow anywhere hold none, and where it is hollow
+    /// Searches for nearer points in a part of a cell by branch and bound (Hansen and Walster 2004, chapter
+    /// 12). Parts that are too far away, or in which half the squared distance is monotonic or nowhere
+    /// convex, contain none; parts in which it is convex everywhere contain at most one. Other parts are
+    /// subdivided.
     /// everywhere there is one at most. The rest is divided.
     fn look_within(&self, point: [f64; 3], patch: &Patch, divisions: usize, best: &mut Best) {
         let Patch { from, size, heights, is_at_edge } = patch;
@@ -141,7 +148,7 @@ impl HeightField {
         if least >= best.value * (1.0 - NEARER) {
             return;
         }
-        // Derivatives have Bernstein coefficients, too: differences of those of the heights, times the degree.
+        // Bernstein coefficients of derivatives are differences of those of the heights, times the degree.
         let along = differences(heights, 3.0 / size[0]);
         let across = differences(&transposed(*heights), 3.0 / size[1]);
         let slope = [&along, &across].map(|table| Range::of(table.iter().flatten().copied()));
@@ -200,7 +207,7 @@ impl HeightField {
         }
     }
 
-    /// A nearest place by Newton's method from another one, with half the square of its distance.
+    /// A nearest point by Newton's method from a start, with half its squared distance.
     fn descend(&self, point: [f64; 3], mut place: [f64; 2]) -> Best {
         let [x, y, z] = point;
         let value_at = |place: [f64; 2], height: f64| {
@@ -216,7 +223,7 @@ impl HeightField {
             let gradient = [place[0] - x + rise * a, place[1] - y + rise * b];
             let full = [1.0 + a * a + rise * aa, a * b + rise * ab, 1.0 + b * b + rise * bb];
             let is_hollow = |h: &[f64; 3]| h[0] > 0.0 && h[0] * h[2] - h[1] * h[1] > 1e-6 * h[0] * h[2];
-            // Gauss and Newton's matrix where the other one does not lead down.
+            // Gauss-Newton matrix if Newton's is not positive definite.
             let is_newton = is_hollow(&full);
             let [h_aa, h_ab, h_bb] = if is_newton { full } else { [1.0 + a * a, a * b, 1.0 + b * b] };
             let determinant = h_aa * h_bb - h_ab * h_ab;
@@ -255,8 +262,9 @@ impl HeightField {
         Best { place, value }
     }
 
-    /// Whether a place where the distance is level is the nearest one because there is no other: half the square of the distance,
-    /// with the second derivatives `1 + h_i h_j + (h - z) h_ij`, is convex wherever anything nearer could be.
+    /// Whether a stationary point is the unique nearest one: half the squared distance, with the second
+    /// derivatives `1 + h_i h_j + (h - z) h_ij`, is convex in the whole region that could contain nearer
+    /// points.
     fn is_only_one(&self, point: [f64; 3], best: &Best) -> bool {
         let reach = (2.0 * best.value).sqrt();
         let lies_inside = (0..2).all(|axis| {
@@ -269,7 +277,7 @@ impl HeightField {
                 < CERTAINLY_CONVEX
     }
 
-    /// Looks for nearer places in a square of cells.
+    /// Searches for nearer points in a square of cells.
     fn look(&self, point: [f64; 3], level: usize, [i, j]: [usize; 2], best: &mut Best) {
         let bound = |level: usize, [i, j]: [usize; 2]| {
             let Level { shape, ranges } = &self.levels[level];
@@ -311,7 +319,7 @@ impl HeightField {
         }
     }
 
-    /// How far a point is from it.
+    /// Distance of a point from the ground.
     pub(crate) fn distance(&self, point: Vector<f64>) -> Distance {
         let beside = self.axes.apply_transposed(point - self.corner).to_array();
         let [x, y, z] = beside;
@@ -325,7 +333,7 @@ impl HeightField {
         let stretch = (1.0 + a * a + b * b).sqrt();
         let normal = Vector::new(-a, -b, 1.0) * stretch.recip();
         let way = Vector::new(x - best.place[0], y - best.place[1], z - height);
-        // Beside the surface the way along the normal is without cancellation.
+        // Close to the surface, the component along the normal avoids cancellation.
         let along = way.dot(normal);
         let value = if (along - length).abs() <= 1e-9 * length.abs() + 1e-300 { along } else { length };
         let curvature = turning([a, b], bend.map(|x| x / stretch), value);
@@ -342,7 +350,7 @@ impl HeightField {
 }
 
 impl Patch {
-    /// Its quarters.
+    /// The four quarters of the patch.
     fn parts(&self) -> [Self; 4] {
         let [left, right] = halves(&self.heights);
         let [left, right] = [left, right].map(|half| halves(&transposed(half)).map(transposed));
@@ -367,7 +375,7 @@ impl Range {
         self.0[0] <= 0.0 && self.0[1] >= 0.0
     }
 
-    /// The largest magnitude.
+    /// Largest magnitude.
     fn size(self) -> f64 {
         self.0[0].abs().max(self.0[1].abs())
     }
@@ -414,7 +422,7 @@ impl Level {
     }
 }
 
-/// What slopes and second derivatives of a spline are bounded by: those of its coefficients.
+/// Bounds of slopes and second derivatives of a spline, from its coefficients.
 fn bounds(coefficients: &[f64], [rows, columns]: [usize; 2], [dx, dy]: [f64; 2]) -> [f64; 2] {
     let c = |i: usize, j: usize| coefficients[i * columns + j];
     let mut most = [0.0_f64; 5];
@@ -441,12 +449,13 @@ fn bounds(coefficients: &[f64], [rows, columns]: [usize; 2], [dx, dy]: [f64; 2])
     [most[0].hypot(most[1]), most[2].max(most[3]) + most[4]]
 }
 
-/// The coefficients of the natural cubic spline through values, with one more at each end.
+/// Coefficients of the natural cubic spline through values, with one more at each end.
 fn coefficients_of(values: &[f64]) -> Vec<f64> {
     let n = values.len();
     let mut own = vec![0.0; n + 2];
     own[1..=n].copy_from_slice(values);
-    // Between the ends `c[i-1] + 4 c[i] + c[i+1] = 6 h[i]`; at the ends the second derivative is zero, and `c = h`.
+    // In the interior `c[i-1] + 4 c[i] + c[i+1] = 6 h[i]`; at the ends the second derivative is zero, and `c
+    // = h`.
     let mut factors = vec![0.0; n];
     for i in 1..n.saturating_sub(1) {
         let pivot = 4.0 - factors[i - 1];
@@ -461,7 +470,7 @@ fn coefficients_of(values: &[f64]) -> Vec<f64> {
     own
 }
 
-/// What four cubic B-splines weigh at a fraction of a cell, and their derivatives; straight beyond the cell.
+/// Weights of four cubic B-splines at a fraction of a cell, and their derivatives; linear beyond the cell.
 fn weights(x: f64) -> [[f64; 4]; 3] {
     let t = x.clamp(0.0, 1.0);
     let s = 1.0 - t;
@@ -481,7 +490,7 @@ fn weights(x: f64) -> [[f64; 4]; 3] {
     [values, slopes, [0.0; 4]]
 }
 
-/// Of a cubic with these coefficients of B-splines, those of Bernstein's polynomials.
+/// Converts the B-spline coefficients of a cubic to Bernstein coefficients.
 fn bernstein([a, b, c, d]: [f64; 4]) -> [f64; 4] {
     [(a + 4.0 * b + c) / 6.0, (2.0 * b + c) / 3.0, (b + 2.0 * c) / 3.0, (b + 4.0 * c + d) / 6.0]
 }
@@ -490,12 +499,12 @@ fn transposed<const N: usize, const M: usize>(rows: [[f64; N]; M]) -> [[f64; M];
     std::array::from_fn(|j| std::array::from_fn(|i| rows[i][j]))
 }
 
-/// A multiple of how each row of a table but the first differs from the one before.
+/// Differences of successive rows of a table, times a factor.
 fn differences(rows: &[[f64; 4]; 4], factor: f64) -> [[f64; 4]; 3] {
     std::array::from_fn(|i| std::array::from_fn(|k| factor * (rows[i + 1][k] - rows[i][k])))
 }
 
-/// The coefficients of Bernstein's polynomials along the columns for both halves (de Casteljau).
+/// Bernstein coefficients along the columns for both halves (de Casteljau).
 fn halves(rows: &[[f64; 4]; 4]) -> [[[f64; 4]; 4]; 2] {
     let mut ends = [*rows; 2];
     let mut left = *rows;
@@ -511,13 +520,14 @@ fn halves(rows: &[[f64; 4]; 4]) -> [[[f64; 4]; 4]; 2] {
     ends
 }
 
-/// The second derivative of the distance of a point from a surface with this slope and second fundamental form at the nearest
-/// place: `-T (G B^-1 G - d G)^-1 T^T` with the tangents T, the first form G and the second one B.
+/// Second derivative of the distance of a point from a surface with this slope and second fundamental form at
+/// the nearest point: `-T (G B^-1 G - d G)^-1 T^T` with the tangents T, the first fundamental form G and the
+/// second one B.
 fn turning([a, b]: [f64; 2], bend: [f64; 3], mut distance: f64) -> Symmetric<f64> {
     let form = [1.0 + a * a, a * b, 1.0 + b * b];
     let determinant = |m: &[f64; 3]| m[0] * m[2] - m[1] * m[1];
     let of_form = determinant(&form);
-    // G - d B has no negative eigenvalues at a nearest place.
+    // G - d B has no negative eigenvalues at a nearest point.
     let seen = |d: f64| [0, 1, 2].map(|k| form[k] - d * bend[k]);
     let mut left = seen(distance);
     for _ in 0..60 {
@@ -558,7 +568,7 @@ mod tests {
         field.corner + field.axes.apply(Vector::new(x, y, z))
     }
 
-    /// A spline goes through its heights, and is a plane where these are one, beyond the edges too.
+    /// The spline interpolates its heights, and reproduces planes, also beyond the edges.
     #[test]
     fn heights_are_met_and_planes_are_planes() {
         let heights: Vec<f64> = (0..30).map(|k| (f64::from(k) * 1.7).sin()).collect();
@@ -582,7 +592,7 @@ mod tests {
     }
 
     proptest! {
-        /// Distances are at most those of the nearest of many places over the rectangle, and change as they say.
+        /// Distances are at most those of many points over the rectangle, and agree with their derivatives.
         #[test]
         fn distances_are_those_of_the_nearest_place(
             heights in proptest::collection::vec(-0.1..0.1, 30),
@@ -606,7 +616,7 @@ mod tests {
             for axis in [Vector::new(1.0, 0.0, 0.0), Vector::new(0.0, 1.0, 0.0), Vector::new(0.0, 0.0, 1.0)] {
                 let [ahead, behind] = [h, -h].map(|h| field.distance(point + axis * h));
                 let jump = (ahead.normal - behind.normal).to_array().iter().fold(0.0_f64, |m, x| m.max(x.abs()));
-                // Where two places are nearest, or nearly so, the normal jumps or turns fast.
+                // Where two points are (almost) equally near, the normal jumps or rotates fast.
                 if jump < 1e-4 {
                     let slope = (ahead.value - behind.value) / (2.0 * h);
                     prop_assert!((slope - found.normal.dot(axis)).abs() < 1e-7);

@@ -1,19 +1,20 @@
-//! Inertia seen from the origin of the inertial frame, `N = Ad_g^-T M Ad_g^-1`: of a section, of a body, of all that
-//! lies behind a place; and how wrenches change when what they act on turns.
+//! Inertia about the origin of the inertial frame, `N = Ad_g^-T M Ad_g^-1`: of sections, of bodies, and of
+//! everything beyond a station; and changes of wrenches under rotations of the body.
 
 use crate::lie::{Cross, Geometry, LANES, Lanes, Scalar, SecondMoment, Twist, VectorSpace, Wrench};
 
-/// Inertia per length of a section that looks round, seen from the origin.
+/// Inertia per length of an axisymmetric section, about the origin.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SectionInertia<G: Geometry, T: Scalar> {
     pub(crate) mass: T,
-    /// About a diameter; about the axis it is twice that, as for every circle.
+    /// Rotary inertia about a diameter; about the axis it is twice that, as for every circle.
     pub(crate) rotary: T,
     pub(crate) axis: G::Vector<T>,
     pub(crate) position: G::Vector<T>,
 }
 
-/// Any inertia: mass, first moment (mass times position of the centre) and second moment about the origin.
+/// General inertia: mass, first moment (mass times position of the centre) and second moment about the
+/// origin.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Inertia<G: Geometry, T: Scalar> {
     pub(crate) mass: T,
@@ -27,7 +28,7 @@ impl<G: Geometry, T: Scalar> Inertia<G, T> {
         Self { mass: T::splat(0.0), first_moment: VectorSpace::zero(), second_moment: SecondMoment::zero() }
     }
 
-    /// That of a round section, about its centre and in its axes.
+    /// Inertia of an axisymmetric section about its centre, in its axes.
     pub(crate) fn round(frame: G::Frame, mass: T, rotary: T) -> Self {
         let axis = G::rod_axis(frame, &G::unrotated());
         let centre = VectorSpace::zero();
@@ -45,7 +46,7 @@ impl<G: Geometry, T: Scalar> Inertia<G, T> {
         }
     }
 
-    /// About the origin and in the axes of the frame, what is given about a place and in the axes of a section there.
+    /// Converts from section axes at a position to the axes of the frame and the origin.
     #[inline(always)]
     pub(crate) fn carried(&self, rotation: &G::Rotation<T>, position: G::Vector<T>) -> Self {
         let Self { mass, first_moment, ref second_moment } = *self;
@@ -55,7 +56,7 @@ impl<G: Geometry, T: Scalar> Inertia<G, T> {
         Self {
             mass,
             first_moment: first_moment + position * mass,
-            // The parallel-axis theorem: the mass seen from afar, and what its offset adds to that.
+            // Parallel-axis theorem for the mass and for the offset of its centre.
             second_moment: G::rotate_second_moment(rotation, second_moment)
                 + G::section(mass, T::splat(0.0), nowhere, position)
                 + G::gyroscopic(&none, position, zero, first_moment),
@@ -70,7 +71,7 @@ impl<G: Geometry, T: Scalar> Inertia<G, T> {
     }
 }
 
-/// The values of a function of the node, [`LANES`] to a pack.
+/// Packs the values of a function of the node, [`LANES`] per pack.
 pub(crate) fn packed<G: Geometry>(
     nodes: usize,
     f: impl Fn(usize) -> Inertia<G, f64>,
@@ -92,7 +93,7 @@ pub(crate) fn packed<G: Geometry>(
 }
 
 impl<G: Geometry> Inertia<G, G::Pack> {
-    /// The sum over the lanes.
+    /// Sum over the lanes.
     #[inline(always)]
     pub(crate) fn sum(self) -> Inertia<G, f64> {
         Inertia {
@@ -103,12 +104,12 @@ impl<G: Geometry> Inertia<G, G::Pack> {
     }
 }
 
-/// A wrench that is linear in how fast, or how far, the material turns: `(B y - h x y; -2 l x y)`.
+/// Wrench that is linear in a rotation or an angular velocity of the material: `(B y - h x y; -2 l x y)`.
 ///
-/// Change of the inertial force of a body moving with V under the variation `Y = dV - ad_Psi V`:
-/// `C Y = -(N ad_V + ad_V^T N) Y - ad_Y^T N V`. Written out with momentum `N V = (h; l)` and the moments of N, all that
-/// belongs to the linear part of Y cancels, and `C Y = (B y - h x y; -2 l x y)` with the angular part y of Y and
-/// `B = -(J [w] + (J [w])^T) - (c v^T + v c^T) + 2 (c . v) 1`.
+/// Change of the inertial force of a body moving with V under the variation `Y = dV - ad_Psi V`: `C Y = -(N
+/// ad_V + ad_V^T N) Y - ad_Y^T N V`. With the momentum `N V = (h; l)` and the moments of N, all terms with
+/// the linear part of Y cancel, and `C Y = (B y - h x y; -2 l x y)` with the angular part y of Y and `B = -(J
+/// [w] + (J [w])^T) - (c v^T + v c^T) + 2 (c . v) 1`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Gyroscope<G: Geometry, T: Scalar> {
     symmetric: G::SecondMoment<T>,
@@ -121,7 +122,7 @@ impl<G: Geometry, T: Scalar> Gyroscope<G, T> {
         Self { symmetric: SecondMoment::zero(), momentum: Wrench::zero() }
     }
 
-    /// Of a body with this inertia, velocity and momentum.
+    /// For a body with this inertia, velocity and momentum.
     #[inline(always)]
     pub(crate) fn new(inertia: &Inertia<G, T>, velocity: Twist<G, T>, momentum: Wrench<G, T>) -> Self {
         let Twist { angular, linear } = velocity;
@@ -129,9 +130,9 @@ impl<G: Geometry, T: Scalar> Gyroscope<G, T> {
         Self { symmetric, momentum }
     }
 
-    /// The change of what a rod needs against a dead load, as its material sees it: with a force p and a moment m at
-    /// r that is `-(r x (p x y) + m x y; p x y)` for a turn by y. The symmetric part of the moment is that of
-    /// `p r^T - r . p`.
+    /// Change of the wrench that balances a dead load, relative to the rotating material: for a force p and a
+    /// moment m at r and a rotation by y, `-(r x (p x y) + m x y; p x y)`. The symmetric part of the moment
+    /// is that of `p r^T - r . p`.
     #[inline(always)]
     pub(crate) fn of_dead_load(load: Wrench<G, T>, position: G::Vector<T>) -> Self {
         let half_force = load.force * T::splat(0.5);
@@ -141,7 +142,7 @@ impl<G: Geometry, T: Scalar> Gyroscope<G, T> {
         }
     }
 
-    /// `C Y`, given the angular part of Y.
+    /// `C Y`, from the angular part of Y.
     #[inline(always)]
     pub(crate) fn times(&self, y: G::Axial<T>) -> Wrench<G, T> {
         Wrench {
@@ -150,7 +151,7 @@ impl<G: Geometry, T: Scalar> Gyroscope<G, T> {
         }
     }
 
-    /// `C^T psi`: its linear part is zero, this is the angular part.
+    /// Angular part of `C^T psi`; its linear part is zero.
     #[inline(always)]
     pub(crate) fn transposed_times(&self, psi: Twist<G, T>) -> G::Axial<T> {
         let force = self.momentum.force + self.momentum.force;
@@ -168,7 +169,7 @@ impl<G: Geometry, T: Scalar> Gyroscope<G, T> {
 }
 
 impl<G: Geometry> Gyroscope<G, G::Pack> {
-    /// The sum over the lanes.
+    /// Sum over the lanes.
     #[inline(always)]
     pub(crate) fn sum(self) -> Gyroscope<G, f64> {
         Gyroscope {
@@ -178,11 +179,11 @@ impl<G: Geometry> Gyroscope<G, G::Pack> {
     }
 }
 
-/// Inertia per length of a segment's sections, as it can be seen from the origin.
+/// Inertia per length of the sections of a segment.
 pub(crate) trait Sections<G: Geometry> {
     type Seen: Seen<G, G::Pack>;
 
-    /// At one pack of nodes with this rotation and position.
+    /// Inertia about the origin of one pack of nodes with this rotation and position.
     fn seen(
         &self,
         frame: G::Frame,
@@ -196,11 +197,11 @@ pub(crate) trait Sections<G: Geometry> {
 pub(crate) trait Seen<G: Geometry, T: Scalar> {
     /// Momentum of a twist, `N V`.
     fn momentum(&self, twist: Twist<G, T>) -> Wrench<G, T>;
-    /// The same inertia, times `weight`, as one that can be added to others.
+    /// The inertia times `weight`, in a form that can be summed.
     fn weighted(&self, weight: T) -> Inertia<G, T>;
 }
 
-/// Sections that look round: mass and rotary inertia.
+/// Axisymmetric sections: mass and rotary inertia.
 pub(crate) struct Round<'a, G: Geometry> {
     pub(crate) mass: &'a [G::Pack],
     pub(crate) rotary: &'a [G::Pack],
@@ -242,7 +243,7 @@ impl<G: Geometry, T: Scalar> Seen<G, T> for SectionInertia<G, T> {
     }
 }
 
-/// Sections of any inertia, about the rod's axis and in their axes.
+/// General sections: inertia about the rod's axis, in section axes.
 pub(crate) struct General<'a, G: Geometry>(pub(crate) &'a [Inertia<G, G::Pack>]);
 
 impl<G: Geometry> Sections<G> for General<'_, G> {

@@ -1,4 +1,4 @@
-//! Inertia and responses of bodies, seen from the origin.
+//! Inertias and linear responses about the origin; distances; numbers of products.
 
 pub(crate) mod convex_mesh;
 pub(crate) mod distance;

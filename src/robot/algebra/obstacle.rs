@@ -1,6 +1,7 @@
-//! Distances of points from obstacles, and their derivatives.
+//! Distances of points from solids, and their derivatives.
 //!
-//! A solid that moves is known in its own axes: points are transformed to these, and distances, normals and curvatures back.
+//! A moving solid is stored in its own axes: points are transformed to these axes, and distances, normals and
+//! curvatures back.
 
 use std::sync::Arc;
 
@@ -9,14 +10,14 @@ use super::distance::{Distance, SHORTEST};
 use super::height_field::HeightField;
 use crate::lie::{Geometry as _, Rotation, Spatial, Symmetric, Vector};
 
-/// An obstacle, in the axes that it is fixed in.
+/// A solid, in the axes in which it is fixed.
 #[derive(Clone, Debug)]
 pub(crate) enum Solid {
     HalfSpace {
         point: Vector<f64>,
         normal: Vector<f64>,
     },
-    /// Points at most that far from a centre, or from the line between two ends.
+    /// Points within a radius of a centre, or of the segment between two ends.
     Ball {
         centre: Vector<f64>,
         radius: f64,
@@ -25,21 +26,21 @@ pub(crate) enum Solid {
         ends: [Vector<f64>; 2],
         radius: f64,
     },
-    /// Points at most that far from a box with sharp edges.
+    /// Points within a radius of a box with sharp edges.
     Cuboid {
         centre: Vector<f64>,
         axes: Rotation<f64>,
         half_extents: Vector<f64>,
         radius: f64,
     },
-    /// A height field, shared by all copies of a plan.
+    /// A height field, shared between copies of a plan.
     HeightField(Arc<HeightField>),
-    /// A rounded convex mesh, shared by all copies of a plan.
+    /// A rounded convex mesh, shared between copies of a plan.
     ConvexMesh(Arc<ConvexMesh>),
 }
 
 impl Solid {
-    /// How far a point is from it.
+    /// Distance of a point from the solid.
     pub(crate) fn distance(&self, point: Vector<f64>) -> Distance {
         match self {
             Self::HalfSpace { point: on, normal } => Distance {
@@ -73,7 +74,7 @@ impl Solid {
 }
 
 impl Solid {
-    /// How far it reaches from the origin of its axes.
+    /// Largest distance from the origin of its axes.
     pub(crate) fn reach(&self) -> f64 {
         let size = |v: Vector<f64>| v.dot(v).sqrt();
         match self {
@@ -85,12 +86,12 @@ impl Solid {
         }
     }
 
-    /// Whether it consists of parts between which second derivatives of the distance jump.
+    /// Whether second derivatives of the distance jump between features of the solid.
     pub(crate) fn has_features(&self) -> bool {
         matches!(self, Self::Capsule { .. } | Self::Cuboid { .. } | Self::ConvexMesh(_))
     }
 
-    /// Which of these parts is nearest to a point: any three numbers that stand for it.
+    /// The feature nearest to a point, identified by three numbers.
     pub(crate) fn feature(&self, point: Vector<f64>) -> [usize; 3] {
         match self {
             Self::HalfSpace { .. } | Self::Ball { .. } | Self::HeightField(_) => [0; 3],
@@ -115,8 +116,8 @@ impl Solid {
     }
 }
 
-/// The distance of a point beside the centre of a box with these axes: from its nearest face inside; from the nearest
-/// face, edge or corner outside.
+/// Distance of a point, relative to the centre of a box with these axes: from the nearest face inside; from
+/// the nearest face, edge or corner outside.
 fn cuboid(point: [f64; 3], half: [f64; 3], axes: &Rotation<f64>) -> Distance {
     let beyond: [f64; 3] = std::array::from_fn(|i| point[i].abs() - half[i]);
     let side = |i: usize| axes.axis(i) * if point[i] < 0.0 { -1.0 } else { 1.0 };
@@ -137,7 +138,7 @@ fn cuboid(point: [f64; 3], half: [f64; 3], axes: &Rotation<f64>) -> Distance {
     Distance { value: length, normal, curvature: (curvature - Symmetric::square(normal)) * length.recip() }
 }
 
-/// Where the axes are that something is fixed in.
+/// Pose of the axes in which a solid is fixed.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Pose {
     pub(crate) rotation: Rotation<f64>,
@@ -149,27 +150,27 @@ impl Pose {
         Self { rotation: Rotation::identity(), position: Vector::zero() }
     }
 
-    /// Where a point of these axes is.
+    /// Transforms a point from these axes.
     pub(crate) fn place(&self, point: Vector<f64>) -> Vector<f64> {
         self.position + self.rotation.apply(point)
     }
 
-    /// Where a point is in these axes.
+    /// Transforms a point to these axes.
     pub(crate) fn see(&self, point: Vector<f64>) -> Vector<f64> {
         self.rotation.apply_transposed(point - self.position)
     }
 }
 
-/// A solid where it is, in space and the frame of the plan.
+/// A solid at its current pose, in space and the frame of the plan.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Placed<'a> {
     pub(crate) solid: &'a Solid,
-    /// Of its axes, unless they are those of the frame.
+    /// Pose of its axes; `None` if they are the axes of the frame.
     pub(crate) pose: Option<&'a Pose>,
 }
 
 impl Placed<'_> {
-    /// How far a point is from it.
+    /// Distance of a point from the solid.
     pub(crate) fn distance(&self, point: Vector<f64>) -> Distance {
         let Some(pose) = self.pose else { return self.solid.distance(point) };
         let Distance { value, normal, curvature } = self.solid.distance(pose.see(point));
@@ -185,7 +186,7 @@ impl Placed<'_> {
         self.solid.feature(self.pose.map_or(point, |pose| pose.see(point)))
     }
 
-    /// The radius of what is round all over, zero of others.
+    /// Radius of a body that is round everywhere; zero for others.
     pub(crate) fn round(&self) -> f64 {
         if let Solid::Ball { radius, .. } = self.solid { *radius } else { 0.0 }
     }
@@ -197,7 +198,7 @@ mod tests {
     use crate::lie::Quaternion;
     use proptest::prelude::*;
 
-    /// Gradient and second derivative of all distances against differences.
+    /// Gradients and second derivatives of all distances agree with finite differences.
     #[test]
     fn distances_change_as_they_say() {
         let turned = Quaternion::from_array([0.8, 0.36, -0.48, 0.0]).rotation();
@@ -285,7 +286,7 @@ mod tests {
     }
 
     proptest! {
-        /// A block of triangles is as far away as a box.
+        /// A block of triangles has the same distances as a box.
         #[test]
         fn blocks_are_boxes((x, y, z) in (-0.5..0.5, -0.5..0.5, -0.5..0.5)) {
             let v = Vector::new;

@@ -4,17 +4,17 @@ use std::ops::AddAssign;
 
 use crate::lie::LANES;
 
-/// Products of packs and of single numbers.
+/// Numbers of products of packs and of scalars.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Products {
-    /// Of packs.
+    /// Products of packs.
     pub(crate) packs: u64,
-    /// Of single numbers.
+    /// Products of scalars.
     pub(crate) singles: u64,
 }
 
 impl Products {
-    /// Of doubles.
+    /// Total number of products of doubles.
     pub(crate) fn total(self) -> u64 {
         LANES as u64 * self.packs + self.singles
     }

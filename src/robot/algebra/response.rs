@@ -1,9 +1,10 @@
-//! What answers linearly to displacement, velocity and acceleration of its place without being a rigid body: springs
-//! to the world, and the fluid around a section.
+//! Linear responses to displacement, velocity and acceleration other than those of rigid bodies: springs to
+//! the world, and the fluid around a section.
 
 use crate::lie::{Geometry, Scalar, Twist, Wrench};
 
-/// A wrench that is linear in a twist: a matrix by its columns. A plane uses the first [`Geometry::COMPONENTS`] only.
+/// A wrench that is linear in a twist: a matrix stored by columns. A plane uses only the first
+/// [`Geometry::COMPONENTS`].
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Linear<G: Geometry, T: Scalar> {
     columns: [Wrench<G, T>; 6],
@@ -15,7 +16,7 @@ impl<G: Geometry, T: Scalar> Linear<G, T> {
         Self { columns: [Wrench::zero(); 6] }
     }
 
-    /// Of a linear map, by its values for unit twists.
+    /// Matrix of a linear map, from its values for unit twists.
     #[inline(always)]
     pub(crate) fn of(map: impl Fn(Twist<G, T>) -> Wrench<G, T>) -> Self {
         let mut matrix = Self::zero();
@@ -52,13 +53,13 @@ impl<G: Geometry, T: Scalar> Linear<G, T> {
     }
 }
 
-/// How the wrench about the origin that a place needs from the rod changes, as the moving material sees it: with how
-/// far it is displaced (`w_q Psi`), with its velocity (Y) and with its acceleration (Z); see `tangent`.
+/// Changes of the wrench about the origin that a point requires from the rod, relative to the moving
+/// material: with its displacement (`w_q Psi`), its velocity (Y) and its acceleration (Z); see `tangent`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Response<G: Geometry, T: Scalar> {
     pub(crate) stiffness: Linear<G, T>,
     pub(crate) damping: Linear<G, T>,
-    /// Symmetric: it belongs to the mass matrix.
+    /// Symmetric: part of the mass matrix.
     pub(crate) inertia: Linear<G, T>,
 }
 
@@ -74,7 +75,7 @@ impl<G: Geometry, T: Scalar> Response<G, T> {
         self.inertia.times_add(z, self.damping.times_add(y, wrench))
     }
 
-    /// The transposes, in the order of the three, times a twist.
+    /// Products of the three transposes, in the order of the fields, with a twist.
     #[inline(always)]
     pub(crate) fn transposed_times(&self, psi: Twist<G, T>) -> [Wrench<G, T>; 3] {
         [&self.stiffness, &self.damping, &self.inertia].map(|matrix| matrix.transposed_times(psi))
@@ -89,7 +90,7 @@ impl<G: Geometry, T: Scalar> Response<G, T> {
 }
 
 impl<G: Geometry> Response<G, G::Pack> {
-    /// The sum over the lanes.
+    /// Sum over the lanes.
     #[inline(always)]
     pub(crate) fn sum(&self) -> Response<G, f64> {
         let sum = |matrix: &Linear<G, G::Pack>| {

@@ -1,6 +1,6 @@
-//! Constraints between two frames, one scalar each: how far they are from being held, the wrench of a unit multiplier, and
-//! how that changes as the frames move. All else follows: with the wrench `(c; e)` on the second frame, about its origin, and
-//! the opposite one on the first,
+//! Scalar constraints between two frames: their values, the wrenches of unit multipliers, and the changes of
+//! these wrenches with the motion of the frames. With the wrench `(c; e)` on the second frame about its
+//! origin, and the opposite wrench on the first frame, all other quantities follow:
 //!
 //! ```text
 //! dg/dt   = c . (w2 - w1) + e . (v2 - v1 - w1 x d),   d = p2 - p1
@@ -16,24 +16,25 @@ pub(crate) struct Frame {
     pub(crate) axes: Rotation<f64>,
 }
 
-/// How a frame moves, or accelerates: angular, and of its origin.
+/// Velocity or acceleration of a frame: angular, and of its origin.
 pub(crate) type Motion = [Vector<f64>; 2];
 
 /// A scalar constraint between two frames.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Row {
-    /// The second origin is not displaced in a direction of the first frame: `n1 . d = 0`.
+    /// The second origin has no displacement along a direction of the first frame: `n1 . d = 0`.
     Across(Vector<f64>),
-    /// Directions of both frames keep their angle: `n1 . n2 = cosine`.
+    /// The angle between directions of both frames is constant: `n1 . n2 = cosine`.
     Angle { first: Vector<f64>, second: Vector<f64>, cosine: f64 },
-    /// The origins keep their distance: `|d| = length`.
+    /// The distance of the origins is constant: `|d| = length`.
     Distance(f64),
 }
 
-/// Between origins that are nearer to each other there is no direction: metres.
+/// Origins closer than this, in metres, have no direction from one to the other.
 const SHORTEST: f64 = 1e-14;
 
-/// The direction from one frame's origin to the other's, and one over their distance; zero where there is none.
+/// Direction from the first origin to the second, and the reciprocal of their distance; both zero if there is
+/// none.
 fn direction([first, second]: &[Frame; 2]) -> (Vector<f64>, f64) {
     let way = second.position - first.position;
     let length = way.dot(way).sqrt();
@@ -67,7 +68,7 @@ impl Row {
         }
     }
 
-    /// How that changes as the frames move.
+    /// Change of the wrench with the motion of the frames.
     pub(crate) fn change(
         &self,
         frames: &[Frame; 2],
@@ -115,7 +116,7 @@ impl Row {
     }
 }
 
-/// The motion of the second frame beside the first one, as that sees it.
+/// Motion of the second frame relative to the first one, in the axes of the latter.
 fn relative([first, second]: &[Frame; 2], [of_first, of_second]: &[Motion; 2]) -> Motion {
     let way = second.position - first.position;
     [of_second[0] - of_first[0], of_second[1] - of_first[1] - of_first[0].cross(way)]

@@ -1,23 +1,25 @@
 //! Pressure and friction of two overlapping surfaces, and their derivatives.
 //!
-//! With the overlap d, its rate d', a stiffness k and a dissipation c the normal force is `f = k d max(0, 1 + c d')` (Hunt
-//! and Crossley 1975, eq. 13, with the exponent 1 of a foundation). Friction opposes the velocity v at which the surfaces
-//! slide, `-f (mu_s v + (mu_l - mu_s) (v . e) e) / sqrt(|v|^2 + v_s^2)`, with the coefficient mu_s sideways, mu_l along the
-//! direction e of the first surface, and the velocity v_s below which nothing slides in earnest. Over a patch of radius r it also
-//! opposes the angular velocity w at which the surfaces spin on each other: with the moment `-f mu_s r w / sqrt(w^2 + (v_s/r)^2)`
-//! about the normal.
+//! With the overlap d, its rate d', a stiffness k and a dissipation c the normal force is `f = k d max(0, 1 +
+//! c d')` (Hunt and Crossley 1975, eq. 13, with the exponent 1 of a foundation). Friction opposes the sliding
+//! velocity v of the surfaces, `-f (mu_s v + (mu_l - mu_s) (v . e) e) / sqrt(|v|^2 + v_s^2)`, with the
+//! coefficients mu_s sideways and mu_l along the direction e of the first surface, and the regularisation
+//! velocity v_s. On a patch of radius r friction also opposes the spin w of the surfaces about the normal,
+//! with the moment `-f mu_s r w / sqrt(w^2 + (v_s/r)^2)`.
 //!
-//! The second side may be a solid that moves and turns. With the distance `g(x)` of the place x from it, the velocity u of the
-//! material of the first side at x, that of the solid there, `U(x)`, and its angular velocity W,
+//! The second side may be a moving solid. Let `g(x)` be the distance of the point x from the solid, u the
+//! velocity of the first side's material at x, `U(x)` that of the solid there, and W its angular velocity.
+//! Then
 //!
 //! ```text
 //! d = r - g,   n = grad g,   d' = -n . (u - U(x)),   dn = dW x n + H w,   H = grad grad g,
 //! ```
 //!
-//! where `dW` is how it turns, and w how the first side moves beside the material of the solid at x. Both sides act at one place,
-//! `x - r n`: the force there is the same for all who move along (frame indifference), and no moment is made of nothing. The
-//! centre of such a side is the material of the solid at x. As that is left behind by w, so are the arm from there,
-//! `d(-r n) + w`, and the velocity that n sees, `dU + W x w`.
+//! where `dW` is the rotation of the solid, and w the displacement of the first side relative to the solid's
+//! material at x. Both forces act at the same point, `x - r n`, so that they are frame indifferent and add no
+//! moment. The centre of the second side is the solid's material point at x. Since w moves x away from this
+//! material point, the arm from there changes by `d(-r n) + w`, and the velocity relative to the rotating
+//! normal by `dU + W x w`.
 
 use super::ellipse::Rolling;
 use super::tie::Motion;
@@ -28,88 +30,93 @@ use crate::lie::{Symmetric, Vector};
 pub(crate) struct Law {
     pub(crate) stiffness: f64,
     pub(crate) dissipation: f64,
-    /// Forward, backward, sideways.
+    /// Coefficients of friction forward, backward and sideways.
     pub(crate) friction: [f64; 3],
     pub(crate) slip_velocity: f64,
-    /// Radius of the patch over which friction resists spinning.
+    /// Radius of the patch for friction against spinning.
     pub(crate) patch_radius: f64,
 }
 
 impl Law {
-    /// Whether friction is the same in all directions.
+    /// Whether friction is isotropic.
     pub(crate) fn is_even(&self) -> bool {
         let [forward, backward, sideways] = self.friction;
         forward == backward && forward == sideways
     }
 }
 
-/// Two sides that overlap, in space and the frame of the plan.
+/// Two overlapping sides, in space and the frame of the plan.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Meeting {
     pub(crate) law: Law,
-    /// How much of the stiffness there is here.
+    /// Fraction of the stiffness at this point.
     pub(crate) weight: f64,
-    /// More than zero.
+    /// Overlap, > 0.
     pub(crate) overlap: f64,
-    /// From the second side to the first, and how it changes with the first centre's way beside the second's.
+    /// Normal from the second side to the first, and its derivative with respect to the relative displacement
+    /// of the centres.
     pub(crate) normal: Vector<f64>,
     pub(crate) curvature: Symmetric<f64>,
-    /// From the centres to the surfaces.
+    /// Distances from the centres to the surfaces.
     pub(crate) radii: [f64; 2],
-    /// Whether the second side is a solid that turns the normal with it: its centre is then that of the first side.
+    /// Whether the second side is a solid that rotates the normal with it; its centre then coincides with
+    /// that of the first side.
     pub(crate) is_carried: bool,
-    /// How the place that touches moves along the edge of a section that is not round: that place is then the first centre.
+    /// Motion of the contact point along the edge of a section that is not round; the contact point is then
+    /// the first centre.
     pub(crate) rolling: Option<Rolling>,
-    /// How far the first surface is from the middle of its section, at least.
+    /// Smallest distance of the first surface from the middle of its section.
     pub(crate) thickness: f64,
     /// Angular velocities, and velocities of the centres.
     pub(crate) motions: [Motion; 2],
-    /// Along the first side.
+    /// Direction along the first side.
     pub(crate) axis: Vector<f64>,
 }
 
-/// What the sides do to each other.
+/// Contact forces between the sides.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Pressing {
-    /// The normal force, and its part that has a potential.
+    /// Normal force, and its conservative part.
     pub(crate) normal_force: f64,
     elastic: f64,
-    /// The rate of the distance, and the velocity at which the first surface slides over the second.
+    /// Rate of the distance, and sliding velocity of the first surface over the second.
     pub(crate) rate: f64,
     pub(crate) sliding: Vector<f64>,
-    /// Friction on the first side, and that of a unit normal force on the second.
+    /// Friction on the first side, and friction per unit normal force on the second.
     pub(crate) friction: Vector<f64>,
     pub(crate) rubbing: Vector<f64>,
-    /// Where it would point at a unit of the regularised speed.
+    /// Friction at unit regularised speed.
     direction: Vector<f64>,
-    /// Along the first side, in the plane of contact; the velocity along it, and the coefficient of friction at that.
+    /// Direction along the first side in the plane of contact; the velocity along it, and the coefficient of
+    /// friction for that sign.
     along: Vector<f64>,
     inverse_along: f64,
     of_along: [f64; 3],
-    /// One over the regularised speed.
+    /// Reciprocal of the regularised speed.
     inverse_speed: f64,
-    /// The moment on the first side about the normal, the angular velocity that it opposes, and one over that regularised.
+    /// Moment on the first side about the normal, the spin that it opposes, and the reciprocal of the
+    /// regularised spin.
     torsion: f64,
     spin: f64,
     inverse_spin: f64,
 }
 
-/// Axes that stand on the plane of contact up to that sine have no direction in it.
+/// An axis whose sine with the normal is smaller than this has no direction in the plane of contact.
 const UPRIGHT: f64 = 1e-9;
 
-/// The part of a vector across a direction.
+/// Component of a vector perpendicular to a direction.
 fn across(v: Vector<f64>, normal: Vector<f64>) -> Vector<f64> {
     v - normal * normal.dot(v)
 }
 
 impl Meeting {
-    /// From the centres to the place of contact.
+    /// Vectors from the centres to the point of contact.
     pub(crate) fn arms(&self) -> [Vector<f64>; 2] {
         let arm = self.normal * -self.radii[0];
         [arm, if self.is_carried { arm } else { self.normal * self.radii[1] }]
     }
 
-    /// What they do to each other.
+    /// Contact forces.
     pub(crate) fn pressing(&self) -> Pressing {
         let Law { stiffness, dissipation, friction, slip_velocity, patch_radius } = self.law;
         let [forward, backward, sideways] = friction;
@@ -165,7 +172,7 @@ impl Meeting {
         }
     }
 
-    /// Moment about the centre, and force there, on each side.
+    /// Moments about the centres, and forces, on both sides.
     pub(crate) fn wrenches(&self, pressing: &Pressing) -> [Motion; 2] {
         let force = self.normal * pressing.normal_force + pressing.friction;
         let [arm, other_arm] = self.arms();
@@ -173,7 +180,8 @@ impl Meeting {
         [[arm.cross(force) + torsion, force], [-other_arm.cross(force) - torsion, -force]]
     }
 
-    /// How these change as the sides turn and their centres move, and as these motions change.
+    /// Changes of these wrenches with rotations and displacements of the sides, and with changes of their
+    /// motion.
     pub(crate) fn change(
         &self,
         pressing: &Pressing,
@@ -189,7 +197,7 @@ impl Meeting {
         let [[turning, own], [other_turning, other]] = self.motions;
         let [arm, other_arm] = self.arms();
         let way = shift - other_shift;
-        // Seen from the solid, sections turn by less where it turns with them.
+        // Relative to the solid, sections rotate less if the solid rotates with them.
         let turned = if self.is_carried { turn - other_turn } else { turn };
         let slide = self.rolling.map_or(Vector::zero(), |Rolling { along, of_turn, of_shift }| {
             along * (of_turn.dot(turned) + of_shift.dot(way))
@@ -262,8 +270,8 @@ impl Meeting {
 }
 
 impl Pressing {
-    /// How friction of a unit normal force is to be linearised in the motion `next`, if it was linearised as `rubbing` here and
-    /// the sides have taken that part of the way to where this led.
+    /// Direction for the linearisation of friction per unit normal force in the motion `next`, given the
+    /// linearisation `rubbing` at this motion and the fraction of the predicted step that was taken.
     pub(crate) fn turned(&self, rubbing: Vector<f64>, next: &Self, length: f64) -> Vector<f64> {
         let inverse = self.inverse_speed;
         let slid = next.sliding - self.sliding;
@@ -271,12 +279,12 @@ impl Pressing {
         rubbing + (self.rubbing - rubbing) * length + answer * inverse
     }
 
-    /// By how much dissipation makes the surfaces stiffer.
+    /// Factor by which dissipation increases the stiffness.
     pub(crate) fn stiffening(&self) -> f64 {
         self.normal_force / self.elastic
     }
 
-    /// Power that pressing and rubbing take out of the motion.
+    /// Power dissipated by normal forces and friction.
     pub(crate) fn dissipated_power(&self) -> f64 {
         (self.elastic - self.normal_force) * self.rate
             - self.friction.dot(self.sliding)
@@ -294,7 +302,7 @@ mod tests {
         Vector::new(x, y, z)
     }
 
-    /// Two balls with given centres, motions and a turned axis.
+    /// Two balls with given centres, motions and a rotated axis.
     fn meeting(
         centres: [Vector<f64>; 2],
         motions: [Motion; 2],
@@ -353,7 +361,7 @@ mod tests {
                     );
                 }
             }
-            // What is dissipated is what the forces do beyond the potential.
+            // The dissipated power is the power of the forces minus the change of the potential.
             let [[_, force], _] = here.wrenches(&pressing);
             let arms = here.arms();
             let at_contact: Vec<_> = (0..2).map(|s| motions[s][1] + motions[s][0].cross(arms[s])).collect();
@@ -368,7 +376,8 @@ mod tests {
         }
     }
 
-    /// A ball and a solid that moves, with their motions: that of the solid is the one of its material at the ball's centre.
+    /// A ball and a moving solid with their motions; the solid's motion is that of its material at the ball's
+    /// centre.
     fn carried(solid: &Solid, pose: &Pose, centre: Vector<f64>, motions: [Motion; 2]) -> Meeting {
         let distance = Placed { solid, pose: Some(pose) }.distance(centre);
         let plain = meeting([centre, Vector::zero()], motions, Vector::zero(), [0.5; 3]);
@@ -420,7 +429,7 @@ mod tests {
                 let centre = centre + shift;
                 let [first, mut second]: [Motion; 2] =
                     std::array::from_fn(|s| std::array::from_fn(|m| motions[s][m] + faster[s][m] * h));
-                // What was there has been left behind.
+                // The material point moves away from the ball's centre.
                 let ahead = shift - of_material;
                 second[1] += second[0].cross(ahead);
                 let there = carried(&solid, &moved_pose, centre, [first, second]);
@@ -452,7 +461,7 @@ mod tests {
             for m in 0..2 {
                 assert_eq!(wrenches[0][m], -wrenches[1][m]);
             }
-            // Turned by a rotation, and moving with the twist of one.
+            // Rotated, and moving with the twist of a rotation.
             let [turning, velocity, shift] = [v(0.7, -1.1, 0.4), v(-0.3, 0.8, 0.5), v(0.4, 0.3, -0.2)];
             let rotation = Quaternion::exp(v(-0.4, 0.9, 0.2)).rotation();
             let pose = Pose { rotation, position: shift };

@@ -21,19 +21,20 @@ use crate::robot::turning::{Turning, place};
 use crate::rod::piece::Piece;
 use crate::rod::{Gauss, Profile, STRAINS};
 
-/// Of the length of the robot: shorter lines pull with a stiffness that nothing resolves.
+/// Smallest length of a straight part relative to the robot's length: shorter parts have a stiffness that
+/// cannot be resolved.
 const SHORTEST_LINE: f64 = 1e-6;
 
-/// Strains that are curvatures.
+/// Number of angular strains.
 const ANGULAR: usize = 3;
 
-/// Two spots that are nearer to each other than this part of their distance from the axis are one.
+/// Points closer than this fraction of their distance from the axis count as one.
 const SAME_SPOT: f64 = 1e-9;
 
-/// Parts of a piece shorter than this fraction of it are rounding of arc lengths.
+/// Parts shorter than this fraction of a piece are rounding errors of arc lengths.
 const SHORTEST_PART: f64 = 1e-12;
 
-/// The actuators of a robot whose links have become these pieces.
+/// Compiles the actuators of a robot whose links have become these pieces.
 pub(crate) fn compile<G: Turning>(
     robot: &Robot,
     pieces: &[PiecePlan<G>],
@@ -156,21 +157,21 @@ pub(crate) fn compile<G: Turning>(
     actuation
 }
 
-/// A straight part of a tendon before it is part of a plan.
+/// A straight part of a tendon before its points are known.
 pub(crate) struct Straight {
     actuator: usize,
-    /// Before which part of the path it comes.
+    /// Index of the path's part before which it lies.
     before: usize,
     pub(crate) ends: [Spot; 2],
 }
 
-/// Where it ends: at a point of the world, in the frame of the base at rest, or on a link.
+/// An end: a point of the world, in the frame of the base at rest, or a place on a link.
 pub(crate) enum Spot {
     InWorld(Vector<f64>),
     On { place: Place, beside: Vector<f64> },
 }
 
-/// An end, whose point is not known yet where it is on a link.
+/// Converts an end; the index of a point on a link is not known yet.
 fn end<P>(spot: Spot, world_points: &mut Vec<Vector<f64>>) -> End<P> {
     match spot {
         Spot::InWorld(position) => {
@@ -186,8 +187,8 @@ impl Spot {
         if let Self::On { place, .. } = self { Some(place) } else { None }
     }
 
-    /// Whether a tendon goes on from here to another one without a straight part between: they are one, or the second is at
-    /// the beginning of a piece that goes on where the first one ends.
+    /// Whether a tendon continues from here to another end without a straight part between them: the ends
+    /// coincide, or the second one is at the start of the piece that follows the first one.
     fn goes_on_to<G: Turning>(&self, other: &Self, pieces: &[PiecePlan<G>]) -> bool {
         let (Self::On { place, beside }, Self::On { place: next, beside: next_beside }) = (self, other)
         else {
@@ -205,7 +206,7 @@ impl Spot {
     }
 }
 
-/// The straight parts of all tendons, in their order.
+/// Straight parts of all tendons, in order.
 pub(crate) fn straight<G: Turning>(robot: &Robot, tree: &Tree<G>) -> Vec<Straight> {
     let Tree { pieces, links, .. } = tree;
     let root = &robot.links[0];
@@ -246,7 +247,7 @@ pub(crate) fn straight<G: Turning>(robot: &Robot, tree: &Tree<G>) -> Vec<Straigh
     found
 }
 
-/// Tells the straight parts which points they end at, and what moves these.
+/// Assigns points, and the coordinates that move them, to the ends of straight parts.
 pub(crate) fn attach<G: Turning>(plan: &mut Plan<G>) {
     let mut lines = std::mem::take(&mut plan.actuation.lines);
     for (i, line) in lines.iter_mut().enumerate() {
@@ -281,26 +282,26 @@ pub(crate) fn attach<G: Turning>(plan: &mut Plan<G>) {
     }
 }
 
-/// What of a path lies in one piece.
+/// The part of a path within one piece.
 struct Embedded<'a> {
     piece: usize,
     part: &'a Piece,
     offset: &'a [Profile<1>; 2],
-    /// Fractions of the piece's length.
+    /// Start and end as fractions of the piece's length.
     ends: [f64; 2],
-    /// From fractions of the piece's length to those of the link's: `from + rate x`.
+    /// Conversion from fractions of the piece's length to those of the link's: `from + rate x`.
     from: f64,
     rate: f64,
     length_of_link: f64,
 }
 
 impl Embedded<'_> {
-    /// The fraction of the link's length.
+    /// Fraction of the link's length.
     fn on_link(&self, x: f64) -> f64 {
         self.from + self.rate * x
     }
 
-    /// Nodes and weights, as fractions of the piece's length.
+    /// Nodes and weights as fractions of the piece's length.
     fn spread(&self, gauss: &Gauss) -> (Vec<f64>, Vec<f64>) {
         let [from, to] = self.ends;
         (
@@ -309,8 +310,8 @@ impl Embedded<'_> {
         )
     }
 
-    /// Nodes and weights, as fractions of the part: so many as the piece has on such a way, and more where the offset
-    /// varies; whole packs of them.
+    /// Quadrature as fractions of the part, with the node density of the piece, and more nodes if the offset
+    /// varies; whole packs.
     fn quadrature(&self, nodes_of_piece: usize, profiles: &[&Profile<1>]) -> Gauss {
         let mut breaks = self.part.breaks();
         let rules_of_piece = breaks.len() + 1;
@@ -333,7 +334,7 @@ impl Embedded<'_> {
     }
 }
 
-/// The parts of a path in the pieces of a rod.
+/// Parts of a path in the pieces of a rod.
 fn parts<'a, G: Turning>(
     along: &'a Along,
     robot: &Robot,
@@ -362,7 +363,7 @@ fn parts<'a, G: Turning>(
     found
 }
 
-/// The strain components of a piece.
+/// Strain components of a piece.
 fn components<G: Turning>(piece: &PiecePlan<G>) -> Vec<SleeveComponent> {
     let mut first = piece.first;
     let modes = piece.part().modes;
@@ -375,19 +376,19 @@ fn components<G: Turning>(piece: &PiecePlan<G>) -> Vec<SleeveComponent> {
         .collect()
 }
 
-/// The slope of a path for a unit of a strain: `e_i x d`, or `e_i`.
+/// Slope of a path per unit strain: `e_i x d`, or `e_i`.
 fn direction(strain: usize, [y, z]: [f64; 2]) -> Vector<f64> {
     let unit = Vector::from(std::array::from_fn(|i| if i == strain % ANGULAR { 1.0 } else { 0.0 }));
     if strain < ANGULAR { unit.cross(Vector { x: 0.0, y, z }) } else { unit }
 }
 
-/// d and d' of an embedded path at a fraction of its piece, d' per metre.
+/// Offset d and derivative d' of an embedded path at a fraction of its piece, d' per metre.
 fn offset(part: &Embedded<'_>, x: f64) -> [[f64; 2]; 2] {
     let [y, z] = [0, 1].map(|i| part.offset[i].jet(part.on_link(x)));
     [[y[0][0], z[0][0]], [y[1][0] / part.length_of_link, z[1][0] / part.length_of_link]]
 }
 
-/// u_0: the slope of a path where all coordinates are zero.
+/// Slope u_0 of a path at zero coordinates.
 fn slope_at_zero(part: &Embedded<'_>, x: f64) -> Vector<f64> {
     let [d, [y, z]] = offset(part, x);
     let reference = part.part.reference(x);
@@ -395,7 +396,7 @@ fn slope_at_zero(part: &Embedded<'_>, x: f64) -> Vector<f64> {
     (0..STRAINS).fold(Vector { x: 0.0, y, z }, sum)
 }
 
-/// Adds a tendon to the sleeve of a part of a piece, a new one if none has the same nodes yet.
+/// Adds a tendon to the sleeve of a part of a piece; creates a sleeve if none has the same nodes.
 fn thread<G: Turning>(
     sleeves: &mut Vec<Sleeve<G::Pack>>,
     pieces: &[PiecePlan<G>],
@@ -471,7 +472,7 @@ fn thread<G: Turning>(
     Part::Thread { sleeve: position, thread: sleeve.threads.len() - 1 }
 }
 
-/// An end of an embedded part, at which a straight one goes on.
+/// An end of an embedded part that continues as a straight one.
 fn mouth<G: Turning>(parts: &[Embedded<'_>], end: usize, pieces: &[PiecePlan<G>]) -> Option<Mouth> {
     let part = if end == 0 { parts.first() } else { parts.last() }?;
     let x = part.ends[end];
@@ -485,9 +486,10 @@ fn mouth<G: Turning>(parts: &[Embedded<'_>], end: usize, pieces: &[PiecePlan<G>]
     Some(Mouth { start: slope_at_zero(part, x), changes: changes.collect() })
 }
 
-/// What the turning of threads at these nodes of a piece follows from.
+/// Data for the rotation of threads at these nodes of a piece.
 fn turning(part: &Embedded<'_>, length: f64, nodes: &[f64], gauss: &Gauss) -> SleeveTurning {
-    /// Step of central differences of the basis, which is smooth between its breaks: the cube root of rounding.
+    /// Step of central differences of the basis, which is smooth between breaks: cube root of the rounding
+    /// unit.
     const STEP: f64 = 6e-6;
     let [from, to] = part.ends;
     let way = length * (to - from);
@@ -509,7 +511,7 @@ fn turning(part: &Embedded<'_>, length: f64, nodes: &[f64], gauss: &Gauss) -> Sl
     }
 }
 
-/// The derivative of u_0 along the rod, per metre.
+/// Derivative of u_0 along the rod, per metre.
 fn slope_of_slope(part: &Embedded<'_>, x: f64) -> Vector<f64> {
     let [d, d_slope] = offset(part, x);
     let [y, z] = [0, 1].map(|i| part.offset[i].jet(part.on_link(x))[2][0] / part.length_of_link.powi(2));
@@ -524,14 +526,14 @@ fn slope_of_slope(part: &Embedded<'_>, x: f64) -> Vector<f64> {
     sum
 }
 
-/// The functions of a piece's basis.
+/// Basis functions of a piece.
 fn basis(part: &Piece, x: f64) -> Vec<f64> {
     let mut values = vec![0.0; part.degrees()];
     part.basis.values(x, &mut values);
     values
 }
 
-/// The volume of a chamber in a piece where all coordinates are zero; adds its gradient.
+/// Volume of a chamber in a piece at zero coordinates; adds its gradient.
 fn volume<G: Turning>(
     pieces: &[PiecePlan<G>],
     part: &Embedded<'_>,
@@ -566,7 +568,8 @@ fn add(gradient: &mut Vec<(usize, f64)>, component: SleeveComponent, basis: &[f6
     }
 }
 
-/// Adds what a unit of an active strain does in a piece, `int phi H shape`; returns twice its elastic energy alone.
+/// Adds the effect of a unit active strain in a piece, `int phi H shape`; returns twice its own elastic
+/// energy.
 fn energy_of_active_part<G: Turning>(
     pieces: &[PiecePlan<G>],
     part: &Embedded<'_>,

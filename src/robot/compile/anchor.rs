@@ -8,10 +8,10 @@ use crate::robot::state::Workspace;
 use crate::robot::turning::Turning;
 use crate::support::Support;
 
-/// Compiles the supports of a rod, of which `at` says at which points of the plan they act, in the frame of the base
-/// at rest.
+/// Compiles the supports of a rod, in the frame of the base at rest. `at` contains the index of the plan's
+/// point for each support.
 pub(crate) fn compile<G: Turning>(plan: &Plan<G>, supports: &[Support], at: &[usize]) -> Vec<Anchor> {
-    // Where the sections are when all coordinates are zero.
+    // Poses of the sections at zero coordinates.
     let mut work = Workspace::new(plan);
     kinematics::run(plan, &mut work, &vec![0.0; plan.n]);
     let base = &plan.world.base.rotation;

@@ -22,14 +22,14 @@ use crate::robot::plan::point::Place;
 use crate::robot::plan::{Plan, packed};
 use crate::robot::turning::{Turning, place};
 
-/// Places of a rod are neighbours, which do not touch, up to that many of its largest radius along it: half the way around a
-/// ring as tight as it can be, and as much again.
+/// Sections of a rod do not touch each other if their distance along it is within this multiple of its
+/// largest radius: twice half the circumference of the tightest possible ring.
 const NEIGHBOURHOOD: f64 = 2.0 * PI;
 
-/// Sections whose half extents differ by less than that part are round.
+/// Sections whose half extents differ by less than this fraction are round.
 const ROUND: f64 = 1e-12;
 
-/// The places of all surfaces that are fixed to links, in the order of the contacts and their surfaces.
+/// Places of all surfaces fixed to links, in the order of contacts and their surfaces.
 pub(crate) fn places<G: Turning>(robot: &Robot, tree: &Tree<G>) -> Vec<Option<Place>> {
     let place_of = |surface: &Surface| match surface {
         Surface::Ball { link, at, .. } | Surface::Solid { link, at, .. } => {
@@ -40,7 +40,8 @@ pub(crate) fn places<G: Turning>(robot: &Robot, tree: &Tree<G>) -> Vec<Option<Pl
     robot.contacts.iter().flat_map(|contact| &contact.surfaces).filter_map(place_of).collect()
 }
 
-/// What touches of a plan whose points are known: `surfaces` of these says what is fixed to which.
+/// Compiles the contacts of a plan whose points are known: `surfaces` of its points lists the surfaces fixed
+/// to each.
 pub(crate) fn compile<G: Turning>(plan: &Plan<G>, robot: &Robot) -> Contacts<G> {
     let mut contacts = Contacts::none();
     let mut curves_of: Vec<Option<Range<usize>>> = vec![None; robot.links.len()];
@@ -119,7 +120,7 @@ fn law(contact: &Contact, robot: &Robot) -> Law {
     Law { stiffness: stiffness(contact, robot), dissipation, friction, slip_velocity, patch_radius }
 }
 
-/// How many places of a first side can be touched.
+/// Number of points of a first side that can touch the second.
 fn places_of<G: Turning>(contacts: &Contacts<G>, [side, other]: &[Side; 2]) -> usize {
     let has_features = |solid: &usize| contacts.solids[*solid].solid.has_features();
     let is_divided = if let Side::Solid(solid) = other { has_features(solid) } else { false };
@@ -142,7 +143,7 @@ fn thickest<G: Turning>(contacts: &Contacts<G>, curves: &Range<usize>) -> f64 {
     samples.map(|sample| sample.radius).fold(0.0, f64::max)
 }
 
-/// The coordinates that move any of two sides, as runs of neighbouring ones.
+/// Coordinates that move any of two sides, as ranges of consecutive ones.
 fn reaches<G: Turning>(plan: &Plan<G>, contacts: &Contacts<G>, sides: &[Side; 2]) -> Vec<Range<usize>> {
     let moving = |on: Option<usize>| {
         let moved_by = on.map_or(&[][..], |fixture| &contacts.fixtures[fixture].moved_by);
@@ -174,10 +175,10 @@ fn reaches<G: Turning>(plan: &Plan<G>, contacts: &Contacts<G>, sides: &[Side; 2]
     runs
 }
 
-/// Adds the curves of a link's rod; returns where they are.
+/// Adds the curves of a link's rod; returns their indices.
 fn add_rod<G: Turning>(contacts: &mut Contacts<G>, plan: &Plan<G>, link: usize) -> Range<usize> {
     let first = contacts.curves.len();
-    // A plane cuts sections along one of their axes, and sees that alone.
+    // A plane intersects sections along one of their axes, and only this half extent matters.
     let is_seen = [Vector::new(0.0, 1.0, 0.0), Vector::new(0.0, 0.0, 1.0)].map(|axis| {
         let kept = G::in_space(plan.frame, G::vector_of(plan.frame, axis));
         kept.dot(kept) > 0.5
@@ -192,7 +193,7 @@ fn add_rod<G: Turning>(contacts: &mut Contacts<G>, plan: &Plan<G>, link: usize) 
         let piece = &plan.pieces[s];
         let nodes = piece.gauss.nodes.len();
         let integral = piece.gauss.integral();
-        // Nodes are so close that shapes of the piece's degree hardly turn twice between them.
+        // Node spacing is so small that shapes of the piece's degree hardly rotate twice between nodes.
         let samples: Vec<_> = std::iter::once(0.0)
             .chain(piece.gauss.nodes.iter().copied())
             .chain([1.0])
@@ -242,12 +243,13 @@ fn add_rod<G: Turning>(contacts: &mut Contacts<G>, plan: &Plan<G>, link: usize) 
     first..contacts.curves.len()
 }
 
-/// What a surface is computed as.
+/// Representation of a surface in the computation.
 enum Form<'a> {
     Rod {
         link: usize,
     },
-    /// A ball; or the corners of a body or the ends of a capsule, which are all of it that a half-space can touch first.
+    /// A ball; or the corners of a body or the ends of a capsule, which are the points that can touch a
+    /// half-space first.
     Balls {
         centres: Vec<[f64; 3]>,
         radius: f64,
@@ -265,7 +267,7 @@ impl<'a> Form<'a> {
             Surface::Rod { link } => Self::Rod { link: *link },
             Surface::Ball { position, radius, .. } => ball(*position, *radius),
             Surface::Solid { shape, .. } | Surface::Obstacle(shape) => match (shape, other) {
-                // Other shapes touch spheres as solids.
+                // Other shapes meet spheres as solids.
                 (Obstacle::Sphere { centre, radius }, Some(_)) => ball(*centre, *radius),
                 (Obstacle::HalfSpace { .. }, _) | (_, None) => Self::Solid(shape),
                 (_, Some(Obstacle::HalfSpace { .. })) => Self::corners(shape),
@@ -295,26 +297,27 @@ impl<'a> Form<'a> {
     }
 }
 
-/// The axes in which a surface is computed, and how it is seen from there.
+/// Axes in which a surface is computed, and its pose in these axes.
 struct Axes {
-    /// The fixture; nothing is the frame of the plan.
+    /// Index of the fixture; `None` is the frame of the plan.
     on: Option<usize>,
-    /// Of the axes that it is given in.
+    /// Pose of the axes in which the surface is given.
     rotation: Rotation<f64>,
     position: Vector<f64>,
-    /// Whether that pose is the one of these axes in those.
+    /// Whether that pose is to be inverted.
     is_inverse: bool,
 }
 
 impl Axes {
-    /// The frame of the plan, that of the first link's joint; as a base that moves sees the world, what it rests in.
+    /// The frame of the plan, which is that of the first link's joint; for a moving base, the frame fixed in
+    /// the world.
     fn in_world<G: Turning>(contacts: &mut Contacts<G>, plan: &Plan<G>, root: &Link) -> Self {
         let on = plan.world.motion.is_some().then(|| fixture(contacts, plan, None));
         let rotation = Quaternion::from_array(root.orientation).rotation();
         Self { on, rotation, position: Vector::from(root.position), is_inverse: true }
     }
 
-    /// Those of the point that a surface is at, by its number among the surfaces on links.
+    /// Axes of the point that carries surface number `surface` among those on links.
     fn on_link<G: Turning>(
         contacts: &mut Contacts<G>,
         plan: &Plan<G>,
@@ -325,7 +328,7 @@ impl Axes {
         let point = plan.points.iter().position(|point| point.surfaces.contains(&number));
         let point = point.expect("every surface on a link is at a point");
         let on = Some(fixture(contacts, plan, Some(point)));
-        // Links that are welded to each other share a point.
+        // Links that are welded together share a point.
         let beside = place::on_link(&plan.pieces, &plan.links[link], at).beside;
         let (rotation, position) = beside.map_or_else(
             || (Rotation::identity(), Vector::zero()),
@@ -344,7 +347,7 @@ impl Axes {
     }
 }
 
-/// The fixture at a point, a new one if there is none yet.
+/// The fixture at a point; created if it does not exist yet.
 fn fixture<G: Turning>(contacts: &mut Contacts<G>, plan: &Plan<G>, point: Option<usize>) -> usize {
     let known = contacts.fixtures.iter().position(|fixture| fixture.point == point);
     known.unwrap_or_else(|| {
@@ -356,7 +359,7 @@ fn fixture<G: Turning>(contacts: &mut Contacts<G>, plan: &Plan<G>, point: Option
     })
 }
 
-/// The coordinates of pieces that turn what is moved by these, each with the largest rate at which a unit of it does.
+/// Angular coordinates of pieces that rotate what these pieces move, each with the largest rotation per unit.
 fn turned_by<G: Turning>(plan: &Plan<G>, moved_by: &[(usize, Vec<G::Pack>)]) -> Vec<(usize, f64)> {
     let mut found = Vec::new();
     for (p, weights) in moved_by {
@@ -376,7 +379,7 @@ fn turned_by<G: Turning>(plan: &Plan<G>, moved_by: &[(usize, Vec<G::Pack>)]) -> 
     found
 }
 
-/// A shape in the axes in which it is computed.
+/// A shape in the axes of its computation.
 fn solid(shape: &Obstacle, axes: &Axes) -> Solid {
     let seen = |point: &[f64; 3]| axes.place(*point);
     let axes_of = |orientation: &[f64; 4]| {
@@ -408,8 +411,8 @@ fn solid(shape: &Obstacle, axes: &Axes) -> Solid {
     }
 }
 
-/// What was given, or that of the material: a cylinder is pressed into a half-space with `pi / 4 E*` a metre and overlap, with
-/// `E* = E / (1 - nu^2)` (Popov 2010, eq. 5.33), two of them in a row.
+/// The given stiffness, or that of the material: a cylinder pressed into a half-space has `pi / 4 E*` per
+/// metre and overlap, with `E* = E / (1 - nu^2)` (Popov 2010, eq. 5.33); two cylinders act in series.
 pub(crate) fn stiffness(contact: &Contact, robot: &Robot) -> f64 {
     if let Some(stiffness) = contact.stiffness {
         return stiffness;

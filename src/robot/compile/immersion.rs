@@ -1,4 +1,4 @@
-//! Compiles the fluid to a part of a plan.
+//! Compiles the fluid to parts of a plan.
 
 use super::load;
 use crate::lie::Vector;
@@ -11,7 +11,7 @@ use crate::robot::plan::{Plan, packed};
 use crate::robot::turning::Turning;
 use crate::world::Fluid;
 
-/// Immerses the pieces of a plan in the fluid of a robot, which bears them: joints and rigid links feel nothing of it.
+/// Adds the fluid of a robot, with buoyancy, to the pieces of rods. Joints and rigid links are not affected.
 pub(crate) fn compile<G: Turning>(plan: &mut Plan<G>, robot: &Robot, fluid: &Fluid) {
     let Fluid { density, added_mass_coefficient, .. } = *fluid;
     let immersion = Immersion { has_drag: fluid.has_drag(), has_added_mass: fluid.has_added_mass() };

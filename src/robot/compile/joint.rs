@@ -12,11 +12,12 @@ use crate::robot::turning::Turning;
 use crate::rod::piece::Piece;
 use crate::rod::{Gauss, GivenSection, STRAINS, Segment};
 
-/// Nodes of a piece that turns about all axes: its integrals, of products of sines of its angle, are exact to rounding
-/// up to a full turn (the error of the rule, Davis and Rabinowitz 1984, eq. 2.7.12, is below 1e-19 there).
+/// Number of nodes of a piece with a rotation vector: its integrals of products of sines of the angle are
+/// exact to rounding up to a full turn (the error of the rule, Davis and Rabinowitz 1984, eq. 2.7.12, is
+/// below 1e-19 there).
 const NODES_OF_A_TURN: usize = 12;
 
-/// What is rigid: it has no coordinates.
+/// A rigid piece, without coordinates.
 pub(crate) fn rigid<G: Turning>(joined: Joined<G>, first: usize, first_pack: usize) -> PiecePlan<G> {
     PiecePlan {
         length: 0.0,
@@ -52,7 +53,7 @@ pub(crate) fn rigid<G: Turning>(joined: Joined<G>, first: usize, first_pack: usi
     }
 }
 
-/// One motion of a joint; the hinges before it are so many.
+/// One elementary motion of a joint, after the given hinges.
 pub(crate) fn moving<G: Turning>(
     motion: Motion,
     frame: G::Frame,
@@ -75,8 +76,8 @@ pub(crate) fn moving<G: Turning>(
     PiecePlan { hinge, n: 1, ..rigid(joined, first, first_pack) }
 }
 
-/// What turns by a rotation vector: without mass, and without extension, so that its end stays where it begins. Its
-/// curvature is the rotation vector all along the length one.
+/// A piece for a rotation vector: massless and without extension, so that its end coincides with its start.
+/// Its curvature is the rotation vector along the length one.
 fn turn() -> Piece {
     let section = GivenSection {
         stiffness: [0.0; STRAINS * STRAINS].into(),

@@ -11,29 +11,29 @@ use crate::robot::turning::Turning;
 use crate::robot::turning::place;
 use crate::rod::piece as part;
 
-/// Pieces, and how they hang together.
+/// Pieces and their connections.
 pub(crate) struct Tree<G: Turning> {
     frame: G::Frame,
     pub(crate) pieces: Vec<PiecePlan<G>>,
     pub(crate) links: Vec<LinkPlan>,
-    /// The pieces that end at the stations; none at the first one, and at places inside pieces.
+    /// The pieces that end at each station; `None` for the first one and for stations inside pieces.
     ending: Vec<Option<usize>>,
-    /// Places inside pieces where others are attached, with their stations.
+    /// Places inside pieces at which others are attached, with their stations.
     pub(crate) attachments: Vec<(Place, usize)>,
     pub(crate) n: usize,
     pub(crate) packs: usize,
     pub(crate) hinges: Vec<usize>,
 }
 
-/// Where the next piece begins: at a station, or fixed to it.
+/// Start of the next piece: a station, and the offset from it.
 struct Start {
     station: usize,
     weld: Option<Offset>,
 }
 
 impl<G: Turning> Tree<G> {
-    /// That of a valid robot, in the frame of its first link's joint. Rigid links that are welded and on which nothing acts
-    /// can be made one with what they are welded to.
+    /// Tree of a valid robot, in the frame of its first link's joint. With `makes_one`, rigid links that are
+    /// welded and unloaded are merged with their parents.
     pub(crate) fn of(robot: &Robot, frame: G::Frame, makes_one: bool) -> Self {
         let mut tree = Self {
             frame,
@@ -58,7 +58,7 @@ impl<G: Turning> Tree<G> {
         self.ending.len()
     }
 
-    /// Where a link is attached.
+    /// Start of a link.
     fn start(&mut self, link: &Link, root: &Link) -> Start {
         let mut offset = Offset {
             orientation: Quaternion::from_array(link.orientation),
@@ -85,7 +85,7 @@ impl<G: Turning> Tree<G> {
         Start { station, weld: (is_moved && !is_first).then_some(offset) }
     }
 
-    /// The station of a place on a link.
+    /// Station of a place on a link.
     fn station_on(&mut self, link: usize, at: Option<f64>) -> usize {
         let LinkPlan { rod, base, .. } = &self.links[link];
         let (Some(x), false) = (at, rod.is_empty()) else {
@@ -122,7 +122,7 @@ impl<G: Turning> Tree<G> {
         let ends_there = self.ending[start.station];
         let mut beside = None;
         if rod.is_empty() {
-            // What is moved by a joint of its own ends at a piece of its own.
+            // A link moved by its own joint ends at its own piece.
             let is_one = ends_there.is_some() && (can_be_one || begin > before);
             if is_one {
                 beside = start.weld.take();
@@ -135,7 +135,7 @@ impl<G: Turning> Tree<G> {
         self.links.push(LinkPlan { pieces: before..self.pieces.len(), rod, base, beside });
     }
 
-    /// The stations of the next piece, behind which the one after it starts.
+    /// Stations of the next piece; the following piece starts at its end.
     fn join(&mut self, start: &mut Start) -> Joined<G> {
         let mut begin = start.station;
         let mut weld = None;

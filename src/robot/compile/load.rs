@@ -33,7 +33,7 @@ pub(crate) fn plan<G: Turning>(
     }
 }
 
-/// Tells the pieces what is spread along them.
+/// Assigns distributed loads to the pieces.
 pub(crate) fn compile<G: Turning>(tree: &mut Tree<G>, loads: &[LoadPlan<G>]) {
     for (l, link) in tree.links.iter().enumerate() {
         let mut start = 0.0;

@@ -13,13 +13,13 @@ use crate::robot::plan::loops::{Gear, Loops, On, TieEnd, TiePlan};
 use crate::robot::plan::point::{Offset, Place, Point};
 use crate::robot::turning::{Turning, place};
 
-/// The places of the ends of all ties, two of each; none in the world.
+/// Places of the ends of all ties, two for each; `None` for ends in the world.
 pub(crate) fn places<G: Turning>(robot: &Robot, tree: &Tree<G>) -> Vec<Option<Place>> {
     let place_of = |end: &LoopEnd| Some(place::on_link(&tree.pieces, &tree.links[end.link?], end.at));
     robot.loops.iter().filter_map(|tie| tie.tie.ends()).flatten().map(place_of).collect()
 }
 
-/// The constraints of a plan whose points are known: `tied` says which of its points carry which ends.
+/// Constraints of a plan whose points are known: `tied` of its points lists the ends at each.
 pub(crate) fn compile<G: Turning>(plan: &Plan<G>, robot: &Robot) -> Loops<G::Pack> {
     let mut loops = Loops::none();
     let mut ends = 0;
@@ -61,7 +61,7 @@ pub(crate) fn compile<G: Turning>(plan: &Plan<G>, robot: &Robot) -> Loops<G::Pac
     loops
 }
 
-/// Where the robot's own coordinates stand among those of all joints and rods.
+/// Indices of the robot's own coordinates among those of all joints and rods.
 fn places_of_own(robot: &Robot) -> Vec<usize> {
     let (mut own, mut first) = (Vec::new(), 0);
     for link in &robot.links {
@@ -91,7 +91,7 @@ fn end<G: Turning>(plan: &Plan<G>, robot: &Robot, described: &LoopEnd, number: u
     let point = plan.points.iter().position(has_it).expect("every end is at a point");
     let at = &plan.points[point].place;
     let own = Offset { orientation, position };
-    // A point serves all links that are welded together there; each of them lies elsewhere beside it.
+    // Links that are welded together share a point, with different offsets.
     let of_link = place::on_link(&plan.pieces, &plan.links[link], described.at).beside;
     let beside = of_link.map_or(own, |place| place.times(own));
     let on = On { point, moved_by: kinematics::moved_by(plan, at) };
@@ -99,7 +99,7 @@ fn end<G: Turning>(plan: &Plan<G>, robot: &Robot, described: &LoopEnd, number: u
     TieEnd { frame, on: Some(on) }
 }
 
-/// What a joint forbids its second end, in the axes of both.
+/// Constraints of a joint on its second end, in the axes of the ends.
 fn rows_of(joint: &Joint) -> Vec<Row> {
     let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(Vector::from);
     let along = |directions: &[Vector<f64>]| directions.iter().copied().map(Row::Across).collect::<Vec<_>>();

@@ -29,7 +29,7 @@ pub(crate) fn plan<G: Turning>(robot: &Robot, frame: G::Frame) -> Plan<G> {
     plan_of(robot, frame, Tree::of(robot, frame, true))
 }
 
-/// The same with a piece for every link, so that it is known what passes into each.
+/// The same with one piece per link, so that the wrench transmitted to each link is known.
 pub(crate) fn plan_of_every_link<G: Turning>(robot: &Robot, frame: G::Frame) -> Plan<G> {
     plan_of(robot, frame, Tree::of(robot, frame, false))
 }

@@ -103,7 +103,7 @@ pub(crate) fn plan<G: Turning>(
     }
 }
 
-/// The strain components of a piece whose first coordinate is `first`.
+/// Strain components of a piece whose first coordinate is `first`.
 fn components<G: Turning>(piece: &Piece, frame: G::Frame, first: usize) -> Vec<Component> {
     let is_orthogonal = !stiffness::is_tapered(piece) && piece.basis.is_orthogonal();
     let mut next = first;
@@ -117,7 +117,7 @@ fn components<G: Turning>(piece: &Piece, frame: G::Frame, first: usize) -> Vec<C
     components
 }
 
-/// Linear part of the reference strain at the nodes of one pack.
+/// Linear part of the reference strain at one pack of nodes.
 fn reference_slope<G: Turning>(piece: &Piece, frame: G::Frame, nodes: &[f64]) -> G::Vector<G::Pack> {
     let mut slope = G::Vector::<G::Pack>::zero();
     for index in 0..G::COMPONENTS - G::ANGULAR {
@@ -130,7 +130,7 @@ fn reference_slope<G: Turning>(piece: &Piece, frame: G::Frame, nodes: &[f64]) ->
     slope
 }
 
-/// The stiffness between different strains of a piece whose first coordinate is `first`.
+/// Stiffness between different strains of a piece whose first coordinate is `first`.
 fn couplings(piece: &Piece, first: usize) -> Vec<Coupling> {
     let start = |strain: usize| first + piece.modes[..strain].iter().sum::<usize>();
     let coupling = |strains: [usize; 2]| Coupling {

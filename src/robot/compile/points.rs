@@ -13,9 +13,10 @@ use crate::robot::plan::point::{Inside, Offset, Place, Point, Points};
 use crate::robot::turning::Turning;
 use crate::robot::turning::place;
 
-/// All that is concentrated on a robot with these pieces, in the order of the places, and at which of these points each
-/// support acts; `pulled` are the places of the ends of straight parts of tendons, `tied` those of closed loops, `surfaces`
-/// those of balls and solids that touch. Tells the pieces which points are theirs. A place where others are attached is one of them.
+/// Compiles concentrated loads, bodies and supports of a robot with these pieces to points, in the order of
+/// places, and returns the index of the point for each support. `pulled` are the places of the ends of
+/// straight tendon parts, `tied` those of closed loops, `surfaces` those of balls and solids with contacts.
+/// Assigns the points to the pieces. Places at which others are attached are points too.
 pub(crate) fn compile<G: Turning>(
     frame: G::Frame,
     tree: &mut Tree<G>,
@@ -86,7 +87,7 @@ pub(crate) fn compile<G: Turning>(
     (points, supported)
 }
 
-/// A body in the axes of the place beside which it is fixed.
+/// A body in the axes of the place relative to which it is fixed.
 fn moved(body: &Body, beside: Offset) -> Body {
     let rotation = beside.orientation.rotation();
     let columns = [rotation.x, rotation.y, rotation.z].map(Vector::to_array);
@@ -101,7 +102,7 @@ fn moved(body: &Body, beside: Offset) -> Body {
     }
 }
 
-/// The point at a place, a new one if there is none yet.
+/// The point at a place; created if it does not exist yet.
 fn point_at<'a, G: Turning>(
     points: &'a mut Vec<Point<G>>,
     pieces: &[PiecePlan<G>],
@@ -115,7 +116,7 @@ fn point_at<'a, G: Turning>(
     &mut points[i]
 }
 
-/// A place with nothing there.
+/// An empty point at a place.
 pub(crate) fn point<G: Turning>(piece: &PiecePlan<G>, place: Place) -> Point<G> {
     let inside = (place.x < 1.0).then(|| {
         let nodes = place.weights.len();

@@ -12,10 +12,10 @@ use crate::load::check_place;
 use crate::rod::{STRAIN_NAMES, Segment};
 use crate::signal::Input;
 
-/// Axes of inputs that are vectors.
+/// Suffixes of vector inputs.
 const AXES: [&str; 3] = ["x", "y", "z"];
 
-/// The inputs of a robot, in the order in which they first stand in its description.
+/// Inputs of a robot, in the order of their first appearance in its description.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Inputs {
     known: Vec<Known>,
@@ -27,12 +27,12 @@ struct Known {
     name: Arc<str>,
     first: usize,
     size: usize,
-    /// Where it first stands in the description.
+    /// First appearance in the description.
     place: String,
 }
 
 impl Known {
-    /// A name for each of its entries.
+    /// Names of all entries.
     fn names(&self) -> Vec<String> {
         match self.size {
             1 => vec![self.name.to_string()],
@@ -42,10 +42,10 @@ impl Known {
 }
 
 impl Inputs {
-    /// Those of the loads of a robot, then of its actuators.
+    /// Inputs of the loads of a robot, then of its actuators.
     pub(crate) fn of(robot: &Robot) -> Self {
         let mut inputs = Self::default();
-        // Problems were found when the robot was checked.
+        // Validation of the robot has reported all problems.
         let mut check = Checker::new();
         inputs.take_all(robot, &mut check);
         inputs
@@ -100,41 +100,42 @@ impl Inputs {
         check.require(before == value, place, found, &expected);
     }
 
-    /// Where an input begins in u.
+    /// Index in u of an input's first entry.
     pub(crate) fn place<const N: usize>(&self, input: &Input<N>) -> usize {
         let known = self.known.iter().find(|known| known.name == input.name);
         known.expect("all inputs of a robot are known").first
     }
 
-    /// The values that they have as long as nobody sets them: u.
+    /// Default values of u.
     pub fn defaults(&self) -> &[f64] {
         &self.defaults
     }
 
-    /// A name for every entry of u: that of the input, with the axis where it is a vector.
+    /// Names of the entries of u: the name of the input, with a suffix for each axis of a vector.
     pub fn names(&self) -> Vec<String> {
         self.known.iter().flat_map(Known::names).collect()
     }
 }
 
-/// Whether all coordinates of a joint are motions about or along axes, which a motor can have. Those of the others are
-/// rotation vectors, and the place of what carries nothing.
+/// Whether all coordinates of a joint are rotations about or translations along axes, which motors can drive.
+/// Other joints have rotation vectors, or the position of a free joint.
 fn has_axes(joint: &Joint) -> bool {
     !matches!(joint, Joint::Weld | Joint::Spherical | Joint::Free)
 }
 
-/// Whether the motion of its joint is given in time. One that mimics another moves with that.
+/// Whether the joint's motion is prescribed in time. A joint that mimics another one is not prescribed
+/// itself.
 fn is_prescribed(link: &Link) -> bool {
     matches!(link.driven, Some(Driven::Coordinate(_) | Driven::Base(_)))
 }
 
 impl Robot {
-    /// The inputs.
+    /// Inputs of the robot.
     pub fn inputs(&self) -> Inputs {
         Inputs::of(self)
     }
 
-    /// Notes what is wrong with its actuators and its inputs.
+    /// Reports problems of the actuators and inputs.
     pub(super) fn check_actuators(&self, check: &mut Checker) {
         for (i, actuator) in self.actuators.iter().enumerate() {
             let place = format!("actuators[{i}]");
@@ -203,8 +204,8 @@ impl Robot {
         Inputs::default().take_all(self, check);
     }
 
-    /// The link and the coordinate of its joint that a motor moves which is said to be on this one: the name of a link
-    /// whose joint has one coordinate, or of a coordinate. One that is there but that no motor can move is found, too.
+    /// Link and joint coordinate of a motor's place, which is the name of a link whose joint has one
+    /// coordinate, or the name of a coordinate. Includes coordinates that no motor can drive.
     pub fn motor_coordinate(&self, name: &str) -> Option<(usize, usize)> {
         let is_one = |link: &Link| link.joint.coordinates().len() == 1 || !has_axes(&link.joint);
         if let Some(link) = self.links.iter().position(|link| link.name == name && is_one(link)) {
@@ -217,7 +218,7 @@ impl Robot {
         self.links.iter().enumerate().find_map(|(i, link)| of_link(link).map(|coordinate| (i, coordinate)))
     }
 
-    /// All coordinates that a motor can move.
+    /// Names of all coordinates that a motor can drive.
     pub fn motor_coordinates(&self) -> Vec<String> {
         let can_move = |link: &&Link| has_axes(&link.joint) && !is_prescribed(link);
         let names = |link: &Link| -> Vec<String> {
@@ -226,7 +227,8 @@ impl Robot {
         self.links.iter().filter(can_move).flat_map(names).collect()
     }
 
-    /// All that a motor can be said to be on: links whose joint has one coordinate that it can move, and coordinates.
+    /// Names of all valid places of motors: links whose joint has a single coordinate that can be driven, and
+    /// coordinates.
     pub fn motor_places(&self) -> Vec<String> {
         let is_one = |link: &&Link| {
             has_axes(&link.joint) && !is_prescribed(link) && link.joint.coordinates().len() == 1

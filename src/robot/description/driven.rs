@@ -7,27 +7,28 @@ use crate::signal::Signal;
 use crate::world::BaseMotion;
 use crate::world::smooth::{check_smooth, span};
 
-/// The source of the coordinates of a driven joint, which adds none to the robot.
+/// Source of the coordinates of a driven joint, which adds no coordinates to the robot.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Driven {
-    /// The coordinate of a revolute or prismatic joint is `multiplier` times that of another one, plus `offset`.
+    /// The coordinate of a revolute or prismatic joint is `multiplier` times another joint's coordinate, plus
+    /// `offset`.
     Mimic {
-        /// The link with the other joint, anywhere among the links; it may be driven itself.
+        /// Index of the link with the other joint, before or after this one; that joint may be driven too.
         link: usize,
-        /// Radians or metres for each radian or metre of the other one.
+        /// Radians or metres per radian or metre of the other joint.
         multiplier: f64,
-        /// In radians or metres.
+        /// Offset in radians or metres.
         offset: f64,
     },
-    /// The coordinate of a revolute or prismatic joint is a function of time, in radians or metres. A table is a cubic
-    /// spline.
+    /// The coordinate of a revolute or prismatic joint is a function of time, in radians or metres. Tables
+    /// are interpolated by a cubic spline.
     Coordinate(Signal<1>),
-    /// A free joint moves like this, in the axes of its frame.
+    /// A free joint has a prescribed motion, in the axes of its frame.
     Base(BaseMotion),
 }
 
 impl Driven {
-    /// Whether it changes by itself in time.
+    /// Whether the source depends on time explicitly.
     pub(crate) fn varies_in_time(&self) -> bool {
         match self {
             Self::Mimic { .. } => false,
@@ -36,7 +37,7 @@ impl Driven {
         }
     }
 
-    /// How far a step from `t` may go that cannot pass over a part of it unseen ([`Signal::horizon`]).
+    /// Latest end of a step from `t` that cannot miss a feature of the motion ([`Signal::horizon`]).
     pub(crate) fn horizon(&self, t: f64) -> f64 {
         match self {
             Self::Mimic { .. } => f64::INFINITY,
@@ -45,7 +46,7 @@ impl Driven {
         }
     }
 
-    /// Its shortest period in seconds; infinite where nothing oscillates.
+    /// Shortest period in seconds; infinite without oscillations.
     pub(crate) fn period(&self) -> f64 {
         match self {
             Self::Mimic { .. } => f64::INFINITY,
@@ -54,7 +55,7 @@ impl Driven {
         }
     }
 
-    /// The times between which it is known.
+    /// Interval of time on which the source is defined.
     pub fn span(&self) -> [f64; 2] {
         match self {
             Self::Mimic { .. } => [f64::NEG_INFINITY, f64::INFINITY],
@@ -63,7 +64,7 @@ impl Driven {
         }
     }
 
-    /// Everything that is wrong with it by itself, on this joint.
+    /// Reports every problem of the source for this joint, without the robot.
     pub fn validate(&self, joint: &Joint) -> Result<(), InvalidInput> {
         let mut check = Checker::new();
         let found = format!("one of a {} joint", joint.name());
@@ -87,7 +88,7 @@ impl Driven {
         check.finish()
     }
 
-    /// Notes what is wrong with the numbers by which it mimics another joint.
+    /// Reports invalid numbers of a mimic joint.
     pub(crate) fn check_numbers(&self, check: &mut Checker) {
         if let Self::Mimic { multiplier, offset, .. } = self {
             for (name, value) in [("mimic.multiplier", multiplier), ("mimic.offset", offset)] {
@@ -97,17 +98,17 @@ impl Driven {
     }
 }
 
-/// Where the coordinate of a joint that has one comes from: `factor` times that of the joint of `link`, plus `offset`.
+/// Origin of a joint's single coordinate: `factor` times that of the joint of `link`, plus `offset`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Origin {
-    /// A link whose joint mimics no other.
+    /// Index of a link whose joint mimics no other.
     pub(crate) link: usize,
     pub(crate) factor: f64,
     pub(crate) offset: f64,
 }
 
-/// Where the coordinate of the joint of a link comes from, through all that are mimicked on the way; `None` where that
-/// comes back to where it began, or leads to no link.
+/// Origin of the coordinate of a link's joint, following all mimicked joints; `None` for a cycle or for an
+/// index without a link.
 pub(crate) fn origin(links: &[Link], link: usize) -> Option<Origin> {
     let mut origin = Origin { link, factor: 1.0, offset: 0.0 };
     for _ in 0..=links.len() {
@@ -123,7 +124,7 @@ pub(crate) fn origin(links: &[Link], link: usize) -> Option<Origin> {
     None
 }
 
-/// Notes joints that mimic what is not there, has not one coordinate, or mimics them.
+/// Reports joints that mimic a missing link, a joint without exactly one coordinate, or themselves.
 pub(super) fn check_mimics(check: &mut Checker, links: &[Link]) {
     for (i, link) in links.iter().enumerate() {
         let Some(Driven::Mimic { link: other, .. }) = link.driven else { continue };

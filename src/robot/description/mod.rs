@@ -1,5 +1,5 @@
-//! Robots as plain data: a tree of links, with loads, actuators, loops and contacts. A rod is a robot of one link that is welded
-//! to the world.
+//! Robots as plain data: a tree of links, with loads, actuators, loops and contacts. A rod is a robot with
+//! one link that is welded to the world.
 
 mod actuation;
 mod driven;

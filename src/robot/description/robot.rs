@@ -15,27 +15,29 @@ use crate::signal::Signal;
 use crate::support::Support;
 use crate::world::{BaseMotion, Fluid};
 
-/// Most numbers in the integration matrices of a robot, the squares of the numbers of nodes: 1 GiB in two matrices.
+/// Maximum number of entries of a robot's integration matrices, summed squares of the numbers of nodes: 1 GiB
+/// in two matrices.
 const MAX_INTEGRATION: f64 = (1u64 << 26) as f64;
 
-/// Most generalised coordinates of a robot: its dense Jacobian then takes 128 MiB.
+/// Maximum number of generalised coordinates of a robot: its dense Jacobian then takes 128 MiB.
 pub const MAX_COORDINATES: usize = 4096;
 
-/// A robot: links that form a tree, each one behind its parent, and what acts on them.
+/// A robot: a tree of links, and everything that acts on them.
 ///
-/// Coordinates are ordered link by link as listed; within a link those of the joint, then the modes of the rod, segment
-/// by segment.
+/// Coordinates are ordered by link; within a link first those of the joint, then the modes of the rod,
+/// segment by segment.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Robot {
-    /// The links, parents before their children.
+    /// Links, with parents before their children.
     pub links: Vec<Link>,
-    /// How all that is fixed to the world moves, about the frame of the first link's joint; it rests if `None`.
+    /// Motion of everything fixed to the world, about the frame of the first link's joint; `None` if it is at
+    /// rest.
     pub base_motion: Option<BaseMotion>,
     /// Gravity in the world, in m/s^2.
     pub gravity: [f64; 3],
     /// Loads on the links.
     pub loads: Vec<Load>,
-    /// Rigid bodies on the links, beside those that links are.
+    /// Rigid bodies on the links, in addition to the links' own bodies.
     pub bodies: Vec<Body>,
     /// Springs and dampers between links and the world.
     pub supports: Vec<Support>,
@@ -71,7 +73,7 @@ impl Robot {
         self.links.iter().map(Link::coordinates).sum()
     }
 
-    /// A name for every coordinate: that of the link, a dot, and that within the link.
+    /// Names of all coordinates: the link's name, a dot, and the name within the link.
     pub fn coordinate_names(&self) -> Vec<String> {
         let of_link = |link: &Link| {
             let name = link.name.clone();
@@ -80,7 +82,7 @@ impl Robot {
         self.links.iter().flat_map(of_link).collect()
     }
 
-    /// The coordinates of a link.
+    /// Indices of a link's coordinates.
     pub fn coordinates_of(&self, link: usize) -> std::ops::Range<usize> {
         let first = self.links[..link].iter().map(Link::coordinates).sum();
         first..first + self.links[link].coordinates()
@@ -120,8 +122,8 @@ impl Robot {
         self.links.iter().enumerate().filter_map(of_link).collect()
     }
 
-    /// Whether all that rods carry stands at their tips, and what acts along them does so alike all along: then the length of a
-    /// segment changes nothing but how its own rod stretches out.
+    /// Whether everything that rods carry is located at their tips, and distributed effects are uniform along
+    /// them. The length of a segment then affects only its own rod.
     pub(crate) fn has_all_at_tips(&self) -> bool {
         let acts_alike = |actuator: &Actuator| {
             let is_alike = match actuator {
@@ -150,12 +152,12 @@ impl Robot {
         self.links.iter().flat_map(|link| &link.rod)
     }
 
-    /// The same, to be changed.
+    /// All segments, mutable.
     pub fn segments_mut(&mut self) -> impl Iterator<Item = &mut Segment> {
         self.links.iter_mut().flat_map(|link| &mut link.rod)
     }
 
-    /// The first coordinate of a segment, counted link by link.
+    /// Index of the first coordinate of a segment, counted link by link.
     pub(crate) fn first_coordinate(&self, segment: usize) -> usize {
         let (mut first, mut before) = (0, 0);
         for link in &self.links {
@@ -170,31 +172,31 @@ impl Robot {
         first
     }
 
-    /// Whether it is a single rod that is welded to the world.
+    /// Whether the robot is a single rod that is welded to the world.
     pub fn is_rod(&self) -> bool {
         let [link] = &self.links[..] else { return false };
         link.joint == Joint::Weld && link.body.is_none() && !link.rod.is_empty()
     }
 
-    /// The loads that are not zero.
+    /// Loads that are not zero.
     pub(crate) fn acting_loads(&self) -> impl Iterator<Item = &Load> {
         self.loads.iter().filter(|load| !load.force.is_zero() || !load.moment.is_zero())
     }
 
-    /// All bodies that are not zero: those that links are and then the others.
+    /// All bodies that are not zero: the links' own bodies, then the others.
     pub(crate) fn all_bodies(&self) -> impl Iterator<Item = Body> {
         let of_link = |(i, link): (usize, &Link)| link.body.clone().map(|body| Body { link: i, ..body });
         let is_body = |body: &Body| body.mass != 0.0 || body.inertia != [[0.0; 3]; 3];
         self.links.iter().enumerate().filter_map(of_link).chain(self.bodies.iter().cloned()).filter(is_body)
     }
 
-    /// The same links with nothing on them but their supports: what they answer to deformation with.
+    /// The same links with supports only, for their response to deformation.
     pub(crate) fn unloaded(&self) -> Self {
         let links = self.links.iter().map(|link| Link { body: None, ..link.clone() }).collect();
         Self { gravity: [0.0; 3], supports: self.supports.clone(), ..Self::new(links) }
     }
 
-    /// How far its links reach from the world when all of them are stretched out, in metres; one, where they do not.
+    /// Largest distance of stretched-out links from the world, in metres; one if this is zero.
     pub fn length(&self) -> f64 {
         let size = |v: [f64; 3]| v.into_iter().map(|x| x * x).sum::<f64>().sqrt();
         let mut reach = Vec::with_capacity(self.links.len());
@@ -208,12 +210,12 @@ impl Robot {
         if longest > 0.0 { longest } else { 1.0 }
     }
 
-    /// The sources of driven joints, link by link.
+    /// Sources of driven joints, link by link.
     fn driven(&self) -> impl Iterator<Item = &Driven> {
         self.links.iter().filter_map(|link| link.driven.as_ref())
     }
 
-    /// How far a step from `t` may go that cannot pass over a part of its loads and of prescribed motions unseen
+    /// Latest end of a step from `t` that cannot miss a feature of loads and prescribed motions
     /// ([`crate::signal::Signal::horizon`]).
     pub fn horizon(&self, t: f64) -> f64 {
         let of_base = self.base_motion.iter().map(|motion| motion.horizon(t));
@@ -223,7 +225,7 @@ impl Robot {
         of_loads.chain(of_base).chain(of_joints).chain(of_actuators).fold(f64::INFINITY, f64::min)
     }
 
-    /// The shortest period of its loads and of prescribed motions, in seconds; infinite where nothing oscillates.
+    /// Shortest period of loads and prescribed motions, in seconds; infinite without oscillations.
     pub fn shortest_period(&self) -> f64 {
         let of_base = self.base_motion.iter().map(BaseMotion::period);
         let of_joints = self.driven().map(Driven::period);
@@ -232,54 +234,54 @@ impl Robot {
         of_loads.chain(of_base).chain(of_joints).chain(of_actuators).fold(f64::INFINITY, f64::min)
     }
 
-    /// The times between which the prescribed motions of its base and joints are known.
+    /// Interval of time on which the prescribed motions of base and joints are defined.
     pub fn time_span(&self) -> [f64; 2] {
         let spans = self.base_motion.iter().map(BaseMotion::span).chain(self.driven().map(Driven::span));
         spans
             .fold([f64::NEG_INFINITY, f64::INFINITY], |[from, to], span| [from.max(span[0]), to.min(span[1])])
     }
 
-    /// Whether where it is takes a time to be set: its base, or one of its joints, moves as prescribed.
+    /// Whether positions require a time to be set, because base or joints have a prescribed motion.
     pub fn is_prescribed(&self) -> bool {
         self.base_motion.is_some() || self.driven().any(Driven::varies_in_time)
     }
 
-    /// Whether where it is depends on time by itself: its base moves, or a joint as prescribed.
+    /// Whether positions depend on time explicitly, because the base or a joint moves as prescribed.
     pub fn is_moved(&self) -> bool {
         let base_moves = self.base_motion.as_ref().is_some_and(|motion| !motion.is_constant());
         base_moves || self.driven().any(Driven::varies_in_time)
     }
 
-    /// Whether a loop ties it to a world that its base moves in.
+    /// Whether a loop connects the robot to the world under a moving base.
     pub fn is_tied_to_world(&self) -> bool {
         let mut ends = self.loops.iter().filter_map(|closed| closed.tie.ends()).flatten();
         self.base_motion.is_some() && ends.any(|end| end.link.is_none())
     }
 
-    /// Whether anything of it depends on time by itself.
+    /// Whether anything depends on time explicitly.
     pub fn depends_on_time(&self) -> bool {
         self.is_moved()
             || self.loads.iter().any(Load::varies_in_time)
             || self.actuator_signals().any(Signal::varies_in_time)
     }
 
-    /// The commands of the actuators.
+    /// Commands of the actuators.
     fn actuator_signals(&self) -> impl Iterator<Item = &Signal<1>> {
         self.actuators.iter().flat_map(Actuator::signals)
     }
 
-    /// Number of constraints: of closed loops, and one of each tendon that does not stretch.
+    /// Number of constraints: those of closed loops, and one per inextensible tendon.
     pub fn constraints(&self) -> usize {
         let of_loops = self.loops.iter().map(|closed| closed.tie.rows()).sum::<usize>();
         of_loops + self.inextensible_tendons().count()
     }
 
-    /// Tendons that do not stretch.
+    /// Inextensible tendons.
     pub(crate) fn inextensible_tendons(&self) -> impl Iterator<Item = &Actuator> {
         self.actuators.iter().filter(|actuator| actuator.is_inextensible())
     }
 
-    /// The first of its loads and commands that is not finite at a time, in words.
+    /// Description of the first load or command that is not finite at a time.
     pub(crate) fn not_finite(&self, t: f64) -> Option<String> {
         let of_load = |(i, load): (usize, &Load)| {
             let signals = [("force", &load.force), ("moment", &load.moment)];
@@ -300,7 +302,7 @@ impl Robot {
         of_loads.or_else(|| self.actuators.iter().find_map(of_actuator))
     }
 
-    /// Everything that is wrong with this robot, its links and what acts on them.
+    /// Reports every problem of this robot, including links and everything that acts on them.
     pub fn validate(&self) -> Result<(), InvalidInput> {
         let mut check = Checker::new();
         check.require(!self.links.is_empty(), "links", "none", "at least one link");
@@ -351,7 +353,7 @@ impl Robot {
         check.finish()
     }
 
-    /// Notes what is wrong with the name of a link and with where it hangs.
+    /// Reports problems of a link's name and of its parent.
     fn check_place_in_tree(&self, check: &mut Checker, i: usize, place: &str) {
         let link = &self.links[i];
         let name = format!("{place}.name");
@@ -380,7 +382,7 @@ impl Robot {
         }
     }
 
-    /// Notes what is wrong with something that is on a link, by itself and there.
+    /// Reports problems of an object on a link, including its place.
     fn check_on_link(
         &self,
         check: &mut Checker,
@@ -402,7 +404,7 @@ impl Robot {
         check.nested(place, validate(link.length()));
     }
 
-    /// Notes what is wrong with what closes its loops.
+    /// Reports problems of closed loops.
     fn check_loops(&self, check: &mut Checker) {
         let length = |link: usize| self.links.get(link).map(Link::length);
         for (i, closed) in self.loops.iter().enumerate() {
@@ -414,7 +416,7 @@ impl Robot {
         }
     }
 
-    /// Notes what is wrong with what touches.
+    /// Reports problems of contacts.
     pub(super) fn check_contacts(&self, check: &mut Checker) {
         let length = |link: usize| self.links.get(link).map(Link::length);
         for (i, contact) in self.contacts.iter().enumerate() {
@@ -427,7 +429,7 @@ impl Robot {
     }
 
     fn check_size(&self, check: &mut Checker) {
-        // Those of driven joints are computed, too.
+        // Coordinates of driven joints are computed too.
         let driven = self.links.iter().filter(|link| link.driven.is_some());
         let n = self.coordinates() + driven.map(|link| link.joint.coordinates().len()).sum::<usize>();
         check.require(
@@ -439,7 +441,7 @@ impl Robot {
         check_integration(check, "links", self.segments());
     }
 
-    /// Notes joints that move nothing with a mass. What mimics a joint has its mass behind that, too.
+    /// Reports joints that move no mass. The mass behind a mimicking joint counts for the mimicked one too.
     fn check_masses(&self, check: &mut Checker) {
         let mut has_mass: Vec<bool> = self.links.iter().map(|link| !link.rod.is_empty()).collect();
         for body in self.all_bodies() {
@@ -470,7 +472,7 @@ impl Robot {
     }
 }
 
-/// Notes integration matrices of segments that are too large.
+/// Reports integration matrices that are too large.
 pub(super) fn check_integration<'a>(
     check: &mut Checker,
     place: &str,
@@ -485,7 +487,7 @@ pub(super) fn check_integration<'a>(
     );
 }
 
-/// Notes what is wrong with the motion of a base and with gravity.
+/// Reports problems of the base motion and of gravity.
 pub(super) fn check_surroundings(check: &mut Checker, motion: Option<&BaseMotion>, gravity: [f64; 3]) {
     if let Some(motion) = motion {
         check.nested("base_motion", motion.validate());
@@ -494,7 +496,8 @@ pub(super) fn check_surroundings(check: &mut Checker, motion: Option<&BaseMotion
 }
 
 impl From<&Rod> for Robot {
-    /// A rod as the link of a robot, the loads and the mass at the tip that have names of their own behind the others.
+    /// Converts a rod to a robot's link; tip force, tip moment and tip mass follow the other loads and
+    /// bodies.
     fn from(rod: &Rod) -> Self {
         let link = Link {
             position: rod.base_position,

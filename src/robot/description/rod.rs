@@ -11,16 +11,17 @@ use crate::rod::{Section, Segment};
 use crate::support::Support;
 use crate::world::{BaseMotion, Fluid};
 
-/// A rod: segments in a row, clamped at its base, with loads and rigid bodies on it.
+/// A rod: a sequence of segments, clamped at its base, with loads and rigid bodies.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Rod {
-    /// The segments from base to tip; each continues where the one before ends.
+    /// Segments from base to tip; each one continues at the end of the previous one.
     pub segments: Vec<Segment>,
     /// Position of the base in the world, in metres.
     pub base_position: [f64; 3],
-    /// Orientation of the base: quaternion (w, x, y, z) that turns body axes into world axes; normalised on use.
+    /// Orientation of the base: quaternion (w, x, y, z) that rotates body axes into world axes; normalised on
+    /// use.
     pub base_orientation: [f64; 4],
-    /// How the base moves from there; it rests if `None`.
+    /// Motion of the base relative to this pose; `None` if it is at rest.
     pub base_motion: Option<BaseMotion>,
     /// Gravity in the world, in m/s^2.
     pub gravity: [f64; 3],
@@ -36,7 +37,7 @@ pub struct Rod {
     pub bodies: Vec<Body>,
     /// Springs and dampers to the world.
     pub supports: Vec<Support>,
-    /// The fluid around it.
+    /// The fluid around the rod.
     pub fluid: Option<Fluid>,
     /// The actuators.
     pub actuators: Vec<Actuator>,
@@ -65,7 +66,7 @@ impl Rod {
         }
     }
 
-    /// The same with the segments of a robot that was made from it.
+    /// The same rod with the segments of a robot that was made from it.
     pub fn with_segments_of(&self, robot: &Robot) -> Self {
         Self { segments: robot.segments().cloned().collect(), ..self.clone() }
     }
@@ -80,7 +81,7 @@ impl Rod {
         self.segments.iter().map(|segment| segment.length).sum()
     }
 
-    /// Everything that is wrong with this rod and its segments.
+    /// Reports every problem of this rod and its segments.
     pub fn validate(&self) -> Result<(), InvalidInput> {
         let mut check = Checker::new();
         check.require(!self.segments.is_empty(), "segments", "none", "at least one segment");
@@ -123,7 +124,7 @@ impl Rod {
                 "sections with an outline that a fluid can flow around",
             );
         }
-        // Loads, which have inputs in common with them, stand at the same places there.
+        // Loads share inputs with actuators, and have the same indices in the robot.
         let robot = Robot::from(self);
         robot.check_actuators(&mut check);
         robot.check_contacts(&mut check);

@@ -1,4 +1,4 @@
-//! All effects together.
+//! Sums over all effects.
 
 use std::marker::PhantomData;
 
@@ -23,7 +23,7 @@ use crate::robot::state::point::PointState;
 use crate::robot::state::tangent::{Tangent, TangentWorkspace, Weights};
 use crate::robot::turning::Turning;
 
-/// Does something for every effect, in the order of this list.
+/// Executes code for every effect, in the order of this list.
 macro_rules! for_every_effect {
     ($effect:ident => $call:expr) => {
         for_every_effect!($effect in [Loads, Supports, FluidAround, OnJoints, Actuators, ClosedLoops, Touching] => $call)
@@ -36,7 +36,7 @@ macro_rules! for_every_effect {
     };
 }
 
-/// Whether something is true of any effect.
+/// Whether a predicate holds for any effect.
 macro_rules! any_effect {
     ($effect:ident => $call:expr) => {{
         let mut is_any = false;
@@ -45,7 +45,7 @@ macro_rules! any_effect {
     }};
 }
 
-/// The sum of something of all effects.
+/// Sum of a quantity over all effects.
 macro_rules! sum_of_effects {
     ($effect:ident => $call:expr) => {{
         let mut sum = Default::default();

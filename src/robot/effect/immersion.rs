@@ -1,18 +1,19 @@
 //! Drag and added mass of the fluid around a rod, at the nodes. Buoyancy is a distributed dead load.
 //!
-//! With the current U = (0; u), in the frame uniform and steady at every time, the twist of a section relative to the
-//! fluid is `V_r = V - U`. Its drag is a force -h at the section. The added mass has the momentum `N_a V_r`, `N_a`
-//! seen from the origin like the inertia N but with mass across the axis only; in the frame that moves with the
-//! current Kirchhoff's equations hold, and back in the frame of the rod the section needs
+//! With the current U = (0; u), uniform and steady in the frame at every time, the twist of a section
+//! relative to the fluid is `V_r = V - U`. Its drag is a force -h at the section. The added mass has the
+//! momentum `N_a V_r`, where `N_a` is about the origin like the inertia N, but has mass only perpendicular to
+//! the axis. Kirchhoff's equations hold in the frame that moves with the current; transformed back to the
+//! frame of the rod, the section requires
 //!
 //! ```text
 //! N_a (A_k + ad_V U) - ad_{V_r}^T N_a V_r,    A_k = A + (0; g), the acceleration without gravity
 //! ```
 //!
-//! Its energy is `1/2 V . N_a V - 1/2 U . N_a U` with the velocities in the world: the second term, a potential,
-//! turns rods across the current.
+//! The energy is `1/2 V . N_a V - 1/2 U . N_a U` with the velocities in the world. The second term is a
+//! potential that rotates rods perpendicular to the current.
 //!
-//! As the moving material sees it (see `tangent`), with Psi standing for `w_q Psi`, V_r varies by
+//! Relative to the moving material (see `tangent`), with Psi for `w_q Psi`, V_r varies by
 //! `Y_r = Y + ad_Psi U` and A_k by `Z - ad_V Y - ad_Psi (0; g)`.
 
 use super::Effect;
@@ -26,7 +27,7 @@ use crate::robot::plan::piece::PiecePlan;
 use crate::robot::state::Workspace;
 use crate::robot::turning::Turning;
 
-/// The fluid as a section meets it.
+/// Fluid and pose at a section.
 #[derive(Clone, Copy, Debug)]
 struct Stream<G: Geometry, T: Scalar> {
     axis: G::Vector<T>,
@@ -35,12 +36,12 @@ struct Stream<G: Geometry, T: Scalar> {
     crossing: T,
 }
 
-/// Motion across the axis and along it, with its speeds.
+/// Relative velocity perpendicular to the axis and along it, with both speeds.
 #[derive(Clone, Copy, Debug)]
 struct Relative<G: Geometry, T: Scalar> {
     across: G::Vector<T>,
     along: T,
-    /// Speeds, never zero: what has no direction has the direction zero.
+    /// Speeds, never zero, so that the quotient with a zero velocity is zero.
     speeds: [T; 2],
 }
 
@@ -49,21 +50,21 @@ impl<T: Scalar> Drag<T> {
         Self { viscous: self.viscous.map(|c| c * weight), quadratic: self.quadratic.map(|c| c * weight) }
     }
 
-    /// Drag over velocity, across the axis and along it.
+    /// Drag over velocity, perpendicular to the axis and along it.
     #[inline(always)]
     fn factors<G: Geometry>(&self, relative: &Relative<G, T>) -> [T; 2] {
         let factor = |i: usize| self.quadratic[i].mul_add(relative.speeds[i], self.viscous[i]);
         [factor(0), factor(1)]
     }
 
-    /// h, the drag backwards.
+    /// h, minus the drag.
     #[inline(always)]
     fn force<G: Geometry>(&self, stream: &Stream<G, T>, relative: &Relative<G, T>) -> G::Vector<T> {
         let [across, along] = self.factors(relative);
         (relative.across * across).add_scaled(stream.axis, relative.along * along)
     }
 
-    /// The change of h with the relative velocity.
+    /// Change of h with the relative velocity.
     #[inline(always)]
     fn change<G: Geometry>(
         &self,
@@ -74,7 +75,7 @@ impl<T: Scalar> Drag<T> {
         let [across, along] = self.factors(relative);
         let of_along = stream.axis.dot(change);
         let of_across = change.add_scaled(stream.axis, -of_along);
-        // |v| v is differentiable everywhere, also at rest: |v| w + v (v . w) / |v|.
+        // |v| v is differentiable everywhere, including at rest: |v| w + v (v . w) / |v|.
         let of_speed = relative.across.dot(of_across) * relative.speeds[0].reciprocal();
         let stiffer = along + self.quadratic[1] * relative.speeds[1];
         (of_across * across)
@@ -123,7 +124,7 @@ impl<G: Geometry, T: Scalar> Stream<G, T> {
         Wrench { moment: VectorSpace::zero(), force }.at(self.position)
     }
 
-    /// Wrench required by the added mass during a motion, with the acceleration less gravity.
+    /// Wrench required by the added mass in a motion, for the acceleration minus gravity.
     #[inline(always)]
     fn added_force(
         &self,
@@ -138,13 +139,13 @@ impl<G: Geometry, T: Scalar> Stream<G, T> {
         self.added_momentum(mass, felt) - relative.bracket_transposed(self.added_momentum(mass, relative))
     }
 
-    /// Wrench required against the drag.
+    /// Wrench required to overcome the drag.
     #[inline(always)]
     fn drag_force(&self, drag: &Drag<T>, velocity: Twist<G, T>) -> Wrench<G, T> {
         self.at_section(drag.force(self, &self.relative(velocity)))
     }
 
-    /// The response of both.
+    /// Response of added mass and drag.
     #[inline(always)]
     fn response(
         &self,
@@ -182,7 +183,7 @@ impl<G: Geometry, T: Scalar> Stream<G, T> {
     }
 }
 
-/// The fluid as a pack of nodes meets it.
+/// Fluid and poses at a pack of nodes.
 #[inline(always)]
 fn stream<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, node: usize) -> Stream<G, G::Pack> {
     Stream {
@@ -198,13 +199,13 @@ fn splat<G: Geometry>(v: G::Vector<f64>) -> G::Vector<G::Pack> {
     G::map_vector(&v, |&x| G::Pack::splat(x))
 }
 
-/// What the fluid has of energy and takes of power, with the motion up to date.
+/// Energy and power of the fluid, with the motion up to date.
 #[derive(Clone, Copy, Debug, Default)]
 struct Exchange {
     /// Kinetic energy of the added mass, and its potential in the current.
     kinetic: f64,
     potential: f64,
-    /// Power that drag takes out of the motion relative to the fluid, and power that the current puts in.
+    /// Power dissipated by drag in the motion relative to the fluid, and power supplied by the current.
     dissipated: f64,
     supplied: f64,
 }
@@ -352,7 +353,7 @@ impl<G: Turning> Effect<G> for FluidAround {
     }
 }
 
-/// The fluid as a node meets it, to be counted.
+/// Fluid and pose at a node with counted numbers.
 fn counted<G: Turning>() -> Stream<G, Counted> {
     let vector = VectorSpace::zero();
     Stream { axis: vector, position: vector, current: vector, crossing: Counted }

@@ -1,6 +1,7 @@
 //! Forces on joint coordinates: spring, damping, friction, stops and armature.
 //!
-//! It is no wrench at a place but a force on a coordinate: the hinge itself asks for it, and for its derivative.
+//! These are forces on coordinates rather than wrenches at places: the hinge evaluates them and their
+//! derivatives.
 
 use super::Effect;
 use crate::joint::JointForces;
@@ -9,40 +10,40 @@ use crate::robot::plan::Plan;
 use crate::robot::state::Workspace;
 use crate::robot::turning::Turning;
 
-/// The force that a motion (q, qd, qdd) of the coordinate needs against them.
+/// Force required for a motion (q, qd, qdd) of the coordinate.
 #[inline(always)]
 pub(crate) fn act(forces: &JointForces, [q, qd, qdd]: [f64; 3]) -> f64 {
     at_rest(forces, q) + dissipative(forces, q, qd) + forces.armature * qdd
 }
 
-/// The part of it that has a potential: of the spring and the stops.
+/// Conservative part of the force: of the spring and the stops.
 #[inline(always)]
 pub(crate) fn at_rest(forces: &JointForces, q: f64) -> f64 {
     forces.stiffness * (q - forces.rest) + forces.limit_stiffness * beyond(forces, q)
 }
 
-/// The derivative of [`at_rest`].
+/// Derivative of [`at_rest`].
 #[inline(always)]
 pub(crate) fn stiffness(forces: &JointForces, q: f64) -> f64 {
     let is_beyond = beyond(forces, q) != 0.0;
     forces.stiffness + if is_beyond { forces.limit_stiffness } else { 0.0 }
 }
 
-/// The part that takes power out of the motion.
+/// Dissipative part of the force.
 #[inline(always)]
 fn dissipative(forces: &JointForces, q: f64, qd: f64) -> f64 {
     let JointForces { damping, friction, friction_velocity, .. } = *forces;
     damping * qd + friction * qd / qd.hypot(friction_velocity) + of_stop(forces, q, qd)
 }
 
-/// How far the coordinate is beyond a limit, signed.
+/// Signed distance of the coordinate beyond a limit.
 #[inline(always)]
 fn beyond(forces: &JointForces, q: f64) -> f64 {
     let Some([lower, upper]) = forces.limits else { return 0.0 };
     (q - upper).max(0.0) + (q - lower).min(0.0)
 }
 
-/// Contribution of the dissipation of a stop to its spring force, which never pulls.
+/// Contribution of a stop's dissipation, limited such that the stop never pulls.
 #[inline(always)]
 fn of_stop(forces: &JointForces, q: f64, qd: f64) -> f64 {
     let beyond = beyond(forces, q);
@@ -70,13 +71,13 @@ pub(crate) fn tangent(forces: &JointForces, [q, qd]: [f64; 2], [w_q, w_v, w_a]: 
     w_q * of_place + w_v * of_velocity + w_a * forces.armature
 }
 
-/// The hinges on which anything acts, by their coordinates.
+/// Hinges with forces, by their coordinates.
 pub(crate) fn all<G: Turning>(plan: &Plan<G>) -> impl Iterator<Item = (usize, &JointForces)> {
     let hinges = plan.pieces.iter().filter_map(|piece| Some((piece.first, piece.hinge.as_ref()?)));
     hinges.filter_map(|(k, hinge)| Some((k, hinge.forces.as_ref()?)))
 }
 
-/// The forces on all joints together.
+/// Forces on all joints.
 pub(crate) struct OnJoints;
 
 impl<G: Turning> Effect<G> for OnJoints {

@@ -25,7 +25,7 @@ impl<G: Turning> LoadPlan<G> {
     }
 }
 
-/// The wrench of a load at a point, about the point.
+/// Wrench of a load at a point, about the point.
 #[inline(always)]
 fn at_point<G: Turning>(
     load: usize,
@@ -43,7 +43,7 @@ impl<G: Turning> Spread<G> {
         plan.loads[self.load].is_dead()
     }
 
-    /// The wrench per length at the nodes of a pack, about these nodes.
+    /// Wrench per length at a pack of nodes, about these nodes.
     #[inline(always)]
     fn wrench(
         &self,
@@ -56,7 +56,7 @@ impl<G: Turning> Spread<G> {
         if self.is_dead(plan) { wrench } else { wrench.rotated(rotation) }
     }
 
-    /// The same where the density is one.
+    /// The same at density one.
     fn acting(
         &self,
         plan: &Plan<G>,
@@ -68,7 +68,7 @@ impl<G: Turning> Spread<G> {
     }
 }
 
-/// Constant dead forces times the positions where they act.
+/// Products of constant dead forces with the positions at which they act.
 fn work_of_dead_forces<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -> f64 {
     let mut sum = 0.0;
     for (point, state) in plan.points.iter().zip(&work.points) {
@@ -129,7 +129,7 @@ impl<G: Turning> Effect<G> for Loads {
         let mut sum = Wrench::zero();
         for spread in &piece.spread {
             let Some(part) = spread.part else { continue };
-            // The load by itself is smooth: its integral from one place to another is as exact as any.
+            // The load itself is smooth, so that its integral between two places is accurate.
             let [from, to] = part.map(|x| piece.gauss.weights_up_to(x.max(place.x)));
             for pack in 0..piece.packs {
                 let node = piece.first_pack + pack;
@@ -229,7 +229,7 @@ impl<G: Turning> Effect<G> for Loads {
     }
 }
 
-/// Of the wrench of a spread load at a pack of nodes.
+/// Products for the wrench of a distributed load at a pack of nodes.
 fn products_of_spread<G: Turning>(is_dead: bool) -> u64 {
     let wrench = Wrench::<G, Counted>::zero();
     let scaled = products(|| wrench * Counted);

@@ -1,6 +1,6 @@
-//! Closed loops: the wrenches of multipliers, one on the second end of a tie and the opposite one on the first. As long as
-//! their directions do not change they are dead loads, which the sweeps know; what the change adds to the tangent is in
-//! [`Effect::stiffen`].
+//! Closed loops: the wrenches of multipliers, on the second end of a tie and opposite on the first one. With
+//! fixed directions they are dead loads, which the sweeps handle; [`Effect::stiffen`] adds the effect of
+//! changing directions to the tangent.
 
 use super::Effect;
 use crate::lie::{Sweep, Vector, Wrench};
@@ -19,7 +19,7 @@ use crate::robot::turning::Turning;
 /// The closed loops of a plan.
 pub(crate) struct ClosedLoops;
 
-/// The frames of the ends of a tie, the kinematics up to date.
+/// Frames of the ends of a tie, with the kinematics up to date.
 pub(crate) fn frames<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, tie: &TiePlan<G::Pack>) -> [Frame; 2] {
     std::array::from_fn(|e| {
         let end = &tie.ends[e];
@@ -44,7 +44,8 @@ pub(crate) fn held<P>(tie: &TiePlan<P>, frames: &[Frame; 2], multipliers: &[f64]
     sum
 }
 
-/// What an end of a tie needs against the multipliers, about its own origin, and where that is.
+/// Wrench required at an end of a tie against the multipliers, about its own origin, and the position of this
+/// origin.
 fn needed_at<G: Turning>(
     plan: &Plan<G>,
     work: &Workspace<G>,
@@ -99,8 +100,9 @@ impl<G: Turning> Effect<G> for ClosedLoops {
         }
     }
 
-    /// With what the multipliers do on the second end, `(m; f)` about its origin: the forces change by `(dm; df)` there, and
-    /// by the opposite on the first end, whose moment about its own origin also changes with the way between both.
+    /// Let `(m; f)` be the wrench of the multipliers on the second end, about its origin. Its change
+    /// `(dm; df)` acts there and oppositely on the first end, where the moment also changes with the vector
+    /// between the origins.
     #[inline(always)]
     fn stiffen(
         plan: &Plan<G>,
@@ -109,7 +111,7 @@ impl<G: Turning> Effect<G> for ClosedLoops {
         weights: Weights,
         tangent: &mut Tangent<'_>,
     ) {
-        // What couples branches is solved with all entries.
+        // Robots with loops that couple branches use the dense solver.
         let Tangent::Dense(matrix) = tangent else { return };
         if weights.q == 0.0 {
             return;
@@ -121,7 +123,7 @@ impl<G: Turning> Effect<G> for ClosedLoops {
     }
 }
 
-/// Adds the derivative of the forces of a tie. Cost: 12 products an entry.
+/// Adds the derivative of the forces of a tie. Cost: 12 products per entry.
 struct Stiffen<'a, G: Turning> {
     plan: &'a Plan<G>,
     work: &'a Workspace<G>,

@@ -1,5 +1,5 @@
-//! What acts on a robot: one file an effect, named in the list of [`all`]. What an effect is given (its data in `plan`,
-//! made by `compile` from the description) is its own matter; all that the sweeps know of it is in the trait.
+//! Effects that act on a robot: one file per effect, listed in [`all`]. The data of an effect (in `plan`,
+//! written by `compile` from the description) is private to it; the sweeps use only the trait.
 
 pub(crate) mod actuation;
 pub(crate) mod all;
@@ -23,20 +23,21 @@ use crate::robot::state::point::PointState;
 use crate::robot::state::tangent::{Tangent, TangentWorkspace, Weights};
 use crate::robot::turning::Turning;
 
-/// What the sweeps ask of something that acts on a robot, at points or along pieces. Its wrench changes with the motion
-/// in one of three ways: not at all, as the material sees it; as one that keeps its direction in the world (dead, a
-/// [`Gyroscope`]); or linearly in displacement, velocity and acceleration (a [`Response`]). An effect writes only what it
-/// has; the rest is nothing. What is no wrench at a place but a force on coordinates is found once the motion is known,
-/// and added at the end.
+/// Interface of an effect to the sweeps, at points or along pieces. The change of its wrench with the motion
+/// is of one of three kinds: none relative to the material; that of a wrench with a fixed direction in the
+/// world (dead, a [`Gyroscope`]); or linear in displacement, velocity and acceleration (a [`Response`]). An
+/// effect implements only what it needs; the defaults do nothing. Forces on coordinates, rather than wrenches
+/// at places, are computed once the motion is known, and added at the end.
 ///
-/// Wrenches are what a motion needs against the effect, so its opposite, about the origin of the frame.
+/// Wrenches are those that a motion requires against the effect, hence minus those of the effect, about the
+/// origin of the frame.
 #[allow(unused_variables, reason = "the names say what is given to those who need it")]
 pub(crate) trait Effect<G: Turning> {
-    /// Adds its wrench at a point to the force there, the motion of the point up to date.
+    /// Adds its wrench at a point to the force there, with the motion of the point up to date.
     #[inline(always)]
     fn act_at(plan: &Plan<G>, work: &Workspace<G>, point: &Point<G>, state: &mut PointState<G>) {}
 
-    /// Adds the change of its dead wrenches at a point, as the material sees it when it turns.
+    /// Adds the change of its dead wrenches at a point with rotations, relative to the material.
     #[inline(always)]
     fn dead_at(
         plan: &Plan<G>,
@@ -47,13 +48,13 @@ pub(crate) trait Effect<G: Turning> {
     ) {
     }
 
-    /// Whether the effect responds at a point to its motion.
+    /// Whether the effect responds to the motion of a point.
     #[inline(always)]
     fn responds_at(point: &Point<G>) -> bool {
         false
     }
 
-    /// Adds its response at such a point. It has no inertia there: what has is a body.
+    /// Adds its response at such a point. The response contains no inertia; that belongs to bodies.
     #[inline(always)]
     fn respond_at(
         plan: &Plan<G>,
@@ -70,23 +71,23 @@ pub(crate) trait Effect<G: Turning> {
         false
     }
 
-    /// Adds its wrenches per length to the forces at the nodes of such a piece, the motion up to date.
+    /// Adds its wrenches per length to the forces at the nodes of such a piece, with the motion up to date.
     #[inline(always)]
     fn act_along(plan: &Plan<G>, piece: &PiecePlan<G>, work: &mut Workspace<G>) {}
 
-    /// What is missing in the integral of its wrenches at the nodes, from a place of such a piece to its end, because it
-    /// ends abruptly somewhere between.
+    /// Correction of the nodal integral of its wrenches from a place of such a piece to its end, if the
+    /// wrenches start or end abruptly in between.
     fn beyond(plan: &Plan<G>, piece: &PiecePlan<G>, work: &Workspace<G>, place: &Place) -> Wrench<G, f64> {
         Wrench::zero()
     }
 
-    /// Whether it is dead along a piece.
+    /// Whether it has dead wrenches along a piece.
     #[inline(always)]
     fn is_dead_along(plan: &Plan<G>, piece: &PiecePlan<G>) -> bool {
         false
     }
 
-    /// [`Self::dead_at`] of the nodes of such a piece, times the quadrature weights.
+    /// [`Self::dead_at`] for the nodes of such a piece, times the quadrature weights.
     #[inline(always)]
     fn dead_along(
         plan: &Plan<G>,
@@ -102,8 +103,8 @@ pub(crate) trait Effect<G: Turning> {
         false
     }
 
-    /// Adds its responses at the nodes of such a piece, times the quadrature weights; that to accelerations alone,
-    /// where nothing else is asked for.
+    /// Adds its responses at the nodes of such a piece, times the quadrature weights; only the response to
+    /// accelerations if nothing else is requested.
     #[inline(always)]
     fn respond_along(
         plan: &Plan<G>,
@@ -114,7 +115,7 @@ pub(crate) trait Effect<G: Turning> {
     ) {
     }
 
-    /// Finds what its forces on coordinates follow from, the motion of all pieces and points up to date.
+    /// Prepares its forces on coordinates, with the motion of all pieces and points up to date.
     #[inline(always)]
     fn prepare(plan: &Plan<G>, work: &mut Workspace<G>, q: &[f64], qd: &[f64]) {}
 
@@ -122,7 +123,7 @@ pub(crate) trait Effect<G: Turning> {
     #[inline(always)]
     fn push(plan: &Plan<G>, work: &Workspace<G>, tau: &mut [f64]) {}
 
-    /// Adds the derivative of these.
+    /// Adds the derivatives of these forces.
     #[inline(always)]
     fn stiffen(
         plan: &Plan<G>,
@@ -133,12 +134,12 @@ pub(crate) trait Effect<G: Turning> {
     ) {
     }
 
-    /// Whether it takes power out of motion, whether it puts any in without having a potential, and whether its wrenches
-    /// depend on velocities other than by dissipation alone: where it does not, a run leaves that out.
+    /// Whether it dissipates power, whether it supplies power without having a potential, and whether its
+    /// wrenches depend on velocities in ways other than dissipation. A run skips what does not apply.
     fn dissipates(plan: &Plan<G>) -> bool {
         false
     }
-    /// The same of the shape that was looked at last.
+    /// Whether it may dissipate power in the shape evaluated last.
     fn may_dissipate(plan: &Plan<G>, work: &Workspace<G>) -> bool {
         Self::dissipates(plan)
     }
@@ -149,25 +150,25 @@ pub(crate) trait Effect<G: Turning> {
         false
     }
 
-    /// Adds its energies, the motion up to date.
+    /// Adds its energies, with the motion up to date.
     fn add_energy(plan: &Plan<G>, work: &Workspace<G>, energy: &mut Energy) {}
 
-    /// Power that it takes out of the motion.
+    /// Power that it dissipates.
     fn dissipated_power(plan: &Plan<G>, work: &Workspace<G>) -> f64 {
         0.0
     }
 
-    /// Power that it puts into the motion without having a potential.
+    /// Power that it supplies without having a potential.
     fn supplied_power(plan: &Plan<G>, work: &Workspace<G>) -> f64 {
         0.0
     }
 
-    /// Products that it forms for a piece and its points, acting.
+    /// Products of its forces for a piece and its points.
     fn products_of_action(plan: &Plan<G>, piece: &PiecePlan<G>) -> Products {
         Products::default()
     }
 
-    /// Products that it forms for a piece, turning and responding along it.
+    /// Products of its derivatives for a piece: dead wrenches and responses.
     fn products_of_response(plan: &Plan<G>, piece: &PiecePlan<G>, is_mass_only: bool) -> Products {
         Products::default()
     }

@@ -1,5 +1,5 @@
-//! Supports: springs and dampers to the world. There are few of them: all is done in three dimensions, of which a
-//! plane takes its part.
+//! Supports: springs and dampers to the world. Since there are few, everything is computed in three
+//! dimensions and projected to a plane if necessary.
 
 use super::Effect;
 use crate::lie::{Cross, Rotation, Symmetric, Twist, Vector, Wrench};
@@ -12,20 +12,20 @@ use crate::robot::state::Workspace;
 use crate::robot::state::point::PointState;
 use crate::robot::turning::Turning;
 
-/// Moment and force of an anchor's springs, and their stiffness.
+/// Moment, force and stiffness of an anchor's springs.
 pub(crate) struct Held {
     pub(crate) forces: [Vector<f64>; 2],
     pub(crate) stiffness: [Symmetric<f64>; 2],
     pub(crate) energy: f64,
-    /// Principal stiffnesses below these, smallest first, are not relied on: turned far, rotational springs soften,
-    /// and push away in the end.
+    /// Principal stiffnesses below these values, smallest first, are treated as soft: at large rotations,
+    /// rotational springs soften and finally repel.
     pub(crate) firm: [[f64; 3]; 2],
 }
 
-/// Rotational springs are relied on as long as they have this part of their stiffness at rest.
+/// A rotational spring counts as firm if its stiffness exceeds this fraction of its stiffness at rest.
 const FIRM: f64 = 0.1;
 
-/// Parts of a stiffness below this part of the largest one are rounding.
+/// Stiffnesses below this fraction of the largest one are rounding errors.
 const ROUNDING: f64 = 1e-12;
 
 /// The section at a support, in three dimensions.
@@ -65,8 +65,8 @@ impl Anchor {
         [moment - self.rotational_damping.times(section.angular), force - self.damping.times(velocity)]
     }
 
-    /// The springs at a section. A turn by theta changes the moment m by `-H theta + theta x m / 2`, with the Hessian
-    /// `H = sum_i c_i ((a_i . e_i) 1 - (a_i e_i^T + e_i a_i^T) / 2)`.
+    /// The springs at a section. A rotation by theta changes the moment m by `-H theta + theta x m / 2`, with
+    /// the Hessian `H = sum_i c_i ((a_i . e_i) 1 - (a_i e_i^T + e_i a_i^T) / 2)`.
     pub(crate) fn springs<G: Turning>(&self, frame: G::Frame, state: &PointState<G>) -> Held {
         let section = self.section(frame, state);
         let mut hessian = Symmetric::diagonal(0.0);
@@ -90,15 +90,15 @@ impl Anchor {
         }
     }
 
-    /// The wrench on the section, about its centre.
+    /// Wrench on the section, about its centre.
     #[inline(always)]
     pub(crate) fn wrench<G: Turning>(&self, frame: G::Frame, state: &PointState<G>) -> Wrench<G, f64> {
         let [moment, force] = self.moment_and_force(&self.section(frame, state));
         Wrench { moment: G::axial_of(frame, moment), force: G::vector_of(frame, force) }
     }
 
-    /// How what the section needs against it changes: the force f by `delta f - theta x f` for a turn by theta, as it
-    /// is seen from the turning material, and the moment likewise.
+    /// Change of the wrench that the section requires against the support. For a rotation theta, the force f
+    /// changes by `delta f - theta x f` relative to the rotating material, and the moment likewise.
     #[inline(always)]
     pub(crate) fn response<G: Turning>(&self, frame: G::Frame, state: &PointState<G>) -> Response<G, f64> {
         let section = self.section(frame, state);
@@ -117,8 +117,8 @@ impl Anchor {
                 let mut turned = -self.rotational_damping.times(turn.cross(section.angular));
                 let mut shifted = -self.damping.times(turn.cross(section.velocity));
                 match self.held {
-                    // Half of what keeps its direction and half of what follows together have a potential, as those
-                    // of springs have.
+                    // The mean of a moment with fixed direction and a follower moment has a potential, as
+                    // springs do.
                     Some([moment, _]) => turned += turn.cross(moment) * 0.5,
                     None => {
                         for (i, axis) in section.axes.into_iter().enumerate() {
@@ -142,14 +142,14 @@ impl Anchor {
         let section = self.section(frame, state);
         let mut energy = 0.5 * section.offset.dot(self.stiffness.times(section.offset));
         for (i, axis) in section.axes.into_iter().enumerate() {
-            // 1 - a . e without cancellation, of unit vectors.
+            // 1 - a . e for unit vectors, without cancellation.
             let chord = axis - self.axes.axis(i);
             energy += 0.5 * self.turning[i] * chord.dot(chord);
         }
         energy
     }
 
-    /// Power that the dampers take out of the motion.
+    /// Power dissipated by the dampers.
     pub(crate) fn dissipated_power<G: Turning>(&self, frame: G::Frame, state: &PointState<G>) -> f64 {
         let HeldSection { angular, velocity, .. } = self.section(frame, state);
         let velocity = velocity - self.velocity;
@@ -160,7 +160,7 @@ impl Anchor {
 /// The supports of a plan.
 pub(crate) struct Supports;
 
-/// The anchors, with what is known of the sections that they hold.
+/// The anchors, with the state of their sections.
 fn held<'a, G: Turning>(
     plan: &'a Plan<G>,
     work: &'a Workspace<G>,

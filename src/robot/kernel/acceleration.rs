@@ -10,8 +10,9 @@ use crate::robot::turning::Turning;
 
 /// Angular acceleration of a place and acceleration of its point, in world axes, with the motion up to date.
 ///
-/// The sweeps know how what passes the origin accelerates, `A = V'` less gravity. The velocity of a point p of the body is
-/// `v + w x p`, so that its acceleration is `a + w' x p + w x (v + w x p)` (Featherstone 2008, section 2.11).
+/// The sweeps compute the acceleration of the body's point at the origin, `A = V'` minus gravity. The
+/// velocity of a point p of the body is `v + w x p`, so that its acceleration is `a + w' x p + w x (v + w x
+/// p)` (Featherstone 2008, section 2.11).
 pub(crate) fn acceleration<G: Turning>(
     plan: &Plan<G>,
     work: &Workspace<G>,

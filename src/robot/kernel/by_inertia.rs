@@ -1,4 +1,4 @@
-//! The derivative of the virtual power of inertial forces with respect to the inertia of sections.
+//! Derivative of the virtual power of inertial forces with respect to the inertia of sections.
 
 use crate::lie::{Cross as _, LANES, Lanes, Twist, Vector};
 use crate::model::{InertiaMatrix, SectionPlace};
@@ -12,7 +12,7 @@ fn pieces<G: Turning>(plan: &Plan<G>) -> impl Iterator<Item = &PiecePlan<G>> {
     plan.links.iter().flat_map(|link| &plan.pieces[link.rod.clone()])
 }
 
-/// Where the nodes of rods are.
+/// Places of the nodes of rods.
 pub(crate) fn places<G: Turning>(plan: &Plan<G>) -> Vec<SectionPlace> {
     let mut segments = 0;
     let mut places = Vec::new();
@@ -24,23 +24,24 @@ pub(crate) fn places<G: Turning>(plan: &Plan<G>) -> Vec<SectionPlace> {
     places
 }
 
-/// Velocities and accelerations at all nodes of rods, as they are up to date.
+/// Velocities and accelerations at all nodes of rods.
 pub(crate) struct Motion<G: Turning> {
     velocity: Vec<Twist<G, G::Pack>>,
     acceleration: Vec<Twist<G, G::Pack>>,
 }
 
 impl<G: Turning> Motion<G> {
-    /// Those that a workspace has. Allocates.
+    /// Copies the motion of a workspace. Allocates.
     pub(crate) fn of(work: &Workspace<G>) -> Self {
         Self { velocity: work.velocity.clone(), acceleration: work.acceleration.clone() }
     }
 
-    /// Adds the derivatives of the power of its forces in the virtual motion that is up to date, with respect to the inertia per
-    /// length at each of the [`places`].
+    /// Adds the derivatives of the power of these forces in the virtual motion of `work`, with respect to the
+    /// inertia per length at each of the [`places`].
     ///
-    /// With the virtual motion W the power is `W . (N A - ad_V^T N V) = W . N A - (ad_V W) . N V`, which is linear in N. The
-    /// twists are taken into the axes of the section, where N is the inertia matrix M of the section.
+    /// With the virtual motion W the power is `W . (N A - ad_V^T N V) = W . N A - (ad_V W) . N V`, which is
+    /// linear in N. The twists are converted to section axes, in which N is the inertia matrix M of the
+    /// section.
     pub(crate) fn add(&self, plan: &Plan<G>, work: &Workspace<G>, by_inertia: &mut [InertiaMatrix]) {
         let components: Vec<usize> =
             (0..G::COMPONENTS).map(|c| component_in_space::<G>(plan.frame, c)).collect();
@@ -67,7 +68,7 @@ impl<G: Turning> Motion<G> {
     }
 }
 
-/// A twist as a section at this place sees it, `Ad_g^-1 V`.
+/// Converts a twist to the axes of a section at this place, `Ad_g^-1 V`.
 fn carried_back<G: Turning>(
     rotation: &G::Rotation<G::Pack>,
     position: G::Vector<G::Pack>,
@@ -79,7 +80,7 @@ fn carried_back<G: Turning>(
     }
 }
 
-/// Which of the components (angular; linear) of a twist in three dimensions this one is.
+/// Index of this component among the components (angular; linear) of a twist in three dimensions.
 fn component_in_space<G: Turning>(frame: G::Frame, component: usize) -> usize {
     let mut unit = Twist::<G, f64>::zero();
     *unit.component_mut(component) = 1.0;

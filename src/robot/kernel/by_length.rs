@@ -1,9 +1,9 @@
-//! The derivative of the virtual power of all forces with respect to the lengths of segments.
+//! Derivative of the virtual power of all forces with respect to the lengths of segments.
 //!
-//! Strains are functions of the fraction of a piece's length. Where a piece becomes longer by the part e of its length, it moves
-//! as if all its strains, with the reference strain xi_0, and their rates grew by that part, and so do its quadrature weights. In
-//! the symbols of the tangent (`docs/theory.md`, "Tangent") e is a coordinate with `S = Ad_g xi`, `S qd` and `S qdd` in place of
-//! `w_q S_k`, `w_v S_k` and `w_a S_k`:
+//! Strains are functions of the fraction of a piece's length. If a piece lengthens by the fraction e, it
+//! moves as if all its strains, including the reference strain xi_0, and their rates increased by this
+//! fraction, and so do its quadrature weights. In the symbols of the tangent (`docs/theory.md`, "Tangent") e
+//! is a coordinate with `S = Ad_g xi`, `S qd` and `S qdd` instead of `w_q S_k`, `w_v S_k` and `w_a S_k`:
 //!
 //! ```text
 //! Y' = S qd + ad_V S
@@ -11,15 +11,16 @@
 //! H' = -(N Z + C Y) + ad_S^T F - f
 //! ```
 //!
-//! with the forces per length f that `F = int f` sums up. The forces of the segment's own coordinates are integrals over it, and
-//! grow by the part e too. In the virtual motion `W = int S_j lambda_j` the power is `P = lambda . tau`, and by summation by parts
+//! with the forces per length f of `F = int f`. The forces of the segment's own coordinates are integrals
+//! over the segment, and increase by the fraction e too. In the virtual motion `W = int S_j lambda_j` the
+//! power is `P = lambda . tau`, and by summation by parts
 //!
 //! ```text
 //! dP/de = int_segment [ Z' . P_Z + Y' . P_Y + S . P_turn - W . (ad_S^T F - f) ] + (lambda . tau)_segment
 //! P_Z(X) = int_X N W,    P_Y(X) = int_X C^T W,    P_turn(X) = int_X dead^T W
 //! ```
 //!
-//! so that one sweep out and one back serve all segments.
+//! so that one forward and one backward sweep serve all segments.
 
 use super::inverse_dynamics::carried;
 use super::tangent::gyroscopes;
@@ -31,8 +32,8 @@ use crate::robot::plan::piece::PiecePlan;
 use crate::robot::state::Workspace;
 use crate::robot::turning::Turning;
 
-/// How many segments have lengths on which nothing depends but their own rods and what these carry at their tips. None where
-/// places inside pieces matter, or forces that follow from where the rod is.
+/// Number of leading segments whose lengths affect only their own rods and what these carry at their tips.
+/// Zero if places inside pieces matter, or forces that depend on the position of the rod.
 pub(crate) fn segments<G: Turning>(plan: &Plan<G>) -> usize {
     let is_alone = |piece: &PiecePlan<G>| piece.points.inside.is_empty() && piece.spread.is_empty();
     let has_carried_points = plan.points.iter().any(|point| point.carries.is_some());
@@ -43,7 +44,7 @@ pub(crate) fn segments<G: Turning>(plan: &Plan<G>) -> usize {
     of_segments(plan).last().map_or(0, |(segment, _)| segment + 1)
 }
 
-/// The pieces of rods, by their places in the plan, with the numbers of their segments.
+/// Pieces of rods, by their indices in the plan, with the indices of their segments.
 fn of_segments<G: Turning>(plan: &Plan<G>) -> impl Iterator<Item = (usize, usize)> {
     let rods = plan.links.iter().flat_map(|link| link.rod.clone());
     rods.scan(0, |segments, p| {
@@ -52,13 +53,13 @@ fn of_segments<G: Turning>(plan: &Plan<G>) -> impl Iterator<Item = (usize, usize
     })
 }
 
-/// The virtual motion W.
+/// Virtual motion W.
 struct VirtualMotion<G: Turning> {
     nodes: Vec<Twist<G, G::Pack>>,
     stations: Vec<Twist<G, f64>>,
 }
 
-/// `N W` and `C^T W` per length, at a pack of nodes.
+/// `N W` and `C^T W` per length at a pack of nodes.
 #[derive(Clone, Copy)]
 struct Density<G: Turning> {
     z: Wrench<G, G::Pack>,
@@ -71,7 +72,7 @@ impl<G: Turning> Density<G> {
         Self { z: self.z.add_scaled(other.z, factor), y: self.y.add_scaled(other.y, factor) }
     }
 
-    /// `self + weight * other`, of which one lane counts for all.
+    /// Adds `weight` times one lane of `other` to every lane.
     #[inline(always)]
     fn add_lane(self, other: &Self, lane: usize, weight: G::Pack) -> Self {
         let of_lane = |pack: &G::Pack| G::Pack::splat(pack.lane(lane));
@@ -80,7 +81,7 @@ impl<G: Turning> Density<G> {
     }
 }
 
-/// What the virtual motion has gathered of all that lies beyond a place.
+/// Sums of the virtual motion's contributions beyond a place.
 #[derive(Clone, Copy)]
 struct Beyond<G: Turning> {
     z: Wrench<G, f64>,
@@ -100,8 +101,8 @@ impl<G: Turning> Beyond<G> {
     }
 }
 
-/// Adds the derivatives of the power with respect to the length of each segment. The motion is up to date, and `tau` are its forces.
-/// Allocates.
+/// Adds the derivatives of the power with respect to the length of each segment. The motion must be up to
+/// date, with the forces `tau`. Allocates.
 pub(crate) struct ByLength<'a, G: Turning> {
     pub(crate) plan: &'a Plan<G>,
     pub(crate) work: &'a Workspace<G>,
@@ -149,7 +150,7 @@ impl<G: Turning> Sweep for ByLength<'_, G> {
     }
 }
 
-/// The virtual motion with these rates of the coordinates.
+/// Virtual motion for these rates of the coordinates.
 #[inline(always)]
 fn sweep_out<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, rates: &[f64]) -> VirtualMotion<G> {
     let mut nodes = vec![Twist::zero(); plan.packs];
@@ -183,7 +184,7 @@ fn sweep_out<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, rates: &[f64]) -> 
     VirtualMotion { nodes, stations }
 }
 
-/// What a point at the end of a piece makes of its virtual motion.
+/// Contribution of a point at the end of a piece.
 #[inline(always)]
 fn at_point<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, p: usize, moves: Twist<G, f64>) -> Beyond<G> {
     let (gyroscope, dead) = gyroscopes(plan, work, p);
@@ -194,7 +195,7 @@ fn at_point<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, p: usize, moves: Tw
     }
 }
 
-/// `N W` and `C^T W` per length, at the nodes of a piece.
+/// `N W` and `C^T W` per length at the nodes of a piece.
 #[inline(always)]
 fn densities<G: Turning>(
     plan: &Plan<G>,
@@ -218,7 +219,8 @@ fn densities<G: Turning>(
     piece.node_packs().enumerate().map(at_node).collect()
 }
 
-/// The derivative of the power with respect to the part by which a piece is longer, less that of its own forces.
+/// Derivative of the power with respect to the relative lengthening of a piece, without the power of its own
+/// forces.
 #[inline(always)]
 fn power_of_stretching<G: Turning>(
     piece: &PiecePlan<G>,
@@ -245,7 +247,7 @@ fn power_of_stretching<G: Turning>(
     sum.sum()
 }
 
-/// `Ad_g xi` at the nodes of a pack: the whole strain, with the reference strain.
+/// `Ad_g xi` at a pack of nodes, for the total strain including the reference strain.
 #[inline(always)]
 fn strain<G: Turning>(
     piece: &PiecePlan<G>,

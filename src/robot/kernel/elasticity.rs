@@ -8,7 +8,7 @@ use crate::robot::plan::piece::PiecePlan;
 use crate::robot::turning::Turning;
 use crate::springs::Springs;
 
-/// `K q`, and the springs and stops of joints.
+/// `K q`, and forces of the springs and stops of joints.
 pub(crate) fn forces<G: Turning>(plan: &Plan<G>, q: &[f64], tau: &mut [f64]) {
     for component in plan.pieces.iter().flat_map(|piece| &piece.components) {
         let own = component.first..component.first + component.modes;
@@ -28,7 +28,7 @@ pub(crate) fn forces<G: Turning>(plan: &Plan<G>, q: &[f64], tau: &mut [f64]) {
     }
 }
 
-/// The derivative of [`forces`]: `K`, and on the diagonal the stiffness of joints.
+/// Derivative of [`forces`]: `K`, and the stiffness of joints on the diagonal.
 pub(crate) fn stiffness<G: Turning>(plan: &Plan<G>, q: &[f64], stiffness: &mut Matrix) {
     stiffness.fill(0.0);
     for component in plan.pieces.iter().flat_map(|piece| &piece.components) {
@@ -114,8 +114,8 @@ fn quadratic_form<G: Turning>(plan: &Plan<G>, x: &[f64], factor: impl Fn(f64) ->
     total
 }
 
-/// For every coordinate of curvature a radian over the length of all rods, for a displacement the length of the robot,
-/// one for the others.
+/// Typical sizes: for coordinates of curvature one radian over the total length of all rods, for
+/// displacements the length of the robot, and one for other coordinates.
 pub(crate) fn typical_coordinates<G: Turning>(plan: &Plan<G>, reach: f64, sizes: &mut [f64]) {
     for piece in plan.pieces.iter().filter(|piece| piece.is_joint) {
         let shifts =
@@ -130,8 +130,8 @@ pub(crate) fn typical_coordinates<G: Turning>(plan: &Plan<G>, reach: f64, sizes:
     }
 }
 
-/// Writes the stiffness of three forces, of which `first` is the first, as that of springs: its principal values
-/// above `firm` by their roots, the others as the rest.
+/// Writes the stiffness of the three forces starting at index `first` as springs: principal values above
+/// `firm` by their square roots, the others as the rest.
 pub(crate) fn write_roots(stiffness: &Symmetric<f64>, firm: [f64; 3], first: usize, springs: &mut Springs) {
     let rows = stiffness.rows().map(|row| row.to_array());
     let Some((values, axes)) = symmetric_eigen(&Matrix::from_fn(3, 3, |i, j| rows[i][j])) else { return };

@@ -9,7 +9,7 @@ use crate::robot::plan::material::Moments;
 use crate::robot::state::Workspace;
 use crate::robot::turning::Turning;
 
-/// Energies with the motion of (q, qd) up to date.
+/// Energies, with the motion of (q, qd) up to date.
 pub(crate) fn energy<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, q: &[f64]) -> Energy {
     let surroundings = &work.surroundings;
     let mut energy = Energy { elastic: elasticity::energy(plan, q), ..Energy::default() };
@@ -42,7 +42,8 @@ pub(crate) fn energy<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, q: &[f64])
     energy
 }
 
-/// What the velocity of the frame adds to the kinetic energy in it: `v . p + m v^2 / 2` with the momentum p in the frame.
+/// Contribution of the frame's velocity to the kinetic energy: `v . p + m v^2 / 2` with the momentum p
+/// relative to the frame.
 fn kinetic_energy_of_frame<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -> f64 {
     let (mut mass, mut momentum) = (0.0, G::Vector::<f64>::zero());
     for piece in &plan.pieces {
@@ -61,7 +62,7 @@ fn kinetic_energy_of_frame<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -> f
     velocity.dot(momentum) + 0.5 * mass * velocity.dot(velocity)
 }
 
-/// Power of everything that has no potential, and of the base if it moves, with the motion of (q, qd, qdd) up to date.
+/// Power of all forces without a potential, and of a moving base, with the motion of (q, qd, qdd) up to date.
 pub(crate) fn supplied_power<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -> f64 {
     let mut power = effects::supplied_power(plan, work);
     if plan.world.motion.is_some() {

@@ -1,6 +1,6 @@
-//! Joints of one coordinate. In the inertial frame one is a node of weight one: with its unit twist s in the axes of the
-//! place before it and S = Ad_g s, what lies behind moves by `V + S qd` and `A + S qdd + ad_V (S qd)`, and the force of
-//! the coordinate is `S . F`.
+//! Joints with one coordinate. In the inertial frame such a joint is a node of weight one: with its unit
+//! twist s in the axes of the preceding place and S = Ad_g s, everything beyond it moves by `V + S qd` and
+//! `A + S qdd + ad_V (S qd)`, and the force of the coordinate is `S . F`.
 
 use super::inverse_dynamics::carried;
 use crate::lie::{LANES, Lanes, Scalar, Twist, Wrench, sine_cosine};
@@ -11,7 +11,7 @@ use crate::robot::plan::piece::PiecePlan;
 use crate::robot::state::{Placement, Station, Workspace};
 use crate::robot::turning::Turning;
 
-/// Sine and cosine of half the angles of all hinges, several at once.
+/// Sine and cosine of half the angles of all hinges, several at a time.
 #[inline(always)]
 pub(crate) fn half_angles<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, q: &[f64]) {
     for (half, coordinates) in work.half_angles.iter_mut().zip(plan.hinges.chunks(LANES)) {
@@ -23,7 +23,7 @@ pub(crate) fn half_angles<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, q
     }
 }
 
-/// Where what lies behind it is, and S.
+/// Pose beyond the hinge, and S.
 #[inline(always)]
 pub(crate) fn place<G: Turning>(
     piece: &PiecePlan<G>,
@@ -49,7 +49,7 @@ pub(crate) fn place<G: Turning>(
     Placement { orientation, rotation, position }
 }
 
-/// The motion of what lies behind it, from that before it.
+/// Motion beyond the hinge, from the motion before it.
 #[inline(always)]
 pub(crate) fn drive<G: Turning>(
     piece: &PiecePlan<G>,
@@ -63,7 +63,7 @@ pub(crate) fn drive<G: Turning>(
     (velocity + rate, acceleration + velocity.bracket_add(rate, shape * qdd[piece.first]))
 }
 
-/// The force of its coordinate, with that of what acts on it.
+/// Force of the coordinate, including the joint's own forces.
 #[inline(always)]
 pub(crate) fn project<G: Turning>(
     piece: &PiecePlan<G>,
@@ -75,7 +75,7 @@ pub(crate) fn project<G: Turning>(
     hinge.forces.as_ref().map_or(force, |forces| force + joint_forces::act(forces, state))
 }
 
-/// S, ad_V S, (ad_A + ad_V ad_V) S and ad_S^T F: what a coordinate changes behind it, and before it.
+/// S, ad_V S, (ad_A + ad_V ad_V) S and ad_S^T F of a unit of the coordinate.
 #[inline(always)]
 pub(crate) fn shapes<G: Turning>(
     piece: &PiecePlan<G>,

@@ -1,7 +1,7 @@
-//! The derivative of the inverse dynamics with respect to the inputs.
+//! Derivative of the inverse dynamics with respect to the inputs.
 //!
-//! Forces of actuators are known with it. Loads act linearly: that of a unit of one, with nothing else at nodes and
-//! points, is gathered from them as all forces are.
+//! The derivatives of actuator forces are known. Loads are linear in their inputs: the generalised forces of
+//! a unit load are computed by the usual backward sweep, with no other forces at nodes and points.
 
 use super::{inverse_dynamics, lines};
 use crate::lie::{VectorSpace, Wrench};
@@ -14,7 +14,7 @@ use crate::robot::state::Workspace;
 use crate::robot::state::actuation::{ActuationTangent, Force};
 use crate::robot::turning::Turning;
 
-/// Writes the derivative, n x m, with the motion up to date; which is lost.
+/// Writes the derivative, n x m. The motion must be up to date, and is invalid afterwards.
 pub(crate) fn tangent<G: Turning>(
     plan: &Plan<G>,
     work: &mut Workspace<G>,
@@ -35,7 +35,7 @@ pub(crate) fn tangent<G: Turning>(
     work.motion_of[2 * plan.n..].fill(0.0);
     work.acting.fill(Wrench::zero());
     work.actuation.forces.fill(Force::default());
-    // What springs of joints answer at zero.
+    // Forces of joint springs at zero.
     gather(plan, work, &zeros, &mut without);
     for column in 0..work.inputs.len() {
         let mut acts = false;
@@ -60,7 +60,7 @@ pub(crate) fn tangent<G: Turning>(
     work.acting = acting;
 }
 
-/// The generalised forces of the loads alone, with those of what is at rest where all coordinates are zero.
+/// Generalised forces of the loads alone, plus forces at rest at zero coordinates.
 fn gather<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, zeros: &[f64], tau: &mut [f64]) {
     work.force.fill(Wrench::zero());
     for piece in &plan.pieces {

@@ -1,4 +1,5 @@
-//! One sweep out for the motion, one sweep back for the forces: `tau = Q + K q + D qd`.
+//! Inverse dynamics by one forward sweep for the motion and one backward sweep for the forces: `tau = Q + K
+//! q + D qd`.
 //!
 //! In the inertial frame the recursions along the rod are plain integrals (`docs/rod.md`):
 //! V = int S qd, A = -(0; g) + int [S qdd + ad_V (S qd)], F = int (N A - ad_V^T N V - loads), Q_j = int S_j . F.
@@ -31,7 +32,7 @@ pub(crate) fn carried<G: Turning, T: Scalar>(
     Twist { angular, linear }
 }
 
-/// Motion and internal wrench of a state whose kinematics are up to date, unless they are there already.
+/// Updates motion and internal wrench of a state whose kinematics are up to date, if necessary.
 #[inline(always)]
 pub(crate) fn update<G: Turning>(
     plan: &Plan<G>,
@@ -80,7 +81,7 @@ pub(crate) fn update<G: Turning>(
     gather(plan, work);
 }
 
-/// The internal wrenches that the forces at nodes and points make, from the leaves to the root.
+/// Sums the forces at nodes and points to internal wrenches, from the leaves to the root.
 #[inline(always)]
 pub(super) fn gather<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>) {
     work.carried.fill(Wrench::zero());
@@ -99,7 +100,7 @@ pub(super) fn gather<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>) {
     }
 }
 
-/// The motion behind pieces that have no nodes, hinges or rigid, and the forces at their ends.
+/// Motion beyond pieces without nodes (hinges or rigid), and the forces at their ends.
 struct WithoutNodes<'a, G: Turning> {
     plan: &'a Plan<G>,
     run: &'a [PiecePlan<G>],
@@ -117,7 +118,7 @@ impl<G: Turning> Sweep for WithoutNodes<'_, G> {
         let (mut station, mut motion) = (0, motion_of(&work.stations[0]));
         for piece in run {
             let joined = &piece.joined;
-            // Mostly that of the piece before, which is at hand.
+            // Usually the end of the previous piece, which is at hand.
             if joined.carrier() != station {
                 motion = motion_of(&work.stations[joined.carrier()]);
             }
@@ -138,7 +139,7 @@ impl<G: Turning> Sweep for WithoutNodes<'_, G> {
     }
 }
 
-/// [`sweep_out`] of sections that are not round.
+/// [`sweep_out`] for general sections.
 struct SweepOut<'a, G: Turning> {
     frame: G::Frame,
     piece: &'a PiecePlan<G>,
@@ -156,7 +157,7 @@ impl<G: Turning> Sweep for SweepOut<'_, G> {
     }
 }
 
-/// The motion of a piece and the forces that it needs, from that of the piece's base.
+/// Motion of a piece and the forces that it requires, from the motion of its base.
 #[inline(always)]
 fn sweep_out<G: Turning>(
     frame: G::Frame,
@@ -165,7 +166,7 @@ fn sweep_out<G: Turning>(
     work: &mut Workspace<G>,
     [qd, qdd]: [&[f64]; 2],
 ) {
-    // Slices of one length, so that no index below needs a check.
+    // Slices of equal length avoid bounds checks below.
     let packs = piece.packs;
     let nodes = piece.node_packs();
     let rotation = &work.rotation[nodes.clone()][..packs];
@@ -207,7 +208,7 @@ fn sweep_out<G: Turning>(
     next.acceleration = base.acceleration + change.1.sum();
 }
 
-/// Internal wrench at the nodes, from that at the piece's end; returns that at its base.
+/// Internal wrench at the nodes from that at the piece's end; returns that at its base.
 #[inline(always)]
 fn sweep_back<G: Turning>(
     piece: &PiecePlan<G>,
@@ -226,7 +227,7 @@ fn sweep_back<G: Turning>(
     end + total.sum()
 }
 
-/// `tau = Q + K q + D qd` of the state that was last given to [`update`].
+/// `tau = Q + K q + D qd` of the state last passed to [`update`].
 #[inline(always)]
 pub(crate) fn project<G: Turning>(
     plan: &Plan<G>,

@@ -1,4 +1,4 @@
-//! Kinematics of the rod: rotations from the curvature, positions by integration.
+//! Kinematics of rods: rotations from the curvature, positions by integration.
 
 use super::{hinge, points};
 use crate::lie::{Cross, LANES, Lanes, Rotation, Scalar, Sweep, Twist, Vector, VectorSpace, weighted_sum};
@@ -12,7 +12,7 @@ use crate::robot::state::{Placement, Workspace};
 use crate::robot::turning::Turning;
 use crate::robot::turning::{columns, place};
 
-/// A place of a rod in the world.
+/// Pose of a place in the world.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pose {
     /// Body axes in world coordinates.
@@ -21,7 +21,7 @@ pub struct Pose {
     pub position: Vector<f64>,
 }
 
-/// Derivative of the position along the rod at the nodes of one pack: `R gamma`.
+/// Derivative of the position along the rod at a pack of nodes: `R gamma`.
 #[inline(always)]
 fn slope<G: Turning>(
     piece: &PiecePlan<G>,
@@ -37,7 +37,7 @@ fn slope<G: Turning>(
     }
 }
 
-/// Rotations and positions of all nodes and stations for the coordinates `q`, unless they are there already.
+/// Updates rotations and positions of all nodes and stations for the coordinates `q`, if necessary.
 #[inline(always)]
 pub(crate) fn update<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, q: &[f64]) {
     if work.kinematics_of == q {
@@ -45,7 +45,7 @@ pub(crate) fn update<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, q: &[f
     }
     work.kinematics_of.clear();
     work.kinematics_of.extend_from_slice(q);
-    // Whatever was computed of the motion belongs to another shape.
+    // The motion in memory belongs to another shape.
     work.motion_is_known = false;
     if !plan.hinges.is_empty() {
         plan.instructions.run_apart::<G::Pack, _>(HalfAngles { plan, work: &mut *work, q });
@@ -60,7 +60,7 @@ pub(crate) fn update<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, q: &[f
     }
 }
 
-/// Where a piece begins that is fixed to a station which lies there.
+/// Start of a piece that is welded to a station.
 #[inline(always)]
 fn welded<G: Turning>(piece: &PiecePlan<G>, weld: &Weld<G>, station: Placement<G>) -> Placement<G> {
     let Placement { mut orientation, mut rotation, mut position } = station;
@@ -74,7 +74,7 @@ fn welded<G: Turning>(piece: &PiecePlan<G>, weld: &Weld<G>, station: Placement<G
     Placement { orientation, rotation, position }
 }
 
-/// Rotations and positions along pieces with nodes, in a row.
+/// Rotations and positions along consecutive pieces with nodes.
 #[inline(always)]
 fn with_nodes<G: Turning>(plan: &Plan<G>, pieces: &[PiecePlan<G>], work: &mut Workspace<G>, q: &[f64]) {
     for piece in pieces {
@@ -129,7 +129,7 @@ impl<G: Turning> Sweep for HalfAngles<'_, G> {
     }
 }
 
-/// The ends of pieces that have no nodes, hinges or rigid, and what is concentrated there.
+/// Ends of pieces without nodes (hinges or rigid), and points there.
 struct WithoutNodes<'a, G: Turning> {
     plan: &'a Plan<G>,
     run: &'a [PiecePlan<G>],
@@ -146,7 +146,7 @@ impl<G: Turning> Sweep for WithoutNodes<'_, G> {
         let (mut station, mut place) = (0, work.stations[0].placement());
         for piece in run {
             let joined = &piece.joined;
-            // Mostly that of the piece before, which is at hand.
+            // Usually the end of the previous piece, which is at hand.
             if joined.carrier() != station {
                 place = work.stations[joined.carrier()].placement();
             }
@@ -181,12 +181,12 @@ impl<G: Turning> Sweep for Update<'_, G> {
     }
 }
 
-/// [`update`] with the instructions of the plan.
+/// Runs [`update`] with the instruction set of the plan.
 pub(crate) fn run<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, q: &[f64]) {
     plan.instructions.run::<G::Pack, _>(Update { plan, work, q });
 }
 
-/// The pose at a place, with the kinematics up to date.
+/// Pose of a place, with the kinematics up to date.
 pub(crate) fn pose<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, q: &[f64], place: &Place) -> Pose {
     let piece = &plan.pieces[place.piece];
     let rotation = place::rotation_at(piece, work, q, place);
@@ -204,7 +204,7 @@ pub(crate) fn pose<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, q: &[f64], p
     }
 }
 
-/// The position of a place in the frame, with the kinematics up to date.
+/// Position of a place in the frame, with the kinematics up to date.
 pub(crate) fn position<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, place: &Place) -> G::Vector<f64> {
     let joined = &plan.pieces[place.piece].joined;
     if place.weights.is_empty() {
@@ -240,8 +240,9 @@ pub(crate) fn velocity<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, place: &
     [turned(G::axial_in_space(plan.frame, angular)), velocity]
 }
 
-/// Writes the Jacobian of the pose at a place, 6 x n, with the kinematics up to date: angular velocity and velocity
-/// of its point, in world axes, for unit rates of the coordinates. `Psi = int S`, moved from the origin to the point.
+/// Writes the Jacobian of the pose of a place, 6 x n, with the kinematics up to date: angular velocity, and
+/// velocity of the place's point, in world axes, for unit rates of the coordinates. This is `Psi = int S`,
+/// shifted from the origin to the point.
 pub(crate) fn jacobian<G: Turning>(
     plan: &Plan<G>,
     work: &Workspace<G>,
@@ -263,11 +264,12 @@ pub(crate) fn jacobian<G: Turning>(
     });
 }
 
-/// The pieces that move a place, each with the weights of the integral up to it; none of a hinge.
+/// Pieces that move a place, each with the weights of the integral up to it; no weights for a hinge.
 pub(crate) fn moved_by<G: Turning>(plan: &Plan<G>, place: &Place) -> Vec<(usize, Vec<G::Pack>)> {
     let pieces = plan.pieces[..=place.piece].iter().enumerate().filter(|(_, piece)| piece.n > 0);
     let weights = |(p, piece): (usize, &PiecePlan<G>)| {
-        // Only what carries the place moves it: all of it, or as far as to where others are attached.
+        // Only carriers of the place move it: completely, or up to the point where the next piece is
+        // attached.
         let ancestors = &plan.pieces[place.piece].joined.ancestors;
         let relatives = ancestors.iter().find(|relatives| relatives.coordinates.contains(&piece.first));
         let weights: Vec<G::Pack> = match relatives {

@@ -8,8 +8,8 @@ use crate::robot::state::Workspace;
 use crate::robot::state::actuation::ActuationTangent;
 use crate::robot::turning::{Turning, columns};
 
-/// Finds how far the ends of all straight parts move beside each other, and how the rates of their lengths change, with the
-/// motion up to date.
+/// Computes the relative displacements of the ends of all straight parts per unit coordinate, and the
+/// derivatives of their length rates, with the motion up to date.
 pub(crate) fn find<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, memory: &mut ActuationTangent<G::Pack>) {
     let n = plan.n;
     memory.moved.fill(Vector::zero());

@@ -1,4 +1,4 @@
-//! Constraint violations of closed loops and inextensible tendons, and their derivatives.
+//! Gaps of closed loops and inextensible tendons, and their derivatives.
 
 use crate::lie::{Sweep, Twist, Vector};
 use crate::linalg::Matrix;
@@ -12,7 +12,7 @@ use crate::robot::state::actuation::ActuationTangent;
 use crate::robot::state::loops::LoopTangent;
 use crate::robot::turning::{Turning, columns};
 
-/// Writes g(q, t), the kinematics up to date, and the motion too where there are tendons that do not stretch.
+/// Writes g(q, t), with the kinematics up to date, and also the motion if there are inextensible tendons.
 pub(crate) fn values<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, q: &[f64], values: &mut [f64]) {
     for tie in &plan.loops.ties {
         let frames = frames(plan, work, tie);
@@ -25,7 +25,7 @@ pub(crate) fn values<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, q: &[f64],
     of_lengths(plan, work, values, |i| state.lengths[i] - state.commands[i]);
 }
 
-/// Zero of those that are slack.
+/// Zero for slack tendons.
 fn of_lengths<G: Turning>(
     plan: &Plan<G>,
     work: &Workspace<G>,
@@ -45,8 +45,8 @@ fn of_gears<G: Turning>(plan: &Plan<G>, values: &mut [f64], of: impl Fn([usize; 
     }
 }
 
-/// How the ends of a tie move, the motion up to date; in the frame that follows the base with the velocity of its point, in
-/// which the world moves, but does not accelerate.
+/// Velocities of the ends of a tie, with the motion up to date, in the frame that follows the base with the
+/// velocity of its point. In this frame the world moves without acceleration.
 fn velocities<G: Turning>(
     plan: &Plan<G>,
     work: &Workspace<G>,
@@ -61,14 +61,15 @@ fn velocities<G: Turning>(
     })
 }
 
-/// Angular part of a twist, and the velocity of what is at a position.
+/// Angular part of a twist, and the velocity of the body's point at a position.
 #[inline(always)]
 fn at<G: Turning>(plan: &Plan<G>, twist: Twist<G, f64>, position: Vector<f64>) -> Motion {
     let angular = G::axial_in_space(plan.frame, twist.angular);
     [angular, G::in_space(plan.frame, twist.linear) + angular.cross(position)]
 }
 
-/// Moment about the second end of a tie, and force there, as they enter the equations of motion, the kinematics up to date.
+/// Moment about the second end of a tie, and force there, in the equations of motion, with the kinematics up
+/// to date.
 pub(crate) fn wrench<G: Turning>(
     plan: &Plan<G>,
     work: &Workspace<G>,
@@ -79,7 +80,7 @@ pub(crate) fn wrench<G: Turning>(
     held(tie, &frames(plan, work, tie), multipliers)
 }
 
-/// Writes dg/dt, the motion up to date.
+/// Writes dg/dt, with the motion up to date.
 pub(crate) fn rates<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, rates: &mut [f64]) {
     for tie in &plan.loops.ties {
         let frames = frames(plan, work, tie);
@@ -94,8 +95,8 @@ pub(crate) fn rates<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, rates: &mut
     of_lengths(plan, work, rates, |i| state.rates[i] - state.command_rates[i][0]);
 }
 
-/// Writes d2g/dt2, the motion and how straight parts of tendons move up to date. Points of bodies accelerate by `a + w' x p + w x
-/// (v + w x p)` (see `acceleration`).
+/// Writes d2g/dt2, with the motion and the motion of straight tendon parts up to date. Points of bodies
+/// accelerate by `a + w' x p + w x (v + w x p)` (see `acceleration`).
 pub(crate) fn accelerations<G: Turning>(
     plan: &Plan<G>,
     work: &Workspace<G>,
@@ -126,7 +127,8 @@ pub(crate) fn accelerations<G: Turning>(
     }
 }
 
-/// Finds how the ends of all ties move with the coordinates, the kinematics up to date, unless that is known.
+/// Computes the motion of the ends of all ties with the coordinates, with the kinematics up to date, if
+/// necessary.
 pub(crate) fn find<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, memory: &mut LoopTangent) {
     if !plan.loops.ties.is_empty() && memory.moved_of != work.kinematics_of {
         memory.moved_of.copy_from_slice(&work.kinematics_of);
@@ -159,8 +161,8 @@ impl<G: Turning> Sweep for Find<'_, G> {
     }
 }
 
-/// Writes G = dg/dq, rows x n, the kinematics and how the ends of ties move up to date; and, where there are tendons that do
-/// not stretch, the motion and how their straight parts move.
+/// Writes G = dg/dq, rows x n, with the kinematics and the motion of the ends of ties up to date; for
+/// inextensible tendons also the motion, and the motion of their straight parts.
 pub(crate) fn jacobian<G: Turning>(
     plan: &Plan<G>,
     work: &Workspace<G>,

@@ -6,20 +6,20 @@ use crate::robot::plan::material::Moments;
 use crate::robot::state::Workspace;
 use crate::robot::turning::Turning;
 
-/// How much mass there is, where, and how it moves.
+/// Mass, first moment, and momentum.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Momentum {
-    /// Kilograms.
+    /// Mass, kg.
     pub mass: f64,
-    /// Mass times the position of its centre, kg m.
+    /// Mass times the position of the centre of mass, kg m.
     pub first_moment: Vector<f64>,
-    /// kg m/s.
+    /// Linear momentum, kg m/s.
     pub linear: Vector<f64>,
-    /// About the origin of the world, kg m^2/s.
+    /// Angular momentum about the origin of the world, kg m^2/s.
     pub angular: Vector<f64>,
 }
 
-/// In world axes, the motion up to date; of a planar robot what lies in its plane.
+/// Momentum in world axes, with the motion up to date; for a planar robot the components in its plane.
 pub(crate) fn momentum<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -> Momentum {
     let (mut mass, mut first, mut sum) = (0.0, G::Vector::<f64>::zero(), Wrench::<G, f64>::zero());
     for piece in &plan.pieces {
@@ -40,7 +40,7 @@ pub(crate) fn momentum<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -> Momen
         first += point.inertia.first_moment;
         sum += point.momentum;
     }
-    // The frame's own velocity, which the sweeps leave out.
+    // The frame's own velocity, which the sweeps omit.
     let velocity = work.surroundings.velocity;
     let angular = sum.moment + first.cross(velocity);
     let linear = sum.force + velocity * mass;

@@ -1,10 +1,9 @@
-//! Concentrated effects at places of the rod: forces, moments, rigid bodies, springs to the world.
+//! Concentrated effects at places of a rod: forces, moments, rigid bodies, springs to the world.
 //!
-//! A place X inside a piece is reached by the weights u_l of the integral up to it: what lies there moves by
-//! `Psi(X) = sum_l u_l S_l`. A wrench W there has the generalised forces
-//! `Psi_j(X) . W = sum_l w_l S_j,l . (u_l / w_l) W` with the quadrature weights w_l: node l carries the share u_l /
-//! w_l of it. So a piece need not end there, nothing is smeared out, and the summation by parts behind the tangent
-//! stays exact.
+//! A place X inside a piece has the weights u_l of the integral up to it: it moves by `Psi(X) = sum_l u_l
+//! S_l`. A wrench W at X has the generalised forces `Psi_j(X) . W = sum_l w_l S_j,l . (u_l / w_l) W` with the
+//! quadrature weights w_l: node l carries the share u_l / w_l of it. Therefore the piece need not be divided
+//! at X, the load is not smeared, and the summation by parts of the tangent remains exact.
 
 use crate::lie::{Lanes, Twist, VectorSpace, Wrench};
 use crate::robot::effect::all as effects;
@@ -16,7 +15,7 @@ use crate::robot::turning::Turning;
 use crate::robot::turning::place;
 
 impl<G: Turning> Inside<G> {
-    /// The integral up to the place of what has these values at the nodes.
+    /// Integral, up to the place, of values given at the nodes.
     #[inline(always)]
     pub(crate) fn integral(&self, values: &[Twist<G, G::Pack>]) -> Twist<G, f64> {
         let mut sum = Twist::zero();
@@ -53,7 +52,7 @@ pub(crate) fn find<G: Turning>(plan: &Plan<G>, piece: &PiecePlan<G>, work: &mut 
     }
 }
 
-/// What stands at a point, which is turned and lies like that.
+/// Updates a point for this rotation and position.
 #[inline(always)]
 pub(crate) fn stand<G: Turning>(
     plan: &Plan<G>,
@@ -96,7 +95,7 @@ pub(crate) fn drive<G: Turning>(plan: &Plan<G>, piece: &PiecePlan<G>, work: &mut
     }
 }
 
-/// A point moves with this velocity and acceleration.
+/// Updates a point for this velocity and acceleration.
 #[inline(always)]
 pub(crate) fn take<G: Turning>(
     plan: &Plan<G>,
@@ -121,7 +120,7 @@ pub(crate) fn take<G: Turning>(
     }
 }
 
-/// The wrench that the points at the end of a piece need.
+/// Wrench required by the points at the end of a piece.
 #[inline(always)]
 pub(crate) fn at_end<G: Turning>(piece: &PiecePlan<G>, work: &Workspace<G>) -> Wrench<G, f64> {
     let mut sum = Wrench::zero();
@@ -131,7 +130,8 @@ pub(crate) fn at_end<G: Turning>(piece: &PiecePlan<G>, work: &Workspace<G>) -> W
     sum
 }
 
-/// Adds what the points inside a piece need to the internal wrench at the nodes; returns their sum.
+/// Adds the wrenches required by the points inside a piece to the internal wrench at the nodes; returns their
+/// sum.
 #[inline(always)]
 pub(crate) fn carry<G: Turning>(
     plan: &Plan<G>,

@@ -1,10 +1,11 @@
 //! Strain and internal wrench of sections.
 //!
-//! These pass by two laws, which a finite number of modes makes true in different senses. The balance of all that lies
-//! beyond the section, `F(X) = F_tip + int_X^L f`, holds at every place. The law of the material,
-//! `-(H (xi - xi_0) + mu H xi')`, holds against the modes alone, `int phi_j . (F - F_material) = 0`: it is the projection
-//! of the balance on the strains that have modes, and comes to it at every place as these become many. Active strains are
-//! part of xi_0. What embedded tendons and chambers pass on is in the balance, but not in the material.
+//! Two laws determine the internal wrench, and with a finite number of modes they hold in different senses.
+//! The balance of everything beyond the section, `F(X) = F_tip + int_X^L f`, holds at every place. The law of
+//! the material, `-(H (xi - xi_0) + mu H xi')`, holds only weighted with the modes, `int phi_j . (F -
+//! F_material) = 0`: it is the projection of the balance onto the strains that have modes, and converges to
+//! the balance at every place as the number of modes increases. Active strains are part of xi_0. The forces
+//! of embedded tendons and chambers are part of the balance, but not of the material.
 
 use crate::lie::{LANES, Lanes, Wrench};
 use crate::robot::effect::all as effects;
@@ -19,7 +20,7 @@ use crate::rod::STRAINS;
 
 use super::{kinematics, points};
 
-/// The strain at a place of a rod, in the order of [`STRAIN_NAMES`](crate::rod::STRAIN_NAMES).
+/// Strain at a place of a rod, in the order of [`STRAIN_NAMES`](crate::rod::STRAIN_NAMES).
 pub(crate) fn strain<G: Space>(plan: &Plan<G>, q: &[f64], place: &Place) -> [f64; STRAINS] {
     let piece = &plan.pieces[place.piece];
     let reference = piece.part().reference(place.x);
@@ -40,8 +41,8 @@ fn of_modes<G: Space>(piece: &PiecePlan<G>, q: &[f64], x: f64) -> [f64; STRAINS]
     })
 }
 
-/// What the material between the sections before and beyond a place passes on, by its own law: moment and force in the
-/// section's axes, on what lies beyond. Nothing against strains without modes, except that active ones press on them.
+/// Moment and force that the material transmits at a place by its own law, in section axes, on what lies
+/// beyond. Zero for strains without modes, except for the effect of active strains.
 pub(crate) fn material_wrench<G: Space>(
     plan: &Plan<G>,
     work: &Workspace<G>,
@@ -59,8 +60,8 @@ pub(crate) fn material_wrench<G: Space>(
     stiffness.map(|row| -(0..STRAINS).map(|i| row[i] * (strain[i] + mu * rate[i])).sum::<f64>())
 }
 
-/// What the motion of all that lies beyond a place needs there, what is at the place included: about the section's point
-/// and in its axes, with the motion up to date.
+/// Wrench required at a place by the motion of everything beyond it, including bodies and loads at the place:
+/// about the section's point and in its axes, with the motion up to date.
 pub(crate) fn internal_wrench<G: Turning>(
     plan: &Plan<G>,
     work: &Workspace<G>,

@@ -7,7 +7,7 @@ use crate::robot::state::{Workspace, surroundings};
 use crate::robot::turning::Turning;
 use crate::world::base_motion::Base;
 
-/// Moves a rod without base motion, without velocity, to where the base of another one is.
+/// Moves a rod without base motion to the pose of another base, at rest.
 pub(crate) fn place<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, base: &Base) {
     work.motion_is_known = false;
     see(plan, work, base.at_rest());
@@ -27,7 +27,7 @@ fn see<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, base: Base) {
     }
 }
 
-/// Takes base and loads at the time `t`. Where a function of time fails, no time is set.
+/// Evaluates base and loads at the time `t`. If a function of time fails, no time is set.
 pub(crate) fn set<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, t: f64) -> Result<(), Interrupted> {
     work.time = f64::NAN;
     work.motion_is_known = false;
@@ -41,8 +41,8 @@ pub(crate) fn set<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, t: f64) -
     Ok(())
 }
 
-/// Finds how what tendons are told that do not stretch changes in time, at the time that is set. Where a function of time fails,
-/// which is met again by whoever sets a time, it counts as constant.
+/// Computes the rates of commanded lengths of inextensible tendons, at the time that is set. If a function of
+/// time fails, its rates count as zero; the same failure occurs when the next time is set.
 pub(crate) fn find_command_rates<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>) {
     for &i in &plan.loops.lengths {
         let rates = plan.actuation.actuators[i].command.rates(work.time);
@@ -50,7 +50,7 @@ pub(crate) fn find_command_rates<G: Turning>(plan: &Plan<G>, work: &mut Workspac
     }
 }
 
-/// Takes these values for what is set from outside. What depends on time is not known until a time is set again.
+/// Sets the inputs. Quantities that depend on time are invalid until a time is set again.
 pub(crate) fn set_inputs<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, inputs: &[f64]) {
     work.inputs.copy_from_slice(inputs);
     work.time = f64::NAN;
@@ -58,13 +58,13 @@ pub(crate) fn set_inputs<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, in
     tell(plan, work);
 }
 
-/// Tells loads and actuators what does not depend on time.
+/// Sets the constant commands of loads and actuators.
 pub(crate) fn tell<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>) {
     let told = command(plan, work, f64::NAN, |varies_in_time| !varies_in_time);
     debug_assert!(told.is_ok(), "only functions of time can fail");
 }
 
-/// Tells loads and actuators what they are told at a time: those that vary with it, or those that do not.
+/// Sets the commands of loads and actuators at a time: either the varying ones, or the constant ones.
 fn command<G: Turning>(
     plan: &Plan<G>,
     work: &mut Workspace<G>,

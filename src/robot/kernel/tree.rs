@@ -1,9 +1,9 @@
-//! The tangent of a robot as the matrix of a tree, which is evaluated and solved with in linear time.
+//! Tangent of a robot as a tree matrix, for evaluation and solution in linear time.
 //!
-//! All that passes from one piece to others is a wrench towards the base and, towards the tips, Z, the angular part of
-//! Y and, where a dead load asks for it, the turn of the material; where there are springs or a fluid, the whole of Y
-//! and of the displacement (see `tangent`). In the inertial frame none of them changes on the way. What is attached inside
-//! a piece sees its coordinates as they are there.
+//! Only a wrench is transmitted from piece to piece towards the base, and towards the tips only Z, the
+//! angular part of Y and, with dead loads, the rotation of the material; with springs or a fluid, all
+//! components of Y and of the displacement (see `tangent`). In the inertial frame these quantities do not
+//! change on the way. Pieces attached inside another piece use the values of its coordinates at that point.
 
 use crate::lie::{Geometry, Twist, Wrench};
 use crate::linalg::TreeMatrix;
@@ -12,24 +12,24 @@ use crate::robot::plan::tree::Carrying;
 use crate::robot::state::tangent::TangentWorkspace;
 use crate::robot::turning::Turning;
 
-/// The zero matrix of a tangent's structure.
+/// Zero matrix with the structure of a tangent.
 pub(crate) fn tangent<G: Turning>(plan: &Plan<G>) -> TreeMatrix {
     structured(plan, ranks(plan))
 }
 
-/// The zero matrix of a mass matrix's structure: accelerations alone pass to the tips.
+/// Zero matrix with the structure of a mass matrix: only accelerations are transmitted to the tips.
 pub(crate) fn mass<G: Turning>(plan: &Plan<G>) -> TreeMatrix {
     structured(plan, [G::COMPONENTS; 2])
 }
 
-/// How many numbers pass towards the base, and how many towards the tips.
+/// Numbers of quantities transmitted towards the base and towards the tips.
 pub(crate) fn ranks<G: Turning>(plan: &Plan<G>) -> [usize; 2] {
     let turn = if plan.has_dead_loads { G::ANGULAR } else { 0 };
     let lower = if plan.has_responses { 3 * G::COMPONENTS } else { G::COMPONENTS + G::ANGULAR + turn };
     [G::COMPONENTS, lower]
 }
 
-/// A block for every piece, and a place for every station that carries pieces.
+/// One block per piece, and one place per station that carries pieces.
 fn structured<G: Turning>(plan: &Plan<G>, ranks: [usize; 2]) -> TreeMatrix {
     let sizes: Vec<_> = plan.pieces.iter().map(|piece| piece.n).collect();
     let hangs_at: Vec<_> = plan.pieces.iter().map(|piece| piece.joined.hangs_at).collect();
@@ -37,7 +37,7 @@ fn structured<G: Turning>(plan: &Plan<G>, ranks: [usize; 2]) -> TreeMatrix {
     TreeMatrix::zeros(&sizes, &hangs_at, &places, ranks)
 }
 
-/// The blocks between different pieces, by their generators.
+/// Blocks between different pieces, by their generators.
 #[inline(always)]
 pub(crate) fn generate<G: Turning>(
     plan: &Plan<G>,
@@ -54,7 +54,7 @@ pub(crate) fn generate<G: Turning>(
         write_wrench(coordinate.before, column);
         let (row_z, rest) = row.split_at_mut(G::COMPONENTS);
         if is_mass_only {
-            // Symmetric: the rows of one half are the columns of the other.
+            // By symmetry, the rows of one half are the columns of the other.
             write_wrench(coordinate.before, row_z);
             rest.fill(0.0);
             continue;
@@ -85,8 +85,8 @@ pub(crate) fn generate<G: Turning>(
     }
 }
 
-/// Writes what belongs to Y and to turns or displacements as far as it has a place: without dead loads there is none
-/// for turns, and without springs and fluid none for the linear parts.
+/// Writes the values for Y and for rotations or displacements as far as they are present: rotations only with
+/// dead loads, linear parts only with springs or fluid.
 #[inline(always)]
 fn write_rest<G: Geometry>(angular: [G::Axial<f64>; 2], linear: Option<[G::Vector<f64>; 2]>, to: &mut [f64]) {
     let (to, to_linear) = to.split_at_mut(to.len().min(2 * G::ANGULAR));

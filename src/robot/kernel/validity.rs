@@ -8,18 +8,18 @@ use crate::robot::plan::Plan;
 use crate::robot::plan::piece::PiecePlan;
 use crate::robot::turning::Turning;
 
-/// Gauss-Legendre quadrature converges once there are more than pi nodes in a full turn of what it integrates
-/// (Trefethen 2000, Spectral Methods in MATLAB, chapter 9; the nodes are farthest apart in the middle, by pi / 2 of
-/// the mean): here, while the rod turns by less than this between neighbouring nodes. Beyond, poses are those of
-/// another shape.
+/// Gauss-Legendre quadrature converges if there are more than pi nodes per full turn of the integrand
+/// (Trefethen 2000, Spectral Methods in MATLAB, chapter 9; nodes are farthest apart in the middle, pi / 2
+/// times the mean distance): here, if the rod rotates by less than this between neighbouring nodes. Beyond,
+/// computed poses belong to another shape.
 const LARGEST_TURN: f64 = PI;
 
-/// The flaw of a shape, if it has one.
+/// Problem of a shape; `None` for a valid one.
 pub(crate) fn flaw<G: Turning>(plan: &Plan<G>, q: &[f64]) -> Option<Flaw> {
     inversion(plan, q).or_else(|| shortage(plan, q).map(|shortage| Flaw::Unresolved { shortage }))
 }
 
-/// Where the rod is turned inside out.
+/// Whether the rod is turned inside out, and where.
 fn inversion<G: Turning>(plan: &Plan<G>, q: &[f64]) -> Option<Flaw> {
     for link in &plan.links {
         let mut start = 0.0;
@@ -33,11 +33,11 @@ fn inversion<G: Turning>(plan: &Plan<G>, q: &[f64]) -> Option<Flaw> {
     None
 }
 
-/// How many times as many nodes the shape takes as there are, as far as its coordinates say; `None` where the rod
-/// turns by less than half a turn between all neighbouring nodes.
+/// Required number of nodes over the present one, as estimated from the coordinates; `None` if the rod
+/// rotates by less than half a turn between all neighbouring nodes.
 fn shortage<G: Turning>(plan: &Plan<G>, q: &[f64]) -> Option<f64> {
     let turn = |piece: &PiecePlan<G>| {
-        // No basis function exceeds one: mostly the coordinates alone tell.
+        // Basis functions never exceed one, so that usually the coordinates suffice as a bound.
         let angular = piece.components.iter().filter(|component| component.index < G::ANGULAR);
         let bound: f64 =
             angular.flat_map(|component| &q[component.first..][..component.modes]).map(|q| q.abs()).sum();
@@ -50,8 +50,8 @@ fn shortage<G: Turning>(plan: &Plan<G>, q: &[f64]) -> Option<f64> {
     (!is_resolved).then_some(largest / LARGEST_TURN)
 }
 
-/// The largest turn between neighbouring nodes, by the curvature at both of them, that of the reference strain
-/// included; NaN where that is not finite.
+/// Largest rotation between neighbouring nodes, from the curvature at both of them including the reference
+/// strain; NaN if not finite.
 fn largest_turn<G: Turning>(piece: &PiecePlan<G>, q: &[f64]) -> f64 {
     let curvature = |node: usize| {
         let field = piece.field(q, node / LANES);

@@ -1,22 +1,22 @@
-//! The anchor of a support with its springs and dampers, in the frame of a base.
+//! The anchor of a support with its springs and dampers, in the frame of the base.
 
 use crate::lie::{Rotation, Symmetric, Vector};
 use crate::world::base_motion::Base;
 
-/// An anchor with its springs and dampers, in the frame of a base.
+/// An anchor with its springs and dampers, in the frame of the base.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Anchor {
     pub(crate) position: Vector<f64>,
     pub(crate) axes: Rotation<f64>,
-    /// In the frame, which follows the base: zero where that rests.
+    /// Velocity relative to the frame that follows the base: zero for a base at rest.
     pub(crate) velocity: Vector<f64>,
     pub(crate) along_axes: AlongAxes,
     pub(crate) stiffness: Symmetric<f64>,
     pub(crate) damping: Symmetric<f64>,
-    /// The factors c of the potential of rotation (see [`Support`]).
+    /// Factors c of the rotational potential (see [`Support`]).
     pub(crate) turning: [f64; 3],
     pub(crate) rotational_damping: Symmetric<f64>,
-    /// Moment and force that are taken for those of the springs.
+    /// Moment and force that replace those of the springs.
     pub(crate) held: Option<[Vector<f64>; 2]>,
 }
 
@@ -55,12 +55,12 @@ impl Anchor {
         }
     }
 
-    /// Takes moment and force for those of the springs, whatever the section does, until it gets none.
+    /// Replaces moment and force of the springs by these values for any pose; `None` undoes that.
     pub(crate) fn hold(&mut self, forces: Option<[Vector<f64>; 2]>) {
         self.held = forces;
     }
 
-    /// An anchor in the frame of the base at rest as it is seen from where the base is now.
+    /// An anchor given in the frame of the base at rest, relative to the current base.
     pub(crate) fn seen_from(&self, base: &Base, at_rest: &Base) -> Self {
         let turned = |v: Vector<f64>| base.rotation.apply_transposed(at_rest.rotation.apply(v));
         let [position, velocity] = base.sees(self.position, at_rest);

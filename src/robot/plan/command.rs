@@ -4,11 +4,11 @@ use crate::error::Interrupted;
 use crate::robot::description::Inputs;
 use crate::signal::Signal;
 
-/// N numbers that are known in time or set from outside.
+/// N numbers given as functions of time or as inputs.
 #[derive(Clone, Debug)]
 pub(crate) enum Command<const N: usize> {
     InTime(Signal<N>),
-    /// From this entry of the inputs on.
+    /// Inputs starting at this index.
     Input(usize),
 }
 
@@ -20,7 +20,7 @@ impl<const N: usize> Command<N> {
         }
     }
 
-    /// The value at a time, with these inputs. Only a function can fail.
+    /// Value at a time with these inputs. Only a function can fail.
     pub(crate) fn at(&self, t: f64, inputs: &[f64]) -> Result<[f64; N], Interrupted> {
         match self {
             Self::InTime(signal) => signal.at(t),
@@ -28,7 +28,7 @@ impl<const N: usize> Command<N> {
         }
     }
 
-    /// Its first two derivatives in time; inputs are held. Only a function can fail.
+    /// First two time derivatives with constant inputs. Only a function can fail.
     pub(crate) fn rates(&self, t: f64) -> Result<[[f64; N]; 2], Interrupted> {
         match self {
             Self::InTime(signal) => signal.rates(t),
@@ -36,12 +36,12 @@ impl<const N: usize> Command<N> {
         }
     }
 
-    /// Where it stands among the inputs.
+    /// Index among the inputs.
     pub(crate) fn input(&self) -> Option<usize> {
         if let &Self::Input(first) = self { Some(first) } else { None }
     }
 
-    /// Whether it depends on time by itself.
+    /// Whether the command depends on time explicitly.
     pub(crate) fn varies_in_time(&self) -> bool {
         matches!(self, Self::InTime(signal) if signal.varies_in_time())
     }

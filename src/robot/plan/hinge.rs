@@ -1,4 +1,4 @@
-//! A joint with one coordinate, compiled: the part beyond it moves along one twist.
+//! A compiled joint with one coordinate: everything beyond it moves along one twist.
 
 use super::space::Space;
 use crate::joint::JointForces;
@@ -7,12 +7,12 @@ use crate::lie::Twist;
 /// A joint of one coordinate.
 #[derive(Clone, Debug)]
 pub(crate) struct Hinge<G: Space> {
-    /// The unit twist of what lies behind it, in the axes of the place before it: a turn or a shift.
+    /// Unit twist of everything beyond the joint, in the axes before it: a rotation or a translation.
     pub(crate) twist: Twist<G, f64>,
-    /// Whether it is a turn.
+    /// Whether the twist is a rotation.
     pub(crate) turns: bool,
-    /// Forces on its coordinate, if there are any.
+    /// Forces on the coordinate, if any.
     pub(crate) forces: Option<JointForces>,
-    /// Its place among all hinges.
+    /// Index among all hinges.
     pub(crate) index: usize,
 }

@@ -1,15 +1,15 @@
-//! The fluid around a rod, compiled for computing.
+//! The compiled fluid around rods.
 
 use crate::lie::Geometry;
 
-/// What the fluid of a plan does.
+/// Effects of the fluid in a plan.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Immersion {
     pub(crate) has_drag: bool,
     pub(crate) has_added_mass: bool,
 }
 
-/// What a piece meets in its fluid, at the nodes and per length.
+/// Effects of the fluid on a piece, at the nodes and per length.
 #[derive(Clone, Debug)]
 pub(crate) struct Immersed<G: Geometry> {
     /// `C_a rho A`.

@@ -4,14 +4,15 @@ use std::ops::Range;
 
 use super::point::Offset;
 
-/// Where a link is.
+/// Position of a link in the plan.
 #[derive(Clone, Debug)]
 pub(crate) struct LinkPlan {
-    /// Its own pieces, of joint and rod; none where it is one with what it is welded to.
+    /// Pieces of the link, of joint and rod; empty if it is merged with the link to which it is welded.
     pub(crate) pieces: Range<usize>,
-    /// The pieces of its rod; none where it is rigid.
+    /// Pieces of its rod; empty for a rigid link.
     pub(crate) rod: Range<usize>,
-    /// The piece at whose end its base is, where it is rigid, and where the base is fixed beside that end.
+    /// For a rigid link, the piece at whose end its base is located, and the offset of the base from that
+    /// end.
     pub(crate) base: usize,
     pub(crate) beside: Option<Offset>,
 }

@@ -1,38 +1,37 @@
-//! Loads compiled for computing.
+//! Compiled loads.
 
 use super::command::Command;
 use super::space::Space;
 use crate::lie::{Rotation, Wrench};
 use crate::load::{Extent, Frame};
 
-/// A load. Its wrench about the place where it acts, in the axes of the plan if it is dead, else in those of the
-/// section, stands in the workspace: it may change with time.
+/// A load. Its wrench about the place where it acts is stored in the workspace, because it may vary in time:
+/// in the axes of the plan for a dead load, otherwise in those of the section.
 #[derive(Clone, Debug)]
 pub(crate) struct LoadPlan<G: Space> {
     pub(crate) link: usize,
     pub(crate) extent: Extent,
     pub(crate) frame: Frame,
-    /// The wrench, as far as it is constant.
+    /// The constant part of the wrench.
     pub(crate) wrench: Wrench<G, f64>,
-    /// Force and moment, where the wrench varies: because one of them does, is set from outside, or the base moves and the
-    /// load is dead.
+    /// Force and moment, if the wrench varies: because one of them is a function of time or an input, or
+    /// because the base moves and the load is dead.
     pub(crate) signals: Option<[Command<3>; 2]>,
-    /// Whether that is because of time.
+    /// Whether the wrench varies in time.
     pub(crate) varies_in_time: bool,
-    /// Whether its force has a potential: a constant dead force. No moment has one.
+    /// Whether the force has a potential: a constant dead force. Moments have none.
     pub(crate) has_potential: bool,
     pub(crate) has_moment: bool,
 }
 
 impl<G: Space> LoadPlan<G> {
-    /// The wrench before any time is set: NaN where it depends on it.
+    /// The wrench before a time is set: NaN if it depends on time.
     pub(crate) fn at_first(&self) -> Wrench<G, f64> {
         if self.signals.is_some() { self.wrench * f64::NAN } else { self.wrench }
     }
 }
 
-/// The wrench of a force and a moment in the axes that a load keeps its direction in: those of the world are turned
-/// into those of the plan.
+/// Wrench of a force and a moment in the load's axes; world axes are rotated to those of the plan.
 pub(crate) fn wrench<G: Space>(
     [force, moment]: [[f64; 3]; 2],
     axes: Frame,
@@ -46,13 +45,13 @@ pub(crate) fn wrench<G: Space>(
     Wrench { moment: G::axial_of(frame, moment), force: G::vector_of(frame, force) }
 }
 
-/// The part of a load on one piece.
+/// Part of a distributed load on one piece.
 #[derive(Clone, Debug)]
 pub(crate) struct Spread<G: Space> {
     pub(crate) load: usize,
-    /// How densely it acts at the nodes: for the integral over the part of the piece between two places,
-    /// `sum_l (u_l(to) - u_l(from)) f_l`, the differences of the weights over the quadrature weights.
+    /// Density at the nodes for the integral over the part of the piece between two places, `sum_l (u_l(to) -
+    /// u_l(from)) f_l`: differences of the integration weights over the quadrature weights.
     pub(crate) density: Vec<G::Pack>,
-    /// Between which fractions of the piece's length, where it ends abruptly inside; the nodes do not see where.
+    /// Start and end as fractions of the piece's length, if they lie inside; the nodes do not resolve them.
     pub(crate) part: Option<[f64; 2]>,
 }

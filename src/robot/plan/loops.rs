@@ -1,21 +1,21 @@
-//! Closed loops, compiled: constraints `g(q) = 0` between two frames, row by row.
+//! Compiled closed loops: constraints `g(q) = 0` between two frames, row by row.
 
 use crate::model::Holder;
 use crate::robot::algebra::tie::{Frame, Row};
 
-/// The closed loops of a plan.
+/// Closed loops of a plan.
 #[derive(Clone, Debug)]
 pub(crate) struct Loops<P> {
-    /// Between two places, with their rows in a row.
+    /// Loops between two places, with consecutive rows.
     pub(crate) ties: Vec<TiePlan<P>>,
-    /// Between two coordinates, behind these.
+    /// Loops between two coordinates, whose rows follow those of ties.
     pub(crate) gears: Vec<Gear>,
-    /// Tendons that do not stretch, by their places among the actuators; behind these. They hold one way only: their gaps
-    /// are not above zero.
+    /// Inextensible tendons, by their indices among the actuators; their rows follow. They are one-sided:
+    /// gaps are not positive.
     pub(crate) lengths: Vec<usize>,
-    /// Number of rows of all together.
+    /// Total number of rows.
     pub(crate) rows: usize,
-    /// What each row is of.
+    /// The constraint to which each row belongs.
     pub(crate) held_by: Vec<Holder>,
 }
 
@@ -24,12 +24,12 @@ impl<P> Loops<P> {
         Self { ties: Vec::new(), gears: Vec::new(), lengths: Vec::new(), rows: 0, held_by: Vec::new() }
     }
 
-    /// The first row of a tendon.
+    /// Index of the first row of tendons.
     pub(crate) fn first_length(&self) -> usize {
         self.rows - self.lengths.len()
     }
 
-    /// The first row of a gear.
+    /// Index of the first row of gears.
     pub(crate) fn first_gear(&self) -> usize {
         self.first_length() - self.gears.len()
     }
@@ -38,23 +38,24 @@ impl<P> Loops<P> {
 /// A loop between two places.
 #[derive(Clone, Debug)]
 pub(crate) struct TiePlan<P> {
-    /// Its place among all ties.
+    /// Index among all ties.
     pub(crate) number: usize,
     pub(crate) ends: [TieEnd<P>; 2],
     pub(crate) rows: Vec<Row>,
-    /// The first of its rows among all.
+    /// Index of its first row.
     pub(crate) first: usize,
-    /// The coordinates that move any of its ends, in ascending order.
+    /// Coordinates that move either end, in ascending order.
     pub(crate) reaches: Vec<usize>,
 }
 
 /// An end of a loop.
 #[derive(Clone, Debug)]
 pub(crate) struct TieEnd<P> {
-    /// Its frame: beside the section or body in the axes there; in the world, in the frame of the base at rest.
+    /// Frame of the end: relative to the section or body, in its axes; in the world, in the frame of the base
+    /// at rest.
     pub(crate) frame: Frame,
-    /// The point of the plan that it is on, and the pieces that move that, each with the weights of the integral up to it;
-    /// none in the world.
+    /// Point of the plan that carries the end, and the pieces that move this point, each with the weights of
+    /// the integral up to it; `None` in the world.
     pub(crate) on: Option<On<P>>,
 }
 
@@ -64,7 +65,7 @@ pub(crate) struct On<P> {
     pub(crate) moved_by: Vec<(usize, Vec<P>)>,
 }
 
-/// A coordinate that is a multiple of another one plus an offset, by their places among all.
+/// A coordinate that is a multiple of another one plus an offset, by their indices among all.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Gear {
     pub(crate) coordinates: [usize; 2],

@@ -1,25 +1,25 @@
-//! The material of a piece: its stiffness and its mass.
+//! Material of a piece: stiffness and mass.
 
 use super::space::Space;
 use crate::linalg::Matrix;
 use crate::robot::algebra::inertia::Inertia;
 
-/// A strain component that exists in a piece.
+/// A strain component that has modes in a piece.
 #[derive(Clone, Debug)]
 pub(crate) struct Component {
     /// Index among the strains of the geometry.
     pub(crate) index: usize,
     pub(crate) modes: usize,
-    /// First coordinate.
+    /// Index of the first coordinate.
     pub(crate) first: usize,
     /// `int phi_j H phi_k`, modes x modes.
     pub(crate) stiffness: Matrix,
-    /// Whether that is diagonal.
+    /// Whether the stiffness is diagonal.
     pub(crate) is_orthogonal: bool,
 }
 
 impl Component {
-    /// Row `j` of `K (q + mu qd)`, of this component's coordinates.
+    /// Row `j` of `K (q + mu qd)` for the coordinates of this component.
     #[inline(always)]
     pub(crate) fn elastic_force(&self, j: usize, q: &[f64], qd: &[f64], mu: f64) -> f64 {
         if self.is_orthogonal {
@@ -29,24 +29,24 @@ impl Component {
     }
 }
 
-/// The stiffness between two strain components of a piece, `int phi_j H phi_k` of the first by the second: K has it above
-/// the diagonal, and its transpose below.
+/// Stiffness between two strain components of a piece, `int phi_j H phi_k` with the first one as rows. K
+/// contains this block above the diagonal, and its transpose below.
 #[derive(Clone, Debug)]
 pub(crate) struct Coupling {
-    /// First coordinates.
+    /// Indices of the first coordinates.
     pub(crate) first: [usize; 2],
     pub(crate) stiffness: Matrix,
 }
 
 impl Coupling {
-    /// The coordinates of both components.
+    /// Coordinates of both components.
     #[inline(always)]
     pub(crate) fn coordinates(&self) -> [std::ops::Range<usize>; 2] {
         let (rows, columns) = self.stiffness.shape();
         [self.first[0]..self.first[0] + rows, self.first[1]..self.first[1] + columns]
     }
 
-    /// Adds this part of `K (q + mu qd)`.
+    /// Adds the contribution of this block to `K (q + mu qd)`.
     #[inline(always)]
     pub(crate) fn add_elastic_force(&self, q: &[f64], qd: &[f64], mu: f64, tau: &mut [f64]) {
         let [rows, columns] = self.coordinates();
@@ -60,11 +60,11 @@ impl Coupling {
     }
 }
 
-/// How the mass of a piece's sections is spread across.
+/// Distribution of mass within the sections of a piece.
 #[derive(Clone, Debug)]
 pub(crate) enum Moments<G: Space> {
-    /// Alike in all directions of the space that the rod moves in: the rotary inertia per length at the nodes.
+    /// Isotropic in the rod's space: rotary inertia per length at the nodes.
     Round(Vec<G::Pack>),
-    /// Any: the inertia per length at the nodes, about the rod's axis and in the section's axes.
+    /// General: inertia per length at the nodes, about the rod's axis and in section axes.
     General(Vec<Inertia<G, G::Pack>>),
 }

@@ -1,4 +1,4 @@
-//! A robot compiled for computing: everything that does not change with the state, computed once.
+//! A compiled robot: everything that does not depend on the state, computed once.
 
 pub(crate) mod actuation;
 pub(crate) mod anchor;
@@ -37,70 +37,69 @@ use crate::robot::plan::tree::{Carrying, Families};
 use crate::robot::plan::world::World;
 use crate::rod::STRAINS;
 
-/// A robot compiled for computing, in the frame of its first link's joint: the origin there, and axes along those of
-/// that frame.
+/// A compiled robot, in the frame of its first link's joint: with the origin and the axes of that frame.
 #[derive(Clone, Debug)]
 pub(crate) struct Plan<G: Space> {
     pub(crate) n: usize,
-    /// What its sweeps run with.
+    /// Instruction set of its sweeps.
     pub(crate) instructions: Instructions,
     pub(crate) pieces: Vec<PiecePlan<G>>,
-    /// Where the links of the robot are among them.
+    /// Positions of the robot's links among the pieces.
     pub(crate) links: Vec<LinkPlan>,
-    /// Places where pieces begin and end.
+    /// Number of stations, at which pieces begin and end.
     pub(crate) stations: usize,
-    /// Whether it is more than a chain, every piece of which begins where the one before ends, or is fixed there.
+    /// Whether the robot is not a chain, in which every piece begins at the end of the previous one, or is
+    /// welded there.
     pub(crate) has_branches: bool,
-    /// The places that carry others, in the order of their pieces.
+    /// Places that carry other pieces, in the order of their pieces.
     pub(crate) carrying: Vec<Carrying>,
-    /// The coordinates of the hinges.
+    /// Coordinates of the hinges.
     pub(crate) hinges: Vec<usize>,
-    /// Packs of nodes of all pieces together.
+    /// Number of packs of nodes in all pieces.
     pub(crate) packs: usize,
-    /// Where the frame lies in the rod's space.
+    /// Position of the frame in the rod's space.
     pub(crate) frame: G::Frame,
     pub(crate) world: World,
     pub(crate) loads: Vec<LoadPlan<G>>,
-    /// The inputs and the actuators.
+    /// Inputs and actuators.
     pub(crate) inputs: Inputs,
     pub(crate) actuation: Actuation<G::Pack>,
     /// Concentrated effects, ordered by place.
     pub(crate) points: Vec<Point<G>>,
-    /// The springs to the world, in the frame of the base at rest.
+    /// Springs to the world, in the frame of the base at rest.
     pub(crate) anchors: Vec<Anchor>,
-    /// Joints that close loops of links.
+    /// Closed loops.
     pub(crate) loops: Loops<G::Pack>,
-    /// Pairs of surfaces that can touch.
+    /// Contacts.
     pub(crate) contacts: Contacts<G>,
-    /// The fluid around it, where that answers to motion.
+    /// The fluid, if its forces depend on the motion.
     pub(crate) immersion: Option<Immersion>,
-    /// Whether a dead load acts anywhere, and whether the base, a load or an actuator depends on time by itself.
+    /// Whether there are dead loads, and whether the base, a load or an actuator depends on time explicitly.
     pub(crate) has_dead_loads: bool,
     pub(crate) varies_in_time: bool,
-    /// Whether anything responds to the motion of its place other than by its inertia.
+    /// Whether there are responses to motion other than inertia.
     pub(crate) has_responses: bool,
 }
 
 impl<G: Space> Plan<G> {
-    /// Takes down which pieces carry which ones.
+    /// Determines which pieces carry which.
     pub(crate) fn find_families(&mut self) {
         let families = Families::of(&self.pieces, &self.points, self.stations);
         self.has_branches = !families.is_chain;
         self.carrying = families.tell(&mut self.pieces);
     }
 
-    /// The places inside pieces where others are attached.
+    /// Places inside pieces at which others are attached.
     pub(crate) fn attachments(&self) -> impl Iterator<Item = &Point<G>> {
         self.points.iter().filter(|point| point.carries.is_some())
     }
 
-    /// How one of them is reached.
+    /// Integration weights of such a place.
     pub(crate) fn reach(&self, attached: usize) -> &Inside<G> {
         self.attachments().nth(attached).expect("attachments are counted").reach()
     }
 
-    /// The same plan, of a rod in space, with everything computed that could be skipped: absent strains and loads of zero
-    /// included.
+    /// The same plan for a rod in space, without skipping anything, including absent strains and zero loads.
     pub(crate) fn with_nothing_skipped(mut self) -> Self {
         self.has_dead_loads = true;
         self.has_responses = true;
@@ -129,12 +128,12 @@ impl<G: Space> Plan<G> {
         self
     }
 
-    /// The pieces of a link: of its joint, of its rod, or a rigid one. A link that is where another one ends has none.
+    /// Pieces of a link: of its joint and rod, or a rigid one. Empty for a link merged with its parent.
     pub(crate) fn pieces_of(&self, link: usize) -> Range<usize> {
         self.links[link].pieces.clone()
     }
 
-    /// Quadrature nodes of each segment of the rods.
+    /// Number of quadrature nodes of each segment.
     pub(crate) fn nodes(&self) -> Vec<usize> {
         let mut nodes: Vec<usize> = Vec::new();
         for piece in self.links.iter().flat_map(|link| &self.pieces[link.rod.clone()]) {
@@ -147,7 +146,7 @@ impl<G: Space> Plan<G> {
     }
 }
 
-/// The values of a function of the node, [`LANES`] to a pack.
+/// Packs the values of a function of the node, [`LANES`] per pack.
 pub(crate) fn packed<P: Lanes>(nodes: usize, f: impl Fn(usize) -> f64) -> Vec<P> {
     (0..nodes / LANES).map(|pack| P::from_lanes(std::array::from_fn(|lane| f(pack * LANES + lane)))).collect()
 }

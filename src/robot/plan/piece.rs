@@ -1,4 +1,4 @@
-//! A piece of a rod, or a joint, compiled for computing.
+//! A compiled piece of a rod, or a compiled joint.
 
 use super::hinge::Hinge;
 use super::immersion::Immersed;
@@ -14,35 +14,35 @@ use crate::robot::algebra::inertia::Inertia;
 use crate::rod::Gauss;
 use crate::rod::piece::Piece;
 
-/// One piece of a [`Plan`](super::Plan): a piece of a rod, a joint, or what is rigid between joints. A joint of one
-/// coordinate and what is rigid have no nodes. A joint that turns about all axes is a piece without mass that has the
-/// length one and bends alike all along.
+/// A piece of a [`Plan`](super::Plan): a piece of a rod, a joint, or a rigid part between joints. A joint
+/// with one coordinate and a rigid part have no nodes. A spherical joint is a massless piece of length one
+/// with constant curvature.
 #[derive(Clone, Debug)]
 pub(crate) struct PiecePlan<G: Space> {
     pub(crate) length: f64,
     pub(crate) joined: Joined<G>,
-    /// Whether it is no piece of a rod.
+    /// Whether the piece is not part of a rod.
     pub(crate) is_joint: bool,
-    /// The piece as a joint with one coordinate.
+    /// The hinge, for a joint with one coordinate.
     pub(crate) hinge: Option<Hinge<G>>,
-    /// First coordinate and number of coordinates.
+    /// Index of the first coordinate, and number of coordinates.
     pub(crate) first: usize,
     pub(crate) n: usize,
-    /// First pack of nodes and number of packs.
+    /// Index of the first pack of nodes, and number of packs.
     pub(crate) first_pack: usize,
     pub(crate) packs: usize,
     pub(crate) gauss: Gauss,
-    /// Between neighbouring nodes, or the ends and the nodes next to them, in metres; zero where twisting turns
-    /// nothing, because the piece is straight.
+    /// Largest distance between neighbouring nodes, or between an end and the adjacent node, in metres; zero
+    /// for straight pieces, in which torsion does not change the shape.
     pub(crate) largest_gap: f64,
-    /// Of the reference strain, at the nodes: radians per metre.
+    /// Reference curvature at the nodes, radians per metre.
     pub(crate) reference_curvature: Vec<G::Axial<f64>>,
     pub(crate) largest_reference_curvature: f64,
-    /// Quadrature weights, times the length.
+    /// Quadrature weights times length.
     pub(crate) weights: Vec<G::Pack>,
-    /// Integration matrix from the piece's base to the nodes, times the length: entry `[pack * nodes + l]`.
+    /// Integration matrix from the piece's base to the nodes, times length: entry `[pack * nodes + l]`.
     pub(crate) from_base: Vec<G::Pack>,
-    /// The same from the nodes to the piece's end.
+    /// Integration matrix from the nodes to the piece's end.
     pub(crate) to_end: Vec<G::Pack>,
     /// Basis at the nodes: entry `[degree * packs + pack]`.
     pub(crate) basis: Vec<G::Pack>,
@@ -50,15 +50,15 @@ pub(crate) struct PiecePlan<G: Space> {
     pub(crate) weighted_basis: Vec<G::Pack>,
     pub(crate) turning: G::Constants,
     pub(crate) components: Vec<Component>,
-    /// What is computed; nothing where there are no nodes.
+    /// The part of the segment; `None` without nodes.
     pub(crate) source: Option<Piece>,
     /// Linear part of the reference strain at the nodes.
     pub(crate) reference_slope: Vec<G::Vector<G::Pack>>,
-    /// Its stretch, where it has modes of that.
+    /// Data for the stretch, if it has modes.
     pub(crate) stretch: Option<Stretch>,
     /// Whether stretch or shear can differ from those of a straight rod.
     pub(crate) is_extensible: bool,
-    /// Stiffness between components, where strains are coupled.
+    /// Stiffness between coupled components.
     pub(crate) couplings: Vec<Coupling>,
     /// Mass per length at the nodes.
     pub(crate) mass: Vec<G::Pack>,
@@ -67,12 +67,12 @@ pub(crate) struct PiecePlan<G: Space> {
     /// Distributed and concentrated effects on the piece.
     pub(crate) spread: Vec<Spread<G>>,
     pub(crate) points: Points,
-    /// The fluid around it, where that answers to motion.
+    /// The fluid around the piece, if its forces depend on the motion.
     pub(crate) immersed: Option<Immersed<G>>,
 }
 
 impl<G: Space> PiecePlan<G> {
-    /// The moments of its sections as those of any.
+    /// The moments of its sections in general form.
     pub(crate) fn general_moments(&self, frame: G::Frame) -> Moments<G> {
         match &self.moments {
             Moments::General(_) => self.moments.clone(),
@@ -86,7 +86,7 @@ impl<G: Space> PiecePlan<G> {
         }
     }
 
-    /// Couples all components that are not coupled yet, by zeros.
+    /// Couples all uncoupled components with zero stiffness.
     pub(crate) fn couple_all(&mut self) {
         for (i, a) in self.components.iter().enumerate() {
             for b in &self.components[i + 1..] {
@@ -98,28 +98,28 @@ impl<G: Space> PiecePlan<G> {
         }
     }
 
-    /// The part of a segment that a piece with nodes is computed of.
+    /// The part of a segment of which a piece with nodes consists.
     pub(crate) fn part(&self) -> &Piece {
         self.source.as_ref().expect("what has nodes is a part of a segment")
     }
 
-    /// Its coordinates.
+    /// Indices of its coordinates.
     pub(crate) fn coordinates(&self) -> std::ops::Range<usize> {
         self.first..self.first + self.n
     }
 
-    /// The packs of this piece's nodes among those of the rod.
+    /// Indices of this piece's packs among those of the rod.
     pub(crate) fn node_packs(&self) -> std::ops::Range<usize> {
         self.first_pack..self.first_pack + self.packs
     }
 
-    /// The row of an integration matrix (`from_base` or `to_end`) that leads to pack `pack`.
+    /// Row of an integration matrix (`from_base` or `to_end`) for pack `pack`.
     pub(crate) fn row<'a>(&self, matrix: &'a [G::Pack], pack: usize) -> &'a [G::Pack] {
         let nodes = self.packs * LANES;
         &matrix[pack * nodes..(pack + 1) * nodes]
     }
 
-    /// The rows of an integration matrix.
+    /// Rows of an integration matrix.
     #[inline(always)]
     pub(crate) fn rows<'a>(&self, matrix: &'a [G::Pack]) -> std::slice::ChunksExact<'a, G::Pack> {
         matrix.chunks_exact(self.packs * LANES)
@@ -140,7 +140,7 @@ impl<G: Space> PiecePlan<G> {
         }
     }
 
-    /// `sum_k phi_k q_k` of every strain at the nodes of one pack; components that do not exist are zero.
+    /// `sum_k phi_k q_k` of every strain at a pack of nodes; zero for components without modes.
     #[inline(always)]
     pub(crate) fn field(&self, q: &[f64], pack: usize) -> Twist<G, G::Pack> {
         let mut field = Twist::zero();

@@ -1,35 +1,34 @@
-//! The plane and the space in which rods move, with the data of rotations per piece.
+//! Planar and spatial geometry for rods, with precomputed data of rotations per piece.
 
 use crate::lie::{Geometry, Planar, Plane, PlaneRotation, Quaternion, Rotation, Spatial, Turn, Vector};
 
-/// A geometry with what a rod's plan needs beyond it.
+/// A geometry with the additional data for a rod's plan.
 pub(crate) trait Space: Geometry {
-    /// An orientation that others follow from.
+    /// Orientation in a form from which others are computed.
     type Orientation: Copy + std::fmt::Debug + Send + Sync;
-    /// What of a piece's turning does not change with the state.
+    /// State-independent data for the rotations of a piece.
     type Constants: Clone + Default + std::fmt::Debug + Send + Sync;
 
-    /// The orientation of the frame.
+    /// Orientation of the frame.
     fn start() -> Self::Orientation;
 
-    /// The orientation of what is turned by `by`, seen from something with this orientation.
+    /// Orientation of a body rotated by `by` relative to one with this orientation.
     fn turned(orientation: Self::Orientation, by: Self::Orientation) -> Self::Orientation;
 
-    /// The rotation ready to be applied.
+    /// Rotation matrix of an orientation.
     fn matrix(orientation: Self::Orientation) -> Self::Rotation<f64>;
 
-    /// The orientation that such a rotation leads to.
+    /// Orientation of a rotation matrix.
     fn orientation(matrix: &Self::Rotation<f64>) -> Self::Orientation;
 
-    /// What is turned by an angle about a unit axis, as orientation and as rotation; sine and cosine of half the angle
-    /// are given.
+    /// Orientation and rotation for an angle about a unit axis; sine and cosine of half the angle are given.
     fn turn_about(
         axis: Self::Axial<f64>,
         angle: f64,
         half: [f64; 2],
     ) -> (Self::Orientation, Self::Rotation<f64>);
 
-    /// An orientation in three dimensions, which leaves this space as it is.
+    /// Converts a three-dimensional orientation that preserves this space.
     fn orientation_of(frame: Self::Frame, orientation: Quaternion<f64>) -> Self::Orientation;
 }
 
@@ -97,28 +96,29 @@ impl<const FUSED: bool> Space for Planar<FUSED> {
     }
 }
 
-/// The way from one place of a piece to another.
+/// The passage between two places of a piece.
 #[derive(Clone, Debug)]
 pub(crate) struct Passage {
-    /// Its length, signed.
+    /// Signed length.
     pub(crate) step: f64,
-    /// In space: the basis at the Magnus points, `[point * degrees + degree]`. In the plane: its integrals.
+    /// In space, the basis at the Magnus points, `[point * degrees + degree]`; in the plane, its integrals.
     pub(crate) basis: Vec<f64>,
-    /// The reference curvature likewise: `[point * 3 + axis]`, or its integral.
+    /// In space, the reference curvature, `[point * 3 + axis]`; in the plane, its integral.
     pub(crate) reference: Vec<f64>,
 }
 
-/// Magnus steps from the base to the first node, from node to node, and from the last node to the end.
+/// Magnus steps from the base to the first node, between nodes, and from the last node to the end.
 #[derive(Clone, Debug)]
 pub(crate) struct MagnusSteps<P> {
-    /// Lengths of all steps but the last.
+    /// Lengths of all steps except the last.
     pub(crate) steps: Vec<P>,
     /// Basis at the Magnus points of these steps: entry `[(point * degrees + degree) * packs + pack]`.
     pub(crate) basis: Vec<P>,
-    /// Reference curvature at these points: entry `[(point * 3 + axis) * packs + pack]`, nothing where it is constant.
+    /// Reference curvature at these points: entry `[(point * 3 + axis) * packs + pack]`; empty if constant.
     pub(crate) reference: Vec<P>,
     pub(crate) constant_reference: Vector<f64>,
-    /// The last step, and its basis `[point * degrees + degree]` and reference curvature `[point * 3 + axis]`.
+    /// Length of the last step, its basis `[point * degrees + degree]` and reference curvature `[point * 3 +
+    /// axis]`.
     pub(crate) last_step: f64,
     pub(crate) last_basis: Vec<f64>,
     pub(crate) last_reference: Vec<f64>,
@@ -126,22 +126,22 @@ pub(crate) struct MagnusSteps<P> {
     pub(crate) degrees: usize,
 }
 
-/// The angle that a unit of each coordinate turns the rod by.
+/// Rotation angles per unit of each coordinate.
 #[derive(Clone, Debug)]
 pub(crate) struct Angles<P> {
-    /// Up to the nodes, for the reference strain and then by degree: entry `[degree * packs + pack]`.
+    /// Angles at the nodes, for the reference strain and then by degree: entry `[degree * packs + pack]`.
     pub(crate) reference: Vec<P>,
     pub(crate) at_nodes: Vec<P>,
-    /// Means over the piece, of the reference curvature and of the basis as far as they are not zero: Legendre
-    /// polynomials beyond the first have none.
+    /// Mean values over the piece of the reference curvature and of the basis functions with non-zero mean;
+    /// Legendre polynomials beyond the first have mean zero.
     pub(crate) mean_reference: f64,
     pub(crate) means: Vec<f64>,
-    /// The axis of bending.
+    /// Axis of bending.
     pub(crate) normal: usize,
 }
 
 impl<P> Default for MagnusSteps<P> {
-    /// Of what has no nodes.
+    /// For pieces without nodes.
     fn default() -> Self {
         Self {
             steps: Vec::new(),
@@ -157,7 +157,7 @@ impl<P> Default for MagnusSteps<P> {
 }
 
 impl<P> Default for Angles<P> {
-    /// Of what has no nodes.
+    /// For pieces without nodes.
     fn default() -> Self {
         Self {
             reference: Vec::new(),

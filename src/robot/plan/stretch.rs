@@ -1,15 +1,15 @@
-//! The stretch of a piece, which must stay positive.
+//! The stretch of a piece, which must remain positive.
 
 use crate::rod::Gauss;
 use crate::rod::piece::Piece;
 
-/// The strain along the rod among those of a piece.
+/// Index of the stretch among the strains.
 const STRETCH: usize = 3;
 
-/// The stretch of a segment at its nodes and at both ends: it must stay positive there.
+/// Data to check that the stretch of a segment is positive at its nodes and at both ends.
 #[derive(Clone, Debug)]
 pub(crate) struct Stretch {
-    /// The first of its coordinates.
+    /// Index of its first coordinate.
     pub(crate) first: usize,
     /// Fractions of the segment's length, with the basis and the reference stretch there.
     pub(crate) places: Vec<(f64, Vec<f64>, f64)>,
@@ -17,7 +17,7 @@ pub(crate) struct Stretch {
 }
 
 impl Stretch {
-    /// That of a piece whose stretch begins at coordinate `first`.
+    /// For a piece whose stretch begins at coordinate `first`.
     pub(crate) fn new(piece: &Piece, gauss: &Gauss, first: usize) -> Self {
         let at = |x: f64| {
             let mut basis = vec![0.0; piece.modes[STRETCH]];
@@ -29,10 +29,10 @@ impl Stretch {
         Self { first, places, smallest_reference }
     }
 
-    /// The smallest stretch, and where, if it is not positive anywhere.
+    /// The smallest stretch and its place, if it is not positive.
     pub(crate) fn inverted(&self, q: &[f64]) -> Option<(f64, f64)> {
         let q = &q[self.first..][..self.places[0].1.len()];
-        // No basis function exceeds one: mostly the coordinates alone tell.
+        // Basis functions never exceed one, so that usually the coordinates suffice as a bound.
         let bound: f64 = q.iter().map(|q| q.abs()).sum();
         if bound < self.smallest_reference {
             return None;

@@ -1,4 +1,4 @@
-//! The topology of a plan: each piece starts at or within another one, or at the frame.
+//! Topology of a plan: each piece starts at or within another one, or at the frame.
 
 use std::ops::Range;
 
@@ -6,31 +6,31 @@ use super::piece::PiecePlan;
 use super::point::Point;
 use super::space::Space;
 
-/// Where a piece begins and ends. Stations are counted from the frame, which is the first one.
+/// Stations at which a piece begins and ends. The frame is station zero.
 #[derive(Clone, Debug)]
 pub(crate) struct Joined<G: Space> {
-    /// The station where it begins.
+    /// Station at its beginning.
     pub(crate) begin: usize,
-    /// The station where it ends.
+    /// Station at its end.
     pub(crate) end: usize,
-    /// What fixes the first station to another one, where it is not that one itself.
+    /// Weld of its first station to another station, if they differ.
     pub(crate) weld: Option<Weld<G>>,
-    /// The place that carries it, among [`Plan::carrying`](super::Plan::carrying); none is the frame.
+    /// Index of the place that carries it in [`Plan::carrying`](super::Plan::carrying); `None` is the frame.
     pub(crate) hangs_at: Option<usize>,
-    /// Whether a joint or a weld begins at its end.
+    /// Whether a joint or a weld starts at its end.
     pub(crate) ends_at_joint: bool,
-    /// Whether nodes lie behind its end: they follow from the orientation there.
+    /// Whether pieces with nodes follow its end, which need the orientation there.
     pub(crate) is_followed_by_nodes: bool,
-    /// The coordinates of the pieces that carry it, and of those that it carries; neighbours together.
+    /// Coordinates of the pieces that carry it, and of those that it carries, merged into ranges.
     pub(crate) ancestors: Vec<Relatives>,
     pub(crate) descendants: Vec<Relatives>,
 }
 
-/// Coordinates of pieces that carry a piece, or of pieces that it carries.
+/// Coordinates of pieces that carry a piece, or that it carries.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Relatives {
     pub(crate) coordinates: Range<usize>,
-    /// Where inside a piece what is carried is attached; at its end, if nowhere. Counted among such places.
+    /// Index of the place inside the piece at which the next one is attached; `None` is its end.
     pub(crate) attached: Option<usize>,
 }
 
@@ -38,25 +38,25 @@ pub(crate) struct Relatives {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct Carrying {
     pub(crate) piece: usize,
-    /// Where inside it, counted among all such places; at its end, if nowhere.
+    /// Index of the place inside the piece; `None` is its end.
     pub(crate) attached: Option<usize>,
 }
 
-/// A station fixed to another one.
+/// A station welded to another one.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Weld<G: Space> {
-    /// The other one.
+    /// The other station.
     pub(crate) to: usize,
-    /// How it is turned and where it lies, in the axes of the other one.
+    /// Relative orientation and position, in the axes of the other station.
     pub(crate) orientation: G::Orientation,
     pub(crate) rotation: G::Rotation<f64>,
     pub(crate) position: G::Vector<f64>,
-    /// Whether it is turned at all.
+    /// Whether the orientations differ.
     pub(crate) turns: bool,
 }
 
 impl<G: Space> Joined<G> {
-    /// Between two stations.
+    /// A piece between two stations without a weld.
     pub(crate) fn between(begin: usize, end: usize) -> Self {
         Self {
             begin,
@@ -70,28 +70,28 @@ impl<G: Space> Joined<G> {
         }
     }
 
-    /// The station that carries it.
+    /// The station that carries the piece.
     #[inline(always)]
     pub(crate) fn carrier(&self) -> usize {
         self.weld.as_ref().map_or(self.begin, |weld| weld.to)
     }
 }
 
-/// The tree of pieces.
+/// Relations between the pieces of a tree.
 pub(crate) struct Families {
     /// By piece.
     ancestors: Vec<Vec<Relatives>>,
     descendants: Vec<Vec<Relatives>>,
     /// By station.
     carried_by: Vec<Option<Carrying>>,
-    /// Those that carry something.
+    /// Places that carry pieces.
     pub(crate) carrying: Vec<Carrying>,
-    /// Whether every piece begins where the one before ends, or is fixed to that place.
+    /// Whether every piece begins at the end of the previous one, or is welded to that place.
     pub(crate) is_chain: bool,
 }
 
 impl Families {
-    /// Of pieces of which each one stands behind its carrier.
+    /// Relations of pieces in which each one follows its carrier.
     pub(crate) fn of<G: Space>(pieces: &[PiecePlan<G>], points: &[Point<G>], stations: usize) -> Self {
         let mut families = Self {
             ancestors: vec![Vec::new(); pieces.len()],
@@ -124,7 +124,7 @@ impl Families {
                 }
                 place = families.carried_by[pieces[parent].joined.carrier()];
             }
-            // Found from the piece to the root.
+            // They were found from the piece to the root.
             families.ancestors[p].reverse();
             let found = std::mem::take(&mut families.ancestors[p]);
             for relatives in found.into_iter().filter(|relatives| !relatives.coordinates.is_empty()) {
@@ -136,7 +136,7 @@ impl Families {
         families
     }
 
-    /// Tells the pieces; returns the places that carry others.
+    /// Writes the relations to the pieces; returns the places that carry others.
     pub(crate) fn tell<G: Space>(self, pieces: &mut [PiecePlan<G>]) -> Vec<Carrying> {
         let begin_of_joint = |piece: &PiecePlan<G>| {
             let is_joint = piece.packs == 0 || piece.joined.weld.is_some();
@@ -161,7 +161,7 @@ impl Families {
     }
 }
 
-/// Adds relatives behind others, to the last ones where they go on.
+/// Appends relatives, merging them with the last range if they are contiguous.
 fn extend(all: &mut Vec<Relatives>, more: Relatives) {
     match all.last_mut() {
         Some(last) if last.coordinates.end == more.coordinates.start && last.attached == more.attached => {

@@ -5,16 +5,16 @@ use crate::load::{Extent, Frame};
 use crate::robot::description::{Link, Robot};
 use crate::world::base_motion::{Base, MovingBase};
 
-/// What the base and the world are, whatever the time.
+/// Base and world, independent of time.
 #[derive(Clone, Debug)]
 pub(crate) struct World {
-    /// The base at rest, and how it moves if it does.
+    /// The base at rest, and its motion if it moves.
     pub(crate) base: Base,
     pub(crate) motion: Option<MovingBase>,
     pub(crate) gravity: Vector<f64>,
-    /// Velocity of the fluid, if there is any.
+    /// Velocity of the fluid, if any.
     pub(crate) current: Vector<f64>,
-    /// The sum of the constant dead forces.
+    /// Sum of the constant dead forces.
     pub(crate) dead_force: Vector<f64>,
     /// Masses of bodies and sections times their offsets from the rod's axis.
     pub(crate) body_moment: Vector<f64>,

@@ -3,7 +3,7 @@
 use crate::lie::{LANES, Scalar, Vector};
 use crate::robot::plan::actuation::{Actuation, Sleeve};
 
-/// The force of an actuator, and how it changes with its length, with the rate of that and with what it is told.
+/// Force of an actuator, and its derivatives with respect to length, rate of length and command.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Force {
     pub(crate) value: f64,
@@ -12,40 +12,41 @@ pub(crate) struct Force {
     pub(crate) of_command: f64,
 }
 
-/// The actuators in a state.
+/// State of the actuators.
 #[derive(Clone, Debug)]
 pub(crate) struct ActuationState<P> {
-    /// Their commands; NaN until a required time is set.
+    /// Commands; NaN until a required time is set.
     pub(crate) commands: Vec<f64>,
-    /// The first two derivatives in time of what tendons are told that do not stretch; zero of others.
+    /// First two time derivatives of the commanded lengths of inextensible tendons; zero for other actuators.
     pub(crate) command_rates: Vec<[f64; 2]>,
     pub(crate) lengths: Vec<f64>,
     pub(crate) rates: Vec<f64>,
     pub(crate) forces: Vec<Force>,
-    /// The gradients of the lengths less straight parts, n numbers each.
+    /// Gradients of the lengths without straight parts, n numbers each.
     pub(crate) gradients: Vec<f64>,
-    /// Where any tendon has friction: the generalised forces of unit forces less straight parts, n numbers each.
+    /// If any tendon has friction: generalised forces of unit forces without straight parts, n numbers each.
     pub(crate) distributions: Vec<f64>,
-    /// Power that a unit force takes out of the motion.
+    /// Power dissipated per unit force.
     pub(crate) work_rates: Vec<f64>,
-    /// The directions in which tendons slide.
+    /// Directions in which tendons slide.
     pub(crate) slidings: Vec<Sliding>,
     pub(crate) lines: Vec<LineState>,
-    /// Positions and velocities of the points of the world that lines end at, in the frame of the plan, which follows the base.
+    /// Positions and velocities of the points of the world at which straight parts end, in the frame of the
+    /// plan, which follows the base.
     pub(crate) world_points: Vec<[Vector<f64>; 2]>,
-    /// Of all threads, per pack: the tension as a part of that at the beginning of the path, and the angle from there.
+    /// For all threads, per pack: tension relative to that at the start of the path, and accumulated angle.
     pub(crate) ratios: Vec<P>,
     pub(crate) angles: Vec<P>,
     /// Per component and pack of a sleeve: strains, or another field at the nodes.
     pub(crate) field: Vec<P>,
-    /// Of all sleeves and their threads in a row: per component and pack `b_c . t` with the unit tangent t, and per
+    /// For all sleeves and their threads: per component and pack `b_c . t` with the unit tangent t, and per
     /// pack `1 / |u|`.
     pub(crate) slopes: Vec<P>,
     pub(crate) inverse_norms: Vec<P>,
 }
 
-/// In which direction a tendon slides: 1 as while it is pulled; and how that changes with the rate of its length, and with what
-/// is told.
+/// Direction in which a tendon slides, 1 as if it is pulled, and its derivatives with respect to the rate of
+/// length and to the command.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Sliding {
     pub(crate) told: f64,
@@ -54,20 +55,22 @@ pub(crate) struct Sliding {
     pub(crate) of_told: f64,
 }
 
-/// A straight part of a tendon in a state, in the frame of the plan.
+/// State of a straight part of a tendon, in the frame of the plan.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LineState {
     pub(crate) ends: [Vector<f64>; 2],
-    /// Unit vector from the first end to the second one, and one over its length; zero where it has none.
+    /// Unit vector from the first end to the second one, and reciprocal of its length; both zero without a
+    /// direction.
     pub(crate) direction: Vector<f64>,
     pub(crate) inverse_length: f64,
-    /// Of the second end less that of the first.
+    /// Velocity of the second end relative to the first one.
     pub(crate) velocity: Vector<f64>,
     pub(crate) rate: f64,
-    /// Tension as a part of that at the beginning of the path, and the angle from there.
+    /// Tension relative to that at the start of the path, and accumulated angle.
     pub(crate) ratio: f64,
     pub(crate) angle: f64,
-    /// Of a tendon with friction, the directions of embedded parts that go on at the ends, and one over the lengths of u there.
+    /// For a tendon with friction, the directions of embedded parts at both ends, and the reciprocals of |u|
+    /// there.
     pub(crate) mouths: [(Vector<f64>, f64); 2],
 }
 
@@ -78,22 +81,24 @@ pub(crate) struct ActuationTangent<P> {
     pub(crate) field: Vec<P>,
     /// Per pair of components and pack of a sleeve: stiffness per length.
     pub(crate) stiffness: Vec<P>,
-    /// Of the actuator at hand, per coordinate: its whole gradient, the rate of that, the generalised forces of a unit force,
-    /// their derivative with respect to the direction of sliding, and the gradient of the angle.
+    /// For the current actuator, per coordinate: its gradient, the rate of the gradient, the generalised
+    /// forces of a unit force, their derivative with respect to the direction of sliding, and the gradient of
+    /// the angle.
     pub(crate) gradient: Vec<f64>,
     pub(crate) gradient_rate: Vec<f64>,
     pub(crate) distribution: Vec<f64>,
     pub(crate) of_sliding: Vec<f64>,
     pub(crate) angle_gradient: Vec<f64>,
-    /// Of all straight parts, n each: how far the second end moves beside the first for a unit of a coordinate, and the
-    /// derivative of the rate of the length.
+    /// For all straight parts, n each: relative displacement of the ends per unit coordinate, and derivative
+    /// of the length rate.
     pub(crate) moved: Vec<Vector<f64>>,
     pub(crate) rate_gradients: Vec<f64>,
-    /// Of tendons with friction, n of each straight part: how the directions of embedded parts at its ends change.
+    /// For tendons with friction, n per straight part: changes of the directions of embedded parts at its
+    /// ends.
     pub(crate) mouths_turned: Vec<[Vector<f64>; 2]>,
-    /// Of a sleeve with friction, per coordinate of its piece and node: how the turning there changes.
+    /// For a sleeve with friction, per coordinate of its piece and node: derivative of the rotation there.
     pub(crate) turn_gradients: Vec<f64>,
-    /// Per node of it: its part in a force, and that of all behind it.
+    /// Per node of that sleeve: its share of a force, and the sum over all following nodes.
     pub(crate) shares: Vec<f64>,
     pub(crate) behind: Vec<f64>,
 }
@@ -177,7 +182,7 @@ impl LineState {
     }
 }
 
-/// Memory for so many numbers at the nodes of any sleeve.
+/// Memory for values at the nodes of any sleeve, for the largest number of values.
 fn largest<P: Scalar>(actuation: &Actuation<P>, numbers: fn(usize) -> usize) -> Vec<P> {
     let sizes = actuation.sleeves.iter().map(|sleeve| numbers(sleeve.components.len()) * sleeve.packs);
     vec![P::splat(0.0); sizes.max().unwrap_or(0)]

@@ -1,4 +1,4 @@
-//! Contacts in a state.
+//! State of contacts.
 
 use std::ops::Range;
 
@@ -9,19 +9,21 @@ use crate::robot::algebra::touch::{Meeting, Pressing};
 use crate::robot::plan::contact::{Contacts, Curve};
 use crate::robot::plan::space::Space;
 
-/// What is known of contact: moved out of the workspace while it is found.
+/// State of contacts, moved out of the workspace while contacts are evaluated.
 #[derive(Clone, Debug)]
 pub(crate) struct ContactState<P> {
     /// Chebyshev coefficients of all curves.
     pub(crate) terms: Vec<Term>,
-    /// Likewise of the y and z axes of the sections, of curves that are not round; none if there are no such curves.
+    /// Chebyshev coefficients of the sections' y and z axes, for curves that are not round; empty if there
+    /// are none.
     pub(crate) axes: Vec<[Vector<f64>; 2]>,
-    /// Position and slope at the samples of all curves. Slopes are known of those that were seen closely; of those that nothing
-    /// may touch, the slopes at the ends are those at the nodes next to them.
+    /// Position and slope at the samples of all curves. Slopes are computed only for curves examined closely;
+    /// for other curves the slopes at the ends are those at the adjacent nodes.
     pub(crate) samples: Vec<[Vector<f64>; 2]>,
-    /// What the parts of curves that were seen closely lie in between two samples, each with the number of its first sample.
+    /// Bounding volumes of the parts of closely examined curves between samples, each with the index of its
+    /// first sample.
     pub(crate) spans: Vec<Span>,
-    /// Of every curve, the centre and the radius of a ball that it lies in, and whether anything else may touch it.
+    /// For every curve, centre and radius of a bounding ball, and whether anything may touch it.
     pub(crate) bounds: Vec<(Vector<f64>, f64)>,
     pub(crate) is_near: Vec<bool>,
     /// Whether any ball or body is near what it may touch.
@@ -29,49 +31,52 @@ pub(crate) struct ContactState<P> {
     /// Whether curves were seen closely in this state, and what these lie in around their chords.
     pub(crate) is_seen: Vec<bool>,
     pub(crate) chords: Vec<Span>,
-    /// Balls around branches of rods (see `effect::contact::near`).
+    /// Bounding balls of branches of rods (see `effect::contact::near`).
     pub(crate) branches: Vec<(Vector<f64>, f64)>,
-    /// Curves of two rods that may touch, pair by pair, in ascending order; and which of these are of each pair.
+    /// Pairs of curves of two rods that may touch, by pair of surfaces in ascending order; and the range of
+    /// each pair of surfaces.
     pub(crate) near: Vec<[usize; 2]>,
     pub(crate) near_of: Vec<Range<usize>>,
-    /// Centres of the balls, corners of the bodies, and where the axes of the solids are.
+    /// Centres of the balls, corners of the bodies, and poses of the solids.
     pub(crate) centres: Vec<Vector<f64>>,
     pub(crate) corners: Vec<Vector<f64>>,
     pub(crate) poses: Vec<Pose>,
-    /// Where surfaces were in another shape.
+    /// Positions of surfaces in a stored shape.
     pub(crate) noted: Noted,
-    /// Whether surfaces pass through each other.
+    /// Whether contact forces are disabled.
     pub(crate) is_left: bool,
-    /// Where anything touches; there is memory for all that can.
+    /// Contact points; the memory suffices for the maximum number.
     pub(crate) touches: Vec<Touch>,
-    /// How fast the distances of those of another motion grow.
+    /// Growth rates of the distances at the contact points of another motion.
     pub(crate) rates: Vec<f64>,
-    /// Of every touch and side, how the nodes of its piece reach it.
+    /// For every contact point and side, integration weights of the piece's nodes.
     pub(crate) up_to: Vec<P>,
     /// Memory for weights of nodes, and for polynomials.
     pub(crate) weights: Vec<f64>,
     pub(crate) polynomials: Vec<f64>,
 }
 
-/// Where surfaces are in a shape.
+/// Positions of surfaces in a shape.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Noted {
-    /// Its coordinates.
+    /// Coordinates of the shape.
     pub(crate) of: Vec<f64>,
-    /// Samples and bounds of all curves, centres of all balls, corners of all bodies, and axes of all solids, as above.
+    /// Samples and bounds of all curves, centres of all balls, corners of all bodies, and axes of all solids,
+    /// in this order.
     pub(crate) places: Vec<Vector<f64>>,
     pub(crate) bounds: Vec<(Vector<f64>, f64)>,
     pub(crate) centres: Vec<Vector<f64>>,
     pub(crate) corners: Vec<Vector<f64>>,
     pub(crate) poses: Vec<Pose>,
-    /// How far the curves have moved since then, at most; balls around what they sweep, and around what branches of rods sweep.
+    /// Upper bounds of the curves' displacements since then; bounding balls of the volumes that curves and
+    /// branches of rods sweep.
     pub(crate) moved: Vec<f64>,
     pub(crate) swept: Vec<(Vector<f64>, f64)>,
     pub(crate) branches: Vec<(Vector<f64>, f64)>,
 }
 
-/// Of one Chebyshev polynomial in the position of a curve, and in its first and second derivatives along the fraction of its
-/// length.
+/// Coefficient of one Chebyshev polynomial in the position of a curve, and in its first and second
+/// derivatives with respect to the fraction of its length.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Term {
     pub(crate) position: Vector<f64>,
@@ -79,12 +84,12 @@ pub(crate) struct Term {
     pub(crate) bend: Vector<f64>,
 }
 
-/// All that is no further from a segment than its width.
+/// All points within a distance of a segment.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Span {
     ends: [Vector<f64>; 2],
     width: f64,
-    /// A ball that it lies in.
+    /// Bounding ball.
     centre: Vector<f64>,
     radius: f64,
 }
@@ -99,17 +104,17 @@ impl Span {
         self.width
     }
 
-    /// That and what is next to it.
+    /// The volume enlarged by a distance.
     pub(crate) fn widened(&self, by: f64) -> Self {
         Self { width: self.width + by, radius: self.radius + by, ..*self }
     }
 
-    /// What is in it is not nearer to a point than that.
+    /// Lower bound of the distance of a point from the volume.
     pub(crate) fn distance(&self, point: Vector<f64>) -> f64 {
         distance::to_segment(point, self.ends) - self.width
     }
 
-    /// Whether two overlap.
+    /// Whether two volumes may overlap.
     pub(crate) fn meets(&self, other: &Self) -> bool {
         let (way, reach) = (self.centre - other.centre, self.radius + other.radius);
         way.dot(way) <= reach * reach
@@ -117,37 +122,37 @@ impl Span {
     }
 }
 
-/// Where two sides touch.
+/// A contact point of two sides.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Touch {
     pub(crate) pair: usize,
     pub(crate) sides: [Standing; 2],
-    /// In space and the frame of the plan.
+    /// Centres, in space and the frame of the plan.
     pub(crate) centres: [Vector<f64>; 2],
     pub(crate) meeting: Meeting,
     pub(crate) pressing: Pressing,
 }
 
-/// Where a side of a touch is.
+/// Location of one side of a contact point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Standing {
-    /// At a fraction of the length of a curve.
+    /// At a fraction of a curve's length.
     Along { curve: usize, x: f64 },
     /// On a fixture.
     On(usize),
-    /// In the frame of the plan.
+    /// At rest in the frame of the plan.
     Still,
 }
 
 impl Standing {
-    /// That of what is fixed to something.
+    /// Location of a surface on a fixture, or at rest without one.
     pub(crate) fn of(on: Option<usize>) -> Self {
         on.map_or(Self::Still, Self::On)
     }
 }
 
 impl<P> Default for ContactState<P> {
-    /// Nothing, without any memory.
+    /// An empty state without memory.
     fn default() -> Self {
         Self {
             terms: Vec::new(),
@@ -212,46 +217,48 @@ impl<P: Lanes> ContactState<P> {
         }
     }
 
-    /// How the nodes of its piece reach a side of a touch: the weights of the integral up to it, times the length.
+    /// Integration weights of a side of a contact point: up to the point, times length.
     pub(crate) fn reach(&self, packs: usize, touch: usize, side: usize) -> &[P] {
         &self.up_to[(2 * touch + side) * packs..][..packs]
     }
 }
 
-/// Memory for the tangent of contact.
+/// Memory for the tangent of contacts.
 #[derive(Clone, Debug)]
 pub(crate) struct ContactTangent {
-    /// How the sides of the touch at hand move with the coordinates, and how their motion changes.
+    /// Displacements of both sides of the current contact point per unit coordinate, and changes of their
+    /// motion.
     pub(crate) moved: Vec<[[Vector<f64>; 2]; 2]>,
     pub(crate) faster: Vec<[[Vector<f64>; 2]; 2]>,
-    /// The former, component by component: turns and shifts of the first side, then of the second.
+    /// The displacements, component by component: rotations and translations of the first side, then of the
+    /// second.
     pub(crate) components: [Vec<f64>; 12],
     /// What each side answers to a unit of each coordinate: moment and force.
     pub(crate) answers: Vec<[[f64; 6]; 2]>,
     pub(crate) followed: Followed,
 }
 
-/// Friction as the tangents of an iteration linearise it (see `effect::contact::follow`).
+/// Linearisation of friction in an iteration (see `effect::contact::follow`).
 #[derive(Clone, Debug)]
 pub(crate) struct Followed {
-    /// Which part of the last increment was taken; nothing where tangents are exact.
+    /// Fraction of the last increment that was taken; `None` for exact tangents.
     pub(crate) length: Option<f64>,
-    /// Whether the iteration begins.
+    /// Whether the iteration is at its start.
     pub(crate) is_new: bool,
-    /// At the touches of the tangent at hand, and of the last one of the iteration.
+    /// Friction at the contact points of the current tangent, and of the previous one in the iteration.
     pub(crate) now: Vec<Rubbing>,
     pub(crate) before: Vec<Rubbing>,
 }
 
-/// Friction at a touch as it is linearised.
+/// Linearised friction at a contact point.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Rubbing {
-    /// The pair, and the curve of the first side.
+    /// Indices of the pair and of the first side's curve.
     pub(crate) of: [usize; 2],
-    /// Where on that it is.
+    /// Position along this curve.
     pub(crate) x: f64,
     pub(crate) pressing: Pressing,
-    /// Of a unit normal force, on the second side.
+    /// Friction per unit normal force, on the second side.
     pub(crate) linearised: Vector<f64>,
 }
 

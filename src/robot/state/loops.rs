@@ -1,14 +1,14 @@
-//! Closed loops in a state.
+//! State of closed loops.
 
 use crate::lie::{Rotation, Vector};
 use crate::robot::algebra::tie::{Frame, Motion};
 use crate::robot::plan::loops::Loops;
 
-/// An end of a loop in the world, seen from the base.
+/// An end of a loop in the world, relative to the base.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct WorldEnd {
     pub(crate) frame: Frame,
-    /// Of its origin. Its axes do not turn.
+    /// Velocity of its origin; its axes do not rotate.
     pub(crate) velocity: Vector<f64>,
 }
 
@@ -18,18 +18,18 @@ impl WorldEnd {
     }
 }
 
-/// Closed loops in a state.
+/// State of closed loops.
 #[derive(Clone, Debug)]
 pub(crate) struct LoopState {
-    /// Per tie, the frames of its ends, in space and the frame of the plan.
+    /// For each tie, the frames of its ends, in space and the frame of the plan.
     pub(crate) frames: Vec<[Frame; 2]>,
-    /// Per tie, its ends that are in the world; of others there is nothing to know.
+    /// For each tie, its ends in the world; unused for other ends.
     pub(crate) world_ends: Vec<[WorldEnd; 2]>,
-    /// What the rows answer: `tau + G^T multipliers = 0`.
+    /// Multipliers in `tau + G^T multipliers = 0`.
     pub(crate) multipliers: Vec<f64>,
-    /// Which tendons that do not stretch are slack, and hold nothing.
+    /// Which inextensible tendons are slack, and hence inactive.
     pub(crate) slack: Vec<bool>,
-    /// Memory for how far they are from being held.
+    /// Memory for the gaps.
     pub(crate) gaps: Vec<f64>,
 }
 
@@ -51,15 +51,16 @@ impl LoopState {
 /// Memory for the derivatives of closed loops.
 #[derive(Clone, Debug)]
 pub(crate) struct LoopTangent {
-    /// How the ends of all ties move with the coordinates, n entries each.
+    /// Displacements of the ends of all ties per unit coordinate, n entries each.
     pub(crate) moved: Vec<[Motion; 2]>,
-    /// The coordinates for which that is known; of no state at first.
+    /// Coordinates for which `moved` is valid; initially none.
     pub(crate) moved_of: Vec<f64>,
-    /// The same of the tie at hand, component by component: turns and shifts of the first end, then of the second.
+    /// The same for the current tie, component by component: rotations and translations of the first end,
+    /// then of the second.
     pub(crate) components: [Vec<f64>; COMPONENTS],
 }
 
-/// Three of a turn and three of a shift, of both ends.
+/// Three rotations and three translations, for both ends.
 pub(crate) const COMPONENTS: usize = 12;
 
 impl LoopTangent {
@@ -67,7 +68,7 @@ impl LoopTangent {
         let of_tie = if loops.ties.is_empty() { 0 } else { n };
         Self {
             moved: vec![[[Vector::zero(); 2]; 2]; loops.ties.len() * n],
-            // NaN equals nothing.
+            // NaN differs from all coordinates.
             moved_of: vec![f64::NAN; of_tie],
             components: std::array::from_fn(|_| vec![0.0; of_tie]),
         }

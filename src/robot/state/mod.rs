@@ -1,4 +1,4 @@
-//! The working memory of all sweeps, sized by the plan; nothing is allocated after construction.
+//! Working memory of all sweeps, sized by the plan; nothing is allocated after construction.
 
 pub(crate) mod actuation;
 pub(crate) mod contact;
@@ -17,12 +17,12 @@ use crate::robot::state::loops::LoopState;
 use crate::robot::state::point::PointState;
 use crate::robot::state::surroundings::Surroundings;
 
-/// Where a piece begins or ends: orientation and position, and the motion there.
+/// Orientation, position and motion of a station, where a piece begins or ends.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Station<G: Space> {
-    /// Where nodes lie behind it.
+    /// Orientation, if pieces with nodes follow.
     pub(crate) orientation: G::Orientation,
-    /// The same ready to be applied, where joints or welds begin.
+    /// Rotation, if joints or welds follow.
     pub(crate) rotation: G::Rotation<f64>,
     pub(crate) position: G::Vector<f64>,
     pub(crate) velocity: Twist<G, f64>,
@@ -30,7 +30,7 @@ pub(crate) struct Station<G: Space> {
     pub(crate) acceleration: Twist<G, f64>,
 }
 
-/// How a station is turned and where it lies: what [`Station`] says of that.
+/// Orientation and position of a station.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Placement<G: Space> {
     pub(crate) orientation: G::Orientation,
@@ -52,11 +52,11 @@ impl<G: Space> Station<G> {
     }
 }
 
-/// Quantities at the nodes (all pieces in a row, [`crate::lie::LANES`] nodes a pack) and at the stations between
-/// pieces, in the frame of the plan.
+/// Quantities at the nodes (all pieces in sequence, [`crate::lie::LANES`] nodes per pack) and at the stations
+/// between pieces, in the frame of the plan.
 #[derive(Clone, Debug)]
 pub(crate) struct Workspace<G: Space> {
-    /// The frame, and where pieces begin and end.
+    /// Stations, starting with the frame.
     pub(crate) stations: Vec<Station<G>>,
     pub(crate) rotation: Vec<G::Rotation<G::Pack>>,
     pub(crate) position: Vec<G::Vector<G::Pack>>,
@@ -74,29 +74,30 @@ pub(crate) struct Workspace<G: Space> {
     pub(crate) force: Vec<Wrench<G, G::Pack>>,
     /// Internal wrench F.
     pub(crate) internal: Vec<Wrench<G, G::Pack>>,
-    /// The same in body axes, about the node.
+    /// Internal wrench in section axes, about the node.
     pub(crate) body: Vec<Wrench<G, G::Pack>>,
-    /// The plan's points in a state, and the wrenches of loads.
+    /// State of the plan's points, and wrenches of loads.
     pub(crate) points: Vec<PointState<G>>,
     pub(crate) acting: Vec<Wrench<G, f64>>,
-    /// The inputs and the actuators in a state.
+    /// Inputs, and state of the actuators.
     pub(crate) inputs: Vec<f64>,
     pub(crate) actuation: ActuationState<G::Pack>,
     pub(crate) loops: LoopState,
     pub(crate) contact: ContactState<G::Pack>,
-    /// The time that base and loads are taken at where they vary, NaN until it is set; and what the world and the
-    /// anchors of the supports are then.
+    /// Time at which varying base and loads are evaluated, NaN until it is set; and the world and the anchors
+    /// of supports at that time.
     pub(crate) time: f64,
     pub(crate) surroundings: Surroundings<G>,
     pub(crate) anchors: Vec<Anchor>,
-    /// The unit twists S of the hinges, and sine and cosine of half their angles.
+    /// Unit twists S of the hinges, and sine and cosine of half their angles.
     pub(crate) hinges: Vec<Twist<G, f64>>,
     pub(crate) half_angles: Vec<[G::Pack; 2]>,
-    /// The wrench that all that a station carries needs there: of the first one, what the base exerts.
+    /// Wrench required by everything that a station carries; for the first station the wrench exerted by the
+    /// base.
     pub(crate) carried: Vec<Wrench<G, f64>>,
-    /// The wrench through the beginning of the piece that ends at a station.
+    /// Wrench transmitted at the start of the piece that ends at a station.
     pub(crate) through: Vec<Wrench<G, f64>>,
-    /// The coordinates of which rotation and position are here, and the state of which the rest is here, if it is.
+    /// Coordinates of the rotations and positions in memory, and the state of all other quantities, if valid.
     pub(crate) kinematics_of: Vec<f64>,
     pub(crate) motion_of: Vec<f64>,
     pub(crate) motion_is_known: bool,
@@ -144,7 +145,7 @@ impl<G: Space> Workspace<G> {
             internal: wrenches.clone(),
             body: wrenches,
             points: vec![PointState::new(); plan.points.len()],
-            // NaN too, where no time is set that it depends on.
+            // NaN for loads that depend on time, until a time is set.
             acting: plan.loads.iter().map(|load| load.at_first()).collect(),
             inputs: plan.inputs.defaults().to_vec(),
             actuation,
@@ -159,7 +160,7 @@ impl<G: Space> Workspace<G> {
         }
     }
 
-    /// Nothing is known any more of where the nodes are, and of their motion.
+    /// Marks kinematics and motion as invalid.
     pub(crate) fn forget(&mut self) {
         let n = self.motion_of.len() / 3;
         self.kinematics_of = unknown(n);
@@ -167,7 +168,8 @@ impl<G: Space> Workspace<G> {
     }
 }
 
-/// Coordinates of no state. NaN equals nothing, and nor does an entry too many where there are no coordinates.
+/// Coordinates that differ from those of every state: NaN, and one additional entry for robots without
+/// coordinates.
 fn unknown(n: usize) -> Vec<f64> {
     vec![f64::NAN; n + 1]
 }

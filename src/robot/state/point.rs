@@ -1,21 +1,21 @@
-//! A place in a state.
+//! State of a point.
 
 use crate::lie::{Twist, VectorSpace, Wrench};
 use crate::robot::algebra::inertia::Inertia;
 use crate::robot::plan::space::Space;
 
-/// What is known of a place in a state.
+/// State of a point.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PointState<G: Space> {
     pub(crate) position: G::Vector<f64>,
     pub(crate) rotation: G::Rotation<f64>,
-    /// Of the bodies, about the origin.
+    /// Inertia of the bodies, about the origin.
     pub(crate) inertia: Inertia<G, f64>,
     pub(crate) velocity: Twist<G, f64>,
     /// Acceleration minus gravity.
     pub(crate) acceleration: Twist<G, f64>,
     pub(crate) momentum: Wrench<G, f64>,
-    /// The wrench required by the motion of the bodies, minus the loads.
+    /// Wrench required by the motion of the bodies, minus the loads.
     pub(crate) force: Wrench<G, f64>,
 }
 

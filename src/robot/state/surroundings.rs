@@ -1,4 +1,4 @@
-//! The world seen from the base, at a time.
+//! The world relative to the base, at a time.
 
 use super::loops::WorldEnd;
 use crate::lie::{Twist, Vector, VectorSpace};
@@ -9,18 +9,19 @@ use crate::robot::plan::space::Space;
 use crate::robot::plan::world::World;
 use crate::world::base_motion::Base;
 
-/// The world seen from the base.
+/// The world relative to the base.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Surroundings<G: Space> {
     pub(crate) base: Base,
     pub(crate) gravity: G::Vector<f64>,
-    /// Velocity of the frame, in its own axes: that of the base's point.
+    /// Velocity of the frame in its own axes, which is that of the base's point.
     pub(crate) velocity: G::Vector<f64>,
-    /// Velocity of the fluid in the frame, and the square of what is out of the plane that the rod moves in: it only
-    /// adds to the speed.
+    /// Velocity of the fluid in the frame, and the squared component out of the plane of motion, which only
+    /// increases the speed.
     pub(crate) current: G::Vector<f64>,
     pub(crate) crossing: f64,
-    /// Potential of gravity of a kilogram at the base; potential of the masses that no motion changes.
+    /// Gravitational potential of a unit mass at the base, and potential of the mass offsets that no motion
+    /// changes.
     pub(crate) gravity_potential: f64,
     pub(crate) body_potential: f64,
     /// Potential of the constant dead forces if all of them acted at the base.
@@ -28,7 +29,7 @@ pub(crate) struct Surroundings<G: Space> {
 }
 
 impl<G: Space> Surroundings<G> {
-    /// Before any time is set: NaN where the base moves.
+    /// Before a time is set: NaN if the base moves.
     pub(crate) fn at_first(world: &World, frame: G::Frame) -> Self {
         let base = if world.motion.is_some() { world.base.unknown() } else { world.base };
         Self::new(world, frame, base)
@@ -37,7 +38,7 @@ impl<G: Space> Surroundings<G> {
     pub(crate) fn new(world: &World, frame: G::Frame, base: Base) -> Self {
         let gravity_of_base = base.rotation.apply_transposed(world.gravity);
         let gravity = G::vector_of(frame, gravity_of_base);
-        // In a plane, masses beside it lie higher or lower by the same whatever the rod does.
+        // In a plane, masses out of it have a constant height relative to it.
         let out_of_plane = |v: Vector<f64>| v - G::in_space(frame, G::vector_of(frame, v));
         let stream = base.rotation.apply_transposed(world.current - base.velocity);
         let crossing = out_of_plane(stream);
@@ -53,7 +54,8 @@ impl<G: Space> Surroundings<G> {
         }
     }
 
-    /// Velocity and acceleration, minus gravity, of the base in its own frame, in which its point rests for the moment.
+    /// Velocity and acceleration, minus gravity, of the base in its own frame, in which its point is
+    /// momentarily at rest.
     pub(crate) fn motion(&self, world: &World, frame: G::Frame) -> (Twist<G, f64>, Twist<G, f64>) {
         if world.motion.is_none() {
             return (Twist::zero(), Twist { angular: VectorSpace::zero(), linear: -self.gravity });
@@ -68,18 +70,18 @@ impl<G: Space> Surroundings<G> {
     }
 }
 
-/// The anchors as a base that moves sees them.
+/// Anchors relative to a moving base.
 pub(crate) fn seen_anchors<G: Space>(plan: &Plan<G>, base: &Base) -> impl Iterator<Item = Anchor> {
     plan.anchors.iter().map(|anchor| anchor.seen_from(base, &plan.world.base))
 }
 
-/// Positions and velocities of the points of the world that tendons end at, as a base that moves sees them.
+/// Positions and velocities, relative to a moving base, of the points of the world at which tendons end.
 pub(crate) fn seen_points<G: Space>(plan: &Plan<G>, base: &Base) -> impl Iterator<Item = [Vector<f64>; 2]> {
     plan.actuation.world_points.iter().map(|&point| base.sees(point, &plan.world.base))
 }
 
-/// Frames of the ends of loops that are in the world, and the velocities of their origins, as a base that moves sees them: two
-/// of each tie. Those on links are left as they are.
+/// Frames of loop ends in the world, and the velocities of their origins, relative to a moving base: two for
+/// each tie. Ends on links are unchanged.
 pub(crate) fn seen_ends<G: Space>(plan: &Plan<G>, base: &Base) -> impl Iterator<Item = [WorldEnd; 2]> {
     plan.loops.ties.iter().map(|tie| {
         tie.ends.each_ref().map(|end| {

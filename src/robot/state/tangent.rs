@@ -1,4 +1,5 @@
-//! The working memory of the tangent: coordinates outside their own pieces, and the part beyond a place.
+//! Working memory of the tangent: effects of coordinates outside their own pieces, and sums over what lies
+//! beyond a place.
 
 use crate::lie::{Geometry, Twist, VectorSpace, Wrench};
 use crate::linalg::{Matrix, TreeMatrix};
@@ -12,19 +13,19 @@ use crate::robot::state::actuation::ActuationTangent;
 use crate::robot::state::contact::ContactTangent;
 use crate::robot::state::loops::LoopTangent;
 
-/// What a coordinate is outside its own piece.
+/// Effect of a coordinate outside its own piece.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Coordinate<G: Geometry> {
     /// Psi at the end of the piece.
     pub(crate) shape: Twist<G, f64>,
-    /// As a column: the angular part of Y, and Z, of all that lies behind the piece, and how far it turns.
+    /// As a column: the angular part of Y, and Z, of everything beyond the piece, and its rotation.
     pub(crate) y: G::Axial<f64>,
     pub(crate) z: Twist<G, f64>,
     pub(crate) turn: G::Axial<f64>,
-    /// As a column: H at the end of the piece, and of all that lies before it.
+    /// As a column: H at the end of the piece, and H of everything before the piece.
     pub(crate) end: Wrench<G, f64>,
     pub(crate) before: Wrench<G, f64>,
-    /// As a row: products with y, z and turn of the coordinates of earlier pieces.
+    /// As a row: factors of y, z and rotation of the coordinates of preceding pieces.
     pub(crate) row_y: G::Axial<f64>,
     pub(crate) row_z: Wrench<G, f64>,
     pub(crate) row_turn: G::Axial<f64>,
@@ -46,13 +47,13 @@ impl<G: Geometry> Coordinate<G> {
     }
 }
 
-/// What else a coordinate is outside its own piece, where there are responses.
+/// Additional effect of a coordinate outside its own piece, if there are responses.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Shift<G: Geometry> {
-    /// As a column: the linear part of Y, and that of the displacement.
+    /// As a column: the linear parts of Y and of the displacement.
     pub(crate) y: G::Vector<f64>,
     pub(crate) displacement: G::Vector<f64>,
-    /// As a row: products with both.
+    /// As a row: factors of both.
     pub(crate) row_y: G::Vector<f64>,
     pub(crate) row_displacement: G::Vector<f64>,
 }
@@ -71,13 +72,13 @@ pub(crate) struct Row<'a, G: Geometry> {
 }
 
 impl<G: Geometry> Row<'_, G> {
-    /// Adds what a response at a place that moves with `psi` multiplies.
+    /// Adds the factors due to a response at a place that moves with `psi`.
     #[inline(always)]
     pub(crate) fn answer(&mut self, response: &Response<G, f64>, psi: Twist<G, f64>) {
         self.add_rows(response.transposed_times(psi));
     }
 
-    /// The same of a pack of nodes.
+    /// The same for a pack of nodes.
     #[inline(always)]
     pub(crate) fn answer_nodes(&mut self, response: &Response<G, G::Pack>, psi: Twist<G, G::Pack>) {
         self.add_rows(response.transposed_times(psi).map(Wrench::sum));
@@ -93,39 +94,40 @@ impl<G: Geometry> Row<'_, G> {
     }
 }
 
-/// Memory of the tangent: one piece at a time, and what is left of every coordinate.
+/// Memory of the tangent: for one piece at a time, and for the effects of every coordinate.
 #[derive(Clone, Debug)]
 pub(crate) struct TangentWorkspace<G: Geometry> {
     pub(crate) coordinates: Vec<Coordinate<G>>,
-    /// Of robots with branches: what all that a station carries answers.
+    /// For robots with branches: sums over everything that a station carries.
     pub(crate) carried: Vec<Rest<G>>,
-    /// Of every place inside a piece where others are attached: what the coordinates of the piece are there.
+    /// For every place inside a piece with attached pieces: effects of the piece's coordinates there.
     pub(crate) attached: Vec<Attached<G>>,
-    /// Only where there are responses.
+    /// Present only with responses.
     pub(crate) shifts: Vec<Shift<G>>,
-    /// Per pack, times the quadrature weights: N and C.
+    /// Per pack, times quadrature weights: N and C.
     pub(crate) inertia: Vec<Inertia<G, G::Pack>>,
     pub(crate) gyroscope: Vec<Gyroscope<G, G::Pack>>,
-    /// Per pack, times the quadrature weights: that of the dead loads that are spread along the piece.
+    /// Per pack, times quadrature weights: gyroscope of the dead loads along the piece.
     pub(crate) dead: Vec<Gyroscope<G, G::Pack>>,
     pub(crate) points: PointTangents<G>,
     pub(crate) actuation: ActuationTangent<G::Pack>,
-    /// The same of closed loops.
+    /// Memory for closed loops.
     pub(crate) loops: LoopTangent,
-    /// And of contact.
+    /// Memory for contacts.
     pub(crate) contact: ContactTangent,
-    /// Per pack, times the quadrature weights: that of the fluid, if there is one.
+    /// Per pack, times quadrature weights: response of the fluid, if any.
     pub(crate) response: Vec<Response<G, G::Pack>>,
-    /// Per component of the piece and pack: S, ad_V S, (ad_A + ad_V ad_V) S and w_q ad_S^T F of a unit strain.
+    /// Per component of the piece and pack: S, ad_V S, (ad_A + ad_V ad_V) S and w_q ad_S^T F for a unit
+    /// strain.
     pub(crate) shape: Vec<Twist<G, G::Pack>>,
     pub(crate) shape_rate: Vec<Twist<G, G::Pack>>,
     pub(crate) shape_acceleration: Vec<Twist<G, G::Pack>>,
     pub(crate) load: Vec<Wrench<G, G::Pack>>,
-    /// Per pack, for the column at hand: an integrand, Psi' and Psi''.
+    /// Per pack, for the current column: an integrand, Psi' and Psi''.
     pub(crate) integrand: Vec<Twist<G, G::Pack>>,
     pub(crate) psi_rate: Vec<Twist<G, G::Pack>>,
     pub(crate) psi_acceleration: Vec<Twist<G, G::Pack>>,
-    /// Per coordinate of the piece and pack: Psi, and the change of the force times the quadrature weights.
+    /// Per coordinate of the piece and pack: Psi, and the change of the force times quadrature weights.
     pub(crate) psi: Vec<Twist<G, G::Pack>>,
     pub(crate) source: Vec<Wrench<G, G::Pack>>,
 }
@@ -162,13 +164,13 @@ impl<G: Space> TangentWorkspace<G> {
     }
 }
 
-/// What the coordinates of a piece are at a place inside it where others are attached.
+/// Effects of a piece's coordinates at a place inside it at which others are attached.
 #[derive(Clone, Debug)]
 pub(crate) struct Attached<G: Geometry> {
-    /// The first of them.
+    /// Index of the first coordinate.
     pub(crate) first: usize,
     pub(crate) coordinates: Vec<Coordinate<G>>,
-    /// Only where there are responses.
+    /// Present only with responses.
     pub(crate) shifts: Vec<Shift<G>>,
 }
 
@@ -184,7 +186,7 @@ impl<G: Space> Attached<G> {
 }
 
 impl<G: Space> TangentWorkspace<G> {
-    /// What all that lies behind the beginning of a piece answers becomes a part of what its carrier carries.
+    /// Adds the sums at the beginning of a piece to those of its carrier.
     #[inline(always)]
     pub(crate) fn carry(&mut self, plan: &Plan<G>, piece: &PiecePlan<G>, rest: &Rest<G>) {
         if plan.has_branches {
@@ -192,7 +194,7 @@ impl<G: Space> TangentWorkspace<G> {
         }
     }
 
-    /// Keeps what coordinate `k` of a piece is at the places inside it where others are attached.
+    /// Stores the effects of coordinate `k` of a piece at places inside it at which others are attached.
     #[inline(always)]
     pub(crate) fn keep(&mut self, plan: &Plan<G>, piece: &PiecePlan<G>, weights: Weights, k: usize) {
         if self.attached.is_empty() {
@@ -217,7 +219,7 @@ impl<G: Space> TangentWorkspace<G> {
         }
     }
 
-    /// What coordinates are for those that are attached there: at the end of their pieces, if at no place inside.
+    /// Effects of coordinates on pieces attached at a place; at the end of their piece if `None`.
     #[inline(always)]
     pub(crate) fn seen_from(
         &self,
@@ -233,7 +235,7 @@ impl<G: Space> TangentWorkspace<G> {
         }
     }
 
-    /// The shift of one likewise.
+    /// The additional effect of one coordinate there.
     #[inline(always)]
     pub(crate) fn shift_seen_from(&self, attached: Option<usize>, k: usize) -> &Shift<G> {
         match attached {
@@ -243,24 +245,24 @@ impl<G: Space> TangentWorkspace<G> {
     }
 }
 
-/// The weights of a tangent, with what they make unnecessary.
+/// Weights of a tangent, and which terms they make unnecessary.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Weights {
     pub(crate) q: f64,
     pub(crate) v: f64,
     pub(crate) a: f64,
-    /// The mass matrix alone: Y and the loads vanish, and the motion need not be known.
+    /// Mass matrix only: Y and the loads vanish, and the motion need not be known.
     pub(crate) is_mass_only: bool,
 }
 
-/// What all that lies behind a place, tip included, answers to variations that are constant along it.
+/// Sums over everything beyond a place, including the tip, for variations that are constant along it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Rest<G: Geometry> {
     pub(crate) inertia: Inertia<G, f64>,
     pub(crate) gyroscope: Gyroscope<G, f64>,
-    /// That of the dead loads.
+    /// Gyroscope of the dead loads.
     pub(crate) dead: Gyroscope<G, f64>,
-    /// That of springs and fluid.
+    /// Response of springs and fluid.
     pub(crate) response: Response<G, f64>,
 }
 
@@ -274,7 +276,7 @@ impl<G: Geometry> Rest<G> {
         }
     }
 
-    /// Adds another one; its responses only where there are any, as they are the most of it.
+    /// Adds another one; responses, the largest part, only if there are any.
     pub(crate) fn add(&mut self, other: &Self, has_responses: bool) {
         self.inertia.add(other.inertia);
         self.gyroscope.add(other.gyroscope);
@@ -284,7 +286,7 @@ impl<G: Geometry> Rest<G> {
         }
     }
 
-    /// Takes the place of this one likewise.
+    /// Copies another one, likewise.
     pub(crate) fn set(&mut self, other: &Self, has_responses: bool) {
         self.inertia = other.inertia;
         self.gyroscope = other.gyroscope;
@@ -295,7 +297,7 @@ impl<G: Geometry> Rest<G> {
     }
 }
 
-/// Where a tangent goes: all entries, or what a tree's matrix is made of.
+/// Destination of a tangent: all entries, or the data of a tree matrix.
 #[derive(Debug)]
 pub(crate) enum Tangent<'a> {
     Dense(&'a mut Matrix),
@@ -303,8 +305,7 @@ pub(crate) enum Tangent<'a> {
 }
 
 impl Tangent<'_> {
-    /// The entries from the first one of the diagonal block of piece `s` on, by columns, and how many lie between
-    /// columns.
+    /// Entries of the diagonal block of piece `s` by columns, and the distance between columns.
     #[inline(always)]
     pub(crate) fn block<G: Space>(&mut self, s: usize, piece: &PiecePlan<G>) -> (&mut [f64], usize) {
         match self {
@@ -321,13 +322,13 @@ impl Tangent<'_> {
 /// Memory for the points inside one piece at a time.
 #[derive(Clone, Debug)]
 pub(crate) struct PointTangents<G: Geometry> {
-    /// Per point: the inertia there, the gyroscope, and that of dead loads, each with that of all that is attached.
+    /// Per point: inertia, gyroscope, and gyroscope of dead loads, each including everything attached there.
     pub(crate) inertia: Vec<Inertia<G, f64>>,
     pub(crate) gyroscope: Vec<Gyroscope<G, f64>>,
     pub(crate) dead: Vec<Gyroscope<G, f64>>,
-    /// Per point: the response of its supports and of all that is attached, if there is any.
+    /// Per point: response of its supports and of everything attached there, if any.
     pub(crate) response: Vec<Option<Response<G, f64>>>,
-    /// Per point, of the column at hand: Y and Z.
+    /// Per point, for the current column: Y and Z.
     pub(crate) y: Vec<Twist<G, f64>>,
     pub(crate) z: Vec<Twist<G, f64>>,
     /// Per coordinate of the piece and point: Psi, and the change of the force.

@@ -6,13 +6,13 @@ use crate::actuator::{ActiveStrain, Actuator, Along, Chamber, Drive, Motor, Moto
 use crate::robot::description::Robot;
 use crate::rod::STRAIN_NAMES;
 
-/// So many actuators of which the same is to be said are named; of more, the first and the last one.
+/// Maximum number of actuators with the same text that are all named; of more, only the first and the last.
 const LISTED_NAMES: usize = 3;
 
-/// Something that is computed, or skipped, with its reason.
+/// Whether something is computed or skipped, its name, and the text.
 pub(super) type Told = (bool, String, String);
 
-/// What is to be said of the actuators and inputs of a robot; of several of which the same is to be said, once.
+/// Texts for the actuators and inputs of a robot; one text for actuators with identical text.
 pub(super) fn tell(robot: &Robot, of_actuators: &[OfActuator]) -> Vec<Told> {
     let mut groups: Vec<Group> = Vec::new();
     for (actuator, of_actuator) in robot.actuators.iter().zip(of_actuators) {
@@ -34,7 +34,7 @@ pub(super) fn tell(robot: &Robot, of_actuators: &[OfActuator]) -> Vec<Told> {
     told
 }
 
-/// Actuators of which the same is to be said.
+/// Actuators with identical text.
 struct Group<'a> {
     kind: &'static str,
     names: Vec<&'a str>,
@@ -69,7 +69,7 @@ impl Group<'_> {
     }
 }
 
-/// Explains what is computed for an actuator, and what is skipped.
+/// Explains which parts of an actuator are computed or skipped.
 fn parts(robot: &Robot, actuator: &Actuator, of_actuator: &OfActuator) -> (&'static str, Vec<Part>) {
     match actuator {
         Actuator::Tendon(tendon) => ("tendon", of_tendon(robot, tendon, of_actuator)),
@@ -79,7 +79,7 @@ fn parts(robot: &Robot, actuator: &Actuator, of_actuator: &OfActuator) -> (&'sta
     }
 }
 
-/// A part of what is computed for an actuator, the first one without a name; without text where it has none.
+/// A part of an actuator's computation, the first one without a name; parts without text are omitted.
 #[derive(PartialEq)]
 struct Part {
     name: &'static str,
@@ -94,7 +94,7 @@ fn absent(name: &'static str) -> Part {
     part(name, false, String::new)
 }
 
-/// What it does, first of all.
+/// The first part: the effect of the actuator.
 fn first(text: impl Into<String>) -> Part {
     part("", true, || text.into())
 }
@@ -164,7 +164,7 @@ fn of_active_strain(robot: &Robot, active: &ActiveStrain) -> Vec<Part> {
     vec![first(format!("a reference {strain} of {rod}: its forces are constant")), absent("tangent")]
 }
 
-/// The ways along rods: `finger from 0 m to 0.1 m`.
+/// Paths along rods: `finger from 0 m to 0.1 m`.
 fn ways(robot: &Robot, parts: &[&Along]) -> String {
     let way = |along: &&Along| {
         let link = &robot.links[along.link];

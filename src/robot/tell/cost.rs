@@ -1,8 +1,8 @@
-//! The cost of a plan: numbers of floating-point products in its sweeps.
+//! Cost of a plan: numbers of floating-point products in its sweeps.
 //!
-//! The loops are those of the sweeps; what acts on the robot says itself what it costs. What stands in the loops is not
-//! a number taken from a formula but the formula itself, evaluated with [`Counted`] numbers. A test counts what the
-//! sweeps really do.
+//! The loops mirror those of the sweeps; each effect reports its own cost. Products within the loops are
+//! counted by evaluating the formulas themselves with [`Counted`] numbers. A test compares with the products
+//! of the real sweeps.
 
 use std::ops::Range;
 
@@ -23,24 +23,25 @@ use crate::robot::plan::piece::PiecePlan;
 use crate::robot::plan::tree::Relatives;
 use crate::robot::turning::Turning;
 
-/// Numbers of products of two doubles. A multiply-add counts as one; sums, quotients, roots and comparisons are not
-/// counted. Where rotations are computed by a series for small angles and by another formula for large ones, those of
-/// small angles count; a few products that a sweep forms once, those of supports among them, are left out.
+/// Numbers of products of two doubles. A multiply-add counts as one; sums, quotients, roots and comparisons
+/// are not counted. Of rotations computed by a series for small angles and another formula for large ones,
+/// the former is counted. A few products that a sweep computes only once, such as those of supports, are
+/// omitted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Multiplications {
-    /// One inverse dynamics, of a state in which nothing is known.
+    /// One inverse dynamics, in a state of which nothing is known.
     pub residual: u64,
-    /// One weighted tangent at a state whose residual is known, as it is in Newton's method.
+    /// One weighted tangent at a state with known residual, as in Newton's method.
     pub tangent: u64,
-    /// One mass matrix at a shape that is known.
+    /// One mass matrix at a known shape.
     pub mass_matrix: u64,
-    /// One LU factorisation of a tangent, with the constraints of closed loops.
+    /// One LU factorisation of a tangent, including the constraints of closed loops.
     pub factorisation: u64,
-    /// The solution of one system with it.
+    /// One solution with this factorisation.
     pub solution: u64,
 }
 
-/// What is counted of a plan whose linear systems are solved that way.
+/// Counts of a plan with this solver.
 pub(crate) fn multiplications<G: Turning>(plan: &Plan<G>, solve: Solve) -> Multiplications {
     let n = plan.n as u64;
     let [mut residual, mut tangent, mass_matrix] = evaluations(plan, solve, all(plan));
@@ -54,7 +55,7 @@ pub(crate) fn multiplications<G: Turning>(plan: &Plan<G>, solve: Solve) -> Multi
     }
     let m = plan.loops.rows as u64;
     let [factorisation, solution] = match solve {
-        // With the constraints beside the coordinates, once those are found that determine the others.
+        // With the independent constraints as additional rows and columns, after these have been selected.
         Solve::Dense => [lu(n + m) + m * m * n, (n + m) * (n + m)],
         Solve::Tree => of_tree(plan),
     };
@@ -64,17 +65,17 @@ pub(crate) fn multiplications<G: Turning>(plan: &Plan<G>, solve: Solve) -> Multi
 /// Size of the computation for a link, and its share of the products.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct OfLink {
-    /// Quadrature nodes of its rod.
+    /// Number of quadrature nodes of its rod.
     pub(crate) nodes: usize,
-    /// Those of its joint and of its rod.
+    /// Number of coordinates of its joint and rod.
     pub(crate) coordinates: usize,
-    /// Of [`Multiplications::residual`].
+    /// Share of [`Multiplications::residual`].
     pub(crate) residual: u64,
-    /// Of [`Multiplications::tangent`].
+    /// Share of [`Multiplications::tangent`].
     pub(crate) tangent: u64,
 }
 
-/// What the links take, with what acts on them but actuators, and their blocks with other links.
+/// Costs of links with all effects except actuators, including blocks with other links.
 pub(crate) fn of_links<G: Turning>(plan: &Plan<G>, solve: Solve) -> Vec<OfLink> {
     let of_link = |link| {
         let pieces = plan.pieces_of(link);
@@ -92,7 +93,7 @@ pub(crate) fn of_links<G: Turning>(plan: &Plan<G>, solve: Solve) -> Vec<OfLink> 
     (0..plan.links.len()).map(of_link).collect()
 }
 
-/// The part of some pieces of a residual, a tangent and a mass matrix.
+/// Share of some pieces in a residual, a tangent and a mass matrix.
 fn evaluations<G: Turning>(plan: &Plan<G>, solve: Solve, pieces: Range<usize>) -> [u64; 3] {
     let mut residual = kinematics(plan, pieces.clone());
     residual += motion(plan, pieces.clone());
@@ -116,7 +117,7 @@ fn lu(n: u64) -> u64 {
     n * n.saturating_sub(1) / 2 + n * n.saturating_sub(1) * (2 * n).saturating_sub(1) / 6
 }
 
-/// [`crate::linalg::TreeLu`]: factorisation and solution.
+/// Factorisation and solution by [`crate::linalg::TreeLu`].
 fn of_tree<G: Turning>(plan: &Plan<G>) -> [u64; 2] {
     let [upper, lower] = tree::ranks(plan).map(|rank| rank as u64);
     let mut count = [0, 0];
@@ -132,7 +133,7 @@ fn of_tree<G: Turning>(plan: &Plan<G>) -> [u64; 2] {
     count
 }
 
-/// Values of the kinds that the formulas take.
+/// Values of the types in the formulas.
 struct Kinds<G: Turning> {
     twist: Twist<G, Counted>,
     wrench: Wrench<G, Counted>,
@@ -161,7 +162,7 @@ impl<G: Turning> Kinds<G> {
         }
     }
 
-    /// Inertial force of sections that move: their momentum, and how that changes.
+    /// Inertial force of moving sections: their momentum and its change.
     fn force(&self, moments: &Moments<G>) -> u64 {
         let momenta = match moments {
             Moments::Round(_) => 2 * products(|| self.section.momentum(self.twist)),
@@ -170,7 +171,7 @@ impl<G: Turning> Kinds<G> {
         momenta + products(|| self.twist.bracket_transposed(self.wrench))
     }
 
-    /// The inertia of sections, times quadrature weights.
+    /// Inertia of sections, times quadrature weights.
     fn weighted(&self, moments: &Moments<G>) -> u64 {
         match moments {
             Moments::Round(_) => products(|| self.section.weighted(Counted)),
@@ -178,13 +179,13 @@ impl<G: Turning> Kinds<G> {
         }
     }
 
-    /// Inertia seen from afar.
+    /// Inertia about the origin.
     fn carried(&self) -> u64 {
         products(|| self.inertia.carried(&self.rotation, self.vector))
     }
 }
 
-/// Packs, nodes and coordinates of a piece.
+/// Numbers of packs, nodes and coordinates of a piece.
 fn sizes<G: Turning>(piece: &PiecePlan<G>) -> (u64, u64, u64) {
     (piece.packs as u64, (piece.packs * LANES) as u64, piece.n as u64)
 }
@@ -233,7 +234,7 @@ fn motion<G: Turning>(plan: &Plan<G>, pieces: Range<usize>) -> Products {
         let out = 2 * (modes + carried + nodes * scaled + scaled) + products(|| k.twist.bracket(k.twist));
         let back = nodes * scaled + scaled;
         count.packs += packs * (out + k.force(&piece.moments) + back);
-        // To the points inside and back from them.
+        // To and from the points inside.
         count.packs += piece.points.inside.len() as u64 * packs * 3 * scaled;
         let bodies = plan.points[piece.points.all()].iter().filter(|point| point.body.is_some()).count();
         count.singles += bodies as u64
@@ -267,8 +268,8 @@ fn projection<G: Turning>(plan: &Plan<G>, pieces: Range<usize>) -> Products {
     count
 }
 
-/// `kernel::tangent::weighted_tangent` with all weights, or of the mass matrix alone, without the blocks between
-/// different pieces.
+/// `kernel::tangent::weighted_tangent` with all weights, or for the mass matrix only, without the blocks
+/// between different pieces.
 fn tangent<G: Turning>(plan: &Plan<G>, pieces: Range<usize>, is_mass_only: bool) -> Products {
     let k = Kinds::<G>::new();
     let momentum = products(|| k.inertia.momentum(k.twist));
@@ -284,7 +285,7 @@ fn tangent<G: Turning>(plan: &Plan<G>, pieces: Range<usize>, is_mass_only: bool)
     for s in pieces {
         let piece = &plan.pieces[s];
         let (packs, nodes, modes) = sizes(piece);
-        // Bodies and shapes.
+        // Bodies and columns of S.
         count.packs += packs * sections(&k, &piece.moments, is_mass_only);
         for component in &piece.components {
             if component.index < G::ANGULAR {
@@ -310,7 +311,7 @@ fn tangent<G: Turning>(plan: &Plan<G>, pieces: Range<usize>, is_mass_only: bool)
                 count.singles += modes * gyroscopic;
             }
         }
-        // What acts along the piece: gyroscopes and responses, columns, and rows below.
+        // Effects along the piece: gyroscopes and responses, columns, and rows below.
         count += effects::products_of_response(plan, piece, is_mass_only);
         let has_dead = !is_mass_only && effects::is_dead_along(plan, piece);
         let has_responses = effects::responds_along(piece);
@@ -328,7 +329,7 @@ fn tangent<G: Turning>(plan: &Plan<G>, pieces: Range<usize>, is_mass_only: bool)
         if s > 0 && !is_mass_only {
             count += rows(plan, piece, &k);
         }
-        // Block, of which a mass matrix needs half, stiffness and damping.
+        // Block (half of it for a mass matrix), stiffness and damping.
         let entries = if is_mass_only { modes * (modes + 1) / 2 } else { modes * modes };
         count.packs += entries * packs * dot;
         count.singles += entries * dot;
@@ -340,13 +341,13 @@ fn tangent<G: Turning>(plan: &Plan<G>, pieces: Range<usize>, is_mass_only: bool)
     count
 }
 
-/// How many points inside a piece respond.
+/// Number of points with responses inside a piece.
 fn responding<G: Turning>(plan: &Plan<G>, piece: &PiecePlan<G>) -> u64 {
     let points = &plan.points[piece.points.inside.clone()];
     points.iter().filter(|point| effects::responds_at(point)).count() as u64
 }
 
-/// The part of the points inside a piece in its columns and entries, and of what responds behind it.
+/// Share of the points inside a piece in its columns and entries, and in the responses beyond it.
 fn points_inside<G: Turning>(
     plan: &Plan<G>,
     piece: &PiecePlan<G>,
@@ -375,7 +376,7 @@ fn points_inside<G: Turning>(
     count
 }
 
-/// The rows of a piece behind others.
+/// Rows of a piece that follows others.
 fn rows<G: Turning>(plan: &Plan<G>, piece: &PiecePlan<G>, k: &Kinds<G>) -> Products {
     let (packs, _, modes) = sizes(piece);
     let momentum = products(|| k.inertia.momentum(k.twist));
@@ -401,7 +402,8 @@ fn rows<G: Turning>(plan: &Plan<G>, piece: &PiecePlan<G>, k: &Kinds<G>) -> Produ
     count
 }
 
-/// What a dense tangent forms for the blocks between different pieces, and what a mass matrix does for half of them.
+/// Products of a dense tangent for the blocks between different pieces, and of a mass matrix for half of
+/// them.
 fn coupling<G: Turning>(plan: &Plan<G>, pieces: Range<usize>) -> [u64; 2] {
     let k = Kinds::<G>::new();
     let dot = products(|| k.twist.dot(k.wrench));
@@ -419,13 +421,13 @@ fn coupling<G: Turning>(plan: &Plan<G>, pieces: Range<usize>) -> [u64; 2] {
     count
 }
 
-/// Inertia of a node, and what its motion makes of it.
+/// Inertia of a node, and its products with the motion.
 fn sections<G: Turning>(k: &Kinds<G>, moments: &Moments<G>, is_mass_only: bool) -> u64 {
     let moving = products(|| Gyroscope::new(&k.inertia, k.twist, k.wrench * Counted));
     k.weighted(moments) + if is_mass_only { 0 } else { moving }
 }
 
-/// Entries of a stiffness between components.
+/// Number of entries of a stiffness between components.
 fn coupled(coupling: &Coupling) -> u64 {
     coupling.stiffness.len() as u64
 }
@@ -448,7 +450,7 @@ mod tests {
     use crate::support::Support;
     use crate::world::Fluid;
 
-    /// A rod of several segments with a load and a mass at its tip, so that nothing is skipped but what the modes skip.
+    /// A rod of several segments with a load and a mass at its tip, so that only absent modes are skipped.
     fn rod(modes: &[[usize; 6]], is_tapered: bool) -> Rod {
         let segments = modes.iter().map(|&modes| Segment {
             modes,
@@ -470,7 +472,7 @@ mod tests {
         Rod { fluid: Some(fluid), actuators: kinds_of_actuators(0.3 * modes.len() as f64), ..rod }
     }
 
-    /// Actuators of all kinds; two tendons lie in one sleeve.
+    /// Actuators of all kinds; two tendons share a sleeve.
     fn kinds_of_actuators(length: f64) -> Vec<Actuator> {
         let along = |z: f64, to: f64| {
             Part::Along(Along { link: 0, offset: [0.002.into(), z.into()], along: [0.0, to] })
@@ -504,7 +506,7 @@ mod tests {
         ]
     }
 
-    /// Products of packs are counted by the packs themselves while the sweeps run.
+    /// Packs count their products while the sweeps run.
     fn assert_counts<G: Turning>(rod: &Rod, frame: G::Frame) {
         let plan = compile::plan::<G>(&rod.into(), frame);
         let (mut work, mut memory) = (Workspace::new(&plan), TangentWorkspace::new(&plan));
@@ -573,7 +575,7 @@ mod tests {
         assert_eq!(links.iter().map(|of| of.residual).sum::<u64>() + sum(|of| of.residual), all.residual);
         assert_eq!(links.iter().map(|of| of.tangent).sum::<u64>() + sum(|of| of.tangent), all.tangent);
 
-        // What is constant has no tangent; friction and damping cost more than what lacks them.
+        // Constant forces have no tangent; friction and damping add costs.
         let [pull, held, undamped, straight, rubbing, chamber, active] = &actuators[..] else {
             panic!("all")
         };

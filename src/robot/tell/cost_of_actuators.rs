@@ -1,8 +1,8 @@
-//! The cost of each actuator: its share of the products of a residual and of a tangent.
+//! Cost of each actuator: its share of the products of a residual and of a tangent.
 //!
-//! As in [`super::cost`], formulas are evaluated with [`Counted`] numbers; a test counts the products of packs that
-//! [`crate::robot::effect::actuation`] and [`crate::robot::kernel::lines`] really form. It is about actuators that pull or
-//! push: of one whose force is zero some is left out.
+//! As in [`super::cost`], formulas are evaluated with [`Counted`] numbers; a test counts the pack products of
+//! [`crate::robot::effect::actuation`] and [`crate::robot::kernel::lines`]. Costs are those of actuators with
+//! a force; with zero force some products are skipped.
 
 use crate::lie::{Counted, Cross as _, LANES, Twist, Vector, VectorSpace, Wrench, products};
 use crate::robot::algebra::inertia::Gyroscope;
@@ -15,20 +15,20 @@ use crate::robot::turning::Turning;
 /// Size of the computation for an actuator, and its share of the products.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct OfActuator {
-    /// Quadrature nodes of the parts that are embedded in rods, and the straight parts.
+    /// Numbers of quadrature nodes of embedded parts, and of straight parts.
     pub(crate) nodes: usize,
     pub(crate) lines: usize,
-    /// Those that its force acts on.
+    /// Number of coordinates on which its force acts.
     pub(crate) coordinates: usize,
     /// Whether its tangent has entries between different pieces.
     pub(crate) couples_pieces: bool,
-    /// Of [`super::cost::Multiplications::residual`].
+    /// Share of [`super::cost::Multiplications::residual`].
     pub(crate) residual: u64,
-    /// Of [`super::cost::Multiplications::tangent`].
+    /// Share of [`super::cost::Multiplications::tangent`].
     pub(crate) tangent: u64,
 }
 
-/// What the actuators are compiled to.
+/// Costs of the actuators of a plan.
 pub(crate) fn of_actuators<G: Turning>(plan: &Plan<G>) -> Vec<OfActuator> {
     let (action, response) = (action(plan), response(plan));
     let of_actuator = |(i, actuator): (usize, &ActuatorPlan)| OfActuator {
@@ -42,7 +42,7 @@ pub(crate) fn of_actuators<G: Turning>(plan: &Plan<G>) -> Vec<OfActuator> {
     plan.actuation.actuators.iter().enumerate().map(of_actuator).collect()
 }
 
-/// The sleeves in which an actuator has threads, one for each.
+/// Sleeves that contain threads of an actuator, one for each thread.
 fn threads<G: Turning>(plan: &Plan<G>, actuator: usize) -> impl Iterator<Item = &Sleeve<G::Pack>> {
     let sleeve_of = |part: &Part| match *part {
         Part::Thread { sleeve, .. } => Some(&plan.actuation.sleeves[sleeve]),
@@ -56,10 +56,10 @@ struct Sizes {
     packs: u64,
     nodes: u64,
     components: u64,
-    /// Components c <= d.
+    /// Number of pairs of components c <= d.
     pairs: u64,
     coordinates: u64,
-    /// Of these, the ones of curvatures.
+    /// Number of these for curvatures.
     angular: u64,
 }
 
@@ -78,10 +78,10 @@ impl Sizes {
     }
 }
 
-/// Strains that are curvatures.
+/// Number of angular strains.
 const ANGULAR: usize = 3;
 
-/// Gives what the threads of a sleeve share to their actuators, in equal parts but for rounding.
+/// Divides the shared cost of a sleeve's threads equally among their actuators, up to rounding.
 fn share<P>(sleeve: &Sleeve<P>, shared: Products, to: &mut [Products]) {
     let number = sleeve.threads.len() as u64;
     let part = |count: u64, i: u64| count * (i + 1) / number - count * i / number;
@@ -90,13 +90,13 @@ fn share<P>(sleeve: &Sleeve<P>, shared: Products, to: &mut [Products]) {
     }
 }
 
-/// `effect::actuation`, acting: lengths with their gradients and rates, and forces.
+/// `effect::actuation`, forces: lengths with their gradients and rates, and forces.
 pub(super) fn action<G: Turning>(plan: &Plan<G>) -> Vec<Products> {
     let (vector, number) = (Vector::<Counted>::zero(), Counted);
     let dot = products(|| vector.dot(vector));
     let of_linear = |actuator: &ActuatorPlan| {
         let law = if actuator.law.has_stiffness() { 2 } else { 0 };
-        // The gradient of what is linear, the rate, and the generalised forces.
+        // The gradient of the linear part, the rate, and the generalised forces.
         (actuator.gradient.len() + 2 * actuator.reaches.len() + law) as u64
     };
     let mut counts: Vec<Products> = plan
@@ -135,14 +135,14 @@ pub(super) fn action<G: Turning>(plan: &Plan<G>) -> Vec<Products> {
     counts
 }
 
-/// `kernel::lines`, and `effect::actuation`, responding: the derivative of the forces.
+/// `kernel::lines`, and responses of `effect::actuation`: the derivative of the forces.
 pub(super) fn response<G: Turning>(plan: &Plan<G>) -> Vec<Products> {
     let vector = Vector::<Counted>::zero();
     let dot = products(|| vector.dot(vector));
     let mut counts = vec![Products::default(); plan.actuation.actuators.len()];
     for sleeve in &plan.actuation.sleeves {
         let Sizes { packs, pairs, coordinates, .. } = Sizes::of(sleeve);
-        // The entries of the block, of which the lower ones are those above.
+        // Entries of the block; the lower triangle is a copy of the upper one.
         let entries = coordinates * (coordinates + 1) / 2;
         share(sleeve, Products { packs: packs * 2 * entries, singles: 0 }, &mut counts);
         for thread in &sleeve.threads {
@@ -162,7 +162,7 @@ pub(super) fn response<G: Turning>(plan: &Plan<G>) -> Vec<Products> {
                 let size = Sizes::of(sleeve);
                 let Sizes { packs, nodes, components, coordinates, .. } = size;
                 counts[i].packs += 3 * packs * coordinates;
-                // How the turning changes, and what that does to all behind.
+                // Derivatives of the rotation, and their effect on all following nodes.
                 let changes = turning(&size)
                     + 2 * dot
                     + components * (products(|| vector.cross(vector)) + 3 * dot + 4)
@@ -197,7 +197,7 @@ pub(super) fn response<G: Turning>(plan: &Plan<G>) -> Vec<Products> {
     counts
 }
 
-/// How a piece moves an end of a straight part (`turning::columns`, `effect::actuation::line::changes`).
+/// Effect of a piece on an end of a straight part (`turning::columns`, `effect::actuation::line::changes`).
 fn column<G: Turning>(piece: &PiecePlan<G>) -> Products {
     let (twist, vector) = (Twist::<G, Counted>::zero(), Vector::<Counted>::zero());
     let [bracket, dot] = [products(|| twist.bracket(twist)), products(|| vector.dot(vector))];
@@ -216,7 +216,7 @@ fn column<G: Turning>(piece: &PiecePlan<G>) -> Products {
     count
 }
 
-/// Whether the tangent needs the rate at which the gradient of a length changes.
+/// Whether the tangent needs the rate of the length's gradient.
 fn has_rate(actuator: &ActuatorPlan) -> bool {
     let is_damped = match actuator.law {
         Law::Cable { damping, .. } | Law::Servo { damping, .. } => damping != 0.0,
@@ -227,7 +227,7 @@ fn has_rate(actuator: &ActuatorPlan) -> bool {
     is_damped || actuator.friction.as_ref().is_some_and(|friction| friction.sliding.is_none())
 }
 
-/// How a thread turns at a node (`friction::node_of`).
+/// Rotation of a thread at a node (`friction::node_of`).
 fn turning(size: &Sizes) -> u64 {
     let (vector, number) = (Vector::<Counted>::zero(), Counted);
     let [dot, cross, scaled] =
@@ -236,7 +236,7 @@ fn turning(size: &Sizes) -> u64 {
     strains + cross + 3 * dot + 3 * scaled + 1
 }
 
-/// What the force of a straight part on an end takes.
+/// Force of a straight part on one end.
 fn pull<G: Turning>() -> u64 {
     let wrench = Wrench::<G, Counted>::zero();
     // The force, its direction, and its moment about the origin.

@@ -1,5 +1,5 @@
-//! The cost of each loop: its share of the products of a residual and of a tangent. Solving with its constraints is counted with
-//! the linear systems.
+//! Cost of each loop: its share of the products of a residual and of a tangent. Solving with its constraints
+//! is counted with the linear systems.
 
 use crate::model::Holder;
 use crate::robot::algebra::tie::Row;
@@ -9,21 +9,22 @@ use crate::robot::turning::Turning;
 /// Size of the computation for a loop, and its share of the products.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct OfLoop {
-    /// Those that its forces act on.
+    /// Number of coordinates on which its forces act.
     pub(crate) coordinates: usize,
-    /// Of [`super::cost::Multiplications::residual`].
+    /// Share of [`super::cost::Multiplications::residual`].
     pub(crate) residual: u64,
-    /// Of [`super::cost::Multiplications::tangent`].
+    /// Share of [`super::cost::Multiplications::tangent`].
     pub(crate) tangent: u64,
 }
 
-/// Products of a vector with another one, of a cross product, of a rotated vector.
+/// Products of a scalar product, of a cross product, and of a rotated vector.
 const DOT: u64 = 3;
 const CROSS: u64 = 6;
 const ROTATED: u64 = 9;
 
-/// The unit wrench of a row (`Row::wrench`), how it changes as the frames move (`Row::change`), and its rate with that wrench
-/// (`Row::rate`); counted by hand, as the algebra of ties is one of plain numbers.
+/// Products of the unit wrench of a row (`Row::wrench`), of its change with the motion of the frames
+/// (`Row::change`), and of the rate with this wrench (`Row::rate`). Counted by hand, because ties use plain
+/// numbers.
 fn of_row(row: &Row) -> [u64; 3] {
     let [wrench, change] = match row {
         Row::Across(_) => [ROTATED, ROTATED + CROSS],
@@ -33,7 +34,7 @@ fn of_row(row: &Row) -> [u64; 3] {
     [wrench, change, wrench + CROSS + 2 * DOT]
 }
 
-/// What the loops are compiled to, in the order of the robot.
+/// Costs of the loops, in the order of the robot.
 pub(crate) fn of_loops<G: Turning>(plan: &Plan<G>) -> Vec<OfLoop> {
     let loops = &plan.loops;
     let n = plan.n as u64;
@@ -42,7 +43,7 @@ pub(crate) fn of_loops<G: Turning>(plan: &Plan<G>) -> Vec<OfLoop> {
         let sum = |i: usize| tie.rows.iter().map(|row| of_row(row)[i]).sum::<u64>();
         // Both frames, the wrench on both ends, the gaps.
         let residual = 2 * (4 * ROTATED) + 2 * sum(0) + 2 * CROSS + sum(0);
-        // How both ends move, the rows of G, and the change of the forces with 12 products an entry.
+        // Displacements of both ends, the rows of G, and the change of the forces with 12 products per entry.
         let forces = sum(1) + 6 * tie.rows.len() as u64 + 3 * CROSS + 12 * n;
         let of_loop = OfLoop {
             coordinates: tie.reaches.len(),

@@ -22,31 +22,32 @@ use crate::rod::{
     Basis, GivenSection, Parts, Profile, STRAIGHT, STRAIN_NAMES, Section, Segment, Shape, piece, stiffness,
 };
 
-/// Number of links and actuators listed with their costs; of more, the most expensive ones.
+/// Maximum number of links and actuators listed with their costs; of more, the most expensive ones.
 const LISTED_SHARES: usize = 10;
 
 /// An explanation of what is computed for a robot and what is skipped, with reasons.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Explanation {
-    /// One line on the whole.
+    /// One line about the whole robot.
     pub summary: String,
     /// What is computed: subjects and remarks.
     pub computed: Vec<(String, String)>,
     /// What is skipped because the robot does not have it: subjects and remarks.
     pub skipped: Vec<(String, String)>,
-    /// The costs of evaluations: subjects and remarks.
+    /// Costs of evaluations: subjects and remarks.
     pub cost: Vec<(String, String)>,
-    /// Which link of several costs what without actuators, likewise; where they are many, the dearest ones first.
+    /// Costs of links without actuators: subjects and remarks; of many links the most expensive ones first.
+    /// Empty for a single link.
     pub links: Vec<(String, String)>,
-    /// Which actuator costs what, likewise.
+    /// Costs of actuators: subjects and remarks.
     pub actuators: Vec<(String, String)>,
-    /// Which loop costs what, likewise.
+    /// Costs of loops: subjects and remarks.
     pub loops: Vec<(String, String)>,
 }
 
 impl Explanation {
-    /// Explains a valid robot that is computed by `kernel` and solved by `solve` with so many nodes in each segment,
-    /// what that costs, and which link, which actuator and which loop takes what of it.
+    /// Explains a valid robot that is computed by `kernel` and solved by `solve`, with these numbers of nodes
+    /// per segment, its cost, and the shares of links, actuators and loops.
     #[allow(clippy::too_many_arguments, reason = "all that is known of it")]
     pub(crate) fn new(
         robot: &Robot,
@@ -110,7 +111,7 @@ impl Explanation {
         list.push((what.into(), why.into()));
     }
 
-    /// How a link moves on its parent, and what that is.
+    /// Explains the joint of a link, and the forces on it.
     fn joint(&mut self, name: &str, link: &Link) {
         let coordinates = link.joint.coordinates();
         let what = if link.rod.is_empty() { "a rigid link" } else { "a rod" };
@@ -228,7 +229,7 @@ impl Explanation {
         }
     }
 
-    /// What is not the usual: other modes than Legendre's, a reference strain that varies.
+    /// Explains deviations from the default: bases other than Legendre's, and varying reference strains.
     fn basis(&mut self, what: &dyn Fn(&str) -> String, segment: &Segment) {
         let modes = segment.modes.into_iter().max().unwrap_or(0);
         let basis = match segment.basis {
@@ -249,7 +250,7 @@ impl Explanation {
         }
     }
 
-    /// Nothing is said of circles that are constant or taper linearly: they are what everything else is compared with.
+    /// Constant or linearly tapered circles need no remark, because everything else is compared with them.
     fn section(&mut self, what: &str, coupling: &str, segment: &Segment) {
         let profiles: Vec<Option<String>> = match &segment.section {
             Section::Shape(shape) => {
@@ -432,7 +433,7 @@ impl Explanation {
     }
 }
 
-/// The costs by name.
+/// Costs by name.
 fn costs(cost: &Multiplications) -> Vec<(String, String)> {
     let Multiplications { residual, tangent, mass_matrix, factorisation, solution } = *cost;
     [
@@ -455,20 +456,20 @@ struct Share {
     tangent: u64,
 }
 
-/// The links of several by name, each with its part of the products.
+/// Links by name (if there are several), each with its share of the products.
 fn costs_of_links(robot: &Robot, of_links: &[OfLink], all: &Multiplications) -> Vec<(String, String)> {
     if of_links.len() < 2 {
         return Vec::new();
     }
     let own = |(link, of_link): (&Link, &OfLink)| {
         let &OfLink { nodes, residual, tangent, .. } = of_link;
-        // What is driven is computed, but not the robot's own.
+        // Driven coordinates are computed, but are not coordinates of the robot.
         (link.name.clone(), Share { coordinates: link.coordinates(), nodes, residual, tangent })
     };
     shares(robot.links.iter().zip(of_links).map(own).collect(), "link", all)
 }
 
-/// The actuators by name, each with its part of the products.
+/// Actuators by name, each with its share of the products.
 fn costs_of_actuators(
     robot: &Robot,
     of_actuators: &[OfActuator],
@@ -481,7 +482,7 @@ fn costs_of_actuators(
     shares(robot.actuators.iter().zip(of_actuators).map(own).collect(), "actuator", all)
 }
 
-/// The loops by name, each with its part of the products; solving with their constraints is in those of all.
+/// Loops by name, each with its share of the products; solving with their constraints is part of the total.
 fn costs_of_loops(robot: &Robot, of_loops: &[OfLoop], all: &Multiplications) -> Vec<(String, String)> {
     let own = |(closed, of_loop): (&Loop, &OfLoop)| {
         let &OfLoop { coordinates, residual, tangent, .. } = of_loop;
@@ -490,10 +491,10 @@ fn costs_of_loops(robot: &Robot, of_loops: &[OfLoop], all: &Multiplications) -> 
     shares(robot.loops.iter().zip(of_loops).map(own).collect(), "loop", all)
 }
 
-/// Shares in words; of many the dearest, and the others together.
+/// Shares in words; of many the most expensive ones, and the others together.
 fn shares(mut lines: Vec<(String, Share)>, what: &str, all: &Multiplications) -> Vec<(String, String)> {
     if lines.len() > LISTED_SHARES {
-        // Stable, so that equal ones keep their order.
+        // A stable sort, so that equal shares keep their order.
         lines.sort_by_key(|(_, share)| Reverse(share.residual + share.tangent));
         let rest = lines.split_off(LISTED_SHARES);
         let sum = |of: fn(&Share) -> u64| rest.iter().map(|(_, share)| of(share)).sum();
@@ -515,7 +516,7 @@ fn shares(mut lines: Vec<(String, Share)>, what: &str, all: &Multiplications) ->
     lines.into_iter().map(line).collect()
 }
 
-/// Numbers of several kinds, those that there are: `2 concentrated, 1 spread`.
+/// Non-zero numbers of several kinds: `2 concentrated, 1 spread`.
 fn kinds(kinds: [(usize, &str); 2]) -> String {
     let present = kinds.iter().filter(|(number, _)| *number > 0);
     present.map(|(number, kind)| format!("{number} {kind}")).collect::<Vec<_>>().join(", ")
@@ -543,7 +544,7 @@ impl fmt::Display for Explanation {
     }
 }
 
-/// How numbers vary that are neither constant nor linear.
+/// Describes a profile that is neither constant nor linear.
 fn varies<const N: usize>(profile: &Profile<N>) -> Option<String> {
     match profile.parts() {
         Parts::Constant(_) | Parts::Linear(_) => None,

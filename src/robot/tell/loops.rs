@@ -54,7 +54,7 @@ fn kind(robot: &Robot, closed: &Loop, names: &[String]) -> String {
     }
 }
 
-/// Adds which constraints the others determine in the shape in which all coordinates are zero, loop by loop.
+/// Adds which constraints are redundant at zero coordinates, loop by loop.
 pub(crate) fn tell_redundant(robot: &Robot, redundant: &[usize], explanation: &mut Explanation) {
     let of_loops = robot.loops.iter().map(|closed| closed.name.as_str());
     let names = of_loops.chain(robot.inextensible_tendons().map(Actuator::name));
@@ -82,7 +82,7 @@ mod tests {
         Joint::Revolute { axis: [0.0, 1.0, 0.0], forces: Default::default() }
     }
 
-    /// Two bars in a plane, whose end is hinged to a point of the world that far away.
+    /// Two bars in a plane, with the end hinged to a point of the world at this distance.
     fn bars(reach: f64) -> Robot {
         let inertia = [[1e-5, 0.0, 0.0], [0.0, 4e-4, 0.0], [0.0, 0.0, 4e-4]];
         let body = Body { centre: [0.1, 0.0, 0.0], inertia, ..Body::point(0.1) };

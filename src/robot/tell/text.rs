@@ -14,9 +14,9 @@ pub(super) fn listed(items: impl IntoIterator<Item = String>) -> String {
     }
 }
 
-/// A part in percent.
+/// A fraction in percent.
 pub(super) fn percent(part: u64, whole: u64) -> String {
-    // Of nothing there are no parts.
+    // Avoid a division by zero.
     format!("{:4.1} %", 100.0 * part as f64 / whole.max(1) as f64)
 }
 

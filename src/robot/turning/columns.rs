@@ -1,13 +1,13 @@
-//! The columns of S: what the places beyond a node do when a strain there changes, and with them how places move with the
-//! coordinates.
+//! Columns of S: twists of everything beyond a node due to a strain there, and the resulting motion of places
+//! with the coordinates.
 
 use super::Turning;
 use crate::lie::{Cross, Twist, VectorSpace};
 use crate::robot::plan::Plan;
 use crate::robot::state::Workspace;
 
-/// The twist, seen from the origin, of all that lies behind a node with this rotation and position, for a unit of the
-/// strain component `index` there: a column of `Ad_g`.
+/// Twist about the origin, for a unit of the strain component `index` at a node with this rotation and
+/// position, of everything beyond the node: a column of `Ad_g`.
 #[inline(always)]
 pub(crate) fn shape<G: Turning>(
     rotation: &G::Rotation<G::Pack>,
@@ -22,14 +22,14 @@ pub(crate) fn shape<G: Turning>(
     }
 }
 
-/// Pieces that move a place, each with the weights of the integral up to it.
+/// Pieces that move a place, each with the weights of the integral up to that place.
 #[inline(always)]
 pub(crate) fn each<P>(moved_by: &[(usize, Vec<P>)]) -> impl Iterator<Item = (usize, &[P])> {
     moved_by.iter().map(|(piece, weights)| (*piece, weights.as_slice()))
 }
 
-/// Calls with the coordinates that move a place, each with its `Psi = int S` up to there and `int ad_V S`; the second is right
-/// with the motion up to date alone.
+/// Calls `f` for the coordinates that move a place, each with its `Psi = int S` up to the place and `int ad_V
+/// S`. The second is valid only if the motion is up to date.
 #[inline(always)]
 pub(crate) fn visit<'a, G: Turning>(
     plan: &Plan<G>,

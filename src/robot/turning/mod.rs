@@ -1,4 +1,4 @@
-//! Rotations from the curvature: by Magnus steps in space, by a sum in the plane.
+//! Rotations from the curvature: by Magnus steps in space, by sums in the plane.
 
 pub(crate) mod columns;
 pub(crate) mod place;
@@ -13,9 +13,9 @@ use crate::robot::plan::space::{Passage, Space};
 use crate::rod::Gauss;
 use crate::rod::piece::Piece;
 
-/// A space whose rotations can be found from the curvature.
+/// A geometry whose rotations can be computed from the curvature.
 pub(crate) trait Turning: Space {
-    /// Prepares a piece with these nodes and components.
+    /// Precomputes data for a piece with these nodes and components.
     fn constants(
         piece: &Piece,
         frame: Self::Frame,
@@ -23,7 +23,7 @@ pub(crate) trait Turning: Space {
         components: &[Component],
     ) -> Self::Constants;
 
-    /// Rotations at the nodes of a piece that begins with `orientation`; returns that of its end.
+    /// Rotations at the nodes of a piece that begins with `orientation`; returns the rotation at its end.
     fn turn(
         piece: &PiecePlan<Self>,
         q: &[f64],
@@ -34,19 +34,19 @@ pub(crate) trait Turning: Space {
     /// The cost of [`Self::turn`].
     fn products_of_turn(piece: &PiecePlan<Self>) -> Products;
 
-    /// Prepares the way from one place of a piece to another, given as fractions of its length.
+    /// Precomputes the passage between two places of a piece, given as fractions of its length.
     fn passage(piece: &PiecePlan<Self>, from: f64, to: f64) -> Passage;
 
-    /// The rotation along a passage.
+    /// Rotation along a passage.
     fn pass(piece: &PiecePlan<Self>, q: &[f64], passage: &Passage) -> Self::Rotation<f64>;
 }
 
-/// The largest number of modes of an angular strain.
+/// Largest number of modes of an angular strain.
 fn angular_degrees<G: Geometry>(components: &[Component]) -> usize {
     components.iter().filter(|component| component.index < G::ANGULAR).map(|c| c.modes).max().unwrap_or(0)
 }
 
-/// Integrals of the basis from one place to another.
+/// Integrals of the basis between two places.
 fn integrals_between(piece: &Piece, from: f64, to: f64, degrees: usize) -> Vec<f64> {
     let up_to = |x| {
         let mut values = vec![0.0; degrees];

@@ -10,18 +10,18 @@ use crate::robot::plan::point::Place;
 use crate::robot::plan::space::Passage;
 use crate::robot::state::Workspace;
 
-/// The place at arc length `x` of an unstretched rod of these pieces, clamped to [0, L].
+/// Place at arc length `x` of an unstretched rod of these pieces, clamped to [0, L].
 pub(crate) fn at_arc_length<G: Turning>(pieces: &[PiecePlan<G>], rod: Range<usize>, x: f64) -> Place {
     let (mut s, mut start) = (rod.start, 0.0);
     while s + 1 < rod.end && x > start + pieces[s].length {
         start += pieces[s].length;
         s += 1;
     }
-    // Rounding of the sum of lengths must not lead outside.
+    // Rounding of the summed lengths must not lead outside.
     at_fraction(pieces, s, ((x - start) / pieces[s].length).clamp(0.0, 1.0))
 }
 
-/// The place on a link: at the arc length `x` of its rod (its tip, if there is none), at the base of a rigid one.
+/// Place on a link: at the arc length `x` of its rod (the tip if `None`), or at the base of a rigid link.
 pub(crate) fn on_link<G: Turning>(pieces: &[PiecePlan<G>], link: &LinkPlan, x: Option<f64>) -> Place {
     if link.rod.is_empty() {
         let passage = Passage { step: 0.0, basis: Vec::new(), reference: Vec::new() };
@@ -31,7 +31,7 @@ pub(crate) fn on_link<G: Turning>(pieces: &[PiecePlan<G>], link: &LinkPlan, x: O
     at_arc_length(pieces, link.rod.clone(), x.unwrap_or(f64::INFINITY))
 }
 
-/// The place at the fraction `x` of piece `s`.
+/// Place at the fraction `x` of piece `s`.
 pub(crate) fn at_fraction<G: Turning>(pieces: &[PiecePlan<G>], s: usize, x: f64) -> Place {
     let piece = &pieces[s];
     let before = piece.gauss.nodes.partition_point(|&node| node <= x);
@@ -41,14 +41,14 @@ pub(crate) fn at_fraction<G: Turning>(pieces: &[PiecePlan<G>], s: usize, x: f64)
     Place { piece: s, x, before, passage, weights, beside: None }
 }
 
-/// The rotation of the end of a piece.
+/// Rotation at the end of a piece.
 #[inline(always)]
 pub(crate) fn rotation_of_end<G: Turning>(piece: &PiecePlan<G>, work: &Workspace<G>) -> G::Rotation<f64> {
     let end = &work.stations[piece.joined.end];
     if piece.packs == 0 { end.rotation } else { G::matrix(end.orientation) }
 }
 
-/// The rotation at a place, with those of the nodes up to date.
+/// Rotation at a place, if the rotations of the nodes are up to date.
 #[inline(always)]
 pub(crate) fn rotation_at<G: Turning>(
     piece: &PiecePlan<G>,
@@ -56,7 +56,7 @@ pub(crate) fn rotation_at<G: Turning>(
     q: &[f64],
     place: &Place,
 ) -> G::Rotation<f64> {
-    // The end of a piece, wherever its nodes are.
+    // The place is the end of the piece.
     if place.weights.is_empty() {
         return rotation_of_end(piece, work);
     }

@@ -10,7 +10,7 @@ use crate::robot::plan::space::{Angles, Passage};
 use crate::rod::Gauss;
 use crate::rod::piece::Piece;
 
-/// Bending, if the piece has it.
+/// The bending component, if the piece has one.
 fn bend<const FUSED: bool>(piece: &PiecePlan<Planar<FUSED>>) -> Option<&Component> {
     piece.components.iter().find(|component| component.index == 0)
 }

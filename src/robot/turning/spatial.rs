@@ -19,9 +19,9 @@ fn magnus_points() -> [f64; 3] {
 /// Weights of these points.
 const MAGNUS_WEIGHTS: [f64; 3] = [5.0 / 18.0, 8.0 / 18.0, 5.0 / 18.0];
 
-/// Functions at the Gauss points of a Magnus step, by point, given their values at a place and their integrals
-/// between two. Those of the midpoint are chosen such that the points give the exact integral over the step: a rod
-/// that bends about one axis then turns exactly, whatever the functions.
+/// Values of functions at the Gauss points of a Magnus step, by point, from their values at a place and their
+/// integrals between two places. Values at the midpoint are chosen such that the Gauss sum equals the exact
+/// integral over the step: a rod that bends about one axis then has the exact rotation for any function.
 fn at_magnus_points(
     [from, to]: [f64; 2],
     values: impl Fn(f64) -> Vec<f64>,
@@ -38,7 +38,7 @@ fn at_magnus_points(
     points
 }
 
-/// The basis at the points of a Magnus step.
+/// Basis functions at the points of a Magnus step.
 fn magnus_basis(piece: &Piece, step: [f64; 2], degrees: usize) -> [Vec<f64>; 3] {
     let values = |x| {
         let mut values = vec![0.0; degrees];
@@ -48,7 +48,7 @@ fn magnus_basis(piece: &Piece, step: [f64; 2], degrees: usize) -> [Vec<f64>; 3] 
     at_magnus_points(step, values, |from, to| integrals_between(piece, from, to, degrees))
 }
 
-/// The reference curvature at the points of a Magnus step; where it is constant, that.
+/// Reference curvature at the points of a Magnus step; a single value if it is constant.
 fn magnus_reference(piece: &Piece, step: [f64; 2]) -> [Vec<f64>; 3] {
     if piece.segment.reference_strain.constant().is_some() {
         return std::array::from_fn(|_| piece.reference(0.0)[..3].to_vec());
@@ -60,9 +60,9 @@ fn magnus_reference(piece: &Piece, step: [f64; 2]) -> [Vec<f64>; 3] {
     )
 }
 
-/// Rotation vector of a step of length `h` of R' = R [kappa], given kappa at the Gauss points of [`magnus_points`]:
-/// Magnus expansion of order six (Blanes, Casas, Oteo and Ros 2009, eq. 253). Their equation reads Y' = A Y; ours has
-/// A on the right, which turns the sign of every bracket.
+/// Rotation vector of a step of length `h` of R' = R [kappa], from kappa at the Gauss points of
+/// [`magnus_points`]: Magnus expansion of order six (Blanes, Casas, Oteo and Ros 2009, eq. 253). Their
+/// equation is Y' = A Y; here A is on the right, which changes the sign of every bracket.
 #[inline(always)]
 fn magnus_step<T: Scalar>(h: T, kappa: [Vector<T>; 3]) -> Vector<T> {
     let scaled = |v: Vector<T>, factor: f64| v * T::splat(factor);
@@ -75,7 +75,8 @@ fn magnus_step<T: Scalar>(h: T, kappa: [Vector<T>; 3]) -> Vector<T> {
     a1 + scaled(a3, 1.0 / 12.0) + scaled(bracket(scaled(a1, -20.0) - a3 + c1, a2 + c2), 1.0 / 240.0)
 }
 
-/// Curvature at the Magnus points; `basis(point, degree)` is the basis there, `reference(point)` the reference curvature.
+/// Curvature at the Magnus points from the basis `basis(point, degree)` and the reference curvature
+/// `reference(point)`.
 #[inline(always)]
 fn curvatures<const FUSED: bool, T: Scalar>(
     piece: &PiecePlan<Spatial<FUSED>>,
@@ -95,14 +96,14 @@ fn curvatures<const FUSED: bool, T: Scalar>(
     kappa
 }
 
-/// The vector of a point among `[point * 3 + axis]`.
+/// Vector of a point stored as `[point * 3 + axis]`.
 #[inline(always)]
 fn vector_at(values: &[f64], point: usize) -> Vector<f64> {
     Vector { x: values[3 * point], y: values[3 * point + 1], z: values[3 * point + 2] }
 }
 
-/// Rotations at the nodes of a piece that begins with `orientation`, whose reference curvature at a point and a pack
-/// is given; returns the orientation of the last node.
+/// Rotations at the nodes of a piece that begins with `orientation`, given its reference curvature by point
+/// and pack; returns the orientation at the last node.
 #[inline(always)]
 fn turn_steps<const FUSED: bool>(
     piece: &PiecePlan<Spatial<FUSED>>,

@@ -1,18 +1,18 @@
-//! Numbers of sections along a segment.
+//! Validation of section properties along a segment.
 
 use crate::error::InvalidInput;
 use crate::rod::profile::Variation;
 
-/// Where a section that varies is looked at: at so many places beside the stations of its tables.
+/// Number of sample points of a varying section, in addition to the stations of its tables.
 pub(crate) const PLACES: usize = 256;
 
-/// What a section's numbers may be in SI units, far beyond all rods: products of three of them stay doubles with all
-/// their digits.
+/// Range of a section's properties in SI units, far beyond all rods: products of three of them keep all
+/// digits of a double.
 pub(crate) const SMALLEST: f64 = 1e-100;
 
 pub(crate) const LARGEST: f64 = 1e100;
 
-/// Where in (0, 1) tables have stations, in their order.
+/// Stations of tables inside (0, 1), in increasing order.
 pub(crate) fn breaks(variations: &[Variation<'_>]) -> Vec<f64> {
     let mut breaks: Vec<f64> =
         variations.iter().flat_map(fractions).filter(|&x| x > 0.0 && x < 1.0).collect();
@@ -21,14 +21,14 @@ pub(crate) fn breaks(variations: &[Variation<'_>]) -> Vec<f64> {
     breaks
 }
 
-/// The stations of a table as fractions of its length.
+/// Stations of a table as fractions of its length.
 pub(crate) fn fractions<'a>(variation: &Variation<'a>) -> impl Iterator<Item = f64> + use<'a> {
     let stations = variation.stations;
     let end = stations.last().copied().unwrap_or(1.0);
     stations.iter().map(move |station| station / end)
 }
 
-/// What is wrong with numbers along a segment of this length, at the first place where anything is.
+/// Problems of section properties along a segment of this length, at the first point where there is any.
 pub(crate) fn validate_along(
     variations: &[Variation<'_>],
     length: f64,

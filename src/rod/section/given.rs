@@ -1,4 +1,4 @@
-//! Sections of which stiffness and inertia are given.
+//! Sections with given stiffness and inertia.
 
 use nalgebra::Matrix6;
 
@@ -11,30 +11,31 @@ use crate::rod::profile::{Profile, Variation};
 use crate::rod::quadrature::Gauss;
 use crate::rod::strain::{STRAIN_NAMES, STRAINS};
 
-/// A stiffness may violate symmetry by this much of its entries' size: rounding of whoever computed it.
+/// Tolerated asymmetry of a stiffness matrix relative to its entries: rounding errors of the input.
 const SYMMETRY_TOLERANCE: f64 = 1e-9;
 
-/// The least eigenvalue of a stiffness with its diagonal scaled to one: below, it is singular to rounding.
+/// Smallest eigenvalue of a stiffness matrix with unit diagonal; below, the matrix is singular to rounding.
 const LEAST_EIGENVALUE: f64 = 1e-12;
 
-/// A section by its stiffness and inertia per length: of composites, of profiles computed elsewhere, of test cases.
-/// Matrices are their rows, one after the other.
+/// A section given by its stiffness and inertia per length, for composites, profiles computed elsewhere, or
+/// test cases. Matrices are stored row by row.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GivenSection {
-    /// Stiffness per length H of the strains in the order of [`STRAIN_NAMES`]: a symmetric matrix, positive definite
-    /// on the strains that have modes. N m^2 between angular strains, N between linear ones, N m between one and
-    /// another.
+    /// Stiffness per length H of the strains in the order of [`STRAIN_NAMES`]: a symmetric matrix, positive
+    /// definite on the strains that have modes. Units: N m^2 between angular strains, N between linear ones,
+    /// N m between an angular and a linear strain.
     pub stiffness: Profile<{ STRAINS * STRAINS }>,
     /// Mass per length in kg/m.
     pub mass: Profile<1>,
-    /// Inertia tensor per length about the centre of mass, in the section's axes, in kg m: a symmetric matrix.
+    /// Inertia tensor per length about the centre of mass, in the section's axes, in kg m: a symmetric
+    /// matrix.
     pub inertia: Profile<9>,
-    /// Centre of mass along y and z, seen from the rod's axis, in metres.
+    /// Centre of mass along y and z, relative to the rod's axis, in metres.
     pub centre: Profile<2>,
 }
 
 impl GivenSection {
-    /// Its properties at the fraction `x` in [0, 1] of the way from base to tip.
+    /// Properties at the fraction `x` in [0, 1] of the length from base to tip.
     pub fn at(&self, x: f64) -> SectionProperties {
         let [y, z] = self.centre.at(x);
         SectionProperties {
@@ -46,12 +47,12 @@ impl GivenSection {
         }
     }
 
-    /// Whether it is the same everywhere.
+    /// Whether the section is constant.
     pub fn is_constant(&self) -> bool {
         self.variations().is_empty()
     }
 
-    /// How its numbers vary, of those that do.
+    /// Variations of the non-constant properties.
     pub(crate) fn variations(&self) -> Vec<Variation<'_>> {
         let Self { stiffness, mass, inertia, centre } = self;
         [stiffness.variation(), mass.variation(), inertia.variation(), centre.variation()]
@@ -60,14 +61,14 @@ impl GivenSection {
             .collect()
     }
 
-    /// Degree of the polynomials, between any two stations, that its inertia about the rod's axis is.
+    /// Polynomial degree, between stations, of the inertia about the rod's axis.
     pub(crate) fn degree_of_inertia(&self) -> usize {
         let degree = |variation: Option<Variation<'_>>| variation.map_or(0, |variation| variation.degree);
         let of_offset = degree(self.mass.variation()) + 2 * degree(self.centre.variation());
         degree(self.inertia.variation()).max(of_offset)
     }
 
-    /// Everything that is wrong with this section along a segment of this length, whatever modes it is given.
+    /// Reports every problem of this section along a segment of this length, independent of its modes.
     pub(crate) fn validate(&self, length: f64) -> Result<(), InvalidInput> {
         let Self { stiffness, mass, inertia, centre } = self;
         let mut check = Checker::new();
@@ -79,14 +80,14 @@ impl GivenSection {
         check.finish()
     }
 
-    /// Pairs of strains with modes that the stiffness couples, in their order.
+    /// Pairs of strains with modes that the stiffness couples, in order.
     pub(crate) fn coupled(&self, modes: &[usize; STRAINS]) -> impl Iterator<Item = [usize; 2]> {
         let pairs = (0..STRAINS).flat_map(|i| (i + 1..STRAINS).map(move |j| [i, j]));
         let is_coupled = |i, j| self.stiffness.is_entry_constant(STRAINS * i + j) != Some(0.0);
         pairs.filter(move |&[i, j]| modes[i] > 0 && modes[j] > 0 && is_coupled(i, j))
     }
 
-    /// Refuses a stiffness under which a motion in these strains would store no energy.
+    /// Rejects a stiffness for which a motion in these strains would store no energy.
     pub(crate) fn validate_stiffness(
         &self,
         length: f64,
@@ -96,7 +97,7 @@ impl GivenSection {
         validate_along(&variation, length, |x| check_definite(&matrix(&self.stiffness.at(x)), modes))
     }
 
-    /// The integral of mass times centre along the fraction x.
+    /// Integral of mass times centre over the fraction x.
     pub(crate) fn first_moment(&self) -> [f64; 2] {
         let variations = [self.mass.variation(), self.centre.variation()];
         let degree: usize = variations.iter().flatten().map(|variation| variation.degree).sum();
@@ -112,12 +113,12 @@ impl GivenSection {
     }
 }
 
-/// The square matrix with these entries, row by row.
+/// Square matrix from its entries, row by row.
 fn matrix<const N: usize, const ENTRIES: usize>(entries: &[f64; ENTRIES]) -> [[f64; N]; N] {
     std::array::from_fn(|i| std::array::from_fn(|j| entries[N * i + j]))
 }
 
-/// Everything that is wrong with a section at one place, whatever modes it is given.
+/// Reports every problem of a section at one point, independent of its modes.
 fn validate(section: &SectionProperties) -> Result<(), InvalidInput> {
     let mut check = Checker::new();
     let stiffness = &section.stiffness;
@@ -146,7 +147,7 @@ fn validate(section: &SectionProperties) -> Result<(), InvalidInput> {
     check.finish()
 }
 
-/// Refuses a stiffness that is not positive definite on the strains that have modes.
+/// Rejects a stiffness that is not positive definite on the strains with modes.
 fn check_definite(
     stiffness: &[[f64; STRAINS]; STRAINS],
     modes: &[usize; STRAINS],
@@ -164,7 +165,7 @@ fn check_definite(
             false => f64::from(u8::from(i == j)),
         });
         check.require(
-            // Where a quotient overflows there is nothing to decompose.
+            // If a quotient overflows, do not decompose.
             scaled.amax() <= LARGEST && scaled.symmetric_eigenvalues().min() >= LEAST_EIGENVALUE,
             "stiffness",
             "a matrix that is not positive definite",

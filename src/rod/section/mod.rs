@@ -1,6 +1,7 @@
-//! Sections: stiffness and inertia per length at a place of a segment.
+//! Sections: stiffness and inertia per length at a point of a segment.
 //!
-//! `shape` knows plane figures, `torsion` the rectangle's torsion constant, `given` what is not computed from a figure.
+//! `shape` contains plane figures, `torsion` the torsion constant of rectangles, `given` sections with given
+//! properties.
 
 pub(crate) mod along;
 mod given;
@@ -18,12 +19,12 @@ use crate::error::{Checker, InvalidInput};
 use crate::rod::profile::{Profile, Variation};
 use crate::rod::strain::STRAINS;
 
-/// What a segment looks like across.
+/// Cross-section of a segment.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Section {
-    /// A plane figure of the segment's material, its sizes in metres.
+    /// A plane figure of the segment's material, with sizes in metres.
     Shape(Shape<Profile<1>>),
-    /// Stiffness and inertia as they are.
+    /// Given stiffness and inertia.
     Given(Box<GivenSection>),
 }
 
@@ -33,7 +34,7 @@ impl Section {
         Self::Shape(Shape::Circle { radius: Profile::linear(radius.map(|radius| [radius])) })
     }
 
-    /// Whether it is the same everywhere.
+    /// Whether the section is constant.
     pub fn is_constant(&self) -> bool {
         match self {
             Self::Shape(shape) => shape.is_constant(),
@@ -41,7 +42,7 @@ impl Section {
         }
     }
 
-    /// How its numbers vary, of those that do.
+    /// Variations of the non-constant properties.
     pub(crate) fn variations(&self) -> Vec<Variation<'_>> {
         match self {
             Self::Shape(shape) => shape.variations(),
@@ -49,20 +50,22 @@ impl Section {
         }
     }
 
-    /// How far it reaches from the rod's axis along y and along z at the fraction `x` in [0, 1] of the segment, in
-    /// metres: for pictures and slenderness. Of a given section that of the ellipse with its radii of gyration.
+    /// Half extents along y and z at the fraction `x` in [0, 1] of the segment, in metres, for pictures and
+    /// slenderness. For given properties, those of the ellipse with the same radii of gyration.
     pub fn half_extents(&self, x: f64) -> [f64; 2] {
         match self {
             Self::Shape(shape) => shape.at(x).half_extents(),
             Self::Given(given) => {
                 let given = given.at(x);
-                // An ellipse's radius of gyration is half its semi-axis. What reaches along y turns about z.
+                // The radius of gyration of an ellipse is half its semi-axis. The extent along y follows from
+                // the inertia about z.
                 [2, 1].map(|axis| 2.0 * (given.inertia[axis][axis] / given.mass).sqrt())
             }
         }
     }
 
-    /// Everything that is wrong with this section by itself, along a segment of this length in metres.
+    /// Reports every problem of this section along a segment of this length in metres, independent of its
+    /// modes.
     pub fn validate(&self, length: f64) -> Result<(), InvalidInput> {
         match self {
             Self::Shape(shape) => shape.validate(length),
@@ -70,10 +73,10 @@ impl Section {
         }
     }
 
-    /// Notes everything that is wrong with this section in a segment of this length with these modes.
+    /// Reports every problem of this section in a segment of this length with these modes.
     pub(crate) fn check(&self, check: &mut Checker, length: f64, modes: &[usize; STRAINS]) {
         match self {
-            // A circle is known by its radius alone.
+            // Problems of a circle are reported at `radius` itself, without `section`.
             Self::Shape(Shape::Circle { .. }) => check.all(self.validate(length)),
             Self::Shape(_) => _ = check.nested("section", self.validate(length)),
             Self::Given(given) => {
@@ -84,8 +87,8 @@ impl Section {
         }
     }
 
-    /// Whether its stiffness is a polynomial along the rod between any two stations, of a circle the fourth power of
-    /// the radius.
+    /// Whether the stiffness is a polynomial along the rod between stations; for a circle it is the fourth
+    /// power of the radius.
     pub(crate) fn is_polynomial(&self) -> bool {
         !matches!(
             self,
@@ -93,9 +96,9 @@ impl Section {
         ) || self.is_constant()
     }
 
-    /// Degree of the polynomials, between any two stations, that mass and inertia per length are. Of a shape whose
-    /// sizes follow functions that of a polynomial that follows to rounding: less than sizes to the fourth power
-    /// could have.
+    /// Polynomial degree, between stations, of mass and inertia per length. For shapes with sizes
+    /// approximated by polynomials, the degree of a polynomial that is accurate to rounding, which is less
+    /// than that of the sizes' fourth power.
     pub(crate) fn degree_of_inertia(&self) -> usize {
         let shape = match self {
             Self::Given(given) => return given.degree_of_inertia(),
@@ -115,12 +118,12 @@ impl Section {
     }
 }
 
-/// Factors by which the shear stiffness is less than G A.
+/// Factors of the shear stiffness relative to G A.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ShearCorrection {
-    /// Of shear along y and along z.
+    /// Factors for shear along y and along z.
     Factors([f64; 2]),
-    /// Those of Cowper (1966) for the shape and Poisson's ratio ([`Shape::cowper`]).
+    /// Cowper's (1966) factors for the shape and Poisson's ratio ([`Shape::cowper`]).
     Cowper,
 }
 

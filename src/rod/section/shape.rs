@@ -1,4 +1,4 @@
-//! Plane figures and their constants: area, second moments, torsion, shear.
+//! Plane figures and their properties: area, second moments, torsion constant, shear correction.
 
 use std::f64::consts::PI;
 
@@ -7,7 +7,8 @@ use super::torsion;
 use crate::error::{Checker, InvalidInput};
 use crate::rod::profile::{Profile, Variation};
 
-/// A figure about its centre, its sizes in metres along body y and z: numbers at one place of a rod, profiles along one.
+/// A figure about its centre, with sizes in metres along body y and z. Sizes are numbers at one point of a
+/// rod, or profiles along a rod.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[allow(missing_docs, reason = "the sizes of plane figures")]
 pub enum Shape<Size> {
@@ -30,7 +31,7 @@ pub enum Shape<Size> {
 }
 
 impl<Size> Shape<Size> {
-    /// Its name, as scenes write it.
+    /// Name in scenes.
     pub fn name(&self) -> &'static str {
         match self {
             Self::Circle { .. } => "circle",
@@ -44,7 +45,7 @@ impl<Size> Shape<Size> {
         matches!(self, Self::HollowCircle { .. })
     }
 
-    /// The sizes with their names.
+    /// Sizes with their names.
     pub fn sizes(&self) -> Vec<(&'static str, &Size)> {
         match self {
             Self::Circle { radius } => vec![("radius", radius)],
@@ -56,7 +57,7 @@ impl<Size> Shape<Size> {
         }
     }
 
-    /// The same figure in other sizes.
+    /// The same figure with other sizes.
     pub fn map<Other>(&self, f: impl Fn(&Size) -> Other) -> Shape<Other> {
         match self {
             Self::Circle { radius } => Shape::Circle { radius: f(radius) },
@@ -70,22 +71,22 @@ impl<Size> Shape<Size> {
 }
 
 impl Shape<Profile<1>> {
-    /// The figure at the fraction `x` in [0, 1] of the way from base to tip.
+    /// The figure at the fraction `x` in [0, 1] of the length from base to tip.
     pub fn at(&self, x: f64) -> Shape<f64> {
         self.map(|size| size.at(x)[0])
     }
 
-    /// Whether it is the same everywhere.
+    /// Whether the figure is constant.
     pub fn is_constant(&self) -> bool {
         self.sizes().iter().all(|(_, size)| size.is_constant())
     }
 
-    /// How its sizes vary, of those that do.
+    /// Variations of the non-constant sizes.
     pub(crate) fn variations(&self) -> Vec<Variation<'_>> {
         self.sizes().into_iter().filter_map(|(_, size)| size.variation()).collect()
     }
 
-    /// Everything that is wrong with it along a segment of this length.
+    /// Reports every problem of the figure along a segment of this length.
     pub(crate) fn validate(&self, length: f64) -> Result<(), InvalidInput> {
         let mut check = Checker::new();
         for (name, size) in self.sizes() {
@@ -99,7 +100,7 @@ impl Shape<Profile<1>> {
         check.finish()
     }
 
-    /// Sizes that are linear are right where they are right at both ends.
+    /// Linear sizes are valid if they are valid at both ends.
     fn check_ends(&self, check: &mut Checker) {
         let ends = self.map(|size| size.ends().unwrap_or_default().map(|[size]| size));
         let is_hollow = ends.is_hollow();
@@ -120,7 +121,7 @@ impl Shape<Profile<1>> {
 
 const INSIDE: &str = "less than the outer radius";
 
-/// Notes a size that none can be. A hollow circle may close: its inner radius may be zero.
+/// Reports an invalid size. The inner radius of a hollow circle may be zero.
 fn check_size(check: &mut Checker, is_hollow: bool, name: &str, size: f64, place: &str) {
     match is_hollow && name == "inner" {
         true => check.non_negative(size, place, "metres"),
@@ -129,7 +130,7 @@ fn check_size(check: &mut Checker, is_hollow: bool, name: &str, size: f64, place
 }
 
 impl Shape<f64> {
-    /// Everything that is wrong with it.
+    /// Reports every problem of the figure.
     fn validate(&self) -> Result<(), InvalidInput> {
         let mut check = Checker::new();
         for (name, size) in self.sizes() {
@@ -151,7 +152,7 @@ impl Shape<f64> {
         }
     }
 
-    /// Area within the outline in m^2, with what is hollow.
+    /// Area within the outline in m^2, including a hole.
     pub fn outline_area(&self) -> f64 {
         match *self {
             Self::HollowCircle { outer, .. } => PI * outer.powi(2),
@@ -159,7 +160,8 @@ impl Shape<f64> {
         }
     }
 
-    /// Second moments of area `I_y = int z^2 dA` and `I_z = int y^2 dA` in m^4, of bending about y and about z.
+    /// Second moments of area `I_y = int z^2 dA` and `I_z = int y^2 dA` in m^4, for bending about y and about
+    /// z.
     pub fn second_moments(&self) -> [f64; 2] {
         match *self {
             Self::Circle { radius } => [PI * radius.powi(4) / 4.0; 2],
@@ -173,8 +175,8 @@ impl Shape<f64> {
         }
     }
 
-    /// Saint-Venant's torsion constant J_t in m^4: the torsional stiffness is G J_t. The polar moment I_y + I_z of
-    /// circles; less than that for all others, whose sections warp.
+    /// Saint-Venant's torsion constant J_t in m^4: the torsional stiffness is G J_t. Equal to the polar
+    /// moment I_y + I_z for circles, and smaller for all other figures, whose sections warp.
     pub fn torsion_constant(&self) -> f64 {
         match *self {
             Self::Circle { .. } | Self::HollowCircle { .. } => {
@@ -202,7 +204,7 @@ impl Shape<f64> {
             }
             Self::Rectangle { .. } => [10.0 * (1.0 + poisson) / (12.0 + 11.0 * poisson); 2],
             Self::Ellipse { semi_axis_y, semi_axis_z } => {
-                // Of the axis along the shear force and the one across it.
+                // Factor from the axes along the shear force and perpendicular to it.
                 let factor = |along: f64, across: f64| {
                     let (a, b) = (along.powi(2), across.powi(2));
                     let below =
@@ -214,7 +216,7 @@ impl Shape<f64> {
         }
     }
 
-    /// How far it reaches from its centre along y and along z, in metres.
+    /// Half extents along y and along z, in metres.
     pub fn half_extents(&self) -> [f64; 2] {
         match *self {
             Self::Circle { radius } => [radius; 2],
@@ -238,7 +240,8 @@ mod tests {
         assert!((value - wanted).abs() <= tolerance * wanted.abs(), "{what}: {value}, not {wanted}");
     }
 
-    /// Widths along y at the height z, outer less inner, and the greatest height: the figure's outline alone.
+    /// Outer minus inner width along y at the height z, and the largest height: from the outline of the
+    /// figure only.
     fn chord(shape: Shape<f64>, z: f64) -> [f64; 2] {
         let ellipse = |a: f64, b: f64| 2.0 * a * (1.0 - (z / b).powi(2)).max(0.0).sqrt();
         match shape {
@@ -305,7 +308,7 @@ mod tests {
         assert_near(Shape::Circle { radius: 2.0 }.cowper(0.3)[0], 0.886, 1e-3, "circle");
         let tube = Shape::HollowCircle { outer: 1.0, inner: 1.0 - 1e-9 };
         assert_near(tube.cowper(0.3)[0], 2.0 * 1.3 / 4.9, 1e-9, "tube");
-        // A thin ellipse along the force: the shear flow of beam theory, parabolic over the chord, gives 9/10.
+        // A thin ellipse along the force: beam theory with a parabolic shear flow over the chord gives 9/10.
         assert_near(ellipse(1.0, 1e-6).cowper(0.0)[0], 0.9, 1e-9, "ellipse");
     }
 }

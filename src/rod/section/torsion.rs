@@ -5,15 +5,15 @@ use std::f64::consts::PI;
 /// `sum 1/n^5` over odd n, which is 31/32 zeta(5) (OEIS A013663).
 const ODD_FIFTH_POWERS: f64 = 31.0 / 32.0 * 1.036_927_755_143_37;
 
-/// Terms of the series below; the first that is left out is exp(-11 pi) / 11^5, 1e-20.
+/// Number of terms of the series below; the first omitted term is exp(-11 pi) / 11^5, 1e-20.
 const TERMS: u32 = 5;
 
 /// Torsion constant of a rectangle (Timoshenko and Goodier, Theory of Elasticity, section 109). With sides a >= b,
 ///
 /// `J_t = a b^3 / 3 (1 - 192/pi^5 b/a sum_odd tanh(n pi a / (2 b)) / n^5)`.
 ///
-/// As tanh x = 1 - 2 / (exp(2 x) + 1) the sum is a number less a series that converges like exp(-n pi a/b): to
-/// rounding in a few terms.
+/// With tanh x = 1 - 2 / (exp(2 x) + 1) the sum is a constant minus a series that converges like exp(-n pi
+/// a/b): accurate to rounding with a few terms.
 pub(crate) fn rectangle(width: f64, height: f64) -> f64 {
     let (a, b) = (width.max(height), width.min(height));
     let mut sum = ODD_FIFTH_POWERS;
@@ -28,8 +28,8 @@ pub(crate) fn rectangle(width: f64, height: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// `J_t = 2 int phi` of Prandtl's stress function, Laplace phi = -2 and zero at the rim: the double sine series of a
-    /// rectangle, summed far enough for nine digits with the tail of n^-6.
+    /// `J_t = 2 int phi` with Prandtl's stress function, Laplace phi = -2 and zero at the boundary: the
+    /// double sine series of a rectangle, summed to nine digits with the tail of n^-6.
     fn by_double_series(a: f64, b: f64) -> f64 {
         const TERMS: u32 = 400;
         let mut sum = 0.0;

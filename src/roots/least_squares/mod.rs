@@ -1,12 +1,13 @@
-//! Least squares within bounds: `min |R(x)|^2 / 2` with `lower <= x <= upper`, as many equations as there are.
+//! Least squares within bounds: `min |R(x)|^2 / 2` with `lower <= x <= upper`, for any number of equations.
 //!
-//! Steps minimise a quadratic model in a trust region: that of Gauss and Newton (Levenberg 1944; Moré 1978) where it
-//! does well, else Newton's with the second derivatives of R by differences (Dennis, Gay and Welsch 1981). What has no
-//! root is so found as fast as what has one; and where the gradient vanishes the second derivatives tell a minimum
-//! from a saddle or a maximum, which is left along its most negative curvature.
+//! Steps minimise a quadratic model in a trust region: the Gauss-Newton model (Levenberg 1944; Moré 1978) if
+//! it converges fast, otherwise Newton's model with second derivatives of R by differences (Dennis, Gay and
+//! Welsch 1981). Problems without a root thus converge as fast as those with one. Where the gradient
+//! vanishes, the second derivatives distinguish a minimum from a saddle or a maximum, which is left along its
+//! most negative curvature.
 //!
-//! `model` is the quadratic model and its steps within the bounds, `region` its minimum in a ball, `preferred` chooses among
-//! roots.
+//! `model` is the quadratic model with its steps within the bounds, `region` minimises it in a ball, and
+//! `preferred` selects among roots.
 
 mod model;
 mod preferred;
@@ -19,60 +20,61 @@ use super::System;
 use crate::error::Interrupted;
 use crate::linalg::{Matrix, norm};
 
-/// First radius of the region: unknowns are of order one.
+/// Initial radius of the trust region, for unknowns of order one.
 const FIRST_RADIUS: f64 = 1.0;
 
-/// Largest radius: beyond, the model of anything that turns is no model.
+/// Largest radius: beyond, models of rotations are invalid.
 const LARGEST_RADIUS: f64 = 4.0;
 
-/// With a smaller region than that nothing moves.
+/// The search stalls when the radius falls below this value.
 const SMALLEST_RADIUS: f64 = 1e-12;
 
-/// A step is taken when it gives this part of the decrease that its model promises; below `POOR` the radius shrinks to a
-/// quarter of the step, beyond `GOOD` it may double (Conn, Gould and Toint 2000, section 6.1).
+/// A step is accepted if it achieves the fraction `TAKEN` of the predicted decrease. Below `POOR` the radius
+/// shrinks to a quarter of the step, above `GOOD` it may double (Conn, Gould and Toint 2000, section 6.1).
 const TAKEN: f64 = 1e-4;
 const POOR: f64 = 0.25;
 const GOOD: f64 = 0.75;
 
-/// After a step that leaves more than `SLOW` of |R|, Gauss and Newton's model gives way to Newton's; it comes back after
-/// one that leaves less than `FAST`: near a root it converges quadratically and costs no second derivatives. A double
-/// root, at which it leaves a quarter, is between the two.
+/// After a step that leaves more than `SLOW` of |R|, the search switches from the Gauss-Newton model to
+/// Newton's; after a step that leaves less than `FAST` it switches back, because Gauss-Newton converges
+/// quadratically near a root without second derivatives. A double root, at which a Gauss-Newton step leaves a
+/// quarter, lies in between.
 const SLOW: f64 = 0.5;
 const FAST: f64 = 0.1;
 
-/// What the rounding of R makes of |R|^2, in rounding units times |R| times the terms of R.
+/// Rounding error of |R|^2, relative to |R| times the size of the terms of R.
 const ROUNDING: f64 = 10.0 * f64::EPSILON;
 
-/// Bounds with a gradient smaller than that, relative to |R|, hold nothing back.
+/// A bound is inactive if the gradient at it, relative to |R|, is smaller than this.
 const NO_PUSH: f64 = 1e-7;
 
-/// Least squares: a system with what its unknowns mean.
+/// A least-squares system with knowledge about its unknowns.
 pub trait LeastSquares: System {
-    /// Replaces an iterate by one that means the same, where there is a better one: a shorter rotation vector.
+    /// Replaces an iterate by an equivalent better one, such as a shorter rotation vector.
     fn renew(&mut self, _x: &mut [f64]) {}
 }
 
-/// Between which values unknowns may be; infinite where they have no bound, equal where they are fixed.
+/// Lower and upper bounds of the unknowns; infinite without a bound, equal for a fixed unknown.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Bounds {
-    /// Not greater than `upper`.
+    /// Lower bounds, not greater than `upper`.
     pub lower: Vec<f64>,
-    /// Not less than `lower`.
+    /// Upper bounds, not less than `lower`.
     pub upper: Vec<f64>,
 }
 
 impl Bounds {
-    /// No bounds for so many unknowns.
+    /// Infinite bounds for this number of unknowns.
     pub fn none(unknowns: usize) -> Self {
         Self { lower: vec![f64::NEG_INFINITY; unknowns], upper: vec![f64::INFINITY; unknowns] }
     }
 
-    /// The value of an unknown within its bounds that is nearest to `x`.
+    /// Value of an unknown within its bounds closest to `x`.
     pub fn nearest(&self, unknown: usize, x: f64) -> f64 {
         x.max(self.lower[unknown]).min(self.upper[unknown])
     }
 
-    /// Brings all unknowns within.
+    /// Clips all unknowns to their bounds.
     pub fn clip(&self, x: &mut [f64]) {
         for (i, x) in x.iter_mut().enumerate() {
             *x = self.nearest(i, *x);
@@ -80,55 +82,55 @@ impl Bounds {
     }
 }
 
-/// How to search.
+/// Options of a search.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Options {
-    /// |R| is zero when it is at most this.
+    /// Norms |R| up to this value count as zero.
     pub tolerance: f64,
-    /// The size of the terms that R is a difference of: sets what counts as rounding.
+    /// Size of the terms whose difference is R; determines the rounding error.
     pub terms: f64,
-    /// Largest number of steps.
+    /// Maximum number of steps.
     pub max_iter: usize,
-    /// Whether to begin with second derivatives: where R does not vanish.
+    /// Whether to start with second derivatives: useful if R does not vanish at the solution.
     pub second_order: bool,
 }
 
-/// How a search ended.
+/// Status of a search.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum End {
-    /// At a root.
+    /// A root was found.
     Root,
-    /// At a minimum, by its gradient and by its second derivatives.
+    /// A minimum was found, by its gradient and second derivatives.
     Minimum,
     /// The limit of iterations was reached.
     IterationLimit,
-    /// No step, however short, reduces |R|; or R is not finite wherever steps lead.
+    /// No step, however short, reduces |R|; or R is not finite at the end of every step.
     Stalled,
-    /// R or its Jacobian is not finite at the start, or at an iterate.
+    /// R or its Jacobian is not finite at the start or at an iterate.
     NonFinite,
 }
 
-/// What came of a search.
+/// Result of a search.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Outcome {
-    /// How it ended.
+    /// Status.
     pub end: End,
-    /// |R| there.
+    /// |R| at the result.
     pub norm: f64,
-    /// The unknowns that bounds hold back there.
+    /// Unknowns at active bounds.
     pub held: Vec<usize>,
-    /// What it took.
+    /// Counts of steps and evaluations.
     pub counters: Counters,
 }
 
-/// What a search takes.
+/// Cost of a search.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counters {
-    /// Steps taken.
+    /// Accepted steps.
     pub iterations: usize,
     /// Evaluations of R.
     pub residuals: usize,
-    /// Evaluations of its Jacobian.
+    /// Evaluations of the Jacobian of R.
     pub jacobians: usize,
 }
 
@@ -140,13 +142,13 @@ impl std::ops::AddAssign for Counters {
     }
 }
 
-/// Searches from `x`, brought within the bounds, which becomes the best that was found. Unknowns should be of order one.
-/// Allocates. An iteration costs a Jacobian and the eigenvectors of a matrix as large as the smaller one of the
-/// numbers of unknowns and equations; with second derivatives a Jacobian for each unknown and the eigenvectors of a
-/// matrix of their number.
+/// Searches from `x`, clipped to the bounds; `x` becomes the best point found. Unknowns should be of order
+/// one. Allocates. An iteration costs a Jacobian and the eigenvectors of a matrix whose size is the smaller
+/// of the numbers of unknowns and equations; with second derivatives, one Jacobian per unknown and the
+/// eigenvectors of a matrix of their number.
 ///
 /// # Panics
-/// When x or the bounds are not of the size of the system.
+/// If the sizes of x or of the bounds do not match the system.
 pub fn solve(
     system: &mut dyn LeastSquares,
     x: &mut [f64],
@@ -188,7 +190,7 @@ struct Search<'a> {
     counters: Counters,
 }
 
-/// What came of looking for a step.
+/// Result of a search for a step.
 enum Trial {
     Taken,
     Ended(End),
@@ -230,7 +232,7 @@ impl Search<'_> {
                     self.polish(x, &step)?;
                     return Ok(Trial::Ended(End::Minimum));
                 }
-                // Looked at again: it may be a saddle.
+                // The point may be a saddle: check with second derivatives.
                 self.second_order = true;
                 curvature = Some(self.curvature(x)?);
                 continue;
@@ -259,7 +261,7 @@ impl Search<'_> {
     /// |R| at the end of a step.
     fn try_step(&mut self, x: &[f64], step: &Step) -> Result<f64, Interrupted> {
         for (i, trial) in self.trial_x.iter_mut().enumerate() {
-            // Rounding must not lead out of the bounds.
+            // Rounding must not leave the bounds.
             *trial = self.bounds.nearest(i, x[i] + step.x[i]);
         }
         self.counters.residuals += 1;
@@ -274,7 +276,7 @@ impl Search<'_> {
         self.counters.iterations += 1;
     }
 
-    /// The last step, whose gain is rounding: its gradient is still known to many digits.
+    /// The last step, whose gain is below rounding: its gradient is still accurate to many digits.
     fn polish(&mut self, x: &mut [f64], step: &Step) -> Result<(), Interrupted> {
         let there = self.try_step(x, step)?;
         if there <= self.norm * (1.0 + ROUNDING) {
@@ -304,7 +306,7 @@ impl Search<'_> {
         Ok(crate::linalg::symmetric_part(&sum))
     }
 
-    /// The unknowns at bounds, beyond which |R| would be less.
+    /// Unknowns at bounds beyond which |R| would decrease.
     fn held(&self, x: &[f64]) -> Vec<usize> {
         let model = Model::new(&self.jacobian, &self.residual, None);
         let is_held = |&i: &usize| {
@@ -320,7 +322,7 @@ impl Search<'_> {
 mod tests {
     use super::*;
 
-    /// Equations with their Jacobian, row by row.
+    /// Equations with a row-major Jacobian.
     struct Equations<F, J>(usize, usize, F, J);
 
     impl<F: Fn(&[f64]) -> Vec<f64>, J: Fn(&[f64]) -> Vec<f64>> System for Equations<F, J> {
@@ -347,7 +349,7 @@ mod tests {
 
     const OPTIONS: Options = Options { tolerance: 1e-12, terms: 1.0, max_iter: 100, second_order: false };
 
-    /// Two links of length one, whose end shall be at a point.
+    /// Two links of length one, whose end should reach a point.
     fn arm(target: [f64; 2]) -> impl LeastSquares {
         let end = move |x: &[f64]| {
             let both = x[0] + x[1];
@@ -367,7 +369,7 @@ mod tests {
 
     #[test]
     fn roots_are_found_from_where_the_gradient_vanishes() {
-        // Stretched out towards the target, and folded away from it.
+        // Stretched towards the target, and folded away from it.
         for (target, start) in [([1.0, 0.0], [0.0, 0.0]), ([1.5, 0.0], [std::f64::consts::PI, 0.0])] {
             let (outcome, x) = ends(target, start, &Bounds::none(2));
             assert_eq!(outcome.end, End::Root, "{x:?}");
@@ -378,7 +380,7 @@ mod tests {
 
     #[test]
     fn what_is_out_of_reach_ends_at_the_nearest_point() {
-        // Far away Gauss and Newton's steps would converge by a factor of about d / (d + 2).
+        // Far away, Gauss-Newton steps would converge by a factor of about d / (d + 2).
         for distance in [2.1, 5.0, 1000.0] {
             let target = [0.6 * distance, 0.8 * distance];
             let (outcome, x) = ends(target, [0.3, 0.9], &Bounds::none(2));
@@ -387,7 +389,7 @@ mod tests {
             assert!((x[0] - 0.8_f64.atan2(0.6)).abs() < 1e-7 && x[1].abs() < 1e-7, "{distance}: {x:?}");
             assert!(outcome.counters.iterations < 20, "{distance}: {:?}", outcome.counters);
         }
-        // At its very edge the root is double.
+        // At the boundary of the workspace the root is double.
         let (outcome, _) = ends([2.0, 0.0], [0.3, 0.4], &Bounds::none(2));
         assert_eq!(outcome.end, End::Root);
     }
@@ -397,12 +399,12 @@ mod tests {
         let bounds = Bounds { lower: vec![-0.2, 0.5], upper: vec![0.2, 1.0] };
         let (outcome, x) = ends([0.0, 1.5], [0.0, 0.7], &bounds);
         assert_eq!((outcome.end, x, outcome.held), (End::Minimum, [0.2, 1.0], vec![0, 1]));
-        // Straight is a bound; only one of the two ways to bend is left.
+        // The straight arm is at a bound, so that only one of both ways to bend remains.
         let bounds = Bounds { lower: vec![-9.0, -3.0], upper: vec![9.0, 0.0] };
         let (outcome, x) = ends([1.0, 0.0], [0.0, 0.0], &bounds);
         assert_eq!(outcome.end, End::Root);
         assert!((x[1] + 2.0 * std::f64::consts::FRAC_PI_3).abs() < 1e-11, "{x:?}");
-        // A fixed shoulder leaves the nearest point of the circle of the elbow.
+        // With a fixed shoulder the solution is the closest point on the circle of the elbow.
         let bounds = Bounds { lower: vec![0.0, -9.0], upper: vec![0.0, 9.0] };
         let (outcome, x) = ends([3.0, 2.0], [0.0, 0.1], &bounds);
         assert_eq!(outcome.end, End::Minimum);
@@ -431,7 +433,7 @@ mod tests {
         let few = Options { max_iter: 1, ..OPTIONS };
         let outcome = solve(&mut arm([-1.0, 0.5]), &mut x, &Bounds::none(2), &few).unwrap();
         assert_eq!((outcome.end, outcome.counters.iterations), (End::IterationLimit, 1));
-        // Beyond zero there is no root of x, whose own root is just there.
+        // The root of the square root of x is zero, where its domain ends.
         let mut root =
             Equations(1, 1, |x: &[f64]| vec![x[0].sqrt() + 1.0], |x: &[f64]| vec![0.5 / x[0].sqrt()]);
         let mut x = [0.01];

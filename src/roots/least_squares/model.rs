@@ -7,20 +7,20 @@ use crate::linalg::{Matrix, dot, norm, norm_inf};
 /// Increment of forward differences: the square root of the rounding unit, for unknowns of order one.
 pub(super) const INCREMENT: f64 = 1.490_116_119_384_765_6e-8;
 
-/// What differences with that increment miss of a second derivative, relative to it and to what R and its Jacobian have
-/// of rounding there: with some digits to spare.
+/// Error of a second derivative by differences with this increment, relative to the derivative and to the
+/// rounding errors of R and its Jacobian; includes a safety factor.
 const ERROR_OF_CURVATURE: f64 = 10.0 * INCREMENT;
 
-/// `|R + J d|^2 / 2 + d S d / 2`, with the curvature S of R or without.
+/// `|R + J d|^2 / 2 + d S d / 2`, with or without the curvature S of R.
 pub(super) struct Model<'a> {
     jacobian: &'a Matrix,
     curvature: Option<&'a Matrix>,
     gradient: Vec<f64>,
-    /// Of the curvature.
+    /// Error of the curvature.
     error: f64,
 }
 
-/// A step, and the decrease of `|R|^2 / 2` that the model promises.
+/// A step, and the decrease of `|R|^2 / 2` that the model predicts.
 pub(super) struct Step {
     pub(super) x: Vec<f64>,
     pub(super) promised: f64,
@@ -40,7 +40,7 @@ impl<'a> Model<'a> {
         &self.gradient
     }
 
-    /// The matrix of the model times a step.
+    /// Product of the model's matrix with a step.
     fn product(&self, step: &[f64]) -> Vec<f64> {
         let mut image = vec![0.0; self.jacobian.nrows()];
         for (column, &d) in self.jacobian.column_iter().zip(step).filter(|(_, d)| **d != 0.0) {
@@ -61,7 +61,7 @@ impl<'a> Model<'a> {
         Step { x: step, promised }
     }
 
-    /// The eigenvectors of the part of these unknowns.
+    /// Eigenvectors of the submatrix of these unknowns.
     fn spectrum(&self, free: &[usize]) -> Option<Spectrum> {
         let own = self.jacobian.select_columns(free);
         let Some(curvature) = self.curvature else { return Spectrum::of_squares(&own) };
@@ -74,8 +74,8 @@ impl<'a> Model<'a> {
         Spectrum::new(&matrix, self.error)
     }
 
-    /// A step of about this length at most that keeps x within its bounds: the best one of those that a search for the
-    /// unknowns that become bound leads to.
+    /// The best step of about this length that keeps x within its bounds, among the candidates of a search
+    /// for the active bounds.
     pub(super) fn step(&self, x: &[f64], bounds: &Bounds, radius: f64) -> Step {
         let is_free = |&i: &usize| {
             let push = self.gradient[i];
@@ -94,7 +94,7 @@ impl<'a> Model<'a> {
             let is_cut = self.bind(first, free.clone(), x, bounds, radius, &mut keep);
             if is_cut {
                 keep(self.downhill(&free, x, bounds, radius));
-                // Steps that are cut entry by entry leave valleys that are narrow and curved downwards; this one does not.
+                // Steps clipped component by component leave narrow curved valleys; shortened steps do not.
                 if let Some(step) = self.shortened(free.clone(), x, bounds, radius) {
                     keep(step);
                 }
@@ -103,7 +103,7 @@ impl<'a> Model<'a> {
         best
     }
 
-    /// Steps of some unknowns, the others having made theirs.
+    /// Steps of the unknowns `free`, given the steps of the others.
     fn steps(&self, free: &[usize], others: &[f64], radius: f64) -> Vec<Vec<f64>> {
         let spectrum = if free.is_empty() { None } else { self.spectrum(free) };
         let Some(spectrum) = spectrum else { return Vec::new() };
@@ -117,8 +117,8 @@ impl<'a> Model<'a> {
         spectrum.steps(&gradient, radius).into_iter().map(all).collect()
     }
 
-    /// Stops unknowns at their bounds, and lets the others begin anew until none runs into its bound. Says whether any
-    /// did.
+    /// Stops unknowns at their bounds and recomputes the step of the others until no further bound is
+    /// reached. Returns whether any bound was reached.
     fn bind(
         &self,
         mut step: Vec<f64>,
@@ -147,7 +147,7 @@ impl<'a> Model<'a> {
         }
     }
 
-    /// The step itself as far as the bounds let it; unknowns at bounds that it would leave stay there.
+    /// The step shortened to the bounds; unknowns at bounds that the step would leave are fixed.
     fn shortened(&self, mut free: Vec<usize>, x: &[f64], bounds: &Bounds, radius: f64) -> Option<Vec<f64>> {
         loop {
             let step = self.steps(&free, &vec![0.0; x.len()], radius).into_iter().next()?;
@@ -165,7 +165,7 @@ impl<'a> Model<'a> {
         }
     }
 
-    /// Along the gradient as far as the bounds let it, to the minimum of the model: goes downhill whatever the model is.
+    /// Step along the negative gradient to the minimum of the model or to the bounds: always a descent step.
     fn downhill(&self, free: &[usize], x: &[f64], bounds: &Bounds, radius: f64) -> Vec<f64> {
         let size = norm(&self.gradient);
         let mut step = vec![0.0; x.len()];

@@ -1,24 +1,27 @@
-//! Of all roots within bounds the one with the least of a quadratic form.
+//! Among all roots within bounds, the one that minimises a quadratic form.
 //!
-//! `min |D (x - w)|^2 / 2` under `R(x) = 0` and bounds, by multipliers (Hestenes 1969; Powell 1969): least squares of
-//! `r (R + y)` and `D (x - w)`, one after the other, with `y <- y + R` in between and r growing until R vanishes.
+//! Solves `min |D (x - w)|^2 / 2` subject to `R(x) = 0` and bounds by the method of multipliers (Hestenes
+//! 1969; Powell 1969): a sequence of least-squares problems for `r (R + y)` and `D (x - w)`, with updates `y
+//! <- y + R` and with r increased until R vanishes.
 
 use super::{Bounds, Counters, End, LeastSquares, Options, solve};
 use crate::error::Interrupted;
 use crate::linalg::{Matrix, norm};
 use crate::roots::System;
 
-/// The weight r^2 of the equations at first, its growth after rounds in which more than the part `SLOW` of R is left, and
-/// its largest value, at which a double has digits left for what is preferred (Nocedal and Wright 2006, section 17.4).
+/// Initial weight r^2 of the equations, its growth after rounds that leave more than the fraction `SLOW` of
+/// R, and its largest value, at which doubles still resolve the quadratic form (Nocedal and Wright 2006,
+/// section 17.4).
 const FIRST_WEIGHT: f64 = 1e2;
 const GROWTH: f64 = 10.0;
 const SLOW: f64 = 0.03;
 const LARGEST_WEIGHT: f64 = 1e10;
 
-/// Rounds after which multipliers that do not settle never will: at the edge of what can be reached there are none.
+/// Maximum number of rounds: at the boundary of the reachable set, multipliers do not exist and the iteration
+/// never converges.
 const MAX_ROUNDS: usize = 30;
 
-/// So many times the steps of a start may a round take: where little is preferred the way is long and flat.
+/// Steps allowed per round as a multiple of those of a start: weak preferences have long flat valleys.
 const STEPS: usize = 10;
 
 /// The quadratic form `|D (x - w)|^2 / 2`.
@@ -31,7 +34,7 @@ pub(crate) struct Form {
 }
 
 impl Form {
-    /// From a root to the one that is preferred nearby; whether it came there. Else x stays.
+    /// Moves from a root to the preferred one nearby; returns whether it converged. Otherwise x is unchanged.
     pub(crate) fn settle(
         &self,
         system: &mut dyn LeastSquares,

@@ -2,28 +2,29 @@
 
 use crate::linalg::{Matrix, dot, norm, symmetric_eigen};
 
-/// The multiplier of the radius is found when the step is as long as it to this part.
+/// Relative tolerance of the step length in the search for the multiplier.
 const LENGTH: f64 = 1e-3;
 
-/// Newton's method for the multiplier converges monotonically; it takes some three steps.
+/// Newton's method for the multiplier converges monotonically, typically in three steps.
 const MAX_ITERATIONS: usize = 50;
 
-/// Multipliers that near to the least one are it, relative to the largest eigenvalue.
+/// Multipliers this close to the smallest admissible one, relative to the largest eigenvalue, count as equal
+/// to it.
 const NEAR: f64 = 1e-10;
 
-/// Eigenvalues and orthonormal eigenvectors, as columns; where there are fewer of them than unknowns, the others have
-/// the eigenvalue zero, and no gradient.
+/// Eigenvalues and orthonormal eigenvectors (columns). If there are fewer of them than unknowns, the
+/// complement has the eigenvalue zero and no gradient.
 pub(super) struct Spectrum {
     values: Vec<f64>,
     vectors: Matrix,
-    /// Smaller eigenvalues, negative ones of that size too, are rounding.
+    /// Eigenvalues of smaller magnitude are rounding errors.
     floor: f64,
 }
 
 impl Spectrum {
-    /// Of `J^T J`, by the smaller of the two products.
+    /// Spectrum of `J^T J`, from the smaller one of `J^T J` and `J J^T`.
     pub(super) fn of_squares(jacobian: &Matrix) -> Option<Self> {
-        /// Of the products' largest eigenvalue: rounding.
+        /// Rounding error relative to the largest eigenvalue.
         const ROUNDING: f64 = 1e-15;
         let (m, n) = jacobian.shape();
         if n <= m {
@@ -40,7 +41,7 @@ impl Spectrum {
         Some(Self { values, vectors, floor: Self::floor(largest, 0.0) })
     }
 
-    /// Of a symmetric matrix with an error of this size.
+    /// Spectrum of a symmetric matrix with an error of this size.
     pub(super) fn new(matrix: &Matrix, error: f64) -> Option<Self> {
         let (values, vectors) = symmetric_eigen(matrix)?;
         let largest = values.iter().fold(0.0, |largest: f64, value| largest.max(value.abs()));
@@ -48,13 +49,13 @@ impl Spectrum {
     }
 
     fn floor(largest: f64, error: f64) -> f64 {
-        /// Of the largest eigenvalue, which has this much rounding as the square of a matrix.
+        /// Rounding error relative to the largest eigenvalue, for the square of a matrix.
         const ROUNDING: f64 = 1e-14;
         (ROUNDING * largest).max(error)
     }
 
-    /// The steps of at most this length that minimise the model with this gradient: one, or two opposite ones where only
-    /// negative curvature says where to go. None where there is nothing to do.
+    /// The steps of at most this length that minimise the model with this gradient: one step, or two opposite
+    /// ones if only negative curvature determines the direction. Empty at a minimum.
     pub(super) fn steps(&self, gradient: &[f64], radius: f64) -> Vec<Vec<f64>> {
         let along: Vec<f64> =
             (0..self.values.len()).map(|k| dot(self.vectors.column(k).as_slice(), gradient)).collect();
@@ -75,7 +76,7 @@ impl Spectrum {
             if !is_indefinite {
                 return vec![self.in_space(&found)];
             }
-            // On to the boundary along the most negative curvature, either way.
+            // Continue to the boundary along the most negative curvature, in both directions.
             let rest = (radius * radius - length * length).sqrt() + found[0].abs();
             let sign = if found[0] < 0.0 { -1.0 } else { 1.0 };
             let is_open = found[0].abs() <= NEAR.sqrt() * radius;
@@ -120,7 +121,7 @@ impl Spectrum {
 mod tests {
     use super::*;
 
-    /// The least value of the model among many points of the ball.
+    /// Smallest value of the model among many points of the ball.
     fn least_in_disc(matrix: &Matrix, gradient: &[f64], radius: f64) -> f64 {
         let mut least = 0.0_f64;
         for i in 0..=200 {

@@ -1,4 +1,4 @@
-"""``python -m fuzz``: tries cases for a bounded time, and says what it found; or runs stored cases again."""
+"""``python -m fuzz``: tries cases for a limited time and reports findings, or repeats stored cases."""
 
 import argparse
 import hashlib
@@ -22,7 +22,7 @@ OPEN = Path(__file__).parent / "corpus" / "open.txt"
 
 @dataclass(frozen=True)
 class Case:
-    """What is tried: the name says how to make it again."""
+    """A case; its name describes how to recreate it."""
 
     name: str
     text: bytes
@@ -30,18 +30,18 @@ class Case:
 
 
 def number_of(harness: str) -> int:
-    """A harness as a number, so that each has random numbers of its own."""
+    """A number for a harness, so that each harness has its own random numbers."""
     return HARNESSES.index(harness)
 
 
 def random_case(harness, seed: int, number: int) -> Case:
-    """Case `number` of a seed: the same on every machine."""
+    """Case `number` of a seed, the same on every machine."""
     rng = np.random.default_rng([seed, number_of(harness.NAME), number])
     return Case(f"seed {seed}, case {number}", harness.make(rng), harness.SUFFIX)
 
 
 def found_before(harness) -> list[Case]:
-    """The corpus of what was found: "<harness>-<what>.<suffix>"."""
+    """The corpus of earlier findings: "<harness>-<what>.<suffix>"."""
     return [
         Case(path.name, path.read_bytes(), path.suffix)
         for path in sorted(FOUND.glob(f"{harness.NAME}-*{harness.SUFFIX}"))
@@ -49,12 +49,12 @@ def found_before(harness) -> list[Case]:
 
 
 def known_faults() -> set[str]:
-    """Signatures of faults that are known and not mended yet."""
+    """Signatures of known faults that are not fixed yet."""
     return set(filter(None, OPEN.read_text(encoding="utf-8").splitlines()))
 
 
 def cases(harness, seed: int, deadline: float, count: int | None):
-    """What was found before, then random cases until the time or their number is over."""
+    """Earlier findings, then random cases until the time or their number is over."""
     yield from found_before(harness)
     for number in itertools.count() if count is None else range(count):
         if time.monotonic() > deadline:
@@ -64,7 +64,7 @@ def cases(harness, seed: int, deadline: float, count: int | None):
 
 @dataclass
 class Fault:
-    """The first case with a signature, and all places where the signature was seen."""
+    """The first case with a signature, and all places with this signature."""
 
     harness: str
     name: str
@@ -74,7 +74,7 @@ class Fault:
 
 
 class Findings:
-    """What came out: verdicts counted, and the first case of each fault, made smaller and stored."""
+    """Results: number of verdicts, and the first case of each fault, minimised and stored."""
 
     def __init__(self, folder: Path | None) -> None:
         self.folder = folder
@@ -112,7 +112,7 @@ class Findings:
         return path
 
     def table(self) -> str:
-        """Verdicts in rows, harnesses in columns, as Markdown."""
+        """Table of verdicts (rows) and harnesses (columns), in Markdown."""
         names = list(self.counts)
         rows = [["", *names], ["---"] * (1 + len(names))]
         for verdict in (*judge.GOOD, *judge.BAD):
@@ -123,7 +123,7 @@ class Findings:
         return "\n".join("| " + " | ".join(row) + " |" for row in rows)
 
     def report(self) -> str:
-        """Each fault, where it was seen and how to see it again."""
+        """Each fault, its places and how to reproduce it."""
         lines = []
         for signature, fault in self.faults.items():
             head = f"\n{fault.places.total()} x {signature}" + (" (known)" if signature in self.known else "")
@@ -136,7 +136,7 @@ class Findings:
 
 
 def again(paths: list[Path], limit: float) -> int:
-    """Run stored cases; the first word of a name says by which harness."""
+    """Repeat stored cases; the first word of a name gives the harness."""
     bad = 0
     with pool.Worker(limit) as worker:
         for path in paths:

@@ -1,8 +1,9 @@
-"""The Python API: every public callable, in `__all__` and in the stubs, called in ways that make no sense.
+"""The Python API: every public callable, in `__all__` and in the stubs, called with invalid or unusual
+arguments.
 
-A case is a script that stands alone. `call()` is what is tried; further names say how to judge it:
-`forbidden`, an argument that must be refused; `layouts`, a result that must be the same with plain arrays,
-to the last bit; `watched`, a callback whose value must be refused; `works`, a call that must not be.
+A case is a self-contained script. `call()` is the call under test; further names specify the verdict:
+`forbidden`, an argument that must be rejected; `layouts`, a result that must be bitwise equal to that with
+plain arrays; `watched`, a callback whose value must be rejected; `works`, a call that must succeed.
 """
 
 import ast
@@ -28,13 +29,13 @@ SUFFIX = ".py"
 STUB = Path(lissom.__file__).parent / "_lissom.pyi"
 
 HEAD = "import lissom\nimport numpy as np\n\nfrom fuzz import values as v\n\n"
-#: What refuses.
+#: Exceptions that reject a call.
 EXPECTED = (ValueError, TypeError, OverflowError, MemoryError, RecursionError, lissom.LissomError, v.Boom)
-#: What `OdeSolver` documents for a step at the wrong moment.
+#: Messages that `OdeSolver` documents for a step at the wrong moment.
 OUT_OF_TURN = ("in the middle of a step", "failed or finished solver", "Dense output is available", "step")
 
 
-# What there is.
+# Public callables.
 
 
 @dataclass(frozen=True)
@@ -54,15 +55,15 @@ def _parameters(node: ast.FunctionDef) -> dict[str, str]:
     }
 
 
-#: Modules of the package whose public names are tried, too.
+#: Modules of the package whose public names are also tested.
 MODULES = ("gym", "sensors")
 
-#: Of a class in the stubs: what is called by another name, or by `protocol`.
+#: Special methods in the stubs that are called by another name, or by `protocol`.
 _SPECIAL = {"__new__": "", "__call__": ".__call__"}
 
 
 def discover() -> dict[str, Function]:
-    """All public callables. Those of the compiled module come from its stubs, the others from themselves."""
+    """All public callables. Those of the compiled module come from its stubs, the others from inspection."""
     functions = {}
 
     def add(name, parameters):
@@ -102,9 +103,9 @@ def discover() -> dict[str, Function]:
     return functions
 
 
-# Making cases.
+# Creating cases.
 
-#: Values that are whole numbers.
+#: Values that are integers.
 WHOLE = re.compile(r"True|np\.int|-?\(?[\d*()]+$")
 
 
@@ -132,7 +133,7 @@ def _fill(text: str, rng) -> str:
 
 
 def script(function: Function, arguments: dict[str, str], parameters="") -> str:
-    """The call as a function of its own; an argument a line, so that a line can be left out."""
+    """The call as a function, with one argument per line, so that lines can be left out."""
     target = f"lissom.{function.name}"
     arguments = dict(arguments)
     if "self" in arguments:
@@ -142,7 +143,7 @@ def script(function: Function, arguments: dict[str, str], parameters="") -> str:
 
 
 def _edge(function, arguments, rng) -> str:
-    """Some arguments are at the edge."""
+    """A call with some extreme arguments."""
     known = list(function.parameters)
     if not known:
         return (HEAD + script(function, arguments)).replace("(\n    )", f"({rng.choice(EDGE)})")
@@ -154,19 +155,19 @@ def _edge(function, arguments, rng) -> str:
 
 
 def _address(annotation: str) -> bool:
-    """Whether a whole number is the address of machine code, which the caller answers for."""
+    """Whether an integer is the address of machine code, for which the caller is responsible."""
     return "Callable" in annotation and " int " in annotation
 
 
 def _numeric(annotation: str) -> bool:
-    """Whether only numbers, and functions of the package, make sense."""
+    """Whether only numbers, and functions of the package, are meaningful."""
     words = ("ArrayLike", "float", "int", "_Size", "_Along", "_Vector")
     others = ("str", "Literal", "Any", "dict", "args", "Iterable", "Model")
     return any(word in annotation for word in words) and not any(word in annotation for word in others)
 
 
 def _no_number(function, arguments, rng) -> str:
-    """One argument is no number where only a number makes sense."""
+    """A call with one argument that is not a number although a number is expected."""
     known = [
         key for key, annotation in function.parameters.items() if _numeric(annotation) and key not in OPAQUE
     ]
@@ -180,7 +181,7 @@ def _no_number(function, arguments, rng) -> str:
 
 
 def _layout(function, arguments, rng) -> str:
-    """The same arrays in another layout give the same result."""
+    """A call with the same arrays in another layout, which must give the same result."""
     known = [key for key, text in arguments.items() if text.startswith("v.array")]
     if not known:
         return _edge(function, arguments, rng)
@@ -192,7 +193,7 @@ def _layout(function, arguments, rng) -> str:
 
 
 def _callback(function, arguments, rng) -> str:
-    """One callback misbehaves."""
+    """A call with one misbehaving callback."""
     known = [key for key, text in arguments.items() if text.startswith("lambda")]
     if not known:
         return _edge(function, arguments, rng)
@@ -214,7 +215,7 @@ def _callback(function, arguments, rng) -> str:
 
 
 def protocols() -> dict[str, bytes]:
-    """A script for each callable: it works, and its result can be shown, compared, copied and pickled."""
+    """A script for each callable: it works, and its result can be printed, compared, copied and pickled."""
     scripts = {}
     for name, recipes in RECIPES.items():
         if name == "Scene.load":
@@ -234,7 +235,7 @@ def _first(text: str) -> str:
 
 
 def _optional() -> dict[str, tuple[str, ...]]:
-    """Of each callable the parameters that can be left out, by its own signature."""
+    """The optional parameters of each callable, from its own signature."""
     optional = {}
     for name in FUNCTIONS:
         value: typing.Any = lissom
@@ -250,11 +251,11 @@ def _optional() -> dict[str, tuple[str, ...]]:
 
 FUNCTIONS = discover()
 OPTIONAL = _optional()
-#: Every callable, the oftener the more parameters it has.
+#: Every callable, repeated according to its number of parameters.
 NAMES = sorted(FUNCTIONS)
 WEIGHTS = np.array([0.3 + len(FUNCTIONS[name].parameters) for name in NAMES])
 WEIGHTS /= WEIGHTS.sum()
-#: Annotations that include functions, those of the stubs' own names too.
+#: Annotations that include functions, also under the stubs' own names.
 TAKE_FUNCTIONS = ("Callable", "_Size", "_Along", "_Vector")
 
 
@@ -266,7 +267,7 @@ def prepare() -> None:
 
 
 def where(path: Path) -> str:
-    """What the script calls."""
+    """The callable of the script."""
     for line in path.read_text(encoding="utf-8", errors="replace").splitlines():
         if line.startswith("    return "):
             return line[11:].rstrip("(").rpartition(").")[2].removesuffix("()")
@@ -297,7 +298,7 @@ def run(path: Path, clock) -> judge.Outcome:
         return judge.Outcome("done", "what came back holds an object that raises")
 
 
-#: What only holds the numbers that it was given.
+#: Classes that only contain the given numbers.
 CONTAINERS = (
     "lissom.Balance",
     "lissom.LinearModel",
@@ -306,7 +307,7 @@ CONTAINERS = (
     "lissom.gym.States",
 )
 
-#: What may take long, because that is what it was asked for.
+#: Callables that may take long, depending on their arguments.
 LONG = ("solve_ivp", "simulate", "newmark", "root", "statics", "continuation", "choose_modes", "run", "step")
 
 
@@ -332,7 +333,7 @@ def _raised(error, space, place) -> judge.Outcome:
 
 
 def _has_layout_fault(space) -> bool:
-    """Whether the plain call works, so that the layout is what was refused."""
+    """Whether the plain call works, so that the layout was rejected."""
     try:
         space["call"](v.plain)
     except Exception:
@@ -341,7 +342,7 @@ def _has_layout_fault(space) -> bool:
 
 
 def _own(error) -> bool:
-    """Whether the exception was raised by the script's or a callback's own lines."""
+    """Whether the exception was raised by the script or by a callback."""
     if isinstance(error, v.Boom | v.BaseBoom) or "boom" in str(error):
         return True
     frames = traceback.extract_tb(error.__traceback__)[2:]

@@ -1,6 +1,6 @@
-"""What may come out of a case, and what is a finding.
+"""Possible outcomes of a case, and which of them are findings.
 
-A case ends with a verdict, a detail for people, the place that was tried, and a signature, which is equal for
+A case has a verdict, a detail for readers, the place that was tested, and a signature, which is equal for
 cases with the same fault.
 """
 
@@ -10,24 +10,24 @@ from dataclasses import asdict, dataclass, fields, is_dataclass
 
 import numpy as np
 
-#: What may come out.
+#: Acceptable verdicts.
 GOOD = ("done", "refused", "failed", "undecided", "slow")
-#: What must not.
+#: Verdicts of findings.
 BAD = ("panic", "crash", "hang", "memory", "exception", "message", "nan", "silent", "swallowed", "wrong")
 
-#: Processor time of a case in seconds. Long work must hear Ctrl-C then.
+#: Processor time of a case in seconds, after which Ctrl-C must be effective.
 LIMIT = 10.0
-#: Resident memory that a case may add, bytes. No model and no run that is asked for needs a tenth of it.
+#: Maximum increase of resident memory in a case, bytes. No model or run of the cases needs a tenth of this.
 MEMORY = 512 * 2**20
-#: The same for a byte of the case: of tables in a file, the tree of the parser takes some seventy.
+#: Additional memory per byte of the case: for tables in a file, the parser's tree takes about seventy bytes.
 MEMORY_OF_TEXT = 150
-#: Characters of a message beyond which nobody reads it.
+#: Maximum length of a useful message, characters.
 LONGEST_MESSAGE = 50_000
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """How a case ended."""
+    """Result of a case."""
 
     verdict: str
     detail: str = ""
@@ -43,9 +43,9 @@ class Outcome:
 
 
 def found(verdict, place, detail, everywhere=None) -> Outcome:
-    """A finding. Its signature is the place and the detail without numbers and names.
+    """A finding. Its signature consists of the place and the detail without numbers and names.
 
-    `everywhere` is the signature instead of them for a fault that does not depend on the place.
+    `everywhere` replaces this signature for a fault that does not depend on the place.
     """
     words = re.sub(r"'[^']*'|\"[^\"]*\"|`[^`]*`", "'…'", str(detail)[:400])
     words = re.sub(r"[-+]?(\d[\d_.]*(e[-+]?\d+)?|\binf\b|\bNaN\b|\bnan\b)", "#", words)
@@ -54,7 +54,7 @@ def found(verdict, place, detail, everywhere=None) -> Outcome:
 
 
 def of_exception(error, where, expected) -> Outcome:
-    """What an exception means that a call ended with; `expected` are the types that are a refusal."""
+    """The outcome of a call that ended with an exception; the types in `expected` are rejections."""
     kind = type(error).__name__
     message = str(error)
     if kind == "PanicException" or "panicked" in message:
@@ -69,7 +69,7 @@ def of_exception(error, where, expected) -> Outcome:
 
 
 def of_death(code: int, where: str, said: str) -> Outcome:
-    """What the death of a worker means."""
+    """The outcome if the worker died."""
     name = signal.Signals(-code).name if code < 0 else f"exit code {code}"
     last = [line for line in said.splitlines() if line.strip()]
     words = last[-1] if last else ""
@@ -84,12 +84,12 @@ def of_death(code: int, where: str, said: str) -> Outcome:
     return found("crash", where, f"{name}: {words}")
 
 
-#: Attributes whose NaN is documented to mean that there is nothing: one row has no variance, none has a mean.
+#: Attributes in which NaN is documented to mean no value: one row has no variance, no rows have no mean.
 NAN_MEANS_NONE = {"step_norm", "mean", "variance"}
 
 
 def has_nan(value) -> bool:
-    """Whether an array, a number or a tuple of them has a NaN in it."""
+    """Whether an array, a number or a tuple of them contains NaN."""
     if isinstance(value, float | np.ndarray | np.floating):
         value = np.asarray(value)
         return value.dtype.kind in "fc" and bool(np.isnan(value).any())
@@ -99,7 +99,7 @@ def has_nan(value) -> bool:
 
 
 def nan_in(result) -> str | None:
-    """The name of what is NaN in a result that calls itself a success, or in an array."""
+    """The name of the part that is NaN in a successful result, or in an array."""
     if has_nan(result):
         return "the array"
     success = getattr(result, "success", True)
@@ -107,7 +107,7 @@ def nan_in(result) -> str | None:
         return None
     for name in public(result):
         value = getattr(result, name)
-        # Of many runs, in the rows that succeeded.
+        # For many runs, only in the rows that succeeded.
         if isinstance(success, np.ndarray) and isinstance(value, np.ndarray) and len(value) == len(success):
             value = value[success]
         if name not in NAN_MEANS_NONE and has_nan(value):
@@ -116,7 +116,7 @@ def nan_in(result) -> str | None:
 
 
 def public(value) -> list[str]:
-    """The public attributes of an object of the package that hold data."""
+    """The public data attributes of an object of the package."""
     if not type(value).__module__.startswith("lissom"):
         return []
     if is_dataclass(value):
@@ -126,6 +126,6 @@ def public(value) -> list[str]:
         for name in dir(type(value))
         if not name.startswith("_")
         and not callable(attribute := getattr(type(value), name, None))
-        # Old names warn.
+        # Old names warn when they are read.
         and not (attribute.__doc__ or "").startswith("The old name of ")
     ]

@@ -1,13 +1,13 @@
-"""Makes a case smaller: leaves out lines for as long as the same fault appears."""
+"""Minimises a case: removes lines as long as the same fault appears."""
 
 from collections.abc import Callable
 
-#: Runs of the case at most; each takes milliseconds, those that kill the process a second.
+#: Maximum number of runs of the case; each takes milliseconds, or a second if it kills the process.
 TRIES = 40
 
 
 def fewer_lines(text: bytes, fails: Callable[[bytes], bool], tries: int = TRIES) -> bytes:
-    """Leave out half of the lines, a quarter, and so on, then each (the first step of Zeller's ddmin)."""
+    """Remove half of the lines, a quarter, ..., then single lines (the first step of Zeller's ddmin)."""
     lines = text.split(b"\n")
     size = max(len(lines) // 2, 1)
     while tries > 0:

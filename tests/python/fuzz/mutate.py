@@ -1,6 +1,6 @@
-"""Mutations of scenes: of the tree of keys, with the help of the JSON Schema, and of the text.
+"""Mutations of scenes: of the tree of keys, using the JSON Schema, and of the text.
 
-A tree is what `tomllib` reads: dicts, lists, numbers, words. `Raw` is text that is written as it is.
+A tree is the result of `tomllib`: dicts, lists, numbers, strings. `Raw` is text that is written unchanged.
 """
 
 import copy
@@ -17,7 +17,7 @@ class Raw(str):
 
 
 def word(text: str) -> str:
-    """A key or a string in quotes where it needs them; JSON's escapes are TOML's."""
+    """A key or a string, quoted if necessary; the escapes of JSON are also those of TOML."""
     return json.dumps(text, ensure_ascii=False)
 
 
@@ -42,7 +42,7 @@ def key_text(key: str) -> str:
 
 
 def write(tree: dict, path: tuple[str, ...] = ()) -> str:
-    """A table, a key a line; tables and arrays of tables down to three levels under headers of their own."""
+    """A table with one key per line; tables and arrays of tables have headers on the first three levels."""
     lines, later = [], []
     for key, value in tree.items():
         tables = isinstance(value, list) and value and all(isinstance(item, dict) for item in value)
@@ -59,7 +59,7 @@ def write(tree: dict, path: tuple[str, ...] = ()) -> str:
     return text
 
 
-# What may stand somewhere.
+# Replacement values.
 
 NUMBERS = [
     0,
@@ -160,13 +160,13 @@ OTHERS = [
 
 
 class Schema:
-    """The JSON Schema of scenes: what keys a table may have, and values that a key may have."""
+    """The JSON Schema of scenes: the allowed keys of tables, and values of keys."""
 
     def __init__(self, text: str) -> None:
         self.root = json.loads(text)
 
     def resolve(self, node: dict) -> list[dict]:
-        """The alternatives of a node, without references."""
+        """The alternatives of a node, with references resolved."""
         if "$ref" in node:
             return self.resolve(self.root["definitions"][node["$ref"].rpartition("/")[2]])
         for word in ("allOf", "anyOf", "oneOf"):
@@ -175,7 +175,7 @@ class Schema:
         return [node]
 
     def value(self, node: dict, rng, depth=0):
-        """A random value of a node; half of the tables' keys."""
+        """A random value of a node, with half of the keys of tables."""
         node = _one(self.resolve(node), rng)
         if "const" in node:
             return node["const"]
@@ -228,7 +228,7 @@ def _one(items, rng):
 
 
 def places(tree) -> list[tuple]:
-    """All (container, key) of a tree."""
+    """All pairs (container, key) of a tree."""
     found = []
     items = tree.items() if isinstance(tree, dict) else enumerate(tree) if isinstance(tree, list) else ()
     for key, value in items:
@@ -241,7 +241,7 @@ def leaves(tree, kinds=(int, float, str)) -> list[tuple]:
     return [(inside, key) for inside, key in places(tree) if isinstance(inside[key], kinds)]
 
 
-# Mutations of trees. Each changes its tree and returns it.
+# Mutations of trees. Each modifies its tree and returns it.
 
 
 def replace_number(tree, rng, schema):
@@ -253,7 +253,7 @@ def replace_number(tree, rng, schema):
 
 
 def scale_number(tree, rng, schema):
-    """By some powers of ten: often still a scene, of an odd size."""
+    """Scale a number by some powers of ten, which often gives a valid scene of unusual size."""
     spots = leaves(tree, float)
     if spots:
         inside, key = _one(spots, rng)
@@ -270,7 +270,7 @@ def replace_value(tree, rng, schema):
 
 
 def add_key(tree, rng, schema):
-    """A key that the schema has at this place, with a value that it allows."""
+    """Add a key that the schema has at this place, with a valid value."""
     tables = schema.tables(tree)
     if tables:
         table, node = _one(tables, rng)
@@ -306,7 +306,7 @@ def misspell(tree, rng, schema):
 
 
 def crowd(tree, rng, schema):
-    """Very many unknown keys."""
+    """Add very many unknown keys."""
     inside = _one([tree, *(table for table, _ in schema.tables(tree))], rng)
     for number in range(int(_one([1, 10, 300, 3000, 20_000], rng))):
         inside[f"key_{number}"] = number
@@ -324,7 +324,7 @@ def deepen(tree, rng, schema):
 
 
 def lengthen(tree, rng, schema):
-    """A long array, or a table of many stations."""
+    """Insert a long array, or a table with many stations."""
     inside, key = _one(places(tree), rng)
     count = int(_one([4, 100, 1000, 50_000], rng))
     numbers = [round(k / count, 9) for k in range(count)]
@@ -349,12 +349,12 @@ TREE = [
 ]
 
 
-#: Those after which a scene is often still one.
+#: Mutations that often keep a scene valid.
 GENTLE = [(scale_number, 6), (add_key, 3), (replace_number, 1)]
 
 
 def mutate_tree(tree: dict, rng, schema: Schema) -> dict:
-    """Some mutations, or, as often, one or two gentle ones."""
+    """Apply some mutations, or, equally often, one or two gentle ones."""
     tree = copy.deepcopy(tree)
     table, counts = (GENTLE, [1, 1, 2]) if rng.random() < 0.5 else (TREE, [1, 1, 2, 3, 6])
     weights = np.array([weight for _, weight in table])
@@ -366,7 +366,7 @@ def mutate_tree(tree: dict, rng, schema: Schema) -> dict:
 
 
 def mutate_text(text: bytes, rng) -> bytes:
-    """Bytes and lines."""
+    """Mutate bytes and lines."""
     data = bytearray(text)
     for _ in range(int(_one([1, 2, 5, 30], rng))):
         start = int(rng.integers(len(data) + 1))

@@ -1,4 +1,4 @@
-"""Worker processes: cases go in, outcomes come out, whatever happens to the process."""
+"""Worker processes that return an outcome for each case, even if the process dies."""
 
 import json
 import os
@@ -14,16 +14,16 @@ import fuzz
 import lissom
 from fuzz import judge
 
-#: Wall-clock time over processor time beyond which it is a deadlock: more than a busy machine makes of it.
+#: Ratio of wall-clock time to processor time that indicates a deadlock; a busy machine stays below.
 WALL = 30.0
-#: Seconds for the start of a worker: imports, on a machine that does much else.
+#: Timeout for the start of a worker, seconds: imports on a busy machine.
 START = 600.0
-#: Resident memory of a worker beyond that of a fresh one above which it is replaced, bytes.
+#: A worker is replaced if its resident memory exceeds that of a new worker by this many bytes.
 REPLACED = 256 * 2**20
 
 
 class Worker:
-    """One process at a time; the next one starts when a case has killed it."""
+    """One process at a time; the next one starts after a case has killed it."""
 
     def __init__(self, limit: float) -> None:
         self.limit = limit
@@ -51,10 +51,10 @@ class Worker:
         return judge.Outcome(**answer)
 
     def _start(self) -> None:
-        # The process starts in another folder, where relative entries of the path mean nothing.
+        # The process starts in another folder, where relative entries of the path are invalid.
         places = [Path(fuzz.__file__).parents[1], Path(lissom.__file__).parents[1]]
         path = os.pathsep.join(map(str, places))
-        # One thread for linear algebra: the machine's cores belong to the workers.
+        # One thread for linear algebra, because the workers use all cores.
         environment = os.environ | {"PYTHONPATH": path, "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
         self.process = subprocess.Popen(
             [sys.executable, "-m", "fuzz.worker", str(self.folder)],
@@ -72,7 +72,7 @@ class Worker:
         self.fresh = ready["resident"]
 
     def _answer(self, seconds: float) -> dict | None:
-        """The next line of the process; None when it has died or says nothing for so long."""
+        """The next line of output of the process; None if it has died or the time is over."""
         line = b""
         while not line.endswith(b"\n"):
             ready, _, _ = select.select([self.process.stdout], [], [], seconds)
@@ -83,7 +83,7 @@ class Worker:
         return json.loads(line)
 
     def close(self) -> int | None:
-        """End the process; its exit code, None when it had to be killed."""
+        """End the process; returns its exit code, or None if it had to be killed."""
         process, self.process = self.process, None
         if process is None:
             return None
@@ -110,7 +110,7 @@ class Worker:
 
 
 def run_all(harness, cases, jobs: int, limit: float, done) -> None:
-    """Run the cases of an iterator in so many workers; `done(case, outcome, worker)` one at a time."""
+    """Run the cases of an iterator in `jobs` workers; `done(case, outcome, worker)` runs once at a time."""
     lock = threading.Lock()
     cases = iter(cases)
     failures: list[BaseException] = []

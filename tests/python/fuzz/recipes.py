@@ -1,4 +1,4 @@
-"""Arguments of the public callables that work, and arguments that do not: Python as text, for scripts."""
+"""Valid and invalid arguments of the public callables, as Python text for scripts."""
 
 from fuzz import values as v
 
@@ -57,8 +57,8 @@ _ONE = "v.begun(lissom.gym.RobotEnv('balance'))"
 _MANY = "v.begun(lissom.gym.RobotVectorEnv('balance', 2))"
 _ROWS = {"q": "np.zeros((1, 4))", "v": "np.zeros((1, 4))"}
 
-#: Arguments with which a callable works. A list has alternatives. Methods have an object, `self`.
-#: A new callable without an entry here fails a test.
+#: Valid arguments of each callable. A list gives alternatives. Methods have an object, `self`. A new callable
+#: without an entry here fails a test.
 RECIPES: dict[str, dict | list[dict]] = {
     **{name: {} for name in ("Joint", "Weld", "Spherical")},
     "Free": {"motion": "lissom.BaseMotion(axis=(0, 1, 0), angle=lissom.Harmonic(0.1, 2.0))"},
@@ -807,7 +807,7 @@ RECIPES |= {
     | _SHOWN
     | _FILM,
 }
-#: Classes that only functions make, and exceptions: calling them must raise, or make an exception.
+#: Classes that only functions create, and exceptions: calling them must raise, or create an exception.
 _UNMADE = """
 AccuracyWarning ActuateResult ContinuationResult ConvergenceError
 CriticalPoint DenseOutput Energy EnsembleResult EquilibriumPath FitResult JacobianCheck SensitivityResult
@@ -815,7 +815,7 @@ EquilibriumSensitivityResult LissomError Model ModesResult MotionResult OdeResul
 RootResult Scene SceneError SceneProblem Section SimulationSettings StaticsResult Statistics
 """
 RECIPES |= {name: {} for name in _UNMADE.split()}
-#: What fills the braces.
+#: Replacements for the braces.
 CHOICES = {
     "model": list(v.MODELS),
     "solver": ["RK45", "DOP853", "Radau"],
@@ -832,12 +832,12 @@ CHOICES = {
     ],
 }
 CHOICES["stepped"] = CHOICES["method"][:6]
-#: Parameters whose values are not judged as numbers: anything may be passed on.
+#: Parameters whose values are not treated as numbers, because anything may be passed on.
 OPAQUE = {"args", "options"}
-#: Callbacks whose values are a wish, not a number.
+#: Callbacks whose return values are requests, not numbers.
 WISHES = {"callback", "progress"}
 
-#: No number, though NumPy makes one of some.
+#: Values that are not numbers, although NumPy converts some of them.
 NO_NUMBER = [
     "'0.5'",
     "b'0.5'",
@@ -862,9 +862,9 @@ NO_NUMBER = [
     "v.nested()",
     "[[0.1], [0.1, 0.2]]",
 ]
-#: Those of them that are functions.
+#: Functions among these values.
 CALLABLES = ("lissom.Rod", "lambda: 3")
-#: Numbers and shapes at the edge: refused, or taken, but neither a crash nor NaN.
+#: Extreme numbers and shapes: either rejected or accepted, but without crash or NaN.
 EDGE = [
     "None",
     "True",

@@ -1,4 +1,4 @@
-"""Scenes: mutated, through the command line: `check`, and where that is good, `run` and another one."""
+"""Mutated scenes, through the command line: `check`, and if the scene is valid, `run` and another command."""
 
 import contextlib
 import io
@@ -22,23 +22,23 @@ from lissom.urdf import UrdfWarning
 
 NAME = "scenes"
 SUFFIX = ".toml"
-#: Where mutations start: small scenes that set every key between them, and the examples.
+#: Initial scenes of the mutations: small scenes that together use every key, and the examples.
 CORPUS = Path(__file__).parent / "corpus" / NAME
 EXAMPLES = Path(__file__).parents[3] / "scenes"
 
-#: What is run: small enough to take seconds at most where nothing is wrong.
+#: Limits of scenes that are run: at most some seconds if nothing is wrong.
 COORDINATES = 24
 SEGMENTS = 8
 NODES = 128
 STEPS = 1000
 KEPT = 5000
-#: Scenes that are run with a report as well, one in so many: drawing takes a second.
+#: One in this many scenes is also run with a report, because drawing takes a second.
 REPORTS = 12
-#: The tip's error over the tolerance beyond which a success of "auto" is wrong, that of the stress test.
+#: Ratio of the tip's error to the tolerance above which a success of "auto" is wrong, as in the stress test.
 FACTOR = 3.0
-#: The same of the adaptive methods, whose tolerances are those of single steps.
+#: The same ratio for the adaptive methods, whose tolerances apply to single steps.
 LOCAL_FACTOR = 1e4
-#: Of these scenes the motion is short enough to compare: periods of chaos would double any error.
+#: Duration of motions that are compared, short because chaotic motion amplifies any error.
 COMPARED = 0.3
 
 
@@ -52,7 +52,7 @@ SEEDS = _seeds()
 
 
 def make(rng: np.random.Generator) -> bytes:
-    """A scene of the corpus or of the examples, changed; one in ten made from the schema alone."""
+    """A mutated scene of the corpus or the examples; one in ten is created from the schema alone."""
     start = SCHEMA.value(SCHEMA.root, rng) if rng.random() < 0.1 else SEEDS[int(rng.integers(len(SEEDS)))]
     tree = mutate.mutate_tree(start, rng, SCHEMA)
     text = mutate.write(tree).encode(errors="surrogatepass")
@@ -70,7 +70,7 @@ def where(path: Path) -> str:
 
 
 def command(path: Path, words: list[str]) -> tuple[int, str]:
-    """The command line's exit code and output."""
+    """Exit code and output of the command line."""
     (path.parent / "command.txt").write_text(words[0])
     output = io.StringIO()
     with contextlib.redirect_stdout(output), contextlib.redirect_stderr(output):
@@ -138,7 +138,7 @@ def _run(path: Path, folder: Path, clock) -> judge.Outcome:
 
 
 def _ended(code: int, said: str, name: str, codes: tuple[int, ...]) -> judge.Outcome | None:
-    """What is wrong with the end of a command, whatever it did."""
+    """Problems in the end of any command."""
     if "Traceback (most recent" in said or "panicked at" in said:
         return judge.found("exception", name, f"traceback: {said[-500:]}")
     if len(said) > judge.LONGEST_MESSAGE:
@@ -152,7 +152,7 @@ def _ended(code: int, said: str, name: str, codes: tuple[int, ...]) -> judge.Out
 
 
 def small(scene) -> bool:
-    """Whether a run is a matter of seconds."""
+    """Whether a run takes at most seconds."""
     settings = scene.simulation
     steps = (settings.t_end - settings.t0) / settings.dt
     kept = (settings.t_end - settings.t0) / (settings.output_dt or settings.dt)
@@ -169,7 +169,7 @@ def small(scene) -> bool:
 
 
 def finite(folder: Path) -> judge.Outcome | None:
-    """Whether what was written as a success is finite and complete."""
+    """Whether the files of a successful run are finite and complete."""
     json.loads((folder / "summary.json").read_text())
     with h5py.File(folder / "trajectory.nc") as file:
         for name, variable in file.items():
@@ -180,10 +180,10 @@ def finite(folder: Path) -> judge.Outcome | None:
 
 
 def tip(scene, q) -> np.ndarray:
-    """The tip in units of the length: of a rod unstretched, of a pendulum; of robots the last link's."""
+    """Position of the tip, for robots of the last link's, relative to the total unstretched length."""
     model = scene.model
     if isinstance(model, lissom.Robot):
-        # Of all links in a row.
+        # Total length of all links.
         lengths = [segment.length for link in model.links for segment in link.rod or ()]
         places = [float(np.linalg.norm(link.position)) for link in model.links]
         return np.asarray(model.pose(q, link=model.links[-1].name, t=scene.simulation.t_end))[..., :3, 3] / (
@@ -196,7 +196,7 @@ def tip(scene, q) -> np.ndarray:
 
 
 def tighter(scene) -> judge.Outcome:
-    """A success with error control against runs with far tighter tolerances by two other methods."""
+    """Compare a success with error control with runs of two other methods with far tighter tolerances."""
     settings = scene.simulation
     moves = getattr(scene.model, "base_motion", None) is not None
     is_long = settings.t_end - settings.t0 > COMPARED

@@ -1,7 +1,8 @@
-"""Solvers: random equations with poles, jumps, regions without values and stiffness, beside SciPy.
+"""Solvers: random equations with poles, jumps, undefined regions and stiffness, compared with SciPy.
 
-A case is a script that defines `problem`. A success is wrong where SciPy's far tighter runs, which must agree
-with each other, end elsewhere while SciPy's own run with the tolerances of the case ends near them.
+A case is a script that defines `problem`. A success is wrong if SciPy's runs with far tighter tolerances,
+which must agree with each other, end elsewhere, while SciPy's run with the tolerances of the case ends near
+them.
 """
 
 import traceback
@@ -18,21 +19,21 @@ NAME = "solvers"
 SUFFIX = ".py"
 
 HEAD = "import numpy as np\n\n"
-#: Errors count in units of the tolerance, atol + rtol |y|, which is that of a step: errors add up and grow.
-#: A success is wrong beyond `ALLOWED` units and `WORSE` times what SciPy's run of the same method is off.
+#: Errors are in units of the tolerance of a step, atol + rtol |y|; they accumulate and grow. A success is
+#: wrong beyond `ALLOWED` units and `WORSE` times the error of SciPy's run with the same method.
 ALLOWED = 300.0
 WORSE = 30.0
-#: The same for Newmark's method, which SciPy does not have and whose errors add up faster.
+#: The limit for Newmark's method, which SciPy does not have and whose errors accumulate faster.
 NEWMARK_ALLOWED = 1e4
-#: Evaluations after which a case is given up, and after which SciPy is: what has no solution may not end.
+#: Maximum number of evaluations of a case, and of SciPy: runs without a solution may not end.
 EVALUATIONS = 200_000
-#: A run of SciPy takes at least so many steps, so that it does not step over what is short.
+#: Minimum number of steps of a SciPy run, so that it does not step over short events.
 LEAST_STEPS = 300
-#: A root is far from SciPy's when it is off by this part of its size.
+#: A root is wrong if it differs from SciPy's by this fraction of its size.
 ROOT_FAR = 1e-2
 
 
-# Making cases.
+# Creating cases.
 
 
 def _number(rng, low=-3.0, high=3.0) -> str:
@@ -207,7 +208,7 @@ def make(rng: np.random.Generator) -> bytes:
 
 
 class Enough(Exception):
-    """A run that asks for too many evaluations."""
+    """The run needs too many evaluations."""
 
     def __init__(self) -> None:
         super().__init__("too many evaluations")
@@ -260,12 +261,12 @@ def run(path: Path, clock) -> judge.Outcome:
         return judge.of_exception(error, place, (MemoryError,))
 
 
-#: What SciPy calls the methods.
+#: SciPy's names of the methods.
 SCIPY_METHODS = {"rk45": "RK45", "dop853": "DOP853", "radau": "Radau"}
 
 
 def scipy_end(fun, t_span, y0, **options) -> np.ndarray | None:
-    """SciPy's state at the end; None where it does not get there in reasonable time."""
+    """SciPy's final state; None if it is not reached in reasonable time."""
     try:
         method = SCIPY_METHODS[options.pop("method")]
         found = integrate.solve_ivp(counted(fun), t_span, y0, method=method, **options)
@@ -275,7 +276,7 @@ def scipy_end(fun, t_span, y0, **options) -> np.ndarray | None:
 
 
 def reference(fun, t_span, y0) -> np.ndarray | None:
-    """The state at the end where two tight runs of different methods agree, and what they differ by."""
+    """The final states of runs of two methods with tight tolerances; None if one of them fails."""
     tight = {"rtol": 1e-11, "atol": 1e-14, "max_step": abs(t_span[1] - t_span[0]) / LEAST_STEPS}
     ends = [scipy_end(fun, t_span, y0, method=method, **tight) for method in ("dop853", "radau")]
     return None if any(end is None for end in ends) else np.array(ends)
@@ -348,7 +349,7 @@ def _run_root(problem, place) -> judge.Outcome:
 
 
 def _jumps(fun, x) -> str | None:
-    """Whether what is called a root is a jump or a pole: a residual as large as that of its neighbours."""
+    """Whether a reported root is a jump or a pole: a residual as large as that of its neighbours."""
     size = np.linalg.norm(fun(x))
     for step in (1e-7, 1e-4):
         for sign in (-1, 1):
@@ -387,7 +388,7 @@ def _run_newmark(problem, place) -> judge.Outcome:
         return judge.Outcome("undecided", "SciPy finds no end")
     if units(ends[0], ends[1], rtol, atol) > 1.0:
         return judge.Outcome("undecided", "SciPy's tight runs disagree")
-    # What passes through zero at the end was held to the tolerance where it was large.
+    # Components that pass through zero at the end were held to the tolerance where they were large.
     atol = atol + rtol * np.repeat([np.abs(found.q).max(), np.abs(found.v).max()], n)
     error = units(np.append(found.q[-1], found.v[-1]), ends[0], rtol, atol)
     if error > NEWMARK_ALLOWED:

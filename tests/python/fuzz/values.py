@@ -1,4 +1,4 @@
-"""What the scripts of the API harness use: rods, arrays of every layout, callbacks that misbehave.
+"""Values for the scripts of the API harness: rods, arrays of every layout, misbehaving callbacks.
 
 Scripts say ``from fuzz import values as v``.
 """
@@ -48,7 +48,7 @@ def chain():
 
 
 def moving():
-    """Two coordinates, and a base that moves."""
+    """Two coordinates, and a moving base."""
     return rod(
         base_motion=lissom.BaseMotion(translation=lissom.Harmonic((0, 0, 0.01), 2.0)),
         loads=[lissom.Load(force=lissom.Harmonic((0, 0, 0.01), 1.0))],
@@ -74,7 +74,7 @@ def tied():
 
 
 def touching():
-    """Two coordinates: a rod that meets a sphere, and a link whose ball lies in a floor."""
+    """Two coordinates: a rod that touches a sphere, and a link whose ball penetrates a floor."""
     return lissom.Robot(
         [lissom.Link("a", rod=[segment(modes={"bend_y": 1})]), link("b", parent="a")],
         contacts=[
@@ -101,19 +101,19 @@ def actuated():
 
 
 def pulled():
-    """Two coordinates, and a tendon that is told how much to pull."""
+    """Two coordinates, and a tendon with its tension as input."""
     pull = lissom.Tendon("pull", [lissom.Along(offset=(0, 0.005))], tension=lissom.Input("tension", 1.0))
     return rod(actuators=[pull])
 
 
 def state():
-    """That of `moving`, as a simulation has it."""
+    """The state of `moving` in a simulation."""
     zero = np.zeros(2)
     return types.SimpleNamespace(t=0.1, q=zero + 0.1, v=zero, a=zero, u=np.empty(0))
 
 
 def begun(env):
-    """An environment, or many, in their first episode."""
+    """A single or vector environment in its first episode."""
     env.reset(seed=0)
     return env
 
@@ -141,7 +141,7 @@ def urdf():
 
 
 def place(name):
-    """A file of this process in a folder that can be written."""
+    """A file of this process in a writable folder."""
     return str(pathlib.Path(tempfile.gettempdir()) / f"lissom-{os.getpid()}-{name}")
 
 
@@ -153,7 +153,7 @@ def saved():
 
 
 def alone(result):
-    """A result whose drawings meet no window and no earlier figures."""
+    """A result whose plots need no window and no earlier figures."""
     import matplotlib
     from matplotlib import pyplot
 
@@ -182,11 +182,11 @@ def scene():
     return lissom.Scene.loads("version = 1\n[pendulum]\nq0 = [0.1, 0]\n[simulation]\nt_end = 0.05\n")
 
 
-# Layouts: the same numbers, otherwise in memory.
+# Layouts: the same numbers, stored differently.
 
 
 def packed(array):
-    """A column of a packed record array: strides that are no multiple of the size of a number."""
+    """A column of a packed record array: strides that are not a multiple of the size of a number."""
     record = np.zeros(array.shape, dtype=np.dtype([("flag", "u1"), ("x", array.dtype), ("id", "<i4")]))
     record["x"] = array
     return record["x"]
@@ -214,11 +214,11 @@ def read_only(array):
 
 
 def zero_stride(array):
-    """All entries the same place in memory; only of arrays that are constant."""
+    """All entries at the same address; only for constant arrays."""
     return np.broadcast_to(array.ravel()[0], array.shape) if np.ptp(array) == 0 else array
 
 
-#: Layouts of float64 that every function takes.
+#: Layouts of float64 that every function accepts.
 LAYOUTS = {
     "packed": packed,
     "unaligned": unaligned,
@@ -246,7 +246,7 @@ def plain(values, layout=None):
 
 
 def difference(one, other) -> str | None:
-    """Where two results differ by a bit; None where they do not."""
+    """The place at which two results differ bitwise; None if they are equal."""
     if isinstance(one, np.ndarray) or isinstance(other, np.ndarray):
         one, other = np.asarray(one), np.asarray(other)
         equal = one.shape == other.shape and np.array_equal(one, other, equal_nan=one.dtype.kind in "fc")
@@ -267,26 +267,26 @@ def difference(one, other) -> str | None:
     return None if callable(one) or one == other or (one != one and other != other) else "values"
 
 
-#: Attributes that differ from run to run, or are the caller's own.
+#: Attributes that differ from run to run, or belong to the caller.
 NOT_DATA = {"wall_time", "model"}
 
 
-# Objects that are not what they look like.
+# Objects that imitate others.
 
 
 class Boom(Exception):
-    """What misbehaving callbacks and objects raise."""
+    """Raised by misbehaving callbacks and objects."""
 
     def __init__(self, *words):
         super().__init__(*(words or ("boom",)))
 
 
 class BaseBoom(BaseException):
-    """The same, beside `Exception`."""
+    """Raised in the same way, but not derived from `Exception`."""
 
 
 class Address:
-    """Has an address, and is no function."""
+    """Has an address, but is not a function."""
 
     address = 1
     ctypes = None
@@ -315,7 +315,7 @@ class BadFloat:
 
 
 class LyingLength:
-    """A sequence that says that it has two items."""
+    """A sequence that reports a length of two."""
 
     def __len__(self):
         return 2
@@ -327,7 +327,7 @@ class LyingLength:
 
 
 class LyingArray:
-    """Another array each time that it is asked."""
+    """Another array at each access."""
 
     def __init__(self):
         self.asked = 0
@@ -338,7 +338,7 @@ class LyingArray:
 
 
 class Model(lissom.Model if isinstance(lissom.Model, type) else object):
-    """A class of the user's that is derived from that of the models."""
+    """A user class derived from that of the models."""
 
 
 def nested():
@@ -350,7 +350,7 @@ def nested():
 
 # Callbacks.
 
-#: Acts that have happened since `reset`: they may not be called success.
+#: Actions since `reset`, after which a call may not be called a success.
 happened: list[str] = []
 
 
@@ -391,7 +391,7 @@ def _longer(value):
     return np.concatenate([value, value[..., -1:]], axis=-1)
 
 
-#: What a callback returns instead of its value; no function can make sense of it.
+#: Meaningless return values of a callback.
 NONSENSE = {
     "none": lambda value: None,
     "string": lambda value: "one",
@@ -405,7 +405,7 @@ NONSENSE = {
     "object": lambda value: BadFloat(),
     "ragged": lambda value: [[1.0], [1.0, 2.0]],
 }
-#: What it raises.
+#: Exceptions of a callback.
 ERRORS = {
     "boom": Boom,
     "base_boom": BaseBoom,
@@ -413,16 +413,16 @@ ERRORS = {
     "system_exit": lambda: SystemExit("boom"),
     "key_error": lambda: KeyError("boom"),
 }
-#: Numbers that are no answer.
+#: Invalid numbers.
 NUMBERS = {"nan": np.nan, "inf": np.inf, "huge": 1e308, "tiny": 5e-324}
-#: What it does beside.
+#: Side effects of a callback.
 DEEDS = {"mutate": _mutate, "resize": _resize, "keep": _keep}
-#: The same value in another layout.
+#: Kinds of misbehaviour; "layout" is the same value in another layout.
 KINDS = ("nonsense", "error", "number", "deed", "layout", "again", "recurse", "jump")
 
 
 def callback(good, kind, what, after=0, call=None):
-    """A function that behaves like `good`, but after so many calls in its own way."""
+    """A function that behaves like `good`, but misbehaves after this many calls."""
     calls = 0
 
     def misbehave(*arguments, **keywords):
@@ -457,7 +457,7 @@ def callback(good, kind, what, after=0, call=None):
 
 
 def protocol(value):
-    """Everything that any object of the package can be asked; copies are equal to it."""
+    """Every operation on objects of the package; copies are equal to them."""
     repr(value), str(value)
     if not type(value).__module__.startswith("lissom") or isinstance(value, lissom.OdeSolver):
         return value  # solvers are in the middle of something
@@ -494,12 +494,12 @@ def simulation():
 
 
 class Viewed:
-    """A simulation whose live view ends when it has begun: no server outlives a case or is waited for."""
+    """A simulation whose live view ends as soon as it has started, so that no server outlives a case."""
 
     def view(self, **options):
         if options.get("block", True) is True:
             options["block"] = False
-        # Ports below this one belong to others.
+        # Any free port, because the requested one may be in use.
         if type(options.get("port")) is int and 0 < options["port"] < 2**16:
             options["port"] = 0
         with simulation().view(**options) as shown:

@@ -1,6 +1,6 @@
-"""A process that runs cases: a line of JSON in for each, a line of JSON out.
+"""A process that runs cases: one line of JSON as input and one as output for each.
 
-It limits its own memory and processor time, so that the death of the process is an answer, too.
+It limits its own memory and processor time, so that the death of the process is also an outcome.
 """
 
 import importlib
@@ -16,21 +16,21 @@ from pathlib import Path
 
 from fuzz import judge
 
-#: Address space beyond what the process takes after its imports, bytes: four times what a case may touch.
+#: Address space in addition to that after the imports, bytes: four times the memory that a case may use.
 ADDRESS_SPACE = 2 * 2**30
-#: Ctrl-C comes again after this many seconds of processor time, and this many later the process dies.
+#: Ctrl-C is repeated after this many seconds of processor time, and the process dies after as many more.
 PATIENCE = 2.0
 #: `ru_maxrss` counts kibibytes, and bytes on macOS.
 UNIT = 1 if sys.platform == "darwin" else 1024
 
 
 def resident() -> int:
-    """The largest resident memory so far, bytes."""
+    """Peak resident memory, bytes."""
     try:
         status = Path("/proc/self/status").read_text()
     except OSError:
         status = ""
-    # What `getrusage` counts begins with the peak of the process that started this one.
+    # `getrusage` starts with the peak of the parent process.
     if peak := re.search(r"^VmHWM:\s+(\d+) kB$", status, re.MULTILINE):
         return int(peak[1]) * 1024
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * UNIT
@@ -46,7 +46,7 @@ def limit_memory() -> None:
 
 
 def limit_time(seconds: float) -> None:
-    """Ctrl-C after so much processor time; death when that was not heard."""
+    """Send Ctrl-C after this processor time; end the process if that has no effect."""
     _, hard = resource.getrlimit(resource.RLIMIT_CPU)
     last = math.ceil(time.process_time() + seconds + 2 * PATIENCE)
     resource.setrlimit(resource.RLIMIT_CPU, (last, hard))

@@ -1,10 +1,10 @@
-"""Twenty-three systems of nonlinear equations on which root finders are compared.
+"""Twenty-three systems of nonlinear equations for comparing root finders.
 
 The first fourteen are those of Moré, Garbow and Hillstrom (1981), "Testing unconstrained optimization
-software", ACM TOMS 7, in the form that MINPACK's HYBRJ is tested with; the others have been added to them
-since: two matrix square roots by Hammarling, the example of Dennis and Schnabel, two singular systems, a
-cubic with a double root, Freudenstein and Roth, Boggs, and Chandrasekhar's H-equation. Each comes with its
-Jacobian and standard start; a start is made harder by the factors 10 and 100, as MINPACK does.
+software", ACM TOMS 7, in the form of MINPACK's tests of HYBRJ. Later additions: two matrix square roots by
+Hammarling, the example of Dennis and Schnabel, two singular systems, a cubic with a double root, Freudenstein
+and Roth, Boggs, and Chandrasekhar's H-equation. Each problem has its Jacobian and its standard start; as in
+MINPACK, factors of 10 and 100 make the start harder.
 """
 
 from collections.abc import Callable
@@ -24,7 +24,7 @@ class Problem:
     standard_start: np.ndarray
 
     def start(self, factor):
-        """The standard start times a factor; where it is zero, every unknown equal to the factor."""
+        """The standard start times a factor; if the start is zero, all unknowns equal the factor."""
         if factor != 1 and not self.standard_start.any():
             return np.full_like(self.standard_start, factor)
         return factor * self.standard_start
@@ -136,7 +136,7 @@ def helical_valley_jac(x):
 
 @problem("Helical valley", [-1, 0, 0], helical_valley_jac)
 def helical_valley(x):
-    # The angle in turns, cut along the negative second axis.
+    # The angle in turns, with a branch cut along the negative second axis.
     turns = np.arctan2(x[1], x[0]) / (2 * np.pi)
     if turns < -0.25:
         turns += 1
@@ -300,7 +300,7 @@ def broyden_tridiagonal(x):
 
 
 def band(n):
-    """Ones from five places left of the diagonal to one place right of it, the diagonal itself excluded."""
+    """Ones from the fifth subdiagonal to the first superdiagonal, except on the diagonal."""
     return np.tri(n, k=1) - np.tri(n, k=-6) - np.eye(n)
 
 

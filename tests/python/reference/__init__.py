@@ -1,1 +1,1 @@
-"""Independent NumPy implementations that the Rust results are compared with."""
+"""Independent NumPy implementations for comparison with the results of Rust."""

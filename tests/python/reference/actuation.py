@@ -1,16 +1,16 @@
-"""Actuators once more, from what they are in space: cables are curves, chambers are solids.
+"""Independent actuators from their geometry in space: cables are curves, chambers are solids.
 
-Sections of `robot.Robot` carry the points. Their poses, and the velocities that a unit rate of every
-coordinate gives them, come from adaptive integration; between places where it may have a kink a curve is the
+Points are attached to sections of `robot.Robot`. Adaptive integration gives the poses of the sections, and
+their velocities for a unit rate of each coordinate. Between places with possible kinks, a curve is the
 Chebyshev polynomial through its points p(X):
 
     length = sum int |p'| dX,   d length/dq = int t . (dp/dq)' dX,   turned angle = int |p' x p''| / |p'|^2 dX
 
-A chamber is the solid that a disc of its area sweeps, V = (1/3) times the flow of x through its surface, and
-dV/dq the flow of dx/dq (Gauss, Reynolds). An active strain is the difference of two elastic energies. Neither
-strains nor slopes in the axes of sections occur, as they do in the code under test.
+A chamber is the solid swept by a disc of its area. V is one third of the flux of x through its surface, and
+dV/dq the flux of dx/dq (Gauss, Reynolds). An active strain is the difference of two elastic energies. Unlike
+the code under test, this one uses neither strains nor slopes in the axes of sections.
 
-Signals are plain numbers here. Classes have the names and arguments of `lissom`.
+Signals are plain numbers here. Classes have the names and arguments of those in `lissom`.
 """
 
 from collections.abc import Callable, Sequence
@@ -26,18 +26,18 @@ from scipy.interpolate import PchipInterpolator
 from reference.robot import Robot
 from reference.rod import STRAINS, hat, integrate, unpack
 
-#: Points through which the polynomial of a smooth piece of a curve goes.
+#: Number of points for the polynomial of a smooth piece of a curve.
 POINTS = 25
 NODES = -np.cos(np.pi * np.arange(POINTS) / (POINTS - 1))
-#: Places of a piece at which Simpson's rule sums: a kink of |p' x p''| costs the square of their distance.
+#: Number of points for Simpson's rule on a piece: a kink of |p' x p''| causes an error of second order.
 PLACES = 2001
-#: Points around a disc: the trapezoidal rule is exact for the trigonometric polynomials there.
+#: Number of points around a disc: the trapezoidal rule is exact for these trigonometric polynomials.
 AROUND = 16
 
 
 @dataclass(frozen=True)
 class Along:
-    """Embedded in the rod of a link, `offset` (y, z) from its axis."""
+    """A part embedded in the rod of a link, with `offset` (y, z) from its axis."""
 
     link: str
     offset: Sequence = (0.0, 0.0)
@@ -55,7 +55,7 @@ class Via:
 
 @dataclass(frozen=True)
 class Tendon:
-    """A cable along a path, pulled at the path's start."""
+    """A cable along a path, pulled at the start of the path."""
 
     name: str
     path: Sequence
@@ -71,7 +71,7 @@ class Tendon:
 
 @dataclass(frozen=True)
 class Chamber:
-    """A volume of constant cut with the sections."""
+    """A volume with constant cross-section in the axes of the sections."""
 
     name: str
     path: Sequence[Along]
@@ -81,7 +81,7 @@ class Chamber:
 
 @dataclass(frozen=True)
 class Motor:
-    """A torque about a joint of one coordinate, or a servo. Without limits."""
+    """A torque about a joint with one coordinate, or a servo, without limits."""
 
     joint: str
     torque: float | None = None
@@ -92,7 +92,7 @@ class Motor:
 
 @dataclass(frozen=True)
 class ActiveStrain:
-    """A reference strain `amount` times `shape`, beside that of the segments."""
+    """A reference strain `amount` times `shape`, in addition to that of the segments."""
 
     link: str
     strain: str
@@ -101,7 +101,7 @@ class ActiveStrain:
 
 
 def profile(values, start, end) -> tuple[Callable[[float], float], list[float]]:
-    """A number, a pair between `start` and `end`, a table or a callable; where it may have kinks."""
+    """A function from a number, a pair (start, end), a table or a callable; and its possible kinks."""
     if callable(values):
         return values, []
     if np.ndim(values) == 0:
@@ -139,17 +139,17 @@ class Curve:
 
     @cached_property
     def turned(self):
-        """The angle by which the tangent has turned since the beginning, at every place."""
+        """Angle by which the tangent has turned from the start to each place."""
         rate = np.linalg.norm(np.cross(self.slope, self.bend), axis=1) / self.speed**2
         return cumulative_simpson(rate, x=self.place, initial=0)
 
     def pulled(self, tension):
-        """The work of tensions at all places for unit rates of the coordinates, (n,)."""
+        """The work of tensions at all places per unit rate of each coordinate, (n,)."""
         return simpson(tension * self.stretched, x=self.place)
 
 
 class Straight:
-    """From one point to the next; points and their gradients as pairs."""
+    """A straight line between two points; points and their gradients as pairs."""
 
     def __init__(self, first, last):
         self.across, self.gradient = last[0] - first[0], last[1] - first[1]
@@ -167,7 +167,7 @@ class Actuated:
 
     def __init__(self, robot: Robot, q, gradients=True):
         self.robot, self.q = robot, np.asarray(q, float)
-        # From rest, accelerations of one coordinate each: rates of twists are the columns of the Jacobian.
+        # From rest, with one unit acceleration each: the rates of twists are the columns of the Jacobian.
         unit = np.eye(robot.n) if gradients else np.empty((robot.n, 0))
         self.motion = (self.q, np.zeros(robot.n), unit)
         self.bases = robot._outward(*self.motion)[1]
@@ -201,7 +201,7 @@ class Actuated:
             yield R, p, twists
 
     def point(self, via):
-        """Where a `Via` is, and its derivatives (3, n)."""
+        """Position of a `Via`, and its derivatives (3, n)."""
         point = np.asarray(via.point, float)
         if via.link is None:
             return point, np.zeros((3, self.motion[2].shape[1]))
@@ -210,7 +210,7 @@ class Actuated:
         return carried(state.R, state.p, state.eta_t, point)
 
     def pieces(self, along):
-        """Where a part along a rod is smooth: states of the sections at the nodes of a piece, and offsets."""
+        """Smooth pieces of a part along a rod: states of sections at the nodes, and offsets."""
         starts = self.rod(along.link).starts
         start, end = along.along if along.along is not None else (0.0, starts[-1])
         (y, y_kinks), (z, z_kinks) = (profile(each, start, end) for each in along.offset)
@@ -227,7 +227,7 @@ class Actuated:
     def parts(self, path):
         """Curves and straight lines in order."""
         if id(path) not in self.paths:
-            # The path itself is kept, so that no other one gets its identity.
+            # A reference to the path is kept, so that its id is not reused.
             self.paths[id(path)] = path, list(self._parts(path))
         return self.paths[id(path)][1]
 
@@ -251,7 +251,7 @@ class Actuated:
         return self.tendon_force(replace(tendon, friction=0.0), 1.0, 0.0)
 
     def tension(self, tendon, v):
-        """Where it is pulled, in newtons."""
+        """Tension at the start of the path, newtons."""
         if tendon.tension is not None:
             return tendon.tension
         stretch = self.length(tendon) - tendon.length
@@ -265,7 +265,7 @@ class Actuated:
         return -rate / np.hypot(rate, tendon.friction_velocity)
 
     def tendon_force(self, tendon, tension, sliding):
-        """What a tendon adds to the forces that the robot needs, (n,): capstan friction on every curve."""
+        """Contribution of a tendon to the required forces, (n,), with capstan friction on every curve."""
         total, turned = np.zeros(self.robot.n), 0.0
         for part in self.parts(tendon.path):
             angle = turned + (part.turned if isinstance(part, Curve) else 0.0)
@@ -306,10 +306,10 @@ class Actuated:
                 gradient += cap @ motion
             yield volume, gradient
 
-    # All of them
+    # All actuators.
 
     def force(self, actuator, v, t=0.0):
-        """What an actuator adds to `inverse_dynamics`, (n,)."""
+        """Contribution of an actuator to `inverse_dynamics`, (n,)."""
         v = np.asarray(v, float)
         if isinstance(actuator, Tendon):
             tension, sliding = self.tension(actuator, v), self.sliding(actuator, v)
@@ -349,7 +349,7 @@ class Actuated:
 
 
 def strain_energy(segment, q, driven, shape, start, kinks):
-    """Elastic energy of a segment from `start` on, with `driven` (6,) times `shape` added to its rest."""
+    """Elastic energy of a segment from `start` on, with the additional reference strain `driven * shape`."""
 
     def density(X):
         strain = segment.basis(X) @ q - driven * shape(start + X)
@@ -374,6 +374,6 @@ def fitted(values):
 
 
 def derivative_around(values):
-    """d/d angle of what goes around along the first axis, by its Fourier series."""
+    """Derivative with respect to the angle around the first axis, by a Fourier series."""
     orders = 1j * np.fft.fftfreq(AROUND, 1 / AROUND)
     return np.real(np.fft.ifft(orders[:, None, None] * np.fft.fft(values, axis=0), axis=0))

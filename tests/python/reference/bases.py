@@ -1,4 +1,4 @@
-"""Strains in other bases, and reference strains that vary, for the NumPy reference of the rod."""
+"""Strains in other bases, and varying reference strains, for the NumPy reference of the rod."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -25,7 +25,7 @@ def functions(basis, modes, x):
 
 @dataclass(frozen=True)
 class Segment(rod.Segment):
-    """A segment with functions of `kind`, as many for each strain, and a reference strain of X."""
+    """A segment with functions of `kind`, equally many for each strain, and a reference strain of X."""
 
     kind: str = "legendre"
     reference: Callable = lambda X: (0, 0, 0, 1, 0, 0)

@@ -1,8 +1,8 @@
-"""A rod in a fluid once more: drag, added mass and buoyancy in the axes of the section.
+"""Independent model of a rod in a fluid: drag, added mass and buoyancy in the axes of the section.
 
 Added mass by Kirchhoff's equations (Lamb 1932, section 124) in the frame that moves with the fluid: with the
-relative body twist eta_r and its rate, the section needs M_a eta_rt - ad_eta_r^T M_a eta_r. Quadratic drag
-across the axis after Morison and others (1950), along it after Taylor (1952).
+relative body twist eta_r and its rate, the section requires M_a eta_rt - ad_eta_r^T M_a eta_r. Quadratic
+transverse drag after Morison and others (1950), axial drag after Taylor (1952).
 """
 
 from collections.abc import Sequence
@@ -26,7 +26,7 @@ class Fluid:
     buoyancy: bool = True
 
     def drag(self, v, area):
-        """Force per length against a velocity in the axes of the section."""
+        """Force per length for a velocity in the axes of the section."""
         across, along = np.array([0, v[1], v[2]]), np.array([v[0], 0, 0])
         force = -self.viscous_drag[0] * across - self.viscous_drag[1] * along
         pressure = self.density * np.sqrt(area / np.pi)

@@ -1,4 +1,4 @@
-"""Joints: where the base of a link is in the joint's frame, and its body twist there.
+"""Joints: pose of the base of a link in the joint's frame, and its body twist.
 
     R = R(q), p = p(q),   [angular; linear] = S(q) v in the axes of the base,   its rate S a + (dS/dt) v
 
@@ -18,7 +18,7 @@ from numpy.polynomial.legendre import leggauss
 
 from reference.rod import hat
 
-#: Length of a complex step: nothing is subtracted, it only has to vanish beside one when it is squared.
+#: Length of a complex step; nothing is subtracted, so it only must be negligible when squared.
 STEP = 1e-30
 #: Nodes and weights on (0, 1): the rule is exact to rounding up to two turns.
 NODES, WEIGHTS = np.add(leggauss(14), [[1], [0]]) / 2
@@ -46,7 +46,7 @@ def along(function, q, v):
 
 
 def turns_alike(phi, phi_t, phi_tt):
-    """The other rotation vector within two pi of zero of the same motion, with its rates."""
+    """The equivalent rotation vector of length up to 2 pi, with its rates."""
     size = np.linalg.norm(phi)
     other = (1 - 2 * np.pi / size) * phi
     omega = tangent(phi) @ phi_t
@@ -57,12 +57,12 @@ def turns_alike(phi, phi_t, phi_tt):
 
 
 class Joint:
-    """What all joints have; one without coordinates as it stands."""
+    """Common properties of joints; by itself a joint without coordinates."""
 
     n = 0
-    #: Those of the coordinates that are a rotation vector.
+    #: Slice of the coordinates that form a rotation vector.
     rotation_vector = slice(0, 0)
-    # Only joints of one coordinate have these.
+    # Only joints with one coordinate have these.
     stiffness = rest = damping = armature = 0.0
 
     def motion(self, q):
@@ -79,7 +79,7 @@ class Joint:
         return S @ v, S @ a + (along(self.jacobian, q, v) @ v)[:, None]
 
     def force(self, q, v, a):
-        """Generalised forces that spring, damper and armature need, (n, m)."""
+        """Generalised forces required by spring, damper and armature, (n, m)."""
         return (self.stiffness * (q - self.rest) + self.damping * v)[:, None] + self.armature * a
 
     def wrapped(self, q, v, a):
@@ -165,7 +165,7 @@ class Planar(Joint):
 
     @property
     def axes(self):
-        """The two axes across the normal, (2, 3)."""
+        """Two axes perpendicular to the normal, (2, 3)."""
         normal = unit(self.normal)
         x, y = np.eye(3)[:2]
         across = y if np.allclose(np.cross(normal, x), 0, atol=1e-9) else x

@@ -1,4 +1,4 @@
-"""Vibrations once more: by NumPy's general eigenvalue solver, with matrices from central differences."""
+"""Independent vibrations: NumPy's general eigenvalue solver with matrices from central differences."""
 
 import numpy as np
 from scipy.optimize import brentq
@@ -21,7 +21,7 @@ def matrices(model, q):
 
 
 def eigenvalues(M, D, K):
-    """All 2 n eigenvalues s of ``(s^2 M + s D + K) x = 0``, by the size of their imaginary parts."""
+    """All 2 n eigenvalues s of ``(s^2 M + s D + K) x = 0``, sorted by the size of their imaginary parts."""
     n = len(M)
     state = np.block([[np.zeros((n, n)), np.eye(n)], [-np.linalg.solve(M, K), -np.linalg.solve(M, D)]])
     found = np.linalg.eigvals(state)

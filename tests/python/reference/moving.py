@@ -1,11 +1,11 @@
-"""Generalised forces of a rod on a base that moves, by d'Alembert's principle in the world.
+"""Generalised forces of a rod on a moving base, by d'Alembert's principle in the world frame.
 
     tau_j = int [rho A (x'' - g) . dx/dq_j + h' . dtheta/dq_j] dX + m (x_tip'' - g) . dx_tip/dq_j + (K q)_j
 
-Places x and rotations R in the world are the base's pose times what the reference rod says of the shape;
-everything else is their numerical differentiation: in time along a motion (x'', the angular velocity, the
-rate of the angular momentum h of the sections), and with the coordinates. No moving frame, no velocities
-along the rod. Right to about seven digits.
+Positions x and rotations R in the world are those of the base times those of the reference rod. All
+derivatives are numerical: in time along a motion (x'', the angular velocity, the rate of the angular momentum
+h of the sections), and with respect to the coordinates. There are no moving frames and no velocities along
+the rod. The error is about 1e-7.
 """
 
 import numpy as np
@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 
 #: Gauss-Legendre nodes along the segment.
 NODES = 9
-#: Steps of the differences, of order 4: in time (seconds) and of coordinates.
+#: Increments of fourth-order differences: in time (seconds) and in the coordinates.
 DT = 2e-3
 DQ = 1e-3
 FIRST = np.array([1, -8, 0, 8, -1]) / 12.0
@@ -21,7 +21,8 @@ SECOND = np.array([-1, 16, -30, 16, -1]) / 12.0
 
 
 def generalised_forces(rod, base, q, qd, qdd, t, tip_mass=0.0, gravity=(0, 0, 0)):
-    """Of a reference rod of one segment of constant radius without loads, its own base at rest at the origin.
+    """Forces of a reference rod with one segment of constant radius, without loads, with its base at the
+    origin.
 
     `base` is a function of time that returns the rotation matrix and the position of the base.
     """
@@ -68,14 +69,14 @@ def generalised_forces(rod, base, q, qd, qdd, t, tip_mass=0.0, gravity=(0, 0, 0)
 
 
 def axial(skew):
-    """Vectors of skew-symmetric matrices (m, 3, 3)."""
+    """Axial vectors of skew-symmetric matrices (m, 3, 3)."""
     return 0.5 * np.stack(
         [skew[:, 2, 1] - skew[:, 1, 2], skew[:, 0, 2] - skew[:, 2, 0], skew[:, 1, 0] - skew[:, 0, 1]], 1
     )
 
 
 def body_twist(base, t):
-    """Body twist of the base and its rate at a time, from its poses around it: orders 4."""
+    """Body twist of the base and its rate at a time, from nearby poses by fourth-order differences."""
     rotations, positions = (
         np.array(part) for part in zip(*(base(t + DT * k) for k in range(-2, 3)), strict=True)
     )
@@ -83,7 +84,7 @@ def body_twist(base, t):
     velocity = to_body @ np.tensordot(FIRST, positions, 1) / DT
     acceleration = to_body @ np.tensordot(SECOND, positions, 1) / DT**2
     angular = axial(to_body @ np.tensordot(FIRST, rotations, 1)[None] / DT)[0]
-    # R'' = R ([angular rate] + [angular]^2), of which the square is symmetric.
+    # R'' = R ([angular rate] + [angular]^2), where the square is symmetric.
     angular_rate = axial(to_body @ np.tensordot(SECOND, rotations, 1)[None] / DT**2)[0]
     eta_t = np.concatenate([angular_rate, acceleration - np.cross(angular, velocity)])
     return np.concatenate([angular, velocity]), eta_t

@@ -1,9 +1,9 @@
-"""The Newmark family, written down as its definition and solved as such; and as the textbooks' matrices.
+"""The Newmark family, solved directly from its definition, and by the textbooks' matrices.
 
-Shares no formula with the Rust code. There a step has n unknowns, the accelerations, and everything else is
-affine in them. Here a step is the root of all its equations at once, 4 n of them, by Newton's method with a
-Jacobian by central differences. For linear systems there is the original form of the alpha methods too,
-with forces averaged over the step, as one matrix.
+Shares no formula with the Rust code, where a step has n unknowns, the accelerations, and everything else is
+affine in them. Here a step is the root of all its 4 n equations, by Newton's method with a Jacobian by
+central differences. For linear systems there is also the original form of the alpha methods, with forces
+averaged over the step, as one matrix.
 
 Sources: Newmark (1959); Hilber, Hughes and Taylor (1977); Chung and Hulbert (1993); Arnold and Bruels (2007);
 Zienkiewicz and Xie (1991); Hughes (1987), "The Finite Element Method", chapter 9.
@@ -29,7 +29,7 @@ def hht(alpha):
 
 
 def generalised_alpha(rho_inf):
-    """Chung and Hulbert's optimal parameters, all written in rho_inf."""
+    """Chung and Hulbert's optimal parameters in terms of rho_inf."""
     return Parameters(
         beta=1 / (1 + rho_inf) ** 2,
         gamma=(3 - rho_inf) / (2 + 2 * rho_inf),
@@ -38,7 +38,7 @@ def generalised_alpha(rho_inf):
     )
 
 
-# The presets with their names and with the options that lissom takes.
+# The presets with their names and the options of lissom.
 PRESETS = {
     "newmark": Parameters(1 / 4, 1 / 2),
     "average_acceleration": Parameters(1 / 4, 1 / 2),
@@ -54,7 +54,7 @@ PRESETS = {
 
 
 def root(equations, z):
-    """Newton's method, a new Jacobian by central differences every time, until rounding."""
+    """Newton's method with a new Jacobian by central differences in each iteration, until rounding."""
     size = np.inf
     for _ in range(50):
         steps = 1e-6 * np.maximum(1.0, np.abs(z))
@@ -71,7 +71,8 @@ def root(equations, z):
 
 
 def integrate(residual, times, q0, v0, parameters):
-    """Displacements, velocities and accelerations at `times`, which are equidistant for the alpha methods.
+    """Displacements, velocities and accelerations at `times`, which must be equidistant for the alpha
+    methods.
 
     Unknowns of a step are q, v, the true accelerations a and the algorithmic ones s at its end.
     """
@@ -103,11 +104,11 @@ def integrate(residual, times, q0, v0, parameters):
 
 
 def step_matrix(M, C, K, h, parameters):
-    """The matrix that takes (q, v, s) over a free step of the original methods,
+    """The matrix of a free step of the original methods for (q, v, s),
 
     (1 - alpha_m) M s1 + alpha_m M s0 + (1 - alpha_f) (C v1 + K q1) + alpha_f (C v0 + K q0) = 0,
 
-    with s the only accelerations there are.
+    where s is the only acceleration.
     """
     p = parameters
     M, C, K = (np.atleast_2d(x) for x in (M, C, K))
@@ -148,8 +149,8 @@ def free_linear_motion(M, C, K, q0, v0, h, steps, parameters):
 def estimated_error(motion, beta, gamma, rtol, atol, smallest_velocity_coefficient):
     """Zienkiewicz and Xie: local errors of all steps of Newmark's method in units of the tolerances.
 
-    The acceleration is taken to be linear in a step, so that its third-order Taylor terms are known; they are
-    compared with what the method does. The coefficient of the velocity's error is at least the last argument.
+    The acceleration is assumed linear in a step, which gives the third-order Taylor terms; they are compared
+    with the method. The coefficient of the velocity's error is at least the last argument.
     """
     h = np.diff(motion.t)[:, None]
     jerk = np.diff(motion.a, axis=0) / h

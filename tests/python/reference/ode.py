@@ -19,7 +19,7 @@ from scipy.special import ellipj
 
 @lru_cache
 def rooted_trees(order):
-    """All rooted trees with so many vertices, each as the sorted tuple of its root's subtrees (HNW, II.2)."""
+    """All rooted trees with `order` vertices, each as the sorted tuple of the root's subtrees (HNW, II.2)."""
     if order == 1:
         return ((),)
     trees = set()
@@ -103,7 +103,7 @@ def dormand_prince(fun, t_span, y0, steps):
 
 @dataclass(frozen=True)
 class Problem:
-    """y' = fun(t, y), y(t_span[0]) = y0; `exact` is the solution as a function of time, where it is known."""
+    """y' = fun(t, y), y(t_span[0]) = y0; `exact` is the solution as a function of time, if it is known."""
 
     name: str
     fun: Callable
@@ -143,7 +143,7 @@ def pleiades():
 
 
 def arenstorf():
-    """A periodic orbit of the restricted problem of three bodies (HNW, II.0)."""
+    """A periodic orbit of the restricted three-body problem (HNW, II.0)."""
     mu = 0.012277471
     mu_1 = 1.0 - mu
 
@@ -161,12 +161,12 @@ def arenstorf():
         )
 
     y0 = np.array([0.994, 0.0, 0.0, -2.00158510637908252240537862224])
-    # The period: the orbit ends where it began.
+    # The period: the orbit ends at its start.
     return Problem("Arenstorf", fun, (0.0, 17.0652165601579625588917206249), y0)
 
 
 def rigid_body():
-    """Euler's equations without a moment, principal moments 1/2, 2, 3; exact by elliptic functions."""
+    """Euler's equations without moments, principal moments 1/2, 2, 3; exact by elliptic functions."""
 
     def fun(t, y):
         return np.array([-2.0 * y[1] * y[2], 1.25 * y[0] * y[2], -0.5 * y[0] * y[1]])
@@ -198,7 +198,7 @@ def pendulum():
 
 
 def van_der_pol(mu=1000.0):
-    """In the time of HW, IV.1 (the relaxation oscillation has period about 0.8 mu)."""
+    """The oscillator in the time of HW, IV.1 (the relaxation oscillation has period about 0.8 mu)."""
 
     def fun(t, y):
         return np.array([y[1], mu * (1.0 - y[0] ** 2) * y[1] - y[0]])

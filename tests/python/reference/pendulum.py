@@ -8,7 +8,7 @@ import numpy as np
 
 
 def position(q, length):
-    """Where the mass is: (x, y), for real or complex q = (angle, elongation)."""
+    """Position of the mass: (x, y), for real or complex q = (angle, elongation)."""
     return (length + q[1]) * np.array([np.cos(q[0]), np.sin(q[0])])
 
 
@@ -26,7 +26,7 @@ def acceleration(q, qd, qdd, length):
 
 
 def inverse_dynamics(q, qd, qdd, length=1.0, mass=1.0, stiffness=10.0, gravity=9.81):
-    """Generalised forces of a motion: what the applied forces have to supply, by virtual work."""
+    """Generalised forces required by a motion, by virtual work of the applied forces."""
     q, qd, qdd = (np.asarray(x, dtype=float) for x in (q, qd, qdd))
     place = position(q, length)
     distance = length + q[1]

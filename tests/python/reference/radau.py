@@ -1,11 +1,11 @@
-"""The collocation method of three stages at Radau's nodes, with given steps and without tables."""
+"""The collocation method with three stages at Radau's nodes, with given steps and without tables."""
 
 import numpy as np
 from numpy.polynomial import Polynomial
 
 
 def coefficients():
-    """Nodes of the collocation method of three stages, and integrals up to them: no table."""
+    """Nodes of the collocation method with three stages, and integration matrix, computed without a table."""
     nodes = np.sort((Polynomial([0, 1]) ** 2 * Polynomial([-1, 1]) ** 3).deriv(2).roots().real)
     integrals = np.empty((3, 3))
     for j in range(3):
@@ -16,7 +16,7 @@ def coefficients():
 
 
 def solved(residual, x):
-    """A root by Newton's method with differences, as good as rounding allows."""
+    """A root by Newton's method with finite differences, to rounding accuracy."""
     last = np.inf
     for _ in range(30):
         left = residual(x)
@@ -31,7 +31,7 @@ def solved(residual, x):
 
 
 def run(model, t, q, v, u=None):
-    """States at the ends of these steps, under inputs of each of them."""
+    """States at the ends of these steps, with inputs for each step."""
     nodes, integrals = coefficients()
     states = [(q, v)]
     for k, h in enumerate(np.diff(t)):

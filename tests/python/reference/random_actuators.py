@@ -1,6 +1,6 @@
-"""Actuators for the robots that `random_robots` draws, as descriptions: ("Tendon", arguments), ...
+"""Actuators for the robots drawn by `random_robots`, as descriptions: ("Tendon", arguments), ...
 
-`make` builds them by this reference or by another package whose classes have the same names.
+`make` builds them with this reference or with another package whose classes have the same names.
 """
 
 import numpy as np
@@ -10,7 +10,7 @@ from reference.random_robots import length
 
 
 def make(description, package=actuation):
-    """One actuator; parts of paths are descriptions, too."""
+    """An actuator; parts of paths are descriptions, too."""
     kind, arguments = description
     arguments = dict(arguments)
     if "path" in arguments:
@@ -19,7 +19,7 @@ def make(description, package=actuation):
 
 
 def random_offset(rng, full, most=0.03):
-    """Constant, converging, a table or a helix."""
+    """A constant or converging offset, a table or a helix."""
     kind = rng.integers(4)
     y, z = rng.uniform(-most, most, 2)
     if kind == 0:
@@ -58,7 +58,7 @@ def random_via(rng, links):
 
 
 def random_path(rng, links, most=4):
-    """Parts along rods and points, in any order; at least a length."""
+    """Parts along rods and points, in any order, with a path of nonzero length."""
     rods = [link for link in links if "rod" in link]
     path = []
     for _ in range(rng.integers(1, most + 1)):
@@ -67,7 +67,7 @@ def random_path(rng, links, most=4):
     places = {(part["link"], part.get("at")) for kind, part in path if kind == "Via"}
     if any(kind == "Along" for kind, _ in path) or len(places) > 1:
         return path
-    # Points of one place alone are as far apart whatever moves.
+    # Points at a single place keep their distance in any motion.
     while True:
         kind, part = random_via(rng, links)
         if (part["link"], part.get("at")) not in places:
@@ -75,7 +75,7 @@ def random_path(rng, links, most=4):
 
 
 def random_tendons(seed, links, *, points=False, friction=False):
-    """Some tendons: embedded in one rod, or through points and rods; with friction, or of every drive."""
+    """Some tendons: embedded in one rod, or through points and rods; with friction, or with every drive."""
     rng = np.random.default_rng(seed)
     rods = [link for link in links if "rod" in link]
     drives = [
@@ -96,7 +96,7 @@ def random_tendons(seed, links, *, points=False, friction=False):
 
 
 def random_others(seed, links):
-    """Chambers, motors and active strains, where the robot has a place for them."""
+    """Chambers, motors and active strains, if the robot has a place for them."""
     rng = np.random.default_rng(seed)
     made = []
     for i, link in enumerate(links):

@@ -1,8 +1,8 @@
-"""Hypothesis draws robots, as descriptions for `robot.build`, and their states.
+"""Hypothesis strategies for robots, as descriptions for `robot.build`, and for their states.
 
-Trees of up to five links in a row, all joints, rods and bodies, attached to the world, to bodies, at bases,
-in the middle and at tips of rods. Every coordinate has inertia: links without mass are not drawn. Sizes are
-those of things on a table: decimetres, kilograms, soft rubber.
+Trees with chains of up to five links, all joints, rods and bodies, attached to the world, to bodies, and at
+the base, in the middle or at the tip of rods. Every coordinate has inertia: links without mass are not drawn.
+Sizes are those of tabletop objects: decimetres, kilograms, soft rubber.
 """
 
 import numpy as np
@@ -12,9 +12,9 @@ from reference.robot import build
 from reference.rod import STRAINS
 
 DEPTH = 5
-#: Rounding must not take a rotation vector beyond pi.
+#: Rounding must not make a rotation vector longer than pi.
 ALMOST_PI = np.pi * (1 - 1e-15)
-#: Numbers are drawn with this many digits, so that failing examples can be read.
+#: Numbers are drawn with this many digits, so that failing examples are readable.
 DIGITS = 3
 JOINTS = ("weld", "revolute", "prismatic", "cylindrical", "universal", "planar", "spherical", "free")
 
@@ -29,20 +29,20 @@ def vectors(size):
     return st.tuples(*[numbers(-size, size)] * 3)
 
 
-#: Of any length but nearly zero: what takes axes makes unit vectors of them.
+#: Nonzero vectors of any length; arguments that are axes are normalised.
 axes = vectors(2.0).filter(lambda axis: np.linalg.norm(axis) > 0.1)
 
 
 @st.composite
 def quaternions(draw):
-    """Unit quaternions of all rotations, to rounding."""
+    """Unit quaternions of all rotations, up to rounding."""
     q = np.array(draw(st.tuples(*[numbers(-1, 1)] * 4).filter(lambda q: np.linalg.norm(q) > 0.1)))
     return tuple((q / np.linalg.norm(q)).tolist())
 
 
 @st.composite
 def inertia_tensors(draw, mass):
-    """Of four equal masses somewhere within decimetres, and of something small that is round."""
+    """Inertia of four equal masses within decimetres, and of a small sphere."""
     points = np.array(draw(st.tuples(*[vectors(0.15)] * 4)))
     points = points - points.mean(axis=0)
     tensor = mass * (np.trace(points.T @ points) * np.eye(3) - points.T @ points) / 4
@@ -57,7 +57,7 @@ def rigid_bodies(draw):
 
 @st.composite
 def segments(draw, max_modes):
-    """Soft rubber; reference strains of all kinds."""
+    """Soft rubber with reference strains of all kinds."""
     radius, bend, shear = numbers(0.01, 0.04), numbers(-1.5, 1.5), numbers(-0.1, 0.1)
     return {
         "length": draw(numbers(0.1, 0.5)),
@@ -72,13 +72,13 @@ def segments(draw, max_modes):
 
 
 def apart(first, second):
-    """Whether two axes are at least some ten degrees apart."""
+    """Whether two axes are at least about ten degrees apart."""
     return np.linalg.norm(np.cross(first, second)) > 0.2 * np.linalg.norm(first) * np.linalg.norm(second)
 
 
 @st.composite
 def joints(draw, kinds):
-    """A joint; those of one coordinate may have a spring, a damper and an armature."""
+    """A joint; those with one coordinate may have a spring, a damper and an armature."""
     joint = {"type": draw(st.sampled_from(kinds))}
     if joint["type"] in ("revolute", "prismatic", "cylindrical"):
         joint["axis"] = draw(axes)
@@ -99,7 +99,7 @@ def length(link):
 
 @st.composite
 def links(draw, others, depths, kinds, max_modes):
-    """One more link on those that there are, or on the world."""
+    """A link attached to one of the others, or to the world."""
     name = f"link{len(others)}"
     link = {"name": name, "joint": draw(joints(kinds))}
     if draw(st.booleans()):
@@ -109,7 +109,7 @@ def links(draw, others, depths, kinds, max_modes):
     if draw(st.booleans()):
         link["position"], link["orientation"] = draw(vectors(0.2)), draw(quaternions())
     parents = [other for other in others if depths[other["name"]] < DEPTH]
-    # Mostly on the last one, so that trees become deep.
+    # Mostly attached to the last link, so that trees become deep.
     parent = draw(st.sampled_from([None, *parents, *parents[-1:] * 3]))
     depths[name] = 1
     if parent is not None:
@@ -139,7 +139,7 @@ def loads(draw, link):
 
 @st.composite
 def robots(draw, max_links=6, kinds=JOINTS, floating=False, max_modes=2):
-    """A description with at least one coordinate; `floating`: one tree, its first link on a free joint."""
+    """A description with at least one coordinate; `floating`: one tree whose first link has a free joint."""
     made, depths = [], {}
     for _ in range(draw(st.integers(1, max_links))):
         link = draw(links(made, depths, kinds, max_modes))
@@ -156,7 +156,7 @@ def robots(draw, max_links=6, kinds=JOINTS, floating=False, max_modes=2):
 
 
 def coordinate_scale(robot):
-    """The unit of every coordinate: one of joints, a radian over a segment or a tenth of rods."""
+    """The unit of each coordinate: one for joints, a radian over a segment or a tenth for rods."""
     scale = np.ones(robot.n)
     for link, dofs in zip(robot.links, robot.rod_dofs, strict=True):
         scale[dofs] = [
@@ -168,7 +168,7 @@ def coordinate_scale(robot):
 
 
 def random_states(robot, seed, size=0.5):
-    """q, v, a, shape (3, n). Rotation vectors of any length up to pi, some of none and some of pi."""
+    """q, v, a, shape (3, n). Rotation vectors have any length up to pi, including zero and pi."""
     rng = np.random.default_rng(seed)
     states = size * coordinate_scale(robot) * rng.standard_normal((3, robot.n))
     for link, dofs in zip(robot.links, robot.joint_dofs, strict=True):

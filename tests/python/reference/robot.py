@@ -1,15 +1,15 @@
-"""Trees of rods and rigid bodies: Newton-Euler in body frames, link by link.
+"""Trees of rods and rigid bodies: Newton-Euler equations in body frames, link by link.
 
-A frame at (R, p) in the axes of another, that moves there with the body twist s, has
+A frame at (R, p) in the axes of another frame, which moves relative to it with the body twist s, has
 
     eta = Ad eta_0 + s,   eta_t = Ad eta_t0 - ad_s Ad eta_0 + s_t,   Ad = [[R^T, 0], [-R^T p^, R^T]]
 
-with eta_0 the twist of the other one, and hands the wrench F on to it as Ad^T F. A rigid body needs
-M eta_t - ad_eta^T M eta less weight and loads; a rod is that of `rod`, whose ends and places between hold the
-wrenches of the links there. Generalised forces of a joint are S^T F.
+where eta_0 is the twist of the other frame, to which the frame transmits the wrench F as Ad^T F. A rigid body
+requires M eta_t - ad_eta^T M eta minus weight and loads. A rod is that of `rod`; wrenches of attached links
+act at its places. Generalised forces of a joint are S^T F.
 
-Twists and wrenches are angular first. Accelerations may be (n,) or (n, m), m motions from one state at once.
-Robots can be described by dictionaries of plain values, see `build`.
+Twists and wrenches have the angular part first. Accelerations may be (n,) or (n, m) for m motions from one
+state. Robots can be described by dictionaries of plain values, see `build`.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -27,21 +27,21 @@ from reference.rod import Energy, Held, Section, Segment, ad, hat
 
 @dataclass(frozen=True)
 class Load(rod.Load):
-    """A load on a link; of a rigid body in its frame."""
+    """A load on a link; for a rigid body in its frame."""
 
     link: str = field(kw_only=True)
 
 
 @dataclass(frozen=True)
 class Body(rod.Body):
-    """A rigid body: a link of its own, or one more on a link that is named."""
+    """A rigid body: that of a link, or an additional one on a named link."""
 
     link: str | None = field(default=None, kw_only=True)
 
 
 @dataclass(frozen=True)
 class Link:
-    """A joint followed by a rod, a rigid body, or nothing but a frame."""
+    """A joint followed by a rod, a rigid body, or only a frame."""
 
     name: str
     _: KW_ONLY
@@ -63,12 +63,12 @@ class State(NamedTuple):
     eta_t: np.ndarray
 
     def weight(self, gravity):
-        """Gravity as a twist's rate in the axes of the frame, (6,)."""
+        """Gravity as the rate of a twist in the axes of the frame, (6,)."""
         return np.concatenate([np.zeros(3), self.R.T @ gravity])
 
 
 class Step(NamedTuple):
-    """From one frame to another: its pose in the axes of the first, its body twist there and the rates."""
+    """From one frame to another: the relative pose, body twist and its rates."""
 
     R: np.ndarray
     p: np.ndarray
@@ -77,7 +77,7 @@ class Step(NamedTuple):
 
     @property
     def adjoint(self):
-        """Takes twists from the axes of the first frame to those of the second, (6, 6)."""
+        """Transforms twists from the axes of the first frame to those of the second, (6, 6)."""
         return np.block([[self.R.T, np.zeros((3, 3))], [-self.R.T @ hat(self.p), self.R.T]])
 
     def taken_from(self, state):
@@ -87,7 +87,7 @@ class Step(NamedTuple):
 
 
 class Momentum(NamedTuple):
-    """Mass, its first moment m p, momentum and angular momentum about the world's origin, in world axes."""
+    """Mass, first moment m p, linear momentum and angular momentum about the world's origin, in the world."""
 
     mass: float
     first: np.ndarray
@@ -96,7 +96,7 @@ class Momentum(NamedTuple):
 
     @staticmethod
     def of(inertia, centre, R, p, eta):
-        """Of a body with this inertia of twists, (6, 6), in a section turned by R at p."""
+        """Momentum of a body with the spatial inertia (6, 6) in a section with rotation R at p."""
         moment, linear = np.reshape(inertia @ eta, (2, 3)) @ R.T
         mass = inertia[5, 5]
         return Momentum(mass, mass * (p + R @ centre), linear, moment + np.cross(p, linear))
@@ -110,7 +110,7 @@ class Momentum(NamedTuple):
 
 
 class RigidBody:
-    """Bodies and loads in one frame, with the questions that a rod answers too."""
+    """Bodies and loads in one frame, with the methods of a rod."""
 
     n = 0
     length = None
@@ -153,14 +153,14 @@ class Limb:
         self.n, self.length = int(self.rod.n), self.rod.starts[-1]
 
     def state(self, base, q, v, a, X):
-        """The section at the arc length X; None: the tip."""
+        """The section at the arc length X; None for the tip."""
         [state] = self.rod.on_base(*base).states(q, v, a, [self.length if X is None else X])
         return State(*state)
 
     def through(self, X, base, q, v, a, held):
-        """The wrench that passes through the section at X > 0, (6, m)."""
+        """The wrench transmitted through the section at X > 0, (6, m)."""
         moved, found = self.rod.on_base(*base), {}
-        # Something of nothing, so that X is a place where something is.
+        # An item with zero wrench makes X one of the places.
         moved.held = [Held(at, wrench) for at, wrench in [*held, (X, np.zeros((6, a.shape[1])))] if at != 0]
         moved.balance(q, v, a, found)
         return found[min(found, key=lambda place: abs(place - X))]
@@ -168,7 +168,7 @@ class Limb:
     def balance(self, base, q, v, a, held):
         """Forces (n, m), without elastic ones, and the wrench at the base, (6, m).
 
-        `held` are pairs of an arc length and the wrench of what is held there.
+        `held` are pairs of an arc length and the wrench of what is attached there.
         """
         moved = self.rod.on_base(*base)
         moved.held = [Held(at, wrench) for at, wrench in held if at != 0]
@@ -201,7 +201,7 @@ class Limb:
 
 
 class Robot:
-    """Links in order, parents first. Coordinates: link by link those of the joint, then those of the rod."""
+    """Links in order, parents first. Coordinates by link: those of the joint, then those of the rod."""
 
     def __init__(
         self,
@@ -252,7 +252,7 @@ class Robot:
         return Step(placed @ R, np.asarray(link.position, float) + placed @ p, *link.joint.twist(q, v, a))
 
     def _outward(self, q, v, a):
-        """The step to every link, and the state of its base."""
+        """The relative motion of every link, and the state of its base."""
         steps, bases = [], []
         world = State(np.eye(3), np.zeros(3), np.zeros(6), np.zeros((6, a.shape[1])))
         for link, parent, dofs in zip(self.links, self.parents, self.joint_dofs, strict=True):
@@ -266,23 +266,23 @@ class Robot:
         return self.parts[i].state(base, q[dofs], v[dofs], a[dofs], X)
 
     def state(self, q, v, a, *, link, X=None):
-        """The state of a section, or of the frame of a body, at given accelerations (n, m)."""
+        """The state of a section, or of the frame of a body, for given accelerations (n, m)."""
         q, v, a = np.asarray(q, float), np.asarray(v, float), np.asarray(a, float)
         i = self.names.index(link)
         return self._place(i, self._outward(q, v, a)[1][i], q, v, a, X)
 
     def pose(self, q, X=None, *, link):
-        """Pose (4, 4) of the section at the arc length X, None: the tip, or of the frame of a body."""
+        """Pose (4, 4) of the section at the arc length X, None for the tip, or of the frame of a body."""
         R, p, *_ = self.state(q, np.zeros(self.n), np.empty((self.n, 0)), link=link, X=X)
         return np.block([[R, p[:, None]], [np.zeros(3), 1.0]])
 
     def velocity(self, q, v, X=None, *, link):
-        """Angular velocity and velocity of the same frame in world axes, (6,)."""
+        """Angular velocity and velocity of this frame in world axes, (6,)."""
         R, _, eta, _ = self.state(q, v, np.empty((self.n, 0)), link=link, X=X)
         return np.concatenate([R @ eta[:3], R @ eta[3:]])
 
     def acceleration(self, q, v, a, X=None, *, link):
-        """Angular acceleration and acceleration of the same frame in world axes, (6,)."""
+        """Angular acceleration and acceleration of this frame in world axes, (6,)."""
         R, _, eta, eta_t = self.state(q, v, np.reshape(a, (self.n, 1)), link=link, X=X)
         angular, linear = np.reshape(eta_t, (2, 3))
         return np.concatenate([R @ angular, R @ (linear + np.cross(eta[:3], eta[3:]))])
@@ -297,7 +297,7 @@ class Robot:
     # Forces
 
     def inverse_dynamics(self, q, v, a):
-        """Generalised forces tau that the motion needs, of the shape of a."""
+        """Generalised forces tau required by the motion, with the shape of a."""
         q, v, motions = np.asarray(q, float), np.asarray(v, float), np.reshape(a, (self.n, -1)).astype(float)
         tau = self._forces_of_motion(q, v, motions)
         for link, part, joint_dofs, rod_dofs in self._links():
@@ -306,7 +306,7 @@ class Robot:
         return tau.reshape(np.shape(a))
 
     def mass_matrix(self, q):
-        """Column by column: what unit accelerations need without gravity, loads and springs."""
+        """Column by column: forces for unit accelerations without gravity, loads and springs."""
         inertia = self._unloaded()._forces_of_motion(np.asarray(q, float), np.zeros(self.n), np.eye(self.n))
         for link, _, dofs, _ in self._links():
             inertia[dofs, dofs] += link.joint.armature * np.eye(link.joint.n)
@@ -323,14 +323,14 @@ class Robot:
         return Robot(self.links, gravity=np.zeros(3), bodies=self.bodies)
 
     def internal_wrench(self, q, v, a, X, *, link):
-        """What passes through the section of a rod at X > 0 to what lies beyond, in its axes."""
+        """Wrench through the section of a rod at X > 0 on the part beyond it, in the section's axes."""
         through = (link, X)
         return self._forces_of_motion(
             np.asarray(q, float), np.asarray(v, float), np.reshape(a, (self.n, 1)), through
         )[:, 0]
 
     def _forces_of_motion(self, q, v, a, through=(None, None)):
-        """What inertia, gravity and loads need, (n, m); or the wrench through a section, (6, m)."""
+        """Forces required by inertia, gravity and loads, (n, m); or the wrench through a section, (6, m)."""
         steps, bases = self._outward(q, v, a)
         tau, held = np.zeros_like(a), [[] for _ in self.links]
         for i, (link, part, joint_dofs, dofs) in reversed(list(enumerate(self._links()))):
@@ -365,12 +365,12 @@ class Robot:
         return Momentum.from_flat(total)
 
     def centre_of_mass(self, q):
-        """In the world, (3,)."""
+        """Position in the world, (3,)."""
         momentum = self.momentum(q, np.zeros(self.n))
         return momentum.first / momentum.mass
 
 
-#: What a robot is built of; `lissom` has the same names.
+#: Classes for building a robot; `lissom` has the same names.
 PARTS = SimpleNamespace(
     Robot=Robot,
     Link=Link,
@@ -383,9 +383,9 @@ PARTS = SimpleNamespace(
 
 
 def build(description: Mapping, package=PARTS):
-    """The robot of a description, by this reference or by another package whose classes have these names.
+    """The robot of a description, built by this reference or by another package with the same class names.
 
-    A description holds plain values as the arguments have them, and a scene file:
+    A description contains the arguments as plain values, like a scene file:
 
         {"gravity": [...],
          "links": [{"name": ..., "joint": {"type": "revolute", "axis": [...], ...},
@@ -393,8 +393,8 @@ def build(description: Mapping, package=PARTS):
                     "parent": ..., "at": ..., "position": [...], "orientation": [w, x, y, z]}, ...],
          "loads": [{"link": ..., "force": [...], ...}], "bodies": [{"link": ..., "mass": ..., ...}]}
 
-    What is absent is as the defaults are. A segment has the arguments of `lissom.Segment`, a section of
-    another shape {"shape": "rectangle", "width": ..., ...}.
+    Missing entries have their defaults. A segment has the arguments of `lissom.Segment`, a section of another
+    shape {"shape": "rectangle", "width": ..., ...}.
     """
 
     def segment(arguments):

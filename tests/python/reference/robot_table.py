@@ -1,4 +1,4 @@
-"""Fixed robots with values by the NumPy reference: `tests/data/robots.json`, for tests of the crate.
+"""Fixed robots with values of the NumPy reference: `tests/data/robots.json`, for tests of the crate.
 
     cd tests/python && python -m reference.robot_table        # writes the file anew
 
@@ -19,8 +19,8 @@ The file is an object with the one key "robots", a list of objects:
         links             by name, of a rod's tip or a body's frame: "pose", 4 rows of 4 numbers, and
                           "velocity", 6 numbers, angular first, in world axes
 
-SI units. The values are right to about ten digits of the largest number in each array, as rods are integrated
-with tolerances of 1e-12; those of rigid robots to twelve. Quaternions are (w, x, y, z).
+SI units. The values are correct to about ten digits of the largest number in each array, as rods are
+integrated with tolerances of 1e-12; those of rigid robots to twelve. Quaternions are (w, x, y, z).
 """
 
 import json
@@ -34,7 +34,7 @@ from reference.random_robots import random_states
 from reference.robot import build
 
 PATH = Path(__file__).parents[2] / "data" / "robots.json"
-#: Digits kept of the largest number of an array; smaller ones have as many decimal places.
+#: Number of digits of the largest number of an array; all numbers of an array have the same decimal places.
 DIGITS = 13
 #: Length of the rotation vectors in the second state, just within pi.
 NEARLY_PI = 3.1
@@ -44,7 +44,7 @@ BLOCK["inertia"] = [[2e-3, 1e-4, -2e-4], [1e-4, 3e-3, 3e-4], [-2e-4, 3e-4, 4e-3]
 BALL = {"mass": 0.1, "centre": [0.06, 0.01, -0.02], "inertia": [1e-4, 1e-4, 1e-4]}
 RUBBER = {"young_modulus": 1e5, "shear_modulus": 4e4, "density": 1000.0, "retardation_time": 0.01}
 FINGER = {"length": 0.2, "radius": 0.012, **RUBBER, "modes": {"bend_y": 2, "bend_z": 1}}
-#: Pre-bent, tapered, with every strain.
+#: Curved, tapered, with every strain.
 TENTACLE = {
     "length": 0.4,
     "radius": [0.02, 0.012],
@@ -65,7 +65,7 @@ SPRUNG = {"stiffness": 3.0, "rest": 0.2, "damping": 0.4, "armature": 0.05}
 
 
 def one_joint(joint):
-    """A body on a joint that is placed anywhere in the world, and a ball on a hinge on it."""
+    """A body on a joint with a general pose in the world, and a ball on a hinge attached to it."""
     return {
         "links": [
             {"name": "block", "joint": joint, "body": BLOCK, **PLACED},
@@ -75,7 +75,7 @@ def one_joint(joint):
 
 
 def chain(links):
-    """Each link on the one before."""
+    """Links in a chain."""
     for parent, link in pairwise(links):
         link["parent"] = parent["name"]
     return links
@@ -174,7 +174,7 @@ DESCRIPTIONS = {
 
 
 def states(robot, seed):
-    """Two states, (2, 3, n), of numbers that are short to write."""
+    """Two states, (2, 3, n), with short decimal numbers."""
     at_zero, far = (random_states(robot, [seed, k]).round(3) for k in range(2))
     at_zero[0] = 0.0
     for link, dofs in zip(robot.links, robot.joint_dofs, strict=True):
@@ -185,7 +185,7 @@ def states(robot, seed):
 
 
 def values(robot, q, v, a):
-    """What the file says of a state, arrays unrounded."""
+    """The values of the file for a state, arrays unrounded."""
     links = {}
     for name in robot.names:
         velocity = robot.velocity(q, v, link=name)
@@ -202,7 +202,7 @@ def values(robot, q, v, a):
 
 
 def table():
-    """What the file says, arrays unrounded."""
+    """The contents of the file, arrays unrounded."""
     robots = []
     for seed, (name, description) in enumerate(DESCRIPTIONS.items()):
         robot = build(description)
@@ -212,7 +212,7 @@ def table():
 
 
 def rounded(values):
-    """Lists in the place of arrays, with as many digits as mean something."""
+    """Lists in place of arrays, with the significant digits."""
     if isinstance(values, dict):
         return {key: rounded(value) for key, value in values.items()}
     if isinstance(values, list):
@@ -221,12 +221,12 @@ def rounded(values):
         return values
     size = np.abs(values).max(initial=0)
     decimals = DIGITS - int(np.ceil(np.log10(size))) if size > 0 else 0
-    # Adding zero makes zeros of negative ones.
+    # Adding zero turns negative zeros into zeros.
     return (values.round(decimals) + 0.0).tolist()
 
 
 def text(values):
-    """JSON with rows of numbers on lines of their own."""
+    """JSON with rows of numbers on separate lines."""
     lines = json.dumps(values, indent=1)
     return re.sub(r"\[[^\[\]{}]*\]", lambda row: " ".join(row[0].split()), lines) + "\n"
 

@@ -1,18 +1,18 @@
-"""The Cosserat rod once more: Newton-Euler in the body frame, integrated along X by adaptive Runge-Kutta.
+"""Independent Cosserat rod: Newton-Euler in the body frame, integrated over X by adaptive Runge-Kutta.
 
 Outward, for pose (R, p), body twist eta and its rate (Boyer, Lebastard, Candelier and Renda 2021, "Dynamics
 of continuum and soft robots: a strain parameterization based approach", IEEE T-RO 37(3)):
 
     R' = R kappa^,   p' = R gamma,   eta' = xi_t - ad_xi eta,   eta_t' = xi_tt - ad_xi_t eta - ad_xi eta_t
 
-Inward, for the body wrench F that the rest of the rod needs and the generalised forces tau:
+Inward, for the body wrench F required by the rest of the rod, and the generalised forces tau:
 
     F' = ad_xi^T F - (M eta_t - ad_eta^T M eta - gravity - loads per length)
-    F jumps by what a body there, and whatever else the rod holds there, needs less the loads there
+    F jumps by the wrench that bodies and other attached items require, minus the loads there
     tau = int (B Phi)^T (F + H (xi - xi0) + mu H xi_t)
 
-Twists and wrenches are angular first, a subscript t is a time derivative. Slow on purpose: nothing is shared
-with the code under test, neither the frame nor the quadrature nor the way rotations are integrated.
+Twists and wrenches have the angular part first; a subscript t is a time derivative. Slow on purpose: nothing
+is shared with the code under test, neither the frame nor the quadrature nor the integration of rotations.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -33,7 +33,7 @@ ATOL = 1e-13
 
 
 class Energy(NamedTuple):
-    """Joules. `loads` counts dead forces only: moments and follower loads have no potential."""
+    """Joules. `loads` includes dead forces only: moments and follower loads have no potential."""
 
     kinetic: float
     elastic: float
@@ -47,7 +47,7 @@ class Energy(NamedTuple):
 
 @dataclass(frozen=True)
 class Section:
-    """Made like `lissom.Section`; sizes may be pairs, at base and tip."""
+    """Created like `lissom.Section`; sizes may be pairs, at base and tip."""
 
     shape: str
     parameters: Mapping[str, object]
@@ -94,7 +94,7 @@ class Section:
 
 
 def torsion_of_rectangle(a, b):
-    """Prandtl's membrane over a x b with a >= b, developed along the short side: sines across a."""
+    """Prandtl's membrane on a x b with a >= b, by a sine series across a."""
     n = np.arange(1, 4000, 2)
     return b * a**3 / 3 * (1 - 192 * a / (np.pi**5 * b) * np.sum(np.tanh(n * np.pi * b / (2 * a)) / n**5.0))
 
@@ -146,7 +146,7 @@ class Segment:
         return np.diag([G * J, E * I_y, E * I_z, E * A, k_y * G * A, k_z * G * A])
 
     def inertia(self, X):
-        """Inertia per length M(X) of twists of the section, as that of a body one metre long, (6, 6)."""
+        """Inertia per length M(X) for twists of the section, as that of a body one metre long, (6, 6)."""
         if self.shape.shape == "given":
             given = self.shape.parameters
             return Body(given["mass"], centre=(0, *given["centre"]), inertia=given["inertia"]).matrix
@@ -154,7 +154,7 @@ class Segment:
         return self.density * np.diag([I_y + I_z, I_y, I_z, A, A, A])
 
     def outline_area(self, X):
-        """Area within the outline, a hole included."""
+        """Area within the outline, including a hole."""
         if self.shape.shape == "hollow_circle":
             outer, _ = self.shape.sizes(X / self.length)
             return np.pi * outer**2
@@ -181,7 +181,7 @@ class Load:
     frame: str = "world"
 
     def wrench(self, R):
-        """Body wrench at a section turned by R, per length where the load is spread, (6,)."""
+        """Body wrench at a section with rotation R, per length for a distributed load, (6,)."""
         turn = R.T if self.frame == "world" else np.eye(3)
         return np.concatenate([turn @ self.moment, turn @ self.force])
 
@@ -200,7 +200,7 @@ class Body:
 
     @property
     def matrix(self):
-        """Inertia of twists of the section, (6, 6)."""
+        """Inertia for twists of the section, (6, 6)."""
         inertia = np.array(self.inertia, float)
         to_centre = np.block([[np.eye(3), np.zeros((3, 3))], [-hat(self.centre), np.eye(3)]])
         about_centre = np.zeros((6, 6))
@@ -211,7 +211,7 @@ class Body:
 
 @dataclass(frozen=True)
 class Held:
-    """What something that the rod holds needs: wrenches in the axes of the section there, (6, m)."""
+    """Wrench required by an attached item, in the axes of the section there, (6, m)."""
 
     at: float | None
     wrench: np.ndarray
@@ -241,7 +241,7 @@ def integrate(rate, X0, X1, y0, atol=ATOL):
 
 
 class Rod:
-    """Same arguments as `lissom.Rod`. Accelerations are (n,) or (n, m): m motions from one state at once."""
+    """Same arguments as `lissom.Rod`. Accelerations are (n,) or (n, m) for m motions from one state."""
 
     def __init__(
         self,
@@ -270,7 +270,7 @@ class Rod:
         self.n = ends[-1]
 
     def on_base(self, R, p, eta, eta_t):
-        """The same rod when its base is there and moves with this body twist and its rate, (6,) or (6, m)."""
+        """The same rod with its base at this pose, with this body twist and rate, (6,) or (6, m)."""
         moved = copy(self)
         moved.base, moved.base_rate = np.concatenate([np.ravel(R), p, eta]), np.asarray(eta_t, float)
         return moved
@@ -284,7 +284,7 @@ class Rod:
         return poses
 
     def states(self, q, qd, qdd, X):
-        """R, p, eta and eta_t (6, m) at each of the arc lengths X, of m motions qdd (n, m)."""
+        """R, p, eta and eta_t (6, m) at each of the arc lengths X, for m motions qdd (n, m)."""
         paths, states = self._outward(q, qd, qdd), []
         for at in X:
             i = min(np.searchsorted(self.starts, at, side="right"), len(self.segments)) - 1
@@ -296,7 +296,7 @@ class Rod:
         return states
 
     def inverse_dynamics(self, q, qd, qdd):
-        """Generalised forces tau that the motion needs, of the shape of qdd."""
+        """Generalised forces tau required by the motion, with the shape of qdd."""
         q, qd, motions = (
             np.asarray(q, float),
             np.asarray(qd, float),
@@ -306,7 +306,7 @@ class Rod:
         return tau.reshape(np.shape(qdd))
 
     def elastic_forces(self, q, qd):
-        """K q + D qd, the part of the generalised forces that elasticity and damping need."""
+        """K q + D qd, the generalised forces required by elasticity and damping."""
         forces = np.empty(self.n)
         for segment, dof in zip(self.segments, self.dofs, strict=True):
 
@@ -317,7 +317,7 @@ class Rod:
         return forces
 
     def mass_matrix(self, q):
-        """Column by column: what unit accelerations need of a rod that neither gravity nor loads act on."""
+        """Column by column: forces for unit accelerations without gravity and loads."""
         free = copy(self)
         free.gravity, free.loads = np.zeros(3), []
         return free._forces_of_motion(np.asarray(q, float), np.zeros(self.n), np.eye(self.n))
@@ -356,7 +356,7 @@ class Rod:
         return Energy(state[18], elastic, state[19], state[20])
 
     def _there(self, things, i, X):
-        """Those of the loads or bodies that are at the place X > 0 of segment i."""
+        """The loads or bodies at the place X > 0 of segment i."""
         at = self.starts[i] + X
         places = [self.starts[-1] if thing.at is None else thing.at for thing in things]
         spread = [getattr(thing, "along", None) is not None for thing in things]
@@ -367,7 +367,7 @@ class Rod:
         ]
 
     def _pieces(self, i):
-        """Where segment i is smooth: from, to, and the loads that are spread there."""
+        """Smooth pieces of segment i: start, end, and the loads distributed there."""
         start, length = self.starts[i], self.segments[i].length
         places = [thing.at for thing in (*self.loads, *self.bodies, *self.held) if thing.at is not None]
         spread = [load for load in self.loads if load.along is not None]
@@ -378,17 +378,17 @@ class Rod:
             yield X0, X1, [load for load in spread if load.along[0] < middle < load.along[1]]
 
     def _forces_of_motion(self, q, qd, qdd):
-        """What inertia, gravity, loads and what the rod holds need, (n, m)."""
+        """Forces required by inertia, gravity, loads and attached items, (n, m)."""
         return self.balance(q, qd, qdd)[0]
 
     def balance(self, q, qd, qdd, through=None):
-        """What `_forces_of_motion` says, and the wrench that the same needs at the base, (6, m).
+        """The result of `_forces_of_motion`, and the wrench required at the base, (6, m).
 
-        `through` takes down what passes through the sections at X > 0 where something is.
+        `through` records the wrenches through the sections with items at X > 0.
         """
         m = qdd.shape[1]
         paths = self._outward(q, qd, qdd)
-        # Absolute tolerances follow the largest force of each motion: a rod may weigh a gram or a ton.
+        # Absolute tolerances scale with the largest force of each motion: a rod may weigh a gram or a ton.
         loads = [self._load(i, 0, y, self.loads) for i, path in enumerate(paths) for y in path]
         ends = [self._at_point(i, self.segments[i].length, path[-1]) for i, path in enumerate(paths)]
         held = [thing.wrench for thing in self.held]
@@ -447,7 +447,7 @@ class Rod:
         return paths
 
     def _load(self, i, X, y, spread):
-        """Body wrench per length that inertia needs beyond what gravity and spread loads give, (6, m)."""
+        """Body wrench per length required by inertia, minus gravity and distributed loads, (6, m)."""
         R, _, eta, eta_t = unpack(y)
         M = self.segments[i].inertia(X)
         weight = np.concatenate([np.zeros(3), R.T @ self.gravity])
@@ -455,7 +455,7 @@ class Rod:
         return M @ eta_t - (ad(eta).T @ M @ eta + M @ weight + given)[:, None]
 
     def _at_point(self, i, X, y):
-        """Body wrench that bodies and what is held there need beyond gravity and loads, (6, m)."""
+        """Body wrench required by bodies and attached items, minus gravity and loads, (6, m)."""
         R, _, eta, eta_t = unpack(y)
         weight = np.concatenate([np.zeros(3), R.T @ self.gravity])[:, None]
         wrench = np.zeros_like(eta_t)

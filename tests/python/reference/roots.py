@@ -1,4 +1,4 @@
-"""Newton's method as the lab has it: x <- x - pinv(J) R until ||R|| < tol."""
+"""Newton's method as used in the lab: x <- x - pinv(J) R until ||R|| < tol."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Equilibria of planar inextensible rods once more: by collocation, and in closed form.
+"""Independent equilibria of planar inextensible rods, by collocation and in closed form.
 
 With the angle phi below the horizontal, weight w per length, dead tip force (H, 0, -P) and tip moment M:
 
@@ -22,7 +22,7 @@ class Shape(NamedTuple):
 
 
 def planar_rod(EI, L, *, weight=0.0, force=(0.0, 0.0), moment=0.0, steps=20):
-    """The equilibrium that is reached by growing loads; `force` is (x, z). Fourth-order collocation."""
+    """The equilibrium reached by increasing loads; `force` is (x, z). Fourth-order collocation."""
     H, P = force[0], -force[1]
 
     def shape(part, start):

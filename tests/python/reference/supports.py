@@ -1,4 +1,4 @@
-"""Elastic supports once more: wrenches of springs and dampers in the axes of the section.
+"""Independent elastic supports: wrenches of springs and dampers in the axes of the section.
 
 The potential of rotation is tr(G (1 - R0^T R)), G diagonal (Koditschek 1989); its gradient in the axes of the
 section is the axial vector of G R0^T R - (G R0^T R)^T.
@@ -26,7 +26,7 @@ class Support:
     orientation: Sequence[float] | None = None
 
     def wrench(self, anchor, R, p, eta):
-        """Moment and force on a section at p, turned by R, that moves with the body twist eta."""
+        """Moment and force on a section at p with rotation R, which moves with the body twist eta."""
         turned = anchor[:3, :3].T @ R
         along = anchor[:3, :3].T @ (p - anchor[:3, 3])
         velocity, spin = turned @ eta[3:], turned @ eta[:3]
@@ -42,7 +42,7 @@ class Rod(rod.Rod):
     """A rod with supports."""
 
     def __init__(self, segments, *, supports=(), **arguments):
-        # A body without mass makes the integration stop where a support is.
+        # A body without mass makes the integration stop at each support.
         holders = [rod.Body(0.0, at=support.at) for support in supports]
         super().__init__(segments, bodies=[*arguments.pop("bodies", ()), *holders], **arguments)
         places = [self.starts[-1] if support.at is None else support.at for support in supports]

@@ -1,12 +1,12 @@
-"""One rod with tendons in equilibrium, by shooting: balance of rod and tendons together.
+"""Equilibrium of one rod with tendons, by shooting: balance of rod and tendons together.
 
-A cut through the rod and its frictionless tendons carries the force n of the weight beyond it and the moment
+A cut through the rod and its frictionless tendons carries the force n, the weight beyond it, and the moment
 m, both in world axes, with m' = -p' x n and m = 0 at the free tip. In the section's axes the strains (u, v)
-are where
+minimise
 
     1/2 u.K_u u + 1/2 (v - e_x).K_v (v - e_x) + sum T |v + u x d + d'| - m.u - n.v
 
-is least: a convex function, whatever pulls. No modes: what is integrated are the equations along the rod.
+a convex function for any tensions T. There are no modes: the equations are integrated along the rod.
 """
 
 from collections.abc import Callable, Sequence
@@ -29,7 +29,7 @@ def parallel(y, z):
 
 
 def helical(distance, start, rate):
-    """A tendon that turns about the rod's axis by `rate` radians a metre."""
+    """A tendon that winds around the rod's axis by `rate` radians per metre."""
 
     def routing(X):
         angle = start + rate * X
@@ -41,7 +41,7 @@ def helical(distance, start, rate):
 
 @dataclass(frozen=True)
 class TendonRod:
-    """A circular rod whose base stands at the world's origin; `R` is its base's orientation."""
+    """A circular rod with its base at the world's origin; `R` is the orientation of the base."""
 
     length: float
     radius: float
@@ -54,13 +54,13 @@ class TendonRod:
 
     @property
     def stiffness(self):
-        """Of torsion, bending about y and z; of stretch and shear."""
+        """Stiffness of torsion and bending about y and z; of stretch and shear."""
         A, I = np.pi * self.radius**2, np.pi * self.radius**4 / 4
         E, G = self.young_modulus, self.shear_modulus
         return np.array([2 * G * I, E * I, E * I, E * A, G * A, G * A])
 
     def strains(self, X, tensions, moment, force):
-        """u, v of the section at X that carries this moment and force, in its axes. Newton's method."""
+        """u, v of the section at X for this moment and force, in its axes, by Newton's method."""
         K, rest = self.stiffness, np.array([0, 0, 0, 1.0, 0, 0])
         strain = rest.copy()
         for _ in range(NEWTON_STEPS):
@@ -112,13 +112,13 @@ class TendonRod:
         return end[9:12], end[15:], scale * found.x
 
 
-#: Takes x to the vertical z, and z to -x.
+#: Rotates x to the vertical z, and z to -x.
 UP = np.array([[0.0, 0, -1], [0, 1, 0], [1, 0, 0]])
 
-#: The tendon robot of JohnDTill/ContinuumRobotExamples (01_Statics/05_Tendon_Robot), its gravity along +x; of
-#: its four tendons the one on the side of +x.
+#: The tendon robot of JohnDTill/ContinuumRobotExamples (01_Statics/05_Tendon_Robot), with gravity along +x;
+#: of its four tendons only the one on the side of +x.
 TILL = TendonRod(0.5, 1e-3, 200e9, 80e9, 8000.0, [parallel(0.0, -15.06e-3)], (9.81, 0, 0), UP)
-#: By its tension: x and z of the tip, length of the tendon, moment about y at the base.
+#: By tension: x and z of the tip, length of the tendon, moment about y at the base.
 TILL_VALUES = {
     0.0: (0.01225672712603, 0.4998282811910, 0.499507718742, 0.03081161453861),
     5.0: (0.07158721934242, 0.4933229060842, 0.495899967198, 0.03060083605622),
@@ -139,7 +139,7 @@ RUCKER_AND_WEBSTER = TendonRod(
     (0, 0, -9.81),
     UP,
 )
-#: By its tensions: the tip.
+#: Position of the tip by tensions.
 RUCKER_AND_WEBSTER_TIPS = {
     (1.0, 0.0, 0.0): (0.06624412338, 0.0, 0.22980149963),
     (5.0, 0.0, 0.0): (0.17756775618, 0.0, 0.04713904666),
@@ -149,10 +149,10 @@ RUCKER_AND_WEBSTER_TIPS = {
 
 
 def helix(rod: TendonRod, rate, tension):
-    """The tip (4, 4) of a rod without weight that one helical tendon pulls, which begins at angle 0.
+    """The tip (4, 4) of a weightless rod pulled by one helical tendon that begins at angle 0.
 
-    In axes that turn with the tendon strains do not depend on X: their motion is one screw. The rod has
-    this tendon alone.
+    In axes that rotate with the tendon, strains do not depend on X: the axis is a helix. The rod has only
+    this tendon.
     """
     strain = rod.strains(0.0, [tension], np.zeros(3), np.zeros(3))
     turn = np.array([rate, 0, 0])

@@ -1,7 +1,7 @@
-"""The numerical-methods lab that lissom grew out of, rerun: nine figures and three tables.
+"""The numerical-methods lab from which lissom originated, computed again: nine figures and three tables.
 
-All of them are lissom's own computations, arranged along the lab's parts; the report's own numbers stand
-beside them where they are known.
+All results are computed by lissom and arranged in the order of the lab; the numbers of the report are shown
+beside them where known.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from ...report import page
 from . import pendulum, rod, roots
 from .part import Part
 
-#: The parts in the order of the page.
+#: Parts in the order of the page.
 PARTS: dict[str, Callable[[], Part]] = {"roots": roots.part, "pendulum": pendulum.part, "rod": rod.part}
 
 LEAD = (
@@ -27,7 +27,7 @@ LEAD = (
 
 
 def compute(bar: Callable[[float, str, str], Any]) -> Iterator[tuple[str, Part]]:
-    """The parts one after the other, by name. ``bar(total, what, unit)`` makes a progress bar, like tqdm."""
+    """Compute the parts by name. ``bar(total, what, unit)`` creates a progress bar, like tqdm."""
     with bar(len(PARTS), "Lab", "parts") as progress:
         for name, part in PARTS.items():
             yield name, part()
@@ -35,7 +35,8 @@ def compute(bar: Callable[[float, str, str], Any]) -> Iterator[tuple[str, Part]]
 
 
 def write(parts: Mapping[str, Part], folder: Path) -> list[str]:
-    """Write the numbers and ``lab.html`` of those parts into an empty folder; what could not be written."""
+    """Write the numbers and ``lab.html`` of these parts into an empty folder; return problems with
+    writing."""
     write_summary({MARK: __version__, **{name: part.numbers for name, part in parts.items()}}, folder)
     return write_report(_report, parts, folder / "lab.html")
 

@@ -1,4 +1,4 @@
-"""What every part of the lab hands over."""
+"""A part of the lab: sections of the page, and numbers."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from ...report.text import quantity
 
 T = TypeVar("T")
 
-#: A run is timed again until so many seconds are spent, or so often; the median counts.
+#: Timed runs are repeated for at least this time in seconds, or this number of times; the median counts.
 TIMING_SECONDS = 0.5
 MOST_REPEATS = 25
 
 
 @dataclass(frozen=True)
 class Part:
-    """Sections of the page, and the same in numbers."""
+    """Sections of the page, and the same results as numbers."""
 
     sections: Sequence[Section]
     numbers: dict[str, Any]
@@ -32,14 +32,14 @@ class Part:
 
 @contextmanager
 def steps_too_long_on_purpose() -> Iterator[None]:
-    """Within it nobody is warned: the lab shows what comes of such steps."""
+    """Suppress warnings about steps that are too long, because the lab demonstrates their effect."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", AccuracyWarning)
         yield
 
 
 def timed(work: Callable[[], T]) -> tuple[T, float]:
-    """The result of ``work`` and the seconds it takes."""
+    """The result of ``work`` and its run time in seconds."""
     times: list[float] = []
     while True:
         start = time.perf_counter()
@@ -50,12 +50,12 @@ def timed(work: Callable[[], T]) -> tuple[T, float]:
 
 
 def seconds(value: float) -> str:
-    """A run time, the report's infinite one included."""
+    """A run time, including the report's infinite one."""
     return "“infinite”" if math.isinf(value) else quantity(value, "s")
 
 
 def timed_run(beside: float, run: Callable[[], MotionResult]) -> tuple[MotionResult, dict[str, Any]]:
-    """A motion, and the numbers of its row in a table beside the report's run time."""
+    """A motion, and its row in a table beside the report's run time."""
     motion, taken = timed(run)
     numbers = {
         "report_seconds": beside,
@@ -68,13 +68,13 @@ def timed_run(beside: float, run: Callable[[], MotionResult]) -> tuple[MotionRes
     return motion, numbers
 
 
-#: The columns that all tables of run times share, with those of numbers named again.
+#: Columns common to all tables of run times, and the names of those with numbers.
 RUN_COLUMNS = ("report", "lissom", "faster", "steps", "outcome")
 NUMERIC = frozenset({"report", "lissom", "faster", "steps"})
 
 
 def run_cells(run: dict[str, Any]) -> tuple[str, ...]:
-    """The cells of these columns. A run that did not reach its end is not faster than one that did."""
+    """Cells of these columns. Runs that did not reach their end have no speed-up."""
     published, found = run["report_seconds"], run["lissom_seconds"]
     if not run["success"]:
         faster, outcome = "–", f"stopped at {run['reached_seconds']:g} s"

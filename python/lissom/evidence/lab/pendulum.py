@@ -17,10 +17,10 @@ from .part import NUMERIC, RUN_COLUMNS, Part, run_cells, steps_too_long_on_purpo
 
 START = (-np.pi / 4.0, 0.5)
 
-#: Simulated seconds of table 1, and of the figures.
+#: Simulated time of table 1, and of the figures, seconds.
 LONG, SHOWN = 1000.0, 20.0
 
-#: Tolerance of the path that others are compared with.
+#: Tolerance of the reference solution.
 REFERENCE_TOLERANCE = 1e-12
 
 #: Motions by name, with the colours and styles of their curves.
@@ -28,13 +28,13 @@ Paths = dict[str, tuple[Any, str, plots.Style]]
 
 TIME = Axis("time (s)")
 
-#: Shown points of a curve.
+#: Number of points of a curve.
 POINTS = 2001
 
 
 @steps_too_long_on_purpose()
 def part() -> Part:
-    """The motion by both methods, and how long 1000 s of it take."""
+    """The motion by both methods, and run times for 1000 s."""
     pendulum = SpringPendulum()
     times = np.linspace(0.0, SHOWN, POINTS)
     tight: dict[str, Any] = {"rtol": REFERENCE_TOLERANCE, "atol": REFERENCE_TOLERANCE}
@@ -80,7 +80,7 @@ def figure_4(pendulum: SpringPendulum, paths: Paths, error: float) -> Section:
 
 
 def figure_5(coarse: MotionResult, reference: MotionResult) -> Section:
-    """The step of 1 s."""
+    """The motion with a step of 1 s."""
     if coarse.success:
         found = (
             f"after {SHOWN:g} s the angle is {coarse.q[-1, 0]:,.1f} rad instead of {reference.q[-1, 0]:.1f}."
@@ -108,7 +108,7 @@ def figure_5(coarse: MotionResult, reference: MotionResult) -> Section:
 
 
 def figure_6(t: Any, right: Any, wrong: Any) -> Section:
-    """The energy, by the right formula and by the report's."""
+    """The energy by the correct formula and by the report's."""
     return Section(
         "Figure 6: energy",
         [
@@ -127,7 +127,7 @@ def figure_6(t: Any, right: Any, wrong: Any) -> Section:
 
 
 def long_runs(pendulum: SpringPendulum) -> list[dict[str, Any]]:
-    """1000 s by both methods at both steps, timed, beside the report's run times."""
+    """Timed runs of 1000 s by both methods with both steps, beside the report's run times."""
     runs = []
     for step, beside in published.PENDULUM.items():
         output = np.arange(0.0, LONG + 0.5 * step, step)
@@ -178,7 +178,7 @@ def table_1(runs: list[dict[str, Any]]) -> Section:
 
 
 def energies(pendulum: SpringPendulum, motion: Any) -> tuple[Any, Any]:
-    """Change of the total energy along a motion, by the right kinetic energy and by the report's."""
+    """Change of the total energy along a motion, with the correct kinetic energy and with the report's."""
     right = motion.balance
     r = pendulum.length + motion.q[:, 1]
     printed = 0.5 * pendulum.mass * (motion.v[:, 1] ** 2 + motion.v[:, 0] ** 2 / r**2)

@@ -33,10 +33,11 @@ TOLERANCE = 1e-10
 #: Times of the shapes in figure 7, seconds.
 SNAPSHOTS = (0.0, 0.1, 0.2, 0.3, 0.4, 0.6, 1.0, 3.0)
 
-#: Points of a drawn rod.
+#: Number of points of a drawn rod.
 STATIONS = 60
 
-#: Converged tip positions (x, z) of the horizontal release in metres, by time in seconds, computed by others.
+#: Converged tip positions (x, z) of the horizontal release in metres, by time in seconds, computed
+#: independently of lissom.
 INDEPENDENT_TIPS = {
     0.1: (0.9970663766, -0.0712500678),
     0.5: (0.9807178651, -0.1838140514),
@@ -46,13 +47,13 @@ INDEPENDENT_TIPS = {
 
 
 def lab_rod(base: str) -> Rod:
-    """The lab's rod on one of its two bases."""
+    """The lab's rod with one of its two bases."""
     return Rod([Segment(**WIRE)], base_orientation=BASES[base])
 
 
 @steps_too_long_on_purpose()
 def part() -> Part:
-    """The release from horizontal, the hanging rod, and what they cost."""
+    """The release from horizontal, the hanging rod, and their costs."""
     horizontal, hanging = lab_rod("horizontal"), lab_rod("hanging")
     times = np.linspace(0.0, DURATION, 601)
     tight: dict[str, Any] = {"rtol": TOLERANCE, "atol": 1e-3 * TOLERANCE}
@@ -84,7 +85,7 @@ def part() -> Part:
 
 
 def figure_7(horizontal: Rod, hanging: Rod, motion: Any, still: Any, equilibrium: Any) -> Section:
-    """The two bases."""
+    """Motions with both bases."""
     moved = quantity(tip_motion(hanging, still), digits=2)
     return Section(
         "Figure 7: the rod, let go",
@@ -158,13 +159,13 @@ def tip_error(rod: Rod, motion: Any, reference: Any) -> float:
 
 
 def tip_motion(rod: Rod, motion: Any) -> float:
-    """How far the tip comes from where it started."""
+    """Largest distance of the tip from its start."""
     path = tip(rod, motion.q)
     return float(np.max(np.linalg.norm(path - path[0], axis=1)))
 
 
 def tip_check(rod: Rod, reference: Any) -> Table:
-    """Tip positions beside independent ones."""
+    """Tip positions beside independently computed ones."""
     rows = []
     for time, (x, z) in INDEPENDENT_TIPS.items():
         at = int(np.argmin(np.abs(reference.t - time)))
@@ -184,7 +185,7 @@ def mass_matrices(rod: Rod, q: Any) -> tuple[Any, Any]:
 
 
 def runs_by_base() -> list[dict[str, Any]]:
-    """3 s on both bases, by all methods, timed, beside the report's run times."""
+    """Timed runs of 3 s with both bases and all methods, beside the report's run times."""
     output = np.arange(0.0, DURATION + 0.5 * STEP, STEP)
     variants: dict[str, tuple[str, dict[str, Any]]] = {
         f"implicit, {jacobian} Jacobian": ("implicit", {"dt": STEP, "jac": jacobian})
@@ -219,7 +220,7 @@ def table_2(runs: list[dict[str, Any]]) -> Section:
 
 
 def runs_by_step(errors: dict[float, float]) -> list[dict[str, Any]]:
-    """3 s from horizontal at both steps, timed, beside the report's run times."""
+    """Timed runs of 3 s from horizontal with both steps, beside the report's run times."""
     rod, runs = lab_rod("horizontal"), []
     for step, beside in published.ROD_BY_STEP.items():
         motion, numbers = timed_run(beside, partial(simulate, rod, DURATION, dt=step))
@@ -229,7 +230,7 @@ def runs_by_step(errors: dict[float, float]) -> list[dict[str, Any]]:
 
 
 def table_3(runs: list[dict[str, Any]], coarse_error: float, span: float) -> Section:
-    """Run times by step beside the report's; ``span`` is how far the tip moves up and down."""
+    """Run times by step beside the report's; ``span`` is the range of the tip's height."""
     rows = [
         (
             f"{run['step']:g} s",
@@ -277,7 +278,7 @@ def shapes(horizontal: Rod, hanging: Rod, motion: Any, still: Any, equilibrium: 
 
 
 def centre_line(rod: Rod, q: Any) -> tuple[Any, Any]:
-    """x and z of the shape of a rod in the plane in which it moves."""
+    """Coordinates x and z of a rod's centre line in its plane of motion."""
     line = rod.pose(q, np.linspace(0.0, rod.length, STATIONS))[:, :3, 3]
     return line[:, 0], line[:, 2]
 

@@ -19,7 +19,7 @@ STARTS = (6.0, 1.0, 0.7)
 COLOURS = {"analytic": theme.BLUE, "forward": theme.ORANGE, "central": theme.GREEN}
 STYLES: dict[str, plots.Style] = {"analytic": "solid", "forward": "dash", "central": "dot"}
 
-#: The lab's stop: ||R|| below this, or so many iterations.
+#: The lab's stopping rule: ||R|| below this, or this number of iterations.
 TOLERANCE, MOST_ITERATIONS = 1e-6, 1000
 
 #: lissom's statuses in words.
@@ -29,10 +29,10 @@ OUTCOMES = {
     "stationary_point": "stationary point, not a root",
 }
 
-#: Residuals below this are shown at it, zero included.
+#: Smaller residuals, including zero, are plotted at this value.
 LEAST_SHOWN = 1e-17
 
-#: Where the error of difference Jacobians is shown.
+#: Point at which the error of difference Jacobians is shown.
 DIFFERENCED_AT = 6.0
 
 
@@ -51,14 +51,14 @@ def slope(x: Any) -> Any:
     return 4.0 * x**3 - 12.0 * x**2 + 10.0 * x - 2.0
 
 
-#: What ``root`` takes for each Jacobian.
+#: Argument of ``root`` for each Jacobian.
 JACOBIANS: dict[str, Any] = {"analytic": slope, "forward": "forward", "central": "central"}
 
 FUNCTIONS = {"f": f, "f₂": f2}
 
 
 def lab_loop(function: Any, x: float) -> int:
-    """The lab's loop, x <- x - pinv(J) R: the number of iterations that it takes."""
+    """Number of iterations of the lab's loop, x <- x - pinv(J) R."""
     for iteration in range(MOST_ITERATIONS):
         if abs(function(x)) < TOLERANCE:
             return iteration
@@ -67,7 +67,7 @@ def lab_loop(function: Any, x: float) -> int:
 
 
 def part() -> Part:
-    """All searches, from all starts, with all Jacobians."""
+    """All searches, from all starts and with all Jacobians."""
     searches = {
         (name, start, jacobian): root(function, start, jac=jac, tol=TOLERANCE, history=True)
         for name, function in FUNCTIONS.items()
@@ -116,7 +116,7 @@ def figure_1(searches: Searches) -> Section:
 
 
 def figure_2(searches: Searches, stuck: int) -> Section:
-    """How the searches converge; ``stuck`` is the number of iterations of the lab's loop from x = 1."""
+    """Convergence of the searches; ``stuck`` is the number of iterations of the lab's loop from x = 1."""
     rows = [
         (
             name,
@@ -150,7 +150,7 @@ def figure_2(searches: Searches, stuck: int) -> Section:
 
 
 def figure_3(steps: Any, errors: dict[str, Any]) -> Section:
-    """The error of difference Jacobians."""
+    """Error of difference Jacobians."""
     return Section(
         "Figure 3: the error of difference Jacobians",
         [
@@ -223,7 +223,7 @@ def convergence(searches: Searches) -> plots.Figure:
 
 
 def difference_errors() -> tuple[Any, dict[str, Any]]:
-    """Steps, and the relative error of the derivative by each kind of difference."""
+    """Steps, and the relative error of the derivative for each kind of difference."""
     x, steps = DIFFERENCED_AT, np.logspace(-16, 0, 129)
     after, before = x + steps, x - steps
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -232,7 +232,7 @@ def difference_errors() -> tuple[Any, dict[str, Any]]:
             "central": (f(after) - f(before)) / (after - before),
         }
     errors = {kind: np.abs(derivative / slope(x) - 1.0) for kind, derivative in found.items()}
-    # A step lost in rounding gives no derivative at all.
+    # A step below rounding gives no derivative.
     return steps, {kind: np.nan_to_num(error, nan=1.0, posinf=1.0) for kind, error in errors.items()}
 
 

@@ -1,7 +1,7 @@
 """The stress test: a matrix of hard cases, each of which must succeed or give a reason.
 
-A cell is a function that returns an outcome (``cell``); groups of cells are heat maps, one
-module for each theme. What is right is decided in ``judge``; what was committed is compared in ``table``.
+A cell is a function that returns an outcome (``cell``). Groups of cells are heat maps, with one module for
+each theme. ``judge`` decides whether results are correct; ``table`` compares them with the committed ones.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from ...folders import MARK
 from . import ill_posed, lab_scene, loads, long_runs, scaling, shapes, steps, sweeps, touching
 from .cell import KINDS, Cell, Group, Kind, Outcome
 
-#: The groups in the order of the report.
+#: Groups in the order of the report.
 GROUPS: tuple[Callable[[], Group], ...] = (
     sweeps.slenderness,
     sweeps.modulus,
@@ -45,20 +45,20 @@ GROUPS: tuple[Callable[[], Group], ...] = (
 
 @dataclass(frozen=True)
 class Done:
-    """A group and how its cells ended, in the order of the cells."""
+    """A group and the outcomes of its cells, in order."""
 
     group: Group
     outcomes: tuple[Outcome, ...]
 
     @property
     def counts(self) -> dict[Kind, int]:
-        """How many cells ended in which way."""
+        """Number of cells by outcome."""
         kinds = [outcome.kind for outcome in self.outcomes]
         return {kind: kinds.count(kind) for kind in KINDS}
 
 
 def run(quick: bool) -> Iterator[Done]:
-    """Run the groups of the matrix, or of its short version, one after the other."""
+    """Run the groups of the matrix, or of its short version."""
     for make in GROUPS:
         group = make()
         cells = [cell for cell in group.cells if cell.quick or not quick]
@@ -107,7 +107,7 @@ def write(
     regressions: list[str],
     report: Callable[[list[Done], list[str], Path], None] | None,
 ) -> list[str]:
-    """Write the files into an empty folder; what could not be written, like ``files.write``."""
+    """Write the files into an empty folder; return problems with writing, like ``files.write``."""
     write_summary(numbers(done, quick, regressions), folder)
     pages = None if report is None else partial(report, done)
     return write_report(pages, regressions, folder / "report.html")

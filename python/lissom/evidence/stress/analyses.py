@@ -1,5 +1,4 @@
-"""The analyses that every rod of a sweep has to stand: its equilibrium, its modes, its motion by four "
-"methods."""
+"""Analyses of every rod of a sweep: its equilibrium, its modes, and its motion by four methods."""
 
 from __future__ import annotations
 
@@ -13,13 +12,13 @@ from ...results import Array
 from . import judge, rods
 from .cell import Cell, Outcome
 
-#: Motions go on for so many periods of the slowest mode of the unloaded rod, or of a pendulum of its length.
+#: Duration of motions in periods of the slowest mode of the unloaded rod, or of a pendulum of its length.
 PERIODS = 1.0
 
-#: Fixed steps a period.
+#: Number of fixed steps per period.
 STEPS_PER_PERIOD = 1000
 
-#: Instants at which motions are compared.
+#: Number of instants at which motions are compared.
 INSTANTS = 101
 
 GRAVITY = 9.81
@@ -28,7 +27,7 @@ Make = Callable[[], Rod]
 
 
 def duration(rod: Rod) -> float:
-    """The slowest period of the unloaded rod, or of the pendulum, if that is shorter; seconds."""
+    """Shorter one of the slowest period of the unloaded rod and that of the pendulum, seconds."""
     slowest = float(modes(rod, np.zeros(rod.n)).frequency.min())
     pendulum = 2.0 * np.pi * np.sqrt(rod.length / GRAVITY)
     return min(1.0 / slowest if slowest > 0.0 else np.inf, float(pendulum))
@@ -36,37 +35,37 @@ def duration(rod: Rod) -> float:
 
 @cache
 def _release(make: Make) -> tuple[Array, MotionResult | None]:
-    """The release of a rod from its unloaded shape: times, reference."""
+    """Release of a rod from its unloaded shape: times, and reference solution."""
     rod = make()
     times = np.linspace(0.0, PERIODS * duration(rod), INSTANTS)
     return times, judge.reference(rod, times)
 
 
 def equilibrium(make: Make) -> Outcome:
-    """From the unloaded state."""
+    """Equilibrium from the unloaded state."""
     rod = make()
     return judge.equilibrium(rod, statics(rod))
 
 
 def frequencies(make: Make) -> Outcome:
-    """About the unloaded shape, without damping."""
+    """Frequencies about the unloaded shape, without damping."""
     rod = rods.undamped(make())
     straight = np.zeros(rod.n)
     return judge.vibrations(rod, straight, modes(rod, straight))
 
 
 def requested(make: Make) -> Outcome:
-    """The accuracy asked for."""
+    """Motion to a requested accuracy."""
     return judge.requested(make(), *_release(make))
 
 
 def adaptive(make: Make, method: str) -> Outcome:
-    """Steps chosen by the error."""
+    """Motion with adaptive steps."""
     return judge.adaptive(make(), *_release(make), method)
 
 
 def fixed(make: Make, method: str) -> Outcome:
-    """Fixed steps."""
+    """Motion with fixed steps."""
     times, right = _release(make)
     return judge.fixed(make(), times, right, method, float(times[-1]) / (PERIODS * STEPS_PER_PERIOD))
 
@@ -92,7 +91,7 @@ TEXT = (
 
 
 def cells(rods: Iterable[tuple[str, Make]], quick: Iterable[str] = ()) -> list[Cell]:
-    """All analyses of the rods; the short run has those of the rows named in ``quick``."""
+    """All analyses of the rods; the short run contains the rows named in ``quick``."""
     short = set(quick)
     return [
         Cell(row, column, partial(analysis, make), quick=row in short)

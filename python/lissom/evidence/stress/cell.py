@@ -1,4 +1,4 @@
-"""What a cell of the stress test is, and how it ends."""
+"""Cells of the stress test and their outcomes."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from ..._lissom import LissomError
 
 Kind = Literal["accurate", "slow", "refused", "failed", "wrong"]
 
-#: From the best to the worst: a cell that moves towards the end has regressed.
+#: Outcomes from best to worst: a cell that moves towards the end has regressed.
 KINDS: tuple[Kind, ...] = ("accurate", "slow", "refused", "failed", "wrong")
 
-#: What they mean, for people.
+#: Descriptions of the outcomes.
 MEANINGS: dict[Kind, str] = {
     "accurate": "the result is right",
     "slow": "the result is right, and took more evaluations than it should",
@@ -23,22 +23,22 @@ MEANINGS: dict[Kind, str] = {
     "wrong": "a wrong result was called success: this must never happen",
 }
 
-#: Evaluations of the equations of motion above which a right result is called slow.
+#: Number of evaluations of the equations of motion above which a correct result counts as slow.
 SLOW_EVALUATIONS = 100_000
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """How a cell ended."""
+    """Outcome of a cell."""
 
     kind: Kind
-    #: Why it did not end better; else what was compared with what.
+    #: Reason of an outcome that is not the best; otherwise what was compared.
     reason: str = ""
-    #: Error, relative to the size of what is compared; None where there is nothing to compare.
+    #: Error relative to the size of the compared quantity; None without a comparison.
     error: float | None = None
-    #: Evaluations of the equations of motion.
+    #: Number of evaluations of the equations of motion.
     evaluations: int = 0
-    #: Wall time, references included.
+    #: Wall time, including references.
     seconds: float = 0.0
 
 
@@ -49,11 +49,11 @@ class Cell:
     row: str
     column: str
     work: Callable[[], Outcome]
-    #: Whether the short run has it as well.
+    #: Whether the short run includes the cell.
     quick: bool = False
 
     def run(self) -> Outcome:
-        """Do the work. Refusals and failures that are raised are outcomes like others."""
+        """Run the cell. Exceptions for refusals and failures are outcomes too."""
         start = time.perf_counter()
         try:
             outcome = self.work()
@@ -68,17 +68,17 @@ class Cell:
 
 @dataclass(frozen=True)
 class Group:
-    """Cells of one theme: one heat map."""
+    """Cells of one theme, shown as a heat map."""
 
     name: str
     title: str
-    #: What the rows are, and what the columns are.
+    #: Meaning of the rows and of the columns.
     rows: str
     columns: str
     cells: Sequence[Cell]
-    #: What is done in them and what it is compared with.
+    #: Description of the computation and of the comparison.
     text: str
-    #: What there is to learn from it.
+    #: Conclusion from the results.
     lesson: str = ""
 
 

@@ -1,4 +1,4 @@
-"""Invalid input, and input that is physically impossible."""
+"""Invalid input, and physically impossible input."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from .cell import Cell, Group, Outcome
 
 VALUES = {"NaN": math.nan, "infinite": math.inf, "zero": 0.0, "negative": -1.0}
 
-#: What may be zero: damping and tip mass.
+#: Parameters that may be zero: damping and tip mass.
 MAY_BE_ZERO = frozenset({"retardation_time", "tip_mass"})
 
 SEGMENT_PARAMETERS = ("length", "radius", "young_modulus", "shear_modulus", "density", "retardation_time")
 
-#: Coordinates far outside of what a rod of one metre can be.
+#: Coordinates far outside the range of a rod of one metre.
 SHAPES = {
     "q0 NaN": math.nan,
     "q0 infinite": math.inf,
@@ -33,7 +33,7 @@ SHAPES = {
 }
 SPEEDS = {"v0 NaN": math.nan, "v0 1e4": 1e4, "v0 1e8": 1e8, "v0 1e100": 1e100, "v0 1e300": 1e300}
 
-#: Other arguments that make no sense.
+#: Other invalid arguments.
 ARGUMENTS: dict[str, dict[str, Any]] = {
     "duration NaN": {"t_end": math.nan},
     "duration infinite": {"t_end": math.inf},
@@ -47,15 +47,15 @@ ARGUMENTS: dict[str, dict[str, Any]] = {
 
 METHODS = ("newmark", "generalised_alpha", "radau", "rk45", "auto")
 
-#: What the short run has: with the others "auto" works until the deadline.
+#: Cases of the short run; with the others "auto" works until the deadline.
 QUICK = frozenset({*ARGUMENTS, "q0 NaN", "q0 infinite", "q0 1e300", "v0 NaN", "v0 1e300"})
 
-#: Seconds of the motions, and steps after which adaptive ones have to give up.
+#: Duration of the motions in seconds, and the limit of adaptive steps.
 DURATION, MOST_STEPS = 0.1, 2_000
 
 
 def built(parameter: str, value: float) -> Outcome:
-    """A rod of such a parameter."""
+    """Create a rod with such a parameter."""
     if parameter in SEGMENT_PARAMETERS:
         Rod([Segment(**(WIRE | {parameter: value}))])
     else:
@@ -65,7 +65,7 @@ def built(parameter: str, value: float) -> Outcome:
 
 
 def run(method: str, options: dict[str, Any]) -> Outcome:
-    """A motion of the lab's wire under such arguments. Success has to be finite and to keep its energy."""
+    """Motion of the lab's wire with such arguments. A success must be finite and conserve energy."""
     rod = rods.rod(WIRE)
     given = {"t_end": DURATION, "method": method, **options}
     if method in ("radau", "rk45"):
@@ -90,7 +90,7 @@ def at_rest(analysis: str, options: dict[str, Any]) -> Outcome:
 
 
 def models() -> Group:
-    """Rods that cannot be."""
+    """Impossible rods."""
     cells = [
         Cell(parameter, name, partial(built, parameter, value), quick=True)
         for parameter in (*SEGMENT_PARAMETERS, "tip_mass", "gravity")
@@ -111,7 +111,7 @@ def models() -> Group:
 
 
 def motions() -> Group:
-    """Initial states and arguments that make no sense."""
+    """Invalid initial states and arguments."""
     states: dict[str, dict[str, Any]] = {
         **{name: {"q0": [value, 0.0, 0.0]} for name, value in SHAPES.items()},
         **{name: {"v0": [value, 0.0, 0.0]} for name, value in SPEEDS.items()},

@@ -1,4 +1,4 @@
-"""Whether a result is right: compared with tight runs, with exact solutions, with invariants."""
+"""Correctness of results: comparison with tight runs, exact solutions and invariants."""
 
 from __future__ import annotations
 
@@ -26,20 +26,19 @@ from .cell import SLOW_EVALUATIONS, Outcome, one_line
 #: Largest error of a motion: of the tip, relative to the rod's length.
 MOTION_TOLERANCE = 1e-2
 
-#: The accuracy that ``method="auto"`` is asked for, and the factor within which it has to be met.
+#: Accuracy requested of ``method="auto"``, and the factor within which it must be met.
 REQUEST, REQUEST_MARGIN = 1e-4, 3.0
 
 #: Relative tolerance of adaptive methods in the matrix, and that of their references.
 ADAPTIVE_TOLERANCE, REFERENCE_TOLERANCE = 1e-5, 1e-7
 
-#: Step times rate up to which DOP853 is stable, roughly (Hairer, Norsett and Wanner 1993, section II.5).
+#: Approximate stability limit of DOP853, as step times rate (Hairer, Norsett and Wanner 1993, section II.5).
 DOP853_LIMIT = 6.0
 
-#: Absolute tolerance beside them, relative to curvatures of one radian over the rod's length.
+#: Absolute tolerance relative to these, for curvatures of one radian over the rod's length.
 ABSOLUTE = 1e-2
 
-#: Largest defect of the energy balance of a run whose steps are chosen by the error, relative to the energy
-#: moved.
+#: Largest defect of the energy balance of a run with adaptive steps, relative to the moved energy.
 BALANCE_TOLERANCE = 1e-2
 
 #: Largest unbalanced force of an equilibrium, relative to the forces that balance each other.
@@ -48,10 +47,10 @@ FORCE_TOLERANCE = 1e-7
 #: Largest error of natural frequencies, relative to the largest.
 FREQUENCY_TOLERANCE = 1e-7
 
-#: Below this, relative to the largest one, the sign of an eigenvalue is rounding.
+#: Eigenvalues below this fraction of the largest one have no reliable sign.
 NEUTRAL = 1e-9
 
-#: Steps after which adaptive methods have to give up, and their references.
+#: Maximum number of steps of adaptive methods, and of their references.
 MOST_STEPS, MOST_REFERENCE_STEPS = 20_000, 40_000
 
 #: Processor time, in seconds, after which a run is stopped, and a reference: nothing in the matrix may
@@ -61,7 +60,7 @@ DEADLINE, REFERENCE_DEADLINE = 10.0, 60.0
 #: Factor by which the error of a fixed step may exceed its linear estimate.
 THEORY_MARGIN = 10.0
 
-#: What tolerances and fixed steps are multiplied with where a motion turns out to multiply errors.
+#: Factors of tolerances and of fixed steps if a motion turns out to multiply errors.
 TIGHTER, SHORTER = 1e-3, 0.1
 
 
@@ -69,18 +68,18 @@ def run(model: Model, t_end: float, deadline: float = DEADLINE, **options: Any) 
     """Simulate, but do not compute for longer than the deadline."""
     end = time.thread_time() + deadline
     with warnings.catch_warnings():
-        # What fixed steps do not see is judged here.
+        # Errors of unresolved vibrations are judged here.
         warnings.simplefilter("ignore", AccuracyWarning)
         return simulate(model, t_end, progress=lambda t: time.thread_time() > end, **options)
 
 
 def tolerances(rod: Rod, tolerance: float = ADAPTIVE_TOLERANCE) -> dict[str, Any]:
-    """Options of a run whose steps are chosen by the error."""
+    """Options of a run with adaptive steps."""
     return {"rtol": tolerance, "atol": ABSOLUTE * tolerance / rod.length, "max_steps": MOST_STEPS}
 
 
 def reference(rod: Rod, times: Array, **state: Any) -> MotionResult | None:
-    """A run of high order with tight tolerances; None where no method gets to the end."""
+    """A run of high order with tight tolerances; None if no method reaches the end."""
     tight = tolerances(rod, REFERENCE_TOLERANCE) | {"max_steps": MOST_REFERENCE_STEPS}
     start = np.asarray(state.get("q0", np.zeros(rod.n)))
     rate = float(np.abs(modes(rod, start).eigenvalues).max())
@@ -103,7 +102,7 @@ def tip_error(rod: Rod, motion: MotionResult, right: MotionResult) -> float:
 
 
 def failure(found: MotionResult | StaticsResult) -> Outcome:
-    """The outcome of a run that says itself that it failed."""
+    """Outcome of a run that reports its own failure."""
     evaluations = found.stats.nfev if isinstance(found, MotionResult) else found.nfev
     if not np.isfinite(found.q).all():
         return Outcome("wrong", f"{found.status}, and the states kept are not finite", None, evaluations)
@@ -113,17 +112,17 @@ def failure(found: MotionResult | StaticsResult) -> Outcome:
 
 
 def right_motion(error: float, evaluations: int, what: str) -> Outcome:
-    """The outcome of a run that is right."""
+    """Outcome of a correct run."""
     if evaluations > SLOW_EVALUATIONS:
         return Outcome("slow", f"{evaluations:,} evaluations", error, evaluations)
     return Outcome("accurate", what, error, evaluations)
 
 
 def requested(rod: Rod, times: Array, right: MotionResult | None, **state: Any) -> Outcome:
-    """``method="auto"``: success claims that the tip is right."""
+    """``method="auto"``: success claims that the tip is accurate."""
     motion = run(rod, float(times[-1]), method="auto", rtol=REQUEST, t_eval=times, **state)
     if isinstance(motion.model, Rod) and motion.model.nodes != rod.nodes:
-        # More nodes were chosen: another discretisation, with a reference of its own.
+        # More nodes were chosen: another discretisation, which needs its own reference.
         rod = motion.model
         right = reference(rod, times, **state)
     outcome = _compared(rod, motion, right)
@@ -140,9 +139,9 @@ def requested(rod: Rod, times: Array, right: MotionResult | None, **state: Any) 
 
 
 def adaptive(rod: Rod, times: Array, right: MotionResult | None, method: str, **options: Any) -> Outcome:
-    """Steps chosen by the error: success claims that the local errors are small.
+    """Adaptive steps: success claims that the local errors are small.
 
-    Where a motion multiplies them a run may be off; then tighter tolerances have to bring it back.
+    A run may be inaccurate if the motion multiplies errors; then tighter tolerances must restore accuracy.
     """
     t_end = float(times[-1])
     motion = run(rod, t_end, method=method, t_eval=times, **(tolerances(rod) | options))
@@ -175,12 +174,12 @@ def _compared(rod: Rod, motion: MotionResult, right: MotionResult | None) -> Out
 
 
 def defect(motion: MotionResult) -> float:
-    """The defect of the energy balance; zero where nothing moves."""
+    """Defect of the energy balance; zero if nothing moves."""
     return motion.balance.drift if motion.balance is not None and motion.balance.moves else 0.0
 
 
 def too_coarse(right: MotionResult, evaluations: int) -> Outcome | None:
-    """Steps as tight as the reference's leave a balance open only by the sums that stand for integrals."""
+    """With steps as tight as the reference's, only the quadrature of flows leaves a defect of the balance."""
     drift = defect(right)
     if drift <= BALANCE_TOLERANCE:
         return None
@@ -191,10 +190,10 @@ def too_coarse(right: MotionResult, evaluations: int) -> Outcome | None:
 def fixed(
     rod: Rod, times: Array, right: MotionResult | None, method: str, dt: float, **state: Any
 ) -> Outcome:
-    """Fixed steps: success claims that every step is solved, no more.
+    """Fixed steps: success claims only that every step is solved.
 
-    A run that is off is wrong only where the linear theory of the method calls its step short enough, and
-    shorter steps do not bring it nearer.
+    An inaccurate run is wrong only if its step is short enough by the linear theory of the method and shorter
+    steps do not improve it.
     """
     t_end = float(times[-1])
     motion = run(rod, t_end, method=method, dt=dt, t_eval=times, **state)
@@ -214,10 +213,10 @@ def fixed(
 
 
 def expected_error(rod: Rod, t_end: float, dt: float, q0: Array) -> float:
-    """Error of the tip under average acceleration, relative to the length, by linear theory.
+    """Tip error of average acceleration, relative to the length, by linear theory.
 
-    The periods of all modes about the equilibrium come out too long by the part (omega dt)²/12 (Hughes 1987,
-    section 9.3), so that a mode of amplitude a is off by a omega t (omega dt)²/12, at most by 2 a.
+    The periods of all modes about the equilibrium increase by the fraction (omega dt)²/12 (Hughes 1987,
+    section 9.3), so that a mode of amplitude a has the error a omega t (omega dt)²/12, at most 2 a.
     """
     rest = statics(rod)
     if not rest.success:
@@ -232,14 +231,14 @@ def expected_error(rod: Rod, t_end: float, dt: float, q0: Array) -> float:
 
 
 def equilibrium(rod: Rod, found: StaticsResult) -> Outcome:
-    """Judge an equilibrium by its forces and its stability by the eigenvalues of its stiffness."""
+    """Judge an equilibrium by its forces, and its stability by the eigenvalues of its stiffness."""
     if not found.success:
         return failure(found)
     if not np.isfinite(found.q).all():
         return Outcome("wrong", "the shape is not finite", None, found.nfev)
     rest = np.zeros(rod.n)
     stiffness = rod.tangent(found.q, rest, rest, t=0.0)[0]
-    # The work of the unbalanced forces along the way to where they balance, beside the elastic energy scale.
+    # Work of the unbalanced forces on the way to equilibrium, relative to the elastic energy scale.
     size = scales(rod)
     unbalanced = np.abs(rod.inverse_dynamics(found.q, rest, rest, t=0.0) * size)
     balanced = np.abs(stiffness * np.outer(size, size)) @ (1.0 + np.abs(found.q / size))
@@ -255,13 +254,13 @@ def equilibrium(rod: Rod, found: StaticsResult) -> Outcome:
 
 
 def lowest_eigenvalue(matrix: Array) -> float:
-    """The smallest eigenvalue of a matrix scaled to a diagonal of ones in size."""
+    """Smallest eigenvalue of a matrix scaled to a diagonal of magnitude one."""
     root = np.sqrt(np.abs(np.diag(matrix)))
     return float(np.linalg.eigvalsh(0.5 * (matrix + matrix.T) / np.outer(root, root)).min())
 
 
 def vibrations(rod: Rod, q: Array, found: ModesResult) -> Outcome:
-    """Judge undamped natural frequencies by eigenvalues that NumPy computes from the same matrices."""
+    """Judge undamped natural frequencies by eigenvalues computed with NumPy from the same matrices."""
     rest = np.zeros(rod.n)
     stiffness, _, mass = rod.tangent(q, rest, rest, t=0.0)
     root = np.sqrt(np.diag(mass))
@@ -279,7 +278,7 @@ def vibrations(rod: Rod, q: Array, found: ModesResult) -> Outcome:
 
 
 def scales(rod: Rod) -> Array:
-    """Sizes of the coordinates: a radian over the rod for curvatures, one for stretch and shear."""
+    """Sizes of the coordinates: one radian over the rod for curvatures, one for stretch and shear."""
     curvature = {"torsion", "bend_y", "bend_z"}
     return np.array(
         [

@@ -1,4 +1,4 @@
-"""The lab's wire on both of its bases, by the lab's kinds of methods."""
+"""The lab's wire with both of its bases, by the lab's kinds of methods."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from .cell import Cell, Group, Outcome
 #: Steps of the implicit methods, seconds.
 STEPS = (1.0, 1e-1, 1e-2, 1e-3)
 
-#: How far the tip of the hanging wire may move, in metres: the base's quaternion has seven digits.
+#: Tolerated motion of the hanging wire's tip, in metres: the base's quaternion has seven digits.
 STILL = 1e-5
 
-#: Instants at which motions are compared.
+#: Number of instants at which motions are compared.
 INSTANTS = 301
 
 
@@ -40,7 +40,7 @@ def implicit(base: str, dt: float) -> Outcome:
 
 
 def explicit(base: str, method: str) -> Outcome:
-    """A method through the forward dynamics."""
+    """An explicit method with the forward dynamics."""
     rod = lab_rod(base)
     times, right = _right(base)
     outcome = judge.adaptive(rod, times, right, method)
@@ -56,7 +56,7 @@ def _still(base: str, motion: MotionResult, outcome: Outcome) -> Outcome:
 
 
 def explanation() -> str:
-    """Why the report's explicit run never ended, corrected."""
+    """Why the report's explicit run never ended, with the correction."""
     rod = lab_rod("horizontal")
     _, right = _right("horizontal")
     if right is None:

@@ -1,4 +1,4 @@
-"""Columns that buckle, loads that follow, arcs that snap through."""
+"""Buckling columns, follower loads, and arcs that snap through."""
 
 from __future__ import annotations
 
@@ -12,24 +12,24 @@ from ..._lissom import Load, Rod, StaticsResult, continuation, statics
 from . import judge, rods
 from .cell import Cell, Group, Outcome
 
-#: Loads by Euler's load of a clamped column, pi² E I / (4 L²).
+#: Loads relative to Euler's load of a clamped column, pi² E I / (4 L²).
 EULER_LOADS = (0.5, 0.9, 0.99, 1.01, 1.1, 1.5, 2.0, 3.0, 5.0)
 
-#: Follower loads by E I / L². Beck's column flutters above 20.05 (Beck 1952).
+#: Follower loads in units of E I / L². Beck's column flutters above 20.05 (Beck 1952).
 BECK_LOADS = (5.0, 15.0, 19.0, 19.9, 20.2, 21.0, 30.0, 50.0)
 BECK = 20.05
 
-#: Natural curvatures, in radians over the length, of rods that are held bent the other way by twice Euler's
+#: Natural curvatures, in radians over the length, of rods bent in the opposite direction by twice Euler's
 #: load.
 ARCS = (0.01, 0.03, 0.1, 0.3)
 
-#: Seed of a buckled shape, as curvature, and the moment of an imperfection beside E I / L.
+#: Initial curvature for a buckled shape, and moment of an imperfection relative to E I / L.
 SEED, IMPERFECTION = 1e-2, 1e-4
 
 #: Largest error of the tip of buckled columns, relative to the length.
 ELASTICA_TOLERANCE = 1e-5
 
-#: The column: as slender as makes it inextensible, and straight but for its load.
+#: The column: slender enough to be inextensible, and straight without load.
 COLUMN: dict[str, Any] = {
     **rods.BENDING,
     "radius": 0.01,
@@ -40,7 +40,7 @@ COLUMN: dict[str, Any] = {
 STIFFNESS = 1e9 * np.pi / 4.0 * 0.01**4
 EULER = np.pi**2 / 4.0 * STIFFNESS
 
-#: How near to the limit point an arc has to stay bent and has to snap, as parts of its load.
+#: Load factors, relative to the limit point, at which an arc must remain bent and must snap through.
 BEFORE, AFTER = 1.05, 0.95
 
 
@@ -62,7 +62,8 @@ def integrals(modulus: float) -> tuple[float, float]:
 
 
 def elastica(ratio: float) -> tuple[float, float]:
-    """Where the tip of a buckled column is, along and across it (Timoshenko and Gere 1961, section 2.7)."""
+    """Tip position of a buckled column, along and perpendicular to it (Timoshenko and Gere 1961, section
+    2.7)."""
     if ratio <= 1.0:
         return 1.0, 0.0
     low, high = 0.0, 1.0
@@ -77,7 +78,8 @@ def elastica(ratio: float) -> tuple[float, float]:
 
 
 def straight(ratio: float) -> Outcome:
-    """A perfect column stays straight from the unloaded state on; the question is whether that is stable."""
+    """From the unloaded state a perfect column remains straight; the test is whether it is reported as
+    stable."""
     rod = column(ratio)
     found = statics(rod)
     outcome = judge.equilibrium(rod, found)
@@ -87,7 +89,7 @@ def straight(ratio: float) -> Outcome:
 
 
 def seeded(ratio: float, side: float) -> Outcome:
-    """Let go from a slight bend to one side."""
+    """Release from a slight bend to one side."""
     rod = column(ratio)
     seed = np.zeros(rod.n)
     seed[0] = side * SEED
@@ -95,11 +97,11 @@ def seeded(ratio: float, side: float) -> Outcome:
 
 
 def imperfect(ratio: float) -> Outcome:
-    """From the unloaded state with a slight natural curvature: bends to its own side, a little more than the
-    elastica."""
+    """From the unloaded state with a slight natural curvature: bends to the side of the curvature, slightly
+    more than the elastica."""
     rod = column(ratio, reference_strain=(0, IMPERFECTION, 0, 1, 0, 0))
-    # The imperfection moves the tip by itself over the distance to the critical load, or by its cube root
-    # there.
+    # The tip displacement due to the imperfection is amplified by the inverse distance to the critical load,
+    # or is proportional to the cube root of the imperfection at the critical load.
     return _beside_elastica(
         rod, statics(rod), ratio, min(IMPERFECTION / abs(ratio - 1.0), 2 * IMPERFECTION ** (1 / 3))
     )
@@ -122,7 +124,7 @@ def _beside_elastica(rod: Rod, found: StaticsResult, ratio: float, allowed: floa
 
 
 def buckling() -> Group:
-    """Dead loads around Euler's."""
+    """Dead loads around Euler's load."""
     ways: dict[str, Callable[[float], Outcome]] = {
         "straight": straight,
         "seed, one side": partial(seeded, side=1.0),
@@ -155,7 +157,7 @@ def beck(load: float, modes: int) -> Outcome:
     found = statics(rod)
     outcome = judge.equilibrium(rod, found)
     right = "stable" if load < BECK else "flutter"
-    # Beck's load is that of the column without damping, of which a little lowers it (Ziegler 1952).
+    # Beck's load is that of the undamped column; a little damping lowers it (Ziegler 1952).
     if outcome.kind == "accurate" and found.undamped_stability != right:
         return Outcome("wrong", f"called {found.undamped_stability}, is {right}")
     return outcome
@@ -181,12 +183,12 @@ def follower() -> Group:
 
 
 def snap(curvature: float, after: bool) -> Outcome:
-    """A bent rod held the other way by its load: it stays so above the limit point and snaps through below "
-    "it."""
+    """A bent rod held in the opposite direction by its load: it remains so above the limit point and snaps
+    through below it."""
     ratio = 2.0
     rod = column(ratio, reference_strain=(0, curvature, 0, 1, 0, 0))
     bent = np.zeros(rod.n)
-    # Coordinates are what is bent beyond the natural curvature, as far as the elastica of this load.
+    # Coordinates are curvatures beyond the natural one; start near the elastica of this load.
     bent[0] = -2.0
     start = statics(rod, bent)
     if not start.success or np.sign(start.q[0] + curvature) != -1.0:
@@ -200,7 +202,7 @@ def snap(curvature: float, after: bool) -> Outcome:
     limit = limits[0]
     load = ratio * limit.load_factor * (AFTER if after else BEFORE)
     rod = column(load, reference_strain=(0, curvature, 0, 1, 0, 0))
-    # From the held shape next to the limit point, on the side of the larger load.
+    # From the bent shape next to the limit point, on the side of the larger load.
     nearest = path.q[np.flatnonzero(path.load_factor >= BEFORE * limit.load_factor)]
     held = [q for q in nearest if q[0] + curvature < limit.q[0] + curvature][-1:]
     found = statics(rod, held[0] if held else limit.q)
@@ -216,7 +218,7 @@ def snap(curvature: float, after: bool) -> Outcome:
 
 
 def snap_through() -> Group:
-    """Arcs held bent the other way."""
+    """Arcs bent in the opposite direction."""
     sides = {"above the limit point": False, "below it": True}
     return Group(
         "snap_through",

@@ -1,4 +1,4 @@
-"""Runs of up to a million steps: what becomes of the energy."""
+"""Energy drift in runs of up to a million steps."""
 
 from __future__ import annotations
 
@@ -15,10 +15,11 @@ from .cell import Cell, Group, Outcome
 #: Largest change of the energy over a run, relative to the energy that moves.
 DRIFT_TOLERANCE = 1e-2
 
-#: Seconds after which the motion of the chaotic pendulum is compared, and the largest error then.
+#: Time in seconds at which the motion of the chaotic pendulum is compared, and the largest error at this
+#: time.
 SHORT, SHORT_TOLERANCE = 3.0, 1e-2
 
-#: Instants at which energies are taken.
+#: Number of instants at which energies are evaluated.
 INSTANTS = 1001
 
 Start = dict[str, Any]
@@ -36,7 +37,7 @@ METHODS = ("newmark", "generalised_alpha")
 
 
 def energy(case: str, method: str, steps: int) -> Outcome:
-    """The energy of an undamped run; it starts with what is right for a short time."""
+    """Energy of an undamped run, after a check of its first seconds."""
     model, state, dt = CASES[case]
     times = np.linspace(0.0, steps * dt, INSTANTS)
     motion = judge.run(model, times[-1], method=method, dt=dt, t_eval=times, **state)
@@ -59,7 +60,7 @@ def energy(case: str, method: str, steps: int) -> Outcome:
 
 
 def short_error(model: Model, method: str, dt: float, state: Start) -> float | None:
-    """Largest error in the first seconds, by the largest coordinate; None where a run does not end."""
+    """Largest error in the first seconds, relative to the largest coordinate; None if a run fails."""
     times = np.linspace(0.0, SHORT, INSTANTS)
     found = judge.run(model, SHORT, method=method, dt=dt, t_eval=times, **state)
     right = judge.run(model, SHORT, method="radau", rtol=1e-9, atol=1e-11, t_eval=times, **state)

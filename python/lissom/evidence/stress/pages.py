@@ -9,7 +9,7 @@ from ...report import page, theme
 from . import Done, total
 from .cell import KINDS, MEANINGS, Kind, Outcome
 
-#: From good to bad, and apart for eyes that do not tell red from green.
+#: From good to bad; distinguishable without red-green vision.
 COLOURS: dict[Kind, str] = {
     "accurate": theme.GREEN,
     "slow": "#e3c34a",
@@ -25,7 +25,7 @@ def write(done: list[Done], regressions: list[str], path: Path) -> None:
 
 
 def build(done: list[Done], regressions: Sequence[str]) -> page.Page:
-    """What the report says."""
+    """Content of the report."""
     counts = total(done)
     good = not regressions
     return page.Page(
@@ -90,7 +90,7 @@ def _map(done: Done) -> page.Cells:
 
 
 def _label(outcome: Outcome) -> str:
-    """What stands in a cell: the error where there is one."""
+    """Text of a cell: the error if there is one."""
     if outcome.error is None or outcome.kind in ("refused", "failed"):
         return outcome.kind
     return f"{outcome.error:.0e}"

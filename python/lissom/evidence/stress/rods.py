@@ -1,4 +1,4 @@
-"""The rods of the matrix, as changes of one."""
+"""The rods of the matrix, as variations of one rod."""
 
 from __future__ import annotations
 
@@ -17,26 +17,26 @@ SOFT: Mapping[str, Any] = {
     "retardation_time": 1e-3,
 }
 
-#: The same that only bends.
+#: The same rod with bending only.
 BENDING: Mapping[str, Any] = {**SOFT, "modes": {"bend_y": 3}}
 
-#: Shear modulus of a material of Poisson's ratio 1/4, by Young's modulus.
+#: Shear modulus relative to Young's modulus for Poisson's ratio 1/4.
 SHEAR = 0.4
 
 
 def segment(base: Mapping[str, Any] = SOFT, **changes: Any) -> Segment:
-    """A segment; its shear modulus follows Young's modulus unless it is given."""
+    """A segment; its shear modulus follows from Young's modulus unless it is given."""
     values = {**base, **changes}
     return Segment(**({"shear_modulus": SHEAR * values["young_modulus"]} | values))
 
 
 def rod(base: Mapping[str, Any] = SOFT, *, of_rod: Mapping[str, Any] | None = None, **changes: Any) -> Rod:
-    """A rod of one segment with something about it changed; ``of_rod`` has arguments of Rod."""
+    """A variation of the rod with one segment; ``of_rod`` contains arguments of Rod."""
     return Rod([segment(base, **changes)], **(of_rod or {}))
 
 
 def chain(count: int, modes: dict[str, int]) -> Rod:
-    """The soft rod cut into so many segments."""
+    """The soft rod divided into this number of segments."""
     return Rod([segment(length=1.0 / count, modes=modes)] * count)
 
 
@@ -46,7 +46,7 @@ def undamped(damped: Rod) -> Rod:
 
 
 def changed(like: Rod, segments: Iterable[Segment]) -> Rod:
-    """The same rod of other segments."""
+    """The same rod with other segments."""
     return Rod(
         segments,
         base_orientation=like.base_orientation,

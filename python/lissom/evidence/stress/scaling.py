@@ -1,4 +1,4 @@
-"""The same rod at other sizes: what dimensional analysis says must come out."""
+"""The same rod at other sizes, compared by dimensional analysis."""
 
 from __future__ import annotations
 
@@ -12,20 +12,20 @@ from ...results import Array
 from . import judge, rods
 from .cell import Cell, Group, Outcome
 
-#: Lengths in metres; the rod of one metre is what they are compared with.
+#: Lengths in metres; the reference has one metre.
 LENGTHS = (1e-4, 1e-3, 1e-2, 1e-1, 1e1, 1e2, 1e3)
 
-#: Largest difference of results without dimension: of direct computations and fixed steps, which should
-#: differ
-#: by rounding only, and of adaptive steps, whose tolerances see the numbers and not their units.
+#: Tolerances of dimensionless results: for direct computations and fixed steps, which should differ only by
+#: rounding, and for adaptive steps, whose tolerances depend on numbers rather than units.
 EXACT, ADAPTIVE = 1e-7, 1e-4
 
-#: Seconds of the motion of the rod of one metre, and fixed steps in it.
+#: Duration in seconds of the motion of the reference rod, and number of fixed steps.
 DURATION, STEPS = 1.0, 500
 
 
 def similar(length: float) -> Rod:
-    """A similar rod: gravity and density are the same, so E goes with the length and times with its root."""
+    """A similar rod: with equal gravity and density, E is proportional to the length, and times to its square
+    root."""
     return rods.rod(
         length=length,
         radius=0.02 * length,
@@ -35,7 +35,7 @@ def similar(length: float) -> Rod:
 
 
 def at_rest(length: float) -> Array:
-    """The tip in equilibrium, in lengths."""
+    """Tip position at equilibrium in units of the length."""
     rod = similar(length)
     found = statics(rod)
     return np.asarray(rod.pose(found.q, length)[:3, 3] / length) if found.success else np.full(3, np.nan)
@@ -48,11 +48,11 @@ def frequencies(length: float) -> Array:
 
 
 def path(length: float, method: str) -> Array:
-    """The tip on its way, in lengths."""
+    """Path of the tip in units of the length."""
     rod = similar(length)
     duration = DURATION * float(np.sqrt(length))
     times = np.linspace(0.0, duration, STEPS + 1)
-    # Absolute tolerances are in units of strain, of velocity and of acceleration: too small to count.
+    # Absolute tolerances have units of strain, velocity and acceleration: make them negligible.
     options = {"rtol": 1e-9, "atol": 1e-30} if method in FIXED else judge.tolerances(rod, 1e-7)
     if method in FIXED:
         options["dt"] = duration / STEPS
@@ -74,12 +74,12 @@ RESULTS: dict[str, tuple[Callable[[float], Array], float]] = {
 
 @cache
 def of_one_metre(column: str) -> Array:
-    """What the others are compared with."""
+    """Result of the reference rod."""
     return RESULTS[column][0](1.0)
 
 
 def compared(length: float, column: str) -> Outcome:
-    """A result beside that of the rod of one metre."""
+    """Comparison with the reference rod."""
     compute, tolerance = RESULTS[column]
     found, right = compute(length), of_one_metre(column)
     if not np.isfinite(right).all():

@@ -1,4 +1,4 @@
-"""Bends of many turns, and motions that begin far from rest."""
+"""Bends of many turns, and motions that start far from rest."""
 
 from __future__ import annotations
 
@@ -14,20 +14,20 @@ from .cell import Cell, Group, Outcome
 
 TURNS = (0.25, 0.5, 1.0, 2.0, 5.0, 10.0, 50.0)
 
-#: Quadrature nodes of rods that are wound up: enough for the largest of the motions' turns; and those that
-#: the circles get for every turn (resolving a turn takes more than pi), where that is more.
+#: Quadrature nodes of wound-up rods: enough for the largest number of turns in the motions; and nodes per
+#: turn for the circles (resolving a turn needs more than pi), if that is more.
 NODES = 128
 NODES_OF_TURN = 5
 
 #: Largest error of a circle's curvature, relative.
 CIRCLE_TOLERANCE = 1e-9
 
-#: Curls that are let go, in turns, and angular velocities at the start, in turns of the tip's section a
+#: Curls that are released, in turns, and initial angular velocities, in turns of the tip's section per
 #: second.
 CURLS = (0.25, 0.5, 1.0, 2.0, 5.0)
 SPINS = (1.0, 10.0, 100.0)
 
-#: Seconds of the motion, instants at which it is compared, fixed steps.
+#: Duration of the motion in seconds, number of instants of the comparison, number of fixed steps.
 DURATION, INSTANTS, STEPS = 0.5, 51, 5000
 
 
@@ -36,7 +36,7 @@ def _curvature(turns: float) -> float:
 
 
 def circle(turns: float, modes: dict[str, int]) -> Outcome:
-    """A moment at the tip bends a rod into a circle: the curvature is moment / (E I), exactly."""
+    """A tip moment bends a rod to a circle with the exact curvature moment / (E I)."""
     right = _curvature(turns)
     radius = float(rods.SOFT["radius"])
     stiffness = float(rods.SOFT["young_modulus"]) * np.pi / 4.0 * radius**4
@@ -103,7 +103,7 @@ def _right(row: str) -> tuple[Array, MotionResult | None]:
 
 
 def released(row: str, method: str) -> Outcome:
-    """Let go without gravity, far from rest."""
+    """Release without gravity, far from rest."""
     rod, state = _wound(), STATES[row]()
     times, right = _right(row)
     options: dict[str, Any] = {**state}
@@ -115,7 +115,7 @@ def released(row: str, method: str) -> Outcome:
 
 
 def far_from_rest() -> Group:
-    """Curls let go and rods that spin."""
+    """Released curls and spinning rods."""
     return Group(
         "far_from_rest",
         "Initial states far from rest",

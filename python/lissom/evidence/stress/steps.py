@@ -1,4 +1,4 @@
-"""Time steps from a microsecond to a second, on the lab's wire and on a soft arm in space."""
+"""Time steps from a microsecond to a second, for the lab's wire and for a soft spatial arm."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from .cell import Cell, Group, Outcome
 
 STEPS = (1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1, 1.0)
 
-#: Motions last so many seconds, and so many steps at most.
+#: Maximum duration in seconds, and maximum number of steps.
 DURATION, MOST = 3.0, 20_000
 
-#: Instants at which motions are compared.
+#: Number of instants at which motions are compared.
 INSTANTS = 51
 
 FIXED = ("newmark", "generalised_alpha")
@@ -26,7 +26,7 @@ ADAPTIVE = ("radau", "rk45")
 
 
 def wire() -> Rod:
-    """The lab's scene: a steel wire let go from horizontal."""
+    """The lab's scene: a steel wire released from horizontal."""
     return rods.rod(WIRE)
 
 
@@ -48,7 +48,7 @@ def _cell(make: Callable[[], Rod], method: str, dt: float) -> Outcome:
     if method in ADAPTIVE:
         return judge.adaptive(rod, times, right, method, max_step=dt, max_steps=2 * MOST)
     if dt >= times[1]:
-        # Between steps the motion is interpolated, which says nothing about the steps.
+        # Compare only at ends of steps, because interpolation has its own error.
         times = np.append(np.arange(0.0, times[-1], dt), times[-1])
         right = judge.reference(rod, times)
     return judge.fixed(rod, times, right, method, dt)

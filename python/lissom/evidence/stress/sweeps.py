@@ -1,5 +1,4 @@
-"""Rods from very thin to very thick, soft to stiff, light to heavy, few modes to many, one segment to "
-"many."""
+"""Rods from very thin to very thick, soft to stiff, light to heavy, with few or many modes and segments."""
 
 from __future__ import annotations
 
@@ -21,7 +20,7 @@ COLUMNS = "analysis"
 
 
 def slenderness() -> Group:
-    """Length by radius; all strains of the plane."""
+    """Ratio of length to radius; all planar strains."""
     made = [(f"{ratio:g}", partial(rods.rod, radius=1.0 / ratio)) for ratio in SLENDERNESS]
     return Group(
         "slenderness",
@@ -34,7 +33,7 @@ def slenderness() -> Group:
 
 
 def modulus() -> Group:
-    """Young's modulus; all strains of the plane."""
+    """Young's modulus; all planar strains."""
     made = [(f"{E:.0e}", partial(rods.rod, young_modulus=E)) for E in MODULI]
     return Group(
         "modulus",
@@ -47,7 +46,7 @@ def modulus() -> Group:
 
 
 def density() -> Group:
-    """Density; all strains of the plane."""
+    """Density; all planar strains."""
     made = [(f"{rho:g}", partial(rods.rod, density=rho)) for rho in DENSITIES]
     return Group(
         "density", "Density", "density (kg/m³)", COLUMNS, analyses.cells(made, quick=["1"]), analyses.TEXT
@@ -55,7 +54,7 @@ def density() -> Group:
 
 
 def taper() -> Group:
-    """Radius at the base by radius at the tip."""
+    """Ratio of the radii at base and tip."""
     made = [(f"1:{ratio}", partial(rods.rod, radius=(0.02, 0.02 / ratio))) for ratio in TAPERS]
     return Group(
         "taper", "Taper", "radius of tip : base", COLUMNS, analyses.cells(made, quick=["1:10"]), analyses.TEXT

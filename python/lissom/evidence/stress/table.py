@@ -1,4 +1,4 @@
-"""The committed outcomes, and what became worse since."""
+"""The committed outcomes, and regressions."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Table = dict[str, dict[str, Kind]]
 
 
 def committed() -> Table:
-    """The table that comes with this version."""
+    """The table of this version."""
     table: Table = json.loads(files(__package__).joinpath(NAME).read_text(encoding="utf-8"))
     return table
 
@@ -36,7 +36,7 @@ def of(done: list[Done]) -> Table:
 
 
 def regressions(found: Table, expected: Table) -> list[str]:
-    """Cells that are wrong, and those that ended better in the table. New cells are held against nothing."""
+    """Cells with wrong outcomes, and cells with better outcomes in the table. New cells are not compared."""
     worse = []
     for group, cells in found.items():
         for name, kind in cells.items():
@@ -49,7 +49,7 @@ def regressions(found: Table, expected: Table) -> list[str]:
 
 
 def improvements(found: Table, expected: Table) -> int:
-    """How many cells are new or end better than in the table."""
+    """Number of cells that are new or better than in the table."""
     return sum(
         group not in expected
         or name not in expected[group]
@@ -60,7 +60,7 @@ def improvements(found: Table, expected: Table) -> int:
 
 
 def update(found: Table) -> Path:
-    """Rewrite the committed table, in the sources that this package runs from."""
+    """Rewrite the committed table in the sources of this package."""
     path = Path(__file__).parent / NAME
     path.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
     return path

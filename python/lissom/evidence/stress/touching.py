@@ -1,4 +1,4 @@
-"""What falls, slides, is wedged or piled up: contact that is fast, stiff, sticky, or at an end."""
+"""Objects that fall, slide, are wedged or piled up: fast, stiff and sticky contacts, and contacts at ends."""
 
 from __future__ import annotations
 
@@ -18,17 +18,18 @@ from .cell import Cell, Group, Outcome
 
 GRAVITY = 9.81
 
-#: Largest energy above that of the start, relative to the largest kinetic one: nothing does work.
+#: Largest excess of the energy over its initial value, relative to the largest kinetic energy: no force does
+#: positive work.
 ENERGY_TOLERANCE = 1e-2
 
-#: Largest rise of the energy after a fall, which tells of steps that are too long.
+#: Largest increase of the energy after a decrease, which indicates steps that are too long.
 RISE_TOLERANCE = 1e-2
 
-#: Largest error of the force that carries what has come to rest, relative to its weight, and the largest
-#: speed and acceleration of what rests, in coordinates of metres and radians (curvatures by the length).
+#: Largest error of the contact force on bodies at rest, relative to their weight, and largest speed and
+#: acceleration of bodies at rest, in coordinates of metres and radians (curvatures times the length).
 WEIGHT_TOLERANCE, REST, STILL = 2e-2, 5e-3, 0.05
 
-#: Fixed steps, in seconds; the first one is the default.
+#: Fixed steps in seconds; the first one is the default.
 STEPS = {"10 ms": 1e-2, "1 ms": 1e-3, "0.1 ms": 1e-4}
 
 LENGTH = 0.3
@@ -40,24 +41,24 @@ RUBBER: dict[str, Any] = {
     "modes": {"torsion": 1, "bend_y": 3, "bend_z": 3},
     "retardation_time": 0.01,
 }
-#: Newtons.
+#: Weight of the rod, newtons.
 WEIGHT = GRAVITY * 1000.0 * np.pi * 0.01**2 * LENGTH
 FLOOR = HalfSpace()
 
 
 @dataclass(frozen=True)
 class Scene:
-    """What is let go, and for how long it is watched."""
+    """Objects that are released, and the duration of the motion."""
 
     robot: Robot
     time: float = 0.4
     start: dict[str, Any] = field(default_factory=dict)
-    #: What floors and walls carry in the end, newtons; None where that is not known.
+    #: Force on floors and walls in the end, newtons; None if unknown.
     weight: float | None = WEIGHT
 
 
 def free_rod(name: str, height: float, *, tilt: float = 0.0, y: float = 0.0, **changes: Any) -> Link:
-    """A rod whose middle is over the origin; tilted, its tip is lower than its base."""
+    """A rod centred above the origin; if tilted, its tip is lower than its base."""
     segment = Segment(LENGTH, **(RUBBER | changes))
     place = (-0.5 * LENGTH * np.cos(tilt), y, height + 0.5 * LENGTH * np.sin(tilt))
     turn = (np.cos(0.5 * tilt), 0, np.sin(0.5 * tilt), 0)
@@ -79,18 +80,18 @@ def impact(speed: float, tilt: float) -> Scene:
 
 
 def sliding(friction: float) -> Scene:
-    """A rod that lands and slides askew."""
+    """A rod that lands obliquely and slides."""
     return thrown(free_rod("rod", 0.011), (0.7, 0.7, 0.0), Contact("rod", FLOOR, friction=friction))
 
 
 def stiffness(value: float) -> Scene:
-    """A rod that falls on a floor that is softer or stiffer than its material."""
+    """A rod that falls on a floor softer or stiffer than its material."""
     contact = Contact("rod", FLOOR, friction=0.5, stiffness=value)
     return Scene(Robot([free_rod("rod", 0.02, tilt=0.05)], contacts=[contact]))
 
 
 def masses(ratio: float) -> Scene:
-    """A ball, of so many times the mass, is dropped on a rod that bridges two pegs."""
+    """A ball with this multiple of the rod's mass is dropped on a rod that bridges two pegs."""
     radius = 0.03
     mass = ratio * WEIGHT / GRAVITY
     ball = Link(
@@ -115,13 +116,13 @@ def wedged(friction: float) -> Scene:
 
 
 def taper() -> Scene:
-    """A rod whose tip is a third as thick as its base falls on it."""
+    """A falling rod with a tip a third as thick as its base."""
     rod = free_rod("rod", 0.155, tilt=0.5 * np.pi, radius=(0.01, 0.0033))
     return Scene(Robot([rod], contacts=[Contact("rod", FLOOR, friction=0.5)]), weight=None)
 
 
 def clamped(obstacle: Any) -> Scene:
-    """A rod sinks from its clamp onto what is below it."""
+    """A rod clamped at its base sinks onto the obstacle below."""
     rod = Link("rod", rod=[Segment(LENGTH, **RUBBER)])
     return Scene(Robot([rod], contacts=[Contact("rod", obstacle, friction=0.5)]), weight=None)
 
@@ -135,7 +136,7 @@ def box_of(name: str, half: tuple[float, float, float], density: float = 1000.0,
 
 
 def corner_first(speed: float) -> Scene:
-    """A box that turns hits a floor with a corner."""
+    """A rotating box hits a floor with a corner."""
     half = (0.04, 0.03, 0.02)
     turn = (np.cos(0.4), np.sin(0.4) * 0.6, np.sin(0.4) * 0.8, 0)
     box = box_of("box", half, position=(0, 0, 0.06), orientation=turn)
@@ -146,7 +147,7 @@ def corner_first(speed: float) -> Scene:
 
 
 def stacked(number: int) -> Scene:
-    """Boxes that are dropped on each other and a table, each turned against the one below it."""
+    """Boxes dropped on each other and on a table, each one rotated relative to the one below."""
     half = (0.04, 0.03, 0.02)
     links = [
         box_of(
@@ -168,7 +169,7 @@ def stacked(number: int) -> Scene:
 
 
 def on_edge(speed: float) -> Scene:
-    """A box that turns hits an edge of a fixed one with an edge."""
+    """A rotating box hits an edge of a fixed box with an edge."""
     half = (0.04, 0.03, 0.02)
     turn = (np.cos(0.4), np.sin(0.4) * 0.6, np.sin(0.4) * 0.8, 0)
     box = box_of("box", half, position=(0, 0, 0.06), orientation=turn)
@@ -179,7 +180,7 @@ def on_edge(speed: float) -> Scene:
 
 
 def on_board(ratio: float) -> Scene:
-    """A rod is dropped on a free board, of so many times its mass, that bridges two pegs."""
+    """A rod is dropped on a free board, with this multiple of its mass, that bridges two pegs."""
     half = (0.15, 0.05, 0.005)
     mass = ratio * WEIGHT / GRAVITY
     board = box_of("board", half, mass / float(8.0 * np.prod(half)), position=(0, 0, 0.005))
@@ -199,7 +200,7 @@ def on_board(ratio: float) -> Scene:
 
 
 def paddle(rate: float) -> Scene:
-    """A plate that turns freely hits a rod that rests."""
+    """A freely rotating plate hits a rod at rest."""
     half = (0.1, 0.003, 0.2)
     plate = Link("plate", joint=Revolute((0, 0, 1)), body=box_of("plate", half).body)
     rod = free_rod("rod", 0.0, tilt=-0.5 * np.pi, y=0.05, radius=0.004)
@@ -270,7 +271,7 @@ CASES: dict[str, Callable[[], Scene]] = {
 
 
 def touching(make: Callable[[], Scene], dt: float) -> Outcome:
-    """Energy is only lost, and what has come to rest is carried."""
+    """Energy only decreases, and contact forces carry the weight of bodies at rest."""
     scene = make()
     robot = scene.robot
     motion = judge.run(robot, scene.time, dt=dt, **scene.start)
@@ -298,7 +299,8 @@ def touching(make: Callable[[], Scene], dt: float) -> Outcome:
 
 
 def carried(scene: Scene, motion: MotionResult) -> float:
-    """How far the force of all obstacles is from the weight, relative to it; zero of what still moves."""
+    """Relative difference between the contact force of all obstacles and the weight; zero while bodies
+    move."""
     robot, q, v, a = scene.robot, motion.q[-1], motion.v[-1], motion.a[-1]
     moves = max(np.abs(v).max() / REST, np.abs(a).max() / STILL) * LENGTH > 1.0
     if scene.weight is None or moves:

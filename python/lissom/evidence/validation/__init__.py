@@ -1,6 +1,6 @@
-"""The validation gallery: comparisons with known answers, in one table.
+"""The validation gallery: comparisons with known solutions, in one table.
 
-Every module of this package holds the cases of one theme; ``exact`` computes wanted values with NumPy alone.
+Every module contains the cases of one theme; ``exact`` computes reference values with NumPy alone.
 """
 
 from __future__ import annotations
@@ -37,7 +37,8 @@ def run_all(cases: Sequence[Case] = CASES) -> Iterator[Outcome]:
 def write(
     outcomes: Sequence[Outcome], folder: Path, report: Callable[[Sequence[Outcome], Path], None] | None
 ) -> list[str]:
-    """Write the files of the gallery into an empty folder; what could not be written, as in ``results``."""
+    """Write the files of the gallery into an empty folder; return problems with writing, as in
+    ``results``."""
     numbers = {
         MARK: __version__,
         "study": "validation",

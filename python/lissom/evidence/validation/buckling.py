@@ -1,4 +1,4 @@
-"""Where straight rods stop being stable, and what they do then."""
+"""Critical loads of straight rods, and their behaviour beyond."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ EULER = 0.25 * np.pi**2 * BENDING / LENGTH**2
 
 
 def lowest_eigenvalues(rod: Rod, load: float, name: str) -> Answer:
-    """The first critical load of a rod that bears ``load``, with the stability along its path."""
+    """First critical load of a rod under ``load``, and the stability along its path."""
     path = continuation(rod).path
     if not path.critical_points:
         return Answer([np.nan], _nothing, "no critical point was found")
@@ -50,8 +50,8 @@ def standing() -> Answer:
         {"bend_y": 10},
         nodes=28,
         density=density_for(12.0),
-        # Upright in a world whose gravity acts along -x: a base turned by 90 degrees leans by a rounding
-        # error, and the column goes to that side without a bifurcation.
+        # Upright with gravity along -x: a base rotated by 90 degrees would be inclined by a rounding error,
+        # and the column would lean to that side without a bifurcation.
         gravity=(-GRAVITY, 0.0, 0.0),
     )
     return lowest_eigenvalues(rod, 12.0, "ρ A g L³ / (E I)")
@@ -59,13 +59,13 @@ def standing() -> Answer:
 
 # Deep narrow beam
 
-#: Ten times as high as wide, along body z; the force at the tip in sqrt(E I_z G J_t) / L^2.
+#: Ten times as high as wide, along body z; tip force in units of sqrt(E I_z G J_t) / L^2.
 DEEP = Section.rectangle(width=0.01, height=0.1)
 DEEP_FORCE = 8.0
 
 
 def sideways() -> Answer:
-    """A cantilever that is loaded in its stiff plane."""
+    """A cantilever loaded in its stiff plane."""
     segment = Segment(
         LENGTH,
         section=DEEP,
@@ -87,7 +87,7 @@ RATIOS = (1.1, 1.5, 3.0)
 
 
 def buckled() -> Answer:
-    """Columns that have buckled to one side."""
+    """Columns buckled to one side."""
     rods = [
         (
             f"lissom, P / P_E = {ratio:g}",
@@ -99,30 +99,30 @@ def buckled() -> Answer:
 
 
 def buckled_values(rod: Rod, q: Array) -> Array:
-    """Tip, deflection and tip angle."""
+    """Tip position, deflection and tip angle."""
     x, _, z = tip(rod, q)
     return np.array([x, -z, q[0] * LENGTH])
 
 
 def buckled_tips() -> list[tuple[str, Array, Array]]:
-    """Wanted points of the plot."""
+    """Reference points of the plot."""
     tips = np.array([exact.buckled_column(ratio) for ratio in np.linspace(1.001, 3.5, 40)])
     return [("tips by elliptic integrals", tips[:, 0], -tips[:, 1])]
 
 
 # Beck's column
 
-#: Slender, so that rotary inertia does not show.
+#: Slender, so that rotary inertia is negligible.
 BECK_RADIUS, BECK_YOUNG, BECK_DENSITY, BECK_MODES = 1e-4, 1e9, 1000.0, 10
 BECK_BENDING = BECK_YOUNG * np.pi / 4.0 * BECK_RADIUS**4
 
-#: Loads in E I / L^2 between which it begins to flutter; bisection ends at this width.
+#: Range of the critical load in units of E I / L^2, and final width of the bisection.
 BECK_LOADS = (15.0, 25.0)
 BECK_WIDTH = 1e-8
 
 
 def beck(load: float) -> Rod:
-    """A cantilever under a force of ``load`` E I / L^2 that follows its tip."""
+    """A cantilever under a follower force of ``load`` E I / L^2 at its tip."""
     segment = Segment(
         LENGTH,
         BECK_RADIUS,
@@ -137,7 +137,7 @@ def beck(load: float) -> Rod:
 
 
 def flutter() -> Answer:
-    """The load at which the straight column begins to flutter, by its modes."""
+    """Load at which the straight column begins to flutter, from its modes."""
     low, high = BECK_LOADS
     while high - low > BECK_WIDTH:
         middle = 0.5 * (low + high)

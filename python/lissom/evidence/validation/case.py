@@ -1,4 +1,4 @@
-"""What a case of the gallery is, and how it is run."""
+"""Cases of the gallery, and their execution."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
 
-#: Where a wanted value comes from: a formula; equations solved by other means; a publication.
+#: Origin of a reference value: a formula; equations solved by other means; a publication.
 Origin = Literal["exact", "computed", "published"]
 
-#: A case is run again until so many seconds are spent, or so often; the median of the run times counts.
+#: Timed runs are repeated for at least this time in seconds, or this number of times; the median counts.
 TIMING_SECONDS = 0.05
 MOST_REPEATS = 9
 
 
 @dataclass(frozen=True)
 class Curve:
-    """One line of a plot, or points where it is not ``joined``."""
+    """A line of a plot, or points if it is not ``joined``."""
 
     name: str
     x: ArrayLike
@@ -35,23 +35,23 @@ class Curve:
 
 @dataclass(frozen=True)
 class Plot:
-    """What the plot of a case shows."""
+    """Content of a case's plot."""
 
     x: str
     y: str
     curves: Sequence[Curve]
-    #: Whether a metre is as long in both directions.
+    #: Whether both axes have the same scale.
     to_scale: bool = False
 
 
 @dataclass(frozen=True)
 class Answer:
-    """What lissom says."""
+    """Result of lissom."""
 
     values: ArrayLike
-    #: Makes the plot, after the time was taken.
+    #: Creates the plot, after the timing.
     plot: Callable[[], Plot]
-    #: What went wrong; then the values do not count.
+    #: Reason of a failure; the values are then invalid.
     failure: str = ""
 
 
@@ -61,63 +61,63 @@ class Package:
 
     name: str
     module: str
-    #: The command that installs it.
+    #: Installation command.
     install: str
 
     @property
     def missing(self) -> str:
-        """Why it cannot be used here; nothing if it can."""
+        """Reason why it cannot be used; empty if it can."""
         found = self.module in sys.modules or find_spec(self.module) is not None
         return "" if found else f"{self.name} is not installed ({self.install})"
 
 
 @dataclass(frozen=True)
 class Case:
-    """One question with a known answer."""
+    """A question with a known answer."""
 
     name: str
     theme: str
-    #: The rod and its loads in a sentence or two.
+    #: The rod and its loads in one or two sentences.
     setting: str
-    #: Author, year, where.
+    #: Author, year and reference.
     source: str
     origin: Origin
-    #: What the values are, with units.
+    #: The compared quantity with units.
     quantity: str
     wanted: Callable[[], ArrayLike]
     solve: Callable[[], Answer]
-    #: Largest error that is good.
+    #: Largest acceptable error.
     tolerance: float
-    #: What errors are divided by; the largest wanted value unless given.
+    #: Divisor of errors; by default the largest reference value.
     scale: float | None = None
-    #: Without it the case is not run.
+    #: Package without which the case is skipped.
     needs: Package | None = None
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """A case that was run, or why it was not."""
+    """Outcome of a case, or the reason why it was skipped."""
 
     case: Case
     wanted: Array
     found: Array
-    #: Largest difference, relative to the scale; infinite where nothing was found.
+    #: Largest difference relative to the scale; infinite without a result.
     error: float
-    #: Median run time of lissom's answer, model included, in seconds.
+    #: Median run time of lissom in seconds, including the creation of the model.
     seconds: float
     plot: Plot | None
     failure: str = ""
-    #: What the case needs and is not here; then nothing else counts.
+    #: Missing requirement of a skipped case; all other fields are then invalid.
     not_run: str = ""
 
     @property
     def good(self) -> bool:
-        """Whether the case was run and its error is within the tolerance."""
+        """Whether the case was run with an error within the tolerance."""
         return not self.not_run and self.error <= self.case.tolerance
 
     @property
     def outside(self) -> bool:
-        """Whether the case was run and its error is not."""
+        """Whether the case was run with an error beyond the tolerance."""
         return not self.not_run and not self.good
 
     @property
@@ -142,7 +142,7 @@ class Outcome:
 
 
 def run(case: Case) -> Outcome:
-    """Ask lissom, take the time, compare; not where what the case needs is missing."""
+    """Run lissom, measure the time, and compare; skip the case if a requirement is missing."""
     if case.needs is not None and case.needs.missing:
         nothing = np.empty(0)
         return Outcome(case, nothing, nothing, np.inf, np.nan, None, not_run=case.needs.missing)

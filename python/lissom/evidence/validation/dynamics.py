@@ -1,4 +1,4 @@
-"""Rods that move."""
+"""Motions of rods."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ def tips_over_time(rod: Rod, motion: MotionResult, points: list[Curve]) -> Plot:
 
 
 def unfinished(motion: MotionResult) -> str:
-    """What went wrong, if anything did."""
+    """Reason of a failed run; empty for a success."""
     return "" if motion.success else motion.message
 
 
-# Lab wire, let go
+# Lab wire, released
 
-#: Tip (x, z) in metres of the released wire by time in seconds, computed by an independent prototype.
+#: Tip (x, z) in metres of the released wire by time in seconds, from an independent prototype.
 RELEASED = {
     0.1: (0.9970663766, -0.0712500678),
     0.5: (0.9807178651, -0.1838140514),
@@ -63,12 +63,12 @@ def release() -> Answer:
 # Decay of a mode
 
 DECAY_PERIODS, DECAY_RATIO = 5.0, 0.02
-#: Tip deflection at the start in lengths: so small that the motion is linear.
+#: Initial tip deflection in units of the length: small enough for linear motion.
 DECAY_SIZE = 1e-6
 
 
 def decaying() -> Answer:
-    """The wire let go in its first mode."""
+    """Release of the wire in its first mode."""
     free = Rod([Segment(**WIRE, modes={"bend_y": 6})], gravity=WEIGHTLESS)
     first = modes(free, np.zeros(6))
     omega = first.angular_frequency[0]
@@ -101,7 +101,7 @@ def decaying() -> Answer:
 
 
 def decay(periods: Array) -> Array:
-    """A damped oscillator, let go, after so many undamped periods."""
+    """A released damped oscillator after this number of undamped periods."""
     phase = 2.0 * np.pi * periods
     damped = np.sqrt(1.0 - DECAY_RATIO**2)
     return np.asarray(
@@ -110,7 +110,7 @@ def decay(periods: Array) -> Array:
     )
 
 
-# Tapered rod, let go
+# Tapered rod, released
 
 TAPER: dict[str, Any] = {
     "length": 0.5,
@@ -132,7 +132,7 @@ def taper_radius(X: Array) -> Array:
 
 @cache
 def taper_shape() -> exact.PlanarShape:
-    """Where it comes to rest, by collocation."""
+    """Equilibrium by collocation."""
     return exact.planar_rod(
         TAPER["length"],
         lambda X: TAPER["young_modulus"] * np.pi / 4.0 * taper_radius(X) ** 4,
@@ -141,14 +141,14 @@ def taper_shape() -> exact.PlanarShape:
 
 
 def taper_motion() -> tuple[Rod, MotionResult]:
-    """Held out horizontally and let go."""
+    """Release from horizontal."""
     rod = Rod([Segment(**TAPER)])
     t = np.linspace(0.0, TAPER_SECONDS, 501)
     return rod, simulate(rod, TAPER_SECONDS, method="radau", rtol=1e-8, atol=1e-10, t_eval=t)
 
 
 def taper_rest() -> Answer:
-    """Its shape in the end."""
+    """Final shape."""
     rod, motion = taper_motion()
     return Answer(
         tip(rod, motion.q[-1])[[0, 2]] if motion.success else [np.nan],
@@ -164,7 +164,7 @@ def taper_rest() -> Answer:
 
 
 def taper_energy() -> Answer:
-    """What its balance of energy lacks, in parts of the energy that moved."""
+    """Defect of the energy balance relative to the moved energy."""
     _, motion = taper_motion()
     balance = motion.balance
     if balance is None:
@@ -185,9 +185,9 @@ def taper_energy() -> Answer:
 
 # Rubber rod
 
-#: Tip (x, z) after one second in metres, from an independent prototype; known to about 1e-4.
+#: Tip (x, z) after one second in metres, from an independent prototype; accurate to about 1e-4.
 RUBBER_TIP = (0.22337, -0.93122)
-#: Newmark's step in seconds: half of it moves the tip by 1e-5 m.
+#: Newmark's step in seconds: halving it moves the tip by 1e-5 m.
 RUBBER_STEP = 5e-4
 
 

@@ -1,6 +1,6 @@
-"""Wanted values: closed forms, and equations solved by means that share nothing with lissom's rods.
+"""Reference values: closed forms, and equations solved by methods that share nothing with lissom's rods.
 
-NumPy is all that this takes. Planar rods are solved by Chebyshev collocation, rods in space by shooting.
+Requires only NumPy. Planar rods are solved by Chebyshev collocation, spatial rods by shooting.
 """
 
 from __future__ import annotations
@@ -14,30 +14,31 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 Vector = tuple[float, float]
-#: Positions, rotations and internal moments of sections, world axes.
+#: Positions, rotations and internal moments of sections, in world axes.
 State = tuple[Array, Array, Array]
 
-#: Differences in Newton's method for small systems, relative: between rounding and truncation.
+#: Relative increment of differences in Newton's method for small systems: between rounding and truncation
+#: errors.
 DIFFERENCE = 1e-6
-#: Newton's method has converged when a step is no longer than this.
+#: Newton's method has converged when a step is shorter than this.
 SMALL_STEP = 1e-11
 MOST_STEPS = 50
 
-#: Points of Gauss-Legendre quadrature and of Chebyshev collocation: enough for rounding accuracy here.
+#: Numbers of points of Gauss-Legendre quadrature and of Chebyshev collocation: sufficient for rounding here.
 GAUSS_POINTS = 80
 CHEBYSHEV_DEGREE = 48
 
-#: Frequencies at which a frequency equation is looked at for changes of its sign.
+#: Number of frequencies at which a frequency equation is checked for sign changes.
 FREQUENCY_GRID = 1000
-#: Terms of a power series: more change nothing at the speeds of the gallery.
+#: Number of terms of a power series: more change nothing at the speeds of the gallery.
 SERIES_TERMS = 120
 
-#: Steps of the classical Runge-Kutta method along a rod in space.
+#: Number of Runge-Kutta steps along a spatial rod.
 STEPS_ALONG = 120
 
 
 def bisect(function: Callable[[float], float], low: float, high: float) -> float:
-    """The root of a function that changes sign between two points, to rounding."""
+    """Root, to rounding, of a function with a sign change between two points."""
     rising = function(high) > 0.0
     while True:
         middle = 0.5 * (low + high)
@@ -107,7 +108,7 @@ def buckled_column(ratio: float) -> tuple[float, float, float]:
 
 
 def self_buckling() -> float:
-    """Weight per length, in E I / L^3, under which a standing column bends over.
+    """Critical weight per length of a standing column, in units of E I / L^3.
 
     Greenhill (1881), Determination of the greatest height consistent with stability: 9 j^2 / 4 with the
     first zero j of the Bessel function of order -1/3, here by its power series.
@@ -124,7 +125,8 @@ def self_buckling() -> float:
 
 
 def lateral_buckling() -> float:
-    """Force at the tip, in sqrt(E I_z G J_t) / L^2, under which a deep narrow cantilever tips over sideways.
+    """Critical tip force of a deep narrow cantilever for lateral buckling, in units of sqrt(E I_z G J_t) /
+    L^2.
 
     Prandtl (1899), Kipp-Erscheinungen, 4.0126: twice the first zero of the Bessel function of order -1/4,
     here by its power series.
@@ -141,10 +143,10 @@ def lateral_buckling() -> float:
 
 
 def becks_column() -> float:
-    """Follower force, in E I / L^2, under which a cantilever flutters.
+    """Critical follower force of a cantilever for flutter, in units of E I / L^2.
 
     Beck (1952), Die Knicklast des einseitig eingespannten, tangential gedrückten Stabes, ZAMP 3: where two
-    roots of the frequency equation meet, so that its derivative vanishes as well.
+    roots of the frequency equation coincide, so that its derivative vanishes too.
     """
 
     def equation(p: float, w: float) -> float:
@@ -165,16 +167,16 @@ def becks_column() -> float:
 def greenhill_root() -> float:
     """The first positive root of tan u = u, 4.4934.
 
-    A shaft between clamps under an axial moment M buckles when M L / (2 E I) is that (Greenhill 1883, On the
-    strength of shafting when exposed both to torsion and to end thrust; Love 1927, section 272), a column
-    between a clamp and a pin when P L^2 / (E I) is its square.
+    A shaft between clamps under an axial moment M buckles when M L / (2 E I) equals this root (Greenhill
+    1883, On the strength of shafting when exposed both to torsion and to end thrust; Love 1927, section 272);
+    a column between a clamp and a pin when P L^2 / (E I) equals its square.
     """
     return bisect(lambda u: float(np.sin(u) - u * np.cos(u)), np.pi, 1.5 * np.pi)
 
 
 def held_beam_roots(count: int, *, is_clamped: bool) -> Array:
-    """The first roots b of tan b = tanh b, of a beam between a clamp and a pin; of cos b cosh b = 1, between
-    two clamps: frequencies are b^2 sqrt(E I / (rho A L^4)) / 2 pi."""
+    """The first roots b of tan b = tanh b, for a beam between a clamp and a pin, or of cos b cosh b = 1,
+    between two clamps: frequencies are b^2 sqrt(E I / (rho A L^4)) / 2 pi."""
 
     def equation(b: float) -> float:
         return float(np.cos(b) - 1.0 / np.cosh(b) if is_clamped else np.sin(b) - np.cos(b) * np.tanh(b))
@@ -197,8 +199,9 @@ def timoshenko_frequencies(
 ) -> Array:
     """Angular frequencies of a clamped-free beam with shear and rotary inertia (Timoshenko 1921).
 
-    ``mass`` and ``rotary`` inertia are per length, ``GA`` with the shear correction. Zeros of the part of the
-    transfer matrix that moment and shear force at the clamp have to get through to a free end.
+    ``mass`` and ``rotary`` inertia are per length, ``GA`` includes the shear correction. Zeros of the
+    determinant of the block of the transfer matrix that maps moment and shear force at the clamp to those at
+    the free end.
     """
 
     def free_end(omega: float) -> float:
@@ -230,21 +233,22 @@ def frame_frequencies(
     count: int,
     highest: float,
 ) -> Array:
-    """Angular frequencies, up to ``highest``, of two equal legs at a right angle, clamped at one end.
+    """Angular frequencies, up to ``highest``, of a frame of two equal legs at a right angle, clamped at one
+    end.
 
-    ``stiffness`` is that of (torsion, bend_y, bend_z, stretch, shear_y, shear_z); ``mass``, and ``inertia``
-    about the axes of the section, are per length. Small vibrations of Timoshenko's beam in space: along a leg
-    the rotation theta, the displacement u, the moment m and the force n change by
+    ``stiffness`` contains (torsion, bend_y, bend_z, stretch, shear_y, shear_z); ``mass``, and ``inertia``
+    about the axes of the section, are per length. Small vibrations of a spatial Timoshenko beam: along a leg
+    the rotation theta, the displacement u, the moment m and the force n satisfy
 
         theta' = m / (G J, E I, E I),         u' = n / (E A, G A, G A) + theta x e_x,
         m' = -w^2 rho I theta - e_x x n,      n' = -w^2 rho A u.
 
-    Zeros of the part of the transfer matrix that moment and force at the clamp have to get through to a free
-    end.
+    The frequencies are zeros of the determinant of the block of the transfer matrix that maps moment and
+    force at the clamp to those at the free end.
     """
     turned = np.kron(np.eye(4), [[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
     across = np.cross(np.eye(3), [1.0, 0.0, 0.0]).T
-    # Units of rotation, displacement, moment and force in which all entries are of one size.
+    # Units of rotation, displacement, moment and force for which all entries have similar size.
     soft = float(np.min(stiffness[:3]))
     units = np.repeat([1.0, leg, soft / leg, soft / leg**2], 3)
 
@@ -286,13 +290,14 @@ def flapping_blade(speed: float) -> float:
             ends.append((bend.sum(), k @ bend))
         return float(np.linalg.det(ends))
 
-    # Between that of a string that turns, the speed itself, and what Southwell's sum of squares cannot reach.
+    # Between the frequency of a rotating string, which is the speed itself, and an upper bound above
+    # Southwell's sum of squares.
     return bisect(free_end, max(3.0, speed), float(np.hypot(4.0, 1.2 * speed)))
 
 
 @dataclass(frozen=True)
 class PlanarShape:
-    """A rod in the plane: angles above the horizontal and positions at points along it, base first."""
+    """A planar rod: angles above the horizontal and positions at points along it, starting at the base."""
 
     X: Array
     angle: Array
@@ -313,15 +318,15 @@ def planar_rod(
     parts: int = 10,
     degree: int = CHEBYSHEV_DEGREE,
 ) -> PlanarShape:
-    """A clamped rod at rest (Reissner 1972), reached by growing loads in so many ``parts``.
+    """A clamped rod at equilibrium (Reissner 1972), computed by increasing the loads in ``parts`` steps.
 
-    ``bending`` and ``weight`` per length are functions of X; the weight acts along -z. ``force`` (x, z) acts
-    at the tip, in the axes of the tip if it ``follows``.
+    ``bending`` stiffness and ``weight`` per length are functions of X; the weight acts along -z. ``force``
+    (x, z) acts at the tip, in the axes of the tip if it ``follows``.
     """
     nodes, derivative = _chebyshev(degree)
     X = 0.5 * length * (1.0 + nodes)
     D = derivative * 2.0 / length
-    # Antiderivative that vanishes at the base: D without the base's row and column, inverted.
+    # Antiderivative that vanishes at the base: inverse of D without the row and column of the base.
     integral = np.zeros_like(D)
     integral[1:, 1:] = np.linalg.inv(D[1:, 1:])
     load = np.zeros_like(X) if weight is None else weight(X)
@@ -329,7 +334,7 @@ def planar_rod(
     stiffness = bending(X)
 
     def slopes(part: float, angle: Array) -> tuple[Array, Array, Array, Array]:
-        """Those of x and z, and the internal force."""
+        """Slopes of x and z, and the internal force."""
         fx, fz = force
         if follows:
             cos, sin = np.cos(angle[-1]), np.sin(angle[-1])
@@ -356,7 +361,7 @@ def planar_rod(
 
 
 def held_planar_rod(length: float, bending: float, weight: float) -> PlanarShape:
-    """A clamped heavy rod whose tip is held at the height and in the direction of the base, and may slide."""
+    """A clamped heavy rod whose tip is held at the height and in the direction of the base, and can slide."""
 
     def shape(unknown: Array) -> PlanarShape:
         return planar_rod(
@@ -376,7 +381,7 @@ def held_planar_rod(length: float, bending: float, weight: float) -> PlanarShape
 
 
 def interpolated(X: Array, values: Array, at: float) -> float:
-    """The polynomial through values, as collocation gives them, at a place between (barycentric formula)."""
+    """Interpolation polynomial through collocation values at a point (barycentric formula)."""
     scale = 4.0 / (X.max() - X.min())
     weights = np.array([1.0 / np.prod(scale * (x - np.delete(X, i))) for i, x in enumerate(X)])
     if at in X:
@@ -386,7 +391,7 @@ def interpolated(X: Array, values: Array, at: float) -> float:
 
 
 def _chebyshev(degree: int) -> tuple[Array, Array]:
-    """Extreme points of a Chebyshev polynomial from -1 to 1, and differentiation there.
+    """Extreme points of a Chebyshev polynomial from -1 to 1, and the differentiation matrix.
 
     Trefethen (2000), Spectral Methods in MATLAB, chapter 6.
     """
@@ -405,10 +410,10 @@ def space_rod(
     curvature: tuple[float, float, float],
     forces: tuple[tuple[float, float, float], ...],
 ) -> tuple[Array, ...]:
-    """Centre lines, shape (points, 3), of a clamped rod in space under dead tip forces, one after the other.
+    """Centre lines, shape (points, 3), of a clamped spatial rod under several dead tip forces.
 
-    ``stiffness`` is that of (torsion, bend_y, bend_z, stretch, shear_y, shear_z), ``curvature`` that of the
-    unloaded rod. Shooting for the moment at the clamp, as much as carries the force to a tip without moment.
+    ``stiffness`` contains (torsion, bend_y, bend_z, stretch, shear_y, shear_z), ``curvature`` is that of the
+    unloaded rod. Shooting for the moment at the clamp such that the moment at the tip vanishes.
     """
     bending, straining = np.array(stiffness[:3]), np.array(stiffness[3:])
     unloaded, along = np.array(curvature), np.array([1.0, 0.0, 0.0])
@@ -427,7 +432,7 @@ def space_rod(
         return r, R, m
 
     def shoot(moments: Array, n: Array) -> tuple[Array, Array]:
-        """Positions along the rods and moments at the tips for moments at the clamp, shape (k, 3)."""
+        """Positions along the rods and moments at the tips, for moments at the clamp of shape (k, 3)."""
         state = (np.zeros_like(moments), np.tile(np.eye(3), (len(moments), 1, 1)), moments)
         line = [state[0]]
         for _ in range(STEPS_ALONG):
@@ -457,10 +462,10 @@ def space_rod(
 
 
 def helix(moment: Sequence[float], bending: float, X: Array) -> Array:
-    """Centre line of a round rod, clamped along x, under a moment that is constant in space, (points, 3).
+    """Centre line of a circular rod, clamped along x, under a moment that is constant in space, (points, 3).
 
-    The tangent turns about the moment at the rate |M| / (E I) whatever the torsional stiffness is, since the
-    part of the moment along the tangent does not bend.
+    The tangent rotates about the moment at the rate |M| / (E I) for any torsional stiffness, because the
+    component of the moment along the tangent does not bend.
     """
     size = float(np.linalg.norm(moment))
     axis = np.array(moment) / size
@@ -474,7 +479,7 @@ def helix(moment: Sequence[float], bending: float, X: Array) -> Array:
 
 
 def catenary(weight: float, pull: float, X: Array) -> tuple[Array, Array]:
-    """A rope between two points at the same height, by arc length: x and z; ``pull`` is horizontal."""
+    """A rope between two points of equal height, by arc length: x and z; ``pull`` is the horizontal force."""
     middle = 0.5 * X[-1]
     slope = weight * (X - middle) / pull
     x = pull / weight * (np.arcsinh(slope) - np.arcsinh(slope[0]))
@@ -485,11 +490,12 @@ def catenary(weight: float, pull: float, X: Array) -> tuple[Array, Array]:
 def turned_beam(
     bend: float, mass: float, span: float, turned: Callable[[float], tuple[float, float, float]], end: float
 ) -> tuple[Array, Array]:
-    """Times and deflection of the tip of a beam whose clamped end is turned, in the linear theory.
+    """Times and tip deflection of a beam whose clamped end is rotated, by linear theory.
 
     rho A (w'' + psi'' x - psi'^2 w) + E I w_xxxx - (P w_x)_x = 0 with the centrifugal force
     P = rho A psi'^2 (L^2 - x^2) / 2 (Kane, Ryan and Banerjee 1987): Galerkin's method with polynomials
-    x^2 ... x^6, Runge and Kutta's of order 4. Right as far as the deflection is small beside the length.
+    x^2 ... x^6, integrated by the Runge-Kutta method of order 4. Valid if the deflection is small compared
+    with the length.
 
     Parameters
     ----------
@@ -498,7 +504,7 @@ def turned_beam(
     turned : callable
         t -> angle psi, its rate and its acceleration.
     end : float
-        Until when, seconds.
+        End time, seconds.
     """
     powers = np.arange(2, 7)
     nodes, weights = np.polynomial.legendre.leggauss(10)

@@ -1,4 +1,4 @@
-"""The right-angle frame in motion."""
+"""Motion of the right-angle frame."""
 
 from __future__ import annotations
 
@@ -19,19 +19,19 @@ THEME = "Right-angle frame in motion"
 LEG = 10.0
 STIFFNESS = (1e3, 1e3, 1e3, 1e6, 1e6, 1e6)
 MASS, INERTIA = 1.0, (20.0, 10.0, 10.0)
-#: The push on the elbow across the plane of the legs: force over time.
+#: Force on the elbow, normal to the plane of the legs, over time.
 PUSH_TIMES, PUSH = (0.0, 1.0, 2.0), (0.0, 50.0, 0.0)
 END = 30.0
 
-#: Modes of twisting and of each bending, of stretch and of each shear, in a leg: two more change the extremes
+#: Modes of torsion and of each bending, of stretch and of each shear, per leg: two more change the extremes
 #: below by 3e-4.
 BENDS, STRETCHES = 8, 6
-#: Newmark's step; it meets the corners of the push. Half of it changes the extremes below by 6e-5.
+#: Newmark's step; the corners of the force are ends of steps. Halving it changes the extremes below by 6e-5.
 STEP = 5e-3
 
 
 def frame_rod() -> Rod:
-    """Two legs with a rigid corner between them, pushed at the corner."""
+    """Two legs with a rigid corner between them, loaded at the corner."""
     section = Section.given(np.diag(STIFFNESS), mass=MASS, inertia=INERTIA)
     bends = dict.fromkeys(("torsion", "bend_y", "bend_z"), BENDS)
     stretches = dict.fromkeys(("stretch", "shear_y", "shear_z"), STRETCHES)
@@ -51,17 +51,17 @@ def pushed() -> tuple[Rod, MotionResult]:
 # Small vibrations
 
 COUNT = 6
-#: Above the last of them.
+#: Above the last of these frequencies.
 HIGHEST = 2.0
 
 
 def wanted_frequencies() -> Array:
-    """Of small vibrations."""
+    """Frequencies of small vibrations."""
     return exact.frame_frequencies(LEG, STIFFNESS, MASS, INERTIA, COUNT, HIGHEST)
 
 
 def frequencies() -> Answer:
-    """Of the frame at rest."""
+    """Frequencies of the frame at rest."""
     rod = frame_rod()
     found = modes(rod, np.zeros(rod.n)).angular_frequency[:COUNT]
     number = np.arange(1, COUNT + 1)
@@ -75,23 +75,23 @@ def frequencies() -> Answer:
     )
 
 
-# The motion
+# Motion
 
-#: Largest and smallest displacement of the tip and smallest of the elbow across the plane, each with its
-#: time, by Exudyn 1.13.6 with 40 and 80 elements a leg and a step of 5e-3, extrapolated to elements of no
-#: length (benches/python/peers/exudyn_frame.py). From 20 and 40 elements the same come out within 8e-4.
+#: Largest and smallest displacement of the tip and smallest one of the elbow, normal to the plane, each with
+#: its time, by Exudyn 1.13.6 with 40 and 80 elements per leg and a step of 5e-3, extrapolated to zero element
+#: length (benches/python/peers/exudyn_frame.py). 20 and 40 elements give the same values within 8e-4.
 EXTREMES = (8.2521, 7.4365, -9.7270, 15.8716, -4.0599, 10.8635)
 
 
 def extreme(t: Array, values: Array, at: int) -> tuple[float, float]:
-    """The extreme of the parabola through three neighbours, and its time."""
+    """Extreme of the parabola through three neighbouring values, and its time."""
     before, middle, after = values[at - 1 : at + 2]
     shift = 0.5 * (before - after) / (before - 2.0 * middle + after)
     return float(middle - 0.25 * (before - after) * shift), float(t[at] + shift * (t[1] - t[0]))
 
 
 def motion() -> Answer:
-    """Swinging of the frame, in bending and torsion as large as the frame."""
+    """Swinging of the frame with bending and torsional displacements as large as the frame."""
     rod, result = pushed()
     tip, elbow = (rod.pose(result.q, X)[:, 2, 3] for X in (rod.length, LEG))
     t = result.t
@@ -117,7 +117,7 @@ def motion() -> Answer:
 
 
 def energy() -> Answer:
-    """What the energy lacks of the work of the push."""
+    """Defect of the energy compared with the work of the force."""
     _, result = pushed()
     balance = result.balance
     if balance is None:

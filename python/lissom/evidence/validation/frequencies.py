@@ -18,7 +18,8 @@ THEME = "Frequencies"
 
 
 def frequencies_of(rod: Rod, count: int, wanted: Callable[[], ArrayLike], names: tuple[str, str]) -> Answer:
-    """The first frequencies of a straight rod without weight, in hertz, and the wanted ones in the plot."""
+    """First frequencies of a straight rod without weight in hertz; the plot also shows the reference
+    values."""
     found = modes(rod, np.zeros(rod.n)).frequency[:count]
 
     def plot() -> Plot:
@@ -40,7 +41,7 @@ WIRE_MASS = WIRE["density"] * np.pi * WIRE["radius"] ** 2
 
 
 def euler_bernoulli(count: int) -> Array:
-    """Of the lab's wire."""
+    """Frequencies of the lab's wire."""
     rate = np.sqrt(WIRE_STIFFNESS / WIRE_MASS) / WIRE["length"] ** 2
     return np.asarray(exact.cantilever_roots(count) ** 2 * rate / (2.0 * np.pi))
 
@@ -97,14 +98,14 @@ BAR_COUNT = 3
 
 
 def bar_frequencies() -> Array:
-    """Of stretching, then of twisting."""
+    """Frequencies of stretch, then of torsion."""
     odd = 2.0 * np.arange(1, BAR_COUNT + 1) - 1.0
     speeds = np.sqrt(np.array([BEAM_YOUNG, BEAM_SHEAR]) / BEAM_DENSITY)
     return np.ravel(np.outer(speeds, odd / 4.0))
 
 
 def bar() -> Answer:
-    """Two rods of which each can do one thing."""
+    """Two rods, one that can only stretch and one that can only twist."""
     found = []
     for strain in ("stretch", "torsion"):
         segment = Segment(1.0, BEAM_RADIUS, BEAM_YOUNG, BEAM_SHEAR, BEAM_DENSITY, {strain: 12}, nodes=24)

@@ -1,4 +1,4 @@
-"""The report of the validation gallery: the table, and a plot for each case."""
+"""The report of the validation gallery: the table, and one plot per case."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def write(outcomes: Sequence[Outcome], path: Path) -> None:
 
 
 def build(outcomes: Sequence[Outcome]) -> page.Page:
-    """What the report says."""
+    """Content of the report."""
     good = sum(outcome.good for outcome in outcomes)
     asked = sum(not outcome.not_run for outcome in outcomes)
     caption = "Of several values the one that is furthest off; the others are below."
@@ -92,7 +92,7 @@ def _section(outcome: Outcome) -> page.Section:
 
 
 def figure(plot: Plot) -> plots.Figure:
-    """The plot of a case: lissom's curves as lines, wanted values as open circles."""
+    """The plot of a case: lissom's curves as lines, reference values as open circles."""
     curves, counts = [], {True: 0, False: 0}
     for curve in plot.curves:
         colour = theme.SERIES[counts[curve.joined] % len(theme.SERIES)]

@@ -1,7 +1,7 @@
-"""Rods beside another code: PyElastica, where it is installed.
+"""Comparison of rods with another code: PyElastica, if it is installed.
 
-PyElastica (Gazzola and others 2018) carries nodes and elements, lissom functions of the arc length; the two
-share the equations of a Cosserat rod and nothing else.
+PyElastica (Gazzola and others 2018) uses nodes and elements, lissom functions of the arc length; both share
+only the equations of a Cosserat rod.
 """
 
 from __future__ import annotations
@@ -18,30 +18,31 @@ from .case import Answer, Array, Case, Curve, Package, Plot
 THEME = "Beside PyElastica"
 PYELASTICA = Package("PyElastica", module="elastica", install="pip install pyelastica")
 
-#: The rubber rod of the benchmarks, held out horizontally and let go; SI units.
+#: The rubber rod of the benchmarks, released from horizontal; SI units.
 LENGTH, RADIUS, YOUNG, DENSITY = 1.0, 0.02, 5e6, 1000.0
 SHEAR = YOUNG / 3.0
 AREA = np.pi * RADIUS**2
 SECOND_MOMENT = AREA * RADIUS**2 / 4.0
 GRAVITY = 9.81
 
-#: The tip is compared at these times.
+#: Times at which the tip is compared.
 TIMES = np.linspace(0.0, 1.0, 101)
 OUTPUT_STEP = TIMES[1]
-#: Of them, those in the table.
+#: Indices of the times in the table.
 SHOWN = (25, 50, 75, 100)
 
-#: PyElastica's section keeps its volume: where the rod is stretched by a share, its bending stiffness is less
-#: by three times that share. lissom's keeps its shape. Made so many times as stiff in stretch and shear, the
-#: rod hardly stretches, and both solve the same equations but for a hundredth of that difference.
+#: PyElastica's sections keep their volume: a relative stretch reduces the bending stiffness by three times
+#: its value. lissom's sections keep their shape. With this factor of the stiffness in stretch and shear, the
+#: rod hardly stretches, and the difference between both models is reduced to a hundredth.
 STIFFENING = 100.0
 
 ELEMENTS = (10, 20, 40, 80)
-#: PyElastica's step, of the largest that is stable.
+#: PyElastica's step relative to the largest stable one.
 STEP_FRACTION = 0.45
 
-#: Modes of bending, of stretch and of shear, and Newmark's step: half of it moves the tip by 7e-6 m, four
-#: more of each by 1e-5 m (the rod that hardly stretches; 5e-5 m where it does, as waves run along it).
+#: Modes of bending, of stretch and of shear, and Newmark's step: halving it moves the tip by 7e-6 m, four
+#: more of each kind of mode by 1e-5 m (for the rod that hardly stretches; 5e-5 m for the other one, because
+#: of waves along the rod).
 BENDS, STRETCHES, STEP = 16, 10, 2e-4
 
 
@@ -66,9 +67,9 @@ def lissom_tips(stiffening: float) -> Array:
 def peer_tips(elements: int, stiffening: float) -> Array:
     """Path of the tip by PyElastica, shape (times, 3).
 
-    It holds the frame of the first element, which is half an element away from the node that it holds as
-    well: the rod starts half an element before the clamp, so that this frame is at the clamp. As its examples
-    build it, from the clamp on, its error is of first order.
+    PyElastica fixes the frame of the first element, half an element away from the node that it fixes too.
+    Here the rod starts half an element before the clamp, so that this frame is at the clamp. With the rod
+    starting at the clamp, as in its examples, the error is of first order.
     """
     elastica: Any = import_module("elastica")
     element = LENGTH / (elements - 0.5)
@@ -83,7 +84,7 @@ def peer_tips(elements: int, stiffening: float) -> Array:
         youngs_modulus=YOUNG,
         shear_modulus=SHEAR,
     )
-    # Its shear correction of 27/28 cannot be chosen otherwise.
+    # Its shear correction of 27/28 is fixed.
     for axis in (0, 1):
         rod.shear_matrix[axis, axis] = SHEAR * AREA
     rod.shear_matrix *= stiffening
@@ -107,31 +108,32 @@ def peer_tips(elements: int, stiffening: float) -> Array:
 
 
 def largest_stable_step(element: float, stiffening: float) -> float:
-    """Of Verlet's method, 2 / frequency: neighbours that stretch, and shear that turns sections, at once."""
+    """Stability limit of Verlet's method, 2 / frequency: for neighbours in stretch, and for shear that
+    rotates sections."""
     stretching = 2.0 * np.sqrt(YOUNG / DENSITY) / element
     shearing = np.sqrt(4.0 * SHEAR / (DENSITY * RADIUS**2))
     return float(2.0 / (np.sqrt(stiffening) * np.hypot(stretching, shearing)))
 
 
 def extrapolated(stiffening: float) -> Array:
-    """Path of the tip for elements of no length: errors fall with the square of it (Richardson)."""
+    """Path of the tip for zero element length: errors are quadratic in the length (Richardson)."""
     coarse, fine = (peer_tips(elements, stiffening) for elements in ELEMENTS[-2:])
     ratio = (lengths()[-2] / lengths()[-1]) ** 2
     return np.asarray(fine + (fine - coarse) / (ratio - 1.0))
 
 
 def lengths() -> Array:
-    """Of the elements."""
+    """Lengths of the elements."""
     return LENGTH / (np.array(ELEMENTS) - 0.5)
 
 
 def shown(tips: Array) -> Array:
-    """x and z at the times in the table."""
+    """x and z at the times of the table."""
     return np.asarray(tips[list(SHOWN)][:, [0, 2]].ravel())
 
 
 def tip(stiffening: float) -> Answer:
-    """The tip at some times."""
+    """Tip positions at some times."""
     found = lissom_tips(stiffening)
 
     def plot() -> Plot:
@@ -153,18 +155,18 @@ def tip(stiffening: float) -> Answer:
 
 
 def refined() -> list[Array]:
-    """Paths of the tip with more and more elements."""
+    """Paths of the tip with increasing numbers of elements."""
     return [peer_tips(elements, STIFFENING) for elements in ELEMENTS]
 
 
 def second_order() -> list[float]:
-    """What is wanted of the order; PyElastica runs here, as the time of the case is lissom's."""
+    """Reference value of the order; PyElastica runs here, because the time of the case is lissom's."""
     refined()
     return [2.0]
 
 
 def order() -> Answer:
-    """With which power of their length PyElastica's elements come to lissom's answer."""
+    """Order of convergence of PyElastica's elements to lissom's result."""
     found = lissom_tips(STIFFENING)
     distances = [np.sqrt(np.mean(np.sum((tips - found) ** 2, axis=1))) for tips in refined()]
     if not np.isfinite(distances).all():

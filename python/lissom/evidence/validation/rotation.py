@@ -1,4 +1,4 @@
-"""Rods on a base that turns."""
+"""Rods on a rotating base."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from .rods import BENDING, LENGTH, RADIUS, WEIGHTLESS
 
 THEME = "Rotation"
 
-# Spin-up manoeuvre: a flexible beam that is driven to a constant speed
+# Spin-up manoeuvre: a flexible beam accelerated to a constant speed
 
-#: Stiffnesses (N, N m^2), mass per length (kg/m) and length (m): of a circular section, as the rotary inertia
-#: of the publication, 6e-4 kg m, is that of a circle too.
+#: Stiffnesses (N, N m^2), mass per length (kg/m) and length (m) of a circular section; the rotary inertia of
+#: the publication, 6e-4 kg m, is that of a circle too.
 BEND, SHEAR, STRETCH, MASS, SPAN = 1.4e4, 1e7, 2.8e7, 1.2, 10.0
-#: Time of the speeding up in seconds, and the speed after it in rad/s.
+#: Duration of the acceleration in seconds, and the final speed in rad/s.
 RISE, SPEED = 15.0, 6.0
 END = 20.0
 
 
 def turned(t: float) -> tuple[float, float, float]:
-    """The angle of the base with its rate and acceleration."""
+    """Angle of the base with its rate and acceleration."""
     if t >= RISE:
         return SPEED * t - SPEED * RISE / 2.0, SPEED, 0.0
     phase, mean = 2.0 * np.pi * t / RISE, SPEED / RISE
@@ -37,7 +37,7 @@ def turned(t: float) -> tuple[float, float, float]:
 
 
 def spun_rod() -> Rod:
-    """The beam as a circular rod of these stiffnesses."""
+    """The beam as a circular rod with these stiffnesses."""
     radius = 2.0 * np.sqrt(BEND / STRETCH)
     area = np.pi * radius**2
     young = STRETCH / area
@@ -55,7 +55,7 @@ def spun_rod() -> Rod:
 
 
 def tip_in_shadow(rod: Rod, q: Array, t: Array) -> Array:
-    """Displacement of the tip along and across the undeformed beam that turns with the base, shape (m, 2)."""
+    """Displacement of the tip along and perpendicular to the undeformed rotating beam, shape (m, 2)."""
     tip = rod.pose(q, rod.length, t=t)[:, :3, 3]
     angle = np.array([turned(time)[0] for time in t])
     along = tip[:, 0] * np.cos(angle) + tip[:, 1] * np.sin(angle) - SPAN
@@ -65,7 +65,7 @@ def tip_in_shadow(rod: Rod, q: Array, t: Array) -> Array:
 
 @cache
 def linear_beam() -> tuple[Array, Array]:
-    """Times and deflection of the tip by the classical linear equations."""
+    """Times and tip deflection by the classical linear equations."""
     return exact.turned_beam(BEND, MASS, SPAN, turned, END)
 
 
@@ -77,7 +77,7 @@ def spin_up() -> tuple[Rod, MotionResult]:
 
 
 def largest_lag() -> Answer:
-    """How far the tip falls behind."""
+    """Largest lag of the tip."""
     rod, motion = spin_up()
     across = tip_in_shadow(rod, motion.q, motion.t)[:, 1]
     t, wanted = linear_beam()
@@ -96,7 +96,7 @@ def largest_lag() -> Answer:
 
 
 def steady_stretch() -> Answer:
-    """How much longer the beam is at its final speed."""
+    """Elongation of the beam at its final speed."""
     rod = spun_rod()
     found = statics(rod, t=END)
     longer = tip_in_shadow(rod, found.q[None], np.array([END]))[0, 0]
@@ -124,18 +124,18 @@ def exact_stretch() -> float:
 
 # Frequencies of a rotor blade
 
-#: Speeds of rotation times L^2 sqrt(rho A / E I).
+#: Speeds of rotation in units of sqrt(E I / (rho A)) / L^2.
 SPEEDS = (0.0, 2.0, 4.0, 6.0, 8.0, 10.0, 12.0)
 DENSITY = 1000.0
 
 
 def wanted_flapping() -> list[float]:
-    """At all speeds."""
+    """Reference values at all speeds."""
     return [exact.flapping_blade(speed) for speed in SPEEDS]
 
 
 def flapping() -> Answer:
-    """Of a slender blade clamped at the axis."""
+    """Flapping frequencies of a slender blade clamped at the axis."""
     unit = np.sqrt(BENDING / (DENSITY * np.pi * RADIUS**2)) / LENGTH**2
     thin = 0.1
     found = []

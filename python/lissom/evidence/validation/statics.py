@@ -1,4 +1,4 @@
-"""Rods at rest."""
+"""Equilibria of rods."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from .rods import (
 
 THEME = "Statics"
 
-#: Wanted points in a plot: every so many of a computed line.
+#: Interval of reference points of a computed line in a plot.
 EVERY = 4
 
 
@@ -41,7 +41,7 @@ def xz(rod: Rod, q: Array) -> Array:
 
 
 def roll_up() -> Answer:
-    """One turn, with one constant mode."""
+    """One full turn with one constant mode."""
     rod = round_rod({"bend_y": 1}, tip_moment=(0.0, 2.0 * np.pi * BENDING / LENGTH, 0.0))
     turn = np.linspace(0.0, 2.0 * np.pi, 25)
     radius = LENGTH / (2.0 * np.pi)
@@ -55,7 +55,7 @@ ELASTICA_LOADS = (1.0, 5.0, 10.0)
 
 
 def elastica() -> Answer:
-    """Tip forces of several sizes."""
+    """Tip forces of several magnitudes."""
     rods = [
         (
             f"lissom, α = {alpha:g}",
@@ -67,7 +67,7 @@ def elastica() -> Answer:
 
 
 def elastica_tips() -> list[tuple[str, Array, Array]]:
-    """Wanted points of the plot."""
+    """Reference points of the plot."""
     tips = np.array([exact.elastica(alpha) for alpha in ELASTICA_LOADS])
     return [("tip by elliptic integrals", tips[:, 0], -tips[:, 1])]
 
@@ -85,12 +85,12 @@ HEAVY_LOADS = (5.0, 20.0)
 
 @cache
 def heavy_shape(load: float) -> exact.PlanarShape:
-    """Of a rod with the weight per length ``load`` E I / L^3."""
+    """Shape of a rod with the weight per length ``load`` E I / L^3."""
     return exact.planar_rod(LENGTH, np.ones_like, weight=lambda X: load + 0.0 * X)
 
 
 def heavy_elastica() -> Answer:
-    """Own weights of two sizes."""
+    """Two weights."""
     rods = [
         (
             f"lissom, β = {load:g}",
@@ -111,7 +111,7 @@ def planar_points(name: str, shape: exact.PlanarShape) -> tuple[str, Array, Arra
 
 
 def planar_tip(shape: exact.PlanarShape) -> list[float]:
-    """Where a computed shape ends."""
+    """Tip of a computed shape."""
     return [float(shape.x[-1]), float(shape.z[-1])]
 
 
@@ -135,7 +135,7 @@ def wire_shape() -> exact.PlanarShape:
 
 
 def lab_wire() -> Answer:
-    """With enough modes to be exact."""
+    """With enough modes for an exact shape."""
     rod = Rod([Segment(**WIRE, modes={"bend_y": 10})])
     return at_rest([("lissom", rod)], xz, lambda: [planar_points("collocation", wire_shape())])
 
@@ -153,9 +153,9 @@ def lab_wire_coordinates() -> Answer:
 BEND_RADIUS = 100.0
 BEND_LENGTH = BEND_RADIUS * np.pi / 4.0
 BEND_FORCES = (300.0, 450.0, 600.0)
-#: Positions of the tip by force: Simo and Vu-Quoc (1986), A three-dimensional finite-strain rod model II.
+#: Tip positions by force: Simo and Vu-Quoc (1986), A three-dimensional finite-strain rod model II.
 BEND_PUBLISHED = {300.0: (58.84, 22.33, 40.08), 600.0: (47.23, 15.79, 53.37)}
-#: A square of side 1 as a circle of the same ratio E A / E I; G J = G / 6 is its polar second moment.
+#: A square of side 1 as a circle with the same ratio E A / E I; G J = G / 6 is its polar second moment.
 BEND_SECTION_RADIUS = 1.0 / np.sqrt(3.0)
 BEND_YOUNG, BEND_SHEAR, BEND_CORRECTION = 1e7, 5e6, 5.0 / 6.0
 STRAINS = ("torsion", "bend_y", "bend_z", "stretch", "shear_y", "shear_z")
@@ -195,13 +195,13 @@ def bend(forces: tuple[float, ...], points: Callable[[], Points]) -> Answer:
 
 
 def bend_published() -> Answer:
-    """At the two forces of the publication."""
+    """The two forces of the publication."""
     tips = np.array(list(BEND_PUBLISHED.values()))
     return bend(tuple(BEND_PUBLISHED), lambda: [("tips, Simo and Vu-Quoc", *XZ.of(tips))])
 
 
 def bend_computed() -> Answer:
-    """At all forces."""
+    """All forces."""
     return bend(
         BEND_FORCES,
         lambda: [
@@ -245,9 +245,9 @@ def thick_shape() -> exact.PlanarShape:
 
 
 def thick(values: Any) -> Answer:
-    """A beam that shears as much as it bends."""
+    """A beam with shear as large as bending."""
     modes = {"bend_y": 4, "stretch": 4, "shear_z": 4}
-    # No isotropic material has a Poisson's ratio of 49: the section is given as it is.
+    # Poisson's ratio would be 49, which no isotropic material has: use a section with given properties.
     EI, EA, GA = thick_stiffness()
     GJ = THICK["shear_modulus"] * 2.0 * EI / THICK["young_modulus"]
     section = Section.given((GJ, EI, EI, EA, GA, GA), mass=5000.0 * np.pi * THICK["radius"] ** 2)
@@ -272,13 +272,14 @@ def helix() -> Answer:
 
 # Catenary
 
-#: Weight and horizontal force of the rope in E I / L^2 of the rod: so large that the rod is nearly a rope.
+#: Weight and horizontal force of the rope in units of E I / L^2 of the rod: large enough for the rod to be
+#: nearly a rope.
 ROPE_WEIGHT = 1e4
 ROPE_PULL = 0.5 * ROPE_WEIGHT
 
 
 def rope() -> Answer:
-    """Clamped along the rope, pulled at the tip by what pulls at a rope's end."""
+    """Clamped in the direction of the rope, with the rope's end force at the tip."""
     slope = -0.5 * ROPE_WEIGHT / ROPE_PULL
     half = -0.5 * np.arctan(slope)
     rod = round_rod(
@@ -306,7 +307,7 @@ FOLLOWER_FORCES = (30e3, 60e3, 130e3)
 
 @cache
 def followed_shape(force: float) -> exact.PlanarShape:
-    """By collocation."""
+    """Shape by collocation."""
     return exact.planar_rod(
         FOLLOWED["length"],
         lambda X: FOLLOWED["EI"] + 0.0 * X,
@@ -318,7 +319,7 @@ def followed_shape(force: float) -> exact.PlanarShape:
 
 
 def follower() -> Answer:
-    """A force that stays normal to the tip's section."""
+    """A force that remains normal to the tip's section."""
     radius = np.sqrt(4.0 * FOLLOWED["EI"] / FOLLOWED["EA"])
     area = np.pi * radius**2
     modes = {"bend_y": 16, "stretch": 12, "shear_z": 12}
@@ -344,14 +345,15 @@ def follower() -> Answer:
 
 # Right-angle frame
 
-#: Tip force in E I / L^2: so small that linear theory holds to its square.
+#: Tip force in units of E I / L^2: small enough that errors of linear theory, which are quadratic, are
+#: negligible.
 FRAME_FORCE = 1e-4
-#: Length of the rigid corner, metres: too short to matter.
+#: Length of the rigid corner in metres: negligible.
 CORNER = 1e-9
 
 
 def frame() -> Answer:
-    """Two legs, the force normal to their plane: the first leg twists."""
+    """Two legs with a force normal to their plane: the first leg twists."""
     leg = Segment(LENGTH, 0.01, 1e9, 4e8, 1000.0, modes={"torsion": 2, "bend_y": 4, "bend_z": 2})
     corner = Segment(
         CORNER,
@@ -369,7 +371,7 @@ def frame() -> Answer:
     answer = at_rest(
         [("lissom", rod)], lambda rod, q: tip(rod, q)[2], lambda: [("linear theory", y, z)], plane
     )
-    # Deflections that small cannot be seen to scale.
+    # Such small deflections are not visible to scale.
     return replace(answer, plot=lambda: replace(answer.plot(), to_scale=False))
 
 

@@ -1,4 +1,4 @@
-"""Rods held at both ends: by the clamp at their base and by springs, almost rigid, at their tip."""
+"""Rods held at both ends: by the clamp at their base and by almost rigid springs at their tip."""
 
 from __future__ import annotations
 
@@ -12,12 +12,14 @@ from .rods import BENDING, LENGTH, POINTS, WEIGHTLESS, at_rest, centre_line, den
 
 THEME = "Held at both ends"
 
-#: Stiffness of the springs in E I / L^3 and E I / L; what they give is an error of some parts in that.
+#: Stiffness of the springs in units of E I / L^3 and E I / L; their compliance causes a relative error of a
+#: few parts in this number.
 STIFFNESS = 1e8
 
 
 def hold(*, is_clamp: bool) -> Support:
-    """Holds the tip across the rod, and its direction if it is a clamp; it may slide and twist."""
+    """Holds the tip perpendicular to the rod, and its direction if it is a clamp; the tip can slide and
+    twist."""
     across = STIFFNESS * BENDING / LENGTH**3
     about = STIFFNESS * BENDING / LENGTH if is_clamp else 0.0
     return Support(stiffness=(0.0, across, across), rotational_stiffness=(0.0, about, about))
@@ -29,7 +31,7 @@ COLUMNS = {"pinned": exact.greenhill_root() ** 2, "clamped": 4.0 * np.pi**2}
 
 
 def column(end: str) -> Answer:
-    """A column under an axial force at an end that is held."""
+    """A column under an axial force at a held end."""
     load = 1.25 * COLUMNS[end]
     rod = round_rod(
         {"bend_y": 12},
@@ -46,7 +48,7 @@ TWIST = 10.0
 
 
 def twisted() -> Answer:
-    """A shaft under an axial moment: half of it dead and half following, which together have a potential."""
+    """A shaft under an axial moment: half of it dead and half follower, which together have a potential."""
     moment = (0.5 * TWIST * BENDING / LENGTH, 0.0, 0.0)
     rod = round_rod(
         {"torsion": 1, "bend_y": 12, "bend_z": 12},
@@ -60,7 +62,7 @@ def twisted() -> Answer:
 
 # Frequencies
 
-#: Slender, so that rotary inertia does not show.
+#: Slender, so that rotary inertia is negligible.
 THIN, YOUNG, DENSITY = 1e-4, 1e9, 1000.0
 THIN_BENDING = YOUNG * np.pi / 4.0 * THIN**4
 COUNT = 3
@@ -75,7 +77,7 @@ def thin(end: str) -> Rod:
 
 
 def vibrating() -> Answer:
-    """The lowest frequencies of beams that are pinned, and clamped, at their tip."""
+    """The lowest frequencies of beams with a pinned and with a clamped tip."""
     unit = np.sqrt(THIN_BENDING / (DENSITY * np.pi * THIN**2)) / LENGTH**2
     found = [modes(thin(end), np.zeros(16)).angular_frequency[:COUNT] / unit for end in COLUMNS]
 
@@ -91,7 +93,7 @@ def vibrating() -> Answer:
 
 
 def beam_frequencies() -> list[Array]:
-    """Those of Euler and Bernoulli, pinned and clamped."""
+    """Euler-Bernoulli frequencies, pinned and clamped."""
     return [exact.held_beam_roots(COUNT, is_clamped=end == "clamped") ** 2 for end in COLUMNS]
 
 
@@ -101,7 +103,7 @@ HEAVY = 100.0
 
 
 def heavy_beam() -> Answer:
-    """A beam with two clamps, of which one may slide, sagging under its own weight."""
+    """A beam between two clamps, one of which can slide, under its own weight."""
     rod = round_rod(
         {"bend_y": 16},
         nodes=36,
@@ -121,12 +123,12 @@ def heavy_beam() -> Answer:
 
 
 def sagging() -> exact.PlanarShape:
-    """The same by collocation, with the force and moment that hold the tip."""
+    """The same by collocation, including the force and moment at the tip."""
     return exact.held_planar_rod(LENGTH, 1.0, HEAVY)
 
 
 def sag() -> list[float]:
-    """Where the tip has slid to, and the height of the middle."""
+    """Position of the tip, and height of the middle."""
     shape = sagging()
     return [float(shape.x[-1]), exact.interpolated(shape.X, shape.z, 0.5 * LENGTH)]
 

@@ -12,10 +12,10 @@ from ..._lissom import __version__
 from ...report.text import quantity
 from .case import Array, Case, Outcome
 
-#: Significant digits of values.
+#: Number of significant digits.
 DIGITS = 8
 
-#: Columns in a terminal: name, width, alignment.
+#: Columns on a terminal: name, width, alignment.
 TERMINAL = (
     ("case", 30, "<"),
     ("wanted", 14, ">"),
@@ -26,7 +26,7 @@ TERMINAL = (
     ("source", 0, "<"),
 )
 
-#: What the documentation says around the table.
+#: Text of the documentation around the table.
 BEFORE = """# Validation gallery
 
 Questions with known answers, asked of lissom. This page is made by
@@ -65,7 +65,7 @@ used first) and are left out where it is not installed. How long both take has i
 
 
 def worst(outcome: Outcome) -> tuple[float, float]:
-    """The wanted value that lissom's differs most from, and lissom's."""
+    """The reference value with the largest error, and lissom's value."""
     if outcome.found.shape != outcome.wanted.shape or not np.isfinite(outcome.found).all():
         return float(outcome.wanted[0]), float("nan")
     at = int(np.argmax(np.abs(outcome.found - outcome.wanted)))
@@ -73,27 +73,27 @@ def worst(outcome: Outcome) -> tuple[float, float]:
 
 
 def number(value: float) -> str:
-    """A value with the digits that a reader can compare."""
+    """A value with the digits needed for comparison."""
     return "–" if not np.isfinite(value) else f"{value:.{DIGITS}g}"
 
 
 def numbers(values: Array) -> str:
-    """Several."""
+    """Several values."""
     return ", ".join(number(value) for value in values)
 
 
 def error(outcome: Outcome) -> str:
-    """The error with the digits that mean something."""
+    """The error with its significant digits."""
     return "none" if outcome.error == 0.0 else f"{outcome.error:.0e}"
 
 
 def head() -> str:
-    """The head of the table in a terminal."""
+    """The table's header on a terminal."""
     return _line([name for name, _, _ in TERMINAL])
 
 
 def line(outcome: Outcome) -> str:
-    """A case in a terminal; of several values the one that is furthest off."""
+    """A case as a line on a terminal; of several values the one with the largest error."""
     if outcome.not_run:
         return f"{outcome.case.name:<{TERMINAL[0][1]}}  not run: {outcome.not_run}"
     wanted, found = worst(outcome)
@@ -108,12 +108,12 @@ def _line(cells: Sequence[str]) -> str:
 
 
 def source(case: Case) -> str:
-    """Where wanted values come from."""
+    """Source of the reference values."""
     return f"{case.source} ({case.origin})"
 
 
 def verdict(outcomes: Sequence[Outcome]) -> str:
-    """The whole in a sentence."""
+    """Summary in one sentence."""
     bad = [outcome.case.name for outcome in outcomes if outcome.outside]
     left_out = sum(bool(outcome.not_run) for outcome in outcomes)
     asked = len(outcomes) - left_out

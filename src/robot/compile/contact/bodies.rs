@@ -1,7 +1,8 @@
-//! Shapes that touch each other with their corners and edges.
+//! Bodies that touch each other with corners and edges.
 //!
-//! Of two bodies each is a solid for the corners and edges of the other one. Sharp edges have no normal, so that forces would jump where
-//! one corner slides over the edge of the other body: boxes and sharp meshes are cores with faces further in, rounded by as much.
+//! Each of two bodies is a solid for the corners and edges of the other one. Sharp edges have no normal, so
+//! that forces would jump where a corner slides over an edge. Therefore boxes and sharp meshes are computed
+//! as smaller cores, rounded by the difference.
 
 use super::{Axes, solid};
 use crate::contact::{Obstacle, Surface};
@@ -11,15 +12,15 @@ use crate::robot::algebra::obstacle::Solid;
 use crate::robot::plan::contact::{Body, Contacts, Fixed, Side};
 use crate::robot::plan::space::Space;
 
-/// Edges of boxes and sharp meshes are rounded by that part of half the thickness of the thinner body: overlaps are far smaller, as a rule, and the
-/// support that a box has is narrower by no more.
+/// Rounding radius of edges of boxes and sharp meshes, relative to half the thickness of the thinner body.
+/// Overlaps are usually far smaller; a box's support becomes narrower by no more than this radius.
 const ROUNDING: f64 = 0.04;
 
-/// Places along a capsule that touch hilly ground.
+/// Number of points along a capsule for contact with height fields.
 const PLACES_OF_CAPSULE: usize = 5;
 
-/// The pairs as which two bodies, or a body and a height field, are computed, each with whether its surfaces are the other way
-/// round; `None` of others.
+/// Pairs by which the contact of two bodies, or of a body and a height field, is computed, each with a flag
+/// for swapped surfaces; `None` for other pairs.
 pub(super) fn meet<G: Space>(
     surfaces: [&Surface; 2],
     axes: &[Axes; 2],
@@ -34,7 +35,8 @@ pub(super) fn meet<G: Space>(
         for s in 0..2 {
             let other = 1 - s;
             let own = &cores[s];
-            // Beyond the rounded edges the nearest face may be another one than where a corner has entered.
+            // Beyond the rounded edges the nearest face may differ from the one through which a corner has
+            // entered.
             let measure = thickness.min(2.0 * (cores[0].radius + cores[1].radius));
             let body = Body {
                 edges: own.edges.clone(),
@@ -58,7 +60,7 @@ pub(super) fn meet<G: Space>(
     if found.is_empty() { None } else { Some(found) }
 }
 
-/// A body without edges.
+/// A body with corners and without edges.
 fn body(axes: &Axes, corners: &[Vector<f64>], radius: f64, thickness: f64) -> Body {
     let corners: Vec<_> = corners.iter().map(|corner| axes.place(corner.to_array())).collect();
     let away = corners.iter().map(|&corner| (corner - corners[0]).dot(corner - corners[0]));
@@ -78,14 +80,14 @@ fn add_solid<G: Space>(contacts: &mut Contacts<G>, axes: &Axes, solid: Solid) ->
     Side::Solid(contacts.solids.len() - 1)
 }
 
-/// What a body is within a radius of.
+/// Core of a body: the body is everything within a radius of it.
 struct Core {
     corners: Vec<Vector<f64>>,
     edges: Vec<[usize; 2]>,
     radius: f64,
 }
 
-/// From the middle of a body to its surface.
+/// Distance from the middle of a body to its surface.
 pub(super) fn thickness(shape: &Obstacle) -> f64 {
     match shape {
         Obstacle::Capsule { radius, .. } => *radius,
@@ -99,7 +101,7 @@ pub(super) fn thickness(shape: &Obstacle) -> f64 {
 }
 
 impl Core {
-    /// Of a body whose edges, if they are sharp, are rounded by a radius.
+    /// Core of a body whose sharp edges are rounded by a radius.
     fn of(shape: &Obstacle, rounding: f64) -> Self {
         match shape {
             Obstacle::Capsule { ends, radius } => Self {
@@ -144,7 +146,7 @@ impl Core {
     }
 }
 
-/// The corners of a box: bit i of the number says on which side of the middle it is along axis i.
+/// Corners of a box: bit i of the index is the side along axis i.
 pub(super) fn corners_of_box(
     centre: [f64; 3],
     half_extents: [f64; 3],
@@ -163,8 +165,8 @@ fn edges_of_box() -> Vec<[usize; 2]> {
     (0..3).flat_map(along).collect()
 }
 
-/// The places of a body that touch hilly ground, and their radius: corners, and the middles of edges and
-/// faces; of a capsule, places along it.
+/// Points of a body that touch height fields, and their radius: corners, and middles of edges and faces; for
+/// a capsule, points along it.
 fn places_on_ground(shape: &Obstacle) -> (Vec<Vector<f64>>, f64) {
     let mean = |points: &[Vector<f64>]| {
         let sum = points.iter().fold(Vector::zero(), |sum, &point| sum + point);

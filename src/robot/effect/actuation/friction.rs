@@ -1,6 +1,6 @@
-//! Friction of tendons along the parts that are embedded, and where straight parts begin and end: `T(X) = T_0 exp(-mu s theta(X))`
-//! (capstan), with the angle `theta = int |dt/dX| dX` by which the tendon turns in space up to X, and the direction of sliding s in [-1, 1], 1 as while
-//! it is pulled.
+//! Friction of tendons along embedded parts, and at the transitions to straight parts:
+//! `T(X) = T_0 exp(-mu s theta(X))` (capstan equation), with the angle `theta = int |dt/dX| dX` by which the
+//! tendon turns in space up to X, and the direction of sliding s in [-1, 1], 1 if the tendon is pulled.
 //!
 //! With `w = u' + kappa x u` the tangent turns by `r = (1 - t t^T) w / |u|`, and
 //!
@@ -8,36 +8,38 @@
 //! r . dr = (r . dw - (t . w) / |u| r . du - |r|^2 t . du) / |u|
 //! ```
 //!
-//! Between straight parts of the directions d and e, or a straight part and an embedded one, it turns by their angle, whose
-//! derivative is `-(dd . e + d . de) / |d x e|`.
+//! Between straight parts with the directions d and e, or between a straight part and an embedded one, the
+//! tendon turns by their angle, whose derivative is `-(dd . e + d . de) / |d x e|`.
 //!
-//! What is not local: a strain changes the tension all behind it. Plain numbers, not packs: few robots need it.
+//! Friction is not local: a strain changes the tension in everything that follows. Computed with plain
+//! numbers instead of packs, because few robots need it.
 
 use crate::lie::{LANES, Lanes, Vector};
 use crate::robot::plan::actuation::{Actuation, Friction, Part, Sleeve, SleeveTurning, Thread};
 use crate::robot::state::actuation::{ActuationState, ActuationTangent, LineState, Sliding};
 
-/// Strains that are curvatures.
+/// Number of angular strains.
 const ANGULAR: usize = 3;
 
-/// Curvature below which the turning of a tendon is smoothed, which else has a kink where it is straight: so many radians over
-/// the length of the part; the angle of what turns by a radian is off by half the square of that.
+/// Curvature below which the rotation of a tendon is smoothed, because it has a kink at zero curvature: this
+/// number of radians over the length of the part. The angle of a part that turns by one radian has an error
+/// of half its square.
 const SMALLEST_TURN: f64 = 1e-6;
 
-/// The angle between parts of these directions, and minus its derivative with respect to their product.
-/// Smoothed like that of embedded parts.
+/// The angle between parts of these directions, and minus its derivative with respect to their scalar
+/// product. Smoothed like that of embedded parts.
 fn corner(before: Vector<f64>, after: Vector<f64>) -> [f64; 2] {
     let cross = before.cross(after);
     let sine = cross.dot(cross).sqrt();
     let angle = sine.atan2(before.dot(after));
     let smoothed = angle * angle + SMALLEST_TURN * SMALLEST_TURN;
     let slope = angle * (smoothed + SMALLEST_TURN * SMALLEST_TURN) / (smoothed * smoothed.sqrt());
-    // Of parts that turn back every direction is the steepest.
+    // For opposite directions every direction of change is a steepest one.
     let of_product = if sine > 0.0 { slope / sine } else { 0.0 };
     [angle * angle / smoothed.sqrt(), of_product]
 }
 
-/// The direction of sliding at a rate of the length. One that is told is held within [-1, 1].
+/// Direction of sliding at a rate of length. A commanded direction is clipped to [-1, 1].
 pub(super) fn sliding(friction: &Friction, told: f64, rate: f64) -> Sliding {
     if friction.sliding.is_some() {
         let of_told = if told.abs() <= 1.0 { 1.0 } else { 0.0 };
@@ -48,10 +50,10 @@ pub(super) fn sliding(friction: &Friction, told: f64, rate: f64) -> Sliding {
     Sliding { told, value: -rate / root, of_rate, of_told: 0.0 }
 }
 
-/// What a thread does at a node.
+/// State of a thread at a node.
 struct Node {
     u: Vector<f64>,
-    /// One over the length of u.
+    /// Reciprocal of |u|.
     inverse: f64,
     /// dt/dX, and `(t . w) / |u|`.
     turn: Vector<f64>,
@@ -60,7 +62,7 @@ struct Node {
     curvature: Vector<f64>,
 }
 
-/// The strains and their slopes, `[strain, slope]`, of a component at a node.
+/// Strains and their slopes, `[strain, slope]`, of a component at a node.
 fn strains<P: Lanes>(
     sleeve: &Sleeve<P>,
     turning: &SleeveTurning,
@@ -83,7 +85,7 @@ fn direction<P: Lanes>(sleeve: &Sleeve<P>, thread: &Thread<P>, c: usize, node: u
     thread.directions[c * sleeve.packs + node / LANES].lane(node % LANES)
 }
 
-/// The axis of a component that is a curvature.
+/// Axis of an angular component.
 fn axis(strain: usize) -> Option<Vector<f64>> {
     (strain < ANGULAR).then(|| Vector::from(std::array::from_fn(|i| if i == strain { 1.0 } else { 0.0 })))
 }
@@ -115,12 +117,12 @@ fn node_of<P: Lanes>(
     Node { u, inverse, turn: (w - t * t.dot(w)) * inverse, along, curvature }
 }
 
-/// The smallest curvature that counts.
+/// Smallest curvature without smoothing.
 fn smallest<P: Lanes>(sleeve: &Sleeve<P>) -> f64 {
     SMALLEST_TURN / sleeve.weights.iter().map(|weight| weight.sum()).sum::<f64>()
 }
 
-/// Finds angles and tensions along a tendon, and the generalised forces of a unit force.
+/// Computes angles and tensions along a tendon, and the generalised forces of a unit force.
 pub(super) fn measure<P: Lanes>(
     actuation: &Actuation<P>,
     state: &mut ActuationState<P>,
@@ -163,7 +165,7 @@ pub(super) fn measure<P: Lanes>(
             for lane in 0..LANES {
                 let turn = turn(pack * LANES + lane);
                 total += weight.lane(lane) * turn;
-                // Kept where the ratios come to stand.
+                // Stored temporarily in place of the ratios.
                 state.ratios[first + pack].set_lane(lane, turn);
             }
         }
@@ -196,8 +198,9 @@ pub(super) fn measure<P: Lanes>(
     }
 }
 
-/// Finds, of a unit force, the generalised forces with straight parts and their derivative with respect to the direction of
-/// sliding; and adds `factor` times their derivative with respect to the coordinates as far as it comes from angles.
+/// Computes, for a unit force, the generalised forces including straight parts, and their derivative with
+/// respect to the direction of sliding. Adds `factor` times the part of their derivatives with respect to the
+/// coordinates that is due to angles.
 pub(super) fn stiffen<P: Lanes>(
     actuation: &Actuation<P>,
     state: &ActuationState<P>,
@@ -258,7 +261,7 @@ pub(super) fn stiffen<P: Lanes>(
         for (c, component) in sleeve.components.iter().enumerate() {
             for degree in 0..component.modes {
                 let j = component.first + degree;
-                // The part of each node in the force of the coordinate.
+                // Share of each node in the force on the coordinate.
                 let mut sum = 0.0;
                 for pack in 0..sleeve.packs {
                     let slope = state.slopes[first_slope + c * sleeve.packs + pack];
@@ -273,11 +276,11 @@ pub(super) fn stiffen<P: Lanes>(
                 if factor == 0.0 {
                     continue;
                 }
-                // Angles of the parts before.
+                // Angles of the preceding parts.
                 for &k in &actuator.reaches {
                     add(j, k, -factor * falls * sum * angle_gradient[k]);
                 }
-                // Of this part: a turn at a node changes the tension at all nodes behind it.
+                // For this part, a rotation at a node changes the tension at all following nodes.
                 behind.fill(0.0);
                 for (&share, row) in shares.iter().zip(turning.up_to.chunks_exact(nodes)) {
                     for (behind, &weight) in behind.iter_mut().zip(row) {
@@ -298,7 +301,7 @@ pub(super) fn stiffen<P: Lanes>(
     }
 }
 
-/// The direction of a part on one side of a corner, and how it turns.
+/// The direction of the part on one side of a corner, and its derivatives.
 struct Side<'a> {
     direction: Vector<f64>,
     turned: Turned<'a>,
@@ -310,7 +313,7 @@ enum Turned<'a> {
 }
 
 impl Side<'_> {
-    /// The derivative of the direction with respect to a coordinate.
+    /// Derivative of the direction with respect to a coordinate.
     fn turned(&self, k: usize) -> Vector<f64> {
         match self.turned {
             Turned::Line { state, moved } => {
@@ -321,7 +324,7 @@ impl Side<'_> {
     }
 }
 
-/// Adds the derivative of the angle of a corner.
+/// Adds the derivative of a corner's angle.
 fn add_corner(before: &Side<'_>, after: &Side<'_>, reaches: &[usize], angle_gradient: &mut [f64]) {
     let [_, of_product] = corner(before.direction, after.direction);
     for &k in reaches {
@@ -330,12 +333,12 @@ fn add_corner(before: &Side<'_>, after: &Side<'_>, reaches: &[usize], angle_grad
     }
 }
 
-/// The coordinates of a sleeve, component by component.
+/// Coordinates of a sleeve, component by component.
 fn coordinates_of<P>(sleeve: &Sleeve<P>) -> impl Iterator<Item = usize> {
     sleeve.components.iter().flat_map(|component| component.first..component.first + component.modes)
 }
 
-/// Finds how the turning of a thread at its nodes changes with the coordinates of its piece.
+/// Computes the derivatives of a thread's rotation at its nodes with respect to the coordinates of its piece.
 fn turn_changes<P: Lanes>(
     sleeve: &Sleeve<P>,
     turning: &SleeveTurning,

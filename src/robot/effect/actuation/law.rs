@@ -1,16 +1,16 @@
-//! How the force of an actuator follows from its length, the rate of that, and what it is told; and the power of it.
+//! Force laws of actuators: force from length, rate of length and command; and their power.
 //!
-//! The force is what a motion needs against the actuator, dual to its length: a tension counts positive, for it resists
-//! lengthening, and a pressure negative.
+//! The force is the one that a motion requires to move against the actuator, dual to its length: a tension is
+//! positive, because it resists lengthening, and a pressure negative.
 
 use crate::robot::plan::actuation::Law;
 use crate::robot::state::actuation::Force;
 
-/// Width, as a part of the range between the limits of a motor, of the bend with which its torque approaches them: there it
-/// is off by half of that.
+/// Width of the transition in which the torque of a motor approaches its limits, relative to the range
+/// between them. The largest error of the torque is half of that.
 const BEND: f64 = 1e-3;
 
-/// The force at this length, rate and command; what does not stretch is told its tension here.
+/// Force for this length, rate and command; for an inextensible tendon the command is its tension.
 #[inline(always)]
 pub(crate) fn force(law: Law, length: f64, rate: f64, command: f64) -> Force {
     let plain = Force { value: -command, of_command: -1.0, ..Force::default() };
@@ -19,7 +19,7 @@ pub(crate) fn force(law: Law, length: f64, rate: f64, command: f64) -> Force {
         Law::Tension => Force { value: command, of_command: 1.0, ..Force::default() },
         Law::Cable { stiffness, damping } => {
             let value = stiffness * (length - command) + damping * rate;
-            // NaN stays NaN.
+            // Propagates NaN.
             if value < 0.0 {
                 return Force::default();
             }
@@ -36,9 +36,10 @@ pub(crate) fn force(law: Law, length: f64, rate: f64, command: f64) -> Force {
     }
 }
 
-/// The same between the limits of a motor's torque, which is the opposite of the force: with the distances a and b of what is
-/// wanted from the limits, `lowest + (a + sqrt(a^2 + width^2)) / 2 - (b + sqrt(b^2 + width^2)) / 2`, in a form in which large
-/// ones do not cancel.
+/// The force limited by a motor's torque limits; the torque is minus the force. With the distances a and b of
+/// the commanded torque from both limits, it is
+/// `lowest + (a + sqrt(a^2 + width^2)) / 2 - (b + sqrt(b^2 + width^2)) / 2`, in a form without cancellation
+/// of large values.
 #[inline(always)]
 fn limited(force: Force, limits: Option<[f64; 2]>) -> Force {
     let Some([lowest, highest]) = limits else { return force };
@@ -57,13 +58,13 @@ fn limited(force: Force, limits: Option<[f64; 2]>) -> Force {
     }
 }
 
-/// The potential of the force at a command that does not vary, where it has one: that of loads, or that of springs.
+/// Potential of the force at a constant command, if it has one: counted as a load or as elastic.
 pub(crate) enum Potential {
     Load(f64),
     Spring(f64),
 }
 
-/// The potential at this length.
+/// Potential at this length.
 pub(crate) fn potential(law: Law, length: f64, command: f64) -> Option<Potential> {
     match law {
         Law::Tension => Some(Potential::Load(command.max(0.0) * length)),
@@ -79,13 +80,13 @@ pub(crate) fn potential(law: Law, length: f64, command: f64) -> Option<Potential
         Law::Amount { energy_of_unit } => {
             Some(Potential::Spring(command * (0.5 * command * energy_of_unit - length)))
         }
-        // It does no work while its length is held.
+        // An inextensible tendon with constant length does no work.
         Law::Inextensible { .. } => Some(Potential::Load(0.0)),
         Law::Torque { limits: Some(_) } | Law::Servo { limits: Some(_), .. } => None,
     }
 }
 
-/// The part of the force that has the potential.
+/// The conservative part of the force.
 #[inline(always)]
 pub(crate) fn conservative(law: Law, length: f64, command: f64) -> f64 {
     match law {
@@ -95,7 +96,7 @@ pub(crate) fn conservative(law: Law, length: f64, command: f64) -> f64 {
     }
 }
 
-/// Whether the force has a part that always takes power out of the motion.
+/// Whether the force has a part that always dissipates power.
 pub(crate) fn dissipates(law: Law) -> bool {
     matches!(law, Law::Cable { damping, .. } | Law::Servo { damping, .. } if damping > 0.0)
 }
@@ -164,7 +165,7 @@ mod tests {
             assert!((found - torque).abs() < 1e-4, "{command}: {found}");
             assert!((-2.0..=3.0).contains(&found));
         }
-        // Limits beside which all that is told is huge.
+        // Limits far below all commands.
         let narrow = Law::Torque { limits: Some([-1e-9, 1e-9]) };
         for (command, torque) in [(-1e12, -1e-9), (-1.0, -1e-9), (0.0, 0.0), (1.0, 1e-9), (1e12, 1e-9)] {
             let found = -force(narrow, 0.0, 0.0, command).value;

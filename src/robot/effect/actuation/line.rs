@@ -1,6 +1,6 @@
-//! Straight parts of tendons: forces between two points along the line that joins them. Their direction changes as the points
-//! move; as long as it does not they are dead loads, which the sweeps know. What the change of direction adds to the tangent
-//! is `F D^T (1 - t t^T) D / l`, with the way D that the second end moves beside the first.
+//! Straight parts of tendons: forces between two points along the line that joins them. With a fixed
+//! direction they are dead loads, which the sweeps handle. The change of direction adds
+//! `F D^T (1 - t t^T) D / l` to the tangent, with the relative displacement D of the second end.
 
 use crate::lie::{Twist, Vector, VectorSpace, Wrench};
 use crate::robot::plan::Plan;
@@ -9,7 +9,7 @@ use crate::robot::state::Workspace;
 use crate::robot::state::actuation::LineState;
 use crate::robot::turning::Turning;
 
-/// Lines that are shorter than this have no direction, and pull nothing: metres.
+/// Straight parts shorter than this, in metres, have no direction and exert no force.
 const SHORTEST: f64 = 1e-14;
 
 /// Position and velocity of an end, in space and the frame of the plan, which follows the base.
@@ -28,7 +28,7 @@ fn end<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, end: &End<G::Pack>) -> [
     }
 }
 
-/// What a direction in the axes at an end is in space and the frame of the plan.
+/// Converts a direction in the axes of an end to space and the frame of the plan.
 fn turned<G: Turning>(
     plan: &Plan<G>,
     work: &Workspace<G>,
@@ -43,7 +43,8 @@ fn turned<G: Turning>(
     }
 }
 
-/// Finds all lines, the motion of all points up to date, and adds them to the lengths of their tendons.
+/// Evaluates all straight parts, with the motion of all points up to date, and adds their lengths to those of
+/// their tendons.
 pub(super) fn measure<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, q: &[f64]) {
     for (i, line) in plan.actuation.lines.iter().enumerate() {
         let [[from, from_velocity], [to, to_velocity]] = line.ends.each_ref().map(|e| end(plan, work, e));
@@ -66,8 +67,9 @@ pub(super) fn measure<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, q: &[
     }
 }
 
-/// The second derivative of the length of a line in time, the motion of all points up to date: that of `|d|` with the way d between
-/// its ends. Points of bodies accelerate by `a + w' x p + w x (v + w x p)` (see `kernel::acceleration`); the world does not.
+/// Second time derivative of a straight part's length, with the motion of all points up to date: of `|d|`
+/// with the vector d between its ends. Points of bodies accelerate by `a + w' x p + w x (v + w x p)` (see
+/// `kernel::acceleration`), points of the world do not.
 pub(super) fn acceleration<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, line: usize) -> f64 {
     let gravity = G::in_space(plan.frame, work.surroundings.gravity);
     let of_end = |e: &End<G::Pack>| {
@@ -85,7 +87,7 @@ pub(super) fn acceleration<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, line
     direction.dot(to - from) + (velocity.dot(velocity) - rate * rate) * inverse_length
 }
 
-/// The force on an end of a line, with its place.
+/// Force on an end of a straight part, and its point of attack.
 fn force_on<G: Turning>(
     plan: &Plan<G>,
     work: &Workspace<G>,
@@ -100,7 +102,7 @@ fn force_on<G: Turning>(
     (Wrench { moment: VectorSpace::zero(), force }, position)
 }
 
-/// Adds the forces of all lines to those that their points need.
+/// Adds the forces of all straight parts to those at their points.
 pub(super) fn pull<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>) {
     for (i, line) in plan.actuation.lines.iter().enumerate() {
         for (e, end) in line.ends.iter().enumerate() {
@@ -113,7 +115,7 @@ pub(super) fn pull<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>) {
     }
 }
 
-/// The dead wrenches of lines at a point, each with its place.
+/// Dead wrenches of straight parts at a point, and their points of attack.
 pub(super) fn dead_at<'a, G: Turning>(
     plan: &'a Plan<G>,
     work: &'a Workspace<G>,
@@ -122,9 +124,10 @@ pub(super) fn dead_at<'a, G: Turning>(
     pulled.iter().map(|&pulled| force_on(plan, work, pulled))
 }
 
-/// How the difference of the ends' positions, and the rate of the length, change with a coordinate that moves an end (sign 1
-/// of the second, -1 of the first), from its twist Psi and `int ad_V S`: with the velocity v of the end,
-/// `dv/dq = [Psi, V] + int ad_V S` at the end, and `V x` its own motion.
+/// Derivatives of the relative position of the ends, and of the length rate, with respect to a coordinate
+/// that moves an end (sign 1 for the second, -1 for the first), from its twist Psi and `int ad_V S`. With the
+/// velocity v of the end, `dv/dq = [Psi, V] + int ad_V S` at the end, plus the change due to its own
+/// displacement.
 pub(crate) fn changes<G: Turning>(
     plan: &Plan<G>,
     work: &Workspace<G>,
@@ -151,7 +154,8 @@ pub(crate) fn changes<G: Turning>(
     (moved * sign, sign * of_rate)
 }
 
-/// How the direction of an embedded part that goes on at an end turns with a coordinate that moves the end, from its twist.
+/// Derivative of the direction of an embedded part that continues at an end, with respect to a coordinate
+/// that moves the end, from its twist.
 pub(crate) fn mouth_turns<G: Turning>(
     plan: &Plan<G>,
     work: &Workspace<G>,
@@ -162,7 +166,8 @@ pub(crate) fn mouth_turns<G: Turning>(
     G::axial_in_space(plan.frame, psi.angular).cross(direction)
 }
 
-/// Adds how the directions of embedded parts that go on at the ends of a line change with the strains there.
+/// Adds the derivatives, with respect to strains, of the directions of embedded parts that continue at the
+/// ends of a straight part.
 pub(crate) fn add_bending_of_mouths<G: Turning>(
     plan: &Plan<G>,
     work: &Workspace<G>,

@@ -1,5 +1,5 @@
-//! Actuators: forces on lengths. A force F on a length l(q) has the generalised forces `F dl/dq`, and their derivative is
-//! `F d2l/dq2 + dl/dq (dF/dq)^T`.
+//! Actuators: forces that act on lengths. A force F on a length l(q) has the generalised forces `F dl/dq`,
+//! with the derivative `F d2l/dq2 + dl/dq (dF/dq)^T`.
 
 mod friction;
 pub(crate) mod law;
@@ -23,7 +23,7 @@ use crate::robot::turning::Turning;
 /// The actuators of a plan.
 pub(crate) struct Actuators;
 
-/// Finds lengths, their gradients and rates, and forces.
+/// Computes lengths, their gradients and rates, and forces.
 struct Measure<'a, G: Turning> {
     plan: &'a Plan<G>,
     state: &'a mut ActuationState<G::Pack>,
@@ -72,7 +72,7 @@ impl<G: Turning> Sweep for Measure<'_, G> {
     }
 }
 
-/// The generalised forces of a unit force of an actuator, less those of straight parts.
+/// Generalised forces of a unit force of an actuator, without straight parts.
 #[inline(always)]
 fn distribution<'a, G: Turning>(plan: &Plan<G>, state: &'a ActuationState<G::Pack>, i: usize) -> &'a [f64] {
     let rows = match plan.actuation.actuators[i].friction {
@@ -82,7 +82,7 @@ fn distribution<'a, G: Turning>(plan: &Plan<G>, state: &'a ActuationState<G::Pac
     &rows[i * plan.n..][..plan.n]
 }
 
-/// Finds tensions along tendons, and the power that a unit force takes out of the motion.
+/// Computes tensions along tendons, and the power dissipated per unit force.
 fn distribute<G: Turning>(plan: &Plan<G>, state: &mut ActuationState<G::Pack>, q: &[f64], qd: &[f64]) {
     for (i, actuator) in plan.actuation.actuators.iter().enumerate() {
         let Some(friction) = &actuator.friction else {
@@ -97,7 +97,7 @@ fn distribute<G: Turning>(plan: &Plan<G>, state: &mut ActuationState<G::Pack>, q
     }
 }
 
-/// Completes the gradient of an actuator's length by its straight parts, whose motion is known.
+/// Adds the straight parts, whose motion is known, to the gradient of an actuator's length.
 fn complete<G: Turning>(
     plan: &Plan<G>,
     state: &ActuationState<G::Pack>,
@@ -113,7 +113,7 @@ fn complete<G: Turning>(
     }
 }
 
-/// The whole gradient of an actuator's length, the motion of its straight parts known.
+/// Complete gradient of an actuator's length, with the motion of its straight parts up to date.
 pub(crate) fn gradient<'a, G: Turning>(
     plan: &Plan<G>,
     work: &Workspace<G>,
@@ -124,7 +124,8 @@ pub(crate) fn gradient<'a, G: Turning>(
     &memory.gradient
 }
 
-/// The second derivative of an actuator's length in time, the motion, and that of straight parts, known.
+/// Second time derivative of an actuator's length, with the motion, including that of straight parts, up to
+/// date.
 pub(crate) fn acceleration<G: Turning>(
     plan: &Plan<G>,
     work: &Workspace<G>,
@@ -141,7 +142,7 @@ pub(crate) fn acceleration<G: Turning>(
         + lines.map(|l| line::acceleration(plan, work, l)).sum::<f64>()
 }
 
-/// Adds the derivative of the generalised forces.
+/// Adds the derivatives of the generalised forces.
 struct Stiffen<'a, 'b, G: Turning> {
     plan: &'a Plan<G>,
     state: &'a ActuationState<G::Pack>,
@@ -207,7 +208,7 @@ impl<G: Turning> Sweep for Stiffen<'_, '_, G> {
                         let n = matrix.nrows();
                         (matrix.as_mut_slice(), n, 0)
                     }
-                    // What couples pieces is solved with all entries.
+                    // Robots with actuators that couple pieces use the dense solver.
                     Tangent::Tree(_) => continue,
                 },
             };
@@ -250,7 +251,7 @@ impl<G: Turning> Sweep for Stiffen<'_, '_, G> {
     }
 }
 
-/// The rate of the gradient of an actuator's length, `d2l/dq2 qd`.
+/// Rate of the gradient of an actuator's length, `d2l/dq2 qd`.
 #[inline(always)]
 fn find_gradient_rate<G: Turning>(
     plan: &Plan<G>,
@@ -268,7 +269,7 @@ fn find_gradient_rate<G: Turning>(
     }
 }
 
-/// The same of its embedded parts alone.
+/// The same for its embedded parts only.
 fn find_gradient_rate_of_sleeves<G: Turning>(
     plan: &Plan<G>,
     state: &ActuationState<G::Pack>,
@@ -283,7 +284,7 @@ fn find_gradient_rate_of_sleeves<G: Turning>(
         for thread in &sleeve.threads {
             if thread.actuator == actuator {
                 sleeve::fields(sleeve, qd, &mut memory.field);
-                // The stiffness is as large, and free here.
+                // Memory of the same size that is not in use here.
                 let densities = &mut memory.stiffness[..slopes];
                 sleeve::slope_rates(
                     sleeve,
@@ -301,7 +302,8 @@ fn find_gradient_rate_of_sleeves<G: Turning>(
     }
 }
 
-/// Adds the derivative of the generalised forces with respect to the inputs, n x m, the motion of straight parts known.
+/// Adds the derivatives of the generalised forces with respect to the inputs, n x m, with the motion of
+/// straight parts up to date.
 pub(crate) fn add_input_tangent<G: Turning>(
     plan: &Plan<G>,
     work: &Workspace<G>,

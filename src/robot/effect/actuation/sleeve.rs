@@ -1,12 +1,12 @@
-//! Tendons that are embedded in rods: lengths, gradients and second derivatives, all along strains alone
+//! Tendons embedded in rods: lengths, gradients and second derivatives, which depend only on strains
 //! (docs/actuators.md):
 //!
 //! ```text
 //! l = int |u| dX,   dl/dq_k = int phi_k b_c . t dX,   d2l/dq_j dq_k = int phi_j phi_k b_c . (1 - t t^T) b_d / |u| dX
 //! ```
 //!
-//! with the unit tangent `t = u / |u|`. (Renda, Armanini, Lebastard, Candelier and Boyer 2020, section III; the tangent is
-//! that of the text named above.)
+//! with the unit tangent `t = u / |u|` (Renda, Armanini, Lebastard, Candelier and Boyer 2020, section III;
+//! for the tangent see the page above).
 
 use crate::lie::Lanes;
 use crate::robot::plan::actuation::{Sleeve, Thread, pairs};
@@ -26,7 +26,7 @@ pub(super) fn fields<P: Lanes>(sleeve: &Sleeve<P>, q: &[f64], fields: &mut [P]) 
     }
 }
 
-/// The length of a tendon in a sleeve with these strains; writes `b_c . t` and `1 / |u|`, and adds the gradient.
+/// Length of a tendon in a sleeve with these strains; writes `b_c . t` and `1 / |u|`, and adds the gradient.
 #[inline(always)]
 pub(super) fn measure<P: Lanes>(
     sleeve: &Sleeve<P>,
@@ -56,7 +56,7 @@ pub(super) fn measure<P: Lanes>(
     length.sum()
 }
 
-/// Adds `int phi_k f_c` of densities f to what is dual to the coordinates.
+/// Adds `int phi_k f_c` for densities f to a vector dual to the coordinates.
 #[inline(always)]
 pub(super) fn project<P: Lanes>(sleeve: &Sleeve<P>, densities: &[P], to: &mut [f64]) {
     let packs = sleeve.packs;
@@ -96,7 +96,7 @@ pub(super) fn stiffen<P: Lanes>(
     }
 }
 
-/// Adds `int phi_j phi_k S_cd` of stiffnesses S to a block of columns from coordinate `first` on.
+/// Adds `int phi_j phi_k S_cd` for stiffnesses S to a block of columns starting at coordinate `first`.
 #[inline(always)]
 pub(super) fn add_stiffness<P: Lanes>(
     sleeve: &Sleeve<P>,
@@ -129,7 +129,7 @@ pub(super) fn add_stiffness<P: Lanes>(
     }
 }
 
-/// Writes the rates of `b_c . t` where the strains change at these rates.
+/// Writes the rates of `b_c . t` for these rates of the strains.
 #[inline(always)]
 pub(super) fn slope_rates<P: Lanes>(
     sleeve: &Sleeve<P>,

@@ -1,7 +1,8 @@
-//! Rods as curves between the samples at which they are looked at first.
+//! Rods as curves between the samples that are checked first.
 //!
-//! The slope of a curve is the polynomial through its values at the nodes. Chebyshev coefficients of the position, the slope and the
-//! second derivative follow from it once for each shape; a place then costs one recurrence without divisions.
+//! The slope of a curve is the polynomial through its values at the nodes. Chebyshev coefficients of the
+//! position, the slope and the second derivative are computed once per shape; evaluating a place then costs
+//! one recurrence without divisions.
 
 use super::intervals::SAME_PLACE;
 use crate::lie::{Lanes, Scalar, Vector, VectorSpace};

@@ -1,8 +1,8 @@
-//! Where surfaces touch.
+//! Contact detection: where surfaces touch.
 //!
-//! A rod presses along all of its length where it overlaps with something: `int k d ds`. Between two samples of its curve
-//! the part that overlaps is found from the zeros of the gap; the integral over that part is Gaussian. So forces follow the
-//! ends of a contact as these move along the rod, and no node is felt.
+//! A rod has contact forces along its whole overlap with another surface: `int k d ds`. Between two samples
+//! of its curve, the zeros of the gap bound the overlapping part, over which Gaussian quadrature is used.
+//! Forces thus follow the ends of a contact continuously along the rod, without an influence of the nodes.
 
 use std::ops::Range;
 

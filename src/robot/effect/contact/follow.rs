@@ -1,10 +1,11 @@
-//! Friction in the tangents of an iteration.
+//! Linearisation of friction in the tangents of an iteration.
 //!
-//! Friction of a unit normal force is `mu v / s` with `s = sqrt(|v|^2 + v_s^2)`. Newton's method for that steps over the velocity
-//! at which it reverses, back and forth. It does not if `s w = mu v` is linearised, with the friction w as an unknown of its own:
-//! then w changes by little where v changes by much (Chan, Golub and Mulet 1999, who solve for the same function of a gradient).
-//! With w eliminated the residual is the one it always was, and the tangent that of friction with w in place of `mu v / s` where
-//! `1/s` changes. It is exact at the solution, so that convergence is quadratic.
+//! Friction per unit normal force is `mu v / s` with `s = sqrt(|v|^2 + v_s^2)`. Newton's method for this
+//! equation oscillates about the velocity at which friction reverses. It converges if instead `s w = mu v` is
+//! linearised, with the friction w as a separate unknown: w then changes by little where v changes by much
+//! (Chan, Golub and Mulet 1999, who solve for the same function of a gradient). After elimination of w the
+//! residual is unchanged, and the tangent is that of friction with w instead of `mu v / s` in the derivative
+//! of `1/s`. This tangent is exact at the solution, so that convergence is quadratic.
 
 use crate::lie::Vector;
 use crate::robot::state::contact::{Followed, Rubbing, Standing, Touch};

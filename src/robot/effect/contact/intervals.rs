@@ -1,4 +1,4 @@
-//! Where along a part of a curve a gap is negative, and where it stops being smooth.
+//! Intervals of a curve in which a gap is negative, and points at which it is not smooth.
 
 use crate::robot::plan::contact::{MOST_CHANGES, MOST_INTERVALS};
 

@@ -1,9 +1,9 @@
-//! Contact: what surfaces that overlap do to each other, at places which the motion chooses.
+//! Contact forces between overlapping surfaces, at places that depend on the motion.
 //!
-//! Along a rod such a place is reached as one where something is concentrated (see `kernel::points`): node l carries the share
-//! `u_l / w_l` of the wrench. All of its tangent is in [`Effect::stiffen`]: with what the sides need, `W` about their centres,
-//! and the turn y of a side it changes by `dW` and, as the material sees a wrench that keeps its direction, by
-//! `-(m x y; f x y)`.
+//! Such a place along a rod is treated like a point (see `kernel::points`): node l carries the share
+//! `u_l / w_l` of the wrench. The tangent is computed entirely in [`Effect::stiffen`]: let `W` be the wrench
+//! that a side requires about its centre, and y the rotation of the side; then the wrench changes by `dW`
+//! and, relative to the material, by `-(m x y; f x y)` as a wrench with a fixed direction.
 
 mod curve;
 pub(crate) mod find;

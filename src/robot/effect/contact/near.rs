@@ -1,8 +1,9 @@
-//! Which curves of two rods, or of one with itself, may be near each other.
+//! Candidate pairs of curves, of two rods or of one rod with itself, that may be close to each other.
 //!
-//! The curves of a rod are the leaves of a binary tree, in their order along the rod, and each branch lies in a ball. Branches whose
-//! balls are apart have no curves that are near each other. Branches that follow each other along a rod always overlap: there the
-//! search goes down to the curves around the place between them, so that its cost is linear in the number of curves.
+//! The curves of a rod are the leaves of a binary tree, in the order along the rod, and each branch has a
+//! bounding ball. Branches with disjoint balls contain no close curves. Successive branches of one rod always
+//! overlap: there the search descends to the curves around their common end, so that its cost is linear in
+//! the number of curves.
 
 use std::ops::Range;
 

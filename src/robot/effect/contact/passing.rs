@@ -1,14 +1,16 @@
-//! Whether surfaces pass through each other between two shapes, unseen in both.
+//! Detection of surfaces that pass through each other between two shapes, although they are apart in both.
 //!
-//! Places move along straight lines from the one to the other. What a part of a rod between two samples sweeps is a bilinear patch,
-//! which lies in the convex hull of its corners: where the ball around these is clear of an obstacle, so is the patch; where it is not,
-//! the patch is halved. Two parts that both move are followed by conservative advancement (Mirtich 1996): as fast as their distance
-//! allows, they cannot have met.
+//! Places move along straight lines between the shapes. The part of a rod between two samples sweeps a
+//! bilinear patch, which lies in the convex hull of its corners: if their bounding ball is clear of an
+//! obstacle, so is the patch; otherwise the patch is halved. Two moving parts are checked by conservative
+//! advancement (Mirtich 1996): within a time that follows from their distance and their speeds they cannot
+//! meet.
 //!
-//! A solid that moves is looked at from its own axes. As these turn by the rotation vector a and a place beside their origin goes from
-//! d to d + e, it goes along a curve there, of which the second derivative is at most `a^2 |d| + 2 a |e|`. The way is divided until
-//! pieces of it are straight enough; what is left of their bend counts as depth. Where it may have turned by so much that its axes
-//! do not tell how, it has passed through all that is within its reach.
+//! A moving solid is considered in its own axes. While these rotate by the rotation vector a and a place
+//! relative to their origin moves from d to d + e, the place follows a curve in these axes whose second
+//! derivative is at most `a^2 |d| + 2 a |e|`. The path is divided until its pieces are almost straight; their
+//! remaining curvature counts as depth. If the rotation is so large that the axes do not determine it, the
+//! solid counts as having passed through everything within its reach.
 
 use super::{find, near};
 use crate::lie::{Quaternion, Rotation, Vector};

@@ -1,4 +1,4 @@
-//! What is told of touches: where they are and how hard, and whether steps see them.
+//! Reports about contacts: places, forces, and whether steps resolve them.
 
 use super::find;
 use crate::lie::{Cross, Twist, Vector};

@@ -1,4 +1,4 @@
-//! The entries: of the block of one piece, and of those between different pieces.
+//! Entries of the tangent: the block of one piece, and blocks between different pieces.
 
 use super::scope::Scope;
 use crate::lie::{Lanes, Scalar, Twist, VectorSpace, Wrench};
@@ -8,11 +8,12 @@ use crate::robot::plan::tree::Relatives;
 use crate::robot::state::tangent::{TangentWorkspace, Weights};
 use crate::robot::turning::Turning;
 
-/// Rows whose products with a column are formed together, so that it is loaded once for all of them.
+/// Number of rows that are multiplied with a column at a time, so that the column is loaded only once.
 const ROWS: usize = 4;
 
 impl<G: Turning> Scope<'_, G> {
-    /// The block of the piece: `Psi_j . H_end + int Psi_j . source`. That of a mass matrix is computed above the diagonal.
+    /// Block of the piece: `Psi_j . H_end + int Psi_j . source`. For a mass matrix only the upper triangle is
+    /// computed.
     #[inline(always)]
     pub(super) fn own_block(&self, memory: &TangentWorkspace<G>, block: &mut [f64], stride: usize) {
         let &Self { piece, weights, .. } = self;
@@ -52,13 +53,13 @@ impl<G: Turning> Scope<'_, G> {
     }
 }
 
-/// `int Psi_j . source` of several rows, whose Psi stand one after the other.
+/// `int Psi_j . source` of several rows, whose Psi are stored consecutively.
 #[inline(always)]
 fn products<G: Turning, const ROWS: usize>(
     psi: &[Twist<G, G::Pack>],
     source: &[Wrench<G, G::Pack>],
 ) -> [f64; ROWS] {
-    // Slices of one length, so that no index below needs a check.
+    // Slices of equal length avoid bounds checks below.
     let packs = source.len();
     let rows: [_; ROWS] = std::array::from_fn(|row| &psi[row * packs..][..packs]);
     let mut sums = [G::Pack::splat(0.0); ROWS];
@@ -70,7 +71,7 @@ fn products<G: Turning, const ROWS: usize>(
     sums.map(Lanes::sum)
 }
 
-/// The blocks between different pieces.
+/// Blocks between different pieces.
 #[inline(always)]
 pub(super) fn others<G: Turning>(
     plan: &Plan<G>,

@@ -1,4 +1,5 @@
-//! Columns: Psi and the change of the force at the nodes, and what a coordinate is outside its piece.
+//! Columns of the tangent: Psi and the change of the force at the nodes, and the effect of a coordinate
+//! outside its piece.
 
 use super::responses;
 use super::scope::Scope;
@@ -8,7 +9,7 @@ use crate::robot::state::tangent::{Coordinate, Rest, Shift, TangentWorkspace};
 use crate::robot::turning::Turning;
 
 impl<G: Turning> Scope<'_, G> {
-    /// The column of a component and degree in the mass matrix.
+    /// Column of the mass matrix for a component and degree.
     #[inline(always)]
     pub(super) fn column_of_mass(
         &self,
@@ -50,7 +51,8 @@ impl<G: Turning> Scope<'_, G> {
         memory.coordinates[k] = coordinate;
     }
 
-    /// What a coordinate is behind its piece, at the end of which it moves by `shape`, in the mass matrix.
+    /// Effect of a coordinate beyond its piece in the mass matrix, given its displacement `shape` at the end
+    /// of the piece.
     #[inline(always)]
     pub(super) fn coordinate_of_mass(&self, rest: &Rest<G>, shape: Twist<G, f64>) -> Coordinate<G> {
         let z = shape * self.weights.a;
@@ -61,7 +63,7 @@ impl<G: Turning> Scope<'_, G> {
         Coordinate { shape, z, end, ..Coordinate::zero() }
     }
 
-    /// The column of a component and degree.
+    /// Column of the tangent for a component and degree.
     #[inline(always)]
     pub(super) fn column(&self, memory: &mut TangentWorkspace<G>, rest: &Rest<G>, c: usize, degree: usize) {
         let &Self { plan, piece, weights, .. } = self;
@@ -128,7 +130,7 @@ impl<G: Turning> Scope<'_, G> {
         memory.coordinates[k] = coordinate;
     }
 
-    /// What coordinate `k` is behind its piece, given Psi, Psi' and Psi'' at its end.
+    /// Effect of coordinate `k` beyond its piece, given Psi, Psi' and Psi'' at its end.
     #[inline(always)]
     pub(super) fn coordinate(
         &self,

@@ -1,4 +1,4 @@
-//! Joints of one coordinate: a column without nodes.
+//! Tangent of joints with one coordinate: columns without nodes.
 
 use super::scope::Scope;
 use crate::lie::{Scalar, Sweep};
@@ -8,7 +8,7 @@ use crate::robot::plan::hinge::Hinge;
 use crate::robot::state::tangent::{Coordinate, Rest, TangentWorkspace};
 use crate::robot::turning::Turning;
 
-/// [`Scope::without_nodes`], which few robots need.
+/// Runs [`Scope::without_nodes`] as a separate call, because few robots need it.
 pub(super) struct WithoutNodes<'a, G: Turning> {
     pub(super) scope: &'a Scope<'a, G>,
     pub(super) memory: &'a mut TangentWorkspace<G>,
@@ -28,7 +28,7 @@ impl<G: Turning> Sweep for WithoutNodes<'_, G> {
 }
 
 impl<G: Turning> Scope<'_, G> {
-    /// Column, row and entry of a piece without nodes: a hinge, if it is not rigid.
+    /// Column, row and diagonal entry of a piece without nodes: a hinge, unless the piece is rigid.
     #[inline(always)]
     fn without_nodes(
         &self,
@@ -54,7 +54,7 @@ impl<G: Turning> Scope<'_, G> {
         let Coordinate { shape, end, .. } = memory.coordinates[k];
         block[0] = shape.dot(end);
         if let Some(forces) = &hinge.forces {
-            // A mass matrix asks for the armature alone, whatever the motion that was computed last.
+            // A mass matrix contains only the armature, whatever motion was computed last.
             let n = self.plan.n;
             let state =
                 if weights.is_mass_only { [0.0; 2] } else { [work.motion_of[k], work.motion_of[n + k]] };

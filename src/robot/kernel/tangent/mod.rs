@@ -1,8 +1,8 @@
-//! The exact tangent of the inverse dynamics, all columns in one sweep.
+//! Exact tangent of the inverse dynamics, with all columns in one sweep.
 //!
-//! For a variation of coordinate k by (dq, dqd, dqdd) = (w_q, w_v, w_a), let Y = dV - ad_Psi V and
-//! Z = dA - ad_Psi A + ad_V Y be the variations of velocity and acceleration as the moving material sees them. Then the
-//! tangent (`docs/rod.md`) collapses to integrals over the piece of coordinate k alone:
+//! For a variation of coordinate k by (dq, dqd, dqdd) = (w_q, w_v, w_a), let Y = dV - ad_Psi V and Z = dA -
+//! ad_Psi A + ad_V Y be the variations of velocity and acceleration relative to the moving material. Then the
+//! tangent (`docs/rod.md`) reduces to integrals over the piece of coordinate k only:
 //!
 //! ```text
 //! Y' = w_v S + w_q ad_V S
@@ -11,16 +11,17 @@
 //! dtau_j = int S_j . H + (w_q K + w_v D)_jk
 //! ```
 //!
-//! With `Psi = int S` of one coordinate, `Psi' = int ad_V S` and `Psi'' = int (ad_A + ad_V ad_V) S`, all from the
-//! base of its piece, Y and Z are sums of these three, and by summation by parts (exact for this quadrature)
+//! With `Psi = int S` of one coordinate, `Psi' = int ad_V S` and `Psi'' = int (ad_A + ad_V ad_V) S`, all from
+//! the base of its piece, Y and Z are sums of these three. By summation by parts (exact for this quadrature)
 //! `int S_j . H = Psi_j . H_end + int Psi_j . (N Z + C Y - w_q ad_S^T F)`.
 //!
-//! Springs and the fluid answer to the whole of Y and of the displacement `w_q Psi` (see `response`).
+//! Springs and the fluid respond to all components of Y and of the displacement `w_q Psi` (see `response`).
 //!
-//! Outside its own piece a coordinate's Y and Z are constant; its H is constant before the piece, and linear in (Y,
-//! Z) behind it: the blocks between different pieces have rank 12 at most and cost a few products an entry. How far
-//! the material turns appears only where dead loads ask for it (the whole of Y and of its displacement, where springs
-//! or fluid do); follower loads turn with the material and change nothing that it sees.
+//! Outside its own piece a coordinate's Y and Z are constant; its H is constant before the piece, and linear
+//! in (Y, Z) beyond it. Blocks between different pieces thus have rank 12 at most and cost a few products per
+//! entry. The rotation of the material is needed only for dead loads (all components of Y and of the
+//! displacement for springs or fluid); follower loads rotate with the material and do not change relative to
+//! it.
 
 mod blocks;
 mod column;
@@ -44,8 +45,9 @@ use crate::robot::state::tangent::{Rest, Tangent, TangentWorkspace, Weights};
 use crate::robot::turning::Turning;
 use crate::robot::turning::columns::shape;
 
-/// `w_q dtau/dq + w_v dtau/dqd + w_a dtau/dqdd` with the motion up to date (for the mass matrix, weights (0, 0, w_a), the
-/// kinematics are enough). A tree's matrix must have the structure of [`tree::tangent`] or [`tree::mass`].
+/// `w_q dtau/dq + w_v dtau/dqd + w_a dtau/dqdd`, with the motion up to date (for the mass matrix, weights (0,
+/// 0, w_a), only the kinematics). The matrix of a tree must have the structure of [`tree::tangent`] or
+/// [`tree::mass`].
 #[inline(always)]
 pub(crate) fn weighted_tangent<G: Turning>(
     plan: &Plan<G>,
@@ -121,7 +123,7 @@ pub(crate) fn weighted_tangent<G: Turning>(
     }
 }
 
-/// N and C of all nodes of a piece, times the quadrature weights.
+/// N and C at all nodes of a piece, times the quadrature weights.
 #[inline(always)]
 fn sections_in_motion<G: Turning>(
     scope: &Scope<'_, G>,
@@ -142,7 +144,7 @@ fn sections_in_motion<G: Turning>(
     }
 }
 
-/// [`sections_in_motion`] of sections that are not round.
+/// [`sections_in_motion`] for general sections.
 struct SectionsInMotion<'a, G: Turning> {
     scope: &'a Scope<'a, G>,
     sections: General<'a, G>,
@@ -160,7 +162,7 @@ impl<G: Turning> Sweep for SectionsInMotion<'_, G> {
 }
 
 impl<G: Turning> Scope<'_, G> {
-    /// What moves and acts at the nodes.
+    /// Inertia, motion and forces at the nodes.
     #[inline(always)]
     fn nodes(&self, memory: &mut TangentWorkspace<G>) {
         let &Self { plan, piece, work, weights, .. } = self;
@@ -184,7 +186,7 @@ impl<G: Turning> Scope<'_, G> {
         }
     }
 
-    /// S, ad_V S, (ad_A + ad_V ad_V) S and w_q ad_S^T F of a unit of each strain component at all nodes.
+    /// S, ad_V S, (ad_A + ad_V ad_V) S and w_q ad_S^T F at all nodes for a unit of each strain component.
     #[inline(always)]
     fn shapes(&self, memory: &mut TangentWorkspace<G>) {
         let &Self { piece, work, weights, .. } = self;
@@ -208,7 +210,7 @@ impl<G: Turning> Scope<'_, G> {
         }
     }
 
-    /// Adds the piece to what lies behind a place.
+    /// Adds the piece to the sums of what lies beyond a place.
     #[inline(always)]
     fn add_to_rest(&self, memory: &TangentWorkspace<G>, rest: &mut Rest<G>) {
         let &Self { plan, piece, work, weights, .. } = self;

@@ -1,4 +1,4 @@
-//! The part that points have in the tangent: more places, beside the nodes, where Psi is known and the forces change.
+//! Contributions of points to the tangent: additional places at which Psi is known and forces change.
 
 use crate::lie::{Twist, Wrench};
 use crate::robot::algebra::inertia::Gyroscope;
@@ -11,7 +11,7 @@ use crate::robot::state::tangent::{Coordinate, PointTangents, Rest, Row, Weights
 use crate::robot::turning::Turning;
 
 impl<G: Turning> PointTangents<G> {
-    /// What the points inside a piece answer, with all that is attached there.
+    /// Responses of the points inside a piece, including what is attached there.
     #[inline(always)]
     pub(crate) fn prepare(
         &mut self,
@@ -39,7 +39,7 @@ impl<G: Turning> PointTangents<G> {
         }
     }
 
-    /// Psi at the points, of coordinate `k` of the piece: its integrand is given at the nodes.
+    /// Psi at the points for coordinate `k` of the piece, whose integrand at the nodes is given.
     #[inline(always)]
     pub(crate) fn shape(
         &mut self,
@@ -58,7 +58,7 @@ impl<G: Turning> PointTangents<G> {
         }
     }
 
-    /// The same of Psi'.
+    /// Psi' at the points.
     #[inline(always)]
     pub(crate) fn rate(
         &mut self,
@@ -74,7 +74,7 @@ impl<G: Turning> PointTangents<G> {
         }
     }
 
-    /// The same of Psi''.
+    /// Psi'' at the points.
     #[inline(always)]
     pub(crate) fn acceleration(
         &mut self,
@@ -88,7 +88,7 @@ impl<G: Turning> PointTangents<G> {
         }
     }
 
-    /// The change of the forces at the points for coordinate `k`; returns their sum.
+    /// Change of the forces at the points for coordinate `k`; returns the sum.
     #[inline(always)]
     pub(crate) fn sources(&mut self, piece: &PiecePlan<G>, weights: Weights, k: usize) -> Wrench<G, f64> {
         let mut total = Wrench::zero();
@@ -114,7 +114,7 @@ impl<G: Turning> PointTangents<G> {
         total
     }
 
-    /// What the points contribute to entry (j, k) of the piece's block.
+    /// Contribution of the points to entry (j, k) of the piece's block.
     #[inline(always)]
     pub(crate) fn entry(&self, piece: &PiecePlan<G>, j: usize, k: usize) -> f64 {
         let points = piece.points.inside.len();
@@ -122,7 +122,7 @@ impl<G: Turning> PointTangents<G> {
         self.psi[columns(j)].iter().zip(&self.source[columns(k)]).map(|(psi, source)| psi.dot(*source)).sum()
     }
 
-    /// Adds what the points contribute to the row of coordinate `j` of the piece.
+    /// Adds the contribution of the points to the row of coordinate `j` of the piece.
     #[inline(always)]
     pub(crate) fn row(&self, piece: &PiecePlan<G>, weights: Weights, j: usize, row: &mut Coordinate<G>) {
         let points = piece.points.inside.len();
@@ -136,7 +136,7 @@ impl<G: Turning> PointTangents<G> {
         }
     }
 
-    /// Adds what the responses of the points contribute to it.
+    /// Adds the contribution of the points' responses to a row.
     #[inline(always)]
     pub(crate) fn answer(&self, piece: &PiecePlan<G>, j: usize, row: &mut Row<'_, G>) {
         let points = piece.points.inside.len();
@@ -148,7 +148,7 @@ impl<G: Turning> PointTangents<G> {
     }
 }
 
-/// Adds all that is attached inside a piece to what lies behind its beginning.
+/// Adds everything attached inside a piece to the sums at its beginning.
 #[inline(always)]
 pub(crate) fn add_carried<G: Turning>(
     plan: &Plan<G>,
@@ -161,7 +161,7 @@ pub(crate) fn add_carried<G: Turning>(
     }
 }
 
-/// Gyroscopes of what is at a point: of the bodies, and of wrenches that keep their direction.
+/// Gyroscopes at a point: of the bodies, and of dead loads.
 #[inline(always)]
 pub(crate) fn gyroscopes<G: Turning>(
     plan: &Plan<G>,
@@ -173,7 +173,8 @@ pub(crate) fn gyroscopes<G: Turning>(
     (Gyroscope::new(&state.inertia, state.velocity, state.momentum), dead)
 }
 
-/// Adds the points of one kind of a piece, those inside or those at its end, to what lies behind a place.
+/// Adds the points of a piece, either those inside or those at its end, to the sums of what lies beyond a
+/// place.
 #[inline(always)]
 pub(crate) fn add_to_rest<G: Turning>(
     plan: &Plan<G>,

@@ -1,12 +1,12 @@
-//! The part that responses at the nodes have in the tangent. Few robots have any: each of these sweeps is a call of
-//! its own.
+//! Contributions of responses at the nodes to the tangent. Each of these sweeps is a separate call, because
+//! few robots have responses.
 
 use crate::lie::{Scalar, Sweep, Twist, Wrench};
 use crate::robot::algebra::response::Response;
 use crate::robot::state::tangent::{Row, Weights};
 use crate::robot::turning::Turning;
 
-/// Adds the responses of all nodes to a sum.
+/// Adds the responses of all nodes.
 pub(super) struct Sum<'a, G: Turning> {
     pub(super) responses: &'a [Response<G, G::Pack>],
     pub(super) sum: &'a mut Response<G, f64>,
@@ -23,7 +23,7 @@ impl<G: Turning> Sweep for Sum<'_, G> {
     }
 }
 
-/// Adds the changes for one column to its source at the nodes; returns the total, to which it adds them too.
+/// Adds the changes for one column to its source at the nodes; returns their sum, added to the given total.
 pub(super) struct ColumnOfMass<'a, G: Turning> {
     pub(super) responses: &'a [Response<G, G::Pack>],
     pub(super) w_a: f64,
@@ -76,7 +76,7 @@ impl<G: Turning> Sweep for Column<'_, G> {
     }
 }
 
-/// Adds their part to the row of one coordinate.
+/// Adds the responses to the row of one coordinate.
 pub(super) struct ToRow<'a, G: Turning> {
     pub(super) responses: &'a [Response<G, G::Pack>],
     pub(super) psi: &'a [Twist<G, G::Pack>],

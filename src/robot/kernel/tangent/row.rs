@@ -1,4 +1,4 @@
-//! Rows: what a coordinate multiplies in the columns of other pieces.
+//! Rows of the tangent: factors of a coordinate in the columns of other pieces.
 
 use super::responses;
 use super::scope::Scope;
@@ -7,8 +7,8 @@ use crate::robot::state::tangent::{Rest, Row, TangentWorkspace};
 use crate::robot::turning::Turning;
 
 impl<G: Turning> Scope<'_, G> {
-    /// What the row of coordinate `j` multiplies in the columns of earlier pieces: the transposes of `N Z + C Y` and of
-    /// the dead loads, summed from the places where its S acts to the tip.
+    /// Factors of coordinate `j` in the columns of preceding pieces: the transposes of `N Z + C Y` and of the
+    /// dead loads, summed over everything that its S moves.
     #[inline(always)]
     pub(super) fn row(&self, memory: &mut TangentWorkspace<G>, rest: &Rest<G>, j: usize) {
         let &Self { plan, piece, weights, .. } = self;

@@ -1,4 +1,4 @@
-//! What the steps of a tangent work on.
+//! Context of the steps of a tangent.
 
 use crate::robot::plan::Plan;
 use crate::robot::plan::piece::PiecePlan;
@@ -6,16 +6,16 @@ use crate::robot::state::Workspace;
 use crate::robot::state::tangent::Weights;
 use crate::robot::turning::Turning;
 
-/// The piece at hand, and what there is to be done for it.
+/// The current piece, and which terms it needs.
 pub(super) struct Scope<'a, G: Turning> {
     pub(super) plan: &'a Plan<G>,
     pub(super) piece: &'a PiecePlan<G>,
     pub(super) work: &'a Workspace<G>,
     pub(super) weights: Weights,
-    /// Whether points lie inside it.
+    /// Whether there are points inside the piece.
     pub(super) has_points: bool,
-    /// Whether wrenches along it keep their direction, and matter.
+    /// Whether dead loads act along the piece and matter.
     pub(super) has_dead: bool,
-    /// Whether anything responds along it.
+    /// Whether there are responses along the piece.
     pub(super) has_responses: bool,
 }
