@@ -4,7 +4,9 @@ use super::{JacobianKind, System};
 use crate::constraint::projection::{self, Fit};
 use crate::error::Interrupted;
 use crate::linalg::{Cholesky, Matrix};
-use crate::model::{Beside, Flaw, ForwardScratch, Model, Radius, have_passed, rotation_vectors};
+use crate::model::{
+    Beside, Flaw, ForwardScratch, Model, Radius, have_passed, have_touched, rotation_vectors,
+};
 
 /// Largest relative change of velocities, with respect to the largest ones so far, that step errors cause
 /// when loops are closed. A jump to another branch of the motion changes about all of them.
@@ -31,6 +33,8 @@ pub struct FirstOrder<M> {
     fastest: f64,
     /// Largest number of independent constraints so far.
     rank: usize,
+    /// Memory of `have_touched`.
+    memory: Vec<f64>,
 }
 
 impl<M: Model> FirstOrder<M> {
@@ -48,6 +52,7 @@ impl<M: Model> FirstOrder<M> {
             cholesky: Cholesky::new(n),
             fastest: 0.0,
             rank: 0,
+            memory: Vec::new(),
         }
     }
 
@@ -127,8 +132,14 @@ impl<M: Model> System for FirstOrder<M> {
     }
 
     fn has_missed(&mut self, way: [(f64, &[f64]); 3]) -> Result<bool, Interrupted> {
-        let n = self.n;
-        have_passed(&mut self.model, way.into_iter().map(|(t, y)| (t, &y[..n])), Radius::Smaller)
+        let Self { n, model, memory, .. } = self;
+        if !model.has_contact() {
+            return Ok(false);
+        }
+        let [(t, start), _, (t_new, end)] = way;
+        let [(q, v), (q_new, v_new)] = [start, end].map(|y| y.split_at(*n));
+        Ok(have_passed(model, way.into_iter().map(|(t, y)| (t, &y[..*n])), Radius::Smaller)?
+            || have_touched(model, [t, t_new], [q, q_new], [v, v_new], memory)?)
     }
 
     /// If only one stage detects an impact, the step may add a kick as large as the tolerance allows.
