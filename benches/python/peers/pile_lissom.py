@@ -31,7 +31,7 @@ def ladder(rods: int) -> Ladder:
         rungs = tuple((size, step) for size in (2, 3, 5) for step in STEPS)
         return Ladder(rungs, (8, 1e-4 if rods < 20 else 2e-4), (3, 5e-4))
     rungs = tuple((size, step) for size in (2, 3) for step in STEPS[:4])
-    return Ladder((*rungs, (5, 1e-3), (5, 5e-4)), (6, 2e-4), (3, 1e-3))
+    return Ladder((*rungs, (5, 1e-3), (5, 5e-4), (6, 2e-4)), (8, 2e-4), (3, 1e-3))
 
 
 class Simulated:

@@ -14,7 +14,7 @@ def ladder(rods: int) -> Ladder:
     if rods < 50:
         reference = (40, 2.5e-5) if rods < 20 else (30, 2.5e-5)
         return Ladder(tuple(product((6, 10, 20), STEPS)), reference, (20, 1e-4))
-    return Ladder((*product((6, 10), STEPS), (20, 2e-4), (20, 1e-4)), (20, 5e-5), (10, 2e-4))
+    return Ladder((*product((6, 10), STEPS), *((20, step) for step in STEPS[1:])), (30, 5e-5), (10, 2e-4))
 
 
 def main() -> None:
