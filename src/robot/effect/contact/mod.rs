@@ -252,23 +252,23 @@ fn six([turn, shift]: Motion) -> [f64; 6] {
     [a, b, c, d, e, f]
 }
 
-/// Adds to each entry the sum of the factors times what belongs to it.
+/// Adds to each entry the sum of the factors times what belongs to it: those of the turn, then those of the shift.
 #[inline(always)]
 fn add_products<P: Lanes>(entries: &mut [f64], of: [&[f64]; 6], factors: [f64; 6]) {
     let (packs, rest) = entries.as_chunks_mut::<LANES>();
     for (i, pack) in packs.iter_mut().enumerate() {
+        let term = |c: usize| P::from_lanes(of[c].as_chunks::<LANES>().0[i]) * P::splat(factors[c]);
         let mut sum = P::from_lanes(*pack);
-        for (of, factor) in of.into_iter().zip(factors) {
-            sum = P::from_lanes(of.as_chunks::<LANES>().0[i]).mul_add(P::splat(factor), sum);
-        }
+        sum += term(0) + term(1) + term(2);
+        sum += term(3) + term(4) + term(5);
         for (lane, entry) in pack.iter_mut().enumerate() {
             *entry = sum.lane(lane);
         }
     }
     let first = packs.len() * LANES;
     for (i, entry) in rest.iter_mut().enumerate() {
-        for (of, factor) in of.into_iter().zip(factors) {
-            *entry += of[first + i] * factor;
-        }
+        let term = |c: usize| of[c][first + i] * factors[c];
+        *entry += term(0) + term(1) + term(2);
+        *entry += term(3) + term(4) + term(5);
     }
 }
