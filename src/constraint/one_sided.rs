@@ -138,12 +138,9 @@ pub(crate) fn change(
     for (i, may_hold) in may_hold[first..].iter_mut().enumerate() {
         *may_hold = if is_near(i) { 1.0 } else { 0.0 };
     }
-    let mut flow = [0.0; 2];
+    let (mut lost, before) = (0.0, model.energy(&q, &v).kinetic);
     if (0..passed.len()).any(|i| is_near(i) && passed[i][1] > LEAVES) {
-        let before = model.energy(&q, &v).kinetic;
-        let (fitted, lost) = impulses(model, [&q, &v], &may_hold, first)?;
-        v = fitted;
-        flow = [lost, model.energy(&q, &v).kinetic - before + lost];
+        (v, lost) = impulses(model, [&q, &v], &may_hold, first)?;
     }
     let near = may_hold.clone();
     let rates: Vec<f64> = model.passed(&q, &v).into_iter().map(|[_, rate]| rate).collect();
@@ -160,15 +157,16 @@ pub(crate) fn change(
     }
     if has_others {
         model.release(&may_hold);
-        flow[0] += 0.5 * projection::fit_velocities(model, &q, &mut v)?.change;
+        lost += 0.5 * projection::fit_velocities(model, &q, &mut v)?.change;
         accelerate(model, [&q, &v], [&may_hold, &near], first, &mut a)?;
     }
     projection::close(model, &mut q, Metric::Mass)?;
-    flow[0] += 0.5 * projection::fit_velocities(model, &q, &mut v)?.change;
+    lost += 0.5 * projection::fit_velocities(model, &q, &mut v)?.change;
+    let work = model.energy(&q, &v).kinetic - before + lost;
     let (accelerations, multipliers) = a.split_at_mut(n);
     saddle::accelerations(model, &q, &v, accelerations, multipliers)?;
     model.keep_held(true);
-    Ok(Changed { q, v, a, flow })
+    Ok(Changed { q, v, a, flow: [lost, work] })
 }
 
 /// Finds accelerations and multipliers of those that hold, and how fast those rise that are near. They hold from then on.

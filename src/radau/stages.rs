@@ -91,6 +91,8 @@ pub(super) struct Stages {
     /// Size of the last step, where it can be continued, and its stages.
     last_size: Option<f64>,
     last: Vec<f64>,
+    /// Whether that step is taken back: the next one begins where it did.
+    last_is_taken_back: bool,
     /// Error of displacements and velocities.
     error: Vec<f64>,
     work: Vec<f64>,
@@ -137,6 +139,7 @@ impl Stages {
             end: of_unknowns(1),
             last_size: None,
             last: of_unknowns(STAGES),
+            last_is_taken_back: false,
             error: vectors(2),
             work: vectors(2),
         }
@@ -368,9 +371,10 @@ impl Stages {
     fn predict(&mut self, start: &Start<'_>, h: f64) {
         let unknowns = self.unknowns;
         let (last_h, last) = (self.last_size, &self.last);
+        let behind = if self.last_is_taken_back { 0.0 } else { 1.0 };
         for (c, stage) in C.into_iter().zip(self.a.chunks_exact_mut(unknowns)) {
             if let Some(last_h) = last_h {
-                let x = 1.0 + c * h / last_h;
+                let x = behind + c * h / last_h;
                 let weights: [f64; STAGES] = std::array::from_fn(|i| {
                     (0..STAGES).filter(|&j| j != i).map(|j| (x - C[j]) / (C[i] - C[j])).product()
                 });
@@ -628,12 +632,20 @@ impl Stages {
     /// Predicts nothing from the stages of the last step, which belong to other coordinates.
     pub(super) fn forget_last(&mut self) {
         self.last_size = None;
+        self.last_is_taken_back = false;
+        self.fitting_is_of_start = false;
+    }
+
+    /// The next step begins where the last one did, and its stages lie within that.
+    pub(super) fn take_back(&mut self) {
+        self.last_is_taken_back = true;
         self.fitting_is_of_start = false;
     }
 
     /// Keeps the stages of an accepted step, for the next prediction.
     pub(super) fn accept(&mut self, h: f64) {
         self.fitting_is_of_start = true;
+        self.last_is_taken_back = false;
         self.last_size = Some(h);
         self.last.copy_from_slice(&self.a);
     }
@@ -650,6 +662,7 @@ impl Stages {
         tape.small_count(&mut self.steps_by_stage);
         tape.optional(&mut self.last_size, 0.0, Tape::number);
         tape.numbers(&mut self.last);
+        tape.flag(&mut self.last_is_taken_back);
         if tape.reads()
             && let Some(h) = self.systems.factorised_for().take()
         {

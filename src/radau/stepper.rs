@@ -307,7 +307,7 @@ impl Stepper {
         self.q.copy_from_slice(&self.q_old);
         self.v.copy_from_slice(&self.v_old);
         self.a.copy_from_slice(&self.a_old);
-        self.stages.forget_last();
+        self.stages.take_back();
         self.status = None;
         self.counters.steps -= 1;
         self.counters.rejected += 1;

@@ -257,6 +257,32 @@ def test_a_ball_between_two_ropes(method):
     np.testing.assert_allclose(motion.v[-1][[0, 2]], 0.0, atol=1e-8)
 
 
+@pytest.mark.parametrize("seed", range(12))
+def test_a_body_on_cords_moves_alike_by_all_methods(seed):
+    """One to four cords to anywhere, some of them on winches: dozens of impacts in space."""
+    rng = np.random.default_rng(seed)
+    body = lissom.Body(1.0, inertia=np.diag(rng.uniform(6e-3, 1e-2, 3)))
+    cords = []
+    for i in range(rng.integers(1, 5)):
+        point, anchor = rng.uniform(-0.2, 0.2, 3), rng.uniform((-0.5, -0.5, -0.1), (0.5, 0.5, 0.9))
+        length = np.linalg.norm(anchor - point) * rng.uniform(1.0, 1.5)
+        if rng.random() < 0.3:
+            length = lissom.Harmonic(0.05 * length, rng.uniform(0.5, 3.0), mean=1.1 * length)
+        path = [lissom.Via(None, tuple(anchor)), lissom.Via("body", tuple(point))]
+        cords.append(lissom.Tendon(f"cord {i}", path, length=length))
+    link = lissom.Link("body", joint=lissom.Free(), body=body)
+    robot = lissom.Robot([link], gravity=(0, 0, -G), actuators=cords)
+    v0 = rng.normal(size=6) * [0.5, 0.5, 0.5, 2, 2, 2]
+    found = [run(robot, 1.0, method, v0=v0) for method in METHODS]
+    for motion in found:
+        assert motion.success, motion.message
+        # What long steps of high order leave of the work of winches.
+        assert motion.balance.drift < 5e-4
+    places = [motion.q[:, :3] for motion in found]
+    np.testing.assert_allclose(places[1], places[0], atol=1e-5)
+    np.testing.assert_allclose(places[2], places[0], atol=1e-5)
+
+
 # With closed loops, along rods
 
 
