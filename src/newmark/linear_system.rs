@@ -103,7 +103,7 @@ impl LinearSystem {
     pub(super) fn carry(&mut self, tape: &mut Tape<'_>) {
         match self {
             Self::Dense { jacobian, .. } | Self::Blocks { jacobian, .. } => {
-                tape.numbers(jacobian.as_mut_slice())
+                tape.numbers(jacobian.as_mut_slice());
             }
             Self::Tree { jacobian, .. } => {
                 for matrix in jacobian.parts_mut() {

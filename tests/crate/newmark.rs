@@ -1014,7 +1014,7 @@ fn rods_on_a_floor() -> RobotModel {
     const RODS: usize = 9;
     let rod = |i: usize| {
         let segment = Segment { modes: [1, 2, 1, 0, 0, 0], ..Segment::straight(0.3, 0.01, 1e6, 4e5, 1000.0) };
-        let lying = Link { rod: vec![segment], joint: Joint::Free, ..Link::new(&format!("rod {i}")) };
+        let lying = Link { rod: vec![segment], joint: Joint::Free, ..Link::new(format!("rod {i}")) };
         let half = std::f64::consts::FRAC_1_SQRT_2;
         match i {
             0 => Link { position: [0.1, 0.0, 0.029], orientation: [half, 0.0, 0.0, half], ..lying },

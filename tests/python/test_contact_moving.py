@@ -436,6 +436,8 @@ def test_a_peg_that_is_pushed_against_a_rod_bends_it():
 # Hard cases
 
 
+# Steps of 10 ms do not resolve the impacts: rounding decides where the rod goes, and whether that is said.
+@pytest.mark.filterwarnings("ignore::lissom.AccuracyWarning")
 @pytest.mark.parametrize("method", ["newmark", "radau"])
 @pytest.mark.parametrize("rate", [10.0, 200.0])
 def test_a_paddle_takes_a_thin_rod_along(method, rate):

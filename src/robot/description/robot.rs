@@ -51,6 +51,9 @@ pub struct Robot {
     pub contacts: Vec<Contact>,
 }
 
+/// Centres of mass nearer to the section than this part of the radius of gyration are on it.
+const ROUNDING: f64 = 1e-9;
+
 impl Robot {
     /// These links under standard gravity along -z.
     pub fn new(links: Vec<Link>) -> Self {
@@ -202,8 +205,11 @@ impl Robot {
         let mut reach = Vec::with_capacity(self.links.len());
         for link in &self.links {
             let start = link.parent.map_or(0.0, |parent| reach[parent] + size(link.position));
-            let of_body =
-                link.body.as_ref().map_or(0.0, |body| size(body.centre).max(body.radius_of_gyration()));
+            // A centre that is rounding of whoever computed it says nothing about sizes.
+            let of_body = link.body.as_ref().map_or(0.0, |body| {
+                let centre = size(body.centre);
+                if centre > ROUNDING * body.radius_of_gyration() { centre } else { 0.0 }
+            });
             reach.push(start + link.length().max(of_body));
         }
         let longest = reach.into_iter().fold(0.0, f64::max);
