@@ -5,11 +5,12 @@ from pathlib import Path
 
 from sphinx.application import Sphinx
 
-# Captions of the navigation; code and tables that may be wider than the page.
+# Captions of the navigation; code, tables and formulas that may be wider than the page.
 MENDED = [
     (re.compile(r'(<p class="caption" role="heading")>'), r'\1 aria-level="2">'),
     (re.compile(r"<pre(?![^>]*tabindex)"), r'<pre tabindex="0"'),
     (re.compile(r'<div class="table-wrapper(?![^>]*tabindex)'), r'<div tabindex="0" class="table-wrapper'),
+    (re.compile(r'<div class="math"'), r'<div tabindex="0" class="math"'),
 ]
 
 
