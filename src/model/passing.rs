@@ -9,7 +9,7 @@ use crate::hermite;
 pub enum Beside {
     /// The kinetic energy.
     Motion,
-    /// Kinetic and elastic energy: a gain of this size is an explosion.
+    /// Kinetic and elastic energy: a gain of half of this is an explosion.
     All,
 }
 
