@@ -5,20 +5,20 @@ use super::projection::{self, Metric};
 use super::saddle::{self, MassSaddle};
 use crate::model::{Model, SingularMass, Switch};
 
-/// Tendons that do not stretch count as taut, in a state that somebody gives, where they are shorter than they are told by less
-/// than this part of the robot's length, or of a metre: more than methods leave, less than what shows. The same, per second,
-/// of the rates of their lengths.
+/// In a given state, an inextensible tendon counts as taut if it is shorter than its length by less than this
+/// part of the robot's length, or of a metre: more than the error of a method, less than anyone notices. For the
+/// rates of lengths, the same per second.
 pub(crate) const TAUT: f64 = 1e-7;
 
-/// They are taken up where they are longer by this part: well above rounding.
+/// A slack tendon becomes taut once it is longer than its length by this part: well above rounding.
 pub(crate) const TAKEN_UP: f64 = 1e-10;
 
-/// At a change, those are not taut that become shorter by more than this part in a second: rounding of velocities that fit the
-/// constraints is less.
+/// At a change, a tendon that shortens by more than this part in a second is slack. Rounding of velocities that
+/// satisfy the constraints is smaller.
 pub(crate) const LEAVES: f64 = 1e-9;
 
-/// Those are near there that are shorter by less than this part; nor do those leave that would be back before they are shorter by
-/// more: well above what is taken up.
+/// A tendon that is shorter by less than this part may be taut at a change, and one that would be taut again
+/// before it is shorter by more stays taut. Well above [`TAKEN_UP`].
 const SHOWS: f64 = 10.0 * TAKEN_UP;
 
 /// Switches that are tried for every constraint until it is clear which of them hold.
@@ -90,13 +90,13 @@ fn until_settled<M: Model + ?Sized>(
     Ok(())
 }
 
-/// Why no change was found.
+/// Why no consistent set of active constraints was found.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Unsettled {
-    /// One is passed by that part of the length: more than an error.
+    /// A constraint is violated by this part of the length, which is more than an error.
     Passed(f64),
     SingularMass,
-    /// Whatever holds, something pushes or is passed.
+    /// With every set tried, a constraint pushes or is violated.
     Undecided,
 }
 
@@ -106,19 +106,20 @@ impl From<SingularMass> for Unsettled {
     }
 }
 
-/// A state with what holds it, at a change of the constraints that hold.
+/// The state after a change of the active constraints.
 #[derive(Clone, Debug)]
 pub(crate) struct Changed {
     pub(crate) q: Vec<f64>,
     pub(crate) v: Vec<f64>,
     /// Accelerations, and multipliers behind them.
     pub(crate) a: Vec<f64>,
-    /// Energy that is lost, and work of what drives the constraints, in joules.
+    /// Energy lost, and work of the drives of the constraints, in joules.
     pub(crate) flow: [f64; 2],
 }
 
-/// Finds which constraints hold from here on, and keeps them ([`keep_held`](crate::model::Tied::keep_held)). Those that are
-/// passed at a speed stop by impulses without rebound; `released` is one that does not hold any more. Allocates.
+/// Finds the constraints that are active from this state on, and keeps them
+/// ([`keep_held`](crate::model::Tied::keep_held)). Constraints that are reached at a speed stop the motion by
+/// impulses without rebound. `released` is a constraint that is no longer active. Allocates.
 pub(crate) fn change(
     model: &mut dyn Model,
     [q, v]: [&[f64]; 2],

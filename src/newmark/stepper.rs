@@ -266,11 +266,11 @@ impl Stepper {
         }
         let solved = self.attempt_without_memory(system, t_new, h)?;
         if solved.is_ok() {
-            let gains = self.gains_energy(system, h, Beside::All)?;
             // One that is flawed whatever its size says why.
             let Trial { t, q, .. } = &self.trial;
             if !system.is_flawed(*t, q)?
-                && (gains || system.have_passed(&[(self.t, &self.q), (*t, q)], Radius::Smaller)?)
+                && (system.have_passed(&[(self.t, &self.q), (*t, q)], Radius::Smaller)?
+                    || self.gains_energy(system, h, Beside::All)?)
             {
                 return Ok(Err(Failure::PassedThrough));
             }
@@ -289,8 +289,7 @@ impl Stepper {
         if let Err(failure) = self.attempt_without_memory(system, t_new, h)? {
             return Ok(Err(failure));
         }
-        // In this order: what follows goes on from the shape at the end of the step, which is looked at last.
-        if self.gains_energy(system, h, Beside::All)? || self.is_flawed(system)? {
+        if self.is_flawed(system)? || self.gains_energy(system, h, Beside::All)? {
             return Ok(Err(Failure::NotConverged));
         }
         self.accept_without_memory(system, t_new, h)?;

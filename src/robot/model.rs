@@ -1003,8 +1003,9 @@ impl Model for RobotModel {
             return false;
         }
         let [q_after, qd_after, qdd] = motion;
-        let after = self.energy(q_after, qd_after);
+        // The end of the step last: what is asked about touches afterwards is asked there.
         let before = self.energy(q, qd);
+        let after = self.energy(q_after, qd_after);
         let supplied = if self.is_driven() { h * self.supplied_power(q_after, qd_after, qdd) } else { 0.0 };
         let gain = after.total() - before.total() - supplied.max(0.0);
         match beside {

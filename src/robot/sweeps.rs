@@ -577,8 +577,7 @@ impl<G: Turning> Sweeps<G> {
         !self.work.contact.touches.is_empty()
     }
 
-    /// Whether surfaces in the state evaluated last are so close that they may touch in the next one; always
-    /// true for rigid bodies.
+    /// Whether surfaces in the state evaluated last are so close that they may touch in the next one.
     pub(crate) fn may_touch(&self) -> bool {
         contact::may_touch(&self.work.contact)
     }

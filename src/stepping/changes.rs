@@ -1,6 +1,6 @@
-//! Constraints that hold one way only, for methods that find the time at which they change: within a step those hold that held at
-//! its start. A step on which a tendon that is slack becomes longer than it is told, or one that is taut would have to push, ends
-//! where it begins to.
+//! Changes of one-sided constraints, for methods that locate them in time. The set of taut tendons is constant
+//! within a step: a step in which a slack tendon exceeds its length, or a taut one would have to push, ends at
+//! the time where this begins.
 
 use crate::constraint::one_sided::{LEAVES, TAKEN_UP, TAUT};
 use crate::constraint::saddle;
@@ -9,81 +9,83 @@ use crate::model::Model;
 use crate::roots::bracket::{Point, find_zero};
 use crate::tape::Tape;
 
-/// At so many times of a step it is looked.
+/// Each step is examined at this many times after its start.
 const LOOKS: usize = 4;
 
-/// A tendon is let go where it pushes by more than this part of the largest tension so far: less is rounding.
+/// A tendon is released if it pushes by more than this part of the largest tension so far; less is rounding.
 const PUSHES: f64 = 1e-10;
 
-/// Where a step ends at which a tendon was to be let go, it pulls by less than this part of the largest tension.
+/// At the end of a step that was planned to release a tendon, its tension must be below this part of the largest
+/// tension.
 const HARDLY_PULLS: f64 = 1e-4;
 
-/// A step that ends at a change ends within this distance of it, in units of the model's length; for that its end is corrected as often.
+/// A step to a change ends within this distance of it, in units of the model's length, after at most
+/// [`MOST_CORRECTIONS`] corrections.
 const ON_THE_SPOT: f64 = 1e-12;
 const MOST_CORRECTIONS: usize = 8;
 
-/// Where a tendon that is taut is off by more than this within a step, in units of the model's length, it is told what no step of that
-/// size follows.
+/// If a taut tendon misses its length by more than this within a step, in units of the model's length, the step
+/// is too long for the prescribed length.
 const ASTRAY: f64 = 1e-3;
 
-/// Changes that follow each other within this part of the way are a chatter when there are as many in a row.
+/// [`MOST_QUICK`] changes in a row, each within this part of the leg after the one before, are chattering.
 const QUICK: f64 = 1e-6;
 const MOST_QUICK: usize = 100;
 
-/// One of the constraints that hold one way only begins or ceases to hold.
+/// A one-sided constraint becomes active or inactive.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Event {
     pub(super) t: f64,
-    /// Its number among them, and whether it is let go.
+    /// Index among the one-sided constraints, and whether it is released.
     pub(super) which: usize,
     pub(super) is_let_go: bool,
 }
 
-/// What an end of a step calls for.
+/// What to do after a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Verdict {
     /// The step is over.
     Done,
-    /// The step is over, and others hold from there on: without this one, if there is one.
+    /// The step is over, and the active set changes at its end; this constraint, if any, is released.
     Change(Option<usize>),
-    /// Others hold already from the start of the step on.
+    /// The active set already changes at the start of the step.
     ChangeAtStart(Option<usize>),
-    /// The step ends there.
+    /// Repeat the step so that it ends at this event.
     EndAt(Event),
-    /// A taut tendon is off by so much on the way: the step is shortened.
+    /// A taut tendon misses its length by this much within the step: shorten the step.
     Astray(f64),
 }
 
 /// The changes of a run.
 #[derive(Clone, Debug)]
 pub(super) struct Changes {
-    /// The leg.
+    /// Start and end of the leg.
     pub(super) t_span: (f64, f64),
     pub(super) has_begun: bool,
-    /// Others hold from the current state on: without this one, if there is one.
+    /// Set if the active set changes at the current state; the constraint inside, if any, is released.
     pub(super) due: Option<Option<usize>>,
-    /// Energy that the last change has taken out, and its work, until somebody takes note.
+    /// Energy lost in changes and work done in them since they were last taken.
     pub(super) flow: Option<[f64; 2]>,
-    /// The time of the last change, and how many have followed each other quickly.
+    /// Time of the last change, and the number of quick changes in a row.
     last: f64,
     quick: usize,
     largest_tension: f64,
 }
 
-/// How near constraints are to a change at a time.
+/// How close the constraints are to a change at a given time.
 pub(super) struct Look {
-    /// Of every one, above zero behind its change: what it is passed by, or with what part of the largest tension it pushes.
+    /// For each constraint, positive after its change: the violation, or the push relative to the largest tension.
     values: Vec<f64>,
-    /// The highest of these, and its number.
+    /// The largest of these values, and its index.
     nearest: Point,
     which: usize,
     held: Vec<bool>,
     passed: Vec<[f64; 2]>,
-    /// How far those are off that hold, here or on the way.
+    /// Largest error of the active constraints, here or earlier in the step.
     astray: f64,
 }
 
-/// Looks at times within the last step.
+/// Evaluates [`Look`] at a time within the last step.
 pub(super) type Looks<'a> = dyn FnMut(f64) -> Result<Look, Interrupted> + 'a;
 
 impl Changes {
@@ -99,7 +101,7 @@ impl Changes {
         }
     }
 
-    /// Takes note of a change. False where they do not come to an end.
+    /// Records a change. Returns false if the constraints chatter.
     pub(super) fn count(&mut self, t: f64, flow: [f64; 2]) -> bool {
         let (from, to) = self.t_span;
         let is_quick = t - self.last <= QUICK * (to - from);
@@ -110,7 +112,7 @@ impl Changes {
         self.quick <= MOST_QUICK
     }
 
-    /// Looks at a state of the last step.
+    /// Examines a state of the last step. Allocates.
     pub(super) fn look(
         &mut self,
         model: &mut dyn Model,
@@ -123,7 +125,7 @@ impl Changes {
         held.drain(..first);
         let mut multipliers = vec![0.0; first + passed.len()];
         if held.contains(&true) {
-            // Without a mass there is no motion, either.
+            // A singular mass is reported by the step itself.
             let _ = saddle::accelerations(model, q, v, &mut vec![0.0; q.len()], &mut multipliers);
         }
         let tensions = &multipliers[first..];
@@ -138,7 +140,7 @@ impl Changes {
         Ok(Look::new(t, tendons.map(value).collect(), held, passed))
     }
 
-    /// What goes on from leg to leg.
+    /// Data that persist from leg to leg.
     pub(super) fn carry(&mut self, model: &mut dyn Model, tape: &mut Tape<'_>) {
         tape.flag(&mut self.has_begun);
         let number = |which: Option<usize>| which.map_or(0, |which| which + 1);
@@ -159,8 +161,8 @@ impl Changes {
     }
 }
 
-/// Judges a step between two times of a leg that ends at `t_end`; the step was to end at an event if that was `planned`, after so many
-/// corrections.
+/// Judges a step between two times of a leg that ends at `t_end`. `planned` is the event at which the step was
+/// planned to end, with the number of corrections made so far.
 pub(super) fn judge(
     [t_old, t]: [f64; 2],
     t_end: f64,
@@ -198,7 +200,7 @@ pub(super) fn judge(
     })
 }
 
-/// The first event of a step, and what there is at its end.
+/// The first event in a step, and the constraints at its end.
 fn search([t_old, t]: [f64; 2], look: &mut Looks<'_>) -> Result<(Option<Event>, Look), Interrupted> {
     let mut before = look(t_old)?;
     if before.nearest.value > 0.0 {
@@ -232,7 +234,7 @@ fn search([t_old, t]: [f64; 2], look: &mut Looks<'_>) -> Result<(Option<Event>, 
     Ok((None, before))
 }
 
-/// Where what a tendon is told has a corner, it stops what moves or is slack.
+/// At a corner of a prescribed length, a taut tendon stops the motion or becomes slack.
 fn at_end(end: &Look) -> Verdict {
     let is_left = |(&is_held, [_, rate]): (&bool, &[f64; 2])| is_held && rate.abs() > LEAVES;
     if end.held.iter().zip(&end.passed).any(is_left) { Verdict::Change(None) } else { Verdict::Done }
@@ -253,13 +255,13 @@ impl Look {
     }
 }
 
-/// Where between two looks a tendon that is slack is longest, if it is longer there than at both, and may be too long.
+/// The time between two looks at which a slack tendon is longest, if it peaks between them and may be too long.
 fn highest(before: &Look, after: &Look) -> Option<f64> {
     let tendons = before.passed.iter().zip(&after.passed).zip(&before.held);
     let peaks =
         tendons.filter(|(([_, rises], [_, falls]), is_held)| !**is_held && *rises > 0.0 && *falls < 0.0);
     let h = after.nearest.t - before.nearest.t;
-    // Of a parabola with these slopes.
+    // The vertex of the parabola with these slopes.
     let peak = |(([by, rises], [_, falls]), _): (([f64; 2], [f64; 2]), bool)| {
         let x = rises / (rises - falls);
         (by + 0.5 * rises * x * h, before.nearest.t + x * h)
@@ -272,7 +274,7 @@ fn highest(before: &Look, after: &Look) -> Option<f64> {
 mod tests {
     use super::*;
 
-    /// A step with a tendon that is slack, longer than it is told by this and with this rate.
+    /// Judges a step with a slack tendon that exceeds its length by this much, at this rate.
     fn judge_slack(
         excess: impl Fn(f64) -> [f64; 2],
         times: [f64; 2],
@@ -323,7 +325,7 @@ mod tests {
         let reached = |t: f64| judge_taut(0.0, [0.0, t], Some((Event { t, ..event }, 1)));
         assert_eq!(reached(2.0 - 1e-6), Verdict::Change(Some(0)));
         assert_eq!(reached(1.5), Verdict::Done);
-        // It is told what the step does not follow.
+        // The prescribed length changes faster than the step follows.
         assert_eq!(judge_taut(-0.01, [0.0, 1.9], None), Verdict::Astray(0.01));
     }
 

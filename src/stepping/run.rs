@@ -15,7 +15,7 @@ use crate::second_order::{self, Counters, Failure, Grid, is_whole, number_of_ste
 use crate::signal::covers;
 use crate::tape::Tape;
 
-/// A step that is this part of the way is not shortened where what is told a tendon is not followed: it jumps.
+/// A step of this part of the leg is not shortened further if a taut tendon misses its length: the length jumps.
 const SHORTEST: f64 = 1e-9;
 
 /// A motion of a model that goes on as far as it is told, with inputs that are held on the way: state in, inputs in, steps,
@@ -39,7 +39,7 @@ pub struct Run<M> {
     scratch: ForwardScratch,
     /// Distance in metres by which the start was moved to close loops.
     moved: f64,
-    /// Where constraints that hold one way only change between steps.
+    /// Present if the active set of one-sided constraints changes only between steps.
     changes: Option<Box<Changes>>,
     stop: Option<Stop>,
 }
@@ -192,8 +192,8 @@ impl<M: Model> Run<M> {
     /// or no step could be made, which leaves the state unchanged. After an interruption the state is that of
     /// the last accepted step, and the step can be repeated.
     ///
-    /// A step to a shape that means nothing is made, and ends the leg. Where tendons that do not stretch become taut or slack, the change
-    /// is made instead of a step.
+    /// A step to an invalid shape is made, and ends the leg. Where inextensible tendons become taut or slack, the
+    /// change is made instead of a step.
     ///
     /// # Panics
     /// If the leg had already ended.
@@ -229,7 +229,7 @@ impl<M: Model> Run<M> {
         Ok(self.stop.as_ref().map(|stop| stop.status).or(status))
     }
 
-    /// A step that goes no farther than to where others of the constraints hold that hold one way only.
+    /// Makes a step that ends at the latest where the active set of one-sided constraints changes.
     fn step_to_change(&mut self) -> Result<Option<Status>, Interrupted> {
         let Some(changes) = &mut self.changes else { unreachable!("they change within steps") };
         if let Some(without) = changes.due.take() {
@@ -290,7 +290,7 @@ impl<M: Model> Run<M> {
         }
     }
 
-    /// Finds which constraints hold at the start.
+    /// Finds the active constraints at the start.
     fn find_held(&mut self) -> Result<Option<Status>, Interrupted> {
         let found = self.integrator.observe(|model, state| {
             model.set_time(state.t)?;
@@ -302,7 +302,7 @@ impl<M: Model> Run<M> {
         Ok(found.err().and_then(|why| self.unsettled(why)))
     }
 
-    /// Others of the constraints hold from here on: without this one, if there is one.
+    /// Changes the active set here; `without` is released, if given.
     fn change(&mut self, without: Option<usize>) -> Result<Option<Status>, Interrupted> {
         let found = self.integrator.observe(|model, state| {
             model.set_time(state.t)?;
@@ -326,7 +326,7 @@ impl<M: Model> Run<M> {
         Ok(Some(self.stop.insert(Stop::at_chatter(t)).status))
     }
 
-    /// Ends the leg where no change was found; `None` where the mass is singular.
+    /// Ends the leg if no active set was found; `None` if the mass is singular.
     fn unsettled(&mut self, why: Unsettled) -> Option<Status> {
         let t = self.t();
         let stop = match why {
@@ -337,7 +337,7 @@ impl<M: Model> Run<M> {
         Some(self.stop.insert(stop).status)
     }
 
-    /// The energy that changes of the constraints have taken out, and their work, in joules, since this was asked last; `None` where
+    /// Energy lost in changes of the active set and work done in them, in joules, since the last call; `None` if
     /// there was no change.
     pub(crate) fn take_flow(&mut self) -> Option<[f64; 2]> {
         self.changes.as_mut()?.flow.take()
@@ -432,7 +432,7 @@ impl<M: Model> Run<M> {
     pub(crate) fn interpolate(&mut self, t: f64, [q, v, a]: [&mut [f64]; 3]) -> Result<bool, Interrupted> {
         let is_finite = self.integrator.interpolate(t, [&mut *q, &mut *v, a])?;
         if is_finite && self.changes.is_some() {
-            // Between its ends a step leaves lengths as far from what is told as its error is: they would seem slack.
+            // Within a step, lengths are only as accurate as the step: taut tendons would seem slack.
             let model: &mut dyn Model = self.integrator.model();
             model.set_time(t)?;
             let _ = projection::close(model, q, Metric::Mass)

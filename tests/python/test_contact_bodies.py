@@ -16,6 +16,9 @@ STIFFNESS = 1e5
 TETRAHEDRON = np.array([[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]]) / math.sqrt(3)
 TETRAHEDRON_FACES = [[0, 1, 2], [0, 1, 3], [0, 2, 3], [1, 2, 3]]
 OCTAHEDRON = np.vstack([np.eye(3), -np.eye(3)])
+CUBE = np.array(list(itertools.product((-1, 1), repeat=3)), dtype=float)
+CUBE_FACES = [[0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1]]
+CUBE_FACES += [[2, 3, 7], [2, 7, 6], [0, 2, 6], [0, 6, 4], [1, 5, 7], [1, 7, 3]]
 OCTAHEDRON_FACES = [[x, y, z] for x in (0, 3) for y in (1, 4) for z in (2, 5)]
 
 
@@ -304,16 +307,13 @@ def test_bodies_that_are_in_each_other_are_refused(a, b, place):
 @pytest.mark.parametrize("start", [0.02, -0.03])
 def test_bodies_on_what_is_moved_start_where_they_are(top, start):
     """A slider that follows a table of its position is nowhere before its time is known."""
-    corners = np.array(list(itertools.product((-1, 1), repeat=3)), dtype=float)
-    faces = [[0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1], [2, 3, 7], [2, 7, 6]]
-    faces += [[0, 2, 6], [0, 6, 4], [1, 5, 7], [1, 7, 3]]
     half = np.array([0.05, 0.05, 0.02])
     tops = {
         "box": box("top", half),
         "ball": lissom.Ball("top", 0.02),
-        "mesh": ConvexMesh(half * corners, faces, link="top"),
+        "mesh": ConvexMesh(half * CUBE, CUBE_FACES, link="top"),
     }
-    table = ConvexMesh(corners * [0.5, 0.5, 0.1] + [0, 0, -0.1], faces, link="slider")
+    table = ConvexMesh(CUBE * [0.5, 0.5, 0.1] + [0, 0, -0.1], CUBE_FACES, link="slider")
     slider = Link(
         "slider",
         joint=lissom.Prismatic((1, 0, 0), motion=lissom.Harmonic(0.02, 2.0)),
@@ -330,16 +330,10 @@ def test_bodies_on_what_is_moved_start_where_they_are(top, start):
 
 def test_a_flat_face_of_triangles_is_as_stiff_as_one():
     """Corners of a block lie above sides that divide the faces of a mesh: these are no edges."""
-    corners = np.array(list(itertools.product((-1, 1), repeat=3)), dtype=float) * [0.3, 0.3, 0.1] - [
-        0,
-        0,
-        0.1,
-    ]
-    faces = [[0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1], [2, 3, 7], [2, 7, 6]]
-    faces += [[0, 2, 6], [0, 6, 4], [1, 5, 7], [1, 7, 3]]
+    corners = CUBE * [0.3, 0.3, 0.1] - [0, 0, 0.1]
     half = (0.05, 0.05, 0.02)
     tangents = []
-    for table in (ConvexMesh(corners, faces), Box((0, 0, -0.1), (0.3, 0.3, 0.1))):
+    for table in (ConvexMesh(corners, CUBE_FACES), Box((0, 0, -0.1), (0.3, 0.3, 0.1))):
         contact = Contact(box("block", half), table, stiffness=STIFFNESS)
         springs = lissom.Support(link="block", stiffness=2000.0, rotational_stiffness=1.0)
         robot = lissom.Robot(

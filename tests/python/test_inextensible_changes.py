@@ -8,10 +8,8 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import lissom
+from test_inextensible import MASS, ROPE, G, along, finger
 
-G = 9.81
-ROPE = 0.5
-MASS = 0.2
 METHODS = ("radau", "rk45", "dop853")
 
 
@@ -303,23 +301,6 @@ def test_a_bead_on_a_rail_stops_where_its_rope_ends(method):
     assert motion.balance.drift < 1e-10
 
 
-def finger(*tendons):
-    segment = lissom.Segment(
-        0.3,
-        0.01,
-        1e6,
-        4e5,
-        1000.0,
-        modes={"bend_y": 3, "bend_z": 2, "stretch": 1},
-        retardation_time=0.01,
-    )
-    return lissom.Rod([segment], gravity=(0, 0, -G), actuators=list(tendons))
-
-
-def along(name="pull", offset=(0.0, 0.008), **drive):
-    return lissom.Tendon(name, [lissom.Along(offset=offset)], **drive)
-
-
 def distance(robot, motion, other):
     tips = [robot.pose(q, 0.3)[:, :3, 3] for q in (motion.q, other.q)]
     return np.abs(tips[0] - tips[1]).max()
@@ -328,7 +309,7 @@ def distance(robot, motion, other):
 def test_a_finger_that_is_pulled_and_let_go():
     """Newmark's steps come to it with their order, and tendons with their stiffness."""
     times, grid = ([0.0, 0.2, 0.4], [0.2999, 0.296, 0.31]), np.linspace(0.0, 0.4, 41)
-    robot = finger(along(length=times))
+    robot = finger([along(length=times)])
     start = {"q0": lissom.statics(robot, t=0.0).q, "t_eval": grid}
     wanted = run(robot, 0.4, "radau", 1e-8, **start)
     assert wanted.success, wanted.message
@@ -345,7 +326,7 @@ def test_a_finger_that_is_pulled_and_let_go():
     assert errors[0] > 1.8 * errors[1] > 3.2 * errors[2]
     errors = []
     for stiffness in (2e5, 2e6, 2e7):
-        stiff = finger(along(length=times, stiffness=stiffness))
+        stiff = finger([along(length=times, stiffness=stiffness)])
         errors.append(distance(robot, run(stiff, 0.4, "radau", 1e-7, **start), wanted))
     np.testing.assert_allclose(np.array(errors[:2]) / errors[1:], 10.0, rtol=0.1)
 
@@ -353,7 +334,7 @@ def test_a_finger_that_is_pulled_and_let_go():
 @pytest.mark.parametrize("method", METHODS)
 def test_a_finger_that_falls_into_two_cords(method):
     cords = [along("up", (0.0, 0.008), length=0.3005), along("down", (0.0, -0.008), length=0.3005)]
-    robot, grid = finger(*cords), np.linspace(0.0, 0.5, 51)
+    robot, grid = finger(cords), np.linspace(0.0, 0.5, 51)
     wanted = run(robot, 0.5, "radau", 1e-8, t_eval=grid)
     motion = run(robot, 0.5, method, 1e-6, t_eval=grid)
     assert motion.success, motion.message

@@ -7,6 +7,7 @@ import inspect
 import tempfile
 import tomllib
 import warnings
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -28,23 +29,23 @@ class Case:
 
 
 @dataclass(frozen=True)
-class Source:
+class Source(ABC):
     """The object of a sweep. ``options`` override those of scenes."""
 
     options: dict[str, Any]
 
+    @abstractmethod
     def case(self, parameters: Parameters) -> Case:
         """The run with these parameters; raises ValueError or TypeError if they are invalid."""
-        raise NotImplementedError
 
     def check_names(self, names: list[str]) -> None:
         """Raise ValueError for an unknown parameter name, as far as this can be checked without a value."""
         for name in names:
             paths.parts(name)
 
+    @abstractmethod
     def identity(self) -> Any:
         """Data that distinguish it from other sources, as JSON types."""
-        raise NotImplementedError
 
     def _of(self, thing: object) -> Case:
         if isinstance(thing, Scene):
