@@ -151,7 +151,8 @@ def test_a_slider_moves_its_input(live):
 
 def test_dragging_the_handle_pulls_the_tip(live):
     shown = live()
-    shown.wait(lambda: shown.view.t > 1.0)
+    # At rest, so that the tip is still there when the page has drawn it.
+    shown.wait(lambda: shown.view.t > 5.0)
     box = shown.page.locator("canvas").first.bounding_box()
     # The position of the tip on the screen; the upward arrow of the handle is above it.
     x, y = _on_screen(shown, box)
