@@ -210,23 +210,37 @@ pub(crate) fn material(model: &mut dyn Model, q: &[f64], sizes: &[f64]) -> Matri
     scaled(tangent, sizes)
 }
 
-/// Reference stiffnesses, all > 0: the elastic ones, and for coordinates without elasticity the size of the
-/// tangent's row.
-pub(crate) fn reference(elastic: &Matrix, tangent: &Matrix) -> Vec<f64> {
-    /// Rows below this fraction of the largest row are rounding errors, such as of a free body on a floor.
+/// Reference stiffnesses, all > 0: the elastic ones, and for coordinates without elasticity those of the tangent.
+/// `force` is the norm of the forces of which the tangent is the derivative; a model without any stiffness, such as
+/// a body in free fall, gets this number.
+pub(crate) fn reference(elastic: &Matrix, tangent: &Matrix, force: f64) -> Vec<f64> {
+    /// Stiffnesses below this fraction of the largest one are rounding errors, such as of a free body on a floor; so
+    /// are those below this fraction of the forces.
     const NOTHING: f64 = 1e-13;
-    let row = |i: usize| tangent.row(i).iter().map(|entry| entry.abs()).sum::<f64>();
-    let largest = (0..tangent.nrows()).map(row).fold(0.0, f64::max);
-    let of_row = |i: usize| {
-        let reference = if elastic[(i, i)] > 0.0 { elastic[(i, i)] } else { row(i) };
-        let is_something = elastic[(i, i)] > 0.0 || reference > NOTHING * largest;
-        match is_something {
-            true => reference,
-            false if largest > 0.0 => largest,
-            false => 1.0,
+    let size = |i: usize, j: usize| tangent[(i, j)].abs();
+    // A coordinate that is coupled with a stiff one has at least this stiffness if all of the matrix is positive.
+    let coupled = |i: usize, j: usize| size(i, j) * (size(i, j) / size(j, j)).min(1.0);
+    let own = |i: usize| {
+        let others = (0..tangent.ncols()).filter(|&j| j != i && size(i, j) > 0.0);
+        others.map(|j| coupled(i, j)).fold(size(i, i), f64::max)
+    };
+    let largest = (0..tangent.nrows()).map(own).fold(0.0, f64::max);
+    let rounding = NOTHING * largest.max(force);
+    let of_coordinate = |i: usize| {
+        let own = own(i);
+        if elastic[(i, i)] > 0.0 {
+            elastic[(i, i)]
+        } else if own > rounding {
+            own
+        } else if largest > rounding {
+            largest
+        } else if force > 0.0 {
+            force
+        } else {
+            1.0
         }
     };
-    (0..tangent.nrows()).map(of_row).collect()
+    (0..tangent.nrows()).map(of_coordinate).collect()
 }
 
 /// `S A S` with the sizes on the diagonal of S.

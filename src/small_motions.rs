@@ -84,7 +84,7 @@ pub(crate) fn small_motions(model: &mut dyn Model, q: &[f64], sizes: &[f64]) -> 
         scaled(tangent, sizes)
     };
     let natural = |stiffness: &Matrix| {
-        Natural::new(&material, held.as_ref(), || natural::reference(&material, stiffness))
+        Natural::new(&material, held.as_ref(), || natural::reference(&material, stiffness, 0.0))
     };
     let (stiffness, natural) = match &held {
         None => {

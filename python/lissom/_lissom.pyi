@@ -233,7 +233,15 @@ class OdeResult:
     @property
     def reason(
         self,
-    ) -> Literal["finished", "event", "too_many_steps", "step_too_small", "non_finite", "interrupted"]: ...
+    ) -> Literal[
+        "finished",
+        "event",
+        "too_many_steps",
+        "step_too_small",
+        "non_finite",
+        "non_finite_jacobian",
+        "interrupted",
+    ]: ...
     @property
     def message(self) -> str: ...
     @property

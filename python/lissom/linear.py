@@ -70,7 +70,7 @@ def linearise(
     Parameters
     ----------
     model : Model
-        A `Rod` or a `SpringPendulum`.
+        A `Rod`, a `Robot` or a `SpringPendulum`.
     q : array_like, shape (n,)
         Coordinates of the equilibrium, such as `q` from `statics`. At other shapes the result is the linear
         model about rest with constant generalised forces that hold the shape.
@@ -119,7 +119,7 @@ def linearise(
     (('tip_force_z',), ('tip_position_z',))
     """
     if not isinstance(model, Model):
-        raise TypeError(f"model: expected a Model (Rod, SpringPendulum), got {type(model).__name__}")
+        raise TypeError(f"model: expected a Model (Rod, Robot, SpringPendulum), got {type(model).__name__}")
     n = model.n
     model.check_shape(q)
     q = np.asarray(q, float)

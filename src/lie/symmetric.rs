@@ -24,6 +24,19 @@ impl<T: Scalar> Symmetric<T> {
         Self { xx: value, yy: value, zz: value, xy: zero, xz: zero, yz: zero }
     }
 
+    /// The same matrix in every lane.
+    #[inline(always)]
+    pub fn all(a: Symmetric<f64>) -> Self {
+        Self {
+            xx: T::splat(a.xx),
+            yy: T::splat(a.yy),
+            zz: T::splat(a.zz),
+            xy: T::splat(a.xy),
+            xz: T::splat(a.xz),
+            yz: T::splat(a.yz),
+        }
+    }
+
     /// `v v^T`.
     #[inline(always)]
     pub fn square(v: Vector<T>) -> Self {

@@ -32,6 +32,12 @@ impl<T: Scalar> Vector<T> {
         Self::new(T::splat(v[0]), T::splat(v[1]), T::splat(v[2]))
     }
 
+    /// The same vector in every lane.
+    #[inline(always)]
+    pub fn all(v: Vector<f64>) -> Self {
+        Self::splat([v.x, v.y, v.z])
+    }
+
     /// Vector product.
     #[inline(always)]
     pub fn cross(self, other: Self) -> Self {

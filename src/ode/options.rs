@@ -189,7 +189,7 @@ impl Options {
         let mut rtol = self.rtol.expand(n, "rtol", &mut checker);
         let atol = self.atol.expand(n, "atol", &mut checker);
         if let Some(first_step) = self.first_step
-            && checker.positive(first_step, "first_step", "of the time")
+            && checker.positive(first_step, "first_step", "in units of time")
         {
             let length = (t_end - t0).abs();
             let expected = format!("at most the length of t_span, {}", Number(length));
@@ -201,7 +201,7 @@ impl Options {
             );
         }
         checker.require(self.max_step > 0.0, "max_step", Number(self.max_step), "a number > 0");
-        checker.non_negative(self.min_step, "min_step", "of the time");
+        checker.non_negative(self.min_step, "min_step", "in units of time");
         if self.max_step > 0.0 && self.min_step > self.max_step {
             let expected = format!("at most max_step, {}", Number(self.max_step));
             checker.require(false, "min_step", Number(self.min_step), &expected);

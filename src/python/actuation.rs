@@ -211,12 +211,13 @@ fn signal(object: &Bound<'_, PyAny>, name: &str, functions: &mut Functions) -> P
 /// One of two commands, exactly one of which must be given.
 fn one_of<T>(names: [&str; 2], values: [Option<T>; 2]) -> Result<(usize, T), InvalidInput> {
     let [first, second] = names;
-    let expected = format!("either {first} or {second}");
+    let found = |how: &str, joint: &str| format!("{how} {first} {joint} {second}");
+    let expected = "one of them".to_owned();
     match values {
         [Some(value), None] => Ok((0, value)),
         [None, Some(value)] => Ok((1, value)),
-        [None, None] => Err(InvalidInput::new(first, "neither of them", expected)),
-        [Some(_), Some(_)] => Err(InvalidInput::new(second, "both of them", expected)),
+        [None, None] => Err(InvalidInput::new(first, found("neither", "nor"), expected)),
+        [Some(_), Some(_)] => Err(InvalidInput::new(second, found("both", "and"), expected)),
     }
 }
 

@@ -2,7 +2,7 @@
 
 use numpy::PyArray2;
 use pyo3::IntoPyObjectExt;
-use pyo3::exceptions::PyValueError;
+use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
@@ -89,6 +89,13 @@ fn shear_modulus_of(
     None
 }
 
+fn dict_of_modes<'a, 'py>(modes: &'a Bound<'py, PyAny>) -> PyResult<&'a Bound<'py, PyDict>> {
+    modes.cast::<PyDict>().map_err(|_| {
+        let expected = "a dict such as {'bend_y': 3}; choose_modes finds the numbers";
+        PyTypeError::new_err(format!("modes: got {}, expected {expected}", convert::describe(modes)))
+    })
+}
+
 #[pymethods]
 impl PySegment {
     #[new]
@@ -101,7 +108,7 @@ impl PySegment {
         #[pyo3(from_py_with = convert::optional_number)] young_modulus: Option<f64>,
         #[pyo3(from_py_with = convert::optional_number)] shear_modulus: Option<f64>,
         #[pyo3(from_py_with = convert::optional_number)] density: Option<f64>,
-        modes: Option<&Bound<'_, PyDict>>,
+        modes: Option<&Bound<'_, PyAny>>,
         #[pyo3(from_py_with = convert::number)] retardation_time: f64,
         reference_strain: Option<&Bound<'_, PyAny>>,
         shear_correction: Option<&Bound<'_, PyAny>>,
@@ -114,6 +121,7 @@ impl PySegment {
             let names = Basis::ALL.map(Basis::name);
             PyValueError::new_err(format!("basis: got '{basis}', expected one of {names:?}"))
         })?;
+        let modes = modes.map(dict_of_modes).transpose()?;
         let mut check = Checker::new();
         let section = match (radius, section) {
             (Some(radius), None) => {

@@ -152,7 +152,7 @@ pub(crate) fn simulate<'py>(
 ) -> PyResult<PyMotionResult> {
     let Ok(model) = model.cast::<PyModel>() else {
         return Err(PyTypeError::new_err(format!(
-            "model: expected a Model (Rod, SpringPendulum), got {}; for equations of your own there are newmark and \
+            "model: expected a Model (Rod, Robot, SpringPendulum), got {}; for equations of your own there are newmark and \
              solve_ivp",
             convert::describe(model)
         )));

@@ -544,7 +544,7 @@ pub(crate) fn continuation<'py>(
 fn base<'a, 'py>(model: &'a Bound<'py, PyAny>) -> PyResult<&'a Bound<'py, PyModel>> {
     model.cast::<PyModel>().map_err(|_| {
         PyTypeError::new_err(format!(
-            "model: expected a Model (Rod, SpringPendulum), got {}",
+            "model: expected a Model (Rod, Robot, SpringPendulum), got {}",
             convert::describe(model)
         ))
     })

@@ -306,7 +306,12 @@ fn check_version(table: &DeTable<'_>, shape: &mut Shape) {
     let known = matches!(version.get_ref(), DeValue::Integer(number) if number.as_str().parse() == Ok(document::VERSION));
     if !known {
         shape.spans.insert("version".to_owned(), version.span());
-        shape.refuse("version", "not a version that this lissom reads", "expected version = 1");
+        let found = match version.get_ref() {
+            DeValue::Integer(number) => number.as_str().to_owned(),
+            _ => "this".to_owned(),
+        };
+        let wrong = format!("{found} is not a version that lissom {} reads", env!("CARGO_PKG_VERSION"));
+        shape.refuse("version", wrong, "expected version = 1");
     }
 }
 

@@ -94,7 +94,9 @@ fn material(written: &Segment, here: &str, shape: &mut Shape) -> [f64; 3] {
             shape.replaced.insert(key.clone());
         }
     }
-    let modulus = written.young_modulus.or(written.shear_modulus).unwrap_or(STAND_IN);
+    // A wrong modulus is reported once, by its own key.
+    let modulus = written.young_modulus.filter(|modulus| modulus.is_finite() && *modulus > 0.0);
+    let modulus = modulus.or(written.shear_modulus).unwrap_or(STAND_IN);
     let shear_modulus = match (written.shear_modulus, written.poisson_ratio) {
         (Some(_), Some(_)) => {
             shape.refuse(&poisson, "both poisson_ratio and shear_modulus are given", "keep one of them");

@@ -206,6 +206,14 @@ impl<'a> Reader<'a> {
         }
         if !accepts(schema, value.get_ref()) {
             let expected = match value.get_ref() {
+                // [[rod.segment]] without [[rod]].
+                DeValue::Table(table) if schema["type"] == "array" && has_only_tables(table) => {
+                    let header = without_indices(place);
+                    let below = table.keys().next().map_or("", |key| key.get_ref().as_ref());
+                    let wrong = format!("there is no [[{header}]] above [[{header}.{below}]]");
+                    self.shape.refuse(place, wrong, "add that line");
+                    return None;
+                }
                 // [rod] instead of [[rod]], the most common mistake in TOML.
                 DeValue::Table(_) if schema["type"] == "array" => {
                     format!("double brackets: [[{}]]", without_indices(place))
@@ -457,6 +465,15 @@ pub(super) fn expected_one_of(word: &str, words: &[&str]) -> String {
         Some(similar) => format!("did you mean \"{similar}\"? Expected {}", one_of(words)),
         None => format!("expected {}", one_of(words)),
     }
+}
+
+/// Whether a table has no other content than arrays of tables.
+fn has_only_tables(table: &DeTable<'_>) -> bool {
+    let is_of_tables = |value: &Spanned<DeValue<'_>>| match value.get_ref() {
+        DeValue::Array(array) => array.iter().any(|item| matches!(item.get_ref(), DeValue::Table(_))),
+        _ => false,
+    };
+    !table.is_empty() && table.values().all(is_of_tables)
 }
 
 /// The path as in the header of a table, without indices.

@@ -33,7 +33,7 @@ pub(crate) fn check_problem(
         checker.finite(values, place);
     }
     let is_visible = t_end == t0 || t0 + dt > t0 && t_end - dt < t_end;
-    if checker.positive(dt, "dt", "of the time") && t0.is_finite() && t_end.is_finite() {
+    if checker.positive(dt, "dt", "in units of time") && t0.is_finite() && t_end.is_finite() {
         checker.require(is_visible, "dt", Number(dt), "a step that rounding of the time does not swallow");
     }
 }

@@ -111,7 +111,7 @@ pub(crate) fn check_times(times: &[f64], (t0, t_end): (f64, f64)) -> Result<(), 
     let mut checker = Checker::new();
     let is_wrong = |i: usize| !(t0..=t_end).contains(&times[i]) || (i > 0 && times[i] <= times[i - 1]);
     if let Some(i) = (0..times.len()).find(|&i| is_wrong(i)) {
-        let expected = format!("a time in t_span = [{}, {}] after the one before", Number(t0), Number(t_end));
+        let expected = format!("a time from {} to {}, after the one before", Number(t0), Number(t_end));
         checker.require(false, &format!("t_eval[{i}]"), Number(times[i]), &expected);
     }
     checker.finish()

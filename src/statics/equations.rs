@@ -416,10 +416,12 @@ impl<'a> Equations<'a> {
         self.forces(q, *load_factor, held, &mut residual, &mut load)?;
         let [tangent, elastic] = self.tangents(q, *load_factor, held)?;
         let material = self.material.as_ref().unwrap_or(&elastic);
+        let force = norm(&load).max(norm(&residual));
         if matches!(self.growth, Growth::Inputs(_)) && self.reference.is_none() {
-            self.reference = Some(natural::reference(material, &tangent));
+            self.reference = Some(natural::reference(material, &tangent, force));
         }
-        let fallback = || self.reference.clone().unwrap_or_else(|| natural::reference(material, &tangent));
+        let fallback =
+            || self.reference.clone().unwrap_or_else(|| natural::reference(material, &tangent, force));
         let is_finite = tangent.iter().chain(&residual).chain(&load).all(|x| x.is_finite());
         let natural = if is_finite { Natural::new(material, springs.as_ref(), fallback) } else { None };
         let load_on_springs = self.load_on_springs(state, springs.as_ref())?;
@@ -451,7 +453,7 @@ impl<'a> Equations<'a> {
         for _ in 0..iterations {
             let Some(springs) = natural::linearised(self.model, &state.q, &self.sizes) else { return };
             let Some(natural) =
-                Natural::new(material, Some(&springs), || natural::reference(material, material))
+                Natural::new(material, Some(&springs), || natural::reference(material, material, 0.0))
             else {
                 return;
             };

@@ -175,7 +175,9 @@ pub(super) fn message(status: Status, end: f64, verdict: Option<Verdict>, path: 
                      direction found there, to reach the buckled equilibria.",
                     point.load_factor
                 ),
-                None => " Give `q0`, a shape a little off, to be let go.".to_owned(),
+                None => {
+                    " Give a slightly different shape as `q0`: the model is released from there.".to_owned()
+                }
             };
         }
         Some(Stability::Flutter) => {

@@ -193,7 +193,7 @@ fn verdict(model: &mut dyn Model, q: &[f64], multipliers: &[f64]) -> Option<(Ver
         return None;
     }
     let [tangent, elastic] = [tangent, elastic].map(|a| scaled(a, &sizes));
-    let natural = Natural::new(&elastic, None, || natural::reference(&elastic, &tangent))?;
+    let natural = Natural::new(&elastic, None, || natural::reference(&elastic, &tangent, 0.0))?;
     let stiffness = natural.tangent(&tangent, None);
     if !is_symmetric(&stiffness) {
         return None;

@@ -756,10 +756,20 @@ fn settings_are_checked() {
 }
 
 #[test]
+fn a_missing_header_is_named() {
+    let wrong = ["14:3: rod: there is no [[rod]] above [[rod.segment]]; add that line"];
+    refused("[[rod]]\n", "", &wrong);
+}
+
+#[test]
 fn the_version_is_checked_before_anything_else() {
     refused("version = 1\n", "", &["1:1: version: missing; add it as the first line: version = 1"]);
-    let wrong = ["1:11: version: not a version that this lissom reads; expected version = 1"];
-    refused("version = 1", "version = 2\nunknown = 3", &wrong);
+    let wrong = |found: &str| {
+        let version = env!("CARGO_PKG_VERSION");
+        format!("1:11: version: {found} is not a version that lissom {version} reads; expected version = 1")
+    };
+    refused("version = 1", "version = 2\nunknown = 3", &[&wrong("2")]);
+    let wrong = [&*wrong("this")];
     refused("version = 1", "version = \"1\"", &wrong);
     refused("version = 1", "version = 1.0", &wrong);
 }

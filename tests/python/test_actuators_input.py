@@ -98,11 +98,11 @@ ALONE = {
     ),
     "neither tension nor length": (
         lambda: tendon(friction=0.1),
-        (ValueError, "tension", "got neither of them, expected either tension or length"),
+        (ValueError, "tension", "got neither tension nor length, expected one of them"),
     ),
     "both tension and length": (
         lambda: tendon(tension=1, length=1, stiffness=1),
-        (ValueError, "length", "got both of them, expected either tension or length"),
+        (ValueError, "length", "got both tension and length, expected one of them"),
     ),
     "a damping without stiffness": (
         lambda: tendon(length=0.2, damping=1.0),
@@ -178,11 +178,11 @@ ALONE = {
     "a pressure of NaN": (lambda: Chamber("c", [EMBEDDED], 1, np.nan), (ValueError, "pressure", "got NaN")),
     "neither torque nor position": (
         lambda: Motor("base"),
-        (ValueError, "torque", "got neither of them, expected either torque or position"),
+        (ValueError, "torque", "got neither torque nor position, expected one of them"),
     ),
     "both torque and position": (
         lambda: Motor("base", 1, position=1, gains=(1, 1)),
-        (ValueError, "position", "got both of them"),
+        (ValueError, "position", "got both torque and position"),
     ),
     "gains of a torque": (
         lambda: Motor("base", 1, gains=(1, 1)),

@@ -96,7 +96,7 @@ def test_new_refuses_what_names_no_file(name, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     code, said = called("new", name)
     assert code == 2
-    assert f"NAME: got {name!r}, expected the name of a file, such as arm" in said
+    assert f"NAME: got {name!r}, expected a file name, such as arm" in said
     assert not list(tmp_path.iterdir())
 
 

@@ -141,3 +141,32 @@ def test_a_free_rod_comes_to_lie_on_a_floor(height, modes, friction):
     again = lissom.statics(robot, found.q, method="newton")
     assert again.success, again.message
     assert again.stability == "neutral"
+
+
+@pytest.mark.parametrize("height", [0.0, 1e-6, 1e-4, 5e-3, 0.5, 20.0])
+@pytest.mark.parametrize("corners", [0, 4])
+def test_a_body_in_the_air_comes_to_rest_on_a_floor(height, corners):
+    """In the air nothing has a stiffness: rounding errors must not be taken for one."""
+    inertia = np.diag([3e-4, 4e-4, 5e-4])
+    link = lissom.Link(
+        "body", joint=lissom.Free(), body=lissom.Body(0.5, inertia=inertia), position=(0, 0, 0.02 + height)
+    )
+    box = lissom.Box((0, 0, 0), (0.05, 0.04, 0.02), link="body")
+    surface = box if corners else lissom.Ball("body", 0.02)
+    floor = lissom.Contact(surface, lissom.HalfSpace(), stiffness=1e5, friction=0.5)
+    found = lissom.statics(lissom.Robot([link], contacts=[floor]))
+    assert found.success, found.message
+    assert found.stability == "neutral"
+    sunk = 0.5 * 9.81 / (1e5 * max(corners, 1))
+    assert_allclose(found.q, [0, 0, -height - sunk, 0, 0, 0], atol=1e-9)
+
+
+def test_a_rod_that_falls_far_is_neutral_on_the_floor():
+    segment = lissom.Segment(
+        0.5, 0.01, 1e6, poisson_ratio=0.45, density=1000, modes={"bend_y": 4, "bend_z": 4, "torsion": 2}
+    )
+    rod = lissom.Link("rod", joint=lissom.Free(), rod=[segment], position=(0, 0, 0.31))
+    floor = lissom.Contact("rod", lissom.HalfSpace(), friction=0.5)
+    found = lissom.statics(lissom.Robot([rod], contacts=[floor]))
+    assert found.success, found.message
+    assert found.stability == "neutral"

@@ -851,7 +851,7 @@ def refuse(error, message, *args, **options):
         ("rtol: got 2 values, expected 1", {"rtol": [1e-3, 1e-3]}),
         ("max_steps: got -1, expected a whole number >= 0", {"max_steps": -1}),
         (
-            r"t_eval\[1\]: got 0.2, expected a time in t_span = \[0, 1\] after the one before",
+            r"t_eval\[1\]: got 0.2, expected a time from 0 to 1, after the one before",
             {"t_eval": [0.5, 0.2]},
         ),
         (r"t_eval\[1\]: got 0.5", {"t_eval": [0.5, 0.5]}),

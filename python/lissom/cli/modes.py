@@ -60,6 +60,9 @@ def command(scene: Path, output: Path | None, at_start: bool, no_report: bool) -
         )
         for number, hertz, ratio, _ in words.table(done.found)[: words.LISTED]
     ]
+    left_out = len(done.found.frequency) - words.LISTED
+    if left_out > 0:
+        rows.append(("", f"{left_out} more in {done.file}"))
     outcome = f"{len(done.found.frequency)} modes, {done.found.stability or 'stability unknown'}"
     say(loaded.name, outcome, stable, rows, saved)
     return saved.code

@@ -35,12 +35,12 @@ SCHEMA = "lissom-scene.schema.json"
 def command(name: str, kind: str, schema: bool) -> int:
     """Write NAME.toml, a commented scene to start from.
 
-    Never overwrites a file. Exit code: 0 done, 1 the file could not be written, 2 it exists or NAME is no
-    name of a file.
+    Never overwrites a file. Exit code: 0 done, 1 the file could not be written, 2 it exists or NAME is not a
+    file name.
     """
     stem = name.removesuffix(".toml")
     if not stem or stem.endswith(("/", os.sep)) or not name.isprintable():
-        raise click.UsageError(f"NAME: got {name!r}, expected the name of a file, such as arm")
+        raise click.UsageError(f"NAME: got {name!r}, expected a file name, such as arm")
     path = Path(f"{stem}.toml")
     text = (files("lissom") / "templates" / f"{kind}.toml").read_text(encoding="utf-8")
     if schema:

@@ -94,6 +94,13 @@ def outcome(run: Run) -> tuple[str, bool]:
         return f"Failed at {quantity(float(run.t[-1]))} s: {run.message}", False
     if not run.has_energies:
         return f"Finished. {NO_ENERGIES}", False
+    settings, space_error = run.scene.simulation, run.motion.stats.space_error
+    if settings.method == "auto" and space_error is not None and space_error > settings.rtol:
+        return (
+            f"Finished, but the modes are too few: the space error is {space_error:.0e} of the length, "
+            f"{settings.rtol:g} was asked for.",
+            False,
+        )
     if run.motion.doubt is not None:
         return f"Finished. {in_words_of_a_scene(run.motion.doubt)}", False
     return "Finished.", True

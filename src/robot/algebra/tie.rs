@@ -17,7 +17,7 @@ pub(crate) struct Frame {
 }
 
 /// Velocity or acceleration of a frame: angular, and of its origin.
-pub(crate) type Motion = [Vector<f64>; 2];
+pub(crate) type Motion<T = f64> = [Vector<T>; 2];
 
 /// A scalar constraint between two frames.
 #[derive(Clone, Copy, Debug)]

@@ -23,7 +23,7 @@
 
 use super::ellipse::Rolling;
 use super::tie::Motion;
-use crate::lie::{Symmetric, Vector};
+use crate::lie::{Scalar, Symmetric, Vector};
 
 /// The material constants of a contact.
 #[derive(Clone, Copy, Debug)]
@@ -105,7 +105,8 @@ pub(crate) struct Pressing {
 const UPRIGHT: f64 = 1e-9;
 
 /// Component of a vector perpendicular to a direction.
-fn across(v: Vector<f64>, normal: Vector<f64>) -> Vector<f64> {
+#[inline(always)]
+fn across<T: Scalar>(v: Vector<T>, normal: Vector<T>) -> Vector<T> {
     v - normal * normal.dot(v)
 }
 
@@ -181,73 +182,78 @@ impl Meeting {
     }
 
     /// Changes of these wrenches with rotations and displacements of the sides, and with changes of their
-    /// motion.
-    pub(crate) fn change(
+    /// motion; several at once if T is a pack.
+    #[inline(always)]
+    pub(crate) fn change<T: Scalar>(
         &self,
         pressing: &Pressing,
         rubbing: Vector<f64>,
-        [[turn, shift], [other_turn, other_shift]]: [Motion; 2],
-        [[spin, velocity], [other_spin, other_velocity]]: [Motion; 2],
-    ) -> [Motion; 2] {
+        [[turn, shift], [other_turn, other_shift]]: [Motion<T>; 2],
+        [[spin, velocity], [other_spin, other_velocity]]: [Motion<T>; 2],
+    ) -> [Motion<T>; 2] {
         let Law { stiffness, dissipation, friction: [_, _, sideways], slip_velocity, patch_radius } =
             self.law;
-        let &Pressing { normal_force, rate, sliding, along, inverse_along, inverse_speed, .. } = pressing;
+        let &Pressing { normal_force, rate, inverse_along, inverse_speed, .. } = pressing;
         let [speed, of_speed, slope] = pressing.of_along;
-        let normal = self.normal;
+        // Written out: `array::map` is not always inlined.
+        let (normal, along) = (Vector::<T>::all(self.normal), Vector::all(pressing.along));
+        let sliding = Vector::all(pressing.sliding);
         let [[turning, own], [other_turning, other]] = self.motions;
-        let [arm, other_arm] = self.arms();
+        let ([arm, other_arm], relative) = (self.arms(), own - other);
+        let at_contact = Vector::all(relative + turning.cross(arm) - other_turning.cross(other_arm));
+        let (relative, arm, other_arm) = (Vector::all(relative), Vector::all(arm), Vector::all(other_arm));
+        let (turning, other_turning) = (Vector::all(turning), Vector::all(other_turning));
         let way = shift - other_shift;
         // Relative to the solid, sections rotate less if the solid rotates with them.
         let turned = if self.is_carried { turn - other_turn } else { turn };
-        let slide = self.rolling.map_or(Vector::zero(), |Rolling { along, of_turn, of_shift }| {
-            along * (of_turn.dot(turned) + of_shift.dot(way))
-        });
-        let mut normal_change = self.curvature.times(way + slide);
+        let mut slide = Vector::zero();
+        if let Some(Rolling { along, of_turn, of_shift }) = self.rolling {
+            slide = Vector::all(along) * (Vector::all(of_turn).dot(turned) + Vector::all(of_shift).dot(way));
+        }
+        let mut normal_change = Symmetric::all(self.curvature).times(way + slide);
         if self.is_carried {
             normal_change += other_turn.cross(normal);
         }
-        let mut rate_change = normal_change.dot(own - other)
+        let mut rate_change = normal_change.dot(relative)
             + normal.dot(velocity - other_velocity)
             + normal.dot(turning.cross(slide));
         if self.is_carried {
-            rate_change -= normal.dot(other_turning.cross(way + slide));
+            rate_change += -normal.dot(other_turning.cross(way + slide));
         }
         let part = 1.0 - dissipation * rate;
         let force_change = if part > 0.0 {
-            self.weight * stiffness * (-normal.dot(way) * part - self.overlap * dissipation * rate_change)
+            (normal.dot(way) * part + rate_change * (self.overlap * dissipation)) * -(self.weight * stiffness)
         } else {
-            0.0
+            T::splat(0.0)
         };
-        let arm_change = normal_change * -self.radii[0] + slide;
-        let other_arm_change = if self.is_carried { arm_change + way } else { normal_change * self.radii[1] };
-        let at_contact = own - other + turning.cross(arm) - other_turning.cross(other_arm);
+        let arm_change = normal_change * T::splat(-self.radii[0]) + slide;
+        let other_arm_change =
+            if self.is_carried { arm_change + way } else { normal_change * T::splat(self.radii[1]) };
         let at_contact_change = velocity - other_velocity + spin.cross(arm) + turning.cross(arm_change)
             - other_spin.cross(other_arm)
             - other_turning.cross(other_arm_change);
         let sliding_change = across(at_contact_change, normal)
             - normal_change * normal.dot(at_contact)
             - normal * normal_change.dot(at_contact);
-        let along_change = if inverse_along > 0.0 {
-            let axis_change = turn.cross(self.axis);
-            let lying_change = across(axis_change, normal)
-                - normal_change * normal.dot(self.axis)
-                - normal * normal_change.dot(self.axis);
-            across(lying_change, along) * inverse_along
-        } else {
-            Vector::zero()
-        };
-        let speed_change = along_change.dot(sliding) + along.dot(sliding_change);
-        let excess = of_speed - sideways;
-        let direction_change = sliding_change * sideways
-            + along * (slope * speed_change * speed + excess * speed_change)
-            + along_change * (excess * speed);
+        let mut direction_change = sliding_change * T::splat(sideways);
+        if inverse_along > 0.0 {
+            let axis = Vector::all(self.axis);
+            let lying_change = across(turn.cross(axis), normal)
+                - normal_change * normal.dot(axis)
+                - normal * normal_change.dot(axis);
+            let along_change = across(lying_change, along) * T::splat(inverse_along);
+            let speed_change = along_change.dot(sliding) + along.dot(sliding_change);
+            let excess = of_speed - sideways;
+            direction_change +=
+                along * (speed_change * (slope * speed + excess)) + along_change * T::splat(excess * speed);
+        }
         let factor = normal_force * inverse_speed;
         let factor_change =
-            force_change - normal_force * inverse_speed * inverse_speed * sliding.dot(sliding_change);
-        let change = normal * force_change + normal_change * normal_force
-            - rubbing * factor_change
-            - direction_change * factor;
-        let force = normal * normal_force + pressing.friction;
+            force_change - sliding.dot(sliding_change) * (normal_force * inverse_speed * inverse_speed);
+        let change = normal * force_change + normal_change * T::splat(normal_force)
+            - Vector::all(rubbing) * factor_change
+            - direction_change * T::splat(factor);
+        let force = Vector::all(self.normal * normal_force + pressing.friction);
         let moment = arm_change.cross(force) + arm.cross(change);
         let other_moment = other_arm_change.cross(force) + other_arm.cross(change);
         if patch_radius == 0.0 {
@@ -255,11 +261,9 @@ impl Meeting {
         }
         let spin_change = normal_change.dot(turning - other_turning) + normal.dot(spin - other_spin);
         let least = slip_velocity / patch_radius * pressing.inverse_spin;
-        let torsion_change = -sideways
-            * patch_radius
-            * pressing.inverse_spin
-            * (force_change * pressing.spin + normal_force * least * least * spin_change);
-        let torsion = normal * torsion_change + normal_change * pressing.torsion;
+        let torsion_change = (force_change * pressing.spin + spin_change * (normal_force * least * least))
+            * (-sideways * patch_radius * pressing.inverse_spin);
+        let torsion = normal * torsion_change + normal_change * T::splat(pressing.torsion);
         [[moment + torsion, change], [-other_moment - torsion, -change]]
     }
 

@@ -2,10 +2,11 @@
 
 use std::ops::Range;
 
-use crate::lie::{Lanes, Vector};
+use crate::lie::{Geometry, LANES, Lanes, Twist, Vector};
 use crate::robot::algebra::distance;
 use crate::robot::algebra::obstacle::Pose;
 use crate::robot::algebra::touch::{Meeting, Pressing};
+use crate::robot::plan::Plan;
 use crate::robot::plan::contact::{Contacts, Curve};
 use crate::robot::plan::space::Space;
 
@@ -47,6 +48,10 @@ pub(crate) struct ContactState<P> {
     pub(crate) is_left: bool,
     /// Contact points; the memory suffices for the maximum number.
     pub(crate) touches: Vec<Touch>,
+    /// Contact points along pieces as linked lists: of the piece whose nodes begin with this pack, the first one;
+    /// and the next one of the same piece. Points and sides are counted as in `up_to`.
+    pub(crate) first_along: Vec<Option<usize>>,
+    pub(crate) next_along: Vec<Option<usize>>,
     /// Growth rates of the distances at the contact points of another motion.
     pub(crate) rates: Vec<f64>,
     /// For every contact point and side, integration weights of the piece's nodes.
@@ -173,6 +178,8 @@ impl<P> Default for ContactState<P> {
             is_rigid_near: false,
             is_left: false,
             touches: Vec::new(),
+            first_along: Vec::new(),
+            next_along: Vec::new(),
             rates: Vec::new(),
             up_to: Vec::new(),
             weights: Vec::new(),
@@ -182,12 +189,13 @@ impl<P> Default for ContactState<P> {
 }
 
 impl<P: Lanes> ContactState<P> {
-    pub(crate) fn new<G: Space<Pack = P>>(contacts: &Contacts<G>) -> Self {
+    /// State of contacts of a plan with this number of packs.
+    pub(crate) fn new<G: Space<Pack = P>>(contacts: &Contacts<G>, packs: usize) -> Self {
         let samples = contacts.curves.iter().map(|curve| curve.samples.len()).sum();
         let coefficients = contacts.curves.iter().map(|curve| curve.expansion.len()).sum();
         let terms = contacts.curves.iter().map(Curve::terms).sum();
         let is_round = contacts.curves.iter().all(|curve| curve.is_round);
-        let nodes = contacts.packs * crate::lie::LANES;
+        let nodes = contacts.packs * LANES;
         Self {
             terms: vec![
                 Term { position: Vector::zero(), slope: Vector::zero(), bend: Vector::zero() };
@@ -210,6 +218,8 @@ impl<P: Lanes> ContactState<P> {
             is_rigid_near: false,
             is_left: false,
             touches: Vec::with_capacity(contacts.capacity),
+            first_along: vec![None; packs],
+            next_along: vec![None; 2 * contacts.capacity],
             rates: Vec::with_capacity(contacts.capacity),
             up_to: vec![P::splat(0.0); 2 * contacts.capacity * contacts.packs],
             weights: vec![0.0; nodes],
@@ -225,16 +235,18 @@ impl<P: Lanes> ContactState<P> {
 
 /// Memory for the tangent of contacts.
 #[derive(Clone, Debug)]
-pub(crate) struct ContactTangent {
-    /// Displacements of both sides of the current contact point per unit coordinate, and changes of their
-    /// motion.
-    pub(crate) moved: Vec<[[Vector<f64>; 2]; 2]>,
-    pub(crate) faster: Vec<[[Vector<f64>; 2]; 2]>,
-    /// The displacements, component by component: rotations and translations of the first side, then of the
-    /// second.
-    pub(crate) components: [Vec<f64>; 12],
-    /// What each side answers to a unit of each coordinate: moment and force.
-    pub(crate) answers: Vec<[[f64; 6]; 2]>,
+pub(crate) struct ContactTangent<G: Geometry> {
+    /// S and ad_V S at the nodes of pieces that move contact points (see `turning::columns`): whether those of a
+    /// piece are up to date, and where they begin.
+    pub(crate) is_known: Vec<bool>,
+    pub(crate) firsts: Vec<usize>,
+    pub(crate) at_nodes: Vec<[Twist<G, G::Pack>; 2]>,
+    /// Displacements of both sides of the current contact point per unit coordinate, changes of their motion,
+    /// and the wrenches that they answer: each component by component, angular and linear ones of the first side,
+    /// then of the second. A pack fits behind the last coordinate.
+    pub(crate) moved: [Vec<f64>; 12],
+    pub(crate) faster: [Vec<f64>; 12],
+    pub(crate) answers: [Vec<f64>; 12],
     pub(crate) followed: Followed,
 }
 
@@ -262,14 +274,25 @@ pub(crate) struct Rubbing {
     pub(crate) linearised: Vector<f64>,
 }
 
-impl ContactTangent {
-    pub(crate) fn new<G: Space>(contacts: &Contacts<G>, n: usize) -> Self {
-        let n = if contacts.pairs.is_empty() { 0 } else { n };
+impl<G: Space> ContactTangent<G> {
+    pub(crate) fn new(plan: &Plan<G>) -> Self {
+        let contacts = &plan.contacts;
+        let has_contact = !contacts.pairs.is_empty();
+        let numbers = if has_contact { plan.n + LANES } else { 0 };
+        let components = || std::array::from_fn(|_| vec![0.0; numbers]);
+        let pieces = if has_contact { &plan.pieces[..] } else { &[] };
+        let mut firsts = vec![0];
+        firsts.extend(pieces.iter().scan(0, |first, piece| {
+            *first += piece.packs * piece.components.len();
+            Some(*first)
+        }));
         Self {
-            moved: vec![[[Vector::zero(); 2]; 2]; n],
-            faster: vec![[[Vector::zero(); 2]; 2]; n],
-            components: std::array::from_fn(|_| vec![0.0; n]),
-            answers: vec![[[0.0; 6]; 2]; n],
+            is_known: vec![false; pieces.len()],
+            at_nodes: vec![[Twist::zero(); 2]; firsts[pieces.len()]],
+            firsts,
+            moved: components(),
+            faster: components(),
+            answers: components(),
             followed: Followed {
                 length: None,
                 is_new: true,

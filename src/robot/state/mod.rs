@@ -150,7 +150,7 @@ impl<G: Space> Workspace<G> {
             inputs: plan.inputs.defaults().to_vec(),
             actuation,
             loops,
-            contact: ContactState::new(&plan.contacts),
+            contact: ContactState::new(&plan.contacts, plan.packs),
             time: f64::NAN,
             surroundings,
             anchors,

@@ -114,7 +114,7 @@ pub(crate) struct TangentWorkspace<G: Geometry> {
     /// Memory for closed loops.
     pub(crate) loops: LoopTangent,
     /// Memory for contacts.
-    pub(crate) contact: ContactTangent,
+    pub(crate) contact: ContactTangent<G>,
     /// Per pack, times quadrature weights: response of the fluid, if any.
     pub(crate) response: Vec<Response<G, G::Pack>>,
     /// Per component of the piece and pack: S, ad_V S, (ad_A + ad_V ad_V) S and w_q ad_S^T F for a unit
@@ -149,7 +149,7 @@ impl<G: Space> TangentWorkspace<G> {
             points: PointTangents::new(plan),
             actuation: ActuationTangent::new(&plan.actuation, plan.n),
             loops: LoopTangent::new(&plan.loops, plan.n),
-            contact: ContactTangent::new(&plan.contacts, plan.n),
+            contact: ContactTangent::new(plan),
             response: vec![Response::zero(); if plan.immersion.is_some() { packs } else { 0 }],
             shape: vec![Twist::zero(); blocks],
             shape_rate: vec![Twist::zero(); blocks],

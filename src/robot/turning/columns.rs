@@ -2,8 +2,9 @@
 //! with the coordinates.
 
 use super::Turning;
-use crate::lie::{Cross, Twist, VectorSpace};
+use crate::lie::{Cross, Geometry, Twist, VectorSpace};
 use crate::robot::plan::Plan;
+use crate::robot::plan::piece::PiecePlan;
 use crate::robot::state::Workspace;
 
 /// Twist about the origin, for a unit of the strain component `index` at a node with this rotation and
@@ -28,8 +29,32 @@ pub(crate) fn each<P>(moved_by: &[(usize, Vec<P>)]) -> impl Iterator<Item = (usi
     moved_by.iter().map(|(piece, weights)| (*piece, weights.as_slice()))
 }
 
-/// Calls `f` for the coordinates that move a place, each with its `Psi = int S` up to the place and `int ad_V
-/// S`. The second is valid only if the motion is up to date.
+/// S and ad_V S at the nodes of a piece for a unit of each strain component. The second is valid only if the
+/// motion is up to date.
+pub(crate) type AtNodes<G> = [[Twist<G, <G as Geometry>::Pack>; 2]];
+
+/// Computes them: entry `[component * packs + pack]`.
+#[inline(always)]
+pub(crate) fn write_at_nodes<G: Turning>(
+    piece: &PiecePlan<G>,
+    work: &Workspace<G>,
+    at_nodes: &mut AtNodes<G>,
+) {
+    for (component, at_nodes) in piece.components.iter().zip(at_nodes.chunks_exact_mut(piece.packs.max(1))) {
+        for (node, at_node) in piece.node_packs().zip(at_nodes) {
+            *at_node = at_node_of(work, node, component.index);
+        }
+    }
+}
+
+#[inline(always)]
+fn at_node_of<G: Turning>(work: &Workspace<G>, node: usize, index: usize) -> [Twist<G, G::Pack>; 2] {
+    let shape = shape(&work.rotation[node], work.position[node], index);
+    [shape, work.velocity[node].bracket(shape)]
+}
+
+/// Calls `visit` for the coordinates that move a place, each with its `Psi = int S` up to the place and `int
+/// ad_V S`. The second is valid only if the motion is up to date.
 #[inline(always)]
 pub(crate) fn visit<'a, G: Turning>(
     plan: &Plan<G>,
@@ -39,23 +64,37 @@ pub(crate) fn visit<'a, G: Turning>(
 ) {
     for (p, weights) in moved_by {
         let piece = &plan.pieces[p];
-        if let Some(hinge) = &piece.hinge {
-            let shape = work.hinges[hinge.index];
-            visit(piece.first, [shape, work.stations[piece.joined.end].velocity.bracket(shape)]);
-            continue;
-        }
-        for component in &piece.components {
-            for (degree, basis) in piece.basis.chunks_exact(piece.packs).take(component.modes).enumerate() {
-                let mut sums = [Twist::zero(); 2];
-                for ((node, &weight), &basis) in piece.node_packs().zip(weights).zip(basis) {
-                    let shape = shape(&work.rotation[node], work.position[node], component.index);
-                    let weight = weight * basis;
-                    sums[0] = sums[0].add_scaled(shape, weight);
-                    sums[1] = sums[1].add_scaled(work.velocity[node].bracket(shape), weight);
-                }
-                let [shape, rate] = sums;
-                visit(component.first + degree, [shape.sum(), rate.sum()]);
+        let at = |c: usize, pack: usize| at_node_of(work, piece.first_pack + pack, piece.components[c].index);
+        visit_piece(work, piece, weights, at, &mut visit);
+    }
+}
+
+/// Calls `visit` for the coordinates of a piece, as [`visit`] does; `at` returns S and ad_V S for a component and a
+/// pack.
+#[inline(always)]
+pub(crate) fn visit_piece<G: Turning>(
+    work: &Workspace<G>,
+    piece: &PiecePlan<G>,
+    weights: &[G::Pack],
+    at: impl Fn(usize, usize) -> [Twist<G, G::Pack>; 2],
+    visit: &mut impl FnMut(usize, [Twist<G, f64>; 2]),
+) {
+    if let Some(hinge) = &piece.hinge {
+        let shape = work.hinges[hinge.index];
+        visit(piece.first, [shape, work.stations[piece.joined.end].velocity.bracket(shape)]);
+        return;
+    }
+    for (c, component) in piece.components.iter().enumerate() {
+        for (degree, basis) in piece.basis.chunks_exact(piece.packs).take(component.modes).enumerate() {
+            let mut sums = [Twist::zero(); 2];
+            for (pack, (&weight, &basis)) in weights.iter().zip(basis).enumerate() {
+                let [shape, rate] = at(c, pack);
+                let weight = weight * basis;
+                sums[0] = sums[0].add_scaled(shape, weight);
+                sums[1] = sums[1].add_scaled(rate, weight);
             }
+            let [shape, rate] = sums;
+            visit(component.first + degree, [shape.sum(), rate.sum()]);
         }
     }
 }

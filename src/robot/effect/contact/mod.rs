@@ -14,7 +14,7 @@ pub(crate) mod passing;
 pub(crate) mod told;
 
 use super::Effect;
-use crate::lie::{LANES, Lanes, Sweep, Twist, Vector, Wrench};
+use crate::lie::{LANES, Lanes, Scalar, Sweep, Twist, Vector, Wrench};
 use crate::linalg::Matrix;
 use crate::model::Energy;
 use crate::robot::algebra::tie::Motion;
@@ -38,6 +38,19 @@ fn needs<G: Turning>(plan: &Plan<G>, touch: &Touch) -> [Wrench<G, f64>; 2] {
     })
 }
 
+/// Links the places along each piece where it is touched.
+fn link<G: Turning>(plan: &Plan<G>, contact: &mut ContactState<G::Pack>) {
+    let ContactState { touches, first_along, next_along, .. } = contact;
+    first_along.fill(None);
+    for (t, touch) in touches.iter().enumerate().rev() {
+        for (s, standing) in touch.sides.iter().enumerate().rev() {
+            let Standing::Along { curve, .. } = *standing else { continue };
+            let first = &mut first_along[plan.pieces[plan.contacts.curves[curve].piece].first_pack];
+            next_along[2 * t + s] = first.replace(2 * t + s);
+        }
+    }
+}
+
 /// Adds what the places along a piece where it is touched need to the internal wrench at its nodes; returns their sum.
 #[inline(always)]
 pub(crate) fn carry<G: Turning>(
@@ -50,21 +63,21 @@ pub(crate) fn carry<G: Turning>(
         return sum;
     }
     let Workspace { contact, internal, .. } = work;
-    for (t, touch) in contact.touches.iter().enumerate() {
-        for (s, standing) in touch.sides.iter().enumerate() {
-            let Standing::Along { curve, .. } = *standing else { continue };
-            let curve = &plan.contacts.curves[curve];
-            if plan.pieces[curve.piece].first_pack != piece.first_pack {
-                continue;
-            }
+    let mut next = contact.first_along[piece.first_pack];
+    while let Some(place) = next {
+        let (t, s) = (place / 2, place % 2);
+        let touch = &contact.touches[t];
+        if let Standing::Along { curve, .. } = touch.sides[s] {
             let need = needs(plan, touch)[s];
             sum += need;
             let need = need.splat();
-            let shares = contact.reach(plan.contacts.packs, t, s).iter().zip(&curve.inverse_weights);
+            let inverse_weights = &plan.contacts.curves[curve].inverse_weights;
+            let shares = contact.reach(plan.contacts.packs, t, s).iter().zip(inverse_weights);
             for (internal, (&up_to, &inverse_weight)) in internal[piece.node_packs()].iter_mut().zip(shares) {
                 *internal += need * (up_to * inverse_weight);
             }
         }
+        next = contact.next_along[place];
     }
     sum
 }
@@ -80,6 +93,7 @@ impl<G: Turning> Effect<G> for Touching {
             return;
         }
         find::find(plan, work);
+        link(plan, &mut work.contact);
         for touch in &work.contact.touches {
             for (standing, need) in touch.sides.iter().zip(needs(plan, touch)) {
                 if let Standing::On(fixture) = *standing
@@ -105,6 +119,7 @@ impl<G: Turning> Effect<G> for Touching {
             return;
         }
         follow::follow(&work.contact.touches, &mut memory.contact.followed);
+        memory.contact.is_known.fill(false);
         for touch in 0..work.contact.touches.len() {
             let sweep = Stiffen { plan, work, memory: &mut memory.contact, weights, matrix, touch };
             plan.instructions.run_apart::<G::Pack, _>(sweep);
@@ -138,7 +153,7 @@ pub(crate) fn may_touch<P>(contact: &ContactState<P>) -> bool {
 struct Stiffen<'a, G: Turning> {
     plan: &'a Plan<G>,
     work: &'a Workspace<G>,
-    memory: &'a mut ContactTangent,
+    memory: &'a mut ContactTangent<G>,
     weights: Weights,
     matrix: &'a mut Matrix,
     touch: usize,
@@ -171,25 +186,20 @@ impl<G: Turning> Sweep for Stiffen<'_, G> {
         let Self { plan, work, memory, weights, matrix, touch: t } = self;
         let touch = &work.contact.touches[t];
         let pair = &plan.contacts.pairs[touch.pair];
-        let ContactTangent { moved, faster, components, answers, followed } = memory;
-        let reaches = || pair.reaches.iter().cloned().flatten();
-        for k in reaches() {
-            moved[k] = [[Vector::zero(); 2]; 2];
-            faster[k] = [[Vector::zero(); 2]; 2];
+        let ContactTangent { is_known, firsts, at_nodes, moved, faster, answers, followed } = memory;
+        for component in moved.iter_mut().chain(&mut *faster) {
+            for rows in &pair.reaches {
+                component[rows.clone()].fill(0.0);
+            }
         }
         for (s, standing) in touch.sides.iter().enumerate() {
             let centre = touch.centres[s];
-            let mut take = |velocity, k: usize, column| {
-                [moved[k][s], faster[k][s]] = changes(plan, centre, velocity, column);
-            };
-            match *standing {
-                Standing::Still => {}
+            let (velocity, moved_by, reach) = match *standing {
+                Standing::Still => continue,
                 Standing::On(fixture) => {
                     let fixture = &plan.contacts.fixtures[fixture];
                     let Some(point) = fixture.point else { continue };
-                    let velocity = work.points[point].velocity;
-                    let moved_by = columns::each(&fixture.moved_by);
-                    columns::visit(plan, work, moved_by, |k, column| take(velocity, k, column));
+                    (work.points[point].velocity, fixture.moved_by.as_slice(), None)
                 }
                 Standing::Along { curve, .. } => {
                     let curve = &plan.contacts.curves[curve];
@@ -200,56 +210,117 @@ impl<G: Turning> Sweep for Stiffen<'_, G> {
                         velocity += rate * weight;
                     }
                     let velocity = work.stations[piece.joined.begin].velocity + velocity.sum();
-                    let moved_by = columns::each(&curve.moved_by)
-                        .map(|(p, weights)| (p, if p == curve.piece { reach } else { weights }));
-                    columns::visit(plan, work, moved_by, |k, column| take(velocity, k, column));
+                    (velocity, curve.moved_by.as_slice(), Some((curve.piece, reach)))
                 }
-            }
-        }
-        for k in reaches() {
-            for (motions, components) in moved[k].iter().zip(components.as_chunks_mut::<6>().0) {
-                for (x, component) in six(*motions).into_iter().zip(components) {
-                    component[k] = x;
-                }
-            }
-        }
-        let wrenches = touch.meeting.wrenches(&touch.pressing);
-        let rubbing = followed.now[t].linearised;
-        for k in reaches() {
-            // Written out: `array::map` and `from_fn` are not always inlined, and took a fifth of the time of a pile.
-            let scaled = |[turn, shift]: Motion| [turn * weights.q, shift * weights.q];
-            let displaced = [scaled(moved[k][0]), scaled(moved[k][1])];
-            let rate = |s: usize| {
-                let ([turn, shift], [spin, velocity]) = (moved[k][s], faster[k][s]);
-                [turn * weights.v + spin * weights.q, shift * weights.v + velocity * weights.q]
             };
-            let rates = [rate(0), rate(1)];
-            let change = touch.meeting.change(&touch.pressing, rubbing, displaced, rates);
-            let answer = |s: usize, m: usize| -(change[s][m] + wrenches[s][m].cross(displaced[s][0]));
-            answers[k] = [six([answer(0, 0), answer(0, 1)]), six([answer(1, 0), answer(1, 1)])];
+            for (p, weights) in moved_by {
+                let piece = &plan.pieces[*p];
+                let at_nodes = &mut at_nodes[firsts[*p]..firsts[*p + 1]];
+                if !std::mem::replace(&mut is_known[*p], true) {
+                    columns::write_at_nodes(piece, work, at_nodes);
+                }
+                let weights = reach.filter(|(own, _)| own == p).map_or(&weights[..], |(_, reach)| reach);
+                let at = |c: usize, pack: usize| at_nodes[c * piece.packs + pack];
+                columns::visit_piece(work, piece, weights, at, &mut |k, column| {
+                    let [displacement, change] = changes(plan, centre, velocity, column);
+                    for (motions, motion) in [(&mut *moved, displacement), (&mut *faster, change)] {
+                        for (component, x) in motions[6 * s..][..6].iter_mut().zip(six(motion)) {
+                            component[k] = x;
+                        }
+                    }
+                });
+            }
+        }
+        for rows in &pair.reaches {
+            // The last pack may hold coordinates behind the range: their answers are not used, or found later.
+            for first in rows.clone().step_by(LANES) {
+                let motions = [motions::<G::Pack>(moved, first), motions(faster, first)];
+                let answered = answer(touch, followed.now[t].linearised, weights, motions);
+                for (s, &motion) in answered.iter().enumerate() {
+                    for (component, x) in answers[6 * s..][..6].iter_mut().zip(six(motion)) {
+                        for lane in 0..LANES {
+                            component[first + lane] = x.lane(lane);
+                        }
+                    }
+                }
+            }
         }
         let n = plan.n;
         for rows in &pair.reaches {
-            for (s, components) in components.as_chunks::<6>().0.iter().enumerate() {
+            for (s, components) in moved.as_chunks::<6>().0.iter().enumerate() {
                 let components = components.each_ref().map(|component| &component[rows.clone()]);
                 // Coordinates that move the other side alone feel nothing of this one, and the world does not answer.
                 if components.iter().all(|component| component.iter().all(|x| *x == 0.0)) {
                     continue;
                 }
-                for k in reaches() {
+                let answers = &answers.as_chunks::<6>().0[s];
+                for k in pair.reaches.iter().cloned().flatten() {
                     let entries = &mut matrix.as_mut_slice()[k * n..][rows.clone()];
-                    add_products::<G::Pack>(entries, components, answers[k][s]);
+                    add_products::<G::Pack>(entries, components, answers.each_ref().map(|answer| answer[k]));
                 }
             }
         }
     }
 }
 
-/// The numbers of a turn and a shift.
+/// The motions of both sides for a pack of coordinates.
 #[inline(always)]
-fn six([turn, shift]: Motion) -> [f64; 6] {
-    let ([a, b, c], [d, e, f]) = (turn.to_array(), shift.to_array());
-    [a, b, c, d, e, f]
+fn motions<P: Lanes>(components: &[Vec<f64>; 12], first: usize) -> [Motion<P>; 2] {
+    let [of_first, of_second] = components.as_chunks::<6>().0 else { unreachable!("twelve are twice six") };
+    [motion(of_first, first), motion(of_second, first)]
+}
+
+/// Of one side.
+#[inline(always)]
+fn motion<P: Lanes>([a, b, c, d, e, f]: &[Vec<f64>; 6], first: usize) -> Motion<P> {
+    [
+        Vector::new(pack(a, first), pack(b, first), pack(c, first)),
+        Vector::new(pack(d, first), pack(e, first), pack(f, first)),
+    ]
+}
+
+#[inline(always)]
+fn pack<P: Lanes>(numbers: &[f64], first: usize) -> P {
+    P::from_lanes(numbers[first..].as_chunks().0[0])
+}
+
+/// The wrenches that both sides answer, about their centres, for displacements and changes of their motion.
+#[inline(always)]
+fn answer<T: Scalar>(
+    touch: &Touch,
+    rubbing: Vector<f64>,
+    weights: Weights,
+    [moved, faster]: [[Motion<T>; 2]; 2],
+) -> [Motion<T>; 2] {
+    let [q, v] = [T::splat(weights.q), T::splat(weights.v)];
+    // Written out: `array::map` and `from_fn` are not always inlined, and took a fifth of the time of a pile.
+    let [first, second] = [scaled(moved[0], q), scaled(moved[1], q)];
+    let rates = [rate(moved[0], faster[0], [q, v]), rate(moved[1], faster[1], [q, v])];
+    let change = touch.meeting.change(&touch.pressing, rubbing, [first, second], rates);
+    let wrenches = touch.meeting.wrenches(&touch.pressing);
+    [answered(change[0], wrenches[0], first[0]), answered(change[1], wrenches[1], second[0])]
+}
+
+#[inline(always)]
+fn scaled<T: Scalar>([turn, shift]: Motion<T>, q: T) -> Motion<T> {
+    [turn * q, shift * q]
+}
+
+#[inline(always)]
+fn rate<T: Scalar>([turn, shift]: Motion<T>, [spin, velocity]: Motion<T>, [q, v]: [T; 2]) -> Motion<T> {
+    [turn * v + spin * q, shift * v + velocity * q]
+}
+
+/// What a side answers, from the change of its wrench and its rotation.
+#[inline(always)]
+fn answered<T: Scalar>([moment, force]: Motion<T>, wrench: Motion, turn: Vector<T>) -> Motion<T> {
+    [-Vector::all(wrench[0]).cross_add(turn, moment), -Vector::all(wrench[1]).cross_add(turn, force)]
+}
+
+/// The components of a motion or a wrench.
+#[inline(always)]
+fn six<T: Scalar>([angular, linear]: Motion<T>) -> [T; 6] {
+    [angular.x, angular.y, angular.z, linear.x, linear.y, linear.z]
 }
 
 /// Adds to each entry the sum of the factors times what belongs to it: those of the turn, then those of the shift.
@@ -257,18 +328,18 @@ fn six([turn, shift]: Motion) -> [f64; 6] {
 fn add_products<P: Lanes>(entries: &mut [f64], of: [&[f64]; 6], factors: [f64; 6]) {
     let (packs, rest) = entries.as_chunks_mut::<LANES>();
     for (i, pack) in packs.iter_mut().enumerate() {
-        let term = |c: usize| P::from_lanes(of[c].as_chunks::<LANES>().0[i]) * P::splat(factors[c]);
         let mut sum = P::from_lanes(*pack);
-        sum += term(0) + term(1) + term(2);
-        sum += term(3) + term(4) + term(5);
+        for (of, factor) in of.iter().zip(factors) {
+            sum = P::from_lanes(of.as_chunks().0[i]).mul_add(P::splat(factor), sum);
+        }
         for (lane, entry) in pack.iter_mut().enumerate() {
             *entry = sum.lane(lane);
         }
     }
     let first = packs.len() * LANES;
     for (i, entry) in rest.iter_mut().enumerate() {
-        let term = |c: usize| of[c][first + i] * factors[c];
-        *entry += term(0) + term(1) + term(2);
-        *entry += term(3) + term(4) + term(5);
+        for (of, factor) in of.iter().zip(factors) {
+            *entry += of[first + i] * factor;
+        }
     }
 }
