@@ -204,6 +204,9 @@ def _within_loops(
     free = [k for k in range(n) if k not in dependent]
     within = np.zeros((n, len(free)))
     within[free, range(len(free))] = 1.0
+    if not dependent:
+        # All tendons of given length are slack.
+        return free, within, stiffness
     within[dependent] = -np.linalg.lstsq(jacobian[:, dependent], jacobian[:, free], rcond=None)[0]
     return free, within, stiffness
 

@@ -1232,12 +1232,14 @@ impl PyRobot {
     /// q : array_like, shape (n,) or (k, n)
     ///     Coordinates of a state, or of k states.
     /// t : float or array_like, shape (k,), optional
-    ///     Time of the state, or of each of the k states, seconds. Required if the motion of a joint is prescribed.
+    ///     Time of the state, or of each of the k states, seconds. Required if the motion of a joint is prescribed, or if
+    ///     the robot has inextensible tendons and anything that acts on it depends on time.
     ///
     /// Returns
     /// -------
     /// gaps : ndarray, shape (m,) or (k, m)
-    ///     Violation of each constraint: metres, a difference of cosines, or the unit of a coordinate.
+    ///     Violation of each constraint: metres, a difference of cosines, or the unit of a coordinate. Inextensible tendons
+    ///     follow the loops: how much each taut one is shorter (positive) or longer than its length; zero for slack ones.
     #[pyo3(signature = (q, *, t=None))]
     fn loop_gaps<'py>(
         &self,
@@ -1245,10 +1247,12 @@ impl PyRobot {
         t: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let m = self.constraints();
+        // Lengths of tendons are commands, as those of forces.
+        let has_tendons = self.description.inextensible_tendons().next().is_some();
         self.of_states(
             self.model(),
             [Some((q, "q")), None, None],
-            At::time(t),
+            if has_tendons { At::forces(t, None) } else { At::time(t) },
             "loop_gaps",
             &[m],
             |model, [q, _, _]| {

@@ -40,6 +40,10 @@ const LARGEST_GAP: f64 = 1e-6;
 /// tenth of an impact, generalised-alpha is off by less.
 const LARGEST_GAIN: f64 = 0.05;
 
+/// The same for what rests on something: velocities that errors of steps leave have hardly any kinetic energy. The gain must
+/// exceed this part of the energy of the overlaps, which is a hundredth of the speed of its vibration on them.
+const AT_REST: f64 = 1e-4;
+
 /// One whose end has gained this part of its kinetic and elastic energy is no solution: errors of the backward Euler method are losses.
 const EXPLOSION: f64 = 0.5;
 
@@ -545,6 +549,11 @@ impl RobotModel {
         Some(robot.loops.iter().map(of_loop).collect())
     }
 
+    /// Energy of the overlaps in the shape that was looked at last.
+    fn overlap_energy(&self) -> f64 {
+        on_sweeps!(&self.sweeps, sweeps => sweeps.overlap_energy())
+    }
+
     /// Calls with the multipliers that a motion requires; zero if they are not determined.
     fn with_loops_held<T>(&mut self, state: [&[f64]; 3], of: impl FnOnce(&mut Self) -> T) -> T {
         if self.constraints() == 0 {
@@ -567,8 +576,9 @@ impl RobotModel {
         let rest = vec![0.0; n];
         let [mut stiffness, mut without, mut jacobian] =
             [Matrix::zeros(n, n), Matrix::zeros(n, n), Matrix::zeros(m, n)];
-        self.gap_jacobian(q, &mut jacobian);
         self.with_loops_held([q, &rest, &rest], |model| {
+            // Which tendons are taut is known with the multipliers.
+            model.gap_jacobian(q, &mut jacobian);
             model.weighted_tangent(q, &rest, &rest, [1.0, 0.0, 0.0], &mut stiffness);
         });
         self.weighted_tangent(q, &rest, &rest, [1.0, 0.0, 0.0], &mut without);
@@ -1005,11 +1015,15 @@ impl Model for RobotModel {
         let [q_after, qd_after, qdd] = motion;
         // The end of the step last: what is asked about touches afterwards is asked there.
         let before = self.energy(q, qd);
+        let of_overlaps = self.overlap_energy();
         let after = self.energy(q_after, qd_after);
+        let of_overlaps = self.overlap_energy().max(of_overlaps);
         let supplied = if self.is_driven() { h * self.supplied_power(q_after, qd_after, qdd) } else { 0.0 };
         let gain = after.total() - before.total() - supplied.max(0.0);
         match beside {
-            Beside::Motion => gain > LARGEST_GAIN * after.kinetic.max(before.kinetic),
+            Beside::Motion => {
+                gain > (LARGEST_GAIN * after.kinetic.max(before.kinetic)).max(AT_REST * of_overlaps)
+            }
             Beside::All => gain > EXPLOSION * (after.kinetic + after.elastic),
         }
     }

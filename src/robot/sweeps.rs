@@ -616,6 +616,11 @@ impl<G: Turning> Sweeps<G> {
         told::sunk(&self.plan, &self.work)
     }
 
+    /// Energy of the overlaps in the shape that was looked at last.
+    pub(crate) fn overlap_energy(&self) -> f64 {
+        told::overlap_energy(&self.work)
+    }
+
     /// Whether any surfaces overlap.
     pub(crate) fn overlaps(&mut self, q: &[f64]) -> bool {
         self.find_touches(q);

@@ -9,8 +9,10 @@ use crate::model::Model;
 use crate::roots::bracket::{Point, find_zero};
 use crate::tape::Tape;
 
-/// Each step is examined at this many times after its start.
+/// Each step is examined at this many times after its start, and at more if no tendon is taut: free motions are integrated
+/// in long steps, and their looks need no tensions.
 const LOOKS: usize = 4;
+const LOOKS_WITHOUT_TENSION: usize = 16;
 
 /// A tendon is released if it pushes by more than this part of the largest tension so far; less is rounding.
 const PUSHES: f64 = 1e-10;
@@ -207,8 +209,9 @@ fn search([t_old, t]: [f64; 2], look: &mut Looks<'_>) -> Result<(Option<Event>, 
         let event = before.event();
         return Ok((Some(event), before));
     }
-    for k in 1..=LOOKS {
-        let time = if k == LOOKS { t } else { t_old + (t - t_old) * (k as f64 / LOOKS as f64) };
+    let looks = if before.held.contains(&true) { LOOKS } else { LOOKS_WITHOUT_TENSION };
+    for k in 1..=looks {
+        let time = if k == looks { t } else { t_old + (t - t_old) * (k as f64 / looks as f64) };
         let mut after = look(time)?;
         if after.nearest.value <= 0.0
             && let Some(top) = highest(&before, &after)

@@ -130,6 +130,14 @@ impl Stop {
 
     /// At a state that means nothing.
     pub(crate) fn where_flawed<M: Model + ?Sized>(model: &mut M, t: f64, q: &[f64]) -> Option<Self> {
+        // Of a slack tendon nothing else becomes NaN.
+        if model.is_one_sided()
+            && let Some(what) = model.not_finite()
+        {
+            let message =
+                format!("The lengths of tendons must be finite: {what}. The last state says nothing.");
+            return Some(Self { status: Status::FirstOrder(ode::Status::NonFinite), message });
+        }
         let flaw = model.flaw(q).or_else(|| model.open_loop(q)).or_else(|| model.sunk(q))?;
         let (status, cure) = match flaw {
             Flaw::Unresolved { shortage } => (

@@ -135,8 +135,7 @@ impl<G: Turning> Effect<G> for Touching {
     }
 
     fn add_energy(_: &Plan<G>, work: &Workspace<G>, energy: &mut Energy) {
-        let touches = work.contact.touches.iter();
-        energy.elastic += touches.map(|touch| touch.meeting.energy(&touch.pressing)).sum::<f64>();
+        energy.elastic += told::overlap_energy(work);
     }
 
     fn dissipated_power(_: &Plan<G>, work: &Workspace<G>) -> f64 {

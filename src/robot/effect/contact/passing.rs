@@ -360,14 +360,27 @@ impl<'a> Moving<'a> {
         let left = bend / (pieces * pieces) as f64;
         let deep = radius - DEEP * measure + left;
         let [way, _] = whole.extents();
-        if way + 2.0 * bend <= SHALLOW * measure || whole.begins_in(self.solid, deep) {
+        if way + 2.0 * bend <= SHALLOW * measure {
             return false;
         }
+        let Some(deep) = deeper(whole.begins(self.solid), deep) else { return false };
         (0..pieces).any(|i| {
             let [from, to] = [i, i + 1].map(|i| i as f64 / pieces as f64);
             let piece = Patch(ways.map(|way| [self.see(way, from), self.see(way, to)]));
             piece.comes_nearer(self.solid, deep, SHALLOW * measure)
         })
+    }
+}
+
+/// Distance of which a way must not come nearer that begins at this distance. What begins deep already may go on by half of
+/// what is left to the middle, but not through it; `None` if it begins beyond that.
+fn deeper(start: f64, deep: f64) -> Option<f64> {
+    if start >= deep {
+        Some(deep)
+    } else if start > 0.0 {
+        Some(DEEP * start)
+    } else {
+        None
     }
 }
 
@@ -400,14 +413,15 @@ impl Patch {
         if measure <= 0.0 || way <= SHALLOW * measure {
             return false;
         }
-        let deep = radius - DEEP * measure;
-        !self.begins_in(solid, deep) && self.comes_nearer(solid, deep, SHALLOW * measure)
+        deeper(self.begins(solid), radius - DEEP * measure)
+            .is_some_and(|deep| self.comes_nearer(solid, deep, SHALLOW * measure))
     }
 
-    /// Whether it begins nearer to a solid than that.
-    fn begins_in(&self, solid: &Solid, deep: f64) -> bool {
+    /// Distance from a solid at the start.
+    fn begins(&self, solid: &Solid) -> f64 {
         let [[a, _], [c, _]] = self.0;
-        [a, (a + c) * 0.5, c].into_iter().any(|place| solid.distance(place).value < deep)
+        let places = [a, (a + c) * 0.5, c].into_iter();
+        places.map(|place| solid.distance(place).value).fold(f64::INFINITY, f64::min)
     }
 
     /// Whether it comes nearer to a solid than that, as far as patches of that size tell.
@@ -450,16 +464,17 @@ fn have_crossed(part: &Part, other: &Part, measure: Radius) -> bool {
     if measure <= 0.0 || fastest <= shallow {
         return false;
     }
-    let deep = part.thin + other.thin - DEEP * measure;
     let at = |ways: [Way; 2], x: f64| ways.map(|[from, to]| from + (to - from) * x);
-    let (mut x, mut is_start) = (0.0, true);
+    let between = |x: f64| distance_of_segments(at(part.ways, x), at(other.ways, x));
+    let start = between(0.0);
+    let Some(deep) = deeper(start, part.thin + other.thin - DEEP * measure) else { return false };
+    let mut x = (start - deep + shallow) / fastest;
     while x < 1.0 {
-        let between = distance_of_segments(at(part.ways, x), at(other.ways, x)) - deep;
-        if between < 0.0 {
-            return !is_start;
+        let left = between(x) - deep;
+        if left < 0.0 {
+            return true;
         }
-        is_start = false;
-        x += (between + shallow) / fastest;
+        x += (left + shallow) / fastest;
     }
     false
 }

@@ -36,6 +36,11 @@ pub(crate) fn sunk<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -> Option<(u
     })
 }
 
+/// Energy of the overlaps.
+pub(crate) fn overlap_energy<G: Turning>(work: &Workspace<G>) -> f64 {
+    work.contact.touches.iter().map(|touch| touch.meeting.energy(&touch.pressing)).sum()
+}
+
 /// Takes down how fast the surfaces that touch approach each other, the motion up to date.
 pub(crate) fn note_rates<G: Turning>(work: &mut Workspace<G>) {
     let ContactState { touches, rates, .. } = &mut work.contact;
