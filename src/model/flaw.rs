@@ -8,6 +8,8 @@ pub enum Radius {
     /// The larger radius. Beyond an overlap of this size on a straight path, surfaces may be pushed out on
     /// either side.
     Larger,
+    /// The smaller radius, of which a small part counts: whether surfaces touch on the way.
+    Touching,
 }
 
 /// Reason why a shape is invalid or cannot be followed.

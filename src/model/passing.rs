@@ -37,7 +37,7 @@ pub(crate) fn have_passed<'a, M: Model + ?Sized>(
 }
 
 /// Whether surfaces touch within a step between these times, displacements and rates although they do at neither end, as those of a
-/// body that is thrown against a ceiling and falls back.
+/// body that is thrown against a ceiling and falls back, or grazes a corner.
 ///
 /// The motion bends away from the straight way between two of m looks by the m-th part squared of what it does in the whole
 /// step: there are as many looks as make this shallow. `memory` is any vector, kept to save allocations.
@@ -55,7 +55,24 @@ pub(crate) fn have_touched<M: Model + ?Sized>(
     let changes = rates[0].iter().zip(rates[1]).zip(&*sizes);
     let bend = changes.map(|((leaving, coming), size)| (0.125 * h * (leaving - coming) / size).abs());
     let looks = (bend.fold(0.0, f64::max) / SHALLOW).sqrt().ceil().clamp(2.0, MOST_LOOKS as f64) as usize;
-    if looks == 2 && !model.may_touch() {
+    let mut has_touched = false;
+    model.set_time(t)?;
+    model.note_surfaces(ends[0]);
+    for look in 1..=looks {
+        let x = look as f64 / looks as f64;
+        for (i, q) in q.iter_mut().enumerate() {
+            *q = hermite::cubic(x, h, ends.map(|end| end[i]), rates.map(|rate| rate[i]));
+        }
+        let is_end = look == looks;
+        model.set_time(if is_end { t_new } else { t + x * h })?;
+        let there = if is_end { ends[1] } else { &*q };
+        // Nothing passes half-spaces: they are touched first at the ends of a straight way.
+        has_touched = model.have_passed(there, Radius::Touching) || !is_end && model.overlaps(there);
+        if has_touched {
+            break;
+        }
+    }
+    if !has_touched {
         return Ok(false);
     }
     for (t, q) in [(t, ends[0]), (t_new, ends[1])] {
@@ -64,15 +81,5 @@ pub(crate) fn have_touched<M: Model + ?Sized>(
             return Ok(false);
         }
     }
-    for look in 1..looks {
-        let x = look as f64 / looks as f64;
-        for (i, q) in q.iter_mut().enumerate() {
-            *q = hermite::cubic(x, h, ends.map(|end| end[i]), rates.map(|rate| rate[i]));
-        }
-        model.set_time(t + x * h)?;
-        if model.overlaps(q) {
-            return Ok(true);
-        }
-    }
-    Ok(false)
+    Ok(true)
 }

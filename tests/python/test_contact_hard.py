@@ -170,3 +170,15 @@ def test_a_rod_that_falls_far_is_neutral_on_the_floor():
     found = lissom.statics(lissom.Robot([rod], contacts=[floor]))
     assert found.success, found.message
     assert found.stability == "neutral"
+
+
+@pytest.mark.parametrize("method", ["radau", "rk45", "dop853", "auto"])
+def test_adaptive_methods_go_on_where_a_ball_has_come_to_rest(method):
+    """Velocities that errors of steps leave are no impact that gains energy."""
+    link = lissom.Link("ball", joint=lissom.Prismatic((0, 0, 1)), body=lissom.Body(1.0), position=(0, 0, 0.2))
+    floor = lissom.Contact(lissom.Ball("ball", 0.05), lissom.HalfSpace(), stiffness=1e4)
+    limit = {} if method == "auto" else {"max_steps": 20000}
+    motion = lissom.simulate(lissom.Robot([link], contacts=[floor]), 20.0, method=method, **limit)
+    assert motion.success, motion.message
+    assert motion.stats.steps < 5000
+    assert_allclose(motion.q[-1], [-0.15 - 9.81 / 1e4], atol=1e-6)

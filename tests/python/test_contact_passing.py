@@ -202,3 +202,41 @@ def test_what_spins_freely_is_followed(method):
     np.testing.assert_allclose(
         robot.pose(run.q[-1])[:3, 0], [math.cos(angle), 0, -math.sin(angle)], atol=1e-6
     )
+
+
+@pytest.mark.parametrize("dt", [0.01, 0.005])
+@pytest.mark.parametrize("obstacle", ["plate", "wire"])
+def test_a_ball_does_not_pass_what_is_thinner_than_itself(obstacle, dt):
+    """In steps of a whole impact it is pushed back, though it begins a step deep in front of the obstacle."""
+    body = lissom.Link("ball", joint=lissom.Prismatic((1, 0, 0)), body=lissom.Body(1.0))
+    thin = {
+        "plate": lissom.Box((1, 0, 0), (1e-3, 0.2, 0.2)),
+        "wire": lissom.Capsule((1, -0.2, 0), (1, 0.2, 0), 2e-3),
+    }[obstacle]
+    contact = lissom.Contact(lissom.Ball("ball", 0.02), thin, stiffness=1e5, dissipation=0)
+    robot = lissom.Robot([body], gravity=(0, 0, 0), contacts=[contact])
+    # The exact depth is v sqrt(m / k), 0.79 of the radius.
+    motion = lissom.simulate(robot, 0.6, v0=[5.0], dt=dt)
+    if motion.success:
+        assert motion.q.max() < 1.0
+        assert -5.01 < motion.v[-1, 0] < 0.0
+    else:
+        assert motion.status == "passed_through"
+
+
+@pytest.mark.parametrize("method", ["radau", "rk45", "dop853"])
+def test_adaptive_steps_see_what_is_grazed_on_the_way(method):
+    """A ball flies over the corner of a turned box, and would be 5 mm deep in it."""
+    link = lissom.Link(
+        "ball", joint=lissom.Planar((0, 1, 0)), body=lissom.Body(1.0, inertia=np.eye(3) * 0.01)
+    )
+    box = lissom.Box((1, 0, 0), (0.05, 1, 0.05), (np.cos(0.4), 0, np.sin(0.4), 0))
+    contact = lissom.Contact(lissom.Ball("ball", 0.05), box, stiffness=1e5, dissipation=0)
+    robot = lissom.Robot([link], contacts=[contact])
+    start = {"q0": [0, 0.0717, 0], "v0": [9.67, -0.0877, 0]}
+    exact = lissom.simulate(robot, 0.2068, method="radau", rtol=1e-9, max_step=2e-4, **start)
+    motion = lissom.simulate(robot, 0.2068, method=method, rtol=1e-5, **start)
+    assert exact.success, exact.message
+    assert motion.success, motion.message
+    assert exact.v[-1, 1] > 3.3
+    np.testing.assert_allclose(motion.q[-1], exact.q[-1], atol=2e-3)

@@ -442,3 +442,66 @@ def test_lengths_that_conflict_on_the_way_end_a_run(method):
     assert motion.status == "loop_open"
     assert "conflict" in motion.message
     assert motion.t[-1] == pytest.approx(0.4, abs=0.011)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_rope_that_is_hardly_too_short_stops_a_free_flight(method):
+    """A bob flies by in long steps, farther away than its rope is long by 2.5 mm for a moment."""
+    length = 0.4637
+    link = lissom.Link("bob", joint=lissom.Planar((0, 1, 0)), body=lissom.Body(1.0, inertia=np.eye(3) * 0.01))
+    robot = lissom.Robot([link], gravity=(0, 0, -G), actuators=[rope(length)])
+    q, v = np.array([-0.462, 0.0]), np.array([1.242, -2.986])
+
+    def flight(t):
+        return q + v * t - [0, 0.5 * G * t * t]
+
+    def excess(t):
+        return np.linalg.norm(flight(t)) - length
+
+    times = np.linspace(0.0, 0.6, 20001)
+    values = np.array([excess(t) for t in times])
+    first = int(np.argmax(values > 0))
+    after = first + int(np.argmax(values[first:] <= 0))
+    assert 2e-3 < values[first:after].max() < 3e-3
+    taut = brentq(excess, times[first - 1], times[first], xtol=1e-14)
+    motion = run(robot, taut + 1e-9, method, q0=[*q, 0.0], v0=[*v, 0.0])
+    out = flight(taut) / length
+    speed = v - [0, G * taut]
+    kept = speed - out * (speed @ out)
+    np.testing.assert_allclose(motion.v[-1, :2], kept, atol=1e-6)
+    whole = run(robot, 0.6, method, q0=[*q, 0.0], v0=[*v, 0.0])
+    assert whole.success, whole.message
+    np.testing.assert_allclose(whole.q[-1, :2], [0.30434, 0.02915], atol=1e-5)
+
+
+@pytest.mark.parametrize("method", [*METHODS, "auto", "newmark"])
+def test_the_length_of_a_slack_tendon_must_be_finite(method):
+    wire = rope(lambda t: 1.0 if t < 0.15 else np.nan)
+    motion = lissom.simulate(bob(wire), 0.6, method=method, **place(0.0, -0.5))
+    assert not motion.success
+    assert motion.status == "non_finite"
+    assert "rope" in motion.message
+
+
+def test_gaps_with_a_length_that_varies():
+    wire = rope(lissom.Harmonic(0.01, 1.0, mean=1.2))
+    robot = bob(wire)
+    q = place(1.0, 0.0)["q0"]
+    assert robot.loop_gaps(q, t=0.25).shape == (1,)
+    with pytest.raises(TypeError, match="t: got none"):
+        robot.loop_gaps(q)
+
+
+def test_a_linear_model_without_what_slack_tendons_hold():
+    link = lissom.Link("bob", joint=lissom.Prismatic((1, 0, 0), stiffness=100.0), body=lissom.Body(1.0))
+    wire = rope(0.5, anchor=(-0.1, 0, 0))
+    robot = lissom.Robot([link], gravity=(0, 0, 0), actuators=[wire])
+    linear = lissom.linearise(robot, lissom.statics(robot).q)
+    np.testing.assert_allclose(np.abs(np.linalg.eigvals(linear.A)), 10.0)
+    taut = lissom.Robot(
+        [link],
+        gravity=(0, 0, 0),
+        actuators=[rope(0.1, anchor=(-0.1, 0, 0))],
+        loads=[lissom.Load(force=(5.0, 0, 0), link="bob")],
+    )
+    assert lissom.linearise(taut, [0.0]).states == ()

@@ -782,3 +782,20 @@ def test_a_warning_that_is_an_error_keeps_the_result():
             lissom.simulate(stiff_wire(25.0), 0.1, q0=[0.8, 0.0])
     assert caught.value.result.success
     assert len(caught.value.result.t) == 11
+
+
+@pytest.mark.parametrize("step", [0.01, 0.03])
+def test_radau_follows_inputs_in_free_fall(step):
+    """The prediction is exact there: corrections are rounding, which does not contract."""
+    link = lissom.Link("weight", joint=lissom.Prismatic((0, 0, 1)), body=lissom.Body(1.0))
+    load = lissom.Load(force=lissom.Input("force", (0, 0, 0)), link="weight")
+    robot = lissom.Robot([link], loads=[load])
+    end = 16 * step
+    motion = lissom.simulate(
+        robot, end, method="radau", control=lambda t, q, v: [0, 0, 2 * t], control_step=step
+    )
+    assert motion.success, motion.message
+    # Held over each step: accelerations 2 k step - g.
+    k = np.arange(16)
+    speed = (2 * k * step - 9.81).sum() * step
+    assert motion.v[-1, 0] == pytest.approx(speed, rel=1e-12)

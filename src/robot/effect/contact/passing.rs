@@ -26,6 +26,9 @@ use crate::robot::turning::Turning;
 /// What passes through each other overlaps on the way by more than that part of a radius.
 const DEEP: f64 = 0.5;
 
+/// What touches on the way overlaps by more than [`DEEP`] of that part of a radius.
+const TOUCHED: f64 = 0.04;
+
 /// Ways and patches of less than that part of it hide nothing so deep.
 const SHALLOW: f64 = 0.2;
 
@@ -173,11 +176,16 @@ fn round(solid: &Solid) -> f64 {
 
 impl Radius {
     fn of(self, first: f64, second: f64) -> f64 {
+        let smaller = if second > 0.0 { first.min(second) } else { first };
         match self {
-            Self::Smaller if second > 0.0 => first.min(second),
-            Self::Smaller => first,
+            Self::Smaller | Self::Touching => self.part() * smaller,
             Self::Larger => first.max(second),
         }
+    }
+
+    /// The part of a measure that counts.
+    fn part(self) -> f64 {
+        if self == Self::Touching { TOUCHED } else { 1.0 }
     }
 }
 
@@ -246,7 +254,7 @@ impl<G: Turning> Ways<'_, G> {
             let k = body.first_corner + corner;
             [self.contact.noted.corners[k], self.contact.corners[k]]
         };
-        let Body { radius, measure, .. } = *body;
+        let (radius, measure) = (body.radius, self.measure.part() * body.measure);
         let fixed = &self.plan.contacts.solids[solid].solid;
         let fastest = corners().map(|(before, now)| distance(*before, *now)).fold(0.0, f64::max);
         let moving = self.moving(solid);
