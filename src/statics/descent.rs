@@ -142,13 +142,15 @@ pub(super) fn descend(
             // Half of R.x + x.K x with (K + shift) x = -R.
             let promised = 0.5 * (dot(&linear.residual, &shifted.x) - shift * dot(&shifted.x, &shifted.x));
             let inverted = equations.flaw(&trial.q).filter(|flaw| matches!(flaw, Flaw::Inverted { .. }));
-            let ratio = if work.is_finite() && inverted.is_none() { work / promised } else { 0.0 };
+            let is_sound =
+                work.is_finite() && inverted.is_none() && !equations.have_passed(&state.q, &trial.q);
+            let ratio = if is_sound { work / promised } else { 0.0 };
             if ratio < POOR {
                 radius = 0.25 * length;
             } else if ratio > GOOD && length > 0.5 * radius {
                 radius = (2.0 * radius).min(LARGEST_RADIUS);
             }
-            let is_better = there.residual_norm < here.residual_norm && inverted.is_none();
+            let is_better = there.residual_norm < here.residual_norm && is_sound;
             if ratio > TAKEN || length <= TRUSTED && is_better {
                 *state = trial;
                 here = there;

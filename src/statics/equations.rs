@@ -4,7 +4,7 @@ use super::growth::Growth;
 use super::stability::Stiffness;
 use crate::error::Interrupted;
 use crate::linalg::{Matrix, dot, norm};
-use crate::model::{Flaw, Model, Switch, rotation_vectors};
+use crate::model::{Flaw, Model, Radius, Switch, rotation_vectors};
 use crate::natural::{self, Natural, scaled};
 use crate::small_motions::SmallMotions;
 use crate::springs::Springs;
@@ -214,6 +214,14 @@ impl<'a> Equations<'a> {
     /// Problem of an invalid shape; `None` for a valid one.
     pub(super) fn flaw(&mut self, q: &[f64]) -> Option<Flaw> {
         self.model.flaw(q)
+    }
+
+    /// Whether surfaces pass through each other on the straight way between two shapes.
+    pub(super) fn have_passed(&mut self, from: &[f64], to: &[f64]) -> bool {
+        self.model.has_contact() && {
+            self.model.note_surfaces(from);
+            self.model.have_passed(to, Radius::Smaller)
+        }
     }
 
     /// Problem of a shape with sunk surfaces; `None` otherwise.

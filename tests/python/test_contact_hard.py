@@ -182,3 +182,29 @@ def test_adaptive_methods_go_on_where_a_ball_has_come_to_rest(method):
     assert motion.success, motion.message
     assert motion.stats.steps < 5000
     assert_allclose(motion.q[-1], [-0.15 - 9.81 / 1e4], atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    "obstacle",
+    [
+        lissom.Sphere((0.47, 0, -0.2), 0.02),
+        lissom.Capsule((0.47, -0.2, -0.2), (0.47, 0.2, -0.2), 2e-3),
+        lissom.Box((0.47, 0, -0.2), (0.05, 0.2, 2e-3)),
+    ],
+    ids=["sphere", "wire", "plate"],
+)
+def test_equilibria_lie_on_the_side_of_an_obstacle_where_they_were_released(obstacle):
+    """A hinged bar comes to rest on what is below it, as its damped motion does."""
+
+    def bar(damping):
+        body = lissom.Body(1.0, centre=(0.3, 0, 0), inertia=np.eye(3) * 0.01)
+        link = lissom.Link("bar", joint=lissom.Revolute((0, 1, 0), damping=damping), body=body)
+        tip = lissom.Ball("bar", 0.02, position=(0.5, 0, 0))
+        return lissom.Robot([link], contacts=[lissom.Contact(tip, obstacle, stiffness=1e5)])
+
+    found = lissom.statics(bar(0.0), [0.2])
+    motion = lissom.simulate(bar(1.0), 5.0, q0=[0.2], method="radau")
+    assert found.success, found.message
+    assert found.stability == "stable"
+    assert_allclose(found.q, motion.q[-1], atol=1e-5)
+    assert found.q[0] < 0.5
