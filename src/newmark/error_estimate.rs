@@ -63,7 +63,8 @@ impl ErrorEstimate {
         let n = rtol.len();
         let mut sum = 0.0;
         for i in 0..n {
-            let changed = |change: f64| if change.abs() <= UNCHANGED * a[0][i].abs() { 0.0 } else { h * change };
+            let changed =
+                |change: f64| if change.abs() <= UNCHANGED * a[0][i].abs() { 0.0 } else { h * change };
             let change = a[1][i] - a[0][i];
             let memory = if s.is_empty() { 0.0 } else { changed(s[i] - a[0][i] - self.shift * change) };
             let change = changed(change);

@@ -509,11 +509,8 @@ impl Stepper {
             }
         } else {
             let (cq, cv) = (h * h * beta, h * gamma);
-            let (s, stretch) = if self.s_of_trial.is_empty() {
-                (&self.s, h / self.h_of_s)
-            } else {
-                (&self.s_of_trial, 1.0)
-            };
+            let (s, stretch) =
+                if self.s_of_trial.is_empty() { (&self.s, h / self.h_of_s) } else { (&self.s_of_trial, 1.0) };
             for i in 0..self.q.len() {
                 let (start, end) = algorithmic(&self.scheme, self.a[i], s[i], stretch);
                 trial.q_base[i] = self.q[i] + h * self.v[i] + bq * start + cq * end;
