@@ -6,6 +6,7 @@ from numpy.testing import assert_allclose
 from scipy.integrate import solve_ivp
 
 import lissom
+from test_loops import exact_windows, windows
 
 SPEED = 3.0
 DAMPED = [
@@ -157,3 +158,39 @@ def test_a_slider_crank_follows_the_motion_of_one_freedom(options):
         assert np.abs(found.a).max() < 1e3
     assert errors[-1] < 1e-3
     assert np.polyfit(np.log(steps), np.log(errors), 1)[0] == pytest.approx(-2.0, abs=0.4)
+
+
+def test_loops_pass_singular_positions():
+    robot, v0 = windows(2)
+    exact = exact_windows(2)
+    errors, steps = [], []
+    for tolerance in (1e-4, 1e-6):
+        found = lissom.simulate(
+            robot, 4.0, v0=v0, method="newmark", adaptive=True, rtol=tolerance, atol=tolerance
+        )
+        assert found.success, found.message
+        assert np.abs(robot.loop_gaps(found.q)).max() < 1e-12
+        errors.append(np.abs(found.q[:, 0] - exact(found.t)).max())
+        steps.append(found.stats.steps)
+    assert errors[1] < 2e-3
+    assert errors[1] < 0.1 * errors[0]
+    assert steps[1] < 2000
+
+
+def test_a_driven_crank_moves_its_slider():
+    """Constraints that depend on time."""
+    hinge = lissom.Revolute((0, 0, 1))
+    body = lissom.Body(0.2, centre=(0.1, 0, 0), inertia=np.diag([1e-4, 8e-4, 8e-4]))
+    driven = lissom.Revolute((0, 0, 1), motion=lambda t: 3 * t + 0.3)
+    crank = lissom.Link("crank", joint=driven, body=body)
+    rod = lissom.Link("rod", parent="crank", position=(0.2, 0, 0), joint=hinge, body=body)
+    loop = lissom.Loop(("rod", None, (0.5, 0, 0)), "slider", hinge)
+    robot = lissom.Robot([crank, rod, slider("slider", mass=0.5)], gravity=(0, -9.81, 0), loops=[loop])
+
+    def slide(t):
+        return 0.2 * np.cos(3 * t + 0.3) + np.sqrt(0.25 - (0.2 * np.sin(3 * t + 0.3)) ** 2)
+
+    q0 = [-0.3 - np.arcsin(0.2 * np.sin(0.3) / 0.5), slide(0)]
+    found = lissom.simulate(robot, 1.5, q0=q0, method="newmark", adaptive=True)
+    assert found.success, found.message
+    assert_allclose(found.q[:, 1], slide(found.t), atol=1e-10)
