@@ -18,7 +18,7 @@ const UNCHANGED: f64 = 1e-12;
 /// choices: Hairer, Norsett and Wanner 1993, section II.4).
 const SAFETY: f64 = 0.9;
 const SMALLEST_FACTOR: f64 = 0.2;
-const LARGEST_FACTOR: f64 = 5.0;
+pub(super) const LARGEST_FACTOR: f64 = 5.0;
 
 /// Growth below that factor is not worth a new Jacobian (RADAU5: Hairer and Wanner 1996, section IV.8).
 const WORTHWHILE_GROWTH: f64 = 1.2;
@@ -28,6 +28,10 @@ const WORTHWHILE_GROWTH: f64 = 1.2;
 pub(super) struct ErrorEstimate {
     displacement: f64,
     velocity: f64,
+    /// Of what the algorithmic accelerations at the start have left over from earlier steps, and by how much of the change of
+    /// the accelerations they are ahead in smooth motions.
+    memory: [f64; 2],
+    shift: f64,
     /// The estimate is of that order in the step size.
     order: f64,
 }
@@ -37,6 +41,8 @@ pub(super) struct Ends<'a> {
     pub(super) q: [&'a [f64]; 2],
     pub(super) v: [&'a [f64]; 2],
     pub(super) a: [&'a [f64]; 2],
+    /// Algorithmic accelerations at the start; empty where these are the true ones.
+    pub(super) s: &'a [f64],
 }
 
 impl ErrorEstimate {
@@ -44,6 +50,8 @@ impl ErrorEstimate {
         Self {
             displacement: scheme.displacement_error(),
             velocity: scheme.velocity_error().abs().max(SMALLEST_VELOCITY_COEFFICIENT),
+            memory: scheme.errors_of_memory(),
+            shift: scheme.shift(),
             order: scheme.order() as f64 + 1.0,
         }
     }
@@ -51,18 +59,18 @@ impl ErrorEstimate {
     /// Root mean square of the local errors of displacements and velocities in units of the tolerances: a step is good
     /// when it is at most 1.
     pub(super) fn error(&self, h: f64, ends: &Ends<'_>, rtol: &[f64], atol: &[f64]) -> f64 {
-        let Ends { q, v, a } = ends;
+        let Ends { q, v, a, s } = ends;
         let n = rtol.len();
         let mut sum = 0.0;
         for i in 0..n {
+            let changed =
+                |change: f64| if change.abs() <= UNCHANGED * a[0][i].abs() { 0.0 } else { h * change };
             let change = a[1][i] - a[0][i];
-            if change.abs() <= UNCHANGED * a[0][i].abs() {
-                continue;
-            }
-            let change = h * change;
+            let memory = if s.is_empty() { 0.0 } else { changed(s[i] - a[0][i] - self.shift * change) };
+            let change = changed(change);
             let tolerance = |x: &[&[f64]; 2]| atol[i] + rtol[i] * x[0][i].abs().max(x[1][i].abs());
-            let displacement = self.displacement * h * change;
-            let velocity = self.velocity * change;
+            let displacement = h * (self.displacement * change + self.memory[0] * memory);
+            let velocity = self.velocity * change.abs() + (self.memory[1] * memory).abs();
             for (error, x) in [(displacement, q), (velocity, v)] {
                 // 0 / 0 (no tolerance, no error) is no error.
                 let ratio = if error == 0.0 { 0.0 } else { error / tolerance(x) };

@@ -148,7 +148,7 @@ impl Scheme {
     }
 
     /// By how many steps the time of an algorithmic acceleration is ahead of that of its state.
-    fn shift(&self) -> f64 {
+    pub(super) fn shift(&self) -> f64 {
         self.alpha_m - self.alpha_f
     }
 
@@ -184,6 +184,14 @@ impl Scheme {
     /// The local error of the velocity is this times `h da`, to leading order: 0 for the members of order 2.
     pub(super) fn velocity_error(&self) -> f64 {
         self.gamma + self.shift() - 0.5
+    }
+
+    /// The local error of the displacement also contains the first times `h^2 x`, that of the velocity the second times `h x`,
+    /// where `x` is by how much the algorithmic acceleration at the start differs from that of a smooth motion, which is
+    /// ahead by `shift da`. It enters once more, with the other sign, through the one at the end.
+    pub(super) fn errors_of_memory(&self) -> [f64; 2] {
+        let echo = self.alpha_m / (1.0 - self.alpha_m);
+        [0.5 - self.beta - self.beta * echo, 1.0 - self.gamma - self.gamma * echo]
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::Scheme;
 use super::corrector::Corrector;
-use super::error_estimate::{Ends, ErrorEstimate};
+use super::error_estimate::{Ends, ErrorEstimate, LARGEST_FACTOR};
 use super::options::{Options, Predictor, StepSize};
 use super::trial::Trial;
 use crate::constraint::one_sided::most_switches;
@@ -54,6 +54,8 @@ pub struct Stepper {
     /// Algorithmic accelerations and the step size they belong to; not used by plain schemes.
     s: Vec<f64>,
     h_of_s: f64,
+    /// The same for the adaptive step that is tried.
+    s_of_trial: Vec<f64>,
     trial: Trial,
     guessed: Vec<f64>,
     guess: Guess,
@@ -108,6 +110,10 @@ impl Stepper {
             a_old: zeros.clone(),
             s: zeros.clone(),
             h_of_s: options.dt,
+            s_of_trial: match options.step_size {
+                StepSize::Adaptive { .. } if !options.scheme.is_plain() => zeros.clone(),
+                _ => Vec::new(),
+            },
             trial: Trial::new(n),
             guessed: zeros,
             guess: if options.predictor == Predictor::Zero { Guess::Zero } else { Guess::Last },
@@ -168,6 +174,7 @@ impl Stepper {
             }
         }
         self.s.copy_from_slice(&self.a[..self.q.len()]);
+        self.a_old.copy_from_slice(&self.a);
         self.started = self.status.is_none();
         Ok(self.status)
     }
@@ -419,19 +426,33 @@ impl Stepper {
             let is_last = self.t + h * (1.0 + ROUNDING_OF_STEPS) >= end;
             let t_new = if is_last { end } else { self.t + h };
             let step = t_new - self.t;
+            self.rescale_memory(step);
             if self.attempt(system, t_new, step)?.is_err() {
                 self.counters.unsolved += 1;
                 h = CUT * step;
                 rejected = true;
                 continue;
             }
+            if system.constraints() > 0 {
+                // Velocities and accelerations of a step with constraints on displacements have errors normal to these, which cancel
+                // while the step keeps its size. Divided by that of a shorter step they would grow the more it is shortened
+                // (Arnold, Bruels and Cardona 2015).
+                let Trial { t, q, v, a, .. } = &mut self.trial;
+                system.fit_to_constraints(*t, q, v, a)?;
+            }
             let ends = Ends {
                 q: [&self.q, &self.trial.q],
                 v: [&self.v, &self.trial.v],
                 a: [&self.a, &self.trial.a],
+                s: &self.s_of_trial,
             };
             let error = estimate.error(step, &ends, &self.rtol, &self.atol);
-            let factor = estimate.factor(error, rejected);
+            let factor = if error == 0.0 && !rejected {
+                // That says nothing of what follows. Steps which something has shortened return to the first size.
+                (self.options.dt / step).clamp(1.0, LARGEST_FACTOR)
+            } else {
+                estimate.factor(error, rejected)
+            };
             if error <= 1.0
                 && system.has_contact()
                 && (system.have_passed(&[(self.t, &self.q), (t_new, &self.trial.q)], Radius::Smaller)?
@@ -451,6 +472,20 @@ impl Stepper {
             self.counters.rejected += 1;
             h = factor * step;
             rejected = true;
+        }
+    }
+
+    /// Algorithmic accelerations at the start of an adaptive step of size `h`. They are ahead of the true ones by a fraction of
+    /// the step, which grows with it (Bruels and Arnold 2008). What else they differ by is left over from something that was not
+    /// smooth, an impact: it is velocity still to come and alternates, so that it becomes smaller with a step of another
+    /// size. Grown with the step it would be larger from step to step.
+    fn rescale_memory(&mut self, h: f64) {
+        let stretch = h / self.h_of_s;
+        let Self { scheme, a, a_old, s, s_of_trial, .. } = self;
+        for (i, start) in s_of_trial.iter_mut().enumerate() {
+            let smooth = scheme.shift() * (a[i] - a_old[i]);
+            let rest = s[i] - a[i] - smooth;
+            *start = a[i] + stretch * smooth + stretch.min(stretch.recip()) * rest;
         }
     }
 
@@ -474,9 +509,10 @@ impl Stepper {
             }
         } else {
             let (cq, cv) = (h * h * beta, h * gamma);
-            let stretch = h / self.h_of_s;
+            let (s, stretch) =
+                if self.s_of_trial.is_empty() { (&self.s, h / self.h_of_s) } else { (&self.s_of_trial, 1.0) };
             for i in 0..self.q.len() {
-                let (start, end) = algorithmic(&self.scheme, self.a[i], self.s[i], stretch);
+                let (start, end) = algorithmic(&self.scheme, self.a[i], s[i], stretch);
                 trial.q_base[i] = self.q[i] + h * self.v[i] + bq * start + cq * end;
                 trial.v_base[i] = self.v[i] + bv * start + cv * end;
             }
@@ -571,7 +607,12 @@ impl Stepper {
             self.s.copy_from_slice(&self.trial.a[..n]);
             self.h_of_s = h;
         } else if !self.scheme.is_plain() {
-            let stretch = h / self.h_of_s;
+            let stretch = if self.s_of_trial.is_empty() {
+                h / self.h_of_s
+            } else {
+                self.s.copy_from_slice(&self.s_of_trial);
+                1.0
+            };
             for i in 0..self.s.len() {
                 let (_, rest) = algorithmic(&self.scheme, self.a[i], self.s[i], stretch);
                 self.s[i] = self.scheme.gain() * self.trial.a[i] + rest;

@@ -1,7 +1,7 @@
 //! Second-order equations of motion, and free motions of models.
 
 use super::Failure;
-use crate::constraint::one_sided;
+use crate::constraint::{one_sided, projection};
 use crate::error::Interrupted;
 use crate::linalg::{Matrix, TreeMatrix};
 use crate::model::{Beside, Flaw, Model, Radius, Switch, have_passed, have_touched, rotation_vectors};
@@ -78,6 +78,19 @@ pub trait System {
         _v: &[f64],
         _a: &mut [f64],
     ) -> Result<Result<(), Failure>, Interrupted> {
+        unreachable!("the system has no constraints");
+    }
+
+    /// Changes velocities by the smallest kinetic energy that makes them satisfy the constraints, and sets accelerations and
+    /// multipliers to those of that state. `a` has n + m entries. Returns whether it could; near singular positions it leaves
+    /// everything as it was. Allocates.
+    fn fit_to_constraints(
+        &mut self,
+        _t: f64,
+        _q: &[f64],
+        _v: &mut [f64],
+        _a: &mut [f64],
+    ) -> Result<bool, Interrupted> {
         unreachable!("the system has no constraints");
     }
 
@@ -343,6 +356,25 @@ impl<M: Model + ?Sized> System for FreeMotion<'_, M> {
             Ok(()) => Err(Failure::NonFinite),
             Err(_) => Err(Failure::SingularJacobian),
         })
+    }
+
+    fn fit_to_constraints(
+        &mut self,
+        t: f64,
+        q: &[f64],
+        v: &mut [f64],
+        a: &mut [f64],
+    ) -> Result<bool, Interrupted> {
+        self.0.set_time(t)?;
+        let (mut fitted, mut found) = (v.to_vec(), a.to_vec());
+        let is_regular = projection::fit_velocities(self.0, q, &mut fitted)
+            .is_ok_and(|fit| !fit.is_nearly_singular() && fitted.iter().all(|v| v.is_finite()));
+        if !is_regular || self.constrained_start(t, q, &fitted, &mut found)?.is_err() {
+            return Ok(false);
+        }
+        v.copy_from_slice(&fitted);
+        a.copy_from_slice(&found);
+        Ok(true)
     }
 
     fn is_touched(&self) -> bool {
