@@ -454,7 +454,7 @@ def test_a_rope_that_is_hardly_too_short_stops_a_free_flight(method):
     q, v = np.array([-0.462, 0.0]), np.array([1.242, -2.986])
 
     def flight(t):
-        return q + v * t + [0, 0.5 * G * t * t]
+        return q + v * t + np.array([0, 0.5 * G * t * t])
 
     def excess(t):
         return np.linalg.norm(flight(t)) - length
@@ -467,7 +467,7 @@ def test_a_rope_that_is_hardly_too_short_stops_a_free_flight(method):
     taut = brentq(excess, times[first - 1], times[first], xtol=1e-14)
     motion = run(robot, taut + 1e-9, method, q0=[*q, 0.0], v0=[*v, 0.0])
     out = flight(taut) / length
-    speed = v + [0, G * taut]
+    speed = v + np.array([0, G * taut])
     kept = speed - out * (speed @ out)
     np.testing.assert_allclose(motion.v[-1, :2], kept, atol=1e-6)
     whole = run(robot, 0.6, method, q0=[*q, 0.0], v0=[*v, 0.0])
