@@ -206,13 +206,12 @@ impl<'a> Reader<'a> {
         }
         if !accepts(schema, value.get_ref()) {
             let expected = match value.get_ref() {
-                // [[rod.segment]] without [[rod]].
+                // [[rod.segment]] without [[rod]], or below [rod].
                 DeValue::Table(table) if schema["type"] == "array" && has_only_tables(table) => {
                     let header = without_indices(place);
                     let below = table.keys().next().map_or("", |key| key.get_ref().as_ref());
-                    let wrong = format!("there is no [[{header}]] above [[{header}.{below}]]");
-                    self.shape.refuse(place, wrong, "add that line");
-                    return None;
+                    let expected = format!("[[{header}]], in double brackets, above [[{header}.{below}]]");
+                    return self.wrong_type(value, place, &expected);
                 }
                 // [rod] instead of [[rod]], the most common mistake in TOML.
                 DeValue::Table(_) if schema["type"] == "array" => {

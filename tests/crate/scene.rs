@@ -349,7 +349,11 @@ fn wrong_types_are_refused() {
         &["10:20: rod[0].segment[0].modes.bend_y: got -3; expected an integer >= 0"],
     );
     refused("t_end = 3", "t_end = 1979-05-27", &["13:9: simulation.t_end: got a date; expected a number"]);
-    refused("[[rod]]\n", "[rod]\n", &["3:2: rod: got a table; expected double brackets: [[rod]]"]);
+    refused(
+        "[[rod]]\n",
+        "[rod]\n",
+        &["3:2: rod: got a table; expected [[rod]], in double brackets, above [[rod.segment]]"],
+    );
     refused(
         "[[rod.segment]]",
         "[rod.segment]",
@@ -757,7 +761,7 @@ fn settings_are_checked() {
 
 #[test]
 fn a_missing_header_is_named() {
-    let wrong = ["14:3: rod: there is no [[rod]] above [[rod.segment]]; add that line"];
+    let wrong = ["3:3: rod: got a table; expected [[rod]], in double brackets, above [[rod.segment]]"];
     refused("[[rod]]\n", "", &wrong);
 }
 
