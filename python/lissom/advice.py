@@ -225,12 +225,12 @@ def about_step(found: Vibrations, settings: SimulationSettings) -> list[str]:
     resolved = int(np.count_nonzero(frequencies * step * STEPS_PER_PERIOD <= 1.0))
     if resolved == len(frequencies):
         return []
-    which, following_one = (f"the first {resolved}", "next") if resolved else ("none", "first")
+    which, place = (f"the first {resolved}", "next") if resolved else ("none", "first")
     following = frequencies[resolved]
     needed = 1.0 / (STEPS_PER_PERIOD * following)
     return [
         f"The step of {step:g} s resolves {which} of {len(frequencies)} natural frequencies; "
-        f"the {following_one}, {following:.3g} Hz, needs steps of {needed:.2g} s "
+        f"the {place}, {following:.3g} Hz, needs steps of {needed:.2g} s "
         f"({STEPS_PER_PERIOD} per period)."
     ]
 

@@ -134,8 +134,7 @@ impl Stop {
         if model.is_one_sided()
             && let Some(what) = model.not_finite()
         {
-            let message =
-                format!("The lengths of tendons must be finite: {what}. The last state says nothing.");
+            let message = format!("What acts must be finite: {what}. The last state says nothing.");
             return Some(Self { status: Status::FirstOrder(ode::Status::NonFinite), message });
         }
         let flaw = model.flaw(q).or_else(|| model.open_loop(q)).or_else(|| model.sunk(q))?;

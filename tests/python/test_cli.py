@@ -793,6 +793,20 @@ ODD = {
 }
 
 
+def test_too_few_modes_are_said_before_the_report_is_opened(scene, tmp_path):
+    """`auto` chooses steps, not modes: what these leave is the first thing that is said."""
+    soft = {"young_modulus": 1e5, "shear_modulus": 4e4, "radius": 5e-3, "length": 0.5, "density": 1000}
+    text = rod_scene(simulation="t_end = 0.5\nmethod = 'auto'\nrtol = 1e-3", modes="{ bend_y = 1 }", **soft)
+    done = lissom_command("run", scene(text), cwd=tmp_path)
+    assert "the modes are too few: the space error is" in done.stdout
+    assert "0.001 was asked for" in done.stdout
+
+
+def test_modes_that_are_not_listed_are_counted(scene, tmp_path):
+    done = lissom_command("modes", scene(rod_scene(modes="{ bend_y = 8, bend_z = 8 }")), cwd=tmp_path)
+    assert "6 more in modes.npz" in done.stdout
+
+
 @pytest.mark.parametrize(
     "command",
     [
