@@ -7,6 +7,13 @@ pub(crate) fn cubic(x: f64, h: f64, value: [f64; 2], derivative: [f64; 2]) -> f6
         + x * x * ((1.0 + 2.0 * y) * value[1] - y * h * derivative[1])
 }
 
+/// Values of the cubic polynomials of several coordinates.
+pub(crate) fn cubics(x: f64, h: f64, ends: [&[f64]; 2], rates: [&[f64]; 2], out: &mut [f64]) {
+    for (i, out) in out.iter_mut().enumerate() {
+        *out = cubic(x, h, ends.map(|end| end[i]), rates.map(|rate| rate[i]));
+    }
+}
+
 /// Values of the cubic polynomial at the middle of the step.
 pub(crate) fn middle(h: f64, [from, to]: [&[f64]; 2], [leaving, coming]: [&[f64]; 2], out: &mut Vec<f64>) {
     out.clear();

@@ -31,7 +31,7 @@ pub use flaw::{Flaw, Holder, Radius};
 pub use forward::{ForwardScratch, SingularMass, Tree};
 pub use in_time::InTime;
 pub use passing::Beside;
-pub(crate) use passing::{have_passed, have_touched};
+pub(crate) use passing::{have_met_stops, have_passed, have_touched};
 pub use tied::{Switch, Tied};
 
 /// A section of a rod.
@@ -206,6 +206,16 @@ pub trait Model: Elastic + InTime + Discretised + Tied {
     /// saturated motors.
     fn has_one_sided_forces(&self) -> bool {
         self.has_contact()
+    }
+
+    /// Whether a joint has stops, or a tendon has a stiffness and can become slack: springs that act one way only.
+    fn has_stops(&self) -> bool {
+        false
+    }
+
+    /// By how much each of these springs is deformed in a shape, negative where it does not act.
+    fn beyond_stops(&mut self, _q: &[f64], beyond: &mut Vec<f64>) {
+        beyond.clear();
     }
 
     /// Disables contact forces, or enables them again.

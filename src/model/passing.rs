@@ -1,4 +1,4 @@
-//! Detection of surfaces that meet during a step, unseen at its ends.
+//! Detection of surfaces and stops that are met during a step, unseen at its ends.
 
 use super::{Model, Radius};
 use crate::error::Interrupted;
@@ -36,6 +36,52 @@ pub(crate) fn have_passed<'a, M: Model + ?Sized>(
     Ok(false)
 }
 
+/// A stop that a step passes by less than this part of its way to it and back is grazed: it need not be seen.
+const GRAZED: f64 = 0.02;
+
+/// So is one that is passed by this, in metres or radians, for a model of at most a metre or a radian; far below the tolerances of
+/// methods.
+const ROUNDING: f64 = 1e-9;
+
+/// Shapes within a step at which stops are looked at: the way to a stop and back bends once.
+const LOOKS_AT_STOPS: usize = 8;
+
+/// Whether a joint passes a stop, or a tendon with a stiffness becomes taut, within a step between these times, displacements and
+/// rates, and is before it at both ends: the error estimate sees only the stages of the step. `memory` is any vector. Allocates.
+pub(crate) fn have_met_stops<M: Model + ?Sized>(
+    model: &mut M,
+    [t, t_new]: [f64; 2],
+    ends: [&[f64]; 2],
+    rates: [&[f64]; 2],
+    memory: &mut Vec<f64>,
+) -> Result<bool, Interrupted> {
+    let h = t_new - t;
+    let least = ROUNDING * model.length().max(1.0);
+    let [mut before, mut after, mut beyond] = [const { Vec::new() }; 3];
+    memory.resize(ends[0].len(), 0.0);
+    model.set_time(t)?;
+    model.beyond_stops(ends[0], &mut before);
+    model.set_time(t_new)?;
+    model.beyond_stops(ends[1], &mut after);
+    let mut have_met = false;
+    for look in 1..LOOKS_AT_STOPS {
+        let x = look as f64 / LOOKS_AT_STOPS as f64;
+        hermite::cubics(x, h, ends, rates, memory);
+        model.set_time(t + x * h)?;
+        model.beyond_stops(memory, &mut beyond);
+        let ends = before.iter().zip(&after);
+        have_met = beyond.iter().zip(ends).any(|(&there, (&before, &after))| {
+            before.max(after) <= 0.0 && there > (GRAZED * -before.min(after)).max(least)
+        });
+        if have_met {
+            break;
+        }
+    }
+    // Methods go on from the end.
+    model.set_time(t_new)?;
+    Ok(have_met)
+}
+
 /// Whether surfaces touch within a step between these times, displacements and rates although they do at neither end, as those of a
 /// body that is thrown against a ceiling and falls back, or grazes a corner.
 ///
@@ -60,9 +106,7 @@ pub(crate) fn have_touched<M: Model + ?Sized>(
     model.note_surfaces(ends[0]);
     for look in 1..=looks {
         let x = look as f64 / looks as f64;
-        for (i, q) in q.iter_mut().enumerate() {
-            *q = hermite::cubic(x, h, ends.map(|end| end[i]), rates.map(|rate| rate[i]));
-        }
+        hermite::cubics(x, h, ends, rates, q);
         let is_end = look == looks;
         model.set_time(if is_end { t_new } else { t + x * h })?;
         let there = if is_end { ends[1] } else { &*q };

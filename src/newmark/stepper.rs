@@ -453,10 +453,13 @@ impl Stepper {
             } else {
                 estimate.factor(error, rejected)
             };
+            let times = [self.t, t_new];
             if error <= 1.0
-                && system.has_contact()
-                && (system.have_passed(&[(self.t, &self.q), (t_new, &self.trial.q)], Radius::Smaller)?
-                    || system.have_touched([self.t, t_new], ends.q, ends.v, &mut self.straight_on)?)
+                && (system.have_met_stops(times, ends.q, ends.v, &mut self.straight_on)?
+                    || system.has_contact()
+                        && (system
+                            .have_passed(&[(self.t, &self.q), (t_new, &self.trial.q)], Radius::Smaller)?
+                            || system.have_touched(times, ends.q, ends.v, &mut self.straight_on)?))
             {
                 self.counters.rejected += 1;
                 h = CUT * step;

@@ -5,7 +5,7 @@ use crate::constraint::projection::{self, Fit};
 use crate::error::Interrupted;
 use crate::linalg::{Cholesky, Matrix};
 use crate::model::{
-    Beside, Flaw, ForwardScratch, Model, Radius, have_passed, have_touched, rotation_vectors,
+    Beside, Flaw, ForwardScratch, Model, Radius, have_met_stops, have_passed, have_touched, rotation_vectors,
 };
 
 /// Largest relative change of velocities, with respect to the largest ones so far, that step errors cause
@@ -133,11 +133,14 @@ impl<M: Model> System for FirstOrder<M> {
 
     fn has_missed(&mut self, way: [(f64, &[f64]); 3]) -> Result<bool, Interrupted> {
         let Self { n, model, memory, .. } = self;
+        let [(t, start), _, (t_new, end)] = way;
+        let [(q, v), (q_new, v_new)] = [start, end].map(|y| y.split_at(*n));
+        if model.has_stops() && have_met_stops(model, [t, t_new], [q, q_new], [v, v_new], memory)? {
+            return Ok(true);
+        }
         if !model.has_contact() {
             return Ok(false);
         }
-        let [(t, start), _, (t_new, end)] = way;
-        let [(q, v), (q_new, v_new)] = [start, end].map(|y| y.split_at(*n));
         Ok(have_passed(model, way.into_iter().map(|(t, y)| (t, &y[..*n])), Radius::Smaller)?
             || have_touched(model, [t, t_new], [q, q_new], [v, v_new], memory)?)
     }
@@ -156,7 +159,7 @@ impl<M: Model> System for FirstOrder<M> {
     }
 
     fn may_miss(&self) -> bool {
-        self.model.has_contact()
+        self.model.has_contact() || self.model.has_stops()
     }
 
     fn jacobian_kind(&self) -> JacobianKind {

@@ -84,7 +84,7 @@ use crate::simulate::{Control, Simulation, slackness, times_of_run};
 /// Warns
 /// -----
 /// AccuracyWarning
-///     Once, if the fixed steps of some runs do not resolve a vibration; `doubt` lists the runs.
+///     Once, if the fixed steps of some runs do not resolve their motion; `doubt` lists the runs.
 ///
 /// Examples
 /// --------

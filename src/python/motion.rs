@@ -62,7 +62,8 @@ use crate::simulate::{Simulation, Slack, Statistics, accelerations};
 ///     between. Empty for `newmark`.
 /// doubt : str or None
 ///     Why the motion may be inaccurate although the run succeeded: fixed steps that do not resolve a
-///     vibration. It is the end of the message, and `simulate` issues it as an `AccuracyWarning`.
+///     vibration, or whose energy rises though nothing supplies any. It is the end of the message, and `simulate` issues it as
+///     an `AccuracyWarning`.
 #[pyclass(name = "MotionResult", module = "lissom", frozen)]
 pub(crate) struct PyMotionResult {
     #[pyo3(get)]

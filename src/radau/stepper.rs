@@ -474,7 +474,7 @@ fn set_scale(scale: &mut [f64], tolerances: &Tolerances, start: [&[f64]; 2], end
     }
 }
 
-/// Whether surfaces pass through each other, or touch and part again, within a step between these ends.
+/// Whether surfaces pass through each other, or touch and part again, or stops are passed, within a step between these ends.
 fn has_missed<S: System + ?Sized>(
     system: &mut S,
     [t, t_new]: [f64; 2],
@@ -482,6 +482,9 @@ fn has_missed<S: System + ?Sized>(
     rates: [&[f64]; 2],
     middle: &mut Vec<f64>,
 ) -> Result<bool, Interrupted> {
+    if system.have_met_stops([t, t_new], ends, rates, middle)? {
+        return Ok(true);
+    }
     if !system.has_contact() {
         return Ok(false);
     }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::choice::{Kernel, Solve};
 use super::compile;
-use super::description::{Link, Robot, Rod};
+use super::description::{Robot, Rod};
 use super::driven::Coordinates;
 use super::effect::contact::told::Touching;
 use super::effect::support::Held;
@@ -1066,9 +1066,16 @@ impl Model for RobotModel {
     }
 
     fn has_one_sided_forces(&self) -> bool {
-        let Robot { links, actuators, contacts, .. } = &*self.robot;
-        let has_stops = |link: &Link| link.joint.forces().is_some_and(|forces| forces.limits.is_some());
-        !contacts.is_empty() || actuators.iter().any(Actuator::is_one_sided) || links.iter().any(has_stops)
+        self.has_contact() || self.has_stops() || self.robot.actuators.iter().any(Actuator::is_one_sided)
+    }
+
+    fn has_stops(&self) -> bool {
+        on_sweeps!(&self.sweeps, sweeps => sweeps.has_stops())
+    }
+
+    fn beyond_stops(&mut self, q: &[f64], beyond: &mut Vec<f64>) {
+        let Self { sweeps, coordinates, .. } = self;
+        coordinates.all([q], |[q]| on_sweeps!(sweeps, sweeps => sweeps.beyond_stops(q, beyond)));
     }
 
     fn is_driven(&self) -> bool {

@@ -8,6 +8,7 @@ use super::effect::actuation;
 use super::effect::all as effects;
 use super::effect::contact::told::{self, Touching};
 use super::effect::contact::{self, find, passing};
+use super::effect::joint_forces;
 use super::effect::support::Held;
 use super::kernel::by_length::ByLength;
 use super::kernel::kinematics::Pose;
@@ -353,6 +354,30 @@ impl<G: Turning> Sweeps<G> {
         let excess =
             |&i: &usize| [state.lengths[i] - state.commands[i], state.rates[i] - state.command_rates[i][0]];
         self.plan.loops.lengths.iter().map(excess).collect()
+    }
+
+    /// Whether any joint has stops or any tendon a stiffness.
+    pub(crate) fn has_stops(&self) -> bool {
+        joint_forces::all(&self.plan).any(|(_, forces)| forces.limits.is_some()) || self.has_cables()
+    }
+
+    fn has_cables(&self) -> bool {
+        self.plan.actuation.actuators.iter().any(|actuator| actuator.law.is_cable())
+    }
+
+    /// By how much joints are beyond their nearest stops, and tendons with a stiffness longer than commanded; negative before
+    /// that, in radians or metres.
+    pub(crate) fn beyond_stops(&mut self, q: &[f64], beyond: &mut Vec<f64>) {
+        beyond.clear();
+        beyond.extend(joint_forces::beyond_stops(&self.plan, q));
+        if !self.has_cables() {
+            return;
+        }
+        self.with_zeros(|sweeps, zeros| sweeps.update_motion([q, zeros, zeros]));
+        let state = &self.work.actuation;
+        let cables = self.plan.actuation.actuators.iter().enumerate();
+        let cables = cables.filter(|(_, actuator)| actuator.law.is_cable());
+        beyond.extend(cables.map(|(i, _)| state.lengths[i] - state.commands[i]));
     }
 
     /// Which inextensible tendons are slack.

@@ -4,7 +4,9 @@ use super::Failure;
 use crate::constraint::{one_sided, projection};
 use crate::error::Interrupted;
 use crate::linalg::{Matrix, TreeMatrix};
-use crate::model::{Beside, Flaw, Model, Radius, Switch, have_passed, have_touched, rotation_vectors};
+use crate::model::{
+    Beside, Flaw, Model, Radius, Switch, have_met_stops, have_passed, have_touched, rotation_vectors,
+};
 
 /// Equations of motion `r(t, q, v, a) = 0` for displacements q, velocities v and accelerations a, n of each.
 pub trait System {
@@ -188,6 +190,17 @@ pub trait System {
     /// Whether surfaces touch within a step between these times, displacements and velocities although they do at neither end.
     /// `memory` is any vector, kept to save allocations.
     fn have_touched(
+        &mut self,
+        _times: [f64; 2],
+        _ends: [&[f64]; 2],
+        _rates: [&[f64]; 2],
+        _memory: &mut Vec<f64>,
+    ) -> Result<bool, Interrupted> {
+        Ok(false)
+    }
+
+    /// Whether springs that act one way only do so within such a step although they do at neither end.
+    fn have_met_stops(
         &mut self,
         _times: [f64; 2],
         _ends: [&[f64]; 2],
@@ -422,6 +435,16 @@ impl<M: Model + ?Sized> System for FreeMotion<'_, M> {
         memory: &mut Vec<f64>,
     ) -> Result<bool, Interrupted> {
         have_touched(self.0, times, ends, rates, memory)
+    }
+
+    fn have_met_stops(
+        &mut self,
+        times: [f64; 2],
+        ends: [&[f64]; 2],
+        rates: [&[f64]; 2],
+        memory: &mut Vec<f64>,
+    ) -> Result<bool, Interrupted> {
+        Ok(self.0.has_stops() && have_met_stops(self.0, times, ends, rates, memory)?)
     }
 
     fn is_one_sided(&self) -> bool {

@@ -70,13 +70,14 @@ impl<'a, 'c, M: Model> Course<'a, 'c, M> {
             }
             if leg == 1 {
                 let rule = if matches!(method, Method::Newmark(_)) { Rule::Mean } else { Rule::Quintic };
-                let t_span = self.t_span;
+                let (t_span, is_controlled) = (self.t_span, self.control.is_some());
                 // The run may have projected the initial state onto closed loops.
                 self.meter = self
                     .run
                     .observe(|model, state| FlowMeter::new(model, rule, t0, [state.q, state.v], t_eval));
-                self.watch =
-                    self.run.observe(|model, state| Watch::new(model, t_span, [state.q, state.v], method));
+                self.watch = self.run.observe(|model, state| {
+                    Watch::new(model, t_span, [state.q, state.v], method, is_controlled)
+                });
             }
             self.recorder.record(&mut self.run, true)?;
             let status = self.finish_leg(leg == legs, monitor)?;

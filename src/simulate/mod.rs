@@ -15,6 +15,7 @@
 //! ```
 
 mod course;
+mod energy_watch;
 mod recorder;
 mod slackness;
 mod watch;
@@ -354,7 +355,7 @@ impl Simulation {
         let flow = meter.map_or_else(Flow::default, |meter| meter.into_flow(t.len()));
         let mut message = stop.map_or_else(|| run.explain(status), |stop| stop.message);
         let is_success = status.is_success();
-        let doubt = if is_success { run.observe(|model, _| watch.doubt(model, q0)) } else { None };
+        let doubt = if is_success { run.observe(|model, end| watch.doubt(model, q0, end)) } else { None };
         if let Some(doubt) = &doubt {
             message = format!("{message} {doubt}");
         }

@@ -7,6 +7,8 @@ use crate::spectrum::Spectrum;
 use crate::stepping::{Method, Status, Stop};
 use crate::unseen::Unseen;
 
+use super::energy_watch::EnergyWatch;
+
 /// Number of steps that a stability limit may require of an explicit method, unless the caller sets a limit:
 /// some seconds of work.
 const STIFF_STEPS: usize = 100_000;
@@ -26,8 +28,11 @@ const VISIBLE: f64 = 1e-5;
 /// Check made during a run.
 pub(super) enum Watch {
     Nothing,
-    /// For fixed steps: unresolved vibrations.
-    Vibrations(Unseen),
+    /// For fixed steps: unresolved vibrations, and energy that changes.
+    Resolution {
+        vibrations: Option<Unseen>,
+        energy: Option<EnergyWatch>,
+    },
     /// For explicit methods: steps limited by stability.
     Stiffness(StiffnessWatch),
 }
@@ -38,14 +43,15 @@ impl Watch {
         t_span: (f64, f64),
         start: [&[f64]; 2],
         method: &Method,
+        is_controlled: bool,
     ) -> Self {
-        let watch = match method {
-            Method::FirstOrder { options, .. } => StiffnessWatch::new(options, t_span).map(Self::Stiffness),
-            _ => {
-                method.fixed_step().and_then(|dt| Unseen::new(model, t_span, start, dt)).map(Self::Vibrations)
-            }
-        };
-        watch.unwrap_or(Self::Nothing)
+        if let Method::FirstOrder { options, .. } = method {
+            return StiffnessWatch::new(options, t_span).map_or(Self::Nothing, Self::Stiffness);
+        }
+        let Some(dt) = method.fixed_step() else { return Self::Nothing };
+        let vibrations = Unseen::new(model, t_span, start, dt);
+        let energy = if is_controlled { None } else { EnergyWatch::new(model, t_span.0, start, method) };
+        Self::Resolution { vibrations, energy }
     }
 
     /// Checks the step that led to this state, the `accepted`-th one.
@@ -57,18 +63,24 @@ impl Watch {
     ) -> Option<Stop> {
         match self {
             Self::Nothing => None,
-            Self::Vibrations(unseen) => {
-                unseen.step(state.t, state.a);
+            Self::Resolution { vibrations, energy } => {
+                if let Some(vibrations) = vibrations {
+                    vibrations.step(state.t, state.a);
+                }
+                if let Some(energy) = energy {
+                    energy.step(model, state, accepted);
+                }
                 None
             }
             Self::Stiffness(watch) => watch.look(model, state, accepted),
         }
     }
 
-    /// Reason why a completed run may be inaccurate.
-    pub(super) fn doubt<M: Model>(&self, model: &mut M, q0: &[f64]) -> Option<String> {
-        let Self::Vibrations(unseen) = self else { return None };
-        unseen.verdict(model, q0)
+    /// Reason why a run from `q0` that is completed with this state may be inaccurate.
+    pub(super) fn doubt<M: Model>(self, model: &mut M, q0: &[f64], end: State<'_>) -> Option<String> {
+        let Self::Resolution { vibrations, energy } = self else { return None };
+        let of_vibrations = vibrations.and_then(|vibrations| vibrations.verdict(model, q0));
+        of_vibrations.or_else(|| energy?.verdict(model, end))
     }
 }
 

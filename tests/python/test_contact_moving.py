@@ -1,6 +1,7 @@
 """Contact shapes that move with links: frame indifference, rolling and sliding, grips, and hard cases."""
 
 import math
+import re
 
 import numpy as np
 import pytest
@@ -543,6 +544,48 @@ def test_pairs_that_do_not_touch_are_refused_with_what_does():
         Contact(Ball("a", 0.1), box, stiffness=1e3)
     with pytest.raises(ValueError, match="stiffness"):
         Contact(Ball("b", 0.1), box)
+
+
+def test_surfaces_that_are_welded_together_are_refused():
+    rod = lissom.Segment(0.3, radius=0.01, modes={"bend_y": 1}, **RUBBER)
+    body = cuboid(1.0, (0.1,) * 3)
+    links = [
+        Link("free", joint=Free(), body=body),
+        Link("beside", parent="free", body=body, position=(1, 0, 0)),
+        Link("behind", parent="beside", body=body, position=(1, 0, 0)),
+        Link("hinged", parent="free", joint=lissom.Revolute((0, 0, 1)), body=body, position=(2, 0, 0)),
+        Link("arm", rod=[rod]),
+        Link("middle", parent="arm", at=0.1, body=body),
+        Link("tip", parent="arm", body=body),
+        Link("wall", body=body),
+    ]
+
+    def contact(a, b, **more):
+        b = HalfSpace() if b is None else Ball(b, 0.1)
+        return lissom.Robot(links, contacts=[Contact(Ball(a, 0.1, **more), b, stiffness=1e3)])
+
+    for a, b in [
+        ("free", "beside"),
+        ("free", "behind"),
+        ("beside", "behind"),
+        ("arm", "tip"),
+        ("wall", None),
+    ]:
+        other = "the world" if b is None else f'"{b}"'
+        expected = f'contacts[0].b: got surfaces of "{a}" and {other}, which are welded together, expected'
+        with pytest.raises(ValueError, match=re.escape(expected)):
+            contact(a, b)
+    with pytest.raises(ValueError, match=re.escape('of "arm" and the world, which are welded together')):
+        contact("arm", None, at=0.0)
+    for a, b in [("free", "hinged"), ("behind", "hinged"), ("middle", "tip"), ("tip", "free"), ("tip", None)]:
+        contact(a, b)
+    moving = lissom.BaseMotion(angle=lambda t: t, axis=(0, 0, 1))
+    pair = [Contact(Ball("wall", 0.1), Ball("arm", 0.1, at=0.0), stiffness=1e3)]
+    with pytest.raises(ValueError, match="welded together"):
+        lissom.Robot(links, contacts=pair, base_motion=moving)
+    # The world passes a base that moves.
+    passing = [Contact(Ball("wall", 0.1), HalfSpace(), stiffness=1e3)]
+    lissom.Robot(links, contacts=passing, base_motion=moving)
 
 
 def test_robots_give_shapes_on_links_back():

@@ -784,6 +784,79 @@ def test_a_warning_that_is_an_error_keeps_the_result():
     assert len(caught.value.result.t) == 11
 
 
+ROD_OF_A_KILOGRAM = lissom.Body(1.0, centre=(0.5, 0, 0), inertia=(0, 1 / 12, 1 / 12))
+DOUBLE_PENDULUM = lissom.Robot(
+    [
+        lissom.Link("upper", joint=lissom.Revolute((0, 1, 0)), body=ROD_OF_A_KILOGRAM),
+        lissom.Link(
+            "lower",
+            joint=lissom.Revolute((0, 1, 0)),
+            body=ROD_OF_A_KILOGRAM,
+            parent="upper",
+            position=(1, 0, 0),
+        ),
+    ]
+)
+TUMBLING = lissom.Robot(
+    [lissom.Link("body", joint=lissom.Free(), body=lissom.Body(1.0, inertia=(1e-3, 2e-3, 2.5e-3)))],
+    gravity=(0, 0, 0),
+)
+
+
+def energy_change(motion):
+    """Largest gain and loss of energy since the start, by the largest kinetic energy."""
+    balance = motion.balance
+    total = balance.kinetic + balance.elastic + balance.gravitational
+    return (total.max() - total[0]) / balance.kinetic.max(), (total[0] - total.min()) / balance.kinetic.max()
+
+
+@pytest.mark.parametrize(
+    ("robot", "v0", "dt"),
+    [(DOUBLE_PENDULUM, (0, 0), 0.05), (TUMBLING, (0, 0, 0, 33, 100, 20), 0.01)],
+    ids=["double pendulum", "tumbling body"],
+)
+def test_energy_that_steps_add_or_take_out_is_doubted(robot, v0, dt):
+    with pytest.warns(
+        lissom.AccuracyWarning, match=r"energy (rises|falls) by [\d.]+ % of the largest"
+    ) as caught:
+        found = lissom.simulate(robot, 2.0, v0=v0, dt=dt)
+    assert found.success
+    assert found.doubt == str(caught[0].message)
+    change = max(energy_change(found))
+    assert change > 0.01
+    # Warnings are errors here: a tenth of the step is no reason to doubt.
+    found = lissom.simulate(robot, 2.0, v0=v0, dt=0.1 * dt)
+    assert found.doubt is None
+    assert max(energy_change(found)) < 0.1 * change
+
+
+def test_a_loss_without_damping_is_doubted_and_one_by_a_method_that_damps_is_not():
+    v0 = (0, 0, 0, 10, 30, 6)
+    with pytest.warns(
+        lissom.AccuracyWarning, match=r"falls by [\d.]+ % of .*, though nothing dissipates any"
+    ):
+        found = lissom.simulate(TUMBLING, 0.6, v0=v0, dt=0.02)
+    assert energy_change(found)[1] > 0.03
+    found = lissom.simulate(TUMBLING, 0.6, v0=v0, dt=0.02, method="generalised_alpha", rho_inf=0.8)
+    assert found.doubt is None
+
+
+def test_energy_that_is_supplied_is_not_doubted():
+    """A force pushes the body, constant, by a controller, and as a function of time."""
+    link = lissom.Link("weight", joint=lissom.Prismatic((1, 0, 0)), body=lissom.Body(1.0))
+    commanded = lissom.Load(force=lissom.Input("force", (1, 0, 0)), link="weight")
+    told = lissom.Load(force=lambda t: (t, 0, 0), link="weight")
+    robot = lissom.Robot([link], loads=[commanded])
+    runs = [
+        lissom.simulate(robot, 1.0),
+        lissom.simulate(robot, 1.0, control=lambda t, q, v: [t, 0, 0], control_step=0.02),
+        lissom.simulate(lissom.Robot([link], loads=[told]), 1.0),
+    ]
+    for run in runs:
+        assert run.doubt is None
+        assert run.balance.kinetic[-1] > 0.1
+
+
 @pytest.mark.parametrize("step", [0.01, 0.03])
 def test_radau_follows_inputs_in_free_fall(step):
     """The prediction is exact there: corrections are rounding, which does not contract."""

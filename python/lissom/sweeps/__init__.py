@@ -41,7 +41,7 @@ VARIABLES: dict[str, tuple[tuple[str, ...], str]] = {
     "success": ((), "the end was reached"),
     "status": ((), "how the run ended"),
     "message": ((), "the status in words"),
-    "is_doubtful": ((), "fixed steps do not see a vibration"),
+    "is_doubtful": ((), "fixed steps do not resolve the motion"),
     "reached": ((), "last time that the run has"),
     "steps": ((), "accepted steps"),
     "wall_time": ((), "run time"),

@@ -64,7 +64,7 @@ class SweepStudy:
         ]
         rows += [(status, f"{count:,} runs") for status, count in self.counts.items()]
         if self.found.is_doubtful.any():
-            rows.append(("doubtful", f"{int(self.found.is_doubtful.sum())} runs do not see a vibration"))
+            rows.append(("doubtful", f"{int(self.found.is_doubtful.sum())} runs do not resolve their motion"))
         rows.append(("time", f"{self.wall_time:.3g} s"))
         return rows
 

@@ -5,7 +5,7 @@ use super::link::Link;
 use super::rod::Rod;
 use crate::actuator::{Actuator, Along, Drive};
 use crate::body::Body;
-use crate::contact::Contact;
+use crate::contact::{Contact, Surface};
 use crate::error::{Checker, InvalidInput, Number};
 use crate::joint::Joint;
 use crate::load::{Extent, Load};
@@ -431,7 +431,51 @@ impl Robot {
             let found = format_args!("\"{}\", which another contact has", contact.name);
             check.require(is_new, &format!("{place}.name"), found, "a new name");
             check.nested(&place, contact.validate(&length));
+            let [a, b] = contact.surfaces.each_ref().map(|surface| self.carrier(surface));
+            let is_self = contact.surfaces[0].link() == contact.surfaces[1].link();
+            check.require(
+                is_self || a.is_none() || a != b,
+                &format!("{place}.b"),
+                self.names_of_welded(contact),
+                "surfaces that can move against each other",
+            );
         }
+    }
+
+    /// What carries a rigid surface; `None` for a surface that deforms, and for links that there are not.
+    fn carrier(&self, surface: &Surface) -> Option<Carrier> {
+        match surface {
+            Surface::Rod { .. } => None,
+            Surface::Obstacle(_) => Some(Carrier::World),
+            Surface::Ball { link, at, .. } | Surface::Solid { link, at, .. } => self.carrier_at(*link, *at),
+        }
+    }
+
+    /// What carries a place of a link: welds add nothing that moves.
+    fn carrier_at(&self, mut index: usize, mut at: Option<f64>) -> Option<Carrier> {
+        loop {
+            let link = self.links.get(index)?;
+            let length = link.length();
+            let at_link = if length > 0.0 { at.unwrap_or(length) } else { 0.0 };
+            if at_link > 0.0 || link.joint != Joint::Weld {
+                return Some(Carrier::Link { index, at: at_link });
+            }
+            match link.parent {
+                // Parents precede, or the robot is refused for it.
+                Some(parent) if parent < index => (index, at) = (parent, link.at),
+                Some(_) => return None,
+                None if self.base_motion.is_some() => return Some(Carrier::MovingBase),
+                None => return Some(Carrier::World),
+            }
+        }
+    }
+
+    fn names_of_welded(&self, contact: &Contact) -> String {
+        let [a, b] = contact.surfaces.each_ref().map(|surface| match surface.link() {
+            Some(link) => self.links.get(link).map_or(String::new(), |link| format!("\"{}\"", link.name)),
+            None => "the world".to_owned(),
+        });
+        format!("surfaces of {a} and {b}, which are welded together")
     }
 
     fn check_size(&self, check: &mut Checker) {
@@ -525,4 +569,12 @@ impl From<&Rod> for Robot {
             contacts: rod.contacts.clone(),
         }
     }
+}
+
+/// What a rigid surface moves with.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Carrier {
+    World,
+    MovingBase,
+    Link { index: usize, at: f64 },
 }

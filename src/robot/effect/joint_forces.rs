@@ -43,6 +43,14 @@ fn beyond(forces: &JointForces, q: f64) -> f64 {
     (q - upper).max(0.0) + (q - lower).min(0.0)
 }
 
+/// Distances of coordinates beyond their nearest stops, negative before them.
+pub(crate) fn beyond_stops<G: Turning>(plan: &Plan<G>, q: &[f64]) -> impl Iterator<Item = f64> {
+    all(plan).filter_map(|(k, forces)| {
+        let [lower, upper] = forces.limits?;
+        Some((q[k] - upper).max(lower - q[k]))
+    })
+}
+
 /// Contribution of a stop's dissipation, limited such that the stop never pulls.
 #[inline(always)]
 fn of_stop(forces: &JointForces, q: f64, qd: f64) -> f64 {

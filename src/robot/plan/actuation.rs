@@ -243,6 +243,11 @@ impl Law {
     pub(crate) fn has_stiffness(self) -> bool {
         matches!(self, Self::Cable { .. } | Self::Servo { .. })
     }
+
+    /// Whether the force begins at a length.
+    pub(crate) fn is_cable(self) -> bool {
+        matches!(self, Self::Cable { .. })
+    }
 }
 
 /// Pairs c <= d of this number of components, row by row.

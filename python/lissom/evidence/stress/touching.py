@@ -285,7 +285,10 @@ def touching(make: Callable[[], Scene], dt: float) -> Outcome:
     scale = max(energy.kinetic for energy in energies)
     gain = float(np.max(total - total[0])) / scale
     if gain > ENERGY_TOLERANCE:
-        return Outcome("wrong", f"the energy grows by {gain:.1e} of the largest kinetic one", gain, cost)
+        reason = f"the energy grows by {gain:.1e} of the largest kinetic one"
+        if motion.doubt is not None:
+            return Outcome("failed", f"{reason}, as the result says", gain, cost)
+        return Outcome("wrong", reason, gain, cost)
     off = carried(scene, motion)
     if off > WEIGHT_TOLERANCE:
         return Outcome("wrong", f"at rest what carries it is off by {off:.1e} of the weight", off, cost)
