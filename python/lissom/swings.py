@@ -14,6 +14,10 @@ Array = NDArray[np.float64]
 AMPLITUDE = 0.15
 
 
+#: Frequencies below this part of the highest one are rounding: their squares are eigenvalues, with errors of some 1e-15.
+ROUNDING = 1e-7
+
+
 def swing(setting: Setting, q: Array, shape: NDArray[np.number], phase: Array) -> Array:
     """Coordinates (m, n) of a mode with shape (n,) about ``q``, at fractions (m,) of its period."""
     scaled = shape * (AMPLITUDE / _deflection(setting, q, shape))
@@ -21,10 +25,15 @@ def swing(setting: Setting, q: Array, shape: NDArray[np.number], phase: Array) -
     return moved
 
 
+def is_rounding(found: ModesResult, k: int) -> bool:
+    """Whether a mode does not oscillate."""
+    return bool(found.frequency[k] <= ROUNDING * found.frequency.max())
+
+
 def frequency(found: ModesResult, k: int) -> str:
     """The frequency of a mode as text."""
     hertz = found.frequency[k]
-    if hertz > 0:
+    if not is_rounding(found, k):
         return f"{hertz:.4g} Hz"
     return "grows without oscillation" if found.eigenvalues[k].real > 0 else "rigid-body motion"
 

@@ -70,6 +70,26 @@ pub struct RobotModel {
     held: Option<Vec<f64>>,
     /// Whether tendons that do not stretch stay taut or slack as they are.
     slack_is_kept: bool,
+    /// The energy at the end of the last step that was asked whether it gains any.
+    noted: NotedEnergy,
+}
+
+/// The energy of a state, and the part of overlaps in it; of no state if the vectors are empty.
+#[derive(Clone, Debug, Default)]
+struct NotedEnergy {
+    of: [Vec<f64>; 2],
+    energy: Energy,
+    of_overlaps: f64,
+}
+
+impl NotedEnergy {
+    fn is_of(&self, state: [&[f64]; 2]) -> bool {
+        self.of.iter().zip(state).all(|(noted, values)| noted == values)
+    }
+
+    fn forget(&mut self) {
+        self.of.iter_mut().for_each(Vec::clear);
+    }
 }
 
 /// A place of a robot, or an offset from it in its axes.
@@ -268,6 +288,7 @@ impl RobotModel {
             marks: Arc::new([]),
             held: None,
             slack_is_kept: false,
+            noted: NotedEnergy::default(),
         };
         model.check_inertia()?;
         model.marks = model.marks_of_links().into();
@@ -550,8 +571,13 @@ impl RobotModel {
     }
 
     /// Energy of the overlaps in the shape that was looked at last.
-    fn overlap_energy(&self) -> f64 {
-        on_sweeps!(&self.sweeps, sweeps => sweeps.overlap_energy())
+    fn note_energy(&mut self, state: [&[f64]; 2]) {
+        self.noted.forget();
+        let energy = self.energy(state[0], state[1]);
+        let of_overlaps = on_sweeps!(&self.sweeps, sweeps => sweeps.overlap_energy());
+        self.noted.energy = energy;
+        self.noted.of_overlaps = of_overlaps;
+        self.noted.of.iter_mut().zip(state).for_each(|(noted, values)| noted.extend_from_slice(values));
     }
 
     /// Calls with the multipliers that a motion requires; zero if they are not determined.
@@ -929,6 +955,9 @@ impl Model for RobotModel {
     }
 
     fn energy(&mut self, q: &[f64], qd: &[f64]) -> Energy {
+        if !q.is_empty() && self.noted.is_of([q, qd]) {
+            return self.noted.energy;
+        }
         let Self { sweeps, coordinates, .. } = self;
         coordinates.all([q, qd], |[q, qd]| on_sweeps!(sweeps, sweeps => sweeps.energy(q, qd)))
     }
@@ -1013,11 +1042,13 @@ impl Model for RobotModel {
             return false;
         }
         let [q_after, qd_after, qdd] = motion;
-        // The end of the step last: what is asked about touches afterwards is asked there.
-        let before = self.energy(q, qd);
-        let of_overlaps = self.overlap_energy();
-        let after = self.energy(q_after, qd_after);
-        let of_overlaps = self.overlap_energy().max(of_overlaps);
+        // The end of the step last: what is asked about touches afterwards is asked there. A step begins where one ended.
+        if !self.noted.is_of([q, qd]) {
+            self.note_energy([q, qd]);
+        }
+        let (before, of_overlaps) = (self.noted.energy, self.noted.of_overlaps);
+        self.note_energy([q_after, qd_after]);
+        let (after, of_overlaps) = (self.noted.energy, self.noted.of_overlaps.max(of_overlaps));
         let supplied = if self.is_driven() { h * self.supplied_power(q_after, qd_after, qdd) } else { 0.0 };
         let gain = after.total() - before.total() - supplied.max(0.0);
         match beside {
@@ -1054,6 +1085,7 @@ impl Model for RobotModel {
     }
 
     fn leave_contact(&mut self, is_left: bool) {
+        self.noted.forget();
         on_sweeps!(&mut self.sweeps, sweeps => sweeps.leave_contact(is_left));
     }
 
@@ -1284,11 +1316,15 @@ impl InTime for RobotModel {
     }
 
     fn set_inputs(&mut self, u: &[f64]) {
+        self.noted.forget();
         on_sweeps!(&mut self.sweeps, sweeps => sweeps.set_inputs(u));
     }
 
     #[inline]
     fn set_time(&mut self, t: f64) -> Result<(), Interrupted> {
+        if self.varies_in_time() {
+            self.noted.forget();
+        }
         self.coordinates.set_time(t)?;
         on_sweeps!(&mut self.sweeps, sweeps => sweeps.set_time(t))
     }

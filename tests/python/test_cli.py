@@ -400,6 +400,15 @@ def test_check_names_good_and_bad_scenes(scene, tmp_path):
     assert lissom_command("check", *SCENES.glob("*.toml"), cwd=tmp_path).returncode == 0
 
 
+def test_check_goes_on_after_a_file_that_is_missing(scene, tmp_path):
+    good = scene(WIRE, "good.toml")
+    done = lissom_command("check", tmp_path / "nothing.toml", tmp_path, good, cwd=tmp_path)
+    assert done.returncode == 2
+    assert "nothing.toml: there is no such file" in done.stderr
+    assert f"{tmp_path}: not a file" in done.stderr
+    assert f"{good}: good, " in done.stdout
+
+
 def test_a_failed_simulation_ends_with_1_and_keeps_what_there_is(scene, tmp_path):
     # A mass in the hinge has no angle, so there is no initial acceleration.
     path = scene("version = 1\n[pendulum]\nq0 = [0, -1]\n[simulation]\nt_end = 1\n")

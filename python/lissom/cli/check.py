@@ -7,11 +7,11 @@ from pathlib import Path
 import click
 
 from .exits import BAD_INPUT
-from .scenes import SCENE, Refused, load
+from .scenes import Refused, load
 
 
 @click.command("check")
-@click.argument("scenes", type=SCENE, nargs=-1, required=True, metavar="SCENE...")
+@click.argument("scenes", type=click.Path(path_type=Path), nargs=-1, required=True, metavar="SCENE...")
 def command(scenes: tuple[Path, ...]) -> int:
     """Check scenes without simulating them.
 
@@ -25,6 +25,11 @@ def command(scenes: tuple[Path, ...]) -> int:
 
     good = True
     for path in scenes:
+        # The others are checked all the same.
+        if not path.is_file():
+            click.echo(f"{path}: {'not a file' if path.exists() else 'there is no such file'}", err=True)
+            good = False
+            continue
         try:
             scene = load(path)
         except Refused as error:

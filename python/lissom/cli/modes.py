@@ -32,7 +32,7 @@ def command(scene: Path, output: Path | None, at_start: bool, no_report: bool) -
     from .._lissom import LissomError
     from ..advice import about_model
     from ..report import studies as words
-    from ..swings import frequency
+    from ..swings import frequency, is_rounding
 
     loaded = load(scene)
     target = output if output is not None else Path("results") / f"{scene.stem}-modes"
@@ -56,9 +56,9 @@ def command(scene: Path, output: Path | None, at_start: bool, no_report: bool) -
     rows += [
         (
             f"mode {number}",
-            f"{hertz} Hz, damping ratio {ratio}" if hertz != "0" else frequency(done.found, int(number) - 1),
+            frequency(done.found, k) if is_rounding(done.found, k) else f"{hertz} Hz, damping ratio {ratio}",
         )
-        for number, hertz, ratio, _ in words.table(done.found)[: words.LISTED]
+        for k, (number, hertz, ratio, _) in enumerate(words.table(done.found)[: words.LISTED])
     ]
     left_out = len(done.found.frequency) - words.LISTED
     if left_out > 0:

@@ -12,7 +12,7 @@ from .._lissom import ContinuationResult, EquilibriumPath, ModesResult, Scene, S
 from ..advice import about_model
 from ..results import Array
 from ..studies import ModesStudy, Setting, Slides, StaticsStudy, setting_of, way
-from ..swings import frequency, swing
+from ..swings import frequency, is_rounding, swing
 from ..views import Member
 from . import motion, page, plots, theme
 from .text import quantity
@@ -255,7 +255,7 @@ COLUMNS = ("mode", "frequency (Hz)", "damping ratio", "decay rate (1/s)")
 def table(found: ModesResult) -> list[tuple[str, str, str, str]]:
     """Table of the modes."""
     return [
-        (str(k + 1), f"{hertz:.6g}", f"{ratio:.4g}", f"{-s.real + 0.0:.4g}")
+        (str(k + 1), "0" if is_rounding(found, k) else f"{hertz:.6g}", f"{ratio:.4g}", f"{-s.real + 0.0:.4g}")
         for k, (hertz, ratio, s) in enumerate(
             zip(found.frequency, found.damping_ratio, found.eigenvalues, strict=True)
         )
@@ -265,7 +265,7 @@ def table(found: ModesResult) -> list[tuple[str, str, str, str]]:
 def _vibration(setting: Setting, q: Array, found: ModesResult, k: int) -> Slides:
     """One period of a mode."""
     hertz = found.frequency[k]
-    period = 1.0 / hertz if hertz > 0 else 1.0
+    period = 1.0 if is_rounding(found, k) else 1.0 / hertz
     phase = np.linspace(0.0, 1.0, FRAMES)
     states = swing(setting, q, found.shapes[:, k], phase)
     return Slides(setting, phase * period, states, outline=("undeflected shape", q))
