@@ -14,7 +14,7 @@ Array = NDArray[np.float64]
 AMPLITUDE = 0.15
 
 
-#: Frequencies below this part of the highest one are rounding: their squares are eigenvalues, with errors of some 1e-15.
+#: Frequencies below this part of the highest one are rounding: their squares have errors of 1e-15 of the highest.
 ROUNDING = 1e-7
 
 

@@ -53,6 +53,6 @@ impl Start {
 
     /// Sentence for messages about a start that was moved.
     pub(crate) fn sentence(moved: f64) -> String {
-        format!(" The start was moved by {} m to close its loops.", Number(moved))
+        format!(" The start was moved by {} m to satisfy its constraints.", Number(moved))
     }
 }
