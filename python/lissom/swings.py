@@ -14,7 +14,7 @@ Array = NDArray[np.float64]
 AMPLITUDE = 0.15
 
 
-#: Frequencies below this part of the highest one are rounding: their squares have errors of 1e-15 of the highest.
+#: Frequencies below this part of the highest one are rounding: squares err by 1e-15 of the highest one.
 ROUNDING = 1e-7
 
 
