@@ -75,8 +75,14 @@ impl std::error::Error for NoModes {}
 /// motions that keep the loops closed: one for each coordinate, minus independent constraints. Cost: about 10
 /// n^3 flops, or about 200 n^3 if damping couples the modes or loads have no potential.
 pub fn modes(model: &mut dyn Model, q: &[f64]) -> Result<Modes, NoModes> {
-    let n = model.n();
-    let rest = vec![0.0; n];
+    let (motions, residual_norm) = motions(model, q)?;
+    let stability = verdict(&motions).map(|verdict| verdict.stability);
+    Ok(Modes { residual_norm, stability, ..motions.modes()? })
+}
+
+/// Small motions about rest that keep the loops closed, and `|s R|` in joules. Allocates.
+pub(crate) fn motions(model: &mut dyn Model, q: &[f64]) -> Result<(SmallMotions, f64), NoModes> {
+    let rest = vec![0.0; model.n()];
     let mut sizes = rest.clone();
     model.typical_coordinates(&mut sizes);
     let tied = model.constraints() > 0;
@@ -84,14 +90,11 @@ pub fn modes(model: &mut dyn Model, q: &[f64]) -> Result<Modes, NoModes> {
     let mut residual = rest.clone();
     model.inverse_dynamics(q, &rest, &rest, &mut residual);
     let residual_norm = residual.iter().zip(&sizes).map(|(r, s)| (r * s) * (r * s)).sum::<f64>().sqrt();
-    let motions = small_motions(model, q, &sizes);
-    let mut motions = motions.ok_or(NoModes::NonFinite)?;
-    if let Some(constraints) = constraints {
-        model.set_multipliers(&vec![0.0; constraints.nrows()]);
-        motions = motions.within(&constraints).ok_or(NoModes::NonFinite)?;
-    }
-    let stability = verdict(&motions).map(|verdict| verdict.stability);
-    Ok(Modes { residual_norm, stability, ..motions.modes()? })
+    let free = small_motions(model, q, &sizes);
+    let Some(constraints) = constraints else { return Ok((free.ok_or(NoModes::NonFinite)?, residual_norm)) };
+    model.set_multipliers(&vec![0.0; constraints.nrows()]);
+    let motions = free.and_then(|free| free.within(&constraints)).ok_or(NoModes::NonFinite)?;
+    Ok((motions, residual_norm))
 }
 
 /// Sets the multipliers of the loops for a model at rest; returns the constraint Jacobian in scaled

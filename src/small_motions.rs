@@ -163,6 +163,10 @@ pub(crate) fn merged<T>(inverse: Option<Vec<(Complex, T)>>, own: Vec<(Complex, T
     let widest =
         rates.windows(2).filter(|pair| is_middle(between(pair))).max_by(|a, b| gap(a).total_cmp(&gap(b)));
     let border = widest.map_or_else(|| (slowest * fastest).sqrt(), between);
-    let slow = slow.into_iter().filter(|(value, _)| value.norm() <= border);
-    slow.chain(own.into_iter().filter(|(value, _)| value.norm() > border)).collect()
+    let slow: Vec<_> = slow.into_iter().filter(|(value, _)| value.norm() <= border).collect();
+    // Rounding of the fastest may exceed the border.
+    let mut fast = own;
+    fast.sort_by(|(a, _), (b, _)| b.norm().total_cmp(&a.norm()));
+    fast.truncate(fast.len().saturating_sub(slow.len()));
+    slow.into_iter().chain(fast).collect()
 }

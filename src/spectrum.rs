@@ -103,10 +103,12 @@ impl Spectrum {
         lower.solve_lower_triangular_mut(&mut half).then_some(())?;
         let mut whole = half.transpose();
         lower.solve_lower_triangular_mut(&mut whole).then_some(())?;
+        // Projection leaves rounding of the whole matrix.
+        let size = whole.norm();
         let (squares, mut shapes) = free_eigen(whole, &held)?;
         lower.tr_solve_lower_triangular_mut(&mut shapes).then_some(())?;
         // Free motions have frequency zero up to the rounding of the others.
-        let largest = squares.iter().fold(0.0, |largest: f64, square| largest.max(square.abs()));
+        let largest = squares.iter().fold(size, |largest: f64, square| largest.max(square.abs()));
         let rounding = ROUNDING * n as f64 * f64::EPSILON * largest;
         let modes = squares.iter().enumerate().map(|(k, &square)| {
             let square = if square.abs() <= rounding { 0.0 } else { square };

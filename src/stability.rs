@@ -115,14 +115,27 @@ pub(crate) fn of_stiffness(lowest: f64, n: usize, size: f64) -> Option<Verdict> 
     Some(Verdict { stability, undamped: stability })
 }
 
-/// Stability of `M x'' + K x = 0`: its solutions are `exp(i omega t)` with `1 / omega^2` an eigenvalue of
-/// `K^-1 M`.
+/// Stability of `M x'' + K x = 0`: its solutions are `exp(i omega t)` with `omega^2` an eigenvalue of `M^-1 K`.
+/// Those of slow motions are accurate as inverses of the eigenvalues of `K^-1 M`.
 fn without_damping(motions: &SmallMotions, rounding: f64) -> Option<Stability> {
     let SmallMotions { mass, stiffness, .. } = motions;
     let is_neutral = smallest(stiffness)? <= rounding;
-    let values = match stiffness.clone().lu().solve(mass) {
-        Some(compliance) if !is_neutral => eigenvalues(&compliance)?,
-        _ => eigenvalues(&mass.clone().cholesky()?.solve(stiffness))?,
+    let bare = |values: Vec<Complex>| values.into_iter().map(|value| (value, ())).collect::<Vec<_>>();
+    let factor = mass.clone().cholesky();
+    let own = factor
+        .and_then(|factor| small_motions::reduced(stiffness, &factor.l()))
+        .and_then(|reduced| eigenvalues(&reduced));
+    let inverse = match stiffness.clone().lu().solve(mass) {
+        Some(compliance) if !is_neutral => Some(eigenvalues(&compliance)?),
+        _ => None,
+    };
+    let values: Vec<Complex> = match (inverse, own) {
+        (inverse, Some(own)) => {
+            small_motions::merged(inverse.map(bare), bare(own)).into_iter().map(|(value, ())| value).collect()
+        }
+        // Motions without mass are infinitely fast.
+        (Some(inverse), None) => inverse,
+        (None, None) => return None,
     };
     let largest = values.iter().map(|value| value.norm()).fold(0.0, f64::max);
     let grows = |value: &Complex| {
@@ -172,4 +185,35 @@ pub(crate) fn is_symmetric(a: &Matrix) -> bool {
 /// Smallest absolute eigenvalue.
 fn smallest(a: &Matrix) -> Option<f64> {
     Some(eigenvalues(a)?.iter().map(|value| value.norm()).fold(f64::INFINITY, f64::min))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Three motions beside a stiff one, whose mass is at the rounding of the others, under loads without a
+    /// potential.
+    #[test]
+    fn rounding_of_fast_motions_is_no_instability() {
+        let size = 1e-13;
+        let mass = Matrix::from_fn(4, 4, |i, j| {
+            let part = |k: usize| if k == 3 { size } else { 1.0 };
+            let coupling = if i == j { 2.0 } else { 0.7 - 0.1 * (i + j) as f64 };
+            part(i) * part(j) * coupling
+        });
+        let mut stiffness = Matrix::from_diagonal(&vec![1.0, 0.6, 0.3, 1.0].into());
+        (stiffness[(0, 1)], stiffness[(1, 0)]) = (0.3, 0.2);
+        (stiffness[(1, 3)], stiffness[(3, 1)]) = (0.31, 0.3);
+        let motions = |stiffness: Matrix| SmallMotions {
+            mass: mass.clone(),
+            damping: Matrix::zeros(4, 4),
+            stiffness,
+            basis: Matrix::identity(4, 4),
+            sizes: vec![1.0; 4],
+        };
+        let judged = |stiffness: &Matrix| verdict(&motions(stiffness.clone())).map(|found| found.stability);
+        assert_eq!(judged(&stiffness), Some(Stability::Stable));
+        stiffness[(2, 2)] = -0.3;
+        assert_eq!(judged(&stiffness), Some(Stability::Divergence));
+    }
 }

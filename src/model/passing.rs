@@ -36,18 +36,16 @@ pub(crate) fn have_passed<'a, M: Model + ?Sized>(
     Ok(false)
 }
 
-/// A stop that a step passes by less than this part of its way to it and back is grazed: it need not be seen.
-const GRAZED: f64 = 0.02;
+/// Stops are missed if a step passes them by more than this, in metres or radians, or by this part of a longer
+/// model; far below the tolerances of methods.
+const MISSED: f64 = 1e-9;
 
-/// So is one that is passed by this, in metres or radians, for a model of at most a metre or a radian; far below the tolerances of
-/// methods.
-const ROUNDING: f64 = 1e-9;
-
-/// Shapes within a step at which stops are looked at: the way to a stop and back bends once.
+/// Parts of a step at whose ends stops are looked at: the way to a stop and back bends once.
 const LOOKS_AT_STOPS: usize = 8;
 
-/// Whether a joint passes a stop, or a tendon with a stiffness becomes taut, within a step between these times, displacements and
-/// rates, and is before it at both ends: the error estimate sees only the stages of the step. `memory` is any vector. Allocates.
+/// Whether a joint passes a stop, or a tendon with a stiffness becomes taut, within a step between these times,
+/// displacements and rates, and is before it at both ends: the error estimate sees only the stages of the
+/// step. `memory` is any vector. Allocates.
 pub(crate) fn have_met_stops<M: Model + ?Sized>(
     model: &mut M,
     [t, t_new]: [f64; 2],
@@ -56,30 +54,28 @@ pub(crate) fn have_met_stops<M: Model + ?Sized>(
     memory: &mut Vec<f64>,
 ) -> Result<bool, Interrupted> {
     let h = t_new - t;
-    let least = ROUNDING * model.length().max(1.0);
-    let [mut before, mut after, mut beyond] = [const { Vec::new() }; 3];
+    let missed = MISSED * model.length().max(1.0);
+    let mut looks = [const { Vec::new() }; LOOKS_AT_STOPS + 1];
     memory.resize(ends[0].len(), 0.0);
-    model.set_time(t)?;
-    model.beyond_stops(ends[0], &mut before);
-    model.set_time(t_new)?;
-    model.beyond_stops(ends[1], &mut after);
-    let mut have_met = false;
-    for look in 1..LOOKS_AT_STOPS {
+    for (look, beyond) in looks.iter_mut().enumerate() {
         let x = look as f64 / LOOKS_AT_STOPS as f64;
+        // Methods go on from the end, at its own time.
+        let t = if look == LOOKS_AT_STOPS { t_new } else { t + x * h };
         hermite::cubics(x, h, ends, rates, memory);
-        model.set_time(t + x * h)?;
-        model.beyond_stops(memory, &mut beyond);
-        let ends = before.iter().zip(&after);
-        have_met = beyond.iter().zip(ends).any(|(&there, (&before, &after))| {
-            before.max(after) <= 0.0 && there > (GRAZED * -before.min(after)).max(least)
-        });
-        if have_met {
-            break;
-        }
+        model.set_time(t)?;
+        model.beyond_stops(memory, beyond);
     }
-    // Methods go on from the end.
-    model.set_time(t_new)?;
-    Ok(have_met)
+    Ok((0..looks[0].len()).any(|stop| {
+        let is_before = looks[0][stop].max(looks[LOOKS_AT_STOPS][stop]) <= 0.0;
+        let passes = |near: &[Vec<f64>]| highest([near[0][stop], near[1][stop], near[2][stop]]) > missed;
+        is_before && looks.windows(3).any(passes)
+    }))
+}
+
+/// The highest point of the parabola through three values at equal distances, between the outer ones.
+fn highest([before, here, after]: [f64; 3]) -> f64 {
+    let (slope, bend) = (0.5 * (after - before), 2.0 * here - before - after);
+    if bend > slope.abs() { here + 0.5 * slope * slope / bend } else { before.max(after) }
 }
 
 /// Whether surfaces touch within a step between these times, displacements and rates although they do at neither end, as those of a

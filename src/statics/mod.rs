@@ -321,8 +321,9 @@ fn newton(equations: &mut Equations<'_>, q0: &[f64], options: &Options) -> Resul
         // With stiff tendons and joints, rounding of the shape causes forces that no step can reduce.
         (status, step_norm) = (Status::Converged, next);
     }
-    let found = Found { status, state, step_norm, residual_norm: outcome.residual_norm };
-    judge(equations, found, Path::default())
+    // Rounding of the shape decides the forces of stiff springs: those of the state tell the residual.
+    let residual_norm = if state.forces.is_empty() { outcome.residual_norm } else { f64::NAN };
+    judge(equations, Found { status, state, step_norm, residual_norm }, Path::default())
 }
 
 /// Result of a search, before stability is judged.

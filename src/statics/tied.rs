@@ -10,6 +10,7 @@ use crate::constraint::projection::{self, Metric};
 use crate::constraint::{AsSprings, saddle};
 use crate::error::{Interrupted, InvalidInput};
 use crate::model::{Model, Switch};
+use crate::{modes, stability};
 
 /// Largest gap of loops that count as closed at rest: metres, or differences of cosines.
 const CLOSED_AT_REST: f64 = 1e-9;
@@ -96,16 +97,18 @@ pub(super) fn equilibrium(
     }
 }
 
-/// Reports a failure if a loop is open.
+/// Reports a failure if a loop is open. Judges stability by motions that keep the loops closed: motions
+/// against almost rigid springs are so fast that rounding decides whether they grow.
 fn judged(model: &mut dyn Model, found: Equilibrium) -> Equilibrium {
-    match model.open_loop(&found.q).filter(|_| found.status.is_success()) {
-        None => found,
-        Some(flaw) => {
-            let status = Status::Flawed(flaw);
-            let message = outcome::message(status, found.load_factor, found.verdict, &found.path);
-            Equilibrium { status, message, ..found }
-        }
+    if !found.status.is_success() {
+        return found;
     }
+    let status = model.open_loop(&found.q).map_or(found.status, Status::Flawed);
+    let motions = modes::motions(model, &found.q).ok();
+    let verdict = motions.and_then(|(motions, _)| stability::verdict(&motions)).or(found.verdict);
+    let reached = found.path.load_factor.last().copied().unwrap_or(found.load_factor);
+    let message = outcome::message(status, reached, verdict, &found.path);
+    Equilibrium { status, message, verdict, ..found }
 }
 
 fn widest(model: &mut dyn Model, q: &[f64]) -> f64 {

@@ -283,3 +283,26 @@ def test_copies_go_on_bit_by_bit():
     assert simulation.success, simulation.message
     for values in ("q", "v", "a"):
         np.testing.assert_array_equal(getattr(other, values), getattr(simulation, values))
+
+
+@pytest.mark.parametrize("base", [None, BaseMotion(translation=Harmonic((0, 0, 0.03), 1.5))])
+def test_auto_takes_loops_that_leave_no_stiffness(base):
+    """Bars at rest where nothing but rounding restores them: that is no frequency to be followed."""
+    hinge = Revolute((0, 1, 0))
+    bar = Body(0.2, centre=(0.15, 0, 0), inertia=(1e-4, 2e-3, 2e-3))
+    free = Link("outer", joint=Free(), position=(0.3, 0, 0), body=bar)
+    inner = Link("inner", joint=hinge, body=bar)
+    outer = Link("outer", parent="inner", joint=hinge, position=(0.3, 0, 0), body=bar)
+    of_two = Robot(
+        [inner, free], base_motion=base, loops=[Loop(("inner", None, (0.3, 0, 0)), "outer", hinge)]
+    )
+    # A hinge in the world does not move with the base: the bar leaves that with a jerk about the hinge.
+    rate = 0.0 if base is None else -0.2 * (2 * np.pi * 1.5 * 0.03) * 0.15 / (2e-3 + 0.2 * 0.15**2)
+    of_one = Robot([free], base_motion=base, loops=[Loop((None, None, (0.3, 0, 0)), "outer", hinge)])
+    hung = Robot([Link("outer", joint=hinge, position=(0.3, 0, 0), body=bar)])
+    for closed, tree, v0 in ((of_two, Robot([inner, outer], base_motion=base), None), (of_one, hung, [rate])):
+        motion = lissom.simulate(closed, 0.4, method="auto", t_eval=[0.4])
+        assert motion.success, motion.message
+        exact = lissom.simulate(tree, 0.4, v0=v0, method="dop853", rtol=1e-10, atol=1e-10, t_eval=[0.4])
+        pose = closed.pose(motion.q[-1], link="outer", t=0.4)
+        np.testing.assert_allclose(pose, tree.pose(exact.q[-1], link="outer", t=0.4), atol=1e-4)

@@ -5,7 +5,7 @@ import pytest
 
 import lissom
 
-GRAVITY = 9.80665
+GRAVITY = 9.81
 MASS, STIFFNESS = 2.0, 1e6
 
 #: Adaptive methods, at their default tolerances.
@@ -58,6 +58,29 @@ def test_a_throw_ends_at_a_stop(make, method, part):
     # Nothing dissipates: it comes back as fast as it went.
     balance = run.balance
     assert np.ptp(balance.total) < 1e-2 * balance.kinetic.max()
+
+
+def thrown_back(height, speed, t):
+    """Height at a time at which a body thrown up against a spring falls again, in closed form."""
+    coming = np.sqrt(speed**2 - 2 * GRAVITY * height)
+    rate, sinking = np.sqrt(STIFFNESS / MASS), MASS * GRAVITY / STIFFNESS
+    # On the spring it swings about the point at which the spring holds the weight.
+    lasts = 2 * np.arctan2(coming / rate, sinking) / rate
+    left = t - (speed - coming) / GRAVITY - lasts
+    assert left > 0.0
+    return height - coming * left - 0.5 * GRAVITY * left**2
+
+
+@pytest.mark.parametrize("make", [against_a_stop, on_a_rope])
+@pytest.mark.parametrize("method", ADAPTIVE)
+@pytest.mark.parametrize("over", [1e-1, 2e-2, 1e-3, 1e-6])
+def test_a_stop_that_is_just_reached_throws_back(make, method, over):
+    """The apex would be above the stop by this part of its height: in few long steps, which could pass it."""
+    speed = np.sqrt(2 * GRAVITY * (1.0 + over))
+    end = 2.0 * speed / GRAVITY
+    run = lissom.simulate(make(1.0), end, v0=[speed], **ADAPTIVE[method])
+    assert run.success, run.message
+    np.testing.assert_allclose(run.q[-1, 0], thrown_back(1.0, speed, end), atol=2e-4)
 
 
 @pytest.mark.parametrize("method", ADAPTIVE)
