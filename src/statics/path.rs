@@ -50,6 +50,9 @@ const SMALLEST_COSINE: f64 = 0.5;
 /// slack. Steps up to the corner have then become shorter than [`SHORTEST_STEP`].
 const STEP_OVER_CORNER: f64 = 1e-5;
 
+/// Largest step straight on, in scaled coordinates: near limit points the load factor does not measure steps.
+const LONGEST_OVER_CORNER: f64 = 0.01;
+
 /// Largest change of the coordinates across a corner, relative to the change along either side.
 const ALONG_CORNER: f64 = 2.0;
 
@@ -344,9 +347,13 @@ impl<'a, 'b> Follower<'a, 'b> {
     /// of a stiffness. `None` if the path there is a different one.
     fn step_over_corner(&mut self, place: &Place) -> Result<Option<Place>, Interrupted> {
         let forward = place.direction.load_factor().signum();
-        let mut state = place.state.clone();
-        // Start from the shape of the failed step, which is beyond the corner already.
         let target = place.state.load_factor + forward * STEP_OVER_CORNER;
+        // Start straight on, beyond the corner: across it, as at a stop, Newton's method need not contract.
+        let mut state = place.state.clone();
+        let length = STEP_OVER_CORNER / place.direction.load_factor().abs();
+        if length <= LONGEST_OVER_CORNER {
+            state.advance(&place.direction, length, &self.equations.sizes);
+        }
         let Some(corrected) = self.land_switched(&mut state, target)? else { return Ok(None) };
         let Some(linear) = self.equations.linearise(&state)? else { return Ok(None) };
         let stiffness = Stiffness::new(&linear);

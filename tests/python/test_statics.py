@@ -398,6 +398,49 @@ class TestBuckling:
             assert found.is_stable == (lowest > 0)
 
 
+class TestStops:
+    """Joints that loads press against their stops: the path of equilibria has a corner there."""
+
+    @pytest.mark.parametrize("stop", [5.0, 20.0, 1e3, 1e6, 1e9])
+    @pytest.mark.parametrize("limit", [0.01, 0.5, 1.9])
+    def test_a_slider_on_its_stop(self, limit, stop):
+        joint = lissom.Prismatic((0, 0, 1), stiffness=10.0, limits=(-limit, limit), limit_stiffness=stop)
+        robot = lissom.Robot([lissom.Link("slider", joint=joint, body=lissom.Body(2.0))])
+        weight = 2.0 * 9.81
+        path = lissom.continuation(robot)
+        assert path.success, path.message
+        force = path.path.load_factor * weight
+        sinks = np.where(force <= 10.0 * limit, force / 10.0, limit + (force - 10.0 * limit) / (10.0 + stop))
+        np.testing.assert_allclose(path.path.q[:, 0], -sinks, rtol=1e-9, atol=1e-12)
+        found = lissom.statics(robot)
+        assert found.status == "converged", found.message
+        np.testing.assert_allclose(found.q[0], -sinks[-1], rtol=1e-9)
+
+    def test_stops_one_after_another(self):
+        """A chain of four hinges that sags: torques of the joints at rest hold the weights beyond them."""
+        bar = lissom.Body(0.5, centre=(0.1, 0, 0), inertia=(1e-3, 1e-3, 1e-3))
+        links, parent = [], None
+        for k, limit in enumerate((0.3, 0.1, 0.2, 0.05)):
+            joint = lissom.Revolute((0, 1, 0), stiffness=3.0, limits=(-limit, limit), limit_stiffness=500.0)
+            place = (0.2, 0, 0) if k else (0, 0, 0)
+            links.append(lissom.Link(f"bar{k}", parent=parent, joint=joint, position=place, body=bar))
+            parent = f"bar{k}"
+        robot = lissom.Robot(links)
+        path = lissom.continuation(robot)
+        assert path.success, path.message
+        q = path.path.q[-1]
+        heading = np.cumsum(q)
+        ends = 0.2 * np.cumsum(np.cos(heading))
+        starts = np.concatenate([[0.0], ends[:-1]])
+        centres = starts + 0.1 * np.cos(heading)
+        weight = 0.5 * 9.81
+        torques = [weight * (centres[k:] - starts[k]).sum() for k in range(4)]
+        limits = np.array([0.3, 0.1, 0.2, 0.05])
+        assert (q > limits)[:2].all()
+        np.testing.assert_allclose(3.0 * q + 500.0 * np.maximum(q - limits, 0.0), torques, rtol=1e-8)
+        np.testing.assert_allclose(lissom.statics(robot).q, q, atol=1e-9)
+
+
 class TestWays:
     @pytest.mark.parametrize("steps", [1, 4, [0.3, 1.0]])
     def test_the_way_does_not_change_the_end(self, steps):
