@@ -87,7 +87,7 @@ fn iterate(
     tolerance: f64,
     soft: Soft,
 ) -> Result<Option<Corrected>, Interrupted> {
-    let mut first_rate = 0.0;
+    let (mut first_rate, mut stalls) = (0.0, 0);
     let mut previous = f64::INFINITY;
     for iteration in 0..MAX_ITERATIONS {
         let Some(linear) = equations.linearise(state)? else { return Ok(None) };
@@ -121,13 +121,15 @@ fn iterate(
         if iteration == 1 {
             first_rate = rate;
         }
-        // Newton's method has reached the level of rounding when small steps no longer decrease.
+        // Newton's method has reached the level of rounding when small steps no longer decrease, twice: across
+        // a corner of the forces, as at a stop, one step need not be smaller than the one before.
         let is_rounding = rate > SLOWEST_RATE && size.max(previous) <= tolerance.sqrt();
-        if size <= tolerance || is_rounding {
+        stalls += usize::from(is_rounding);
+        if size <= tolerance || stalls > 1 {
             let residual_norm = linear.residual_norm;
             return Ok(Some(Corrected { rate: first_rate, step_norm: size, residual_norm }));
         }
-        if rate > SLOWEST_RATE && iteration > 0 {
+        if rate > SLOWEST_RATE && iteration > 0 && !is_rounding {
             return Ok(None);
         }
         previous = size;

@@ -113,6 +113,9 @@ fn loaded(
     Ok(found.status.is_success().then_some(found.q))
 }
 
+/// Iterations of a descent to the start of a path, as many as a search for an equilibrium may take.
+const ITERATIONS_OF_START: usize = 500;
+
 fn follow(
     equations: &mut Equations<'_>,
     options: &ContinuationOptions,
@@ -137,7 +140,16 @@ fn follow(
     }
     let start = equations.state(q, options.load_factor)?;
     let mut follower = Follower::new(equations, course);
-    let (status, load_factor) = match follower.start(start, options.direction.as_deref())? {
+    let mut place = follower.start(start.clone(), options.direction.as_deref())?;
+    if place.is_none() && options.q0.is_none() && follower.flaw.is_none() {
+        // Newton's method alone does not find springs at rest beyond stops, from before these.
+        let mut settled = start;
+        let ended = descent::descend(follower.equations, &mut settled, options.tol, ITERATIONS_OF_START)?;
+        if matches!(ended, Descent::Converged { .. }) {
+            place = follower.start(settled, options.direction.as_deref())?;
+        }
+    }
+    let (status, load_factor) = match place {
         None => (follower.flaw.map_or(Status::NoStart, Status::Flawed), options.load_factor),
         Some(mut place) => {
             let end = follower.follow(&mut place)?;

@@ -50,8 +50,10 @@ const SMALLEST_COSINE: f64 = 0.5;
 /// slack. Steps up to the corner have then become shorter than [`SHORTEST_STEP`].
 const STEP_OVER_CORNER: f64 = 1e-5;
 
-/// Largest step straight on, in scaled coordinates: near limit points the load factor does not measure steps.
+/// Largest step straight on, in scaled coordinates: the same distance is shorter in load factors for soft
+/// models, down to the second number. Near limit points the load factor does not measure steps.
 const LONGEST_OVER_CORNER: f64 = 0.01;
+const SHORTEST_STEP_OVER_CORNER: f64 = 1e-10;
 
 /// Largest change of the coordinates across a corner, relative to the change along either side.
 const ALONG_CORNER: f64 = 2.0;
@@ -347,13 +349,15 @@ impl<'a, 'b> Follower<'a, 'b> {
     /// of a stiffness. `None` if the path there is a different one.
     fn step_over_corner(&mut self, place: &Place) -> Result<Option<Place>, Interrupted> {
         let forward = place.direction.load_factor().signum();
-        let target = place.state.load_factor + forward * STEP_OVER_CORNER;
-        // Start straight on, beyond the corner: across it, as at a stop, Newton's method need not contract.
+        let rate = place.direction.load_factor().abs();
+        let mut step = STEP_OVER_CORNER;
         let mut state = place.state.clone();
-        let length = STEP_OVER_CORNER / place.direction.load_factor().abs();
-        if length <= LONGEST_OVER_CORNER {
-            state.advance(&place.direction, length, &self.equations.sizes);
+        if LONGEST_OVER_CORNER * rate >= SHORTEST_STEP_OVER_CORNER {
+            // Start straight on, beyond the corner: across it, as at a stop, Newton's method need not contract.
+            step = step.min(LONGEST_OVER_CORNER * rate);
+            state.advance(&place.direction, step / rate, &self.equations.sizes);
         }
+        let target = place.state.load_factor + forward * step;
         let Some(corrected) = self.land_switched(&mut state, target)? else { return Ok(None) };
         let Some(linear) = self.equations.linearise(&state)? else { return Ok(None) };
         let stiffness = Stiffness::new(&linear);
@@ -364,7 +368,7 @@ impl<'a, 'b> Follower<'a, 'b> {
         let slope = |direction: &Step| norm(&direction.scaled[..n]) / direction.load_factor().abs();
         let steepest = slope(&direction).max(slope(&place.direction));
         let moved = norm(&state.since(&place.state, &self.equations.sizes).scaled[..n]);
-        let is_near = moved <= ALONG_CORNER * STEP_OVER_CORNER * steepest;
+        let is_near = moved <= ALONG_CORNER * step * steepest;
         let is_same = place.stiffness.changes_until(&stiffness).is_empty();
         self.flaw = self.equations.flaw(&state.q);
         let is_good = is_near && is_same && self.flaw.is_none() && stiffness.lowest.is_finite();

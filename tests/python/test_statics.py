@@ -416,6 +416,53 @@ class TestStops:
         assert found.status == "converged", found.message
         np.testing.assert_allclose(found.q[0], -sinks[-1], rtol=1e-9)
 
+    @pytest.mark.parametrize("part", [1e-3, 1e-4, 1e-6])
+    def test_a_stop_met_at_a_small_part_of_the_load(self, part):
+        joint = lissom.Prismatic((0, 0, 1), stiffness=1.0, limits=(-0.1, 0.1), limit_stiffness=1e6)
+        robot = lissom.Robot([lissom.Link("slider", joint=joint, body=lissom.Body(0.1 / part / 9.81))])
+        path = lissom.continuation(robot)
+        assert path.success, path.message
+        np.testing.assert_allclose(path.path.q[-1], -0.1 - (0.1 / part - 0.1) / (1.0 + 1e6), rtol=1e-10)
+
+    @pytest.mark.parametrize("stop", [1.0, 1e3, 1e8, 1e12])
+    @pytest.mark.parametrize("stiffness", [0.1, 10.0])
+    def test_a_spring_that_presses_against_a_stop_at_rest(self, stiffness, stop):
+        joint = lissom.Prismatic(
+            (0, 0, 1), stiffness=stiffness, rest=0.5, limits=(-0.3, 0.3), limit_stiffness=stop
+        )
+        robot = lissom.Robot([lissom.Link("slider", joint=joint, body=lissom.Body(1.0))], gravity=(0, 0, 0))
+        exact = (0.5 * stiffness + 0.3 * stop) / (stiffness + stop)
+        path = lissom.continuation(robot)
+        assert path.success, path.message
+        np.testing.assert_allclose(path.path.q, exact, rtol=1e-10)
+        np.testing.assert_allclose(lissom.statics(robot).q, exact, rtol=1e-10)
+
+    @pytest.mark.parametrize("stop", [1e6, 1e8, 1e10])
+    def test_every_point_of_a_path_from_a_stop_is_in_equilibrium(self, stop):
+        """Two hinges, one on its stop from the start: across a stop, Newton's steps do not get smaller."""
+        bar = lissom.Body(0.5, centre=(0.1, 0, 0), inertia=(1e-3, 1e-3, 1e-3))
+        limits = ((-0.4, 0.4), (-0.5, 0.0))
+        links = [
+            lissom.Link(
+                f"bar{k}",
+                parent="bar0" if k else None,
+                joint=lissom.Revolute((0, 1, 0), stiffness=1.0, limits=limits[k], limit_stiffness=stop),
+                position=(0.2, 0, 0) if k else (0, 0, 0),
+                body=bar,
+            )
+            for k in range(2)
+        ]
+        robot = lissom.Robot(links)
+        path = lissom.continuation(robot)
+        assert path.success, path.message
+        for q, factor in zip(path.path.q, path.path.load_factor, strict=True):
+            arm = 0.1 * np.cos(q.sum())
+            weights = 0.5 * 9.81 * np.array([0.1 * np.cos(q[0]) + 0.2 * np.cos(q[0]) + arm, arm])
+            beyond = np.maximum(q - [0.4, 0.0], 0.0)
+            left = q + stop * beyond - factor * weights
+            # Rounding of angles moves the stiff stops.
+            assert np.abs(left).max() < 1e-8 + 1e-15 * stop
+
     def test_stops_one_after_another(self):
         """A chain of four hinges that sags: torques of the joints at rest hold the weights beyond them."""
         bar = lissom.Body(0.5, centre=(0.1, 0, 0), inertia=(1e-3, 1e-3, 1e-3))
