@@ -59,9 +59,8 @@ impl SmallMotions {
     pub(crate) fn eigenvalues(&self) -> Option<Vec<Complex>> {
         let lower = self.mass.clone().cholesky()?.l();
         let fast = state_matrix(&reduced(&self.stiffness, &lower)?, &reduced(&self.damping, &lower)?);
-        let bare = |values: Vec<Complex>| values.into_iter().map(|value| (value, ())).collect();
-        let slow = self.inverse().and_then(|inverse| eigenvalues(&inverse)).map(bare);
-        Some(merged(slow, bare(eigenvalues(&fast)?)).into_iter().map(|(value, ())| value).collect())
+        let slow = self.inverse().and_then(|inverse| eigenvalues(&inverse));
+        Some(merged_values(slow, eigenvalues(&fast)?))
     }
 
     /// State matrix whose eigenvalues are the inverses of the motion's eigenvalues: slow ones are large
@@ -169,4 +168,10 @@ pub(crate) fn merged<T>(inverse: Option<Vec<(Complex, T)>>, own: Vec<(Complex, T
     fast.sort_by(|(a, _), (b, _)| b.norm().total_cmp(&a.norm()));
     fast.truncate(fast.len().saturating_sub(slow.len()));
     slow.into_iter().chain(fast).collect()
+}
+
+/// [`merged`] without vectors.
+pub(crate) fn merged_values(inverse: Option<Vec<Complex>>, own: Vec<Complex>) -> Vec<Complex> {
+    let bare = |values: Vec<Complex>| values.into_iter().map(|value| (value, ())).collect();
+    merged(inverse.map(bare), bare(own)).into_iter().map(|(value, ())| value).collect()
 }

@@ -120,7 +120,6 @@ pub(crate) fn of_stiffness(lowest: f64, n: usize, size: f64) -> Option<Verdict> 
 fn without_damping(motions: &SmallMotions, rounding: f64) -> Option<Stability> {
     let SmallMotions { mass, stiffness, .. } = motions;
     let is_neutral = smallest(stiffness)? <= rounding;
-    let bare = |values: Vec<Complex>| values.into_iter().map(|value| (value, ())).collect::<Vec<_>>();
     let factor = mass.clone().cholesky();
     let own = factor
         .and_then(|factor| small_motions::reduced(stiffness, &factor.l()))
@@ -129,10 +128,8 @@ fn without_damping(motions: &SmallMotions, rounding: f64) -> Option<Stability> {
         Some(compliance) if !is_neutral => Some(eigenvalues(&compliance)?),
         _ => None,
     };
-    let values: Vec<Complex> = match (inverse, own) {
-        (inverse, Some(own)) => {
-            small_motions::merged(inverse.map(bare), bare(own)).into_iter().map(|(value, ())| value).collect()
-        }
+    let values = match (inverse, own) {
+        (inverse, Some(own)) => small_motions::merged_values(inverse, own),
         // Motions without mass are infinitely fast.
         (Some(inverse), None) => inverse,
         (None, None) => return None,

@@ -113,9 +113,6 @@ fn loaded(
     Ok(found.status.is_success().then_some(found.q))
 }
 
-/// Iterations of a descent to the start of a path, as many as a search for an equilibrium may take.
-const ITERATIONS_OF_START: usize = 500;
-
 fn follow(
     equations: &mut Equations<'_>,
     options: &ContinuationOptions,
@@ -144,7 +141,8 @@ fn follow(
     if place.is_none() && options.q0.is_none() && follower.flaw.is_none() {
         // Newton's method alone does not find springs at rest beyond stops, from before these.
         let mut settled = start;
-        let ended = descent::descend(follower.equations, &mut settled, options.tol, ITERATIONS_OF_START)?;
+        let max_iter = Options::default().max_iter;
+        let ended = descent::descend(follower.equations, &mut settled, options.tol, max_iter)?;
         if matches!(ended, Descent::Converged { .. }) {
             place = follower.start(settled, options.direction.as_deref())?;
         }

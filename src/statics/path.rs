@@ -50,9 +50,11 @@ const SMALLEST_COSINE: f64 = 0.5;
 /// slack. Steps up to the corner have then become shorter than [`SHORTEST_STEP`].
 const STEP_OVER_CORNER: f64 = 1e-5;
 
-/// Largest step straight on, in scaled coordinates: the same distance is shorter in load factors for soft
-/// models, down to the second number. Near limit points the load factor does not measure steps.
+/// Longest step over a corner in scaled coordinates: soft models move far within [`STEP_OVER_CORNER`].
 const LONGEST_OVER_CORNER: f64 = 0.01;
+
+/// Steps over a corner are not made shorter than this, in load factors: near limit points the load factor does
+/// not measure steps.
 const SHORTEST_STEP_OVER_CORNER: f64 = 1e-10;
 
 /// Largest change of the coordinates across a corner, relative to the change along either side.
