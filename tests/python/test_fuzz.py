@@ -1,19 +1,34 @@
 """Fuzzing for some seconds; and tests that the fuzzer detects planted faults."""
 
+import copy
 import tomllib
 
+import numpy as np
 import pytest
 
 import lissom
-from fuzz import api, judge, minimise, mutate, pool, scenes, solvers, values
+from fuzz import (
+    api,
+    judge,
+    minimise,
+    mutate,
+    pool,
+    questions,
+    rendered,
+    robots,
+    scenes,
+    solvers,
+    transforms,
+    values,
+)
 from fuzz.__main__ import Findings, found_before, known_faults, random_case
 
 # Some seconds on an idle machine.
 pytestmark = pytest.mark.timeout(600)
 
 #: Random cases of each harness.
-SOME = {"scenes": 15, "api": 200, "solvers": 20}
-BY_NAME = {harness.NAME: harness for harness in (scenes, api, solvers)}
+SOME = {"scenes": 15, "api": 200, "solvers": 20, "robots": 150}
+BY_NAME = {harness.NAME: harness for harness in (scenes, api, solvers, robots)}
 
 
 def findings_of(harness, some):
@@ -131,6 +146,61 @@ def test_a_wrong_success_of_a_scene_is_found(monkeypatch):
     assert scenes.tighter(scene).verdict == "done"
     monkeypatch.setattr(scenes, "LOCAL_FACTOR", 1e-2)
     assert scenes.tighter(scene).verdict == "wrong"
+
+
+#: A sagging rod on a spring hinge that carries a body.
+SOFT = {"length": 0.3, "radius": 0.01, "young_modulus": 1e7, "poisson_ratio": 0.4, "density": 1000.0}
+SAGGING = {
+    "scene": {"gravity": [0.0, 1.0, -9.0]},
+    "link": [
+        {
+            "name": "rod",
+            "joint": {"type": "revolute", "axis": [0.0, 1.0, 0.2], "stiffness": 10.0},
+            "rod": {"segment": [SOFT | {"modes": {"bend_y": 2, "bend_z": 1}}]},
+            "q0": [0.1, 0.2, 0.3, -0.1],
+            "v0": [0.3, 0.1, 0.2, 0.4],
+        },
+        {
+            "name": "body",
+            "parent": "rod",
+            "body": {
+                "mass": 0.1,
+                "centre": [0.0, 0.01, 0.0],
+                "inertia": [[1e-4, 0, 0], [0, 1e-4, 0], [0, 0, 1e-4]],
+            },
+        },
+    ],
+}
+
+
+@pytest.mark.parametrize(
+    ("ask", "what", "factor"),
+    [
+        ("balance", "mass", 1.01),
+        ("frequencies", "inertia", 3.0),
+        ("forces", "mass", 1.01),
+        ("inertia", "inertia", 3.0),
+        ("cut", "mass", 1.01),
+    ],
+)
+def test_a_robot_other_than_that_of_its_recipe_is_found(ask, what, factor):
+    other = copy.deepcopy(SAGGING)
+    other["link"][1]["body"][what] = (np.array(other["link"][1]["body"][what]) * factor).tolist()
+    right, wrong = (questions.Robot(SAGGING, {"ask": ask, "seed": 1}) for _ in range(2))
+    wrong.model = rendered.by_api(other)
+    assert questions.QUESTIONS[ask](right) is None
+    assert "off by" in questions.QUESTIONS[ask](wrong).replace("out of balance by", "off by")
+
+
+@pytest.mark.parametrize(("kind", "change"), [(k, c) for k, some in questions.CHANGES.items() for c in some])
+def test_forces_are_the_same_in_other_words(kind, change):
+    same = questions.Robot(SAGGING, {"change": [kind, change], "seed": 1})
+    assert questions.same_forces(same) is None
+
+
+def test_wrong_units_are_found(monkeypatch):
+    monkeypatch.setitem(transforms.UNITS["body"], "mass", (0, 2, 0))
+    assert questions.same_forces(questions.Robot(SAGGING, {"change": ["units", "in grams"], "seed": 1}))
 
 
 def test_cases_depend_on_their_seed_alone():

@@ -13,9 +13,8 @@ from pathlib import Path
 
 import numpy as np
 
-from fuzz import judge, minimise, pool
+from fuzz import HARNESSES, judge, minimise, pool
 
-HARNESSES = ("scenes", "api", "solvers")
 FOUND = Path(__file__).parent / "corpus" / "found"
 OPEN = Path(__file__).parent / "corpus" / "open.txt"
 

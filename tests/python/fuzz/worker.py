@@ -14,7 +14,7 @@ import sys
 import time
 from pathlib import Path
 
-from fuzz import judge
+from fuzz import HARNESSES, judge
 
 #: Address space in addition to that after the imports, bytes: four times the memory that a case may use.
 ADDRESS_SPACE = 2 * 2**30
@@ -74,7 +74,7 @@ def main() -> None:
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     clock = Clock()
     signal.signal(signal.SIGPROF, clock)
-    harnesses = {name: importlib.import_module(f"fuzz.{name}") for name in ("scenes", "api", "solvers")}
+    harnesses = {name: importlib.import_module(f"fuzz.{name}") for name in HARNESSES}
     for harness in harnesses.values():
         harness.prepare()
     limit_memory()
