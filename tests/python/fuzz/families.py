@@ -250,6 +250,7 @@ def ground(rng) -> dict:
         plane = {"kind": "half_space", "point": [0.0, 0.0, weight / k - radius]}
         contact = {"name": "ground", "a": "a", "b": plane, "stiffness": k}
     else:
+        k = max(k, 1e3)
         factor = float(rng.choice([1.0001, 0.9999, 1.01, 0.99, 2.0]))
         joint = {"type": "revolute", "axis": [0.0, 1.0, 0.0], "stiffness": factor * 9.81 * 0.5}
         body = {"mass": 1.0, "centre": [0.0, 0.0, 0.5], "inertia": (0.01 * np.eye(3)).tolist()}

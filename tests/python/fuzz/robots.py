@@ -15,7 +15,10 @@ from fuzz.balances import plan
 NAME = "robots"
 SUFFIX = ".py"
 
-METHODS = ("auto", "auto", "descent", "newton", "load_path")
+#: Words of what refuses random starts below the floor.
+TOO_DEEP = ("is sunk into", "surfaces overlap")
+
+METHODS = ("auto", "descent", "newton", "newton", "load_path")
 #: How often each question is asked, by family.
 ASKED = {
     "tree": "balance verdict frequencies same_forces same_equilibrium saved forces inertia tangent cut runs",
@@ -101,5 +104,7 @@ def run(path: Path, clock) -> judge.Outcome:
     except (KeyError, NameError, SyntaxError, IndexError, AttributeError) as error:
         return judge.Outcome("undecided", f"the script itself: {error!r}")
     except BaseException as error:
-        # Nothing here is to be refused.
+        # Nothing else here is to be refused.
+        if isinstance(error, ValueError) and any(word in str(error) for word in TOO_DEEP):
+            return judge.Outcome("refused", str(error)[:300], place=place)
         return judge.of_exception(error, place, (MemoryError,))
