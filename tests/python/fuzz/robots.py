@@ -18,6 +18,8 @@ SUFFIX = ".py"
 #: Words of what refuses random starts below the floor.
 TOO_DEEP = ("is sunk into", "surfaces overlap")
 
+#: Methods of `statics`, and those that find an equilibrium from anywhere.
+SEARCHES = ("auto", "descent")
 METHODS = ("auto", "descent", "newton", "newton", "load_path")
 #: How often each question is asked, by family.
 ASKED = {
@@ -38,7 +40,7 @@ def make(rng: np.random.Generator) -> bytes:
     asked = str(rng.choice(ASKED[family.__name__].split()))
     question = {"ask": asked, "of": family.__name__}
     if asked in ("balance", "verdict", "frequencies", "reached", "same_equilibrium"):
-        method = str(rng.choice(METHODS))
+        method = str(rng.choice(SEARCHES if asked == "reached" else METHODS))
         # A path of loads starts at the unloaded shape.
         question |= {"method": method, "start": bool(rng.random() < 0.7) and method != "load_path"}
     if asked in ("same_forces", "same_equilibrium"):
@@ -94,7 +96,7 @@ def run(path: Path, clock) -> judge.Outcome:
         wrong = questions.QUESTIONS[case.question["ask"]](case)
         if wrong is None:
             return judge.Outcome("done", place=place)
-        return judge.found("wrong", place, wrong)
+        return judge.found("wrong", place, wrong, place)
     except questions.Undecided as error:
         return judge.Outcome("undecided", str(error), place=place)
     except KeyboardInterrupt:
