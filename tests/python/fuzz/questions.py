@@ -201,8 +201,8 @@ CHANGES: dict[str, dict[str, Callable]] = {
 #: Changes that leave equilibria alone, and nothing else.
 IDLE: dict[str, dict[str, Callable]] = {
     "idle": {
-        "with more inertia": lambda recipe, rng: transforms.idle(recipe, 1e3),
-        "with less inertia": lambda recipe, rng: transforms.idle(recipe, 1e-3),
+        "with more inertia": lambda recipe, rng: transforms.idle(recipe, 1e6),
+        "with less inertia": lambda recipe, rng: transforms.idle(recipe, 1e-6),
     },
 }
 
