@@ -27,7 +27,7 @@ from fuzz.__main__ import Findings, found_before, known_faults, random_case
 pytestmark = pytest.mark.timeout(600)
 
 #: Random cases of each harness.
-SOME = {"scenes": 15, "api": 200, "solvers": 20, "robots": 150}
+SOME = {"scenes": 15, "api": 200, "solvers": 20, "robots": 80}
 BY_NAME = {harness.NAME: harness for harness in (scenes, api, solvers, robots)}
 
 

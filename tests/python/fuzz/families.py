@@ -5,6 +5,8 @@ Each family bounds the energy from below, so that each of its robots has an equi
 
 import numpy as np
 
+from fuzz.balances import plan
+
 #: Digits of numbers, so that cases are readable.
 DIGITS = 4
 
@@ -122,8 +124,10 @@ def tree(rng) -> dict:
             link["load"] = [_load(rng, 3.0)]
         links.append(link)
     recipe = {"scene": {"gravity": _vector(rng, 6.0) if rng.random() < 0.8 else [0.0] * 3}, "link": links}
+    if not plan(recipe):
+        links[-1]["joint"] = {"type": "spherical"}
     if rng.random() < 0.25:
-        ball = {"link": links[-1]["name"], "radius": 0.05}
+        ball = {"link": plan(recipe)[-1][0], "radius": 0.05}
         recipe["contact"] = [{"name": "floor", "a": ball, "b": dict(FLOOR), "stiffness": 1e4}]
     return recipe
 
@@ -285,14 +289,14 @@ FAMILIES = (tree, balls, cords, loops, ground, floors)
 STATES = {"ground": 0.0, "floors": 0.01}
 
 
-def with_state(recipe: dict, rng, plan, size: float = 1.0) -> dict:
+def with_state(recipe: dict, rng, size: float = 1.0) -> dict:
     """The recipe with initial coordinates and velocities where it has none; rotation vectors may be far."""
     lengths = {
         link["name"]: sum(s["length"] for s in link.get("rod", {}).get("segment", ()))
         for link in recipe["link"]
     }
     for link in recipe["link"]:
-        kinds = [kind for name, _, kind in plan if name == link["name"]]
+        kinds = [kind for name, _, kind in plan(recipe) if name == link["name"]]
         if not kinds:
             continue
         sizes = {

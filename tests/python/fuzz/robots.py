@@ -10,7 +10,6 @@ from pprint import pformat
 import numpy as np
 
 from fuzz import families, judge, questions
-from fuzz.balances import plan
 
 NAME = "robots"
 SUFFIX = ".py"
@@ -36,7 +35,7 @@ def make(rng: np.random.Generator) -> bytes:
     """A random robot and a question."""
     family = families.FAMILIES[int(rng.integers(len(families.FAMILIES)))]
     recipe = family(rng)
-    recipe = families.with_state(recipe, rng, plan(recipe), families.STATES.get(family.__name__, 1.0))
+    recipe = families.with_state(recipe, rng, families.STATES.get(family.__name__, 1.0))
     asked = str(rng.choice(ASKED[family.__name__].split()))
     question = {"ask": asked, "of": family.__name__}
     if asked in ("balance", "verdict", "frequencies", "reached", "same_equilibrium"):

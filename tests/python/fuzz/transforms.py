@@ -247,7 +247,7 @@ def _extent(recipe: dict) -> float:
         lengths.append(np.linalg.norm(link.get("position", 0.0)))
         lengths += [part["length"] for part in link.get("rod", {}).get("segment", ())]
         lengths += np.abs(link.get("q0", [0.0])).tolist()
-    return 100.0 * float(sum(lengths))
+    return 3.0 * float(sum(lengths))
 
 
 def beside_a_rod(recipe: dict, rng) -> Changed:
