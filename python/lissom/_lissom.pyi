@@ -361,7 +361,7 @@ def solve_ivp(
     fun: Callable[..., Any] | int | Model | Any,
     t_span: tuple[float, float] | ArrayLike,
     y0: ArrayLike,
-    method: Literal["rk45", "dop853", "radau"] | type[OdeSolver] = "rk45",
+    method: Literal["rk45", "dop853", "radau", "RK45", "DOP853", "Radau"] | type[OdeSolver] = "rk45",
     t_eval: ArrayLike | None = None,
     dense_output: bool = False,
     events: Callable[..., Any] | Sequence[Callable[..., Any]] | None = None,

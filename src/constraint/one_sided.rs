@@ -6,7 +6,7 @@ use super::saddle::{self, MassSaddle};
 use crate::model::{Model, SingularMass, Switch};
 
 /// In a given state, an inextensible tendon counts as taut if it is shorter than its length by less than this
-/// part of the robot's length, or of a metre: more than the error of a method, less than anyone notices. For the
+/// part of the robot's length: more than the error of a method, less than anyone notices. For the
 /// rates of lengths, the same per second.
 pub(crate) const TAUT: f64 = 1e-7;
 
@@ -150,7 +150,7 @@ pub(crate) fn change(
     }
     let rises = accelerate(model, [&q, &v], [&may_hold, &near], first, &mut a)?;
     // What would be back before anything shows stays: else it would leave and be back ever sooner.
-    let (mut has_others, length) = (false, model.length().max(1.0));
+    let (mut has_others, length) = (false, model.length());
     for (i, &rate) in (first..m).zip(&rates) {
         if near[i] == 1.0 && may_hold[i] == 0.0 && rate * rate < 2.0 * rises[i] / length * SHOWS {
             (may_hold[i], has_others) = (1.0, true);

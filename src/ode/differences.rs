@@ -87,6 +87,8 @@ pub(super) struct Place<'a> {
     pub(super) f: &'a [f64],
     /// Smallest sizes assumed for the components of y: the absolute tolerances.
     pub(super) threshold: &'a [f64],
+    /// Size of the next step.
+    pub(super) h_abs: f64,
 }
 
 /// A Jacobian by differences, with the adapted increments of earlier evaluations.
@@ -243,10 +245,14 @@ impl DifferencedJacobian {
 impl Place<'_> {
     /// Increment of a component: exactly representable, nonzero, and in the direction of the solution's
     /// derivative, where the right-hand side is more likely to be defined. Enlarges the factor until the
-    /// increment is not 0.
+    /// increment is not 0. Without an absolute tolerance, the size of a component that is 0 is its change in the
+    /// next step.
     fn increment(&self, component: usize, factor: &mut f64) -> f64 {
         let y = self.y[component];
-        let size = y.abs().max(self.threshold[component]);
+        let size = match y.abs().max(self.threshold[component]) {
+            0.0 => self.h_abs * self.f[component].abs(),
+            size => size,
+        };
         let size = if self.f[component] >= 0.0 { size } else { -size };
         loop {
             let increment = (y + *factor * size) - y;
@@ -254,7 +260,7 @@ impl Place<'_> {
                 return increment;
             }
             if size == 0.0 {
-                // The scale of the component is unknown: y = 0 and the absolute tolerance is 0.
+                // The scale of the component is unknown: y = 0 without a tolerance, and it does not change.
                 return *factor;
             }
             *factor *= FACTOR_CHANGE;
@@ -295,7 +301,7 @@ mod tests {
         let mut differences = DifferencedJacobian::new(3, None);
         let mut counted = 0;
         for _ in 0..3 {
-            let place = Place { t: 0.0, y: &y, f: &f, threshold: &[1e-5; 3] };
+            let place = Place { t: 0.0, y: &y, f: &f, threshold: &[1e-5; 3], h_abs: 1.0 };
             counted += differences.evaluate(&mut system, &place, &mut jacobian).unwrap();
             assert!((&jacobian - &exact).amax() < 1e-4, "{jacobian}");
         }
@@ -328,7 +334,7 @@ mod tests {
         let y: Vec<f64> = (0..n).map(|i| (i as f64).sin()).collect();
         let mut f = vec![0.0; n];
         system.rhs(0.0, &y, &mut f).unwrap();
-        let place = Place { t: 0.0, y: &y, f: &f, threshold: &vec![1e-6; n] };
+        let place = Place { t: 0.0, y: &y, f: &f, threshold: &vec![1e-6; n], h_abs: 1.0 };
         let (mut dense, mut sparse) = (Matrix::zeros(n, n), Matrix::zeros(n, n));
         DifferencedJacobian::new(n, None).evaluate(&mut system, &place, &mut dense).unwrap();
         DifferencedJacobian::new(n, Some(sparsity)).evaluate(&mut system, &place, &mut sparse).unwrap();

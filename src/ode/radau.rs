@@ -142,7 +142,13 @@ impl Radau {
             JacobianKind::Constant => return Ok(()),
             JacobianKind::Given => system.jacobian(state.t, &state.y, &mut self.jacobian)?,
             JacobianKind::Differenced => {
-                let place = Place { t: state.t, y: &state.y, f: &state.f, threshold: &state.tolerances.atol };
+                let place = Place {
+                    t: state.t,
+                    y: &state.y,
+                    f: &state.f,
+                    threshold: &state.tolerances.atol,
+                    h_abs: state.h_abs,
+                };
                 state.counters.nfev_jacobian +=
                     self.differences.evaluate(system, &place, &mut self.jacobian)?;
             }

@@ -636,7 +636,7 @@ impl RobotModel {
     /// Indices of slack inextensible tendons in a shape, at the time that is set.
     pub fn slack_tendons(&mut self, q: &[f64]) -> Vec<usize> {
         let rest = vec![0.0; q.len()];
-        let length = self.robot.length().max(1.0);
+        let length = self.robot.length();
         let excesses = self.excesses(q, &rest);
         let tendons = on_sweeps!(&self.sweeps, sweeps => sweeps.plan().loops.lengths.clone());
         let is_slack = |&(_, [excess, _]): &(usize, [f64; 2])| excess < -TAUT * length;
@@ -1231,7 +1231,7 @@ impl Tied for RobotModel {
             let is_open = excess < -TAUT * length;
             is_open || (qd.is_some() && excess < TAUT * length && rate < -TAUT * length)
         };
-        let length = self.robot.length().max(1.0);
+        let length = self.robot.length();
         let rest = vec![0.0; q.len()];
         let slack: Vec<bool> =
             self.excesses(q, qd.unwrap_or(&rest)).into_iter().map(|excess| opens(excess, length)).collect();
@@ -1243,7 +1243,7 @@ impl Tied for RobotModel {
             return Switch::Nothing;
         }
         let mut slack = self.slack();
-        let length = self.robot.length().max(1.0);
+        let length = self.robot.length();
         let mut has_taken_up = false;
         let rest = vec![0.0; q.len()];
         for (is_slack, [excess, _]) in slack.iter_mut().zip(self.excesses(q, &rest)) {
@@ -1272,7 +1272,7 @@ impl Tied for RobotModel {
     }
 
     fn passed(&mut self, q: &[f64], qd: &[f64]) -> Vec<[f64; 2]> {
-        let length = self.robot.length().max(1.0);
+        let length = self.robot.length();
         self.excesses(q, qd).into_iter().map(|excess| excess.map(|x| x / length)).collect()
     }
 

@@ -2,8 +2,11 @@
 
 use crate::error::Interrupted;
 
-/// Relative tolerance of the zero in rounding units; also used as absolute tolerance.
+/// Tolerance of the zero in rounding units, relative to the zero.
 const TOLERANCE_IN_ROUNDING_UNITS: f64 = 4.0;
+/// Tolerance relative to the distance of the two points, for a zero at or near 0: the square of the rounding unit.
+/// A larger one would make zeros much closer to 0 than the points inaccurate.
+const TOLERANCE_OF_DISTANCE: f64 = f64::EPSILON * f64::EPSILON;
 /// A safeguard only: bisection alone needs about 1100 steps from the largest to the smallest double.
 const MAX_ITERATIONS: usize = 2200;
 
@@ -16,7 +19,8 @@ pub(crate) struct Point {
 
 /// Brent's method (Brent 1973, "Algorithms for Minimization without Derivatives", chapter 4): inverse
 /// quadratic interpolation or the secant method, safeguarded by bisection. The values at `a` and `b` must
-/// have different signs, or one of them must be zero.
+/// have different signs, or one of them must be zero. The unit of `t` does not matter: with `t` scaled by a power of
+/// two, the result is scaled by the same.
 pub(crate) fn find_zero(
     mut a: Point,
     mut b: Point,
@@ -26,6 +30,7 @@ pub(crate) fn find_zero(
     let mut c = a;
     let mut step = b.t - a.t;
     let mut previous_step = step;
+    let floor = TOLERANCE_OF_DISTANCE * step.abs();
     for _ in 0..MAX_ITERATIONS {
         if (b.value > 0.0) == (c.value > 0.0) {
             c = a;
@@ -35,7 +40,7 @@ pub(crate) fn find_zero(
         if c.value.abs() < b.value.abs() {
             (a, b, c) = (b, c, b);
         }
-        let tolerance = 0.5 * TOLERANCE_IN_ROUNDING_UNITS * f64::EPSILON * (1.0 + b.t.abs());
+        let tolerance = 0.5 * TOLERANCE_IN_ROUNDING_UNITS * f64::EPSILON * b.t.abs() + floor;
         let to_middle = 0.5 * (c.t - b.t);
         if to_middle.abs() <= tolerance || b.value == 0.0 || b.value.is_nan() {
             break;
@@ -92,14 +97,20 @@ mod tests {
         assert!(zero(|t| (t - 0.3).powi(3), 0.0, 1.0) - 0.3 < 1e-5);
         assert!((zero(|t| if t < 0.7 { -1.0 } else { 1.0 }, 0.0, 1.0) - 0.7).abs() < 1e-15);
         assert_eq!(zero(|t| t, 0.0, 1.0), 0.0);
+        // Zeros much closer to 0 than the points.
+        assert!((zero(|t| (1e18 * t).tanh() - 0.5, 0.0, 1.0) / (0.5f64.atanh() * 1e-18) - 1.0).abs() < 1e-14);
+        assert!(zero(|t| if t < 0.0 { -1.0 } else { 1.0 }, -0.7, 1.0).abs() < 1e-30);
     }
 
     proptest::proptest! {
         #[test]
-        fn the_zero_of_a_cubic(root in -1.0f64..1.0, slope in 1e-6f64..1e6, curvature in 0.0f64..1e6) {
+        fn the_zero_of_a_cubic(root in -1.0f64..1.0, slope in 1e-6f64..1e6, curvature in 0.0f64..1e6, power in -100i32..100) {
             let f = |t: f64| (t - root) * (slope + curvature * (t - root) * (t - root));
             let found = zero(f, -2.0, 1.5);
             proptest::prop_assert!((found - root).abs() <= 4.0 * f64::EPSILON * (1.0 + root.abs()));
+            let unit = 2f64.powi(power);
+            let scaled = zero(|t| f(t / unit), -2.0 * unit, 1.5 * unit);
+            proptest::prop_assert_eq!(scaled, unit * found);
         }
     }
 }

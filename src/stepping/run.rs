@@ -330,7 +330,7 @@ impl<M: Model> Run<M> {
     fn unsettled(&mut self, why: Unsettled) -> Option<Status> {
         let t = self.t();
         let stop = match why {
-            Unsettled::Passed(by) => Stop::where_too_long(t, by * self.integrator.model().length().max(1.0)),
+            Unsettled::Passed(by) => Stop::where_too_long(t, by * self.integrator.model().length()),
             Unsettled::Undecided => Stop::at_conflict(t),
             Unsettled::SingularMass => return None,
         };

@@ -175,3 +175,88 @@ def test_every_level_of_a_monotone_solution_is_found(levels, method):
     result = lissom.solve_ivp(lambda t, y: -y, (0.0, 6.0), [1.0], method, events=events, **TIGHT)
     for level, times in zip(levels, result.t_events, strict=True):
         np.testing.assert_allclose(times, [-np.log(level)], rtol=1e-5)
+
+
+# --------------------------------------------------------------------------------------------- units of time
+
+UNITS = [1e-15, 1e-12, 1e-6, 1e3, 1e9, 1e15]
+
+
+def swing_in_units(unit, method, *, start=0.0, sign=1.0, **options):
+    """A damped and driven swing for 20 units of time, with events of every kind."""
+
+    def fun(t, y):
+        time = t / unit - start
+        return [y[1] / unit, (-np.sin(y[0]) - 0.1 * y[1] + 0.3 * np.cos(0.7 * time)) / unit]
+
+    events = [
+        event(lambda t, y: y[0]),
+        event(lambda t, y: y[1], direction=-1),
+        event(lambda t, y: y[1] - 0.2, direction=1),
+        # A time as far below the steps as the spacing of numbers.
+        event(lambda t, y: t / unit - start - sign * 1e-9),
+        event(lambda t, y: y[0] - y[1], terminal=3),
+    ]
+    t_span = (start * unit, (start + 20.0 * sign) * unit)
+    return lissom.solve_ivp(fun, t_span, [1.0, 0.0], method, events=events, **options)
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+@pytest.mark.parametrize("rtol", [1e-3, 1e-8])
+def test_events_do_not_depend_on_the_unit_of_time(method, sign, rtol):
+    def run(unit):
+        # Jacobians by differences would turn the rounding of other units into changes of 1e-8.
+        jac = {"jac": lambda t, y: np.array([[0.0, 1.0], [-np.cos(y[0]), -0.1]]) / unit}
+        options = jac if method == "radau" else {}
+        return swing_in_units(unit, method, sign=sign, rtol=rtol, **options)
+
+    seconds = run(1.0)
+    assert seconds.reason == "event"
+    assert min(times.size for times in seconds.t_events) > 0
+    np.testing.assert_allclose(seconds.t_events[3], [sign * 1e-9], rtol=1e-14)
+    for unit in UNITS:
+        scaled = run(unit)
+        assert scaled.reason == "event"
+        for times, in_seconds in zip(scaled.t_events, seconds.t_events, strict=True):
+            # Weights of up to 43 in DOP853 magnify the rounding of times in other units.
+            np.testing.assert_allclose(times / unit, in_seconds, rtol=1e-11)
+        for states, expected in zip(scaled.y_events, seconds.y_events, strict=True):
+            np.testing.assert_allclose(states, expected, rtol=0.0, atol=1e-10)
+        assert scaled.nfev == seconds.nfev
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("power", [-50, -20, 7, 50])
+def test_powers_of_two_of_the_unit_of_time_change_exponents_only(method, power):
+    unit = 2.0**power
+    seconds, scaled = swing_in_units(1.0, method), swing_in_units(unit, method)
+    np.testing.assert_array_equal(scaled.t, unit * seconds.t)
+    np.testing.assert_array_equal(scaled.y, seconds.y)
+    for times, in_seconds in zip(scaled.t_events, seconds.t_events, strict=True):
+        np.testing.assert_array_equal(times, unit * in_seconds)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_events_late_in_time_are_as_accurate_as_numbers_there(method):
+    """At 1e6 units, numbers are 1e-10 apart."""
+    early = swing_in_units(1.0, method, rtol=1e-6)
+    for unit in (1e-12, 1.0, 1e12):
+        late = swing_in_units(unit, method, start=1e6, rtol=1e-6)
+        for k in (0, 1, 2, 4):
+            np.testing.assert_allclose(late.t_events[k] / unit - 1e6, early.t_events[k], rtol=0.0, atol=3e-9)
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("unit", [1e-12, 1.0, 1e12])
+def test_an_event_at_time_zero(method, unit):
+    """Within an integration, and at its start, where it does not count."""
+
+    def fun(t, y):
+        return [1.0 / unit]
+
+    clock = event(lambda t, y: t)
+    result = lissom.solve_ivp(fun, (-0.7 * unit, unit), [0.0], method, events=clock)
+    np.testing.assert_allclose(result.t_events[0], [0.0], rtol=0.0, atol=1e-30 * unit)
+    result = lissom.solve_ivp(fun, (0.0, unit), [0.0], method, events=clock)
+    assert result.t_events[0].size == 0

@@ -34,8 +34,7 @@ def solve_ivp(fun, t_span, y0, method="RK45", **options):
     if method not in LISSOM_METHODS:
         return scipy.integrate.solve_ivp(fun, t_span, y0, method=method, **options)
     calls["lissom"] += 1
-    name = method.lower() if isinstance(method, str) else method
-    result = lissom.solve_ivp(fun, t_span, y0, method=name, **options)
+    result = lissom.solve_ivp(fun, t_span, y0, method=method, **options)
     if result.t.size:
         return result
     # SciPy returns empty lists if no time of `t_eval` was reached, and its test uses their truth value;
@@ -113,8 +112,9 @@ def test_error_estimates_are_those_of_scipy(name):
     def fun(t, y):
         return np.array([y[1], -np.sin(y[0]) - 0.1 * y[1]])
 
-    ours = getattr(lissom, name)(fun, 0.0, [1.0, 0.0], 5.0)
-    theirs = getattr(scipy.integrate, name)(fun, 0.0, [1.0, 0.0], 5.0)
+    # Their own first steps differ.
+    ours = getattr(lissom, name)(fun, 0.0, [1.0, 0.0], 5.0, first_step=0.2)
+    theirs = getattr(scipy.integrate, name)(fun, 0.0, [1.0, 0.0], 5.0, first_step=0.2)
     for _ in range(3):
         ours.step()
         theirs.step()

@@ -42,8 +42,8 @@ use system::{Parts, PySystem, SharedRaised};
 ///     Initial state, real.
 /// method : {'rk45', 'dop853', 'radau'} or class
 ///     'rk45' (default): explicit Runge-Kutta pair 5(4) of Dormand and Prince. 'dop853': explicit, order 8,
-///     for tight tolerances. 'radau': implicit, order 5, for stiff problems. SciPy's 'RK45', 'DOP853' and
-///     'Radau' are accepted with a FutureWarning.
+///     for tight tolerances. 'radau': implicit, order 5, for stiff problems. SciPy's names 'RK45',
+///     'DOP853' and 'Radau' mean the same.
 /// t_eval : array_like, optional
 ///     Output times, within `t_span` and in its order. By default all accepted steps.
 /// dense_output : bool

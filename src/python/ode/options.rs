@@ -5,15 +5,14 @@ use pyo3::prelude::*;
 use pyo3::types::{PyFloat, PyString, PyType};
 
 use super::super::convert;
-use super::super::words::warn_of_old_word;
 use super::stepper::{PyDop853, PyRadau, PyRk45};
 use crate::ode::{Controller, Method, Sparsity, Tolerance};
 
 const METHODS: &str = "'rk45', 'dop853' or 'radau' (or one of the classes RK45, DOP853 and Radau)";
 
-/// Names of the methods, preceded by the old ones from SciPy.
+/// Names of the methods, and those of SciPy's `solve_ivp`, whose arguments are those of lissom's.
 const NAMES: [(&str, &str, Method); 3] =
-    [("RK45", "rk45", Method::Rk45), ("DOP853", "dop853", Method::Dop853), ("Radau", "radau", Method::Radau)];
+    [("rk45", "RK45", Method::Rk45), ("dop853", "DOP853", Method::Dop853), ("radau", "Radau", Method::Radau)];
 
 /// A method by name or class.
 pub(super) fn method(value: &Bound<'_, PyAny>) -> PyResult<Method> {
@@ -30,16 +29,13 @@ pub(super) fn method(value: &Bound<'_, PyAny>) -> PyResult<Method> {
         }
     }
     let name = value.cast::<PyString>().map(|name| name.to_string_lossy().into_owned()).ok();
-    let is_named =
-        |&&(old, new, _): &&(&str, &str, Method)| [Some(old), Some(new)].contains(&name.as_deref());
-    let Some(&(old, new, method)) = NAMES.iter().find(is_named) else {
-        let found = value.repr().unwrap_or_else(|_| PyString::new(py, "an unknown object"));
-        return Err(PyValueError::new_err(format!("method: got {found}, expected {METHODS}")));
+    let is_named = |&&(own, of_scipy, _): &&(&str, &str, Method)| {
+        name.as_deref().is_some_and(|name| [own, of_scipy].contains(&name))
     };
-    if name.as_deref() == Some(old) {
-        warn_of_old_word(py, &format!("method '{old}'"), &format!("write '{new}'"))?;
-    }
-    Ok(method)
+    NAMES.iter().find(is_named).map(|&(_, _, method)| method).ok_or_else(|| {
+        let found = value.repr().unwrap_or_else(|_| PyString::new(py, "an unknown object"));
+        PyValueError::new_err(format!("method: got {found}, expected {METHODS}"))
+    })
 }
 
 /// The initial state.
