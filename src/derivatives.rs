@@ -26,8 +26,8 @@ const FEWEST_LEVELS: usize = 4;
 /// smooth.
 const COLUMNS: usize = 8;
 
-/// Relative error at which the search stops (`WANTED`), and the largest one that is accepted after all
-/// distances (`ACCEPTED`).
+/// Error at which the search stops (`WANTED`), and the largest one that is accepted after all distances
+/// (`ACCEPTED`), relative to the size of the derivative nearby ([`Estimate::scale`]).
 const WANTED: f64 = 1e-8;
 const ACCEPTED: f64 = 1e-3;
 
@@ -42,6 +42,11 @@ const NOTHING: f64 = 1e-100;
 pub(crate) struct Estimate<const N: usize> {
     pub(crate) value: [f64; N],
     pub(crate) error: f64,
+    /// Size of the derivative at this time and nearby: the largest difference quotient over the distances
+    /// that this estimate uses and all larger ones. A motion may start with derivatives of zero, which are
+    /// no measure of their errors. Quotients over smaller distances are left out, because those across a
+    /// kink or a jump grow without bound.
+    scale: f64,
 }
 
 /// First and second derivatives.
@@ -62,8 +67,7 @@ impl<const N: usize> Derivatives<N> {
     /// Scales for relative errors of the first and of the second derivative. The scale of the first
     /// derivative includes its change over the largest distance.
     pub(crate) fn scales(&self) -> [f64; 2] {
-        let second = size(&self.second.value);
-        [size(&self.first.value) + REACH * second, second]
+        [self.first.scale + REACH * self.second.scale, self.second.scale]
     }
 }
 
@@ -112,18 +116,21 @@ pub(crate) fn size(values: &[f64]) -> f64 {
 struct Tableau<const N: usize> {
     row: [[f64; N]; COLUMNS],
     rows: usize,
+    /// Largest quotient so far.
+    largest: f64,
     best: Estimate<N>,
 }
 
 impl<const N: usize> Tableau<N> {
     fn new() -> Self {
-        let nothing = Estimate { value: [f64::NAN; N], error: f64::INFINITY };
-        Self { row: [[0.0; N]; COLUMNS], rows: 0, best: nothing }
+        let nothing = Estimate { value: [f64::NAN; N], error: f64::INFINITY, scale: f64::NAN };
+        Self { row: [[0.0; N]; COLUMNS], rows: 0, largest: 0.0, best: nothing }
     }
 
     fn add(&mut self, quotient: [f64; N]) {
         let above = self.row;
         self.row[0] = quotient;
+        self.largest = self.largest.max(size(&quotient));
         let mut power = 1.0;
         for j in 1..COLUMNS.min(self.rows + 1) {
             power *= RATIO * RATIO;
@@ -132,7 +139,7 @@ impl<const N: usize> Tableau<N> {
             let apart = |other: [f64; N]| size(&std::array::from_fn::<f64, N, _>(|i| entry[i] - other[i]));
             let error = apart(left).max(apart(corner));
             if error < self.best.error {
-                self.best = Estimate { value: entry, error };
+                self.best = Estimate { value: entry, error, scale: self.largest };
             }
             self.row[j] = entry;
         }
@@ -203,6 +210,47 @@ mod tests {
         let (found, _) = of(0.0, |t| 0.5 * 9.0 * t.max(0.0).powi(2));
         assert!(found.are_known && (found.second.value[0] - 4.5).abs() < 1e-9, "{found:?}");
         assert!(found.first.value[0].abs() < 1e-4, "{found:?}");
+    }
+
+    /// The polynomial of robotics, the cycloid and powers, in other units of time and length.
+    #[test]
+    fn motions_that_start_from_rest_have_derivatives_of_zero() {
+        let quintic = |s: f64| s.powi(3) * (10.0 + s * (-15.0 + 6.0 * s));
+        let cycloid = |s: f64| s - (TAU * s).sin() / TAU;
+        let starts: [(&str, &dyn Fn(f64) -> f64); 5] = [
+            ("quintic", &quintic),
+            ("cycloid", &cycloid),
+            ("t^3", &|s| s.powi(3)),
+            ("t^4", &|s| s.powi(4)),
+            ("t^5", &|s| s.powi(5)),
+        ];
+        for (name, start) in starts {
+            for duration in [1e-3, 0.02, 1.0, 60.0, 1000.0, 1e5] {
+                for stroke in [1e-6, 1.0, 1e3] {
+                    for at in [0.0, 0.7] {
+                        let motion = |t: f64| stroke * start(((t - at) / duration).clamp(0.0, 1.0));
+                        let (found, _) = of(at, motion);
+                        let [first, second] = [found.first, found.second].map(|estimate| estimate.value[0]);
+                        let told = format!("{name} of {stroke} in {duration} s from {at} s: {found:?}");
+                        assert!(found.are_known, "{told}");
+                        assert!(first.abs() <= 1e-3 * stroke / duration, "{told}");
+                        assert!(second.abs() <= 1e-2 * stroke / duration / duration, "{told}");
+                    }
+                }
+            }
+        }
+        // What never moves.
+        assert!(of(0.0, |_| 3.0).0.are_known && of(0.0, |_| 0.0).0.are_known);
+    }
+
+    /// The largest quotient nearby is no excuse for what never converges.
+    #[test]
+    fn a_start_at_once_has_no_acceleration() {
+        for speed in [1e-9, 1.0, 1e6] {
+            assert!(!of(0.0, |t| speed * t.max(0.0)).0.are_known);
+            assert!(!of(0.0, |t| speed * t.max(0.0).powf(1.5)).0.are_known);
+        }
+        assert!(!of(0.0, |t| t.powi(2) + 0.1 * t.max(0.0)).0.are_known);
     }
 
     #[test]
