@@ -30,12 +30,71 @@ pub struct Body {
     pub centre: [f64; 3],
     /// Inertia tensor about the centre of mass, in the section's axes, in kg m^2: rows of a symmetric matrix.
     pub inertia: [[f64; 3]; 3],
+    /// What the fluid around the robot acts on; `None` if it does not act on the body.
+    pub hull: Option<Hull>,
+}
+
+/// The outside of a body in a fluid of density rho, the same in all directions. With the velocity v of the centre of
+/// the volume V relative to the fluid, and the gravity g, the fluid exerts at that centre
+///
+/// ```text
+/// - rho V g                       buoyancy (Archimedes), unless the fluid has none
+/// - d/dt (C_a rho V v)            added mass (Lamb 1932, section 92)
+/// - 1/2 rho C_d A |v| v - c v     quadratic and viscous drag
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hull {
+    /// Displaced volume V in m^3.
+    pub volume: f64,
+    /// Centre of the volume relative to the section's centre, in the section's axes, in metres; `None` is the centre
+    /// of mass.
+    pub centre: Option<[f64; 3]>,
+    /// Coefficient C_a of the added mass.
+    pub added_mass_coefficient: f64,
+    /// Reference area A of the quadratic drag in m^2.
+    pub drag_area: f64,
+    /// Coefficient C_d of the quadratic drag.
+    pub drag_coefficient: f64,
+    /// Viscous drag c in N s/m.
+    pub viscous_drag: f64,
+}
+
+impl Hull {
+    /// A start for `..` syntax: no volume and no drag. The added mass is that of a sphere in an inviscid fluid, half
+    /// the displaced mass; the drag area is one of coefficient one.
+    pub fn none() -> Self {
+        Self {
+            volume: 0.0,
+            centre: None,
+            added_mass_coefficient: 0.5,
+            drag_area: 0.0,
+            drag_coefficient: 1.0,
+            viscous_drag: 0.0,
+        }
+    }
+
+    /// The hull, unless the fluid does not act on it.
+    pub fn unless_none(self) -> Option<Self> {
+        (self.volume != 0.0 || self.drag_area != 0.0 || self.viscous_drag != 0.0).then_some(self)
+    }
+
+    /// Reports every problem of the hull.
+    fn validate(&self, check: &mut Checker) {
+        check.non_negative(self.volume, "volume", "m^3");
+        if let Some(centre) = &self.centre {
+            check.finite(centre, "centre_of_volume");
+        }
+        check.non_negative(self.added_mass_coefficient, "added_mass_coefficient", "no unit");
+        check.non_negative(self.drag_area, "drag_area", "m^2");
+        check.non_negative(self.drag_coefficient, "drag_coefficient", "no unit");
+        check.non_negative(self.viscous_drag, "viscous_drag", "N s/m");
+    }
 }
 
 impl Body {
     /// Point mass at the tip.
     pub fn point(mass: f64) -> Self {
-        Self { link: 0, at: None, mass, centre: [0.0; 3], inertia: [[0.0; 3]; 3] }
+        Self { link: 0, at: None, mass, centre: [0.0; 3], inertia: [[0.0; 3]; 3], hull: None }
     }
 
     /// Reports every problem of this body on a rod of this length (infinite if not known yet).
@@ -47,6 +106,9 @@ impl Body {
         check.non_negative(self.mass, "mass", "kilograms");
         check.finite(&self.centre, "centre");
         check_inertia(&mut check, &self.inertia);
+        if let Some(hull) = &self.hull {
+            hull.validate(&mut check);
+        }
         let has_inertia = self.inertia != [[0.0; 3]; 3];
         let expected = "a number > 0 (kilograms): what has inertia has mass; that of a rotor is an armature";
         check.require(self.mass != 0.0 || !has_inertia, "mass", "0 with an inertia", expected);

@@ -7,6 +7,16 @@ pub(crate) fn cubic(x: f64, h: f64, value: [f64; 2], derivative: [f64; 2]) -> f6
         + x * x * ((1.0 + 2.0 * y) * value[1] - y * h * derivative[1])
 }
 
+/// The same polynomial with its first two derivatives.
+pub(crate) fn cubic_motion(x: f64, h: f64, value: [f64; 2], derivative: [f64; 2]) -> [f64; 3] {
+    let secant = (value[1] - value[0]) / h;
+    let rate = derivative[0] * (1.0 - x) * (1.0 - 3.0 * x)
+        + derivative[1] * x * (3.0 * x - 2.0)
+        + secant * 6.0 * x * (1.0 - x);
+    let bend = derivative[0] * (6.0 * x - 4.0) + derivative[1] * (6.0 * x - 2.0) + secant * (6.0 - 12.0 * x);
+    [cubic(x, h, value, derivative), rate, bend / h]
+}
+
 /// Values of the cubic polynomials of several coordinates.
 pub(crate) fn cubics(x: f64, h: f64, ends: [&[f64]; 2], rates: [&[f64]; 2], out: &mut [f64]) {
     for (i, out) in out.iter_mut().enumerate() {
@@ -82,6 +92,10 @@ mod tests {
         for x in [0.0, 0.3, 0.5, 0.9, 1.0] {
             let found = cubic(x, h, [f(start), f(start + h)], [df(start), df(start + h)]);
             assert!((found - f(start + x * h)).abs() < 1e-14, "{x}");
+            let [value, rate, bend] =
+                cubic_motion(x, h, [f(start), f(start + h)], [df(start), df(start + h)]);
+            assert!(value == found && (rate - df(start + x * h)).abs() < 1e-13, "{x}");
+            assert!((bend - 6.0 * (start + x * h)).abs() < 1e-13, "{x}");
         }
     }
 

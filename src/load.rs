@@ -9,7 +9,7 @@
 //! ```
 
 use crate::error::{Checker, InvalidInput};
-use crate::signal::Signal;
+use crate::signal::{Cell, Signal};
 
 /// Where a load acts along the unstretched rod, by arc length from the base in metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -61,6 +61,11 @@ impl Load {
     /// Whether force or moment depends on time explicitly.
     pub(crate) fn varies_in_time(&self) -> bool {
         self.force.varies_in_time() || self.moment.varies_in_time()
+    }
+
+    /// The next time at which a step of fixed size must end, so that it loses nothing of the load.
+    pub(crate) fn corner(&self, cell: Cell) -> Option<f64> {
+        self.force.corner(cell).into_iter().chain(self.moment.corner(cell)).reduce(f64::min)
     }
 
     /// Latest end of a step from `t` that cannot miss a feature of the load ([`Signal::horizon`]).

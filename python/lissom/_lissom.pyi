@@ -548,8 +548,12 @@ class Segment:
     def __ne__(self, other: object, /) -> bool: ...
     def __getnewargs_ex__(self) -> tuple[tuple[()], dict[str, Any]]: ...
 
-#: Three numbers, or what varies in time: (times, values), a Harmonic, an Input, or a function of time.
-_Vector: TypeAlias = ArrayLike | tuple[ArrayLike, ArrayLike] | Harmonic | Input | Callable[[float], ArrayLike]
+#: Times and values, and their interpolation: linear for loads; by default cubic for prescribed motions.
+_Table: TypeAlias = (
+    tuple[ArrayLike, ArrayLike] | tuple[ArrayLike, ArrayLike, Literal["linear", "monotone", "cubic"]]
+)
+#: Three numbers, or what varies in time: a table, a Harmonic, an Input, or a function of time.
+_Vector: TypeAlias = ArrayLike | _Table | Harmonic | Input | Callable[[float], ArrayLike]
 
 @final
 class Input:
@@ -595,8 +599,8 @@ class BaseMotion:
         *,
         translation: _Vector = (0, 0, 0),
         axis: ArrayLike | None = None,
-        angle: float | tuple[ArrayLike, ArrayLike] | Harmonic | Callable[[float], Any] | None = None,
-        rotation: tuple[ArrayLike, ArrayLike] | Callable[[float], Any] | None = None,
+        angle: float | _Table | Harmonic | Callable[[float], Any] | None = None,
+        rotation: _Table | Callable[[float], Any] | None = None,
     ) -> BaseMotion: ...
     @property
     def translation(self) -> Any: ...
@@ -648,6 +652,12 @@ class Body:
         centre: ArrayLike = (0, 0, 0),
         inertia: ArrayLike = (0, 0, 0),
         link: str | None = None,
+        volume: float = 0.0,
+        centre_of_volume: ArrayLike | None = None,
+        added_mass_coefficient: float = 0.5,
+        drag_area: float = 0.0,
+        drag_coefficient: float = 1.0,
+        viscous_drag: float = 0.0,
     ) -> Body: ...
     @property
     def mass(self) -> float: ...
@@ -659,6 +669,18 @@ class Body:
     def centre(self) -> tuple[float, float, float]: ...
     @property
     def inertia(self) -> NDArray[np.float64]: ...
+    @property
+    def volume(self) -> float: ...
+    @property
+    def centre_of_volume(self) -> tuple[float, float, float] | None: ...
+    @property
+    def added_mass_coefficient(self) -> float: ...
+    @property
+    def drag_area(self) -> float: ...
+    @property
+    def drag_coefficient(self) -> float: ...
+    @property
+    def viscous_drag(self) -> float: ...
     def __eq__(self, other: object, /) -> bool: ...
     def __ne__(self, other: object, /) -> bool: ...
     def __getnewargs_ex__(self) -> tuple[tuple[float], dict[str, Any]]: ...

@@ -13,14 +13,20 @@ from ._lissom import check_joint, check_link, check_mimic
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
-    from typing import Any, TypeAlias
+    from typing import Any, Literal, TypeAlias
 
     from numpy.typing import ArrayLike
 
     from ._lissom import BaseMotion, Body, Harmonic, Segment
 
     Vector = Sequence[float]
-    Number: TypeAlias = float | tuple[ArrayLike, ArrayLike] | Harmonic | Callable[[float], Any]
+    Number: TypeAlias = (
+        float
+        | tuple[ArrayLike, ArrayLike]
+        | tuple[ArrayLike, ArrayLike, Literal["linear", "monotone", "cubic"]]
+        | Harmonic
+        | Callable[[float], Any]
+    )
 
 
 def _keep(instance: object) -> None:
@@ -29,7 +35,8 @@ def _keep(instance: object) -> None:
         value = getattr(instance, each.name)
         if each.name == "motion":
             if isinstance(value, tuple | list):
-                table = tuple(tuple(float(x) for x in column) for column in value)
+                columns = tuple(tuple(float(x) for x in column) for column in value[:2])
+                table = (*columns, *value[2:])
                 object.__setattr__(instance, each.name, table)
         elif hasattr(value, "__len__") and not isinstance(value, str) and each.name != "rod":
             object.__setattr__(instance, each.name, tuple(float(x) for x in value))
@@ -133,8 +140,8 @@ class Revolute(_WithForces):
         ``limit_stiffness * x * max(0, 1 + limit_dissipation * dx/dt)`` (Hunt and Crossley 1975).
     armature : float
         Inertia added to this coordinate only, such as that of a geared rotor, kg m^2.
-    motion : float, (times, values), Harmonic or callable, optional
-        Prescribed angle, radians, as a twice differentiable function of time (`BaseMotion` lists the forms).
+    motion : float, (times, values), (times, values, interpolation), Harmonic or callable, optional
+        Prescribed angle, radians, as a function of time (`BaseMotion` lists the forms).
         The joint then adds no coordinate to the robot, and its drive does work on the robot.
     mimic : Mimic, optional
         Makes the angle follow that of another joint; the joint then adds no coordinate either. Spring,
@@ -178,8 +185,8 @@ class Prismatic(_WithForces):
         ``limit_stiffness * x * max(0, 1 + limit_dissipation * dx/dt)`` (Hunt and Crossley 1975).
     armature : float
         Inertia added to this coordinate only, kilograms.
-    motion : float, (times, values), Harmonic or callable, optional
-        Prescribed displacement, metres, as a twice differentiable function of time (`BaseMotion` lists the
+    motion : float, (times, values), (times, values, interpolation), Harmonic or callable, optional
+        Prescribed displacement, metres, as a function of time (`BaseMotion` lists the
         forms). The joint then adds no coordinate to the robot, and its drive does work on the robot.
     mimic : Mimic, optional
         Makes the displacement follow that of another joint; the joint then adds no coordinate either. Spring,

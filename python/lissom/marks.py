@@ -188,8 +188,8 @@ def value_at(signal: Any, t: float | Array) -> Array:
         found = steady + np.asarray(signal.amplitude) * np.sin(phase)
     elif callable(signal):
         found = np.reshape([signal(float(time)) for time in times.ravel()], (*times.shape, 3))
-    elif len(signal) == 2:
-        stations, values = (np.asarray(part, float) for part in signal)
+    elif len(signal) == 2 or isinstance(signal[2], str):
+        stations, values = (np.asarray(part, float) for part in signal[:2])
         found = np.stack([np.interp(times, stations, column) for column in values.T], axis=-1)
     else:
         found = np.asarray(signal, float)

@@ -7,6 +7,7 @@
 use crate::error::{Interrupted, InvalidInput};
 use crate::linalg::Matrix;
 use crate::model::{Discretised, Elastic, Energy, Flaw, InTime, Model, Switch, Tied};
+use crate::signal::Cell;
 use crate::springs::Springs;
 
 /// Stiffness of the springs in units of the largest one of the model: what they give then is rounding of displacements.
@@ -203,6 +204,26 @@ impl InTime for AsSprings<'_> {
 
     fn horizon(&self, t: f64) -> f64 {
         self.model.horizon(t)
+    }
+
+    fn corner(&self, cell: Cell) -> Option<f64> {
+        self.model.corner(cell)
+    }
+
+    fn jumps(&self) -> bool {
+        self.model.jumps()
+    }
+
+    fn jump_near(&self, t: f64) -> Option<f64> {
+        self.model.jump_near(t)
+    }
+
+    fn set_time_in_jump(&mut self, t: f64) -> Result<(), Interrupted> {
+        self.model.set_time_in_jump(t)
+    }
+
+    fn pass_jump(&mut self, t: f64) {
+        self.model.pass_jump(t);
     }
 
     fn shortest_period(&self) -> f64 {

@@ -1,6 +1,7 @@
 //! Time dependence of models.
 
 use crate::error::Interrupted;
+use crate::signal::Cell;
 
 /// Explicit time dependence of a model, through varying loads or a moving base. The defaults are for models
 /// without time dependence.
@@ -41,6 +42,32 @@ pub trait InTime {
     fn horizon(&self, _t: f64) -> f64 {
         f64::INFINITY
     }
+
+    /// The next time at which a step of fixed size must end, because the excitation has a corner there that the
+    /// step would not resolve.
+    fn corner(&self, _cell: Cell) -> Option<f64> {
+        None
+    }
+
+    /// Whether a prescribed velocity may jump at some time.
+    fn jumps(&self) -> bool {
+        false
+    }
+
+    /// The time at which a prescribed velocity jumps, if that is `t`, but for rounding. Until [`Self::pass_jump`]
+    /// is called, models evaluated at that time have the velocity before the jump.
+    fn jump_near(&self, _t: f64) -> Option<f64> {
+        None
+    }
+
+    /// Like [`Self::set_time`], with the change of prescribed velocities at this time added to prescribed
+    /// accelerations.
+    fn set_time_in_jump(&mut self, t: f64) -> Result<(), Interrupted> {
+        self.set_time(t)
+    }
+
+    /// From now on, models evaluated at this time of a jump, but for rounding, have the velocity after it.
+    fn pass_jump(&mut self, _t: f64) {}
 
     /// Shortest period of the excitation, in seconds.
     fn shortest_period(&self) -> f64 {

@@ -195,6 +195,17 @@ impl Scheme {
     }
 }
 
+/// Largest ratio of the size of a step to that of the step before it, a shorter one to a corner of a table, for which
+/// algorithmic accelerations are carried on. What is left in them of fast vibrations would grow with the ratio.
+const LARGEST_STRETCH: f64 = 10.0;
+
+/// The factor by which a step of size `h` carries on by how much algorithmic accelerations are ahead of the true
+/// ones, after one of size `before`; zero if it forgets that, like the first step of a run.
+pub(crate) fn stretch(h: f64, before: f64) -> f64 {
+    let ratio = h / before;
+    if ratio > LARGEST_STRETCH { 0.0 } else { ratio }
+}
+
 /// How the accelerations `[a, s]` at the start of a step, the second the algorithmic ones, enter what it ends with: the same
 /// numbers for all coordinates. Those of a plain scheme are equal, `s = a`.
 #[derive(Clone, Copy, Debug)]

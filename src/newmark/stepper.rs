@@ -1,9 +1,9 @@
 //! Integration step by step.
 
-use super::Scheme;
 use super::corrector::Corrector;
 use super::error_estimate::{Ends, ErrorEstimate, LARGEST_FACTOR};
 use super::options::{Options, Predictor, StepSize};
+use super::scheme::{Scheme, stretch};
 use super::trial::Trial;
 use crate::constraint::one_sided::most_switches;
 use crate::error::{Interrupted, InvalidInput, Number};
@@ -228,7 +228,8 @@ impl Stepper {
     }
 
     fn fixed_step<S: System + ?Sized>(&mut self, system: &mut S) -> Result<Option<Status>, Interrupted> {
-        let (t_new, h) = self.grid.step(self.fixed_steps, self.t_end);
+        let (t_new, h, is_on_grid) =
+            self.grid.step_to_corner(self.fixed_steps, (self.t, self.t_end), |cell| system.corner(cell));
         let solved = if system.has_contact() || system.is_one_sided() {
             self.step_into_contact(system, t_new, h)?
         } else {
@@ -240,7 +241,9 @@ impl Stepper {
         };
         match solved {
             Ok(()) => {
-                self.grid.count();
+                if is_on_grid {
+                    self.grid.count();
+                }
                 Ok(None)
             }
             Err(failure) => Ok(Some(Status::StepFailed(failure))),
@@ -483,7 +486,11 @@ impl Stepper {
     /// smooth, an impact: it is velocity still to come and alternates, so that it becomes smaller with a step of another
     /// size. Grown with the step it would be larger from step to step.
     fn rescale_memory(&mut self, h: f64) {
-        let stretch = h / self.h_of_s;
+        let stretch = stretch(h, self.h_of_s);
+        if stretch == 0.0 {
+            self.s_of_trial.iter_mut().zip(&self.a).for_each(|(s, a)| *s = *a);
+            return;
+        }
         let Self { scheme, a, a_old, s, s_of_trial, .. } = self;
         for (i, start) in s_of_trial.iter_mut().enumerate() {
             let smooth = scheme.shift() * (a[i] - a_old[i]);
@@ -512,8 +519,11 @@ impl Stepper {
             }
         } else {
             let (cq, cv) = (h * h * beta, h * gamma);
-            let (s, stretch) =
-                if self.s_of_trial.is_empty() { (&self.s, h / self.h_of_s) } else { (&self.s_of_trial, 1.0) };
+            let (s, stretch) = if self.s_of_trial.is_empty() {
+                (&self.s, stretch(h, self.h_of_s))
+            } else {
+                (&self.s_of_trial, 1.0)
+            };
             for i in 0..self.q.len() {
                 let (start, end) = algorithmic(&self.scheme, self.a[i], s[i], stretch);
                 trial.q_base[i] = self.q[i] + h * self.v[i] + bq * start + cq * end;
@@ -611,7 +621,7 @@ impl Stepper {
             self.h_of_s = h;
         } else if !self.scheme.is_plain() {
             let stretch = if self.s_of_trial.is_empty() {
-                h / self.h_of_s
+                stretch(h, self.h_of_s)
             } else {
                 self.s.copy_from_slice(&self.s_of_trial);
                 1.0
@@ -673,6 +683,17 @@ impl Stepper {
             self.a_old[i] += new - *old;
             *old = *new;
         }
+        self.corrector.doubt_jacobian();
+    }
+
+    /// Goes on from this state: velocities have jumped. `a` are accelerations, and multipliers behind them.
+    pub(crate) fn restart(&mut self, [q, v, a]: [&[f64]; 3]) {
+        self.q.copy_from_slice(q);
+        self.v.copy_from_slice(v);
+        self.a.copy_from_slice(a);
+        self.a_old.copy_from_slice(a);
+        self.s.copy_from_slice(&a[..q.len()]);
+        self.h_of_s = self.options.dt;
         self.corrector.doubt_jacobian();
     }
 

@@ -16,13 +16,13 @@ use crate::world::{BaseMotion, BaseRotation};
 ///
 /// Parameters
 /// ----------
-/// translation : (times, values), Harmonic or callable
+/// translation : (times, values), (times, values, interpolation), Harmonic or callable
 ///     Displacement in world axes, three numbers, metres; by default zero.
 /// axis : array_like, shape (3,), optional
 ///     Axis of the rotation in world axes. Its length does not matter.
-/// angle : (times, values), Harmonic or callable
+/// angle : (times, values), (times, values, interpolation), Harmonic or callable
 ///     Angle about `axis`, one number, radians.
-/// rotation : (times, values) or callable, optional
+/// rotation : (times, values), (times, values, interpolation) or callable, optional
 ///     Rotation in world axes as a unit quaternion (w, x, y, z), instead of `axis` and `angle`.
 ///
 /// Raises
@@ -34,7 +34,9 @@ use crate::world::{BaseMotion, BaseRotation};
 /// -----
 /// The motion needs velocities and accelerations. A table is interpolated by a twice continuously differentiable cubic
 /// spline (quaternions in R^4 and normalised; consecutive ones must differ by less than a right angle) and must cover the
-/// time of a run. A callable returns the value, or a tuple of value, velocity and acceleration: for `translation` in m/s and
+/// time of a run. Its interpolation may also be 'monotone', by cubic pieces that do not overshoot and have a continuous
+/// velocity (PCHIP; Fritsch and Butland 1984), or 'linear', held constant outside: the velocity then jumps at corners, and
+/// velocities of the model jump by the impulse (``docs/time.md``). A callable returns the value, or a tuple of value, velocity and acceleration: for `translation` in m/s and
 /// m/s^2, for `angle` in rad/s and rad/s^2, for `rotation` the angular velocity and angular acceleration in world axes, three
 /// numbers each. Without derivatives they are computed by finite differences (nine values or more, up to 4 ms before and
 /// after). A ValueError that names the time is raised if values are not finite, quaternions do not have norm 1, or derivatives

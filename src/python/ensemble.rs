@@ -432,9 +432,14 @@ impl Rows {
             Way::Method(method) => {
                 let step = self.inputs.step();
                 model.check(t_span, q0, v0, method, t_eval, step)?;
-                if times.is_none() {
-                    *times = times_of_run(model.n(), t_span, method, t_eval, step)?;
+                let of_run =
+                    times_of_run(model.n(), t_span, method, t_eval, step, &|cell| model.corner(cell))?;
+                if times.is_some() && *times != of_run && self.keep != Keep::Final {
+                    let expected = "the times that are wanted, or keep=\"final\"";
+                    let found = "nothing for models whose steps end at corners of different tables";
+                    return Err(InvalidInput::new("t_eval", found, expected));
                 }
+                *times = of_run;
             }
         }
         Ok(())

@@ -7,7 +7,7 @@ use pyo3::types::PyDict;
 
 use super::convert;
 use super::signal::{Functions, signal_of, signal_out};
-use crate::body::Body;
+use crate::body::{Body, Hull};
 use crate::error::Checker;
 use crate::load::{Extent, Frame, Load};
 use crate::signal::Signal;
@@ -208,6 +208,19 @@ impl PyLoad {
 ///     Centre of mass relative to the section's centre, in the section's axes, metres.
 /// inertia : array_like, shape (3,) or (3, 3)
 ///     Inertia tensor about the centre of mass in the section's axes, kg m^2, or its diagonal.
+/// volume : float
+///     Displaced volume, cubic metres: what the `Fluid` of the rod or robot bears, and what has an added mass. By default
+///     zero: the fluid does not bear the body.
+/// centre_of_volume : array_like, shape (3,), optional
+///     Centre of the volume, where the fluid acts, in the axes of `centre`, metres; by default `centre`.
+/// added_mass_coefficient : float
+///     Added mass over the displaced mass, the same in all directions; by default 0.5, that of a sphere in an inviscid fluid.
+/// drag_area : float
+///     Reference area A of the quadratic drag ``density / 2 * drag_coefficient * A * |v| * v``, square metres.
+/// drag_coefficient : float
+///     Coefficient of the quadratic drag; by default one.
+/// viscous_drag : float
+///     Drag over velocity, newton seconds per metre; ``6 * pi * viscosity * radius`` for a small sphere (Stokes 1851).
 ///
 /// Raises
 /// ------
@@ -220,6 +233,7 @@ impl PyLoad {
 /// >>> gripper = lissom.Body(0.1, centre=(0.03, 0, 0), inertia=(2e-5, 5e-5, 5e-5))
 /// >>> wire = lissom.Segment(0.4, 1e-3, 2e11, 8e10, 7800, {"bend_y": 3})
 /// >>> rod = lissom.Rod([wire], bodies=[gripper, lissom.Body(0.01, at=0.2)])
+/// >>> buoy = lissom.Body(0.5, volume=8e-4, drag_area=0.01, drag_coefficient=0.47)
 #[pyclass(name = "Body", module = "lissom", frozen, eq)]
 #[derive(Clone, PartialEq)]
 pub(crate) struct PyBody {
@@ -232,21 +246,48 @@ pub(super) fn on(link: &Option<String>) -> String {
     link.as_ref().map_or(String::new(), |link| format!(", link='{link}'"))
 }
 
+impl PyBody {
+    fn hull(&self) -> Hull {
+        self.body.hull.unwrap_or_else(Hull::none)
+    }
+}
+
 #[pymethods]
 impl PyBody {
     #[new]
     #[pyo3(
-        signature = (mass, *, at=None, centre=None, inertia=None, link=None),
-        text_signature = "(mass, *, at=None, centre=(0, 0, 0), inertia=(0, 0, 0), link=None)"
+        signature = (
+            mass, *, at=None, centre=None, inertia=None, link=None, volume=0.0, centre_of_volume=None,
+            added_mass_coefficient=0.5, drag_area=0.0, drag_coefficient=1.0, viscous_drag=0.0
+        ),
+        text_signature = "(mass, *, at=None, centre=(0, 0, 0), inertia=(0, 0, 0), link=None, volume=0.0, centre_of_volume=None, \
+                          added_mass_coefficient=0.5, drag_area=0.0, drag_coefficient=1.0, viscous_drag=0.0)"
     )]
+    #[allow(clippy::too_many_arguments, reason = "keyword-only options of a Python function")]
     fn new(
         #[pyo3(from_py_with = convert::number)] mass: f64,
         #[pyo3(from_py_with = convert::optional_number)] at: Option<f64>,
         centre: Option<&Bound<'_, PyAny>>,
         inertia: Option<&Bound<'_, PyAny>>,
         link: Option<String>,
+        #[pyo3(from_py_with = convert::number)] volume: f64,
+        centre_of_volume: Option<&Bound<'_, PyAny>>,
+        #[pyo3(from_py_with = convert::number)] added_mass_coefficient: f64,
+        #[pyo3(from_py_with = convert::number)] drag_area: f64,
+        #[pyo3(from_py_with = convert::number)] drag_coefficient: f64,
+        #[pyo3(from_py_with = convert::number)] viscous_drag: f64,
     ) -> PyResult<Self> {
-        let mut body = Body { at, ..Body::point(mass) };
+        let centre_of_volume =
+            centre_of_volume.map(|centre| convert::array_of(centre, "centre_of_volume")).transpose()?;
+        let hull = Hull {
+            volume,
+            centre: centre_of_volume,
+            added_mass_coefficient,
+            drag_area,
+            drag_coefficient,
+            viscous_drag,
+        };
+        let mut body = Body { at, hull: hull.unless_none(), ..Body::point(mass) };
         if let Some(centre) = centre {
             body.centre = convert::array_of(centre, "centre")?;
         }
@@ -282,6 +323,42 @@ impl PyBody {
         Ok(PyArray2::from_vec2(py, &rows)?)
     }
 
+    /// Displaced volume, cubic metres.
+    #[getter]
+    fn volume(&self) -> f64 {
+        self.hull().volume
+    }
+
+    /// Centre of the volume in the section's axes, metres; None for the centre of mass.
+    #[getter]
+    fn centre_of_volume(&self) -> Option<(f64, f64, f64)> {
+        self.hull().centre.map(Into::into)
+    }
+
+    /// Added mass over the displaced mass.
+    #[getter]
+    fn added_mass_coefficient(&self) -> f64 {
+        self.hull().added_mass_coefficient
+    }
+
+    /// Reference area of the quadratic drag, square metres.
+    #[getter]
+    fn drag_area(&self) -> f64 {
+        self.hull().drag_area
+    }
+
+    /// Coefficient of the quadratic drag.
+    #[getter]
+    fn drag_coefficient(&self) -> f64 {
+        self.hull().drag_coefficient
+    }
+
+    /// Drag over velocity, newton seconds per metre.
+    #[getter]
+    fn viscous_drag(&self) -> f64 {
+        self.hull().viscous_drag
+    }
+
     /// Name of the link to which the body is fixed; None on a rod, and for the body of a link itself.
     #[getter]
     fn link(&self) -> Option<&str> {
@@ -291,7 +368,14 @@ impl PyBody {
     fn __repr__(&self) -> String {
         let Body { at, mass, inertia, .. } = &self.body;
         let at = at.map_or(String::new(), |x| format!(", at={x:?}"));
-        format!("Body({mass:?}{at}, centre={:?}, inertia={inertia:?}{})", self.centre(), on(&self.link))
+        let Hull { volume, drag_area, viscous_drag, .. } = self.hull();
+        let mut hull = String::new();
+        for (name, value) in [("volume", volume), ("drag_area", drag_area), ("viscous_drag", viscous_drag)] {
+            if value != 0.0 {
+                hull += &format!(", {name}={value:?}");
+            }
+        }
+        format!("Body({mass:?}{at}, centre={:?}, inertia={inertia:?}{}{hull})", self.centre(), on(&self.link))
     }
 
     /// For copies and pickles.
@@ -301,6 +385,14 @@ impl PyBody {
         arguments.set_item("centre", self.centre())?;
         arguments.set_item("inertia", self.body.inertia)?;
         arguments.set_item("link", self.link())?;
+        if self.body.hull.is_some() {
+            arguments.set_item("volume", self.volume())?;
+            arguments.set_item("centre_of_volume", self.centre_of_volume())?;
+            arguments.set_item("added_mass_coefficient", self.added_mass_coefficient())?;
+            arguments.set_item("drag_area", self.drag_area())?;
+            arguments.set_item("drag_coefficient", self.drag_coefficient())?;
+            arguments.set_item("viscous_drag", self.viscous_drag())?;
+        }
         Ok(((self.body.mass,), arguments))
     }
 }

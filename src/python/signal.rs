@@ -8,7 +8,7 @@ use pyo3::IntoPyObjectExt;
 use pyo3::class::{PyTraverseError, PyVisit};
 use pyo3::exceptions::{PyReferenceError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyList, PyTuple, PyWeakrefMethods, PyWeakrefReference};
+use pyo3::types::{PyDict, PyList, PyString, PyTuple, PyWeakrefMethods, PyWeakrefReference};
 
 use super::callback::{call, keep, none_is_kept};
 use super::convert;
@@ -17,7 +17,7 @@ use crate::actuator::Actuator;
 use crate::error::{Checker, Interrupted};
 use crate::load::Load;
 use crate::robot::{Driven, Robot};
-use crate::signal::{Evaluate, Function, Harmonic, Input, Motion, Signal, Table};
+use crate::signal::{Evaluate, Function, Harmonic, Input, Interpolation, Motion, Signal, Table};
 use crate::world::{BaseMotion, BaseRotation, quaternion_motion};
 
 /// A harmonic signal: ``mean + rate * t + amplitude * sin(2 * pi * frequency * t + phase)``.
@@ -397,15 +397,20 @@ pub(super) fn signal_of<const N: usize>(
     }
     let is_sequence = value.is_instance_of::<PyTuple>() || value.is_instance_of::<PyList>();
     // Two numbers are not a table, but a vector that is too short.
-    let is_pair = is_sequence && value.len()? == 2 && convert::is_array(&value.get_item(0)?);
-    if is_pair {
+    let is_table = is_sequence
+        && match value.len()? {
+            2 => convert::is_array(&value.get_item(0)?),
+            3 => value.get_item(2)?.is_instance_of::<PyString>(),
+            _ => false,
+        };
+    if is_table {
         table(value, name)
     } else if N == 1 {
         if let Ok(number) = convert::number(value) {
             return Ok(Signal::Constant([number; N]));
         }
         convert::array_of(value, name).map(Signal::Constant).map_err(|_| {
-            let expected = "a number, (times, values), lissom.Harmonic, lissom.Input or a callable";
+            let expected = "a number, (times, values), (times, values, interpolation), lissom.Harmonic, lissom.Input or a callable";
             PyTypeError::new_err(format!("{name}: expected {expected}, got {}", convert::describe(value)))
         })
     } else {
@@ -413,7 +418,7 @@ pub(super) fn signal_of<const N: usize>(
     }
 }
 
-/// A table from a pair of times and values.
+/// A table from times and values, and an interpolation if there are three parts.
 fn table<const N: usize>(pair: &Bound<'_, PyAny>, name: &str) -> PyResult<Signal<N>> {
     let times = convert::vector(&pair.get_item(0)?, &format!("{name}.times"))?;
     let values = pair.get_item(1)?;
@@ -431,8 +436,21 @@ fn table<const N: usize>(pair: &Bound<'_, PyAny>, name: &str) -> PyResult<Signal
     };
     let mut check = Checker::new();
     let table = check.nested(name, Table::new(times, rows));
+    let mut interpolation = None;
+    if pair.len()? == 3 {
+        let given: String = pair.get_item(2)?.extract()?;
+        interpolation = Interpolation::by_name(&given);
+        let expected = format!("one of {:?}", Interpolation::NAMES);
+        check.require(
+            interpolation.is_some(),
+            &format!("{name}.interpolation"),
+            format!("{given:?}"),
+            &expected,
+        );
+    }
     check.finish()?;
-    Ok(Signal::Table(Arc::new(table.expect("nothing is wrong with it"))))
+    let table = table.expect("nothing is wrong with it").interpolated(interpolation);
+    Ok(Signal::Table(Arc::new(table)))
 }
 
 /// The Python object that describes a signal.
@@ -453,7 +471,10 @@ pub(super) fn signal_out<'py, const N: usize>(
                 let rows: Vec<Vec<f64>> = table.values().iter().map(|row| row.to_vec()).collect();
                 PyArray2::from_vec2(py, &rows)?.into_any()
             };
-            (times, values).into_bound_py_any(py)
+            match table.interpolation() {
+                None => (times, values).into_bound_py_any(py),
+                Some(interpolation) => (times, values, interpolation.name()).into_bound_py_any(py),
+            }
         }
         Signal::Function(function) => Ok(callable(function).held(py)?.get().0.bind(py).clone()),
     }

@@ -44,8 +44,8 @@ const EVERY_STEP: &str = "steps";
 ///     the model, and repeats the run until the estimated error meets the requested accuracy `rtol`; see
 ///     ``docs/accuracy.md``.
 /// dt : float
-///     Step size of the Newmark family, seconds; the last step may be shorter. For the other methods, the interval of the
-///     output times.
+///     Step size of the Newmark family, seconds; the last step may be shorter, and steps also end at corners of tables
+///     (``docs/time.md``). For the other methods, the interval of the output times.
 /// jac : {'analytic', 'forward', 'central'}
 ///     Jacobian of a step of the Newmark family: exact, by forward differences (n additional evaluations) or by central
 ///     differences (2n). 'radau' always uses the exact one.

@@ -26,6 +26,8 @@ struct Reduction {
     given: Vec<Given>,
     varies_in_time: bool,
     time: f64,
+    /// Last time at which prescribed velocities have jumped.
+    passed: f64,
     /// o and its first two derivatives.
     offset: [Vec<f64>; 3],
     /// Coordinates, velocities and accelerations.
@@ -80,6 +82,7 @@ impl Coordinates {
                 .filter_map(|link| link.driven.as_ref())
                 .any(Driven::varies_in_time),
             time: f64::NAN,
+            passed: f64::NAN,
             offset: [(); 3].map(|()| vec![0.0; all]),
             state: [(); 3].map(|()| vec![0.0; all]),
             forces: vec![0.0; all],
@@ -119,6 +122,32 @@ impl Coordinates {
         match &mut self.0 {
             Some(reduction) if reduction.varies_in_time && reduction.time != t => reduction.set_time(t),
             _ => Ok(()),
+        }
+    }
+
+    /// The same with the change of prescribed velocities at this time added to prescribed accelerations.
+    pub(crate) fn set_time_in_jump(&mut self, t: f64) -> Result<(), Interrupted> {
+        let Some(reduction) = self.0.as_mut().filter(|reduction| reduction.varies_in_time) else {
+            return Ok(());
+        };
+        let passed = std::mem::replace(&mut reduction.passed, t);
+        let after = reduction.set_time(t).map(|()| reduction.offset[1].clone());
+        reduction.passed = passed;
+        let after = after?;
+        reduction.set_time(t)?;
+        // Not the motion at this time: it must be set again.
+        reduction.time = f64::NAN;
+        let [_, before, accelerations] = &mut reduction.offset;
+        for (acceleration, (after, before)) in accelerations.iter_mut().zip(after.iter().zip(&*before)) {
+            *acceleration += after - before;
+        }
+        Ok(())
+    }
+
+    /// From now on, prescribed velocities at `t` are those after a jump.
+    pub(crate) fn pass_jump(&mut self, t: f64) {
+        if let Some(reduction) = &mut self.0 {
+            (reduction.passed, reduction.time) = (t, f64::NAN);
         }
     }
 
@@ -326,18 +355,18 @@ impl Reduction {
 
     fn set_time(&mut self, t: f64) -> Result<(), Interrupted> {
         self.time = f64::NAN;
-        let Self { given, offset, .. } = self;
+        let Self { given, offset, passed, .. } = self;
         for given in given.iter() {
             match given {
                 Given::Coordinate { place, signal, factor, offset: constant } => {
-                    let motion = signal.motion(t)?;
+                    let motion = signal.motion(t, *passed)?;
                     for (order, offset) in offset.iter_mut().enumerate() {
                         offset[*place] = factor * motion[order][0];
                     }
                     offset[0][*place] += constant;
                 }
                 Given::Base { first, motion } => {
-                    let motion = motion.coordinates(t)?;
+                    let motion = motion.coordinates(t, *passed)?;
                     for (offset, motion) in offset.iter_mut().zip(&motion) {
                         offset[*first..first + 6].copy_from_slice(motion);
                     }

@@ -30,6 +30,7 @@ use crate::model::{
     SectionPlace, SingularMass, Switch, Tied, Tree, forward,
 };
 use crate::rod::{MAX_NODES, STRAINS, piece};
+use crate::signal::Cell;
 use crate::springs::Springs;
 
 /// Gaps of loops above this fraction of the robot's length, or above this many radians, count as open: far
@@ -1288,6 +1289,30 @@ impl Tied for RobotModel {
 impl InTime for RobotModel {
     fn horizon(&self, t: f64) -> f64 {
         self.robot.horizon(t)
+    }
+
+    fn corner(&self, cell: Cell) -> Option<f64> {
+        self.robot.corner(cell)
+    }
+
+    fn jumps(&self) -> bool {
+        self.robot.jumps()
+    }
+
+    fn jump_near(&self, t: f64) -> Option<f64> {
+        self.robot.jump_near(t)
+    }
+
+    fn set_time_in_jump(&mut self, t: f64) -> Result<(), Interrupted> {
+        self.noted.forget();
+        self.coordinates.set_time_in_jump(t)?;
+        on_sweeps!(&mut self.sweeps, sweeps => sweeps.set_time_in_jump(t))
+    }
+
+    fn pass_jump(&mut self, t: f64) {
+        self.noted.forget();
+        self.coordinates.pass_jump(t);
+        on_sweeps!(&mut self.sweeps, sweeps => sweeps.pass_jump(t));
     }
 
     fn shortest_period(&self) -> f64 {

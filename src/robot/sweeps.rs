@@ -196,6 +196,16 @@ impl<G: Turning> Sweeps<G> {
         Ok(())
     }
 
+    /// Sets the time with the change of the velocity of the base added to its acceleration.
+    pub(crate) fn set_time_in_jump(&mut self, t: f64) -> Result<(), Interrupted> {
+        if self.plan.varies_in_time { time::set_in_jump(&self.plan, &mut self.work, t) } else { Ok(()) }
+    }
+
+    /// From now on, the velocity of the base at `t` is that after a jump.
+    pub(crate) fn pass_jump(&mut self, t: f64) {
+        time::pass_jump(&mut self.work, t);
+    }
+
     /// Sets the inputs.
     pub(crate) fn set_inputs(&mut self, inputs: &[f64]) {
         if !inputs.is_empty() {

@@ -281,8 +281,16 @@ fn rod_place(place: &str, segments: &[Segment]) -> String {
 }
 
 fn rod_body(written: &Body) -> body::Body {
-    let &Body { mass, at, centre, inertia } = written;
-    body::Body { link: 0, at, mass, centre, inertia }
+    let &Body { mass, at, centre, inertia, .. } = written;
+    let hull = parts::hull(parts::WrittenHull {
+        volume: written.volume,
+        centre: written.centre_of_volume,
+        added_mass_coefficient: written.added_mass_coefficient,
+        drag_area: written.drag_area,
+        drag_coefficient: written.drag_coefficient,
+        viscous_drag: written.viscous_drag,
+    });
+    body::Body { link: 0, at, mass, centre, inertia, hull }
 }
 
 fn pendulum(document: &Document, shape: &mut Shape) -> Option<(Model, [Vec<f64>; 2])> {

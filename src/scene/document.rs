@@ -40,7 +40,7 @@ pub(super) struct Document {
     pub(super) contact: Vec<Contact>,
     /// Motion of everything fixed to the world, about the frame of the first link's joint. Default: it is at rest.
     pub(super) base_motion: Option<BaseMotion>,
-    /// Fluid around the rods of a robot. Default: none.
+    /// Fluid around the rods and bodies of a robot. Default: none.
     pub(super) fluid: Option<Fluid>,
     /// Tendons that pull along their paths, on the rod or between the links of a robot.
     #[serde(default)]
@@ -195,6 +195,23 @@ pub(super) struct LinkBody {
     /// Inertia tensor about its centre of mass in the axes of the link, in kg m^2: three rows. Default: zero, a point.
     #[serde(default)]
     pub(super) inertia: [[f64; 3]; 3],
+    /// Displaced volume in m^3. The fluid of the robot bears it and must be moved with it. Default: 0.
+    #[schemars(range(min = 0.0))]
+    pub(super) volume: Option<f64>,
+    /// Centre of the volume, in the same axes as the centre of mass, in metres. Default: the centre of mass.
+    pub(super) centre_of_volume: Option<[f64; 3]>,
+    /// Added mass over the displaced mass. Default: 0.5, as for a sphere.
+    #[schemars(range(min = 0.0))]
+    pub(super) added_mass_coefficient: Option<f64>,
+    /// Reference area of the quadratic drag of the fluid, in m^2. Default: 0.
+    #[schemars(range(min = 0.0))]
+    pub(super) drag_area: Option<f64>,
+    /// Coefficient of the quadratic drag. Default: 1.
+    #[schemars(range(min = 0.0))]
+    pub(super) drag_coefficient: Option<f64>,
+    /// Viscous drag of the fluid, in N s/m. Default: 0.
+    #[schemars(range(min = 0.0))]
+    pub(super) viscous_drag: Option<f64>,
 }
 
 /// A joint. revolute, prismatic, cylindrical: axis; universal: axis1, axis2; planar: normal; weld, spherical, free: nothing.
@@ -246,7 +263,7 @@ pub(super) struct Joint {
 
 /// How a joint moves as a function of time. The coordinate of a revolute or prismatic joint, in radians or metres: either
 /// times and values, or mean + rate t + amplitude sin(2 pi frequency t + phase). The link of a free joint: translation, and
-/// either axis and angle or rotation, in the axes of the joint's frame. Tables are cubic splines and must cover the run.
+/// either axis and angle or rotation, in the axes of the joint's frame. Tables that are not linear must cover the run.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub(super) struct JointMotion {
@@ -254,6 +271,8 @@ pub(super) struct JointMotion {
     pub(super) times: Option<Vec<f64>>,
     /// Values of the coordinate at the times.
     pub(super) values: Option<Vec<f64>>,
+    /// Interpolation of times and values. Default: cubic.
+    pub(super) interpolation: Option<Interpolation>,
     /// Largest deviation from the steady part. Default: 0.
     pub(super) amplitude: Option<f64>,
     /// Oscillations per second, in hertz. Default: 0.
@@ -867,8 +886,10 @@ impl Default for Vector {
 pub(super) struct VaryingVector {
     /// Increasing times of the values, in seconds.
     pub(super) times: Option<Vec<f64>>,
-    /// Values at these times, interpolated linearly and constant before the first and after the last one.
+    /// Values at these times.
     pub(super) values: Option<Vec<[f64; 3]>>,
+    /// Interpolation of times and values. Default: cubic.
+    pub(super) interpolation: Option<Interpolation>,
     /// Largest deviation from the steady part. Default: [0, 0, 0].
     pub(super) amplitude: Option<[f64; 3]>,
     /// Oscillations per second, in hertz. Default: 0.
@@ -880,6 +901,18 @@ pub(super) struct VaryingVector {
     pub(super) mean: Option<[f64; 3]>,
     /// Growth of the steady part per second. Default: [0, 0, 0].
     pub(super) rate: Option<[f64; 3]>,
+}
+
+/// How a table of a prescribed motion is interpolated.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub(super) enum Interpolation {
+    /// Straight lines, constant before the first and after the last time. The velocity jumps at corners.
+    Linear,
+    /// Cubic pieces that are monotone wherever the values are, with a continuous velocity (PCHIP).
+    Monotone,
+    /// Cubic spline with a continuous acceleration.
+    Cubic,
 }
 
 /// The axes in which a load keeps its direction.
@@ -909,6 +942,23 @@ pub(super) struct Body {
     /// Inertia tensor about its centre of mass in the section's axes, in kg m^2: three rows. Default: zero, a point.
     #[serde(default)]
     pub(super) inertia: [[f64; 3]; 3],
+    /// Displaced volume in m^3. The fluid of the robot bears it and must be moved with it. Default: 0.
+    #[schemars(range(min = 0.0))]
+    pub(super) volume: Option<f64>,
+    /// Centre of the volume, in the same axes as the centre of mass, in metres. Default: the centre of mass.
+    pub(super) centre_of_volume: Option<[f64; 3]>,
+    /// Added mass over the displaced mass. Default: 0.5, as for a sphere.
+    #[schemars(range(min = 0.0))]
+    pub(super) added_mass_coefficient: Option<f64>,
+    /// Reference area of the quadratic drag of the fluid, in m^2. Default: 0.
+    #[schemars(range(min = 0.0))]
+    pub(super) drag_area: Option<f64>,
+    /// Coefficient of the quadratic drag. Default: 1.
+    #[schemars(range(min = 0.0))]
+    pub(super) drag_coefficient: Option<f64>,
+    /// Viscous drag of the fluid, in N s/m. Default: 0.
+    #[schemars(range(min = 0.0))]
+    pub(super) viscous_drag: Option<f64>,
 }
 
 /// Springs and dampers between a section of a rod and a fixed pose in the world, the anchor.
@@ -1003,7 +1053,7 @@ impl Default for Base {
     }
 }
 
-/// Motion of a clamped end. Tables are twice continuously differentiable cubic splines and must cover the run.
+/// Motion of a clamped end. Tables that are not linear must cover the run.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub(super) struct BaseMotion {
@@ -1025,6 +1075,8 @@ pub(super) struct VaryingNumber {
     pub(super) times: Option<Vec<f64>>,
     /// Values at the times.
     pub(super) values: Option<Vec<f64>>,
+    /// Interpolation of times and values. Default: cubic.
+    pub(super) interpolation: Option<Interpolation>,
     /// Largest deviation from the steady part. Default: 0.
     pub(super) amplitude: Option<f64>,
     /// Oscillations per second, in hertz. Default: 0.
@@ -1048,6 +1100,8 @@ pub(super) struct Orientations {
     /// Unit quaternions [w, x, y, z] at the times, less than a right angle from one to the next.
     #[schemars(example = vec![[1.0, 0.0, 0.0, 0.0]; 2])]
     pub(super) values: Vec<[f64; 4]>,
+    /// Interpolation of times and values. Default: cubic.
+    pub(super) interpolation: Option<Interpolation>,
 }
 
 /// A piece of rod with one kind of section: a radius or another shape with its material (and either shear_modulus or

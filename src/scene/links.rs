@@ -215,13 +215,22 @@ fn link(document: &Document, names: &Names<'_>, i: usize, written: &Link, shape:
             .as_ref()
             .and_then(|written| driven(document, names, written, &format!("{here}.joint"), shape)),
         rod,
-        body: written.body.as_ref().map(|&LinkBody { mass, centre, inertia }| body::Body {
-            centre,
-            inertia,
-            ..body::Body::point(mass)
-        }),
+        body: written.body.as_ref().map(body_of),
         ..robot::Link::new(&written.name)
     }
+}
+
+fn body_of(written: &LinkBody) -> body::Body {
+    let &LinkBody { mass, centre, inertia, .. } = written;
+    let hull = parts::hull(parts::WrittenHull {
+        volume: written.volume,
+        centre: written.centre_of_volume,
+        added_mass_coefficient: written.added_mass_coefficient,
+        drag_area: written.drag_area,
+        drag_coefficient: written.drag_coefficient,
+        viscous_drag: written.viscous_drag,
+    });
+    body::Body { centre, inertia, hull, ..body::Body::point(mass) }
 }
 
 /// The joint written at `here`; a valid stand-in after reporting a problem.
@@ -350,7 +359,8 @@ fn driven(
 
 /// Prescribed motion of a joint with one coordinate.
 fn motion_of_coordinate(written: &JointMotion, here: &str, settings: &Settings, shape: &mut Shape) -> Driven {
-    let JointMotion { times, values, amplitude, frequency, phase, mean, rate, .. } = written.clone();
+    let JointMotion { times, values, interpolation, amplitude, frequency, phase, mean, rate, .. } =
+        written.clone();
     let others = [
         ("translation", written.translation.is_some()),
         ("axis", written.axis.is_some()),
@@ -362,7 +372,7 @@ fn motion_of_coordinate(written: &JointMotion, here: &str, settings: &Settings, 
         shape.refuse(&format!("{here}.{key}"), "it belongs to the motion of a free joint", right);
     }
     let problems = shape.problems.len();
-    let number = VaryingNumber { times, values, amplitude, frequency, phase, mean, rate };
+    let number = VaryingNumber { times, values, interpolation, amplitude, frequency, phase, mean, rate };
     let driven = Driven::Coordinate(parts::varying_number(&number, here, shape));
     if problems == shape.problems.len() {
         parts::check_span(driven.span(), here, settings, shape);
@@ -380,6 +390,7 @@ fn motion_of_link(
     let others = [
         ("times", written.times.is_some()),
         ("values", written.values.is_some()),
+        ("interpolation", written.interpolation.is_some()),
         ("amplitude", written.amplitude.is_some()),
         ("frequency", written.frequency.is_some()),
         ("phase", written.phase.is_some()),

@@ -3,16 +3,17 @@
 use std::sync::Arc;
 
 use super::document::{
-    BaseMotion, Basis, Command, Document, Fluid, Frame, Load, ModeChoice, Orientations, ReferenceStrain,
-    Segment, Simulation as Settings, StrainTable, Support, VaryingCommand, VaryingLoad, VaryingNumber,
-    VaryingVector, Vector,
+    BaseMotion, Basis, Command, Document, Fluid, Frame, Interpolation, Load, ModeChoice, Orientations,
+    ReferenceStrain, Segment, Simulation as Settings, StrainTable, Support, VaryingCommand, VaryingLoad,
+    VaryingNumber, VaryingVector, Vector,
 };
 use super::section;
 use super::shape::{Shape, report};
+use crate::body;
 use crate::error::Checker;
 use crate::load;
 use crate::rod;
-use crate::signal::{Harmonic, Input, Signal, Table, covers};
+use crate::signal::{self, Harmonic, Input, Signal, Table, covers};
 use crate::support;
 use crate::world;
 
@@ -155,7 +156,7 @@ fn vector(written: &Vector, place: &str, shape: &mut Shape) -> Signal<3> {
         Vector::Varying(written) => {
             let VaryingLoad { times, values, amplitude, frequency, phase, mean, rate, input, default } =
                 (**written).clone();
-            let parts = Parts { times, values, amplitude, frequency, phase, mean, rate };
+            let parts = Parts { times, values, interpolation: None, amplitude, frequency, phase, mean, rate };
             set_or_varying(input, default, parts, place, shape)
         }
     }
@@ -207,20 +208,25 @@ fn set_or_varying<const N: usize>(
 }
 
 fn varying_vector(written: &VaryingVector, place: &str, shape: &mut Shape) -> Signal<3> {
-    let VaryingVector { times, values, amplitude, frequency, phase, mean, rate } = written.clone();
-    let parts = Parts { times, values, amplitude, frequency, phase, mean, rate };
+    let VaryingVector { times, values, interpolation, amplitude, frequency, phase, mean, rate } =
+        written.clone();
+    let interpolation = interpolation.map(Interpolation::of_table);
+    let parts = Parts { times, values, interpolation, amplitude, frequency, phase, mean, rate };
     parts.signal(place, shape)
 }
 
 pub(super) fn varying_number(written: &VaryingNumber, place: &str, shape: &mut Shape) -> Signal<1> {
-    let VaryingNumber { times, values, amplitude, frequency, phase, mean, rate } = written.clone();
-    Parts::numbers(times, values, [amplitude, mean, rate], frequency, phase).signal(place, shape)
+    let VaryingNumber { times, values, interpolation, amplitude, frequency, phase, mean, rate } =
+        written.clone();
+    let parts = Parts::numbers(times, values, [amplitude, mean, rate], frequency, phase);
+    Parts { interpolation: interpolation.map(Interpolation::of_table), ..parts }.signal(place, shape)
 }
 
 /// Keys of a function of time of N numbers.
 struct Parts<const N: usize> {
     times: Option<Vec<f64>>,
     values: Option<Vec<[f64; N]>>,
+    interpolation: Option<signal::Interpolation>,
     amplitude: Option<[f64; N]>,
     frequency: Option<f64>,
     phase: Option<f64>,
@@ -238,7 +244,7 @@ impl Parts<1> {
     ) -> Self {
         let values = values.map(|values| values.into_iter().map(|x| [x]).collect());
         let [amplitude, mean, rate] = formula.map(|part| part.map(|x| [x]));
-        Self { times, values, amplitude, frequency, phase, mean, rate }
+        Self { times, values, interpolation: None, amplitude, frequency, phase, mean, rate }
     }
 }
 
@@ -256,7 +262,7 @@ impl<const N: usize> Parts<N> {
     /// The signal; a placeholder if the text is invalid.
     fn signal(self, place: &str, shape: &mut Shape) -> Signal<N> {
         let is_harmonic = self.is_harmonic();
-        let Self { times, values, amplitude, frequency, phase, mean, rate } = self;
+        let Self { times, values, interpolation, amplitude, frequency, phase, mean, rate } = self;
         let is_table = times.is_some() || values.is_some();
         if is_table && is_harmonic {
             let right = "keep either times and values, or amplitude, frequency, phase, mean and rate";
@@ -264,6 +270,10 @@ impl<const N: usize> Parts<N> {
         } else if !is_table && !is_harmonic && shape.is_readable(place) {
             let right = "add times and values, or amplitude and frequency";
             shape.refuse(place, "nothing that varies in time", right);
+        }
+        if interpolation.is_some() && !is_table {
+            let right = "remove it: only times and values are interpolated";
+            shape.refuse(&format!("{place}.interpolation"), "it belongs to a table", right);
         }
         let none = [0.0; N];
         let harmonic = Harmonic {
@@ -275,7 +285,7 @@ impl<const N: usize> Parts<N> {
         };
         match (times, values) {
             (None, None) => Signal::Harmonic(harmonic),
-            (Some(times), Some(values)) => table(times, values, place, shape),
+            (Some(times), Some(values)) => table(times, values, interpolation, place, shape),
             (times, _) => {
                 let missing = if times.is_none() { "times" } else { "values" };
                 if shape.is_readable(&format!("{place}.{missing}")) {
@@ -295,11 +305,23 @@ impl<const N: usize> Parts<N> {
 fn table<const N: usize>(
     times: Vec<f64>,
     values: Vec<[f64; N]>,
+    interpolation: Option<signal::Interpolation>,
     place: &str,
     shape: &mut Shape,
 ) -> Signal<N> {
     let table = report(Table::new(times, values), shape, |problem| format!("{place}.{problem}"));
-    table.map_or(Signal::Harmonic(Harmonic::zero()), |table| Signal::Table(Arc::new(table)))
+    let interpolated = |table: Table<N>| Signal::Table(Arc::new(table.interpolated(interpolation)));
+    table.map_or(Signal::Harmonic(Harmonic::zero()), interpolated)
+}
+
+impl Interpolation {
+    fn of_table(self) -> signal::Interpolation {
+        match self {
+            Self::Linear => signal::Interpolation::Linear,
+            Self::Monotone => signal::Interpolation::Monotone,
+            Self::Cubic => signal::Interpolation::Cubic,
+        }
+    }
 }
 
 pub(super) fn base_motion(
@@ -328,8 +350,9 @@ pub(super) fn base_motion(
         let angle = varying_number(angle, &place("angle"), shape);
         motion.rotation = world::BaseRotation::About { axis, angle };
     }
-    if let Some(Orientations { times, values }) = rotation {
-        let quaternions = table(times.clone(), values.clone(), &place("rotation"), shape);
+    if let Some(Orientations { times, values, interpolation }) = rotation {
+        let interpolation = interpolation.map(Interpolation::of_table);
+        let quaternions = table(times.clone(), values.clone(), interpolation, &place("rotation"), shape);
         if matches!(quaternions, Signal::Table(_)) {
             motion.rotation = world::BaseRotation::By(quaternions);
         }
@@ -338,6 +361,29 @@ pub(super) fn base_motion(
         check_span(motion.span(), here, settings, shape);
     }
     motion
+}
+
+/// Keys of a body on which the fluid acts.
+pub(super) struct WrittenHull {
+    pub(super) volume: Option<f64>,
+    pub(super) centre: Option<[f64; 3]>,
+    pub(super) added_mass_coefficient: Option<f64>,
+    pub(super) drag_area: Option<f64>,
+    pub(super) drag_coefficient: Option<f64>,
+    pub(super) viscous_drag: Option<f64>,
+}
+
+pub(super) fn hull(written: WrittenHull) -> Option<body::Hull> {
+    let none = body::Hull::none();
+    let hull = body::Hull {
+        volume: written.volume.unwrap_or(none.volume),
+        centre: written.centre,
+        added_mass_coefficient: written.added_mass_coefficient.unwrap_or(none.added_mass_coefficient),
+        drag_area: written.drag_area.unwrap_or(none.drag_area),
+        drag_coefficient: written.drag_coefficient.unwrap_or(none.drag_coefficient),
+        viscous_drag: written.viscous_drag.unwrap_or(none.viscous_drag),
+    };
+    hull.unless_none()
 }
 
 /// Reports a motion at `here` that is not defined during the whole run.

@@ -1,5 +1,6 @@
 //! End times of steps with fixed size.
 
+use crate::signal::Cell;
 use crate::tape::Tape;
 
 /// Steps are counted so that a remainder of less than this fraction of a step is rounding, not another step.
@@ -61,6 +62,24 @@ impl Grid {
         // A whole step but for rounding keeps its size, and with it the Jacobian.
         let is_whole = (rest - self.h).abs() <= ROUNDING_OF_STEPS * (t_end - self.origin).max(self.h);
         (t_end, if is_whole { self.h } else { rest })
+    }
+
+    /// End and size of the next step from `t`, which ends at a corner if that is in between, and whether it is the end
+    /// of a step of the grid. A corner at such an end, but for rounding, replaces it.
+    pub(crate) fn step_to_corner(
+        &self,
+        last: usize,
+        (t, t_end): (f64, f64),
+        corner: impl FnOnce(Cell) -> Option<f64>,
+    ) -> (f64, f64, bool) {
+        let (end, h) = self.step(last, t_end);
+        let cell = Cell { start: self.after(0), t, end };
+        match corner(cell) {
+            Some(corner) if !cell.ends_at(corner) => (corner, corner - t, false),
+            Some(corner) if end < t_end => (corner, corner - t, true),
+            _ if t > cell.start => (end, end - t, true),
+            _ => (end, h, true),
+        }
     }
 
     pub(crate) fn carry(&mut self, tape: &mut Tape<'_>) {

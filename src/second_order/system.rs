@@ -7,6 +7,7 @@ use crate::linalg::{Matrix, TreeMatrix};
 use crate::model::{
     Beside, Flaw, Model, Radius, Switch, have_met_stops, have_passed, have_touched, rotation_vectors,
 };
+use crate::signal::Cell;
 
 /// Equations of motion `r(t, q, v, a) = 0` for displacements q, velocities v and accelerations a, n of each.
 pub trait System {
@@ -228,6 +229,11 @@ pub trait System {
         f64::INFINITY
     }
 
+    /// The next time at which a step of fixed size must end ([`InTime::corner`](crate::model::InTime::corner)).
+    fn corner(&self, _cell: Cell) -> Option<f64> {
+        None
+    }
+
     /// Approximate cost of a tangent in units of residuals; determines when a fresh tangent pays.
     fn tangent_cost(&self) -> f64 {
         3.0
@@ -259,6 +265,10 @@ impl<M: Model + ?Sized> System for FreeMotion<'_, M> {
 
     fn horizon(&self, t: f64) -> f64 {
         self.0.horizon(t)
+    }
+
+    fn corner(&self, cell: Cell) -> Option<f64> {
+        self.0.corner(cell)
     }
 
     fn has_contact(&self) -> bool {

@@ -48,7 +48,7 @@ use std::f64::consts::PI;
 use crate::error::{Interrupted, InvalidInput};
 use crate::linalg::{Matrix, dot};
 use crate::model::Model;
-use crate::newmark::Scheme;
+use crate::newmark::{Scheme, stretch};
 
 pub use self::force::ForceDerivative;
 pub use self::lengths::Lengths;
@@ -102,7 +102,7 @@ impl Course<'_> {
     /// Size of the step to this state, and its ratio to the size of the previous step.
     fn step_to(&self, step: usize) -> (f64, f64) {
         let h = self.t[step] - self.t[step - 1];
-        (h, if step > 1 { h / (self.t[step - 1] - self.t[step - 2]) } else { 1.0 })
+        (h, if step > 1 { stretch(h, self.t[step - 1] - self.t[step - 2]) } else { 1.0 })
     }
 
     /// The first state in which a rotation vector jumped from the previous state: rotation vectors longer
@@ -219,6 +219,11 @@ pub fn check<M: Model + ?Sized>(model: &M, rule: Rule) -> Result<(), InvalidInpu
             "one of the Newmark family for surfaces that touch",
             expected,
         ));
+    }
+    if model.jumps() {
+        let expected =
+            "a monotone or cubic table, or a function: velocities that jump are not differentiated";
+        return Err(InvalidInput::new("model", "a prescribed motion by a linear table", expected));
     }
     if model.constraints() > 0 {
         let expected = "a robot without them: their runs are not differentiated yet (multipliers would have to be differentiated too)";

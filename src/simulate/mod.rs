@@ -32,6 +32,7 @@ use crate::newmark::{self, StepSize};
 use crate::second_order::{
     self, Grid, check_points, check_times, is_whole, number_of_steps, points_in_memory,
 };
+use crate::signal::Cell;
 use crate::stepping::Run;
 
 pub use self::slackness::{Slack, slackness};
@@ -266,7 +267,8 @@ pub fn check<M: Model>(
 
 /// Times of the result of a complete run of a model with `n` coordinates, with inputs set every
 /// `control_step` if given: the requested times, the grid of a method, or the ends of fixed steps. `None` if
-/// the method chooses its steps and returns all of them.
+/// the method chooses its steps and returns all of them. `corner` tells where steps of fixed size must end
+/// ([`InTime::corner`](crate::model::InTime::corner)).
 ///
 /// The arguments must be valid; see [`check`].
 pub fn times_of_run(
@@ -275,6 +277,7 @@ pub fn times_of_run(
     method: &Method,
     t_eval: Option<&[f64]>,
     control_step: Option<f64>,
+    corner: &dyn Fn(Cell) -> Option<f64>,
 ) -> Result<Option<Vec<f64>>, InvalidInput> {
     if let Some(times) = t_eval {
         return Ok(Some(times.to_vec()));
@@ -299,8 +302,11 @@ pub fn times_of_run(
             None => (t_end, number_of_steps(t_end - t, dt)),
         };
         while t < end {
-            t = steps.step(last, end).0;
-            steps.count();
+            let (step_end, _, is_on_grid) = steps.step_to_corner(last, (t, end), corner);
+            t = step_end;
+            if is_on_grid {
+                steps.count();
+            }
             times.push(t);
         }
     }

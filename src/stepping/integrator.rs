@@ -5,12 +5,12 @@ use super::status::Status;
 use crate::balance::State;
 use crate::constraint::projection;
 use crate::error::{Checker, Interrupted, InvalidInput};
-use crate::model::Model;
+use crate::model::{ForwardScratch, Model};
 use crate::newmark;
 use crate::ode::{self, FirstOrder};
 use crate::radau;
 use crate::roots::Derivative;
-use crate::second_order::{self, Counters, Failure, FreeMotion};
+use crate::second_order::{self, Counters, Failure, FreeMotion, System};
 use crate::tape::Tape;
 
 #[derive(Clone, Debug)]
@@ -112,10 +112,14 @@ impl<M: Model> Integrator<M> {
         }
     }
 
-    /// Goes on from this state with other constraints; `a` are accelerations, and multipliers behind them.
+    /// Goes on from this state, in which constraints have changed or velocities have jumped; `a` are accelerations, and
+    /// multipliers behind them.
     pub(super) fn restart(&mut self, [q, v, a]: [&[f64]; 3]) -> Result<(), Interrupted> {
         match self {
-            Self::Newmark { .. } => unreachable!("constraints change within its steps"),
+            Self::Newmark { stepper, .. } => {
+                stepper.restart([q, v, a]);
+                Ok(())
+            }
             Self::Radau { model, stepper } => stepper.restart(&mut FreeMotion(model), [q, v, a]),
             Self::FirstOrder { system, stepper, .. } => {
                 system.forget_rank();
@@ -166,6 +170,37 @@ impl<M: Model> Integrator<M> {
             Self::Radau { stepper, .. } => stepper.jump(a),
             Self::FirstOrder { stepper, .. } => stepper.rate_mut()[a.len()..].copy_from_slice(a),
         }
+    }
+
+    /// Velocities after a jump of prescribed velocities, and accelerations and multipliers then. The impulses of
+    /// everything but what is prescribed, `M dv`, balance each other: `dv` is the change of the accelerations
+    /// with the change of prescribed velocities, at the time `corner`, added to prescribed accelerations. Allocates.
+    pub(super) fn after_jump(&mut self, corner: f64) -> Result<Option<[Vec<f64>; 3]>, Interrupted> {
+        let constraints = self.model().constraints();
+        self.observe(|model, state| {
+            let (n, q) = (state.q.len(), state.q.to_vec());
+            let mut scratch = ForwardScratch::of(&*model);
+            let [mut before, mut within] = [(); 2].map(|()| vec![0.0; n]);
+            let mut v = state.v.to_vec();
+            model.set_time(corner)?;
+            let is_known = model.forward_dynamics(&q, &v, &mut before, &mut scratch).is_ok();
+            model.set_time_in_jump(corner)?;
+            if !is_known || model.forward_dynamics(&q, &v, &mut within, &mut scratch).is_err() {
+                return Ok(None);
+            }
+            v.iter_mut()
+                .zip(within.iter().zip(&before))
+                .for_each(|(v, (within, before))| *v += within - before);
+            model.pass_jump(corner);
+            let mut a = vec![0.0; n + constraints];
+            let is_known = if constraints > 0 {
+                FreeMotion(model).constrained_start(state.t, &q, &v, &mut a)?.is_ok()
+            } else {
+                model.set_time(state.t)?;
+                model.forward_dynamics(&q, &v, &mut a, &mut scratch).is_ok()
+            };
+            Ok((is_known && v.iter().chain(&a).all(|x| x.is_finite())).then_some([q, v, a]))
+        })
     }
 
     pub(super) fn t(&self) -> f64 {

@@ -37,6 +37,9 @@ pub struct Run<M> {
     /// Accelerations after a jump of the inputs.
     jumped: Vec<f64>,
     scratch: ForwardScratch,
+    /// Time of the last jump of prescribed velocities, and the work done in jumps since it was last asked for.
+    jumped_at: Option<f64>,
+    work: Option<f64>,
     /// Distance in metres by which the start was moved to close loops.
     moved: f64,
     /// Present if the active set of one-sided constraints changes only between steps.
@@ -86,6 +89,8 @@ impl<M: Model> Run<M> {
             inputs_have_jumped: false,
             jumped: vec![0.0; n],
             scratch,
+            jumped_at: None,
+            work: None,
             moved: start.moved,
             changes,
             stop: None,
@@ -193,7 +198,7 @@ impl<M: Model> Run<M> {
     /// the last accepted step, and the step can be repeated.
     ///
     /// A step to an invalid shape is made, and ends the leg. Where inextensible tendons become taut or slack, the
-    /// change is made instead of a step.
+    /// change is made instead of a step; so are jumps of velocities where prescribed velocities jump.
     ///
     /// # Panics
     /// If the leg had already ended.
@@ -201,10 +206,34 @@ impl<M: Model> Run<M> {
         if let Some(status) = self.begin()? {
             return Ok(Some(status));
         }
+        let t = self.t();
+        if let Some(corner) = self.integrator.model().jump_near(t)
+            && self.jumped_at != Some(corner)
+        {
+            return self.jump(corner);
+        }
         match self.changes {
             None => self.single_step(),
             Some(_) => self.step_to_change(),
         }
+    }
+
+    /// Makes velocities jump with prescribed ones. What prescribes them does the work that the energies gain.
+    fn jump(&mut self, corner: f64) -> Result<Option<Status>, Interrupted> {
+        let before = self.observe(|model, state| -> Result<f64, Interrupted> {
+            // An earlier run of the model may have passed it.
+            model.pass_jump(f64::NAN);
+            model.set_time(corner)?;
+            Ok(model.energy(state.q, state.v).total())
+        })?;
+        let Some([q, v, a]) = self.integrator.after_jump(corner)? else {
+            return Ok(Some(self.integrator.no_acceleration(Failure::SingularJacobian)));
+        };
+        self.jumped_at = Some(corner);
+        self.integrator.restart([&q, &v, &a])?;
+        let work = self.energy()?.total() - before;
+        self.work = Some(self.work.unwrap_or(0.0) + work);
+        Ok(None)
     }
 
     fn single_step(&mut self) -> Result<Option<Status>, Interrupted> {
@@ -337,10 +366,15 @@ impl<M: Model> Run<M> {
         Some(self.stop.insert(stop).status)
     }
 
-    /// Energy lost in changes of the active set and work done in them, in joules, since the last call; `None` if
-    /// there was no change.
+    /// Energy lost in changes of the active set, and work done in them and in jumps of prescribed velocities, in joules,
+    /// since the last call; `None` if there was neither.
     pub(crate) fn take_flow(&mut self) -> Option<[f64; 2]> {
-        self.changes.as_mut()?.flow.take()
+        let of_changes = self.changes.as_mut().and_then(|changes| changes.flow.take());
+        let of_jump = self.work.take().map(|work| [0.0, work]);
+        of_changes
+            .into_iter()
+            .chain(of_jump)
+            .reduce(|[lost, work], [more_lost, more]| [lost + more_lost, work + more])
     }
 
     /// Writes the state with rotation vectors no longer than pi, where a step has passed that. The next step would.
@@ -456,7 +490,9 @@ impl<M: Model> Run<M> {
         let mut tape = Tape::reading(memory);
         self.carry(&mut tape);
         let is_right = tape.is_right() && self.t().is_finite();
-        self.integrator.model().set_inputs(&self.inputs);
+        let model = self.integrator.model();
+        model.set_inputs(&self.inputs);
+        model.pass_jump(self.jumped_at.unwrap_or(f64::NAN));
         if is_right {
             return Ok(());
         }
@@ -467,6 +503,7 @@ impl<M: Model> Run<M> {
     fn carry(&mut self, tape: &mut Tape<'_>) {
         tape.numbers(&mut self.inputs);
         tape.flag(&mut self.inputs_have_jumped);
+        tape.optional(&mut self.jumped_at, 0.0, Tape::number);
         self.grid.carry(tape);
         self.integrator.carry(tape);
         if let Some(changes) = &mut self.changes {

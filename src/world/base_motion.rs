@@ -8,11 +8,11 @@
 //! rod exactly weightless, and a constant velocity has no effect.
 
 use super::prescribed::nearer;
-use super::smooth::{Smooth, check_smooth, span};
+use super::smooth::{self, Smooth, check_smooth, span};
 use crate::error::{Checker, Interrupted, InvalidInput, Number};
 use crate::lie::QUATERNION_TOLERANCE;
 use crate::lie::{Quaternion, Rotation, Vector, rotation_vector_motion};
-use crate::signal::{Harmonic, Motion, Signal, Spline, Table};
+use crate::signal::{Cell, Harmonic, Motion, Signal, Table};
 
 /// Cosine of half the largest angle between neighbouring orientations of a table, a right angle. With larger
 /// angles the motion in between is ambiguous.
@@ -40,7 +40,7 @@ pub enum BaseRotation {
         /// The angle.
         angle: Signal<1>,
     },
-    /// Quaternions (w, x, y, z), normalised on use. A table is interpolated by a cubic spline in R^4, which
+    /// Quaternions (w, x, y, z), normalised on use. A table is interpolated in R^4, which
     /// commutes with rotations of the world and of the base.
     By(Signal<4>),
 }
@@ -79,10 +79,36 @@ impl BaseMotion {
     /// Latest end of a step from `t` that cannot miss a feature of the motion ([`Signal::horizon`]).
     pub fn horizon(&self, t: f64) -> f64 {
         let of_rotation = match &self.rotation {
-            BaseRotation::About { angle, .. } => angle.horizon(t),
-            BaseRotation::By(quaternion) => quaternion.horizon(t),
+            BaseRotation::About { angle, .. } => smooth::horizon(angle, t),
+            BaseRotation::By(quaternion) => smooth::horizon(quaternion, t),
         };
-        self.translation.horizon(t).min(of_rotation)
+        smooth::horizon(&self.translation, t).min(of_rotation)
+    }
+
+    /// The next time at which a step of fixed size must end.
+    pub(crate) fn corner(&self, cell: Cell) -> Option<f64> {
+        let of_rotation = match &self.rotation {
+            BaseRotation::About { angle, .. } => smooth::corner(angle, cell),
+            BaseRotation::By(quaternion) => smooth::corner(quaternion, cell),
+        };
+        smooth::corner(&self.translation, cell).into_iter().chain(of_rotation).reduce(f64::min)
+    }
+
+    /// The time at which the velocity jumps, if that is `t`, but for rounding.
+    pub(crate) fn jump_near(&self, t: f64) -> Option<f64> {
+        smooth::jump_near(&self.translation, t).or_else(|| match &self.rotation {
+            BaseRotation::About { angle, .. } => smooth::jump_near(angle, t),
+            BaseRotation::By(quaternion) => smooth::jump_near(quaternion, t),
+        })
+    }
+
+    /// Whether the velocity may jump at some time.
+    pub(crate) fn jumps(&self) -> bool {
+        smooth::jumps(&self.translation)
+            || match &self.rotation {
+                BaseRotation::About { angle, .. } => smooth::jumps(angle),
+                BaseRotation::By(quaternion) => smooth::jumps(quaternion),
+            }
     }
 
     /// Shortest period in seconds; infinite without oscillations.
@@ -252,9 +278,7 @@ impl MovingBase {
                 let axis: Vector<f64> = (*axis).into();
                 Turn::About { axis: axis * (1.0 / axis.dot(axis).sqrt()), angle: Smooth::new(angle) }
             }
-            BaseRotation::By(Signal::Table(table)) => {
-                Turn::By(Smooth::Spline(Spline::new(&on_one_side(table))))
-            }
+            BaseRotation::By(Signal::Table(table)) => Turn::By(Smooth::of_table(&on_one_side(table))),
             BaseRotation::By(quaternion) => Turn::By(Smooth::new(quaternion)),
         };
         Self {
@@ -265,10 +289,11 @@ impl MovingBase {
         }
     }
 
-    /// State of the base at a time.
-    pub(crate) fn at(&self, t: f64) -> Result<Base, Interrupted> {
-        let [displacement, velocity, acceleration] = self.translation.motion(t)?;
-        let (turn, angular_velocity, angular_acceleration) = self.turn(t)?;
+    /// State of the base at a time; where its velocity jumps, that before the jump, unless `t` is the time that
+    /// was `passed`.
+    pub(crate) fn at(&self, t: f64, passed: f64) -> Result<Base, Interrupted> {
+        let [displacement, velocity, acceleration] = self.translation.motion(t, passed)?;
+        let (turn, angular_velocity, angular_acceleration) = self.turn(t, passed)?;
         Ok(Base {
             position: self.position + displacement.into(),
             rotation: turn.times(self.orientation).normalised().rotation(),
@@ -280,9 +305,9 @@ impl MovingBase {
     }
 
     /// Displacement and rotation vector at a time, with their first two derivatives.
-    pub(crate) fn coordinates(&self, t: f64) -> Result<Motion<6>, Interrupted> {
-        let displacement = self.translation.motion(t)?;
-        let (turn, angular_velocity, angular_acceleration) = self.turn(t)?;
+    pub(crate) fn coordinates(&self, t: f64, passed: f64) -> Result<Motion<6>, Interrupted> {
+        let displacement = self.translation.motion(t, passed)?;
+        let (turn, angular_velocity, angular_acceleration) = self.turn(t, passed)?;
         let turn = turn.times(self.orientation).normalised();
         let rotation = rotation_vector_motion(turn, angular_velocity, angular_acceleration);
         let position: [f64; 3] = self.position.to_array();
@@ -296,13 +321,13 @@ impl MovingBase {
     }
 
     /// The additional rotation, its angular velocity and its angular acceleration.
-    fn turn(&self, t: f64) -> Result<Turned, Interrupted> {
+    fn turn(&self, t: f64, passed: f64) -> Result<Turned, Interrupted> {
         Ok(match &self.rotation {
             Turn::About { axis, angle } => {
-                let [[angle], [rate], [acceleration]] = angle.motion(t)?;
+                let [[angle], [rate], [acceleration]] = angle.motion(t, passed)?;
                 (Quaternion::exp(*axis * angle), *axis * rate, *axis * acceleration)
             }
-            Turn::By(quaternion) => turning(quaternion.motion(t)?),
+            Turn::By(quaternion) => turning(quaternion.motion(t, passed)?),
         })
     }
 }
@@ -315,7 +340,8 @@ fn on_one_side(table: &Table<4>) -> Table<4> {
         let norm = dot(&values[i], &values[i]).sqrt();
         values[i] = values[i].map(|x| x / norm);
     }
-    Table::new(table.times().to_vec(), values).expect("signs and norms spoil no table")
+    let same = Table::new(table.times().to_vec(), values).expect("signs and norms spoil no table");
+    same.interpolated(table.interpolation())
 }
 
 /// A quaternion (w, x, y, z) with its first two derivatives, from angular velocity w and angular acceleration in

@@ -326,6 +326,7 @@ fn body(source: &mut Source<'_>, length: f64) -> Body {
         mass: source.near(0.1),
         centre: source.zeros(),
         inertia: diagonal(source.like([1e-4, 1e-4, 1e-4])),
+        hull: None,
     }
 }
 

@@ -314,3 +314,213 @@ def test_without_drag_nothing_is_lost():
     assert rod.supplied_power(np.ones(3), np.ones(3)) == 0.0
     run = lissom.simulate(rod, 1.0, q0=[1.0, 0.3, 0.1], method="radau", rtol=1e-9, atol=1e-11)
     assert run.balance.drift < 1e-7
+
+
+# Bodies
+
+WATER = 1000.0
+BALL = {"volume": 8e-4, "drag_area": 0.01, "drag_coefficient": 0.47}
+VERTICAL = lissom.Prismatic((0, 0, 1))
+
+
+def diver(body, fluid, joint=VERTICAL, **robot):
+    return lissom.Robot([lissom.Link("diver", body=body, joint=joint)], fluid=fluid, **robot)
+
+
+@pytest.mark.parametrize("mass", [0.3, 0.8, 5.0])
+@pytest.mark.parametrize("coefficient", [0.0, 0.5, 1.0])
+def test_a_body_starts_with_the_acceleration_of_its_buoyancy_and_added_mass(mass, coefficient):
+    density = mass / BALL["volume"]
+    body = lissom.Body(mass, volume=BALL["volume"], added_mass_coefficient=coefficient)
+    expected = (WATER - density) * 9.81 / (WATER * coefficient + density)
+    for joint, which in ((VERTICAL, 0), (lissom.Free(), 2)):
+        if joint != VERTICAL:
+            body = lissom.Body(
+                mass, volume=BALL["volume"], added_mass_coefficient=coefficient, inertia=(1e-3,) * 3
+            )
+        robot = diver(body, lissom.Fluid(WATER), joint)
+        found = robot.forward_dynamics(np.zeros(robot.n), np.zeros(robot.n))
+        assert found[which] == pytest.approx(expected, abs=1e-12)
+        assert abs(np.delete(found, which)).max(initial=0) < 1e-12
+    without = diver(body, lissom.Fluid(WATER, buoyancy=False), lissom.Free())
+    fall = without.forward_dynamics(np.zeros(6), np.zeros(6))[2]
+    assert fall == pytest.approx(-9.81 * density / (WATER * coefficient + density), abs=1e-12)
+    vacuum = diver(lissom.Body(mass), lissom.Fluid(WATER))
+    assert vacuum.forward_dynamics([0.0], [0.0])[0] == pytest.approx(-9.81)
+
+
+@pytest.mark.parametrize("method", ["newmark", "generalised_alpha", "radau", "rk45", "dop853", "auto"])
+def test_terminal_speed_and_its_approach(method):
+    """m* dv/dt = W - k v^2 from rest: v = u tanh(t W / (m* u)), u = sqrt(W / k)."""
+    body = lissom.Body(2.0, **BALL)
+    robot = diver(body, lissom.Fluid(WATER))
+    weight = (2.0 - WATER * BALL["volume"]) * 9.81
+    terminal = np.sqrt(2 * weight / (WATER * 0.47 * 0.01))
+    moved = 2.0 + 0.5 * WATER * BALL["volume"]
+    found = lissom.simulate(robot, 4.0, method=method, dt=5e-3)
+    expected = -terminal * np.tanh(found.t * weight / (moved * terminal))
+    assert_allclose(found.v[:, 0], expected, atol=1e-3 * terminal)
+    assert found.v[-1, 0] == pytest.approx(-terminal, rel=1e-3)
+    assert found.balance.drift < 1e-3
+
+
+def test_viscous_drag_is_exponential_and_a_current_carries_along():
+    fluid = lissom.Fluid(WATER, (0.3, 0, 0))
+    body = lissom.Body(0.5, viscous_drag=1.5, volume=5e-4, inertia=(1e-3,) * 3)
+    robot = diver(body, fluid, lissom.Free())
+    found = lissom.simulate(robot, 1.0, method="radau", v0=[0, 0.2, 0, 0, 0, 0])
+    decay = np.exp(-found.t * 1.5 / (0.5 + 0.25))
+    assert_allclose(found.v[:, 0], 0.3 * (1 - decay), atol=1e-6)
+    assert_allclose(found.v[:, 1], 0.2 * decay, atol=1e-6)
+    assert_allclose(found.v[:, 2:], 0, atol=1e-9)
+    assert found.balance.drift < 1e-6
+
+
+def test_a_body_rights_itself_about_its_centre_of_volume():
+    """A pendulum under its own float: the period of (rho V c - m d) g against the moment of inertia."""
+    up = {"volume": 1e-3, "centre_of_volume": (0.01, 0.0, 0.06)}
+    body = lissom.Body(1.4, centre=(0, 0, -0.02), inertia=(0.01,) * 3, **up)
+    robot = diver(body, lissom.Fluid(WATER), lissom.Revolute((0, 1, 0)))
+    rest = np.arctan2(-0.01 * 1.0, 1.0 * 0.06 + 1.4 * 0.02)
+    found = lissom.statics(robot)
+    assert found.q[0] == pytest.approx(rest, abs=1e-9)
+    assert found.stability == "stable"
+    inertia = 0.01 + 1.4 * 0.02**2 + 0.5 * (0.01**2 + 0.06**2)
+    stiffness = 9.81 * np.hypot(0.01, 0.06 + 1.4 * 0.02)
+    frequency = lissom.modes(robot, found.q).frequency[0]
+    assert frequency == pytest.approx(np.sqrt(stiffness / inertia) / (2 * np.pi), rel=1e-9)
+
+
+def swimmers(motion=None, **fluid):
+    """Links and a rod with wet bodies, each with a volume beside its mass."""
+
+    def wet(mass, centre, above):
+        return lissom.Body(
+            mass,
+            centre=centre,
+            inertia=(2e-3, 3e-3, 4e-3),
+            volume=3e-4,
+            centre_of_volume=above,
+            drag_area=0.02,
+            drag_coefficient=0.8,
+            viscous_drag=0.3,
+            added_mass_coefficient=0.7,
+        )
+
+    soft = lissom.Segment(0.3, 0.01, 4e5, 1.5e5, 1100, {"torsion": 1, "bend_y": 2, "bend_z": 2, "stretch": 1})
+    first, last = wet(0.3, (0.1, 0.02, -0.03), (0.08, -0.05, 0.04)), wet(0.1, (0, 0.01, 0), (0.02, 0, 0.03))
+    on_rod = lissom.Body(0.05, at=0.2, link="rod", volume=1e-4, drag_area=0.01)
+    return lissom.Robot(
+        [
+            lissom.Link("first", body=first, joint=lissom.Spherical()),
+            lissom.Link("rod", parent="first", position=(0.1, 0, 0), rod=[soft]),
+            lissom.Link("last", parent="rod", body=last, joint=lissom.Revolute((0, 1, 1))),
+        ],
+        bodies=[on_rod],
+        fluid=lissom.Fluid(**(ARGUMENTS | fluid)),
+        base_motion=motion,
+    )
+
+
+MOVED = lissom.BaseMotion(
+    translation=lissom.Harmonic((0.1, 0.2, -0.1), 1.1), axis=(1, 2, 0), angle=lissom.Harmonic(0.4, 0.9)
+)
+
+
+@pytest.mark.parametrize("motion", [None, MOVED])
+def test_tangents_of_wet_bodies_are_derivatives(motion):
+    robot = swimmers(motion)
+    at = {} if motion is None else {"t": 0.3}
+    q, v, a = 0.5 * np.random.default_rng(3).standard_normal((3, robot.n))
+    step = 1e-6
+    for part, tangent in enumerate(robot.tangent(q, v, a, **at)):
+        for k in range(robot.n):
+            shift = np.zeros((3, robot.n))
+            shift[part, k] = step
+            ends = [robot.inverse_dynamics(*(np.array([q, v, a]) + s * shift), **at) for s in (1, -1)]
+            difference = (ends[0] - ends[1]) / (2 * step)
+            assert_allclose(tangent[:, k], difference, atol=1e-7 * max(1, abs(difference).max()))
+    mass = robot.tangent(q, v, a, **at)[2]
+    found = robot.forward_dynamics(q, v, **at)
+    bias = robot.inverse_dynamics(q, v, np.zeros(robot.n), **at)
+    assert_allclose(mass @ found, -bias, atol=1e-9 * abs(bias).max())
+
+
+@pytest.mark.parametrize("motion", [None, MOVED])
+def test_powers_of_wet_bodies_are_the_change_of_their_energies(motion):
+    robot = swimmers(motion)
+    q, v = 0.4 * np.random.default_rng(4).standard_normal((2, robot.n))
+    q[3:] *= 0.3
+    start = {"q0": q, "v0": v, "method": "radau", "rtol": 1e-9, "atol": 1e-10}
+    found = lissom.simulate(robot, 0.3, **start)
+    assert found.balance.drift < 1e-6
+    assert np.all(np.diff(found.balance.dissipated) > 0)
+
+
+def test_the_added_mass_of_a_body_is_neither_mass_nor_weight():
+    wet = diver(lissom.Body(0.5, **BALL), lissom.Fluid(WATER))
+    dry = diver(lissom.Body(0.5), None)
+    q, v = [0.4], [1.5]
+    energy, expected = wet.energy(q, v), dry.energy(q, v)
+    assert energy.gravitational == pytest.approx(expected.gravitational)
+    assert energy.loads == pytest.approx(-WATER * BALL["volume"] * 9.81 * 0.4)
+    assert energy.kinetic == pytest.approx(0.5 * (0.5 + 0.4) * 1.5**2)
+    assert_allclose(wet.momentum(q, v), dry.momentum(q, v))
+    assert "fluid around bodies" in str(wet.explain())
+    assert "fluid around bodies" not in str(diver(lissom.Body(0.5), lissom.Fluid(WATER)).explain())
+
+
+def test_wet_bodies_are_plain_data():
+    body = lissom.Body(
+        0.5, **BALL, centre_of_volume=(0, 0, 0.1), added_mass_coefficient=0.3, viscous_drag=0.2
+    )
+    assert body == pickle.loads(pickle.dumps(body)) == copy.deepcopy(body)
+    assert body != lissom.Body(0.5)
+    assert (body.volume, body.drag_area, body.drag_coefficient) == tuple(BALL.values())
+    assert (body.centre_of_volume, body.added_mass_coefficient, body.viscous_drag) == ((0, 0, 0.1), 0.3, 0.2)
+    dry = lissom.Body(0.5)
+    assert (dry.volume, dry.drag_area, dry.centre_of_volume) == (0, 0, None)
+    robot = diver(body, lissom.Fluid(WATER))
+    assert pickle.loads(pickle.dumps(robot)).links[0].body == body
+    for name in ("volume", "drag_area", "drag_coefficient", "viscous_drag", "added_mass_coefficient"):
+        with pytest.raises(ValueError, match=f"{name}: got -1"):
+            lissom.Body(0.5, **(BALL | {name: -1.0}))
+
+
+def test_scenes_have_wet_bodies():
+    scene = lissom.Scene.loads("""
+version = 1
+fluid = { density = 1000 }
+[[link]]
+name = "diver"
+joint = { type = "prismatic", axis = [0, 0, 1] }
+[link.body]
+mass = 0.5
+volume = 8e-4
+drag_area = 0.01
+drag_coefficient = 0.47
+centre_of_volume = [0, 0, 0.1]
+[simulation]
+t_end = 1
+""")
+    assert scene.model.links[0].body == lissom.Body(0.5, **BALL, centre_of_volume=(0, 0, 0.1))
+    rod = lissom.Scene.loads("""
+version = 1
+[[rod]]
+fluid = { density = 1000 }
+[[rod.segment]]
+length = 0.4
+radius = 0.01
+young_modulus = 1e6
+poisson_ratio = 0.4
+density = 1000
+[[rod.body]]
+mass = 0.1
+volume = 2e-4
+viscous_drag = 0.3
+added_mass_coefficient = 1
+[simulation]
+t_end = 1
+""")
+    expected = lissom.Body(0.1, volume=2e-4, viscous_drag=0.3, added_mass_coefficient=1)
+    assert rod.model.bodies == (expected,)

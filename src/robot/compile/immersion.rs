@@ -1,17 +1,30 @@
 //! Compiles the fluid to parts of a plan.
 
 use super::load;
+use crate::body;
 use crate::lie::Vector;
 use crate::load::Extent;
 use crate::robot::description::Robot;
-use crate::robot::plan::immersion::{Drag, Immersed, Immersion};
+use crate::robot::plan::immersion::{Drag, Hull, Immersed, Immersion};
 use crate::robot::plan::load::Spread;
 use crate::robot::plan::world::World;
 use crate::robot::plan::{Plan, packed};
 use crate::robot::turning::Turning;
 use crate::world::Fluid;
 
-/// Adds the fluid of a robot, with buoyancy, to the pieces of rods. Joints and rigid links are not affected.
+/// Effects of a fluid on a body with this hull, whose centre is at `centre` in section axes.
+pub(crate) fn hull<G: Turning>(fluid: &Fluid, hull: &body::Hull, centre: G::Vector<f64>) -> Hull<G> {
+    let displaced = fluid.density * hull.volume;
+    Hull {
+        centre,
+        displaced: if fluid.is_buoyant { displaced } else { 0.0 },
+        added_mass: hull.added_mass_coefficient * displaced,
+        viscous: hull.viscous_drag,
+        quadratic: 0.5 * fluid.density * hull.drag_coefficient * hull.drag_area,
+    }
+}
+
+/// Adds the fluid of a robot, with buoyancy, to the pieces of rods. Bodies are points; joints are not affected.
 pub(crate) fn compile<G: Turning>(plan: &mut Plan<G>, robot: &Robot, fluid: &Fluid) {
     let Fluid { density, added_mass_coefficient, .. } = *fluid;
     let immersion = Immersion { has_drag: fluid.has_drag(), has_added_mass: fluid.has_added_mass() };

@@ -1,7 +1,8 @@
 //! Compiles concentrated loads, bodies and supports to points of a plan.
 
+use super::immersion;
 use super::links::Tree;
-use crate::body::Body;
+use crate::body::{Body, Hull};
 use crate::lie::Vector;
 use crate::load::{Extent, Frame};
 use crate::robot::algebra::inertia::Inertia;
@@ -51,6 +52,17 @@ pub(crate) fn compile<G: Turning>(
             first_moment,
             second_moment,
         });
+        let Some((fluid, hull)) = robot.fluid.as_ref().zip(body.hull) else { continue };
+        let centre = hull.centre.unwrap_or(body.centre);
+        let hull = immersion::hull::<G>(fluid, &hull, G::vector_of(frame, centre.into()));
+        let added = Body { centre, ..Body::point(hull.added_mass) };
+        point.is_oriented |= centre != [0.0; 3];
+        point.body.get_or_insert(Inertia::zero()).add(Inertia {
+            mass: hull.added_mass,
+            first_moment: hull.centre * hull.added_mass,
+            second_moment: G::second_moment_of(frame, added.inertia_about_section()),
+        });
+        point.hulls.push(hull);
     }
     for (a, support) in robot.supports.iter().enumerate() {
         let place = place::on_link(pieces, &links[support.link], support.at);
@@ -95,9 +107,11 @@ fn moved(body: &Body, beside: Offset) -> Body {
         let product = |k: usize, l: usize| columns[k][i] * body.inertia[k][l] * columns[l][j];
         (0..3).flat_map(|k| (0..3).map(move |l| (k, l))).map(|(k, l)| product(k, l)).sum()
     };
+    let placed = |centre: [f64; 3]| (beside.position + rotation.apply(Vector::from(centre))).to_array();
     Body {
-        centre: (beside.position + rotation.apply(body.centre.into())).to_array(),
+        centre: placed(body.centre),
         inertia: std::array::from_fn(|i| std::array::from_fn(|j| turned(i, j))),
+        hull: body.hull.map(|hull| Hull { centre: hull.centre.map(placed), ..hull }),
         ..body.clone()
     }
 }
@@ -130,6 +144,7 @@ pub(crate) fn point<G: Turning>(piece: &PiecePlan<G>, place: Place) -> Point<G> 
         place,
         inside,
         body: None,
+        hulls: Vec::new(),
         loads: Vec::new(),
         anchors: Vec::new(),
         pulled: Vec::new(),

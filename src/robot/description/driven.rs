@@ -3,9 +3,9 @@
 use super::link::Link;
 use crate::error::{Checker, InvalidInput, Number};
 use crate::joint::Joint;
-use crate::signal::Signal;
+use crate::signal::{Cell, Signal};
 use crate::world::BaseMotion;
-use crate::world::smooth::{check_smooth, span};
+use crate::world::smooth::{self, check_smooth, span};
 
 /// Source of the coordinates of a driven joint, which adds no coordinates to the robot.
 #[derive(Clone, Debug, PartialEq)]
@@ -21,7 +21,7 @@ pub enum Driven {
         offset: f64,
     },
     /// The coordinate of a revolute or prismatic joint is a function of time, in radians or metres. Tables
-    /// are interpolated by a cubic spline.
+    /// without an interpolation are cubic splines.
     Coordinate(Signal<1>),
     /// A free joint has a prescribed motion, in the axes of its frame.
     Base(BaseMotion),
@@ -41,8 +41,35 @@ impl Driven {
     pub(crate) fn horizon(&self, t: f64) -> f64 {
         match self {
             Self::Mimic { .. } => f64::INFINITY,
-            Self::Coordinate(signal) => signal.horizon(t),
+            Self::Coordinate(signal) => smooth::horizon(signal, t),
             Self::Base(motion) => motion.horizon(t),
+        }
+    }
+
+    /// The next time at which a step of fixed size must end.
+    pub(crate) fn corner(&self, cell: Cell) -> Option<f64> {
+        match self {
+            Self::Mimic { .. } => None,
+            Self::Coordinate(signal) => smooth::corner(signal, cell),
+            Self::Base(motion) => motion.corner(cell),
+        }
+    }
+
+    /// The time at which the velocity jumps, if that is `t`, but for rounding.
+    pub(crate) fn jump_near(&self, t: f64) -> Option<f64> {
+        match self {
+            Self::Mimic { .. } => None,
+            Self::Coordinate(signal) => smooth::jump_near(signal, t),
+            Self::Base(motion) => motion.jump_near(t),
+        }
+    }
+
+    /// Whether the velocity may jump at some time.
+    pub(crate) fn jumps(&self) -> bool {
+        match self {
+            Self::Mimic { .. } => false,
+            Self::Coordinate(signal) => smooth::jumps(signal),
+            Self::Base(motion) => motion.jumps(),
         }
     }
 

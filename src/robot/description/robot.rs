@@ -11,7 +11,7 @@ use crate::joint::Joint;
 use crate::load::{Extent, Load};
 use crate::loops::Loop;
 use crate::rod::{Section, Segment};
-use crate::signal::Signal;
+use crate::signal::{Cell, Signal};
 use crate::support::Support;
 use crate::world::{BaseMotion, Fluid};
 
@@ -189,7 +189,7 @@ impl Robot {
     /// All bodies that are not zero: the links' own bodies, then the others.
     pub(crate) fn all_bodies(&self) -> impl Iterator<Item = Body> {
         let of_link = |(i, link): (usize, &Link)| link.body.clone().map(|body| Body { link: i, ..body });
-        let is_body = |body: &Body| body.mass != 0.0 || body.inertia != [[0.0; 3]; 3];
+        let is_body = |body: &Body| body.mass != 0.0 || body.inertia != [[0.0; 3]; 3] || body.hull.is_some();
         self.links.iter().enumerate().filter_map(of_link).chain(self.bodies.iter().cloned()).filter(is_body)
     }
 
@@ -229,6 +229,27 @@ impl Robot {
         let of_loads = self.loads.iter().map(|load| load.horizon(t));
         let of_actuators = self.actuator_signals().map(|signal| signal.horizon(t));
         of_loads.chain(of_base).chain(of_joints).chain(of_actuators).fold(f64::INFINITY, f64::min)
+    }
+
+    /// The next time at which a step of fixed size must end, so that it loses nothing of loads, commands and
+    /// prescribed motions in tables.
+    pub fn corner(&self, cell: Cell) -> Option<f64> {
+        let of_base = self.base_motion.iter().filter_map(|motion| motion.corner(cell));
+        let of_joints = self.driven().filter_map(|driven| driven.corner(cell));
+        let of_loads = self.loads.iter().filter_map(|load| load.corner(cell));
+        let of_actuators = self.actuator_signals().filter_map(|signal| signal.corner(cell));
+        of_loads.chain(of_base).chain(of_joints).chain(of_actuators).reduce(f64::min)
+    }
+
+    /// The time at which a prescribed velocity jumps, if that is `t`, but for rounding.
+    pub fn jump_near(&self, t: f64) -> Option<f64> {
+        let of_base = self.base_motion.as_ref().and_then(|motion| motion.jump_near(t));
+        of_base.or_else(|| self.driven().find_map(|driven| driven.jump_near(t)))
+    }
+
+    /// Whether a prescribed velocity may jump at some time.
+    pub fn jumps(&self) -> bool {
+        self.base_motion.as_ref().is_some_and(BaseMotion::jumps) || self.driven().any(Driven::jumps)
     }
 
     /// Shortest period of loads and prescribed motions, in seconds; infinite without oscillations.
@@ -494,7 +515,7 @@ impl Robot {
     /// Reports joints that move no mass. The mass behind a mimicking joint counts for the mimicked one too.
     fn check_masses(&self, check: &mut Checker) {
         let mut has_mass: Vec<bool> = self.links.iter().map(|link| !link.rod.is_empty()).collect();
-        for body in self.all_bodies() {
+        for body in self.all_bodies().filter(|body| body.mass != 0.0) {
             if let Some(has_mass) = has_mass.get_mut(body.link) {
                 *has_mass = true;
             }

@@ -5,6 +5,7 @@ use std::marker::PhantomData;
 use super::Effect;
 use super::actuation::Actuators;
 use super::contact::Touching;
+use super::hulls::FluidAroundBodies;
 use super::immersion::FluidAround;
 use super::joint_forces::OnJoints;
 use super::load::Loads;
@@ -26,7 +27,7 @@ use crate::robot::turning::Turning;
 /// Executes code for every effect, in the order of this list.
 macro_rules! for_every_effect {
     ($effect:ident => $call:expr) => {
-        for_every_effect!($effect in [Loads, Supports, FluidAround, OnJoints, Actuators, ClosedLoops, Touching] => $call)
+        for_every_effect!($effect in [Loads, Supports, FluidAround, FluidAroundBodies, OnJoints, Actuators, ClosedLoops, Touching] => $call)
     };
     ($effect:ident in [$($kind:ty),*] => $call:expr) => {
         $({

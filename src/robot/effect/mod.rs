@@ -4,6 +4,7 @@
 pub(crate) mod actuation;
 pub(crate) mod all;
 pub(crate) mod contact;
+pub(crate) mod hulls;
 pub(crate) mod immersion;
 pub(crate) mod joint_forces;
 pub(crate) mod load;

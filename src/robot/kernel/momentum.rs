@@ -1,6 +1,7 @@
 //! Mass, centre of mass and momentum of the robot.
 
 use crate::lie::{Cross, Lanes, Vector, VectorSpace, Wrench};
+use crate::robot::effect::hulls::{force_at, hulls, velocity_at};
 use crate::robot::plan::Plan;
 use crate::robot::plan::material::Moments;
 use crate::robot::state::Workspace;
@@ -39,6 +40,13 @@ pub(crate) fn momentum<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -> Momen
         mass += point.inertia.mass;
         first += point.inertia.first_moment;
         sum += point.momentum;
+    }
+    // The added mass belongs to the fluid.
+    for (hull, state) in hulls(plan, work) {
+        let position = hull.position(state);
+        mass -= hull.added_mass;
+        first = first - position * hull.added_mass;
+        sum = sum - force_at::<G>(velocity_at::<G>(state.velocity, position) * hull.added_mass, position);
     }
     // The frame's own velocity, which the sweeps omit.
     let velocity = work.surroundings.velocity;

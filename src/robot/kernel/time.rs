@@ -32,13 +32,42 @@ pub(crate) fn set<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, t: f64) -
     work.time = f64::NAN;
     work.motion_is_known = false;
     if let Some(motion) = &plan.world.motion {
-        see(plan, work, motion.at(t)?);
-        let base = &mut work.stations[0];
-        (base.velocity, base.acceleration) = work.surroundings.motion(&plan.world, plan.frame);
+        move_base(plan, work, motion.at(t, work.passed)?);
     }
     command(plan, work, t, |_| true)?;
     work.time = t;
     Ok(())
+}
+
+fn move_base<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, base: Base) {
+    see(plan, work, base);
+    let base = &mut work.stations[0];
+    (base.velocity, base.acceleration) = work.surroundings.motion(&plan.world, plan.frame);
+}
+
+/// The same with the change of the velocity of the base at this time added to its acceleration. This is not the
+/// state at this time, which must be set again.
+pub(crate) fn set_in_jump<G: Turning>(
+    plan: &Plan<G>,
+    work: &mut Workspace<G>,
+    t: f64,
+) -> Result<(), Interrupted> {
+    set(plan, work, t)?;
+    work.time = f64::NAN;
+    if let Some(motion) = &plan.world.motion {
+        let [before, after] = [motion.at(t, f64::NAN)?, motion.at(t, t)?];
+        let acceleration = before.acceleration + (after.velocity - before.velocity);
+        let angular_acceleration =
+            before.angular_acceleration + (after.angular_velocity - before.angular_velocity);
+        move_base(plan, work, Base { acceleration, angular_acceleration, ..before });
+    }
+    Ok(())
+}
+
+/// From now on, the velocity of the base at `t` is that after a jump.
+pub(crate) fn pass_jump<G: Turning>(work: &mut Workspace<G>, t: f64) {
+    (work.passed, work.time) = (t, f64::NAN);
+    work.motion_is_known = false;
 }
 
 /// Computes the rates of commanded lengths of inextensible tendons, at the time that is set. If a function of

@@ -1,4 +1,4 @@
-//! The compiled fluid around rods.
+//! The compiled fluid around rods and bodies.
 
 use crate::lie::Geometry;
 
@@ -22,4 +22,19 @@ pub(crate) struct Immersed<G: Geometry> {
 pub(crate) struct Drag<T> {
     pub(crate) viscous: [T; 2],
     pub(crate) quadratic: [T; 2],
+}
+
+/// Effects of the fluid on a body.
+#[derive(Clone, Debug)]
+pub(crate) struct Hull<G: Geometry> {
+    /// Centre of the volume in section axes.
+    pub(crate) centre: G::Vector<f64>,
+    /// Mass of the displaced fluid, `rho V`, if it bears the body.
+    pub(crate) displaced: f64,
+    /// `C_a rho V`.
+    pub(crate) added_mass: f64,
+    /// Drag over velocity.
+    pub(crate) viscous: f64,
+    /// `rho C_d A / 2`.
+    pub(crate) quadratic: f64,
 }

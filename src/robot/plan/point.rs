@@ -7,6 +7,7 @@
 
 use std::ops::Range;
 
+use super::immersion::Hull;
 use super::space::Passage;
 use super::space::Space;
 use crate::lie::{Quaternion, Vector};
@@ -53,6 +54,8 @@ pub(crate) struct Point<G: Space> {
     pub(crate) inside: Option<Inside<G>>,
     /// Total inertia of the bodies, about the place and in section axes.
     pub(crate) body: Option<Inertia<G, f64>>,
+    /// What of the bodies the fluid acts on; the inertia contains their added mass.
+    pub(crate) hulls: Vec<Hull<G>>,
     /// Indices of the loads.
     pub(crate) loads: Vec<usize>,
     /// Indices of the anchors of supports.

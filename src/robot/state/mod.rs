@@ -87,6 +87,8 @@ pub(crate) struct Workspace<G: Space> {
     /// Time at which varying base and loads are evaluated, NaN until it is set; and the world and the anchors
     /// of supports at that time.
     pub(crate) time: f64,
+    /// Last time at which the velocity of the base has jumped; NaN before.
+    pub(crate) passed: f64,
     pub(crate) surroundings: Surroundings<G>,
     pub(crate) anchors: Vec<Anchor>,
     /// Unit twists S of the hinges, and sine and cosine of half their angles.
@@ -152,6 +154,7 @@ impl<G: Space> Workspace<G> {
             loops,
             contact: ContactState::new(&plan.contacts, plan.packs),
             time: f64::NAN,
+            passed: f64::NAN,
             surroundings,
             anchors,
             kinematics_of: unknown(plan.n),

@@ -382,6 +382,10 @@ impl Explanation {
         let is_borne = fluid.bears(robot.gravity);
         let why = if is_borne { "a dead load along the rod" } else { "switched off, or without gravity" };
         self.add(is_borne, "buoyancy", why);
+        let bodies = robot.all_bodies().filter(|body| body.hull.is_some()).count();
+        if bodies > 0 {
+            self.add(true, "fluid around bodies", &format!("buoyancy, added mass and drag of {bodies}"));
+        }
         let is_moving = fluid.velocity != [0.0; 3];
         self.add(is_moving, "current", if is_moving { "uniform and steady" } else { "the fluid is at rest" });
     }

@@ -1,0 +1,140 @@
+//! Corners of tables within steps of fixed size. A step sees a table at its ends only; a step that ends at
+//! corners sees straight lines, which the trapezoidal rule integrates exactly.
+
+use super::table::Table;
+use super::times::rounding_of_times;
+
+/// Maximum number of parts into which a table with many times divides a step.
+const MOST_PARTS: usize = 8;
+
+/// A step passes over several corners if its ends predict the mean of the table over the step with an error
+/// below this part of the range of the table. Errors of steps that resolve a smooth table are smaller.
+const NEGLIGIBLE: f64 = 1e-4;
+
+/// Relative change of the slope that is rounding.
+const STRAIGHT: f64 = 1e-9;
+
+/// The rest of a step of fixed size.
+#[derive(Clone, Copy, Debug)]
+pub struct Cell {
+    /// Start of the whole step.
+    pub start: f64,
+    /// Current time.
+    pub t: f64,
+    /// End of the step.
+    pub end: f64,
+}
+
+impl Cell {
+    /// Whether a corner is the end of the step, but for rounding.
+    pub(crate) fn ends_at(&self, corner: f64) -> bool {
+        (corner - self.end).abs() <= self.margin()
+    }
+
+    pub(crate) fn margin(&self) -> f64 {
+        rounding_of_times(self.end - self.start, self.end)
+    }
+}
+
+impl<const N: usize> Table<N> {
+    /// The corner at which the step must end; `None` if it may end where it is planned. A single corner always
+    /// ends a step, which at most doubles the number of steps. Of several corners, those of a table that the
+    /// step resolves anyway do not.
+    pub(crate) fn corner(&self, cell: Cell) -> Option<f64> {
+        let mut corners = self.corners_within(cell.t, cell);
+        let first = corners.next()?;
+        if corners.next().is_none() { Some(first) } else { self.corner_of_unresolved(cell) }
+    }
+
+    /// The same for tables whose single corners do not matter.
+    pub(crate) fn corner_of_unresolved(&self, cell: Cell) -> Option<f64> {
+        let first = self.corners_within(cell.t, cell).next()?;
+        if self.curvature(cell) <= NEGLIGIBLE * self.range {
+            return None;
+        }
+        let of_step = self.corners_within(cell.start, cell);
+        if of_step.count() < MOST_PARTS {
+            return Some(first);
+        }
+        let soonest = cell.t + (cell.end - cell.start) / MOST_PARTS as f64;
+        self.corners_within(cell.t, cell).find(|&time| time >= soonest)
+    }
+
+    /// Times between `t` and the end of the step, but for rounding, at which the slope changes.
+    fn corners_within(&self, t: f64, Cell { start, end, .. }: Cell) -> impl Iterator<Item = f64> {
+        let margin = rounding_of_times(end - start, end);
+        let from = self.times.partition_point(|&time| time <= t + margin);
+        let to = self.times.partition_point(|&time| time < end - margin).max(from);
+        (from..to).filter(|&i| self.bends_at(i)).map(|i| self.times[i])
+    }
+
+    /// Whether the slope changes at the time with this index.
+    pub(super) fn bends_at(&self, i: usize) -> bool {
+        let [before, after] = [self.slope_after(i.checked_sub(1)), self.slope_after(Some(i))];
+        (0..N).any(|k| (after[k] - before[k]).abs() > STRAIGHT * before[k].abs().max(after[k].abs()))
+    }
+
+    /// Slope after the time with this index: zero before the first time and after the last one.
+    pub(super) fn slope_after(&self, i: Option<usize>) -> [f64; N] {
+        let Some(i) = i.filter(|&i| i + 1 < self.times.len()) else { return [0.0; N] };
+        let h = self.times[i + 1] - self.times[i];
+        std::array::from_fn(|k| (self.values[i + 1][k] - self.values[i][k]) / h)
+    }
+
+    /// Largest difference between the mean over the rest of the step and the mean of its ends.
+    fn curvature(&self, Cell { t, end, .. }: Cell) -> f64 {
+        let (from, to) = (self.at(t), self.at(end));
+        let first = self.times.partition_point(|&time| time <= t);
+        let last = self.times.partition_point(|&time| time < end);
+        let mut integral = [0.0; N];
+        let mut before = (t, from);
+        for here in (first..last).map(|i| (self.times[i], self.values[i])).chain([(end, to)]) {
+            for k in 0..N {
+                integral[k] += 0.5 * (here.0 - before.0) * (before.1[k] + here.1[k]);
+            }
+            before = here;
+        }
+        (0..N).map(|k| (integral[k] / (end - t) - 0.5 * (from[k] + to[k])).abs()).fold(0.0, f64::max)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn corners(table: &Table<1>, dt: f64, steps: usize) -> Vec<f64> {
+        let mut found = Vec::new();
+        for k in 0..steps {
+            let (start, end) = (k as f64 * dt, (k + 1) as f64 * dt);
+            let mut t = start;
+            while let Some(corner) = table.corner(Cell { start, t, end }) {
+                assert!(corner > t && corner < end);
+                found.push(corner);
+                t = corner;
+            }
+        }
+        found
+    }
+
+    #[test]
+    fn steps_end_at_corners_but_not_at_those_on_their_ends_and_not_on_straight_lines() {
+        let values = [0.0, 0.0, 1.0, 2.0, 2.0, 0.0].map(|x| [x]).to_vec();
+        let table = Table::new(vec![0.0, 0.25, 0.45, 0.65, 0.7, 0.701], values).unwrap();
+        assert_eq!(corners(&table, 0.1, 10), [0.25, 0.65, 0.701]);
+        assert_eq!(corners(&table, 1.0, 1), [0.25, 0.65, 0.7, 0.701]);
+    }
+
+    #[test]
+    fn many_corners_do_not_make_many_steps() {
+        let dense = |value: &dyn Fn(f64) -> f64| {
+            let times: Vec<f64> = (0..=100_000).map(|i| 1e-5 * i as f64).collect();
+            Table::new(times.clone(), times.iter().map(|&t| [value(t)]).collect()).unwrap()
+        };
+        assert!(corners(&dense(&|t| (6.0 * t).sin()), 1e-3, 1000).is_empty());
+        let noise = corners(&dense(&|t| (1e7 * t).sin()), 1e-3, 1000);
+        assert!(noise.len() < 1000 * MOST_PARTS, "{}", noise.len());
+        // A pulse of half a millisecond: steps are divided where it is.
+        let pulse = corners(&dense(&|t| (-((t - 0.5003) / 2e-4).powi(2)).exp()), 1e-3, 1000);
+        assert!((1..=20).contains(&pulse.len()), "{pulse:?}");
+    }
+}

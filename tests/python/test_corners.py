@@ -1,0 +1,391 @@
+"""Pulses in tables of loads and commands, and prescribed motions that start at once or from rest."""
+
+import copy
+import pickle
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+import lissom
+from lissom import BaseMotion, Body, Link, Prismatic, Revolute, Robot
+
+FIXED = ("newmark", "hht", "generalised_alpha")
+METHODS = (*FIXED, "rk45", "dop853", "radau")
+EVERY = (*METHODS, "auto")
+ALONG_X = (1, 0, 0)
+EDGE = 1e-6
+
+
+def pulse(force, start, duration, edge=EDGE):
+    """A table of forces along x: zero, but for a pulse."""
+    times = [-1.0, start, start + edge, start + duration - edge, start + duration, 9.0]
+    return times, [[force * part, 0, 0] for part in (0, 0, 1, 1, 0, 0)]
+
+
+def slider(force, mass=1.0, **joint):
+    link = Link("slider", body=Body(mass), joint=Prismatic(ALONG_X, **joint))
+    return Robot([link], loads=[lissom.Load(force=force, link="slider")], gravity=(0, 0, 0))
+
+
+def coast(t, mass, table):
+    """Velocity and position of a free particle, by the antiderivatives of a table of forces."""
+    times, values = np.asarray(table[0]), np.asarray(table[1])[:, 0]
+    fine = np.union1d(np.union1d(t, times[times <= t[-1]]), np.linspace(t[0], t[-1], 1001))
+    force = np.interp(fine, times, values)
+    h = np.diff(fine)
+    v = np.append(0, np.cumsum(h * (force[1:] + force[:-1]) / 2)) / mass
+    x = np.append(0, np.cumsum(h * v[:-1] + h**2 * (2 * force[:-1] + force[1:]) / 6 / mass))
+    return np.interp(t, fine, v), np.interp(t, fine, x)
+
+
+# ------------------------------------------------------------------------------------------------ loads
+
+
+@pytest.mark.parametrize("method", EVERY)
+@pytest.mark.parametrize("start", [0.0, 0.0021, 0.0337])
+def test_no_pulse_is_lost(method, start):
+    table = pulse(1000.0, start, 5.7e-3)
+    motion = lissom.simulate(slider(table), 0.1, method=method, t_eval=np.linspace(0, 0.1, 21))
+    v, x = coast(motion.t, 1.0, table)
+    assert motion.success
+    assert_allclose(motion.v[:, 0], v, atol=2e-3 * 5.7)
+    assert_allclose(motion.q[:, 0], x, atol=2e-3 * 0.57)
+
+
+@pytest.mark.parametrize("method", FIXED)
+def test_steps_end_at_corners_and_return_to_their_grid(method):
+    table = pulse(1000.0, 0.0337, 5.7e-3)
+    motion = lissom.simulate(slider(table), 0.1, method=method)
+    corners = np.array(table[0][1:-1])
+    assert_allclose(motion.t, np.sort(np.append(np.linspace(0, 0.1, 11), corners)), atol=1e-15)
+    v, _ = coast(motion.t, 1.0, table)
+    assert_allclose(motion.v[:, 0], v, atol=1e-6 if method == "newmark" else 0.02)
+    # Corners on the grid change nothing.
+    ramp = ([0.0, 0.03, 0.05, 0.1], [[0, 0, 0], [0, 0, 0], [9, 0, 0], [2, 0, 0]])
+    assert_allclose(lissom.simulate(slider(ramp), 0.1, method=method).t, np.linspace(0, 0.1, 11), atol=1e-15)
+
+
+@pytest.mark.parametrize("method", FIXED)
+def test_the_order_is_two_with_corners_within_steps(method):
+    table = ([0.0, 0.113, 0.371, 0.3953, 2.0], [[0, 0, 0], [4, 0, 0], [-2, 0, 0], [1, 0, 0], [1, 0, 0]])
+    model = slider(table, stiffness=30.0)
+    exact = lissom.simulate(model, 1.0, method="dop853", rtol=1e-12, atol=1e-13, t_eval=[1.0])
+    errors = []
+    for dt in (0.02, 0.01, 0.005, 0.0025):
+        motion = lissom.simulate(model, 1.0, method=method, dt=dt)
+        errors.append(abs(motion.q[-1] - exact.q[-1]).max() + abs(motion.v[-1] - exact.v[-1]).max())
+    assert errors[-1] < 2e-3
+    assert 3.0**3 < errors[0] / errors[-1] < 5.2**3
+
+
+def test_a_beam_feels_a_short_pulse():
+    segment = lissom.Segment(0.5, 0.01, 1e7, 4e6, 1000.0, {"bend_y": 3}, retardation_time=1e-3)
+    times, values = pulse(5.0, 0.0203, 1.5e-3)
+    load = lissom.Load(force=(times, [[0, 0, x] for x, _, _ in values]))
+    rod = lissom.Rod([segment], loads=[load], gravity=(0, 0, 0))
+    found, exact = (
+        lissom.simulate(rod, 0.1, method=method, dt=0.002, t_eval=np.linspace(0, 0.1, 51))
+        for method in ("newmark", "radau")
+    )
+    tips = [np.array([rod.pose(q, 0.5)[2, 3] for q in motion.q]) for motion in (found, exact)]
+    assert abs(tips[0] - tips[1]).max() < 0.05 * abs(tips[1]).max()
+
+
+def test_tables_of_many_times_do_not_make_many_steps():
+    times = np.linspace(0, 1, 100_001)
+    zero = np.zeros_like(times)
+    rng = np.random.default_rng(2)
+    for force, most in ((np.sin(20 * times), 1001), (rng.standard_normal(times.size), 9001)):
+        motion = lissom.simulate(slider((times, np.stack([force, zero, zero], 1))), 1.0, dt=1e-3)
+        assert motion.success
+        assert len(motion.t) <= most
+    hit = 1000 * np.exp(-(((times - 0.50037) / 1e-4) ** 2))
+    motion = lissom.simulate(slider((times, np.stack([hit, zero, zero], 1))), 1.0, dt=1e-3)
+    assert len(motion.t) < 1040
+    assert motion.v[-1, 0] == pytest.approx(1000 * 1e-4 * np.sqrt(np.pi), rel=0.03)
+
+
+@pytest.mark.parametrize("method", FIXED)
+def test_commands_in_tables_lose_nothing_either(method):
+    motor = lissom.Motor(
+        "slider", torque=([0.0, 0.0213, 0.0214, 0.0231, 0.0232], [0.0, 0.0, 300.0, 300.0, 0.0])
+    )
+    link = Link("slider", body=Body(1.0), joint=Prismatic(ALONG_X))
+    motion = lissom.simulate(Robot([link], actuators=[motor], gravity=(0, 0, 0)), 0.1, method=method)
+    assert motion.v[-1, 0] == pytest.approx(300 * 1.8e-3, rel=1e-3)
+
+
+@pytest.mark.parametrize("method", FIXED)
+def test_runs_step_by_step_and_many_runs_end_steps_at_the_same_corners(method):
+    model = slider(pulse(1000.0, 0.0337, 5.7e-3), stiffness=100.0)
+    whole = lissom.simulate(model, 0.1, method=method)
+    stepped = lissom.Simulation(model, dt=0.01, method=method)
+    for _ in range(10):
+        assert stepped.step() == "finished"
+    assert_allclose(stepped.q, whole.q[-1], rtol=1e-12)
+    many = lissom.simulate_many(model, 0.1, q0=[[0.0], [0.1]], method=method)
+    assert_allclose(many.t, whole.t)
+    assert_allclose(many.q[0], whole.q)
+    others = [model, slider(pulse(1000.0, 0.0444, 5e-3))]
+    with pytest.raises(ValueError, match=r"t_eval: .*corners of different tables"):
+        lissom.simulate_many(others, 0.1, method=method)
+    assert lissom.simulate_many(others, 0.1, method=method, t_eval=[0.1]).success.all()
+
+
+@pytest.mark.parametrize("method", FIXED)
+def test_derivatives_know_the_corners(method):
+    model = slider(pulse(30.0, 0.0337, 5.7e-3), stiffness=100.0)
+    name = "link[0].joint.stiffness"
+    found = lissom.sensitivity(model, 0.2, [name], method=method, rtol=1e-13, atol=1e-13)
+    ends = []
+    for change in (-1e-2, 1e-2):
+        moved = lissom.parameters.model_with(model, {name: 100.0 + change})
+        ends.append(lissom.simulate(moved, 0.2, method=method, rtol=1e-13, atol=1e-13).q)
+    difference = (ends[1] - ends[0]) / 2e-2
+    assert found.q.shape == difference.shape
+    assert_allclose(found.dq[..., 0], difference, atol=1e-6 * abs(difference).max())
+
+
+# ------------------------------------------------------------------------------------ prescribed motions
+
+SPEED = 0.4
+START = (([0.0, 2.0], [0.0, 2 * SPEED], "linear"), 0.0)
+LATER = (([0.0, 0.1234, 2.1234], [0.0, 0.0, 2 * SPEED], "linear"), 0.1234)
+
+
+def towed(motion, *, stiffness=40.0):
+    """A particle of one kilogram on a spring behind a slider that moves as prescribed."""
+    return Robot(
+        [
+            Link("clamp", body=Body(0.3), joint=Prismatic(ALONG_X, motion=motion)),
+            Link("mass", parent="clamp", body=Body(1.0), joint=Prismatic(ALONG_X, stiffness=stiffness)),
+        ],
+        gravity=(0, 0, 0),
+    )
+
+
+@pytest.mark.parametrize("method", EVERY)
+@pytest.mark.parametrize(("motion", "start"), [START, LATER])
+def test_a_clamp_that_starts_at_once(method, motion, start):
+    """A mass on a spring stays behind: its coordinate is -v / w sin(w t)."""
+    robot, w = towed(motion), np.sqrt(40.0)
+    found = lissom.simulate(robot, 1.0, method=method, dt=2e-3)
+    assert found.success
+    t = found.t - start
+    moving = t > 0
+    assert_allclose(found.q[:, 0], -SPEED / w * np.sin(w * t * moving), atol=5e-5)
+    assert_allclose(found.v[moving, 0], -SPEED * np.cos(w * t[moving]), atol=5e-4)
+    assert_allclose(found.v[~moving, 0], 0, atol=1e-12)
+    # The drive gives the clamp its momentum, and the spring does the rest.
+    balance = found.balance
+    # States between long steps are those of polynomials.
+    assert balance.drift < (1e-2 if method in ("dop853", "auto") else 1e-4)
+    assert balance.work[-1] == pytest.approx(
+        0.15 * SPEED**2 + 1.0 * SPEED**2 * (1 - np.cos(w * t[-1])), rel=2e-3
+    )
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_pendulum_whose_pivot_starts_at_once(method):
+    """The impulse passes through the pivot: L dtheta/dt = -v, and the energy of the swing follows."""
+    length = 0.7
+    links = [
+        Link("pivot", body=Body(0.1), joint=Prismatic(ALONG_X, motion=LATER[0])),
+        Link("bob", parent="pivot", body=Body(2.0, centre=(0, 0, -length)), joint=Revolute((0, 1, 0))),
+    ]
+    robot = Robot(links)
+    found = lissom.simulate(robot, 0.1234 + 1e-3, method=method, dt=1e-4)
+    # About +y, an angle moves the bob towards -x.
+    assert found.v[-1, 0] == pytest.approx(SPEED / length, rel=1e-4)
+    longer = lissom.simulate(robot, 1.0, method=method, dt=1e-3)
+    height = 0.5 * SPEED**2 / 9.81
+    assert longer.q[:, 0].max() == pytest.approx(np.arccos(1 - height / length), rel=1e-4)
+    assert longer.balance.drift < 1e-3
+
+
+@pytest.mark.parametrize("method", ["newmark", "generalised_alpha", "radau", "dop853"])
+def test_an_elastic_chain_with_several_corners(method):
+    """By modes of the chain relative to the clamp: each jump of its velocity is an impulse."""
+    n, k = 4, 90.0
+    times, values = [0.05, 0.3317, 0.47, 0.8], [0.0, 0.1, 0.1, 0.02]
+    links = [Link("clamp", body=Body(0.2), joint=Prismatic(ALONG_X, motion=(times, values, "linear")))]
+    for i in range(n):
+        links.append(
+            Link(f"{i}", parent=links[-1].name, body=Body(0.5), joint=Prismatic(ALONG_X, stiffness=k))
+        )
+    robot = Robot(links, gravity=(0, 0, 0))
+    found = lissom.simulate(robot, 1.2, method=method, dt=5e-4, t_eval=np.linspace(0, 1.2, 121))
+    stiffness = 2 * k * np.eye(n) - k * np.eye(n, k=1) - k * np.eye(n, k=-1)
+    stiffness[-1, -1] = k
+    square, shapes = np.linalg.eigh(stiffness / 0.5)
+    w = np.sqrt(square)
+    jumps = np.diff(np.append(0, np.append(np.diff(values) / np.diff(times), 0)))
+    relative = np.zeros((121, n))
+    for t, jump in zip(times, jumps, strict=True):
+        since = np.maximum(found.t - t, 0)
+        modal = -jump * (shapes.T @ np.ones(n)) * np.sin(w * since[:, None]) / w
+        relative += modal @ shapes.T
+    coordinates = np.diff(np.insert(relative, 0, 0, axis=1), axis=1)
+    assert_allclose(found.q, coordinates, atol=2e-4)
+    assert found.balance.drift < 2e-3
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_rod_whose_base_starts_at_once_stays_behind(method):
+    """Just after the start the rod has not moved yet."""
+    segment = lissom.Segment(0.5, 0.01, 1e6, 4e5, 1000.0, {"bend_y": 4, "bend_z": 2}, retardation_time=1e-3)
+    for table in (
+        ([0.0, 1.0], [[0, 0, 0], [0, 0.1, 0.3]], "linear"),
+        ([0.0, 1e-3, 1.0], [[0, 0, 0], [0, 0, 0], [0, 0.1, 0.3]], "linear"),
+    ):
+        start = table[0][-2]
+        rod = lissom.Rod([segment], gravity=(0, 0, 0), base_motion=BaseMotion(translation=table))
+        found = lissom.simulate(rod, start + 4e-4, method=method, dt=1e-4)
+        velocity = rod.velocity(found.q[-1], found.v[-1], 0.4, t=found.t[-1])[3:]
+        assert np.abs(velocity).max() < 0.3 * np.linalg.norm((0.1, 0.3))
+        assert found.balance.drift < 1e-2
+        # Half of the impulse of what prescribes the velocity, times that velocity.
+        assert found.balance.work[-1] > 0
+
+
+@pytest.mark.parametrize("method", ["newmark", "radau", "rk45"])
+def test_a_base_that_turns_at_once(method):
+    """A body free to turn about the same axis keeps its orientation."""
+    spin = BaseMotion(axis=(0, 0, 1), angle=([0.02, 1.02], [0.0, 3.0], "linear"))
+    body = Body(1.0, inertia=(0.1, 0.1, 0.2))
+    robot = Robot([Link("rotor", body=body, joint=Revolute((0, 0, 1)))], base_motion=spin, gravity=(0, 0, 0))
+    found = lissom.simulate(robot, 0.5, method=method)
+    assert_allclose(found.q[:, 0], -3.0 * np.maximum(found.t - 0.02, 0), atol=1e-9)
+    quaternions = ([0.02, 1.02], [[1, 0, 0, 0], [np.cos(0.5), 0, 0, np.sin(0.5)]], "linear")
+    robot = Robot(robot.links, base_motion=BaseMotion(rotation=quaternions), gravity=(0, 0, 0))
+    found = lissom.simulate(robot, 1.0, method=method, t_eval=[1.0], dt=1e-3)
+    x = 0.98
+    turn = 2 * np.arctan2(x * np.sin(0.5), 1 - x + x * np.cos(0.5))
+    assert found.q[0, 0] == pytest.approx(-turn, abs=1e-6)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_run_that_stops_at_a_corner_goes_on_from_there(method):
+    robot = towed(LATER[0])
+    # The first run ends where the clamp has not started yet, the second one begins with the start.
+    first = lissom.simulate(robot, 0.1234, method=method, dt=1e-3)
+    second = lissom.simulate(robot, 0.5, t0=0.1234, q0=first.q[-1], v0=first.v[-1], method=method, dt=1e-3)
+    w = np.sqrt(40.0)
+    assert second.q[-1, 0] == pytest.approx(-SPEED / w * np.sin(w * (0.5 - 0.1234)), abs=2e-5)
+    stepped = lissom.Simulation(robot, dt=1e-3, method=method)
+    for _ in range(500):
+        assert stepped.step() == "finished"
+    assert stepped.q[0] == pytest.approx(second.q[-1, 0], abs=2e-5)
+
+
+def test_holds_are_held_and_velocities_are_those_of_the_lines():
+    table = ([0.0, 1.0, 2.0, 3.0], [0.0, 0.1, 0.1, 0.0])
+    for kind, least in (("linear", 0.1), ("monotone", 0.1), ("cubic", 0.0)):
+        robot = towed((*table, kind))
+        held = [robot.pose([0.0], link="clamp", t=t)[0, 3] for t in np.linspace(1, 2, 21)]
+        assert least - 1e-12 <= min(held)
+        assert max(held) <= 0.1 + 1e-12 or kind == "cubic"
+        assert robot.links[0].joint.motion[2] == kind
+        joint = robot.links[0].joint
+        for copied in (pickle.loads(pickle.dumps(joint)), copy.deepcopy(joint)):
+            assert copied.motion[2] == kind
+    robot = towed((*table, "linear"))
+    speed = [robot.velocity([0.0], [0.0], link="clamp", t=t)[3] for t in (-1, 0, 0.5, 1, 1.5, 2, 2.5, 3, 9)]
+    assert_allclose(speed, [0, 0, 0.1, 0.1, 0, 0, -0.1, -0.1, 0], atol=1e-15)
+
+
+def test_monotone_tables_are_those_of_scipy():
+    interpolate = pytest.importorskip("scipy.interpolate")
+    rng = np.random.default_rng(5)
+    for _ in range(5):
+        times = np.cumsum(rng.uniform(0.1, 2, 9))
+        values = np.round(rng.standard_normal(9), 1)
+        pchip = interpolate.PchipInterpolator(times, values)
+        robot = towed((times, values, "monotone"))
+        for t in rng.uniform(times[0], times[-1], 20):
+            assert robot.pose([0.0], link="clamp", t=t)[0, 3] == pytest.approx(pchip(t), abs=1e-14)
+            speed = robot.velocity([0.0], [0.0], link="clamp", t=t)[3]
+            assert speed == pytest.approx(pchip(t, 1), abs=1e-12)
+            acceleration = robot.acceleration([0.0], [0.0], [0.0], link="clamp", t=t)[3]
+            assert acceleration == pytest.approx(pchip(t, 2), abs=1e-10)
+
+
+def test_what_makes_no_sense_is_refused():
+    table = ([0.0, 1.0], [0.0, 1.0])
+    with pytest.raises(ValueError, match=r'motion\.interpolation: got "cubical", expected one of'):
+        towed((*table, "cubical"))
+    with pytest.raises(ValueError, match=r"force\.interpolation: got monotone, expected .*linear"):
+        lissom.Load(force=([0, 1], np.zeros((2, 3)), "monotone"))
+    assert lissom.Load(force=([0, 1], np.zeros((2, 3)), "linear")).force[2] == "linear"
+    with pytest.raises(ValueError, match=r"t_span\[1\]|t_end"):
+        lissom.simulate(towed((*table, "monotone")), 2.0)
+    assert lissom.simulate(towed((*table, "linear")), 2.0).success
+    with pytest.raises(ValueError, match="linear table"):
+        lissom.sensitivity(towed((*table, "linear")), 0.5, ["link[1].joint.stiffness"])
+
+
+SCENE = """
+version = 1
+[[link]]
+name = "clamp"
+joint = {{ type = "prismatic", axis = [1, 0, 0], motion = {motion} }}
+body = {{ mass = 0.3 }}
+[[link]]
+name = "mass"
+parent = "clamp"
+joint = {{ type = "prismatic", axis = [1, 0, 0], stiffness = 40 }}
+body = {{ mass = 1 }}
+[scene]
+gravity = [0, 0, 0]
+[simulation]
+t_end = 0.5
+"""
+
+
+def test_scenes_name_the_interpolation():
+    scene = lissom.Scene.loads(
+        SCENE.format(motion='{ times = [0, 2], values = [0, 0.8], interpolation = "linear" }')
+    )
+    assert scene.model.links[0].joint.motion[2] == "linear"
+    found = lissom.simulate(scene.model, 0.5, dt=1e-3)
+    w = np.sqrt(40.0)
+    assert found.q[-1, 0] == pytest.approx(-SPEED / w * np.sin(w * 0.5), abs=1e-5)
+    with pytest.raises(lissom.SceneError, match="only times and values are interpolated"):
+        lissom.Scene.loads(SCENE.format(motion='{ amplitude = 1, frequency = 1, interpolation = "linear" }'))
+    with pytest.raises(lissom.SceneError, match="interpolation"):
+        lissom.Scene.loads(SCENE.format(motion='{ times = [0, 2], values = [0, 1], interpolation = "x" }'))
+
+
+# ------------------------------------------------------------------------------------- starts from rest
+
+
+def quintic(s):
+    return s**3 * (10 - 15 * s + 6 * s**2)
+
+
+STARTS = {
+    "quintic": quintic,
+    "cycloid": lambda s: s - np.sin(2 * np.pi * s) / (2 * np.pi),
+    "t^4": lambda s: s**4,
+    "t^5": lambda s: s**5,
+}
+
+
+@pytest.mark.parametrize("name", STARTS)
+@pytest.mark.parametrize("duration", [0.05, 0.5, 500.0])
+def test_motions_may_start_with_zero_acceleration(name, duration):
+    """In seconds, and in milliseconds."""
+
+    def move(t):
+        return 0.2 * STARTS[name](min(max(t / duration, 0.0), 1.0))
+
+    scale = (duration / 0.5) ** 2
+    robot = towed(move, stiffness=40.0 / scale)
+    times = np.linspace(0, 0.9 * duration, 181)
+    found = lissom.simulate(robot, 0.9 * duration, dt=duration / 200, t_eval=times)
+    table = np.linspace(0, duration, 400)
+    splined = towed((table, [move(t) for t in table]), stiffness=40.0 / scale)
+    expected = lissom.simulate(splined, 0.9 * duration, dt=duration / 200, t_eval=times)
+    assert found.success
+    assert_allclose(found.q, expected.q, atol=1e-4)
