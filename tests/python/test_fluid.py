@@ -514,6 +514,7 @@ radius = 0.01
 young_modulus = 1e6
 poisson_ratio = 0.4
 density = 1000
+modes = { bend_y = 2 }
 [[rod.body]]
 mass = 0.1
 volume = 2e-4
