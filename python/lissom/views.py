@@ -265,21 +265,8 @@ def _rod_with_more_modes(rod: Rod, more: int) -> Rod | None:
         )
         for segment in rod.segments
     ]
-    return Rod(
-        segments,
-        rod.base_position,
-        rod.base_orientation,
-        rod.gravity,
-        rod.tip_force,
-        rod.tip_moment,
-        rod.tip_mass,
-        loads=rod.loads,
-        bodies=rod.bodies,
-        base_motion=rod.base_motion,
-        supports=rod.supports,
-        fluid=rod.fluid,
-        actuators=rod.actuators,
-    )
+    _, options = rod.__getnewargs_ex__()
+    return Rod(segments, **options)
 
 
 def _with_loads(robot: Robot, loads: Sequence[Load]) -> Model:

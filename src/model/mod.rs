@@ -30,7 +30,7 @@ pub(crate) use flaw::at_least;
 pub use flaw::{Flaw, Holder, Radius};
 pub use forward::{ForwardScratch, SingularMass, Tree};
 pub use in_time::InTime;
-pub use passing::Beside;
+pub use passing::{Beside, Impact};
 pub(crate) use passing::{have_met_stops, have_passed, have_touched};
 pub use tied::{Switch, Tied};
 
@@ -255,6 +255,11 @@ pub trait Model: Elastic + InTime + Discretised + Tied {
         false
     }
 
+    /// Whether surfaces have touched in any state evaluated since the last call.
+    fn take_touched(&mut self) -> bool {
+        false
+    }
+
     /// Whether surfaces in the state evaluated last are so close that they may touch in the next one.
     fn may_touch(&self) -> bool {
         false
@@ -263,6 +268,11 @@ pub trait Model: Elastic + InTime + Discretised + Tied {
     /// Whether such a step ends with more energy than it began with, by more than errors of steps that see their impacts.
     fn gains_energy(&mut self, _before: [&[f64]; 2], _motion: [&[f64]; 3], _h: f64, _beside: Beside) -> bool {
         false
+    }
+
+    /// What an impact in such a step, which stops what meets, has taken out of the motion.
+    fn impact(&mut self, _before: [&[f64]; 2], _motion: [&[f64]; 3], _h: f64) -> Option<Impact> {
+        None
     }
 
     /// Power of forces without a potential (moments of fixed direction, varying loads, a moving base), in

@@ -4,6 +4,21 @@ use super::{Model, Radius};
 use crate::error::Interrupted;
 use crate::hermite;
 
+/// An impact in a step that does not resolve it.
+#[derive(Clone, Copy, Debug)]
+pub struct Impact {
+    /// Index of the contact in the model.
+    pub contact: usize,
+    /// Energy in joules that the step has lost, as far as the contact would have given it back.
+    pub lost: f64,
+    /// Kinetic energy before it, in joules.
+    pub kinetic: f64,
+    /// Elastic energy after it, overlaps included, in joules.
+    pub elastic: f64,
+    /// Size in seconds of steps that resolve it.
+    pub longest: f64,
+}
+
 /// What a gain of energy is compared with.
 #[derive(Clone, Copy, Debug)]
 pub enum Beside {

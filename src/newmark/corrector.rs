@@ -237,7 +237,7 @@ impl Corrector {
             trial.set(guess);
         }
         self.kept = None;
-        if self.reuse && !(self.was_hard && system.may_touch()) {
+        if self.reuse && !self.was_hard {
             if self.with_kept_jacobian(system, trial, h, counters)?.is_ok() {
                 return Ok(Ok(()));
             }
@@ -249,7 +249,7 @@ impl Corrector {
         let before = counters.njev;
         let outcome = self.with_fresh_jacobians(system, trial, h, counters);
         system.follow_friction(None);
-        self.was_hard = counters.njev - before > EASY;
+        self.was_hard = counters.njev - before > EASY && system.may_touch();
         outcome
     }
 

@@ -27,6 +27,7 @@
 mod contraction;
 mod corrector;
 mod error_estimate;
+mod impacts;
 mod jacobian;
 mod linear_system;
 mod options;

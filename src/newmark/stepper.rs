@@ -2,6 +2,7 @@
 
 use super::corrector::Corrector;
 use super::error_estimate::{Ends, ErrorEstimate, LARGEST_FACTOR};
+use super::impacts::Impacts;
 use super::options::{Options, Predictor, StepSize};
 use super::scheme::{Scheme, stretch};
 use super::trial::Trial;
@@ -79,6 +80,9 @@ pub struct Stepper {
     /// Whether surfaces touch, now and in the trial.
     touches: bool,
     will_touch: bool,
+    /// Whether they touched in any state that was tried for the trial.
+    has_touched: bool,
+    impacts: Impacts,
     /// Where the trial would end if nothing acted.
     straight_on: Vec<f64>,
     started: bool,
@@ -136,6 +140,8 @@ impl Stepper {
             has_stopped: false,
             touches: false,
             will_touch: false,
+            has_touched: false,
+            impacts: Impacts::default(),
             straight_on: Vec::new(),
             started: false,
             status: None,
@@ -317,6 +323,12 @@ impl Stepper {
             true => 1,
             false => self.unsettled.saturating_sub(1),
         };
+        if system.is_touched() {
+            let Trial { t, q, v, a, .. } = &self.trial;
+            if let Some(impact) = system.impact(*t, [&self.q, &self.v], [q, v, a], h)? {
+                self.impacts.count(*t, &impact);
+            }
+        }
         self.forgets = true;
         self.accept(t_new, h);
         Ok(())
@@ -333,7 +345,7 @@ impl Stepper {
         let start = (self.t, self.q.clone(), self.v.clone(), self.a.clone());
         let before = (self.t_old, self.q_old.clone(), self.v_old.clone(), self.a_old.clone());
         let (memory, unsettled) = ((self.s.clone(), self.h_of_s, self.guess), self.unsettled);
-        let (touches, steps) = (self.touches, self.counters.steps);
+        let (touches, steps, impacts) = (self.touches, self.counters.steps, self.impacts);
         let solved = self.halves(system, t_new, MOST_HALVINGS);
         if matches!(solved, Ok(Ok(()))) {
             (self.t_old, self.q_old, self.v_old, self.a_old) = start;
@@ -343,6 +355,7 @@ impl Stepper {
             (self.t_old, self.q_old, self.v_old, self.a_old) = before;
             ((self.s, self.h_of_s, self.guess), self.unsettled) = (memory, unsettled);
             (self.touches, self.forgets, self.counters.steps) = (touches, false, steps);
+            self.impacts = impacts;
         }
         self.corrector.forget_jacobian();
         solved
@@ -397,15 +410,16 @@ impl Stepper {
         Ok(has_stopped || is_jolted || self.gains_energy(system, h, Beside::Motion)?)
     }
 
-    /// Whether surfaces that touch at one of its ends make the trial gain energy: bodies that have come too deep push each other out
-    /// by another side than they entered.
+    /// Whether surfaces that touch at one of its ends, or did on the way to the solution of its equations, make the trial gain energy:
+    /// bodies that have come too deep push each other out by another side than they entered, and Newton's method may leave a
+    /// surface for a solution far away from it.
     fn gains_energy<S: System + ?Sized>(
         &mut self,
         system: &mut S,
         h: f64,
         beside: Beside,
     ) -> Result<bool, Interrupted> {
-        if !system.has_contact() || !(self.touches || system.is_touched()) {
+        if !system.has_contact() || !(self.touches || self.has_touched || system.is_touched()) {
             return Ok(false);
         }
         let Trial { t, q, v, a, .. } = &self.trial;
@@ -566,17 +580,15 @@ impl Stepper {
                 }
             }
         }
-        if !system.is_one_sided() {
-            return self.corrector.solve(
-                system,
-                &mut self.trial,
-                &self.guessed,
-                &self.a,
-                h,
-                &mut self.counters,
-            );
-        }
-        self.correct_one_sided(system, h)
+        system.take_touched();
+        let solved = if system.is_one_sided() {
+            self.correct_one_sided(system, h)
+        } else {
+            let Self { corrector, trial, guessed, a, counters, .. } = self;
+            corrector.solve(system, trial, guessed, a, h, counters)
+        };
+        self.has_touched = system.take_touched();
+        solved
     }
 
     /// The same with constraints that hold one way only: those that held at the start of the step, until the end says
@@ -717,6 +729,7 @@ impl Stepper {
         self.counters.carry(tape);
         tape.below(STEPS_AFTER_STOP + 1, &mut self.unsettled);
         tape.flag(&mut self.touches);
+        self.impacts.carry(tape);
         tape.flag(&mut self.started);
         self.corrector.carry(system, tape);
     }
@@ -764,6 +777,11 @@ impl Stepper {
     /// `None` while the integration is running.
     pub fn status(&self) -> Option<Status> {
         self.status
+    }
+
+    /// Why the motion so far may be wrong although all steps were made: impacts that these do not resolve.
+    pub fn doubt(&self) -> Option<String> {
+        self.impacts.doubt(self.options.dt)
     }
 
     /// Number of steps of fixed size that the interval takes; saturates.

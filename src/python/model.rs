@@ -116,6 +116,7 @@ pub(crate) trait Stepped: Send + Sync {
     fn inputs(&self) -> &[f64];
     fn energy(&mut self) -> Result<model::Energy, Interrupted>;
     fn explain(&mut self, status: Status) -> String;
+    fn doubt(&self) -> Option<String>;
     fn interrupted(&self) -> Status;
     fn memory(&mut self) -> Vec<f64>;
     fn recall(&mut self, memory: &[f64]) -> Result<(), InvalidInput>;
@@ -162,7 +163,11 @@ impl<M: model::Model + Clone + Send + Sync + 'static> Stepped for Run<M> {
         self.energy()
     }
     fn explain(&mut self, status: Status) -> String {
-        self.explain(status) + &slack_now(self)
+        let doubt = self.doubt().map_or_else(String::new, |doubt| format!(" {doubt}"));
+        self.explain(status) + &slack_now(self) + &doubt
+    }
+    fn doubt(&self) -> Option<String> {
+        self.doubt()
     }
     fn interrupted(&self) -> Status {
         self.interrupted()

@@ -1329,7 +1329,8 @@ impl PyRobot {
     /// t : float or array_like, shape (k,), optional
     ///     Time of the state, or of each of the k states, seconds. Required if loads vary or the base moves.
     /// by : {'balance', 'material'}
-    ///     'balance': from inertia, weight, loads, fluid and supports of everything beyond the section. It is valid for any given
+    ///     'balance': from inertia, weight, loads, fluid, supports and contact (at the places that `touches` reports) of everything
+    ///     beyond the section. It is valid for any given
     ///     motion, also for strains without modes. 'material': from stiffness and damping of the section,
     ///     ``-(H (xi - xi_0) + mu H xi')``, with active strains as part of xi_0. It includes neither loads nor strains without
     ///     modes. In free motion and in equilibrium the two agree when projected onto the modes, and pointwise as the number of

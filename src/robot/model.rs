@@ -6,7 +6,7 @@ use super::choice::{Kernel, Solve};
 use super::compile;
 use super::description::{Robot, Rod};
 use super::driven::Coordinates;
-use super::effect::contact::told::Touching;
+use super::effect::contact::told::{Hardest, Touching};
 use super::effect::support::Held;
 use super::kernel::kinematics::Pose;
 use super::kernel::momentum::Momentum;
@@ -26,8 +26,8 @@ use crate::lie::{Instructions, Planar, Plane, Spatial, Vector};
 use crate::linalg::{Matrix, TreeMatrix, symmetric_eigen};
 use crate::loops::{Loop, Tie};
 use crate::model::{
-    Beside, Discretised, Elastic, Energy, Flaw, ForwardScratch, Holder, InTime, InertiaMatrix, Model, Radius,
-    SectionPlace, SingularMass, Switch, Tied, Tree, forward,
+    Beside, Discretised, Elastic, Energy, Flaw, ForwardScratch, Holder, Impact, InTime, InertiaMatrix, Model,
+    Radius, SectionPlace, SingularMass, Switch, Tied, Tree, forward,
 };
 use crate::rod::{MAX_NODES, STRAINS, piece};
 use crate::signal::Cell;
@@ -1032,6 +1032,10 @@ impl Model for RobotModel {
         on_sweeps!(&self.sweeps, sweeps => sweeps.is_touched())
     }
 
+    fn take_touched(&mut self) -> bool {
+        on_sweeps!(&mut self.sweeps, sweeps => sweeps.take_touched())
+    }
+
     fn may_touch(&self) -> bool {
         on_sweeps!(&self.sweeps, sweeps => sweeps.may_touch())
     }
@@ -1058,6 +1062,31 @@ impl Model for RobotModel {
             }
             Beside::All => gain > EXPLOSION * (after.kinetic + after.elastic),
         }
+    }
+
+    fn impact(&mut self, before: [&[f64]; 2], motion: [&[f64]; 3], h: f64) -> Option<Impact> {
+        let ([q, qd, qdd], [_, qd_before]) = (motion, before);
+        if !self.noted.is_of(before) {
+            self.note_energy(before);
+        }
+        let at_start = self.noted.energy;
+        self.note_energy([q, qd]);
+        let at_end = self.noted.energy;
+        let supplied = if self.is_driven() { self.supplied_power(q, qd, qdd).abs() } else { 0.0 };
+        // In a step of the backward Euler method forces do the work of its end.
+        let lost = at_start.total() - at_end.total() - h * (self.dissipated_power(q, qd) + supplied);
+        let Self { sweeps, coordinates, .. } = self;
+        coordinates
+            .all([q, qd_before, qdd], |motion| on_sweeps!(&mut *sweeps, sweeps => sweeps.note_rates(motion)));
+        let Hardest { contact, rebound, longest } =
+            coordinates.all(motion, |motion| on_sweeps!(sweeps, sweeps => sweeps.hardest_impact(motion)))?;
+        Some(Impact {
+            contact,
+            lost: lost.max(0.0) * rebound * rebound,
+            kinetic: at_start.kinetic,
+            elastic: at_end.elastic,
+            longest,
+        })
     }
 
     fn sunk(&mut self, q: &[f64]) -> Option<Flaw> {

@@ -607,9 +607,20 @@ impl<G: Turning> Sweeps<G> {
         told::is_jolted(&self.plan, &self.work, h)
     }
 
+    /// The hardest impact in a step that ends in a motion of the same shape.
+    pub(crate) fn hardest_impact(&mut self, motion: [&[f64]; 3]) -> Option<told::Hardest> {
+        self.update_motion(motion);
+        told::hardest_impact(&self.plan, &self.work)
+    }
+
     /// Whether surfaces touch in the state evaluated last.
     pub(crate) fn is_touched(&self) -> bool {
         !self.work.contact.touches.is_empty()
+    }
+
+    /// Whether surfaces have touched in any state evaluated since the last call.
+    pub(crate) fn take_touched(&mut self) -> bool {
+        std::mem::take(&mut self.work.contact.has_touched)
     }
 
     /// Whether surfaces in the state evaluated last are so close that they may touch in the next one.

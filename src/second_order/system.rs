@@ -5,7 +5,7 @@ use crate::constraint::{one_sided, projection};
 use crate::error::Interrupted;
 use crate::linalg::{Matrix, TreeMatrix};
 use crate::model::{
-    Beside, Flaw, Model, Radius, Switch, have_met_stops, have_passed, have_touched, rotation_vectors,
+    Beside, Flaw, Impact, Model, Radius, Switch, have_met_stops, have_passed, have_touched, rotation_vectors,
 };
 use crate::signal::Cell;
 
@@ -154,6 +154,11 @@ pub trait System {
         false
     }
 
+    /// Whether surfaces have touched in any state evaluated since the last call.
+    fn take_touched(&mut self) -> bool {
+        false
+    }
+
     /// Whether surfaces in the state evaluated last are so close that they may touch in the next one.
     fn may_touch(&self) -> bool {
         false
@@ -169,6 +174,17 @@ pub trait System {
         _beside: Beside,
     ) -> Result<bool, Interrupted> {
         Ok(false)
+    }
+
+    /// What an impact in such a step, which stops what meets, has taken out of the motion.
+    fn impact(
+        &mut self,
+        _t: f64,
+        _before: [&[f64]; 2],
+        _motion: [&[f64]; 3],
+        _h: f64,
+    ) -> Result<Option<Impact>, Interrupted> {
+        Ok(None)
     }
 
     /// Whether displacements are an invalid shape ([`Flaw`](crate::model::Flaw)), including sunk surfaces.
@@ -404,6 +420,10 @@ impl<M: Model + ?Sized> System for FreeMotion<'_, M> {
         self.0.is_touched()
     }
 
+    fn take_touched(&mut self) -> bool {
+        self.0.take_touched()
+    }
+
     fn may_touch(&self) -> bool {
         self.0.may_touch()
     }
@@ -418,6 +438,17 @@ impl<M: Model + ?Sized> System for FreeMotion<'_, M> {
     ) -> Result<bool, Interrupted> {
         self.0.set_time(t)?;
         Ok(self.0.gains_energy(before, [q, v, &a[..q.len()]], h, beside))
+    }
+
+    fn impact(
+        &mut self,
+        t: f64,
+        before: [&[f64]; 2],
+        [q, v, a]: [&[f64]; 3],
+        h: f64,
+    ) -> Result<Option<Impact>, Interrupted> {
+        self.0.set_time(t)?;
+        Ok(self.0.impact(before, [q, v, &a[..q.len()]], h))
     }
 
     fn is_flawed(&mut self, t: f64, q: &[f64]) -> Result<bool, Interrupted> {

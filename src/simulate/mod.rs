@@ -361,7 +361,12 @@ impl Simulation {
         let flow = meter.map_or_else(Flow::default, |meter| meter.into_flow(t.len()));
         let mut message = stop.map_or_else(|| run.explain(status), |stop| stop.message);
         let is_success = status.is_success();
-        let doubt = if is_success { run.observe(|model, end| watch.doubt(model, q0, end)) } else { None };
+        let of_impacts = run.doubt();
+        let doubt = if is_success {
+            run.observe(|model, end| watch.doubt(model, q0, end)).or(of_impacts)
+        } else {
+            None
+        };
         if let Some(doubt) = &doubt {
             message = format!("{message} {doubt}");
         }

@@ -292,6 +292,11 @@ impl<M: Model> Integrator<M> {
         }
     }
 
+    /// Why the motion so far may be wrong although all steps were made.
+    pub(super) fn doubt(&self) -> Option<String> {
+        if let Self::Newmark { stepper, .. } = self { stepper.doubt() } else { None }
+    }
+
     /// Accepted steps so far.
     pub(super) fn steps(&self) -> usize {
         self.counters().steps

@@ -435,6 +435,11 @@ impl<M: Model> Run<M> {
         self.integrator.counters()
     }
 
+    /// Why the motion so far may be wrong although all steps were made: impacts that fixed steps do not resolve.
+    pub fn doubt(&self) -> Option<String> {
+        self.integrator.doubt()
+    }
+
     /// Describes a status of this run, with advice unless it is a success.
     pub fn explain(&mut self, status: Status) -> String {
         if let Some(stop) = &self.stop {

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pickle
+import re
 
 import numpy as np
 import pytest
@@ -400,3 +401,77 @@ def test_what_makes_no_sense_is_refused(make, message):
 
 def rod_on(other):
     return lissom.Rod([rod_segment(0.3, modes={"bend_y": 3})], contacts=[lissom.Contact("rod", other)])
+
+
+# Impacts that steps do not resolve
+
+
+def dropped(height=10.0, dissipation=0.0, stiffness=1e7, **ball):
+    robot = ball_on_floor(lissom.Prismatic((0, 0, 1)), dissipation=dissipation, stiffness=stiffness, **ball)
+    return robot, [height + 0.1]
+
+
+def rod_on_its_end():
+    segment = lissom.Segment(
+        0.2, 0.01, modes={"stretch": 3}, young_modulus=1e8, poisson_ratio=0.4, density=1000.0
+    )
+    along = lissom.Link("rod", joint=lissom.Prismatic((1, 0, 0)), rod=[segment])
+    floor = lissom.Contact("rod", lissom.HalfSpace((0, 0, 0), (1, 0, 0)), dissipation=0.0)
+    return lissom.Robot([along], gravity=(-G, 0, 0), contacts=[floor]), [1.0, 0.0, 0.0, 0.0]
+
+
+def many_balls():
+    links = [lissom.Link(f"ball {i}", joint=lissom.Prismatic((0, 0, 1)), body=body()) for i in range(3)]
+    contacts = [
+        lissom.Contact(lissom.Ball(link.name, 0.1), FLOOR, stiffness=1e7, dissipation=0.0) for link in links
+    ]
+    return lissom.Robot(links, contacts=contacts), [1.0, 2.0, 3.0]
+
+
+UNRESOLVED = "Impacts are shorter than steps of"
+
+
+@pytest.mark.parametrize("scene", [dropped, rod_on_its_end, many_balls])
+def test_impacts_that_stop_what_should_rebound_are_doubted(scene):
+    robot, q0 = scene()
+    with pytest.warns(lissom.AccuracyWarning, match=UNRESOLVED):
+        result = lissom.simulate(robot, 1.6, q0=q0)
+    assert result.success
+    assert result.message.endswith(result.doubt)
+    with pytest.warns(lissom.AccuracyWarning, match=UNRESOLVED):
+        many = lissom.simulate_many(robot, 1.6, q0=np.array([q0, q0]))
+    assert many.doubt == (result.doubt, result.doubt)
+    steps = lissom.Simulation(robot, dt=1e-2, q0=q0)
+    assert steps.doubt is None
+    steps.step(duration=1.6)
+    assert steps.doubt == result.doubt
+    assert steps.message.endswith(steps.doubt)
+    assert steps.copy().doubt == pickle.loads(pickle.dumps(steps)).doubt == steps.doubt
+
+
+def test_the_doubt_names_the_impact_its_energy_and_a_step_that_resolves_it():
+    robot, q0 = dropped(stiffness=1e8)
+    with pytest.warns(lissom.AccuracyWarning, match=UNRESOLVED):
+        doubt = lissom.simulate(robot, 2.0, dt=5e-3, q0=q0).doubt
+    energy, percent, at = (
+        float(re.search(pattern, doubt).group(1))
+        for pattern in (r"they take ([\d.e+]+) J", r"([\d.]+) % of", r"contacts\[0\] at t = ([\d.]+) s")
+    )
+    assert_allclose(energy, 10 * G, rtol=0.02)
+    assert_allclose(percent, 100, atol=2)
+    assert_allclose(at, np.sqrt(20 / G), atol=6e-3)
+    dt = float(re.search(r"`dt=([\d.e-]+)`", doubt).group(1))
+    # Twenty steps of an impact that takes pi sqrt(m / k).
+    assert_allclose(dt, np.pi * 1e-4 / 20, rtol=0.05)
+    remedied = lissom.simulate(robot, 1.45, dt=dt, q0=q0)
+    assert remedied.doubt is None
+    assert remedied.v[-1, 0] > 0.9 * np.sqrt(20 * G)
+    assert lissom.simulate(robot, 1.45, method="radau", q0=q0).v[-1, 0] > 0.9 * np.sqrt(20 * G)
+
+
+@pytest.mark.parametrize(
+    ("stiffness", "dissipation", "height"), [(1e4, 0.0, 1.0), (1e8, 10.0, 1.0), (1e8, 1.0, 10.0)]
+)
+def test_impacts_that_are_resolved_or_do_not_rebound_anyway_are_not_doubted(stiffness, dissipation, height):
+    robot, q0 = dropped(height, dissipation, stiffness)
+    assert lissom.simulate(robot, 3.0, dt=1e-3, q0=q0).doubt is None

@@ -223,6 +223,7 @@ def test_a_box_that_sticks_creeps_as_stated(friction):
     assert run.v[-1, 0] == pytest.approx(1e-4 * part / math.sqrt(1 - part**2), rel=2e-2)
 
 
+@pytest.mark.filterwarnings("ignore:Impacts are shorter:lissom.AccuracyWarning")
 @pytest.mark.parametrize("half", [(0.02, 0.05, 0.06), (0.02, 0.05, 0.07)])
 def test_a_box_tips_over_where_its_weight_leaves_its_base(half):
     steepest = math.atan(half[0] / half[2])
@@ -321,6 +322,7 @@ def test_a_ball_on_a_turntable_circles_at_two_sevenths(shape):
 # Grips and impacts
 
 
+@pytest.mark.filterwarnings("ignore:Impacts are shorter:lissom.AccuracyWarning")
 def test_jaws_hold_a_box_until_friction_is_used_up():
     """Two stiff rods press on a box with 5 N each; an increasing force pulls at it."""
     force, friction, creep, half = 5.0, 0.4, 1e-5, (0.03, 0.02, 0.04)
@@ -351,6 +353,7 @@ def test_jaws_hold_a_box_until_friction_is_used_up():
     assert 5 * (run.t[slips] - 0.2) == pytest.approx(2 * friction * force, abs=0.025)
 
 
+@pytest.mark.filterwarnings("ignore:Impacts are shorter:lissom.AccuracyWarning")
 @pytest.mark.parametrize("shape", ["box", "capsule"])
 def test_tendon_fingers_hold_what_friction_can_carry(shape):
     """Two fingers bend onto a body: it slips when the force exceeds friction times their pressing forces."""
@@ -392,6 +395,7 @@ def test_tendon_fingers_hold_what_friction_can_carry(shape):
     assert sliding == pytest.approx(-friction * pressed, rel=1e-3)
 
 
+@pytest.mark.filterwarnings("ignore:Impacts are shorter:lissom.AccuracyWarning")
 def test_rods_that_fall_on_a_see_saw():
     board = Box((0, 0, 0), (0.3, 0.05, 0.005), link="board")
     quarter = turned(Rotation.from_rotvec([0, 0, math.pi / 2]))

@@ -479,6 +479,7 @@ def test_they_are_kept(name):
     assert beam(shape).contacts[0].b == shape
 
 
+@pytest.mark.filterwarnings("ignore:Impacts are shorter:lissom.AccuracyWarning")
 @pytest.mark.parametrize("dt", [1e-2, 5e-2])
 @pytest.mark.parametrize("method", [None, "radau", "rk45"])
 def test_nothing_passes_through_a_ridge_or_a_plate(dt, method):

@@ -283,3 +283,121 @@ def test_what_a_tendon_and_a_chamber_pass_on_is_in_the_balance_alone():
         assert_allclose(balance, 0.0, atol=1e-9)
         # A parallel actuator with one strain: its force at its offset.
         assert_allclose(passed[[1, 3]], [offset * force, force], rtol=1e-9)
+
+
+# Contact
+
+
+def hose(name="rod", length=LENGTH, **place):
+    modes = {"torsion": 2, "bend_y": 3, "bend_z": 3, "stretch": 1, "shear_y": 1, "shear_z": 1}
+    part = lissom.Segment(
+        length, 8e-3, modes=modes, young_modulus=2e6, poisson_ratio=0.4, density=DENSITY, nodes=24
+    )
+    return lissom.Link(name, rod=[part], **place)
+
+
+LAW = {"stiffness": 2e4, "dissipation": 0.3, "friction": 0.4}
+BASE = lissom.BaseMotion(translation=lambda t: (0.1 * np.sin(5 * t), 0.0, 0.2 * np.cos(3 * t)))
+TOUCHED = {
+    "floor": {"contacts": [lissom.Contact("rod", lissom.HalfSpace((0, 0, -0.03), (0.1, 0, 1)), **LAW)]},
+    "box": {"contacts": [lissom.Contact("rod", lissom.Box((0.3, 0, -0.05), (0.1, 0.2, 0.05)), **LAW)]},
+    "other rod": {
+        "links": [
+            hose(),
+            hose("other", position=(0.25, -0.2, 0.0), orientation=(np.sqrt(0.5), 0, 0, np.sqrt(0.5))),
+        ],
+        "contacts": [lissom.Contact("other", "rod", **LAW)],
+    },
+    "ball": {
+        "links": [hose(), lissom.Link("ball", joint=lissom.Prismatic((0, 0, 1)), body=lissom.Body(0.1))],
+        "contacts": [lissom.Contact(lissom.Ball("ball", 0.3, position=(0.2, 0, 0)), "rod", **LAW)],
+    },
+    "moving base": {
+        "contacts": [lissom.Contact("rod", lissom.HalfSpace((0, 0, 0.15)), **LAW)],
+        "base_motion": BASE,
+    },
+}
+
+
+@pytest.mark.parametrize("case", TOUCHED)
+def test_pressure_and_friction_along_a_rod_are_part_of_the_balance(case):
+    """With and without contact the wrench of a motion differs by what presses on everything beyond."""
+    parts = {"links": [hose()]} | TOUCHED[case]
+    links, contacts = parts.pop("links"), parts.pop("contacts")
+    robot, bare = lissom.Robot(links, contacts=contacts, **parts), lissom.Robot(links, **parts)
+    is_first, t = contacts[0].a == "rod", 0.3
+    number = 0
+    for seed in range(5):
+        random = np.random.default_rng(seed)
+        q, v, a = 0.3 * random.normal(size=(3, robot.n))
+        touches = robot.touches(q, v, t=t)
+        touched = [touch.along[0 if is_first else 1] for touch in touches]
+        number += len(touches)
+        for X in np.r_[0.0, LENGTH, random.uniform(0, LENGTH, 5)]:
+            pose = robot.pose(q, X, link="rod", t=t)
+            R, place = pose[:3, :3], pose[:3, 3]
+            expected = np.zeros(6)
+            for touch, at in zip(touches, touched, strict=True):
+                if at >= X:
+                    # Each surface is pressed on at its own place.
+                    force, on = touch.force, touch.position
+                    if not is_first:
+                        force, on = -force, on + touch.overlap * touch.normal
+                    expected -= np.append(R.T @ np.cross(on - place, force), R.T @ force)
+            change = np.subtract(
+                *(model.internal_wrench(q, v, a, X, link="rod", t=t) for model in (robot, bare))
+            )
+            scale = sum(np.linalg.norm(touch.force) for touch in touches)
+            assert_allclose(change, expected, rtol=0, atol=1e-9 * (1 + scale))
+    assert number > 0
+
+
+def rod_in(**parts):
+    return lissom.Robot([hose()], **parts)
+
+
+LOADS = [
+    lissom.Load(link="rod", force=(0.1, 0.2, -0.3), moment=(0.01, 0.02, 0.03), at=0.23),
+    lissom.Load(link="rod", force=(0.1, 0.2, -0.3), moment=(0.01, 0.02, 0.03), at=0.11, frame="body"),
+    lissom.Load(link="rod", force=(0.5, 0.2, -0.3), along=(0.1, 0.3)),
+    lissom.Load(link="rod", force=lambda t: (0.0, np.sin(9 * t), 0.2)),
+]
+OUTSIDE = [lissom.Via(None, (0, 0.1, 0.05)), lissom.Via("rod", (0, 0, 0.01), at=0.31)]
+EFFECTS = {
+    "nothing": rod_in(),
+    "loads": rod_in(loads=LOADS),
+    "supports": rod_in(supports=[lissom.Support(link="rod", at=0.2, stiffness=30.0, rotational_damping=0.1)]),
+    "fluid": rod_in(fluid=lissom.Fluid(1000.0, velocity=(0.1, 0.2, 0.3))),
+    "body": rod_in(bodies=[lissom.Body(0.05, link="rod", at=0.17, inertia=np.eye(3) * 1e-5)]),
+    "base motion": rod_in(base_motion=BASE),
+    "tendon outside": rod_in(actuators=[lissom.Tendon("t", OUTSIDE, tension=2.0, friction=0.0)]),
+} | {f"contact with {case}": lissom.Robot(**({"links": [hose()]} | parts)) for case, parts in TOUCHED.items()}
+
+
+@pytest.mark.parametrize("case", EFFECTS)
+def test_balance_and_material_differ_by_what_drives_the_modes(case):
+    """Principle of virtual work: weighted with the modes, balance minus material is the residual of the
+    equations of motion. No cut of the rod may leave out anything."""
+    robot, t = EFFECTS[case], 0.3
+    for seed in range(2):
+        random = np.random.default_rng(seed)
+        q, v, a = 0.3 * random.normal(size=(3, robot.n))
+        kinks = {0.0, 0.1, 0.11, 0.17, 0.2, 0.23, 0.3, 0.31, LENGTH}
+        for touch in robot.touches(q, v, t=t):
+            kinks |= {at for at in touch.along if at is not None}
+        nodes, weights = np.polynomial.legendre.leggauss(16)
+        kinks = np.array(sorted(kinks))
+        half = 0.5 * np.diff(kinks)[:, None]
+        X = (kinks[:-1, None] + half * (1 + nodes)).ravel()
+        weights = (half * weights).ravel()
+        balance, material = (
+            robot.internal_wrench(q, v, a, X, link="rod", t=t, by=by) for by in ("balance", "material")
+        )
+        found = [
+            weights * eval_legendre(degree, 2 * X / LENGTH - 1) @ (balance - material)[:, strain]
+            for strain, modes in enumerate([2, 3, 3, 1, 1, 1])
+            for degree in range(modes)
+        ]
+        first = robot.coordinates.index("rod.torsion_0") if "rod.torsion_0" in robot.coordinates else 0
+        expected = robot.inverse_dynamics(q, v, a, t=t)[first : first + len(found)]
+        assert_allclose(found, expected, rtol=0, atol=1e-9 * np.abs(expected).max())

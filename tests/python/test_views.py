@@ -1,6 +1,8 @@
 """Results and reports depend on the view of a model, for any kind of model."""
 
 import ast
+import copy
+import inspect
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,6 +13,7 @@ import lissom
 from lissom import advice, report
 from lissom.files import arrays, dataset
 from lissom.results import Run
+from lissom.sweeps.paths import constructed
 from lissom.views import View, view
 
 PACKAGE = Path(lissom.__file__).parent
@@ -114,3 +117,78 @@ def test_advice_takes_any_view(name, monkeypatch):
     plain = view.dispatch(object)
     monkeypatch.setattr(advice, "view", plain)
     assert not any("modes" in sentence for sentence in advice.advice(scene))
+
+
+def every_argument_of_a_rod():
+    segment = lissom.Segment(
+        0.5, 0.01, modes={"bend_y": 2, "stretch": 1}, young_modulus=1e6, poisson_ratio=0.4, density=1000.0
+    )
+    return {
+        "segments": [segment],
+        "base_position": (0.1, 0.2, 0.3),
+        "base_orientation": (0.6, 0.8, 0.0, 0.0),
+        "gravity": (0.0, 1.0, -2.0),
+        "tip_force": (0.1, 0.2, 0.3),
+        "tip_moment": (0.01, 0.02, 0.03),
+        "tip_mass": 0.1,
+        "loads": [lissom.Load(force=(0.0, 0.0, 1.0))],
+        "bodies": [lissom.Body(0.2, at=0.25)],
+        "base_motion": lissom.BaseMotion(axis=(0, 0, 1), angle=lambda t: t),
+        "supports": [lissom.Support(at=0.3, stiffness=10.0)],
+        "fluid": lissom.Fluid(10.0),
+        "actuators": [lissom.Tendon("tendon", [lissom.Along("rod", offset=(0.005, 0.0))], tension=1.0)],
+        "contacts": [lissom.Contact("rod", lissom.HalfSpace((0, 0, -5)), friction=0.3)],
+    }
+
+
+def every_argument_of_a_robot():
+    arguments = every_argument_of_a_rod()
+    arm = lissom.Link("arm", joint=lissom.Revolute((0, 0, 1)), body=lissom.Body(1.0, centre=(0.1, 0, 0)))
+    links = [lissom.Link("rod", rod=arguments["segments"]), arm]
+    shared = {name: arguments[name] for name in ("gravity", "fluid", "base_motion", "actuators", "contacts")}
+    on_rod = {
+        "loads": [lissom.Load(link="rod", force=(0.0, 0.0, 1.0))],
+        "bodies": [lissom.Body(0.2, link="rod", at=0.25)],
+        "supports": [lissom.Support(link="rod", at=0.3, stiffness=10.0)],
+        "loops": [lissom.Loop(("rod",), (None, None, (0.5, 0.0, 0.0)), lissom.Spherical())],
+    }
+    return {"links": links} | shared | on_rod
+
+
+def rebuilt_with_more_modes(model):
+    return view(model).with_more_modes(2)
+
+
+def rebuilt_with_loads(model):
+    return view(model).with_loads([])
+
+
+def rebuilt_by_a_path(model):
+    return type(model)(**constructed(model))
+
+
+REBUILT = [copy.copy, copy.deepcopy, rebuilt_with_loads, rebuilt_by_a_path]
+
+
+@pytest.mark.parametrize(
+    ("kind", "arguments", "rebuild"),
+    [(lissom.Rod, every_argument_of_a_rod, rebuild) for rebuild in [*REBUILT, rebuilt_with_more_modes]]
+    + [(lissom.Robot, every_argument_of_a_robot, rebuild) for rebuild in REBUILT],
+)
+def test_no_argument_is_lost_where_a_model_is_rebuilt(kind, arguments, rebuild):
+    given = arguments()
+    # A new argument must be entered above.
+    assert set(given) == set(inspect.signature(kind).parameters)
+    model = kind(**given)
+    found = rebuild(model)
+    assert type(found) is kind
+    for name in given:
+        wanted, value = getattr(model, name), getattr(found, name)
+        if name == "segments" and rebuild is rebuilt_with_more_modes:
+            assert [segment.modes["bend_y"] for segment in value] == [4]
+        elif name == "base_motion":
+            assert value.angle is wanted.angle
+            assert value.axis == wanted.axis
+        else:
+            assert repr(value) == repr(wanted), name
+            assert value == wanted or not isinstance(value, tuple), name

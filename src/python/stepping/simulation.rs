@@ -355,6 +355,13 @@ impl PySimulation {
         Ok(self.memory()?.message())
     }
 
+    /// Why the motion so far may be wrong although no step failed: impacts that fixed steps do not resolve. None without such a
+    /// reason. The message ends with it.
+    #[getter]
+    fn doubt(&self) -> PyResult<Option<String>> {
+        Ok(self.memory()?.run.doubt())
+    }
+
     fn __repr__(&self) -> PyResult<String> {
         let memory = self.memory()?;
         let (status, t) = (memory.outcome.name(), memory.run.t());

@@ -56,8 +56,15 @@ pub(crate) fn to_segment(point: Vector<f64>, [p, end]: [Vector<f64>; 2]) -> f64 
     between(point, p + along * x)
 }
 
-/// Distance between two segments (Ericson 2005, section 5.1.9).
-pub(crate) fn of_segments([p, p_end]: [Vector<f64>; 2], [q, q_end]: [Vector<f64>; 2]) -> f64 {
+/// Distance between two segments.
+pub(crate) fn of_segments(first: [Vector<f64>; 2], second: [Vector<f64>; 2]) -> f64 {
+    let [x, y] = nearest_of_segments(first, second);
+    let on = |[from, to]: [Vector<f64>; 2], x: f64| from + (to - from) * x;
+    between(on(first, x), on(second, y))
+}
+
+/// At which fractions of two segments these are nearest to each other (Ericson 2005, section 5.1.9).
+pub(crate) fn nearest_of_segments([p, p_end]: [Vector<f64>; 2], [q, q_end]: [Vector<f64>; 2]) -> [f64; 2] {
     let (along, other, way) = (p_end - p, q_end - q, p - q);
     let (a, e, f) = (along.dot(along), other.dot(other), other.dot(way));
     let (b, c) = (along.dot(other), along.dot(way));
@@ -65,6 +72,5 @@ pub(crate) fn of_segments([p, p_end]: [Vector<f64>; 2], [q, q_end]: [Vector<f64>
     let x = clamped(b * f - c * e, determinant);
     let y = clamped(b * x + f, e);
     // After clamping, recompute the point on the first segment.
-    let x = clamped(b * y - c, a);
-    between(p + along * x, q + other * y)
+    [clamped(b * y - c, a), y]
 }

@@ -117,6 +117,11 @@ impl HeightField {
         field
     }
 
+    /// Upper bound of its curvature, per metre.
+    pub(crate) fn most_bent(&self) -> f64 {
+        self.most_bent
+    }
+
     /// Coefficients on which a cell depends, row by row.
     fn of_cell(&self, i: usize, j: usize) -> [&[f64]; 4] {
         let width = self.shape[1] + 2;

@@ -86,6 +86,11 @@ impl Solid {
         }
     }
 
+    /// Upper bound of the curvature by which its surface is hollow, per metre; zero for a convex solid.
+    pub(crate) fn hollowness(&self) -> f64 {
+        if let Self::HeightField(field) = self { field.most_bent() } else { 0.0 }
+    }
+
     /// Whether second derivatives of the distance jump between features of the solid.
     pub(crate) fn has_features(&self) -> bool {
         matches!(self, Self::Capsule { .. } | Self::Cuboid { .. } | Self::ConvexMesh(_))

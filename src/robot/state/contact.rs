@@ -18,6 +18,8 @@ pub(crate) struct ContactState<P> {
     /// Chebyshev coefficients of the sections' y and z axes, for curves that are not round; empty if there
     /// are none.
     pub(crate) axes: Vec<[Vector<f64>; 2]>,
+    /// Upper bounds of the second derivatives of curves, with respect to the fraction of their length; up to date like `terms`.
+    pub(crate) bends: Vec<f64>,
     /// Position and slope at the samples of all curves. Slopes are computed only for curves examined closely;
     /// for other curves the slopes at the ends are those at the adjacent nodes.
     pub(crate) samples: Vec<[Vector<f64>; 2]>,
@@ -48,6 +50,8 @@ pub(crate) struct ContactState<P> {
     pub(crate) is_left: bool,
     /// Contact points; the memory suffices for the maximum number.
     pub(crate) touches: Vec<Touch>,
+    /// Whether there have been any since this was asked last.
+    pub(crate) has_touched: bool,
     /// Contact points along pieces as linked lists: of the piece whose nodes begin with this pack, the first one;
     /// and the next one of the same piece. Points and sides are counted as in `up_to`.
     pub(crate) first_along: Vec<Option<usize>>,
@@ -119,6 +123,11 @@ impl Span {
         distance::to_segment(point, self.ends) - self.width
     }
 
+    /// At which fraction of the segment it is nearest to that of another volume.
+    pub(crate) fn nearest_to(&self, other: &Self) -> f64 {
+        distance::nearest_of_segments(self.ends, other.ends)[0]
+    }
+
     /// Whether two volumes may overlap.
     pub(crate) fn meets(&self, other: &Self) -> bool {
         let (way, reach) = (self.centre - other.centre, self.radius + other.radius);
@@ -162,6 +171,7 @@ impl<P> Default for ContactState<P> {
         Self {
             terms: Vec::new(),
             axes: Vec::new(),
+            bends: Vec::new(),
             samples: Vec::new(),
             spans: Vec::new(),
             bounds: Vec::new(),
@@ -178,6 +188,7 @@ impl<P> Default for ContactState<P> {
             is_rigid_near: false,
             is_left: false,
             touches: Vec::new(),
+            has_touched: false,
             first_along: Vec::new(),
             next_along: Vec::new(),
             rates: Vec::new(),
@@ -202,6 +213,7 @@ impl<P: Lanes> ContactState<P> {
                 terms
             ],
             axes: vec![[Vector::zero(); 2]; if is_round { 0 } else { coefficients }],
+            bends: vec![0.0; contacts.curves.len()],
             samples: vec![[Vector::zero(); 2]; samples],
             spans: vec![Span::new([Vector::zero(); 2], 0.0); samples],
             bounds: vec![(Vector::zero(), 0.0); contacts.curves.len()],
@@ -218,6 +230,7 @@ impl<P: Lanes> ContactState<P> {
             is_rigid_near: false,
             is_left: false,
             touches: Vec::with_capacity(contacts.capacity),
+            has_touched: false,
             first_along: vec![None; packs],
             next_along: vec![None; 2 * contacts.capacity],
             rates: Vec::with_capacity(contacts.capacity),

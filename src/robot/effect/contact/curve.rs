@@ -34,15 +34,16 @@ const LAST_INCREMENT: f64 = 1e-8;
 /// Finds the shapes of the curves that may be touched.
 #[inline(always)]
 pub(super) fn expand<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, state: &mut ContactState<G::Pack>) {
-    let ContactState { terms, axes, samples, is_near, .. } = state;
-    let curves = plan.contacts.curves.iter().zip(&*is_near);
-    for (curve, _) in curves.filter(|(_, is_near)| **is_near) {
+    let ContactState { terms, axes, bends, samples, is_near, .. } = state;
+    let curves = plan.contacts.curves.iter().zip(bends).zip(&*is_near);
+    for ((curve, bend), _) in curves.filter(|(_, is_near)| **is_near) {
         let piece = &plan.pieces[curve.piece];
         let slopes = &work.slope[piece.node_packs()];
         let terms = &mut terms[curve.first_term..][..curve.terms()];
         let degrees = curve.expansion.len() / curve.polynomials();
         let mut begin = G::in_space(plan.frame, work.stations[piece.joined.begin].position);
         let mut from = 0.0;
+        *bend = 0.0;
         let ends = curve.integral.breaks().iter().copied().chain([1.0]);
         let parts = terms.chunks_exact_mut(degrees + 1).zip(curve.expansion.chunks_exact(degrees));
         for ((terms, expansion), to) in parts.zip(ends) {
@@ -56,6 +57,8 @@ pub(super) fn expand<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, state: &mu
             }
             terms[degrees].slope = Vector::zero();
             begin = complete(terms, begin, to - from);
+            // Chebyshev polynomials are no larger than one.
+            *bend = bend.max(terms.iter().map(|term| term.bend.dot(term.bend).sqrt()).sum());
             from = to;
         }
         if !curve.is_round {
@@ -203,6 +206,8 @@ pub(super) struct Part<'a> {
     pub(super) length: f64,
     pub(super) ends: [[Vector<f64>; 2]; 2],
     pub(super) radii: [f64; 2],
+    /// Its second derivative is no larger than that.
+    pub(super) bend: f64,
     /// Half extents of the sections at both ends, if they are not round.
     pub(super) half_extents: Option<[[f64; 2]; 2]>,
 }
@@ -213,6 +218,7 @@ pub(super) fn part<'a, P>(
     curve: &Curve<P>,
     index: usize,
     shape: Shape<'a>,
+    bend: f64,
     seen: &[[Vector<f64>; 2]],
 ) -> Part<'a> {
     let samples = [&curve.samples[index], &curve.samples[index + 1]];
@@ -226,6 +232,7 @@ pub(super) fn part<'a, P>(
         length: part * curve.length,
         ends: [index, index + 1].map(|i| [seen[i][0], seen[i][1] * part]),
         radii: samples.map(|sample| sample.radius),
+        bend: bend * part * part,
         half_extents: (!curve.is_round).then(|| samples.map(|sample| sample.half_extents)),
     }
 }
@@ -278,6 +285,19 @@ impl Part<'_> {
 
     pub(super) fn radius(&self, x: f64) -> f64 {
         self.radii[0] + (self.radii[1] - self.radii[0]) * x
+    }
+
+    /// How much the edges of its sections bend away from straight lines because the sections turn: their largest half extent times
+    /// the square of that angle.
+    pub(super) fn turn(&self) -> f64 {
+        let (Some([y, z]), Some([y_end, z_end])) = (self.semi_axes(0.0), self.semi_axes(1.0)) else {
+            return 0.0;
+        };
+        let squared = |a: Vector<f64>, b: Vector<f64>| {
+            let cosine = a.dot(b) / (a.dot(a) * b.dot(b)).sqrt();
+            2.0 * (1.0 - cosine)
+        };
+        self.radii[0].max(self.radii[1]) * (squared(y, y_end) + squared(z, z_end))
     }
 
     /// It is not longer than that, and its radius changes by no more.
@@ -369,6 +389,12 @@ mod tests {
         }
     }
 
+    /// All of a curve, with a radius.
+    fn whole(shape: Shape<'_>, ends: [[Vector<f64>; 2]; 2]) -> Part<'_> {
+        let (radii, bend, half_extents) = ([0.1; 2], 1.0, None);
+        Part { shape, index: 0, from: 0.0, part: 1.0, arc: 0.0, length: 1.0, ends, radii, bend, half_extents }
+    }
+
     /// Where the cubic through the ends is the curve, Newton's method starts at the nearest place: its increments are rounding,
     /// and may lead out of its bounds.
     #[test]
@@ -379,9 +405,7 @@ mod tests {
             let [position, slope, _] = exact(x);
             [position, slope]
         });
-        let (radii, half_extents) = ([0.1; 2], None);
-        let part =
-            Part { shape, index: 0, from: 0.0, part: 1.0, arc: 0.0, length: 1.0, ends, radii, half_extents };
+        let part = whole(shape, ends);
         for i in 0..2000 {
             let x = 0.05 + 0.9 * f64::from(i) / 1999.0;
             let [position, slope, _] = exact(x);
@@ -399,17 +423,7 @@ mod tests {
             let [position, slope, _] = exact(x);
             [position, slope]
         });
-        let part = Part {
-            shape,
-            index: 0,
-            from: 0.0,
-            part: 1.0,
-            arc: 0.0,
-            length: 1.0,
-            ends,
-            radii: [0.1; 2],
-            half_extents: None,
-        };
+        let part = whole(shape, ends);
         let span = span(part.ends, 0.1);
         for i in 0..40 {
             let angle = 0.7 * f64::from(i);

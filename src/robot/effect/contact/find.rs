@@ -7,7 +7,7 @@
 use std::ops::Range;
 
 use super::curve::{self, BESIDE, LONGER, Part, Shape, expand, part};
-use super::intervals::{SAME_PLACE, changes, touched};
+use super::intervals::{Gap, SAME_PLACE, changes};
 use super::near;
 use crate::lie::{LANES, Lanes, Rotation, Sweep, Symmetric, Twist, Vector, VectorSpace};
 use crate::robot::algebra::distance::{self, Distance};
@@ -21,6 +21,13 @@ use crate::robot::plan::contact::{Ball, Body, Curve, Fixed, NODES, Pair, Side, W
 use crate::robot::state::Workspace;
 use crate::robot::state::contact::{ContactState, Span, Standing, Term, Touch};
 use crate::robot::turning::Turning;
+
+/// Overlaps of less than that part of the radius of a rod need not be found: they press by as little.
+const NEGLIGIBLE: f64 = 1e-9;
+
+/// Places of a part that are looked at because parts of another rod are near, at most, and how far apart they are at least.
+const MOST_HINTS: usize = 8;
+const SAME_HINT: f64 = 0.02;
 
 /// Finds all touches of a state whose motion is up to date.
 pub(crate) fn find<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>) {
@@ -68,6 +75,7 @@ impl<G: Turning> Sweep for Find<'_, G> {
         let ContactState {
             terms,
             axes,
+            bends,
             samples,
             spans,
             bounds,
@@ -79,6 +87,7 @@ impl<G: Turning> Sweep for Find<'_, G> {
             corners,
             poses,
             touches,
+            has_touched,
             up_to,
             weights,
             polynomials,
@@ -91,6 +100,7 @@ impl<G: Turning> Sweep for Find<'_, G> {
             work,
             terms,
             axes,
+            bends,
             samples,
             spans,
             bounds,
@@ -105,6 +115,7 @@ impl<G: Turning> Sweep for Find<'_, G> {
         for (p, pair) in plan.contacts.pairs.iter().enumerate() {
             scene.meet(p, pair, &mut found);
         }
+        *has_touched |= !found.touches.is_empty();
     }
 }
 
@@ -372,6 +383,7 @@ struct Scene<'a, G: Turning> {
     work: &'a Workspace<G>,
     terms: &'a [Term],
     axes: &'a [[Vector<f64>; 2]],
+    bends: &'a [f64],
     samples: &'a [[Vector<f64>; 2]],
     spans: &'a [Span],
     bounds: &'a [(Vector<f64>, f64)],
@@ -439,7 +451,7 @@ impl<'a, G: Turning> Scene<'a, G> {
     fn part(&self, c: usize, index: usize) -> Part<'_> {
         let curve = &self.plan.contacts.curves[c];
         let seen = &self.samples[curve.first_sample..][..curve.samples.len()];
-        part(curve, index, Shape::new(curve, self.terms, self.axes), seen)
+        part(curve, index, Shape::new(curve, self.terms, self.axes), self.bends[c], seen)
     }
 
     /// What the parts of a curve lie in.
@@ -547,17 +559,30 @@ impl<'a, G: Turning> Scene<'a, G> {
     /// Whether a part of a curve can be near the other.
     fn part_may_meet(&self, c: usize, index: usize, other: &Other<'_>) -> bool {
         let Other::Rod { pair, near, .. } = *other else { return true };
-        let span = &self.spans(c)[index];
-        let [from, to] = self.plan.contacts.curves[c].arcs(index);
-        others(near, c).any(|o| {
-            span.meets(&self.chords[o])
-                && self.spans(o).iter().enumerate().any(|(i, there)| {
-                    let is_neighbour = pair.neighbourhood > 0.0 && {
-                        let [begin, end] = self.plan.contacts.curves[o].arcs(i);
-                        begin < to + pair.neighbourhood && end > from - pair.neighbourhood
-                    };
-                    !is_neighbour && span.meets(there)
-                })
+        self.near_parts(c, index, pair, near).next().is_some()
+    }
+
+    /// What the parts of another rod lie in that can be near a part of a curve.
+    fn near_parts<'n>(
+        &'n self,
+        c: usize,
+        index: usize,
+        pair: &Pair,
+        near: &'n [[usize; 2]],
+    ) -> impl Iterator<Item = &'n Span> {
+        let (spans, chords, neighbourhood) = (self.spans, self.chords, pair.neighbourhood);
+        let curves = &self.plan.contacts.curves;
+        let span = &spans[curves[c].first_sample + index];
+        let [from, to] = curves[c].arcs(index);
+        others(near, c).filter(move |&o| span.meets(&chords[o])).flat_map(move |o| {
+            let curve = &curves[o];
+            let parts = spans[curve.first_sample..][..curve.samples.len() - 1].iter().enumerate();
+            parts.filter_map(move |(i, there)| {
+                let [begin, end] = curve.arcs(i);
+                let is_neighbour =
+                    neighbourhood > 0.0 && begin < to + neighbourhood && end > from - neighbourhood;
+                (!is_neighbour && span.meets(there)).then_some(there)
+            })
         })
     }
 
@@ -601,7 +626,10 @@ impl<'a, G: Turning> Scene<'a, G> {
             let [position, slope, _] = part.at(x);
             gap_to(x, slope, nearest(x, position))
         };
-        for &interval in touched(ends, gap).as_slice() {
+        let negligible = NEGLIGIBLE * part.radii[0].max(part.radii[1]);
+        let gap = Gap { at: gap, bend: part.bend + self.bend_of(other, c, part), negligible };
+        let mut hints = [0.0; MOST_HINTS];
+        for &interval in gap.touched(ends, self.hints(c, part, other, &mut hints)).as_slice() {
             self.meet_features(p, c, part, interval, other, found);
         }
     }
@@ -633,9 +661,53 @@ impl<'a, G: Turning> Scene<'a, G> {
             let [before, after] = [(x - BESIDE).max(0.0), (x + BESIDE).min(1.0)];
             (value(x), (value(after) - value(before)) / (after - before))
         };
-        for &interval in touched([gap(0.0), gap(1.0)], gap).as_slice() {
+        let ends = [gap(0.0), gap(1.0)];
+        let gap = Gap {
+            at: gap,
+            bend: part.bend + part.turn() + self.bend_of(other, c, part),
+            negligible: NEGLIGIBLE * thickest,
+        };
+        let mut hints = [0.0; MOST_HINTS];
+        for &interval in gap.touched(ends, self.hints(c, part, other, &mut hints)).as_slice() {
             self.meet_features(p, c, part, interval, other, found);
         }
+    }
+
+    /// How much the gap between a part of a curve and the other bends down because the other is not convex, at distances of up
+    /// to half of its radius of curvature.
+    fn bend_of(&self, other: &Other<'_>, c: usize, part: &Part<'_>) -> f64 {
+        let curvature = match *other {
+            Other::Solid { solid, .. } => solid.solid.hollowness(),
+            Other::Rod { near, .. } => others(near, c)
+                .map(|o| self.bends[o] / self.plan.contacts.curves[o].length.powi(2))
+                .fold(0.0, f64::max),
+        };
+        let [[_, a], [_, b]] = part.ends;
+        2.0 * curvature * a.dot(a).max(b.dot(b))
+    }
+
+    /// Where a part of a curve may come near the other although the gaps at its ends do not tell: a rod is the union of its parts,
+    /// each of which is nearest to the chord of this one somewhere.
+    fn hints<'b>(
+        &self,
+        c: usize,
+        part: &Part<'_>,
+        other: &Other<'_>,
+        hints: &'b mut [f64; MOST_HINTS],
+    ) -> &'b [f64] {
+        let Other::Rod { pair, near, .. } = *other else { return &[] };
+        let span = &self.spans(c)[part.index];
+        let mut number = 0;
+        for there in self.near_parts(c, part.index, pair, near) {
+            let x = span.nearest_to(there);
+            let is_known = hints[..number].iter().any(|known| (known - x).abs() < SAME_HINT);
+            if x > SAME_HINT && x < 1.0 - SAME_HINT && !is_known && number < MOST_HINTS {
+                hints[number] = x;
+                number += 1;
+            }
+        }
+        hints[..number].sort_unstable_by(f64::total_cmp);
+        &hints[..number]
     }
 
     /// Adds the touches of what lies between two places of a part of a curve, divided where another part of a solid becomes the

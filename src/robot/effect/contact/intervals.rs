@@ -2,8 +2,14 @@
 
 use crate::robot::plan::contact::{MOST_CHANGES, MOST_INTERVALS};
 
-/// Steps of regula falsi, and of the search for the lowest place.
+/// Steps of regula falsi, and places between two samples at which an overlap is looked for.
 const MOST_STEPS: usize = 60;
+
+/// Places between two others are that part of the way from these, at least.
+const BESIDE_ENDS: f64 = 0.02;
+
+/// Where one end sees nothing, pieces of less than that part of the way between two samples are not divided.
+const HIDDEN: f64 = 1e-3;
 
 /// A place where another part of a solid becomes the nearest one is known to that part of what is divided there.
 const NARROW: f64 = 1e-10;
@@ -22,6 +28,15 @@ impl Intervals {
     fn push(&mut self, interval: [f64; 2]) {
         self.own[self.number] = interval;
         self.number += 1;
+    }
+
+    /// Takes out the last one if there is no room for more, and returns where it began.
+    fn reopen(&mut self) -> Option<f64> {
+        if self.number < MOST_INTERVALS {
+            return None;
+        }
+        self.number -= 1;
+        Some(self.own[self.number][0])
     }
 
     pub(super) fn as_slice(&self) -> &[[f64; 2]] {
@@ -61,105 +76,148 @@ pub(super) fn changes(
     found
 }
 
-/// Where between 0 and 1 a gap is negative, by its values and slopes: it is nearly a cubic, which has up to two places where it
-/// turns.
-pub(super) fn touched(ends: [(f64, f64); 2], gap: impl Fn(f64) -> (f64, f64)) -> Intervals {
-    let (turns, number) = turning_points(ends);
-    let [(start, _), (end, _)] = ends;
-    let mut places = [(0.0, start), (1.0, end), (1.0, end), (1.0, end)];
-    for i in 0..number {
-        let before = if i > 0 { turns[i - 1].0 } else { 0.0 };
-        let after = if i + 1 < number { turns[i + 1].0 } else { 1.0 };
-        let (x, curvature) = turns[i];
-        let sign = curvature.signum();
-        let turned = |x: f64| {
-            let (value, slope) = gap(x);
-            (sign * value, sign * slope)
+/// A gap between 0 and 1 that bends down by no more than `bend`: with `bend x^2 / 2` added to it, it is convex.
+///
+/// The distance of a point from a convex solid is convex, and along a curve it bends down by no more than the second derivative
+/// of the curve; beside a smooth surface that is not convex, by its curvature more. Between two places such a gap lies above the
+/// two parabolas that its values and slopes there begin (cutting planes: Kelley 1960), and below the one through both values:
+/// overlaps are excluded by a bound.
+pub(super) struct Gap<F> {
+    /// Value and slope at a place.
+    pub(super) at: F,
+    pub(super) bend: f64,
+    /// Overlaps of no more than that are none.
+    pub(super) negligible: f64,
+}
+
+/// A place with its gap and the slope of the gap.
+#[derive(Clone, Copy)]
+struct Place {
+    x: f64,
+    value: f64,
+    slope: f64,
+    is_touched: bool,
+}
+
+impl Place {
+    fn new(x: f64, (value, slope): (f64, f64)) -> Self {
+        Self { x, value, slope, is_touched: value < 0.0 }
+    }
+}
+
+/// Where a gap is negative, so far.
+struct Search {
+    found: Intervals,
+    /// Where the interval begins that has not ended yet.
+    begin: Option<f64>,
+    /// How many more places may be looked at.
+    left: usize,
+}
+
+impl<F: Fn(f64) -> (f64, f64)> Gap<F> {
+    /// Where it is negative, by its values and slopes at 0 and 1. `hints` are places in ascending order where it may be low although
+    /// nothing at the ends says so, because it is the smallest of several gaps.
+    pub(super) fn touched(&self, ends: [(f64, f64); 2], hints: &[f64]) -> Intervals {
+        let [start, end] = [Place::new(0.0, ends[0]), Place::new(1.0, ends[1])];
+        let begin = start.is_touched.then_some(0.0);
+        let mut search = Search { found: Intervals::default(), begin, left: MOST_STEPS };
+        let mut before = start;
+        for &x in hints {
+            let here = Place::new(x, (self.at)(x));
+            self.divide(before, here, &mut search);
+            before = here;
+        }
+        self.divide(before, end, &mut search);
+        if let Some(begin) = search.begin {
+            search.found.push([begin, 1.0]);
+        }
+        search.found
+    }
+
+    /// Finds where the sign changes between two places.
+    fn divide(&self, a: Place, b: Place, search: &mut Search) {
+        if b.x - a.x <= SAME_PLACE {
+            return if a.is_touched != b.is_touched {
+                search.change(b.x)
+            };
+        }
+        if a.is_touched == b.is_touched {
+            if search.left == 0 {
+                return;
+            }
+            let between = if a.is_touched { self.opens_at(a, b) } else { self.closes_at(a, b) };
+            if let Some(x) = between {
+                search.left -= 1;
+                let here = Place::new(x, (self.at)(x));
+                self.divide(a, here, search);
+                self.divide(here, b, search);
+            }
+            return;
+        }
+        let zero = self.zero(a, b);
+        let side = |is_touched| Place { is_touched, ..zero };
+        self.divide(a, side(a.is_touched), search);
+        search.change(zero.x);
+        self.divide(side(b.is_touched), b, search);
+    }
+
+    /// Where to look for an overlap between two places without one: where both bounds from below are equally low, if that is below
+    /// zero.
+    fn closes_at(&self, a: Place, b: Place) -> Option<f64> {
+        let (h, bend) = (b.x - a.x, self.bend);
+        if !(a.value.is_finite() && b.value.is_finite()) {
+            // One end sees nothing: the bound of the other one reaches there.
+            let towards = if a.value.is_finite() { a.slope } else { -b.slope };
+            let lowest = a.value.min(b.value) + (towards - 0.5 * bend * h) * h;
+            return (lowest < -self.negligible && h > HIDDEN).then_some(a.x + 0.5 * h);
+        }
+        let growth = b.slope - a.slope + bend * h;
+        if growth <= 0.0 {
+            return None;
+        }
+        let t = ((a.value - b.value + (b.slope + 0.5 * bend * h) * h) / growth).clamp(0.0, h);
+        let lowest = a.value + (a.slope - 0.5 * bend * t) * t;
+        (lowest < -self.negligible).then_some(a.x + inside(t, h))
+    }
+
+    /// Where to look for a gap between two places that overlap: where the bound from above is highest, if that is above zero.
+    fn opens_at(&self, a: Place, b: Place) -> Option<f64> {
+        let (h, bend) = (b.x - a.x, self.bend);
+        if bend <= 0.0 {
+            return None;
+        }
+        let rise = (b.value - a.value) / h;
+        let t = (0.5 * h + rise / bend).clamp(0.0, h);
+        let highest = a.value + rise * t + 0.5 * bend * t * (h - t);
+        (highest > self.negligible).then_some(a.x + inside(t, h))
+    }
+
+    /// Where it is zero between two places of different signs.
+    fn zero(&self, a: Place, b: Place) -> Place {
+        let slope = std::cell::Cell::new(0.0);
+        let value = |x: f64| {
+            let (value, at) = (self.at)(x);
+            slope.set(at);
+            value
         };
-        let (x, value) = lowest(turned, [before, after], x, curvature.abs());
-        places[i + 1] = (x, sign * value);
+        let x = zero(value, [a.x, b.x], [a.value, b.value]);
+        Place { x, value: 0.0, slope: slope.get(), is_touched: false }
     }
-    let mut found = Intervals::default();
-    let mut begin = (start < 0.0).then_some(0.0);
-    for pair in places[..number + 2].windows(2) {
-        let [(a, at_a), (b, at_b)] = [pair[0], pair[1]];
-        if (at_a < 0.0) == (at_b < 0.0) {
-            continue;
-        }
-        let x = zero(|x| gap(x).0, [a, b], [at_a, at_b]);
-        match begin.take() {
-            Some(begin) => found.push([begin, x]),
-            None => begin = Some(x),
-        }
-    }
-    if let Some(begin) = begin {
-        found.push([begin, 1.0]);
-    }
-    found
 }
 
-/// Where the cubic through values and slopes at 0 and 1 turns between them, in ascending order, with its curvature there.
-fn turning_points([(start, start_slope), (end, end_slope)]: [(f64, f64); 2]) -> ([(f64, f64); 2], usize) {
-    let rise = end - start;
-    // Of the slope: `a + 2 b x + 3 c x^2`.
-    let (a, b, c) =
-        (start_slope, 3.0 * rise - 2.0 * start_slope - end_slope, start_slope + end_slope - 2.0 * rise);
-    let (mut turns, mut number) = ([(0.0, 0.0); 2], 0);
-    let square = b * b - 3.0 * a * c;
-    // What is not seen from one end is not finite.
-    if !square.is_finite() || square <= 0.0 {
-        return (turns, number);
-    }
-    // The root that does not cancel, and the other one by their product (Press et al. 2007, section 5.6).
-    let sum = -(b + square.sqrt().copysign(b));
-    let mut roots = [sum / (3.0 * c), a / sum];
-    if roots[1] < roots[0] {
-        roots.swap(0, 1);
-    }
-    for x in roots {
-        let curvature = 2.0 * b + 6.0 * c * x;
-        if x > 0.0 && x < 1.0 && curvature != 0.0 {
-            turns[number] = (x, curvature);
-            number += 1;
+impl Search {
+    /// The sign changes at a place. Intervals that are too many are joined to the last one: gaps in it do not press.
+    fn change(&mut self, x: f64) {
+        match self.begin.take() {
+            Some(begin) => self.found.push([begin, x]),
+            None => self.begin = Some(self.found.reopen().unwrap_or(x)),
         }
     }
-    (turns, number)
 }
 
-/// Where a function is negative between two places, or as low as it gets: Newton's method for its slope, with the secant's
-/// curvature from the first step on, or halving.
-fn lowest(
-    f: impl Fn(f64) -> (f64, f64),
-    [mut from, mut to]: [f64; 2],
-    mut x: f64,
-    mut curvature: f64,
-) -> (f64, f64) {
-    /// It gets no lower than zero where a parabola falls by less than that part of the value.
-    const CERTAIN: f64 = 0.25;
-    let mut value = f64::INFINITY;
-    let mut last: Option<(f64, f64)> = None;
-    for step in 0..MOST_STEPS {
-        let (here, slope) = f(x);
-        value = here;
-        if let Some((before, slope_before)) = last {
-            curvature = (slope - slope_before) / (x - before);
-        }
-        let falls = 0.5 * slope * slope / curvature;
-        if value < 0.0 || (curvature > 0.0 && falls <= CERTAIN * value) || to - from <= SAME_PLACE {
-            break;
-        }
-        last = Some((x, slope));
-        if slope < 0.0 {
-            from = x;
-        } else {
-            to = x;
-        }
-        let next = x - slope / curvature;
-        // Beside a kink only halving comes nearer.
-        let is_between = curvature > 0.0 && next > from && next < to && step % 3 != 2;
-        x = if is_between { next } else { 0.5 * (from + to) };
-    }
-    (x, value)
+/// A place between 0 and h, but not at these.
+fn inside(t: f64, h: f64) -> f64 {
+    t.clamp(BESIDE_ENDS * h, (1.0 - BESIDE_ENDS) * h)
 }
 
 /// A zero between two places with values of different signs: regula falsi, Illinois variant (Dowell and Jarratt 1971).

@@ -20,6 +20,7 @@ use crate::model::Energy;
 use crate::robot::algebra::tie::Motion;
 use crate::robot::plan::Plan;
 use crate::robot::plan::piece::PiecePlan;
+use crate::robot::plan::point::Place;
 use crate::robot::state::Workspace;
 use crate::robot::state::contact::{ContactState, ContactTangent, Standing, Touch};
 use crate::robot::state::tangent::{Tangent, TangentWorkspace, Weights};
@@ -103,6 +104,24 @@ impl<G: Turning> Effect<G> for Touching {
                 }
             }
         }
+    }
+
+    /// Places along a rod where it is touched act like points. They are in no nodal integral.
+    fn beyond(plan: &Plan<G>, piece: &PiecePlan<G>, work: &Workspace<G>, place: &Place) -> Wrench<G, f64> {
+        let mut sum = Wrench::zero();
+        let contact = &work.contact;
+        if contact.touches.is_empty() || piece.packs == 0 {
+            return sum;
+        }
+        let mut next = contact.first_along[piece.first_pack];
+        while let Some(at) = next {
+            let (touch, s) = (&contact.touches[at / 2], at % 2);
+            if matches!(touch.sides[s], Standing::Along { x, .. } if x >= place.x) {
+                sum += needs(plan, touch)[s];
+            }
+            next = contact.next_along[at];
+        }
+        sum
     }
 
     #[inline(always)]

@@ -1,7 +1,10 @@
 //! Reports about contacts: places, forces, and whether steps resolve them.
 
+use std::f64::consts::PI;
+
 use super::find;
 use crate::lie::{Cross, Twist, Vector};
+use crate::robot::algebra::touch::Law;
 use crate::robot::plan::Plan;
 use crate::robot::plan::contact::{Body, Side};
 use crate::robot::state::Workspace;
@@ -66,6 +69,57 @@ pub(crate) fn is_jolted<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, h: f64)
         let opening = touch.meeting.normal.dot(first - second);
         h * h * opening > UNRESOLVED * overlap * touch.pressing.stiffening().max(1.0)
     })
+}
+
+/// The hardest of the impacts in a step.
+pub(crate) struct Hardest {
+    /// The contact, by its place among those of the robot.
+    pub(crate) contact: usize,
+    /// Speed of the rebound over that of the approach.
+    pub(crate) rebound: f64,
+    /// Size of steps that resolve it, in seconds.
+    pub(crate) longest: f64,
+}
+
+/// The impact of the surfaces that have approached each other fastest; its motion and rates are as for [`is_jolted`].
+pub(crate) fn hardest_impact<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -> Option<Hardest> {
+    /// Steps of an impact, which takes `pi / omega`: they give back more than nine tenths of its energy.
+    const STEPS: f64 = 20.0;
+    let touches = work.contact.touches.iter().zip(&work.contact.rates).enumerate();
+    let (t, (touch, &before)) = touches.min_by(|(_, (_, a)), (_, (_, b))| a.total_cmp(b))?;
+    let [first, second] = [0, 1].map(|side| acceleration(plan, work, t, side));
+    let opening = touch.meeting.normal.dot(first - second);
+    if before >= 0.0 || opening <= 0.0 {
+        return None;
+    }
+    let Law { dissipation, .. } = touch.meeting.law;
+    Some(Hardest {
+        contact: plan.contacts.pairs[touch.pair].contact,
+        rebound: rebound(-dissipation * before),
+        longest: PI / STEPS * (touch.meeting.overlap * touch.pressing.stiffening() / opening).sqrt(),
+    })
+}
+
+/// Speed of the rebound over that of the approach, by the product of the latter and the dissipation.
+///
+/// From `m x'' = -k x (1 + c x')` in the overlap x: `int u / (1 + c u) du` over the speed u is the same before and after (Hunt and
+/// Crossley 1975).
+fn rebound(approach: f64) -> f64 {
+    const HALVINGS: usize = 40;
+    if approach <= 0.0 {
+        return 1.0;
+    }
+    let before = approach - approach.ln_1p();
+    let (mut slow, mut fast) = (0.0, approach.min(1.0));
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (slow + fast);
+        if -middle - (-middle).ln_1p() < before {
+            slow = middle;
+        } else {
+            fast = middle;
+        }
+    }
+    slow / approach
 }
 
 /// How the centre of a side of a touch accelerates, in the frame of the plan (see `kernel::acceleration`).
