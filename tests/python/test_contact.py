@@ -331,6 +331,7 @@ def test_a_rod_clamped_above_a_floor_comes_to_rest_on_it():
     assert_allclose(force[5], weight * (rod.length - free) + weight * free / 3, rtol=5e-3)
 
 
+@pytest.mark.filterwarnings("ignore:Impacts are shorter:lissom.AccuracyWarning")
 def test_a_planar_robot_is_computed_as_in_space():
     floor = lissom.Contact("rod", lissom.HalfSpace((0, 0, -0.02), (0.1, 0, 1)), friction=0.4)
     rods = [

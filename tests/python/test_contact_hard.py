@@ -56,6 +56,7 @@ def test_a_rod_stands_on_its_tip(taper):
 
 
 @pytest.mark.parametrize("ratio", [1e-3, 1e3])
+@pytest.mark.filterwarnings("ignore:Impacts are shorter:lissom.AccuracyWarning")
 def test_balls_of_a_thousandfold_mass_rest_on_each_other(ratio):
     radius, masses = 0.1, np.array([1.0, ratio])
     links = [

@@ -39,6 +39,7 @@ def test_a_thrown_ball_comes_back(method, name):
 
 @pytest.mark.parametrize("name", OBSTACLES)
 @pytest.mark.parametrize("dt", [1e-2, 5e-2])
+@pytest.mark.filterwarnings("ignore:Impacts are shorter:lissom.AccuracyWarning")
 def test_steps_of_one_size_do_not_pass_either(dt, name):
     """A step moves the ball by up to half a metre; impacts shorter than a step stop it."""
     run = lissom.simulate(thrown_ball(OBSTACLES[name]), 0.5, v0=[10, 0, 0, 0, 0, 0], dt=dt)
@@ -206,6 +207,7 @@ def test_what_spins_freely_is_followed(method):
 
 @pytest.mark.parametrize("dt", [0.01, 0.005])
 @pytest.mark.parametrize("obstacle", ["plate", "wire"])
+@pytest.mark.filterwarnings("ignore:Impacts are shorter:lissom.AccuracyWarning")
 def test_a_ball_does_not_pass_what_is_thinner_than_itself(obstacle, dt):
     """In steps of a whole impact it is pushed back, though it begins a step deep in front of the obstacle."""
     body = lissom.Link("ball", joint=lissom.Prismatic((1, 0, 0)), body=lissom.Body(1.0))
