@@ -40,6 +40,8 @@ pub struct Run<M> {
     /// Time of the last jump of prescribed velocities, and the work done in jumps since it was last asked for.
     jumped_at: Option<f64>,
     work: Option<f64>,
+    /// Whether the mass at the start is known to be regular.
+    has_mass: bool,
     /// Distance in metres by which the start was moved to close loops.
     moved: f64,
     /// Present if the active set of one-sided constraints changes only between steps.
@@ -91,6 +93,7 @@ impl<M: Model> Run<M> {
             scratch,
             jumped_at: None,
             work: None,
+            has_mass: false,
             moved: start.moved,
             changes,
             stop: None,
@@ -160,6 +163,11 @@ impl<M: Model> Run<M> {
     ///
     /// [`simulate_controlled`]: crate::simulate::simulate_controlled
     pub fn begin(&mut self) -> Result<Option<Status>, Interrupted> {
+        if !self.has_mass
+            && let Some(status) = self.find_mass()?
+        {
+            return Ok(Some(status));
+        }
         if self.changes.as_ref().is_some_and(|changes| !changes.has_begun)
             && let Some(status) = self.find_held()?
         {
@@ -317,6 +325,21 @@ impl<M: Model> Run<M> {
             integrator.go_on(t_end);
             return Ok(None);
         }
+    }
+
+    /// Ends the leg before its first step where the mass is singular. Factors of such a matrix may exist by rounding, and the
+    /// accelerations from these mean nothing, however large. With constraints all methods factorise it themselves.
+    fn find_mass(&mut self) -> Result<Option<Status>, Interrupted> {
+        let Self { integrator, jumped, scratch, .. } = self;
+        let found = integrator.observe(|model, state| {
+            if model.constraints() > 0 {
+                return Ok(Ok(()));
+            }
+            model.set_time(state.t)?;
+            Ok(model.forward_dynamics(state.q, state.v, jumped, scratch))
+        })?;
+        self.has_mass = found.is_ok();
+        Ok(found.err().map(|SingularMass| self.stop.insert(Stop::without_mass(self.integrator.t())).status))
     }
 
     /// Finds the active constraints at the start.
@@ -511,6 +534,7 @@ impl<M: Model> Run<M> {
         tape.optional(&mut self.jumped_at, 0.0, Tape::number);
         self.grid.carry(tape);
         self.integrator.carry(tape);
+        self.has_mass |= self.integrator.steps() > 0;
         if let Some(changes) = &mut self.changes {
             changes.carry(self.integrator.model(), tape);
         }

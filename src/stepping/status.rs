@@ -76,6 +76,18 @@ pub(crate) struct Stop {
 }
 
 impl Stop {
+    /// At a start whose mass matrix is singular.
+    pub(crate) fn without_mass(t: f64) -> Self {
+        let message = format!(
+            "The accelerations at t = {} could not be found: the mass matrix is singular, or not finite, at the start. Change the \
+             initial state (coordinates of a universal joint, or of hinges in a row, may be singular there), or give every \
+             coordinate a mass.",
+            Number(t),
+        );
+        let failure = second_order::Failure::SingularJacobian;
+        Self { status: Status::SecondOrder(second_order::Status::NoInitialAcceleration(failure)), message }
+    }
+
     /// At a singular position, where an explicit method cannot choose between branches.
     pub(crate) fn at_singular_position(t: f64) -> Self {
         let message = format!(
