@@ -1,7 +1,7 @@
 """Saving and loading results bit for bit: ``save`` and ``load``.
 
-A file contains the *record* of a result and its model. `records` restricts what a record may contain, so that
-loading a file can create results and nothing else. NetCDF and NPZ files also contain arrays for other
+A file contains the *record* of a result and its model: data, from which `records` creates results and nothing
+else. NetCDF and NPZ files also contain arrays for other
 programs; `load` ignores them. Records are not compressed, so loading needs no more memory than the size of
 the file.
 """
@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import io
 import os
-import pickle
 import zipfile
 from collections.abc import Callable
 from pathlib import Path
@@ -18,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from . import records
+from . import disk, records
 from ._lissom import MotionResult, __version__
 from .datasets import dataset
 from .files import NETCDF, missing
@@ -52,9 +51,12 @@ if TYPE_CHECKING:
     )
 
 #: First bytes of a ``.lissom`` file; the record follows.
-HEAD = b"lissom record 1\n"
+HEAD = b"lissom record 2\n"
 
-#: First bytes of a record: pickles are valid for one version only.
+#: First bytes of files of versions up to 0.2.0, whose records were pickles.
+OLD_HEAD = b"lissom record 1\n"
+
+#: First bytes of a record: the version that wrote it.
 VERSION = f"{__version__}\n".encode()
 
 #: Hint in messages about models that cannot be saved.
@@ -118,7 +120,7 @@ def save(result: Result, path: str | os.PathLike[str], model: Model | None = Non
     """
     path = Path(path)
     write = _by_suffix(path, WRITERS)
-    path.write_bytes(write(result, model))
+    disk.write(path, write(result, model))
 
 
 def _by_suffix(path: Path, known: dict[str, Any]) -> Any:
@@ -132,11 +134,7 @@ def record(result: Result) -> bytes:
     """The record for `load`; raises if `load` could not read it."""
     try:
         content = records.write(result)
-    except (pickle.PicklingError, AttributeError, TypeError) as error:
-        raise ValueError(f"result: a file cannot keep it: {error}; {NO_FUNCTIONS}") from error
-    try:
-        records.read(content)
-    except pickle.UnpicklingError as error:
+    except records.NotKept as error:
         raise ValueError(
             f"result: a file cannot keep {error}, which its model has; {NO_FUNCTIONS}"
         ) from error
@@ -144,9 +142,9 @@ def record(result: Result) -> bytes:
 
 
 def _result(content: bytes, path: Path) -> Result:
-    version, _, pickled = content.partition(b"\n")
+    version, _, kept_bytes = content.partition(b"\n")
     try:
-        result = records.read(pickled)
+        result = records.read(kept_bytes)
     except Exception as error:  # bytes of any kind raise errors of any kind
         other = version.decode(errors="replace")[:20]
         reason = (
@@ -166,7 +164,13 @@ def _write_record(result: Result, model: Model | None) -> bytes:
 
 
 def _read_record(path: Path) -> bytes:
-    content = path.read_bytes()
+    content = disk.read(path)
+    if content.startswith(OLD_HEAD):
+        version = content[len(OLD_HEAD) :].partition(b"\n")[0].decode(errors="replace")[:20]
+        raise ValueError(
+            f"path: {path.name!r} has no result that lissom can read: it was written by "
+            f"version {version!r}, whose records {__version__!r} does not read; load it with that version"
+        )
     if not content.startswith(HEAD):
         raise ValueError(f"path: {path.name!r} was not written by `save` of this version of lissom")
     return content[len(HEAD) :]
@@ -191,7 +195,7 @@ def _arrays(result: Any) -> dict[str, Any]:
 
 
 def _read_npz(path: Path) -> bytes:
-    content = path.read_bytes()
+    content = disk.read(path)
     try:
         with zipfile.ZipFile(io.BytesIO(content)) as archive:
             # Reject files that expand: neither stored data nor declared arrays may be larger than the file.
@@ -226,7 +230,7 @@ def _read_netcdf(path: Path) -> bytes:
     _need_files()
     import h5py
 
-    content = path.read_bytes()
+    content = disk.read(path)
     try:
         with h5py.File(io.BytesIO(content), "r") as file:
             # External links point to other files; compressed or declared data may exceed the memory.

@@ -469,6 +469,7 @@ def _view(
     paused: bool = False,
     ranges: Mapping[str, Sequence[float]] | None = None,
     block: bool = True,
+    allow_hosts: Sequence[str] = (),
 ) -> LiveView:
     """Show the simulation live in a browser, and interact with it there (extra `view`).
 
@@ -490,6 +491,9 @@ def _view(
     block : bool
         Whether to print the address and serve until Ctrl-C. If False, a thread serves the page until `stop`
         of the returned view is called.
+    allow_hosts : sequence of str
+        Names of hosts whose pages may use the view, such as that of a proxy. By default only the page that
+        the view serves itself, to this machine.
 
     Returns
     -------
@@ -509,7 +513,7 @@ def _view(
 
     if not isinstance(block, bool):
         raise TypeError(f"block: a {type(block).__name__} is not True or False")
-    view = open_view(self, port=port, speed=speed, paused=paused, ranges=ranges)
+    view = open_view(self, port=port, speed=speed, paused=paused, ranges=ranges, allow_hosts=allow_hosts)
     if block:
         try:
             print(f"Open {view.url} in a browser; Ctrl-C ends.", flush=True)

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from . import disk
 from ._lissom import (
     ContinuationResult,
     EnsembleResult,
@@ -420,13 +421,9 @@ def _film(path: Path, fps: float, shown: View, q: Array, t: Array, titles: Seque
         raise FileNotFoundError(
             f"{path.suffix} files need the program ffmpeg, which is not installed; .gif files do not"
         )
-    with path.open("ab"):  # fails before minutes of drawing if the file cannot be written
-        pass
-    try:
-        _draw_film(path, fps, codec, shown, q, t, titles)
-    except BaseException:
-        path.unlink(missing_ok=True)
-        raise
+    # Fails before minutes of drawing if the file cannot be written.
+    with disk.replacing(path) as partial:
+        _draw_film(partial, fps, codec, shown, q, t, titles)
 
 
 def _draw_film(

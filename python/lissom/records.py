@@ -1,29 +1,32 @@
-"""Records: serialised results and models, from which only results and models can be created.
+"""Records: results and models as data, a tree in JSON and the bytes of its arrays.
 
-A record is a pickle with a restricted vocabulary. Pickles are programs: they call the functions that they
-name, and modify objects. Here they may name only the members of `ALLOWED`, and use only the instructions in
-`INSTRUCTIONS`, none of which sets attributes (`BUILD` could rewrite classes and forge arrays of objects).
-Arrays are stored as types, shapes and bytes, because NumPy's own format accepts bytes as addresses of
-objects.
+Reading a record runs no code of the file. Every node of the tree is one value: a number, text, a container,
+an array, or an object of one of the classes in `PARTS`, which its own constructor creates and checks; fields
+of results are compared with their annotations. Nodes do not share values, and arrays follow each other in the
+order of the tree, so that reading takes time and memory in proportion to the file. Only models (`Robot`,
+`Rod`, `SpringPendulum`), of which no part is another model, may be named again.
 """
 
 from __future__ import annotations
 
-import io
+import copyreg
+import json
 import math
-import pickle
-from collections.abc import Callable
+import types
+import typing
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields, is_dataclass
+from functools import cache
 from importlib import import_module
 from types import SimpleNamespace
-from typing import Any, NoReturn
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ._lissom import Section
+from ._lissom import Model, Section
 
-#: The classes and functions that results and models consist of, by module.
+#: The classes that results and models consist of, by module.
 PARTS = {
     "_lissom": (
         *("MotionResult", "StaticsResult", "ContinuationResult", "ModesResult", "EnsembleResult"),
@@ -45,142 +48,281 @@ PARTS = {
     "materials": ("OfMaterial", "OfSection"),
 }
 
+#: The classes by name.
+CLASSES: dict[str, type] = {
+    name: getattr(import_module(f"lissom.{module}"), name)
+    for module, names in PARTS.items()
+    for name in names
+}
+_NAMES = {known: name for name, known in CLASSES.items()}
+
+#: Modules whose dataclasses compare their fields with the annotations here; the others check them themselves.
+CHECKED = ("fits", "sensitivities", "equilibria", "parameters", "materials")
+
+#: Functions that create sections, by shape.
+SHAPES = tuple(name for name in vars(Section) if isinstance(vars(Section)[name], staticmethod))
+
+#: Constructor of results and other compiled objects from what `__reduce__` returns.
+RESTORE = "_restore"
+
 #: Allowed kinds of array elements: booleans, integers, floats, complex numbers, text.
 KINDS = "biufcSU"
 
-#: Opcodes allowed in a record, a subset of those of `pickle`.
-INSTRUCTIONS = (
-    *(
-        pickle.PROTO,
-        pickle.FRAME,
-        pickle.STOP,
-        pickle.MARK,
-        pickle.MEMOIZE,
-        pickle.BINGET,
-        pickle.LONG_BINGET,
-    ),
-    *(pickle.NONE, pickle.NEWTRUE, pickle.NEWFALSE, pickle.BININT, pickle.BININT1, pickle.BININT2),
-    *(pickle.LONG1, pickle.BINFLOAT, pickle.SHORT_BINUNICODE, pickle.BINUNICODE, pickle.BINUNICODE8),
-    *(pickle.SHORT_BINBYTES, pickle.BINBYTES, pickle.BINBYTES8),
-    *(pickle.EMPTY_TUPLE, pickle.TUPLE1, pickle.TUPLE2, pickle.TUPLE3, pickle.TUPLE),
-    *(pickle.EMPTY_LIST, pickle.APPEND, pickle.APPENDS, pickle.EMPTY_DICT, pickle.SETITEM, pickle.SETITEMS),
-    *(pickle.STACK_GLOBAL, pickle.REDUCE, pickle.NEWOBJ, pickle.NEWOBJ_EX),
-)
+#: Bytes for the length of the tree.
+LENGTH = 8
+
+
+class NotKept(ValueError):
+    """Something that a record cannot hold."""
+
+
+class Damaged(ValueError):
+    """A record that does not describe a result."""
 
 
 def write(thing: Any) -> bytes:
-    """The record of a result.
-
-    Raises pickle.PicklingError, AttributeError or TypeError if it contains anything not allowed in a record.
-    """
-    content = io.BytesIO()
-    _Writer(content, protocol=5).dump(thing)
-    return content.getvalue()
+    """The record of a result; raises NotKept if it contains anything that records do not have."""
+    writer = _Writer()
+    tree = json.dumps(writer.node(thing), ensure_ascii=True, allow_nan=False, separators=(",", ":")).encode()
+    return b"".join([len(tree).to_bytes(LENGTH, "little"), tree, *writer.arrays])
 
 
 def read(content: bytes) -> Any:
-    """Read a record; raises various errors if it is invalid."""
-    return _Reader(io.BytesIO(content)).load()
+    """Read a record; raises Damaged, or the error of a constructor, if it is invalid."""
+    end = LENGTH + int.from_bytes(content[:LENGTH], "little")
+    if end > len(content):
+        raise Damaged("it is cut off")
+    try:
+        tree = json.loads(content[LENGTH:end].decode("ascii"), parse_constant=_no_constant)
+    except (ValueError, RecursionError) as error:
+        raise Damaged(f"its tree is no JSON: {error}") from None
+    reader = _Reader(memoryview(content)[end:])
+    found = reader.value(tree)
+    if len(reader.left):
+        raise Damaged(f"{len(reader.left)} bytes belong to no array")
+    return found
 
 
-class _Writer(pickle.Pickler):
-    """Writes objects as constructor calls, where `pickle` would modify them after construction."""
-
-    def reducer_override(self, thing: Any) -> Any:
-        if isinstance(thing, np.ndarray | np.generic):
-            if thing.dtype.kind not in KINDS:
-                raise pickle.PicklingError(f"an array of {thing.dtype}")
-            number = isinstance(thing, np.generic)
-            return _array, (thing.dtype.str, thing.shape, thing.tobytes(), number)
-        if type(thing) is SimpleNamespace:
-            return _made, (SimpleNamespace, vars(thing))
-        if is_dataclass(type(thing)):
-            return _made, (type(thing), {field.name: getattr(thing, field.name) for field in fields(thing)})
-        return NotImplemented
+def _no_constant(word: str) -> Any:
+    raise ValueError(word)
 
 
-class _Reader(pickle._Unpickler):
-    """Reads only the classes and functions that results consist of.
+class _Writer:
+    """From values to nodes. What JSON cannot express is an object with one key, which names the kind."""
 
-    Based on the Python implementation of the reader, because it has a table of its instructions.
-    """
+    def __init__(self) -> None:
+        self.arrays: list[bytes] = []
+        self._models: dict[int, int] = {}
 
-    def find_class(self, module: str, name: str) -> Any:
-        if (module, name) not in ALLOWED:
-            raise pickle.UnpicklingError(f"{module}.{name}")
-        return ALLOWED[module, name]
+    def node(self, thing: Any) -> Any:
+        match thing:
+            case np.ndarray() | np.generic():
+                return self._array(thing)
+            case None | bool() | str():
+                return thing
+            case int():
+                return int(thing)
+            case float():
+                return float(thing) if math.isfinite(thing) else {"float": repr(float(thing))}
+            case complex():
+                return {"complex": [self.node(thing.real), self.node(thing.imag)]}
+            case bytes():
+                return {"bytes": self.node(np.frombuffer(thing, np.uint8))}
+            case tuple():
+                return {"tuple": self._list(thing)}
+            case list():
+                return self._list(thing)
+            case dict():
+                return {"dict": [self._list(item) for item in thing.items()]}
+            case SimpleNamespace():
+                return {"namespace": {name: self.node(value) for name, value in vars(thing).items()}}
+        return self._object(thing)
+
+    def _list(self, things: Sequence[Any]) -> list[Any]:
+        return [self.node(thing) for thing in things]
+
+    def _array(self, array: NDArray[Any] | np.generic) -> Any:
+        if array.dtype.kind not in KINDS:
+            raise NotKept(f"an array of {array.dtype}")
+        self.arrays.append(array.tobytes())
+        kind = "scalar" if isinstance(array, np.generic) else "array"
+        return {kind: [array.dtype.str, list(array.shape)]}
+
+    def _object(self, thing: Any) -> Any:
+        owner = type(thing)
+        if owner not in _NAMES:
+            raise NotKept(f"a {owner.__name__}")
+        name = _NAMES[owner]
+        if is_dataclass(owner):
+            values = {field.name: self.node(getattr(thing, field.name)) for field in fields(owner)}
+            return {"fields": [name, values]}
+        if isinstance(thing, Model):
+            # Kept alive by the result that contains it, so that the address is its own.
+            if id(thing) in self._models:
+                return {"model": self._models[id(thing)]}
+            node = self._made(name, thing)
+            self._models[id(thing)] = len(self._models)
+            return node
+        return self._made(name, thing)
+
+    def _made(self, name: str, thing: Any) -> Any:
+        maker, arguments, *state = thing.__reduce_ex__(4)
+        if any(part is not None for part in state):
+            raise NotKept(f"attributes of a {name}")
+        options: Mapping[str, Any] = {}
+        if maker is copyreg.__newobj__:  # type: ignore[attr-defined]
+            (_, *arguments), function = arguments, None
+        elif maker is copyreg.__newobj_ex__:  # type: ignore[attr-defined]
+            (_, arguments, options), function = arguments, None
+        else:
+            function = maker.__name__
+        named = {option: self.node(value) for option, value in options.items()}
+        return {"made": [name, function, self._list(arguments), named]}
 
 
-def _refused(reader: pickle._Unpickler) -> NoReturn:
-    raise pickle.UnpicklingError("an instruction that records do not have")
+class _Reader:
+    """From nodes to values."""
+
+    def __init__(self, left: memoryview) -> None:
+        #: Bytes of the arrays that follow.
+        self.left = left
+        self._models: list[Model] = []
+
+    def value(self, node: Any) -> Any:
+        if isinstance(node, list):
+            return [self.value(inner) for inner in node]
+        if not isinstance(node, dict):
+            return node
+        if len(node) != 1:
+            raise Damaged("a node of no kind")
+        ((kind, content),) = node.items()
+        known = _KINDS_OF_NODES.get(kind)
+        if known is None:
+            raise Damaged(f"a node of the kind {kind!r:.40}")
+        try:
+            return known(self, content)
+        except (KeyError, IndexError, AttributeError, OverflowError) as error:
+            raise Damaged(f"a node of the kind {kind!r} with {error}") from None
+
+    def _float(self, content: Any) -> float:
+        return {"inf": math.inf, "-inf": -math.inf, "nan": math.nan}[content]
+
+    def _complex(self, content: Any) -> complex:
+        real, imaginary = self.value(content)
+        return complex(real, imaginary)
+
+    def _bytes(self, content: Any) -> bytes:
+        found: bytes = self.value(content).tobytes()
+        return found
+
+    def _tuple(self, content: Any) -> tuple[Any, ...]:
+        return tuple(self.value(inner) for inner in content)
+
+    def _dict(self, content: Any) -> dict[Any, Any]:
+        return {self.value(key): self.value(value) for key, value in content}
+
+    def _namespace(self, content: Any) -> SimpleNamespace:
+        return SimpleNamespace(**{name: self.value(value) for name, value in content.items()})
+
+    def _array(self, content: Any) -> NDArray[Any]:
+        kind, shape = content
+        dtype = np.dtype(str(kind))
+        if dtype.kind not in KINDS or dtype.fields is not None or dtype.subdtype is not None:
+            raise Damaged(f"an array of {kind!r:.40}")
+        if not all(type(size) is int and size >= 0 for size in shape):
+            raise Damaged(f"an array of shape {shape!r:.80}")
+        size = math.prod(shape) * dtype.itemsize
+        if dtype.itemsize == 0 or size > len(self.left):
+            raise Damaged(f"an array of shape {shape!r:.80} in {len(self.left)} bytes")
+        content, self.left = self.left[:size], self.left[size:]
+        # Copied, because the arrays of a model must be writable.
+        array: NDArray[Any] = np.frombuffer(content, dtype).copy() if size else np.empty(0, dtype)
+        return array.reshape(shape)
+
+    def _scalar(self, content: Any) -> Any:
+        array = self._array(content)
+        if array.shape != ():
+            raise Damaged(f"a number of shape {array.shape}")
+        return array[()]
+
+    def _fields(self, content: Any) -> Any:
+        name, values = content
+        owner = CLASSES[name]
+        if not is_dataclass(owner) or {field.name for field in fields(owner)} != values.keys():
+            raise Damaged(f"other fields than those of {name}")
+        found = {field: self.value(value) for field, value in values.items()}
+        for field, kind in _annotations(name).items():
+            if not fits(found[field], kind):
+                raise Damaged(f"{name}.{field} is a {type(found[field]).__name__}")
+        return owner(**found)
+
+    def _made(self, content: Any) -> Any:
+        name, function, arguments, options = content
+        owner = CLASSES[name]
+        if is_dataclass(owner) or not (function is None or function == RESTORE or _is_shape(owner, function)):
+            raise Damaged(f"{name}.{function!r:.40}")
+        make: Callable[..., Any] = owner if function is None else getattr(owner, function)
+        found = make(
+            *(self.value(argument) for argument in arguments),
+            **{option: self.value(value) for option, value in options.items()},
+        )
+        if isinstance(found, Model):
+            self._models.append(found)
+        return found
+
+    def _model(self, content: Any) -> Model:
+        if type(content) is not int or content < 0:
+            raise Damaged(f"the model {content!r:.40}")
+        return self._models[content]
 
 
-def _new(depth: int, known: Callable[[Any], None]) -> Callable[[Any], None]:
-    """`known`, restricted to compiled classes, whose ``__new__`` validates its arguments."""
-
-    def make(reader: Any) -> None:
-        owner = reader.stack[-depth]
-        if not _is_part(owner) or is_dataclass(owner):
-            raise pickle.UnpicklingError(f"{owner!r:.80} without its checks")
-        known(reader)
-
-    return make
-
-
-_REFUSED: Callable[[Any], None] = _refused
-_Reader.dispatch = {
-    code: known if code in {word[0] for word in INSTRUCTIONS} else _REFUSED
-    for code, known in pickle._Unpickler.dispatch.items()
+_KINDS_OF_NODES: dict[str, Callable[[_Reader, Any], Any]] = {
+    name: getattr(_Reader, f"_{name}")
+    for name in (
+        *("float", "complex", "bytes", "tuple", "dict", "namespace", "array", "scalar"),
+        *("fields", "made", "model"),
+    )
 }
-for _word, _depth in ((pickle.NEWOBJ, 2), (pickle.NEWOBJ_EX, 3)):
-    _Reader.dispatch[_word[0]] = _new(_depth, _Reader.dispatch[_word[0]])
 
 
-def _array(kind: str, shape: tuple[int, ...], content: bytes, number: bool) -> NDArray[Any]:
-    """An array from its bytes, or the single number in it if `number` is set."""
-    dtype = np.dtype(str(kind))
-    if dtype.kind not in KINDS or dtype.fields is not None or dtype.subdtype is not None:
-        raise pickle.UnpicklingError(f"an array of {kind}")
-    if dtype.itemsize == 0 or math.prod(shape) * dtype.itemsize != len(content):
-        raise pickle.UnpicklingError(f"an array of shape {shape} in {len(content)} bytes")
-    array = np.frombuffer(content, dtype).reshape(shape) if content else np.empty(shape, dtype)
-    # Copy, because the arrays of a model must be writable.
-    found: NDArray[Any] = array.copy()
-    return found[()] if number else found
+def _is_shape(owner: type, function: Any) -> bool:
+    return owner is Section and function in SHAPES
 
 
-def _made(owner: type, attributes: dict[str, Any]) -> Any:
-    """An object with these attributes, created and validated by its class."""
-    if owner is not SimpleNamespace and not (_is_part(owner) and is_dataclass(owner)):
-        raise pickle.UnpicklingError(f"{owner!r:.80} from attributes")
-    return owner(**attributes)
+@cache
+def _annotations(name: str) -> dict[str, Any]:
+    """Annotations of the fields to compare, of the dataclass with this name."""
+    module = next(module for module, names in PARTS.items() if name in names)
+    if module not in CHECKED:
+        return {}
+    # Classes may name another module as theirs, where they have their methods.
+    kinds = typing.get_type_hints(CLASSES[name], vars(import_module(f"lissom.{module}")))
+    return {field.name: kinds[field.name] for field in fields(CLASSES[name])}
 
 
-def _maker(owner: Any, name: str) -> Callable[..., Any]:
-    """Replaces `getattr` in records: gives access only to the constructors of compiled classes."""
-    if not (_is_part(owner) and (name == "_restore" or (owner is Section and name in SHAPES))):
-        raise pickle.UnpicklingError(f"attribute {name}")
-    maker: Callable[..., Any] = getattr(owner, name)
-    return maker
-
-
-def _is_part(owner: Any) -> bool:
-    return any(owner is known for known in ALLOWED.values())
-
-
-#: The functions that create sections, by shape.
-SHAPES = tuple(name for name in vars(Section) if isinstance(vars(Section)[name], staticmethod))
-
-ALLOWED: dict[tuple[str, str], Any] = {
-    ("types", "SimpleNamespace"): SimpleNamespace,
-    ("builtins", "complex"): complex,
-    ("builtins", "getattr"): _maker,
-    (__name__, "_array"): _array,
-    (__name__, "_made"): _made,
-    **{
-        (place, name): getattr(import_module(f"lissom.{module}"), name)
-        for module, names in PARTS.items()
-        for name in names
-        for place in (f"lissom.{module}", "lissom")
-    },
-}
+def fits(value: Any, kind: Any) -> bool:
+    """Whether a value has the type of an annotation; sequences are lists or tuples."""
+    origin, arguments = typing.get_origin(kind), typing.get_args(kind)
+    if kind is Any:
+        return True
+    if origin in (typing.Union, types.UnionType):
+        return any(fits(value, one) for one in arguments)
+    if origin is typing.Literal:
+        return value in arguments
+    if origin is np.ndarray:
+        wanted = typing.get_args(arguments[1])[0]
+        return isinstance(value, np.ndarray) and (wanted is Any or np.issubdtype(value.dtype, wanted))
+    if origin is tuple and not (len(arguments) == 2 and arguments[1] is Ellipsis):
+        return isinstance(value, tuple) and len(value) == len(arguments) and all(map(fits, value, arguments))
+    if origin in (tuple, list) or (isinstance(origin, type) and issubclass(origin, Sequence)):
+        known = tuple if origin is tuple else list if origin is list else (list, tuple)
+        return isinstance(value, known) and all(fits(inner, arguments[0]) for inner in value)
+    if isinstance(origin, type) and issubclass(origin, Mapping):
+        return isinstance(value, dict) and all(
+            fits(key, arguments[0]) and fits(inner, arguments[1]) for key, inner in value.items()
+        )
+    if kind is float:
+        return isinstance(value, int | float | np.integer | np.floating) and not isinstance(value, bool)
+    if kind is int:
+        return isinstance(value, int | np.integer) and not isinstance(value, bool)
+    return isinstance(value, type(None) if kind is None else kind)

@@ -16,13 +16,13 @@ from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
 from functools import lru_cache
 from math import cos, isfinite, sin, sqrt
-from pathlib import Path
 from typing import Any
 from xml.parsers import expat
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from . import disk
 from ._lissom import Body, Robot
 from .links import Free, Joint, Link, Mimic, Planar, Prismatic, Revolute, Weld
 
@@ -57,6 +57,9 @@ _NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
 _ATTRIBUTE = re.compile(rb"""\s+([^\s=]+)\s*=\s*(?:"([^"]*)"|'([^']*)')""")
 _REFUSED = re.compile(r"(\w+)[^:]*: (got .*?), (expected .*)")
 _ENCODING = re.compile(rb"""<\?xml[^>]*?\sencoding\s*=\s*["']([A-Za-z][\w.-]*)["']""")
+
+#: Python's codecs for names of hosts and for its own literals: no file has these encodings.
+_NOT_OF_FILES = ("idna", "punycode", "unicode-escape", "raw-unicode-escape", "undefined")
 
 _NO_MIMIC = "this joint has not one coordinate that could follow another one"
 _NO_STOPS = "stops are stiff springs, and URDF has no stiffness for them: give limit_stiffness"
@@ -293,7 +296,7 @@ def read_urdf(
     _check_stiffness(limit_stiffness)
     return imported_from(
         os.fspath(path),
-        Path(path).read_bytes(),
+        disk.read(path, disk.LARGEST_DESCRIPTION),
         floating=floating,
         limit_stiffness=limit_stiffness,
         mend_inertia=mend_inertia,
@@ -471,6 +474,8 @@ class _Element:
     start: int
     children: list[_Element] = field(default_factory=list)
     text: tuple[int, int] | None = None
+    #: Line and column of the name and of the value of every attribute, once they were needed.
+    places: dict[str, tuple[tuple[int, int], tuple[int, int]]] | None = None
 
 
 class _Refused(Exception):
@@ -517,6 +522,8 @@ class _Document:
             # A text that was read byte by byte cannot have such an encoding, whatever it declares.
             encoding = "utf-8" if name.startswith(("utf-16", "utf-32", "utf16", "ucs-2", "ucs-4")) else name
         try:
+            if codecs.lookup(encoding).name in _NOT_OF_FILES:
+                raise LookupError(encoding)
             return data.decode(encoding).encode("utf-8")
         except UnicodeDecodeError as error:
             before = data[: error.start].decode(encoding, "replace")
@@ -571,9 +578,11 @@ class _Document:
             self._stack.append(None)
             return
         above = self._stack[-1] if depth else None
-        path, what = (f"{above.path}/{tag}", f"{above.what}/{tag}") if above else (tag, tag)
+        # Shortened, because every child repeats them.
+        shown = _short(tag, _LONGEST_KEY)
+        path, what = (f"{above.path}/{shown}", f"{above.what}/{shown}") if above else (shown, shown)
         if above and "name" in attributes:
-            path += f"[{attributes['name']}]"
+            path += f"[{_short(attributes['name'], _LONGEST_KEY)}]"
         element = _Element(tag, attributes, path, what, line, column, self._parser.CurrentByteIndex)
         if above:
             above.children.append(element)
@@ -611,10 +620,11 @@ class _Document:
     def note(self, line: int, column: int, key: str, wrong: str, right: str) -> None:
         """Record a problem."""
         text = self.lines[line - 1] if line <= len(self.lines) else ""
+        first = max(0, column - 1 - _LINE_AROUND)
+        number, shown = str(line), text[first : column - 1 + _LINE_AROUND]
         snippet = ""
-        if text.strip():
-            first = max(0, column - 1 - _LINE_AROUND)
-            number, shown = str(line), text[first : column - 1 + _LINE_AROUND]
+        # Nothing is shown of a file that is no robot: a scene may name any file of the user.
+        if shown.strip() and self.root is not None and self.root.tag == "robot":
             shown = re.sub(r"[\x00-\x1f\x7f]", " ", shown)
             marked = re.match(r"<?[^\s\"'/<>]+|.?", text[column - 1 : column - 1 + _LINE_AROUND])
             mark = " " * (column - 1 - first) + "^" * max(1, len(marked[0]) if marked else 1)
@@ -626,18 +636,28 @@ class _Document:
         """Line and column of an element, or of the name or the value of one of its attributes."""
         if attribute is None or attribute not in element.attributes:
             return element.line, element.column
+        if element.places is None:
+            element.places = self._places(element)
+        name, value = element.places.get(attribute, 2 * ((element.line, element.column),))
+        return value if is_value else name
+
+    def _places(self, element: _Element) -> dict[str, tuple[tuple[int, int], tuple[int, int]]]:
+        """Line and column of the name and of the value of every attribute, in one pass over the element."""
+        places = {}
         at = element.start + 1 + len(element.tag.encode("utf-8"))
-        wanted = attribute.encode("utf-8")
+        line, column, seen = element.line, element.column, element.start
         while found := _ATTRIBUTE.match(self.data, at):
-            if found[1] == wanted:
-                value = found.start(2) if found[2] is not None else found.start(3)
-                before = self.data[element.start : value if is_value else found.start(1)].decode("utf-8")
-                newlines = before.count("\n")
-                if newlines:
-                    return element.line + newlines, len(before) - before.rfind("\n")
-                return element.line, element.column + len(before)
+            value = found.start(2) if found[2] is not None else found.start(3)
+            of_both = []
+            for to in (found.start(1), value):
+                between = self.data[seen:to].decode("utf-8")
+                newlines = between.count("\n")
+                column = len(between) - between.rfind("\n") if newlines else column + len(between)
+                line, seen = line + newlines, to
+                of_both.append((line, column))
+            places[found[1].decode("utf-8")] = (of_both[0], of_both[1])
             at = found.end()
-        return element.line, element.column
+        return places
 
 
 # URDF

@@ -12,6 +12,8 @@ use crate::scene::{FileProblem, Imported, Imports, Refusal, Request};
 /// Reads files relative to a folder, or returns contents read earlier.
 pub(super) struct Files {
     folder: PathBuf,
+    /// Whether files outside the folder are read.
+    anywhere: bool,
     /// Content of the file imported when the scene was read.
     kept: Option<Vec<u8>>,
     /// An unexpected exception, to be raised when the scene has been read.
@@ -20,14 +22,14 @@ pub(super) struct Files {
 
 impl Files {
     /// Files in the folder of a file.
-    pub(super) fn beside(file: &str) -> Self {
+    pub(super) fn beside(file: &str, anywhere: bool) -> Self {
         let folder = PathBuf::from(file).parent().map(PathBuf::from).unwrap_or_default();
-        Self { folder, kept: None, raised: None }
+        Self { folder, anywhere, kept: None, raised: None }
     }
 
     /// A file that was read earlier.
     pub(super) fn kept(content: Option<Vec<u8>>) -> Self {
-        Self { folder: PathBuf::new(), kept: content, raised: None }
+        Self { folder: PathBuf::new(), anywhere: false, kept: content, raised: None }
     }
 
     /// Raises the unexpected exception, if any.
@@ -37,13 +39,14 @@ impl Files {
 
     fn import(&self, py: Python<'_>, request: &Request) -> PyResult<Imported> {
         let Request { file, floating, limit_stiffness, mend_inertia } = request;
-        let path = self.folder.join(file);
-        let name = path.display().to_string();
+        let name = self.folder.join(file).display().to_string();
         let content: Vec<u8> = match &self.kept {
             Some(content) => content.clone(),
             None => {
-                let path = py.import("pathlib")?.call_method1("Path", (path,))?;
-                path.call_method0("read_bytes")?.extract()?
+                let options = PyDict::new(py);
+                options.set_item("anywhere", self.anywhere)?;
+                let read = py.import("lissom.disk")?.getattr("read_beside")?;
+                read.call((&self.folder, file), Some(&options))?.extract()?
             }
         };
         let options = PyDict::new(py);

@@ -121,6 +121,8 @@ impl PyScene {
     /// Parameters
     /// ----------
     /// path : str or path-like
+    /// anywhere : bool
+    ///     Whether the scene may import files outside its folder, which is refused by default.
     ///
     /// Returns
     /// -------
@@ -140,13 +142,12 @@ impl PyScene {
     /// lissom.urdf.UrdfWarning
     ///     If an imported file has content that the robot does not include.
     #[staticmethod]
-    #[pyo3(signature = (path))]
-    fn load(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
+    #[pyo3(signature = (path, *, anywhere=false))]
+    fn load(py: Python<'_>, path: PathBuf, anywhere: bool) -> PyResult<Self> {
         let file = path.display().to_string();
         // Python's own errors contain the file name and have the right class.
-        let bytes = py.import("pathlib")?.call_method1("Path", (path,))?.call_method0("read_bytes")?;
-        let bytes: Vec<u8> = bytes.extract()?;
-        let mut imports = Files::beside(&file);
+        let bytes: Vec<u8> = py.import("lissom.disk")?.call_method1("read_given", (path,))?.extract()?;
+        let mut imports = Files::beside(&file, anywhere);
         let read = py.detach(|| Scene::from_bytes(&bytes, &file, &mut imports));
         Self::new(py, &file, imports.or_raised(read)?)
     }
@@ -160,6 +161,8 @@ impl PyScene {
     /// name : str
     ///     Name of the text in messages, and of the scene if the text gives none. Paths of imported files are
     ///     relative to the folder of this name, by default to the working directory.
+    /// anywhere : bool
+    ///     Whether the text may import files outside that folder, which is refused by default.
     ///
     /// Returns
     /// -------
@@ -170,9 +173,9 @@ impl PyScene {
     /// SceneError
     ///     If the scene is invalid; the error lists all problems.
     #[staticmethod]
-    #[pyo3(signature = (text, name="scene"))]
-    fn loads(py: Python<'_>, text: &str, name: &str) -> PyResult<Self> {
-        let mut imports = Files::beside(name);
+    #[pyo3(signature = (text, name="scene", *, anywhere=false))]
+    fn loads(py: Python<'_>, text: &str, name: &str, anywhere: bool) -> PyResult<Self> {
+        let mut imports = Files::beside(name, anywhere);
         let read = py.detach(|| Scene::parse_with(text, name, &mut imports));
         Self::new(py, name, imports.or_raised(read)?)
     }

@@ -1,6 +1,7 @@
 """`[import]` in scenes: the links of a URDF file, and errors in it."""
 
 import json
+import os
 import pickle
 import shutil
 import subprocess
@@ -180,3 +181,34 @@ def test_results_keep_files_in_any_encoding_and_links_with_any_name(folder):
     with xarray.open_dataset(folder / "results" / "trajectory.nc", engine="h5netcdf") as data:
         imports = json.loads(data.attrs["imports"])
     assert imports["arm.urdf"].encode(errors="surrogateescape") == text.encode("latin-1")
+
+
+@pytest.mark.parametrize("name", ["/dev/zero", "/etc/passwd", "../secret.txt", "pipe"])
+@pytest.mark.timeout(20)
+def test_scenes_import_only_files_of_their_folder(name, folder):
+    home = folder / "home"
+    home.mkdir()
+    os.mkfifo(home / "pipe")
+    (folder / "secret.txt").write_text("a secret\n", encoding="utf-8")
+    (home / "arm.toml").write_text(SCENE.replace("arm.urdf", name), encoding="utf-8")
+    with pytest.raises(lissom.SceneError, match=r"not a regular file|leads out of the folder") as caught:
+        lissom.Scene.load(home / "arm.toml")
+    assert [problem.key for problem in caught.value.problems] == ["import.urdf"]
+
+
+def test_other_files_are_imported_where_that_is_asked_for(folder):
+    home = folder / "home"
+    home.mkdir()
+    (home / "arm.toml").write_text(SCENE.replace("arm.urdf", "../arm.urdf"), encoding="utf-8")
+    assert lissom.Scene.load(home / "arm.toml", anywhere=True).model.n == 4
+    text = (home / "arm.toml").read_text(encoding="utf-8")
+    assert lissom.Scene.loads(text, str(home / "arm"), anywhere=True).model.n == 4
+    assert run("check", "arm.toml", cwd=home).returncode == 2
+    assert run("--import-anywhere", "check", "arm.toml", cwd=home).returncode == 0
+
+
+def test_nothing_is_shown_of_a_file_that_is_no_robot(folder):
+    (folder / "arm.urdf").write_text("password = 1234\n<robot>\n", encoding="utf-8")
+    with pytest.raises(lissom.SceneError) as caught:
+        lissom.Scene.load(folder / "arm.toml")
+    assert "1234" not in str(caught.value)

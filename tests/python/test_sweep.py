@@ -1,6 +1,7 @@
 """Sweeps: every point equals a separate run, is computed once, in any process."""
 
 import concurrent.futures
+import shutil
 import signal
 import subprocess
 import sys
@@ -11,6 +12,7 @@ from pathlib import Path
 import click
 import numpy as np
 import pytest
+import zarr
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -279,6 +281,52 @@ def test_a_store_is_gone_on_with_and_nothing_is_made_twice(tmp_path, monkeypatch
 def assert_equal(found, other):
     """Equal except for run times."""
     assert found.drop_vars("wall_time").identical(other.drop_vars("wall_time"))
+
+
+def missing(chunk):
+    chunk.unlink()
+
+
+def cut(chunk):
+    content = chunk.read_bytes()
+    chunk.write_bytes(content[: len(content) // 2])
+
+
+def empty(chunk):
+    chunk.write_bytes(b"")
+
+
+def another(chunk):
+    """A valid chunk with other numbers."""
+    array = zarr.open_array(str(chunk.parent), mode="r+")
+    values = array[:]
+    array[:] = values + 1.0 if values.dtype.kind == "f" else values[::-1]
+
+
+@pytest.mark.parametrize("damage", [missing, cut, empty, another])
+@pytest.mark.parametrize("name", ["q", "status", "success", "checksum"])
+def test_damaged_points_of_a_store_are_named_and_run_again(damage, name, tmp_path):
+    values, store = np.linspace(5e5, 2e6, 6), tmp_path / "store.zarr"
+    whole = lissom.sweep(scene(), {E: values}, store=store)
+    (chunk, *_) = sorted(path for path in (store / name).iterdir() if not path.name.startswith("."))
+    before = zarr.open_array(str(store / name), mode="r")[:]
+    damage(chunk)
+    if damage is another and np.array_equal(zarr.open_array(str(store / name), mode="r")[:], before):
+        return  # the same value for every point
+    with pytest.warns(RuntimeWarning, match=r"6 of 6 points are damaged \(0 to 5\); they are run again"):
+        found = lissom.sweep(scene(), {E: values}, store=store)
+    assert_equal(found, whole)
+    told = []
+    assert_equal(lissom.sweep(scene(), {E: values}, store=store, progress=told.append), whole)
+    assert told[0] == 6, "nothing is run a third time"
+
+
+def test_a_store_without_an_array_is_damaged(tmp_path):
+    store = tmp_path / "store.zarr"
+    lissom.sweep(scene(), {E: [1e6, 2e6]}, store=store)
+    shutil.rmtree(store / "is_done")
+    with pytest.raises(ValueError, match="damaged"):
+        lissom.sweep(scene(), {E: [1e6, 2e6]}, store=store)
 
 
 def test_a_store_of_another_sweep_is_refused(tmp_path):

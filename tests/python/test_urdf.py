@@ -1,7 +1,9 @@
 """`lissom.urdf`: contents of a file become a robot, are listed, or are rejected with line and column."""
 
+import contextlib
 import pickle
 import re
+import time
 import warnings
 from dataclasses import dataclass, field
 
@@ -1220,3 +1222,42 @@ def test_any_bytes_are_read_or_refused(tmp_path_factory, content):
     path = written(tmp_path_factory.mktemp("bytes"), content)
     with pytest.raises(UrdfError):
         read_urdf(path)
+
+
+@pytest.mark.parametrize("encoding", ["idna", "punycode", "unicode_escape", "undefined", "rot13", "none"])
+def test_encodings_that_no_file_has_are_refused(encoding, tmp_path):
+    path = tmp_path / "x.urdf"
+    path.write_bytes(
+        f'<?xml version="1.0" encoding="{encoding}"?>\n<robot name="\u00e4.{"a" * 80}"/>'.encode()
+    )
+    with pytest.raises(UrdfError, match="encoding"):
+        read_urdf(path)
+
+
+def test_reading_takes_time_in_proportion_to_the_file(tmp_path):
+    def seconds(text):
+        path = tmp_path / "x.urdf"
+        path.write_text(text, encoding="utf-8")
+        begun = time.process_time()
+        with contextlib.suppress(UrdfError):
+            read_urdf(path)
+        return time.process_time() - begun
+
+    def attributes(count, between=" "):
+        listed = between.join(f"x{i}='1'" for i in range(count))
+        return f'<robot name="r"><link name="a"{between}{listed}/></robot>'
+
+    def lines(count):
+        return attributes(count, "\n")
+
+    def children(count):
+        return f'<robot name="r"><link name="{"a" * 10 * count}">{"<b/>" * count}</link></robot>'
+
+    def problems(count):
+        return f'<robot name="r"><link name="a"/>{"<joint/>" * count}</robot>'
+
+    for make in (attributes, lines, children, problems):
+        seconds(make(100))
+        # Four times the file: sixteen times the time if it were quadratic.
+        small = max(seconds(make(5_000)), 0.02)
+        assert seconds(make(20_000)) < 9.0 * small, make.__name__

@@ -1,11 +1,13 @@
 """Live views: motion in real time, user interaction, drawing, the page, the command."""
 
+import contextlib
 import os
 import re
 import signal
 import subprocess
 import sys
 import threading
+import time
 
 import numpy as np
 import pytest
@@ -552,6 +554,99 @@ def test_the_page_is_served_and_waits_for_somebody(shown):
     shown.stop()
     assert not shown.is_open
     shown.stop()
+
+
+def answered(url, **headers):
+    """Status of the answer to a request with these headers, and whether it opened a WebSocket."""
+    import http.client
+
+    connection = http.client.HTTPConnection("127.0.0.1", int(url.rpartition(":")[2]), timeout=20)
+    try:
+        connection.request("GET", "/", headers=headers)
+        return connection.getresponse().status
+    finally:
+        connection.close()
+
+
+SOCKET = {
+    "Connection": "Upgrade",
+    "Upgrade": "websocket",
+    "Sec-WebSocket-Version": "13",
+    "Sec-WebSocket-Key": "dGhlIHNhbXBsZSBub25jZQ==",
+}
+
+
+@pytest.mark.parametrize("headers", [{}, SOCKET], ids=["page", "socket"])
+def test_only_its_own_page_may_use_a_view(headers, shown):
+    own = shown.url.removeprefix("http://")
+    good = 101 if headers else 200
+    assert answered(shown.url, **headers, Host=own) == good
+    assert answered(shown.url, **headers, Host=own, Origin=f"http://{own}") == good
+    # Forwarded to another port of this machine.
+    assert answered(shown.url, **headers, Host="localhost:9000", Origin="http://localhost:9000") == good
+    for host, origin in [
+        (own, "http://evil.example"),
+        (own, "http://localhost:3000"),
+        (own, "null"),
+        (own, ""),
+        ("evil.example", "http://evil.example"),
+        ("localhost.evil.example", "http://localhost.evil.example"),
+        ("[", "http://["),
+    ]:
+        assert answered(shown.url, **headers, Host=host, Origin=origin) == 403, (host, origin)
+    assert answered(shown.url, **headers, Host="evil.example") == 403
+
+
+def test_named_hosts_may_use_a_view():
+    simulation = lissom.Simulation(FINGER, dt=1e-3)
+    with simulation.view(port=0, paused=True, block=False, allow_hosts=["Hub.example"]) as page:
+        assert answered(page.url, Host="hub.example", Origin="https://hub.example") == 200
+        assert answered(page.url, Host="localhost", Origin="https://hub.example:8443") == 200
+        assert answered(page.url, Host="localhost", Origin="https://other.example") == 403
+    with pytest.raises(TypeError, match="allow_hosts"):
+        simulation.view(port=0, block=False, allow_hosts="hub.example")
+
+
+def test_a_page_cannot_open_a_tunnel(shown):
+    from viser import _messages
+
+    server = shown._server
+    assert server.request_share_url() is None
+    for handler in server._websock_server._incoming_handlers[_messages.ShareUrlRequest]:
+        handler(0, _messages.ShareUrlRequest())
+    time.sleep(0.2)
+    assert server._share_tunnel is None
+
+
+def test_bad_messages_do_not_end_a_view(shown, capfd):
+    """Bytes that are no messages, and values that sliders do not have."""
+    import viser
+    from websockets.sync.client import connect
+
+    def talk(*messages):
+        address = shown.url.replace("http", "ws", 1)
+        with connect(address, subprotocols=[f"viser-v{viser.__version__}"]) as page:
+            for message in messages:
+                page.send(message)
+            time.sleep(0.2)
+
+    for message in (b"", b"\xc1", b"\x00" * 100, "text", b"\x81\xa4type\xa4none"):
+        with contextlib.suppress(Exception):
+            talk(message)
+    controls, _, motion = controls_of(shown)
+    before = motion.u.copy()
+    for value in (np.nan, np.inf, 1e300, "x", None, [1]):
+        controls._sliders[3]._impl.value = value
+        for callback in list(controls._sliders[3]._impl.update_cb):
+            callback(None)
+        controls.do()
+    np.testing.assert_array_equal(motion.u, before)
+    controls._todo.put(lambda: controls._drag("start", np.full(3, np.nan)))
+    controls.do()
+    assert motion.pulled is None
+    assert shown.is_open
+    assert answered(shown.url, Host="localhost") == 200
+    assert "Traceback" not in "".join(capfd.readouterr())
 
 
 def controls_of(page):

@@ -79,7 +79,12 @@ class _AsListed(click.Group):
     callback=_say_version,
     help="Show the version and exit.",
 )
-def commands() -> None:
+@click.option(
+    "--import-anywhere",
+    is_flag=True,
+    help="Let scenes import files outside their own folder.",
+)
+def commands(import_anywhere: bool) -> None:
     """Simulate soft robots.
 
     A scene is a TOML file that describes a robot and a simulation. Start with "lissom new NAME", which

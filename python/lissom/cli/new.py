@@ -10,6 +10,7 @@ from pathlib import Path
 
 import click
 
+from .. import disk
 from .exits import FAILED
 from .saving import unwritten
 
@@ -71,4 +72,4 @@ def _quoted(path: Path) -> str:
 def _write_schema(path: Path) -> None:
     from .._lissom import Scene
 
-    path.write_text(Scene.schema(), encoding="utf-8")
+    disk.write(path, Scene.schema())

@@ -40,13 +40,19 @@ def load(path: Path) -> Scene:
 
     try:
         with _notes():
-            return Scene.load(path)
+            return Scene.load(path, anywhere=_may_import_anywhere())
     except OSError as error:
         raise click.UsageError(f"{path} cannot be read: {error.strerror}") from None
     except SceneError as error:
         raise Refused(str(error)) from None
     except (LissomError, ValueError) as error:
         raise Unresolved(f"{path}: {error}") from None
+
+
+def _may_import_anywhere() -> bool:
+    """The option of the program, which stands before the command."""
+    context = click.get_current_context(silent=True)
+    return context is not None and bool(context.find_root().params.get("import_anywhere"))
 
 
 @contextmanager

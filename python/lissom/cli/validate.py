@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from .. import disk
 from ..interruption import interruption
 from .exits import OUTSIDE_TOLERANCE
 from .saving import output_option, results_folder, save, unwritten
@@ -55,7 +56,7 @@ def command(output: Path, update_docs: Path | None, no_report: bool) -> int:
         click.echo(f"  {saved.target / file}")
     if update_docs is not None and not interruption.requested:
         try:
-            update_docs.write_text(table.markdown(outcomes), encoding="utf-8")
+            disk.write(update_docs, table.markdown(outcomes))
         except OSError as error:
             return unwritten(update_docs, error)
         click.echo(f"  {update_docs}")

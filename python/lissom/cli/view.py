@@ -29,7 +29,14 @@ from .words import note
     help="Simulated seconds per second.",
 )
 @click.option("--paused", is_flag=True, help="Start paused.")
-def command(scene: Path, port: int, speed: float, paused: bool) -> int:
+@click.option(
+    "--allow-host",
+    "allow_hosts",
+    multiple=True,
+    metavar="NAME",
+    help="Name of a host whose pages may use the view, such as that of a proxy; may be given several times.",
+)
+def command(scene: Path, port: int, speed: float, paused: bool, allow_hosts: tuple[str, ...]) -> int:
     """Simulate SCENE live in a browser.
 
     In the page you can pause and step, change inputs with sliders and pull the tip. It is served to this
@@ -47,7 +54,7 @@ def command(scene: Path, port: int, speed: float, paused: bool) -> int:
     loaded = load(scene)
     try:
         with refusals_of(scene):
-            view = of_scene(loaded, port=port, speed=speed, paused=paused)
+            view = of_scene(loaded, port=port, speed=speed, paused=paused, allow_hosts=allow_hosts)
     except OSError as error:
         click.echo(f"--port: no page can be served at {port}: {error}", err=True)
         return FAILED

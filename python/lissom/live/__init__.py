@@ -32,6 +32,7 @@ def open_view(
     paused: bool = False,
     ranges: Mapping[str, Sequence[float]] | None = None,
     title: str = "lissom",
+    allow_hosts: Sequence[str] = (),
 ) -> LiveView:
     """Create the page of a simulation, initially not running; raises as `Simulation.view` does."""
     if missing("viser"):
@@ -46,9 +47,13 @@ def open_view(
         raise ValueError(f"speed: {speed:g} is not a finite number above zero")
     if not isinstance(paused, bool):
         raise TypeError(f"paused: a {type(paused).__name__} is not True or False")
+    if isinstance(allow_hosts, str) or not all(isinstance(host, str) for host in allow_hosts):
+        raise TypeError("allow_hosts: expected a list of names of hosts, such as ['robot.local']")
     from .server import LiveView
 
-    return LiveView(simulation, port=port, speed=speed, paused=paused, ranges=ranges, title=title)
+    return LiveView(
+        simulation, port=port, speed=speed, paused=paused, ranges=ranges, title=title, allow_hosts=allow_hosts
+    )
 
 
 def _whole(name: str, value: Any) -> int:
@@ -58,9 +63,23 @@ def _whole(name: str, value: Any) -> int:
     raise TypeError(f"{name}: a {type(value).__name__} is not a whole number")
 
 
-def of_scene(scene: Scene, *, port: int = PORT, speed: float = 1.0, paused: bool = False) -> LiveView:
+def of_scene(
+    scene: Scene,
+    *,
+    port: int = PORT,
+    speed: float = 1.0,
+    paused: bool = False,
+    allow_hosts: Sequence[str] = (),
+) -> LiveView:
     """Create the page of a scene, initially not running; raises as `Simulation.view` does."""
-    return open_view(simulation_of(scene), port=port, speed=speed, paused=paused, title=scene.name)
+    return open_view(
+        simulation_of(scene),
+        port=port,
+        speed=speed,
+        paused=paused,
+        title=scene.name,
+        allow_hosts=allow_hosts,
+    )
 
 
 def simulation_of(scene: Scene) -> Simulation:

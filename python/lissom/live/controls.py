@@ -4,6 +4,7 @@ loop."""
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from queue import Empty, SimpleQueue
 from typing import Any
 
@@ -84,16 +85,14 @@ class Controls:
             self._todo.put(lambda: self._look(event.client))
 
         centre.on_click(look)
-        speeds = sorted({*SPEEDS, playback.speed})
-        speed = gui.add_dropdown(
-            "Speed", [f"{each:g} ×" for each in speeds], initial_value=f"{playback.speed:g} ×"
-        )
+        by_name = {f"{each:g} ×": each for each in sorted({*SPEEDS, playback.speed})}
+        speed = gui.add_dropdown("Speed", list(by_name), initial_value=f"{playback.speed:g} ×")
         self._run.on_click(self._later(self._toggle))
         step.on_click(self._later(playback.step))
         reset.on_click(self._later(self._reset))
 
         def set_speed() -> None:
-            playback.speed = float(str(speed.value).removesuffix(" ×"))
+            playback.speed = by_name[str(speed.value)]
 
         speed.on_update(self._later(set_speed))
 
@@ -142,7 +141,9 @@ class Controls:
     def _of_input(self, each: Slider) -> Any:
         slider = self._server.gui.add_slider(each.name, each.low, each.high, each.step, each.start)
         # Initial values between the steps of a slider remain exact.
-        slider.on_update(self._later(lambda: self._motion.set(each.name, float(slider.value))))
+        slider.on_update(
+            self._later(lambda: self._motion.set(each.name, _within(slider.value, each.low, each.high)))
+        )
         return slider
 
     def _put_back(self, sliders: Sequence[Slider]) -> None:
@@ -161,7 +162,7 @@ class Controls:
         self._force = gui.add_markdown("")
 
         def set_strength() -> None:
-            motion.strength = float(strength.value)
+            motion.strength = _within(strength.value, WEAKEST, STRONGEST)
 
         strength.on_update(self._later(set_strength))
         handle = self._server.scene.add_transform_controls(
@@ -180,6 +181,8 @@ class Controls:
         self._tip, self._is_held = number, False
 
     def _drag(self, phase: str, target: Array) -> None:
+        if not np.isfinite(target).all():
+            raise ValueError("a place that is not finite")
         self._is_held = phase != "end"
         if phase == "start" or (self._is_held and self._motion.pulled is not None):
             self._motion.pull(self._tip, target)
@@ -193,7 +196,9 @@ class Controls:
                 what = self._todo.get_nowait()
             except Empty:
                 return
-            what()
+            # Messages of a page may hold anything.
+            with suppress(ValueError, TypeError, KeyError, OverflowError, LissomError):
+                what()
 
     def follow(self) -> Array | None:
         """Move the handle to the tip; return the two ends (2, 3) of the spring while it is held."""
@@ -247,6 +252,14 @@ def readout(playback: Playback) -> str:
     else:
         rows.append(("real-time factor", f"{factor:.2f}, computing {100.0 * load:.0f} % of the time"))
     return "\n".join(["| | |", "|---|---|", *(f"| {name} | {value} |" for name, value in rows)])
+
+
+def _within(value: Any, low: float, high: float) -> float:
+    """The value of a slider, which a page may have set beyond its range."""
+    number = float(value)
+    if not low <= number <= high:
+        raise ValueError(f"{number} is not between {low} and {high}")
+    return number
 
 
 def _plain(text: str) -> str:

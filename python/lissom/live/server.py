@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-import contextlib
-import io
 import threading
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
-import viser
 from numpy.typing import NDArray
 
 from .._lissom import Simulation
 from ..report.layers import Strand, Thing
 from .canvas import Canvas
 from .controls import Controls
+from .gate import quiet, serve
 from .motion import Motion
 from .playback import Playback
 from .shape import Shape
@@ -52,6 +50,7 @@ class LiveView:
         paused: bool,
         ranges: Mapping[str, Sequence[float]] | None,
         title: str,
+        allow_hosts: Collection[str] = (),
     ) -> None:
         self._motion = motion = Motion(simulation)
         own = sliders(motion, ranges)
@@ -64,8 +63,7 @@ class LiveView:
         self._t = motion.t
         self._told = 0.0
         self._pictures = 0
-        with _quiet():
-            self._server = viser.ViserServer(host=HOST, port=port, label=title, verbose=False)
+        self._server = serve(HOST, port, title, allow_hosts)
         self._server.gui.configure_theme(show_logo=False, show_share_button=False)
         self._server.gui.main_panel.dock_right()
         self._canvas = Canvas(self._server, self._shape.stage)
@@ -131,7 +129,7 @@ class LiveView:
         """Stop the server, once."""
         if not self._has_ended:
             self._has_ended = True
-            with _quiet():
+            with quiet():
                 self._server.stop()
 
     def _frame(self) -> bool:
@@ -165,8 +163,3 @@ class LiveView:
     def _spring(self, ends: NDArray[np.float64]) -> Thing:
         radius = np.array([SPRING * self._shape.stage.size])
         return Strand("pull", "forces", ends[None], radius)
-
-
-def _quiet() -> contextlib.redirect_stdout[io.StringIO]:
-    """Suppress the messages that viser prints."""
-    return contextlib.redirect_stdout(io.StringIO())

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from .. import disk
 from .._lissom import ContinuationResult, EnsembleResult, Model, ModesResult, MotionResult, StaticsResult
 from ..equilibria import EquilibriumSensitivityResult
 from ..fits import FitResult
@@ -20,7 +21,7 @@ from . import actuators, contacts, curves, ensembles, loops, motion, page, param
 
 def write(run: Run, path: Path) -> None:
     """Write the report of ``run`` to ``path``."""
-    path.write_text(page.render(build(run)), encoding="utf-8")
+    disk.write(path, page.render(build(run)))
 
 
 def write_result(result: MotionResult, path: str | os.PathLike[str], *, title: str = "Motion") -> None:
@@ -55,14 +56,14 @@ def write_result(result: MotionResult, path: str | os.PathLike[str], *, title: s
     ...     lissom.report.write_result(result, pathlib.Path(folder) / "finger.html", title="A finger")
     """
     built = build_result(result, title)
-    Path(path).write_text(page.render(built), encoding="utf-8")
+    disk.write(path, page.render(built))
 
 
 def write_ensemble(
     result: EnsembleResult, path: str | os.PathLike[str], title: str, model: Model | None
 ) -> None:
     """Write the report of many runs."""
-    Path(path).write_text(page.render(ensembles.build(result, title, model)), encoding="utf-8")
+    disk.write(path, page.render(ensembles.build(result, title, model)))
 
 
 def write_parameters(
@@ -71,7 +72,7 @@ def write_parameters(
     title: str | None,
 ) -> None:
     """Write the report of derivatives or of a parameter identification."""
-    Path(path).write_text(page.render(parameters.build(result, title)), encoding="utf-8")
+    disk.write(path, page.render(parameters.build(result, title)))
 
 
 def write_equilibrium(
@@ -89,7 +90,7 @@ def write_equilibrium(
         if not np.isfinite(result.q).all():
             raise ValueError(f"result: its coordinates are not finite; {result.message}")
         built = studies.equilibrium(setting, result, title)
-    Path(path).write_text(page.render(built), encoding="utf-8")
+    disk.write(path, page.render(built))
 
 
 def write_modes(
@@ -97,7 +98,7 @@ def write_modes(
 ) -> None:
     """Write the report of natural modes about ``q`` of a model made in Python."""
     built = studies.vibrations(setting, q, result, title)
-    Path(path).write_text(page.render(built), encoding="utf-8")
+    disk.write(path, page.render(built))
 
 
 def build_result(result: MotionResult, title: str) -> page.Page:

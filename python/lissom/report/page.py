@@ -7,10 +7,11 @@ import json
 from base64 import b64encode
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from hashlib import sha256
 from importlib.resources import files
 
 from .._lissom import __version__
-from . import plots, theme
+from . import modules, plots, theme
 from .packing import pack
 from .scene import Scene
 
@@ -84,17 +85,15 @@ class Source:
     text: str
 
 
-#: Lets the browser enforce that the page loads nothing and sends nothing. The player's modules are embedded
-#: as data.
+#: Lets the browser enforce that the page loads nothing, sends nothing, and runs only the player's script,
+#: which is known by its hash.
 CONTENT_POLICY = (
-    "default-src 'none'; script-src 'unsafe-inline' data:; style-src 'unsafe-inline'; img-src data: blob:"
+    "default-src 'none'; script-src {scripts}; style-src 'unsafe-inline'; img-src data: blob:; "
+    "base-uri 'none'; form-action 'none'"
 )
 
 #: Shown by browsers without scripts.
 NO_SCRIPTS = "<noscript><p>Views and curves need JavaScript; tables and text do not.</p></noscript>"
-
-#: Prefix of module names in the player's imports.
-PREFIX = "lissom/"
 
 
 @dataclass(frozen=True)
@@ -140,20 +139,16 @@ def render(page: Page) -> str:
     drawn = _drawn([part for section in page.sections for part in section.parts])
     numbers = {id(part): i for i, part in enumerate(drawn)}
     assets = files(__package__) / "player"
-    modules = sorted(file.name for file in assets.iterdir() if file.name.endswith(".js"))
-    sources = {
-        PREFIX + name: "data:text/javascript;base64," + b64encode((assets / name).read_bytes()).decode()
-        for name in modules
-    }
+    script = modules.script("page") if drawn else ""
+    policy = CONTENT_POLICY.format(scripts=_hash(script) if drawn else "'none'")
     return "\n".join(
         [
             "<!doctype html>",
             '<html lang="en"><head><meta charset="utf-8">',
-            f'<meta http-equiv="Content-Security-Policy" content="{CONTENT_POLICY}">',
+            f'<meta http-equiv="Content-Security-Policy" content="{policy}">',
             '<meta name="viewport" content="width=device-width, initial-scale=1">',
             f"<title>{html.escape(page.title)}</title>",
             f"<style>\n{(assets / 'page.css').read_text(encoding='utf-8')}</style>",
-            *([f'<script type="importmap">{json.dumps({"imports": sources})}</script>'] if drawn else []),
             "</head>",
             "<body><main>",
             _header(page),
@@ -162,10 +157,15 @@ def render(page: Page) -> str:
             f"<footer>Made by lissom {__version__}. This file needs nothing but a browser.</footer>",
             "</main>",
             *(_data(part, numbers) for part in drawn),
-            *([f'<script type="module">import "{PREFIX}page.js";</script>'] if drawn else []),
+            *([f'<script type="module">{script}</script>'] if drawn else []),
             "</body></html>\n",
         ]
     )
+
+
+def _hash(script: str) -> str:
+    """A script as a source of a content policy."""
+    return f"'sha256-{b64encode(sha256(script.encode()).digest()).decode()}'"
 
 
 def _drawn(parts: Sequence[Part]) -> list[Figure | Player]:

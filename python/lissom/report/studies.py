@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from .. import disk
 from .._lissom import ContinuationResult, EquilibriumPath, ModesResult, Scene, StaticsResult
 from ..advice import about_model
 from ..results import Array
@@ -33,7 +34,7 @@ LISTED = 10
 def write(study: StaticsStudy | ModesStudy, path: Path) -> None:
     """Write the report of a study to ``path``."""
     built = statics(study) if isinstance(study, StaticsStudy) else modes(study)
-    path.write_text(page.render(built), encoding="utf-8")
+    disk.write(path, page.render(built))
 
 
 def statics(study: StaticsStudy) -> page.Page:

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from .. import disk
 from ..results import Array
 from ..sweeps.results import SweepStudy
 from . import page, plots, theme
@@ -27,7 +28,7 @@ LISTED = 20
 
 def write(study: SweepStudy, path: Path) -> None:
     """Write the report of a sweep to ``path``."""
-    path.write_text(page.render(build(study)), encoding="utf-8")
+    disk.write(path, page.render(build(study)))
 
 
 def build(study: SweepStudy) -> page.Page:

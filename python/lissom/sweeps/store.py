@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import warnings
+import zlib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -18,8 +20,15 @@ CHUNK = 2**20
 #: Attribute that identifies the sweep of a store.
 IDENTITY = "lissom_sweep"
 
-#: Name of the array that marks finished points.
+#: Names of the arrays that mark finished points, and that hold the checksum of their results.
 DONE = "is_done"
+CHECKSUM = "checksum"
+
+#: Arrays that hold no results.
+OWN = (DONE, CHECKSUM)
+
+#: Number of ranges of damaged points that a warning names.
+NAMED = 5
 
 
 class Memory:
@@ -46,15 +55,24 @@ class Memory:
         indices = np.asarray(which)
         if self.done[indices].any():
             raise RuntimeError(f"points {indices[self.done[indices]].tolist()} were made twice")
-        for name, array in self.arrays.items():
-            entry = (*array.shape[1:],)
-            values = np.full((len(which), *entry), _nothing(array.dtype), dtype=array.dtype)
-            for i, record in enumerate(records):
-                # Omit entries with another shape, such as coordinates of robots with other numbers of modes.
-                if name in record and record[name].shape == entry:
-                    values[i] = record[name]
-            self.put(array, indices, values)
+        self.put_rows(indices, {name: self._rows(name, records) for name in self.arrays})
         self.done[indices] = True
+
+    def _rows(self, name: str, records: Sequence[Record]) -> Array:
+        """The entries of an array."""
+        array = self.arrays[name]
+        entry = (*array.shape[1:],)
+        rows = np.full((len(records), *entry), _nothing(array.dtype), dtype=array.dtype)
+        for i, record in enumerate(records):
+            # Omit entries with another shape, such as coordinates of robots with other numbers of modes.
+            if name in record and record[name].shape == entry:
+                rows[i] = record[name]
+        return rows
+
+    def put_rows(self, indices: Array, rows: Mapping[str, Array]) -> None:
+        """Write the entries of these points in all arrays."""
+        for name, values in rows.items():
+            self.put(self.arrays[name], indices, values)
 
     def put(self, array: Any, indices: Array, values: Array) -> None:
         """Write entries of an array."""
@@ -70,8 +88,36 @@ def _nothing(dtype: Any) -> Any:
     return np.nan if np.dtype(dtype).kind == "f" else np.zeros((), dtype)[()]
 
 
+def checksums(name: str, rows: Array) -> Array:
+    """Checksums (points,) of the rows of an array; missing entries have zero, and arrays may be added later.
+
+    Linear forms of the bytes, as words of 64 bits, with random odd coefficients modulo 2**64 (Dietzfelbinger
+    and others 1997).
+    """
+    count = len(rows)
+    nothing = np.broadcast_to(np.asarray(_nothing(rows.dtype), rows.dtype), rows.shape)
+    words = _words(rows) ^ _words(nothing)
+    weights = np.random.default_rng(zlib.crc32(name.encode())).integers(
+        0, 2**64, words.shape[1], np.uint64
+    ) | np.uint64(1)
+    return (words * weights).sum(axis=1, dtype=np.uint64).reshape(count)
+
+
+def _words(rows: Array) -> Array:
+    """Bytes of each row as words of 64 bits."""
+    content = np.ascontiguousarray(rows).reshape(len(rows), -1)
+    content = content.view(np.uint8).reshape(len(rows), -1)
+    padded = np.zeros((len(rows), -(-content.shape[1] // 8) * 8), np.uint8)
+    padded[:, : content.shape[1]] = content
+    return padded.view(np.uint64)
+
+
 class Zarr(Memory):
-    """A Zarr store. Data are written before the mark of a finished point, and in whole chunks."""
+    """A Zarr store. Data are written before the mark of a finished point, and in whole chunks.
+
+    When a store is opened again, the checksum of every finished point is compared. Damaged points (of a chunk
+    that is missing, cut or changed) are named in a warning, and count as not finished.
+    """
 
     def __init__(self, path: Path, points: int, identity: Mapping[str, Any]) -> None:
         import zarr
@@ -81,14 +127,41 @@ class Zarr(Memory):
         wanted = json.loads(json.dumps(identity))
         if path.exists() and any(path.iterdir()):
             self.group = self._opened(path, wanted)
-            self.done = np.asarray(self.group[DONE][...], dtype=bool)
-            self.arrays = {name: array for name, array in self.group.arrays() if name != DONE}
+            found = dict(self.group.arrays())
+            if any(name not in found for name in OWN) or any(
+                array.shape[:1] != (points,) for array in found.values()
+            ):
+                raise ValueError(f"store: {path} is damaged: arrays are missing or too short; remove it")
+            self.arrays = {name: array for name, array in found.items() if name not in OWN}
+            self._marks, self._checksums = found[DONE], found[CHECKSUM]
+            self._check(path)
         else:
             # Format 2 supports bytes of fixed length.
             self.group = zarr.open_group(str(path), mode="w-", zarr_format=2)
-            self._array(DONE, np.zeros((), dtype=bool))
+            self._marks = self._array(DONE, np.zeros((), dtype=bool))
+            self._checksums = self._array(CHECKSUM, np.zeros((), dtype=np.uint64))
             self.group.attrs[IDENTITY] = wanted
-        self._marks = self.group[DONE]
+
+    def _check(self, path: Path) -> None:
+        """Find the finished points whose results are as they were written."""
+        marked = _readable(self._marks).astype(bool)
+        sums = np.zeros(self.points, np.uint64)
+        for name, array in self.arrays.items():
+            sums += checksums(name, _readable(array))
+        self.done = marked & (sums == _readable(self._checksums))
+        damaged = np.flatnonzero(marked & ~self.done)
+        if len(damaged) == 0:
+            return
+        self.put(self._marks, damaged, np.zeros(len(damaged), dtype=bool))
+        runs = np.split(damaged, np.flatnonzero(np.diff(damaged) != 1) + 1)
+        named = ", ".join(f"{run[0]}" if len(run) == 1 else f"{run[0]} to {run[-1]}" for run in runs[:NAMED])
+        more = f" and {len(runs) - NAMED} more ranges" if len(runs) > NAMED else ""
+        warnings.warn(
+            f"store: {path}: the results of {len(damaged)} of {self.points} points are damaged "
+            f"({named}{more}); they are run again",
+            RuntimeWarning,
+            stacklevel=5,
+        )
 
     @staticmethod
     def _opened(path: Path, wanted: Mapping[str, Any]) -> Any:
@@ -124,13 +197,31 @@ class Zarr(Memory):
         array.attrs["_ARRAY_DIMENSIONS"] = ["point", *(f"{name}_{i}" for i in range(value.ndim))]
         return array
 
-    def write(self, which: Sequence[int], records: Sequence[Record]) -> None:
-        """Store the results of these points."""
-        super().write(which, records)
-        self.put(self._marks, np.asarray(which), np.ones(len(which), dtype=bool))
+    def put_rows(self, indices: Array, rows: Mapping[str, Array]) -> None:
+        """Write the entries of these points in all arrays, their checksums, and that they are finished."""
+        super().put_rows(indices, rows)
+        sums = np.zeros(len(indices), np.uint64)
+        for name, values in rows.items():
+            sums += checksums(name, values)
+        self.put(self._checksums, indices, sums)
+        self.put(self._marks, indices, np.ones(len(indices), dtype=bool))
 
     def put(self, array: Any, indices: Array, values: Array) -> None:
         """Write entries of an array as runs of consecutive points."""
         breaks = np.flatnonzero(np.diff(indices) != 1) + 1
         for some, part in zip(np.split(indices, breaks), np.split(values, breaks), strict=True):
             array[int(some[0]) : int(some[-1]) + 1] = part
+
+
+def _readable(array: Any) -> Array:
+    """An array of a store, whose chunks that cannot be read are cleared."""
+    rows = array.chunks[0]
+    parts = []
+    for first in range(0, array.shape[0], rows):
+        try:
+            parts.append(np.asarray(array[first : first + rows]))
+        except Exception:  # bytes of any kind raise errors of any kind
+            length = min(rows, array.shape[0] - first)
+            parts.append(np.full((length, *array.shape[1:]), _nothing(array.dtype), dtype=array.dtype))
+            array[first : first + rows] = parts[-1]
+    return np.concatenate(parts)

@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
+from ... import disk
 from ..._lissom import __version__
 from ...files import write_report, write_summary
 from ...folders import MARK
@@ -42,7 +43,7 @@ def write(parts: Mapping[str, Part], folder: Path) -> list[str]:
 
 
 def _report(parts: Mapping[str, Part], path: Path) -> None:
-    path.write_text(page.render(build(list(parts.values()))), encoding="utf-8")
+    disk.write(path, page.render(build(list(parts.values()))))
 
 
 def build(parts: list[Part]) -> page.Page:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
+from ... import disk
 from ...report import page, theme
 from . import Done, total
 from .cell import KINDS, MEANINGS, Kind, Outcome
@@ -21,7 +22,7 @@ COLOURS: dict[Kind, str] = {
 
 def write(done: list[Done], regressions: list[str], path: Path) -> None:
     """Write the report to ``path``."""
-    path.write_text(page.render(build(done, regressions)), encoding="utf-8")
+    disk.write(path, page.render(build(done, regressions)))
 
 
 def build(done: list[Done], regressions: Sequence[str]) -> page.Page:

@@ -7,6 +7,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from ... import disk
 from .cell import KINDS, Kind
 
 if TYPE_CHECKING:
@@ -62,5 +63,5 @@ def improvements(found: Table, expected: Table) -> int:
 def update(found: Table) -> Path:
     """Rewrite the committed table in the sources of this package."""
     path = Path(__file__).parent / NAME
-    path.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
+    disk.write(path, json.dumps(found, indent=1) + "\n")
     return path

@@ -8,6 +8,7 @@ from typing import Literal
 
 import numpy as np
 
+from ... import disk
 from ...report import page, plots, theme
 from ...report.text import quantity
 from . import table
@@ -24,7 +25,7 @@ LEAD = (
 
 def write(outcomes: Sequence[Outcome], path: Path) -> None:
     """Write the report to ``path``."""
-    path.write_text(page.render(build(outcomes)), encoding="utf-8")
+    disk.write(path, page.render(build(outcomes)))
 
 
 def build(outcomes: Sequence[Outcome]) -> page.Page:
