@@ -170,6 +170,8 @@ def fit(
     ValueError, TypeError
         Before the first run, if an argument is invalid, a name is unknown, bounds are reversed, or there are
         fewer measured numbers than parameters.
+    KeyboardInterrupt
+        After Ctrl-C; its attribute `result` is the FitResult of the best run until then.
     LissomError
         If with the initial values a run fails or no equilibrium is found; the message lists the parameters.
     ImportError
@@ -229,9 +231,11 @@ def fit(
         start["v0"] = _state(v0, model.n, "v0")
     kept: dict[bytes, tuple[Array, Array]] = {}
     runs, failures, failed = 0, 0, ""
+    #: Sum of squares, scaled values, residuals and Jacobian of the best run.
+    best: tuple[float, Array, Array, Array] | None = None
 
     def evaluate(z: Array) -> tuple[Array, Array]:
-        nonlocal runs, failures, failed
+        nonlocal runs, failures, failed, best
         key = z.tobytes()
         if key not in kept:
             values = dict(zip(names, (z * scale).tolist(), strict=True))
@@ -254,63 +258,80 @@ def fit(
                 failures, failed = failures + 1, f"with {values}: {error}"
                 kept[key] = np.full(measured.numbers.size, np.inf), np.zeros((measured.numbers.size, len(z)))
             else:
-                kept[key] = (predicted - measured.numbers).ravel(), derivatives * scale
+                residual = (predicted - measured.numbers).ravel()
+                kept[key] = residual, derivatives * scale
+                square = float(residual @ residual)
+                if best is None or square < best[0]:
+                    best = square, z.copy(), *kept[key]
             runs += 1
         return kept[key]
 
-    solved = least_squares(
-        lambda z: evaluate(z)[0],
-        guess / scale,
-        lambda z: evaluate(z)[1],
-        bounds=(lowest / scale, highest / scale),
-        x_scale="jac",
-        max_nfev=max_runs,
-        ftol=1e-10,
-        xtol=1e-10,
-        gtol=1e-14,
-    )
-    residual, jacobian = evaluate(solved.x)
-    values = solved.x * scale
-    freedom = size - len(names)
-    spread = (
-        noise if noise is not None else float(np.sqrt(residual @ residual / freedom)) if freedom else np.inf
-    )
-    covariance, undetermined = _covariance(jacobian, scale, spread, names)
-    factor = stdtrit(np.inf if noise is not None else max(freedom, 1), 0.5 * (1.0 + confidence))
-    width = factor * np.sqrt(np.diag(covariance))
-    at_bounds = tuple(name for name, active in zip(names, solved.active_mask, strict=True) if active)
-    message = str(solved.message)
-    if undetermined:
-        message += f" The data do not determine {', '.join(undetermined)}."
-    if at_bounds:
-        message += f" At a bound: {', '.join(at_bounds)}; the intervals do not hold there."
-    if failures:
-        message += f" {failures} of {runs} trial runs failed, the last one {failed}"
-    return FitResult(
-        names=tuple(names),
-        values=values,
-        model=model_with(
-            model,
-            {
-                name: value
-                for name, value in zip(names, values.tolist(), strict=True)
-                if not START.fullmatch(name)
-            },
-        ),
-        covariance=covariance,
-        intervals=np.stack([values - width, values + width], 1),
-        undetermined=undetermined,
-        residuals=residual.reshape(measured.numbers.shape),
-        noise=spread,
-        runs=runs,
-        success=bool(solved.status > 0),
-        message=message,
-        at_bounds=at_bounds,
-        confidence=confidence,
-        measured=np.array(measured.numbers),
-        t=np.array(measured.times) if isinstance(measured, OfMotion) else None,
-        places=_names_of(model, measured),
-    )
+    def result(
+        z: Array, residual: Array, jacobian: Array, active: Array, success: bool, message: str
+    ) -> FitResult:
+        values = z * scale
+        freedom = size - len(names)
+        spread = (
+            noise
+            if noise is not None
+            else float(np.sqrt(residual @ residual / freedom))
+            if freedom
+            else np.inf
+        )
+        covariance, undetermined = _covariance(jacobian, scale, spread, names)
+        factor = stdtrit(np.inf if noise is not None else max(freedom, 1), 0.5 * (1.0 + confidence))
+        width = factor * np.sqrt(np.diag(covariance))
+        at_bounds = tuple(name for name, is_there in zip(names, active, strict=True) if is_there)
+        if undetermined:
+            message += f" The data do not determine {', '.join(undetermined)}."
+        if at_bounds:
+            message += f" At a bound: {', '.join(at_bounds)}; the intervals do not hold there."
+        if failures:
+            message += f" {failures} of {runs} trial runs failed, the last one {failed}"
+        of_model = {
+            name: value
+            for name, value in zip(names, values.tolist(), strict=True)
+            if not START.fullmatch(name)
+        }
+        return FitResult(
+            names=tuple(names),
+            values=values,
+            model=model_with(model, of_model),
+            covariance=covariance,
+            intervals=np.stack([values - width, values + width], 1),
+            undetermined=undetermined,
+            residuals=residual.reshape(measured.numbers.shape),
+            noise=spread,
+            runs=runs,
+            success=success,
+            message=message,
+            at_bounds=at_bounds,
+            confidence=confidence,
+            measured=np.array(measured.numbers),
+            t=np.array(measured.times) if isinstance(measured, OfMotion) else None,
+            places=_names_of(model, measured),
+        )
+
+    try:
+        solved = least_squares(
+            lambda z: evaluate(z)[0],
+            guess / scale,
+            lambda z: evaluate(z)[1],
+            bounds=(lowest / scale, highest / scale),
+            x_scale="jac",
+            max_nfev=max_runs,
+            ftol=1e-10,
+            xtol=1e-10,
+            gtol=1e-14,
+        )
+    except KeyboardInterrupt as error:
+        if best is not None:
+            message = f"Interrupted after {runs} runs; these are the best values until then."
+            nowhere = np.zeros(len(names))
+            error.result = result(*best[1:], nowhere, False, message)  # type: ignore[attr-defined]
+        raise
+    success = bool(solved.status > 0)
+    return result(solved.x, *evaluate(solved.x), solved.active_mask, success, str(solved.message))
 
 
 def _names_of(model: Robot, measured: Measured) -> tuple[str, ...]:

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import lissom
+from lissom import fits
 
 FINGER = {"modes": {"bend_y": 2}, "retardation_time": 0.02}
 RIGHT = {
@@ -299,3 +300,31 @@ def test_other_guesses_are_refused(changes, kind, message):
     arguments = {"data": ([0.1, 0.2], np.zeros((2, 3))), "parameters": {"segments[0].radius": 0.01}} | changes
     with pytest.raises(kind, match=message):
         lissom.fit(finger(), **arguments)
+
+
+def test_ctrl_c_keeps_the_best_run():
+    model, name = finger(), "segments[0].young_modulus"
+    data, guess = motion(model), {name: (1e5, 1.5e5, 4e5)}
+    whole = lissom.fit(model, data, guess)
+    assert whole.runs > 3
+    runs = 0
+
+    real = fits.model_with
+
+    def interrupting(*arguments):
+        nonlocal runs
+        runs += 1
+        if runs == 4:
+            raise KeyboardInterrupt
+        return real(*arguments)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(fits, "model_with", interrupting)
+        with pytest.raises(KeyboardInterrupt) as caught:
+            lissom.fit(model, data, guess)
+    found = caught.value.result
+    assert (found.runs, found.success) == (3, False)
+    assert "Interrupted" in found.message
+    start = lissom.fit(model, data, guess, max_runs=1)
+    assert (found.residuals**2).sum() < (start.residuals**2).sum()
+    np.testing.assert_array_equal(found.model.segments[0].young_modulus, found.values[0])
