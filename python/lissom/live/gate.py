@@ -95,11 +95,11 @@ def serve(host: str, port: int, title: str, hosts: Collection[str]) -> Server:
         return create(handler, *place, process_request=check, **options)
 
     with _CREATING, quiet():
-        library.serve = guarded  # type: ignore[assignment]
+        library.serve = guarded  # type: ignore[assignment, misc]
         try:
             server = Server(host=host, port=port, label=title, verbose=False)
         finally:
-            library.serve = create
+            library.serve = create  # type: ignore[misc]
     if not is_guarded:
         server.stop()
         raise RuntimeError(

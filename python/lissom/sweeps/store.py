@@ -94,13 +94,13 @@ def checksums(name: str, rows: Array) -> Array:
     Linear forms of the bytes, as words of 64 bits, with random odd coefficients modulo 2**64 (Dietzfelbinger
     and others 1997).
     """
-    count = len(rows)
     nothing = np.broadcast_to(np.asarray(_nothing(rows.dtype), rows.dtype), rows.shape)
     words = _words(rows) ^ _words(nothing)
     weights = np.random.default_rng(zlib.crc32(name.encode())).integers(
         0, 2**64, words.shape[1], np.uint64
     ) | np.uint64(1)
-    return (words * weights).sum(axis=1, dtype=np.uint64).reshape(count)
+    sums: Array = (words * weights).sum(axis=1, dtype=np.uint64)
+    return sums
 
 
 def _words(rows: Array) -> Array:
