@@ -30,9 +30,11 @@ impl Impacts {
     pub(super) fn count(&mut self, t: f64, impact: &Impact) {
         self.kinetic = self.kinetic.max(impact.kinetic);
         self.elastic = self.elastic.max(impact.elastic);
-        self.lost += impact.lost;
-        if impact.lost > self.worst {
-            (self.worst, self.at) = (impact.lost, t);
+        // Only what moved can rebound: what is pressed slowly loses energy to friction and bases.
+        let lost = impact.lost.min(impact.kinetic);
+        self.lost += lost;
+        if lost > self.worst {
+            (self.worst, self.at) = (lost, t);
             (self.contact, self.longest) = (impact.contact, impact.longest);
         }
     }

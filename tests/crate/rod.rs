@@ -70,7 +70,7 @@ fn rich_loads() -> Vec<Load> {
 
 fn rich_bodies() -> Vec<Body> {
     let inertia = [[2e-4, 1e-5, 0.0], [1e-5, 3e-4, -2e-5], [0.0, -2e-5, 4e-4]];
-    let body = |at, mass| Body { link: 0, at, mass, centre: [0.02, -0.01, 0.03], inertia };
+    let body = |at, mass| Body { link: 0, at, mass, centre: [0.02, -0.01, 0.03], inertia, hull: None };
     vec![
         body(None, 0.04),
         body(Some(0.1), 0.1),
@@ -510,7 +510,7 @@ fn loads_and_bodies() -> impl Strategy<Value = (Vec<Load>, Vec<Body>)> {
     let body = (prop::option::of(0.0..1.0), 0.0..1.0, prop::array::uniform3(-0.1..0.1)).prop_map(
         |(at, mass, centre)| {
             let inertia = [[2e-3, 1e-4, 0.0], [1e-4, 3e-3, -2e-4], [0.0, -2e-4, 4e-3]];
-            Body { link: 0, at, mass, centre, inertia }
+            Body { link: 0, at, mass, centre, inertia, hull: None }
         },
     );
     (prop::collection::vec(load, 0..4), prop::collection::vec(body, 0..3))

@@ -206,7 +206,7 @@ fn loads_and_bodies_are_read() {
     };
     assert_eq!(rod.loads, [force, moment]);
     let inertia = [[3.0, 0.0, 0.0], [0.0, 2.0, 0.0], [0.0, 0.0, 2.0]];
-    let body = Body { link: 0, at: Some(0.3), mass: 0.2, centre: [0.0, 0.0, 0.1], inertia };
+    let body = Body { link: 0, at: Some(0.3), mass: 0.2, centre: [0.0, 0.0, 0.1], inertia, hull: None };
     assert_eq!(rod.bodies, [Body::point(0.1), body]);
 }
 

@@ -237,6 +237,7 @@ fn loaded_rods() -> impl Strategy<Value = Rod> {
                 mass,
                 centre,
                 inertia: [[2e-5, 0.0, 0.0], [0.0, 3e-5, 0.0], [0.0, 0.0, 3e-5]],
+                hull: None,
             });
             Rod { loads: loads.collect(), bodies: bodies.collect(), ..rod }
         },

@@ -384,7 +384,7 @@ impl Explanation {
         self.add(is_borne, "buoyancy", why);
         let bodies = robot.all_bodies().filter(|body| body.hull.is_some()).count();
         if bodies > 0 {
-            self.add(true, "fluid around bodies", &format!("buoyancy, added mass and drag of {bodies}"));
+            self.add(true, "fluid around bodies", format!("buoyancy, added mass and drag of {bodies}"));
         }
         let is_moving = fluid.velocity != [0.0; 3];
         self.add(is_moving, "current", if is_moving { "uniform and steady" } else { "the fluid is at rest" });

@@ -138,7 +138,7 @@ impl<F: Fn(f64) -> (f64, f64)> Gap<F> {
     fn divide(&self, a: Place, b: Place, search: &mut Search) {
         if b.x - a.x <= SAME_PLACE {
             return if a.is_touched != b.is_touched {
-                search.change(b.x)
+                search.change(b.x);
             };
         }
         if a.is_touched == b.is_touched {
