@@ -198,6 +198,8 @@ def swing_in_units(unit, method, *, start=0.0, sign=1.0, **options):
         event(lambda t, y: y[0] - y[1], terminal=3),
     ]
     t_span = (start * unit, (start + 20.0 * sign) * unit)
+    # The choice of the first step has a unit of time, as that of SciPy.
+    options = {"first_step": 0.01 * unit} | options
     return lissom.solve_ivp(fun, t_span, [1.0, 0.0], method, events=events, **options)
 
 
