@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ._lissom import MotionResult, Robot
+from .plain import with_number
 
 Array = NDArray[np.float64]
 
@@ -41,6 +42,9 @@ class ContactEvent:
     kind: Literal["touch", "lift_off"]
     q: Array
     v: Array
+
+    def __post_init__(self) -> None:
+        with_number(self, "t")
 
 
 def events_of(result: MotionResult) -> list[ContactEvent]:

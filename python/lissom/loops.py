@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass
+from math import isfinite
 from typing import TYPE_CHECKING, cast
 
 from ._lissom import check_loop
@@ -62,6 +63,7 @@ class Distance:
 
     def __post_init__(self) -> None:
         with_number(self, "length")
+        _check_finite("length", self.length)
 
 
 @dataclass(frozen=True)
@@ -86,6 +88,13 @@ class Gear:
     def __post_init__(self) -> None:
         with_number(self, "ratio")
         with_number(self, "offset")
+        _check_finite("ratio", self.ratio)
+        _check_finite("offset", self.offset)
+
+
+def _check_finite(name: str, value: float) -> None:
+    if not isfinite(value):
+        raise ValueError(f"{name}: got {value}, expected a finite number")
 
 
 def _end(place: Place) -> LoopEnd:

@@ -165,6 +165,7 @@ stiffness = 1e4
     assert found.contacts[0].name == "arm on block"
 
 
+@pytest.mark.filterwarnings("ignore:Impacts are shorter:lissom.AccuracyWarning")
 def test_a_rod_is_called_rod():
     rods = f"version = 1\n[[rod]]\n[[rod.segment]]\n{SEGMENT}"
     text = '[[contact]]\na = "rod"\nb = { kind = "half_space", point = [0, 0, -0.05] }\nfriction = 0.3\n'

@@ -629,6 +629,11 @@ method = "radau"
         ("method", "dop853"),
     )
 }
+# Motions with corners, and bodies in a fluid.
+SCENES |= {
+    name: (Path(__file__).parent / "fuzz" / "corpus" / "scenes" / f"{name}.toml").read_text(encoding="utf-8")
+    for name in ("hulls", "ramps")
+}
 
 #: Keys without effect on a scene.
 SAME = {

@@ -204,6 +204,8 @@ class Zarr(Memory):
         for name, values in rows.items():
             sums += checksums(name, values)
         self.put(self._checksums, indices, sums)
+        # Before the mark, so that Ctrl-C between the two loses nothing.
+        self.done[indices] = True
         self.put(self._marks, indices, np.ones(len(indices), dtype=bool))
 
     def put(self, array: Any, indices: Array, values: Array) -> None:
