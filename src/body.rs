@@ -121,6 +121,11 @@ impl Body {
         if self.mass > 0.0 { (0.5 * trace / self.mass).sqrt() } else { 0.0 }
     }
 
+    /// Distance of its mass from the section's centre, about, in metres.
+    pub(crate) fn extent(&self) -> f64 {
+        self.centre.iter().map(|x| x * x).sum::<f64>().sqrt() + self.radius_of_gyration()
+    }
+
     /// Inertia tensor about the section's centre, in the section's axes.
     pub(crate) fn inertia_about_section(&self) -> [[f64; 3]; 3] {
         carried_inertia(self.mass, self.centre, &self.inertia)

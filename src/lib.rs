@@ -48,6 +48,7 @@ mod natural;
 pub mod newmark;
 pub mod ode;
 pub mod parallel;
+mod pencil;
 pub mod pendulum;
 #[cfg(feature = "python")]
 mod python;

@@ -13,19 +13,14 @@
 //! ```
 
 use crate::constraint::one_sided;
-use crate::linalg::{Complex, Matrix, eigen, symmetric_eigen, symmetric_part};
+use crate::linalg::{Complex, Matrix};
 use crate::model::Model;
-use crate::small_motions::{
-    GROWING, SmallMotions, is_symmetric, merged, reduced, small_motions, state_matrix,
-};
+use crate::small_motions::{GROWING, Modal, SmallMotions, small_motions};
 use crate::stability::{Stability, verdict};
 
 /// Damping counts as uncoupled if its coupling of the undamped modes changes eigenvalues by less than this
 /// relative amount. The change is quadratic in the coupling.
 const UNCOUPLED: f64 = 1e-9;
-
-/// A stiffness below this fraction of the sum of the magnitudes of its terms is a rounding error.
-const ROUNDING: f64 = 64.0 * f64::EPSILON;
 
 /// Vibrations of a model, slowest first.
 #[derive(Clone, Debug, PartialEq)]
@@ -83,46 +78,33 @@ pub fn modes(model: &mut dyn Model, q: &[f64]) -> Result<Modes, NoModes> {
 /// Small motions about rest that keep the loops closed, and `|s R|` in joules. Allocates.
 pub(crate) fn motions(model: &mut dyn Model, q: &[f64]) -> Result<(SmallMotions, f64), NoModes> {
     let rest = vec![0.0; model.n()];
-    let mut sizes = rest.clone();
+    let [mut sizes, mut residual] = [rest.clone(), rest.clone()];
     model.typical_coordinates(&mut sizes);
-    let tied = model.constraints() > 0;
-    let constraints = if tied { Some(hold(model, q, &sizes)?) } else { None };
-    let mut residual = rest.clone();
-    model.inverse_dynamics(q, &rest, &rest, &mut residual);
-    let residual_norm = residual.iter().zip(&sizes).map(|(r, s)| (r * s) * (r * s)).sum::<f64>().sqrt();
-    let free = small_motions(model, q, &sizes);
-    let Some(constraints) = constraints else { return Ok((free.ok_or(NoModes::NonFinite)?, residual_norm)) };
-    model.set_multipliers(&vec![0.0; constraints.nrows()]);
-    let motions = free.and_then(|free| free.within(&constraints)).ok_or(NoModes::NonFinite)?;
-    Ok((motions, residual_norm))
-}
-
-/// Sets the multipliers of the loops for a model at rest; returns the constraint Jacobian in scaled
-/// coordinates.
-fn hold(model: &mut dyn Model, q: &[f64], sizes: &[f64]) -> Result<Matrix, NoModes> {
-    let (n, m) = (q.len(), model.constraints());
-    let (rest, mut multipliers) = (vec![0.0; n], vec![0.0; m]);
-    one_sided::multipliers(model, [q, &rest, &rest], &mut multipliers).map_err(|_| NoModes::SingularMass)?;
-    model.set_multipliers(&multipliers);
-    let mut jacobian = Matrix::zeros(m, n);
-    model.gap_jacobian(q, &mut jacobian);
-    for (mut column, size) in jacobian.column_iter_mut().zip(sizes) {
-        column *= *size;
+    let mut multipliers = vec![0.0; model.constraints()];
+    if !multipliers.is_empty() {
+        one_sided::multipliers(model, [q, &rest, &rest], &mut multipliers)
+            .map_err(|_| NoModes::SingularMass)?;
     }
-    Ok(jacobian)
+    model.set_multipliers(&multipliers);
+    model.inverse_dynamics(q, &rest, &rest, &mut residual);
+    model.set_multipliers(&vec![0.0; multipliers.len()]);
+    let residual_norm = residual.iter().zip(&sizes).map(|(r, s)| (r * s) * (r * s)).sum::<f64>().sqrt();
+    let motions = small_motions(model, q, &sizes, 1.0, &multipliers);
+    Ok((motions.ok_or(NoModes::NonFinite)?, residual_norm))
 }
 
 impl SmallMotions {
     /// Computes modes without residual norm.
     pub(crate) fn modes(&self) -> Result<Modes, NoModes> {
-        let is_finite = |a: &Matrix| a.iter().all(|x| x.is_finite());
-        if ![&self.mass, &self.damping, &self.stiffness].into_iter().all(is_finite) {
+        if !self.is_finite() {
             return Err(NoModes::NonFinite);
         }
-        let modes = if is_symmetric(&self.stiffness) && is_symmetric(&self.damping) {
-            self.symmetric()?
+        let modal = self.modal().ok_or(NoModes::SingularMass)?;
+        let is_symmetric = self.has_potential() && self.is_damping_symmetric();
+        let modes = if is_symmetric && modal.is_uncoupled() {
+            self.classical(&modal)
         } else {
-            self.general()?
+            self.coupled(&modal).ok_or(NoModes::NonFinite)?
         };
         // Products of finite numbers may overflow.
         let numbers = modes.frequency.iter().chain(&modes.damping).copied();
@@ -130,21 +112,9 @@ impl SmallMotions {
         if numbers.chain(complex).all(f64::is_finite) { Ok(modes) } else { Err(NoModes::NonFinite) }
     }
 
-    /// Undamped modes first, then the effect of damping.
-    fn symmetric(&self) -> Result<Modes, NoModes> {
-        let (squares, shapes) = self.undamped()?;
-        let damping = shapes.transpose() * symmetric_part(&self.damping) * &shapes;
-        let n = self.n();
-        let is_uncoupled = (0..n).all(|j| {
-            (0..j).all(|i| {
-                let gap = (squares[i] - squares[j]).abs();
-                damping[(i, j)].powi(2) <= UNCOUPLED * gap
-            })
-        });
-        if !is_uncoupled {
-            let stiffness = Matrix::from_diagonal(&squares.clone().into());
-            return self.coupled(&stiffness, &damping, &shapes);
-        }
+    /// Undamped modes, and the effect of damping on each.
+    fn classical(&self, modal: &Modal) -> Modes {
+        let Modal { squares, shapes, damping, .. } = modal;
         let mut modes = Modes::empty(true);
         for (i, &square) in squares.iter().enumerate() {
             let half = 0.5 * damping[(i, i)];
@@ -172,93 +142,25 @@ impl SmallMotions {
             let scaled = shape.iter().zip(&self.sizes).map(|(x, size)| Complex::from(sign * size * x));
             modes.shapes.extend(scaled);
         }
-        Ok(modes)
+        modes
     }
 
-    /// Squares of the undamped frequencies, in increasing order, and mass-normalised shapes.
-    fn undamped(&self) -> Result<(Vec<f64>, Matrix), NoModes> {
-        let stiffness = symmetric_part(&self.stiffness);
-        // Eigensolvers resolve large eigenvalues accurately. Those of K^-1 M belong to the slow motions,
-        // which can be millions of times slower than shear waves across a wire.
-        let by_stiffness = stiffness.clone().cholesky().and_then(|factor| {
-            let lower = factor.l();
-            let (_, vectors) = symmetric_eigen(&reduced(&self.mass, &lower)?)?;
-            let mut shapes = vectors;
-            lower.tr_solve_lower_triangular_mut(&mut shapes).then_some(shapes)
-        });
-        let shapes = match by_stiffness {
-            Some(shapes) => Some(shapes),
-            None => {
-                let lower = self.mass.clone().cholesky().ok_or(NoModes::SingularMass)?.l();
-                reduced(&stiffness, &lower).and_then(|a| symmetric_eigen(&a)).and_then(|(_, vectors)| {
-                    let mut shapes = vectors;
-                    lower.tr_solve_lower_triangular_mut(&mut shapes).then_some(shapes)
-                })
-            }
-        };
-        let shapes = shapes.ok_or(NoModes::NonFinite)?;
-        // Rayleigh's quotient is accurate to twice the digits of the shape.
-        let mut order: Vec<(f64, usize)> = Vec::with_capacity(self.n());
-        for (k, shape) in shapes.column_iter().enumerate() {
-            let mass = shape.dot(&(&self.mass * shape));
-            order.push((shape.dot(&(&stiffness * shape)) / mass, k));
-        }
-        order.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let ordered = Matrix::from_fn(self.n(), self.n(), |i, j| shapes[(i, order[j].1)]);
-        // Fast shapes are less accurate than slow ones: remove their components along slower shapes.
-        let lower = symmetric_part(&(ordered.transpose() * &self.mass * &ordered))
-            .cholesky()
-            .ok_or(NoModes::SingularMass)?
-            .l();
-        let mut rows = ordered.transpose();
-        if !lower.solve_lower_triangular_mut(&mut rows) {
-            return Err(NoModes::SingularMass);
-        }
-        let shapes = rows.transpose();
-        let mut squares = Vec::with_capacity(self.n());
-        for shape in shapes.column_iter() {
-            let square = shape.dot(&(&stiffness * shape));
-            // Without restoring force: a rigid-body motion.
-            let rounding = ROUNDING * shape.abs().dot(&(stiffness.abs() * shape.abs()));
-            squares.push(if square.abs() <= rounding { 0.0 } else { square });
-        }
-        Ok((squares, shapes))
-    }
-
-    /// For loads without a potential, by the mass matrix.
-    fn general(&self) -> Result<Modes, NoModes> {
-        let lower = self.mass.clone().cholesky().ok_or(NoModes::SingularMass)?.l();
-        let stiffness = reduced(&self.stiffness, &lower).ok_or(NoModes::SingularMass)?;
-        let damping = reduced(&self.damping, &lower).ok_or(NoModes::SingularMass)?;
-        let mut basis = Matrix::identity(self.n(), self.n());
-        lower.tr_solve_lower_triangular_mut(&mut basis).then_some(()).ok_or(NoModes::SingularMass)?;
-        self.coupled(&stiffness, &damping, &basis)
-    }
-
-    /// Modes of `y'' + D y' + K y = 0` with x = basis y, where the basis is mass-normalised, by eigenvalues
-    /// of the state matrix.
-    fn coupled(&self, stiffness: &Matrix, damping: &Matrix, basis: &Matrix) -> Result<Modes, NoModes> {
-        let n = self.n();
-        type Pairs = Vec<(Complex, Vec<Complex>)>;
+    /// Modes with whatever couples them.
+    fn coupled(&self, modal: &Modal) -> Option<Modes> {
         let times = |a: &Matrix, x: &[Complex]| -> Vec<Complex> {
-            (0..a.nrows()).map(|i| (0..n).map(|j| x[j] * a[(i, j)]).sum()).collect()
+            (0..a.nrows()).map(|i| (0..a.ncols()).map(|j| x[j] * a[(i, j)]).sum()).collect()
         };
-        let fast: Pairs = eigen(&state_matrix(stiffness, damping)).ok_or(NoModes::NonFinite)?;
-        let fast = fast.into_iter().map(|(value, vector)| (value, times(basis, &vector[..n]))).collect();
-        let slow = self.inverse().and_then(|inverse| eigen(&inverse));
-        let slow = slow
-            .map(|pairs| pairs.into_iter().map(|(value, vector)| (value, vector[..n].to_vec())).collect());
-        let mut pairs: Pairs = merged(slow, fast);
+        let mut pairs: Vec<(Complex, Vec<Complex>)> =
+            modal.motions()?.into_iter().map(|motion| (motion.rate, motion.shape)).collect();
         // Keep one of each conjugate pair. A mode that diverges without oscillation comes first.
         pairs.retain(|(value, _)| value.im >= 0.0);
         let frequency = |value: &Complex| if value.im == 0.0 && value.re > 0.0 { 0.0 } else { value.norm() };
         pairs.sort_by(|(a, _), (b, _)| frequency(a).total_cmp(&frequency(b)).then(b.re.total_cmp(&a.re)));
         let mut modes = Modes::empty(false);
         for (value, vector) in pairs {
-            let with_mass = times(&self.mass, &vector);
-            let size = vector.iter().zip(with_mass).map(|(x, m)| (x.conj() * m).re).sum::<f64>().sqrt();
-            // Mass-normalised, with the largest entry real and positive.
-            let shape = times(&self.basis, &vector);
+            // Undamped shapes are mass-normalised, so the mass is the norm. The largest entry shall be real and positive.
+            let size = vector.iter().map(Complex::norm_sqr).sum::<f64>().sqrt();
+            let shape = times(&self.basis, &times(&modal.shapes, &vector));
             let largest =
                 shape.iter().fold(Complex::from(0.0), |m, x| if x.norm() > m.norm() { *x } else { m });
             let phase = largest / largest.norm() * size;
@@ -267,7 +169,19 @@ impl SmallMotions {
             modes.eigenvalues.push(value);
             modes.shapes.extend(shape.iter().zip(&self.sizes).map(|(x, size)| x * *size / phase));
         }
-        Ok(modes)
+        Some(modes)
+    }
+}
+
+impl Modal {
+    fn is_uncoupled(&self) -> bool {
+        let Self { squares, damping, .. } = self;
+        (0..self.n()).all(|j| {
+            (0..j).all(|i| {
+                let gap = (squares[i] - squares[j]).abs();
+                damping[(i, j)].powi(2) <= UNCOUPLED * gap
+            })
+        })
     }
 }
 
@@ -314,10 +228,11 @@ mod tests {
             mass: Matrix::from_diagonal(&vec![1.0, 2.0].into()),
             damping: Matrix::from_row_slice(2, 2, &[0.5, 0.0, 0.0, 0.0]),
             stiffness: Matrix::from_row_slice(2, 2, &[5.0, -2.0, -2.0, 3.0]),
+            error: Matrix::from_element(2, 2, f64::EPSILON),
             basis: Matrix::identity(2, 2),
             sizes: vec![1.0, 1.0],
         };
-        let modes = motions.symmetric().unwrap();
+        let modes = motions.modes().unwrap();
         assert!(!modes.is_classical && modes.frequency.len() == 2);
         for (k, s) in modes.eigenvalues.iter().enumerate() {
             let determinant = (s * s + s * 0.5 + 5.0) * (s * s * 2.0 + 3.0) - 4.0;

@@ -138,6 +138,23 @@ impl Natural {
         self.matrix(&(held + rest)) + &self.springs * self.springs.transpose()
     }
 
+    /// The sum of the magnitudes of all terms of such a tangent, from the magnitudes of those at held forces.
+    pub(crate) fn magnitudes(&self, held: &Matrix, springs: Option<&Springs>) -> Matrix {
+        let Some(springs) = springs else { return self.sizes().matrix(held) };
+        let moved = springs.jacobian.abs();
+        let rest = moved.tr_mul(&(springs.rest.abs() * &moved));
+        self.sizes().matrix(&(held + rest)) + self.springs.abs() * self.springs.abs().transpose()
+    }
+
+    /// With the magnitudes of the entries of W.
+    fn sizes(&self) -> Self {
+        let basis = match &self.basis {
+            Basis::Diagonal(scale) => Basis::Diagonal(scale.iter().map(|x| x.abs()).collect()),
+            Basis::Full(basis) => Basis::Full(basis.abs()),
+        };
+        Self { basis, springs: Matrix::zeros(self.springs.nrows(), 0) }
+    }
+
     /// Natural residual of forces and springs together, from the residual at held forces.
     pub(crate) fn residual(&self, at_held: &[f64], springs: Option<&Springs>, held: &[f64]) -> Vec<f64> {
         let Some(springs) = springs else { return self.forces(at_held) };

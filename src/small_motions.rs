@@ -1,31 +1,78 @@
 //! Small motions about a state at rest, `M x'' + D x' + K x = 0`, and their eigenvalues.
 
 use crate::constraint::inverse_length;
-use crate::linalg::{Complex, Matrix, eigenvalues, full_svd};
+use crate::linalg::{Complex, Matrix, eigen_both, full_svd, norm};
 use crate::model::Model;
 use crate::natural::{self, Natural, scaled};
+use crate::pencil::Eigenpairs;
 
-/// Stiffness and damping count as symmetric if no entry differs from its transpose by more than this fraction
-/// of the largest entry, in scaled coordinates.
+/// A stiffness counts as symmetric, so that its loads have a potential, if no entry differs from its
+/// transpose by more than this fraction of the elastic stiffnesses it couples, and rounding. This is above the
+/// quadrature error of strongly bent rods and below the effect of any relevant follower load.
 const SYMMETRIC: f64 = 1e-6;
+
+/// Damping counts as symmetric if no entry differs from its transpose by more than this fraction of the largest
+/// entries of its row and column.
+const SYMMETRIC_DAMPING: f64 = 1e-6;
 
 /// Eigenvalues whose real part is smaller than this fraction of their magnitude do not count as growing.
 pub(crate) const GROWING: f64 = 1e-9;
 
-/// If rates differ by more than this factor, slow eigenvalues come from the inverse problem.
-const WIDE: f64 = 1e3;
-
 /// Constraints with a singular value below this fraction of the largest one count as redundant.
 const DEPENDENT: f64 = 1e-8;
+
+/// Rounding of a sum of products over n coordinates, in units of n eps times the sum of the magnitudes of its terms.
+const ROUNDING: f64 = 4.0;
+
+/// Forces that are out of balance are part of the error of a stiffness, up to this fraction of it: ten times the tolerance of
+/// equilibria. Beyond that, the shape is none.
+const OUT_OF_BALANCE: f64 = 1e-9;
+
+/// A double eigenvalue moves by the root of a perturbation, half of which first-order bounds tell: this factor is safe.
+const DOUBLE: f64 = 4.0;
+
+/// Eigenvectors of norm one that belong to a drift have a velocity of this size at least.
+const DRIFT: f64 = 1e-8;
 
 /// Matrices of small motions, in natural coordinates x of the shape: `q / s = W x` with the typical sizes s.
 pub(crate) struct SmallMotions {
     pub(crate) mass: Matrix,
     pub(crate) damping: Matrix,
     pub(crate) stiffness: Matrix,
+    /// Largest error of each entry of the stiffness.
+    pub(crate) error: Matrix,
     /// W.
     pub(crate) basis: Matrix,
     pub(crate) sizes: Vec<f64>,
+}
+
+/// The same in mass-normalised shapes of the undamped motion, slowest first, whose mass is one.
+pub(crate) struct Modal {
+    /// Eigenvalues of the symmetric part of the stiffness; exactly zero where its error could explain them.
+    pub(crate) squares: Vec<f64>,
+    /// Shapes as columns, in natural coordinates.
+    pub(crate) shapes: Matrix,
+    /// The squares on the diagonal, and the part of the stiffness without a potential.
+    stiffness: Matrix,
+    /// Entries that are rounding are zero.
+    pub(crate) damping: Matrix,
+    error: Matrix,
+}
+
+/// A motion `x exp(s t)`.
+pub(crate) struct Motion {
+    /// Exactly zero where errors of the stiffness could explain it.
+    pub(crate) rate: Complex,
+    /// What these could change s by.
+    pub(crate) bound: f64,
+    /// x, in the shapes of the undamped motion.
+    pub(crate) shape: Vec<Complex>,
+}
+
+impl Motion {
+    pub(crate) fn is_growing(&self) -> bool {
+        self.rate.re > (GROWING * self.rate.norm()).max(DOUBLE * self.bound)
+    }
 }
 
 impl SmallMotions {
@@ -33,9 +80,14 @@ impl SmallMotions {
         self.mass.nrows()
     }
 
+    pub(crate) fn is_finite(&self) -> bool {
+        let Self { mass, damping, stiffness, error, .. } = self;
+        [mass, damping, stiffness, error].into_iter().all(|a| a.iter().all(|x| x.is_finite()))
+    }
+
     /// Small motions that satisfy constraints with these derivatives in scaled coordinates: projection onto
     /// their null space, found by singular values.
-    pub(crate) fn within(&self, constraints: &Matrix) -> Option<Self> {
+    fn within(&self, constraints: &Matrix) -> Option<Self> {
         let mut natural = constraints * &self.basis;
         let longest = natural.row_iter().map(|row| row.norm()).fold(0.0, f64::max);
         for mut row in natural.row_iter_mut() {
@@ -50,128 +102,306 @@ impl SmallMotions {
             mass: within(&self.mass),
             damping: within(&self.damping),
             stiffness: within(&self.stiffness),
+            error: free.abs().tr_mul(&(&self.error * free.abs())),
             basis: &self.basis * &free,
             sizes: self.sizes.clone(),
         })
     }
 
-    /// All eigenvalues of the motion.
-    pub(crate) fn eigenvalues(&self) -> Option<Vec<Complex>> {
-        let lower = self.mass.clone().cholesky()?.l();
-        let fast = state_matrix(&reduced(&self.stiffness, &lower)?, &reduced(&self.damping, &lower)?);
-        let slow = self.inverse().and_then(|inverse| eigenvalues(&inverse));
-        Some(merged_values(slow, eigenvalues(&fast)?))
+    /// Whether the stiffness has a potential.
+    pub(crate) fn has_potential(&self) -> bool {
+        let Self { stiffness: k, error, .. } = self;
+        (0..self.n()).all(|j| {
+            (0..j).all(|i| (k[(i, j)] - k[(j, i)]).abs() <= SYMMETRIC + error[(i, j)] + error[(j, i)])
+        })
     }
 
-    /// State matrix whose eigenvalues are the inverses of the motion's eigenvalues: slow ones are large
-    /// there, and hence accurate.
-    pub(crate) fn inverse(&self) -> Option<Matrix> {
-        let factors = self.stiffness.clone().lu();
-        Some(state_matrix(&factors.solve(&self.mass)?, &factors.solve(&self.damping)?))
+    /// Whether damping forces are friction only, without gyroscopic ones. Compares each entry with the largest ones of
+    /// its row and column.
+    pub(crate) fn is_damping_symmetric(&self) -> bool {
+        let (n, d) = (self.n(), &self.damping);
+        let size = |i: usize| d.row(i).iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+        let sizes: Vec<f64> = (0..n).map(size).collect();
+        (0..n).all(|j| {
+            (0..j).all(|i| (d[(i, j)] - d[(j, i)]).abs() <= SYMMETRIC_DAMPING * (sizes[i] * sizes[j]).sqrt())
+        })
+    }
+
+    /// In shapes of the undamped motion. `None` if the mass is not positive definite or a number is not finite.
+    pub(crate) fn modal(&self) -> Option<Modal> {
+        let pairs = Eigenpairs::new(&self.stiffness, &self.mass, &self.error)?;
+        let n = self.n();
+        let squares: Vec<f64> =
+            (0..n).map(|k| if pairs.is_neutral(k) { 0.0 } else { pairs.values[k] }).collect();
+        let x = pairs.shapes;
+        let modal = |a: &Matrix| x.tr_mul(&(a * &x));
+        let mut stiffness = Matrix::from_diagonal(&squares.clone().into());
+        if !self.has_potential() {
+            stiffness += modal(&((&self.stiffness - self.stiffness.transpose()) * 0.5));
+        }
+        let magnitudes = |a: &Matrix| x.abs().tr_mul(&(a * x.abs()));
+        let rounding = magnitudes(&self.damping.abs()) * (ROUNDING * n as f64 * f64::EPSILON);
+        let damping =
+            modal(&self.damping).zip_map(&rounding, |d, least| if d.abs() <= least { 0.0 } else { d });
+        let error = magnitudes(&self.error);
+        Some(Modal { squares, stiffness, damping, error, shapes: x })
     }
 }
 
-/// Small motions of a model about rest at `q`; `None` if a number is not finite.
-pub(crate) fn small_motions(model: &mut dyn Model, q: &[f64], sizes: &[f64]) -> Option<SmallMotions> {
+impl Modal {
+    pub(crate) fn n(&self) -> usize {
+        self.squares.len()
+    }
+
+    /// Motions with damping and all other forces. Eigenvalues are those of a state matrix whose rows are in the order of
+    /// their rates, fastest first: from such a graded matrix QR finds slow ones as accurately as fast ones. Neutral shapes
+    /// that nothing accelerates are at rest; each of them is one motion of rate zero, without the steady drift along it.
+    pub(crate) fn motions(&self) -> Option<Vec<Motion>> {
+        let n = self.n();
+        let (k, d) = (&self.stiffness, &self.damping);
+        let is_idle = |i: usize| k.column(i).iter().all(|x| *x == 0.0);
+        // Displacements are multiplied by frequencies to have the units of velocities.
+        let slowest =
+            self.squares.iter().map(|l| l.abs().sqrt()).filter(|w| *w > 0.0).fold(f64::INFINITY, f64::min);
+        let slowest = if slowest.is_finite() { slowest } else { 1.0 };
+        let frequency =
+            |i: usize| if self.squares[i] == 0.0 { slowest } else { self.squares[i].abs().sqrt() };
+        let mut states: Vec<(f64, usize, bool)> = Vec::with_capacity(2 * n);
+        for i in 0..n {
+            let fast = frequency(i).max(d[(i, i)].abs());
+            states.push((fast, i, true));
+            if !is_idle(i) {
+                states.push((frequency(i) * (frequency(i) / fast), i, false));
+            }
+        }
+        states.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let state = Matrix::from_fn(states.len(), states.len(), |row, column| {
+            let ((_, i, is_velocity), (_, j, of_velocity)) = (states[row], states[column]);
+            match (is_velocity, of_velocity) {
+                (false, false) => 0.0,
+                (false, true) => {
+                    if i == j {
+                        frequency(i)
+                    } else {
+                        0.0
+                    }
+                }
+                (true, false) => -k[(i, j)] / frequency(j),
+                (true, true) => -d[(i, j)],
+            }
+        });
+        let unit = |i: usize| (0..n).map(|j| Complex::from(if i == j { 1.0 } else { 0.0 })).collect();
+        let at_rest = (0..n).filter(|&i| is_idle(i));
+        let mut motions: Vec<Motion> =
+            at_rest.map(|i| Motion { rate: Complex::from(0.0), bound: 0.0, shape: unit(i) }).collect();
+        for (rate, right, left) in eigen_both(&state)? {
+            let [mut velocity, mut shape, mut force] = [(); 3].map(|()| vec![Complex::from(0.0); n]);
+            for (m, &(_, i, is_velocity)) in states.iter().enumerate() {
+                if is_velocity {
+                    (velocity[i], force[i]) = (right[m], left[m]);
+                } else {
+                    shape[i] = right[m] / frequency(i);
+                }
+            }
+            let drift = (0..n).filter(|&i| is_idle(i)).map(|i| velocity[i].norm()).fold(0.0, f64::max);
+            if drift > 0.0 && rate.norm() > 0.0 {
+                (0..n).filter(|&i| is_idle(i)).for_each(|i| shape[i] = velocity[i] / rate);
+            }
+            let bound = self.along(&force, &shape);
+            if rate.norm() > DOUBLE * bound {
+                motions.push(Motion { rate, bound, shape });
+            } else if drift <= DRIFT {
+                motions.push(Motion { rate: Complex::from(0.0), bound, shape });
+            }
+        }
+        Some(motions)
+    }
+
+    /// Eigenvalues l of the motion `x'' + K x = 0` without damping, `x = exp(i sqrt(l) t)`; those that errors of the stiffness
+    /// could explain are zero.
+    pub(crate) fn undamped(&self) -> Option<Vec<Complex>> {
+        // Fastest first, as in `motions`.
+        let n = self.n();
+        let mut order: Vec<usize> = (0..n).collect();
+        order.sort_by(|&a, &b| self.squares[b].abs().total_cmp(&self.squares[a].abs()));
+        let graded = Matrix::from_fn(n, n, |i, j| self.stiffness[(order[i], order[j])]);
+        let values = eigen_both(&graded)?.into_iter().map(|(value, right, left)| {
+            let [mut shape, mut force] = [(); 2].map(|()| vec![Complex::from(0.0); n]);
+            for (m, &i) in order.iter().enumerate() {
+                (shape[i], force[i]) = (right[m], left[m]);
+            }
+            if value.norm() <= DOUBLE * self.along(&force, &shape) { Complex::from(0.0) } else { value }
+        });
+        Some(values.collect())
+    }
+
+    /// `|y|^T E |x|`.
+    fn along(&self, y: &[Complex], x: &[Complex]) -> f64 {
+        let x = Matrix::from_fn(x.len(), 1, |i, _| x[i].norm());
+        (&self.error * x).iter().zip(y).map(|(error, y)| error * y.norm()).sum()
+    }
+}
+
+/// Small motions of a model about rest at `q` under this fraction of its loads, which keep its constraints. These are held by the
+/// multipliers, of which a model without constraints has none. `None` if a number is not finite.
+pub(crate) fn small_motions(
+    model: &mut dyn Model,
+    q: &[f64],
+    sizes: &[f64],
+    load_factor: f64,
+    multipliers: &[f64],
+) -> Option<SmallMotions> {
     let n = q.len();
-    let rest = vec![0.0; n];
     let material = natural::material(model, q, sizes);
-    let held = natural::linearised(model, q, sizes);
-    let tangent = |model: &mut dyn Model, weights| {
-        let mut tangent = Matrix::zeros(n, n);
-        model.weighted_tangent(q, &rest, &rest, weights, &mut tangent);
-        scaled(tangent, sizes)
-    };
-    let natural = |stiffness: &Matrix| {
-        Natural::new(&material, held.as_ref(), || natural::reference(&material, stiffness, 0.0))
-    };
-    let (stiffness, natural) = match &held {
+    let own = natural::linearised(model, q, sizes);
+    let mut at_rest = Parts { model, q, sizes, load_factor, multipliers };
+    let (natural, forces) = match &own {
         None => {
-            let stiffness = tangent(model, [1.0, 0.0, 0.0]);
-            let natural = natural(&stiffness)?;
-            (natural.tangent(&stiffness, None), natural)
+            let stiffness = at_rest.tangent([1.0, 0.0, 0.0]);
+            (Natural::new(&material, None, || natural::reference(&material, &stiffness, 0.0))?, None)
         }
         Some(own) => {
-            let natural = natural(&material)?;
-            let mut at_own = vec![0.0; n];
-            model.hold_springs(Some(&own.forces));
-            model.inverse_dynamics(q, &rest, &rest, &mut at_own);
-            at_own.iter_mut().zip(sizes).for_each(|(tau, size)| *tau *= size);
-            model.hold_springs(Some(&natural.settled(own, &natural.forces(&at_own))));
-            let stiffness = tangent(model, [1.0, 0.0, 0.0]);
-            model.hold_springs(None);
-            (natural.tangent(&stiffness, held.as_ref()), natural)
+            let natural =
+                Natural::new(&material, Some(own), || natural::reference(&material, &material, 0.0))?;
+            at_rest.model.hold_springs(Some(&own.forces));
+            let residual = at_rest.forces();
+            let forces = natural.settled(own, &natural.forces(&residual));
+            (natural, Some(forces))
         }
     };
-    let damping = natural.matrix(&tangent(model, [0.0, 1.0, 0.0]));
+    at_rest.model.hold_springs(forces.as_deref());
+    let parts = at_rest.stiffness(&material);
+    let imbalance = at_rest.imbalance(&parts.magnitudes);
+    at_rest.model.hold_springs(None);
+    let stiffness = natural.tangent(&parts.total, own.as_ref());
+    let mut error =
+        natural.magnitudes(&parts.magnitudes, own.as_ref()) * (ROUNDING * n as f64 * f64::EPSILON);
+    error += natural.magnitudes(&Matrix::from_diagonal(&imbalance.into()), None);
+    let damping = natural.matrix(&at_rest.tangent([0.0, 1.0, 0.0]));
     let mut mass = Matrix::zeros(n, n);
-    model.mass_matrix(q, &mut mass);
+    at_rest.model.mass_matrix(q, &mut mass);
     let mass = natural.matrix(&scaled(mass, sizes));
-    Some(SmallMotions { mass, damping, stiffness, basis: natural.basis(), sizes: sizes.to_vec() })
+    let free =
+        SmallMotions { mass, damping, stiffness, error, basis: natural.basis(), sizes: sizes.to_vec() };
+    if multipliers.is_empty() {
+        return Some(free);
+    }
+    let mut rows = Matrix::zeros(multipliers.len(), n);
+    at_rest.model.gap_jacobian(q, &mut rows);
+    for (mut column, size) in rows.column_iter_mut().zip(sizes) {
+        column *= *size;
+    }
+    free.within(&rows)
 }
 
-/// Compares each entry with the diagonal entries of its row and column.
-pub(crate) fn is_symmetric(a: &Matrix) -> bool {
-    let n = a.nrows();
-    let size = |i: usize| a.row(i).iter().fold(0.0_f64, |m, x| m.max(x.abs()));
-    let sizes: Vec<f64> = (0..n).map(size).collect();
-    (0..n).all(|j| (0..j).all(|i| (a[(i, j)] - a[(j, i)]).abs() <= SYMMETRIC * (sizes[i] * sizes[j]).sqrt()))
+/// A sum of matrices, and the sum of the magnitudes of their entries.
+struct Sum {
+    total: Matrix,
+    magnitudes: Matrix,
 }
 
-/// Symmetric `L^-1 A L^-T`.
-pub(crate) fn reduced(a: &Matrix, lower: &Matrix) -> Option<Matrix> {
-    let mut half = a.clone();
-    lower.solve_lower_triangular_mut(&mut half).then_some(())?;
-    let mut whole = half.transpose();
-    lower.solve_lower_triangular_mut(&mut whole).then_some(whole.transpose())
+/// Forces and stiffnesses of a model at rest, in scaled coordinates, as sums over what they come from: gravity may balance a
+/// contact or a loop, so that nothing is left but rounding.
+struct Parts<'a> {
+    model: &'a mut dyn Model,
+    q: &'a [f64],
+    sizes: &'a [f64],
+    load_factor: f64,
+    multipliers: &'a [f64],
 }
 
-/// `[0 u; -K/u -D]` for `y'' + D y' + K y = 0`. Velocities are divided by a typical rate u to balance both
-/// halves.
-pub(crate) fn state_matrix(stiffness: &Matrix, damping: &Matrix) -> Matrix {
-    let n = stiffness.nrows();
-    let mut state = Matrix::zeros(2 * n, 2 * n);
-    let unit = stiffness.norm().sqrt().sqrt().max(f64::MIN_POSITIVE);
-    for i in 0..n {
-        state[(i, n + i)] = unit;
-        for j in 0..n {
-            state[(n + i, j)] = -stiffness[(i, j)] / unit;
-            state[(n + i, n + j)] = -damping[(i, j)];
+impl Parts<'_> {
+    /// Calls this on the model as it is; without what its constraints do; and also without its contacts.
+    fn each<T: Clone>(&mut self, mut get: impl FnMut(&mut dyn Model) -> T) -> [T; 3] {
+        let whole = {
+            if !self.multipliers.is_empty() {
+                self.model.set_multipliers(self.multipliers);
+            }
+            get(self.model)
+        };
+        let mut unconstrained = whole.clone();
+        if !self.multipliers.is_empty() {
+            self.model.set_multipliers(&vec![0.0; self.multipliers.len()]);
+            unconstrained = get(self.model);
         }
+        let mut untouched = unconstrained.clone();
+        if self.model.has_contact() {
+            self.model.leave_contact(true);
+            untouched = get(self.model);
+            self.model.leave_contact(false);
+        }
+        [whole, unconstrained, untouched]
     }
-    state
-}
 
-/// Combines eigenvalues of the inverse problem, in which slow ones are accurate, with those of the problem
-/// itself, in which fast ones are: absolute errors are rounding times the largest eigenvalue. The split is at
-/// the widest gap in the middle of the range.
-pub(crate) fn merged<T>(inverse: Option<Vec<(Complex, T)>>, own: Vec<(Complex, T)>) -> Vec<(Complex, T)> {
-    let Some(inverse) = inverse else { return own };
-    let slow: Vec<_> = inverse.into_iter().map(|(value, x)| (value.inv(), x)).collect();
-    let mut rates: Vec<f64> = slow.iter().map(|(value, _)| value.norm()).collect();
-    rates.sort_by(f64::total_cmp);
-    let fastest = own.iter().map(|(value, _)| value.norm()).fold(0.0, f64::max);
-    let slowest = rates.first().copied().unwrap_or(0.0);
-    let range = fastest / slowest;
-    if !(range > WIDE && range.is_finite()) {
-        return own;
+    /// `own + load_factor loads + constraints`.
+    fn under_load(&self, own: f64, unconstrained: f64, whole: f64) -> f64 {
+        let loads = self.load_factor;
+        if loads == 1.0 { whole } else { own + loads * (unconstrained - own) + (whole - unconstrained) }
     }
-    let is_middle = |rate: f64| (0.25..0.75).contains(&((rate / slowest).ln() / range.ln()));
-    let gap = |pair: &&[f64]| pair[1] / pair[0];
-    let between = |pair: &[f64]| (pair[0] * pair[1]).sqrt();
-    let widest =
-        rates.windows(2).filter(|pair| is_middle(between(pair))).max_by(|a, b| gap(a).total_cmp(&gap(b)));
-    let border = widest.map_or_else(|| (slowest * fastest).sqrt(), between);
-    let slow: Vec<_> = slow.into_iter().filter(|(value, _)| value.norm() <= border).collect();
-    // Rounding of the fastest may exceed the border.
-    let mut fast = own;
-    fast.sort_by(|(a, _), (b, _)| b.norm().total_cmp(&a.norm()));
-    fast.truncate(fast.len().saturating_sub(slow.len()));
-    slow.into_iter().chain(fast).collect()
-}
 
-/// [`merged`] without vectors.
-pub(crate) fn merged_values(inverse: Option<Vec<Complex>>, own: Vec<Complex>) -> Vec<Complex> {
-    let bare = |values: Vec<Complex>| values.into_iter().map(|value| (value, ())).collect();
-    merged(inverse.map(bare), bare(own)).into_iter().map(|(value, ())| value).collect()
+    fn tangent(&mut self, weights: [f64; 3]) -> Matrix {
+        let Self { q, sizes, .. } = *self;
+        let rest = vec![0.0; q.len()];
+        let [whole, ..] = self.each(|model| {
+            let mut tangent = Matrix::zeros(q.len(), q.len());
+            model.weighted_tangent(q, &rest, &rest, weights, &mut tangent);
+            tangent
+        });
+        scaled(whole, sizes)
+    }
+
+    fn stiffness(&mut self, material: &Matrix) -> Sum {
+        let Self { q, sizes, .. } = *self;
+        let rest = vec![0.0; q.len()];
+        let mut elastic = Matrix::zeros(q.len(), q.len());
+        self.model.elastic_tangent(q, &mut elastic);
+        let elastic = scaled(elastic, sizes);
+        let parts = self.each(|model| {
+            let mut tangent = Matrix::zeros(q.len(), q.len());
+            model.weighted_tangent(q, &rest, &rest, [1.0, 0.0, 0.0], &mut tangent);
+            scaled(tangent, sizes)
+        });
+        let (mut total, mut magnitudes) = (material.abs(), material.abs());
+        let loads = self.load_factor;
+        for k in 0..total.len() {
+            let [whole, unconstrained, untouched] = [0, 1, 2].map(|part| parts[part][k]);
+            let own = elastic[k];
+            total[k] = self.under_load(own, unconstrained, whole);
+            magnitudes[k] += (own - material[k]).abs()
+                + loads.abs() * ((untouched - own).abs() + (unconstrained - untouched).abs())
+                + (whole - unconstrained).abs();
+        }
+        Sum { total, magnitudes }
+    }
+
+    fn forces(&mut self) -> Vec<f64> {
+        let Self { q, sizes, .. } = *self;
+        let rest = vec![0.0; q.len()];
+        let mut elastic = rest.clone();
+        self.model.elastic_forces(q, &mut elastic);
+        let [whole, unconstrained, _] = self.each(|model| {
+            let mut forces = rest.clone();
+            model.inverse_dynamics(q, &rest, &rest, &mut forces);
+            forces
+        });
+        let part = |k: usize| self.under_load(elastic[k], unconstrained[k], whole[k]);
+        (0..q.len()).map(|k| sizes[k] * part(k)).collect()
+    }
+
+    /// What forces out of balance could change the stiffness by, where its terms have these magnitudes: a turn moves coordinates
+    /// to second order as much as to first order, in their own units. Parts that nothing couples have no part in each other's.
+    fn imbalance(&mut self, magnitudes: &Matrix) -> Vec<f64> {
+        let forces = self.forces();
+        let parts = match self.model.parts() {
+            parts if parts.is_empty() => vec![forces.len()],
+            parts => parts,
+        };
+        let mut imbalance = Vec::with_capacity(forces.len());
+        for part in parts {
+            let range = imbalance.len()..imbalance.len() + part;
+            let left = norm(&forces[range.clone()]);
+            imbalance.extend(range.map(|i| left.min(OUT_OF_BALANCE * magnitudes[(i, i)])));
+        }
+        imbalance
+    }
 }

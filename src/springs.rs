@@ -33,6 +33,35 @@ pub struct Springs {
     pub energy: f64,
 }
 
+/// Tendons of a commanded length in a shape, which pull but never push.
+#[derive(Clone, Debug)]
+pub struct Cords {
+    /// Stiffness in N/m, shape (m,); infinite for those that do not stretch.
+    pub stiffness: Vec<f64>,
+    /// By how much each one is longer than commanded, in metres; negative where it is slack.
+    pub excesses: Vec<f64>,
+    /// Lengths, in metres, to which the rounding of the excesses is relative.
+    pub spans: Vec<f64>,
+    /// Derivatives of the excesses with respect to the coordinates, m x n.
+    pub jacobian: Matrix,
+    /// What the ends of the straight parts move relative to each other for a unit change of the coordinates, added up: no less
+    /// than the absolute values of the derivatives; m x n.
+    pub reach: Matrix,
+}
+
+impl Cords {
+    /// Memory for m cords of a model with n coordinates.
+    pub(crate) fn new(m: usize, n: usize) -> Self {
+        Self {
+            stiffness: vec![0.0; m],
+            excesses: vec![0.0; m],
+            spans: vec![0.0; m],
+            jacobian: Matrix::zeros(m, n),
+            reach: Matrix::zeros(m, n),
+        }
+    }
+}
+
 impl Springs {
     /// Memory for m forces of a model with n coordinates.
     pub(crate) fn new(m: usize, n: usize) -> Self {

@@ -13,21 +13,16 @@
 //! # Ok::<(), lissom::error::InvalidInput>(())
 //! ```
 
-use crate::linalg::{Complex, Matrix, eigenvalues, symmetric_eigenvalues, symmetric_part};
-use crate::small_motions::{self, GROWING, SmallMotions};
-
-/// A stiffness counts as symmetric, so that its loads have a potential, if no entry differs from its
-/// transpose by more than this fraction of the elastic stiffnesses it couples. This is above the quadrature
-/// error of strongly bent rods and below the effect of any relevant follower load.
-const SYMMETRIC: f64 = 1e-6;
-
-/// Rounding of a stiffness per coordinate, relative to the elastic stiffness, or to a larger one such as a
-/// contact stiffness.
-const ROUNDING: f64 = 100.0 * f64::EPSILON;
+use crate::linalg::{Complex, Matrix, symmetric_eigenvalues, symmetric_part};
+use crate::pencil::{self, Eigenpairs};
+use crate::small_motions::{Modal, SmallMotions};
 
 /// An eigenvalue whose imaginary part exceeds this fraction of its magnitude is flutter. A smaller imaginary
 /// part may be the rounding error of two equal real eigenvalues.
 const FLUTTER: f64 = 1e-5;
+
+/// Rounding of damping per coordinate, relative to its largest entry.
+const ROUNDING: f64 = 100.0 * f64::EPSILON;
 
 /// Stability of a state at rest against small disturbances.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -63,90 +58,74 @@ pub struct Verdict {
     pub undamped: Stability,
 }
 
-/// Stability of motions in natural coordinates, in which the elastic stiffness is one; `None` if a number is
-/// not finite or the mass matrix is not positive definite.
+/// Stability of small motions; `None` if a number is not finite, or if the mass matrix is not positive definite and matters.
 ///
 /// Damping matters. It cannot destabilise a symmetric positive stiffness (Thomson and Tait 1879; Chetaev
 /// 1961), but under follower loads it destabilises some motions (Ziegler 1952) and stabilises others, such as
 /// those with the equal frequencies of round rods.
 pub(crate) fn verdict(motions: &SmallMotions) -> Option<Verdict> {
-    let SmallMotions { stiffness, damping, .. } = motions;
-    let (n, size) = (stiffness.nrows(), largest(stiffness));
-    let rounding = rounding(n, size);
-    let lowest =
-        |a: &Matrix| Some(symmetric_eigenvalues(&symmetric_part(a))?.first().copied().unwrap_or(1.0));
+    if !motions.is_finite() {
+        return None;
+    }
+    let damping = &motions.damping;
     let same = |stability| Some(Verdict { stability, undamped: stability });
     let is_damped = damping.iter().any(|x| *x != 0.0);
-    if is_symmetric(stiffness) {
-        let undamped = of_stiffness(lowest(stiffness)?, n, size)?.undamped;
-        let size = largest(damping);
-        let dissipates = lowest(damping)? >= -rounding * size;
-        let is_gyroscopic = !small_motions::is_symmetric(damping);
+    if motions.has_potential() {
+        let undamped = of_stiffness(motions)?;
         // Only gyroscopic forces can stabilise a motion that is unstable without damping.
-        if !is_damped || dissipates && (undamped == Stability::Stable || !is_gyroscopic) {
+        let is_friction = || undamped == Stability::Stable || motions.is_damping_symmetric();
+        if !is_damped || dissipates(damping)? && is_friction() {
             return same(undamped);
         }
-        return Some(Verdict { stability: in_motion(motions, rounding)?, undamped });
+        return Some(Verdict { stability: in_motion(&motions.modal()?)?, undamped });
     }
-    let undamped = without_damping(motions, rounding)?;
-    let stability = if is_damped { in_motion(motions, rounding)? } else { undamped };
+    let modal = motions.modal()?;
+    let undamped = without_damping(&modal)?;
+    let stability = if is_damped { in_motion(&modal)? } else { undamped };
     Some(Verdict { stability, undamped })
 }
 
-/// Largest absolute entry.
-pub(crate) fn largest(a: &Matrix) -> f64 {
-    a.iter().fold(0.0, |size: f64, x| size.max(x.abs()))
+/// Stability of `M x'' + K x = 0` with a symmetric stiffness. How many eigenvalues of `K x = l M x` are negative is a matter of K
+/// alone (Sylvester 1852): the mass determines how accurately each direction is judged. Where some of it is missing, the magnitudes
+/// of the stiffness stand for it.
+fn of_stiffness(motions: &SmallMotions) -> Option<Stability> {
+    let SmallMotions { stiffness, mass, error, .. } = motions;
+    if pencil::is_positive(stiffness, error) {
+        return Some(Stability::Stable);
+    }
+    let magnitudes = || {
+        let size = |i: usize| if error[(i, i)] > 0.0 { error[(i, i)] } else { 1.0 };
+        Matrix::from_diagonal(&(0..motions.n()).map(size).collect::<Vec<f64>>().into())
+    };
+    let pairs = Eigenpairs::new(stiffness, mass, error)
+        .or_else(|| Eigenpairs::new(stiffness, &magnitudes(), error))?;
+    let n = motions.n();
+    Some(if (0..n).any(|k| pairs.values[k] < -pairs.bounds[k]) {
+        Stability::Divergence
+    } else if (0..n).any(|k| pairs.is_neutral(k)) {
+        Stability::Neutral
+    } else {
+        Stability::Stable
+    })
 }
 
-/// Rounding of a stiffness of this size in n natural coordinates.
-fn rounding(n: usize, size: f64) -> f64 {
-    ROUNDING * n as f64 * size.max(1.0)
+/// Whether no velocity gains energy by damping forces.
+fn dissipates(damping: &Matrix) -> Option<bool> {
+    let size = damping.iter().fold(0.0, |size: f64, x| size.max(x.abs()));
+    let lowest = symmetric_eigenvalues(&symmetric_part(damping))?.first().copied().unwrap_or(0.0);
+    Some(lowest >= -ROUNDING * damping.nrows() as f64 * size)
 }
 
-/// Verdict from the smallest eigenvalue and the size of a symmetric stiffness in n natural coordinates, if
-/// friction is the only force that depends on velocities. `None` for NaN.
-pub(crate) fn of_stiffness(lowest: f64, n: usize, size: f64) -> Option<Verdict> {
-    let stability = match lowest {
-        lowest if lowest.is_nan() => return None,
-        lowest if lowest.abs() <= rounding(n, size) => Stability::Neutral,
-        lowest if lowest > 0.0 => Stability::Stable,
-        _ => Stability::Divergence,
-    };
-    Some(Verdict { stability, undamped: stability })
-}
-
-/// Stability of `M x'' + K x = 0`: its solutions are `exp(i omega t)` with `omega^2` an eigenvalue of `M^-1 K`.
-/// Those of slow motions are accurate as inverses of the eigenvalues of `K^-1 M`.
-fn without_damping(motions: &SmallMotions, rounding: f64) -> Option<Stability> {
-    let SmallMotions { mass, stiffness, .. } = motions;
-    let is_neutral = smallest(stiffness)? <= rounding;
-    let factor = mass.clone().cholesky();
-    let own = factor
-        .and_then(|factor| small_motions::reduced(stiffness, &factor.l()))
-        .and_then(|reduced| eigenvalues(&reduced));
-    let inverse = match stiffness.clone().lu().solve(mass) {
-        Some(compliance) if !is_neutral => Some(eigenvalues(&compliance)?),
-        _ => None,
-    };
-    let values = match (inverse, own) {
-        (inverse, Some(own)) => small_motions::merged_values(inverse, own),
-        // Motions without mass are infinitely fast.
-        (Some(inverse), None) => inverse,
-        (None, None) => return None,
-    };
-    let largest = values.iter().map(|value| value.norm()).fold(0.0, f64::max);
-    let grows = |value: &Complex| {
-        if is_neutral && value.norm() <= FLUTTER * FLUTTER * largest {
-            false
-        } else {
-            is_complex(*value) || value.re < 0.0
-        }
-    };
-    Some(if values.iter().any(|value| grows(value) && is_complex(*value)) {
+/// Stability of `M x'' + K x = 0` under loads without a potential: its solutions are `exp(i omega t)` with
+/// `omega^2` an eigenvalue of `M^-1 K`.
+fn without_damping(modal: &Modal) -> Option<Stability> {
+    let values = modal.undamped()?;
+    let grows = |value: &Complex| is_complex(*value) || value.re < 0.0;
+    Some(if values.iter().copied().any(is_complex) {
         Stability::Flutter
     } else if values.iter().any(grows) {
         Stability::Divergence
-    } else if is_neutral {
+    } else if values.iter().any(|value| *value == Complex::from(0.0)) {
         Stability::Neutral
     } else {
         Stability::Stable
@@ -154,34 +133,22 @@ fn without_damping(motions: &SmallMotions, rounding: f64) -> Option<Stability> {
 }
 
 /// Stability of `M x'' + D x' + K x = 0`.
-fn in_motion(motions: &SmallMotions, rounding: f64) -> Option<Stability> {
-    let is_neutral = smallest(&motions.stiffness)? <= rounding;
-    let values = motions.eigenvalues()?;
-    let slowest = values.iter().map(|value| value.norm()).fold(f64::INFINITY, f64::min);
-    let mut growing = values.iter().copied().filter(|s| {
-        // Motions without stiffness have rates of the size of rounding.
-        s.re > GROWING * s.norm() && !(is_neutral && s.norm() <= 10.0 * slowest)
-    });
-    Some(match growing.clone().any(is_complex) {
-        true => Stability::Flutter,
-        false if growing.next().is_some() => Stability::Divergence,
-        false if is_neutral => Stability::Neutral,
-        false => Stability::Stable,
+fn in_motion(modal: &Modal) -> Option<Stability> {
+    let motions = modal.motions()?;
+    let growing = || motions.iter().filter(|motion| motion.is_growing());
+    Some(if growing().any(|motion| is_complex(motion.rate)) {
+        Stability::Flutter
+    } else if growing().next().is_some() {
+        Stability::Divergence
+    } else if motions.iter().any(|motion| motion.rate == Complex::from(0.0)) {
+        Stability::Neutral
+    } else {
+        Stability::Stable
     })
 }
 
 fn is_complex(value: Complex) -> bool {
     value.im.abs() > FLUTTER * value.norm()
-}
-
-/// Whether a stiffness in natural coordinates has a potential.
-pub(crate) fn is_symmetric(a: &Matrix) -> bool {
-    (0..a.nrows()).all(|j| (0..j).all(|i| (a[(i, j)] - a[(j, i)]).abs() <= SYMMETRIC))
-}
-
-/// Smallest absolute eigenvalue.
-fn smallest(a: &Matrix) -> Option<f64> {
-    Some(eigenvalues(a)?.iter().map(|value| value.norm()).fold(f64::INFINITY, f64::min))
 }
 
 #[cfg(test)]
@@ -204,6 +171,7 @@ mod tests {
         let motions = |stiffness: Matrix| SmallMotions {
             mass: mass.clone(),
             damping: Matrix::zeros(4, 4),
+            error: stiffness.abs() * (16.0 * f64::EPSILON),
             stiffness,
             basis: Matrix::identity(4, 4),
             sizes: vec![1.0; 4],

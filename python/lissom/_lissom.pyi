@@ -1642,6 +1642,7 @@ def statics(
     max_iter: int = 500,
     max_steps: int = 500,
     u: ArrayLike | None = None,
+    stability: bool = True,
 ) -> StaticsResult: ...
 def continuation(
     model: Model,

@@ -241,14 +241,15 @@ class ModesStudy:
         }
 
 
-def study_statics(scene: Scene, from_start: bool = False) -> StaticsStudy:
-    """Find the equilibrium of a scene from the unloaded state, or by release from its q0.
+def study_statics(scene: Scene, from_start: bool = False, stability: bool = True) -> StaticsStudy:
+    """Find the equilibrium of a scene from the unloaded state or by release from its q0; judge its stability.
 
     The shape of closed loops depends on q0: a scene with loops and a q0 is released from it.
     """
     start = time.perf_counter()
     begin = scene.q0 if from_start else rest_start(scene)
-    (found,) = interruption.collect(map(partial(statics, t=scene.simulation.t0), [scene.model], [begin]))
+    search = partial(statics, t=scene.simulation.t0, stability=stability)
+    (found,) = interruption.collect(map(search, [scene.model], [begin]))
     return StaticsStudy(scene, found, begin is not None, time.perf_counter() - start)
 
 

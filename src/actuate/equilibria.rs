@@ -3,7 +3,7 @@
 use crate::constraint::{one_sided, saddle::Saddle};
 use crate::error::Interrupted;
 use crate::linalg::Matrix;
-use crate::model::{Elastic as _, InTime as _, Model as _, Tied as _};
+use crate::model::{InTime as _, Model as _, Tied as _};
 use crate::robot::RobotModel;
 use crate::statics::{
     Continuation, ContinuationOptions, CriticalKind, InputPath, Monitor, Status, continuation,
@@ -54,16 +54,15 @@ pub(super) struct Equilibria<'a, 'b> {
 }
 
 impl<'a, 'b> Equilibria<'a, 'b> {
-    /// Starts at an equilibrium.
+    /// Starts at an equilibrium. `sizes` are those of the scaled coordinates.
     pub(super) fn new(
         model: &'a mut RobotModel,
         time: f64,
         u: Vec<f64>,
         q: Vec<f64>,
+        sizes: Vec<f64>,
         monitor: Monitor<'b>,
     ) -> Self {
-        let mut sizes = vec![1.0; q.len()];
-        model.typical_coordinates(&mut sizes);
         let anchor = State { u, q };
         Self { model, monitor, time, sizes, latest: anchor.clone(), anchor, lost: None, number: 0 }
     }

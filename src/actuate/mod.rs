@@ -83,7 +83,7 @@ pub struct Options {
     pub limits: Vec<(usize, [f64; 2])>,
     /// Time of the model, in seconds.
     pub time: f64,
-    /// A target is reached when its position error is at most this fraction of the robot's length, and its
+    /// A target is reached when its position error is at most this fraction of the length of the chain of links that carries it, and its
     /// orientation error at most this number of radians; 1e-9 by default.
     pub tol: f64,
     /// Largest number of steps; 100 by default.
@@ -165,7 +165,7 @@ impl Problem {
         for &entry in &free {
             check.require(entry < m, "inputs", entry, &format!("entries of u, 0 to {}", m.saturating_sub(1)));
         }
-        check.positive(options.tol, "tol", "a part of the robot's length, and radians");
+        check.positive(options.tol, "tol", "a part of the length of what carries a target, and radians");
         if let Some(q0) = &options.q0
             && check.length(q0, model.n(), "q0")
         {
@@ -241,7 +241,8 @@ fn search(
     let mut seen = model.clone();
     seen.set_time(options.time)?;
     let mut never = || Ok(());
-    let mut of_targets = Misfit::new(&mut seen, targets, Vec::new(), &mut never);
+    let near = options.q0.clone().unwrap_or_else(|| vec![0.0; model.n()]);
+    let mut of_targets = Misfit::new(&mut seen, targets, &near, Vec::new(), &mut never);
     let conclude = |of_targets: &mut Misfit<'_, '_>, end: Ending| -> Found {
         let Ending { u, q, status, held, lost, slack, verdict, counters, equilibria } = end;
         let (errors, poses): (Vec<_>, Vec<_>) = of_targets.errors(&q).into_iter().unzip();
@@ -266,7 +267,8 @@ fn search(
         return Ok(conclude(&mut of_targets, end));
     }
 
-    let mut equilibria = Equilibria::new(model, options.time, problem.u.clone(), start.q, monitor);
+    let sizes = of_targets.sizes.clone();
+    let mut equilibria = Equilibria::new(model, options.time, problem.u.clone(), start.q, sizes, monitor);
     let sensitivity =
         equilibria.sensitivity()?.unwrap_or_else(|| Matrix::zeros(of_targets.unknowns(), problem.u.len()));
     let sizes = problem.sizes(&sensitivity);

@@ -192,18 +192,20 @@ fn every_input_is_known_by_what_it_commands() {
     assert_eq!(commands(&robot), expected);
 }
 
+/// Any size of the coordinate.
+const SIZE: [f64; 1] = [3.0];
+
 #[test]
 fn equilibria_change_with_inputs_as_their_sensitivity_says() {
     let mut model = pulled();
     let mut never = || Ok(());
-    let mut equilibria = Equilibria::new(&mut model, 0.0, vec![0.0, 0.0], vec![0.0], &mut never);
+    let mut equilibria =
+        Equilibria::new(&mut model, 0.0, vec![0.0, 0.0], vec![0.0], SIZE.to_vec(), &mut never);
     let step = 1e-4;
     let mut shape = |u: [f64; 2]| equilibria.at(&u).unwrap().expect("a way").to_vec()[0];
     let found: Vec<f64> = [-step, step, 0.0].map(|h| shape([1.0 + h, 0.2])).into();
     let sensitivity = equilibria.sensitivity().unwrap().expect("no singular stiffness");
-    let mut size = [0.0];
-    pulled().typical_coordinates(&mut size);
-    let difference = (found[1] - found[0]) / (2.0 * step) / size[0];
+    let difference = (found[1] - found[0]) / (2.0 * step) / SIZE[0];
     assert!((sensitivity[(0, 0)] - difference).abs() < 1e-6 * difference.abs(), "{difference}");
     assert!((sensitivity[(0, 0)] + sensitivity[(0, 1)]).abs() < 1e-12 * difference.abs());
     // Non-finite inputs fail, and the previous state remains usable.
@@ -216,9 +218,10 @@ fn equilibria_change_with_inputs_as_their_sensitivity_says() {
 fn the_misfit_changes_with_inputs_as_its_jacobian_says() {
     let (mut model, mut seen) = (pulled(), pulled());
     let (mut never, mut neither) = (|| Ok(()), || Ok(()));
-    let equilibria = Equilibria::new(&mut model, 0.0, vec![0.0, 0.0], vec![0.0], &mut never);
+    let equilibria = Equilibria::new(&mut model, 0.0, vec![0.0, 0.0], vec![0.0], SIZE.to_vec(), &mut never);
     let targets = [at([0.2, 0.0, 0.1])];
-    let misfit = Misfit::new(&mut seen, &targets, Vec::new(), &mut neither);
+    let mut misfit = Misfit::new(&mut seen, &targets, &[0.0], Vec::new(), &mut neither);
+    misfit.sizes = SIZE.to_vec();
     let mut system = Actuated::new(equilibria, misfit, vec![0.0, 0.3], vec![0], vec![0.5]);
     // Larger than its size; the other input is unchanged.
     assert_eq!(system.inputs(&[2.0]), [1.0, 0.3]);

@@ -18,7 +18,7 @@ pub(crate) struct AsSprings<'a> {
     model: &'a mut dyn Model,
     /// Of every constraint.
     stiffness: Vec<f64>,
-    /// The largest energy of the model at its typical coordinates, twice, and these.
+    /// The largest energy of the model at the sizes of its coordinates, twice, and these.
     largest: f64,
     sizes: Vec<f64>,
     /// What is taken for the multipliers, the opposite of the springs' forces.
@@ -32,7 +32,7 @@ impl<'a> AsSprings<'a> {
     pub(crate) fn new(model: &'a mut dyn Model, q: &[f64]) -> Self {
         let (n, m) = (q.len(), model.constraints());
         let (mut sizes, rest) = (vec![0.0; n], vec![0.0; n]);
-        model.typical_coordinates(&mut sizes);
+        model.sizes(q, &mut sizes);
         let (mut elastic, mut tangent) = (Matrix::zeros(n, n), Matrix::zeros(n, n));
         model.set_multipliers(&vec![0.0; m]);
         model.elastic_tangent(q, &mut elastic);
@@ -170,6 +170,10 @@ impl Elastic for AsSprings<'_> {
         let before = self.model.springs();
         self.model.hold_springs(forces.map(|forces| &forces[..before]).filter(|_| before > 0));
         self.held = forces.map(|forces| forces[before..].iter().map(|force| -force).collect());
+    }
+
+    fn sizes(&mut self, q: &[f64], sizes: &mut [f64]) {
+        self.model.sizes(q, sizes);
     }
 
     fn typical_coordinates(&self, sizes: &mut [f64]) {

@@ -5,6 +5,7 @@
 //! get no multipliers, and are satisfied automatically unless they conflict.
 
 mod as_springs;
+pub(crate) mod closing;
 mod independent;
 pub(crate) mod one_sided;
 pub(crate) mod projection;
@@ -12,4 +13,4 @@ pub(crate) mod saddle;
 
 pub(crate) use as_springs::AsSprings;
 pub(crate) use independent::{Independent, inverse_length};
-pub(crate) use saddle::{MassSaddle, Saddle};
+pub(crate) use saddle::Saddle;

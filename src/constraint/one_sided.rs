@@ -1,13 +1,13 @@
 //! One-sided constraints, `g <= 0` with non-negative multipliers: inextensible tendons. The active set is
 //! found iteratively: a constraint that would have to push is released, a violated one is activated.
 
-use super::projection::{self, Metric};
+use super::projection;
 use super::saddle::{self, MassSaddle};
 use crate::model::{Model, SingularMass, Switch};
 
 /// In a given state, an inextensible tendon counts as taut if it is shorter than its length by less than this
-/// part of the robot's length: more than the error of a method, less than anyone notices. For the
-/// rates of lengths, the same per second.
+/// part of the length of what it joins ([`gap_sizes`](crate::model::Tied::gap_sizes)): more than the error of a method, less than
+/// anyone notices. For the rates of lengths, the same per second.
 pub(crate) const TAUT: f64 = 1e-7;
 
 /// A slack tendon becomes taut once it is longer than its length by this part: well above rounding.
@@ -27,25 +27,6 @@ const SWITCHES: usize = 4;
 /// How many switches are tried.
 pub(crate) fn most_switches(constraints: usize) -> usize {
     SWITCHES * (constraints + 1)
-}
-
-/// Moves a shape until constraints hold ([`projection::close`]), without those that are open there and stay so. Returns the
-/// largest gap that is left. Allocates.
-pub(crate) fn close<M: Model + ?Sized>(
-    model: &mut M,
-    q: &mut [f64],
-    metric: Metric,
-) -> Result<f64, SingularMass> {
-    model.release_open(q, None);
-    let mut left = projection::close(model, q, metric)?;
-    let mut none = vec![0.0; model.constraints()];
-    for _ in 0..most_switches(none.len()) {
-        if !model.is_one_sided() || model.switch(q, &mut none) == Switch::Nothing {
-            break;
-        }
-        left = projection::close(model, q, metric)?;
-    }
-    Ok(left)
 }
 
 /// Accelerations and multipliers ([`saddle::accelerations`]) of those that hold in a state. Allocates.
@@ -93,7 +74,7 @@ fn until_settled<M: Model + ?Sized>(
 /// Why no consistent set of active constraints was found.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Unsettled {
-    /// A constraint is violated by this part of the length, which is more than an error.
+    /// A constraint is violated by this much, in metres, which is more than an error.
     Passed(f64),
     SingularMass,
     /// With every set tried, a constraint pushes or is violated.
@@ -130,9 +111,12 @@ pub(crate) fn change(
     let (mut q, mut v, mut a) = (q.to_vec(), v.to_vec(), vec![0.0; n + m]);
     let passed = model.passed(&q, &v);
     let first = m - passed.len();
-    let farthest = passed.iter().map(|[by, _]| *by).fold(0.0, f64::max);
-    if farthest > TAUT {
-        return Err(Unsettled::Passed(farthest));
+    let mut sizes = vec![1.0; m];
+    model.gap_sizes(&mut sizes);
+    let sizes = &sizes[first..];
+    let farthest = passed.iter().zip(sizes).max_by(|([a, _], _), ([b, _], _)| a.total_cmp(b));
+    if let Some(([by, _], size)) = farthest.filter(|([by, _], _)| *by > TAUT) {
+        return Err(Unsettled::Passed(by * size));
     }
     let is_near = |i: usize| passed[i][0] >= -SHOWS && released != Some(i);
     let mut may_hold = vec![1.0; m];
@@ -150,9 +134,9 @@ pub(crate) fn change(
     }
     let rises = accelerate(model, [&q, &v], [&may_hold, &near], first, &mut a)?;
     // What would be back before anything shows stays: else it would leave and be back ever sooner.
-    let (mut has_others, length) = (false, model.length());
-    for (i, &rate) in (first..m).zip(&rates) {
-        if near[i] == 1.0 && may_hold[i] == 0.0 && rate * rate < 2.0 * rises[i] / length * SHOWS {
+    let mut has_others = false;
+    for ((i, &rate), size) in (first..m).zip(&rates).zip(sizes) {
+        if near[i] == 1.0 && may_hold[i] == 0.0 && rate * rate < 2.0 * rises[i] / size * SHOWS {
             (may_hold[i], has_others) = (1.0, true);
         }
     }
@@ -161,7 +145,7 @@ pub(crate) fn change(
         lost += 0.5 * projection::fit_velocities(model, &q, &mut v)?.change;
         accelerate(model, [&q, &v], [&may_hold, &near], first, &mut a)?;
     }
-    projection::close(model, &mut q, Metric::Mass)?;
+    projection::close(model, &mut q)?;
     lost += 0.5 * projection::fit_velocities(model, &q, &mut v)?.change;
     let work = model.energy(&q, &v).kinetic - before + lost;
     let (accelerations, multipliers) = a.split_at_mut(n);

@@ -132,11 +132,6 @@ impl MassSaddle {
         self.values.iter().filter(|&&value| value > SINGULAR * largest && value > 0.0).count()
     }
 
-    /// The directions that constraints hold, orthonormal columns `L^T x` of coordinates x.
-    pub(crate) fn held(&self) -> Matrix {
-        self.lower.tr_mul(&self.left.columns(0, self.rank()))
-    }
-
     /// The smallest singular value that does not count as zero, over the largest one.
     pub(crate) fn margin(&self) -> f64 {
         match self.rank() {

@@ -32,7 +32,9 @@ pub use instructions::{Instructions, Sweep, run_portably};
 pub use pack::{LANES, Lanes, Pack, weighted_sum};
 pub use planar::{Planar, Plane, PlaneRotation, PlaneVector, Turn};
 pub use rotation::{QUATERNION_TOLERANCE, Quaternion, Rotation};
-pub use rotation_vector::{rotation_vector_motion, rotation_vector_rate};
+pub use rotation_vector::{
+    moment_of_rotation_vector, moment_of_rotation_vector_slopes, rotation_vector_motion, rotation_vector_rate,
+};
 pub use scalar::Scalar;
 pub use sine_cosine::sine_cosine;
 pub use spatial::Spatial;

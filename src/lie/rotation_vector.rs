@@ -36,6 +36,27 @@ pub fn rotation_vector_rate(phi: Vector<f64>, angular_velocity: Vector<f64>) -> 
     angular_velocity + across * 0.5 + phi.cross(across) * c
 }
 
+/// The moment in body axes of forces along a rotation vector shorter than 2 pi: by virtual work the transpose of
+/// [`rotation_vector_rate`], `m = (1 - phi^ / 2 + c phi^ phi^) f`.
+pub fn moment_of_rotation_vector(phi: Vector<f64>, forces: Vector<f64>) -> Vector<f64> {
+    let [c, _] = factor(phi.dot(phi));
+    let across = phi.cross(forces);
+    forces - across * 0.5 + phi.cross(across) * c
+}
+
+/// The derivatives of [`moment_of_rotation_vector`] with respect to the components of phi, at constant forces.
+pub fn moment_of_rotation_vector_slopes(phi: Vector<f64>, forces: Vector<f64>) -> [Vector<f64>; 3] {
+    let [c, slope] = factor(phi.dot(phi));
+    let across = phi.cross(forces);
+    let twice_across = phi.cross(across);
+    [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(|axis| {
+        let axis = Vector::from(axis);
+        let changed = axis.cross(forces);
+        twice_across * (2.0 * slope * phi.dot(axis)) - changed * 0.5
+            + (axis.cross(across) + phi.cross(changed)) * c
+    })
+}
+
 /// The rotation vector phi of a rotation and its first two derivatives, from angular velocity and angular
 /// acceleration in world axes: `phi' = T^-1(phi) w` with `T^-1 = 1 - phi^ / 2 + c phi^ phi^` (Bullo and
 /// Murray 1995, eq. 2.4), and its time derivative.
@@ -104,6 +125,23 @@ mod tests {
             let h = 1e-5;
             let difference = (turned(h) - turned(-h)) * (0.5 / h) - rotation_vector_rate(phi, angular);
             assert!(size(difference) < 1e-9, "{omega:?}: {difference:?}");
+        }
+    }
+
+    /// The work of the moment is that of the forces, and its slopes are differences.
+    #[test]
+    fn moments_do_the_work_of_forces_along_it() {
+        let (forces, turn) = (Vector::from([0.7, -1.1, 0.4]), Vector::from([0.2, 0.5, -0.8]));
+        for phi in [[0.0; 3], [1e-9, 0.0, 2e-9], [0.5, -0.4, 0.33], [1.0, 2.0, -1.5], [0.0, 3.1, 0.3]] {
+            let phi = Vector::from(phi);
+            let work = forces.dot(rotation_vector_rate(phi, turn));
+            assert!((moment_of_rotation_vector(phi, forces).dot(turn) - work).abs() < 1e-14, "{phi:?}");
+            let h = 1e-5;
+            for (k, slope) in moment_of_rotation_vector_slopes(phi, forces).into_iter().enumerate() {
+                let step = Vector::from(std::array::from_fn(|i| if i == k { h } else { 0.0 }));
+                let [up, down] = [phi + step, phi - step].map(|phi| moment_of_rotation_vector(phi, forces));
+                assert!(size((up - down) * (0.5 / h) - slope) < 1e-9, "{phi:?}, {k}");
+            }
         }
     }
 

@@ -65,6 +65,22 @@ impl Cholesky {
         Ok(())
     }
 
+    /// The smallest pivot, the square of a diagonal entry of the factor.
+    ///
+    /// # Panics
+    ///
+    /// If the last factorisation failed, or there was none.
+    pub fn smallest_pivot(&self) -> f64 {
+        assert!(self.is_factorised, "pivots come from a successful factorise");
+        let n = self.factors.nrows();
+        let pivot = |i: usize| {
+            let root = self.factors[(i, i)];
+            // Factors of small matrices keep the reciprocals.
+            if n <= SMALL { (root * root).recip() } else { root * root }
+        };
+        (0..n).map(pivot).fold(f64::INFINITY, f64::min)
+    }
+
     /// Solves `A x = b` in place.
     ///
     /// # Panics

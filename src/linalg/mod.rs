@@ -16,6 +16,7 @@
 use std::borrow::Cow;
 
 mod block_lu;
+mod bounded_least_squares;
 mod cholesky;
 mod complex_lu;
 mod eigen;
@@ -28,10 +29,11 @@ mod svd;
 mod tree;
 
 pub use block_lu::BlockLu;
+pub(crate) use bounded_least_squares::bounded_least_squares;
 pub use cholesky::Cholesky;
 pub use complex_lu::ComplexLu;
-pub(crate) use eigen::symmetric_part;
 pub use eigen::{Complex, eigen, eigenvalues, symmetric_eigen, symmetric_eigenvalues};
+pub(crate) use eigen::{eigen_both, symmetric_part};
 pub use failure::{NotPositiveDefinite, Singular};
 pub use lu::Lu;
 pub use svd::{MinimumNorm, condition_number, full_svd, minimum_norm_solution, singular_values, thin_svd};

@@ -1,7 +1,7 @@
 //! Elasticity and springs of a model, for equilibria and vibrations.
 
 use crate::linalg::Matrix;
-use crate::springs::Springs;
+use crate::springs::{Cords, Springs};
 
 /// The elasticity of a model, and its springs to the world.
 pub trait Elastic {
@@ -24,7 +24,38 @@ pub trait Elastic {
     /// undoes that.
     fn hold_springs(&mut self, _forces: Option<&[f64]>) {}
 
-    /// Large changes of the coordinates, all > 0, to compare coordinates of different units.
+    /// Number of tendons of a commanded length, elastic and inextensible ones, without friction.
+    fn cords(&self) -> usize {
+        0
+    }
+
+    /// These tendons in a shape.
+    fn linearise_cords(&mut self, _q: &[f64], _cords: &mut Cords) {}
+
+    /// Replaces their tensions, in forces and tangents at rest for any shape, by these values, also by negative ones; `None`
+    /// undoes that.
+    fn hold_cords(&mut self, _tensions: Option<&[f64]>) {}
+
+    /// Generalised forces, n x 3, of the weight and the loads if all of them acted along the first, second or third axis of the
+    /// base: what they could do in a shape, whatever their directions are.
+    fn turned_loads(&mut self, _q: &[f64], forces: &mut Matrix) {
+        forces.fill(0.0);
+    }
+
+    /// Whether a coordinate turns something: others only shift.
+    fn turns(&self, _coordinate: usize) -> bool {
+        true
+    }
+
+    /// Sizes of the coordinates in a shape, all > 0: of steps along them ([`chart`](super::chart)) that change a lot. One radian
+    /// of what a coordinate turns most; where it only shifts something, a strain of one, or the extent of what it shifts. No
+    /// part that a coordinate does not move has a say. Allocates; not for step loops.
+    fn sizes(&mut self, _q: &[f64], sizes: &mut [f64]) {
+        self.typical_coordinates(sizes);
+    }
+
+    /// Large changes of the coordinates, all > 0, to compare coordinates of different units in error norms of runs: the same
+    /// in all shapes, by the length of the whole model.
     fn typical_coordinates(&self, sizes: &mut [f64]) {
         sizes.fill(1.0);
     }

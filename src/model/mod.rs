@@ -11,6 +11,7 @@
 //! # Ok::<(), lissom::error::InvalidInput>(())
 //! ```
 
+pub(crate) mod chart;
 mod discretised;
 mod elastic;
 mod energy;

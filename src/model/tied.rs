@@ -66,8 +66,14 @@ pub trait Tied {
     /// nothing), or no longer. A method that finds itself when they change keeps them within a step.
     fn keep_held(&mut self, _is_kept: bool) {}
 
-    /// How far those are passed that hold one way only, and the rates of that: whether they hold or not, in units of the
-    /// model's length, to the right of corners in time. Their rows are the last ones. Allocates.
+    /// What gaps are compared with, all > 0, in their units: the lengths of what the constraints join, or one for differences of
+    /// cosines and for angles. The same in all shapes.
+    fn gap_sizes(&self, sizes: &mut [f64]) {
+        sizes.fill(1.0);
+    }
+
+    /// How far those are passed that hold one way only, and the rates of that: whether they hold or not, in units of
+    /// [`Self::gap_sizes`], to the right of corners in time. Their rows are the last ones. Allocates.
     fn passed(&mut self, _q: &[f64], _qd: &[f64]) -> Vec<[f64; 2]> {
         Vec::new()
     }

@@ -69,7 +69,7 @@ impl<M: Model> FirstOrder<M> {
         }
         let ((q, v), (velocity, acceleration)) = (y.split_at_mut(*n), dydt.split_at_mut(*n));
         *fastest = fastest.max(2.0 * model.energy(q, v).kinetic);
-        let held = projection::close(model, q, projection::Metric::Mass)
+        let held = projection::close(model, q)
             .and_then(|_| projection::fit_velocities(model, q, v))
             .and_then(|fit| {
                 model.forward_dynamics(q, v, acceleration, scratch)?;

@@ -153,8 +153,8 @@ impl PyActuateResult {
 /// t : float
 ///     Time at which time-dependent loads and motions are evaluated, seconds.
 /// tol : float
-///     A target counts as reached if the position error is at most `tol` times the robot's length and the orientation error at
-///     most `tol` radians.
+///     A target counts as reached if the position error is at most `tol` times the length of the chain of links that carries it and
+///     the orientation error at most `tol` radians.
 /// max_iter : int
 ///     Maximum number of steps.
 ///

@@ -30,6 +30,7 @@ use crate::actuator::Actuator;
 use crate::error::InvalidInput;
 use crate::lie::Vector;
 use crate::linalg::Matrix;
+use crate::load::is_on_rod;
 use crate::loops::Tie;
 use crate::model::{InTime as _, Tied as _};
 use crate::robot::{Kernel, Multiplications, Place, Robot, RobotModel, Touching};
@@ -168,7 +169,7 @@ impl PyRobot {
         let Some(x) = x else { return Ok(()) };
         let link = &self.description.links[link];
         let length = link.length();
-        if !link.rod.is_empty() && (0.0..=length).contains(&x) {
+        if !link.rod.is_empty() && is_on_rod(x, length) {
             return Ok(());
         }
         Err(PyValueError::new_err(match link.rod.is_empty() {
@@ -1409,22 +1410,22 @@ impl PyRobot {
     ///     The point to place, in the axes of the section or body, metres; by default its origin.
     /// position_weight, orientation_weight : float or array_like, shape (3,)
     ///     Weights of the position error along the world axes and of the orientation error about the target's axes; zero ignores
-    ///     an axis. With weights of one, a radian counts as much as the length of the robot. The weights matter if the target
-    ///     cannot be reached.
+    ///     an axis. With weights of one, a radian counts as much as the length of the chain of links that carries the target. The
+    ///     weights matter if the target cannot be reached.
     /// q0 : array_like, shape (n,), optional
     ///     Initial shape, projected onto the limits; by default zero.
     /// bounds : (lower, upper), optional
     ///     Bounds of the coordinates, each a number or of shape (n,). Infinite values mean no bound, equal values fix a
     ///     coordinate. The `limits` of joints apply in addition.
     /// prefer : {'start', 'energy'} or array_like of shape (n,), optional
-    ///     Preference among the solutions: the one nearest to `q0`, measured with the coordinates' typical sizes or with the
+    ///     Preference among the solutions: the one nearest to `q0`, measured with the coordinates' sizes (a radian of what they turn) or with the
     ///     given weights of their squares; or the one with the least elastic energy of rods and joint springs, without supports.
     ///     By default any solution near the start.
     /// t : float, optional
     ///     Time, seconds. Required if the base moves.
     /// tol : float
-    ///     A target counts as reached if the position error is at most `tol` times the robot's length and the orientation error
-    ///     at most `tol` radians.
+    ///     A target counts as reached if the position error is at most `tol` times the length of the chain of links that carries
+    ///     it and the orientation error at most `tol` radians.
     /// max_iter : int
     ///     Maximum number of steps from each start.
     /// restarts : int

@@ -165,9 +165,9 @@ fn named(stability: Stability) -> String {
 ///     True if `q` is an equilibrium under the full load.
 /// status : str
 ///     'converged', 'let_go' (the load path ended before the full load, and the model was released there and came to rest),
-///     'step_too_small', 'too_many_steps', 'iteration_limit', 'stalled', 'non_finite', 'unresolved' (the rod turns by more
-///     than half a turn between neighbouring quadrature nodes), 'inverted' (the stretch is not positive somewhere),
-///     'collapsed' (a tendon has pulled two points together, where its force has no direction), or for method 'newton' a
+///     'step_too_small', 'too_many_steps', 'iteration_limit', 'stalled', 'unheld' (nothing holds the model in some direction),
+///     'non_finite', 'unresolved' (the rod turns by more than half a turn between neighbouring quadrature nodes), 'inverted'
+///     (the stretch is not positive somewhere), 'collapsed' (a tendon has pulled two points together, where its force has no direction), or for method 'newton' a
 ///     status of RootResult.
 /// message : str
 ///     The status in words, what to change, and notes on the equilibrium.
@@ -178,7 +178,7 @@ fn named(stability: Stability) -> String {
 /// step_norm : float
 ///     Norm of the last Newton step, divided by the typical sizes: an estimate of the error of `q`. NaN if no step was taken.
 /// is_stable : bool or None
-///     Whether small disturbances stay small; None after a failure or if the mass matrix is singular.
+///     Whether small disturbances stay small; None after a failure, with `stability=False`, or if it is unknown.
 /// stability : str or None
 ///     'stable', 'neutral' (no stiffness in some direction), 'divergence' or 'flutter'. It includes damping, drag and Coriolis
 ///     forces and agrees with `modes`.
@@ -319,6 +319,8 @@ impl PyContinuationResult {
 ///     Maximum number of steps of 'load_path'.
 /// u : array_like, shape (m,), optional
 ///     Inputs; by default `u0` of the model.
+/// stability : bool
+///     Whether to judge the stability of the equilibrium and of the points of its path. Without, `stability` is None.
 ///
 /// Returns
 /// -------
@@ -338,8 +340,8 @@ impl PyContinuationResult {
 /// >>> sagging.success, sagging.stability, sagging.q.round(6)
 /// (True, 'stable', array([ 0.238212, -0.358564,  0.121461]))
 #[pyfunction]
-#[pyo3(signature = (model, q0=None, *, load_steps=None, method="auto", t=0.0, tol=None, max_iter=None, max_steps=None, u=None),
-       text_signature = "(model, q0=None, *, load_steps='auto', method='auto', t=0.0, tol=1e-10, max_iter=500, max_steps=500, u=None)")]
+#[pyo3(signature = (model, q0=None, *, load_steps=None, method="auto", t=0.0, tol=None, max_iter=None, max_steps=None, u=None, stability=true),
+       text_signature = "(model, q0=None, *, load_steps='auto', method='auto', t=0.0, tol=1e-10, max_iter=500, max_steps=500, u=None, stability=True)")]
 #[allow(clippy::too_many_arguments, reason = "keyword-only options of a Python function")]
 pub(crate) fn statics<'py>(
     py: Python<'py>,
@@ -352,6 +354,7 @@ pub(crate) fn statics<'py>(
     max_iter: Option<i64>,
     max_steps: Option<i64>,
     u: Option<&Bound<'py, PyAny>>,
+    stability: bool,
 ) -> PyResult<PyStaticsResult> {
     let u = u.map(|u| inputs_of(model, u)).transpose()?;
     let mut model = native_with(model, t, u.as_deref())?;
@@ -389,6 +392,7 @@ pub(crate) fn statics<'py>(
         tol: tol.unwrap_or(defaults.tol),
         max_iter: count(max_iter, "max_iter", iterations)?,
         max_steps: count(max_steps, "max_steps", defaults.max_steps)?,
+        stability,
     };
     let (found, tendons) = run(py, n, move |monitor| {
         let found = core::equilibrium(&mut *model, &options, monitor)?;

@@ -3,7 +3,7 @@
 use super::target::Target;
 use crate::error::Interrupted;
 use crate::lie::{Quaternion, Rotation, Vector, rotation_vector_rate};
-use crate::linalg::Matrix;
+use crate::linalg::{Matrix, norm};
 use crate::model::{Discretised as _, Elastic as _, Flaw, Model as _, rotation_vectors};
 use crate::robot::{Place, Pose, RobotModel};
 use crate::roots::System;
@@ -20,7 +20,13 @@ struct Goal {
     /// Weights of position and orientation, relative to the largest weight.
     weights: [Vector<f64>; 2],
     counted: [bool; 6],
+    /// Inverse of the length of what moves the point, which makes a position error of one length count as much as a radian.
+    scale: f64,
 }
+
+/// Position errors are compared with at least this part of the target's distance from the origin: with the default tolerance,
+/// smaller ones are rounding of positions.
+const ROUNDING: f64 = 1e-6;
 
 /// Error of a target.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -42,8 +48,6 @@ pub(crate) struct Misfit<'a, 'b> {
     pub(crate) sizes: Vec<f64>,
     q: Vec<f64>,
     of_pose: Matrix,
-    /// Inverse of the robot's length, which makes a position error of one length count as much as a radian.
-    scale: f64,
     /// Whether all non-zero weights are replaced by one.
     alike: bool,
     /// Indices of the rotation vectors that may be replaced by shorter ones.
@@ -53,21 +57,24 @@ pub(crate) struct Misfit<'a, 'b> {
 }
 
 impl<'a, 'b> Misfit<'a, 'b> {
-    /// Misfit of valid targets. Rotation vectors without bounds may be replaced by shorter ones.
+    /// Misfit of valid targets, in sizes of the coordinates at a shape. Rotation vectors without bounds may be replaced by shorter
+    /// ones.
     pub(crate) fn new(
         model: &'a mut RobotModel,
         targets: &[Target],
+        near: &[f64],
         rotation_vectors: Vec<usize>,
         monitor: Monitor<'b>,
     ) -> Self {
         let n = model.n();
-        let scale = 1.0 / model.length();
         let goal = |target: &Target| {
             let rotation = target.rotation();
             let is_counted = |i: usize| {
                 let half = i / 3;
                 [target.position.is_some(), rotation.is_some()][half] && target.weights[half][i % 3] > 0.0
             };
+            let distance = target.position.map_or(0.0, |position| norm(&position));
+            let length = model.description().span(target.link, target.point).max(ROUNDING * distance);
             Goal {
                 place: model.place_on(target.link, target.at),
                 point: target.point.into(),
@@ -75,6 +82,7 @@ impl<'a, 'b> Misfit<'a, 'b> {
                 back: rotation.map(|Quaternion { w, v }| Quaternion { w, v: -v }),
                 weights: target.weights.map(Vector::from),
                 counted: std::array::from_fn(is_counted),
+                scale: 1.0 / length,
             }
         };
         let mut goals: Vec<Goal> = targets.iter().map(goal).collect();
@@ -83,7 +91,7 @@ impl<'a, 'b> Misfit<'a, 'b> {
             *weights = weights.to_array().map(|weight| weight / largest).into();
         }
         let mut sizes = vec![1.0; n];
-        model.typical_coordinates(&mut sizes);
+        model.sizes(near, &mut sizes);
         Self {
             model,
             monitor,
@@ -91,7 +99,6 @@ impl<'a, 'b> Misfit<'a, 'b> {
             sizes,
             q: vec![0.0; n],
             of_pose: Matrix::zeros(6, n),
-            scale,
             alike: true,
             rotation_vectors,
             flaw: None,
@@ -160,10 +167,10 @@ impl Goal {
         weights.filter(|(_, is_counted)| *is_counted).map(|(weight, _)| weight)
     }
 
-    /// Weights of displacement and rotation vector; displacements are divided by the robot's length.
-    fn weights(&self, alike: bool, scale: f64) -> [Vector<f64>; 2] {
+    /// Weights of displacement and rotation vector; displacements are divided by the length of what moves the point.
+    fn weights(&self, alike: bool) -> [Vector<f64>; 2] {
         let [position, orientation] = if alike { [Vector::new(1.0, 1.0, 1.0); 2] } else { self.weights };
-        [position * scale, orientation]
+        [position * self.scale, orientation]
     }
 
     fn turn(&self, rotation: &Rotation<f64>) -> Vector<f64> {
@@ -199,7 +206,7 @@ impl System for Misfit<'_, '_> {
         let mut rows = residual.iter_mut();
         for goal in &self.goals {
             let difference = goal.difference(&self.model.pose_at(&self.q, &goal.place));
-            let weights = goal.weights(self.alike, self.scale);
+            let weights = goal.weights(self.alike);
             let [position, turn] = [0, 1].map(|half| weighted(weights[half], difference[half]));
             for (value, _) in
                 position.into_iter().chain(turn).zip(goal.counted).filter(|(_, is_counted)| *is_counted)
@@ -219,7 +226,7 @@ impl System for Misfit<'_, '_> {
             self.model.jacobian_at(&self.q, &goal.place, &mut self.of_pose);
             let arm = pose.rotation.apply(goal.point);
             let turn = goal.turn(&pose.rotation);
-            let weights = goal.weights(self.alike, self.scale);
+            let weights = goal.weights(self.alike);
             let mut rows = 0;
             for (k, size) in self.sizes.iter().enumerate() {
                 let column = self.of_pose.column(k);

@@ -54,8 +54,8 @@ pub struct Options {
     pub bounds: Option<[Vec<f64>; 2]>,
     /// Preference among the shapes that reach the targets.
     pub prefer: Preference,
-    /// A target is reached when its position error is at most this fraction of the robot's length, and its
-    /// orientation error at most this number of radians; 1e-9 by default.
+    /// A target is reached when its position error is at most this fraction of the length of the chain of links that
+    /// carries it, and its orientation error at most this number of radians; 1e-9 by default.
     pub tol: f64,
     /// Maximum number of steps from one start; 200 by default.
     pub max_iter: usize,
@@ -91,7 +91,7 @@ pub fn reach(
     bounds.clip(&mut q0);
     model.check_shape(&q0, "q0")?;
     let mut sizes = vec![1.0; model.n()];
-    model.typical_coordinates(&mut sizes);
+    model.sizes(&q0, &mut sizes);
     let form = form_of(&options.prefer, model, &q0, &sizes)?;
     Ok(search(model, targets, options, (&q0, &bounds, form.as_ref()), monitor))
 }
@@ -108,7 +108,7 @@ fn search(
     let is_free = |first: &usize| (*first..first + 3).all(|k| bounds.lower[k] == -bounds.upper[k]);
     let free: Vec<usize> =
         all.into_iter().filter(|first| is_free(first) && bounds.upper[*first] == f64::INFINITY).collect();
-    let mut misfit = Misfit::new(model, targets, free.clone(), monitor);
+    let mut misfit = Misfit::new(model, targets, q0, free.clone(), monitor);
     let scaled = |q: &[f64]| -> Vec<f64> { q.iter().zip(&misfit.sizes).map(|(q, size)| q / size).collect() };
     let scaled_bounds = Bounds { lower: scaled(&bounds.lower), upper: scaled(&bounds.upper) };
     let x0 = scaled(q0);
@@ -196,7 +196,7 @@ fn check(robot: &Robot, targets: &[Target], options: &Options) -> Result<(), Inv
         let expected = "a weight > 0 of any coordinate";
         check.require(weights.iter().any(|&weight| weight != 0.0), "prefer", "zeros", expected);
     }
-    check.positive(options.tol, "tol", "a part of the robot's length, and radians");
+    check.positive(options.tol, "tol", "a part of the length of what carries a target, and radians");
     let restarts = options.restarts;
     check.require(
         restarts <= MAX_RESTARTS,

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use crate::joint::Motion;
-use crate::robot::{Link, Robot};
+use crate::robot::{Link, Robot, Spans};
 use crate::rod::STRAINS;
 use crate::rod::piece;
 use crate::roots::least_squares::Bounds;
@@ -22,8 +22,8 @@ impl Starts {
     /// Shapes around `q0`, or within the bounds if both are finite. Rods bend by up to half a turn; joints
     /// use their whole range.
     pub(super) fn new(robot: &Robot, q0: &[f64], bounds: &Bounds) -> Self {
-        let reach = robot.length();
-        let sizes = robot.links.iter().flat_map(|link| sizes(link, reach));
+        let reaches = reaches(robot);
+        let sizes = robot.links.iter().zip(&reaches).flat_map(|(link, &reach)| sizes(link, reach));
         let ranges = sizes.enumerate().map(|(k, size)| {
             let [lower, upper] = [bounds.lower[k], bounds.upper[k]];
             if lower.is_finite() && upper.is_finite() {
@@ -39,6 +39,18 @@ impl Starts {
         let Self { random, ranges } = self;
         ranges.iter().map(|[lower, upper]| lower + (upper - lower) * random.next()).collect()
     }
+}
+
+/// For every link, the length of the longest chain that it is part of, in metres.
+fn reaches(robot: &Robot) -> Vec<f64> {
+    let spans = Spans::new(robot);
+    let mut reaches: Vec<f64> = (0..robot.links.len()).map(|link| spans.of_link(link)).collect();
+    for (i, link) in robot.links.iter().enumerate().rev() {
+        if let Some(parent) = link.parent {
+            reaches[parent] = reaches[parent].max(reaches[i]);
+        }
+    }
+    reaches
 }
 
 /// Half-widths of the intervals for the coordinates of a link.

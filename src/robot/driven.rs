@@ -112,6 +112,11 @@ impl Coordinates {
         self.0.as_ref().map_or(all, |reduction| reduction.own.len())
     }
 
+    /// Index of an independent coordinate among all.
+    pub(crate) fn place(&self, own: usize) -> usize {
+        self.0.as_ref().map_or(own, |reduction| reduction.own[own])
+    }
+
     /// Whether all coordinates are independent.
     pub(crate) fn are_own(&self) -> bool {
         self.0.is_none()
@@ -261,16 +266,19 @@ impl Coordinates {
                 reduction.expand(&[q]);
                 let mut all = Matrix::zeros(jacobian.nrows(), reduction.before.len());
                 of_all(&reduction.state[0], &mut all);
-                for i in 0..jacobian.nrows() {
-                    for (j, &place) in reduction.own.iter().enumerate() {
-                        jacobian[(i, j)] = all[(i, place)];
-                    }
-                    for &Multiple { place, of, factor } in &reduction.multiples {
-                        jacobian[(i, of)] += factor * all[(i, place)];
-                    }
-                }
+                *jacobian = self.own_columns(all);
             }
         }
+    }
+
+    /// `J_all G`. Allocates.
+    pub(crate) fn own_columns(&self, all: Matrix) -> Matrix {
+        let Some(reduction) = &self.0 else { return all };
+        let mut own = all.select_columns(&reduction.own);
+        for &Multiple { place, of, factor } in &reduction.multiples {
+            own.column_mut(of).axpy(factor, &all.column(place), 1.0);
+        }
+        own
     }
 
     /// Power of the forces that drive the prescribed coordinates, `tau_all . o'`.
@@ -286,6 +294,13 @@ impl Coordinates {
         let Reduction { state, forces, offset, .. } = &mut **reduction;
         inverse_dynamics(std::array::from_fn(|order| &state[order][..]), forces);
         forces.iter().zip(&offset[1]).map(|(force, velocity)| force * velocity).sum()
+    }
+
+    /// Those of independent coordinates among flags of all. Allocates.
+    pub(crate) fn own_of(&self, all: &[bool]) -> Vec<bool> {
+        self.0
+            .as_ref()
+            .map_or_else(|| all.to_vec(), |reduction| reduction.own.iter().map(|&k| all[k]).collect())
     }
 
     /// Selects the values of independent coordinates from values for all.

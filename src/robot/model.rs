@@ -4,12 +4,13 @@ use std::sync::Arc;
 
 use super::choice::{Kernel, Solve};
 use super::compile;
-use super::description::{Robot, Rod};
+use super::description::{Robot, Rod, Spans};
 use super::driven::Coordinates;
 use super::effect::contact::told::{Hardest, Touching};
 use super::effect::support::Held;
 use super::kernel::kinematics::Pose;
 use super::kernel::momentum::Momentum;
+use super::kernel::sizes::{self, Extent};
 use super::kernel::{elasticity, tree, validity};
 use super::plan::actuation::Line;
 use super::plan::point::Place;
@@ -19,6 +20,7 @@ use super::tell::cost_of_loops::of_loops;
 use super::tell::loops::tell_redundant;
 use super::tell::{Explanation, Multiplications, cost, cost_of_actuators};
 use crate::actuator::Actuator;
+use crate::body::Body;
 use crate::constraint::one_sided::{TAKEN_UP, TAUT};
 use crate::constraint::{Independent, one_sided};
 use crate::error::{Checker, Interrupted, InvalidInput};
@@ -27,13 +29,13 @@ use crate::linalg::{Matrix, TreeMatrix, symmetric_eigen};
 use crate::loops::{Loop, Tie};
 use crate::model::{
     Beside, Discretised, Elastic, Energy, Flaw, ForwardScratch, Holder, Impact, InTime, InertiaMatrix, Model,
-    Radius, SectionPlace, SingularMass, Switch, Tied, Tree, forward,
+    Radius, SectionPlace, SingularMass, Switch, Tied, Tree, chart, forward,
 };
 use crate::rod::{MAX_NODES, STRAINS, piece};
 use crate::signal::Cell;
-use crate::springs::Springs;
+use crate::springs::{Cords, Springs};
 
-/// Gaps of loops above this fraction of the robot's length, or above this many radians, count as open: far
+/// Gaps of loops above this part of the length of what they join, or above this difference of cosines, count as open: far
 /// above the errors of methods that enforce constraints, and far below visible gaps.
 const LARGEST_GAP: f64 = 1e-6;
 
@@ -65,6 +67,8 @@ pub struct RobotModel {
     explanation: Arc<Explanation>,
     robot: Arc<Robot>,
     rotation_vectors: Arc<[usize]>,
+    /// What gaps of constraints are compared with.
+    gap_sizes: Arc<[f64]>,
     /// Places at which accuracy is measured.
     marks: Arc<[Mark]>,
     /// Values that replace the forces of the supports' springs.
@@ -276,6 +280,12 @@ impl RobotModel {
         let explanation =
             Explanation::new(robot, sweeps.kernel(), solve, &nodes, &cost, &links, &actuators, &loops);
         let unloaded = (!robot.supports.is_empty()).then(|| Box::new(sweeps.with_robot(&robot.unloaded())));
+        let spans = Spans::new(robot);
+        let span = |held: Holder| match held {
+            Holder::Loop(i) => spans.of_loop(&robot.loops[i]),
+            Holder::Tendon(i) => spans.of_tendon(&robot.actuators[i]),
+        };
+        let gap_sizes = on_sweeps!(&sweeps, sweeps => sizes::of_gaps(sweeps.plan(), span)).into();
         let mut model = Self {
             sweeps,
             unloaded,
@@ -286,6 +296,7 @@ impl RobotModel {
             explanation: Arc::new(explanation),
             robot: Arc::new(robot.clone()),
             rotation_vectors: robot.rotation_vectors().into(),
+            gap_sizes,
             marks: Arc::new([]),
             held: None,
             slack_is_kept: false,
@@ -322,6 +333,12 @@ impl RobotModel {
             marks.push(Mark { place: self.tip_place(), offset: None });
         }
         marks
+    }
+
+    /// All bodies with their extents.
+    fn bodies(&self) -> Vec<Extent> {
+        let of_body = |body: Body| Extent { place: self.place_on(body.link, body.at), own: body.extent() };
+        self.robot.all_bodies().map(of_body).collect()
     }
 
     /// Rejects joints that move nothing with inertia, for which accelerations do not exist. Checked in a
@@ -637,11 +654,10 @@ impl RobotModel {
     /// Indices of slack inextensible tendons in a shape, at the time that is set.
     pub fn slack_tendons(&mut self, q: &[f64]) -> Vec<usize> {
         let rest = vec![0.0; q.len()];
-        let length = self.robot.length();
-        let excesses = self.excesses(q, &rest);
+        let passed = self.passed(q, &rest);
         let tendons = on_sweeps!(&self.sweeps, sweeps => sweeps.plan().loops.lengths.clone());
-        let is_slack = |&(_, [excess, _]): &(usize, [f64; 2])| excess < -TAUT * length;
-        tendons.into_iter().zip(excesses).filter(is_slack).map(|(i, _)| i).collect()
+        let is_slack = |&(_, [by, _]): &(usize, [f64; 2])| by < -TAUT;
+        tendons.into_iter().zip(passed).filter(is_slack).map(|(i, _)| i).collect()
     }
 
     /// Number of redundant constraints of every loop, followed by those of every inextensible tendon, in a
@@ -1194,6 +1210,56 @@ impl Elastic for RobotModel {
         }
     }
 
+    fn cords(&self) -> usize {
+        on_sweeps!(&self.sweeps, sweeps => sweeps.cords().count())
+    }
+
+    fn linearise_cords(&mut self, q: &[f64], cords: &mut Cords) {
+        let Self { sweeps, coordinates, .. } = self;
+        let mut of_all = Cords::new(cords.stiffness.len(), on_sweeps!(&*sweeps, sweeps => sweeps.plan().n));
+        coordinates
+            .all([q], |[q]| on_sweeps!(&mut *sweeps, sweeps => sweeps.linearise_cords(q, &mut of_all)));
+        cords.jacobian = coordinates.own_columns(of_all.jacobian);
+        cords.reach = coordinates.own_columns(of_all.reach);
+        cords.stiffness = of_all.stiffness;
+        cords.excesses = of_all.excesses;
+        cords.spans = of_all.spans;
+    }
+
+    fn hold_cords(&mut self, tensions: Option<&[f64]>) {
+        self.noted.forget();
+        on_sweeps!(&mut self.sweeps, sweeps => sweeps.hold_cords(tensions));
+    }
+
+    fn turned_loads(&mut self, q: &[f64], forces: &mut Matrix) {
+        let Self { sweeps, coordinates, .. } = self;
+        let mut of_all = Matrix::zeros(3, on_sweeps!(&*sweeps, sweeps => sweeps.plan().n));
+        coordinates.all([q], |[q]| on_sweeps!(&mut *sweeps, sweeps => sweeps.turned_loads(q, &mut of_all)));
+        forces.copy_from(&coordinates.own_columns(of_all).transpose());
+    }
+
+    fn turns(&self, coordinate: usize) -> bool {
+        let of_all = self.coordinates.place(coordinate);
+        on_sweeps!(&self.sweeps, sweeps => elasticity::turns(sweeps.plan(), of_all))
+    }
+
+    fn sizes(&mut self, q: &[f64], sizes: &mut [f64]) {
+        if q.is_empty() {
+            return;
+        }
+        let fallback = self.robot.length();
+        let bodies = self.bodies();
+        let Self { sweeps, coordinates, rotation_vectors, .. } = self;
+        on_sweeps!(sweeps, sweeps => {
+            let motions = coordinates.all([q], |[q]| sweeps.motions(q, &bodies));
+            let plan = sweeps.plan();
+            let mut rows = coordinates.own_columns(motions.rows(plan.n));
+            chart::rows(rotation_vectors, q, &mut rows);
+            let are_strains = coordinates.own_of(&sizes::are_strains(plan));
+            motions.sizes(&rows, &are_strains, fallback, sizes);
+        });
+    }
+
     /// One radian over the length of the rods or for a joint, and a stretch or shear of one.
     fn typical_coordinates(&self, sizes: &mut [f64]) {
         let reach = self.robot.length();
@@ -1236,6 +1302,10 @@ impl Tied for RobotModel {
         });
     }
 
+    fn gap_sizes(&self, sizes: &mut [f64]) {
+        sizes.copy_from_slice(&self.gap_sizes);
+    }
+
     fn is_one_sided(&self) -> bool {
         on_sweeps!(&self.sweeps, sweeps => !sweeps.slack().is_empty())
     }
@@ -1257,14 +1327,9 @@ impl Tied for RobotModel {
         if self.slack_is_kept || !self.is_one_sided() {
             return;
         }
-        let opens = |[excess, rate]: [f64; 2], length: f64| {
-            let is_open = excess < -TAUT * length;
-            is_open || (qd.is_some() && excess < TAUT * length && rate < -TAUT * length)
-        };
-        let length = self.robot.length();
+        let opens = |[by, rate]: [f64; 2]| by < -TAUT || (qd.is_some() && by < TAUT && rate < -TAUT);
         let rest = vec![0.0; q.len()];
-        let slack: Vec<bool> =
-            self.excesses(q, qd.unwrap_or(&rest)).into_iter().map(|excess| opens(excess, length)).collect();
+        let slack: Vec<bool> = self.passed(q, qd.unwrap_or(&rest)).into_iter().map(opens).collect();
         self.set_slack(&slack);
     }
 
@@ -1273,11 +1338,10 @@ impl Tied for RobotModel {
             return Switch::Nothing;
         }
         let mut slack = self.slack();
-        let length = self.robot.length();
         let mut has_taken_up = false;
         let rest = vec![0.0; q.len()];
-        for (is_slack, [excess, _]) in slack.iter_mut().zip(self.excesses(q, &rest)) {
-            if *is_slack && excess > TAKEN_UP * length {
+        for (is_slack, [by, _]) in slack.iter_mut().zip(self.passed(q, &rest)) {
+            if *is_slack && by > TAKEN_UP {
                 (*is_slack, has_taken_up) = (false, true);
             }
         }
@@ -1302,16 +1366,17 @@ impl Tied for RobotModel {
     }
 
     fn passed(&mut self, q: &[f64], qd: &[f64]) -> Vec<[f64; 2]> {
-        let length = self.robot.length();
-        self.excesses(q, qd).into_iter().map(|excess| excess.map(|x| x / length)).collect()
+        let excesses = self.excesses(q, qd);
+        let sizes = &self.gap_sizes[self.gap_sizes.len() - excesses.len()..];
+        excesses.into_iter().zip(sizes).map(|(excess, size)| excess.map(|x| x / size)).collect()
     }
 
     fn open_loop(&mut self, q: &[f64]) -> Option<Flaw> {
-        let Self { sweeps, coordinates, robot, .. } = self;
-        let (held, gap) = coordinates.all([q], |[q]| on_sweeps!(sweeps, sweeps => sweeps.widest_gap(q)))?;
-        let largest = LARGEST_GAP * robot.length().max(1.0);
+        let Self { sweeps, coordinates, gap_sizes, .. } = self;
+        let (held, gap, size) =
+            coordinates.all([q], |[q]| on_sweeps!(sweeps, sweeps => sweeps.widest_gap(q, gap_sizes)))?;
         // NaN counts as open.
-        (gap.is_nan() || gap > largest).then_some(Flaw::Open { held, gap })
+        (gap.is_nan() || gap > LARGEST_GAP * size).then_some(Flaw::Open { held, gap })
     }
 }
 

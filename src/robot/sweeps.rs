@@ -13,11 +13,13 @@ use super::effect::support::Held;
 use super::kernel::by_length::ByLength;
 use super::kernel::kinematics::Pose;
 use super::kernel::momentum::Momentum;
+use super::kernel::sizes::{Extent, Motions};
 use super::kernel::{
     acceleration, by_inertia, by_length, elasticity, energy, inputs, inverse_dynamics, kinematics, lines,
-    loops, momentum, section, tangent, time,
+    loops, momentum, section, sizes, tangent, time,
 };
 use super::plan::Plan;
+use super::plan::actuation::Law;
 use super::plan::point::Place;
 use super::state::Workspace;
 use super::state::tangent::{Tangent, TangentWorkspace};
@@ -28,6 +30,7 @@ use crate::lie::{Cross, Sweep, Vector, VectorSpace, Wrench};
 use crate::linalg::Matrix;
 use crate::model::{Energy, Holder, InertiaMatrix, Radius, SectionPlace};
 use crate::rod::STRAINS;
+use crate::springs::Cords;
 use crate::world::base_motion::Base;
 
 /// A rod compiled for one geometry, with its memory.
@@ -254,6 +257,14 @@ impl<G: Turning> Sweeps<G> {
         kinematics::jacobian(&self.plan, &self.work, place, jacobian);
     }
 
+    /// What coordinates move in a shape: sections, these bodies, and ends of loops, tendons and contacts. Allocates.
+    pub(crate) fn motions(&mut self, q: &[f64], bodies: &[Extent]) -> Motions {
+        self.with_zeros(|sweeps, zeros| sweeps.update_motion([q, zeros, zeros]));
+        let Self { plan, work, tangent, .. } = self;
+        let extents = [&sizes::sections(plan)[..], bodies].concat();
+        sizes::motions(plan, work, tangent, &extents)
+    }
+
     /// Angular velocity of a place and velocity of its point, in world axes.
     pub(crate) fn velocity(&mut self, q: &[f64], qd: &[f64], place: &Place) -> [Vector<f64>; 2] {
         self.update_velocities(q, qd);
@@ -338,18 +349,20 @@ impl<G: Turning> Sweeps<G> {
         loops::values(&self.plan, &self.work, q, gaps);
     }
 
-    /// The constraint with the largest gap, and this gap.
-    pub(crate) fn widest_gap(&mut self, q: &[f64]) -> Option<(Holder, f64)> {
+    /// The constraint with the largest gap beside these sizes, this gap, and its size.
+    pub(crate) fn widest_gap(&mut self, q: &[f64], sizes: &[f64]) -> Option<(Holder, f64, f64)> {
         if self.plan.loops.held_by.is_empty() {
             return None;
         }
         self.update_constraints(q);
         let mut gaps = std::mem::take(&mut self.work.loops.gaps);
         loops::values(&self.plan, &self.work, q, &mut gaps);
-        let mut widest: Option<(Holder, f64)> = None;
-        for (&held, gap) in self.plan.loops.held_by.iter().zip(&gaps) {
-            if gap.is_nan() || widest.is_none_or(|(_, widest)| gap.abs() > widest) {
-                widest = Some((held, gap.abs()));
+        let mut widest: Option<(Holder, f64, f64)> = None;
+        for ((&held, gap), &size) in self.plan.loops.held_by.iter().zip(&gaps).zip(sizes) {
+            if gap.is_nan()
+                || widest.is_none_or(|(_, widest, of_widest)| gap.abs() * of_widest > widest * size)
+            {
+                widest = Some((held, gap.abs(), size));
             }
         }
         self.work.loops.gaps = gaps;
@@ -466,6 +479,80 @@ impl<G: Turning> Sweeps<G> {
         (numbers, actuation::gradient(plan, work, &mut tangent.actuation, i))
     }
 
+    /// The tendons of a commanded length without friction, by their actuators.
+    pub(crate) fn cords(&self) -> impl Iterator<Item = (usize, f64)> {
+        let plan = &self.plan;
+        plan.actuation.actuators.iter().enumerate().filter_map(|(i, actuator)| match actuator.law {
+            Law::Cable { stiffness, .. } if actuator.friction.is_none() => Some((i, stiffness)),
+            Law::Inextensible { .. } => Some((i, f64::INFINITY)),
+            _ => None,
+        })
+    }
+
+    /// These tendons in a shape.
+    pub(crate) fn linearise_cords(&mut self, q: &[f64], cords: &mut Cords) {
+        self.with_zeros(|sweeps, zeros| sweeps.update_motion([q, zeros, zeros]));
+        let Self { plan, work, tangent, .. } = self;
+        lines::find(plan, work, &mut tangent.actuation);
+        for (row, (i, stiffness)) in self.cords().collect::<Vec<_>>().into_iter().enumerate() {
+            let Self { plan, work, tangent, .. } = &mut *self;
+            let state = &work.actuation;
+            cords.stiffness[row] = stiffness;
+            cords.excesses[row] = state.lengths[i] - state.commands[i];
+            let ends = plan.actuation.lines.iter().zip(&state.lines).filter(|(line, _)| line.actuator == i);
+            let far = ends.flat_map(|(_, line)| line.ends).map(|end| end.dot(end).sqrt());
+            cords.spans[row] = state.lengths[i].abs() + state.commands[i].abs() + far.sum::<f64>();
+            let gradient = actuation::gradient(plan, work, &mut tangent.actuation, i);
+            cords.jacobian.row_mut(row).copy_from_slice(gradient);
+            for k in 0..plan.n {
+                cords.reach[(row, k)] = actuation::reach(plan, work, &tangent.actuation, i, k);
+            }
+        }
+    }
+
+    /// Replaces tensions of these tendons; `None` undoes that.
+    pub(crate) fn hold_cords(&mut self, tensions: Option<&[f64]>) {
+        self.work.motion_is_known = false;
+        for (row, (i, _)) in self.cords().collect::<Vec<_>>().into_iter().enumerate() {
+            self.work.actuation.held[i] = tensions.map(|tensions| tensions[row]);
+        }
+    }
+
+    /// Generalised forces, 3 x n, of weight and loads if all of them acted along an axis of the base.
+    pub(crate) fn turned_loads(&mut self, q: &[f64], forces: &mut Matrix) {
+        let frame = self.plan.frame;
+        let size = |v: Vector<f64>| v.dot(v).sqrt();
+        let (surroundings, acting) = (self.work.surroundings, self.work.acting.clone());
+        let motion = (self.work.stations[0].velocity, self.work.stations[0].acceleration);
+        let gravity = size(G::in_space(frame, surroundings.gravity));
+        let mut tau = [vec![0.0; self.plan.n], vec![0.0; self.plan.n]];
+        for axis in [None, Some(0), Some(1), Some(2)] {
+            let along = |part: f64| {
+                let unit = Vector::from(std::array::from_fn(|k| if Some(k) == axis { 1.0 } else { 0.0 }));
+                unit * part
+            };
+            self.work.motion_is_known = false;
+            self.work.surroundings.gravity = G::vector_of(frame, along(gravity));
+            self.work.stations[0].acceleration.linear = -self.work.surroundings.gravity;
+            for (acting, own) in self.work.acting.iter_mut().zip(&acting) {
+                acting.force = G::vector_of(frame, along(size(G::in_space(frame, own.force))));
+                acting.moment = G::axial_of(frame, along(size(G::axial_in_space(frame, own.moment))));
+            }
+            match axis {
+                None => self.forces_at_rest(q, &mut tau[0]),
+                Some(row) => {
+                    self.forces_at_rest(q, &mut tau[1]);
+                    for (k, (with, without)) in tau[1].iter().zip(&tau[0]).enumerate() {
+                        forces[(row, k)] = with - without;
+                    }
+                }
+            }
+        }
+        (self.work.surroundings, self.work.acting) = (surroundings, acting);
+        (self.work.stations[0].velocity, self.work.stations[0].acceleration) = motion;
+        self.work.motion_is_known = false;
+    }
+
     /// The actuator with a force in a straight part that has collapsed.
     pub(crate) fn collapsed(&mut self, q: &[f64]) -> Option<usize> {
         // Any velocities: lengths do not depend on them, but forces may.
@@ -478,12 +565,14 @@ impl<G: Turning> Sweeps<G> {
     /// The actuator with a straight part shorter than the limit.
     fn shortest_line(&self) -> Option<usize> {
         let actuation = &self.plan.actuation;
-        let is_short = |ends: &[Vector<f64>; 2]| {
+        let is_short = |ends: &[Vector<f64>; 2], shortest: f64| {
             let way = ends[1] - ends[0];
-            way.dot(way).sqrt() < actuation.shortest_line
+            way.dot(way).sqrt() < shortest
         };
         let mut lines = actuation.lines.iter().zip(&self.work.actuation.lines);
-        lines.find(|(line, state)| line.can_shrink() && is_short(&state.ends)).map(|(line, _)| line.actuator)
+        lines
+            .find(|(line, state)| line.can_shrink() && is_short(&state.ends, line.shortest))
+            .map(|(line, _)| line.actuator)
     }
 
     pub(crate) fn mass_matrix(&mut self, q: &[f64], mass: Tangent<'_>) {

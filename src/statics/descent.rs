@@ -1,4 +1,4 @@
-//! Descent in potential energy from any shape to a nearby stable equilibrium.
+//! Descent from any shape to a nearby stable equilibrium, under loads that need not have a potential.
 //!
 //! Newton's method in a trust region (Levenberg 1944; Conn, Gould and Toint 2000, chapter 6). Energies are
 //! not used, because some loads have none: the work of the generalised forces along a step, by the

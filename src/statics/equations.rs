@@ -1,12 +1,11 @@
 //! Equations of equilibrium of a model under a fraction of its loads.
 
 use super::growth::Growth;
-use super::stability::Stiffness;
 use crate::error::Interrupted;
 use crate::linalg::{Matrix, dot, norm};
 use crate::model::{Flaw, Model, Radius, Switch, rotation_vectors};
 use crate::natural::{self, Natural, scaled};
-use crate::small_motions::SmallMotions;
+use crate::small_motions::small_motions;
 use crate::springs::Springs;
 use crate::stability::{self, Verdict};
 
@@ -19,6 +18,18 @@ pub struct Counters {
     pub forces: usize,
     /// Evaluations of their tangent.
     pub tangents: usize,
+}
+
+impl std::ops::Add for Counters {
+    type Output = Self;
+
+    fn add(self, more: Self) -> Self {
+        Self {
+            iterations: self.iterations + more.iterations,
+            forces: self.forces + more.forces,
+            tangents: self.tangents + more.tangents,
+        }
+    }
 }
 
 /// Equilibrium equations `R(q, lambda) = 0` at rest with the load factor lambda ([`Growth`]):
@@ -43,6 +54,8 @@ pub(super) struct Equations<'a> {
     pub(super) knows_overlaps: bool,
     /// Scaled tangent of the material, if it does not depend on the shape.
     material: Option<Matrix>,
+    /// Whether to judge stability.
+    pub(super) judges: bool,
 }
 
 /// A state of the iteration: coordinates, load factor, and the forces of the springs.
@@ -156,15 +169,17 @@ impl Linear {
 }
 
 impl<'a> Equations<'a> {
-    /// `monitor` is called before every evaluation of forces and may stop the search.
+    /// Near a shape, which sets the sizes of the coordinates. `monitor` is called before every evaluation of forces and may stop
+    /// the search.
     pub(super) fn new(
         model: &'a mut dyn Model,
         growth: Growth,
+        near: &[f64],
         monitor: &'a mut dyn FnMut() -> Result<(), Interrupted>,
     ) -> Self {
         let n = model.n();
         let mut sizes = vec![0.0; n];
-        model.typical_coordinates(&mut sizes);
+        model.sizes(near, &mut sizes);
         let rest = vec![0.0; n];
         let material = (model.springs() > 0).then(|| natural::material(model, &rest, &sizes));
         let (counters, elastic) = (Counters::default(), rest.clone());
@@ -179,6 +194,7 @@ impl<'a> Equations<'a> {
             knows_overlaps: false,
             reference: None,
             material,
+            judges: true,
         }
     }
 
@@ -201,6 +217,11 @@ impl<'a> Equations<'a> {
     pub(super) fn wrap(&self, q: &mut [f64]) {
         let mut rest = vec![0.0; q.len()];
         rotation_vectors::wrap(self.model.rotation_vectors(), q, &mut rest, &mut []);
+    }
+
+    /// The same with rates of the coordinates; whether anything has changed.
+    pub(super) fn fold(&self, q: &mut [f64], rates: &mut [f64]) -> bool {
+        rotation_vectors::wrap(self.model.rotation_vectors(), q, rates, &mut [])
     }
 
     pub(super) fn n(&self) -> usize {
@@ -487,33 +508,16 @@ impl<'a> Equations<'a> {
         }
     }
 
-    /// Stability of an equilibrium. Evaluates mass and damping only if the stiffness alone does not decide.
-    pub(super) fn verdict(
-        &mut self,
-        state: &State,
-        linear: &Linear,
-        stiffness: &Stiffness,
-    ) -> Result<Option<Verdict>, Interrupted> {
-        if stiffness.is_symmetric && !self.model.has_velocity_forces() {
-            return Ok(stability::of_stiffness(stiffness.lowest, state.q.len(), stiffness.size()));
-        }
-        Ok(stability::verdict(&self.small_motions(state, linear)?))
+    /// Stability of an equilibrium; `None` if it is unknown, or not asked for.
+    pub(super) fn judgement(&mut self, state: &State) -> Result<Option<Verdict>, Interrupted> {
+        if self.judges { self.verdict(state) } else { Ok(None) }
     }
 
-    /// Small motions about an equilibrium. Terms that depend on velocities are not scaled by the load factor.
-    fn small_motions(&mut self, state: &State, linear: &Linear) -> Result<SmallMotions, Interrupted> {
-        let n = state.q.len();
+    /// Stability of an equilibrium. Terms that depend on velocities are not scaled by the load factor.
+    pub(super) fn verdict(&mut self, state: &State) -> Result<Option<Verdict>, Interrupted> {
         self.growth.set(self.model, state.load_factor)?;
-        let [mut damping, mut mass] = [Matrix::zeros(n, n), Matrix::zeros(n, n)];
-        self.model.weighted_tangent(&state.q, &self.rest, &self.rest, [0.0, 1.0, 0.0], &mut damping);
-        self.model.mass_matrix(&state.q, &mut mass);
-        let [mass, damping] = [mass, damping].map(|a| linear.natural.matrix(&scaled(a, &self.sizes)));
-        Ok(SmallMotions {
-            mass,
-            damping,
-            stiffness: linear.tangent.clone(),
-            basis: linear.natural.basis(),
-            sizes: self.sizes.clone(),
-        })
+        let loads = if matches!(self.growth, Growth::Loads) { state.load_factor } else { 1.0 };
+        let motions = small_motions(self.model, &state.q, &self.sizes, loads, &[]);
+        Ok(motions.and_then(|motions| stability::verdict(&motions)))
     }
 }

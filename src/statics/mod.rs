@@ -1,12 +1,13 @@
 //! Statics: equilibria of models, and their stability.
 //!
-//! [`equilibrium`] finds an equilibrium by following the path of growing loads, by descent from a shape, or
+//! [`equilibrium`] finds an equilibrium by following the path of growing loads, by a search from a shape, or
 //! by Newton's method nearby. [`continuation`] follows paths through limit points and from bifurcations. Both
 //! report stability.
 //!
 //! `equations` contains the forces under a part of the load (`growth`), `corrector` Newton's method that
-//! stays on its path, `path` continuation, `descent` the search for stable equilibria, `stability` the search
-//! for critical points, `tendons` the detection of slack tendons, and `tied` models with closed loops.
+//! stays on its path, `path` continuation, `search` the search for equilibria from a shape, `descent` that under
+//! loads without a potential, `stability` the search for critical points, `tendons` the detection of slack
+//! tendons, and `tied` and `tied_newton` models with closed loops.
 //! [`crate::stability`] judges stability.
 //!
 //! ```
@@ -28,6 +29,7 @@ mod growth;
 mod options;
 mod outcome;
 mod path;
+mod search;
 mod stability;
 mod tendons;
 mod tied;
@@ -44,11 +46,13 @@ use descent::Descent;
 use equations::{Equations, State};
 use growth::Growth;
 use path::{Course, End, Follower};
+use search::Ended;
 use stability::Stiffness;
 
+use crate::constraint::AsSprings;
 use crate::error::{Interrupted, InvalidInput};
 use crate::linalg::{Matrix, norm};
-use crate::model::Model;
+use crate::model::{Model, chart};
 use crate::roots;
 pub use crate::stability::{Stability, Verdict};
 
@@ -68,17 +72,41 @@ pub fn equilibrium(
     if let Start::Descent(q0) | Start::Newton(q0) = &options.start {
         model.check_shape(q0, "q0")?;
     }
-    if model.constraints() > 0 {
-        return tied::equilibrium(model, options, monitor);
+    let rest = vec![0.0; model.n()];
+    match &options.start {
+        Start::Unloaded { stops } if tied::is_closed_at_rest(model) => {
+            Ok(load(model, stops, options, monitor))
+        }
+        Start::Unloaded { .. } => {
+            let start = tied::closed(model, &rest)?;
+            Ok(release(model, &start, options, true, monitor))
+        }
+        Start::Descent(q0) => {
+            let start = tied::closed(model, q0)?;
+            Ok(release(model, &start, options, true, monitor))
+        }
+        Start::Newton(q0) => {
+            let mut tried = Counters::default();
+            let mut first = None;
+            // With tendons that may be slack or taut, only the search knows which of them hold.
+            if !model.is_one_sided() {
+                match near(model, q0, options, &mut *monitor) {
+                    Ok(found) if found.status.is_success() => return Ok(Ok(found)),
+                    Ok(found) => (tried, first) = (found.counters, Some(found)),
+                    Err(interrupted) => return Ok(Err(interrupted)),
+                }
+            }
+            let start = tied::closed(model, q0)?;
+            Ok(release(model, &start, options, false, monitor).map(|searched| {
+                let counters = tried + searched.counters;
+                let found = match first {
+                    Some(first) if !searched.status.is_success() => first,
+                    _ => searched,
+                };
+                Equilibrium { counters, ..found }
+            }))
+        }
     }
-    let has_contact = model.has_contact();
-    let mut equations = Equations::new(model, Growth::Loads, monitor);
-    Ok(match &options.start {
-        Start::Unloaded { stops } => load(&mut equations, stops, options),
-        Start::Descent(q0) if has_contact => lay(&mut equations, q0, options),
-        Start::Descent(q0) => let_go(&mut equations, q0, options),
-        Start::Newton(q0) => newton(&mut equations, q0, options),
-    })
 }
 
 /// Follows the path of equilibria of `model` over the load factor, at the time set last. If inputs grow, the
@@ -98,7 +126,8 @@ pub fn continuation(
         return tied::continuation(model, options, monitor);
     }
     let n = model.n();
-    let mut equations = Equations::new(model, Growth::Loads, monitor);
+    let near = options.q0.clone().unwrap_or_else(|| vec![0.0; n]);
+    let mut equations = Equations::new(model, Growth::Loads, &near, monitor);
     let grown = options.inputs.as_ref().map(|inputs| Growth::of_inputs(inputs, n));
     Ok(follow(&mut equations, options, grown))
 }
@@ -109,7 +138,21 @@ fn loaded(
     options: &ContinuationOptions,
 ) -> Result<Option<Vec<f64>>, Interrupted> {
     let search = Options { tol: options.tol, max_steps: options.max_steps, ..Options::default() };
-    let found = load(equations, &[1.0], &search)?;
+    let Some(followed) = follow_loads(equations, &[1.0], &search)? else {
+        return let_go_from(equations, vec![0.0; equations.n()], &search);
+    };
+    match followed.end {
+        End::UpperBound => Ok(Some(followed.found.state.q)),
+        _ => let_go_from(equations, followed.found.state.q, &search),
+    }
+}
+
+fn let_go_from(
+    equations: &mut Equations<'_>,
+    q: Vec<f64>,
+    options: &Options,
+) -> Result<Option<Vec<f64>>, Interrupted> {
+    let found = let_go(equations, &q, options)?;
     Ok(found.status.is_success().then_some(found.q))
 }
 
@@ -155,7 +198,7 @@ fn follow(
         }
     };
     let path = follower.path;
-    let message = outcome::message(status, load_factor, None, &path);
+    let message = outcome::message(status, load_factor, true, None, &path);
     Ok(Continuation { path, status, message, counters: equations.counters })
 }
 
@@ -170,8 +213,66 @@ impl Status {
     }
 }
 
+/// Largest relative change of forces that balances them in an equilibrium: far above what tolerances leave, far below a force
+/// that is missing.
+const BALANCED: f64 = 1e-6;
+
 /// Follows the path of growing loads; if the path ends early, releases the model there.
-fn load(equations: &mut Equations<'_>, stops: &[f64], options: &Options) -> Result<Equilibrium, Interrupted> {
+fn load(
+    model: &mut dyn Model,
+    stops: &[f64],
+    options: &Options,
+    monitor: Monitor<'_>,
+) -> Result<Equilibrium, Interrupted> {
+    let rest = vec![0.0; model.n()];
+    let followed = if model.constraints() > 0 {
+        model.release_open(&rest, None);
+        let mut held = AsSprings::new(model, &rest);
+        let mut equations = judging(&mut held, &rest, options, &mut *monitor);
+        follow_loads(&mut equations, stops, options)?
+    } else {
+        let mut equations = judging(model, &rest, options, &mut *monitor);
+        follow_loads(&mut equations, stops, options)?
+    };
+    // Without loads the shape is not unique, as for a pendulum: it is released under the full load.
+    let Some(Followed { found, end, path, counters }) = followed else {
+        return release(model, &rest, options, true, monitor);
+    };
+    let reached = found.state.load_factor;
+    let mut state = found.state.clone();
+    if end == End::UpperBound {
+        if is_balanced(model, &state.q, &mut *monitor)? {
+            return judged(model, found, path, counters, options, monitor);
+        }
+        // Such as one at which a tendon would have to push.
+        state.load_factor = 1.0;
+    }
+    let released = release(model, &state.q, options, true, &mut *monitor)?;
+    if released.status.is_success() {
+        let status = if end == End::UpperBound { Status::Converged } else { Status::LetGo };
+        let message = outcome::message(status, reached, options.stability, released.verdict, &path);
+        return Ok(Equilibrium { status, message, path, counters: counters + released.counters, ..released });
+    }
+    if end == End::UpperBound {
+        return Ok(Equilibrium { path, counters: counters + released.counters, ..released });
+    }
+    judged(model, found, path, counters + released.counters, options, monitor)
+}
+
+/// The end of a path of loads.
+struct Followed {
+    found: Found,
+    end: End,
+    path: Path,
+    counters: Counters,
+}
+
+/// Follows the path of growing loads to its end; `None` if there is no unique shape without loads.
+fn follow_loads(
+    equations: &mut Equations<'_>,
+    stops: &[f64],
+    options: &Options,
+) -> Result<Option<Followed>, Interrupted> {
     let course = Course {
         bounds: [f64::NEG_INFINITY, 1.0],
         stops: stops.to_vec(),
@@ -179,38 +280,146 @@ fn load(equations: &mut Equations<'_>, stops: &[f64], options: &Options) -> Resu
         max_steps: options.max_steps,
         tolerance: options.tol,
     };
-    let n = equations.n();
-    let start = equations.state(vec![0.0; n], 0.0)?;
+    let start = equations.state(vec![0.0; equations.n()], 0.0)?;
     let mut follower = Follower::new(equations, course);
-    let Some(mut place) = follower.start(start, None)? else {
-        // Without loads the shape is not unique, as for a pendulum: release it under the full load.
-        return let_go(equations, &vec![0.0; n], options);
-    };
+    let Some(mut place) = follower.start(start, None)? else { return Ok(None) };
     let end = follower.follow(&mut place)?;
     let path = follower.path;
-    if end == End::UpperBound {
-        let found = Found {
-            status: Status::Converged,
-            state: place.state,
-            step_norm: place.corrected.step_norm,
-            residual_norm: place.corrected.residual_norm,
-        };
-        return judge(equations, found, path);
-    }
-    let reached = place.state.load_factor;
-    let last = place.state.clone();
-    let released = let_go(equations, &place.state.q, options)?;
-    if released.status.is_success() {
-        let message = outcome::message(Status::LetGo, reached, released.verdict, &path);
-        return Ok(Equilibrium { status: Status::LetGo, message, path, ..released });
-    }
+    let status = if end == End::UpperBound { Status::Converged } else { Status::of_continuation(end) };
     let found = Found {
-        status: Status::of_continuation(end),
-        state: last,
+        status,
+        state: place.state,
         step_norm: place.corrected.step_norm,
         residual_norm: place.corrected.residual_norm,
     };
-    judge(equations, found, path)
+    Ok(Some(Followed { found, end, path, counters: equations.counters }))
+}
+
+/// Whether all forces of a shape balance, by moments that do not vanish where coordinates are singular.
+fn is_balanced(model: &mut dyn Model, q: &[f64], monitor: Monitor<'_>) -> Result<bool, Interrupted> {
+    // Only rotation vectors are singular anywhere, and only constraints may push.
+    let is_regular = model.rotation_vectors().is_empty() && model.constraints() == 0;
+    Ok(is_regular || search::error_of_balance(model, q, monitor)? <= BALANCED)
+}
+
+/// Searches the equilibrium to which a shape comes to rest; saddles are left if it has to be a stable one.
+fn release(
+    model: &mut dyn Model,
+    q0: &[f64],
+    options: &Options,
+    is_stable: bool,
+    monitor: Monitor<'_>,
+) -> Result<Equilibrium, Interrupted> {
+    let mut tried = Counters::default();
+    if is_stable && model.springs() > 0 {
+        // Moments of supports that turn a lot have other second derivatives than the search assumes.
+        let laid = without_potential(model, q0, options, &mut *monitor)?;
+        if laid.status.is_success() {
+            return Ok(laid);
+        }
+        tried = laid.counters;
+    }
+    let goal = search::Goal { tolerance: options.tol, max_iter: options.max_iter, is_stable };
+    let search::Found { q, ended, step_norm, residual_norm, multipliers, counters } =
+        search::search(model, q0, goal, &mut *monitor)?;
+    let counters = tried + counters;
+    let status = match ended {
+        Ended::Converged => Status::Converged,
+        Ended::IterationLimit => Status::IterationLimit,
+        Ended::Stalled => Status::Stalled,
+        Ended::Unheld => Status::Unheld,
+        Ended::Flawed(flaw) => Status::Flawed(flaw),
+        Ended::NonFinite => Status::NonFinite,
+        Ended::WithoutPotential => {
+            let mut laid = without_potential(model, &q, options, monitor)?;
+            laid.counters = counters + laid.counters;
+            return Ok(laid);
+        }
+    };
+    if model.is_one_sided() {
+        model.release(&multipliers);
+    }
+    let state = State { q, load_factor: 1.0, forces: Vec::new() };
+    judged(
+        model,
+        Found { status, state, step_norm, residual_norm },
+        Path::default(),
+        counters,
+        options,
+        monitor,
+    )
+}
+
+/// Descent under loads without a potential, such as those that follow the rod. Its end is judged by true moments: at a turn of
+/// 2 pi the forces along rotation vectors vanish whatever acts, and the descent goes on from the same shape.
+fn without_potential(
+    model: &mut dyn Model,
+    q0: &[f64],
+    options: &Options,
+    monitor: Monitor<'_>,
+) -> Result<Equilibrium, Interrupted> {
+    until_balanced(model, q0, monitor, |model, q, monitor| {
+        let has_contact = model.has_contact();
+        let of = |equations: &mut Equations<'_>| match has_contact {
+            true => lay(equations, q, options),
+            false => let_go(equations, q, options),
+        };
+        if model.constraints() == 0 {
+            return of(&mut judging(model, q, options, monitor));
+        }
+        let mut held = AsSprings::new(model, q);
+        let found = of(&mut judging(&mut held, q, options, monitor))?;
+        Ok(tied::judged(model, found, options))
+    })
+}
+
+/// Calls a search until its end is in equilibrium: from the folded shape at which it wrongly ended.
+fn until_balanced(
+    model: &mut dyn Model,
+    q0: &[f64],
+    monitor: Monitor<'_>,
+    mut search: impl FnMut(&mut dyn Model, &[f64], Monitor<'_>) -> Result<Equilibrium, Interrupted>,
+) -> Result<Equilibrium, Interrupted> {
+    /// A search need not come to such a shape again.
+    const TIMES: usize = 4;
+    let mut q = q0.to_vec();
+    let mut counters = Counters::default();
+    for time in 1..=TIMES {
+        chart::fold(model.rotation_vectors(), &mut q);
+        let found = search(model, &q, &mut *monitor)?;
+        counters = counters + found.counters;
+        let found = Equilibrium { counters, ..found };
+        if !found.status.is_success() || is_balanced(model, &found.q, &mut *monitor)? {
+            return Ok(found);
+        }
+        if time == TIMES {
+            let message = outcome::message(Status::Stalled, found.load_factor, true, None, &found.path);
+            return Ok(Equilibrium { status: Status::Stalled, message, ..found });
+        }
+        q = found.q;
+    }
+    unreachable!("the last search is returned")
+}
+
+/// Finds the equilibrium nearest to a shape, stable or not, by Newton's method.
+fn near(
+    model: &mut dyn Model,
+    q0: &[f64],
+    options: &Options,
+    monitor: Monitor<'_>,
+) -> Result<Equilibrium, Interrupted> {
+    until_balanced(model, q0, &mut *monitor, |model, q, monitor| {
+        if model.constraints() == 0 {
+            return newton(&mut judging(model, q, options, monitor), q, options);
+        }
+        // On shape and multipliers together, which closes the loops; from nearby this is sufficient.
+        let approached = tied_newton::approach(model, q, options, &mut *monitor)?;
+        if let Some(found) = approached.judged(model, options) {
+            return Ok(found);
+        }
+        let counters = approached.counters();
+        judged(model, approached.into(), Path::default(), counters, options, monitor)
+    })
 }
 
 /// Number of descent iterations before Newton's method is tried, and the factor between successive tries.
@@ -242,9 +451,13 @@ fn lay(equations: &mut Equations<'_>, q0: &[f64], options: &Options) -> Result<E
                 nearby.q.iter().zip(&laid.q).zip(&equations.sizes).map(|((a, b), size)| (a - b) / size);
             let is_near = norm(&moved.collect::<Vec<_>>()) <= NEARBY;
             // Other equilibria are left to the descent.
-            let is_free = nearby.verdict.is_some_and(|verdict| verdict.stability == Stability::Neutral);
+            let mut is_free = || -> Result<bool, Interrupted> {
+                let state = equations.state(nearby.q.clone(), 1.0)?;
+                let verdict = equations.verdict(&state)?;
+                Ok(verdict.is_some_and(|verdict| verdict.stability == Stability::Neutral))
+            };
             let is_at_end = laid.status == Status::Stalled || max_iter == left;
-            if nearby.status.is_success() && (is_at_end || is_near && is_free) {
+            if nearby.status.is_success() && (is_at_end || is_near && is_free()?) {
                 return Ok(nearby);
             }
             (left, leg) = (left - max_iter, LONGER_LEG * leg);
@@ -344,9 +557,44 @@ struct Found {
     residual_norm: f64,
 }
 
+/// The equations under full loads near a shape.
+fn judging<'a>(
+    model: &'a mut dyn Model,
+    near: &[f64],
+    options: &Options,
+    monitor: Monitor<'a>,
+) -> Equations<'a> {
+    let mut equations = Equations::new(model, Growth::Loads, near, monitor);
+    equations.judges = options.stability;
+    equations
+}
+
+/// Adds stability, of a model with constraints by motions that keep them.
+fn judged(
+    model: &mut dyn Model,
+    found: Found,
+    path: Path,
+    counters: Counters,
+    options: &Options,
+    monitor: Monitor<'_>,
+) -> Result<Equilibrium, Interrupted> {
+    let q = found.state.q.clone();
+    let equilibrium = if model.constraints() > 0 {
+        let mut held = AsSprings::new(model, &q);
+        judge(&mut judging(&mut held, &q, options, monitor), found, path)?
+    } else {
+        judge(&mut judging(model, &q, options, monitor), found, path)?
+    };
+    let counters = counters + equilibrium.counters;
+    Ok(Equilibrium { counters, ..tied::judged(model, equilibrium, options) })
+}
+
 /// Adds stability from the tangent.
 fn judge(equations: &mut Equations<'_>, found: Found, path: Path) -> Result<Equilibrium, Interrupted> {
-    let Found { mut status, state, step_norm, residual_norm } = found;
+    let Found { mut status, mut state, step_norm, residual_norm } = found;
+    if state.forces.is_empty() {
+        state = equations.state(state.q, state.load_factor)?;
+    }
     if status.is_success()
         && let Some(flaw) = equations.flaw(&state.q).or_else(|| equations.sunk(&state.q))
     {
@@ -354,17 +602,12 @@ fn judge(equations: &mut Equations<'_>, found: Found, path: Path) -> Result<Equi
     }
     let linear = equations.linearise(&state)?;
     let stiffness = linear.as_ref().map(Stiffness::new);
-    let verdict = match (&linear, &stiffness) {
-        (Some(linear), Some(stiffness)) if status.is_success() => {
-            equations.verdict(&state, linear, stiffness)?
-        }
-        _ => None,
-    };
+    let verdict = if status.is_success() { equations.judgement(&state)? } else { None };
     let State { mut q, load_factor, .. } = state;
     equations.wrap(&mut q);
     let own_norm = linear.as_ref().map_or(f64::NAN, |linear| linear.residual_norm);
     Ok(Equilibrium {
-        message: outcome::message(status, load_factor, verdict, &path),
+        message: outcome::message(status, load_factor, equations.judges, verdict, &path),
         load_factor,
         q,
         status,

@@ -44,12 +44,14 @@ pub enum Start {
 pub struct Options {
     /// Start of the search. Default: unloaded, with as few steps as possible.
     pub start: Start,
-    /// Tolerance of the Newton step `|dq / s|` with the typical sizes s of the coordinates; 1e-10 by default.
+    /// Tolerance of the Newton step `|dq / s|` with the sizes s of the coordinates ([`Elastic::sizes`](crate::model::Elastic::sizes)); 1e-10 by default.
     pub tol: f64,
     /// Maximum number of iterations of a descent or of Newton's method; 500 by default.
     pub max_iter: usize,
     /// Maximum number of steps along the path; 500 by default.
     pub max_steps: usize,
+    /// Whether to judge the stability of the equilibrium, and of the points of its path; true by default.
+    pub stability: bool,
 }
 
 impl Default for Options {
@@ -59,6 +61,7 @@ impl Default for Options {
             tol: TOLERANCE,
             max_iter: MAX_ITERATIONS,
             max_steps: MAX_STEPS,
+            stability: true,
         }
     }
 }

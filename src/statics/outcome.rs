@@ -25,6 +25,8 @@ pub enum Status {
     IterationLimit,
     /// No step decreases the energy.
     Stalled,
+    /// The energy falls without end: nothing holds the model in some direction.
+    Unheld,
     /// Forces or stiffnesses are not finite.
     NonFinite,
     /// The equilibrium, or the next point of the path, is an invalid shape.
@@ -50,6 +52,7 @@ impl Status {
             Self::TooManySteps => "too_many_steps",
             Self::IterationLimit => "iteration_limit",
             Self::Stalled => "stalled",
+            Self::Unheld => "unheld",
             Self::NonFinite => "non_finite",
             Self::Flawed(Flaw::Unresolved { .. }) => "unresolved",
             Self::Flawed(Flaw::Inverted { .. }) => "inverted",
@@ -87,6 +90,9 @@ impl Status {
             Self::Stalled => "No step reduces the energy, but the forces are not in equilibrium; `q` is the last shape. Start \
                  from another shape; if that ends here too, give the rod more quadrature `nodes`: the discretised forces of a \
                  sharply bent rod need not have a potential."
+                .to_owned(),
+            Self::Unheld => "Nothing holds the model: in some direction the loads move it on without end, and there is no \
+                             equilibrium that way. Hold it by a joint, a support, a tendon or a contact; `q` is the last shape."
                 .to_owned(),
             Self::NonFinite => "Forces or stiffnesses are NaN or infinite. Start from a smaller `q0`.".to_owned(),
             Self::Flawed(flaw) => {
@@ -131,7 +137,7 @@ pub struct Equilibrium {
     pub residual_norm: f64,
     /// `|dq / s|` of the last Newton step: approximately the error of q.
     pub step_norm: f64,
-    /// Stability; `None` if unknown.
+    /// Stability; `None` if unknown, or not asked for.
     pub verdict: Option<Verdict>,
     /// Smallest eigenvalue of the (symmetric part of the) tangent stiffness relative to the stiffness of
     /// material and springs: one without load, zero at critical points.
@@ -155,8 +161,14 @@ pub struct Continuation {
     pub counters: Counters,
 }
 
-/// Describes the status, the stability and critical points. `end` is the load factor at the end of the path.
-pub(super) fn message(status: Status, end: f64, verdict: Option<Verdict>, path: &Path) -> String {
+/// Describes the status, the stability (if it was judged) and critical points. `end` is the load factor at the end of the path.
+pub(super) fn message(
+    status: Status,
+    end: f64,
+    is_judged: bool,
+    verdict: Option<Verdict>,
+    path: &Path,
+) -> String {
     let mut message = status.message(end);
     if status == Status::Finished || !status.is_success() {
         return message;
@@ -183,6 +195,7 @@ pub(super) fn message(status: Status, end: f64, verdict: Option<Verdict>, path: 
         Some(Stability::Flutter) => {
             message += " It is unstable: small disturbances grow as oscillations (flutter).";
         }
+        None if !is_judged => {}
         None => message += " Its stability is unknown: the mass matrix is singular there.",
     }
     if let Some(Verdict { stability, undamped }) = verdict

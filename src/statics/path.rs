@@ -135,7 +135,7 @@ pub struct Path {
     pub q: Vec<f64>,
     /// Smallest eigenvalue of the tangent stiffness relative to that of material and springs, shape (m,).
     pub lowest: Vec<f64>,
-    /// Stability, shape (m,); `None` if the mass matrix is singular.
+    /// Stability, shape (m,); `None` if the mass matrix is singular, or if nobody asks.
     pub stability: Vec<Option<Stability>>,
     /// Critical points.
     pub critical: Vec<CriticalPoint>,
@@ -159,7 +159,6 @@ pub(super) struct Place {
     /// Direction of the path, with scaled norm one.
     direction: Step,
     pub(super) stiffness: Stiffness,
-    pub(super) linear: Linear,
     pub(super) corrected: Corrected,
 }
 
@@ -230,7 +229,7 @@ impl<'a, 'b> Follower<'a, 'b> {
         // Unknown along a branch; there only the deviation of the whole state is checked.
         self.compliance =
             if self.is_branch { 0.0 } else { norm(&direction.scaled[..n]) / direction.load_factor().abs() };
-        let place = Place { state: start, direction, stiffness, linear, corrected };
+        let place = Place { state: start, direction, stiffness, corrected };
         self.record(&place)?;
         Ok(Some(place))
     }
@@ -270,6 +269,7 @@ impl<'a, 'b> Follower<'a, 'b> {
                     _ => {}
                 }
             }
+            self.fold(place)?;
             self.record(place)?;
             let [lower, upper] = self.course.bounds;
             if place.state.load_factor >= upper {
@@ -280,6 +280,23 @@ impl<'a, 'b> Follower<'a, 'b> {
             }
         }
         Ok(End::TooManySteps)
+    }
+
+    /// Rewrites a place with rotation vectors no longer than pi: at 2 pi generalised forces vanish although moments do not.
+    fn fold(&mut self, place: &mut Place) -> Result<(), Interrupted> {
+        let Place { state, direction, .. } = place;
+        let (n, sizes) = (state.q.len(), self.equations.sizes.clone());
+        let mut rates: Vec<f64> = direction.scaled[..n].iter().zip(&sizes).map(|(d, s)| d * s).collect();
+        if !self.equations.fold(&mut state.q, &mut rates) {
+            return Ok(());
+        }
+        direction.scaled.iter_mut().zip(rates).zip(&sizes).for_each(|((d, rate), s)| *d = rate / s);
+        let size = norm(&direction.scaled);
+        direction.scaled.iter_mut().chain(&mut direction.forces).for_each(|x| *x /= size);
+        if let Some(linear) = self.equations.linearise(state)? {
+            place.stiffness = Stiffness::new(&linear);
+        }
+        Ok(())
     }
 
     /// Next load factor at which the path must stop.
@@ -343,7 +360,7 @@ impl<'a, 'b> Follower<'a, 'b> {
         if dot(&direction.scaled, &place.direction.scaled) < SMALLEST_COSINE {
             return Ok(None);
         }
-        let next = Place { state, direction, stiffness, linear, corrected };
+        let next = Place { state, direction, stiffness, corrected };
         Ok(self.find_critical_points(place, &next)?.then_some(next))
     }
 
@@ -374,7 +391,7 @@ impl<'a, 'b> Follower<'a, 'b> {
         let is_same = place.stiffness.changes_until(&stiffness).is_empty();
         self.flaw = self.equations.flaw(&state.q);
         let is_good = is_near && is_same && self.flaw.is_none() && stiffness.lowest.is_finite();
-        Ok(is_good.then_some(Place { state, direction, stiffness, linear, corrected }))
+        Ok(is_good.then_some(Place { state, direction, stiffness, corrected }))
     }
 
     /// Finds the equilibrium near a state at the load factor `target`.
@@ -481,7 +498,7 @@ impl<'a, 'b> Follower<'a, 'b> {
     }
 
     fn record(&mut self, place: &Place) -> Result<(), Interrupted> {
-        let verdict = self.equations.verdict(&place.state, &place.linear, &place.stiffness)?;
+        let verdict = self.equations.judgement(&place.state)?;
         self.path.load_factor.push(place.state.load_factor);
         self.path.inputs.extend(self.equations.inputs_at(place.state.load_factor));
         self.path.q.extend_from_slice(&place.state.q);

@@ -6,7 +6,6 @@ use super::equations::Linear;
 use crate::linalg::symmetric_part;
 use crate::linalg::{Complex, Matrix, eigenvalues, symmetric_eigen, symmetric_eigenvalues};
 use crate::natural::Natural;
-use crate::stability::{is_symmetric, largest};
 
 /// A load is orthogonal to a direction if their product is below this accuracy.
 pub(super) const ORTHOGONAL: f64 = 1e-5;
@@ -15,13 +14,21 @@ pub(super) const ORTHOGONAL: f64 = 1e-5;
 /// to directions that are free to turn.
 pub(super) const NEUTRAL: f64 = 1e-8;
 
+/// A stiffness counts as symmetric, so that its loads have a potential, if no entry differs from its
+/// transpose by more than this fraction of the elastic stiffnesses it couples. This is above the quadrature
+/// error of strongly bent rods and below the effect of any relevant follower load.
+const SYMMETRIC: f64 = 1e-6;
+
+fn is_symmetric(a: &Matrix) -> bool {
+    (0..a.nrows()).all(|j| (0..j).all(|i| (a[(i, j)] - a[(j, i)]).abs() <= SYMMETRIC))
+}
+
 /// Tangent stiffness in natural coordinates, relative to that of material and springs: all eigenvalues are
 /// one without load, and one of them is zero at a critical point.
 #[derive(Clone, Debug)]
 pub(super) struct Stiffness {
     relative: Matrix,
     natural: Natural,
-    pub(super) is_symmetric: bool,
     /// Eigenvalues in increasing order of their real parts. They change continuously along a path, including
     /// multiple ones.
     eigenvalues: Vec<Complex>,
@@ -32,10 +39,10 @@ pub(super) struct Stiffness {
 impl Stiffness {
     pub(super) fn new(linear: &Linear) -> Self {
         let relative = linear.tangent.clone();
-        let is_symmetric = is_symmetric(&relative);
+        let has_potential = is_symmetric(&relative);
         let symmetric = symmetric_eigenvalues(&symmetric_part(&relative));
         let lowest = symmetric.as_ref().map_or(f64::NAN, |values| values.first().copied().unwrap_or(1.0));
-        let eigenvalues = if is_symmetric {
+        let eigenvalues = if has_potential {
             symmetric.map(|values| values.into_iter().map(|value| Complex::new(value, 0.0)).collect())
         } else {
             eigenvalues(&relative).map(|mut values| {
@@ -44,7 +51,7 @@ impl Stiffness {
             })
         };
         let eigenvalues = eigenvalues.unwrap_or_default();
-        Self { relative, natural: linear.natural.clone(), is_symmetric, eigenvalues, lowest }
+        Self { relative, natural: linear.natural.clone(), eigenvalues, lowest }
     }
 
     /// Indices of the eigenvalues whose real parts change sign between this tangent and another one.
@@ -52,11 +59,6 @@ impl Stiffness {
         let negative = |stiffness: &Self| stiffness.eigenvalues.iter().filter(|x| x.re < -NEUTRAL).count();
         let (before, after) = (negative(self), negative(other));
         before.min(after)..before.max(after)
-    }
-
-    /// Largest absolute entry.
-    pub(super) fn size(&self) -> f64 {
-        largest(&self.relative)
     }
 
     /// Smallest absolute eigenvalue.

@@ -2,14 +2,13 @@
 //! 0` and `g(q) = 0`. With stiff springs instead, rounding of the shape would cause large forces and spoil
 //! convergence.
 
-use super::{Counters, Equilibrium, Monitor, Options, Path, Status, Verdict, outcome};
-use crate::constraint::Independent;
+use super::{Counters, Equilibrium, Found, Monitor, Options, Path, State, Status, Verdict, outcome};
 use crate::error::Interrupted;
 use crate::linalg::{Matrix, norm, symmetric_eigenvalues, symmetric_part};
 use crate::model::{Model, rotation_vectors};
-use crate::natural::{self, Natural, scaled};
 use crate::roots;
-use crate::stability::{self, is_symmetric};
+use crate::small_motions::small_motions;
+use crate::stability;
 
 /// The equations in dimensionless form: coordinates over their typical sizes, forces over the largest one of
 /// the model's stiffness, gaps over their change by a typical motion.
@@ -97,7 +96,7 @@ pub(super) fn approach(
 ) -> Result<Approached, Interrupted> {
     let (n, m) = (q0.len(), model.constraints());
     let (mut sizes, rest) = (vec![0.0; n], vec![0.0; n]);
-    model.typical_coordinates(&mut sizes);
+    model.sizes(q0, &mut sizes);
     let (mut tangent, mut gap_jacobian) = (Matrix::zeros(n, n), Matrix::zeros(m, n));
     model.set_multipliers(&vec![0.0; m]);
     model.weighted_tangent(q0, &rest, &rest, [1.0, 0.0, 0.0], &mut tangent);
@@ -140,10 +139,28 @@ pub(super) fn approach(
     Ok(Approached { q: system.q, multipliers: system.multipliers, outcome, residual_norm, tangents })
 }
 
+impl From<Approached> for Found {
+    fn from(approached: Approached) -> Self {
+        let Approached { q, outcome, residual_norm, .. } = approached;
+        let status =
+            if outcome.status.is_success() { Status::Converged } else { Status::Newton(outcome.status) };
+        let state = State { q, load_factor: 1.0, forces: Vec::new() };
+        Self { status, state, step_norm: outcome.step_norm, residual_norm }
+    }
+}
+
 impl Approached {
+    pub(super) fn counters(&self) -> Counters {
+        Counters {
+            iterations: self.outcome.iterations,
+            forces: self.outcome.residual_evaluations + 1,
+            tangents: self.tangents + 1,
+        }
+    }
+
     /// The equilibrium, if the method converged, loops are closed, the shape is valid and the stiffness alone
     /// decides stability; otherwise `None`. Allocates.
-    pub(super) fn judged(&self, model: &mut dyn Model) -> Option<Equilibrium> {
+    pub(super) fn judged(&self, model: &mut dyn Model, options: &Options) -> Option<Equilibrium> {
         let is_plain = model.springs() == 0 && !model.has_velocity_forces() && !model.has_contact();
         let is_right = is_plain
             && self.outcome.status.is_success()
@@ -152,64 +169,41 @@ impl Approached {
         if !is_right {
             return None;
         }
-        let (verdict, lowest) = verdict(model, &self.q, &self.multipliers)?;
+        let (verdict, lowest) = verdict(model, &self.q, &self.multipliers, options)?;
         let (mut q, mut rest) = (self.q.clone(), vec![0.0; self.q.len()]);
         rotation_vectors::wrap(model.rotation_vectors(), &mut q, &mut rest, &mut []);
         let (status, path) = (Status::Converged, Path::default());
         Some(Equilibrium {
-            message: outcome::message(status, 1.0, Some(verdict), &path),
+            message: outcome::message(status, 1.0, options.stability, verdict, &path),
             q,
             load_factor: 1.0,
             status,
             residual_norm: self.residual_norm,
             step_norm: if self.outcome.iterations == 0 { 0.0 } else { self.outcome.step_norm },
-            verdict: Some(verdict),
+            verdict,
             lowest,
             path,
-            counters: Counters {
-                iterations: self.outcome.iterations,
-                forces: self.outcome.residual_evaluations + 1,
-                tangents: self.tangents + 1,
-            },
+            counters: self.counters(),
         })
     }
 }
 
-/// Stability against disturbances that satisfy the constraints, and the smallest eigenvalue of the
-/// constrained stiffness: of `P K P + (1 - P)` in natural coordinates, where P projects onto the null space
-/// of the constraints. `None` if the stiffness is not symmetric or not finite.
-fn verdict(model: &mut dyn Model, q: &[f64], multipliers: &[f64]) -> Option<(Verdict, f64)> {
-    let (n, m) = (q.len(), multipliers.len());
-    let (mut sizes, rest) = (vec![0.0; n], vec![0.0; n]);
-    model.typical_coordinates(&mut sizes);
-    let [mut tangent, mut elastic] = [Matrix::zeros(n, n), Matrix::zeros(n, n)];
-    let mut gap_jacobian = Matrix::zeros(m, n);
-    model.elastic_tangent(q, &mut elastic);
-    model.gap_jacobian(q, &mut gap_jacobian);
-    model.set_multipliers(multipliers);
-    model.weighted_tangent(q, &rest, &rest, [1.0, 0.0, 0.0], &mut tangent);
-    model.set_multipliers(&vec![0.0; m]);
-    if !tangent.iter().chain(&elastic).all(|x| x.is_finite()) {
+/// Stability against disturbances that satisfy the constraints, if asked for, and the smallest eigenvalue of the constrained
+/// stiffness in natural coordinates: one where nothing can move. `None` if loads have no potential or a number is not finite.
+fn verdict(
+    model: &mut dyn Model,
+    q: &[f64],
+    multipliers: &[f64],
+    options: &Options,
+) -> Option<(Option<Verdict>, f64)> {
+    let mut sizes = vec![0.0; q.len()];
+    model.sizes(q, &mut sizes);
+    let motions = small_motions(model, q, &sizes, 1.0, multipliers)?;
+    if !motions.has_potential() {
         return None;
     }
-    let [tangent, elastic] = [tangent, elastic].map(|a| scaled(a, &sizes));
-    let natural = Natural::new(&elastic, None, || natural::reference(&elastic, &tangent, 0.0))?;
-    let stiffness = natural.tangent(&tangent, None);
-    if !is_symmetric(&stiffness) {
-        return None;
-    }
-    let mut rows = gap_jacobian;
-    for (mut column, size) in rows.column_iter_mut().zip(&sizes) {
-        column *= *size;
-    }
-    let rows = rows * natural.basis();
-    let mut independent = Independent::new(m, n);
-    independent.find(&rows, |_| 1.0);
-    let chosen: Vec<usize> = (0..m).filter(|&row| independent.is_independent(row)).collect();
-    let held = rows.select_rows(&chosen).transpose().qr().q();
-    let free = Matrix::identity(n, n) - &held * held.transpose();
-    let restricted = &free * symmetric_part(&stiffness) * &free + &held * held.transpose();
-    let lowest = symmetric_eigenvalues(&symmetric_part(&restricted))?.first().copied().unwrap_or(1.0);
-    let verdict = stability::of_stiffness(lowest, n, stability::largest(&restricted))?;
+    let values = symmetric_eigenvalues(&symmetric_part(&motions.stiffness))?;
+    let lowest = values.first().map_or(1.0, |value| value.min(1.0));
+    let verdict = if options.stability { Some(stability::verdict(&motions)?) } else { None };
     Some((verdict, lowest))
 }

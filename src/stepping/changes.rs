@@ -21,12 +21,12 @@ const PUSHES: f64 = 1e-10;
 /// tension.
 const HARDLY_PULLS: f64 = 1e-4;
 
-/// A step to a change ends within this distance of it, in units of the model's length, after at most
+/// A step to a change ends within this distance of it, in units of the length of what the tendon joins, after at most
 /// [`MOST_CORRECTIONS`] corrections.
 const ON_THE_SPOT: f64 = 1e-12;
 const MOST_CORRECTIONS: usize = 8;
 
-/// If a taut tendon misses its length by more than this within a step, in units of the model's length, the step
+/// If a taut tendon misses its length by more than this within a step, in the same units, the step
 /// is too long for the prescribed length.
 const ASTRAY: f64 = 1e-3;
 
@@ -54,7 +54,7 @@ pub(super) enum Verdict {
     ChangeAtStart(Option<usize>),
     /// Repeat the step so that it ends at this event.
     EndAt(Event),
-    /// A taut tendon misses its length by this much within the step: shorten the step.
+    /// A taut tendon misses its length by this much within the step, in metres: shorten the step.
     Astray(f64),
 }
 
@@ -83,8 +83,8 @@ pub(super) struct Look {
     which: usize,
     held: Vec<bool>,
     passed: Vec<[f64; 2]>,
-    /// Largest error of the active constraints, here or earlier in the step.
-    astray: f64,
+    /// Largest error of the active constraints, here or earlier in the step: relative, and in metres.
+    astray: [f64; 2],
 }
 
 /// Evaluates [`Look`] at a time within the last step.
@@ -125,7 +125,8 @@ impl Changes {
         let (passed, mut held) = (model.passed(q, v), model.held());
         let first = held.len() - passed.len();
         held.drain(..first);
-        let mut multipliers = vec![0.0; first + passed.len()];
+        let [mut multipliers, mut sizes] = [0.0, 1.0].map(|x| vec![x; first + passed.len()]);
+        model.gap_sizes(&mut sizes);
         if held.contains(&true) {
             // A singular mass is reported by the step itself.
             let _ = saddle::accelerations(model, q, v, &mut vec![0.0; q.len()], &mut multipliers);
@@ -139,7 +140,8 @@ impl Changes {
             true => -tension / largest - PUSHES,
             false => by - TAKEN_UP,
         };
-        Ok(Look::new(t, tendons.map(value).collect(), held, passed))
+        let values = tendons.map(value).collect();
+        Ok(Look::new(t, values, held, passed, &sizes[first..]))
     }
 
     /// Data that persist from leg to leg.
@@ -187,7 +189,7 @@ pub(super) fn judge(
             }
             Event { t: if by.abs() <= ON_THE_SPOT { t } else { t - by / rate }, ..event }
         }
-        (None, None) if end.astray > ASTRAY => return Ok(Verdict::Astray(end.astray)),
+        (None, None) if end.astray[0] > ASTRAY => return Ok(Verdict::Astray(end.astray[1])),
         (None, None) => return Ok(at_end(&end)),
     };
     let without = event.is_let_go.then_some(event.which);
@@ -231,7 +233,7 @@ fn search([t_old, t]: [f64; 2], look: &mut Looks<'_>) -> Result<(Option<Event>, 
             }
             return Ok((Some(event), after));
         }
-        after.astray = after.astray.max(before.astray);
+        after.astray = if before.astray[0] > after.astray[0] { before.astray } else { after.astray };
         before = after;
     }
     Ok((None, before))
@@ -244,11 +246,12 @@ fn at_end(end: &Look) -> Verdict {
 }
 
 impl Look {
-    fn new(t: f64, values: Vec<f64>, held: Vec<bool>, passed: Vec<[f64; 2]>) -> Self {
-        let (mut nearest, mut which, mut astray) = (f64::NEG_INFINITY, 0, 0.0_f64);
+    fn new(t: f64, values: Vec<f64>, held: Vec<bool>, passed: Vec<[f64; 2]>, sizes: &[f64]) -> Self {
+        let (mut nearest, mut which, mut astray) = (f64::NEG_INFINITY, 0, [0.0_f64; 2]);
         for (i, &value) in values.iter().enumerate() {
             (nearest, which) = if value > nearest { (value, i) } else { (nearest, which) };
-            astray = if held[i] { astray.max(passed[i][0].abs()) } else { astray };
+            let by = passed[i][0].abs();
+            astray = if held[i] && by > astray[0] { [by, by * sizes[i]] } else { astray };
         }
         Self { values, nearest: Point { t, value: nearest }, which, held, passed, astray }
     }
@@ -285,7 +288,7 @@ mod tests {
     ) -> Verdict {
         let mut look = |t: f64| {
             let passed = vec![excess(t)];
-            Ok(Look::new(t, vec![passed[0][0] - TAKEN_UP], vec![false], passed))
+            Ok(Look::new(t, vec![passed[0][0] - TAKEN_UP], vec![false], passed, &[1.0]))
         };
         judge(times, 10.0, planned, &mut look).expect("nothing interrupts it")
     }
@@ -319,7 +322,7 @@ mod tests {
     #[test]
     fn steps_end_where_a_taut_tendon_would_push() {
         let judge_taut = |by: f64, times: [f64; 2], planned: Option<(Event, usize)>| {
-            let mut look = |t: f64| Ok(Look::new(t, vec![t - 2.0], vec![true], vec![[by, 0.0]]));
+            let mut look = |t: f64| Ok(Look::new(t, vec![t - 2.0], vec![true], vec![[by, 0.0]], &[1.0]));
             judge(times, 10.0, planned, &mut look).expect("nothing interrupts it")
         };
         assert_eq!(judge_taut(0.0, [0.0, 1.9], None), Verdict::Done);

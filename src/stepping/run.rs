@@ -7,7 +7,7 @@ use super::start::Start;
 use super::status::{Status, Stop};
 use crate::balance::State;
 use crate::constraint::one_sided::{self, Unsettled};
-use crate::constraint::projection::{self, Metric};
+use crate::constraint::projection;
 use crate::error::{Interrupted, InvalidInput, Number};
 use crate::model::{Energy, ForwardScratch, Model, SingularMass};
 use crate::ode;
@@ -382,7 +382,7 @@ impl<M: Model> Run<M> {
     fn unsettled(&mut self, why: Unsettled) -> Option<Status> {
         let t = self.t();
         let stop = match why {
-            Unsettled::Passed(by) => Stop::where_too_long(t, by * self.integrator.model().length()),
+            Unsettled::Passed(by) => Stop::where_too_long(t, by),
             Unsettled::Undecided => Stop::at_conflict(t),
             Unsettled::SingularMass => return None,
         };
@@ -497,8 +497,7 @@ impl<M: Model> Run<M> {
             // Within a step, lengths are only as accurate as the step: taut tendons would seem slack.
             let model: &mut dyn Model = self.integrator.model();
             model.set_time(t)?;
-            let _ = projection::close(model, q, Metric::Mass)
-                .and_then(|_| projection::fit_velocities(model, q, v));
+            let _ = projection::close(model, q).and_then(|_| projection::fit_velocities(model, q, v));
         }
         Ok(is_finite)
     }

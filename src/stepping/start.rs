@@ -1,11 +1,10 @@
 //! Initial states that satisfy the constraints of closed loops.
 
-use crate::constraint::one_sided;
-use crate::constraint::projection::{self, Metric};
+use crate::constraint::{closing, projection};
 use crate::error::{InvalidInput, Number};
-use crate::model::Model;
+use crate::model::{Model, chart};
 
-/// Changes of a start below this fraction of the model's length count as rounding.
+/// Changes of a start below this part of the sizes of coordinates count as rounding.
 const UNMOVED: f64 = 1e-9;
 
 /// A state with closed loops.
@@ -32,8 +31,8 @@ impl Start {
         let inputs = model.default_inputs();
         model.set_inputs(&inputs);
         let _ = model.set_time(t);
-        let closed = one_sided::close(model, &mut q, Metric::Elastic);
-        if let (Ok(_), Some(flaw)) = (closed, model.open_loop(&q)) {
+        closing::close(model, &mut q);
+        if let Some(flaw) = model.open_loop(&q) {
             let expected =
                 "one in which the loops are closed, or can be from there: loops that conflict never are";
             return Err(InvalidInput::new(
@@ -42,13 +41,15 @@ impl Start {
                 expected,
             ));
         }
-        if closed.is_ok() {
-            model.release_open(&q, Some(&v));
-            // A singular mass matrix prevents any motion; the run will report it.
-            let _ = projection::fit_velocities(model, &q, &mut v);
-        }
-        let moved = model.moved(q0, &q);
-        Ok(Self { q, v, moved: if moved > UNMOVED * model.length() { moved } else { 0.0 } })
+        model.release_open(&q, Some(&v));
+        // A singular mass matrix prevents any motion; the run will report it.
+        let _ = projection::fit_velocities(model, &q, &mut v);
+        let mut sizes = vec![0.0; q.len()];
+        model.sizes(&q, &mut sizes);
+        let step = chart::step_between(model.rotation_vectors(), q0, &q);
+        let has_moved = step.iter().zip(sizes).any(|(step, size)| step.abs() > UNMOVED * size);
+        let moved = if has_moved { model.moved(q0, &q) } else { 0.0 };
+        Ok(Self { q, v, moved })
     }
 
     /// Sentence for messages about a start that was moved.

@@ -699,10 +699,12 @@ def test_the_shape_at_rest_is_written(scene, tmp_path):
     assert summary["q"] == q.tolist()
     assert 'class="player"' in (folder / "report.html").read_text()
     # The second run replaces the results; releasing the model from the scene's q0 leads to the same shape.
-    done = lissom_command("statics", path, "--from-start", "--no-report", cwd=tmp_path)
+    done = lissom_command("statics", path, "--from-start", "--no-report", "--no-stability", cwd=tmp_path)
     assert done.returncode == 0
     assert {file.name for file in folder.iterdir()} == {"equilibrium.npz", "summary.json"}
-    np.testing.assert_allclose(json.loads((folder / "summary.json").read_text())["q"], q, rtol=1e-8)
+    summary = json.loads((folder / "summary.json").read_text())
+    np.testing.assert_allclose(summary["q"], q, rtol=1e-8)
+    assert summary["stability"] is None
 
 
 def test_natural_modes_are_written(scene, tmp_path):

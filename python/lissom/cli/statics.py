@@ -22,8 +22,11 @@ if TYPE_CHECKING:
 @click.option(
     "--from-start", is_flag=True, help="Release the model at the scene's q0 instead of growing the loads."
 )
+@click.option(
+    "--no-stability", is_flag=True, help="Do not judge stability, which takes long for large models."
+)
 @click.option("--no-report", is_flag=True, help="Write the numbers only.")
-def command(scene: Path, output: Path | None, from_start: bool, no_report: bool) -> int:
+def command(scene: Path, output: Path | None, from_start: bool, no_stability: bool, no_report: bool) -> int:
     """Find the equilibrium of SCENE.
 
     Increases the loads from the unloaded state, and reports stability and buckling. The settings of the
@@ -38,7 +41,7 @@ def command(scene: Path, output: Path | None, from_start: bool, no_report: bool)
     target = output if output is not None else Path("results") / f"{scene.stem}-statics"
     with results_folder(target) as folder:
         with refusals_of(scene):
-            done = studies.study_statics(loaded, from_start)
+            done = studies.study_statics(loaded, from_start, not no_stability)
         saved = save_study(done, folder, no_report)
     return say_statics(done, saved)
 

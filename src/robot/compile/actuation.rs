@@ -5,7 +5,7 @@ use std::ops::Range;
 use super::links::Tree;
 use crate::actuator::{self, Actuator, Along, Drive, MotorCommand};
 use crate::lie::{LANES, Lanes, Quaternion, Vector};
-use crate::robot::description::{Inputs, Robot};
+use crate::robot::description::{Inputs, Robot, Spans};
 use crate::robot::effect::actuation::law;
 use crate::robot::kernel::kinematics;
 use crate::robot::plan::actuation::{
@@ -21,8 +21,8 @@ use crate::robot::turning::{Turning, place};
 use crate::rod::piece::Piece;
 use crate::rod::{Gauss, Profile, STRAINS};
 
-/// Smallest length of a straight part relative to the robot's length: shorter parts have a stiffness that
-/// cannot be resolved.
+/// Smallest length of a straight part relative to the length of what the tendon pulls: shorter parts have a stiffness
+/// that cannot be resolved.
 const SHORTEST_LINE: f64 = 1e-6;
 
 /// Number of angular strains.
@@ -46,17 +46,18 @@ pub(crate) fn compile<G: Turning>(
         actuators: Vec::new(),
         sleeves: Vec::new(),
         lines: Vec::new(),
-        shortest_line: SHORTEST_LINE * robot.length(),
         world_points: Vec::new(),
         active_strains: Vec::new(),
     };
     let mut straight = straight.into_iter().peekable();
+    let spans = Spans::new(robot);
     let mut inextensible = 0;
     for (i, actuator) in robot.actuators.iter().enumerate() {
         let (mut length_at_zero, mut gradient) = (0.0, Vec::new());
         let (mut path, mut friction) = (Vec::new(), None);
         let law = match actuator {
             Actuator::Tendon(tendon) => {
+                let shortest = SHORTEST_LINE * spans.of_tendon(actuator);
                 let has_friction = tendon.friction > 0.0;
                 friction = has_friction.then(|| Friction {
                     coefficient: tendon.friction,
@@ -72,7 +73,7 @@ pub(crate) fn compile<G: Turning>(
                             mouth(&parts(along, robot, pieces, &links[along.link].rod), end, pieces)
                         };
                         let mouths = [mouth(&tendon.path[k - 1], 1), mouth(part, 0)];
-                        actuation.lines.push(Line { actuator: i, ends, mouths });
+                        actuation.lines.push(Line { actuator: i, ends, mouths, shortest });
                     }
                     let Some(along) = part.along() else { continue };
                     for part in parts(along, robot, pieces, &links[along.link].rod) {

@@ -6,6 +6,7 @@ mod driven;
 mod link;
 mod robot;
 mod rod;
+mod span;
 
 pub use actuation::Inputs;
 pub use driven::Driven;
@@ -13,3 +14,4 @@ pub(crate) use driven::{Origin, origin};
 pub use link::Link;
 pub use robot::{MAX_COORDINATES, Robot};
 pub use rod::Rod;
+pub(crate) use span::Spans;

@@ -130,6 +130,17 @@ pub(crate) fn typical_coordinates<G: Turning>(plan: &Plan<G>, reach: f64, sizes:
     }
 }
 
+/// Whether a coordinate turns something; others only shift, such as those of sliders, stretches and shears.
+pub(crate) fn turns<G: Turning>(plan: &Plan<G>, coordinate: usize) -> bool {
+    plan.pieces.iter().any(|piece| {
+        if piece.is_joint && piece.coordinates().contains(&coordinate) {
+            return piece.hinge.as_ref().is_none_or(|hinge| hinge.turns);
+        }
+        let mut turning = piece.components.iter().filter(|component| component.index < G::ANGULAR);
+        turning.any(|component| (component.first..component.first + component.modes).contains(&coordinate))
+    })
+}
+
 /// Writes the stiffness of the three forces starting at index `first` as springs: principal values above
 /// `firm` by their square roots, the others as the rest.
 pub(crate) fn write_roots(stiffness: &Symmetric<f64>, firm: [f64; 3], first: usize, springs: &mut Springs) {

@@ -14,6 +14,7 @@ pub(crate) mod loops;
 pub(crate) mod momentum;
 mod points;
 pub(crate) mod section;
+pub(crate) mod sizes;
 pub(crate) mod tangent;
 pub(crate) mod time;
 pub(crate) mod tree;

@@ -15,8 +15,6 @@ pub(crate) struct Actuation<P> {
     pub(crate) actuators: Vec<ActuatorPlan>,
     pub(crate) sleeves: Vec<Sleeve<P>>,
     pub(crate) lines: Vec<Line<P>>,
-    /// Length below which a straight part has collapsed, metres.
-    pub(crate) shortest_line: f64,
     /// Points of the world at which straight parts end, in the frame of the base at rest.
     pub(crate) world_points: Vec<Vector<f64>>,
     pub(crate) active_strains: Vec<ActivePart>,
@@ -42,6 +40,8 @@ pub(crate) struct Line<P> {
     pub(crate) ends: [End<P>; 2],
     /// For a tendon with friction, the embedded parts that continue at the ends.
     pub(crate) mouths: [Option<Mouth>; 2],
+    /// Length below which it has collapsed, metres.
+    pub(crate) shortest: f64,
 }
 
 /// Transition between a straight and an embedded part of a tendon with friction, in section axes.

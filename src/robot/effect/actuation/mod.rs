@@ -15,7 +15,7 @@ use crate::robot::plan::Plan;
 use crate::robot::plan::actuation::{ActuatorPlan, Law};
 use crate::robot::plan::point::Point;
 use crate::robot::state::Workspace;
-use crate::robot::state::actuation::{ActuationState, ActuationTangent};
+use crate::robot::state::actuation::{ActuationState, ActuationTangent, Force};
 use crate::robot::state::point::PointState;
 use crate::robot::state::tangent::{Tangent, TangentWorkspace, Weights};
 use crate::robot::turning::Turning;
@@ -122,6 +122,19 @@ pub(crate) fn gradient<'a, G: Turning>(
 ) -> &'a [f64] {
     complete(plan, &work.actuation, memory, i);
     &memory.gradient
+}
+
+/// The same with the length of what each straight part's ends move relative to each other for its part.
+pub(crate) fn reach<G: Turning>(
+    plan: &Plan<G>,
+    work: &Workspace<G>,
+    memory: &ActuationTangent<G::Pack>,
+    i: usize,
+    k: usize,
+) -> f64 {
+    let lines = (0..plan.actuation.lines.len()).filter(|&l| plan.actuation.lines[l].actuator == i);
+    let moved = lines.map(|l| memory.moved[l * plan.n + k]).map(|moved| moved.dot(moved).sqrt());
+    work.actuation.gradients[i * plan.n + k].abs() + moved.sum::<f64>()
 }
 
 /// Second time derivative of an actuator's length, with the motion, including that of straight parts, up to
@@ -348,7 +361,10 @@ impl<G: Turning> Effect<G> for Actuators {
                     Law::Inextensible { place } => multipliers[plan.loops.first_length() + place],
                     _ => state.commands[i],
                 };
-                state.forces[i] = law::force(actuator.law, state.lengths[i], state.rates[i], told);
+                state.forces[i] = match state.held[i] {
+                    Some(value) => Force { value, ..Force::default() },
+                    None => law::force(actuator.law, state.lengths[i], state.rates[i], told),
+                };
             }
             distribute(plan, state, q, qd);
             line::pull(plan, work);

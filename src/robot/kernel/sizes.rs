@@ -1,0 +1,197 @@
+//! What coordinates move: turns and shifts of sections, bodies, and ends of tendons, loops and contacts, for a unit of each
+//! coordinate; and the sizes of coordinates that follow from this.
+
+use crate::lie::{Twist, Vector};
+use crate::linalg::Matrix;
+use crate::model::Holder;
+use crate::robot::algebra::tie::Row;
+use crate::robot::effect::loops::frames;
+use crate::robot::kernel::{kinematics, lines, loops};
+use crate::robot::plan::Plan;
+use crate::robot::plan::point::Place;
+use crate::robot::state::Workspace;
+use crate::robot::state::tangent::TangentWorkspace;
+use crate::robot::turning::{Turning, columns, place};
+
+/// Fractions of a piece of a rod at which sections are looked at. At its end alone, modes of higher degree turn nothing.
+const SECTIONS: [f64; 4] = [0.25, 0.5, 0.75, 1.0];
+
+/// Relative motions below this part of what the coordinate moves are rounding.
+const ROUNDING: f64 = 1e-9;
+
+/// What three rows of derivatives are.
+#[derive(Clone, Copy, Debug)]
+enum Kind {
+    /// The angular velocity of something.
+    Turn,
+    /// The velocity of something of this extent, in metres.
+    Shift(f64),
+    /// The velocity of a point relative to another one at this distance, which holds it, in metres.
+    Apart(f64),
+}
+
+/// Motions for a unit of each coordinate.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Motions {
+    kinds: Vec<Kind>,
+    /// Three numbers for each coordinate, one motion after another.
+    entries: Vec<f64>,
+}
+
+impl Motions {
+    fn push(&mut self, kind: Kind, of_coordinates: impl IntoIterator<Item = Vector<f64>>) {
+        self.kinds.push(kind);
+        self.entries.extend(of_coordinates.into_iter().flat_map(Vector::to_array));
+    }
+
+    /// Three rows for every motion, n columns.
+    pub(crate) fn rows(&self, n: usize) -> Matrix {
+        Matrix::from_fn(3 * self.kinds.len(), n, |row, k| self.entries[(row / 3 * n + k) * 3 + row % 3])
+    }
+
+    /// The sizes of coordinates: one radian of what turns most; otherwise a strain of one, or the extent of what is shifted,
+    /// which is that of the moved parts or the distance to what holds them. `rows` are [`Self::rows`], of independent
+    /// coordinates. `fallback` is for shifts of what has no extent, in metres.
+    pub(crate) fn sizes(&self, rows: &Matrix, is_strain: &[bool], fallback: f64, sizes: &mut [f64]) {
+        for (k, size) in sizes.iter_mut().enumerate() {
+            let rates = || {
+                let column = rows.column(k);
+                let rate = move |i: usize| (0..3).map(|j| column[3 * i + j].powi(2)).sum::<f64>().sqrt();
+                self.kinds.iter().enumerate().map(move |(i, kind)| (*kind, rate(i)))
+            };
+            let (mut turn, mut shift, mut extent) = (0.0_f64, 0.0_f64, 0.0_f64);
+            for (kind, rate) in rates() {
+                match kind {
+                    Kind::Turn => turn = turn.max(rate),
+                    Kind::Shift(_) => shift = shift.max(rate),
+                    Kind::Apart(_) => {}
+                }
+            }
+            for (kind, rate) in rates() {
+                match kind {
+                    Kind::Shift(own) if rate > 0.0 => extent = extent.max(own),
+                    Kind::Apart(distance) if rate > ROUNDING * shift => extent = extent.max(distance),
+                    _ => {}
+                }
+            }
+            *size = if turn > 0.0 {
+                1.0 / turn
+            } else if is_strain[k] || shift == 0.0 {
+                1.0
+            } else if extent > 0.0 {
+                extent / shift
+            } else {
+                fallback / shift
+            };
+        }
+    }
+}
+
+/// Something of an extent at a place, in metres.
+#[derive(Clone, Debug)]
+pub(crate) struct Extent {
+    pub(crate) place: Place,
+    pub(crate) own: f64,
+}
+
+/// Sections of all rods, of the extents of their links, and the bases of rigid links, which have none of their own.
+pub(crate) fn sections<G: Turning>(plan: &Plan<G>) -> Vec<Extent> {
+    let mut sections = Vec::new();
+    for link in &plan.links {
+        let own: f64 = plan.pieces[link.rod.clone()].iter().map(|piece| piece.length).sum();
+        if link.rod.is_empty() {
+            sections.push(Extent { place: place::on_link(&plan.pieces, link, None), own });
+        }
+        for s in link.rod.clone() {
+            sections.extend(SECTIONS.map(|x| Extent { place: place::at_fraction(&plan.pieces, s, x), own }));
+        }
+    }
+    sections
+}
+
+/// Motions in a shape, with the motion up to date, of what is at these places, and of ends of loops, tendons and contacts.
+pub(crate) fn motions<G: Turning>(
+    plan: &Plan<G>,
+    work: &Workspace<G>,
+    memory: &mut TangentWorkspace<G>,
+    extents: &[Extent],
+) -> Motions {
+    let n = plan.n;
+    let mut motions = Motions::default();
+    let mut jacobian = Matrix::zeros(6, n);
+    for Extent { place, own } in extents {
+        kinematics::jacobian(plan, work, place, &mut jacobian);
+        let half = |first: usize| {
+            let jacobian = &jacobian;
+            (0..n).map(move |k| Vector::from(std::array::from_fn(|i| jacobian[(first + i, k)])))
+        };
+        motions.push(Kind::Turn, half(0));
+        motions.push(Kind::Shift(*own), half(3));
+    }
+    loops::find(plan, work, &mut memory.loops);
+    for (tie, moved) in plan.loops.ties.iter().zip(memory.loops.moved.chunks_exact(n.max(1))) {
+        let [from, to] = frames(plan, work, tie).map(|frame| frame.position);
+        motions.push(Kind::Apart(size(to - from)), moved.iter().map(|[from, to]| to[1] - from[1]));
+    }
+    if !plan.actuation.lines.is_empty() {
+        lines::find(plan, work, &mut memory.actuation);
+        for (line, moved) in work.actuation.lines.iter().zip(memory.actuation.moved.chunks_exact(n.max(1))) {
+            motions.push(Kind::Apart(size(line.ends[1] - line.ends[0])), moved.iter().copied());
+        }
+    }
+    let contacts = &plan.contacts;
+    let balls = contacts.balls.iter().map(|ball| (ball.on, size(ball.centre) + ball.radius));
+    let bodies = contacts.bodies.iter().map(|body| (body.on, body.size + body.radius));
+    for (fixture, own) in balls.chain(bodies) {
+        let Some(fixture) = fixture.map(|on| &contacts.fixtures[on]) else { continue };
+        let mut moved = vec![Vector::zero(); n];
+        columns::visit(plan, work, columns::each(&fixture.moved_by), |k, [Twist { linear, .. }, _]| {
+            moved[k] = G::in_space(plan.frame, linear);
+        });
+        // Of what only shifts, all points move alike.
+        motions.push(Kind::Shift(own), moved);
+    }
+    motions
+}
+
+/// What gaps are compared with, row by row, from the spans of what holds them, in metres: spans, one for differences of cosines,
+/// and for coordinates what these are for such a span.
+pub(crate) fn of_gaps<G: Turning>(plan: &Plan<G>, span: impl Fn(Holder) -> f64) -> Vec<f64> {
+    let mut sizes: Vec<f64> = plan.loops.held_by.iter().map(|&held| span(held)).collect();
+    for tie in &plan.loops.ties {
+        for (size, row) in sizes[tie.first..].iter_mut().zip(&tie.rows) {
+            *size = if matches!(row, Row::Angle { .. }) { 1.0 } else { *size };
+        }
+    }
+    for (size, gear) in sizes[plan.loops.first_gear()..].iter_mut().zip(&plan.loops.gears) {
+        let first = gear.coordinates[0];
+        let Some(piece) = plan.pieces.iter().find(|piece| piece.coordinates().contains(&first)) else {
+            continue;
+        };
+        let mut components = piece.components.iter();
+        let component = components.find(|own| (own.first..own.first + own.modes).contains(&first));
+        let is_turned = match (&piece.hinge, component) {
+            (Some(hinge), _) => hinge.turns,
+            (None, component) => component.is_none_or(|component| component.index < G::ANGULAR),
+        };
+        *size = match (piece.is_joint, is_turned) {
+            (true, true) | (false, false) => 1.0,
+            (true, false) => *size,
+            (false, true) => 1.0 / *size,
+        };
+    }
+    sizes
+}
+
+/// Which coordinates are those of strains.
+pub(crate) fn are_strains<G: Turning>(plan: &Plan<G>) -> Vec<bool> {
+    let mut are_strains = vec![false; plan.n];
+    for piece in plan.pieces.iter().filter(|piece| !piece.is_joint) {
+        are_strains[piece.coordinates()].fill(true);
+    }
+    are_strains
+}
+
+fn size(v: Vector<f64>) -> f64 {
+    v.dot(v).sqrt()
+}

@@ -1,0 +1,317 @@
+"""Stability and natural frequencies: directions without stiffness, stiff beside soft, other units."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.linalg import eigh
+from scipy.spatial.transform import Rotation
+
+import lissom
+
+HINGE = lissom.Revolute((0, 1, 0))
+
+
+def others(stiffness, *, at=(3.0, 0.0, 0.0), gravity=9.81, force=1.0):
+    """A ball on a rail that rests on ground of this stiffness: a link and its contact."""
+    x, y, z = at
+    weight = min(9.81 * force, 0.01 * stiffness)
+    link = lissom.Link(
+        "ball",
+        joint=lissom.Prismatic((0, 0, 1)),
+        position=(x, y, z + 0.1 - weight / stiffness),
+        body=lissom.Body(weight / gravity),
+    )
+    contact = lissom.Contact(lissom.Ball("ball", 0.1), lissom.HalfSpace((0, 0, z)), stiffness=stiffness)
+    return link, contact
+
+
+def standing(part, stiffness, *, length=1.0, mass=1.0, time=1.0):
+    """A pendulum held upright by this part of the critical stiffness, beside a ball on stiff ground."""
+    g, m, height = 9.81 * length / time**2, mass, 0.5 * length
+    force = mass * length / time**2
+    ball, contact = others(stiffness * force / length, gravity=g, force=force, at=(3 * length, 0, 0))
+    joint = lissom.Revolute((0, 1, 0), stiffness=part * m * g * height)
+    body = lissom.Body(m, centre=(0, 0, height), inertia=np.eye(3) * 0.01 * m * length**2)
+    links = [lissom.Link("pendulum", joint=joint, body=body), ball]
+    return lissom.Robot(links, contacts=[contact], gravity=(0, 0, -g))
+
+
+STIFFNESSES = [10.0**e for e in range(0, 17, 2)]
+
+
+class TestBesideStiffThings:
+    @pytest.mark.parametrize("stiffness", STIFFNESSES)
+    @pytest.mark.parametrize(("part", "verdict"), [(1.0001, "stable"), (0.9999, "divergence")])
+    def test_a_pendulum_near_its_critical_stiffness(self, part, verdict, stiffness):
+        robot = standing(part, stiffness)
+        found = lissom.statics(robot, np.zeros(2), method="newton")
+        assert found.success
+        assert found.stability == verdict
+        modes = lissom.modes(robot, found.q)
+        assert modes.stability == verdict
+        # J w^2 = (part - 1) m g h with J = 0.01 + m h^2.
+        square = (part - 1) * 9.81 * 0.5 / 0.26
+        if verdict == "stable":
+            slow = modes.angular_frequency[np.argmin(np.abs(modes.angular_frequency**2 - square))]
+            assert slow**2 == pytest.approx(square, rel=1e-10)
+        else:
+            assert modes.frequency[0] == 0
+            assert modes.eigenvalues[0].real == pytest.approx(np.sqrt(-square), rel=1e-10)
+
+    @pytest.mark.parametrize(("length", "mass", "time"), [(1e3, 1, 1), (1e-3, 1e3, 1), (1, 1e-3, 1e3)])
+    def test_in_other_units(self, length, mass, time):
+        for part, verdict in ((1.0001, "stable"), (0.9999, "divergence")):
+            robot = standing(part, 1e11, length=length, mass=mass, time=time)
+            assert lissom.statics(robot, np.zeros(2), method="newton").stability == verdict
+            assert lissom.modes(robot, np.zeros(2)).stability == verdict
+
+    @pytest.mark.parametrize("stiffness", [1.0, 1e8, 1e16])
+    def test_exactly_critical_is_neutral(self, stiffness):
+        modes = lissom.modes(standing(1.0, stiffness), np.zeros(2))
+        assert modes.stability == "neutral"
+        assert modes.frequency.min() == 0
+
+    @pytest.mark.parametrize("exponent", range(0, 17, 2))
+    def test_a_hinged_line_on_the_ground(self, exponent):
+        """On elastic ground of k L^4 / E I from 1 to 1e16, a turn about the hinge is slowest."""
+        length, bending = 100.0, 1e5
+        k = 10.0**exponent * bending / length**4
+        modulus, weight = bending / (np.pi / 4 * 0.05**4), min(1e3, 0.01 * k)
+        density = weight / 9.81 / (np.pi * 0.05**2)
+        segment = lissom.Segment(length / 5, 0.05, modulus, modulus / 3, density, modes={"bend_y": 4})
+        ground = lissom.HalfSpace((0, 0, weight / k - 0.05))
+        robot = lissom.Robot(
+            [lissom.Link("line", joint=HINGE, rod=[segment] * 5)],
+            contacts=[lissom.Contact("line", ground, stiffness=k)],
+        )
+        q = np.zeros(robot.n)
+        modes = lissom.modes(robot, q)
+        assert modes.stability == "stable"
+        assert lissom.statics(robot, q, method="newton").stability == "stable"
+        # Without other restoring forces all of the line has the frequency sqrt(k / m).
+        slowest = np.sqrt(k * 9.81 / weight)
+        assert modes.angular_frequency[0] == pytest.approx(slowest, rel=1e-3)
+
+    @pytest.mark.parametrize("stiffness", [None, 1e4, 1e12])
+    @pytest.mark.parametrize(("force", "verdict"), [(19.8, "stable"), (20.3, "flutter")])
+    def test_becks_column(self, force, verdict, stiffness):
+        """Follower forces above 20.05 E I / L^2 make a cantilever flutter (Beck 1952)."""
+        radius, modulus = 0.01, 1e7
+        load = lissom.Load(
+            force=(-force * modulus * np.pi / 4 * radius**4, 0, 0), frame="body", link="column"
+        )
+        rod = [lissom.Segment(1.0, radius, modulus, modulus / 3, 1000, modes={"bend_y": 6}, nodes=24)]
+        links, contacts = [lissom.Link("column", rod=rod)], []
+        if stiffness:
+            ball, contact = others(stiffness)
+            # Weightless, so that gravity bends nothing: the ball presses by a load of its own.
+            links, contacts = [*links, ball], [contact]
+        press = [lissom.Load(force=(0, 0, -9.81), link="ball")] if stiffness else []
+        robot = lissom.Robot(links, contacts=contacts, loads=[load, *press], gravity=(0, 0, 0))
+        found = lissom.statics(robot, np.zeros(robot.n), method="newton")
+        assert found.undamped_stability == verdict
+
+
+def random_body(rng):
+    """A body on a ball joint; its centre and its inertia about that."""
+    a, centre = rng.normal(size=(3, 3)), rng.normal(size=3) * 10 ** rng.uniform(-2, 0)
+    inertia = a @ a.T * 10 ** rng.uniform(-3, 0)
+    inertia = np.trace(inertia) * np.eye(3) - inertia
+    body = lissom.Body(1.0, centre=centre, inertia=inertia)
+    return lissom.Robot([lissom.Link("b", joint=lissom.Spherical(), body=body)]), centre, inertia
+
+
+def hanging(centre, about):
+    """A rotation vector in which the centre hangs below the joint, turned about the vertical by an angle."""
+    down = Rotation.align_vectors([[0, 0, -1]], [centre])[0]
+    return (Rotation.from_rotvec([0, 0, about]) * down).as_rotvec()
+
+
+class TestBodiesThatTurnFreely:
+    def test_frequencies_on_ball_joints(self):
+        """From the inertia about the joint: one direction has no stiffness, but moves in all modes."""
+        rng = np.random.default_rng(7)
+        for _ in range(100):
+            robot, centre, inertia = random_body(rng)
+            q = hanging(centre, rng.uniform(-3, 3))
+            up = Rotation.from_rotvec(q).inv().apply([0, 0, 1])
+            about = inertia + centre @ centre * np.eye(3) - np.outer(centre, centre)
+            across = np.linalg.svd(up[None])[2][1:]
+            stiffness = 9.81 * np.linalg.norm(centre) * np.eye(2)
+            moved = about - np.outer(about @ up, about @ up) / (up @ about @ up)
+            squares = eigh(stiffness, across @ moved @ across.T)[0]
+            for shape in (q, lissom.statics(robot, q, method="newton").q):
+                modes = lissom.modes(robot, shape)
+                assert modes.stability == "neutral"
+                assert modes.frequency[0] == 0
+                np.testing.assert_allclose(modes.angular_frequency[1:], np.sqrt(squares), rtol=1e-9)
+
+    def test_bodies_under_pins(self):
+        """A free body that a loop holds above its centre: the loop's force balances its weight."""
+        rng = np.random.default_rng(3)
+        for inertia in np.linspace(0.05, 0.3, 8):
+            body = lissom.Body(1.0, inertia=np.eye(3) * inertia)
+            loop = lissom.Loop(("b", None, (0, 0, 1)), (None, None, (0, 0, 2)), lissom.Spherical())
+            robot = lissom.Robot([lissom.Link("b", joint=lissom.Free(), body=body)], loops=[loop])
+            turned = np.array([0, 0, rng.uniform(-3, 3)])
+            q = np.concatenate([[0, 0, 1], turned])
+            modes = lissom.modes(robot, q)
+            assert modes.stability == "neutral"
+            assert modes.frequency[0] == 0
+            np.testing.assert_allclose(modes.angular_frequency[1:], np.sqrt(9.81 / (1 + inertia)), rtol=1e-9)
+
+    @pytest.mark.parametrize("beside", [None, 1e4, 1e12])
+    def test_a_round_rod_that_buckles_may_turn(self, beside):
+        """A buckled column may buckle to every side: neutral, whatever is beside it."""
+        radius, modulus = 0.01, 1e7
+        critical = np.pi**2 / 4 * modulus * np.pi / 4 * radius**4
+        load = lissom.Load(force=(-1.1 * critical, 0, 0), link="column")
+        modes = {"bend_y": 4, "bend_z": 4}
+        rod = [lissom.Segment(1.0, radius, modulus, modulus / 3, 1000, modes=modes, nodes=24)]
+        links, contacts, loads = [lissom.Link("column", rod=rod)], [], [load]
+        if beside:
+            ball, contact = others(beside, at=(0, 5, 0))
+            links, contacts = [*links, ball], [contact]
+            loads.append(lissom.Load(force=(0, 0, -9.81), link="ball"))
+        robot = lissom.Robot(links, contacts=contacts, loads=loads, gravity=(0, 0, 0))
+        q0 = np.zeros(robot.n)
+        q0[0], q0[4] = 0.5, 0.3
+        found = lissom.statics(robot, q0)
+        assert found.success
+        assert found.stability == "neutral"
+        assert lissom.modes(robot, found.q).frequency[0] == 0
+
+
+def arm(*, beside=None, turning=None):
+    """A double pendulum whose modes a damper couples, beside a ball on ground and a disc."""
+    body = lissom.Body(1.0, centre=(0.3, 0, 0), inertia=np.eye(3) * 0.02)
+    links = [
+        lissom.Link("upper", joint=lissom.Revolute((0, 1, 0)), body=body),
+        lissom.Link(
+            "lower",
+            parent="upper",
+            position=(0.6, 0, 0),
+            joint=lissom.Revolute((0, 1, 0), damping=0.1),
+            body=body,
+        ),
+    ]
+    contacts = []
+    if turning is not None:
+        disc = lissom.Body(1.0, inertia=np.eye(3) * 0.5)
+        links.append(lissom.Link("disc", joint=lissom.Revolute((0, 0, 1), damping=turning), body=disc))
+    if beside:
+        ball, contact = others(beside)
+        links, contacts = [*links, ball], [contact]
+    return lissom.Robot(links, contacts=contacts)
+
+
+class TestCoupledDamping:
+    @pytest.mark.parametrize("beside", [None, 1e4, 1e10, 1e16])
+    @pytest.mark.parametrize("turning", [None, 0.0, 0.3])
+    def test_slow_eigenvalues_beside_stiff_ones(self, beside, turning):
+        """Eigenvalues of the double pendulum alone, from SciPy, with whatever is beside it."""
+        alone, q = arm(), np.array([np.pi / 2, 0.0])
+        K, D = alone.tangent(q, 0 * q, 0 * q)[:2]
+        state = np.block(
+            [[np.zeros((2, 2)), np.eye(2)], [-np.linalg.solve(alone.mass_matrix(q), np.hstack([K, D]))]]
+        )
+        right = np.linalg.eigvals(state)
+        robot = arm(beside=beside, turning=turning)
+        found = lissom.modes(robot, np.concatenate([q, np.zeros(robot.n - 2)]))
+        assert not found.is_classical
+        for value in right[right.imag > 0]:
+            assert np.abs(found.eigenvalues - value).min() < 1e-9 * abs(value)
+        assert found.stability == ("stable" if turning is None else "neutral")
+        assert np.count_nonzero(found.frequency == 0) == (turning is not None)
+        if turning:
+            assert np.abs(found.eigenvalues + turning / 0.5).min() < 1e-9
+
+    def test_references_of_random_robots(self):
+        """SciPy's generalised eigenvalues of the matrices, about hanging shapes of random chains."""
+        rng = np.random.default_rng(5)
+        for _ in range(20):
+            links, parent = [], None
+            for name in "abc":
+                joint = lissom.Revolute(rng.normal(size=3), stiffness=10 ** rng.uniform(0, 6))
+                body = lissom.Body(
+                    10 ** rng.uniform(-3, 1), centre=rng.normal(size=3) * 0.2, inertia=np.eye(3) * 0.1
+                )
+                links.append(
+                    lissom.Link(
+                        name, parent=parent, position=rng.normal(size=3) * 0.3, joint=joint, body=body
+                    )
+                )
+                parent = name
+            robot = lissom.Robot(links)
+            found = lissom.statics(robot)
+            if not found.success:
+                continue
+            q = found.q
+            K = robot.tangent(q, 0 * q, 0 * q)[0]
+            squares = 1 / eigh(robot.mass_matrix(q), K)[0][::-1]
+            np.testing.assert_allclose(lissom.modes(robot, q).angular_frequency, np.sqrt(squares), rtol=1e-7)
+
+
+class TestWithoutVerdict:
+    def test_nobody_asks(self):
+        segment = lissom.Segment(1.0, 1e-3, 210e9, 80e9, 7800, modes={"bend_y": 3})
+        judged = lissom.statics(lissom.Rod([segment]))
+        found = lissom.statics(lissom.Rod([segment]), stability=False)
+        np.testing.assert_array_equal(found.q, judged.q)
+        assert judged.stability == "stable"
+        assert found.success
+        assert found.stability is None
+        assert found.is_stable is None
+        assert found.undamped_stability is None
+        assert found.path.stability == [None] * len(judged.path.stability)
+        assert "unknown" not in found.message
+
+    def test_with_loops(self):
+        loop = lissom.Loop("a", (None, None, (0.9, 0, 0.2)), HINGE)
+        segment = lissom.Segment(1.0, 0.01, 1e7, 4e6, 1000, modes={"bend_y": 4})
+        robot = lissom.Robot([lissom.Link("a", joint=HINGE, rod=[segment])], loops=[loop])
+        for method in ("auto", "newton"):
+            found = lissom.statics(robot, stability=False, method=method)
+            assert found.stability is None
+            assert "unknown" not in found.message
+
+
+class TestPlacesAtTheEnd:
+    @settings(max_examples=60, deadline=None)
+    @given(st.integers(1, 12), st.floats(1e-3, 10.0))
+    def test_sums_of_lengths_are_rounded(self, n, length):
+        """Where a rod of n equal segments ends, n times their length is a place; a little beyond is none."""
+        segment = lissom.Segment(length, 0.01 * length, 1e6, 4e5, 1000, modes={"bend_y": 1})
+        end = n * length
+        link = lissom.Link("a", rod=[segment] * n)
+        robot = lissom.Robot(
+            [link],
+            loads=[
+                lissom.Load(force=(0, 0, 1), at=end, link="a"),
+                lissom.Load(force=(0, 0, 1), along=(0, end), link="a"),
+            ],
+            supports=[lissom.Support(stiffness=1.0, at=end, link="a")],
+            contacts=[
+                lissom.Contact(
+                    lissom.Ball("a", 0.01 * length, at=end), lissom.HalfSpace((0, 0, -99)), stiffness=1e3
+                )
+            ],
+            actuators=[
+                lissom.Tendon(
+                    "t",
+                    [lissom.Via(None, (0, 0, 1)), lissom.Via("a", (0, 0, 0), at=end)],
+                    stiffness=1,
+                    length=9,
+                )
+            ],
+        )
+        q = np.zeros(robot.n)
+        near = {"rtol": 1e-12, "atol": 1e-12 * end}
+        np.testing.assert_allclose(robot.pose(q, end), robot.pose(q), **near)
+        np.testing.assert_allclose(robot.jacobian(q, end), robot.jacobian(q), **near)
+        np.testing.assert_allclose(robot.strain(q, end), robot.strain(q, sum([length] * n)), **near)
+        assert np.isfinite(robot.internal_wrench(q, q, q, end)).all()
+        for beyond in (end * (1 + 1e-9), -1e-9 * end):
+            with pytest.raises(ValueError, match="arc length"):
+                robot.pose(q, beyond)

@@ -1,0 +1,231 @@
+"""Equilibria against closed forms, and balances of forces computed here from poses.
+
+Far starts, sizes and units that must not matter, bodies on cords and pins, slack lines.
+"""
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+import lissom
+
+GRAVITY = 9.81
+
+
+def rotation(v):
+    """The rotation matrix of a rotation vector (Rodrigues)."""
+    t = np.linalg.norm(v)
+    k = np.array([[0, -v[2], v[1]], [v[2], 0, -v[0]], [-v[1], v[0], 0]])
+    if t < 1e-12:
+        return np.eye(3) + k
+    return np.eye(3) + np.sin(t) / t * k + (1 - np.cos(t)) / t**2 * k @ k
+
+
+def on_ball_joint(rng, kind):
+    """A body on a ball joint with a dead force at a point; and what moment is left about the joint."""
+    centre, force, point = rng.normal(size=3) * 0.3, rng.normal(size=3) * 10, rng.normal(size=3)
+    stiffness, anchor = rng.uniform(5, 50), rng.normal(size=3)
+    body = lissom.Body(1.0, centre=centre, inertia=np.diag(rng.uniform(0.3, 0.4, 3)))
+    links = [
+        lissom.Link("b", joint=lissom.Spherical(), body=body),
+        lissom.Link("tip", parent="b", position=point, body=lissom.Body(1e-9)),
+    ]
+    more = {}
+    if kind == "contact":
+        floor = lissom.HalfSpace((0, 0, -50.0))
+        more["contacts"] = [lissom.Contact(lissom.Ball("b", 0.01), floor, stiffness=1e4)]
+    if kind == "support":
+        more["supports"] = [lissom.Support(stiffness=stiffness, position=anchor, link="tip")]
+    robot = lissom.Robot(links, loads=[lissom.Load(force=force, link="tip")], **more)
+
+    def moment(q):
+        turned = rotation(q)
+        x = turned @ point
+        at_point = force + (stiffness * (anchor - x) if kind == "support" else 0)
+        return np.cross(turned @ centre, (0, 0, -GRAVITY)) + np.cross(x, at_point)
+
+    return robot, moment
+
+
+@pytest.mark.parametrize("kind", ["contact", "support", "free"])
+@pytest.mark.parametrize("method", ["descent", "newton"])
+def test_moments_balance_however_far_a_ball_joint_is_turned_at_the_start(kind, method):
+    rng = np.random.default_rng(5)
+    for _ in range(12):
+        robot, moment = on_ball_joint(rng, kind)
+        q0 = rng.normal(size=3)
+        q0 *= rng.uniform(3, 7) / np.linalg.norm(q0)
+        found = lissom.statics(robot, q0, method=method)
+        assert found.success, found.message
+        assert np.linalg.norm(moment(found.q)) < 1e-6
+        assert np.linalg.norm(found.q) <= np.pi + 1e-12
+
+
+def rail(centre=0.0, stiffness=1000.0, length=1.0, mass=1.0):
+    body = lissom.Body(mass, centre=(0, 0, centre))
+    link = lissom.Link("a", position=(0, 0, 3), joint=lissom.Prismatic((0, 0, 1)), body=body)
+    cable = lissom.Tendon(
+        "cable", [lissom.Via(None, (0, 0, 5)), lissom.Via("a", (0, 0, 0))], length=length, stiffness=stiffness
+    )
+    return lissom.Robot([link], actuators=[cable])
+
+
+@pytest.mark.parametrize("centre", [0, 1e-6, 1e-4, 1e-3, 5e-3, 0.01, 0.1])
+def test_body_on_a_rail_hangs_on_its_cable_wherever_its_centre_of_mass_is(centre):
+    found = lissom.statics(rail(centre))
+    assert found.success
+    assert found.nit < 20
+    assert abs(found.q[0] - (1 - GRAVITY / 1000)) < 1e-12
+
+
+@pytest.mark.parametrize("slack", [0, 1e-8, 1e-6, 1e-4, 0.01, 0.1, 1, 10])
+def test_body_on_a_rail_falls_into_its_rope_however_slack(slack):
+    found = lissom.statics(rail(stiffness=None), [1.0 + slack])
+    assert found.success
+    assert found.nit < 30
+    assert abs(found.q[0] - 1) < 1e-9
+
+
+@pytest.mark.parametrize(("length", "mass"), [(1, 1), (1e3, 1), (1e-3, 1), (1, 1e-3), (1e3, 1e3)])
+def test_a_rope_holds_in_all_units(length, mass):
+    link = lissom.Link(
+        "a", joint=lissom.Prismatic((0, 0, 1)), body=lissom.Body(mass, inertia=np.eye(3) * mass * length**2)
+    )
+    rope = lissom.Tendon(
+        "rope", [lissom.Via(None, (0, 0, 2 * length)), lissom.Via("a", (0, 0, 0))], length=length
+    )
+    robot = lissom.Robot([link], actuators=[rope], gravity=(0, 0, -GRAVITY * length))
+    found = lissom.statics(robot, [1.3 * length])
+    assert found.success, found.message
+    assert abs(found.q[0] / length - 1) < 1e-9
+
+
+def test_nothing_holds_a_free_rail():
+    link = lissom.Link("a", joint=lissom.Prismatic((0, 0, 1)), body=lissom.Body(1.0))
+    found = lissom.statics(lissom.Robot([link]))
+    assert not found.success
+    assert found.status == "unheld"
+    assert "Nothing holds the model" in found.message
+
+
+CORNERS = [(0.5, 0.5), (-0.5, -0.5), (-0.5, 0.5), (0.5, -0.5)]
+
+
+def box(centre=(0, 0, 0), inertia=0.1):
+    return lissom.Link(
+        "box", joint=lissom.Free(), body=lissom.Body(1.0, centre=centre, inertia=np.eye(3) * inertia)
+    )
+
+
+def cords(ends, length, stiffness=None):
+    return [
+        lissom.Tendon(
+            f"t{i}", [lissom.Via(None, a), lissom.Via("box", b)], length=length, stiffness=stiffness
+        )
+        for i, (a, b) in enumerate(ends)
+    ]
+
+
+@pytest.mark.parametrize("number", [1, 2, 3, 4])
+@pytest.mark.parametrize("height", [1, 1.001, 1.3])
+@pytest.mark.parametrize("depth", [0, 1e-6, 0.1])
+def test_weight_hangs_on_ropes(number, height, depth):
+    ends = [((x, y, 2), (x, y, 0)) for x, y in CORNERS[:number]]
+    robot = lissom.Robot([box((0, 0, -depth), 1.0)], actuators=cords(ends, 1.0))
+    found = lissom.statics(robot, [0, 0, height, 0, 0, 0])
+    assert found.success, found.message
+    x, turned = found.q[:3], rotation(found.q[3:])
+    taut = []
+    for a, b in ends:
+        line = np.array(a) - (x + turned @ b)
+        assert np.linalg.norm(line) < 1 + 1e-9
+        if np.linalg.norm(line) > 1 - 1e-8:
+            taut.append(np.r_[line, np.cross(turned @ b, line)])
+    weight = np.r_[0, 0, -GRAVITY, np.cross(turned @ (0, 0, -depth), (0, 0, -GRAVITY))]
+    tensions = np.linalg.lstsq(np.array(taut).T, -weight, rcond=1e-7)[0]
+    assert np.abs(np.array(taut).T @ tensions + weight).max() < 1e-6
+
+
+@pytest.mark.parametrize("stiffness", [1e2, 1e4, 1e6, 1e8, 1e10, 1e12])
+def test_platform_on_four_cables_of_any_stiffness(stiffness):
+    ends = [((2 * x, 2 * y, 3), (x, y, 0)) for x, y in CORNERS]
+    robot = lissom.Robot([box((0, 0, -0.1))], actuators=cords(ends, 2.0, stiffness))
+    found = lissom.statics(robot, [0.1, 0, 1.0, 0.1, 0.2, 0.3])
+
+    def lift(h):
+        length = np.sqrt(0.5 + h * h)
+        return 4 * stiffness * (length - 2) * h / length - GRAVITY
+
+    assert found.success, found.message
+    assert abs(found.q[2] - (3 - brentq(lift, np.sqrt(3.5), 3, xtol=1e-14))) < 1e-9
+    assert np.abs(np.delete(found.q, 2)).max() < 1e-6
+
+
+@pytest.mark.parametrize("distance", [0.1, 1, 10])
+@pytest.mark.parametrize("depth", [1e-6, 1e-3, 0.1])
+def test_body_hangs_on_a_pin(distance, depth):
+    closed = lissom.Loop("box", (None, None, (0, 0, distance)), lissom.Spherical())
+    robot = lissom.Robot([box((0, 0, depth), 0.01)], loops=[closed])
+    found = lissom.statics(robot)
+    assert found.success, found.message
+    assert np.abs(found.q[:3] - (0, 0, distance)).max() < 1e-9 * distance
+    assert np.linalg.norm(np.cross(rotation(found.q[3:])[:, 2], (0, 0, 1))) < 1e-6
+
+
+@pytest.mark.parametrize("beside", [0.3, 1, 3, 100])
+def test_another_rod_beside_it_is_nothing_to_a_pinned_finger(beside):
+    def robot(*others):
+        finger = lissom.Link("finger", rod=[lissom.Segment(0.1, 5e-3, 1e6, 4e5, 1000, modes={"bend_y": 4})])
+        return lissom.Robot(
+            [finger, *others],
+            loops=[lissom.Loop("finger", (None, None, (0.05, 0, 0.06)), lissom.Spherical())],
+        )
+
+    alone = lissom.statics(robot())
+    rod = [lissom.Segment(beside, 5e-3 * beside, 1e6, 4e5, 1e-9, modes={"bend_y": 2})]
+    found = lissom.statics(robot(lissom.Link("other", position=(0, 1, 0), rod=rod)))
+    assert alone.success
+    assert found.success, found.message
+    assert found.njev <= alone.njev + 5
+    np.testing.assert_allclose(found.q[:4], alone.q, rtol=1e-5)
+
+
+def line(length, stiffness, weight, ratio, end, segments):
+    """A heavy line of this axial stiffness with `E I = E A L^2 / ratio`, hinged at both ends."""
+    bending = stiffness * length**2 / ratio
+    section = lissom.Section.given(
+        np.diag([bending] * 3 + [stiffness] * 3),
+        mass=weight / GRAVITY,
+        inertia=np.array([2, 1, 1]) * 1e-4 * weight / GRAVITY,
+    )
+    hinge = lissom.Revolute((0, 1, 0))
+    segment = lissom.Segment(length / segments, section=section, modes={"bend_y": 2, "stretch": 1})
+    links = [lissom.Link("line", joint=hinge, rod=[segment] * segments)]
+    return lissom.Robot(links, loops=[lissom.Loop("line", (None, None, end), hinge)])
+
+
+def pull(robot, q):
+    rest = np.zeros(robot.n)
+    return robot.loop_forces(q, rest, rest)[3:]
+
+
+@pytest.mark.parametrize("ratio", [1e10, 1e12])
+@pytest.mark.parametrize("chord", [0.5, 0.8, 0.97])
+def test_a_slack_line_from_straight_is_the_elastic_catenary(ratio, chord):
+    length, weight, stiffness = 10.0, 1.0, 1e4
+    robot = line(length, stiffness, weight, ratio, (chord * length, 0, 0), 10)
+    found = lissom.statics(robot)
+    assert found.success, found.message
+
+    def miss(h):
+        return 2 * h / weight * np.arcsinh(weight * length / 2 / h) + h / stiffness * length - chord * length
+
+    horizontal = brentq(miss, 1e-9, 1e3)
+    assert abs(abs(pull(robot, found.q)[0]) / horizontal - 1) < 2e-3
+
+
+def test_published_line_of_moorpy():
+    robot = line(130.0, 7.51e8, 881.05, 1e12, (89.9, 0, 59.2), 20)
+    found = lissom.statics(robot)
+    assert found.success, found.message
+    np.testing.assert_allclose(np.abs(pull(robot, found.q)[[0, 2]]), [31373.229006, 87886.158730], rtol=1e-5)
