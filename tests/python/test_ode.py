@@ -814,30 +814,6 @@ def test_powers_of_two_scale_out(scale, method):
     np.testing.assert_array_equal(factor * plain.y, scaled.y)
 
 
-@pytest.mark.parametrize(
-    ("method", "atol", "y0"),
-    [(method, atol, y0) for method in METHODS for atol, y0 in [(0.0, [1.0, 0.0]), (1e-6, [0.0, 0.0])]]
-    # Radau's iteration needs a tolerance at the start of a step, at least of one component.
-    + [(method, 0.0, [0.0, 0.0]) for method in ("rk45", "dop853")],
-)
-def test_states_that_start_at_zero_have_no_scale(method, atol, y0):
-    """The unit of the state does not matter, also where nothing tells its size; nor does that of time."""
-
-    def run(size, unit):
-        def fun(t, y):
-            return np.array([y[1] - y[0] + size, size * (1.0 + t / unit) - y[1]]) / unit
-
-        return lissom.solve_ivp(fun, (0.0, 3.0 * unit), size * np.array(y0), method, atol=atol * size)
-
-    plain = run(1.0, 1.0)
-    assert plain.success
-    assert plain.naccepted < 60
-    for size, unit in [(2.0**-40, 1.0), (2.0**40, 1.0), (1.0, 2.0**-40), (2.0**-30, 2.0**30)]:
-        scaled = run(size, unit)
-        np.testing.assert_array_equal(scaled.t, unit * plain.t)
-        np.testing.assert_array_equal(scaled.y, size * plain.y)
-
-
 def test_results_are_the_same_every_time():
     problem = reference.pleiades()
     for method in METHODS:

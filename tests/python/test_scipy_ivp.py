@@ -112,9 +112,8 @@ def test_error_estimates_are_those_of_scipy(name):
     def fun(t, y):
         return np.array([y[1], -np.sin(y[0]) - 0.1 * y[1]])
 
-    # Their own first steps differ.
-    ours = getattr(lissom, name)(fun, 0.0, [1.0, 0.0], 5.0, first_step=0.2)
-    theirs = getattr(scipy.integrate, name)(fun, 0.0, [1.0, 0.0], 5.0, first_step=0.2)
+    ours = getattr(lissom, name)(fun, 0.0, [1.0, 0.0], 5.0)
+    theirs = getattr(scipy.integrate, name)(fun, 0.0, [1.0, 0.0], 5.0)
     for _ in range(3):
         ours.step()
         theirs.step()
