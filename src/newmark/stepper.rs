@@ -67,6 +67,9 @@ pub struct Stepper {
     atol: Vec<f64>,
     /// Size of the next adaptive step.
     h: f64,
+    /// Whether the system has surfaces that may touch, and corners in time: asked once, before the first step.
+    has_contact: bool,
+    has_corners: bool,
     /// Where steps of fixed size end, and how many of these the way to the end takes.
     grid: Grid,
     fixed_steps: usize,
@@ -141,6 +144,8 @@ impl Stepper {
             touches: false,
             will_touch: false,
             has_touched: false,
+            has_contact: false,
+            has_corners: false,
             impacts: Impacts::default(),
             straight_on: Vec::new(),
             started: false,
@@ -188,6 +193,7 @@ impl Stepper {
     /// Memory for the unknowns of a step: accelerations, and multipliers of constraints.
     fn prepare<S: System + ?Sized>(&mut self, system: &S) {
         self.corrector.prepare(system);
+        (self.has_contact, self.has_corners) = (system.has_contact(), system.has_corners());
         let unknowns = self.q.len() + system.constraints();
         for values in [&mut self.a, &mut self.a_old, &mut self.guessed, &mut self.trial.a] {
             values.resize(unknowns, 0.0);
@@ -234,9 +240,13 @@ impl Stepper {
     }
 
     fn fixed_step<S: System + ?Sized>(&mut self, system: &mut S) -> Result<Option<Status>, Interrupted> {
-        let (t_new, h, is_on_grid) =
-            self.grid.step_to_corner(self.fixed_steps, (self.t, self.t_end), |cell| system.corner(cell));
-        let solved = if system.has_contact() || system.is_one_sided() {
+        let (t_new, h, is_on_grid) = if self.has_corners {
+            self.grid.step_to_corner(self.fixed_steps, (self.t, self.t_end), |cell| system.corner(cell))
+        } else {
+            let (t_new, h) = self.grid.step(self.fixed_steps, self.t_end);
+            (t_new, h, true)
+        };
+        let solved = if self.has_contact || system.is_one_sided() {
             self.step_into_contact(system, t_new, h)?
         } else {
             let solved = self.attempt(system, t_new, h)?;
@@ -389,7 +399,7 @@ impl Stepper {
         if system.is_flawed(*t, q)? || system.have_passed(&[start, (*t, q)], Radius::Smaller)? {
             return Ok(true);
         }
-        if !system.has_contact() || !system.is_touched() {
+        if !self.has_contact || !system.is_touched() {
             return Ok(false);
         }
         let h = *t - self.t;
@@ -402,7 +412,7 @@ impl Stepper {
         let Trial { t, q, v, a, .. } = &self.trial;
         let (before, motion) = ([&self.q[..], &self.v[..]], [&q[..], &v[..], &a[..]]);
         let has_stopped = self.has_stopped && system.is_one_sided();
-        if !system.has_contact() {
+        if !self.has_contact {
             return Ok(has_stopped);
         }
         let is_jolted = system.is_jolted(*t, before, motion, h)?;
@@ -419,7 +429,7 @@ impl Stepper {
         h: f64,
         beside: Beside,
     ) -> Result<bool, Interrupted> {
-        if !system.has_contact() || !(self.touches || self.has_touched || system.is_touched()) {
+        if !self.has_contact || !(self.touches || self.has_touched || system.is_touched()) {
             return Ok(false);
         }
         let Trial { t, q, v, a, .. } = &self.trial;
@@ -473,7 +483,7 @@ impl Stepper {
             let times = [self.t, t_new];
             if error <= 1.0
                 && (system.have_met_stops(times, ends.q, ends.v, &mut self.straight_on)?
-                    || system.has_contact()
+                    || self.has_contact
                         && (system
                             .have_passed(&[(self.t, &self.q), (t_new, &self.trial.q)], Radius::Smaller)?
                             || system.have_touched(times, ends.q, ends.v, &mut self.straight_on)?))
@@ -580,14 +590,16 @@ impl Stepper {
                 }
             }
         }
-        system.take_touched();
+        if self.has_contact {
+            system.take_touched();
+        }
         let solved = if system.is_one_sided() {
             self.correct_one_sided(system, h)
         } else {
             let Self { corrector, trial, guessed, a, counters, .. } = self;
             corrector.solve(system, trial, guessed, a, h, counters)
         };
-        self.has_touched = system.take_touched();
+        self.has_touched = self.has_contact && system.take_touched();
         solved
     }
 

@@ -1053,7 +1053,7 @@ impl Model for RobotModel {
     }
 
     fn may_touch(&self) -> bool {
-        on_sweeps!(&self.sweeps, sweeps => sweeps.may_touch())
+        self.has_contact() && on_sweeps!(&self.sweeps, sweeps => sweeps.may_touch())
     }
 
     /// By a part of what moves that no error of a step is which resolves its impacts.

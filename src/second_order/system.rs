@@ -245,6 +245,11 @@ pub trait System {
         f64::INFINITY
     }
 
+    /// Whether [`Self::corner`] may ever be one.
+    fn has_corners(&self) -> bool {
+        false
+    }
+
     /// The next time at which a step of fixed size must end ([`InTime::corner`](crate::model::InTime::corner)).
     fn corner(&self, _cell: Cell) -> Option<f64> {
         None
@@ -281,6 +286,10 @@ impl<M: Model + ?Sized> System for FreeMotion<'_, M> {
 
     fn horizon(&self, t: f64) -> f64 {
         self.0.horizon(t)
+    }
+
+    fn has_corners(&self) -> bool {
+        self.0.varies_in_time()
     }
 
     fn corner(&self, cell: Cell) -> Option<f64> {

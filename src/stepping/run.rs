@@ -37,7 +37,8 @@ pub struct Run<M> {
     /// Accelerations after a jump of the inputs.
     jumped: Vec<f64>,
     scratch: ForwardScratch,
-    /// Time of the last jump of prescribed velocities, and the work done in jumps since it was last asked for.
+    /// Whether prescribed velocities may jump, the time of their last jump, and the work done in jumps since it was last asked for.
+    jumps: bool,
     jumped_at: Option<f64>,
     work: Option<f64>,
     /// Whether the mass at the start is known to be regular.
@@ -79,7 +80,7 @@ impl<M: Model> Run<M> {
             check_step(dt, model.shortest_period())?;
         }
         let inputs = model.default_inputs();
-        let scratch = ForwardScratch::of(&model);
+        let (scratch, jumps) = (ForwardScratch::of(&model), model.jumps());
         let mut integrator = Integrator::new(model, t_span, q0, v0, method)?;
         let changes = integrator.changes_between_steps().then(|| Box::new(Changes::new(t_span)));
         Ok(Self {
@@ -91,6 +92,7 @@ impl<M: Model> Run<M> {
             inputs_have_jumped: false,
             jumped: vec![0.0; n],
             scratch,
+            jumps,
             jumped_at: None,
             work: None,
             has_mass: false,
@@ -214,11 +216,13 @@ impl<M: Model> Run<M> {
         if let Some(status) = self.begin()? {
             return Ok(Some(status));
         }
-        let t = self.t();
-        if let Some(corner) = self.integrator.model().jump_near(t)
-            && self.jumped_at != Some(corner)
-        {
-            return self.jump(corner);
+        if self.jumps {
+            let t = self.t();
+            if let Some(corner) = self.integrator.model().jump_near(t)
+                && self.jumped_at != Some(corner)
+            {
+                return self.jump(corner);
+            }
         }
         match self.changes {
             None => self.single_step(),

@@ -194,18 +194,23 @@ impl<G: Turning> Scope<'_, G> {
             for pack in 0..piece.packs {
                 let node = piece.first_pack + pack;
                 let rotation = &work.rotation[node];
-                let shape = shape(rotation, work.position[node], component.index);
+                memory.shape[c * piece.packs + pack] = shape(rotation, work.position[node], component.index);
+            }
+        }
+        if weights.is_mass_only {
+            return;
+        }
+        for c in 0..piece.components.len() {
+            for pack in 0..piece.packs {
+                let node = piece.first_pack + pack;
                 let block = c * piece.packs + pack;
-                memory.shape[block] = shape;
-                if !weights.is_mass_only {
-                    let velocity = work.velocity[node];
-                    let rate = velocity.bracket(shape);
-                    memory.shape_rate[block] = rate;
-                    memory.shape_acceleration[block] =
-                        velocity.bracket_add(rate, work.acceleration[node].bracket(shape));
-                    memory.load[block] =
-                        shape.bracket_transposed(work.internal[node]) * G::Pack::splat(weights.q);
-                }
+                let (shape, velocity) = (memory.shape[block], work.velocity[node]);
+                let rate = velocity.bracket(shape);
+                memory.shape_rate[block] = rate;
+                memory.shape_acceleration[block] =
+                    velocity.bracket_add(rate, work.acceleration[node].bracket(shape));
+                memory.load[block] =
+                    shape.bracket_transposed(work.internal[node]) * G::Pack::splat(weights.q);
             }
         }
     }
