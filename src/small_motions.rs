@@ -21,10 +21,11 @@ pub(crate) const GROWING: f64 = 1e-9;
 /// Constraints with a singular value below this fraction of the largest one count as redundant.
 const DEPENDENT: f64 = 1e-8;
 
-/// Rounding of a sum of products over n coordinates, in units of n eps times the sum of the magnitudes of its terms.
-const ROUNDING: f64 = 4.0;
+/// Rounding of a stiffness over n coordinates, in units of n eps times the sum of the magnitudes of its terms: each is itself a sum of
+/// products of rotations, and a change of charts multiplies it once more.
+const ROUNDING: f64 = 16.0;
 
-/// Forces that are out of balance are part of the error of a stiffness, up to this fraction of it: ten times the tolerance of
+/// Forces that are out of balance are part of the error of a stiffness, up to this fraction of all forces: ten times the tolerance of
 /// equilibria. Beyond that, the shape is none.
 const OUT_OF_BALANCE: f64 = 1e-9;
 
@@ -105,6 +106,17 @@ impl SmallMotions {
             error: free.abs().tr_mul(&(&self.error * free.abs())),
             basis: &self.basis * &free,
             sizes: self.sizes.clone(),
+        })
+    }
+
+    /// What rounding makes of entries that should be equal: half of their differences, where these are beyond the quadrature error
+    /// of bent rods. Next to nothing in the stiffness of a direction with next to no mass is much.
+    fn asymmetry(&self) -> Matrix {
+        let k = &self.stiffness;
+        Matrix::from_fn(self.n(), self.n(), |i, j| {
+            let (a, b) = (k[(i, j)], k[(j, i)]);
+            let apart = (a - b).abs();
+            if apart > SYMMETRIC * a.abs().max(b.abs()) { 0.5 * apart } else { 0.0 }
         })
     }
 
@@ -264,25 +276,28 @@ pub(crate) fn small_motions(
             let natural =
                 Natural::new(&material, Some(own), || natural::reference(&material, &material, 0.0))?;
             at_rest.model.hold_springs(Some(&own.forces));
-            let residual = at_rest.forces();
+            let [residual, _] = at_rest.forces();
             let forces = natural.settled(own, &natural.forces(&residual));
             (natural, Some(forces))
         }
     };
     at_rest.model.hold_springs(forces.as_deref());
     let parts = at_rest.stiffness(&material);
-    let imbalance = at_rest.imbalance(&parts.magnitudes);
+    let imbalance = at_rest.imbalance();
     at_rest.model.hold_springs(None);
     let stiffness = natural.tangent(&parts.total, own.as_ref());
     let mut error =
         natural.magnitudes(&parts.magnitudes, own.as_ref()) * (ROUNDING * n as f64 * f64::EPSILON);
-    error += natural.magnitudes(&Matrix::from_diagonal(&imbalance.into()), None);
+    error += natural.magnitudes(&imbalance, None);
     let damping = natural.matrix(&at_rest.tangent([0.0, 1.0, 0.0]));
     let mut mass = Matrix::zeros(n, n);
     at_rest.model.mass_matrix(q, &mut mass);
     let mass = natural.matrix(&scaled(mass, sizes));
-    let free =
+    let mut free =
         SmallMotions { mass, damping, stiffness, error, basis: natural.basis(), sizes: sizes.to_vec() };
+    if free.has_potential() {
+        free.error += free.asymmetry();
+    }
     if multipliers.is_empty() {
         return Some(free);
     }
@@ -362,45 +377,58 @@ impl Parts<'_> {
             scaled(tangent, sizes)
         });
         let (mut total, mut magnitudes) = (material.abs(), material.abs());
-        let loads = self.load_factor;
         for k in 0..total.len() {
             let [whole, unconstrained, untouched] = [0, 1, 2].map(|part| parts[part][k]);
             let own = elastic[k];
             total[k] = self.under_load(own, unconstrained, whole);
-            magnitudes[k] += (own - material[k]).abs()
-                + loads.abs() * ((untouched - own).abs() + (unconstrained - untouched).abs())
-                + (whole - unconstrained).abs();
+            magnitudes[k] +=
+                self.magnitude((own - material[k]).abs(), own, [whole, unconstrained, untouched]);
         }
         Sum { total, magnitudes }
     }
 
-    fn forces(&mut self) -> Vec<f64> {
+    /// Generalised forces times sizes, and the sums of the magnitudes of what they come from.
+    fn forces(&mut self) -> [Vec<f64>; 2] {
         let Self { q, sizes, .. } = *self;
         let rest = vec![0.0; q.len()];
         let mut elastic = rest.clone();
         self.model.elastic_forces(q, &mut elastic);
-        let [whole, unconstrained, _] = self.each(|model| {
+        let parts = self.each(|model| {
             let mut forces = rest.clone();
             model.inverse_dynamics(q, &rest, &rest, &mut forces);
             forces
         });
-        let part = |k: usize| self.under_load(elastic[k], unconstrained[k], whole[k]);
-        (0..q.len()).map(|k| sizes[k] * part(k)).collect()
+        let [mut total, mut magnitudes] = [rest.clone(), rest.clone()];
+        for (k, size) in sizes.iter().enumerate() {
+            let [whole, unconstrained, untouched] = [0, 1, 2].map(|part| parts[part][k]);
+            total[k] = size * self.under_load(elastic[k], unconstrained, whole);
+            magnitudes[k] =
+                size * self.magnitude(elastic[k].abs(), elastic[k], [whole, unconstrained, untouched]);
+        }
+        [total, magnitudes]
     }
 
-    /// What forces out of balance could change the stiffness by, where its terms have these magnitudes: a turn moves coordinates
-    /// to second order as much as to first order, in their own units. Parts that nothing couples have no part in each other's.
-    fn imbalance(&mut self, magnitudes: &Matrix) -> Vec<f64> {
-        let forces = self.forces();
+    /// The sum of the magnitudes of what elasticity, loads, contacts and constraints add.
+    fn magnitude(&self, elastic: f64, own: f64, [whole, unconstrained, untouched]: [f64; 3]) -> f64 {
+        let by_loads = (untouched - own).abs() + (unconstrained - untouched).abs();
+        elastic + self.load_factor.abs() * by_loads + (whole - unconstrained).abs()
+    }
+
+    /// What forces out of balance could change the stiffness by: a turn about one axis changes moments about another one by half of
+    /// that about the third. Parts that nothing couples have no part in each other's.
+    fn imbalance(&mut self) -> Matrix {
+        let [forces, magnitudes] = self.forces();
         let parts = match self.model.parts() {
             parts if parts.is_empty() => vec![forces.len()],
             parts => parts,
         };
-        let mut imbalance = Vec::with_capacity(forces.len());
+        let mut imbalance = Matrix::zeros(forces.len(), forces.len());
+        let mut first = 0;
         for part in parts {
-            let range = imbalance.len()..imbalance.len() + part;
-            let left = norm(&forces[range.clone()]);
-            imbalance.extend(range.map(|i| left.min(OUT_OF_BALANCE * magnitudes[(i, i)])));
+            let range = first..first + part;
+            let left = norm(&forces[range.clone()]).min(OUT_OF_BALANCE * norm(&magnitudes[range]));
+            imbalance.view_mut((first, first), (part, part)).fill(left);
+            first += part;
         }
         imbalance
     }

@@ -12,7 +12,7 @@
 //! grad^2 g_i`.
 
 use crate::linalg::{Matrix, dot, norm, symmetric_eigen, symmetric_part, thin_svd};
-use crate::model::{Model, chart};
+use crate::model::{Flaw, Model, chart};
 
 /// Gaps below this part of their sizes are rounding.
 const ROUNDING: f64 = 1e-13;
@@ -123,7 +123,7 @@ fn on_both_sides<M: Model + ?Sized>(model: &mut M, q: &[f64], load: Load) -> Vec
     [1.0, -1.0].map(side).into()
 }
 
-/// Of closed shapes the one of least energy, valid ones first; of others the one of the smallest gap.
+/// Of closed shapes the one of least energy, valid ones first; if there is none, the first of all.
 fn of_least_energy<'a, M: Model + ?Sized>(model: &mut M, ended: &'a [Ended]) -> &'a Ended {
     let rest = vec![0.0; model.n()];
     let mut best: Option<(&Ended, bool, f64)> = None;
@@ -140,13 +140,21 @@ fn of_least_energy<'a, M: Model + ?Sized>(model: &mut M, ended: &'a [Ended]) -> 
             best = Some((other, is_valid, energy.total()));
         }
     }
-    let nearest =
-        || ended.iter().min_by(|a, b| a.gap.total_cmp(&b.gap)).expect("one is where the search began");
-    best.map_or_else(nearest, |(ended, ..)| ended)
+    best.map_or(&ended[0], |(ended, ..)| ended)
+}
+
+/// Where Gauss and Newton's method ends; what is still open there is not closed, however small the gaps are: those of angles vanish
+/// also at half a turn.
+fn approach<M: Model + ?Sized>(model: &mut M, q: Vec<f64>) -> Ended {
+    let ended = come_near(model, q);
+    match model.open_loop(&ended.q) {
+        Some(Flaw::Open { gap, .. }) if ended.gap <= CLOSED => Ended { gap, ..ended },
+        _ => ended,
+    }
 }
 
 /// Gauss and Newton's method from one shape to the best one on its way, as long as it comes nearer.
-fn approach<M: Model + ?Sized>(model: &mut M, mut q: Vec<f64>) -> Ended {
+fn come_near<M: Model + ?Sized>(model: &mut M, mut q: Vec<f64>) -> Ended {
     let mut gaps = Vec::new();
     let mut best = Ended { q: q.clone(), gap: f64::INFINITY };
     let (mut without_progress, mut last, mut is_whole) = (0, f64::INFINITY, false);

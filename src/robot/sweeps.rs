@@ -366,7 +366,12 @@ impl<G: Turning> Sweeps<G> {
             }
         }
         self.work.loops.gaps = gaps;
-        widest
+        let Self { plan, work, .. } = self;
+        let turned = plan.loops.ties.iter().find_map(|tie| {
+            let by = loops::turned_away(plan, work, tie)?;
+            Some((plan.loops.held_by[tie.first], by, 1.0))
+        });
+        turned.or(widest)
     }
 
     /// Excess of the lengths of all inextensible tendons over the commanded lengths, and its rates.

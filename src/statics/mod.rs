@@ -213,9 +213,9 @@ impl Status {
     }
 }
 
-/// Largest relative change of forces that balances them in an equilibrium: far above what tolerances leave, far below a force
-/// that is missing.
-const BALANCED: f64 = 1e-6;
+/// Largest relative change of forces that balances them in an equilibrium: above what tolerances leave, 1e-10 of the largest forces,
+/// along directions in which no force does work (`search::end`), and below a force that is missing.
+const BALANCED: f64 = 1e-4;
 
 /// Follows the path of growing loads; if the path ends early, releases the model there.
 fn load(

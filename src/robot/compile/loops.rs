@@ -29,6 +29,10 @@ pub(crate) fn compile<G: Turning>(plan: &Plan<G>, robot: &Robot) -> Loops<G::Pac
             Tie::Distance { length, .. } => vec![Row::Distance(*length)],
             Tie::Coordinates { .. } => continue,
         };
+        let shared = match tie {
+            Tie::Joint { joint, .. } => shared_by(joint),
+            _ => Vec::new(),
+        };
         let first = loops.rows;
         loops.rows += rows.len();
         let ends: [TieEnd<G::Pack>; 2] =
@@ -41,7 +45,7 @@ pub(crate) fn compile<G: Turning>(plan: &Plan<G>, robot: &Robot) -> Loops<G::Pac
         reaches.sort_unstable();
         reaches.dedup();
         let number = loops.ties.len();
-        loops.ties.push(TiePlan { number, ends, rows, first, reaches });
+        loops.ties.push(TiePlan { number, ends, rows, shared, first, reaches });
     }
     let all = places_of_own(robot);
     for Loop { tie, .. } in &robot.loops {
@@ -97,6 +101,19 @@ fn end<G: Turning>(plan: &Plan<G>, robot: &Robot, described: &LoopEnd, number: u
     let on = On { point, moved_by: kinematics::moved_by(plan, at) };
     let frame = Frame { position: beside.position, axes: beside.orientation.rotation() };
     TieEnd { frame, on: Some(on) }
+}
+
+/// Directions that are the same in both ends of a joint.
+fn shared_by(joint: &Joint) -> Vec<Vector<f64>> {
+    match joint {
+        Joint::Weld | Joint::Prismatic { .. } => {
+            [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(Vector::from).to_vec()
+        }
+        Joint::Revolute { axis, .. } | Joint::Cylindrical { axis } | Joint::Planar { normal: axis } => {
+            vec![unit(*axis).into()]
+        }
+        Joint::Universal { .. } | Joint::Spherical | Joint::Free => Vec::new(),
+    }
 }
 
 /// Constraints of a joint on its second end, in the axes of the ends.

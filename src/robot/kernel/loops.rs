@@ -25,6 +25,18 @@ pub(crate) fn values<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, q: &[f64],
     of_lengths(plan, work, values, |i| state.lengths[i] - state.commands[i]);
 }
 
+/// By how much the cosine of a direction that both ends of a tie share is below 1, with the kinematics up to date, where it is more
+/// than a right angle: beyond that gaps of angles fall again.
+pub(crate) fn turned_away<G: Turning>(
+    plan: &Plan<G>,
+    work: &Workspace<G>,
+    tie: &TiePlan<G::Pack>,
+) -> Option<f64> {
+    let [first, second] = frames(plan, work, tie);
+    let cosines = tie.shared.iter().map(|&shared| first.axes.apply(shared).dot(second.axes.apply(shared)));
+    cosines.reduce(f64::min).filter(|cosine| *cosine < 0.0).map(|cosine| 1.0 - cosine)
+}
+
 /// Zero for slack tendons.
 fn of_lengths<G: Turning>(
     plan: &Plan<G>,

@@ -1,5 +1,6 @@
 //! Compiled closed loops: constraints `g(q) = 0` between two frames, row by row.
 
+use crate::lie::Vector;
 use crate::model::Holder;
 use crate::robot::algebra::tie::{Frame, Row};
 
@@ -42,6 +43,8 @@ pub(crate) struct TiePlan<P> {
     pub(crate) number: usize,
     pub(crate) ends: [TieEnd<P>; 2],
     pub(crate) rows: Vec<Row>,
+    /// Directions that both frames share. Differences of cosines also vanish where they are opposite.
+    pub(crate) shared: Vec<Vector<f64>>,
     /// Index of its first row.
     pub(crate) first: usize,
     /// Coordinates that move either end, in ascending order.

@@ -154,7 +154,8 @@ fn tensions(problem: &Problem<'_>, shape: &Shape, w: &[f64], held: &Reduced) -> 
     tensions
 }
 
-/// What all forces could do along each coordinate: weight and loads in any direction, the material, loops, cords and springs.
+/// What all forces could do along each coordinate: weight and loads in any direction, the material, loops, cords and springs, and
+/// contacts as much as along any coordinate of the same part.
 fn work(
     problem: &Problem<'_>,
     shape: &Shape,
@@ -177,6 +178,11 @@ fn work(
     let mut first = 0;
     for &part in &problem.parts {
         let own = first..first + part;
+        if let Some(forces) = shape.contact_force.get(own.clone()) {
+            let most =
+                forces.iter().zip(&sizes[own.clone()]).map(|(x, size)| (x * size).abs()).fold(0.0, f64::max);
+            own.clone().for_each(|k| work[k] += most / sizes[k]);
+        }
         let most = own.clone().map(|k| work[k] * sizes[k]).fold(0.0, f64::max);
         own.for_each(|k| work[k] = work[k].max(NOTHING * most / sizes[k]));
         first += part;

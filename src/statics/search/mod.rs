@@ -291,9 +291,13 @@ impl<'a> Search<'a> {
         Ok(Ended::IterationLimit)
     }
 
-    /// Gradient along natural coordinates, without what elastic cords and springs add.
+    /// Gradient along natural coordinates, without what elastic cords and springs add. What is left of forces by rounding moves
+    /// nothing: along directions without stiffness it would move much.
     fn gradient(&self) -> Vec<f64> {
-        let mut gradient = self.balance.gradient.clone();
+        let Balance { gradient, work, .. } = &self.balance;
+        let is_rounding = |(force, work): &(&f64, &f64)| force.abs() <= BALANCED * **work;
+        let mut gradient: Vec<f64> =
+            gradient.iter().zip(work).map(|x| if is_rounding(&x) { 0.0 } else { *x.0 }).collect();
         let back: Vec<f64> = self.balance.tensions.iter().map(|tension| -tension).collect();
         add_transposed(&self.shape.rows, &back, &mut gradient);
         gradient.iter().zip(&self.scale.w).map(|(force, w)| force * w).collect()

@@ -47,6 +47,8 @@ pub(super) struct Shape {
     pub(super) force: Vec<f64>,
     /// The same without any springs.
     free_force: Vec<f64>,
+    /// Those of contacts among them; empty where nothing touches.
+    pub(super) contact_force: Vec<f64>,
     pub(super) gaps: Vec<f64>,
     raw_gap_rows: Matrix,
     pub(super) gap_rows: Matrix,
@@ -113,6 +115,17 @@ impl<'a> Problem<'a> {
         let n = self.n();
         chart::fold(&self.turns, &mut q);
         let raw_free_force = self.forces(&q)?;
+        let mut contact_force = Vec::new();
+        if self.model.has_contact() && self.model.is_touched() {
+            self.model.leave_contact(true);
+            contact_force = self.forces(&q)?;
+            self.model.leave_contact(false);
+            contact_force
+                .iter_mut()
+                .zip(&raw_free_force)
+                .for_each(|(without, with)| *without = with - *without);
+            chart::forces(&self.turns, &q, &mut contact_force);
+        }
         let (mut springs, mut left, mut raw_force) = (None, Vec::new(), raw_free_force.clone());
         if self.springs > 0 {
             let mut own = Springs::new(self.springs, n);
@@ -166,6 +179,7 @@ impl<'a> Problem<'a> {
             raw_force,
             force,
             free_force,
+            contact_force,
             gaps,
             raw_gap_rows,
             gap_rows,
