@@ -92,6 +92,14 @@ impl PyBalance {
             checker.length(&value, kinetic.len(), name);
             values.push(value);
         }
+        for (value, name) in
+            values.iter().zip(others.iter().map(|(_, name)| name)).chain([(&kinetic, &"kinetic")])
+        {
+            let first = value.iter().position(|x| x.is_nan());
+            if let Some(i) = first {
+                checker.require(false, &format!("{name}[{i}]"), "nan", "an energy, in joules");
+            }
+        }
         checker.finish()?;
         let energies = (0..kinetic.len()).map(|i| Energy {
             kinetic: kinetic[i],

@@ -24,6 +24,7 @@ use crate::lie::{Quaternion, Vector};
 use crate::newmark::Parameters;
 use crate::robot::{Place, Pose};
 use crate::second_order::number_of_steps;
+use crate::signal::Cell;
 use crate::simulate::{Control, Simulation, slackness, times_of_run};
 
 /// Simulate many motions in parallel: of many models, or of one model with many initial states or inputs.
@@ -186,6 +187,10 @@ pub(crate) fn simulate_many<'py>(
         of_function: Mutex::new(None),
     };
     let times = rows.check(py, count)?;
+    if times.differ {
+        rows.t_eval = Some(times.of_rows.clone());
+    }
+    let times = times.of_rows;
     rows.places = places_of(py, &rows.models, count, places, keep)?;
     let size = Size { count, times: times.len(), n, places: rows.places.first().map_or(0, Vec::len) };
     check_memory(size, keep, inputs, workers, memory_limit)?;
@@ -374,15 +379,22 @@ struct Rows {
     of_function: Mutex<Option<PyErr>>,
 }
 
+/// Times of all rows.
+struct Times {
+    of_rows: Vec<f64>,
+    /// Whether steps of some rows end at other times, too.
+    differ: bool,
+}
+
 impl Rows {
     fn start(&self, row: usize) -> [&[f64]; 2] {
         [&self.q0, &self.v0].map(|given| given.as_ref().map_or(self.zeros.as_slice(), |given| given.of(row)))
     }
 
     /// Rejects invalid arguments of any row; returns the times of all rows.
-    fn check(&self, py: Python<'_>, count: usize) -> PyResult<Vec<f64>> {
+    fn check(&self, py: Python<'_>, count: usize) -> PyResult<Times> {
         let mut last: Option<(*mut pyo3::ffi::PyObject, Box<dyn Native>)> = None;
-        let mut times = None;
+        let (mut times, mut differ) = (None, false);
         for row in 0..count.max(1) {
             if row % ROWS_BETWEEN_SIGNALS == 0 {
                 py.check_signals()?;
@@ -393,7 +405,7 @@ impl Rows {
             let is_new = last.as_ref().is_none_or(|(before, _)| *before != model.as_ptr());
             let checked = if is_new {
                 let mut native = model.get().native();
-                let checked = self.check_all(&mut *native, [q0, v0], &mut times);
+                let checked = self.check_all(&mut *native, [q0, v0], &mut times).map(|other| differ |= other);
                 last = Some((model.as_ptr(), native));
                 checked
             } else {
@@ -410,20 +422,21 @@ impl Rows {
             })?;
         }
         match times {
-            Some(times) => Ok(times),
-            None if self.keep == Keep::Final => Ok(vec![self.t_span.1]),
+            Some(of_rows) => Ok(Times { of_rows, differ: differ && self.keep != Keep::Final }),
+            None if self.keep == Keep::Final => Ok(Times { of_rows: vec![self.t_span.1], differ: false }),
             None => Err(PyTypeError::new_err(
                 "t_eval: missing: adaptive steps end at times of their own in every row; give the times that are wanted, or keep=\"final\"",
             )),
         }
     }
 
+    /// Whether its steps end at other times than those of the models before; then `times` are without the corners of tables.
     fn check_all(
         &self,
         model: &mut dyn Native,
         [q0, v0]: [&[f64]; 2],
         times: &mut Option<Vec<f64>>,
-    ) -> Result<(), InvalidInput> {
+    ) -> Result<bool, InvalidInput> {
         let (t_span, t_eval) = (self.t_span, self.t_eval.as_deref());
         match &self.way {
             Way::Accuracy(request) => {
@@ -432,17 +445,16 @@ impl Rows {
             Way::Method(method) => {
                 let step = self.inputs.step();
                 model.check(t_span, q0, v0, method, t_eval, step)?;
-                let of_run =
-                    times_of_run(model.n(), t_span, method, t_eval, step, &|cell| model.corner(cell))?;
-                if times.is_some() && *times != of_run && self.keep != Keep::Final {
-                    let expected = "the times that are wanted, or keep=\"final\"";
-                    let found = "nothing for models whose steps end at corners of different tables";
-                    return Err(InvalidInput::new("t_eval", found, expected));
-                }
-                *times = of_run;
+                let of_run = |corner: &dyn Fn(Cell) -> Option<f64>| {
+                    times_of_run(model.n(), t_span, method, t_eval, step, corner)
+                };
+                let own = of_run(&|cell| model.corner(cell))?;
+                let differs = times.is_some() && *times != own;
+                *times = if differs { of_run(&|_| None)? } else { own };
+                return Ok(differs);
             }
         }
-        Ok(())
+        Ok(false)
     }
 
     /// Computes the run of a row, in any thread.

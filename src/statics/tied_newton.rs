@@ -2,13 +2,16 @@
 //! 0` and `g(q) = 0`. With stiff springs instead, rounding of the shape would cause large forces and spoil
 //! convergence.
 
-use super::{Counters, Equilibrium, Found, Monitor, Options, Path, State, Status, Verdict, outcome};
+use super::{Counters, Equilibrium, Found, Monitor, Options, Path, State, Status, Verdict, outcome, search};
 use crate::error::Interrupted;
 use crate::linalg::{Matrix, norm, symmetric_eigenvalues, symmetric_part};
 use crate::model::{Model, rotation_vectors};
 use crate::roots;
 use crate::small_motions::small_motions;
 use crate::stability;
+
+/// Forces that balance to this part are in equilibrium to rounding.
+const ROUNDING_OF_FORCES: f64 = 1e-10;
 
 /// The equations in dimensionless form: coordinates over their typical sizes, forces over the largest one of
 /// the model's stiffness, gaps over their change by a typical motion.
@@ -82,6 +85,7 @@ pub(super) struct Approached {
     pub(super) q: Vec<f64>,
     multipliers: Vec<f64>,
     outcome: roots::Outcome,
+    has_converged: bool,
     /// `|s R|` in joules.
     residual_norm: f64,
     tangents: usize,
@@ -136,14 +140,17 @@ pub(super) fn approach(
     evaluated?;
     let residual_norm = norm(&residual[..n]) * system.energy;
     let tangents = outcome.jacobian_evaluations + 1;
-    Ok(Approached { q: system.q, multipliers: system.multipliers, outcome, residual_norm, tangents })
+    let Equations { model, q, multipliers, monitor, .. } = system;
+    // Where rounding leaves no better point, the method cannot know that it has arrived.
+    let has_converged =
+        outcome.status.is_success() || search::error_of_balance(model, &q, monitor)? <= ROUNDING_OF_FORCES;
+    Ok(Approached { q, multipliers, outcome, has_converged, residual_norm, tangents })
 }
 
 impl From<Approached> for Found {
     fn from(approached: Approached) -> Self {
-        let Approached { q, outcome, residual_norm, .. } = approached;
-        let status =
-            if outcome.status.is_success() { Status::Converged } else { Status::Newton(outcome.status) };
+        let Approached { q, outcome, has_converged, residual_norm, .. } = approached;
+        let status = if has_converged { Status::Converged } else { Status::Newton(outcome.status) };
         let state = State { q, load_factor: 1.0, forces: Vec::new() };
         Self { status, state, step_norm: outcome.step_norm, residual_norm }
     }
@@ -163,7 +170,7 @@ impl Approached {
     pub(super) fn judged(&self, model: &mut dyn Model, options: &Options) -> Option<Equilibrium> {
         let is_plain = model.springs() == 0 && !model.has_velocity_forces() && !model.has_contact();
         let is_right = is_plain
-            && self.outcome.status.is_success()
+            && self.has_converged
             && model.open_loop(&self.q).is_none()
             && model.flaw(&self.q).is_none();
         if !is_right {

@@ -15,6 +15,12 @@ use crate::second_order::{self, Counters, Failure, Grid, is_whole, number_of_ste
 use crate::signal::covers;
 use crate::tape::Tape;
 
+/// Why a run cannot begin.
+enum Unfit {
+    WithoutMass,
+    Overflowing,
+}
+
 /// A step of this part of the leg is not shortened further if a taut tendon misses its length: the length jumps.
 const SHORTEST: f64 = 1e-9;
 
@@ -336,14 +342,22 @@ impl<M: Model> Run<M> {
     fn find_mass(&mut self) -> Result<Option<Status>, Interrupted> {
         let Self { integrator, jumped, scratch, .. } = self;
         let found = integrator.observe(|model, state| {
-            if model.constraints() > 0 {
-                return Ok(Ok(()));
-            }
             model.set_time(state.t)?;
-            Ok(model.forward_dynamics(state.q, state.v, jumped, scratch))
+            // Whatever comes of speeds whose squares overflow, no balance could be told.
+            if !model.energy(state.q, state.v).kinetic.is_finite() {
+                return Ok(Some(Unfit::Overflowing));
+            }
+            if model.constraints() > 0 {
+                return Ok(None);
+            }
+            let found = model.forward_dynamics(state.q, state.v, jumped, scratch);
+            Ok(found.err().map(|SingularMass| Unfit::WithoutMass))
         })?;
-        self.has_mass = found.is_ok();
-        Ok(found.err().map(|SingularMass| self.stop.insert(Stop::without_mass(self.integrator.t())).status))
+        self.has_mass = found.is_none();
+        Ok(found.map(|flaw| match flaw {
+            Unfit::WithoutMass => self.stop.insert(Stop::without_mass(self.integrator.t())).status,
+            Unfit::Overflowing => self.integrator.no_acceleration(Failure::NonFinite),
+        }))
     }
 
     /// Finds the active constraints at the start.

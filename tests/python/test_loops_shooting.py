@@ -237,10 +237,13 @@ def test_an_arch_between_clamps_is_pushed_through():
     assert rest.success
     path = lissom.continuation(robot, rest.q, bounds=(-4.5, 40.0), max_step=0.1).path
     height = robot.pose(path.q, 0.5, link="arch")[:, 2, 3]
-    (critical,) = path.critical_points
-    # Symmetric up to there; then it sways, until it hangs in the mirrored shape.
+    # Symmetric, and unstable from where it would sway, until it hangs in the mirrored shape.
+    critical = path.critical_points[0]
+    assert critical.kind == "bifurcation"
     assert height[critical.index] > 0.13
     assert height[-1] < -0.13
+    assert path.stability[critical.index - 1] == "stable"
+    assert path.stability[critical.index + 1] == "divergence"
     zeros = np.zeros(robot.n)
     for i in np.linspace(1, len(height) - 1, 7).astype(int):
         push = path.load_factor[i]
