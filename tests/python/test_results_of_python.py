@@ -7,6 +7,7 @@ import inspect
 import io
 import json
 import pickle
+import re
 import shutil
 import time
 import zipfile
@@ -851,3 +852,29 @@ def test_the_stubs_say_what_the_methods_take():
         known = ("plot", "animate", "report", "save", "to_xarray", "view", "contact_events")
         assert {n for n in of_stub if n in known} == set(methods)
     assert seen == 33
+
+
+EVIL = "</script><script>alert(1)</script><!-- <!--<script> \"'> \u2028 javascript:alert(2)"
+
+
+def test_names_do_not_end_the_data_of_a_report(tmp_path):
+    """A name with the start of a comment was data that no browser could read."""
+    result = lissom.simulate(lissom.Robot([lissom.Link(EVIL, rod=[segment()])]), 0.02, dt=5e-3)
+    result.report(tmp_path / "x.html", title=EVIL)
+    text = (tmp_path / "x.html").read_text(encoding="utf-8")
+    data = re.findall(r'<script type="application/json"[^>]*>(.*?)</script>', text, re.DOTALL)
+    assert len(data) > 2
+    for each in data:
+        assert "<" not in each
+        json.loads(each)
+    assert any(EVIL in json.dumps(json.loads(each), ensure_ascii=False).replace('\\"', '"') for each in data)
+    assert text.count("<script") == len(data) + 1
+
+
+def test_names_are_no_formulas_in_plots():
+    from matplotlib import pyplot
+
+    result = lissom.simulate(lissom.Robot([lissom.Link(r"$\frac$", rod=[segment()])]), 0.02, dt=5e-3)
+    axes = result.plot()
+    axes[0].figure.canvas.draw()
+    pyplot.close(axes[0].figure)
