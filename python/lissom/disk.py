@@ -13,6 +13,9 @@ from pathlib import Path
 #: Largest description (a scene, a URDF file) that is read, bytes. Large public URDF files have about 1 MB.
 LARGEST_DESCRIPTION = 64 * 2**20
 
+#: Longest suffix that the new file has, too: those that choose a format are shorter.
+LONGEST_SUFFIX = 16
+
 #: Opening a FIFO or a device without a reader must not block.
 _FLAGS = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0) | getattr(os, "O_CLOEXEC", 0)
 
@@ -109,12 +112,17 @@ def replacing(path: str | os.PathLike[str]) -> Iterator[Path]:
     """
     # A link stays a link.
     target = Path(os.path.realpath(path))
+    if target.is_symlink():
+        raise OSError(errno.ELOOP, os.strerror(errno.ELOOP), os.fspath(path))
     mode = stat.S_IMODE(target.stat().st_mode) if target.exists() else None
     if mode is not None and not os.access(target, os.W_OK):
         raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), os.fspath(path))
-    partial = target.with_name(f".lissom-{secrets.token_hex(8)}{target.suffix}")
+    suffix = target.suffix if len(target.suffix) <= LONGEST_SUFFIX else ""
+    partial = target.with_name(f".lissom-{secrets.token_hex(8)}{suffix}")
     try:
-        partial.touch(exist_ok=False)
+        # Nobody may read it while it is written who may not read the file that it replaces.
+        created = 0o666 if mode is None else mode | stat.S_IRUSR | stat.S_IWUSR
+        os.close(os.open(partial, os.O_WRONLY | os.O_CREAT | os.O_EXCL, created))
         yield partial
         with partial.open("r+b") as file:
             os.fsync(file.fileno())
@@ -122,7 +130,7 @@ def replacing(path: str | os.PathLike[str]) -> Iterator[Path]:
             partial.chmod(mode)
         partial.replace(target)
     except OSError as error:
-        if error.filename != str(partial):
+        if error.errno is None or error.filename not in (None, str(partial)):
             raise
         raise type(error)(error.errno, error.strerror, os.fspath(path)) from error
     finally:

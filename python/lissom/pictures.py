@@ -72,10 +72,15 @@ def _axes(count: int) -> Any:
     return axes[:, 0]
 
 
+def _literal(text: str) -> str:
+    """Text that is drawn as it is: Matplotlib takes what stands between dollars for a formula."""
+    return text.replace("$", r"\$")
+
+
 def _curves(axes: Axes, x: Array, values: Array, names: list[str], label: str) -> None:
     for column, name in zip(values.T, names, strict=True):
-        axes.plot(x, column, label=name)
-    axes.set_ylabel(label)
+        axes.plot(x, column, label=_literal(name))
+    axes.set_ylabel(_literal(label))
     axes.grid(alpha=0.3)
     if 1 < len(names) <= 12:
         axes.legend(fontsize="small", loc="center left", bbox_to_anchor=(1.0, 0.5))
@@ -230,7 +235,7 @@ def _bars(names: Sequence[str], of_each: dict[str, Array]) -> NDArray[Any]:
     axes = _axes(len(of_each))
     for one, (label, values) in zip(axes, of_each.items(), strict=True):
         one.barh(np.arange(len(names)), values)
-        one.set_yticks(np.arange(len(names)), names, fontsize="small")
+        one.set_yticks(np.arange(len(names)), [_literal(name) for name in names], fontsize="small")
         one.invert_yaxis()
         one.set_xlabel(f"{label} per unit of the parameter")
         one.grid(alpha=0.3, axis="x")

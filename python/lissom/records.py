@@ -12,6 +12,7 @@ from __future__ import annotations
 import copyreg
 import json
 import math
+import re
 import types
 import typing
 from collections.abc import Callable, Mapping, Sequence
@@ -24,6 +25,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from . import layouts
 from ._lissom import Model, Section
 
 #: The classes that results and models consist of, by module.
@@ -67,6 +69,12 @@ RESTORE = "_restore"
 
 #: Allowed kinds of array elements: booleans, integers, floats, complex numbers, text.
 KINDS = "biufcSU"
+
+#: How NumPy writes them, with their sizes.
+_DTYPE = re.compile(rf"[<>|][{KINDS}][0-9]{{1,9}}")
+
+#: Largest number of dimensions of an array of NumPy.
+DIMENSIONS = 64
 
 #: Bytes for the length of the tree.
 LENGTH = 8
@@ -133,6 +141,8 @@ class _Writer:
             case list():
                 return self._list(thing)
             case dict():
+                if not all(isinstance(key, str) for key in thing):
+                    raise NotKept("keys that are no text")
                 return {"dict": [self._list(item) for item in thing.items()]}
             case SimpleNamespace():
                 return {"namespace": {name: self.node(value) for name, value in vars(thing).items()}}
@@ -218,19 +228,22 @@ class _Reader:
     def _tuple(self, content: Any) -> tuple[Any, ...]:
         return tuple(self.value(inner) for inner in content)
 
-    def _dict(self, content: Any) -> dict[Any, Any]:
-        return {self.value(key): self.value(value) for key, value in content}
+    def _dict(self, content: Any) -> dict[str, Any]:
+        # Numbers can be chosen so that all of them collide in a dict; text cannot.
+        if not all(isinstance(key, str) for key, _ in content):
+            raise Damaged("a key that is no text")
+        return {key: self.value(value) for key, value in content}
 
     def _namespace(self, content: Any) -> SimpleNamespace:
         return SimpleNamespace(**{name: self.value(value) for name, value in content.items()})
 
     def _array(self, content: Any) -> NDArray[Any]:
         kind, shape = content
-        dtype = np.dtype(str(kind))
-        if dtype.kind not in KINDS or dtype.fields is not None or dtype.subdtype is not None:
+        if not isinstance(kind, str) or not _DTYPE.fullmatch(kind):
             raise Damaged(f"an array of {kind!r:.40}")
-        if not all(type(size) is int and size >= 0 for size in shape):
-            raise Damaged(f"an array of shape {shape!r:.80}")
+        dtype = np.dtype(kind)
+        if len(shape) > DIMENSIONS or not all(type(size) is int and 0 <= size < 2**63 for size in shape):
+            raise Damaged(f"an array of {len(shape)} sizes that none has")
         size = math.prod(shape) * dtype.itemsize
         if dtype.itemsize == 0 or size > len(self.left):
             raise Damaged(f"an array of shape {shape!r:.80} in {len(self.left)} bytes")
@@ -254,7 +267,7 @@ class _Reader:
         for field, kind in _annotations(name).items():
             if not fits(found[field], kind):
                 raise Damaged(f"{name}.{field} is a {type(found[field]).__name__}")
-        return owner(**found)
+        return _laid_out(name, owner(**found))
 
     def _made(self, content: Any) -> Any:
         name, function, arguments, options = content
@@ -268,7 +281,7 @@ class _Reader:
         )
         if isinstance(found, Model):
             self._models.append(found)
-        return found
+        return _laid_out(name, found)
 
     def _model(self, content: Any) -> Model:
         if type(content) is not int or content < 0:
@@ -283,6 +296,13 @@ _KINDS_OF_NODES: dict[str, Callable[[_Reader, Any], Any]] = {
         *("fields", "made", "model"),
     )
 }
+
+
+def _laid_out(name: str, thing: Any) -> Any:
+    flaw = layouts.flaw(name, thing)
+    if flaw:
+        raise Damaged(f"{name}.{flaw} has not the type or the length that it should have")
+    return thing
 
 
 def _is_shape(owner: type, function: Any) -> bool:

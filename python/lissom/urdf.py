@@ -80,6 +80,9 @@ _CONTACT = "shapes for contact are not read"
 _NAMESPACE = "a namespace declaration says nothing about the robot"
 _TEXT = "text means nothing here: URDF says all in elements and attributes"
 
+#: First elements of other descriptions of robots: SDFormat, MJCF, COLLADA.
+_OTHER_FORMATS = ("sdf", "mujoco", "COLLADA")
+
 _RUN_XACRO = "expected plain URDF; run xacro first: xacro robot.urdf.xacro > robot.urdf"
 
 #: Entries that affect the robot's motion come first in a summary.
@@ -706,7 +709,10 @@ class _Reader:
         if root.tag == "robot":
             links, joints = self._robot(root, floating)
         else:
-            self._problem(root, None, f"got the element <{root.tag}>", "expected <robot>: a file in URDF")
+            # Of other files nothing is shown, not even the name of their first element.
+            known = root.tag if root.tag in _OTHER_FORMATS else ""
+            wrong = f"got the element <{known}>" if known else "got an element of another format"
+            self.document.note(root.line, root.column, known, wrong, "expected <robot>: a file in URDF")
         if self.document.problems:
             raise UrdfError(
                 sorted(self.document.problems, key=lambda problem: (problem.line, problem.column))

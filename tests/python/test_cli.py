@@ -919,3 +919,12 @@ def test_a_run_without_stderr_is_a_run(tmp_path):
     run = f"{sys.executable} -m lissom run wire.toml --no-report 2>&-"
     assert subprocess.run(run, shell=True, cwd=tmp_path, stdout=subprocess.DEVNULL).returncode == 0
     assert (tmp_path / "results" / "wire" / "summary.json").exists()
+
+
+def test_names_do_not_command_the_terminal(tmp_path):
+    text = 'version = 1\nscene.name = "a\\u001b]0;owned\\u0007\\nb"\n[pendulum]\n[simulation]\nt_end = 0.01\n'
+    (tmp_path / "x.toml").write_text(text, encoding="utf-8")
+    done = lissom_command("run", "x.toml", "-o", "out", "--no-report", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.startswith(r"a\x1b]0;owned\x07\nb: ")
+    assert "\x1b" not in done.stdout

@@ -50,6 +50,41 @@ def test_an_exception_while_writing_leaves_the_old_file(tmp_path):
     assert [entry.name for entry in tmp_path.iterdir()] == ["film.gif"]
 
 
+def test_private_files_stay_private_while_they_are_written(tmp_path):
+    path = tmp_path / "x.txt"
+    path.write_bytes(b"old")
+    path.chmod(0o600)
+    with disk.replacing(path) as partial:
+        assert stat.S_IMODE(partial.stat().st_mode) == 0o600
+    assert stat.S_IMODE(path.stat().st_mode) == 0o600
+
+
+def test_errors_name_the_file(tmp_path):
+    """Also those of a write, which know no name."""
+    path = tmp_path / "x.txt"
+
+    def write():
+        with disk.replacing(path):
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    with pytest.raises(OSError, match=r"No space left.*x\.txt"):
+        write()
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_links_in_a_circle_are_left_alone(tmp_path):
+    (tmp_path / "x").symlink_to("x")
+    with pytest.raises(OSError, match="symbolic links"):
+        disk.write(tmp_path / "x", b"new")
+    assert (tmp_path / "x").is_symlink()
+
+
+def test_names_may_be_as_long_as_the_system_allows(tmp_path):
+    path = tmp_path / ("x." + "y" * 253)
+    disk.write(path, b"new")
+    assert path.read_bytes() == b"new"
+
+
 def test_a_missing_folder_is_named(tmp_path):
     with pytest.raises(FileNotFoundError, match="nowhere"):
         disk.write(tmp_path / "nowhere" / "x", b"")

@@ -7,6 +7,7 @@ import inspect
 import io
 import json
 import pickle
+import re
 import shutil
 import time
 import zipfile
@@ -631,6 +632,85 @@ def test_every_field_of_a_record_has_its_type(make, tmp_path):
                 lissom.load(kept(tmp_path, changed, arrays))
 
 
+def summarised():
+    return lissom.simulate_many(rod(), 0.02, q0=np.zeros((3, rod().n)), dt=5e-3, keep="summary")
+
+
+def vibrating():
+    return lissom.modes(rod(), np.zeros(rod().n))
+
+
+def resting():
+    return lissom.statics(rod())
+
+
+def differentiated():
+    return lissom.equilibrium_sensitivity(rod(), ["segments[0].young_modulus"], frequencies=1)
+
+
+@pytest.mark.parametrize(
+    ("make", "attribute", "wrong"),
+    [
+        (summarised, "lowest", {"array": ["<f8", [0, 3]]}),
+        (summarised, "mean", "a word"),
+        (summarised, "message", {"tuple": []}),
+        (summarised, "message", {"tuple": [1, 2, 3]}),
+        (summarised, "slack", {"tuple": []}),
+        (summarised, "stats", {"dict": [["steps", 1]]}),
+        (vibrating, "shapes", None),
+        (vibrating, "frequency", {"array": ["<f8", [0]]}),
+        (resting, "q", {"array": ["<f8", [0]]}),
+        (fitted, "names", {"tuple": []}),
+        (fitted, "places", {"tuple": []}),
+        (fitted, "covariance", {"array": ["<f8", [0]]}),
+        (fitted, "t", {"array": ["<f8", [0]]}),
+        (derived, "names", {"tuple": ["a", "b"]}),
+        (derived, "gradient", {"array": ["<f8", [0]]}),
+        (derived, "_parameters", {"tuple": []}),
+        (differentiated, "names", {"tuple": []}),
+        (differentiated, "dq", {"array": ["<f8", [0, 1]]}),
+    ],
+    ids=lambda value: getattr(value, "__name__", str(value)[:30]),
+)
+def test_fields_of_a_record_have_the_same_lengths(make, attribute, wrong, tmp_path):
+    """Other lengths and types, also in compiled results: they were only noticed by plots and datasets."""
+    tree, arrays = tree_of(make())
+    ((kind, content),) = tree.items()
+    state = content[1] if kind == "fields" else content[2][0]["namespace"]
+    before = sum(map(bytes_of, [state[name] for name in list(state)[: list(state).index(attribute)]]))
+    size = bytes_of(state[attribute])
+    state[attribute] = wrong
+    with pytest.raises(ValueError, match="no result"):
+        lissom.load(kept(tmp_path, tree, arrays[:before] + arrays[before + size :]))
+
+
+def bytes_of(node):
+    """Number of bytes of the arrays in a node."""
+    if isinstance(node, list):
+        return sum(map(bytes_of, node))
+    if not isinstance(node, dict):
+        return 0
+    if set(node) <= {"array", "scalar"} and node:
+        ((dtype, shape),) = node.values()
+        return np.dtype(dtype).itemsize * int(np.prod(shape))
+    return sum(map(bytes_of, node.values()))
+
+
+@pytest.mark.parametrize(
+    "tree",
+    [
+        {"dict": [[i * (2**61 - 1), 0] for i in range(20_000)]},
+        {"array": ["<f8", [10**4000] * 2000]},
+        {"array": ["f8," * 200_000, [1]]},
+    ],
+    ids=["colliding keys", "sizes", "dtype"],
+)
+@pytest.mark.timeout(20)
+def test_small_files_are_read_quickly(tree, tmp_path):
+    with pytest.raises(ValueError, match="no result"):
+        lissom.load(kept(tmp_path, tree, bytes(8)))
+
+
 def test_a_model_is_kept_once(tmp_path):
     result = lissom.sensitivity(
         rod(), 0.05, parameters=["segments[0].young_modulus", "segments[0].density"], dt=5e-3
@@ -772,3 +852,29 @@ def test_the_stubs_say_what_the_methods_take():
         known = ("plot", "animate", "report", "save", "to_xarray", "view", "contact_events")
         assert {n for n in of_stub if n in known} == set(methods)
     assert seen == 33
+
+
+EVIL = "</script><script>alert(1)</script><!-- <!--<script> \"'> \u2028 javascript:alert(2)"
+
+
+def test_names_do_not_end_the_data_of_a_report(tmp_path):
+    """A name with the start of a comment was data that no browser could read."""
+    result = lissom.simulate(lissom.Robot([lissom.Link(EVIL, rod=[segment()])]), 0.02, dt=5e-3)
+    result.report(tmp_path / "x.html", title=EVIL)
+    text = (tmp_path / "x.html").read_text(encoding="utf-8")
+    data = re.findall(r'<script type="application/json"[^>]*>(.*?)</script>', text, re.DOTALL)
+    assert len(data) > 2
+    for each in data:
+        assert "<" not in each
+        json.loads(each)
+    assert any(EVIL in json.dumps(json.loads(each), ensure_ascii=False).replace('\\"', '"') for each in data)
+    assert text.count("<script") == len(data) + 1
+
+
+def test_names_are_no_formulas_in_plots():
+    from matplotlib import pyplot
+
+    result = lissom.simulate(lissom.Robot([lissom.Link(r"$\frac$", rod=[segment()])]), 0.02, dt=5e-3)
+    axes = result.plot()
+    axes[0].figure.canvas.draw()
+    pyplot.close(axes[0].figure)

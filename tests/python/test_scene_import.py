@@ -212,3 +212,7 @@ def test_nothing_is_shown_of_a_file_that_is_no_robot(folder):
     with pytest.raises(lissom.SceneError) as caught:
         lissom.Scene.load(folder / "arm.toml")
     assert "1234" not in str(caught.value)
+    (folder / "arm.urdf").write_text("<key1234 password='1234'>1234</key1234>\n", encoding="utf-8")
+    with pytest.raises(lissom.SceneError, match="an element of another format") as caught:
+        lissom.Scene.load(folder / "arm.toml")
+    assert "1234" not in str(caught.value)

@@ -1,6 +1,7 @@
 """Sweeps: every point equals a separate run, is computed once, in any process."""
 
 import concurrent.futures
+import json
 import shutil
 import signal
 import subprocess
@@ -319,6 +320,60 @@ def test_damaged_points_of_a_store_are_named_and_run_again(damage, name, tmp_pat
     told = []
     assert_equal(lissom.sweep(scene(), {E: values}, store=store, progress=told.append), whole)
     assert told[0] == 6, "nothing is run a third time"
+
+
+def chunks_but_marks(store):
+    """As of a copy that was not finished."""
+    for chunk in store.glob("*/[0-9]*"):
+        if chunk.parent.name != "is_done":
+            chunk.unlink()
+
+
+def exchanged(store):
+    """Results and checksums of two points, exchanged in all arrays."""
+    for folder in store.iterdir():
+        if folder.is_dir():
+            array = zarr.open_array(str(folder), mode="r+")
+            array[:] = array[:][::-1]
+
+
+def of_single_precision(store):
+    metadata = store / "q" / ".zarray"
+    metadata.write_text(metadata.read_text().replace("<f8", "<f4"))
+
+
+def of_other_width(store):
+    metadata = json.loads((store / "q" / ".zarray").read_text())
+    (store / "q" / ".zarray").write_text(json.dumps(metadata | {"shape": [2, 3], "chunks": [2, 3]}))
+
+
+def without_metadata(store):
+    (store / "status" / ".zarray").write_text("{")
+
+
+@pytest.mark.parametrize(
+    "damage", [chunks_but_marks, exchanged, of_single_precision, of_other_width, without_metadata]
+)
+def test_damaged_stores_are_run_again(damage, tmp_path):
+    store = tmp_path / "store.zarr"
+    whole = lissom.sweep(scene(), {E: [5e5, 2e6]}, store=store)
+    damage(store)
+    with pytest.warns(RuntimeWarning, match=r"2 of 2 points are damaged \(0 to 1\); they are run again"):
+        assert_equal(lissom.sweep(scene(), {E: [5e5, 2e6]}, store=store), whole)
+    assert_equal(lissom.sweep(scene(), {E: [5e5, 2e6]}, store=store), whole)
+
+
+def test_marks_and_files_of_others_do_not_matter(tmp_path):
+    store = tmp_path / "store.zarr"
+    whole = lissom.sweep(scene(), {E: [5e5, 2e6]}, store=store)
+    (store / "is_done" / "0").unlink()
+    (store / "notes.txt").write_text("mine")
+    told = []
+    assert_equal(lissom.sweep(scene(), {E: [5e5, 2e6]}, store=store, progress=told.append), whole)
+    assert told[0] == 2
+    assert zarr.open_array(str(store / "is_done"), mode="r")[:].all()
+    with pytest.raises(ValueError, match="is a file"):
+        lissom.sweep(scene(), {E: [5e5, 2e6]}, store=store / "notes.txt")
 
 
 def test_a_store_without_an_array_is_damaged(tmp_path):

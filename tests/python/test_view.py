@@ -14,7 +14,7 @@ import pytest
 
 import lissom
 from lissom import live
-from lissom.live import meshes
+from lissom.live import gate, meshes, messages
 from lissom.live.controls import STRONGEST, readout
 from lissom.live.motion import HELD, HELD_WHILE_PULLED, Motion
 from lissom.live.playback import PATIENCE, Playback
@@ -582,6 +582,8 @@ def test_only_its_own_page_may_use_a_view(headers, shown):
     good = 101 if headers else 200
     assert answered(shown.url, **headers, Host=own) == good
     assert answered(shown.url, **headers, Host=own, Origin=f"http://{own}") == good
+    # Names have no case.
+    assert answered(shown.url, **headers, Host=own.upper(), Origin=f"http://{own}") == good
     # Forwarded to another port of this machine.
     assert answered(shown.url, **headers, Host="localhost:9000", Origin="http://localhost:9000") == good
     for host, origin in [
@@ -589,6 +591,11 @@ def test_only_its_own_page_may_use_a_view(headers, shown):
         (own, "http://localhost:3000"),
         (own, "null"),
         (own, ""),
+        (own, "http://["),
+        (own, f"ftp://{own}"),
+        (own, f"http://{own}@evil.example"),
+        (f"evil.example@{own}", f"http://evil.example@{own}"),
+        ("0.0.0.0", "http://0.0.0.0"),
         ("evil.example", "http://evil.example"),
         ("localhost.evil.example", "http://localhost.evil.example"),
         ("[", "http://["),
@@ -605,6 +612,25 @@ def test_named_hosts_may_use_a_view():
         assert answered(page.url, Host="localhost", Origin="https://other.example") == 403
     with pytest.raises(TypeError, match="allow_hosts"):
         simulation.view(port=0, block=False, allow_hosts="hub.example")
+
+
+def test_names_of_hosts_are_names_alone():
+    assert gate.names_of(["Hub.Example", "[FE80::1]", "10.0.0.2", "my_pc"]) == {
+        *("hub.example", "fe80::1", "10.0.0.2", "my_pc")
+    }
+    for wrong in ("", "*", "hub:80", "http://hub", "hub/x", "a b", "[", "hub; default-src *", "höst"):
+        with pytest.raises(ValueError, match="allow_hosts"):
+            gate.names_of([wrong])
+
+
+def test_other_pages_cannot_frame_a_view(shown):
+    import http.client
+
+    connection = http.client.HTTPConnection("127.0.0.1", int(shown.url.rpartition(":")[2]), timeout=20)
+    with contextlib.closing(connection):
+        connection.request("GET", "/", headers={"Host": "localhost"})
+        policy = connection.getresponse().getheader("Content-Security-Policy")
+    assert policy == "frame-ancestors 127.0.0.1:* [::1]:* localhost:*"
 
 
 def test_a_page_cannot_open_a_tunnel(shown):
@@ -647,6 +673,92 @@ def test_bad_messages_do_not_end_a_view(shown, capfd):
     assert shown.is_open
     assert answered(shown.url, Host="localhost") == 200
     assert "Traceback" not in "".join(capfd.readouterr())
+
+
+CAMERA = {"wxyz": [1, 0, 0, 0], "position": [1, 1, 1], "fov": 1.0, "near": 0.1, "far": 10.0} | {
+    "image_height": 400,
+    "image_width": 400,
+    "look_at": [0, 0, 0],
+    "up_direction": [0, 0, 1],
+}
+MOVED = {"type": "TransformControlsUpdateMessage", "name": "/handle", "wxyz": [1, 0, 0, 0]}
+
+
+@pytest.mark.parametrize(
+    "message",
+    [
+        # Attributes of viser's own objects.
+        {"type": "GuiUpdateMessage", "uuid": "x", "updates": {"props": 5}},
+        {"type": "GuiUpdateMessage", "uuid": "x", "updates": {"value": True, "removed": True}},
+        {"type": "GuiUpdateMessage", "uuid": "x", "updates": {"update_cb": [1]}},
+        {"type": "GuiUpdateMessage", "uuid": "x", "updates": {}},
+        {"type": "GuiUpdateMessage", "uuid": "x", "updates": {"value": np.nan}},
+        {"type": "GuiUpdateMessage", "uuid": "x", "updates": {"value": [1, 2]}},
+        {"type": "GuiUpdateMessage", "uuid": "x", "updates": {"value": "x" * 5000}},
+        MOVED | {"position": [1, 2]},
+        MOVED | {"position": [np.inf, 0, 0]},
+        MOVED | {"position": ["a", "b", "c"]},
+        {"type": "ViewerCameraMessage"} | CAMERA | {"wxyz": ["a", "b"]},
+        {"type": "ViewerCameraMessage"} | CAMERA | {"fov": 1e300},
+        {"type": "ShareUrlRequest"},
+        {"type": "FileTransferStartUpload", "part_count": 10**9},
+        {"type": ["GuiUpdateMessage"]},
+        [1],
+    ],
+    ids=lambda message: str(message)[:80],
+)
+def test_only_messages_of_the_controls_are_heard(message):
+    import msgspec
+
+    assert not messages.is_message(msgspec.msgpack.encode(message))
+
+
+def test_messages_of_the_controls_are_heard():
+    import msgspec
+
+    for message in (
+        *({"type": "GuiUpdateMessage", "uuid": "x", "updates": {"value": value}} for value in (True, 1, 0.5)),
+        {"type": "TransformControlsDragStartMessage", "name": "/handle", "owner": ""},
+        MOVED | {"position": [1, 2, 3], "owner": ""},
+        {"type": "ViewerCameraMessage"} | CAMERA,
+    ):
+        assert messages.is_message(msgspec.msgpack.encode(message))
+    for other in ("text", b"", b"\xc1", b"\x91" * 60_000 + b"\x01"):
+        assert not messages.is_message(other)
+
+
+def test_attributes_of_controls_cannot_be_set(shown, capfd):
+    """The main loop reads the label of the button; it ended with an AttributeError."""
+    import msgspec
+    import viser
+    from websockets.sync.client import connect
+
+    controls, *_ = controls_of(shown)
+    uuid = controls._run._impl.uuid
+    address = shown.url.replace("http", "ws", 1)
+    with connect(address, subprotocols=[f"viser-v{viser.__version__}"], max_size=None) as page:
+        page.send(msgspec.msgpack.encode({"type": "ViewerCameraMessage"} | CAMERA))
+        for updates in ({"props": 5}, {"removed": True}, {"update_cb": [1]}, {"value": True}):
+            page.send(msgspec.msgpack.encode({"type": "GuiUpdateMessage", "uuid": uuid, "updates": updates}))
+        page.send(msgspec.msgpack.encode(MOVED | {"position": [1, 2]}))
+        time.sleep(0.5)
+    assert shown.is_open
+    assert not controls._run._impl.removed
+    assert answered(shown.url, Host="localhost") == 200
+    assert capfd.readouterr().err == ""
+
+
+def test_many_requests_leave_time_for_frames():
+    done = []
+
+    def slow():
+        done.append(time.sleep(0.02))
+
+    with live.open_view(lissom.Simulation(FINGER, dt=1e-3), port=0) as page:
+        for _ in range(100):
+            page._controls._todo.put(slow)
+        page._controls.do()
+    assert 1 <= len(done) <= PATIENCE / 0.02 + 1
 
 
 def controls_of(page):

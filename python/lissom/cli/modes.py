@@ -11,7 +11,7 @@ from .exits import FAILED
 from .saving import output_option, results_folder, save_study
 from .scenes import SCENE, load, refusals_of
 from .statics import say_statics
-from .words import say
+from .words import line, say
 
 
 @click.command("modes")
@@ -48,7 +48,7 @@ def command(scene: Path, output: Path | None, at_start: bool, no_report: bool) -
                 return say_statics(rest, save_study(rest, folder, no_report), str(error) or "interrupted")
             if isinstance(error, KeyboardInterrupt):
                 raise
-            click.echo(f"{loaded.name}: {error}", err=True)
+            click.echo(line(f"{loaded.name}: {error}"), err=True)
             return FAILED
         saved = save_study(done, folder, no_report)
     stable = done.found.is_stable

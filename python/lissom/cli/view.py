@@ -9,7 +9,7 @@ import click
 from ..interruption import interruption
 from .exits import FAILED
 from .scenes import SCENE, load, refusals_of
-from .words import note
+from .words import line, note
 
 
 @click.command("view")
@@ -60,7 +60,7 @@ def command(scene: Path, port: int, speed: float, paused: bool, allow_hosts: tup
         return FAILED
     try:
         interruption.answer()
-        click.echo(f"{loaded.name}: open {view.url} in a browser; Ctrl-C ends.")
+        click.echo(f"{line(loaded.name)}: open {view.url} in a browser; Ctrl-C ends.")
         view.serve()
     except KeyboardInterrupt:
         # Before the page was served.

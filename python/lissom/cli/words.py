@@ -2,12 +2,21 @@
 
 from __future__ import annotations
 
+import re
 import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import click
+
+#: Characters that command the terminal.
+_CONTROLS = re.compile(r"[\x00-\x1f\x7f-\x9f]")
+
+
+def line(text: str) -> str:
+    """Text of a scene on one line, with control characters in the notation of Python."""
+    return _CONTROLS.sub(lambda found: repr(found[0])[1:-1], text)
 
 
 class Saved(NamedTuple):
@@ -21,11 +30,11 @@ class Saved(NamedTuple):
 
 def say(name: str, outcome: str, good: bool, facts: Sequence[tuple[str, str]], saved: Saved) -> None:
     """Print the outcome, the facts, and where the results are."""
-    click.echo(click.style(f"{name}: {outcome}", bold=True, fg=None if good else "red"))
+    click.echo(click.style(line(f"{name}: {outcome}"), bold=True, fg=None if good else "red"))
     rows = [*facts, ("results", f"{saved.target}/"), *(("", file) for file in saved.files)]
     width = max(len(name) for name, _ in rows)
     for name, value in rows:
-        click.echo(f"  {name:<{width}}  {value}")
+        click.echo(line(f"  {name:<{width}}  {value}"))
 
 
 def note(what: str, extra: str) -> None:

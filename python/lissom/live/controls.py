@@ -3,6 +3,7 @@ loop."""
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from queue import Empty, SimpleQueue
@@ -13,7 +14,7 @@ import viser
 from numpy.typing import NDArray
 
 from .._lissom import LissomError
-from .playback import Playback
+from .playback import PATIENCE, Playback
 from .shape import Shape
 from .sliders import Slider
 
@@ -190,8 +191,9 @@ class Controls:
             self._motion.release()
 
     def do(self) -> None:
-        """Execute queued actions."""
-        while True:
+        """Execute queued actions, as many as there is time for before the next frame."""
+        deadline = time.perf_counter() + PATIENCE
+        while time.perf_counter() < deadline:
             try:
                 what = self._todo.get_nowait()
             except Empty:

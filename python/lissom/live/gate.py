@@ -10,7 +10,9 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import io
+import ipaddress
 import logging
+import re
 import threading
 from collections.abc import Collection, Iterator, Mapping
 from http import HTTPStatus
@@ -22,8 +24,13 @@ import websockets.asyncio.server
 from websockets import Headers
 from websockets.http11 import Response
 
+from .messages import is_message
+
 #: Names of this machine.
 LOCAL = frozenset({"localhost", "127.0.0.1", "::1"})
+
+#: Names of hosts as browsers send them (RFC 1123), and with underscores, which local networks have.
+_NAME = re.compile(r"[a-z0-9_]([a-z0-9_.-]*[a-z0-9_])?")
 
 #: Largest message from a page, bytes: pages send positions of the camera and values of sliders.
 LARGEST_MESSAGE = 2**16
@@ -52,18 +59,49 @@ def refusal(headers: Mapping[str, str], hosts: Collection[str]) -> str | None:
     """Why a request with these headers is refused; None for one that is answered."""
     host = headers.get("Host", "")
     name, origin = _name(f"//{host}"), headers.get("Origin")
-    if name not in LOCAL and name not in hosts:
+    if "@" in host or (name not in LOCAL and name not in hosts):
         return f"the host {host!r} is not this machine"
     if origin is None or _name(origin) in hosts:
         return None
-    return None if urlsplit(origin).netloc == host else f"a page of {origin!r} may not use this server"
+    # Names of hosts have no case.
+    own = {f"{scheme}://{host}".lower() for scheme in ("http", "https")}
+    return None if origin.lower() in own else f"a page of {origin!r} may not use this server"
 
 
 def _name(url: str) -> str | None:
+    """The name of the host, in lower case and without the brackets of IPv6; None if there is none."""
     try:
         return urlsplit(url).hostname
     except ValueError:
         return None
+
+
+def names_of(hosts: Collection[str]) -> frozenset[str]:
+    """Names of hosts as they are compared.
+
+    Raises
+    ------
+    ValueError
+        If one is not a name or an address alone.
+    """
+    names = set()
+    for host in hosts:
+        name = host.lower().strip("[]")
+        if not (_NAME.fullmatch(name) or _is_ipv6(name)):
+            raise ValueError(
+                f"allow_hosts: {host!r} is not the name of a host alone, without scheme and port, "
+                "such as 'robot.local'"
+            )
+        names.add(name)
+    return frozenset(names)
+
+
+def _is_ipv6(name: str) -> bool:
+    try:
+        ipaddress.IPv6Address(name)
+    except ValueError:
+        return False
+    return True
 
 
 def serve(host: str, port: int, title: str, hosts: Collection[str]) -> Server:
@@ -73,10 +111,15 @@ def serve(host: str, port: int, title: str, hosts: Collection[str]) -> Server:
     ------
     OSError
         If no port is free.
+    ValueError
+        If a host is not a name alone.
     """
     library = websockets.asyncio.server
     create, is_guarded = library.serve, False
-    known = frozenset(name.lower() for name in hosts)
+    known = names_of(hosts)
+    # Another page could lay the view over its own, and let the user click there.
+    framing = [f"[{name}]:*" if ":" in name else f"{name}:*" for name in sorted(LOCAL | known)]
+    policy = f"frame-ancestors {' '.join(framing)}"
 
     def guarded(handler: Any, *place: Any, process_request: Any, **options: Any) -> Any:
         nonlocal is_guarded
@@ -87,12 +130,26 @@ def serve(host: str, port: int, title: str, hosts: Collection[str]) -> Server:
             if reason is not None:
                 text = f"lissom view: {reason}; --allow-host and `allow_hosts` name others\n"
                 return Response(HTTPStatus.FORBIDDEN.value, "Forbidden", Headers(), text.encode())
-            return process_request(connection, request)
+            response = process_request(connection, request)
+            if response is not None:
+                response.headers["Content-Security-Policy"] = policy
+            return response
 
-        # Messages that are none raise in tasks of their own; the connection goes on without them.
+        async def heard(connection: Any) -> None:
+            receive = connection.recv
+
+            async def checked(*arguments: Any, **named: Any) -> Any:
+                while not is_message(message := await receive(*arguments, **named)):
+                    pass
+                return message
+
+            connection.recv = checked
+            await handler(connection)
+
+        # A message for a control that is no more raises in a task of its own; the connection goes on.
         asyncio.get_running_loop().set_exception_handler(lambda *_: None)
         options |= {"max_size": LARGEST_MESSAGE, "logger": _SILENT}
-        return create(handler, *place, process_request=check, **options)
+        return create(heard, *place, process_request=check, **options)
 
     with _CREATING, quiet():
         library.serve = guarded  # type: ignore[assignment, misc]

@@ -20,6 +20,9 @@ CHUNK = 2**20
 #: Attribute that identifies the sweep of a store.
 IDENTITY = "lissom_sweep"
 
+#: Attribute of an array that says how it was made.
+LAYOUT = "lissom_layout"
+
 #: Names of the arrays that mark finished points, and that hold the checksum of their results.
 DONE = "is_done"
 CHECKSUM = "checksum"
@@ -103,6 +106,18 @@ def checksums(name: str, rows: Array) -> Array:
     return sums
 
 
+def _start(indices: Array) -> Array:
+    """Checksums of points without results: different ones, and never zero, as those of missing chunks are."""
+    # Odd, so that products with different numbers differ modulo 2**64 (Knuth 1998, section 6.4).
+    found: Array = (indices.astype(np.uint64) + np.uint64(1)) * np.uint64(0x9E3779B97F4A7C15)
+    return found
+
+
+def _layout(array: Any) -> list[Any]:
+    """Type of the elements, shape and fill value of an array, as JSON types."""
+    return [np.dtype(array.dtype).str, list(array.shape), repr(array.fill_value)]
+
+
 def _words(rows: Array) -> Array:
     """Bytes of each row as words of 64 bits."""
     content = np.ascontiguousarray(rows).reshape(len(rows), -1)
@@ -115,8 +130,9 @@ def _words(rows: Array) -> Array:
 class Zarr(Memory):
     """A Zarr store. Data are written before the mark of a finished point, and in whole chunks.
 
-    When a store is opened again, the checksum of every finished point is compared. Damaged points (of a chunk
-    that is missing, cut or changed) are named in a warning, and count as not finished.
+    When a store is opened again, the checksum of every point is compared: it tells which ones are finished;
+    the marks are for other programs. Damaged points (of a chunk or an array that is missing, cut, changed or
+    that of other points) are named in a warning, and count as not finished.
     """
 
     def __init__(self, path: Path, points: int, identity: Mapping[str, Any]) -> None:
@@ -125,15 +141,14 @@ class Zarr(Memory):
         super().__init__(points)
         # In the form in which the store returns it.
         wanted = json.loads(json.dumps(identity))
+        if path.exists() and not path.is_dir():
+            raise ValueError(f"store: {path} is a file and no store of a sweep; name another one")
         if path.exists() and any(path.iterdir()):
             self.group = self._opened(path, wanted)
-            found = dict(self.group.arrays())
-            if any(name not in found for name in OWN) or any(
-                array.shape[:1] != (points,) for array in found.values()
-            ):
+            self.arrays = self._found(path)
+            if any(name not in self.arrays for name in OWN):
                 raise ValueError(f"store: {path} is damaged: arrays are missing or too short; remove it")
-            self.arrays = {name: array for name, array in found.items() if name not in OWN}
-            self._marks, self._checksums = found[DONE], found[CHECKSUM]
+            self._marks, self._checksums = (self.arrays.pop(name) for name in OWN)
             self._check(path)
         else:
             # Format 2 supports bytes of fixed length.
@@ -142,17 +157,30 @@ class Zarr(Memory):
             self._checksums = self._array(CHECKSUM, np.zeros((), dtype=np.uint64))
             self.group.attrs[IDENTITY] = wanted
 
+    def _found(self, path: Path) -> dict[str, Any]:
+        """The arrays of the store that are as they were made; others are made again when they are needed."""
+        found = {}
+        for name in sorted(entry.name for entry in path.iterdir() if entry.is_dir()):
+            try:
+                array = self.group[name]
+                if array.attrs[LAYOUT] == _layout(array) and array.shape[0] == self.points:
+                    found[name] = array
+            except Exception:  # metadata of any kind raise errors of any kind
+                continue
+        return found
+
     def _check(self, path: Path) -> None:
         """Find the finished points whose results are as they were written."""
-        marked = _readable(self._marks).astype(bool)
-        sums = np.zeros(self.points, np.uint64)
+        marked, written = _readable(self._marks).astype(bool), _readable(self._checksums)
+        sums = _start(np.arange(self.points))
         for name, array in self.arrays.items():
             sums += checksums(name, _readable(array))
-        self.done = marked & (sums == _readable(self._checksums))
-        damaged = np.flatnonzero(marked & ~self.done)
+        self.done = sums == written
+        if not np.array_equal(marked, self.done):
+            self.put(self._marks, np.arange(self.points), self.done)
+        damaged = np.flatnonzero((marked | (written != 0)) & ~self.done)
         if len(damaged) == 0:
             return
-        self.put(self._marks, damaged, np.zeros(len(damaged), dtype=bool))
         runs = np.split(damaged, np.flatnonzero(np.diff(damaged) != 1) + 1)
         named = ", ".join(f"{run[0]}" if len(run) == 1 else f"{run[0]} to {run[-1]}" for run in runs[:NAMED])
         more = f" and {len(runs) - NAMED} more ranges" if len(runs) > NAMED else ""
@@ -192,7 +220,9 @@ class Zarr(Memory):
             chunks=(rows, *(max(1, size) for size in value.shape)),
             dtype=value.dtype,
             fill_value=_nothing(value.dtype),
+            overwrite=True,
         )
+        array.attrs[LAYOUT] = _layout(array)
         # Dimension names for xarray.
         array.attrs["_ARRAY_DIMENSIONS"] = ["point", *(f"{name}_{i}" for i in range(value.ndim))]
         return array
@@ -200,7 +230,7 @@ class Zarr(Memory):
     def put_rows(self, indices: Array, rows: Mapping[str, Array]) -> None:
         """Write the entries of these points in all arrays, their checksums, and that they are finished."""
         super().put_rows(indices, rows)
-        sums = np.zeros(len(indices), np.uint64)
+        sums = _start(indices)
         for name, values in rows.items():
             sums += checksums(name, values)
         self.put(self._checksums, indices, sums)
@@ -225,5 +255,8 @@ def _readable(array: Any) -> Array:
         except Exception:  # bytes of any kind raise errors of any kind
             length = min(rows, array.shape[0] - first)
             parts.append(np.full((length, *array.shape[1:]), _nothing(array.dtype), dtype=array.dtype))
-            array[first : first + rows] = parts[-1]
+            try:
+                array[first : first + rows] = parts[-1]
+            except OSError as error:
+                raise ValueError(f"store: a chunk of {array.name} cannot be replaced: {error}") from None
     return np.concatenate(parts)
