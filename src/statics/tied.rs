@@ -2,7 +2,7 @@
 
 use super::{Continuation, ContinuationOptions, Equilibrium, Monitor, Options, Status, outcome};
 use crate::constraint::{AsSprings, closing};
-use crate::error::{Interrupted, InvalidInput};
+use crate::error::{InvalidInput, Unfinished};
 use crate::model::Model;
 use crate::{modes, stability};
 
@@ -60,7 +60,7 @@ pub(super) fn continuation(
     model: &mut dyn Model,
     options: &ContinuationOptions,
     monitor: Monitor<'_>,
-) -> Result<Result<Continuation, Interrupted>, InvalidInput> {
+) -> Result<Result<Continuation, Unfinished<Continuation>>, InvalidInput> {
     let rest = vec![0.0; model.n()];
     model.release_open(options.q0.as_deref().unwrap_or(&rest), None);
     let q0 = match &options.q0 {

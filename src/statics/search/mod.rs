@@ -12,7 +12,7 @@ mod quadratic;
 mod scale;
 mod step;
 
-use super::{Counters, Monitor};
+use super::{Counters, Halted, Monitor, Path, Reached};
 use crate::constraint::closing;
 use crate::error::Interrupted;
 use crate::linalg::{Matrix, dot};
@@ -107,15 +107,20 @@ pub(super) fn search(
     q0: &[f64],
     goal: Goal,
     monitor: Monitor<'_>,
-) -> Result<Found, Interrupted> {
+) -> Result<Found, Halted> {
     let mut q = q0.to_vec();
     if model.constraints() > 0 {
         // A shape that stays open is told of at the end.
         closing::close(model, &mut q);
     }
     let mut search = Search::new(model, q, monitor)?;
-    let ended = search.descend(goal)?;
-    Ok(search.found(ended))
+    match search.descend(goal) {
+        Ok(ended) => Ok(search.found(ended)),
+        Err(Interrupted) => {
+            let (q, counters) = (search.shape.q, search.problem.counters);
+            Err(Halted::with(Reached { q, load_factor: 1.0, path: Path::default(), counters }))
+        }
+    }
 }
 
 /// How far from equilibrium a shape is: the largest relative change of its forces that would balance them. The shape is not changed.
