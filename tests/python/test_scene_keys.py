@@ -818,7 +818,8 @@ def test_every_key_means_something(name):
     "wrong",
     [
         '[[link]]\nname = "z"\nparent = "nobody"\n',
-        '[[link]]\nname = "z"\njoint = { type = "revolute", axis = [0, 0, 1], mimic.link = "nobody" }\nbody.mass = 1\n',
+        '[[link]]\nname = "z"\nbody.mass = 1\n'
+        'joint = { type = "revolute", axis = [0, 0, 1], mimic.link = "nobody" }\n',
         '[[tendon]]\nname = "t"\npath = [{ link = "nobody", offset = [0, 1] }]\ntension = 1\n',
         '[[motor]]\nname = "m"\njoint = "nobody"\ntorque = 1\n',
     ],
