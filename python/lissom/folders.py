@@ -10,6 +10,8 @@ import sys
 from pathlib import Path
 from types import TracebackType
 
+from . import disk
+
 #: Name of the file that marks a folder as results of lissom, by its key MARK.
 SUMMARY = "summary.json"
 MARK = "lissom"
@@ -52,7 +54,7 @@ class Folder:
         check_target(target)
         #: The folder as given.
         self.target = target
-        self._place = target.resolve()
+        self._place = Path(os.path.realpath(target))
         self._made = _make(self._place)
         # If this raises, the folder stays with the run that holds the lock.
         self._lock = _lock(self._place, target)
@@ -170,7 +172,7 @@ def is_own(path: Path) -> bool:
 def is_own_summary(path: Path) -> bool:
     """Whether lissom wrote this summary."""
     try:
-        numbers = json.loads(path.read_text(encoding="utf-8"))
+        numbers = json.loads(disk.read(path, disk.LARGEST_DESCRIPTION))
     except (OSError, ValueError, RecursionError):
         return False
     return isinstance(numbers, dict) and isinstance(numbers.get(MARK), str)

@@ -1,8 +1,9 @@
 //! Actuators from their tables, which follow the rod or the links on which they act.
 
 use super::document::{self, AlongRod, AlongRodTable, Command, Document, PathPart, Strain};
+use super::loops::expected_name;
 use super::parts;
-use super::shape::{Shape, expected_one_of, report};
+use super::shape::{Shape, report};
 use crate::actuator::{
     ActiveStrain, Actuator, Along, Chamber, Drive, Motor, MotorCommand, Part, Tendon, Via,
 };
@@ -67,10 +68,10 @@ impl Surroundings<'_> {
                 (format!("\"{name}\", but a rod is one link"), "remove it: it is on the rod".to_owned())
             }
             None if names.len() == 1 && !self.are_incomplete => return Some(0),
-            None => ("no link, and there are several".to_owned(), expected_one_of("", &names)),
+            None => ("no link, and there are several".to_owned(), expected_name("", &names, "link")),
             Some(name) => match names.iter().position(|known| *known == name) {
                 Some(link) => return Some(link),
-                None => (format!("no link is called \"{name}\""), expected_one_of(name, &names)),
+                None => (format!("no link is called \"{name}\""), expected_name(name, &names, "link")),
             },
         };
         if (!self.are_incomplete || name.is_none()) && shape.is_readable(key) {
@@ -190,7 +191,7 @@ fn motor(
         let known: Vec<&str> = known.iter().map(String::as_str).collect();
         let right = match known.is_empty() {
             true => "remove it: no link has a joint that a motor can move".to_owned(),
-            false => expected_one_of(&written.joint, &known),
+            false => expected_name(&written.joint, &known, "joint"),
         };
         shape.refuse(&key, format!("no coordinate is called \"{}\"", written.joint), right);
     }

@@ -1,5 +1,7 @@
 //! Links of a robot from their tables.
 
+use std::collections::HashMap;
+
 use super::actuators::{Surroundings, actuators, key_of_actuator};
 use super::contacts::{contacts, key_of_contact};
 use super::document::{
@@ -7,9 +9,9 @@ use super::document::{
     Simulation as Settings, VaryingNumber,
 };
 use super::imports::{Imported, Imports, Refusal, Request};
-use super::loops::{self, key_of_loop};
+use super::loops::{self, LISTED, expected_name, key_of_loop, quoted};
 use super::parts;
-use super::shape::{Shape, expected_one_of, report};
+use super::shape::{Shape, report};
 use crate::body;
 use crate::error::Checker;
 use crate::joint::{self as joints, JointForces};
@@ -44,9 +46,12 @@ pub(super) fn import(written: &Import, imports: &mut dyn Imports, shape: &mut Sh
 
 /// Names of the links of a scene.
 struct Names<'a> {
-    /// Names of imported links, which precede the others.
-    imported: Vec<&'a str>,
-    written: Vec<&'a str>,
+    /// All names in the order of the robot: imported links precede the others.
+    all: Vec<&'a str>,
+    /// Number of imported links.
+    imported: usize,
+    /// The first link of each name.
+    places: HashMap<&'a str, usize>,
     /// Whether there are further links that could not be read.
     are_incomplete: bool,
 }
@@ -54,20 +59,16 @@ struct Names<'a> {
 impl<'a> Names<'a> {
     fn new(document: &'a Document, imported: Option<&'a Imported>) -> Self {
         let of_file = imported.iter().flat_map(|imported| &imported.links);
-        Self {
-            imported: of_file.map(|link| link.name.as_str()).collect(),
-            written: document.link.iter().map(|link| link.name.as_str()).collect(),
-            are_incomplete: document.import.is_some() && imported.is_none(),
-        }
+        let mut all: Vec<_> = of_file.map(|link| link.name.as_str()).collect();
+        let imported_links = all.len();
+        all.extend(document.link.iter().map(|link| link.name.as_str()));
+        let places = all.iter().enumerate().rev().map(|(place, &name)| (name, place)).collect();
+        let are_incomplete = document.import.is_some() && imported.is_none();
+        Self { all, imported: imported_links, places, are_incomplete }
     }
 
-    /// Names of the links before a link of the file, in the order of the robot.
-    fn before(&self, i: usize) -> Vec<&'a str> {
-        self.imported.iter().chain(&self.written[..i]).copied().collect()
-    }
-
-    fn all(&self) -> Vec<&'a str> {
-        self.before(self.written.len())
+    fn place(&self, name: &str) -> Option<usize> {
+        self.places.get(name).copied()
     }
 }
 
@@ -80,7 +81,7 @@ pub(super) fn robot(
 ) -> Option<(Robot, [Vec<f64>; 2])> {
     let written = &document.link;
     let names = Names::new(document, imported);
-    let before = names.imported.len();
+    let before = names.imported;
     let of_file = imported.map_or(&[][..], |imported| &imported.links);
     let mut links = of_file.to_vec();
     for (i, written) in written.iter().enumerate() {
@@ -177,20 +178,21 @@ fn state(document: &Document, robot: &Robot, before: usize, key: &str, shape: &m
 
 fn link(document: &Document, names: &Names<'_>, i: usize, written: &Link, shape: &mut Shape) -> robot::Link {
     let here = format!("link[{i}]");
-    let place = names.imported.len() + i;
+    let place = names.imported + i;
     let parent = written.parent.as_ref().and_then(|name| {
-        let found = names.all().iter().position(|other| other == name);
+        let found = names.place(name);
         let is_known = found.is_some() || !names.are_incomplete;
         if found.is_none_or(|parent| parent >= place) && is_known {
-            let before: Vec<_> = names.before(i).iter().map(|name| format!("\"{name}\"")).collect();
+            let before = &names.all[..place];
             let wrong = match found {
                 None => format!("no link is called \"{name}\""),
                 Some(parent) if parent == place => "a link cannot carry itself".to_owned(),
                 Some(_) => format!("\"{name}\" stands behind the link that it carries"),
             };
-            let right = match before.is_empty() {
-                true => "remove it: the first link hangs on the world".to_owned(),
-                false => format!("expected one of the links before: {}", before.join(", ")),
+            let right = match before.len() {
+                0 => "remove it: the first link hangs on the world".to_owned(),
+                1..=LISTED => format!("expected one of the links before: {}", quoted(before)),
+                _ => expected_name(name, before, "link"),
             };
             shape.refuse(&format!("{here}.parent"), wrong, right);
         }
@@ -339,10 +341,10 @@ fn driven(
         return None;
     }
     if let Some(Mimic { link, multiplier, offset }) = &written.mimic {
-        let found = names.all().iter().position(|other| other == link);
+        let found = names.place(link);
         let is_unknown = found.is_none() && !names.are_incomplete;
         if is_unknown && shape.is_readable(&format!("{mimic_key}.link")) {
-            let right = expected_one_of(link, &names.all());
+            let right = expected_name(link, &names.all, "link");
             shape.refuse(&format!("{mimic_key}.link"), format!("no link is called \"{link}\""), right);
         }
         let (multiplier, offset) = (multiplier.unwrap_or(1.0), offset.unwrap_or(0.0));

@@ -10,7 +10,10 @@ use crate::loops::{Loop, LoopEnd, Tie};
 use crate::robot::Robot;
 
 /// Maximum number of names listed in messages.
-const LISTED: usize = 12;
+pub(super) const LISTED: usize = 12;
+
+/// Maximum number of names among which a similar one is searched: every unknown name is compared with all of them.
+const COMPARED: usize = 300;
 
 /// Name of the world within the names of loops.
 const WORLD: &str = "the world";
@@ -104,15 +107,21 @@ pub(super) fn place(names: &[String], name: &str) -> Option<usize> {
 }
 
 /// Advice for an unknown name: all valid names, unless there are many.
-pub(super) fn expected_name(name: &str, names: &[String], what: &str) -> String {
-    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+pub(super) fn expected_name(name: &str, names: &[impl AsRef<str>], what: &str) -> String {
     if names.len() <= LISTED {
-        return expected_one_of(name, &names);
+        return expected_one_of(name, &names.iter().map(AsRef::as_ref).collect::<Vec<_>>());
     }
-    match suggestion(name, names.iter().copied()) {
+    let similar =
+        if names.len() <= COMPARED { suggestion(name, names.iter().map(AsRef::as_ref)) } else { None };
+    match similar {
         Some(similar) => format!("did you mean \"{similar}\"?"),
-        None => format!("expected one of {} {what}s, such as \"{}\"", names.len(), names[0]),
+        None => format!("expected one of {} {what}s, such as \"{}\"", names.len(), names[0].as_ref()),
     }
+}
+
+/// Names in quotes, separated by commas.
+pub(super) fn quoted(names: &[&str]) -> String {
+    names.iter().map(|name| format!("\"{name}\"")).collect::<Vec<_>>().join(", ")
 }
 
 fn one(written: &document::Loop, here: &str, known: &Known, shape: &mut Shape) -> Option<Loop> {

@@ -952,3 +952,12 @@ def test_names_do_not_command_the_terminal(tmp_path):
     assert done.returncode == 0, done.stderr
     assert done.stdout.startswith(r"a\x1b]0;owned\x07\nb: ")
     assert "\x1b" not in done.stdout
+
+
+def test_links_in_a_circle_are_no_folder(scene, tmp_path):
+    path = scene("version = 1\n[pendulum]\n[simulation]\nt_end = 0.01\n")
+    (tmp_path / "circle").symlink_to("circle")
+    done = lissom_command("run", path, "-o", "circle", "--no-report", cwd=tmp_path)
+    assert done.returncode == 1
+    assert done.stderr.startswith("circle could not be written")
+    assert (tmp_path / "circle").is_symlink()

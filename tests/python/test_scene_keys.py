@@ -811,3 +811,28 @@ def test_every_key_means_something(name):
         place = "".join(f"[{key}]" if isinstance(key, int) else f".{key}" for key in path)[1:]
         differs = meaning(without(document, path)) != whole
         assert differs == (place not in SAME.get(name, ())), place
+
+
+@pytest.mark.parametrize("size", [3, 400])
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        '[[link]]\nname = "z"\nparent = "nobody"\n',
+        '[[link]]\nname = "z"\nbody.mass = 1\n'
+        'joint = { type = "revolute", axis = [0, 0, 1], mimic.link = "nobody" }\n',
+        '[[tendon]]\nname = "t"\npath = [{ link = "nobody", offset = [0, 1] }]\ntension = 1\n',
+        '[[motor]]\nname = "m"\njoint = "nobody"\ntorque = 1\n',
+    ],
+    ids=["parent", "mimic", "tendon", "motor"],
+)
+def test_messages_do_not_list_all_links_of_large_robots(wrong, size):
+    """A message for each wrong name with all names took time and memory with the square of the file."""
+    link = '[[link]]\nname = "l{}"\njoint = {{ type = "revolute", axis = [0, 0, 1] }}\nbody.mass = 1\n'
+    links = "".join(map(link.format, range(size)))
+    with pytest.raises(lissom.SceneError) as caught:
+        lissom.Scene.loads(f"version = 1\n{links}{wrong}[simulation]\nt_end = 1\n")
+    named = [problem for problem in caught.value.problems if "nobody" in problem.wrong + problem.snippet]
+    assert named
+    for problem in named:
+        assert ("l1" in problem.right) is (size == 3), problem
+        assert len(problem.right) < 200

@@ -525,12 +525,18 @@ impl Robot {
                 has_mass[parent] = true;
             }
         }
+        // Links that others mimic move their masses.
+        for driven in self.driven() {
+            if let Driven::Mimic { link, .. } = driven
+                && let Some(has_mass) = has_mass.get_mut(*link)
+            {
+                *has_mass = true;
+            }
+        }
         for (i, link) in self.links.iter().enumerate() {
             let has_armature = link.joint.forces().is_some_and(|forces| forces.armature > 0.0);
-            let is_mimicked =
-                self.driven().any(|driven| matches!(driven, Driven::Mimic { link, .. } if *link == i));
             if let (false, false, Some(coordinate)) =
-                (has_mass[i] || is_mimicked, has_armature, link.joint_coordinates().first())
+                (has_mass[i], has_armature, link.joint_coordinates().first())
             {
                 check.require(
                     false,
