@@ -10,8 +10,8 @@ import lissom
 #: Largest ratio of the times of deep and shallow places.
 MOST = 30
 
-#: The same near the centre of curvature of a hill, where many places of the ground are almost equally near: with
-#: bounds that do not tighten there, millions.
+#: The same near the centre of curvature of a hill, where many places of the ground are almost equally near:
+#: millions with bounds that do not tighten there.
 MOST_AT_CENTRE = 600
 
 
