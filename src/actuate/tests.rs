@@ -8,7 +8,6 @@ use crate::actuator::{Along, Chamber, Motor, MotorCommand, Part};
 use crate::body::Body;
 use crate::joint::{Joint, JointForces};
 use crate::load::Load;
-use crate::model::Elastic as _;
 use crate::robot::{Link, Robot, Rod};
 use crate::rod::Segment;
 use crate::signal::{Input, Signal};

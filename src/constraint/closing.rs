@@ -291,7 +291,7 @@ impl Natural {
     }
 
     /// The step that closes gaps to first order. Tendons that it would make too long hold, too.
-    fn closing<M: Model + ?Sized>(&self, model: &mut M, q: &[f64], gaps: &mut Vec<f64>) -> Option<Vec<f64>> {
+    fn closing<M: Model + ?Sized>(&self, model: &mut M, q: &[f64], gaps: &mut [f64]) -> Option<Vec<f64>> {
         loop {
             let rows = self.rows(model, q)?;
             let wanted: Vec<f64> =

@@ -195,7 +195,7 @@ pub(super) fn retracted(
         miss = largest(&gaps);
         let strays: Vec<f64> = elastic.iter().zip(&off).map(|(&row, off)| off / lengths[row]).collect();
         let stray = largest(&strays);
-        if !(miss <= 2.0 * before + size) {
+        if miss.is_nan() || miss > 2.0 * before + size {
             return Ok(None);
         }
         let is_done = miss.max(stray) < HELD * size.max(1.0);
