@@ -198,6 +198,7 @@ fn violated<M: Model + ?Sized>(model: &mut M, q: &[f64], gaps: &mut Vec<f64>) ->
     }
     gaps.resize(m, 0.0);
     model.gaps(q, gaps);
+    model.away_from_half_turns(gaps);
     gaps.iter_mut().zip(sizes_of_gaps(model)).for_each(|(gap, size)| *gap /= size);
     gaps.iter().fold(0.0, |largest: f64, gap| if gap.abs() <= largest { largest } else { gap.abs() })
 }

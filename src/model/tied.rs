@@ -72,6 +72,10 @@ pub trait Tied {
         sizes.fill(1.0);
     }
 
+    /// The gaps evaluated last, with the opposite sign for angles between directions that should be the same and are more than a right
+    /// angle apart: towards half a turn these gaps fall, too, although nothing is closed there.
+    fn away_from_half_turns(&mut self, _gaps: &mut [f64]) {}
+
     /// How far those are passed that hold one way only, and the rates of that: whether they hold or not, in units of
     /// [`Self::gap_sizes`], to the right of corners in time. Their rows are the last ones. Allocates.
     fn passed(&mut self, _q: &[f64], _qd: &[f64]) -> Vec<[f64; 2]> {

@@ -1302,6 +1302,10 @@ impl Tied for RobotModel {
         });
     }
 
+    fn away_from_half_turns(&mut self, gaps: &mut [f64]) {
+        on_sweeps!(&self.sweeps, sweeps => sweeps.away_from_half_turns(gaps));
+    }
+
     fn gap_sizes(&self, sizes: &mut [f64]) {
         sizes.copy_from_slice(&self.gap_sizes);
     }

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::algebra::tie::Row;
 use super::compile;
 use super::description::Robot;
 use super::effect::actuation;
@@ -347,6 +348,16 @@ impl<G: Turning> Sweeps<G> {
     pub(crate) fn gaps(&mut self, q: &[f64], gaps: &mut [f64]) {
         self.update_constraints(q);
         loops::values(&self.plan, &self.work, q, gaps);
+    }
+
+    /// Changes the sign of gaps of angles in ties whose ends are turned away from each other, in the shape evaluated last.
+    pub(crate) fn away_from_half_turns(&self, gaps: &mut [f64]) {
+        for tie in &self.plan.loops.ties {
+            if loops::turned_away(&self.plan, &self.work, tie).is_some() {
+                let of_tie = gaps[tie.first..].iter_mut().zip(&tie.rows);
+                of_tie.filter(|(_, row)| matches!(row, Row::Angle { .. })).for_each(|(gap, _)| *gap = -*gap);
+            }
+        }
     }
 
     /// The constraint with the largest gap beside these sizes, this gap, and its size.

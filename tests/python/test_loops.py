@@ -694,3 +694,25 @@ def test_ends_on_links_that_are_welded_together(other):
             loops.insert(0, Loop(other, (None, None), lissom.Planar((0, 1, 0))))
         gaps = Robot(links, loops=loops).loop_gaps([0.4])
         np.testing.assert_allclose(gaps[-3:], 0, atol=1e-12)
+
+
+@pytest.mark.parametrize("angle", [0.3, 1.5, 1.7, 2.5, 3.1])
+@pytest.mark.parametrize(
+    "joint", [Weld(), Revolute((0, 0, 1)), Prismatic((0, 0, 1)), lissom.Cylindrical((0, 1, 1))]
+)
+def test_ends_that_are_turned_away_are_turned_back(angle, joint):
+    """Gaps of angles vanish at half a turn, too. An equilibrium there would be one of another joint."""
+    rng = np.random.default_rng(3)
+    body = Body(1.0, centre=(0.1, 0.02, 0), inertia=np.diag([1e-3, 2e-3, 2e-3]))
+    for _ in range(5):
+        axis = rng.normal(size=3)
+        links = [Link("hand", joint=Free(), body=body)]
+        robot = Robot(links, loops=[Loop("hand", (None, None, (0.1, 0, 0.2)), joint)], gravity=(0, 0, 0))
+        start = np.concatenate([rng.normal(size=3) * 0.1, angle * axis / np.linalg.norm(axis)])
+        found = lissom.statics(robot, start)
+        assert found.success, found.message
+        pose = robot.pose(found.q, link="hand")
+        shared = {"Weld": np.eye(3), "Prismatic": np.eye(3)}.get(type(joint).__name__)
+        if shared is None:
+            shared = np.array([joint.axis]) / np.linalg.norm(joint.axis)
+        np.testing.assert_allclose(pose[:3, :3] @ shared.T, shared.T, atol=1e-9)

@@ -176,6 +176,9 @@ impl<'a> Search<'a> {
         for _ in 0..goal.max_iter {
             self.problem.counters.iterations += 1;
             let mut error = self.balance.error;
+            if !error.is_finite() {
+                return Ok(Ended::NonFinite);
+            }
             let Some(hessian) = self.problem.hessian(
                 &self.shape,
                 &self.balance.raw_gradient,

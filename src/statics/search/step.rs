@@ -105,7 +105,8 @@ pub(super) fn within(
                 }
             }
         }
-        if high < 1.02 * low || shift > LARGEST_SHIFT * largest.max(f64::MIN_POSITIVE) {
+        let is_largest = shift > LARGEST_SHIFT * largest.max(f64::MIN_POSITIVE);
+        if high < 1.02 * low || is_largest || !shift.is_finite() {
             break;
         }
         if best.is_some() {
