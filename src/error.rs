@@ -198,6 +198,33 @@ impl fmt::Display for Interrupted {
 
 impl std::error::Error for Interrupted {}
 
+/// The result of a computation that was asked to stop ([`Interrupted`]): what it had computed by then, in the
+/// type of its complete result.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Unfinished<T>(Box<T>);
+
+impl<T> Unfinished<T> {
+    /// An unfinished result.
+    pub fn new(result: T) -> Self {
+        Self(Box::new(result))
+    }
+
+    /// What was computed.
+    pub fn into_inner(self) -> T {
+        *self.0
+    }
+
+    /// For functions that need the complete result, and pass on the interruption alone.
+    pub fn interrupted(self) -> Interrupted {
+        Interrupted
+    }
+
+    /// Converts what was computed.
+    pub fn map<U>(self, convert: impl FnOnce(T) -> U) -> Unfinished<U> {
+        Unfinished::new(convert(*self.0))
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -169,6 +169,7 @@ class RootResult:
         "longest_steps",
         "non_finite_residual",
         "non_finite_jacobian",
+        "interrupted",
     ]: ...
     @property
     def message(self) -> str: ...
@@ -1509,6 +1510,7 @@ class ReachResult:
         "unresolved",
         "inverted",
         "collapsed",
+        "interrupted",
     ]: ...
     @property
     def message(self) -> str: ...
@@ -1551,6 +1553,7 @@ class ActuateResult:
         "no_start",
         "iteration_limit",
         "stalled",
+        "interrupted",
     ]: ...
     @property
     def message(self) -> str: ...
@@ -1587,7 +1590,14 @@ class ContinuationResult:
     def status(
         self,
     ) -> Literal[
-        "finished", "no_start", "step_too_small", "too_many_steps", "unresolved", "inverted", "collapsed"
+        "finished",
+        "no_start",
+        "step_too_small",
+        "too_many_steps",
+        "unresolved",
+        "inverted",
+        "collapsed",
+        "interrupted",
     ]: ...
     @property
     def message(self) -> str: ...

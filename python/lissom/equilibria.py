@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ._lissom import LissomError, Model, Robot, StaticsResult, statics
+from .interruption import Keeping
 from .parameters import OfModel, names_of, place_derivative, resolved, value_of
 from .shown import Shown
 
@@ -164,6 +165,8 @@ def equilibrium_sensitivity(
         Before the search, if an argument is invalid, a name is unknown, or nothing depends on a parameter.
     LissomError
         If no equilibrium is found, or its stiffness is singular; the message says so.
+    KeyboardInterrupt
+        On Ctrl-C. Its attribute `result` is the StaticsResult, complete or as `statics` keeps it.
 
     Examples
     --------
@@ -224,6 +227,19 @@ def differentiated(
     found = statics(model, q0, t=t, u=u, **options)
     if not found.success:
         raise LissomError(f"no equilibrium was found: {found.message}")
+    with Keeping(found):
+        return _derivatives(model, wanted, found, objective, frequencies, t, u)
+
+
+def _derivatives(
+    model: Model,
+    wanted: Sequence[OfModel],
+    found: StaticsResult,
+    objective: Objective | None,
+    frequencies: int,
+    t: float,
+    u: ArrayLike | None,
+) -> EquilibriumSensitivityResult:
     q, rest = found.q, np.zeros(model.n)
     at: dict[str, Any] = {"t": t, "u": u}
     stiffness = model.tangent(q, rest, rest, **at)[0]

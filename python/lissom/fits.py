@@ -171,7 +171,7 @@ def fit(
         Before the first run, if an argument is invalid, a name is unknown, bounds are reversed, or there are
         fewer measured numbers than parameters.
     KeyboardInterrupt
-        After Ctrl-C; its attribute `result` is the FitResult of the best run until then.
+        After Ctrl-C; its attribute `result` is the FitResult of the best run until then, if one was complete.
     LissomError
         If with the initial values a run fails or no equilibrium is found; the message lists the parameters.
     ImportError
@@ -329,6 +329,9 @@ def fit(
             message = f"Interrupted after {runs} runs; these are the best values until then."
             nowhere = np.zeros(len(names))
             error.result = result(*best[1:], nowhere, False, message)  # type: ignore[attr-defined]
+        else:
+            # That of the first run, or of its equilibrium, is no FitResult.
+            vars(error).pop("result", None)
         raise
     success = bool(solved.status > 0)
     return result(solved.x, *evaluate(solved.x), solved.active_mask, success, str(solved.message))

@@ -5,13 +5,14 @@ Imports nothing slow, because it is used before NumPy and the extension module a
 
 from __future__ import annotations
 
+import operator
 import os
 import signal
 import time
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Callable, Iterable
     from types import FrameType
     from typing import TypeVar
 
@@ -63,6 +64,19 @@ class Interruption:
                 raise
         return found
 
+    def finish(self, compute: Callable[[], T]) -> T:
+        """What a computation finds, or had found by Ctrl-C, which is deferred.
+
+        Raises KeyboardInterrupt if it had found nothing.
+        """
+        try:
+            (found,) = self.collect(map(operator.call, [compute]))
+        except KeyboardInterrupt as error:
+            if not hasattr(error, "result"):
+                raise
+            found = error.result
+        return found
+
     def _hear(self, number: int, frame: FrameType | None) -> None:
         self.requested = True
         if self._raises:
@@ -72,6 +86,19 @@ class Interruption:
         elif self._word:
             # The interrupted code may be writing to sys.stderr, which is not reentrant.
             os.write(2, self._word)
+
+
+class Keeping:
+    """Within this block a KeyboardInterrupt gets a result that was computed before."""
+
+    def __init__(self, result: object) -> None:
+        self._result = result
+
+    def __enter__(self) -> None: ...
+
+    def __exit__(self, kind: object, error: BaseException | None, traceback: object) -> None:
+        if isinstance(error, KeyboardInterrupt):
+            error.result = self._result  # type: ignore[attr-defined]
 
 
 #: The instance of this process.

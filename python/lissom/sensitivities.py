@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ._lissom import LissomError, Model, Robot, finite_array, sensitivities, simulate
+from .interruption import Keeping
 from .parameters import OfInput, OfModel, OfStart, Parameter, names_of, place_derivative, resolved
 from .shown import Shown
 
@@ -233,6 +234,8 @@ def sensitivity(
     LissomError
         If the run fails, or a spherical or free joint passes half a turn, where its coordinates change; the
         message says why.
+    KeyboardInterrupt
+        On Ctrl-C. Its attribute `result` is the run as a MotionResult, complete or up to there.
 
     Examples
     --------
@@ -289,29 +292,30 @@ def sensitivity(
     run = simulate(model, t_end, t0=t0, q0=q0, v0=v0, dt=dt, **chosen)
     if not run.success:
         raise LissomError(f"the run did not come to its end: {run.message}")
-    value, weights = None, None
-    if objective is not None:
-        value, weights = _weights(objective, run.t, run.q, run.v)
-    dq0, dv0 = np.zeros((2, model.n, len(wanted)))
-    for i, parameter in enumerate(wanted):
-        if isinstance(parameter, OfStart):
-            (dq0 if parameter.which == "q0" else dv0)[parameter.index, i] = 1.0
-    legs = None if held is None else list(zip(np.searchsorted(run.t, begun), held, strict=True))
-    forces = [_on_forces(parameter, weights is not None) for parameter in wanted]
-    found = sensitivities(
-        model,
-        run.t,
-        run.q,
-        run.v,
-        run.a,
-        forces,
-        dq0,
-        dv0,
-        method=method,
-        **scheme,
-        legs=legs,
-        weights=weights,
-    )
+    with Keeping(run):
+        value, weights = None, None
+        if objective is not None:
+            value, weights = _weights(objective, run.t, run.q, run.v)
+        dq0, dv0 = np.zeros((2, model.n, len(wanted)))
+        for i, parameter in enumerate(wanted):
+            if isinstance(parameter, OfStart):
+                (dq0 if parameter.which == "q0" else dv0)[parameter.index, i] = 1.0
+        legs = None if held is None else list(zip(np.searchsorted(run.t, begun), held, strict=True))
+        forces = [_on_forces(parameter, weights is not None) for parameter in wanted]
+        found = sensitivities(
+            model,
+            run.t,
+            run.q,
+            run.v,
+            run.a,
+            forces,
+            dq0,
+            dv0,
+            method=method,
+            **scheme,
+            legs=legs,
+            weights=weights,
+        )
     dq, dv, gradient = None, None, None
     if weights is None:
         dq, dv = found

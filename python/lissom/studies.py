@@ -138,6 +138,11 @@ def vector(name: str, values: ArrayLike, count: int) -> Array:
     return numbers
 
 
+def outcome_of(found: StaticsResult) -> str:
+    """The outcome of a search as one word, as for runs."""
+    return "interrupted" if found.status == "interrupted" else "finished" if found.success else "failed"
+
+
 def way(path: EquilibriumPath) -> Array:
     """Distance along a path of equilibria, shape (k,), increasing from 0 to 1 even if loads decrease.
 
@@ -172,7 +177,7 @@ class StaticsStudy:
             "scene": self.scene.name,
             MARK: __version__,
             "study": "statics",
-            "outcome": "finished" if found.success else "failed",
+            "outcome": outcome_of(found),
             "status": found.status,
             "message": found.message,
             "load_factor": found.load_factor,
@@ -244,11 +249,12 @@ class ModesStudy:
 def study_statics(scene: Scene, from_start: bool = False) -> StaticsStudy:
     """Find the equilibrium of a scene from the unloaded state, or by release from its q0.
 
-    The shape of closed loops depends on q0: a scene with loops and a q0 is released from it.
+    Ctrl-C ends the search, not the program. The shape of closed loops depends on q0: a scene with loops and
+    a q0 is released from it.
     """
     start = time.perf_counter()
     begin = scene.q0 if from_start else rest_start(scene)
-    (found,) = interruption.collect(map(partial(statics, t=scene.simulation.t0), [scene.model], [begin]))
+    found = interruption.finish(partial(statics, scene.model, begin, t=scene.simulation.t0))
     return StaticsStudy(scene, found, begin is not None, time.perf_counter() - start)
 
 
@@ -260,7 +266,7 @@ def study_modes(scene: Scene, rest: StaticsStudy | None) -> ModesStudy:
     if rest is not None and not rest.found.success:
         raise LissomError(rest.found.message)
     q = scene.q0 if rest is None else rest.found.q
-    (found,) = interruption.collect(map(partial(modes, t=scene.simulation.t0), [scene.model], [q]))
+    found = interruption.finish(partial(modes, scene.model, q, t=scene.simulation.t0))
     return ModesStudy(scene, rest, q, found)
 
 

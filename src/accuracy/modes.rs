@@ -35,7 +35,7 @@ const STATES: usize = 32;
 /// Result of a choice of modes.
 #[derive(Clone, Debug)]
 pub struct Modes {
-    /// The robot with the chosen modes.
+    /// The robot with the chosen modes; after an interruption with those that the trials until then needed.
     pub robot: Robot,
     /// Change of the tip by the additional modes of the last trial, relative to the length; `None` without
     /// such a trial.
@@ -80,11 +80,19 @@ pub fn choose_modes(
     let mut modes = vec![FIRST_MODES; open.len()];
     let mut kept = KEPT;
     let mut space_error = None;
+    let ended = |failed: Failed, modes: &[[usize; STRAINS]], space_error| match failed.0.status {
+        status if status.is_interrupted() => {
+            let message =
+                "The trials were interrupted: these are the modes that they needed by then.".to_owned();
+            Modes { robot: with_modes(robot, open, modes), space_error, status, message }
+        }
+        _ => failed.choice(robot.clone(), space_error),
+    };
     for _ in 0..TRIALS {
         let more: Vec<[usize; STRAINS]> = modes.iter().map(|modes| modes.map(more)).collect();
         let fine = match trials.run(robot, &more)? {
             Ok(trial) => trial,
-            Err(failed) => return Ok(failed.choice(robot.clone(), space_error)),
+            Err(failed) => return Ok(ended(failed, &modes, space_error)),
         };
         let needed = trials.needed(&fine, &more, kept * request.rtol);
         let is_enough =
@@ -98,7 +106,7 @@ pub fn choose_modes(
         }
         let coarse = match trials.run(robot, &needed)? {
             Ok(trial) => trial,
-            Err(failed) => return Ok(failed.choice(robot.clone(), space_error)),
+            Err(failed) => return Ok(ended(failed, &modes, space_error)),
         };
         let error = SAFETY * largest(&distances(&fine.tips, &coarse.tips)) / robot.length();
         space_error = Some(error);

@@ -1,7 +1,7 @@
 //! Equilibria and their sensitivity as a function of the inputs, by continuation from one input to the next.
 
 use crate::constraint::{one_sided, saddle::Saddle};
-use crate::error::Interrupted;
+use crate::error::{Interrupted, Unfinished};
 use crate::linalg::Matrix;
 use crate::model::{Elastic as _, InTime as _, Model as _, Tied as _};
 use crate::robot::RobotModel;
@@ -24,9 +24,9 @@ const BACK: f64 = -1.0;
 
 /// Inputs and the equilibrium shape at these inputs.
 #[derive(Clone, Debug)]
-struct State {
-    u: Vec<f64>,
-    q: Vec<f64>,
+pub(super) struct State {
+    pub(super) u: Vec<f64>,
+    pub(super) q: Vec<f64>,
 }
 
 /// Reason why no equilibrium was found for some inputs.
@@ -91,10 +91,14 @@ impl<'a, 'b> Equilibria<'a, 'b> {
         }
     }
 
-    /// Returns the model and the monitor, with the shape `near` or the latest one.
-    pub(super) fn into_parts(self, near: Option<Vec<f64>>) -> (&'a mut RobotModel, Monitor<'b>, Vec<f64>) {
-        let Self { model, monitor, latest, .. } = self;
-        (model, monitor, near.unwrap_or(latest.q))
+    /// The known equilibrium at these inputs; if there is none, that of the search's latest iterate.
+    pub(super) fn known(&self, u: &[f64]) -> State {
+        if self.latest.u == u { self.latest.clone() } else { self.anchor.clone() }
+    }
+
+    /// The model and the monitor, with the shape `near` or the latest one.
+    pub(super) fn parts(&mut self, near: Option<Vec<f64>>) -> (&mut RobotModel, Monitor<'_>, Vec<f64>) {
+        (self.model, self.monitor, near.unwrap_or_else(|| self.latest.q.clone()))
     }
 
     fn follow(&mut self, u: &[f64]) -> Result<Option<Vec<f64>>, Interrupted> {
@@ -109,7 +113,7 @@ impl<'a, 'b> Equilibria<'a, 'b> {
         };
         let found = continuation(self.model, &options, self.monitor);
         let Continuation { path, status, .. } = match found {
-            Ok(found) => found?,
+            Ok(found) => found.map_err(Unfinished::interrupted)?,
             // Inputs or shape are not finite.
             Err(_) => {
                 self.lost = Some(Lost::Way(Status::NonFinite));

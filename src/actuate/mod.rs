@@ -50,7 +50,7 @@ mod outcome;
 pub use outcome::{Found, Status};
 
 use crate::actuator::{Actuator, Drive, Tendon};
-use crate::error::{Checker, Interrupted, InvalidInput, Number};
+use crate::error::{Checker, Interrupted, InvalidInput, Number, Unfinished};
 use crate::linalg::{Matrix, full_svd, norm};
 use crate::model::{Discretised as _, InTime as _, Model as _};
 use crate::reach::Target;
@@ -58,9 +58,10 @@ use crate::reach::misfit::Misfit;
 use crate::robot::RobotModel;
 use crate::roots::System as _;
 use crate::roots::least_squares::{self, Bounds, Counters, End, Form, Outcome, solve};
+use crate::stability::Verdict;
 use crate::statics::{self, Equilibrium, Monitor, Start, Tendons, equilibrium};
 use commands::{Command, Kind, commands};
-use equilibria::Equilibria;
+use equilibria::{Equilibria, State};
 use misfit::Actuated;
 
 /// Relative singular value below which the targets do not determine an input, because of rounding.
@@ -98,7 +99,7 @@ impl Default for Options {
 
 /// Finds inputs that bring links to their targets, or as near as possible, and the equilibrium at these
 /// inputs. A step costs a few tangents of the model, and a few for every input if the targets do not
-/// determine the inputs or cannot be reached.
+/// determine the inputs or cannot be reached. An interruption carries the best inputs until then.
 ///
 /// Fails before the search if an argument is invalid.
 pub fn actuate(
@@ -106,7 +107,7 @@ pub fn actuate(
     targets: &[Target],
     options: &Options,
     monitor: Monitor<'_>,
-) -> Result<Result<Found, Interrupted>, InvalidInput> {
+) -> Result<Result<Found, Unfinished<Found>>, InvalidInput> {
     let problem = Problem::new(model, targets, options)?;
     Ok(search(model, targets, options, problem, monitor))
 }
@@ -236,39 +237,45 @@ fn search(
     options: &Options,
     problem: Problem,
     monitor: Monitor<'_>,
-) -> Result<Found, Interrupted> {
+) -> Result<Found, Unfinished<Found>> {
     let robot = model.description().clone();
     let mut seen = model.clone();
-    seen.set_time(options.time)?;
+    let set = seen.set_time(options.time).and_then(|()| {
+        model.set_inputs(&problem.u);
+        model.set_time(options.time)
+    });
     let mut never = || Ok(());
     let mut of_targets = Misfit::new(&mut seen, targets, Vec::new(), &mut never);
-    let conclude = |of_targets: &mut Misfit<'_, '_>, end: Ending| -> Found {
+    let conclude = |of_targets: &mut Misfit<'_, '_>, end: Ending| {
         let Ending { u, q, status, held, lost, slack, verdict, counters, equilibria } = end;
         let (errors, poses): (Vec<_>, Vec<_>) = of_targets.errors(&q).into_iter().unzip();
         let of_links = targets.iter().map(|target| target.link).zip(errors.iter().copied());
         let message = outcome::message(status, &robot, of_links, &held, lost, &slack, verdict);
-        Found { u, q, status, message, errors, poses, held, verdict, counters, equilibria }
+        let found = Found { u, q, status, message, errors, poses, held, verdict, counters, equilibria };
+        if status == Status::Interrupted { Err(Unfinished::new(found)) } else { Ok(found) }
     };
 
-    model.set_inputs(&problem.u);
-    model.set_time(options.time)?;
-    let start = find(
-        model,
-        options.q0.clone().map_or(Start::Unloaded { stops: vec![1.0] }, Start::Descent),
-        monitor,
-    )?;
+    if set.is_err() {
+        let q = options.q0.clone().unwrap_or_else(|| vec![0.0; of_targets.unknowns()]);
+        return conclude(&mut of_targets, Ending::of_start(Status::Interrupted, State { u: problem.u, q }));
+    }
+    let beginning = options.q0.clone().map_or(Start::Unloaded { stops: vec![1.0] }, Start::Descent);
+    let (start, is_interrupted) = match find(model, beginning, monitor) {
+        Ok(start) => (start, false),
+        Err(unfinished) => (unfinished.into_inner(), true),
+    };
     if !start.status.is_success() {
-        let (u, q, verdict) = (problem.u, start.q, start.verdict);
-        let counters = Counters::default();
-        let status = Status::NoStart;
-        let (held, slack) = (Vec::new(), Vec::new());
-        let end = Ending { u, q, status, held, lost: None, slack, verdict, counters, equilibria: 1 };
-        return Ok(conclude(&mut of_targets, end));
+        let status = if is_interrupted { Status::Interrupted } else { Status::NoStart };
+        let end = Ending::of_start(status, State { u: problem.u, q: start.q });
+        return conclude(&mut of_targets, Ending { verdict: start.verdict, ..end });
     }
 
     let mut equilibria = Equilibria::new(model, options.time, problem.u.clone(), start.q, monitor);
-    let sensitivity =
-        equilibria.sensitivity()?.unwrap_or_else(|| Matrix::zeros(of_targets.unknowns(), problem.u.len()));
+    let Ok(sensitivity) = equilibria.sensitivity() else {
+        let state = equilibria.known(&problem.u);
+        return conclude(&mut of_targets, Ending::of_start(Status::Interrupted, state));
+    };
+    let sensitivity = sensitivity.unwrap_or_else(|| Matrix::zeros(of_targets.unknowns(), problem.u.len()));
     let sizes = problem.sizes(&sensitivity);
     let bounds = Bounds {
         lower: problem.of_free(&sizes, |command, _| command.limits[0]),
@@ -277,36 +284,66 @@ fn search(
     let mut x = problem.of_free(&sizes, |_, entry| problem.u[entry]);
     let wanted = problem.of_free(&sizes, |command, _| command.least);
     let mut system = Actuated::new(equilibria, of_targets, problem.u.clone(), problem.free.clone(), sizes);
-    let (found, mut counters) = descend(&mut system, &mut x, &bounds, options)?;
+    let (found, mut counters) = descend(&mut system, &mut x, &bounds, options);
     let mut status = Status::of(found.end, !found.held.is_empty(), system.equilibria.lost);
     let lost = system.equilibria.lost;
     system.targets.count_alike(true);
-    if status == Status::Reached && leaves_a_choice(&mut system, &x)? {
+    if status == Status::Reached {
         let form = Form { root: Matrix::identity(x.len(), x.len()), wanted };
-        if !form.settle(&mut system, &mut x, &bounds, &search_of(options, options.tol), &mut counters)? {
-            status = Status::NotSettled;
+        let mut settle = || {
+            let is_smallest = !leaves_a_choice(&mut system, &x)?;
+            let search = search_of(options, options.tol);
+            Ok(is_smallest || form.settle(&mut system, &mut x, &bounds, &search, &mut counters)?)
+        };
+        status = match settle() {
+            Ok(true) => Status::Reached,
+            Ok(false) => Status::NotSettled,
+            Err(Interrupted) => Status::Interrupted,
+        };
+    }
+    let within_limits = |mut u: Vec<f64>| {
+        for &entry in &problem.free {
+            // Scaling must not move an input beyond its limits by rounding.
+            let [lower, upper] = problem.commands[entry].limits;
+            u[entry] = u[entry].max(lower).min(upper);
         }
-    }
-    let mut u = system.inputs(&x);
-    for &entry in &problem.free {
-        // Scaling must not move an input beyond its limits by rounding.
-        let [lower, upper] = problem.commands[entry].limits;
-        u[entry] = u[entry].max(lower).min(upper);
-    }
-    let near = system.equilibria.at(&u)?.map(<[f64]>::to_vec);
-    let Actuated { equilibria, targets: mut of_targets, .. } = system;
+        u
+    };
+    let u = within_limits(system.inputs(&x));
+    let Actuated { mut equilibria, targets: mut of_targets, .. } = system;
+    let judged = if status == Status::Interrupted {
+        Err(Interrupted)
+    } else {
+        judged(&mut equilibria, &problem, &u, options.time)
+    };
+    let (State { u, q }, verdict, slack) = judged.unwrap_or_else(|Interrupted| {
+        status = Status::Interrupted;
+        let State { u, q } = equilibria.known(&u);
+        (State { u: within_limits(u), q }, None, Vec::new())
+    });
     let number = equilibria.number;
-    let (model, monitor, q) = equilibria.into_parts(near);
-    model.set_inputs(&u);
-    model.set_time(options.time)?;
-    let Equilibrium { q, verdict, .. } = find(model, Start::Newton(q), monitor)?;
-    let slack = problem.slack(model, &q, &u, options.time)?;
     let held = match status {
         Status::AtLimits => found.held.iter().map(|&k| problem.free[k]).collect(),
         _ => Vec::new(),
     };
     let end = Ending { u, q, status, held, lost, slack, verdict, counters, equilibria: number };
-    Ok(conclude(&mut of_targets, end))
+    conclude(&mut of_targets, end)
+}
+
+/// The equilibrium at the inputs that were found, with its stability, and slack tendons with free lengths.
+fn judged(
+    equilibria: &mut Equilibria<'_, '_>,
+    problem: &Problem,
+    u: &[f64],
+    time: f64,
+) -> Result<(State, Option<Verdict>, Vec<String>), Interrupted> {
+    let near = equilibria.at(u)?.map(<[f64]>::to_vec);
+    let (model, monitor, q) = equilibria.parts(near);
+    model.set_inputs(u);
+    model.set_time(time)?;
+    let found = find(model, Start::Newton(q), monitor).map_err(Unfinished::interrupted)?;
+    let slack = problem.slack(model, &found.q, u, time)?;
+    Ok((State { u: u.to_vec(), q: found.q }, found.verdict, slack))
 }
 
 /// Result of a search, before its message is written.
@@ -317,12 +354,33 @@ struct Ending {
     held: Vec<usize>,
     lost: Option<equilibria::Lost>,
     slack: Vec<String>,
-    verdict: Option<crate::stability::Verdict>,
+    verdict: Option<Verdict>,
     counters: Counters,
     equilibria: usize,
 }
 
-fn find(model: &mut RobotModel, start: Start, monitor: Monitor<'_>) -> Result<Equilibrium, Interrupted> {
+impl Ending {
+    /// At the start, without a step.
+    fn of_start(status: Status, State { u, q }: State) -> Self {
+        Self {
+            u,
+            q,
+            status,
+            held: Vec::new(),
+            lost: None,
+            slack: Vec::new(),
+            verdict: None,
+            counters: Counters::default(),
+            equilibria: 1,
+        }
+    }
+}
+
+fn find(
+    model: &mut RobotModel,
+    start: Start,
+    monitor: Monitor<'_>,
+) -> Result<Equilibrium, Unfinished<Equilibrium>> {
     let options = statics::Options { start, ..statics::Options::default() };
     equilibrium(model, &options, monitor).expect("options and shape were looked at")
 }
@@ -338,17 +396,20 @@ fn descend(
     x: &mut [f64],
     bounds: &Bounds,
     options: &Options,
-) -> Result<(Outcome, Counters), Interrupted> {
-    let alike = solve(system, x, bounds, &search_of(options, options.tol))?;
+) -> (Outcome, Counters) {
+    let solved = |system: &mut Actuated<'_, '_>, x: &mut [f64], tolerance| {
+        solve(system, x, bounds, &search_of(options, tolerance)).unwrap_or_else(Unfinished::into_inner)
+    };
+    let alike = solved(system, x, options.tol);
     let mut counters = alike.counters;
-    if alike.end == End::Root || system.targets.counts_alike() {
-        return Ok((alike, counters));
+    if matches!(alike.end, End::Root | End::Interrupted) || system.targets.counts_alike() {
+        return (alike, counters);
     }
     system.targets.count_alike(false);
     let tolerance = options.tol * system.targets.least_weight();
-    let found = solve(system, x, bounds, &search_of(options, tolerance))?;
+    let found = solved(system, x, tolerance);
     counters += found.counters;
-    Ok((found, counters))
+    (found, counters)
 }
 
 /// Whether other inputs nearby give the same poses.

@@ -27,6 +27,8 @@ pub enum Status {
     IterationLimit,
     /// No step, however short, reduces the errors.
     Stalled,
+    /// The monitor asked to stop.
+    Interrupted,
 }
 
 impl Status {
@@ -42,6 +44,7 @@ impl Status {
             End::Stalled => Self::Stalled,
             // At zero stiffness the equilibrium has no derivative.
             End::NonFinite => Self::EquilibriumLost,
+            End::Interrupted => Self::Interrupted,
         }
     }
 
@@ -61,6 +64,7 @@ impl Status {
             Self::NoStart => "no_start",
             Self::IterationLimit => "iteration_limit",
             Self::Stalled => "stalled",
+            Self::Interrupted => "interrupted",
         }
     }
 }
@@ -149,6 +153,7 @@ pub(super) fn message(
         Status::IterationLimit => {
             "The limit of iterations was reached. Allow more `max_iter`, or start from other inputs `u`.".to_owned()
         }
+        Status::Interrupted => "The search was interrupted; these are the best inputs until then.".to_owned(),
         Status::Stalled => "No step, however short, brings the links nearer, although the derivatives predict it. \
                             Start from other inputs `u`."
             .to_owned(),

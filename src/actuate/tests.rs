@@ -139,7 +139,8 @@ fn bad_input_is_refused_before_any_search() {
 #[test]
 fn an_interrupt_ends_it() {
     let interrupted = actuate(&mut pulled(), &[at(tip(1.0))], &Options::default(), &mut || Err(Interrupted));
-    assert!(matches!(interrupted, Ok(Err(Interrupted))));
+    let kept = interrupted.unwrap().unwrap_err().into_inner();
+    assert_eq!((kept.status, kept.u.len()), (Status::Interrupted, 2));
 }
 
 #[test]

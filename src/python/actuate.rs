@@ -16,6 +16,7 @@ use crate::actuate::{self as core, Found, Options};
 use crate::model::InTime as _;
 use crate::robot::Robot;
 use crate::stability::Stability;
+use crate::statics::Monitor;
 
 /// Result of `actuate`.
 ///
@@ -31,7 +32,8 @@ use crate::stability::Stability;
 ///     'reached', 'not_settled' (reached, but the search for the smallest inputs did not converge), 'nearest' (not reachable: a
 ///     local minimum of the error by first and second derivatives), 'at_limits' (a local minimum within the limits, some of
 ///     which are active), 'equilibrium_lost' (the robot buckles or snaps on the way to the targets), 'no_start' (no
-///     equilibrium at the initial inputs), 'iteration_limit' or 'stalled'.
+///     equilibrium at the initial inputs), 'iteration_limit', 'stalled' or 'interrupted' (in the `result` of a
+///     KeyboardInterrupt).
 /// message : str
 ///     The status in words, with the remaining error, and what to change.
 /// position_error : float, or ndarray of shape (k,) for a mapping or a sequence of k targets
@@ -167,6 +169,8 @@ impl PyActuateResult {
 /// ------
 /// ValueError, TypeError
 ///     If an argument is invalid.
+/// KeyboardInterrupt
+///     On Ctrl-C. Its attribute `result` is the ActuateResult with the best inputs until then; exceptions of functions of time have it, too.
 ///
 /// Notes
 /// -----
@@ -224,11 +228,11 @@ pub(crate) fn actuate<'py>(
         max_iter: max_iter.map_or(Ok(defaults.max_iter), |max_iter| convert::count(max_iter, "max_iter"))?,
     };
     let Targets { targets, places, is_single } = targets;
-    let found = run(py, n, move |monitor| {
+    let search = move |monitor: Monitor<'_>| {
         core::actuate(&mut model, &targets, &options, monitor)
             .map_err(|error| super::reach::named(&places, error))
-    })?;
-    PyActuateResult::new(py, &robot, found, is_single)
+    };
+    run(py, n, search, |found| PyActuateResult::new(py, &robot, found, is_single))
 }
 
 /// Targets in all accepted forms.

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, sync_channel};
 use std::thread;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use pyo3::prelude::*;
 
@@ -32,6 +32,17 @@ pub(super) fn run<T: Send + 'static>(
     py: Python<'_>,
     work: impl FnOnce(&Abandoned) -> T + Send + 'static,
 ) -> PyResult<T> {
+    let (value, raised) = run_to_check(py, Duration::ZERO, work)?;
+    raised.map(|()| value)
+}
+
+/// The same for work that checks often. After an interruption its result is awaited for so long, and returned
+/// with the exception; another Ctrl-C ends the wait.
+pub(super) fn run_to_check<T: Send + 'static>(
+    py: Python<'_>,
+    patience: Duration,
+    work: impl FnOnce(&Abandoned) -> T + Send + 'static,
+) -> PyResult<(T, PyResult<()>)> {
     /// Too short for a waiting user to notice.
     const INTERVAL: Duration = Duration::from_millis(50);
     /// Stack size of the main thread.
@@ -43,6 +54,7 @@ pub(super) fn run<T: Send + 'static>(
         // The receiver may be gone.
         _ = sender.send(work(&of_thread));
     })?;
+    let mut raised: Option<(PyErr, Instant)> = None;
     loop {
         let received;
         (receiver, received) = py.detach(move || {
@@ -50,10 +62,16 @@ pub(super) fn run<T: Send + 'static>(
             (receiver, received)
         });
         match received {
-            Ok(value) => return Ok(value),
+            Ok(value) => return Ok((value, raised.map_or(Ok(()), |(error, _)| Err(error)))),
             Err(RecvTimeoutError::Timeout) => {
                 if let Err(error) = py.check_signals() {
                     abandoned.0.store(true, Ordering::Relaxed);
+                    if raised.is_some() {
+                        return Err(error);
+                    }
+                    raised = Some((error, Instant::now()));
+                }
+                if let Some((error, _)) = raised.take_if(|(_, since)| since.elapsed() >= patience) {
                     return Err(error);
                 }
             }

@@ -2,7 +2,7 @@
 
 use std::cell::{Cell, RefCell};
 
-use pyo3::PyClass;
+use pyo3::IntoPyObjectExt;
 use pyo3::call::PyCallArgs;
 use pyo3::exceptions::{PyKeyboardInterrupt, PyRecursionError, PyStopIteration};
 use pyo3::prelude::*;
@@ -64,6 +64,11 @@ impl Raised {
         })
     }
 
+    /// Keeps a computation from going on after an exception, even if it has overlooked the request to stop.
+    pub(crate) fn none_yet(&self) -> Result<(), Interrupted> {
+        if self.0.is_some() { Err(Interrupted) } else { Ok(()) }
+    }
+
     /// The stored exception, if any, of this value or of a function of time.
     pub(crate) fn into_result(self) -> PyResult<()> {
         let of_function = raised_by_function();
@@ -113,16 +118,17 @@ pub(crate) fn wants_to_stop(py: Python<'_>, returned: PyResult<Bound<'_, PyAny>>
 
 /// The exception that ended a computation, with the partial result as its attribute `result`. The attribute
 /// is omitted if the exception does not accept attributes or already has this one.
-pub(crate) fn with_result<T>(py: Python<'_>, error: PyErr, result: impl FnOnce() -> PyResult<T>) -> PyErr
-where
-    T: PyClass + Into<PyClassInitializer<T>>,
-{
+pub(crate) fn with_result<'py, T: IntoPyObject<'py>>(
+    py: Python<'py>,
+    error: PyErr,
+    result: impl FnOnce() -> PyResult<T>,
+) -> PyErr {
     let exception = error.value(py);
     if exception.hasattr("result").unwrap_or(true) {
         return error;
     }
     let kept = result()
-        .and_then(|result| Py::new(py, result))
+        .and_then(|result| result.into_bound_py_any(py))
         .and_then(|result| exception.setattr("result", result));
     match kept {
         Err(failure) if error.is_instance_of::<PyKeyboardInterrupt>(py) => failure,

@@ -443,6 +443,7 @@ pub(super) fn finish(
 pub(super) fn signals(raised: &mut Raised) -> impl FnMut(f64) -> Result<(), Interrupted> {
     let mut ticker = Ticker::new();
     move |_| {
+        raised.none_yet()?;
         if ticker.tick() {
             raised.catch(Python::attach(|py| py.check_signals()))?;
         }

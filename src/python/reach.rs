@@ -13,6 +13,7 @@ use crate::error::{InvalidInput, Problem};
 use crate::lie::{QUATERNION_TOLERANCE, Quaternion, Rotation};
 use crate::reach::{self as core, Options, Preference, Reached, Target};
 use crate::robot::{Robot, RobotModel};
+use crate::statics::Monitor;
 
 /// Allowed deviation of the last row of a homogeneous transformation from (0, 0, 0, 1), for rounding errors
 /// of its computation.
@@ -30,7 +31,7 @@ const ROW_TOLERANCE: f64 = 1e-9;
 ///     'reached', 'not_settled' (reached, but the search for the preferred shape did not converge), 'nearest' (a local minimum of
 ///     the error, by first and second derivatives), 'at_limits' (a local minimum within the limits, some of which are
 ///     active), 'iteration_limit', 'stalled', 'unresolved', 'inverted' or 'collapsed' (the search led to shapes that the model
-///     cannot represent).
+///     cannot represent), or 'interrupted' (in the `result` of a KeyboardInterrupt).
 /// message : str
 ///     The status in words, with the remaining error, and what to change.
 /// position_error : float, or ndarray of shape (k,) for a mapping or a sequence of k targets
@@ -377,8 +378,8 @@ pub(super) fn search(
     let of_search = targets.targets.clone();
     let n = robot.coordinates();
     let places = targets.places;
-    let found = run(py, n, move |monitor| {
+    let search = move |monitor: Monitor<'_>| {
         core::reach(&mut model, &of_search, &options, monitor).map_err(|error| named(&places, error))
-    })?;
-    PyReachResult::new(py, &robot, found, targets.is_single)
+    };
+    run(py, n, search, |found| PyReachResult::new(py, &robot, found, targets.is_single))
 }

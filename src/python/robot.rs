@@ -1440,6 +1440,8 @@ impl PyRobot {
     /// ------
     /// ValueError, TypeError
     ///     If an argument is invalid.
+    /// KeyboardInterrupt
+    ///     On Ctrl-C. Its attribute `result` is the ReachResult with the best shape until then.
     ///
     /// Notes
     /// -----

@@ -6,11 +6,11 @@ use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyFloat, PyString, PyTuple};
 
-use super::callback::{Raised, call};
+use super::callback::{Raised, call, with_result};
 use super::convert::{self, count, describe, matrix_out, numbers, scalar_or_vector, vector_of};
 use super::errors::ConvergenceError;
 use super::record::{self, ReadOnly, Reduced};
-use crate::error::{Checker, Interrupted, InvalidInput};
+use crate::error::{Checker, Interrupted, InvalidInput, Unfinished};
 use crate::linalg::Matrix;
 use crate::roots::{
     Derivative, Differences, Iterate, Method, Newton, Options, Reuse, StepTolerance, System, check_jacobian,
@@ -30,7 +30,7 @@ use crate::roots::{
 ///     How the search ended: 'converged_residual', 'converged_step', 'already_root' (successes),
 ///     'stationary_point', 'singular_jacobian', 'iteration_limit', 'diverged', 'stalled',
 ///     'line_search_failed', 'trust_region_collapsed', 'longest_steps', 'non_finite_residual',
-///     'non_finite_jacobian'.
+///     'non_finite_jacobian' or 'interrupted' (in the `result` of a KeyboardInterrupt).
 /// message : str
 ///     What happened, and after a failure what to change.
 /// residual_norm : float
@@ -318,6 +318,9 @@ impl System for PyFunctions<'_, '_> {
 ///     If `raise_on_failure` is set and the search fails. Its attribute `result` is the RootResult.
 /// ValueError, TypeError
 ///     If an argument or a value returned by `fun` or `jac` is invalid. Exceptions of `fun` and `jac` are raised unchanged.
+/// KeyboardInterrupt
+///     On Ctrl-C. Its attribute `result` is the RootResult with the best iterate until then; exceptions of `fun` and `jac`
+///     during the search have it, too.
 ///
 /// Examples
 /// --------
@@ -378,11 +381,7 @@ pub(crate) fn root<'py>(
     let x_scale = scale(x_scale.as_ref(), system.unknowns, "x_scale")?;
     let f_scale = scale(f_scale.as_ref(), system.equations, "f_scale")?;
     let mut newton = Newton::new(system.unknowns, system.equations).with_scales(&x_scale, &f_scale)?;
-    let solved = newton.solve(&mut system, &mut x, &options);
-    let Ok(outcome) = solved else {
-        system.raised.into_result()?;
-        unreachable!("only a Python exception interrupts this search");
-    };
+    let outcome = newton.solve(&mut system, &mut x, &options).unwrap_or_else(Unfinished::into_inner);
     let result = Py::new(
         py,
         PyRootResult {
@@ -402,6 +401,9 @@ pub(crate) fn root<'py>(
             history: if history { Some(history_out(py, newton.history(), scalar)?) } else { None },
         },
     )?;
+    if let Err(error) = system.raised.into_result() {
+        return Err(with_result(py, error, || Ok(result)));
+    }
     if raise_on_failure && !outcome.status.is_success() {
         let error = ConvergenceError::new_err(outcome.message());
         error.value(py).setattr("result", result)?;

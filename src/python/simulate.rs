@@ -4,7 +4,7 @@ use numpy::ToPyArray;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 
-use super::callback::{Raised, call, or_raised, wants_to_stop};
+use super::callback::{Raised, call, or_raised, wants_to_stop, with_result};
 use super::convert;
 use super::errors::LissomError;
 use super::model::{Native, PyModel};
@@ -432,6 +432,7 @@ fn run(
     let progress = progress.map(|progress| progress.clone().unbind());
     let simulation = py.detach(|| {
         let mut monitor = |t: f64| {
+            raised.none_yet()?;
             if !ticker.tick() {
                 return Ok(());
             }
@@ -520,6 +521,8 @@ fn like<'py>(original: &Bound<'py, PyAny>, robot: &Robot) -> PyResult<Bound<'py,
 ///     If an argument is invalid.
 /// LissomError
 ///     If no such numbers are found; the message gives the reason.
+/// KeyboardInterrupt
+///     On Ctrl-C. Its attribute `result` is the model with the modes that the trials until then needed.
 ///
 /// Examples
 /// --------
@@ -548,8 +551,11 @@ pub(crate) fn choose_modes<'py>(
     let chosen = rod.py().detach(|| {
         accuracy::choose_modes(description, &segments, (t0, t_end), request, &mut signals(&mut raised))
     });
-    raised.into_result()?;
     let modes = chosen.map_err(with_python_names)?;
+    if let Err(error) = raised.into_result() {
+        let py = rod.py();
+        return Err(with_result(py, error, || like(rod.as_any(), &modes.robot)));
+    }
     if !modes.status.is_success() {
         return Err(LissomError::new_err(modes.message));
     }

@@ -1,5 +1,7 @@
 //! `lissom.statics` and `lissom.continuation`.
 
+use std::time::Duration;
+
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods};
 use pyo3::class::{PyTraverseError, PyVisit};
 use pyo3::exceptions::{PyTypeError, PyValueError};
@@ -7,16 +9,16 @@ use pyo3::prelude::*;
 use pyo3::types::PyList;
 
 use super::background;
-use super::callback::{Raised, or_raised};
+use super::callback::{Raised, or_raised, raised_by_function, with_result};
 use super::convert;
 use super::inputs;
 use super::model::{Native, PyModel, check_time};
 use super::motion::Ticker;
 use super::record::{self, ReadOnly, Reduced};
-use crate::error::{Interrupted, InvalidInput};
+use crate::error::{Interrupted, InvalidInput, Unfinished};
 use crate::statics::{
-    self as core, ContinuationOptions, Counters, CriticalPoint, Equilibrium, InputPath, Options, Path,
-    Stability, Start, Tendons,
+    self as core, ContinuationOptions, Counters, CriticalPoint, Equilibrium, InputPath, Monitor, Options,
+    Path, Stability, Start, Tendons,
 };
 
 /// A point of a path of equilibria at which the tangent stiffness is singular.
@@ -167,8 +169,8 @@ fn named(stability: Stability) -> String {
 ///     'converged', 'let_go' (the load path ended before the full load, and the model was released there and came to rest),
 ///     'step_too_small', 'too_many_steps', 'iteration_limit', 'stalled', 'non_finite', 'unresolved' (the rod turns by more
 ///     than half a turn between neighbouring quadrature nodes), 'inverted' (the stretch is not positive somewhere),
-///     'collapsed' (a tendon has pulled two points together, where its force has no direction), or for method 'newton' a
-///     status of RootResult.
+///     'collapsed' (a tendon has pulled two points together, where its force has no direction), 'interrupted' (in the `result`
+///     of a KeyboardInterrupt), or for method 'newton' a status of RootResult.
 /// message : str
 ///     The status in words, what to change, and notes on the equilibrium.
 /// load_factor : float
@@ -251,8 +253,8 @@ impl PyStaticsResult {
 /// success : bool
 ///     True if the path reached one of its bounds.
 /// status : str
-///     'finished', 'no_start' (no equilibrium near `q0`), 'step_too_small', 'too_many_steps', 'unresolved', 'inverted' or
-///     'collapsed'.
+///     'finished', 'no_start' (no equilibrium near `q0`), 'step_too_small', 'too_many_steps', 'unresolved', 'inverted',
+///     'collapsed' or 'interrupted' (in the `result` of a KeyboardInterrupt).
 /// message : str
 ///     The status in words, and what to change.
 /// nit, nfev, njev : int
@@ -329,6 +331,9 @@ impl PyContinuationResult {
 /// ------
 /// ValueError, TypeError
 ///     If an argument is invalid.
+/// KeyboardInterrupt
+///     On Ctrl-C. Its attribute `result` is the StaticsResult until then: the path, and the last
+///     shape of the search, which need not be an equilibrium; exceptions of functions of time have it, too.
 ///
 /// Examples
 /// --------
@@ -390,45 +395,57 @@ pub(crate) fn statics<'py>(
         max_iter: count(max_iter, "max_iter", iterations)?,
         max_steps: count(max_steps, "max_steps", defaults.max_steps)?,
     };
-    let (found, tendons) = run(py, n, move |monitor| {
-        let found = core::equilibrium(&mut *model, &options, monitor)?;
-        Ok(found.and_then(|found| {
-            let of_robot = model.robot_model().map(|robot| Tendons::of(robot, &found.q, t, u.as_deref()));
-            Ok((found, of_robot.transpose()?.unwrap_or_default()))
-        }))
-    })?;
-    let Equilibrium {
-        q,
-        load_factor,
-        status,
-        message,
-        residual_norm,
-        step_norm,
-        verdict,
-        lowest,
-        path,
-        counters,
-    } = found;
-    let Counters { iterations, forces, tangents } = counters;
-    let path = if path.load_factor.is_empty() { None } else { Some(PyEquilibriumPath::new(py, path, n)?) };
-    Ok(PyStaticsResult {
-        q: ReadOnly::new(q.into_pyarray(py))?,
-        success: status.is_success(),
-        status: status.name().to_owned(),
-        message: if status.is_success() { message + &tendons.message() } else { message },
-        load_factor,
-        residual_norm,
-        step_norm,
-        is_stable: verdict.map(|verdict| verdict.stability == Stability::Stable),
-        stability: verdict.map(|verdict| verdict.stability.name().to_owned()),
-        undamped_stability: verdict.map(|verdict| verdict.undamped.name().to_owned()),
-        lowest_eigenvalue: lowest,
-        slack: tendons.slack,
-        path,
-        nit: iterations,
-        nfev: forces,
-        njev: tangents,
-    })
+    let search = move |monitor: Monitor<'_>| {
+        let found = match core::equilibrium(&mut *model, &options, monitor)? {
+            Ok(found) => found,
+            Err(unfinished) => return Ok(Err(unfinished.map(|found| (found, Tendons::default())))),
+        };
+        let of_robot = model.robot_model().map(|robot| Tendons::of(robot, &found.q, t, u.as_deref()));
+        Ok(match of_robot.transpose() {
+            Ok(tendons) => Ok((found, tendons.unwrap_or_default())),
+            Err(Interrupted) => Err(Unfinished::new((found, Tendons::default()))),
+        })
+    };
+    run(py, n, search, |(found, tendons)| PyStaticsResult::new(py, found, &tendons))
+}
+
+impl PyStaticsResult {
+    fn new(py: Python<'_>, found: Equilibrium, tendons: &Tendons) -> PyResult<Self> {
+        let n = found.q.len();
+        let Equilibrium {
+            q,
+            load_factor,
+            status,
+            message,
+            residual_norm,
+            step_norm,
+            verdict,
+            lowest,
+            path,
+            counters,
+        } = found;
+        let Counters { iterations, forces, tangents } = counters;
+        let path =
+            if path.load_factor.is_empty() { None } else { Some(PyEquilibriumPath::new(py, path, n)?) };
+        Ok(Self {
+            q: ReadOnly::new(q.into_pyarray(py))?,
+            success: status.is_success(),
+            status: status.name().to_owned(),
+            message: if status.is_success() { message + &tendons.message() } else { message },
+            load_factor,
+            residual_norm,
+            step_norm,
+            is_stable: verdict.map(|verdict| verdict.stability == Stability::Stable),
+            stability: verdict.map(|verdict| verdict.stability.name().to_owned()),
+            undamped_stability: verdict.map(|verdict| verdict.undamped.name().to_owned()),
+            lowest_eigenvalue: lowest,
+            slack: tendons.slack.clone(),
+            path,
+            nit: iterations,
+            nfev: forces,
+            njev: tangents,
+        })
+    }
 }
 
 /// Follow a path of equilibria over the load factor, through limit points and onto branches.
@@ -473,6 +490,8 @@ pub(crate) fn statics<'py>(
 /// ------
 /// ValueError, TypeError
 ///     If an argument is invalid.
+/// KeyboardInterrupt
+///     On Ctrl-C. Its attribute `result` is the ContinuationResult with the path until then; exceptions of functions of time have it, too.
 ///
 /// Examples
 /// --------
@@ -527,16 +546,18 @@ pub(crate) fn continuation<'py>(
         max_steps: count(max_steps, "max_steps", defaults.max_steps)?,
         tol: tol.unwrap_or(defaults.tol),
     };
-    let found = run(py, n, move |monitor| core::continuation(&mut *model, &options, monitor))?;
-    let Counters { iterations, forces, tangents } = found.counters;
-    Ok(PyContinuationResult {
-        path: PyEquilibriumPath::new(py, found.path, n)?,
-        success: found.status.is_success(),
-        status: found.status.name().to_owned(),
-        message: found.message,
-        nit: iterations,
-        nfev: forces,
-        njev: tangents,
+    let search = move |monitor: Monitor<'_>| core::continuation(&mut *model, &options, monitor);
+    run(py, n, search, |found| {
+        let Counters { iterations, forces, tangents } = found.counters;
+        Ok(PyContinuationResult {
+            path: PyEquilibriumPath::new(py, found.path, n)?,
+            success: found.status.is_success(),
+            status: found.status.name().to_owned(),
+            message: found.message,
+            nit: iterations,
+            nfev: forces,
+            njev: tangents,
+        })
     })
 }
 
@@ -593,32 +614,42 @@ fn input_path(
     Ok(path)
 }
 
-/// Runs a computation of a model of `n` coordinates without the interpreter; Ctrl-C stops it.
-pub(super) fn run<T: Send + 'static>(
-    py: Python<'_>,
+/// Runs a computation of a model of `n` coordinates without the interpreter, and converts what it found. Ctrl-C and
+/// exceptions of functions of time stop it; the exception then has what was found until then as its `result`.
+pub(super) fn run<'py, T: Send + 'static, R: IntoPyObject<'py>>(
+    py: Python<'py>,
     n: usize,
-    search: impl FnOnce(
-        &mut dyn FnMut() -> Result<(), Interrupted>,
-    ) -> Result<Result<T, Interrupted>, InvalidInput>
-    + Send
-    + 'static,
-) -> PyResult<T> {
-    if n >= background::LARGE {
-        let found = background::run(py, move |abandoned| search(&mut || abandoned.check()))??;
-        return Ok(found.expect("only whoever has gone abandons it"));
+    search: impl FnOnce(Monitor<'_>) -> Result<Result<T, Unfinished<T>>, InvalidInput> + Send + 'static,
+    result: impl FnOnce(T) -> PyResult<R>,
+) -> PyResult<R> {
+    /// An evaluation of a model of a thousand coordinates, with its decompositions, ends within this time.
+    const PATIENCE: Duration = Duration::from_secs(5);
+    let (found, raised) = if n >= background::LARGE {
+        let ((found, of_function), raised) = background::run_to_check(py, PATIENCE, move |abandoned| {
+            let found = search(&mut || abandoned.check());
+            // Functions of time keep their exceptions in the thread that called them.
+            (found, raised_by_function())
+        })?;
+        (found, of_function.and(raised))
+    } else {
+        let mut raised = Raised::default();
+        let mut ticker = Ticker::new();
+        let found = py.detach(|| {
+            search(&mut || {
+                raised.none_yet()?;
+                if !ticker.tick() {
+                    return Ok(());
+                }
+                raised.catch(Python::attach(|py| py.check_signals()))
+            })
+        });
+        (found, raised.into_result())
+    };
+    let found = found?.unwrap_or_else(Unfinished::into_inner);
+    match raised {
+        Ok(()) => result(found),
+        Err(error) => Err(with_result(py, error, || result(found))),
     }
-    let mut raised = Raised::default();
-    let mut ticker = Ticker::new();
-    let found = py.detach(|| {
-        search(&mut || {
-            if !ticker.tick() {
-                return Ok(());
-            }
-            raised.catch(Python::attach(|py| py.check_signals()))
-        })
-    })?;
-    raised.into_result()?;
-    Ok(found.expect("only signals interrupt, and theirs is raised above"))
 }
 
 fn stops(load_steps: Option<&Bound<'_, PyAny>>) -> PyResult<Vec<f64>> {

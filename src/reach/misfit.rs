@@ -3,7 +3,7 @@
 use super::target::Target;
 use crate::error::Interrupted;
 use crate::lie::{Quaternion, Rotation, Vector, rotation_vector_rate};
-use crate::linalg::Matrix;
+use crate::linalg::{Matrix, norm};
 use crate::model::{Discretised as _, Elastic as _, Flaw, Model as _, rotation_vectors};
 use crate::robot::{Place, Pose, RobotModel};
 use crate::roots::System;
@@ -129,6 +129,37 @@ impl<'a, 'b> Misfit<'a, 'b> {
         }
     }
 
+    /// Differences in the shape x; NaN for invalid shapes.
+    fn evaluate(&mut self, x: &[f64], residual: &mut [f64]) {
+        self.set(x);
+        let flaw = self.model.flaw(&self.q);
+        if flaw.is_some() {
+            self.flaw = flaw;
+            residual.fill(f64::NAN);
+            return;
+        }
+        let mut rows = residual.iter_mut();
+        for goal in &self.goals {
+            let difference = goal.difference(&self.model.pose_at(&self.q, &goal.place));
+            let weights = goal.weights(self.alike, self.scale);
+            let [position, turn] = [0, 1].map(|half| weighted(weights[half], difference[half]));
+            for (value, _) in
+                position.into_iter().chain(turn).zip(goal.counted).filter(|(_, is_counted)| *is_counted)
+            {
+                *rows.next().expect("a row for every component that counts") = value;
+            }
+        }
+    }
+
+    /// Norm of all weighted differences in the shape x, infinite for invalid shapes. Does not call the monitor.
+    pub(crate) fn distance(&mut self, x: &[f64]) -> f64 {
+        self.count_alike(false);
+        let mut residual = vec![0.0; self.equations()];
+        self.evaluate(x, &mut residual);
+        let distance = norm(&residual);
+        if distance.is_nan() { f64::INFINITY } else { distance }
+    }
+
     /// Error of each target, and the pose of its section or body.
     pub(crate) fn errors(&mut self, q: &[f64]) -> Vec<(Error, Pose)> {
         let Self { model, goals, .. } = self;
@@ -186,27 +217,9 @@ impl System for Misfit<'_, '_> {
         self.goals.iter().flat_map(|goal| goal.counted).filter(|is_counted| *is_counted).count()
     }
 
-    /// NaN for invalid shapes.
     fn residual(&mut self, x: &[f64], residual: &mut [f64]) -> Result<(), Interrupted> {
         (self.monitor)()?;
-        self.set(x);
-        let flaw = self.model.flaw(&self.q);
-        if flaw.is_some() {
-            self.flaw = flaw;
-            residual.fill(f64::NAN);
-            return Ok(());
-        }
-        let mut rows = residual.iter_mut();
-        for goal in &self.goals {
-            let difference = goal.difference(&self.model.pose_at(&self.q, &goal.place));
-            let weights = goal.weights(self.alike, self.scale);
-            let [position, turn] = [0, 1].map(|half| weighted(weights[half], difference[half]));
-            for (value, _) in
-                position.into_iter().chain(turn).zip(goal.counted).filter(|(_, is_counted)| *is_counted)
-            {
-                *rows.next().expect("a row for every component that counts") = value;
-            }
-        }
+        self.evaluate(x, residual);
         Ok(())
     }
 

@@ -31,7 +31,7 @@ pub use outcome::{Reached, Status};
 pub use preference::Preference;
 pub use target::Target;
 
-use crate::error::{Checker, Interrupted, InvalidInput, Number};
+use crate::error::{Checker, Interrupted, InvalidInput, Number, Unfinished};
 use crate::model::{Discretised as _, Tied as _};
 use crate::model::{Elastic as _, Model as _, rotation_vectors};
 use crate::robot::{Origin, Robot, RobotModel, origin};
@@ -75,7 +75,7 @@ pub const MAX_RESTARTS: usize = 100_000;
 
 /// Finds a shape that reaches all targets, or comes nearest to them, at the time set last. Costs about ten
 /// Jacobians of each target from a good start; with a preference, or if the targets cannot be reached, some
-/// tens for every coordinate.
+/// tens for every coordinate. An interruption carries the best shape until then.
 ///
 /// Fails before the search if an argument is invalid.
 pub fn reach(
@@ -83,7 +83,7 @@ pub fn reach(
     targets: &[Target],
     options: &Options,
     monitor: Monitor<'_>,
-) -> Result<Result<Reached, Interrupted>, InvalidInput> {
+) -> Result<Result<Reached, Unfinished<Reached>>, InvalidInput> {
     model.check_untied("`reach`")?;
     check(model.description(), targets, options)?;
     let bounds = limits(model.description(), options.bounds.as_ref())?;
@@ -102,7 +102,7 @@ fn search(
     options: &Options,
     (q0, bounds, form): (&[f64], &Bounds, Option<&Form>),
     monitor: Monitor<'_>,
-) -> Result<Reached, Interrupted> {
+) -> Result<Reached, Unfinished<Reached>> {
     let robot = model.description().clone();
     let all = robot.rotation_vectors();
     let is_free = |first: &usize| (*first..first + 3).all(|k| bounds.lower[k] == -bounds.upper[k]);
@@ -118,35 +118,43 @@ fn search(
         max_iter: options.max_iter,
         second_order: false,
     };
-    let descend = |misfit: &mut Misfit<'_, '_>, x: &mut [f64]| -> Result<Outcome, Interrupted> {
+    let descend = |misfit: &mut Misfit<'_, '_>, x: &mut [f64]| -> Outcome {
+        let solved = |misfit: &mut Misfit<'_, '_>, x: &mut [f64], search| {
+            solve(misfit, x, &scaled_bounds, search).unwrap_or_else(Unfinished::into_inner)
+        };
         // Equal weights first, because they converge fastest; if all targets can be reached, weights do not
         // matter.
         misfit.count_alike(true);
-        let alike = solve(misfit, x, &scaled_bounds, &search)?;
-        if alike.end == End::Root || misfit.counts_alike() {
-            return Ok(alike);
+        let alike = solved(misfit, x, &search);
+        if matches!(alike.end, End::Root | End::Interrupted) || misfit.counts_alike() {
+            return alike;
         }
         misfit.count_alike(false);
         let least = least_squares::Options { tolerance: options.tol * misfit.least_weight(), ..search };
-        let mut found = solve(misfit, x, &scaled_bounds, &least)?;
+        let mut found = solved(misfit, x, &least);
         found.counters += alike.counters;
-        Ok(found)
+        found
     };
     let mut counters = Counters::default();
     let mut x = x0.clone();
-    let mut best = descend(&mut misfit, &mut x)?;
+    let mut best = descend(&mut misfit, &mut x);
     let mut flaw = misfit.flaw;
     counters += best.counters;
     let mut starts = Starts::new(&robot, q0, bounds);
     let mut tried = 1;
-    while best.end != End::Root && tried <= options.restarts {
+    while !matches!(best.end, End::Root | End::Interrupted) && tried <= options.restarts {
         tried += 1;
         let q = starts.next();
         let mut other: Vec<f64> = q.iter().zip(&misfit.sizes).map(|(q, size)| q / size).collect();
         misfit.flaw = None;
-        let found = descend(&mut misfit, &mut other)?;
+        let found = descend(&mut misfit, &mut other);
         counters += found.counters;
-        if found.norm < BETTER * best.norm || found.end == End::Root {
+        if found.end == End::Interrupted {
+            best.end = End::Interrupted;
+            if misfit.distance(&other) < misfit.distance(&x) {
+                x = other;
+            }
+        } else if found.norm < BETTER * best.norm || found.end == End::Root {
             (best, x, flaw) = (found, other, misfit.flaw);
         }
     }
@@ -156,10 +164,10 @@ fn search(
     if let Some(form) = form.filter(|_| status == Status::Reached) {
         let mut preferred = x.clone();
         unwind(form, misfit.rotation_vectors(), &mut preferred);
-        if form.settle(&mut misfit, &mut preferred, &scaled_bounds, &search, &mut counters)? {
-            x = preferred;
-        } else {
-            status = Status::NotSettled;
+        match form.settle(&mut misfit, &mut preferred, &scaled_bounds, &search, &mut counters) {
+            Ok(true) => x = preferred,
+            Ok(false) => status = Status::NotSettled,
+            Err(Interrupted) => status = Status::Interrupted,
         }
     }
     let mut q = misfit.coordinates(&x);
@@ -171,7 +179,8 @@ fn search(
     let held = if status == Status::AtLimits { best.held } else { Vec::new() };
     let of_links = targets.iter().map(|target| target.link).zip(errors.iter().copied());
     let message = outcome::message(status, &robot, of_links, &held, tried, misfit.flaw);
-    Ok(Reached { q, status, message, errors, poses, held, starts: tried, counters })
+    let reached = Reached { q, status, message, errors, poses, held, starts: tried, counters };
+    if status == Status::Interrupted { Err(Unfinished::new(reached)) } else { Ok(reached) }
 }
 
 /// Reports all invalid arguments at once.

@@ -22,6 +22,8 @@ pub enum Status {
     Stalled,
     /// The search leads to invalid shapes.
     Flawed(Flaw),
+    /// The monitor asked to stop.
+    Interrupted,
 }
 
 impl Status {
@@ -32,6 +34,7 @@ impl Status {
             End::Minimum => Self::Nearest,
             End::IterationLimit => Self::IterationLimit,
             End::Stalled | End::NonFinite => flaw.map_or(Self::Stalled, Self::Flawed),
+            End::Interrupted => Self::Interrupted,
         }
     }
 
@@ -54,6 +57,7 @@ impl Status {
             Self::Flawed(Flaw::Collapsed { .. }) => "collapsed",
             Self::Flawed(Flaw::Open { .. }) => "loop_open",
             Self::Flawed(Flaw::Sunk { .. }) => "sunk",
+            Self::Interrupted => "interrupted",
         }
     }
 }
@@ -123,6 +127,7 @@ pub(super) fn message(
             "No step, however short, brings the links nearer, although the derivatives predict it. Start elsewhere."
                 .to_owned()
         }
+        Status::Interrupted => format!("The search was interrupted; this is the best shape from {from} until then."),
         Status::Flawed(flaw) => {
             let nodes = match flaw {
                 Flaw::Unresolved { shortage } => format!(" It needs more `nodes`{}.", at_least(shortage)),

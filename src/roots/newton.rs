@@ -7,7 +7,7 @@ use super::outcome::{Outcome, Status};
 use super::step::NewtonStep;
 use super::trust_region::TrustRegion;
 use super::{Derivative, System};
-use crate::error::{Checker, Interrupted, InvalidInput};
+use crate::error::{Checker, Interrupted, InvalidInput, Unfinished};
 use crate::linalg::{Matrix, norm, norm_inf};
 use crate::memory;
 
@@ -66,6 +66,22 @@ pub(super) struct Progress {
     pub(super) moved: bool,
     /// Number of consecutive last steps with the maximum length.
     pub(super) longest_steps: usize,
+}
+
+impl Progress {
+    /// Before the first evaluation.
+    fn none() -> Self {
+        Self {
+            start_norm: f64::NAN,
+            start_size: f64::NAN,
+            residual_norm: f64::NAN,
+            step_norm: f64::NAN,
+            length: f64::NAN,
+            rate: f64::NAN,
+            moved: false,
+            longest_steps: 0,
+        }
+    }
 }
 
 #[derive(Clone, Copy, Debug, Default)]
@@ -169,7 +185,7 @@ impl Newton {
     }
 
     /// Searches from `x`, which becomes the root. On failure `x` is the stationary point, if the search found
-    /// one, otherwise the iterate with the smallest residual.
+    /// one, otherwise the iterate with the smallest residual; so it is after an interruption.
     ///
     /// # Panics
     /// If the sizes of the system or of x do not match this memory.
@@ -178,21 +194,28 @@ impl Newton {
         system: &mut dyn System,
         x: &mut [f64],
         options: &Options,
-    ) -> Result<Outcome, Interrupted> {
+    ) -> Result<Outcome, Unfinished<Outcome>> {
         assert_eq!(
             (system.unknowns(), system.equations(), x.len()),
             (self.x_scale.len(), self.f_scale.len(), self.x_scale.len()),
             "unknowns, equations and length of x"
         );
-        let mut progress = self.start(system, x, options)?;
-        let ended = self.iterate(system, x, options, &mut progress)?;
-        let status = self.or_diverged(ended, x, &progress);
+        let mut progress = Progress::none();
+        let searched = self.search(system, x, options, &mut progress);
+        let status = match searched {
+            Ok(ended) => self.or_diverged(ended, x, &progress),
+            Err(Interrupted) => Status::Interrupted,
+        };
+        if status == Status::Interrupted && progress.residual_norm.is_nan() {
+            // The residual is that of an earlier search.
+            self.residual.fill(f64::NAN);
+        }
         if !status.is_success() && status != Status::StationaryPoint && self.best_norm.is_finite() {
             x.copy_from_slice(&self.best_x);
             self.residual.copy_from_slice(&self.best_residual);
             progress.residual_norm = self.best_norm;
         }
-        Ok(Outcome {
+        let outcome = Outcome {
             status,
             iterations: self.counters.iterations,
             residual_evaluations: self.counters.residuals,
@@ -202,7 +225,19 @@ impl Newton {
             residual_norm: progress.residual_norm,
             step_norm: progress.step_norm,
             multiplicity: self.multiplicity.settled(progress.length > 1.0).filter(|_| status.is_success()),
-        })
+        };
+        if status == Status::Interrupted { Err(Unfinished::new(outcome)) } else { Ok(outcome) }
+    }
+
+    fn search(
+        &mut self,
+        system: &mut dyn System,
+        x: &mut [f64],
+        options: &Options,
+        progress: &mut Progress,
+    ) -> Result<Status, Interrupted> {
+        *progress = self.start(system, x, options)?;
+        self.iterate(system, x, options, progress)
     }
 
     /// R at the x returned by the last solve, shape (m,).
@@ -251,11 +286,7 @@ impl Newton {
             start_norm: residual_norm,
             start_size: self.size(x),
             residual_norm,
-            step_norm: f64::NAN,
-            length: f64::NAN,
-            rate: f64::NAN,
-            moved: false,
-            longest_steps: 0,
+            ..Progress::none()
         };
         self.record(x, &progress, options);
         Ok(progress)

@@ -32,6 +32,8 @@ pub enum Status {
     NonFiniteResidual,
     /// The Jacobian has a NaN or infinite entry.
     NonFiniteJacobian,
+    /// The system asked to stop.
+    Interrupted,
 }
 
 impl Status {
@@ -56,6 +58,7 @@ impl Status {
             Self::LongestSteps => "longest_steps",
             Self::NonFiniteResidual => "non_finite_residual",
             Self::NonFiniteJacobian => "non_finite_jacobian",
+            Self::Interrupted => "interrupted",
         }
     }
 
@@ -112,6 +115,7 @@ impl Status {
                 "The Jacobian has a NaN or infinite entry. Start away from the edge of the domain of R, or \
                  check the Jacobian."
             }
+            Self::Interrupted => "The search was interrupted; this is the best iterate until then.",
         }
     }
 }

@@ -46,7 +46,7 @@ use growth::Growth;
 use path::{Course, End, Follower};
 use stability::Stiffness;
 
-use crate::error::{Interrupted, InvalidInput};
+use crate::error::{Interrupted, InvalidInput, Unfinished};
 use crate::linalg::{Matrix, norm};
 use crate::model::Model;
 use crate::roots;
@@ -56,14 +56,15 @@ pub use crate::stability::{Stability, Verdict};
 pub type Monitor<'a> = &'a mut dyn FnMut() -> Result<(), Interrupted>;
 
 /// Finds an equilibrium of `model`, at the time set last. Costs tens of evaluations of forces and tangent for
-/// moderate bending, hundreds for very large bending. On failure the result holds the last valid state.
+/// moderate bending, hundreds for very large bending. On failure the result holds the last valid state. An
+/// interruption carries the last state and the path until then.
 ///
 /// Fails before any evaluation if an option is invalid, or if the model does not resolve the start.
 pub fn equilibrium(
     model: &mut dyn Model,
     options: &Options,
     monitor: Monitor<'_>,
-) -> Result<Result<Equilibrium, Interrupted>, InvalidInput> {
+) -> Result<Result<Equilibrium, Unfinished<Equilibrium>>, InvalidInput> {
     options.check(model.n())?;
     if let Start::Descent(q0) | Start::Newton(q0) = &options.start {
         model.check_shape(q0, "q0")?;
@@ -73,23 +74,24 @@ pub fn equilibrium(
     }
     let has_contact = model.has_contact();
     let mut equations = Equations::new(model, Growth::Loads, monitor);
-    Ok(match &options.start {
+    let found = match &options.start {
         Start::Unloaded { stops } => load(&mut equations, stops, options),
         Start::Descent(q0) if has_contact => lay(&mut equations, q0, options),
         Start::Descent(q0) => let_go(&mut equations, q0, options),
         Start::Newton(q0) => newton(&mut equations, q0, options),
-    })
+    };
+    Ok(found.map_err(|halted| halted.unfinished(model, &options.start)))
 }
 
 /// Follows the path of equilibria of `model` over the load factor, at the time set last. If inputs grow, the
-/// model is left with those of the last point.
+/// model is left with those of the last point. An interruption carries the path until then.
 ///
 /// Fails before any evaluation if an option is invalid, or if the model does not resolve the start.
 pub fn continuation(
     model: &mut dyn Model,
     options: &ContinuationOptions,
     monitor: Monitor<'_>,
-) -> Result<Result<Continuation, Interrupted>, InvalidInput> {
+) -> Result<Result<Continuation, Unfinished<Continuation>>, InvalidInput> {
     options.check(model.n(), model.inputs())?;
     if let Some(q0) = &options.q0 {
         model.check_shape(q0, "q0")?;
@@ -109,7 +111,7 @@ fn loaded(
     options: &ContinuationOptions,
 ) -> Result<Option<Vec<f64>>, Interrupted> {
     let search = Options { tol: options.tol, max_steps: options.max_steps, ..Options::default() };
-    let found = load(equations, &[1.0], &search)?;
+    let found = load(equations, &[1.0], &search).map_err(|_| Interrupted)?;
     Ok(found.status.is_success().then_some(found.q))
 }
 
@@ -117,7 +119,24 @@ fn follow(
     equations: &mut Equations<'_>,
     options: &ContinuationOptions,
     inputs: Option<Growth>,
-) -> Result<Continuation, Interrupted> {
+) -> Result<Continuation, Unfinished<Continuation>> {
+    let mut path = Path::default();
+    let (status, load_factor) =
+        follow_along(&mut path, equations, options, inputs).unwrap_or_else(|Interrupted| {
+            (Status::Interrupted, path.load_factor.last().copied().unwrap_or(options.load_factor))
+        });
+    let message = outcome::message(status, load_factor, None, &path);
+    let followed = Continuation { path, status, message, counters: equations.counters };
+    if status == Status::Interrupted { Err(Unfinished::new(followed)) } else { Ok(followed) }
+}
+
+/// Fills a path as far as it can be followed; returns how it ends, and its last load factor.
+fn follow_along(
+    path: &mut Path,
+    equations: &mut Equations<'_>,
+    options: &ContinuationOptions,
+    inputs: Option<Growth>,
+) -> Result<(Status, f64), Interrupted> {
     let course = Course {
         bounds: options.bounds,
         stops: vec![options.bounds[1]],
@@ -137,6 +156,16 @@ fn follow(
     }
     let start = equations.state(q, options.load_factor)?;
     let mut follower = Follower::new(equations, course);
+    let end = follow_from(&mut follower, start, options);
+    *path = follower.path;
+    end
+}
+
+fn follow_from(
+    follower: &mut Follower<'_, '_>,
+    start: State,
+    options: &ContinuationOptions,
+) -> Result<(Status, f64), Interrupted> {
     let mut place = follower.start(start.clone(), options.direction.as_deref())?;
     if place.is_none() && options.q0.is_none() && follower.flaw.is_none() {
         // Newton's method alone does not find springs at rest beyond stops, from before these.
@@ -147,16 +176,13 @@ fn follow(
             place = follower.start(settled, options.direction.as_deref())?;
         }
     }
-    let (status, load_factor) = match place {
+    Ok(match place {
         None => (follower.flaw.map_or(Status::NoStart, Status::Flawed), options.load_factor),
         Some(mut place) => {
             let end = follower.follow(&mut place)?;
             (Status::of_continuation(end), place.state.load_factor)
         }
-    };
-    let path = follower.path;
-    let message = outcome::message(status, load_factor, None, &path);
-    Ok(Continuation { path, status, message, counters: equations.counters })
+    })
 }
 
 impl Status {
@@ -171,7 +197,7 @@ impl Status {
 }
 
 /// Follows the path of growing loads; if the path ends early, releases the model there.
-fn load(equations: &mut Equations<'_>, stops: &[f64], options: &Options) -> Result<Equilibrium, Interrupted> {
+fn load(equations: &mut Equations<'_>, stops: &[f64], options: &Options) -> Result<Equilibrium, Halted> {
     let course = Course {
         bounds: [f64::NEG_INFINITY, 1.0],
         stops: stops.to_vec(),
@@ -186,8 +212,9 @@ fn load(equations: &mut Equations<'_>, stops: &[f64], options: &Options) -> Resu
         // Without loads the shape is not unique, as for a pendulum: release it under the full load.
         return let_go(equations, &vec![0.0; n], options);
     };
-    let end = follower.follow(&mut place)?;
+    let followed = follower.follow(&mut place);
     let path = follower.path;
+    let end = followed.map_err(|Interrupted| Halted::at(&place.state, &path, equations))?;
     if end == End::UpperBound {
         let found = Found {
             status: Status::Converged,
@@ -199,7 +226,7 @@ fn load(equations: &mut Equations<'_>, stops: &[f64], options: &Options) -> Resu
     }
     let reached = place.state.load_factor;
     let last = place.state.clone();
-    let released = let_go(equations, &place.state.q, options)?;
+    let released = let_go(equations, &place.state.q, options).map_err(|halted| halted.along(&path))?;
     if released.status.is_success() {
         let message = outcome::message(Status::LetGo, reached, released.verdict, &path);
         return Ok(Equilibrium { status: Status::LetGo, message, path, ..released });
@@ -225,7 +252,7 @@ const NEARBY: f64 = 0.1;
 /// a body lies, descent alone is slow. If the descent stalls, as it can at kinks when work is computed from
 /// forces, it is repeated with the energies of overlaps, which handle kinks but are consistent with the
 /// forces only up to the error of their integrals.
-fn lay(equations: &mut Equations<'_>, q0: &[f64], options: &Options) -> Result<Equilibrium, Interrupted> {
+fn lay(equations: &mut Equations<'_>, q0: &[f64], options: &Options) -> Result<Equilibrium, Halted> {
     let has_ended = |found: &Equilibrium| !matches!(found.status, Status::Stalled | Status::IterationLimit);
     let mut first = None;
     for knows_overlaps in [false, true] {
@@ -259,9 +286,10 @@ fn lay(equations: &mut Equations<'_>, q0: &[f64], options: &Options) -> Result<E
 }
 
 /// Descent from a shape.
-fn let_go(equations: &mut Equations<'_>, q0: &[f64], options: &Options) -> Result<Equilibrium, Interrupted> {
+fn let_go(equations: &mut Equations<'_>, q0: &[f64], options: &Options) -> Result<Equilibrium, Halted> {
     let mut state = equations.state(q0.to_vec(), 1.0)?;
-    let descent = descent::descend(equations, &mut state, options.tol, options.max_iter)?;
+    let descent = descent::descend(equations, &mut state, options.tol, options.max_iter)
+        .map_err(|Interrupted| Halted::at(&state, &Path::default(), equations))?;
     let (status, step_norm, residual_norm) = match descent {
         Descent::Converged { step_norm, residual_norm } => (Status::Converged, step_norm, residual_norm),
         Descent::IterationLimit => (Status::IterationLimit, f64::NAN, f64::NAN),
@@ -304,7 +332,7 @@ impl roots::System for Nearby<'_, '_> {
 }
 
 /// Finds the nearest equilibrium, stable or not.
-fn newton(equations: &mut Equations<'_>, q0: &[f64], options: &Options) -> Result<Equilibrium, Interrupted> {
+fn newton(equations: &mut Equations<'_>, q0: &[f64], options: &Options) -> Result<Equilibrium, Halted> {
     let n = equations.n();
     let search = roots::Options {
         method: roots::Method::TrustRegion,
@@ -315,10 +343,14 @@ fn newton(equations: &mut Equations<'_>, q0: &[f64], options: &Options) -> Resul
     };
     let mut x: Vec<f64> = q0.iter().zip(&equations.sizes).map(|(q, size)| q / size).collect();
     let mut system = Nearby { equations, q: q0.to_vec(), load: vec![0.0; n] };
-    let outcome = roots::Newton::new(n, n).solve(&mut system, &mut x, &search)?;
+    let solved = roots::Newton::new(n, n).solve(&mut system, &mut x, &search);
     system.set(&x);
-    let q = system.q;
-    let state = equations.state(q, 1.0)?;
+    let mut state = State { q: system.q, load_factor: 1.0, forces: Vec::new() };
+    let outcome = solved.map_err(|unfinished| {
+        equations.counters.iterations += unfinished.into_inner().iterations;
+        Halted::at(&state, &Path::default(), equations)
+    })?;
+    state = equations.state(state.q, 1.0)?;
     equations.counters.iterations += outcome.iterations;
     let mut step_norm = if outcome.iterations == 0 { 0.0 } else { outcome.step_norm };
     let mut status =
@@ -344,20 +376,85 @@ struct Found {
     residual_norm: f64,
 }
 
+/// An interrupted search, and what it had reached by then, if anything.
+struct Halted(Option<Box<Reached>>);
+
+struct Reached {
+    q: Vec<f64>,
+    load_factor: f64,
+    path: Path,
+    counters: Counters,
+}
+
+impl From<Interrupted> for Halted {
+    fn from(_: Interrupted) -> Self {
+        Self(None)
+    }
+}
+
+impl Halted {
+    fn at(state: &State, path: &Path, equations: &Equations<'_>) -> Self {
+        let mut q = state.q.clone();
+        equations.wrap(&mut q);
+        let (path, counters) = (path.clone(), equations.counters);
+        Self::with(Reached { q, load_factor: state.load_factor, path, counters })
+    }
+
+    fn with(reached: Reached) -> Self {
+        Self(Some(Box::new(reached)))
+    }
+
+    /// The same after a path of loads.
+    fn along(self, path: &Path) -> Self {
+        Self(self.0.map(|reached| Box::new(Reached { path: path.clone(), ..*reached })))
+    }
+
+    /// The result until the interruption, with what is left of the forces. Evaluates them once.
+    fn unfinished(self, model: &mut dyn Model, start: &Start) -> Unfinished<Equilibrium> {
+        let n = model.n();
+        let Reached { q, load_factor, path, counters } = self.0.map_or_else(
+            || Reached {
+                q: start.shape(n),
+                load_factor: if matches!(start, Start::Unloaded { .. }) { 0.0 } else { 1.0 },
+                path: Path::default(),
+                counters: Counters::default(),
+            },
+            |reached| *reached,
+        );
+        let mut never = || Ok(());
+        let mut equations = Equations::new(model, Growth::Loads, &mut never);
+        let [mut residual, mut load] = [vec![0.0; n], vec![0.0; n]];
+        // A function of time that has failed is not called again.
+        let evaluated = equations.residual(&q, load_factor, &mut residual, &mut load);
+        Unfinished::new(Equilibrium {
+            message: outcome::message(Status::Interrupted, load_factor, None, &path),
+            q,
+            load_factor,
+            status: Status::Interrupted,
+            residual_norm: evaluated.map_or(f64::NAN, |()| norm(&residual)),
+            step_norm: f64::NAN,
+            verdict: None,
+            lowest: f64::NAN,
+            path,
+            counters,
+        })
+    }
+}
+
 /// Adds stability from the tangent.
-fn judge(equations: &mut Equations<'_>, found: Found, path: Path) -> Result<Equilibrium, Interrupted> {
+fn judge(equations: &mut Equations<'_>, found: Found, path: Path) -> Result<Equilibrium, Halted> {
     let Found { mut status, state, step_norm, residual_norm } = found;
     if status.is_success()
         && let Some(flaw) = equations.flaw(&state.q).or_else(|| equations.sunk(&state.q))
     {
         status = Status::Flawed(flaw);
     }
-    let linear = equations.linearise(&state)?;
+    let linear = equations.linearise(&state).map_err(|Interrupted| Halted::at(&state, &path, equations))?;
     let stiffness = linear.as_ref().map(Stiffness::new);
     let verdict = match (&linear, &stiffness) {
-        (Some(linear), Some(stiffness)) if status.is_success() => {
-            equations.verdict(&state, linear, stiffness)?
-        }
+        (Some(linear), Some(stiffness)) if status.is_success() => equations
+            .verdict(&state, linear, stiffness)
+            .map_err(|Interrupted| Halted::at(&state, &path, equations))?,
         _ => None,
     };
     let State { mut q, load_factor, .. } = state;

@@ -39,6 +39,16 @@ pub enum Start {
     Newton(Vec<f64>),
 }
 
+impl Start {
+    /// The first shape, of n coordinates.
+    pub(super) fn shape(&self, n: usize) -> Vec<f64> {
+        match self {
+            Self::Unloaded { .. } => vec![0.0; n],
+            Self::Descent(q0) | Self::Newton(q0) => q0.clone(),
+        }
+    }
+}
+
 /// Options of a search for an equilibrium.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Options {

@@ -31,6 +31,8 @@ pub enum Status {
     Flawed(Flaw),
     /// Newton's method from the start failed.
     Newton(roots::Status),
+    /// The monitor asked to stop.
+    Interrupted,
 }
 
 impl Status {
@@ -57,6 +59,7 @@ impl Status {
             Self::Flawed(Flaw::Open { .. }) => "loop_open",
             Self::Flawed(Flaw::Sunk { .. }) => "sunk",
             Self::Newton(status) => status.name(),
+            Self::Interrupted => "interrupted",
         }
     }
 
@@ -112,6 +115,9 @@ impl Status {
                 format!("The search ended at load factor {load_factor:.6} in an invalid shape: the model {flaw}. {cure}.")
             }
             Self::Newton(status) => status.message().to_owned(),
+            Self::Interrupted => {
+                format!("The search was interrupted at load factor {load_factor:.6}; this is what it had found by then.")
+            }
         }
     }
 }

@@ -135,7 +135,7 @@ pub struct Path {
     pub q: Vec<f64>,
     /// Smallest eigenvalue of the tangent stiffness relative to that of material and springs, shape (m,).
     pub lowest: Vec<f64>,
-    /// Stability, shape (m,); `None` if the mass matrix is singular.
+    /// Stability, shape (m,); `None` if the mass matrix is singular, or the judgement was interrupted.
     pub stability: Vec<Option<Stability>>,
     /// Critical points.
     pub critical: Vec<CriticalPoint>,
@@ -481,12 +481,13 @@ impl<'a, 'b> Follower<'a, 'b> {
     }
 
     fn record(&mut self, place: &Place) -> Result<(), Interrupted> {
-        let verdict = self.equations.verdict(&place.state, &place.linear, &place.stiffness)?;
+        let verdict = self.equations.verdict(&place.state, &place.linear, &place.stiffness);
         self.path.load_factor.push(place.state.load_factor);
         self.path.inputs.extend(self.equations.inputs_at(place.state.load_factor));
         self.path.q.extend_from_slice(&place.state.q);
         self.path.lowest.push(place.stiffness.lowest);
-        self.path.stability.push(verdict.map(|verdict| verdict.stability));
-        Ok(())
+        // After an interruption the point stays, without its stability.
+        self.path.stability.push(verdict.unwrap_or(None).map(|verdict| verdict.stability));
+        verdict.map(|_| ())
     }
 }

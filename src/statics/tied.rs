@@ -3,12 +3,13 @@
 //! become too long is activated.
 
 use super::{
-    Continuation, ContinuationOptions, Equilibrium, Monitor, Options, Start, Status, outcome, tied_newton,
+    Continuation, ContinuationOptions, Equilibrium, Halted, Monitor, Options, Start, Status, outcome,
+    tied_newton,
 };
 use crate::constraint::one_sided::{self, most_switches};
 use crate::constraint::projection::{self, Metric};
 use crate::constraint::{AsSprings, saddle};
-use crate::error::{Interrupted, InvalidInput};
+use crate::error::{InvalidInput, Unfinished};
 use crate::model::{Model, Switch};
 use crate::{modes, stability};
 
@@ -36,7 +37,7 @@ pub(super) fn equilibrium(
     model: &mut dyn Model,
     options: &Options,
     monitor: Monitor<'_>,
-) -> Result<Result<Equilibrium, Interrupted>, InvalidInput> {
+) -> Result<Result<Equilibrium, Unfinished<Equilibrium>>, InvalidInput> {
     let rest = vec![0.0; model.n()];
     model.release_open(&rest, None);
     if let Start::Newton(q0) = &options.start
@@ -49,7 +50,7 @@ pub(super) fn equilibrium(
                     return Ok(Ok(found));
                 }
             }
-            Err(interrupted) => return Ok(Err(interrupted)),
+            Err(halted) => return Ok(Err(unfinished(model, halted, &options.start))),
         }
     }
     let mut start = match &options.start {
@@ -63,10 +64,10 @@ pub(super) fn equilibrium(
     let mut multipliers = vec![0.0; model.constraints()];
     let mut switches = most_switches(multipliers.len());
     loop {
-        if let Start::Newton(q) = &mut start {
+        if let Start::Newton(q) = &start {
             match tied_newton::approach(model, q, options, &mut *monitor) {
-                Ok(found) => *q = found.q,
-                Err(interrupted) => return Ok(Err(interrupted)),
+                Ok(found) => start = Start::Newton(found.q),
+                Err(halted) => return Ok(Err(unfinished(model, halted, &start))),
             }
         }
         let q = match &start {
@@ -97,6 +98,12 @@ pub(super) fn equilibrium(
     }
 }
 
+/// The result until an interruption of Newton's method, with the loops held by springs.
+fn unfinished(model: &mut dyn Model, halted: Halted, start: &Start) -> Unfinished<Equilibrium> {
+    let near = start.shape(model.n());
+    halted.unfinished(&mut AsSprings::new(model, &near), start)
+}
+
 /// Reports a failure if a loop is open. Judges stability by motions that keep the loops closed: motions
 /// against almost rigid springs are so fast that rounding decides whether they grow.
 fn judged(model: &mut dyn Model, found: Equilibrium) -> Equilibrium {
@@ -122,7 +129,7 @@ pub(super) fn continuation(
     model: &mut dyn Model,
     options: &ContinuationOptions,
     monitor: Monitor<'_>,
-) -> Result<Result<Continuation, Interrupted>, InvalidInput> {
+) -> Result<Result<Continuation, Unfinished<Continuation>>, InvalidInput> {
     let rest = vec![0.0; model.n()];
     model.release_open(options.q0.as_deref().unwrap_or(&rest), None);
     let q0 = match &options.q0 {

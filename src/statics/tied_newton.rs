@@ -2,7 +2,7 @@
 //! 0` and `g(q) = 0`. With stiff springs instead, rounding of the shape would cause large forces and spoil
 //! convergence.
 
-use super::{Counters, Equilibrium, Monitor, Options, Path, Status, Verdict, outcome};
+use super::{Counters, Equilibrium, Halted, Monitor, Options, Path, Reached, Status, Verdict, outcome};
 use crate::constraint::Independent;
 use crate::error::Interrupted;
 use crate::linalg::{Matrix, norm, symmetric_eigenvalues, symmetric_part};
@@ -94,7 +94,7 @@ pub(super) fn approach(
     q0: &[f64],
     options: &Options,
     monitor: Monitor<'_>,
-) -> Result<Approached, Interrupted> {
+) -> Result<Approached, Halted> {
     let (n, m) = (q0.len(), model.constraints());
     let (mut sizes, rest) = (vec![0.0; n], vec![0.0; n]);
     model.typical_coordinates(&mut sizes);
@@ -133,7 +133,13 @@ pub(super) fn approach(
     let mut residual = vec![0.0; n + m];
     let evaluated = roots::System::residual(&mut system, &x, &mut residual);
     system.model.set_multipliers(&vec![0.0; m]);
-    let outcome = outcome?;
+    let outcome = outcome.map_err(|unfinished| {
+        let outcome = unfinished.into_inner();
+        let (iterations, forces) = (outcome.iterations, outcome.residual_evaluations);
+        let counters = Counters { iterations, forces, tangents: outcome.jacobian_evaluations };
+        let q = x.iter().zip(&system.sizes).map(|(x, size)| x * size).collect();
+        Halted::with(Reached { q, load_factor: 1.0, path: Path::default(), counters })
+    })?;
     evaluated?;
     let residual_norm = norm(&residual[..n]) * system.energy;
     let tangents = outcome.jacobian_evaluations + 1;

@@ -50,6 +50,14 @@ impl Status {
         }
     }
 
+    /// True if the run was asked to stop.
+    pub fn is_interrupted(self) -> bool {
+        matches!(
+            self,
+            Self::SecondOrder(second_order::Status::Interrupted) | Self::FirstOrder(ode::Status::Interrupted)
+        )
+    }
+
     /// The status as one word, such as `finished` or `interrupted`.
     pub fn name(self) -> &'static str {
         match self {

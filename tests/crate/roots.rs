@@ -290,7 +290,10 @@ fn an_interruption_comes_through() {
             Err(Interrupted)
         }
     }
-    assert_eq!(Newton::new(1, 1).solve(&mut Impatient, &mut [1.0], &Options::default()), Err(Interrupted));
+    let (mut newton, mut x) = (Newton::new(1, 1), [1.0]);
+    let outcome = newton.solve(&mut Impatient, &mut x, &Options::default()).unwrap_err().into_inner();
+    assert_eq!((outcome.status, outcome.iterations, x), (Status::Interrupted, 0, [1.0]));
+    assert!(outcome.residual_norm.is_nan() && newton.residual()[0].is_nan());
 }
 
 #[test]

@@ -69,7 +69,9 @@ fn a_monitor_stops_every_search() {
             evaluations += 1;
             if evaluations < 3 { Ok(()) } else { Err(Interrupted) }
         });
-        assert_eq!(found.unwrap().unwrap_err(), Interrupted);
+        let kept = found.unwrap().unwrap_err().into_inner();
+        assert_eq!((kept.status, kept.q.len(), kept.verdict), (Status::Interrupted, 10, None));
+        assert!(kept.residual_norm.is_finite() && !kept.status.is_success());
     }
 }
 

@@ -533,6 +533,30 @@ def test_ctrl_c_keeps_the_parts_that_are_done(tmp_path):
     assert (tmp_path / "lab" / "lab.html").exists()
 
 
+@pytest.mark.parametrize("command", ["statics", "modes"])
+def test_ctrl_c_keeps_what_a_search_has_found(command, scene, tmp_path):
+    """A search that takes steps without end."""
+    program = "from lissom import studies; import signal, threading\n"
+    program += "real, options = studies.statics, {'load_steps': [k / 10**6 for k in range(1, 10**6 + 1)]}\n"
+    program += "def statics(*arguments, t):\n"
+    program += "    threading.Timer(0.2, signal.raise_signal, [signal.SIGINT]).start()\n"
+    program += "    return real(*arguments, t=t, max_steps=10**9, **options)\n"
+    program += "studies.statics = statics\n"
+    program += "from lissom.__main__ import main; main()"
+    line = [sys.executable, "-c", program, command, str(scene(WIRE)), "-o", "out"]
+    done = subprocess.run(line, cwd=tmp_path, capture_output=True, text=True, timeout=100)
+    assert done.returncode == 130, done.stderr
+    assert "Interrupted at load factor" in done.stdout
+    assert "Traceback" not in done.stderr
+    numbers = json.loads((tmp_path / "out" / "summary.json").read_text())
+    assert (numbers["study"], numbers["outcome"], numbers["status"]) == ("statics", *["interrupted"] * 2)
+    with np.load(tmp_path / "out" / "equilibrium.npz") as kept:
+        assert kept["path_load_factor"][-1] == numbers["load_factor"]
+        np.testing.assert_array_equal(kept["path_q"][-1], kept["q"])
+    assert (tmp_path / "out" / "report.html").exists()
+    assert no_leftovers(tmp_path)
+
+
 @pytest.fixture
 def interruption():
     """Enables Ctrl-C in this process."""

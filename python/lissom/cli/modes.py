@@ -26,7 +26,7 @@ def command(scene: Path, output: Path | None, at_start: bool, no_report: bool) -
     report animates the slowest ones.
 
     Exit code: 0 done; 1 there are no modes, or no equilibrium was found (then the files of "lissom statics"
-    are written); 2 bad input; 130 interrupted.
+    are written); 2 bad input; 130 interrupted with Ctrl-C (as after 1, what was found is written).
     """
     from .. import studies
     from .._lissom import LissomError

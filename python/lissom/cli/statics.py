@@ -30,7 +30,7 @@ def command(scene: Path, output: Path | None, from_start: bool, no_report: bool)
     simulation are not used.
 
     Exit code: 0 done; 1 no equilibrium was found (the last good state is written); 2 bad input (nothing is
-    written); 130 interrupted.
+    written); 130 interrupted with Ctrl-C (what was found is written).
     """
     from .. import studies
 

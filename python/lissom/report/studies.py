@@ -145,6 +145,11 @@ def _source(scene: Scene) -> page.Section:
 
 def outcome(found: StaticsResult) -> tuple[str, bool]:
     """The outcome, and whether it is a success."""
+    if found.status == "interrupted":
+        return (
+            f"Interrupted at load factor {found.load_factor:.6g}; what was found until then is shown.",
+            False,
+        )
     if not found.success:
         return f"Failed: {found.status}", False
     return f"In equilibrium, {found.stability or 'stability unknown'}", bool(found.is_stable)

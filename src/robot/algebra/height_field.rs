@@ -2,9 +2,10 @@
 //!
 //! The surface is the natural cubic spline through the heights, in both directions: its second derivatives
 //! are continuous, and zero across the edges of the rectangle, beyond which it continues linearly (de Boor
-//! 2001, chapter IV). Newton's method finds nearest points; a tree of bounding boxes around cells finds the
-//! global minimum over the rectangle. Beyond the rectangle, the nearest point is the local minimum found from
-//! directly below the point.
+//! 2001, chapter IV). Newton's method finds nearest points; a tree of bounding boxes around cells, and bounds
+//! of the squared distance in parts of cells, find the global minimum over the rectangle. Beyond the
+//! rectangle, the nearest point is the local minimum found from directly below the point, or from a cell at an
+//! edge across which the distance decreases.
 
 use super::distance::Distance;
 use crate::lie::{Rotation, Symmetric, Vector};
@@ -52,14 +53,23 @@ pub(crate) struct HeightField {
     most_bent: f64,
 }
 
+/// Degree of half the squared distance in each coordinate, twice that of the surface.
+const DEGREE: usize = 6;
+
+/// Number of its coefficients in each coordinate.
+const VALUES: usize = DEGREE + 1;
+
+/// Its mixed second derivatives are 6 x 6 times the differences of coefficients, those along an axis 6 x 5
+/// times.
+const MIXED: f64 = DEGREE as f64 / (DEGREE - 1) as f64;
+
 /// A part of a cell.
 struct Patch {
     from: [f64; 2],
     size: [f64; 2],
-    /// Bernstein coefficients.
-    heights: [[f64; 4]; 4],
-    /// Whether the cell lies at an edge of the rectangle, beyond which the surface continues.
-    is_at_edge: bool,
+    /// Bernstein coefficients of half the squared distance: the values lie between the least and the greatest
+    /// one, and those of derivatives are differences.
+    values: [[f64; VALUES]; VALUES],
 }
 
 /// An interval that contains values.
@@ -136,52 +146,58 @@ impl HeightField {
 
     /// Interval that contains the heights of a cell.
     fn range(&self, i: usize, j: usize) -> [f64; 2] {
-        Range::of(self.bernstein_of_cell(i, j).into_iter().flatten()).0
+        Range::of(&self.bernstein_of_cell(i, j)).0
+    }
+
+    /// A cell, as seen from a point.
+    fn patch(&self, point: [f64; 3], cell: [usize; 2]) -> Patch {
+        let from: [f64; 2] = std::array::from_fn(|axis| cell[axis] as f64 * self.spacing[axis]);
+        let rise = self.bernstein_of_cell(cell[0], cell[1]).map(|row| row.map(|height| height - point[2]));
+        let rise = squared(&rise);
+        let [along, across] = [0, 1].map(|axis| {
+            let way = from[axis] - point[axis];
+            squared_line([way, way + self.spacing[axis]])
+        });
+        Patch {
+            from,
+            size: self.spacing,
+            values: std::array::from_fn(|i| {
+                std::array::from_fn(|j| 0.5 * (along[i] + across[j] + rise[i][j]))
+            }),
+        }
+    }
+
+    /// Whether places beyond the rectangle may be nearer than those of a cell at its edge, somewhere along it.
+    fn leads_out(&self, patch: &Patch, cell: [usize; 2]) -> bool {
+        let across = transposed(patch.values);
+        [&patch.values, &across].into_iter().enumerate().any(|(axis, values)| {
+            let falls = |inner: usize, outer: usize| (0..VALUES).any(|k| values[outer][k] < values[inner][k]);
+            cell[axis] == 0 && falls(1, 0) || cell[axis] + 2 == self.shape[axis] && falls(DEGREE - 1, DEGREE)
+        })
     }
 
     /// Searches for nearer points in a part of a cell by branch and bound (Hansen and Walster 2004, chapter
-    /// 12). Parts that are too far away, or in which half the squared distance is monotonic or nowhere
-    /// convex, contain none; parts in which it is convex everywhere contain at most one. Other parts are
-    /// subdivided.
-    /// everywhere there is one at most. The rest is divided.
+    /// 12), with bounds by Bernstein coefficients of half the squared distance itself (Garloff 1993, "The
+    /// Bernstein algorithm"): where many places are almost equally near, as below the top of a dome, bounds
+    /// by intervals of heights, slopes and second derivatives are far wider than what they bound. Parts that
+    /// are too far away, or in which half the squared distance is monotonic or nowhere convex, contain none;
+    /// parts in which it is convex everywhere contain at most one. Other parts are subdivided.
     fn look_within(&self, point: [f64; 3], patch: &Patch, divisions: usize, best: &mut Best) {
-        let Patch { from, size, heights, is_at_edge } = patch;
-        let rise = Range::of(heights.iter().flatten().map(|height| height - point[2]));
-        let way: [Range; 2] =
-            std::array::from_fn(|axis| Range([from[axis], from[axis] + size[axis]].map(|x| x - point[axis])));
-        let least = 0.5 * (way[0].least_square() + way[1].least_square() + rise.least_square());
-        if least >= best.value * (1.0 - NEARER) {
+        let Patch { from, size, values } = patch;
+        if !patch.is_nearer_than(best) {
             return;
         }
-        // Bernstein coefficients of derivatives are differences of those of the heights, times the degree.
-        let along = differences(heights, 3.0 / size[0]);
-        let across = differences(&transposed(*heights), 3.0 / size[1]);
-        let slope = [&along, &across].map(|table| Range::of(table.iter().flatten().copied()));
-        let bend_of = |table: &[[f64; 4]; 3], factor: f64| {
-            let pairs = table.windows(2).flat_map(|pair| (0..4).map(|k| factor * (pair[1][k] - pair[0][k])));
-            Range::of(pairs)
-        };
-        let bend = [bend_of(&along, 2.0 / size[0]), bend_of(&across, 2.0 / size[1])];
-        let steps =
-            along.iter().flat_map(|row| row.windows(2).map(|pair| 3.0 / size[1] * (pair[1] - pair[0])));
-        let twist = Range::of(steps);
-        let falls = |axis: usize| way[axis] + rise * slope[axis];
-        let hollow = |axis: usize| Range([1.0; 2]) + slope[axis].squared() + rise * bend[axis];
-        let is_monotonic = (0..2).any(|axis| !falls(axis).holds_zero());
-        let is_never_hollow = (0..2).any(|axis| hollow(axis).0[1] < 0.0);
-        if !is_at_edge && (is_monotonic || is_never_hollow) {
+        let slopes: [[[f64; VALUES]; DEGREE]; 2] = [differences(values), differences(&transposed(*values))];
+        let is_monotonic = slopes.iter().any(|slopes| !Range::of(slopes).holds_zero());
+        let [a, b] = slopes.map(|slopes| Range::of::<VALUES, { DEGREE - 1 }>(&differences(&slopes)));
+        if is_monotonic || a.0[1] < 0.0 || b.0[1] < 0.0 {
             return;
         }
-        let mixed = (slope[0] * slope[1] + rise * twist).size();
-        let [a, b] = [0, 1].map(|axis| hollow(axis).0[0]);
-        let is_hollow = a > 0.0 && b > 0.0 && a * b > mixed * mixed;
+        let mixed = Range::of::<DEGREE, DEGREE>(&differences(&transposed(slopes[0]))).size();
+        let is_hollow = a.0[0] > 0.0 && b.0[0] > 0.0 && a.0[0] * b.0[0] > (MIXED * mixed).powi(2);
         if is_hollow || divisions == 0 {
-            let found = self.descend(point, std::array::from_fn(|axis| from[axis] + 0.5 * size[axis]));
-            if found.value < best.value {
-                *best = found;
-            }
-            let is_within =
-                (0..2).all(|axis| (from[axis]..=from[axis] + size[axis]).contains(&found.place[axis]));
+            let place = self.descend_to_nearer(point, patch.middle(), best);
+            let is_within = (0..2).all(|axis| (from[axis]..=from[axis] + size[axis]).contains(&place[axis]));
             if is_within || divisions == 0 {
                 return;
             }
@@ -267,6 +283,15 @@ impl HeightField {
         Best { place, value }
     }
 
+    /// The place where a descent from a start ends, which becomes the best one if it is nearer.
+    fn descend_to_nearer(&self, point: [f64; 3], start: [f64; 2], best: &mut Best) -> [f64; 2] {
+        let found = self.descend(point, start);
+        if found.value < best.value {
+            *best = found;
+        }
+        found.place
+    }
+
     /// Whether a stationary point is the unique nearest one: half the squared distance, with the second
     /// derivatives `1 + h_i h_j + (h - z) h_ij`, is convex in the whole region that could contain nearer
     /// points.
@@ -299,12 +324,10 @@ impl HeightField {
             return;
         }
         if level == 0 {
-            let patch = Patch {
-                from: std::array::from_fn(|axis| [i, j][axis] as f64 * self.spacing[axis]),
-                size: self.spacing,
-                heights: self.bernstein_of_cell(i, j),
-                is_at_edge: [i, j].iter().zip(self.shape).any(|(&i, n)| i == 0 || i + 2 == n),
-            };
+            let patch = self.patch(point, [i, j]);
+            if patch.is_nearer_than(best) && self.leads_out(&patch, [i, j]) {
+                self.descend_to_nearer(point, patch.middle(), best);
+            }
             self.look_within(point, &patch, MOST_DIVISIONS, best);
             return;
         }
@@ -355,25 +378,35 @@ impl HeightField {
 }
 
 impl Patch {
+    /// Whether a place in it may be nearer than the best one.
+    fn is_nearer_than(&self, best: &Best) -> bool {
+        Range::of(&self.values).0[0] < best.value * (1.0 - NEARER)
+    }
+
+    /// Its centre.
+    fn middle(&self) -> [f64; 2] {
+        std::array::from_fn(|axis| self.from[axis] + 0.5 * self.size[axis])
+    }
+
     /// The four quarters of the patch.
     fn parts(&self) -> [Self; 4] {
-        let [left, right] = halves(&self.heights);
+        let [left, right] = halves(&self.values);
         let [left, right] = [left, right].map(|half| halves(&transposed(half)).map(transposed));
         let size = self.size.map(|size| 0.5 * size);
         let [[a, b], [c, d]] = [left, right];
-        let part = |k: [usize; 2], heights| Self {
+        let part = |k: [usize; 2], values| Self {
             from: std::array::from_fn(|axis| self.from[axis] + k[axis] as f64 * size[axis]),
             size,
-            heights,
-            is_at_edge: self.is_at_edge,
+            values,
         };
         [part([0, 0], a), part([0, 1], b), part([1, 0], c), part([1, 1], d)]
     }
 }
 
 impl Range {
-    fn of(values: impl Iterator<Item = f64>) -> Self {
-        Self(values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| [low.min(x), high.max(x)]))
+    fn of<const N: usize, const M: usize>(values: &[[f64; N]; M]) -> Self {
+        let values = values.iter().flatten();
+        Self(values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], &x| [low.min(x), high.max(x)]))
     }
 
     fn holds_zero(self) -> bool {
@@ -383,30 +416,6 @@ impl Range {
     /// Largest magnitude.
     fn size(self) -> f64 {
         self.0[0].abs().max(self.0[1].abs())
-    }
-
-    fn least_square(self) -> f64 {
-        if self.holds_zero() { 0.0 } else { self.0.map(|x| x * x).into_iter().fold(f64::INFINITY, f64::min) }
-    }
-
-    fn squared(self) -> Self {
-        Self([self.least_square(), self.size() * self.size()])
-    }
-}
-
-impl std::ops::Add for Range {
-    type Output = Self;
-
-    fn add(self, other: Self) -> Self {
-        Self([self.0[0] + other.0[0], self.0[1] + other.0[1]])
-    }
-}
-
-impl std::ops::Mul for Range {
-    type Output = Self;
-
-    fn mul(self, other: Self) -> Self {
-        Self::of(self.0.into_iter().flat_map(|a| other.0.map(|b| a * b)))
     }
 }
 
@@ -504,23 +513,58 @@ fn transposed<const N: usize, const M: usize>(rows: [[f64; N]; M]) -> [[f64; M];
     std::array::from_fn(|j| std::array::from_fn(|i| rows[i][j]))
 }
 
-/// Differences of successive rows of a table, times a factor.
-fn differences(rows: &[[f64; 4]; 4], factor: f64) -> [[f64; 4]; 3] {
-    std::array::from_fn(|i| std::array::from_fn(|k| factor * (rows[i + 1][k] - rows[i][k])))
+/// Differences of successive rows of a table.
+fn differences<const N: usize, const M: usize, const FEWER: usize>(
+    rows: &[[f64; N]; M],
+) -> [[f64; N]; FEWER] {
+    std::array::from_fn(|i| std::array::from_fn(|k| rows[i + 1][k] - rows[i][k]))
+}
+
+/// Bernstein coefficients of the square of a surface with these ones (Farouki and Rajan 1988, "Algorithms for
+/// polynomials in Bernstein form", section 3).
+fn squared(heights: &[[f64; 4]; 4]) -> [[f64; VALUES]; VALUES] {
+    const CUBIC: [f64; 4] = [1.0, 3.0, 3.0, 1.0];
+    const SEXTIC: [f64; VALUES] = [1.0, 6.0, 15.0, 20.0, 15.0, 6.0, 1.0];
+    let weighted: [[f64; 4]; 4] =
+        std::array::from_fn(|i| std::array::from_fn(|j| CUBIC[i] * CUBIC[j] * heights[i][j]));
+    let mut square = [[0.0; VALUES]; VALUES];
+    for (i, row) in weighted.iter().enumerate() {
+        for (k, other) in weighted.iter().enumerate() {
+            for (j, a) in row.iter().enumerate() {
+                for (l, b) in other.iter().enumerate() {
+                    square[i + k][j + l] += a * b;
+                }
+            }
+        }
+    }
+    for (row, of_row) in square.iter_mut().zip(SEXTIC) {
+        row.iter_mut().zip(SEXTIC).for_each(|(value, of_column)| *value /= of_row * of_column);
+    }
+    square
+}
+
+/// The same coefficients of the square of a line with these values at its ends.
+fn squared_line([a, b]: [f64; 2]) -> [f64; VALUES] {
+    let degree = DEGREE as f64;
+    std::array::from_fn(|k| {
+        let (k, left) = (k as f64, degree - k as f64);
+        (left * (left - 1.0) * a * a + 2.0 * k * left * a * b + k * (k - 1.0) * b * b)
+            / (degree * (degree - 1.0))
+    })
 }
 
 /// Bernstein coefficients along the columns for both halves (de Casteljau).
-fn halves(rows: &[[f64; 4]; 4]) -> [[[f64; 4]; 4]; 2] {
+fn halves<const N: usize>(rows: &[[f64; N]; N]) -> [[[f64; N]; N]; 2] {
     let mut ends = [*rows; 2];
     let mut left = *rows;
-    for k in 1..4 {
-        for i in 0..4 - k {
-            for column in 0..4 {
+    for k in 1..N {
+        for i in 0..N - k {
+            for column in 0..N {
                 left[i][column] = 0.5 * (left[i][column] + left[i + 1][column]);
             }
         }
         ends[0][k] = left[0];
-        ends[1][3 - k] = left[3 - k];
+        ends[1][N - 1 - k] = left[N - 1 - k];
     }
     ends
 }
@@ -593,6 +637,36 @@ mod tests {
             let wanted = plane.axes.apply(Vector::new(-0.5, 0.3, 1.0)) * stretch.recip();
             assert!((normal - wanted).to_array().iter().all(|x| x.abs() < 1e-13));
             assert!(curvature.rows().iter().all(|row| row.dot(*row) < 1e-20));
+        }
+    }
+
+    /// Below the top of a dome all places are almost equally near.
+    #[test]
+    fn the_centre_of_a_dome_is_at_the_distance_of_its_radius() {
+        const RADIUS: f64 = 3.0;
+        let height = |x: f64, y: f64| (RADIUS * RADIUS - x * x - y * y).sqrt() - RADIUS;
+        let heights: Vec<f64> =
+            (0..441).map(|k| height(f64::from(k / 21) * 0.1 - 1.0, f64::from(k % 21) * 0.1 - 1.0)).collect();
+        let axes = Quaternion::from_array([1.0, 0.0, 0.0, 0.0]).rotation();
+        let dome = HeightField::new(&heights, [21, 21], [0.1; 2], Vector::new(-1.0, -1.0, 0.0), axes);
+        // Above the centre the nearest place lies on the ray from there.
+        let known = |x: f64, rise: f64| Some(RADIUS - x.hypot(rise));
+        let none = None;
+        for (x, rise, expected) in
+            [(0.0, 0.0, known(0.0, 0.0)), (0.1, 0.5, known(0.1, 0.5)), (1e-3, 0.0, none), (0.2, -0.5, none)]
+        {
+            let point = Vector::new(x, 0.0, rise - RADIUS);
+            let found = dome.distance(point);
+            let mut tried = f64::INFINITY;
+            for k in 0..=200 * 200 {
+                let [x, y] = [k / 200, k % 200].map(|k| f64::from(k) * 0.01 - 1.0);
+                let way = Vector::new(x, y, dome.at([x + 1.0, y + 1.0]).height) - point;
+                tried = tried.min(way.dot(way).sqrt());
+            }
+            assert!(found.value < 0.0 && found.value.abs() <= tried + 1e-12, "{} {tried}", found.value);
+            // The natural spline misses the dome at its edges.
+            let is_known = expected.is_none_or(|expected: f64| (found.value + expected).abs() < 1e-3);
+            assert!(is_known, "{} {expected:?}", found.value);
         }
     }
 

@@ -17,7 +17,7 @@ pub(crate) use self::preferred::Form;
 
 use self::model::{Model, Step};
 use super::System;
-use crate::error::Interrupted;
+use crate::error::{Interrupted, Unfinished};
 use crate::linalg::{Matrix, norm};
 
 /// Initial radius of the trust region, for unknowns of order one.
@@ -108,6 +108,8 @@ pub enum End {
     Stalled,
     /// R or its Jacobian is not finite at the start or at an iterate.
     NonFinite,
+    /// The system asked to stop.
+    Interrupted,
 }
 
 /// Result of a search.
@@ -142,7 +144,7 @@ impl std::ops::AddAssign for Counters {
     }
 }
 
-/// Searches from `x`, clipped to the bounds; `x` becomes the best point found. Unknowns should be of order
+/// Searches from `x`, clipped to the bounds; `x` becomes the best point found, also after an interruption. Unknowns should be of order
 /// one. Allocates. An iteration costs a Jacobian and the eigenvectors of a matrix whose size is the smaller
 /// of the numbers of unknowns and equations; with second derivatives, one Jacobian per unknown and the
 /// eigenvectors of a matrix of their number.
@@ -154,7 +156,7 @@ pub fn solve(
     x: &mut [f64],
     bounds: &Bounds,
     options: &Options,
-) -> Result<Outcome, Interrupted> {
+) -> Result<Outcome, Unfinished<Outcome>> {
     let (n, m) = (system.unknowns(), system.equations());
     assert_eq!([x.len(), bounds.lower.len(), bounds.upper.len()], [n; 3], "lengths of x and of its bounds");
     bounds.clip(x);
@@ -171,9 +173,10 @@ pub fn solve(
         trial_residual: vec![0.0; m],
         counters: Counters::default(),
     };
-    let end = search.run(x)?;
-    let held = search.held(x);
-    Ok(Outcome { end, norm: search.norm, held, counters: search.counters })
+    let end = search.run(x).unwrap_or(End::Interrupted);
+    let held = if end == End::Interrupted { Vec::new() } else { search.held(x) };
+    let outcome = Outcome { end, norm: search.norm, held, counters: search.counters };
+    if end == End::Interrupted { Err(Unfinished::new(outcome)) } else { Ok(outcome) }
 }
 
 struct Search<'a> {

@@ -5,7 +5,7 @@
 //! <- y + R` and with r increased until R vanishes.
 
 use super::{Bounds, Counters, End, LeastSquares, Options, solve};
-use crate::error::Interrupted;
+use crate::error::{Interrupted, Unfinished};
 use crate::linalg::{Matrix, norm};
 use crate::roots::System;
 
@@ -56,7 +56,7 @@ impl Form {
                 max_iter: STEPS * options.max_iter,
                 second_order: true,
             };
-            let found = solve(&mut augmented, &mut here, bounds, &search)?;
+            let found = solve(&mut augmented, &mut here, bounds, &search).map_err(Unfinished::interrupted)?;
             *counters += found.counters;
             if !matches!(found.end, End::Minimum | End::Root) {
                 break;
