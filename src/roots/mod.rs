@@ -29,10 +29,10 @@
 //! }
 //!
 //! let mut x = [3.0, 1.0];
-//! let outcome = Newton::new(2, 2).solve(&mut CircleAndLine, &mut x, &Options::default())?;
+//! let searched = Newton::new(2, 2).solve(&mut CircleAndLine, &mut x, &Options::default());
+//! let outcome = searched.expect("nothing interrupts it");
 //! assert_eq!(outcome.status, Status::ConvergedResidual);
 //! assert!((x[0] - 1.0).abs() < 1e-6 && (x[1] - 1.0).abs() < 1e-6);
-//! # Ok::<(), Interrupted>(())
 //! ```
 
 pub(crate) mod bracket;
