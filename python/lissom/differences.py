@@ -26,6 +26,9 @@ OF_LINEAR = ((-1, -1 / 2), (1, 1 / 2))
 #: Sums smaller than this fraction of their terms are rounding errors.
 ROUNDING = 1e-13
 
+#: Smaller values count as zero: their squares underflow.
+SMALLEST = 1e-154
+
 #: Nodes in steps from the value, with weights.
 Nodes = tuple[tuple[int, float], ...]
 
@@ -41,12 +44,13 @@ def terms(
     `with_value` raises a ValueError at the end of the valid range, such as a Poisson ratio of 0.5, or the
     length of a rod with a load at its tip.
     """
-    step = relative * (abs(value) or 1.0)
+    is_zero = abs(value) < SMALLEST
+    step = relative * (1.0 if is_zero else abs(value))
 
     def at(nodes: Nodes, step: float) -> tuple[tuple[T, float], ...]:
         return tuple((with_value(value + k * step), w / step) for k, w in nodes)
 
-    if value == 0.0:
+    if is_zero:
         return at(ONE_SIDED, step)
     inwards = math.copysign(step, -value)
     refused = None

@@ -125,14 +125,14 @@ class Run:
         try:
             energy = self.scene.model.energy(self.scene.q0, self.scene.v0, t=self.scene.simulation.t0)
         except LissomError:  # the initial state overflows
-            unknown = [math.nan]
+            beyond = [math.inf]
             return Balance(
-                kinetic=unknown,
-                elastic=unknown,
-                gravitational=unknown,
-                loads=unknown,
-                dissipated=unknown,
-                work=unknown,
+                kinetic=beyond,
+                elastic=beyond,
+                gravitational=beyond,
+                loads=beyond,
+                dissipated=beyond,
+                work=beyond,
             )
         return Balance(
             kinetic=[energy.kinetic],

@@ -15,12 +15,6 @@ use crate::second_order::{self, Counters, Failure, Grid, is_whole, number_of_ste
 use crate::signal::covers;
 use crate::tape::Tape;
 
-/// Why a run cannot begin.
-enum Unfit {
-    WithoutMass,
-    Overflowing,
-}
-
 /// A step of this part of the leg is not shortened further if a taut tendon misses its length: the length jumps.
 const SHORTEST: f64 = 1e-9;
 
@@ -343,21 +337,18 @@ impl<M: Model> Run<M> {
         let Self { integrator, jumped, scratch, .. } = self;
         let found = integrator.observe(|model, state| {
             model.set_time(state.t)?;
-            // Whatever comes of speeds whose squares overflow, no balance could be told.
-            if !model.energy(state.q, state.v).kinetic.is_finite() {
-                return Ok(Some(Unfit::Overflowing));
+            // Whatever comes of states whose squares overflow, no balance could be told.
+            if !model.energy(state.q, state.v).total().is_finite() {
+                return Ok(Some(Stop::without_energy(state.t)));
             }
             if model.constraints() > 0 {
                 return Ok(None);
             }
             let found = model.forward_dynamics(state.q, state.v, jumped, scratch);
-            Ok(found.err().map(|SingularMass| Unfit::WithoutMass))
+            Ok(found.err().map(|SingularMass| Stop::without_mass(state.t)))
         })?;
         self.has_mass = found.is_none();
-        Ok(found.map(|flaw| match flaw {
-            Unfit::WithoutMass => self.stop.insert(Stop::without_mass(self.integrator.t())).status,
-            Unfit::Overflowing => self.integrator.no_acceleration(Failure::NonFinite),
-        }))
+        Ok(found.map(|stop| self.stop.insert(stop).status))
     }
 
     /// Finds the active constraints at the start.

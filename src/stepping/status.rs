@@ -96,6 +96,17 @@ impl Stop {
         Self { status: Status::SecondOrder(second_order::Status::NoInitialAcceleration(failure)), message }
     }
 
+    /// At a start whose energies overflow.
+    pub(crate) fn without_energy(t: f64) -> Self {
+        let message = format!(
+            "The motion cannot begin at t = {}: energies there are beyond what double precision holds. Check the units of the \
+             initial state.",
+            Number(t),
+        );
+        let failure = second_order::Failure::NonFinite;
+        Self { status: Status::SecondOrder(second_order::Status::NoInitialAcceleration(failure)), message }
+    }
+
     /// At a singular position, where an explicit method cannot choose between branches.
     pub(crate) fn at_singular_position(t: f64) -> Self {
         let message = format!(
