@@ -93,6 +93,9 @@ fn of_stiffness(motions: &SmallMotions) -> Option<Stability> {
     if pencil::is_positive(stiffness, error) {
         return Some(Stability::Stable);
     }
+    if pencil::is_negative(stiffness, error) {
+        return Some(Stability::Divergence);
+    }
     let magnitudes = || {
         let size = |i: usize| if error[(i, i)] > 0.0 { error[(i, i)] } else { 1.0 };
         Matrix::from_diagonal(&(0..motions.n()).map(size).collect::<Vec<f64>>().into())

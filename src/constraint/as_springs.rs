@@ -342,6 +342,10 @@ impl Model for AsSprings<'_> {
         self.model.is_damped()
     }
 
+    fn has_tendon_friction(&self) -> bool {
+        self.model.has_tendon_friction()
+    }
+
     fn has_velocity_forces(&self) -> bool {
         self.model.has_velocity_forces()
     }

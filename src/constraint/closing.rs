@@ -12,7 +12,7 @@
 //! grad^2 g_i`.
 
 use crate::linalg::{Matrix, dot, norm, symmetric_eigen, symmetric_part, thin_svd};
-use crate::model::{Flaw, Model, chart};
+use crate::model::{Model, chart};
 
 /// Gaps below this part of their sizes are rounding.
 const ROUNDING: f64 = 1e-13;
@@ -143,18 +143,8 @@ fn of_least_energy<'a, M: Model + ?Sized>(model: &mut M, ended: &'a [Ended]) -> 
     best.map_or(&ended[0], |(ended, ..)| ended)
 }
 
-/// Where Gauss and Newton's method ends; what is still open there is not closed, however small the gaps are: those of angles vanish
-/// also at half a turn.
-fn approach<M: Model + ?Sized>(model: &mut M, q: Vec<f64>) -> Ended {
-    let ended = come_near(model, q);
-    match model.open_loop(&ended.q) {
-        Some(Flaw::Open { gap, .. }) if ended.gap <= CLOSED => Ended { gap, ..ended },
-        _ => ended,
-    }
-}
-
 /// Gauss and Newton's method from one shape to the best one on its way, as long as it comes nearer.
-fn come_near<M: Model + ?Sized>(model: &mut M, mut q: Vec<f64>) -> Ended {
+fn approach<M: Model + ?Sized>(model: &mut M, mut q: Vec<f64>) -> Ended {
     let mut gaps = Vec::new();
     let mut best = Ended { q: q.clone(), gap: f64::INFINITY };
     let (mut without_progress, mut last, mut is_whole) = (0, f64::INFINITY, false);
@@ -198,9 +188,10 @@ fn violated<M: Model + ?Sized>(model: &mut M, q: &[f64], gaps: &mut Vec<f64>) ->
     }
     gaps.resize(m, 0.0);
     model.gaps(q, gaps);
-    model.away_from_half_turns(gaps);
+    // Gaps of angles grow on the way back from half a turn.
+    let turned = model.away_from_half_turns(gaps);
     gaps.iter_mut().zip(sizes_of_gaps(model)).for_each(|(gap, size)| *gap /= size);
-    gaps.iter().fold(0.0, |largest: f64, gap| if gap.abs() <= largest { largest } else { gap.abs() })
+    gaps.iter().fold(turned, |largest: f64, gap| if gap.abs() <= largest { largest } else { gap.abs() })
 }
 
 fn sizes_of_gaps<M: Model + ?Sized>(model: &M) -> Vec<f64> {

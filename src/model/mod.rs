@@ -197,6 +197,11 @@ pub trait Model: Elastic + InTime + Discretised + Tied {
         false
     }
 
+    /// Whether tendons rub where they bend: how much is lost by that depends on the way, so that such forces have no potential.
+    fn has_tendon_friction(&self) -> bool {
+        false
+    }
+
     /// Whether the model has contacts, whose forces set in abruptly, so that very fast vibrations must be
     /// damped.
     fn has_contact(&self) -> bool {

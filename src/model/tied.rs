@@ -73,8 +73,11 @@ pub trait Tied {
     }
 
     /// The gaps evaluated last, with the opposite sign for angles between directions that should be the same and are more than a right
-    /// angle apart: towards half a turn these gaps fall, too, although nothing is closed there.
-    fn away_from_half_turns(&mut self, _gaps: &mut [f64]) {}
+    /// angle apart: towards half a turn these gaps fall, too, although nothing is closed there. Returns by how much the lowest
+    /// cosine of such an angle is below 1; zero if there is none.
+    fn away_from_half_turns(&mut self, _gaps: &mut [f64]) -> f64 {
+        0.0
+    }
 
     /// How far those are passed that hold one way only, and the rates of that: whether they hold or not, in units of
     /// [`Self::gap_sizes`], to the right of corners in time. Their rows are the last ones. Allocates.

@@ -1014,6 +1014,12 @@ impl Model for RobotModel {
         self.coordinates.vary_in_time() || on_sweeps!(&self.sweeps, sweeps => sweeps.has_velocity_forces())
     }
 
+    fn has_tendon_friction(&self) -> bool {
+        on_sweeps!(&self.sweeps, sweeps => {
+            sweeps.plan().actuation.actuators.iter().any(|actuator| actuator.friction.is_some())
+        })
+    }
+
     /// Power of follower loads, of varying loads, of moments (a moment fixed in space has no potential), of a
     /// moving base, and of prescribed joints.
     fn supplied_power(&mut self, q: &[f64], qd: &[f64], qdd: &[f64]) -> f64 {
@@ -1302,8 +1308,8 @@ impl Tied for RobotModel {
         });
     }
 
-    fn away_from_half_turns(&mut self, gaps: &mut [f64]) {
-        on_sweeps!(&self.sweeps, sweeps => sweeps.away_from_half_turns(gaps));
+    fn away_from_half_turns(&mut self, gaps: &mut [f64]) -> f64 {
+        on_sweeps!(&self.sweeps, sweeps => sweeps.away_from_half_turns(gaps))
     }
 
     fn gap_sizes(&self, sizes: &mut [f64]) {

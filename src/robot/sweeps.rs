@@ -350,14 +350,18 @@ impl<G: Turning> Sweeps<G> {
         loops::values(&self.plan, &self.work, q, gaps);
     }
 
-    /// Changes the sign of gaps of angles in ties whose ends are turned away from each other, in the shape evaluated last.
-    pub(crate) fn away_from_half_turns(&self, gaps: &mut [f64]) {
+    /// Changes the sign of gaps of angles in ties whose ends are turned away from each other, in the shape evaluated last. Returns
+    /// the largest [`loops::turned_away`].
+    pub(crate) fn away_from_half_turns(&self, gaps: &mut [f64]) -> f64 {
+        let mut most = 0.0_f64;
         for tie in &self.plan.loops.ties {
-            if loops::turned_away(&self.plan, &self.work, tie).is_some() {
+            if let Some(by) = loops::turned_away(&self.plan, &self.work, tie) {
+                most = most.max(by);
                 let of_tie = gaps[tie.first..].iter_mut().zip(&tie.rows);
                 of_tie.filter(|(_, row)| matches!(row, Row::Angle { .. })).for_each(|(gap, _)| *gap = -*gap);
             }
         }
+        most
     }
 
     /// The constraint with the largest gap beside these sizes, this gap, and its size.

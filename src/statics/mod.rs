@@ -328,12 +328,7 @@ fn follow_loads(
     let path = follower.path;
     let end = followed.map_err(|Interrupted| Halted::at(&place.state, &path, equations))?;
     let status = if end == End::UpperBound { Status::Converged } else { Status::of_continuation(end) };
-    let found = Found {
-        status,
-        state: place.state,
-        step_norm: place.corrected.step_norm,
-        residual_norm: place.corrected.residual_norm,
-    };
+    let found = Found::new(status, place.state, place.corrected.step_norm, place.corrected.residual_norm);
     Ok(Some(Followed { found, end, path, counters: equations.counters }))
 }
 
@@ -361,6 +356,9 @@ fn release(
         }
         tried = laid.counters;
     }
+    if is_stable && model.has_tendon_friction() && !model.is_one_sided() {
+        return without_potential(model, q0, options, monitor);
+    }
     let goal = search::Goal { tolerance: options.tol, max_iter: options.max_iter, is_stable };
     let search::Found { q, ended, step_norm, residual_norm, multipliers, counters } =
         search::search(model, q0, goal, &mut *monitor)?;
@@ -384,7 +382,7 @@ fn release(
     let state = State { q, load_factor: 1.0, forces: Vec::new() };
     judged(
         model,
-        Found { status, state, step_norm, residual_norm },
+        Found { multipliers: Some(multipliers), ..Found::new(status, state, step_norm, residual_norm) },
         Path::default(),
         counters,
         options,
@@ -411,7 +409,7 @@ fn without_potential(
         }
         let mut held = AsSprings::new(model, q);
         let found = of(&mut judging(&mut held, q, options, monitor))?;
-        Ok(tied::judged(model, found, options))
+        Ok(tied::judged(model, found, None, options))
     })
 }
 
@@ -525,7 +523,7 @@ fn let_go(equations: &mut Equations<'_>, q0: &[f64], options: &Options) -> Resul
         Descent::Flawed(flaw) => (Status::Flawed(flaw), f64::NAN, f64::NAN),
         Descent::NonFinite => (Status::NonFinite, f64::NAN, f64::NAN),
     };
-    judge(equations, Found { status, state, step_norm, residual_norm }, Path::default())
+    judge(equations, Found::new(status, state, step_norm, residual_norm), Path::default())
 }
 
 /// The equations at a fixed load factor, in scaled coordinates, as a system for [`roots::Newton`].
@@ -593,7 +591,7 @@ fn newton(equations: &mut Equations<'_>, q0: &[f64], options: &Options) -> Resul
     }
     // Rounding of the shape decides the forces of stiff springs: those of the state tell the residual.
     let residual_norm = if state.forces.is_empty() { outcome.residual_norm } else { f64::NAN };
-    judge(equations, Found { status, state, step_norm, residual_norm }, Path::default())
+    judge(equations, Found::new(status, state, step_norm, residual_norm), Path::default())
 }
 
 /// Result of a search, before stability is judged.
@@ -602,6 +600,14 @@ struct Found {
     state: State,
     step_norm: f64,
     residual_norm: f64,
+    /// Of constraints, where they are known.
+    multipliers: Option<Vec<f64>>,
+}
+
+impl Found {
+    fn new(status: Status, state: State, step_norm: f64, residual_norm: f64) -> Self {
+        Self { status, state, step_norm, residual_norm, multipliers: None }
+    }
 }
 
 /// The equations under full loads near a shape.
@@ -695,21 +701,23 @@ fn judged(
     options: &Options,
     monitor: Monitor<'_>,
 ) -> Result<Equilibrium, Halted> {
-    let q = found.state.q.clone();
+    let (q, multipliers) = (found.state.q.clone(), found.multipliers.clone());
     let equilibrium = if model.constraints() > 0 {
         let mut held = AsSprings::new(model, &q);
-        judge(&mut judging(&mut held, &q, options, monitor), found, path)
+        // Only motions that keep the loops closed tell.
+        let quiet = Options { stability: false, ..options.clone() };
+        judge(&mut judging(&mut held, &q, &quiet, monitor), found, path)
     } else {
         judge(&mut judging(model, &q, options, monitor), found, path)
     };
     let equilibrium = equilibrium.map_err(|halted| halted.after(counters))?;
     let counters = counters + equilibrium.counters;
-    Ok(Equilibrium { counters, ..tied::judged(model, equilibrium, options) })
+    Ok(Equilibrium { counters, ..tied::judged(model, equilibrium, multipliers.as_deref(), options) })
 }
 
 /// Adds stability from the tangent.
 fn judge(equations: &mut Equations<'_>, found: Found, path: Path) -> Result<Equilibrium, Halted> {
-    let Found { mut status, mut state, step_norm, residual_norm } = found;
+    let Found { mut status, mut state, step_norm, residual_norm, .. } = found;
     if state.forces.is_empty() {
         let q = state.q.clone();
         state = equations.state(state.q, state.load_factor).map_err(|Interrupted| {

@@ -3,7 +3,9 @@
 use super::{Continuation, ContinuationOptions, Equilibrium, Monitor, Options, Status, outcome};
 use crate::constraint::{AsSprings, closing};
 use crate::error::{InvalidInput, Unfinished};
+use crate::linalg::{symmetric_eigenvalues, symmetric_part};
 use crate::model::Model;
+use crate::small_motions::{SmallMotions, small_motions};
 use crate::{modes, stability};
 
 /// Largest gap of loops that count as closed at rest, beside the lengths of what they join.
@@ -34,17 +36,38 @@ pub(super) fn closed(model: &mut dyn Model, q0: &[f64]) -> Result<Vec<f64>, Inva
 }
 
 /// Reports a failure if a loop is open. Judges stability by motions that keep the loops closed: motions
-/// against almost rigid springs are so fast that rounding decides whether they grow.
-pub(super) fn judged(model: &mut dyn Model, found: Equilibrium, options: &Options) -> Equilibrium {
+/// against almost rigid springs are so fast that rounding decides whether they grow. Multipliers that are not known are those
+/// without accelerations.
+pub(super) fn judged(
+    model: &mut dyn Model,
+    found: Equilibrium,
+    multipliers: Option<&[f64]>,
+    options: &Options,
+) -> Equilibrium {
     if !found.status.is_success() || model.constraints() == 0 {
         return found;
     }
     let status = model.open_loop(&found.q).map_or(found.status, Status::Flawed);
-    let motions = if options.stability { modes::motions(model, &found.q).ok() } else { None };
-    let verdict = motions.and_then(|(motions, _)| stability::verdict(&motions)).or(found.verdict);
+    let motions = match multipliers {
+        Some(multipliers) => {
+            let mut sizes = vec![0.0; found.q.len()];
+            model.sizes(&found.q, &mut sizes);
+            small_motions(model, &found.q, &sizes, 1.0, multipliers)
+        }
+        None => modes::motions(model, &found.q).ok().map(|(motions, _)| motions),
+    };
+    let lowest = motions.as_ref().and_then(lowest).unwrap_or(f64::NAN);
+    let verdict = motions.filter(|_| options.stability).and_then(|motions| stability::verdict(&motions));
     let reached = found.path.load_factor.last().copied().unwrap_or(found.load_factor);
     let message = outcome::message(status, reached, options.stability, verdict, &found.path);
-    Equilibrium { status, message, verdict, ..found }
+    Equilibrium { status, message, verdict, lowest, ..found }
+}
+
+/// The smallest eigenvalue of a stiffness in natural coordinates, of motions that keep the loops closed: one where nothing can
+/// move.
+pub(super) fn lowest(motions: &SmallMotions) -> Option<f64> {
+    let values = symmetric_eigenvalues(&symmetric_part(&motions.stiffness))?;
+    Some(values.first().map_or(1.0, |value| value.min(1.0)))
 }
 
 fn widest(model: &mut dyn Model, q: &[f64]) -> f64 {

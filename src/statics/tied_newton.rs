@@ -4,10 +4,10 @@
 
 use super::{
     Counters, Equilibrium, Found, Halted, Monitor, Options, Path, Reached, State, Status, Verdict, outcome,
-    search,
+    search, tied,
 };
 use crate::error::Interrupted;
-use crate::linalg::{Matrix, norm, symmetric_eigenvalues, symmetric_part};
+use crate::linalg::{Matrix, norm};
 use crate::model::{Model, rotation_vectors};
 use crate::roots;
 use crate::small_motions::small_motions;
@@ -158,10 +158,11 @@ pub(super) fn approach(
 
 impl From<Approached> for Found {
     fn from(approached: Approached) -> Self {
-        let Approached { q, outcome, has_converged, residual_norm, .. } = approached;
+        let Approached { q, outcome, has_converged, residual_norm, multipliers, .. } = approached;
         let status = if has_converged { Status::Converged } else { Status::Newton(outcome.status) };
         let state = State { q, load_factor: 1.0, forces: Vec::new() };
-        Self { status, state, step_norm: outcome.step_norm, residual_norm }
+        let multipliers = Some(multipliers);
+        Self { multipliers, ..Self::new(status, state, outcome.step_norm, residual_norm) }
     }
 }
 
@@ -218,8 +219,7 @@ fn verdict(
     if !motions.has_potential() {
         return None;
     }
-    let values = symmetric_eigenvalues(&symmetric_part(&motions.stiffness))?;
-    let lowest = values.first().map_or(1.0, |value| value.min(1.0));
+    let lowest = tied::lowest(&motions)?;
     let verdict = if options.stability { Some(stability::verdict(&motions)?) } else { None };
     Some((verdict, lowest))
 }

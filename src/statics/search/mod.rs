@@ -57,8 +57,11 @@ const ROUNDING_OF_FORCES: f64 = 1e-6;
 /// Steps that are so short leave an error of their square.
 const SHORT: f64 = 1e-7;
 
-/// Nothing holds what moves by so many sizes in a step.
+/// Nothing holds what moves by so many sizes in a step, or by fewer while no force changes by this part: places farther away round
+/// gaps of loops.
 const UNHELD: f64 = 1e9;
+const FAR: f64 = 1e6;
+const UNCHANGED: f64 = 1e-9;
 
 /// How often a saddle is left.
 const ESCAPES: usize = 5;
@@ -229,7 +232,7 @@ impl<'a> Search<'a> {
             let size = self.problem.energies(&self.shape.q) + self.problem.spring_energy(&self.shape);
             let mut flaw = None;
             let (mut good, mut length) = (0.0, 0.0);
-            let mut accepted = None;
+            let (mut accepted, mut is_unheld) = (None, false);
             while radius > SMALLEST_RADIUS {
                 let Some(solution) =
                     step::within(&linearised, &hessian, &regularisation, &self.scale, radius, &taut)
@@ -263,6 +266,9 @@ impl<'a> Search<'a> {
                             0.0
                         };
                         if good > TAKEN {
+                            let straight = -dot(&gradient, &solution.x);
+                            is_unheld = length > UNHELD
+                                || length > FAR && (fall - straight).abs() < UNCHANGED * straight.abs();
                             accepted = Some((new, balance, self.scale.shift(&solution.x)));
                             break;
                         }
@@ -288,7 +294,7 @@ impl<'a> Search<'a> {
             } else if good < POOR {
                 radius = 0.5 * length;
             }
-            if length > UNHELD {
+            if is_unheld {
                 return Ok(Ended::Unheld);
             }
             (before, last) = (error, length);
