@@ -176,7 +176,7 @@ def fit(
     LissomError
         If with the initial values a run fails or no equilibrium is found; the message lists the parameters.
     ImportError
-        Without SciPy.
+        Without SciPy, the extra `fit`.
 
     Examples
     --------

@@ -712,3 +712,14 @@ def test_the_file_that_a_scene_imports_is_no_parameter(tmp_path):
     with pytest.raises(ValueError, match=r"import\.urdf: all points of a sweep share the file"):
         lissom.sweep(scene, {"import.urdf": ["one.urdf", "two.urdf"]}, workers=1)
     assert lissom.sweep(scene, {"simulation.dt": [0.01, 0.02]}, workers=1).sizes["simulation.dt"] == 2
+
+
+def test_an_array_whose_description_is_damaged_is_made_again(tmp_path):
+    """It had held nothing, so that all points were as they had been, but the variable was left out."""
+    scene = lissom.Scene.load(SCENES / "lab-pendulum.toml")
+    grid = {"simulation.t_end": [0.01, 0.02]}
+    before = lissom.sweep(scene, grid, store=tmp_path / "store", workers=1).load()
+    (tmp_path / "store" / "is_doubtful" / ".zattrs").write_text("{", encoding="utf-8")
+    again = lissom.sweep(scene, grid, store=tmp_path / "store", workers=1).load()
+    assert sorted(before) == sorted(again)
+    assert before.drop_vars("wall_time").equals(again.drop_vars("wall_time"))
