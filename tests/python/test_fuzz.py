@@ -37,10 +37,10 @@ SOME = {
     "api": 200,
     "solvers": 20,
     "robots": 80,
-    "files": 200,
-    "stores": 6,
-    "endings": 3,
-    "pages": 15,
+    "files": 60,
+    "stores": 3,
+    "endings": 1,
+    "pages": 4,
 }
 BY_NAME = {harness.NAME: harness for harness in (scenes, api, solvers, robots, files, stores, endings, pages)}
 
