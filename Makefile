@@ -6,7 +6,7 @@ RESULTS ?= results
 PARTS ?= lab kernels limit scaling rubber_rod
 QUICK ?=
 FUZZ_SECONDS ?= 300
-FUZZ_HARNESS ?= scenes api solvers robots
+FUZZ_HARNESS ?= scenes api solvers robots files stores endings pages
 FUZZ_SEED ?=
 FUZZ_FILES ?=
 
@@ -105,7 +105,7 @@ validate: build ## ask questions with known answers, and write docs/validation.m
 stress: build ## try hard cases, and compare with the committed table (QUICK=1)
 	$(BIN)/lissom stress -o $(RESULTS)/stress $(if $(QUICK),--quick)
 
-fuzz: build-for-test ## try random input (FUZZ_SECONDS=300, FUZZ_SEED=1, FUZZ_HARNESS="scenes api solvers robots", FUZZ_FILES=...)
+fuzz: build-for-test ## try random input (FUZZ_SECONDS=300, FUZZ_SEED=1, FUZZ_HARNESS="files pages", FUZZ_FILES=...)
 	PYTHONPATH=tests/python $(BIN)/python -m fuzz $(if $(FUZZ_FILES),$(FUZZ_FILES),--seconds $(FUZZ_SECONDS) --jobs $(JOBS) \
 		--harness $(FUZZ_HARNESS) $(if $(FUZZ_SEED),--seed $(FUZZ_SEED)) --findings $(RESULTS)/fuzz)
 

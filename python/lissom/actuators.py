@@ -282,7 +282,10 @@ class Motor(_Actuator):
     def __post_init__(self) -> None:
         super().__post_init__()
         if self.name is None:
-            object.__setattr__(self, "name", self.joint)
+            object.__setattr__(self, "name", self._default_name())
+
+    def _default_name(self) -> str:
+        return self.joint
 
 
 @dataclass(frozen=True)
@@ -331,6 +334,8 @@ class ActiveStrain(_Actuator):
 
     def __post_init__(self) -> None:
         if self.name is None and isinstance(self.strain, str):
-            name = self.strain if self.link is None else f"{self.link}.{self.strain}"
-            object.__setattr__(self, "name", name)
+            object.__setattr__(self, "name", self._default_name())
         super().__post_init__()
+
+    def _default_name(self) -> str:
+        return self.strain if self.link is None else f"{self.link}.{self.strain}"

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ._lissom import check_contact
-from .plain import in_floats, with_number
+from .plain import in_floats, in_floats_for_each, with_number, with_text
 
 if TYPE_CHECKING:
     from typing import TypeAlias
@@ -33,7 +33,7 @@ def _in_rows(shape: object, name: str, expected: str) -> None:
         found = np.asarray(value)
     except ValueError:
         raise ValueError(f"{name}: rows of different lengths, expected {expected} of one length") from None
-    if found.dtype.kind not in "biuf":
+    if found.dtype.kind not in "iuf":
         raise TypeError(f"{name}: expected {expected}, got {value!r:.80}")
     if found.ndim != 2:
         raise ValueError(f"{name}: {found.ndim} dimensions, expected two: {expected}")
@@ -41,9 +41,10 @@ def _in_rows(shape: object, name: str, expected: str) -> None:
 
 
 def _place(shape: object) -> None:
-    """Convert the place on a link to a float, if given."""
-    if getattr(shape, "at", None) is not None:
-        with_number(shape, "at")
+    """Check the place on a link, if given."""
+    for name, convert in (("link", with_text), ("at", with_number)):
+        if getattr(shape, name) is not None:
+            convert(shape, name)
 
 
 @dataclass(frozen=True)
@@ -201,9 +202,8 @@ class HeightField:
     at: float | None = None
 
     def __post_init__(self) -> None:
-        if np.ndim(self.spacing) == 0:
-            object.__setattr__(self, "spacing", (self.spacing, self.spacing))
-        in_floats(self, "spacing", "corner", "orientation")
+        in_floats_for_each(self, "spacing", 2)
+        in_floats(self, "corner", "orientation")
         _in_rows(self, "heights", "rows of numbers")
         _place(self)
 
@@ -269,8 +269,10 @@ class Ball:
     position: Vector = (0.0, 0.0, 0.0)
 
     def __post_init__(self) -> None:
+        with_text(self, "link")
         in_floats(self, "position")
         with_number(self, "radius")
+        _place(self)
 
 
 @dataclass(frozen=True)
@@ -309,7 +311,8 @@ class Contact:
         ``-mu f r w / sqrt(w^2 + (v_s/r)^2)``, where w is the angular velocity about the normal and mu the
         sideways coefficient. Zero means no such resistance.
     name : str, optional
-        Name in messages and results.
+        Name in messages and results. By default made of the surfaces, such as "rod on halfspace"; robots
+        number equal default names: "rod on halfspace 2".
 
     Raises
     ------
@@ -341,20 +344,20 @@ class Contact:
     name: str = ""
 
     def __post_init__(self) -> None:
-        if np.ndim(self.friction) == 0:
-            with_number(self, "friction")
-            object.__setattr__(self, "friction", (self.friction,) * 3)
-        else:
-            in_floats(self, "friction")
+        in_floats_for_each(self, "friction", 3)
+        with_text(self, "name")
         if not self.name:
-
-            def of(surface: Surface) -> str:
-                if isinstance(surface, str):
-                    return surface
-                return surface.link or type(surface).__name__.lower()
-
-            object.__setattr__(self, "name", f"{of(self.a)} on {of(self.b)}")
+            object.__setattr__(self, "name", self._default_name())
         check_contact(self)
+
+    def _default_name(self) -> str:
+        a, b = (
+            surface
+            if isinstance(surface, str)
+            else getattr(surface, "link", None) or type(surface).__name__.lower()
+            for surface in (self.a, self.b)
+        )
+        return f"{a} on {b}"
 
 
 @dataclass(frozen=True)

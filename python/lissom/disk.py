@@ -10,6 +10,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from .plain import path_of
+
 #: Largest description (a scene, a URDF file) that is read, bytes. Large public URDF files have about 1 MB.
 LARGEST_DESCRIPTION = 64 * 2**20
 
@@ -89,6 +91,7 @@ def write(path: str | os.PathLike[str], content: bytes | str) -> None:
     OSError
         If the file cannot be written.
     """
+    path = path_of(path)
     data = content.encode("utf-8") if isinstance(content, str) else content
     if os.path.exists(path) and not os.path.isfile(path):
         with open(path, "wb") as file:

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from ._lissom import LissomError, Model, Robot, StaticsResult, statics
 from .interruption import Keeping
 from .parameters import OfModel, names_of, place_derivative, resolved, value_of
+from .plain import whole
 from .shown import Shown
 
 Array = NDArray[np.float64]
@@ -183,8 +184,7 @@ def equilibrium_sensitivity(
         raise TypeError(f"model: expected a Model (Rod, Robot, SpringPendulum), got {type(model).__name__}")
     if objective is not None and not callable(objective):
         raise TypeError(f"objective: expected a callable, got {type(objective).__name__}")
-    if isinstance(frequencies, bool) or not isinstance(frequencies, int):
-        raise TypeError(f"frequencies: expected an integer, got {type(frequencies).__name__}")
+    whole("frequencies", frequencies)
     if not 0 <= frequencies <= model.n:
         raise ValueError(
             f"frequencies: got {frequencies}, expected 0 to {model.n}, the number of coordinates"

@@ -22,6 +22,7 @@ from .measurements import (
     StaticShapes,
 )
 from .parameters import START, model_with, names_of, value_of
+from .plain import number, sequence, whole
 from .shown import Shown
 
 Array = NDArray[np.float64]
@@ -175,7 +176,7 @@ def fit(
     LissomError
         If with the initial values a run fails or no equilibrium is found; the message lists the parameters.
     ImportError
-        Without SciPy.
+        Without SciPy, the extra `fit`.
 
     Examples
     --------
@@ -189,17 +190,17 @@ def fit(
     True
     """
     if missing("scipy"):
-        raise ImportError("fit needs SciPy: pip install scipy")
+        raise ImportError("fit needs SciPy: pip install 'lissom[fit]'")
     from scipy.optimize import least_squares
     from scipy.special import stdtrit
 
     if not isinstance(model, Robot):
         raise TypeError(f"model: expected a Rod or a Robot, got {type(model).__name__}, which has no places")
-    if not 0.0 < confidence < 1.0:
+    if not 0.0 < number("confidence", confidence) < 1.0:
         raise ValueError(f"confidence: got {confidence!r}, expected a number between 0 and 1")
-    if isinstance(max_runs, bool) or not isinstance(max_runs, int) or max_runs < 1:
+    if whole("max_runs", max_runs) < 1:
         raise ValueError(f"max_runs: got {max_runs!r}, expected a whole number > 0")
-    if noise is not None and not 0.0 < noise < np.inf:
+    if noise is not None and not 0.0 < number("noise", noise) < np.inf:
         raise ValueError(f"noise: got {noise!r}, expected a number > 0 in metres or hertz")
     # Validate the options even if there is nothing to fit.
     for name, value in (("t0", t0), ("dt", dt)):
@@ -392,17 +393,19 @@ def _places(model: Robot, places: Sequence[Any] | None) -> Places:
     last = model.links[-1].name
     if places is None:
         return [(last, None)]
-    if isinstance(places, str) or not len(places):
-        raise TypeError(f"places: got {places!r}, expected a sequence of arc lengths, links or pairs of them")
+    if not sequence("places", places, "arc lengths, links or pairs of them"):
+        raise ValueError(
+            f"places: got {places!r}, expected a sequence of arc lengths, links or pairs of them"
+        )
     found: list[tuple[str, float | None]] = []
     for place in places:
         match place:
             case str():
                 found.append((place, None))
             case (str() as link, X):
-                found.append((link, float(X)))
+                found.append((link, number("places", X)))
             case _:
-                found.append((last, float(place)))
+                found.append((last, number("places", place)))
         link, X = found[-1]
         # Reject a place that is not on this robot before reading the next one.
         model.jacobian(np.zeros(model.n), X, link=link)
@@ -415,7 +418,10 @@ def _data(data: tuple[ArrayLike, ArrayLike], places: int, t0: float) -> tuple[Ar
             f"data: got {type(data).__name__}, expected a pair (t, positions), StaticShapes or "
             "NaturalFrequencies"
         )
-    times, measured = (np.asarray(part, float) for part in data)
+    try:
+        times, measured = (np.asarray(part, float) for part in data)
+    except (TypeError, ValueError, OverflowError) as error:
+        raise TypeError(f"data: expected a pair (t, positions) of arrays of numbers: {error}") from None
     if times.ndim != 1 or not len(times):
         raise ValueError(f"data: times have shape {times.shape}, expected (k,) with at least one")
     if measured.ndim == 2 and places == 1:
@@ -466,7 +472,7 @@ def _bounds(model: Robot, names: Sequence[str], parameters: Mapping[str, Any]) -
 
 
 def _state(state: ArrayLike | None, n: int, name: str) -> Array:
-    found = np.zeros(n) if state is None else np.array(state, float)
+    found = np.zeros(n) if state is None else finite_array(state, name)
     if found.shape != (n,):
         raise ValueError(f"{name}: got shape {found.shape}, expected ({n},)")
     return found

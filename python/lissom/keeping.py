@@ -11,6 +11,7 @@ from __future__ import annotations
 import io
 import os
 import zipfile
+import zlib
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -21,6 +22,7 @@ from . import disk, records
 from ._lissom import MotionResult, __version__
 from .datasets import dataset
 from .files import NETCDF, missing
+from .plain import path_of
 from .vtk import timeline
 
 if TYPE_CHECKING:
@@ -56,8 +58,11 @@ HEAD = b"lissom record 2\n"
 #: First bytes of files of versions up to 0.2.0, whose records were pickles.
 OLD_HEAD = b"lissom record 1\n"
 
-#: First bytes of a record: the version that wrote it.
+#: First line of a record: the version that wrote it.
 VERSION = f"{__version__}\n".encode()
+
+#: What separates the version from the checksum of the record in this line. Older records have no checksum.
+CHECKSUM = b" crc32:"
 
 #: Hint in messages about models that cannot be saved.
 NO_FUNCTIONS = "give functions of time as tables or `Harmonic`"
@@ -108,7 +113,7 @@ def load(path: str | os.PathLike[str]) -> Result:
     >>> bool((again.q == result.q).all())
     True
     """
-    path = Path(path)
+    path = path_of(path)
     read = _by_suffix(path, READERS)
     return _result(read(path), path)
 
@@ -118,7 +123,7 @@ def save(result: Result, path: str | os.PathLike[str], model: Model | None = Non
 
     The content is assembled in memory first, so a failure leaves an existing file untouched.
     """
-    path = Path(path)
+    path = path_of(path)
     write = _by_suffix(path, WRITERS)
     disk.write(path, write(result, model))
 
@@ -138,11 +143,21 @@ def record(result: Result) -> bytes:
         raise ValueError(
             f"result: a file cannot keep {error}, which its model has; {NO_FUNCTIONS}"
         ) from error
-    return VERSION + content
+    return VERSION.rstrip() + CHECKSUM + _checksum(content) + b"\n" + content
+
+
+def _checksum(content: bytes) -> bytes:
+    """The checksum of a record, which finds damage by accident; it does not say who wrote the file."""
+    return b"%08x" % zlib.crc32(content)
 
 
 def _result(content: bytes, path: Path) -> Result:
-    version, _, kept_bytes = content.partition(b"\n")
+    line, _, kept_bytes = content.partition(b"\n")
+    version, has_checksum, checksum = line.partition(CHECKSUM)
+    if has_checksum and checksum != _checksum(kept_bytes):
+        raise ValueError(
+            f"path: {path.name!r} is damaged: the checksum of its result differs from the one that was saved"
+        )
     try:
         result = records.read(kept_bytes)
     except Exception as error:  # bytes of any kind raise errors of any kind

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ._lissom import Input, LissomError, Model, Robot, jacobian
 from .actuators import Tendon
+from .plain import sequence
 from .views import Frame, View, view
 
 Array = NDArray[np.float64]
@@ -320,7 +321,7 @@ def _signals(
     """Names and rows of the requested signals, groups or single ones."""
     names: list[str] = []
     rows: list[Array] = []
-    for name in [wanted] if isinstance(wanted, str) else list(wanted):
+    for name in [wanted] if isinstance(wanted, str) else sequence(argument, wanted, "names"):
         group = next((key for key, (members, _) in groups.items() if name == key or name in members), None)
         if group is None:
             expected = ", ".join(repr(key) for key in groups)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, cast
 
 from ._lissom import check_loop
 from .links import Joint
-from .plain import in_floats, with_number
+from .plain import in_floats, with_number, with_text
 
 if TYPE_CHECKING:
     from typing import Any, TypeAlias
@@ -44,6 +44,8 @@ class LoopEnd:
     orientation: Vector = (1.0, 0.0, 0.0, 0.0)
 
     def __post_init__(self) -> None:
+        if self.link is not None:
+            with_text(self, "link")
         in_floats(self, "position", "orientation")
         if self.at is not None:
             with_number(self, "at")
@@ -125,7 +127,8 @@ class Loop:
         Relative motion that the loop allows the frame of `b` in the frame of `a`: a joint without spring,
         damping or friction and not `Free`, a constant distance, or a gear.
     name : str, optional
-        Name in messages.
+        Name in messages. By default made of the ends, such as "hand to the world"; robots number equal
+        default names: "hand to the world 2".
 
     Raises
     ------
@@ -161,7 +164,6 @@ class Loop:
                 if not isinstance(getattr(self, place), str):
                     message = f"{place}: expected the name of a coordinate, as the kind is a Gear"
                     raise TypeError(f"{message}, got {type(getattr(self, place)).__name__}")
-            names = [str(self.a), str(self.b)]
         else:
             ends = {}
             for place in ("a", "b"):
@@ -173,7 +175,11 @@ class Loop:
                     )
                     raise TypeError(f"{place}: expected {expected}; {error}") from None
                 object.__setattr__(self, place, ends[place])
-            names = [end.link or "the world" for end in ends.values()]
+        with_text(self, "name")
         if not self.name:
-            object.__setattr__(self, "name", " to ".join(names))
+            object.__setattr__(self, "name", self._default_name())
         check_loop(self)
+
+    def _default_name(self) -> str:
+        a, b = (end.link or "the world" if isinstance(end, LoopEnd) else str(end) for end in (self.a, self.b))
+        return f"{a} to {b}"

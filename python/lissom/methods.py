@@ -20,6 +20,7 @@ from ._lissom import (
     Simulation,
     StaticsResult,
 )
+from .plain import text
 from .shown import Shown
 
 if TYPE_CHECKING:
@@ -234,9 +235,7 @@ def _contact_events(self: MotionResult) -> list[ContactEvent]:
 
 
 def _text(title: str) -> str:
-    if not isinstance(title, str):
-        raise TypeError(f"title: a {type(title).__name__} is not text")
-    return title
+    return text("title", title)
 
 
 def _report_statics(

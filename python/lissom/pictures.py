@@ -25,6 +25,7 @@ from .datasets import coordinates
 from .equilibria import EquilibriumSensitivityResult
 from .files import missing
 from .fits import FitResult
+from .plain import number, path_of, whole
 from .results import energies, instants
 from .sensitivities import SensitivityResult
 from .spread import BAND, quantiles
@@ -314,9 +315,7 @@ class _Drawn:
 
 
 def _number(name: str, value: Any) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float | np.integer | np.floating):
-        raise TypeError(f"{name}: a {type(value).__name__} is not a number")
-    return float(value)
+    return number(name, value)
 
 
 def animate(result: MotionResult, path: str | os.PathLike[str], fps: float, speed: float) -> None:
@@ -357,8 +356,7 @@ def animate_mode(
 ) -> None:
     """Write one period of a mode as a GIF or a video."""
     path, fps, duration = _suffixed(path), _rate(fps), _positive("duration", duration)
-    if isinstance(mode, bool) or not isinstance(mode, int | np.integer):
-        raise TypeError(f"mode: a {type(mode).__name__} is not a whole number")
+    mode = whole("mode", mode)
     number = len(result.frequency)
     if not 0 <= mode < number:
         raise ValueError(
@@ -372,7 +370,7 @@ def animate_mode(
 
 
 def _suffixed(path: str | os.PathLike[str]) -> Path:
-    path = Path(path)
+    path = path_of(path)
     if path.suffix not in CODECS:
         raise ValueError(f"path: {path.name!r} has to end with one of {', '.join(CODECS)}")
     return path

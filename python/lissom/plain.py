@@ -1,29 +1,89 @@
-"""Conversion of the numbers in plain data to floats."""
+"""Conversion of the values in plain data: numbers to floats, names to text."""
 
 from __future__ import annotations
 
-import numpy as np
+import os
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from ._lissom import as_flag, as_number, as_scalar_or_vector, as_text, as_whole
 
 
 def number(name: str, value: object) -> float:
-    """A number as a float. Text and times are rejected, although Python can convert some of them."""
-    if np.ma.is_masked(value):
-        raise TypeError(f"{name}: got a masked value, expected a number")
-    found = np.asarray(value)
-    if found.ndim == 0 and found.dtype.kind in "biuf":
-        return float(found)
-    raise TypeError(f"{name}: {value!r:.80} is not a number")
+    """A number as a float. Booleans, text and times are rejected, although Python converts some of them."""
+    return as_number(value, name)
 
 
-def with_number(thing: object, name: str) -> None:
-    """Convert an attribute to a float."""
-    object.__setattr__(thing, name, number(name, getattr(thing, name)))
+def whole(name: str, value: object) -> int:
+    """A whole number of 64 bits; booleans are none."""
+    return as_whole(value, name)
+
+
+def flag(name: str, value: object) -> bool:
+    """True or False."""
+    return as_flag(value, name)
+
+
+def text(name: str, value: object) -> str:
+    """A text."""
+    return as_text(value, name)
+
+
+def one_of(name: str, value: object, known: Sequence[str]) -> str:
+    """One of these words."""
+    word = text(name, value)
+    if word not in known:
+        *first, last = map(repr, known)
+        raise ValueError(f"{name}: got {word!r}, expected {', '.join(first)} or {last}")
+    return word
+
+
+def sequence(name: str, value: Any, of: str) -> list[Any]:
+    """The entries of a sequence; a text is none."""
+    try:
+        if not isinstance(value, str | bytes):
+            return list(value)
+    except TypeError:
+        pass
+    raise TypeError(f"{name}: expected a sequence of {of}, got {type(value).__name__}")
+
+
+def path_of(value: Any, name: str = "path") -> Path:
+    """A path of a file."""
+    if isinstance(value, str | os.PathLike):
+        found = os.fspath(value)
+        if isinstance(found, str):
+            return Path(found)
+    raise TypeError(f"{name}: expected a str or a path, got {type(value).__name__}")
+
+
+def _set(thing: object, name: str, value: Any) -> None:
+    object.__setattr__(thing, name, value)
+
+
+def with_number(thing: object, *names: str) -> None:
+    """Convert attributes to floats."""
+    for name in names:
+        _set(thing, name, number(name, getattr(thing, name)))
+
+
+def with_text(thing: object, *names: str) -> None:
+    """Check that attributes are text."""
+    for name in names:
+        _set(thing, name, as_text(getattr(thing, name), name))
 
 
 def in_floats(thing: object, *names: str) -> None:
     """Convert attributes to tuples of floats."""
     for name in names:
-        values = getattr(thing, name)
-        if np.ndim(values) != 1:
-            raise TypeError(f"{name}: got {values!r:.80}, expected a sequence of numbers")
-        object.__setattr__(thing, name, tuple(number(name, x) for x in values))
+        values, is_number = as_scalar_or_vector(getattr(thing, name), name)
+        if is_number:
+            raise TypeError(f"{name}: expected a sequence of numbers, got {getattr(thing, name)!r:.80}")
+        _set(thing, name, tuple(values))
+
+
+def in_floats_for_each(thing: object, name: str, count: int) -> None:
+    """Convert an attribute to a tuple of floats; a single number stands for `count` equal ones."""
+    values, is_number = as_scalar_or_vector(getattr(thing, name), name)
+    _set(thing, name, tuple(values) * count if is_number else tuple(values))

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from ._lissom import LissomError, Model, Robot, finite_array, sensitivities, simulate
 from .interruption import Keeping
 from .parameters import OfInput, OfModel, OfStart, Parameter, names_of, place_derivative, resolved
+from .plain import text
 from .shown import Shown
 
 Array = NDArray[np.float64]
@@ -251,7 +252,7 @@ def sensitivity(
     """
     if not isinstance(model, Model):
         raise TypeError(f"model: expected a Model (Rod, Robot, SpringPendulum), got {type(model).__name__}")
-    if method not in METHODS:
+    if text("method", method) not in METHODS:
         known = ", ".join(map(repr, METHODS))
         raise ValueError(
             f"method: got {method!r}, expected one of {known}: runs by others are not differentiated"

@@ -26,6 +26,7 @@ from ._lissom import (
 from .files import imported, write_report, write_summary
 from .folders import MARK
 from .interruption import interruption
+from .plain import number
 from .results import instants
 from .starts import rest_start
 from .views import View, view
@@ -113,8 +114,7 @@ def setting_for(model: Model, n: int, t: float, u: ArrayLike | None) -> Setting:
         raise TypeError(f"model: a {type(model).__name__} is not a model")
     if model.n != n:
         raise ValueError(f"model: it has {model.n} coordinates, the result has {n}")
-    if isinstance(t, bool) or not isinstance(t, int | float | np.integer | np.floating):
-        raise TypeError(f"t: a {type(t).__name__} is not a number")
+    number("t", t)
     if not np.isfinite(t):
         raise ValueError(f"t: got {t}, expected a finite number (seconds)")
     u0 = model.u0

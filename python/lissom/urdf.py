@@ -25,6 +25,7 @@ from numpy.typing import ArrayLike, NDArray
 from . import disk
 from ._lissom import Body, Robot
 from .links import Free, Joint, Link, Mimic, Planar, Prismatic, Revolute, Weld
+from .plain import path_of
 
 #: Maximum number of problems in a message, and maximum lengths of a key and of its sentence.
 _MOST_PROBLEMS = 100
@@ -297,9 +298,10 @@ def read_urdf(
     >>> robot = lissom.Robot(arm.links)  # doctest: +SKIP
     """
     _check_stiffness(limit_stiffness)
+    file = path_of(path)
     return imported_from(
-        os.fspath(path),
-        disk.read(path, disk.LARGEST_DESCRIPTION),
+        str(file),
+        disk.read(file, disk.LARGEST_DESCRIPTION),
         floating=floating,
         limit_stiffness=limit_stiffness,
         mend_inertia=mend_inertia,

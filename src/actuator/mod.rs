@@ -66,6 +66,16 @@ impl Actuator {
         }
     }
 
+    /// The name, to change it.
+    pub(crate) fn name_mut(&mut self) -> &mut String {
+        match self {
+            Self::Tendon(tendon) => &mut tendon.name,
+            Self::Chamber(chamber) => &mut chamber.name,
+            Self::Motor(motor) => &mut motor.name,
+            Self::ActiveStrain(active) => &mut active.name,
+        }
+    }
+
     /// Signal of the command.
     pub fn command(&self) -> &Signal<1> {
         self.named_command().1

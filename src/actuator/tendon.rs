@@ -60,15 +60,6 @@ fn check_never_below_zero(check: &mut Checker, signal: &Signal<1>, name: &str, e
 }
 
 impl Tendon {
-    /// The single body or section that carries all points of the path, in words; the length of such a tendon
-    /// is constant. Needs the robot, because a tendon does not know its links.
-    pub(crate) fn only_body(&self) -> Option<&'static str> {
-        let vias = self.path.iter().map(Part::via).collect::<Option<Vec<_>>>()?;
-        let first = vias.first()?;
-        let is_one = vias.iter().all(|via| via.link == first.link && via.at == first.at);
-        is_one.then_some(if first.link.is_some() { "on one body or section" } else { "in the world" })
-    }
-
     /// Whether the tendon is inextensible.
     pub fn is_inextensible(&self) -> bool {
         matches!(self.drive, Drive::Length { stiffness: None, .. })

@@ -24,6 +24,10 @@ const CUT: f64 = 0.25;
 /// came to the end, and its acceleration is that of a jump.
 const STEPS_AFTER_STOP: usize = 2;
 
+/// Below this relative tolerance rounding alone can keep Newton's method from converging: accelerations are differences of much
+/// larger forces, which cost some digits of sixteen.
+const TIGHT: f64 = 1e-10;
+
 /// How often a step into contact that cannot be made is halved at most.
 const MOST_HALVINGS: usize = 8;
 
@@ -822,6 +826,34 @@ impl Stepper {
         }
     }
 
+    /// What a step did that could not be solved, and what helps.
+    fn unsolved(&self) -> (&'static str, &'static str) {
+        if self.has_touched {
+            return (
+                ", in which surfaces touch",
+                "Take a `dt` that is shorter than the impact, or give the contact less `stiffness`; adaptive steps and \
+                 `method=\"radau\"` find the step size themselves.",
+            );
+        }
+        if self.has_stopped {
+            return (
+                ", in which a tendon that does not stretch becomes taut",
+                "Take a smaller `dt`, change the tendon's `length` more slowly, or give it a `stiffness`.",
+            );
+        }
+        if self.a.len() > self.q.len() {
+            return (
+                ", with closed loops or tendons that do not stretch",
+                "Take a smaller `dt`. If that ends at the same place, the mechanism cannot go on there: look at the last state, \
+                 whose loops may lock or conflict with each other.",
+            );
+        }
+        if self.rtol.iter().any(|&rtol| rtol < TIGHT) {
+            return ("", "Loosen `rtol`, which rounding may not let it reach, or reduce `dt`.");
+        }
+        ("", "Reduce `dt` or use adaptive steps.")
+    }
+
     /// Describes a status of this integration, with advice unless it is a success.
     pub fn explain(&self, status: Status) -> String {
         let [t, t_end, h] = [self.t, self.t_end, self.options.dt].map(Number);
@@ -841,11 +873,12 @@ impl Stepper {
                 "The accelerations at t = {t} could not be found: Newton's method did not converge from zero. Check the \
                  Jacobian, loosen `atol` or `rtol`, or give the accelerations (`a0` of `newmark`)."
             ),
-            Status::StepFailed(Failure::NotConverged) => format!(
-                "Newton's method did not converge in the step from t = {t} (step size {h}); the result ends there. \
-                 Reduce `dt` or use adaptive steps; check the Jacobian if it is your own; loosen `rtol` and `atol` if \
-                 they are near rounding."
-            ),
+            Status::StepFailed(Failure::NotConverged) => {
+                let (doing, cure) = self.unsolved();
+                format!(
+                    "Newton's method did not converge in the step from t = {t} (step size {h}){doing}; the result ends there. {cure}"
+                )
+            }
             Status::StepFailed(Failure::SingularJacobian) => format!(
                 "The Jacobian of the step from t = {t} (step size {h}) is singular; the result ends there. Change `dt` or \
                  use adaptive steps; if that does not help the equations of motion do not determine the accelerations."
@@ -894,6 +927,28 @@ mod tests {
     use crate::newmark::Parameters;
     use crate::pendulum::SpringPendulum;
     use crate::second_order::FreeMotion;
+
+    /// Advice about a step that could not be solved is for what it did.
+    #[test]
+    fn advice_is_for_what_the_step_did() {
+        let options = Options::new(0.1);
+        let mut stepper = Stepper::new(1, (0.0, 1.0), &[0.0], &[0.0], &options).unwrap();
+        let told = |stepper: &Stepper| stepper.explain(Status::StepFailed(Failure::NotConverged));
+        let plain = told(&stepper);
+        assert!(plain.ends_with("the result ends there. Reduce `dt` or use adaptive steps."), "{plain}");
+        assert!(["contact", "tendon", "loop"].iter().all(|other| !plain.contains(other)), "{plain}");
+        stepper.rtol[0] = 1e-14;
+        assert!(told(&stepper).contains("Loosen `rtol`"));
+        stepper.a.push(0.0);
+        assert!(told(&stepper).contains("with closed loops or tendons that do not stretch"));
+        stepper.has_stopped = true;
+        assert!(told(&stepper).contains("becomes taut; the result ends there. Take a smaller `dt`, change"));
+        stepper.has_touched = true;
+        assert!(
+            told(&stepper)
+                .contains("in which surfaces touch; the result ends there. Take a `dt` that is shorter")
+        );
+    }
 
     /// A change of the step must not cost the methods with algorithmic accelerations their order.
     #[test]

@@ -5,6 +5,7 @@ use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::PyList;
 
+use super::arguments;
 use super::convert;
 use super::inputs::{Pair, entries, limit, pair, pairs};
 use super::model::check_time;
@@ -203,9 +204,9 @@ pub(crate) fn actuate<'py>(
     limits: Option<&Bound<'py, PyAny>>,
     u: Option<&Bound<'py, PyAny>>,
     q0: Option<&Bound<'py, PyAny>>,
-    #[pyo3(from_py_with = convert::number)] t: f64,
-    #[pyo3(from_py_with = convert::optional_number)] tol: Option<f64>,
-    max_iter: Option<i64>,
+    #[pyo3(from_py_with = arguments::number::t)] t: f64,
+    #[pyo3(from_py_with = arguments::optional_number::tol)] tol: Option<f64>,
+    #[pyo3(from_py_with = arguments::optional_whole::max_iter)] max_iter: Option<i64>,
 ) -> PyResult<PyActuateResult> {
     let Ok(of_python) = robot.cast::<PyRobot>() else {
         let found = convert::describe(robot);

@@ -5,14 +5,14 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList, PyTuple};
 
 use super::convert;
-use super::link::index_of;
+use super::link::{Links, has_default_name};
 use super::profile;
 use super::signal::{Functions, signal_of, signal_out};
 use crate::actuator::{
     ActiveStrain, Actuator, Along, Chamber, Drive, Motor, MotorCommand, Part, Tendon, Via,
 };
 use crate::error::{Checker, InvalidInput, Number};
-use crate::robot::Robot;
+use crate::robot::{Robot, number_default_names};
 use crate::rod::{Parts, Profile, STRAIN_NAMES};
 use crate::scene::suggestion::suggestion;
 use crate::signal::Signal;
@@ -27,23 +27,27 @@ const UNIT: f64 = 1.0;
 #[derive(Clone, Copy)]
 pub(super) enum Surroundings<'a> {
     /// The links of a robot.
-    Robot(&'a Robot),
+    Robot(&'a Links<'a>),
     /// A rod, which is the only link of its robot; actuators need not name it.
-    Rod(&'a Robot),
+    Rod(&'a Links<'a>),
     /// Links that are not known yet.
     Unknown,
 }
 
 impl<'a> Surroundings<'a> {
-    fn robot(self) -> Option<&'a Robot> {
+    fn links(self) -> Option<&'a Links<'a>> {
         match self {
-            Self::Robot(robot) | Self::Rod(robot) => Some(robot),
+            Self::Robot(links) | Self::Rod(links) => Some(links),
             Self::Unknown => None,
         }
     }
 
+    fn robot(self) -> Option<&'a Robot> {
+        self.links().map(Links::robot)
+    }
+
     fn link(self, name: Option<&str>, place: &str) -> Result<usize, InvalidInput> {
-        self.robot().map_or(Ok(0), |robot| index_of(robot, name, place))
+        self.links().map_or(Ok(0), |links| links.index_of(name, place))
     }
 
     /// Length of a link's rod.
@@ -59,11 +63,7 @@ fn given<'py>(object: &Bound<'py, PyAny>, name: &str) -> PyResult<Option<Bound<'
 }
 
 fn number(object: &Bound<'_, PyAny>, name: &str) -> PyResult<f64> {
-    let value = object.getattr(name)?;
-    convert::number(&value).map_err(|error| match error.is_instance_of::<PyTypeError>(object.py()) {
-        true => PyTypeError::new_err(format!("{name}: expected a number, got {}", convert::describe(&value))),
-        false => error,
-    })
+    convert::number(&object.getattr(name)?, name)
 }
 
 fn text(object: &Bound<'_, PyAny>, name: &str) -> PyResult<String> {
@@ -381,12 +381,15 @@ pub(super) fn actuators_of(
         let found = convert::describe(actuators);
         PyTypeError::new_err(format!("actuators: expected a sequence of {EXPECTED}, got {found}"))
     };
-    let mut found = Vec::new();
+    let (mut found, mut has_default) = (Vec::new(), Vec::new());
     for (i, object) in actuators.try_iter().map_err(|_| wrong())?.enumerate() {
         let object = object?;
         let actuator = actuator_of(&object, surroundings, functions);
-        found.push(actuator.map_err(|error| at_place(object.py(), &format!("actuators[{i}]"), error))?);
+        let actuator = actuator.map_err(|error| at_place(object.py(), &format!("actuators[{i}]"), error))?;
+        has_default.push(has_default_name(&object, actuator.name())?);
+        found.push(actuator);
     }
+    number_default_names(found.iter_mut().map(Actuator::name_mut).zip(has_default));
     Ok(found)
 }
 

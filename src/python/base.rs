@@ -4,6 +4,7 @@ use pyo3::class::{PyTraverseError, PyVisit};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
+use super::arguments;
 use super::convert;
 use super::signal::{Functions, signal_of, signal_out};
 use crate::error::Checker;
@@ -170,4 +171,13 @@ impl PyBaseMotion {
     fn __traverse__(&self, visit: PyVisit<'_>) -> Result<(), PyTraverseError> {
         self.functions.traverse(&visit)
     }
+}
+
+/// The argument `base_motion`.
+pub(super) fn optional_motion<'a, 'py>(
+    value: &'a Bound<'py, PyAny>,
+) -> PyResult<Option<&'a Bound<'py, PyBaseMotion>>> {
+    arguments::optional(value, "base_motion", |value, name| {
+        convert::instance(value, name, "lissom.BaseMotion or None")
+    })
 }

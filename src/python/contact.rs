@@ -6,20 +6,19 @@ use pyo3::types::{PyDict, PyTuple};
 
 use super::actuation::at_place;
 use super::convert;
-use super::loops::index;
+use super::link::{Links, has_default_name};
+use super::loops::index_of_one;
 use crate::contact::{Contact, Obstacle, Surface};
-use crate::robot::Robot;
+use crate::robot::{Robot, number_default_names};
 
 /// The link with this name; the first one for an unknown robot.
-fn link_of(object: &Bound<'_, PyAny>, robot: Option<&Robot>) -> PyResult<usize> {
+fn link_of(object: &Bound<'_, PyAny>, links: Option<&Links<'_>>) -> PyResult<usize> {
     let name: String =
         object.extract().map_err(|_| PyTypeError::new_err("link: expected the name of a link".to_owned()))?;
-    let Some(robot) = robot else { return Ok(0) };
-    let names: Vec<String> = robot.links.iter().map(|link| link.name.clone()).collect();
-    index(&name, &names, "a link")
+    links.map_or(Ok(0), |links| links.link(&name))
 }
 
-fn surface_of(object: &Bound<'_, PyAny>, robot: Option<&Robot>) -> PyResult<Surface> {
+fn surface_of(object: &Bound<'_, PyAny>, links: Option<&Links<'_>>) -> PyResult<Surface> {
     let wrong = || {
         let found = convert::describe(object);
         PyTypeError::new_err(format!(
@@ -27,22 +26,19 @@ fn surface_of(object: &Bound<'_, PyAny>, robot: Option<&Robot>) -> PyResult<Surf
         ))
     };
     if object.extract::<String>().is_ok() {
-        return Ok(Surface::Rod { link: link_of(object, robot)? });
+        return Ok(Surface::Rod { link: link_of(object, links)? });
     }
     let vector = |name: &str| convert::array_of(&object.getattr(name)?, name);
-    let number = |name: &str| {
-        convert::number(&object.getattr(name)?)
-            .map_err(|error| PyTypeError::new_err(format!("{name}: {}", error.value(object.py()))))
-    };
+    let number = |name: &str| convert::number(&object.getattr(name)?, name);
     let optional = |name: &str| {
         let value = object.getattr(name)?;
         PyResult::Ok(if value.is_none() { None } else { Some(value) })
     };
-    let at = || optional("at")?.map(|at| convert::number(&at)).transpose();
+    let at = || optional("at")?.map(|at| convert::number(&at, "at")).transpose();
     let shape = match object.get_type().name()?.to_str()? {
         "Ball" => {
             return Ok(Surface::Ball {
-                link: link_of(&object.getattr("link")?, robot)?,
+                link: link_of(&object.getattr("link")?, links)?,
                 at: at()?,
                 position: vector("position")?,
                 radius: number("radius")?,
@@ -99,7 +95,7 @@ fn surface_of(object: &Bound<'_, PyAny>, robot: Option<&Robot>) -> PyResult<Surf
         _ => return Err(wrong()),
     };
     match (optional("link")?, at()?) {
-        (Some(link), at) => Ok(Surface::Solid { link: link_of(&link, robot)?, at, shape }),
+        (Some(link), at) => Ok(Surface::Solid { link: link_of(&link, links)?, at, shape }),
         (None, None) => Ok(Surface::Obstacle(shape)),
         (None, Some(at)) => Err(PyValueError::new_err(format!(
             "at: got {at} without a link, expected None: the shape is fixed in the world"
@@ -108,7 +104,7 @@ fn surface_of(object: &Bound<'_, PyAny>, robot: Option<&Robot>) -> PyResult<Surf
 }
 
 /// A contact of a robot, or of a robot that is not known yet.
-fn contact_of(object: &Bound<'_, PyAny>, robot: Option<&Robot>) -> PyResult<Contact> {
+fn contact_of(object: &Bound<'_, PyAny>, links: Option<&Links<'_>>) -> PyResult<Contact> {
     let py = object.py();
     if object.get_type().name()? != "Contact" {
         let found = convert::describe(object);
@@ -117,11 +113,8 @@ fn contact_of(object: &Bound<'_, PyAny>, robot: Option<&Robot>) -> PyResult<Cont
     let name = object.getattr("name")?;
     let name = name.extract().map_err(|_| PyTypeError::new_err("name: expected a str"))?;
     let [a, b] = ["a", "b"]
-        .map(|place| surface_of(&object.getattr(place)?, robot).map_err(|error| at_place(py, place, error)));
-    let number = |name: &str| {
-        convert::number(&object.getattr(name)?)
-            .map_err(|error| PyTypeError::new_err(format!("{name}: {}", error.value(py))))
-    };
+        .map(|place| surface_of(&object.getattr(place)?, links).map_err(|error| at_place(py, place, error)));
+    let number = |name: &str| convert::number(&object.getattr(name)?, name);
     let stiffness = object.getattr("stiffness")?;
     Ok(Contact {
         name,
@@ -157,17 +150,20 @@ pub(crate) fn check_contact(object: &Bound<'_, PyAny>) -> PyResult<()> {
 }
 
 /// The contacts of a sequence.
-pub(super) fn contacts_of(contacts: &Bound<'_, PyAny>, robot: &Robot) -> PyResult<Vec<Contact>> {
+pub(super) fn contacts_of(contacts: &Bound<'_, PyAny>, links: &Links<'_>) -> PyResult<Vec<Contact>> {
     let wrong = || {
         let found = convert::describe(contacts);
         PyTypeError::new_err(format!("contacts: expected a sequence of lissom.Contact, got {found}"))
     };
-    let mut found = Vec::new();
+    let (mut found, mut has_default) = (Vec::new(), Vec::new());
     for (i, object) in contacts.try_iter().map_err(|_| wrong())?.enumerate() {
         let object = object?;
-        let described = contact_of(&object, Some(robot));
-        found.push(described.map_err(|error| at_place(object.py(), &format!("contacts[{i}]"), error))?);
+        let described = contact_of(&object, Some(links));
+        let contact = described.map_err(|error| at_place(object.py(), &format!("contacts[{i}]"), error))?;
+        has_default.push(has_default_name(&object, &contact.name)?);
+        found.push(contact);
     }
+    number_default_names(found.iter_mut().map(|contact| &mut contact.name).zip(has_default));
     Ok(found)
 }
 
@@ -245,15 +241,5 @@ pub(super) fn contacts_out<'py>(py: Python<'py>, robot: &Robot) -> PyResult<Boun
 
 /// Index of a contact of a robot.
 pub(super) fn contact_index(robot: &Robot, name: Option<&str>) -> PyResult<usize> {
-    let names: Vec<String> = robot.contacts.iter().map(|contact| contact.name.clone()).collect();
-    match name {
-        Some(name) => index(name, &names, "a contact").map_err(|error| {
-            Python::attach(|py| PyValueError::new_err(format!("name: {}", error.value(py))))
-        }),
-        None if names.len() == 1 => Ok(0),
-        None => Err(PyValueError::new_err(format!(
-            "name: got nothing, expected the name of one of the {} contacts of the robot",
-            names.len()
-        ))),
-    }
+    index_of_one(name, robot.contacts.iter().map(|contact| contact.name.as_str()), "contact")
 }

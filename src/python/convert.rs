@@ -3,11 +3,13 @@
 use numpy::{
     IntoPyArray, PyArray2, PyArrayDyn, PyArrayMethods, PyUntypedArray, PyUntypedArrayMethods, ToPyArray,
 };
+use pyo3::PyTypeCheck;
 use pyo3::exceptions::{PyOverflowError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::{PyBool, PyBytes, PyDict, PyFloat, PyInt, PyList, PyString, PyTuple, PyType};
 
+use super::arguments;
 use super::callback::Nested;
 use crate::error::{Checker, InvalidInput, Number};
 use crate::lie::Rotation;
@@ -44,22 +46,28 @@ pub(crate) fn numbers(value: &Bound<'_, PyAny>, name: &str, expected: &str) -> P
     let _nested = Nested::enter()?;
     let py = value.py();
     let wrong = || PyTypeError::new_err(format!("{name}: expected {expected}, got {}", describe(value)));
+    let entry = |place: &[usize]| {
+        let place: Vec<String> = place.iter().map(|i| format!("[{i}]")).collect();
+        format!("{name}{}", place.concat())
+    };
     check_numbers(value, &mut Vec::new()).map_err(|refusal| match refusal {
         Refused::Failed(error) => error,
         Refused::Whole => wrong(),
+        Refused::TooLarge(place) => beyond_doubles(&entry(&place)),
         Refused::Entry(place, found) => {
-            let place: Vec<String> = place.iter().map(|i| format!("[{i}]")).collect();
-            PyTypeError::new_err(format!("{name}{}: expected a real number, got {found}", place.concat()))
+            PyTypeError::new_err(format!("{}: expected a real number, got {found}", entry(&place)))
         }
     })?;
     let options = PyDict::new(py);
     options.set_item("dtype", numpy::dtype::<f64>(py))?;
     options.set_item("order", "C")?;
-    // Ragged lists, and integers beyond the range of doubles.
+    // Ragged lists, and numbers of other types beyond the range of doubles.
     let copy = py.import("numpy")?.call_method("array", (value,), Some(&options)).map_err(|error| {
-        let is_of_values = error.is_instance_of::<PyValueError>(py)
-            || error.is_instance_of::<PyTypeError>(py)
-            || error.is_instance_of::<PyOverflowError>(py);
+        if error.is_instance_of::<PyOverflowError>(py) {
+            return beyond_doubles(name);
+        }
+        let is_of_values =
+            error.is_instance_of::<PyValueError>(py) || error.is_instance_of::<PyTypeError>(py);
         if is_of_values { wrong() } else { error }
     })?;
     let array = plain(&copy).ok_or_else(wrong)?;
@@ -80,6 +88,8 @@ enum Refused {
     Whole,
     /// One entry.
     Entry(Vec<usize>, String),
+    /// An entry that no double can hold.
+    TooLarge(Vec<usize>),
     /// The check itself failed.
     Failed(PyErr),
 }
@@ -93,8 +103,11 @@ impl From<PyErr> for Refused {
 /// Searches for entries that are not real numbers.
 fn check_numbers(value: &Bound<'_, PyAny>, place: &mut Vec<usize>) -> Result<(), Refused> {
     // The common entries of lists.
-    if value.is_exact_instance_of::<PyFloat>() || value.is_exact_instance_of::<PyInt>() {
+    if value.is_exact_instance_of::<PyFloat>() {
         return Ok(());
+    }
+    if value.is_exact_instance_of::<PyInt>() {
+        return value.extract::<f64>().map(drop).map_err(|_| Refused::TooLarge(place.clone()));
     }
     if let Ok(list) = value.cast::<PyList>() {
         return check_entries(list.iter(), place);
@@ -180,9 +193,15 @@ fn is_masked(value: &Bound<'_, PyAny>) -> PyResult<bool> {
     value.is_instance(MASKED_ARRAY.import(value.py(), "numpy.ma", "MaskedArray")?)
 }
 
-/// A number, for arguments of Python functions (`from_py_with`); PyO3 adds the argument's name to the
-/// message.
-pub(crate) fn number(value: &Bound<'_, PyAny>) -> PyResult<f64> {
+/// Refusal of a number that no double can hold.
+fn beyond_doubles(name: &str) -> PyErr {
+    PyValueError::new_err(format!(
+        "{name}: got a number beyond 1.8e308, the largest double, expected one that doubles can hold"
+    ))
+}
+
+/// A number.
+pub(crate) fn number(value: &Bound<'_, PyAny>, name: &str) -> PyResult<f64> {
     // The common case.
     if let Ok(number) = value.cast::<PyFloat>() {
         return Ok(number.value());
@@ -197,14 +216,75 @@ pub(crate) fn number(value: &Bound<'_, PyAny>) -> PyResult<f64> {
             None => is_number(value)?,
         };
     if is_one {
-        return value.extract();
+        return value.extract().map_err(|error: PyErr| {
+            if error.is_instance_of::<PyOverflowError>(value.py()) { beyond_doubles(name) } else { error }
+        });
     }
-    Err(PyTypeError::new_err(format!("must be real number, not {}", describe(value))))
+    Err(PyTypeError::new_err(format!("{name}: expected a real number, got {}", describe(value))))
 }
 
-/// A number, or None.
-pub(crate) fn optional_number(value: &Bound<'_, PyAny>) -> PyResult<Option<f64>> {
-    if value.is_none() { Ok(None) } else { number(value).map(Some) }
+/// A number, or `None` if the value is none, where something else may stand in its place.
+pub(crate) fn number_if_one(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Option<f64>> {
+    match number(value, name) {
+        Ok(number) => Ok(Some(number)),
+        Err(error) if error.is_instance_of::<PyTypeError>(value.py()) => Ok(None),
+        Err(error) => Err(error),
+    }
+}
+
+/// A whole number of 64 bits. Booleans are none, although Python counts with them.
+pub(crate) fn whole(value: &Bound<'_, PyAny>, name: &str) -> PyResult<i64> {
+    let py = value.py();
+    let wrong = || PyTypeError::new_err(format!("{name}: expected a whole number, got {}", describe(value)));
+    if value.is_instance_of::<PyBool>() || kind_of(value).is_some_and(|kind| !"iu".contains(kind)) {
+        return Err(wrong());
+    }
+    value.extract().map_err(|error: PyErr| {
+        if error.is_instance_of::<PyOverflowError>(py) {
+            return PyValueError::new_err(format!(
+                "{name}: got a number beyond 2^63, expected a whole number that 64 bits can hold"
+            ));
+        }
+        if error.is_instance_of::<PyTypeError>(py) { wrong() } else { error }
+    })
+}
+
+/// True or False.
+pub(crate) fn flag(value: &Bound<'_, PyAny>, name: &str) -> PyResult<bool> {
+    value
+        .extract()
+        .map_err(|_| PyTypeError::new_err(format!("{name}: expected True or False, got {}", describe(value))))
+}
+
+/// A text.
+pub(crate) fn text<'a>(value: &'a Bound<'_, PyAny>, name: &str) -> PyResult<&'a str> {
+    let text = value
+        .cast::<PyString>()
+        .map_err(|_| PyTypeError::new_err(format!("{name}: expected a str, got {}", describe(value))))?;
+    text.to_str().map_err(|_| {
+        PyValueError::new_err(format!(
+            "{name}: got a str with a lone surrogate, expected one that UTF-8 can encode"
+        ))
+    })
+}
+
+/// An object of a class; `expected` names it.
+pub(crate) fn instance<'a, 'py, T: PyTypeCheck>(
+    value: &'a Bound<'py, PyAny>,
+    name: &str,
+    expected: &str,
+) -> PyResult<&'a Bound<'py, T>> {
+    value
+        .cast::<T>()
+        .map_err(|_| PyTypeError::new_err(format!("{name}: expected {expected}, got {}", describe(value))))
+}
+
+/// A function.
+pub(crate) fn function<'a, 'py>(value: &'a Bound<'py, PyAny>, name: &str) -> PyResult<&'a Bound<'py, PyAny>> {
+    if value.is_callable() {
+        return Ok(value);
+    }
+    Err(PyTypeError::new_err(format!("{name}: expected a function, got {}", describe(value))))
 }
 
 const VECTOR: &str = "a one-dimensional array of real numbers";
@@ -299,7 +379,7 @@ pub(crate) fn finite_rows_of(
 #[pyfunction]
 pub(crate) fn finite_array<'py>(
     value: &Bound<'py, PyAny>,
-    name: &str,
+    #[pyo3(from_py_with = arguments::text::name)] name: &str,
 ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
     let Numbers { values, shape } = match value.cast::<PyFloat>() {
         Ok(number) => Numbers { values: vec![number.value()], shape: Vec::new() },
@@ -395,6 +475,37 @@ fn describe_entry(value: &Bound<'_, PyAny>) -> String {
 /// A vector of a fixed number of entries.
 pub(crate) fn array_of<const N: usize>(value: &Bound<'_, PyAny>, name: &str) -> PyResult<[f64; N]> {
     Ok(vector_of(value, N, name)?.try_into().expect("vector_of returns exactly N values"))
+}
+
+/// Conversions for classes written in Python.
+pub(crate) mod of_python {
+    use super::*;
+
+    #[pyfunction]
+    pub(crate) fn as_number(value: &Bound<'_, PyAny>, name: &str) -> PyResult<f64> {
+        number(value, name)
+    }
+
+    #[pyfunction]
+    pub(crate) fn as_whole(value: &Bound<'_, PyAny>, name: &str) -> PyResult<i64> {
+        whole(value, name)
+    }
+
+    #[pyfunction]
+    pub(crate) fn as_flag(value: &Bound<'_, PyAny>, name: &str) -> PyResult<bool> {
+        flag(value, name)
+    }
+
+    #[pyfunction]
+    pub(crate) fn as_text(value: &Bound<'_, PyAny>, name: &str) -> PyResult<String> {
+        text(value, name).map(str::to_owned)
+    }
+
+    /// Numbers in a sequence, or a single number, and whether it was a single one.
+    #[pyfunction]
+    pub(crate) fn as_scalar_or_vector(value: &Bound<'_, PyAny>, name: &str) -> PyResult<(Vec<f64>, bool)> {
+        scalar_or_vector(value, name)
+    }
 }
 
 /// A square matrix of `N` rows, or its diagonal.

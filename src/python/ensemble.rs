@@ -8,6 +8,7 @@ use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
+use super::arguments;
 use super::callback::{Raised, call, raised_by_function, wants_to_stop, with_result};
 use super::convert::{self, Numbers};
 use super::errors::AccuracyWarning;
@@ -110,33 +111,33 @@ use crate::simulate::{Control, Simulation, slackness, times_of_run};
 #[allow(clippy::too_many_arguments, reason = "keyword-only options of a Python function")]
 pub(crate) fn simulate_many<'py>(
     model: &Bound<'py, PyAny>,
-    #[pyo3(from_py_with = convert::number)] t_end: f64,
-    #[pyo3(from_py_with = convert::number)] t0: f64,
+    #[pyo3(from_py_with = arguments::number::t_end)] t_end: f64,
+    #[pyo3(from_py_with = arguments::number::t0)] t0: f64,
     q0: Option<&Bound<'py, PyAny>>,
     v0: Option<&Bound<'py, PyAny>>,
     u: Option<&Bound<'py, PyAny>>,
-    #[pyo3(from_py_with = convert::optional_number)] control_step: Option<f64>,
-    workers: Option<i64>,
+    #[pyo3(from_py_with = arguments::optional_number::control_step)] control_step: Option<f64>,
+    #[pyo3(from_py_with = arguments::optional_whole::workers)] workers: Option<i64>,
     progress: Option<&Bound<'py, PyAny>>,
-    keep: &str,
+    #[pyo3(from_py_with = arguments::text::keep)] keep: &str,
     places: Option<&Bound<'py, PyAny>>,
-    #[pyo3(from_py_with = convert::number)] memory_limit: f64,
-    method: &str,
-    #[pyo3(from_py_with = convert::number)] dt: f64,
-    jac: Option<&str>,
+    #[pyo3(from_py_with = arguments::number::memory_limit)] memory_limit: f64,
+    #[pyo3(from_py_with = arguments::text::method)] method: &str,
+    #[pyo3(from_py_with = arguments::number::dt)] dt: f64,
+    #[pyo3(from_py_with = arguments::optional_text::jac)] jac: Option<&str>,
     rtol: Option<&Bound<'py, PyAny>>,
     atol: Option<&Bound<'py, PyAny>>,
     t_eval: Option<&Bound<'py, PyAny>>,
-    #[pyo3(from_py_with = convert::optional_number)] beta: Option<f64>,
-    #[pyo3(from_py_with = convert::optional_number)] gamma: Option<f64>,
-    #[pyo3(from_py_with = convert::optional_number)] alpha: Option<f64>,
-    #[pyo3(from_py_with = convert::optional_number)] rho_inf: Option<f64>,
-    adaptive: Option<bool>,
-    #[pyo3(from_py_with = convert::optional_number)] max_step: Option<f64>,
-    #[pyo3(from_py_with = convert::number)] min_step: f64,
-    max_steps: Option<i64>,
-    predictor: Option<&str>,
-    reuse_jacobian: Option<bool>,
+    #[pyo3(from_py_with = arguments::optional_number::beta)] beta: Option<f64>,
+    #[pyo3(from_py_with = arguments::optional_number::gamma)] gamma: Option<f64>,
+    #[pyo3(from_py_with = arguments::optional_number::alpha)] alpha: Option<f64>,
+    #[pyo3(from_py_with = arguments::optional_number::rho_inf)] rho_inf: Option<f64>,
+    #[pyo3(from_py_with = arguments::optional_flag::adaptive)] adaptive: Option<bool>,
+    #[pyo3(from_py_with = arguments::optional_number::max_step)] max_step: Option<f64>,
+    #[pyo3(from_py_with = arguments::number::min_step)] min_step: f64,
+    #[pyo3(from_py_with = arguments::optional_whole::max_steps)] max_steps: Option<i64>,
+    #[pyo3(from_py_with = arguments::optional_text::predictor)] predictor: Option<&str>,
+    #[pyo3(from_py_with = arguments::optional_flag::reuse_jacobian)] reuse_jacobian: Option<bool>,
 ) -> PyResult<PyEnsembleResult> {
     let py = model.py();
     let keep = keep_of(keep)?;
@@ -568,9 +569,9 @@ fn places_of_model(model: &Bound<'_, PyModel>, given: Option<&Bound<'_, PyAny>>)
         let (name, x): (Option<String>, Option<f64>) = if let Ok(name) = item.extract::<String>() {
             (Some(name), None)
         } else if let Ok((name, x)) = item.extract::<(String, Bound<'_, PyAny>)>() {
-            (Some(name), Some(convert::number(&x).map_err(|_| wrong(&place, &item))?))
+            (Some(name), Some(convert::number(&x, &place).map_err(|_| wrong(&place, &item))?))
         } else {
-            (None, Some(convert::number(&item).map_err(|_| wrong(&place, &item))?))
+            (None, Some(convert::number(&item, &place).map_err(|_| wrong(&place, &item))?))
         };
         let link = index_of(robot.description(), name.as_deref(), &place)?;
         robot

@@ -3,6 +3,7 @@
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
+use super::arguments;
 use super::convert;
 use crate::world::Fluid;
 
@@ -53,12 +54,12 @@ impl PyFluid {
         text_signature = "(density, velocity=(0, 0, 0), *, viscous_drag=(0, 0), drag_coefficients=(0, 0), added_mass_coefficient=1.0, buoyancy=True)"
     )]
     fn new(
-        #[pyo3(from_py_with = convert::number)] density: f64,
+        #[pyo3(from_py_with = arguments::number::density)] density: f64,
         velocity: Option<&Bound<'_, PyAny>>,
         viscous_drag: Option<&Bound<'_, PyAny>>,
         drag_coefficients: Option<&Bound<'_, PyAny>>,
-        #[pyo3(from_py_with = convert::number)] added_mass_coefficient: f64,
-        buoyancy: bool,
+        #[pyo3(from_py_with = arguments::number::added_mass_coefficient)] added_mass_coefficient: f64,
+        #[pyo3(from_py_with = arguments::flag::buoyancy)] buoyancy: bool,
     ) -> PyResult<Self> {
         let mut fluid = Fluid { added_mass_coefficient, is_buoyant: buoyancy, ..Fluid::ideal(density) };
         if let Some(velocity) = velocity {
@@ -133,4 +134,11 @@ impl PyFluid {
         arguments.set_item("buoyancy", self.0.is_buoyant)?;
         Ok(((self.0.density,), arguments))
     }
+}
+
+/// The argument `fluid`.
+pub(super) fn optional_fluid<'a, 'py>(
+    value: &'a Bound<'py, PyAny>,
+) -> PyResult<Option<&'a Bound<'py, PyFluid>>> {
+    arguments::optional(value, "fluid", |value, name| convert::instance(value, name, "lissom.Fluid or None"))
 }

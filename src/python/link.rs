@@ -1,5 +1,8 @@
 //! Conversion of links and joints: Python objects with the attributes of `lissom.Link` and the joint classes.
 
+use std::cell::OnceCell;
+use std::collections::HashMap;
+
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -24,8 +27,7 @@ fn array<const N: usize>(object: &Bound<'_, PyAny>, name: &str) -> PyResult<[f64
 }
 
 fn number(object: &Bound<'_, PyAny>, name: &str) -> PyResult<f64> {
-    convert::number(&attribute(object, name)?)
-        .map_err(|error| PyTypeError::new_err(format!("{name}: {}", error.value(object.py()))))
+    convert::number(&attribute(object, name)?, name)
 }
 
 fn forces(object: &Bound<'_, PyAny>) -> PyResult<JointForces> {
@@ -107,10 +109,7 @@ fn mimic_of(mimic: &Bound<'_, PyAny>) -> PyResult<(Driven, String)> {
     let name = attribute(mimic, "link")?
         .extract()
         .map_err(|_| PyTypeError::new_err("mimic.link: expected the name of a link"))?;
-    let part = |name: &str| {
-        number(mimic, name)
-            .map_err(|error| PyTypeError::new_err(format!("mimic.{}", error.value(mimic.py()))))
-    };
+    let part = |name: &str| convert::number(&attribute(mimic, name)?, &format!("mimic.{name}"));
     let driven = Driven::Mimic { link: UNKNOWN, multiplier: part("multiplier")?, offset: part("offset")? };
     Ok((driven, name))
 }
@@ -139,7 +138,18 @@ pub(crate) fn check_joint(object: &Bound<'_, PyAny>) -> PyResult<()> {
 /// Rejects a link that is invalid on its own; the robot checks whether it fits.
 #[pyfunction]
 pub(crate) fn check_link(link: &Bound<'_, PyAny>) -> PyResult<()> {
+    parent_of(link)?;
     Ok(alone(link, &mut Functions::default())?.0.validate()?)
+}
+
+/// Name of the parent of a link.
+fn parent_of(object: &Bound<'_, PyAny>) -> PyResult<Option<String>> {
+    let parent = attribute(object, "parent")?;
+    if parent.is_none() {
+        Ok(None)
+    } else {
+        convert::text(&parent, "parent").map(|name| Some(name.to_owned()))
+    }
 }
 
 /// A link without its parent, and the name of the link whose joint it mimics.
@@ -197,6 +207,7 @@ pub(super) fn links_of(links: &Bound<'_, PyAny>) -> PyResult<(Vec<Link>, Functio
         PyTypeError::new_err(format!("links: expected a sequence of lissom.Link, got {found}"))
     };
     let mut found: Vec<Link> = Vec::new();
+    let mut places: HashMap<String, usize> = HashMap::new();
     let mut mimicked = Vec::new();
     let mut functions = Functions::default();
     let mut check = Checker::new();
@@ -207,29 +218,28 @@ pub(super) fn links_of(links: &Bound<'_, PyAny>) -> PyResult<(Vec<Link>, Functio
         }
         let (mut link, mimics) = alone(&object, &mut functions)?;
         mimicked.push(mimics);
-        let parent: Option<String> = attribute(&object, "parent")?.extract().map_err(|_| {
-            PyTypeError::new_err(format!("links[{i}].parent: expected the name of a link, or None"))
-        })?;
-        if let Some(parent) = parent {
-            link.parent = found.iter().position(|link| link.name == parent);
+        if let Some(parent) = parent_of(&object)? {
+            link.parent = places.get(&parent).copied();
             let place = format!("links[{i}].parent");
             let expected = "the name of a link that stands before this one";
             check.require(link.parent.is_some(), &place, format_args!("'{parent}'"), expected);
         }
+        // The robot refuses names that two links have.
+        places.entry(link.name.clone()).or_insert(i);
         found.push(link);
     }
     for (i, name) in mimicked.into_iter().enumerate() {
         let Some(name) = name else { continue };
-        let place = found.iter().position(|link| link.name == name);
-        let names: Vec<String> = found.iter().map(|link| format!("'{}'", link.name)).collect();
-        let expected = format!("one of the links: {}", names.join(", "));
-        check.require(
-            place.is_some(),
-            &format!("links[{i}].joint.mimic.link"),
-            format_args!("'{name}'"),
-            &expected,
-        );
-        if let (Some(place), Some(Driven::Mimic { link, .. })) = (place, &mut found[i].driven) {
+        let Some(&place) = places.get(&name) else {
+            check.require(
+                false,
+                &format!("links[{i}].joint.mimic.link"),
+                format_args!("'{name}'"),
+                &expected_link(&name, &found),
+            );
+            continue;
+        };
+        if let Some(Driven::Mimic { link, .. }) = &mut found[i].driven {
             *link = place;
         }
     }
@@ -239,18 +249,95 @@ pub(super) fn links_of(links: &Bound<'_, PyAny>) -> PyResult<(Vec<Link>, Functio
 
 /// Index of a link of a robot; of the only one if no name is given.
 pub(super) fn index_of(robot: &Robot, name: Option<&str>, place: &str) -> Result<usize, InvalidInput> {
-    let names = || robot.links.iter().map(|link| link.name.as_str());
-    let all = || names().map(|name| format!("'{name}'")).collect::<Vec<_>>().join(", ");
-    let (found, similar) = match name {
-        None if robot.links.len() == 1 => return Ok(0),
-        None => ("none".to_owned(), None),
-        Some(name) => match names().position(|known| known == name) {
+    let known = |name: &str| robot.links.iter().position(|link| link.name == name);
+    index_among(&robot.links, known, name, place)
+}
+
+fn index_among(
+    links: &[Link],
+    known: impl Fn(&str) -> Option<usize>,
+    name: Option<&str>,
+    place: &str,
+) -> Result<usize, InvalidInput> {
+    let (found, expected) = match name {
+        None if links.len() == 1 => return Ok(0),
+        None => ("none".to_owned(), one_of_the_links(links)),
+        Some(name) => match known(name) {
             Some(link) => return Ok(link),
-            None => (format!("'{name}'"), suggestion(name, names())),
+            None => (format!("'{name}'"), expected_link(name, links)),
         },
     };
+    Err(InvalidInput::new(place, found, expected))
+}
+
+fn one_of_the_links(links: &[Link]) -> String {
+    let names: Vec<String> = links.iter().map(|link| format!("'{}'", link.name)).collect();
+    format!("one of the links: {}", names.join(", "))
+}
+
+/// What is expected in place of a name that no link has.
+fn expected_link(name: &str, links: &[Link]) -> String {
+    let similar = suggestion(name, links.iter().map(|link| link.name.as_str()));
     let meant = similar.map_or_else(String::new, |similar| format!("; did you mean '{similar}'?"));
-    Err(InvalidInput::new(place, found, format!("one of the links: {}{meant}", all())))
+    format!("{}{meant}", one_of_the_links(links))
+}
+
+/// The links of a robot by name, for as many searches as the robot has parts.
+pub(super) struct Links<'a> {
+    robot: &'a Robot,
+    places: HashMap<&'a str, usize>,
+    coordinates: OnceCell<HashMap<String, usize>>,
+}
+
+impl<'a> Links<'a> {
+    pub(super) fn of(robot: &'a Robot) -> Self {
+        let mut places = HashMap::with_capacity(robot.links.len());
+        for (i, link) in robot.links.iter().enumerate() {
+            places.entry(link.name.as_str()).or_insert(i);
+        }
+        Self { robot, places, coordinates: OnceCell::new() }
+    }
+
+    pub(super) fn robot(&self) -> &'a Robot {
+        self.robot
+    }
+
+    /// Index of a link; of the only one if no name is given.
+    pub(super) fn index_of(&self, name: Option<&str>, place: &str) -> Result<usize, InvalidInput> {
+        index_among(&self.robot.links, |name| self.places.get(name).copied(), name, place)
+    }
+
+    /// Index of the link with this name.
+    pub(super) fn link(&self, name: &str) -> PyResult<usize> {
+        let names = || self.robot.links.iter().map(|link| link.name.as_str());
+        self.places.get(name).copied().ok_or_else(|| unknown(name, names(), "a link"))
+    }
+
+    /// Index of the coordinate with this name.
+    pub(super) fn coordinate(&self, name: &str) -> PyResult<usize> {
+        let coordinates = self.coordinates.get_or_init(|| {
+            self.robot.coordinate_names().into_iter().enumerate().map(|(i, name)| (name, i)).collect()
+        });
+        coordinates.get(name).copied().ok_or_else(|| {
+            let names = self.robot.coordinate_names();
+            unknown(name, names.iter().map(String::as_str), "a coordinate")
+        })
+    }
+}
+
+/// Whether a part of a robot has the name that it would have without one.
+pub(super) fn has_default_name(object: &Bound<'_, PyAny>, name: &str) -> PyResult<bool> {
+    match object.getattr_opt("_default_name")? {
+        Some(default) => default.call0()?.eq(name),
+        None => Ok(false),
+    }
+}
+
+/// The refusal of a name that no part of a robot has; `what` is the kind of the part.
+pub(super) fn unknown<'a>(name: &str, known: impl Iterator<Item = &'a str>, what: &str) -> PyErr {
+    let meant =
+        suggestion(name, known).map_or_else(String::new, |meant| format!("; did you mean '{meant}'?"));
+    PyValueError::new_err(format!("got '{name}', expected the name of {what} of the robot{meant}"))
 }
 
 /// Python object of the joint of a link.

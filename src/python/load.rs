@@ -5,6 +5,7 @@ use pyo3::class::{PyTraverseError, PyVisit};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
+use super::arguments;
 use super::convert;
 use super::signal::{Functions, signal_of, signal_out};
 use crate::body::{Body, Hull};
@@ -85,10 +86,10 @@ impl PyLoad {
     fn new(
         force: Option<&Bound<'_, PyAny>>,
         moment: Option<&Bound<'_, PyAny>>,
-        #[pyo3(from_py_with = convert::optional_number)] at: Option<f64>,
+        #[pyo3(from_py_with = arguments::optional_number::at)] at: Option<f64>,
         along: Option<&Bound<'_, PyAny>>,
-        frame: &str,
-        link: Option<String>,
+        #[pyo3(from_py_with = arguments::text::frame)] frame: &str,
+        #[pyo3(from_py_with = arguments::optional_name::link)] link: Option<String>,
     ) -> PyResult<Self> {
         let mut check = Checker::new();
         check.require(at.is_none() || along.is_none(), "along", "both at and along", "one of them");
@@ -265,17 +266,17 @@ impl PyBody {
     )]
     #[allow(clippy::too_many_arguments, reason = "keyword-only options of a Python function")]
     fn new(
-        #[pyo3(from_py_with = convert::number)] mass: f64,
-        #[pyo3(from_py_with = convert::optional_number)] at: Option<f64>,
+        #[pyo3(from_py_with = arguments::number::mass)] mass: f64,
+        #[pyo3(from_py_with = arguments::optional_number::at)] at: Option<f64>,
         centre: Option<&Bound<'_, PyAny>>,
         inertia: Option<&Bound<'_, PyAny>>,
-        link: Option<String>,
-        #[pyo3(from_py_with = convert::number)] volume: f64,
+        #[pyo3(from_py_with = arguments::optional_name::link)] link: Option<String>,
+        #[pyo3(from_py_with = arguments::number::volume)] volume: f64,
         centre_of_volume: Option<&Bound<'_, PyAny>>,
-        #[pyo3(from_py_with = convert::number)] added_mass_coefficient: f64,
-        #[pyo3(from_py_with = convert::number)] drag_area: f64,
-        #[pyo3(from_py_with = convert::number)] drag_coefficient: f64,
-        #[pyo3(from_py_with = convert::number)] viscous_drag: f64,
+        #[pyo3(from_py_with = arguments::number::added_mass_coefficient)] added_mass_coefficient: f64,
+        #[pyo3(from_py_with = arguments::number::drag_area)] drag_area: f64,
+        #[pyo3(from_py_with = arguments::number::drag_coefficient)] drag_coefficient: f64,
+        #[pyo3(from_py_with = arguments::number::viscous_drag)] viscous_drag: f64,
     ) -> PyResult<Self> {
         let centre_of_volume =
             centre_of_volume.map(|centre| convert::array_of(centre, "centre_of_volume")).transpose()?;

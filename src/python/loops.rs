@@ -6,44 +6,31 @@ use pyo3::types::{PyDict, PyTuple};
 
 use super::actuation::at_place;
 use super::convert;
-use super::link::{joint_class, joint_of};
+use super::link::{Links, has_default_name, joint_class, joint_of, unknown};
 use crate::loops::{Loop, LoopEnd, Tie};
-use crate::robot::Robot;
-use crate::scene::suggestion::suggestion;
-
-/// Index of a name.
-pub(super) fn index(name: &str, names: &[String], what: &str) -> PyResult<usize> {
-    names.iter().position(|known| known == name).ok_or_else(|| {
-        let meant = suggestion(name, names.iter().map(String::as_str));
-        let meant = meant.map_or_else(String::new, |meant| format!("; did you mean '{meant}'?"));
-        PyValueError::new_err(format!("got '{name}', expected the name of {what} of the robot{meant}"))
-    })
-}
+use crate::robot::{Robot, number_default_names};
 
 /// An end; for an unknown robot, ends on links are on the first one.
-fn end_of(object: &Bound<'_, PyAny>, robot: Option<&Robot>) -> PyResult<LoopEnd> {
+fn end_of(object: &Bound<'_, PyAny>, links: Option<&Links<'_>>) -> PyResult<LoopEnd> {
     let link: Option<String> = object.getattr("link")?.extract().map_err(|_| {
         PyTypeError::new_err("link: expected the name of a link, or None for the world".to_owned())
     })?;
-    let link = match (link, robot) {
+    let link = match (link, links) {
         (None, _) => None,
         (Some(_), None) => Some(0),
-        (Some(name), Some(robot)) => {
-            let names: Vec<String> = robot.links.iter().map(|link| link.name.clone()).collect();
-            Some(index(&name, &names, "a link")?)
-        }
+        (Some(name), Some(links)) => Some(links.link(&name)?),
     };
     let at = object.getattr("at")?;
     Ok(LoopEnd {
         link,
-        at: if at.is_none() { None } else { Some(convert::number(&at)?) },
+        at: if at.is_none() { None } else { Some(convert::number(&at, "at")?) },
         position: convert::array_of(&object.getattr("position")?, "position")?,
         orientation: convert::array_of(&object.getattr("orientation")?, "orientation")?,
     })
 }
 
 /// A loop of a robot, or of a robot that is not known yet.
-fn loop_of(object: &Bound<'_, PyAny>, robot: Option<&Robot>) -> PyResult<Loop> {
+fn loop_of(object: &Bound<'_, PyAny>, links: Option<&Links<'_>>) -> PyResult<Loop> {
     let py = object.py();
     let wrong = || {
         let found = convert::describe(object);
@@ -56,23 +43,19 @@ fn loop_of(object: &Bound<'_, PyAny>, robot: Option<&Robot>) -> PyResult<Loop> {
     let name = name.extract().map_err(|_| PyTypeError::new_err("name: expected a str"))?;
     let kind = object.getattr("kind")?;
     let kind_name = kind.get_type().name()?.to_string();
-    let part = |name: &str| {
-        convert::number(&kind.getattr(name)?)
-            .map_err(|error| PyTypeError::new_err(format!("kind.{name}: {}", error.value(py))))
-    };
+    let part = |name: &str| convert::number(&kind.getattr(name)?, &format!("kind.{name}"));
     let ends = || -> PyResult<[LoopEnd; 2]> {
         let [a, b] = ["a", "b"]
-            .map(|place| end_of(&object.getattr(place)?, robot).map_err(|error| at_place(py, place, error)));
+            .map(|place| end_of(&object.getattr(place)?, links).map_err(|error| at_place(py, place, error)));
         Ok([a?, b?])
     };
     let tie = match kind_name.as_str() {
         "Distance" => Tie::Distance { ends: ends()?, length: part("length")? },
         "Gear" => {
-            let names = robot.map(Robot::coordinate_names);
             let coordinates = ["a", "b"].into_iter().enumerate().map(|(i, place)| {
                 let name: String = object.getattr(place)?.extract()?;
-                let Some(names) = &names else { return Ok(i) };
-                index(&name, names, "a coordinate").map_err(|error| at_place(py, place, error))
+                let Some(links) = links else { return Ok(i) };
+                links.coordinate(&name).map_err(|error| at_place(py, place, error))
             });
             let found = coordinates.collect::<PyResult<Vec<usize>>>()?;
             Tie::Coordinates {
@@ -117,17 +100,20 @@ pub(crate) fn check_loop(object: &Bound<'_, PyAny>) -> PyResult<()> {
 }
 
 /// The loops of a sequence.
-pub(super) fn loops_of(loops: &Bound<'_, PyAny>, robot: &Robot) -> PyResult<Vec<Loop>> {
+pub(super) fn loops_of(loops: &Bound<'_, PyAny>, links: &Links<'_>) -> PyResult<Vec<Loop>> {
     let wrong = || {
         let found = convert::describe(loops);
         PyTypeError::new_err(format!("loops: expected a sequence of lissom.Loop, got {found}"))
     };
-    let mut found = Vec::new();
+    let (mut found, mut has_default) = (Vec::new(), Vec::new());
     for (i, object) in loops.try_iter().map_err(|_| wrong())?.enumerate() {
         let object = object?;
-        let described = loop_of(&object, Some(robot));
-        found.push(described.map_err(|error| at_place(object.py(), &format!("loops[{i}]"), error))?);
+        let described = loop_of(&object, Some(links));
+        let closed = described.map_err(|error| at_place(object.py(), &format!("loops[{i}]"), error))?;
+        has_default.push(has_default_name(&object, &closed.name)?);
+        found.push(closed);
     }
+    number_default_names(found.iter_mut().map(|closed: &mut Loop| &mut closed.name).zip(has_default));
     Ok(found)
 }
 
@@ -164,15 +150,25 @@ pub(super) fn loops_out<'py>(py: Python<'py>, robot: &Robot) -> PyResult<Bound<'
 
 /// Index of a loop of a robot.
 pub(super) fn loop_index(robot: &Robot, name: Option<&str>) -> PyResult<usize> {
-    let names: Vec<String> = robot.loops.iter().map(|closed| closed.name.clone()).collect();
-    match name {
-        Some(name) => index(name, &names, "a loop").map_err(|error| {
-            Python::attach(|py| PyValueError::new_err(format!("name: {}", error.value(py))))
-        }),
-        None if names.len() == 1 => Ok(0),
-        None => Err(PyValueError::new_err(format!(
-            "name: got nothing, expected the name of one of the {} loops of the robot",
-            names.len()
-        ))),
-    }
+    index_of_one(name, robot.loops.iter().map(|closed| closed.name.as_str()), "loop")
+}
+
+/// Index of a part of a robot, of which there are several with these names; `kind` is that of the part.
+pub(super) fn index_of_one<'a>(
+    name: Option<&str>,
+    names: impl ExactSizeIterator<Item = &'a str> + Clone,
+    kind: &str,
+) -> PyResult<usize> {
+    let Some(name) = name else {
+        return match names.len() {
+            1 => Ok(0),
+            many => Err(PyValueError::new_err(format!(
+                "name: got nothing, expected the name of one of the {many} {kind}s of the robot"
+            ))),
+        };
+    };
+    names.clone().position(|known| known == name).ok_or_else(|| {
+        let error = unknown(name, names, &format!("a {kind}"));
+        Python::attach(|py| at_place(py, "name", error))
+    })
 }

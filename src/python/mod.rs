@@ -7,6 +7,7 @@
 
 mod actuate;
 mod actuation;
+mod arguments;
 mod background;
 mod balance;
 mod base;
@@ -66,6 +67,8 @@ mod _lissom {
     use super::contact::check_contact;
     #[pymodule_export]
     use super::convert::finite_array;
+    #[pymodule_export]
+    use super::convert::of_python::{as_flag, as_number, as_scalar_or_vector, as_text, as_whole};
     #[pymodule_export]
     use super::ensemble::{PyEnsembleResult, simulate_many};
     #[pymodule_export]

@@ -8,6 +8,7 @@ use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 
+use super::arguments;
 use super::callback::or_raised;
 use super::convert;
 use super::errors::{LissomError, check_finite};
@@ -448,7 +449,7 @@ impl PyModel {
         q: &Bound<'py, PyAny>,
         qd: Option<&Bound<'py, PyAny>>,
         qdd: Option<&Bound<'py, PyAny>>,
-        #[pyo3(from_py_with = convert::optional_number)] t: Option<f64>,
+        #[pyo3(from_py_with = arguments::optional_number::t)] t: Option<f64>,
         u: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let q = self.state(q, "q")?;
@@ -504,7 +505,7 @@ impl PyModel {
         q: &Bound<'py, PyAny>,
         qd: &Bound<'py, PyAny>,
         qdd: &Bound<'py, PyAny>,
-        #[pyo3(from_py_with = convert::optional_number)] t: Option<f64>,
+        #[pyo3(from_py_with = arguments::optional_number::t)] t: Option<f64>,
         u: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let (q, qd, qdd) = (self.state(q, "q")?, self.state(qd, "qd")?, self.state(qdd, "qdd")?);
@@ -532,7 +533,7 @@ impl PyModel {
         &self,
         py: Python<'py>,
         q: &Bound<'py, PyAny>,
-        #[pyo3(from_py_with = convert::optional_number)] t: Option<f64>,
+        #[pyo3(from_py_with = arguments::optional_number::t)] t: Option<f64>,
     ) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let q = self.state(q, "q")?;
         let mut mass = Matrix::zeros(self.n, self.n);
@@ -576,7 +577,7 @@ impl PyModel {
         py: Python<'py>,
         q: &Bound<'py, PyAny>,
         qd: &Bound<'py, PyAny>,
-        #[pyo3(from_py_with = convert::optional_number)] t: Option<f64>,
+        #[pyo3(from_py_with = arguments::optional_number::t)] t: Option<f64>,
         u: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let (q, qd) = (self.state(q, "q")?, self.state(qd, "qd")?);
@@ -616,7 +617,7 @@ impl PyModel {
         q: &Bound<'py, PyAny>,
         qd: &Bound<'py, PyAny>,
         qdd: &Bound<'py, PyAny>,
-        #[pyo3(from_py_with = convert::optional_number)] t: Option<f64>,
+        #[pyo3(from_py_with = arguments::optional_number::t)] t: Option<f64>,
         u: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<(Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>)> {
         let (q, qd, qdd) = (self.state(q, "q")?, self.state(qd, "qd")?, self.state(qdd, "qdd")?);
@@ -654,7 +655,7 @@ impl PyModel {
         &self,
         q: &Bound<'_, PyAny>,
         qd: &Bound<'_, PyAny>,
-        #[pyo3(from_py_with = convert::optional_number)] t: Option<f64>,
+        #[pyo3(from_py_with = arguments::optional_number::t)] t: Option<f64>,
         u: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<PyEnergy> {
         let (q, qd) = (self.state(q, "q")?, self.state(qd, "qd")?);
@@ -684,7 +685,7 @@ impl PyModel {
         &self,
         q: &Bound<'_, PyAny>,
         qd: &Bound<'_, PyAny>,
-        #[pyo3(from_py_with = convert::optional_number)] t: Option<f64>,
+        #[pyo3(from_py_with = arguments::optional_number::t)] t: Option<f64>,
         u: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<f64> {
         let (q, qd) = (self.state(q, "q")?, self.state(qd, "qd")?);
@@ -718,7 +719,7 @@ impl PyModel {
         q: &Bound<'_, PyAny>,
         qd: &Bound<'_, PyAny>,
         qdd: Option<&Bound<'_, PyAny>>,
-        #[pyo3(from_py_with = convert::optional_number)] t: Option<f64>,
+        #[pyo3(from_py_with = arguments::optional_number::t)] t: Option<f64>,
         u: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<f64> {
         let qdd = qdd.map(|qdd| self.state(qdd, "qdd")).transpose()?;

@@ -3,6 +3,7 @@
 use numpy::{Complex64, IntoPyArray, PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 
+use super::arguments;
 use super::errors::LissomError;
 use super::record::{self, ReadOnly, Reduced};
 use super::statics::native;
@@ -113,7 +114,7 @@ pub(crate) fn modes<'py>(
     py: Python<'py>,
     model: &Bound<'py, PyAny>,
     q: &Bound<'py, PyAny>,
-    #[pyo3(from_py_with = convert::number)] t: f64,
+    #[pyo3(from_py_with = arguments::number::t)] t: f64,
     u: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<PyModesResult> {
     let mut model = native(model, t, u)?;

@@ -7,6 +7,7 @@ use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyString, PyTuple};
 
+use super::arguments;
 use super::callback::{call, wants_to_stop};
 use super::convert;
 use super::motion::{PyMotionResult, finish, predictor, step_size, times};
@@ -17,8 +18,9 @@ use crate::error::Interrupted;
 use crate::linalg::Matrix;
 use crate::newmark::{Options, Parameters, Scheme, Stepper, solve};
 use crate::roots::Derivative;
-use crate::second_order::System;
+use crate::second_order::{Failure, Status, System};
 use crate::simulate::Simulation;
+use crate::stepping;
 
 /// Integrate second-order equations of motion ``residual(t, q, v, a) = 0`` with the Newmark family.
 ///
@@ -110,25 +112,25 @@ pub(crate) fn newmark<'py>(
     t_span: &Bound<'py, PyAny>,
     q0: &Bound<'py, PyAny>,
     v0: &Bound<'py, PyAny>,
-    #[pyo3(from_py_with = convert::number)] dt: f64,
-    #[pyo3(from_py_with = convert::optional_number)] beta: Option<f64>,
-    #[pyo3(from_py_with = convert::optional_number)] gamma: Option<f64>,
+    #[pyo3(from_py_with = arguments::number::dt)] dt: f64,
+    #[pyo3(from_py_with = arguments::optional_number::beta)] beta: Option<f64>,
+    #[pyo3(from_py_with = arguments::optional_number::gamma)] gamma: Option<f64>,
     jac: Option<&Bound<'py, PyAny>>,
-    method: &str,
-    #[pyo3(from_py_with = convert::optional_number)] alpha: Option<f64>,
-    #[pyo3(from_py_with = convert::optional_number)] rho_inf: Option<f64>,
+    #[pyo3(from_py_with = arguments::text::method)] method: &str,
+    #[pyo3(from_py_with = arguments::optional_number::alpha)] alpha: Option<f64>,
+    #[pyo3(from_py_with = arguments::optional_number::rho_inf)] rho_inf: Option<f64>,
     rtol: Option<&Bound<'py, PyAny>>,
     atol: Option<&Bound<'py, PyAny>>,
-    adaptive: bool,
-    #[pyo3(from_py_with = convert::optional_number)] max_step: Option<f64>,
-    #[pyo3(from_py_with = convert::number)] min_step: f64,
-    max_steps: Option<i64>,
+    #[pyo3(from_py_with = arguments::flag::adaptive)] adaptive: bool,
+    #[pyo3(from_py_with = arguments::optional_number::max_step)] max_step: Option<f64>,
+    #[pyo3(from_py_with = arguments::number::min_step)] min_step: f64,
+    #[pyo3(from_py_with = arguments::optional_whole::max_steps)] max_steps: Option<i64>,
     t_eval: Option<&Bound<'py, PyAny>>,
     a0: Option<&Bound<'py, PyAny>>,
-    predictor: &str,
-    reuse_jacobian: bool,
+    #[pyo3(from_py_with = arguments::text::predictor)] predictor: &str,
+    #[pyo3(from_py_with = arguments::flag::reuse_jacobian)] reuse_jacobian: bool,
     args: Option<&Bound<'py, PyAny>>,
-    callback: Option<&Bound<'py, PyAny>>,
+    #[pyo3(from_py_with = arguments::callback)] callback: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<PyMotionResult> {
     let start = Instant::now();
     if !residual.is_callable() {
@@ -155,6 +157,7 @@ pub(crate) fn newmark<'py>(
         ..defaults
     };
     let t_eval = times(t_eval)?;
+    let has_own_jacobian = jac.is_some();
     let raised = SharedRaised::default();
     let args = args.map(unpack).transpose()?;
     let mut system = Equations { n: q0.len(), residual, jac, args, raised: raised.clone() };
@@ -168,6 +171,13 @@ pub(crate) fn newmark<'py>(
     let solution = solve(&mut system, t_span, &q0, &v0, &options, t_eval.as_deref(), &mut monitor)?;
     let mut simulation = Simulation::from(solution);
     simulation.statistics.wall_time = start.elapsed().as_secs_f64();
+    if has_own_jacobian
+        && simulation.status == stepping::Status::SecondOrder(Status::StepFailed(Failure::NotConverged))
+    {
+        simulation
+            .message
+            .push_str(" Check `jac`, too: `lissom.check_jacobian` compares it with differences.");
+    }
     finish(py, simulation, &[], None, raised.raise())
 }
 

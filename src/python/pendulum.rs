@@ -2,7 +2,7 @@
 
 use pyo3::prelude::*;
 
-use super::convert;
+use super::arguments;
 use super::model::PyModel;
 use crate::pendulum::SpringPendulum;
 
@@ -46,10 +46,10 @@ impl PySpringPendulum {
     #[new]
     #[pyo3(signature = (length=1.0, mass=1.0, stiffness=10.0, gravity=9.81))]
     fn new(
-        #[pyo3(from_py_with = convert::number)] length: f64,
-        #[pyo3(from_py_with = convert::number)] mass: f64,
-        #[pyo3(from_py_with = convert::number)] stiffness: f64,
-        #[pyo3(from_py_with = convert::number)] gravity: f64,
+        #[pyo3(from_py_with = arguments::number::length)] length: f64,
+        #[pyo3(from_py_with = arguments::number::mass)] mass: f64,
+        #[pyo3(from_py_with = arguments::number::stiffness)] stiffness: f64,
+        #[pyo3(from_py_with = arguments::number::gravity)] gravity: f64,
     ) -> PyResult<PyClassInitializer<Self>> {
         Ok(Self::initializer(SpringPendulum::new(length, mass, stiffness, gravity)?))
     }

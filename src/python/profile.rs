@@ -5,6 +5,7 @@ use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList, PyTuple};
 
+use super::arguments;
 use super::callback::call;
 use super::convert::{self, Numbers};
 use crate::error::{Checker, InvalidInput};
@@ -59,7 +60,7 @@ impl PyProfile {
     #[new]
     #[pyo3(signature = (length, *, stations=None, values=None, coefficients=None))]
     fn new(
-        #[pyo3(from_py_with = convert::number)] length: f64,
+        #[pyo3(from_py_with = arguments::number::length)] length: f64,
         stations: Option<&Bound<'_, PyAny>>,
         values: Option<&Bound<'_, PyAny>>,
         coefficients: Option<&Bound<'_, PyAny>>,

@@ -205,8 +205,7 @@ pub(crate) fn check_target(target: &Bound<'_, PyAny>) -> PyResult<()> {
 fn of_object(object: &Bound<'_, PyAny>, link: usize) -> PyResult<Target> {
     let attribute = |name: &str| object.getattr(name);
     let at = attribute("X")?;
-    let at = convert::optional_number(&at)
-        .map_err(|error| PyTypeError::new_err(format!("X: {}", error.value(object.py()))))?;
+    let at = if at.is_none() { None } else { Some(convert::number(&at, "X")?) };
     let (pose, point) = (attribute("pose")?, attribute("point")?);
     let weights = [attribute("position_weight")?, attribute("orientation_weight")?];
     let weights = weights.each_ref().map(Some);

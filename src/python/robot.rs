@@ -12,13 +12,14 @@ use pyo3::pyclass::boolean_struct::True;
 use pyo3::types::{PyDict, PyList, PySlice, PyString, PyTuple};
 
 use super::actuation::{Surroundings, actuator_index, actuators_of, actuators_out};
+use super::arguments;
 use super::base::PyBaseMotion;
 use super::callback::or_raised;
 use super::contact::{contact_index, contacts_of, contacts_out};
 use super::convert;
 use super::errors::check_finite;
 use super::fluid::PyFluid;
-use super::link::{index_of, links_of};
+use super::link::{Links, index_of, links_of};
 use super::load::{PyBody, PyLoad};
 use super::loops::{loop_index, loops_of, loops_out};
 use super::model::{PyModel, check_time, time_of_state};
@@ -332,8 +333,8 @@ impl PyRobot {
         loads: Option<&Bound<'_, PyAny>>,
         bodies: Option<&Bound<'_, PyAny>>,
         supports: Option<&Bound<'_, PyAny>>,
-        fluid: Option<&Bound<'_, PyFluid>>,
-        base_motion: Option<&Bound<'_, PyBaseMotion>>,
+        #[pyo3(from_py_with = super::fluid::optional_fluid)] fluid: Option<&Bound<'_, PyFluid>>,
+        #[pyo3(from_py_with = super::base::optional_motion)] base_motion: Option<&Bound<'_, PyBaseMotion>>,
         actuators: Option<&Bound<'_, PyAny>>,
         loops: Option<&Bound<'_, PyAny>>,
         contacts: Option<&Bound<'_, PyAny>>,
@@ -344,8 +345,9 @@ impl PyRobot {
         if let Some(gravity) = gravity {
             robot.gravity = convert::array_of(gravity, "gravity")?;
         }
+        let by_name = Links::of(&robot);
         let on =
-            |link: Option<&str>, what: &str, i: usize| index_of(&robot, link, &format!("{what}[{i}].link"));
+            |link: Option<&str>, what: &str, i: usize| by_name.index_of(link, &format!("{what}[{i}].link"));
         let (mut all_loads, mut all_bodies, mut all_supports) = (Vec::new(), Vec::new(), Vec::new());
         if let Some(loads) = loads {
             for (i, (load, link)) in instances(loads, "loads", |load: &PyLoad| {
@@ -374,18 +376,16 @@ impl PyRobot {
                 all_supports.push(crate::support::Support { link, ..support });
             }
         }
+        let mut all_actuators = Vec::new();
+        if let Some(actuators) = actuators {
+            all_actuators = actuators_of(actuators, Surroundings::Robot(&by_name), &mut functions)?;
+        }
+        let all_loops = loops.map_or(Ok(Vec::new()), |loops| loops_of(loops, &by_name))?;
+        let all_contacts = contacts.map_or(Ok(Vec::new()), |contacts| contacts_of(contacts, &by_name))?;
         (robot.loads, robot.bodies, robot.supports) = (all_loads, all_bodies, all_supports);
+        (robot.actuators, robot.loops, robot.contacts) = (all_actuators, all_loops, all_contacts);
         robot.fluid = fluid.map(|fluid| fluid.get().0.clone());
         robot.base_motion = base_motion.map(|motion| motion.get().motion().clone());
-        if let Some(actuators) = actuators {
-            robot.actuators = actuators_of(actuators, Surroundings::Robot(&robot), &mut functions)?;
-        }
-        if let Some(loops) = loops {
-            robot.loops = loops_of(loops, &robot)?;
-        }
-        if let Some(contacts) = contacts {
-            robot.contacts = contacts_of(contacts, &robot)?;
-        }
         Self::initializer(robot)
     }
 
@@ -459,7 +459,11 @@ impl PyRobot {
     /// Returns
     /// -------
     /// slice
-    fn slice<'py>(&self, py: Python<'py>, link: &str) -> PyResult<Bound<'py, PySlice>> {
+    fn slice<'py>(
+        &self,
+        py: Python<'py>,
+        #[pyo3(from_py_with = arguments::text::link)] link: &str,
+    ) -> PyResult<Bound<'py, PySlice>> {
         let range = self.description.coordinates_of(index_of(&self.description, Some(link), "link")?);
         Ok(PySlice::new(py, range.start.cast_signed(), range.end.cast_signed(), 1))
     }
@@ -586,7 +590,7 @@ impl PyRobot {
     #[pyo3(signature = (name, q, *, t=None))]
     fn actuator_length<'py>(
         &self,
-        name: &str,
+        #[pyo3(from_py_with = arguments::text::name)] name: &str,
         q: &Bound<'py, PyAny>,
         t: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
@@ -621,7 +625,7 @@ impl PyRobot {
     #[pyo3(signature = (name, q, qd, *, t=None))]
     fn actuator_rate<'py>(
         &self,
-        name: &str,
+        #[pyo3(from_py_with = arguments::text::name)] name: &str,
         q: &Bound<'py, PyAny>,
         qd: &Bound<'py, PyAny>,
         t: Option<&Bound<'py, PyAny>>,
@@ -653,7 +657,7 @@ impl PyRobot {
     #[pyo3(signature = (name, q, *, t=None))]
     fn actuator_gradient<'py>(
         &self,
-        name: &str,
+        #[pyo3(from_py_with = arguments::text::name)] name: &str,
         q: &Bound<'py, PyAny>,
         t: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
@@ -691,7 +695,7 @@ impl PyRobot {
     #[pyo3(signature = (name, q, qd, *, t=None, u=None, qdd=None))]
     fn actuator_force<'py>(
         &self,
-        name: &str,
+        #[pyo3(from_py_with = arguments::text::name)] name: &str,
         q: &Bound<'py, PyAny>,
         qd: &Bound<'py, PyAny>,
         t: Option<&Bound<'py, PyAny>>,
@@ -780,7 +784,7 @@ impl PyRobot {
         &self,
         q: &Bound<'py, PyAny>,
         X: Option<&Bound<'py, PyAny>>,
-        link: Option<&str>,
+        #[pyo3(from_py_with = arguments::optional_text::link)] link: Option<&str>,
         t: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let py = q.py();
@@ -852,8 +856,8 @@ impl PyRobot {
     fn jacobian<'py>(
         &self,
         q: &Bound<'py, PyAny>,
-        #[pyo3(from_py_with = convert::optional_number)] X: Option<f64>,
-        link: Option<&str>,
+        #[pyo3(from_py_with = arguments::optional_number::X)] X: Option<f64>,
+        #[pyo3(from_py_with = arguments::optional_text::link)] link: Option<&str>,
         t: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let link = index_of(&self.description, link, "link")?;
@@ -897,8 +901,8 @@ impl PyRobot {
         &self,
         q: &Bound<'py, PyAny>,
         qd: &Bound<'py, PyAny>,
-        #[pyo3(from_py_with = convert::optional_number)] X: Option<f64>,
-        link: Option<&str>,
+        #[pyo3(from_py_with = arguments::optional_number::X)] X: Option<f64>,
+        #[pyo3(from_py_with = arguments::optional_text::link)] link: Option<&str>,
         t: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let link = index_of(&self.description, link, "link")?;
@@ -956,8 +960,8 @@ impl PyRobot {
         q: &Bound<'py, PyAny>,
         qd: &Bound<'py, PyAny>,
         qdd: &Bound<'py, PyAny>,
-        #[pyo3(from_py_with = convert::optional_number)] X: Option<f64>,
-        link: Option<&str>,
+        #[pyo3(from_py_with = arguments::optional_number::X)] X: Option<f64>,
+        #[pyo3(from_py_with = arguments::optional_text::link)] link: Option<&str>,
         t: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let link = index_of(&self.description, link, "link")?;
@@ -1063,7 +1067,7 @@ impl PyRobot {
         q: &Bound<'py, PyAny>,
         qd: &Bound<'py, PyAny>,
         qdd: &Bound<'py, PyAny>,
-        link: Option<&str>,
+        #[pyo3(from_py_with = arguments::optional_text::link)] link: Option<&str>,
         t: Option<&Bound<'py, PyAny>>,
         u: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
@@ -1107,7 +1111,7 @@ impl PyRobot {
         q: &Bound<'py, PyAny>,
         qd: &Bound<'py, PyAny>,
         qdd: &Bound<'py, PyAny>,
-        name: Option<&str>,
+        #[pyo3(from_py_with = arguments::optional_text::name)] name: Option<&str>,
         t: Option<&Bound<'py, PyAny>>,
         u: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
@@ -1145,7 +1149,7 @@ impl PyRobot {
         &self,
         q: &Bound<'py, PyAny>,
         qd: &Bound<'py, PyAny>,
-        name: Option<&str>,
+        #[pyo3(from_py_with = arguments::optional_text::name)] name: Option<&str>,
         t: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let i = contact_index(&self.description, name)?;
@@ -1176,7 +1180,7 @@ impl PyRobot {
         py: Python<'py>,
         q: &Bound<'py, PyAny>,
         qd: Option<&Bound<'py, PyAny>>,
-        t: Option<f64>,
+        #[pyo3(from_py_with = arguments::optional_number::t)] t: Option<f64>,
     ) -> PyResult<Bound<'py, PyList>> {
         let n = self.description.coordinates();
         let q = convert::finite_vector_of(q, n, "q")?;
@@ -1294,7 +1298,7 @@ impl PyRobot {
         &self,
         q: &Bound<'py, PyAny>,
         X: Option<&Bound<'py, PyAny>>,
-        link: Option<&str>,
+        #[pyo3(from_py_with = arguments::optional_text::link)] link: Option<&str>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let mut model = self.model();
         let (sections, shape) = self.sections(&model, X, link)?;
@@ -1362,9 +1366,9 @@ impl PyRobot {
         qd: &Bound<'py, PyAny>,
         qdd: &Bound<'py, PyAny>,
         X: Option<&Bound<'py, PyAny>>,
-        link: Option<&str>,
+        #[pyo3(from_py_with = arguments::optional_text::link)] link: Option<&str>,
         t: Option<&Bound<'py, PyAny>>,
-        by: &str,
+        #[pyo3(from_py_with = arguments::text::by)] by: &str,
         u: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let is_balanced = match by {
@@ -1469,17 +1473,17 @@ impl PyRobot {
         &self,
         link: &Bound<'py, PyAny>,
         pose: Option<&Bound<'py, PyAny>>,
-        #[pyo3(from_py_with = convert::optional_number)] X: Option<f64>,
+        #[pyo3(from_py_with = arguments::optional_number::X)] X: Option<f64>,
         point: Option<&Bound<'py, PyAny>>,
         position_weight: Option<&Bound<'py, PyAny>>,
         orientation_weight: Option<&Bound<'py, PyAny>>,
         q0: Option<&Bound<'py, PyAny>>,
         bounds: Option<&Bound<'py, PyAny>>,
         prefer: Option<&Bound<'py, PyAny>>,
-        #[pyo3(from_py_with = convert::optional_number)] t: Option<f64>,
-        #[pyo3(from_py_with = convert::optional_number)] tol: Option<f64>,
-        max_iter: Option<i64>,
-        restarts: Option<i64>,
+        #[pyo3(from_py_with = arguments::optional_number::t)] t: Option<f64>,
+        #[pyo3(from_py_with = arguments::optional_number::tol)] tol: Option<f64>,
+        #[pyo3(from_py_with = arguments::optional_whole::max_iter)] max_iter: Option<i64>,
+        #[pyo3(from_py_with = arguments::optional_whole::restarts)] restarts: Option<i64>,
     ) -> PyResult<PyReachResult> {
         let weights = [position_weight, orientation_weight];
         let single = pose.map(|pose| reach::Given { pose, at: X, point, weights });

@@ -5,10 +5,12 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
 use super::actuation::{Surroundings, actuators_of};
+use super::arguments;
 use super::base::PyBaseMotion;
 use super::contact::contacts_of;
 use super::convert;
 use super::fluid::PyFluid;
+use super::link::Links;
 use super::load::{PyBody, PyLoad};
 use super::robot::{PyRobot, instances};
 use super::segment::PySegment;
@@ -94,12 +96,12 @@ impl PyRod {
         gravity: Option<&Bound<'_, PyAny>>,
         tip_force: Option<&Bound<'_, PyAny>>,
         tip_moment: Option<&Bound<'_, PyAny>>,
-        #[pyo3(from_py_with = convert::number)] tip_mass: f64,
+        #[pyo3(from_py_with = arguments::number::tip_mass)] tip_mass: f64,
         loads: Option<&Bound<'_, PyAny>>,
         bodies: Option<&Bound<'_, PyAny>>,
-        base_motion: Option<&Bound<'_, PyBaseMotion>>,
+        #[pyo3(from_py_with = super::base::optional_motion)] base_motion: Option<&Bound<'_, PyBaseMotion>>,
         supports: Option<&Bound<'_, PyAny>>,
-        fluid: Option<&Bound<'_, PyFluid>>,
+        #[pyo3(from_py_with = super::fluid::optional_fluid)] fluid: Option<&Bound<'_, PyFluid>>,
         actuators: Option<&Bound<'_, PyAny>>,
         contacts: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<PyClassInitializer<Self>> {
@@ -150,10 +152,11 @@ impl PyRod {
         // `functions` keeps the callables alive until the rod owns them.
         let mut functions = Functions::default();
         if let Some(actuators) = actuators {
-            rod.actuators = actuators_of(actuators, Surroundings::Rod(&Robot::from(&rod)), &mut functions)?;
+            let robot = Robot::from(&rod);
+            rod.actuators = actuators_of(actuators, Surroundings::Rod(&Links::of(&robot)), &mut functions)?;
         }
         if let Some(contacts) = contacts {
-            rod.contacts = contacts_of(contacts, &Robot::from(&rod))?;
+            rod.contacts = contacts_of(contacts, &Links::of(&Robot::from(&rod)))?;
         }
         Self::initializer(rod)
     }

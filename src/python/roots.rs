@@ -6,8 +6,9 @@ use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyFloat, PyString, PyTuple};
 
+use super::arguments;
 use super::callback::{Raised, call, with_result};
-use super::convert::{self, count, describe, matrix_out, numbers, scalar_or_vector, vector_of};
+use super::convert::{count, describe, matrix_out, numbers, scalar_or_vector, vector_of};
 use super::errors::ConvergenceError;
 use super::record::{self, ReadOnly, Reduced};
 use crate::error::{Checker, Interrupted, InvalidInput, Unfinished};
@@ -343,18 +344,18 @@ pub(crate) fn root<'py>(
     x0: &Bound<'py, PyAny>,
     args: Option<Bound<'py, PyTuple>>,
     jac: Option<Bound<'py, PyAny>>,
-    method: &str,
-    #[pyo3(from_py_with = convert::number)] tol: f64,
-    max_iter: i64,
-    #[pyo3(from_py_with = convert::number)] xtol: f64,
-    #[pyo3(from_py_with = convert::number)] xtol_abs: f64,
+    #[pyo3(from_py_with = arguments::text::method)] method: &str,
+    #[pyo3(from_py_with = arguments::number::tol)] tol: f64,
+    #[pyo3(from_py_with = arguments::whole::max_iter)] max_iter: i64,
+    #[pyo3(from_py_with = arguments::number::xtol)] xtol: f64,
+    #[pyo3(from_py_with = arguments::number::xtol_abs)] xtol_abs: f64,
     x_scale: Option<Bound<'py, PyAny>>,
     f_scale: Option<Bound<'py, PyAny>>,
-    #[pyo3(from_py_with = convert::optional_number)] max_step: Option<f64>,
-    keep_jacobian: bool,
-    accelerate: bool,
-    history: bool,
-    raise_on_failure: bool,
+    #[pyo3(from_py_with = arguments::optional_number::max_step)] max_step: Option<f64>,
+    #[pyo3(from_py_with = arguments::flag::keep_jacobian)] keep_jacobian: bool,
+    #[pyo3(from_py_with = arguments::flag::accelerate)] accelerate: bool,
+    #[pyo3(from_py_with = arguments::flag::history)] history: bool,
+    #[pyo3(from_py_with = arguments::flag::raise_on_failure)] raise_on_failure: bool,
 ) -> PyResult<Py<PyRootResult>> {
     let (mut x, scalar) = scalar_or_vector(x0, "x0")?;
     let mut checker = Checker::new();
@@ -444,7 +445,7 @@ pub(crate) fn jacobian<'py>(
     py: Python<'py>,
     fun: &Bound<'py, PyAny>,
     x: &Bound<'py, PyAny>,
-    method: &str,
+    #[pyo3(from_py_with = arguments::text::method)] method: &str,
     x_scale: Option<Bound<'py, PyAny>>,
     args: Option<Bound<'py, PyTuple>>,
 ) -> PyResult<Bound<'py, PyArray2<f64>>> {

@@ -9,6 +9,7 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyList, PyTuple};
 
+use super::arguments;
 use super::callback::Raised;
 use super::errors::LissomError;
 use super::imports::Files;
@@ -143,7 +144,11 @@ impl PyScene {
     ///     If an imported file has content that the robot does not include.
     #[staticmethod]
     #[pyo3(signature = (path, *, anywhere=false))]
-    fn load(py: Python<'_>, path: PathBuf, anywhere: bool) -> PyResult<Self> {
+    fn load(
+        py: Python<'_>,
+        #[pyo3(from_py_with = arguments::path)] path: PathBuf,
+        #[pyo3(from_py_with = arguments::flag::anywhere)] anywhere: bool,
+    ) -> PyResult<Self> {
         let file = path.display().to_string();
         // Python's own errors contain the file name and have the right class.
         let bytes: Vec<u8> = py.import("lissom.disk")?.call_method1("read_given", (path,))?.extract()?;
@@ -174,7 +179,12 @@ impl PyScene {
     ///     If the scene is invalid; the error lists all problems.
     #[staticmethod]
     #[pyo3(signature = (text, name="scene", *, anywhere=false))]
-    fn loads(py: Python<'_>, text: &str, name: &str, anywhere: bool) -> PyResult<Self> {
+    fn loads(
+        py: Python<'_>,
+        #[pyo3(from_py_with = arguments::text::text)] text: &str,
+        #[pyo3(from_py_with = arguments::text::name)] name: &str,
+        #[pyo3(from_py_with = arguments::flag::anywhere)] anywhere: bool,
+    ) -> PyResult<Self> {
         let mut imports = Files::beside(name, anywhere);
         let read = py.detach(|| Scene::parse_with(text, name, &mut imports));
         Self::new(py, name, imports.or_raised(read)?)

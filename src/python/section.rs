@@ -8,6 +8,7 @@ use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString, PyTuple};
 
+use super::arguments;
 use super::convert;
 use super::profile;
 use crate::error::Checker;
@@ -95,7 +96,7 @@ impl PySection {
     #[pyo3(signature = (radius, *, length=None))]
     fn circle(
         radius: &Bound<'_, PyAny>,
-        #[pyo3(from_py_with = convert::optional_number)] length: Option<f64>,
+        #[pyo3(from_py_with = arguments::optional_number::length)] length: Option<f64>,
     ) -> PyResult<Self> {
         Self::with_sizes([(radius, "radius")], length, |[radius]| Shape::Circle { radius })
     }
@@ -117,7 +118,7 @@ impl PySection {
     fn hollow_circle(
         outer: &Bound<'_, PyAny>,
         inner: &Bound<'_, PyAny>,
-        #[pyo3(from_py_with = convert::optional_number)] length: Option<f64>,
+        #[pyo3(from_py_with = arguments::optional_number::length)] length: Option<f64>,
     ) -> PyResult<Self> {
         let sizes = [(outer, "outer"), (inner, "inner")];
         Self::with_sizes(sizes, length, |[outer, inner]| Shape::HollowCircle { outer, inner })
@@ -140,7 +141,7 @@ impl PySection {
     fn rectangle(
         width: &Bound<'_, PyAny>,
         height: &Bound<'_, PyAny>,
-        #[pyo3(from_py_with = convert::optional_number)] length: Option<f64>,
+        #[pyo3(from_py_with = arguments::optional_number::length)] length: Option<f64>,
     ) -> PyResult<Self> {
         let sizes = [(width, "width"), (height, "height")];
         Self::with_sizes(sizes, length, |[width, height]| Shape::Rectangle { width, height })
@@ -163,7 +164,7 @@ impl PySection {
     fn ellipse(
         semi_axis_y: &Bound<'_, PyAny>,
         semi_axis_z: &Bound<'_, PyAny>,
-        #[pyo3(from_py_with = convert::optional_number)] length: Option<f64>,
+        #[pyo3(from_py_with = arguments::optional_number::length)] length: Option<f64>,
     ) -> PyResult<Self> {
         let sizes = [(semi_axis_y, "semi_axis_y"), (semi_axis_z, "semi_axis_z")];
         Self::with_sizes(sizes, length, |[semi_axis_y, semi_axis_z]| Shape::Ellipse {
@@ -206,7 +207,7 @@ impl PySection {
         mass: &Bound<'_, PyAny>,
         inertia: Option<&Bound<'_, PyAny>>,
         centre: Option<&Bound<'_, PyAny>>,
-        #[pyo3(from_py_with = convert::optional_number)] length: Option<f64>,
+        #[pyo3(from_py_with = arguments::optional_number::length)] length: Option<f64>,
     ) -> PyResult<Self> {
         let optional = [(inertia, "inertia"), (centre, "centre")];
         let optional = optional.into_iter().filter_map(|(value, name)| Some((value?, name)));
@@ -219,7 +220,9 @@ impl PySection {
             },
             mass: match function(mass, &[], length, "mass")? {
                 Some(function) => function,
-                None => convert::number(mass).map_err(|_| wrong("mass", "a number (kg/m)", mass))?.into(),
+                None => convert::number_if_one(mass, "mass")?
+                    .ok_or_else(|| wrong("mass", "a number (kg/m)", mass))?
+                    .into(),
             },
             inertia: match inertia {
                 None => [0.0; 9].into(),
@@ -279,19 +282,19 @@ impl PySection {
 
     /// Area A, square metres.
     #[pyo3(signature = (x=0.0))]
-    fn area(&self, #[pyo3(from_py_with = convert::number)] x: f64) -> PyResult<f64> {
+    fn area(&self, #[pyo3(from_py_with = arguments::number::x)] x: f64) -> PyResult<f64> {
         Ok(self.shape_at(x)?.area())
     }
 
     /// Second moments of area (I_y, I_z), of bending about body y and about body z, metres to the fourth.
     #[pyo3(signature = (x=0.0))]
-    fn second_moments(&self, #[pyo3(from_py_with = convert::number)] x: f64) -> PyResult<(f64, f64)> {
+    fn second_moments(&self, #[pyo3(from_py_with = arguments::number::x)] x: f64) -> PyResult<(f64, f64)> {
         Ok(self.shape_at(x)?.second_moments().into())
     }
 
     /// Saint-Venant's torsion constant J_t, metres to the fourth: the torsional stiffness is G J_t.
     #[pyo3(signature = (x=0.0))]
-    fn torsion_constant(&self, #[pyo3(from_py_with = convert::number)] x: f64) -> PyResult<f64> {
+    fn torsion_constant(&self, #[pyo3(from_py_with = arguments::number::x)] x: f64) -> PyResult<f64> {
         Ok(self.shape_at(x)?.torsion_constant())
     }
 
@@ -300,8 +303,8 @@ impl PySection {
     #[pyo3(signature = (poisson_ratio, x=0.0))]
     fn cowper(
         &self,
-        #[pyo3(from_py_with = convert::number)] poisson_ratio: f64,
-        #[pyo3(from_py_with = convert::number)] x: f64,
+        #[pyo3(from_py_with = arguments::number::poisson_ratio)] poisson_ratio: f64,
+        #[pyo3(from_py_with = arguments::number::x)] x: f64,
     ) -> PyResult<(f64, f64)> {
         if !(-1.0 < poisson_ratio && poisson_ratio <= 0.5) {
             return Err(PyValueError::new_err(format!(
@@ -315,7 +318,7 @@ impl PySection {
     ///
     /// For a section of kind 'given', those of the ellipse with the same radii of gyration.
     #[pyo3(signature = (x=0.0))]
-    fn half_extents(&self, #[pyo3(from_py_with = convert::number)] x: f64) -> PyResult<(f64, f64)> {
+    fn half_extents(&self, #[pyo3(from_py_with = arguments::number::x)] x: f64) -> PyResult<(f64, f64)> {
         check_fraction(x)?;
         Ok(self.section.half_extents(x).into())
     }
@@ -472,7 +475,7 @@ pub(super) fn rows<'py, const N: usize>(
 
 /// A size along a segment of this length. A pair of numbers is (base, tip), a pair of arrays a table.
 pub(super) fn size(value: &Bound<'_, PyAny>, length: Option<f64>, name: &str) -> PyResult<Profile<1>> {
-    if let Ok(size) = convert::number(value) {
+    if let Some(size) = convert::number_if_one(value, name)? {
         return Ok(size.into());
     }
     if let Some(function) = function(value, &[], length, name)? {
@@ -493,7 +496,7 @@ pub(super) fn shear_correction(value: &Bound<'_, PyAny>) -> PyResult<ShearCorrec
             ))),
         };
     }
-    if let Ok(factor) = convert::number(value) {
+    if let Some(factor) = convert::number_if_one(value, "shear_correction")? {
         return Ok(factor.into());
     }
     convert::array_of::<2>(value, "shear_correction").map(ShearCorrection::Factors).map_err(|_| {
@@ -513,5 +516,14 @@ pub(super) fn shear_correction_out<'py>(
         ShearCorrection::Cowper => "cowper".into_pyobject(py)?.into_any(),
         ShearCorrection::Factors([y, z]) if y == z => y.into_pyobject(py)?.into_any(),
         ShearCorrection::Factors(factors) => <(f64, f64)>::from(factors).into_pyobject(py)?.into_any(),
+    })
+}
+
+/// The argument `section`.
+pub(super) fn optional_section<'a, 'py>(
+    value: &'a Bound<'py, PyAny>,
+) -> PyResult<Option<&'a Bound<'py, PySection>>> {
+    arguments::optional(value, "section", |value, name| {
+        convert::instance(value, name, "lissom.Section or None")
     })
 }

@@ -6,6 +6,7 @@ use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
+use super::arguments;
 use super::convert;
 use super::profile;
 use super::section::{self, PySection};
@@ -103,19 +104,19 @@ impl PySegment {
            text_signature = "(length, radius=None, young_modulus=None, shear_modulus=None, density=None, modes=None, retardation_time=0.0, reference_strain=(0, 0, 0, 1, 0, 0), shear_correction=1.0, nodes=None, *, basis='legendre', section=None, poisson_ratio=None)")]
     #[allow(clippy::too_many_arguments, reason = "the signature of the Python class")]
     fn new(
-        #[pyo3(from_py_with = convert::number)] length: f64,
+        #[pyo3(from_py_with = arguments::number::length)] length: f64,
         radius: Option<&Bound<'_, PyAny>>,
-        #[pyo3(from_py_with = convert::optional_number)] young_modulus: Option<f64>,
-        #[pyo3(from_py_with = convert::optional_number)] shear_modulus: Option<f64>,
-        #[pyo3(from_py_with = convert::optional_number)] density: Option<f64>,
+        #[pyo3(from_py_with = arguments::optional_number::young_modulus)] young_modulus: Option<f64>,
+        #[pyo3(from_py_with = arguments::optional_number::shear_modulus)] shear_modulus: Option<f64>,
+        #[pyo3(from_py_with = arguments::optional_number::density)] density: Option<f64>,
         modes: Option<&Bound<'_, PyAny>>,
-        #[pyo3(from_py_with = convert::number)] retardation_time: f64,
+        #[pyo3(from_py_with = arguments::number::retardation_time)] retardation_time: f64,
         reference_strain: Option<&Bound<'_, PyAny>>,
         shear_correction: Option<&Bound<'_, PyAny>>,
-        nodes: Option<i64>,
-        basis: &str,
-        section: Option<&PySection>,
-        #[pyo3(from_py_with = convert::optional_number)] poisson_ratio: Option<f64>,
+        #[pyo3(from_py_with = arguments::optional_whole::nodes)] nodes: Option<i64>,
+        #[pyo3(from_py_with = arguments::text::basis)] basis: &str,
+        #[pyo3(from_py_with = section::optional_section)] section: Option<&Bound<'_, PySection>>,
+        #[pyo3(from_py_with = arguments::optional_number::poisson_ratio)] poisson_ratio: Option<f64>,
     ) -> PyResult<Self> {
         let basis = Basis::named(basis).ok_or_else(|| {
             let names = Basis::ALL.map(Basis::name);
@@ -127,7 +128,8 @@ impl PySegment {
             (Some(radius), None) => {
                 Section::Shape(Shape::Circle { radius: section::size(radius, Some(length), "radius")? })
             }
-            (None, Some(PySection { section, length: over })) => {
+            (None, Some(section)) => {
+                let PySection { section, length: over } = section.get();
                 if let Some(over) = *over {
                     let expected = format!("one for the segment's length, {length} m");
                     check.require(over == length, "section", format_args!("one for {over} m"), &expected);
@@ -288,7 +290,7 @@ impl PySegment {
     fn stiffness<'py>(
         &self,
         py: Python<'py>,
-        #[pyo3(from_py_with = convert::number)] X: f64,
+        #[pyo3(from_py_with = arguments::number::X)] X: f64,
     ) -> PyResult<Bound<'py, PyArray2<f64>>> {
         section::rows(py, &self.properties(X)?.stiffness)
     }
@@ -322,7 +324,7 @@ impl PySegment {
     fn inertia<'py>(
         &self,
         py: Python<'py>,
-        #[pyo3(from_py_with = convert::number)] X: f64,
+        #[pyo3(from_py_with = arguments::number::X)] X: f64,
     ) -> PyResult<Bound<'py, PyArray2<f64>>> {
         section::rows(py, &self.properties(X)?.inertia_matrix())
     }

@@ -5,6 +5,7 @@ use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 
+use super::arguments;
 use super::callback::Raised;
 use super::convert::{self, Numbers};
 use super::errors::LissomError;
@@ -84,7 +85,7 @@ pub(crate) enum Dependence<'py> {
 #[pyo3(signature = (model, t, q, v, a, forces, dq0, dv0, *, method="newmark", beta=None, gamma=None, alpha=None, rho_inf=None, legs=None, weights=None))]
 #[allow(clippy::too_many_arguments, reason = "a run, and what is asked of it")]
 pub(crate) fn sensitivities<'py>(
-    model: &Bound<'py, PyModel>,
+    #[pyo3(from_py_with = model_of)] model: &Bound<'py, PyModel>,
     t: &Bound<'py, PyAny>,
     q: &Bound<'py, PyAny>,
     v: &Bound<'py, PyAny>,
@@ -92,7 +93,7 @@ pub(crate) fn sensitivities<'py>(
     forces: Vec<Dependence<'py>>,
     dq0: &Bound<'py, PyAny>,
     dv0: &Bound<'py, PyAny>,
-    method: &str,
+    #[pyo3(from_py_with = arguments::text::method)] method: &str,
     beta: Option<f64>,
     gamma: Option<f64>,
     alpha: Option<f64>,
@@ -284,19 +285,19 @@ fn change_of_inertia(terms: &[(Py<PySegment>, f64)], x: f64) -> InertiaMatrix {
 
 /// Whether the inertia of sections affects only the forces along their own rods.
 #[pyfunction]
-pub(crate) fn has_separate_sections(model: &Bound<'_, PyModel>) -> bool {
+pub(crate) fn has_separate_sections(#[pyo3(from_py_with = model_of)] model: &Bound<'_, PyModel>) -> bool {
     !model.get().native().section_places().is_empty()
 }
 
 /// Whether the lengths of segments affect only their own rods.
 #[pyfunction]
-pub(crate) fn has_free_lengths(model: &Bound<'_, PyModel>) -> bool {
+pub(crate) fn has_free_lengths(#[pyo3(from_py_with = model_of)] model: &Bound<'_, PyModel>) -> bool {
     model.get().native().free_lengths() > 0
 }
 
 /// Whether some forces may act only in part of the states.
 #[pyfunction]
-pub(crate) fn has_one_sided_forces(model: &Bound<'_, PyModel>) -> bool {
+pub(crate) fn has_one_sided_forces(#[pyo3(from_py_with = model_of)] model: &Bound<'_, PyModel>) -> bool {
     model.get().native().has_one_sided_forces()
 }
 
@@ -342,4 +343,9 @@ fn compute(
         }
         None => sensitivity::forward(model, course, &mut parameters, monitor).map(Vec::from),
     }
+}
+
+/// The argument `model`.
+fn model_of<'a, 'py>(value: &'a Bound<'py, PyAny>) -> PyResult<&'a Bound<'py, PyModel>> {
+    convert::instance(value, "model", "a model, such as lissom.Rod or lissom.Robot")
 }

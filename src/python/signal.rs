@@ -10,6 +10,7 @@ use pyo3::exceptions::{PyReferenceError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList, PyString, PyTuple, PyWeakrefMethods, PyWeakrefReference};
 
+use super::arguments;
 use super::callback::{call, keep, none_is_kept};
 use super::convert;
 use super::ode::function::read_vector;
@@ -62,8 +63,8 @@ impl PyHarmonic {
     )]
     fn new(
         amplitude: Option<&Bound<'_, PyAny>>,
-        #[pyo3(from_py_with = convert::number)] frequency: f64,
-        #[pyo3(from_py_with = convert::number)] phase: f64,
+        #[pyo3(from_py_with = arguments::number::frequency)] frequency: f64,
+        #[pyo3(from_py_with = arguments::number::phase)] phase: f64,
         mean: Option<&Bound<'_, PyAny>>,
         rate: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
@@ -406,7 +407,7 @@ pub(super) fn signal_of<const N: usize>(
     if is_table {
         table(value, name)
     } else if N == 1 {
-        if let Ok(number) = convert::number(value) {
+        if let Some(number) = convert::number_if_one(value, name)? {
             return Ok(Signal::Constant([number; N]));
         }
         convert::array_of(value, name).map(Signal::Constant).map_err(|_| {

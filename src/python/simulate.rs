@@ -4,6 +4,7 @@ use numpy::ToPyArray;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 
+use super::arguments;
 use super::callback::{Raised, call, or_raised, wants_to_stop, with_result};
 use super::convert;
 use super::errors::LissomError;
@@ -126,29 +127,29 @@ const EVERY_STEP: &str = "steps";
 #[allow(clippy::too_many_arguments, reason = "keyword-only options of a Python function")]
 pub(crate) fn simulate<'py>(
     model: &Bound<'py, PyAny>,
-    #[pyo3(from_py_with = convert::number)] t_end: f64,
-    #[pyo3(from_py_with = convert::number)] t0: f64,
+    #[pyo3(from_py_with = arguments::number::t_end)] t_end: f64,
+    #[pyo3(from_py_with = arguments::number::t0)] t0: f64,
     q0: Option<&Bound<'py, PyAny>>,
     v0: Option<&Bound<'py, PyAny>>,
-    method: &str,
-    #[pyo3(from_py_with = convert::number)] dt: f64,
-    jac: Option<&str>,
+    #[pyo3(from_py_with = arguments::text::method)] method: &str,
+    #[pyo3(from_py_with = arguments::number::dt)] dt: f64,
+    #[pyo3(from_py_with = arguments::optional_text::jac)] jac: Option<&str>,
     rtol: Option<&Bound<'py, PyAny>>,
     atol: Option<&Bound<'py, PyAny>>,
     t_eval: Option<&Bound<'py, PyAny>>,
-    progress: Option<&Bound<'py, PyAny>>,
-    #[pyo3(from_py_with = convert::optional_number)] beta: Option<f64>,
-    #[pyo3(from_py_with = convert::optional_number)] gamma: Option<f64>,
-    #[pyo3(from_py_with = convert::optional_number)] alpha: Option<f64>,
-    #[pyo3(from_py_with = convert::optional_number)] rho_inf: Option<f64>,
-    adaptive: Option<bool>,
-    #[pyo3(from_py_with = convert::optional_number)] max_step: Option<f64>,
-    #[pyo3(from_py_with = convert::number)] min_step: f64,
-    max_steps: Option<i64>,
-    predictor: Option<&str>,
-    reuse_jacobian: Option<bool>,
+    #[pyo3(from_py_with = arguments::progress)] progress: Option<&Bound<'py, PyAny>>,
+    #[pyo3(from_py_with = arguments::optional_number::beta)] beta: Option<f64>,
+    #[pyo3(from_py_with = arguments::optional_number::gamma)] gamma: Option<f64>,
+    #[pyo3(from_py_with = arguments::optional_number::alpha)] alpha: Option<f64>,
+    #[pyo3(from_py_with = arguments::optional_number::rho_inf)] rho_inf: Option<f64>,
+    #[pyo3(from_py_with = arguments::optional_flag::adaptive)] adaptive: Option<bool>,
+    #[pyo3(from_py_with = arguments::optional_number::max_step)] max_step: Option<f64>,
+    #[pyo3(from_py_with = arguments::number::min_step)] min_step: f64,
+    #[pyo3(from_py_with = arguments::optional_whole::max_steps)] max_steps: Option<i64>,
+    #[pyo3(from_py_with = arguments::optional_text::predictor)] predictor: Option<&str>,
+    #[pyo3(from_py_with = arguments::optional_flag::reuse_jacobian)] reuse_jacobian: Option<bool>,
     control: Option<&Bound<'py, PyAny>>,
-    #[pyo3(from_py_with = convert::optional_number)] control_step: Option<f64>,
+    #[pyo3(from_py_with = arguments::optional_number::control_step)] control_step: Option<f64>,
 ) -> PyResult<PyMotionResult> {
     let Ok(model) = model.cast::<PyModel>() else {
         return Err(PyTypeError::new_err(format!(
@@ -537,12 +538,12 @@ fn like<'py>(original: &Bound<'py, PyAny>, robot: &Robot) -> PyResult<Bound<'py,
     text_signature = "(rod, t_end, *, rtol=0.0001, dt=0.01, segments=None, t0=0.0)"
 )]
 pub(crate) fn choose_modes<'py>(
-    rod: &Bound<'py, PyRobot>,
-    #[pyo3(from_py_with = convert::number)] t_end: f64,
-    #[pyo3(from_py_with = convert::number)] rtol: f64,
-    #[pyo3(from_py_with = convert::number)] dt: f64,
-    segments: Option<Vec<usize>>,
-    #[pyo3(from_py_with = convert::number)] t0: f64,
+    #[pyo3(from_py_with = rod_of)] rod: &Bound<'py, PyRobot>,
+    #[pyo3(from_py_with = arguments::number::t_end)] t_end: f64,
+    #[pyo3(from_py_with = arguments::number::rtol)] rtol: f64,
+    #[pyo3(from_py_with = arguments::number::dt)] dt: f64,
+    #[pyo3(from_py_with = arguments::segments)] segments: Option<Vec<usize>>,
+    #[pyo3(from_py_with = arguments::number::t0)] t0: f64,
 ) -> PyResult<Bound<'py, PyAny>> {
     let description = rod.get().description();
     let segments = segments.unwrap_or_else(|| (0..description.segments().count()).collect());
@@ -603,4 +604,9 @@ pub(super) fn with_python_names(mut error: InvalidInput) -> InvalidInput {
         problem.expected = problem.expected.replace("t_span[0]", "t0");
     }
     error
+}
+
+/// The argument `rod`.
+fn rod_of<'a, 'py>(value: &'a Bound<'py, PyAny>) -> PyResult<&'a Bound<'py, PyRobot>> {
+    convert::instance(value, "rod", "lissom.Rod")
 }

@@ -8,6 +8,7 @@ use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyList;
 
+use super::arguments;
 use super::background;
 use super::callback::{Raised, or_raised, raised_by_function, with_result};
 use super::convert;
@@ -353,11 +354,11 @@ pub(crate) fn statics<'py>(
     model: &Bound<'py, PyAny>,
     q0: Option<&Bound<'py, PyAny>>,
     load_steps: Option<&Bound<'py, PyAny>>,
-    method: &str,
-    #[pyo3(from_py_with = convert::number)] t: f64,
-    #[pyo3(from_py_with = convert::optional_number)] tol: Option<f64>,
-    max_iter: Option<i64>,
-    max_steps: Option<i64>,
+    #[pyo3(from_py_with = arguments::text::method)] method: &str,
+    #[pyo3(from_py_with = arguments::number::t)] t: f64,
+    #[pyo3(from_py_with = arguments::optional_number::tol)] tol: Option<f64>,
+    #[pyo3(from_py_with = arguments::optional_whole::max_iter)] max_iter: Option<i64>,
+    #[pyo3(from_py_with = arguments::optional_whole::max_steps)] max_steps: Option<i64>,
     u: Option<&Bound<'py, PyAny>>,
     stability: bool,
 ) -> PyResult<PyStaticsResult> {
@@ -521,13 +522,13 @@ pub(crate) fn continuation<'py>(
     py: Python<'py>,
     model: &Bound<'py, PyAny>,
     q0: Option<&Bound<'py, PyAny>>,
-    #[pyo3(from_py_with = convert::number)] load_factor: f64,
+    #[pyo3(from_py_with = arguments::number::load_factor)] load_factor: f64,
     direction: Option<&Bound<'py, PyAny>>,
     bounds: Option<&Bound<'py, PyAny>>,
-    #[pyo3(from_py_with = convert::optional_number)] max_step: Option<f64>,
-    max_steps: Option<i64>,
-    #[pyo3(from_py_with = convert::number)] t: f64,
-    #[pyo3(from_py_with = convert::optional_number)] tol: Option<f64>,
+    #[pyo3(from_py_with = arguments::optional_number::max_step)] max_step: Option<f64>,
+    #[pyo3(from_py_with = arguments::optional_whole::max_steps)] max_steps: Option<i64>,
+    #[pyo3(from_py_with = arguments::number::t)] t: f64,
+    #[pyo3(from_py_with = arguments::optional_number::tol)] tol: Option<f64>,
     u: Option<&Bound<'py, PyAny>>,
     inputs: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<PyContinuationResult> {
@@ -661,8 +662,8 @@ fn stops(load_steps: Option<&Bound<'_, PyAny>>) -> PyResult<Vec<f64>> {
     if value.extract::<String>().is_ok_and(|text| text == "auto") {
         return Ok(vec![1.0]);
     }
-    if let Ok(steps) = value.extract::<i64>() {
-        let steps = convert::count(steps, "load_steps")?;
+    if !convert::is_array(value) {
+        let steps = convert::count(convert::whole(value, "load_steps")?, "load_steps")?;
         if !(1..=core::MAX_STOPS).contains(&steps) {
             return Err(PyValueError::new_err(format!(
                 "load_steps: got {steps}, expected a whole number between 1 and {}",

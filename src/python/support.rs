@@ -3,6 +3,7 @@
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
+use super::arguments;
 use super::convert;
 use super::load::on;
 use crate::support::Support;
@@ -63,10 +64,10 @@ impl PySupport {
         rotational_stiffness: Option<&Bound<'_, PyAny>>,
         damping: Option<&Bound<'_, PyAny>>,
         rotational_damping: Option<&Bound<'_, PyAny>>,
-        #[pyo3(from_py_with = convert::optional_number)] at: Option<f64>,
+        #[pyo3(from_py_with = arguments::optional_number::at)] at: Option<f64>,
         position: Option<&Bound<'_, PyAny>>,
         orientation: Option<&Bound<'_, PyAny>>,
-        link: Option<String>,
+        #[pyo3(from_py_with = arguments::optional_name::link)] link: Option<String>,
     ) -> PyResult<Self> {
         let support = Support {
             link: 0,
@@ -163,8 +164,9 @@ impl PySupport {
 
 /// Three numbers, or one for all three.
 fn per_axis(value: Option<&Bound<'_, PyAny>>, name: &str) -> PyResult<[f64; 3]> {
-    value.map_or(Ok([0.0; 3]), |value| match convert::number(value) {
-        Ok(number) => Ok([number; 3]),
-        Err(_) => convert::array_of(value, name),
-    })
+    let Some(value) = value else { return Ok([0.0; 3]) };
+    match convert::number_if_one(value, name)? {
+        Some(number) => Ok([number; 3]),
+        None => convert::array_of(value, name),
+    }
 }

@@ -7,7 +7,7 @@ use super::shape::{Shape, report};
 use crate::actuator::{
     ActiveStrain, Actuator, Along, Chamber, Drive, Motor, MotorCommand, Part, Tendon, Via,
 };
-use crate::robot::Robot;
+use crate::robot::{Robot, number_default_names};
 use crate::rod::{Profile, STRAIN_NAMES};
 use crate::signal::Signal;
 
@@ -33,6 +33,7 @@ pub(super) fn actuators(
     shape: &mut Shape,
 ) -> (Vec<Actuator>, Vec<String>) {
     let mut found = Vec::new();
+    let mut has_default_name = Vec::new();
     for (i, written) in document.tendon.iter().enumerate() {
         let key = format!("tendon[{i}]");
         found.extend(tendon(written, &key, surroundings, shape).map(|it| (Actuator::Tendon(it), key)));
@@ -41,15 +42,20 @@ pub(super) fn actuators(
         let key = format!("chamber[{i}]");
         found.extend(chamber(written, &key, surroundings, shape).map(|it| (Actuator::Chamber(it), key)));
     }
+    has_default_name.resize(found.len(), false);
     for (i, written) in document.motor.iter().enumerate() {
         let key = format!("motor[{i}]");
         found.extend(motor(written, &key, surroundings, shape).map(|it| (Actuator::Motor(it), key)));
+        has_default_name.resize(found.len(), written.name.is_none());
     }
     for (i, written) in document.active_strain.iter().enumerate() {
         let key = format!("active_strain[{i}]");
         let active = active_strain(written, &key, surroundings, shape);
         found.extend(active.map(|it| (Actuator::ActiveStrain(it), key)));
+        has_default_name.resize(found.len(), written.name.is_none());
     }
+    let names = found.iter_mut().map(|(actuator, _): &mut (Actuator, String)| actuator.name_mut());
+    number_default_names(names.zip(has_default_name));
     found.into_iter().unzip()
 }
 

@@ -6,7 +6,7 @@ use super::document::{
 use super::loops::{expected_name, place};
 use super::shape::Shape;
 use crate::contact::{Contact, Obstacle, Surface};
-use crate::robot::Robot;
+use crate::robot::{Robot, number_default_names};
 
 /// Stand-ins for missing values, so that the rest can be checked.
 const PLACE_STAND_IN: [f64; 3] = [0.0; 3];
@@ -36,6 +36,8 @@ pub(super) fn contacts(
     for (i, written) in document.contact.iter().enumerate() {
         found.extend(one(written, &format!("contact[{i}]"), &known, shape).map(|contact| (contact, i)));
     }
+    let is_default = |i: usize| document.contact[i].name.is_none();
+    number_default_names(found.iter_mut().map(|(contact, i)| (&mut contact.name, is_default(*i))));
     found.into_iter().unzip()
 }
 

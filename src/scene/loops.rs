@@ -7,7 +7,7 @@ use super::shape::{Shape, expected_one_of};
 use super::suggestion::suggestion;
 use crate::joint::Joint;
 use crate::loops::{Loop, LoopEnd, Tie};
-use crate::robot::Robot;
+use crate::robot::{Robot, number_default_names};
 
 /// Maximum number of names listed in messages.
 pub(super) const LISTED: usize = 12;
@@ -41,6 +41,8 @@ pub(super) fn loops(
     for (i, written) in document.r#loop.iter().enumerate() {
         found.extend(one(written, &format!("loop[{i}]"), &known, shape).map(|closed| (closed, i)));
     }
+    let is_default = |i: usize| document.r#loop[i].name.is_none();
+    number_default_names(found.iter_mut().map(|(closed, i)| (&mut closed.name, is_default(*i))));
     found.into_iter().unzip()
 }
 

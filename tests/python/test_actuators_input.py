@@ -81,7 +81,7 @@ ALONE = {
     "a point at NaN": (lambda: Via("base", (0, 0, np.nan)), (ValueError, "point[2]", "got NaN")),
     "a text as place": (
         lambda: Via("base", (0, 0, 0), at="tip"),
-        (TypeError, "at", "expected a number, got str"),
+        (TypeError, "at", "expected a real number, got str"),
     ),
     "an empty path": (lambda: tendon([]), (ValueError, "path", "got no parts, expected a part along")),
     "a path of one point": (
@@ -116,7 +116,7 @@ ALONE = {
     "a stiffness of zero": (lambda: tendon(length=0.2, stiffness=0), (ValueError, "stiffness", "> 0")),
     "a text as stiffness": (
         lambda: tendon(length=0.2, stiffness="a"),
-        (TypeError, "stiffness", "expected a number, got str"),
+        (TypeError, "stiffness", "expected a real number, got str"),
     ),
     "a stiffness of a tension": (
         lambda: tendon(tension=1, stiffness=1),
@@ -168,7 +168,7 @@ ALONE = {
     ),
     "no area": (
         lambda: Chamber("c", [EMBEDDED], None),
-        (TypeError, "area", "expected a number, got NoneType"),
+        (TypeError, "area", "expected a real number, got NoneType"),
     ),
     "a chamber through a point": (
         lambda: Chamber("c", [EMBEDDED, Via(None, (0, 0, 0))], 1),
@@ -583,3 +583,42 @@ def test_functions_of_actuators_are_collected_with_their_robots(where):
     del pull, path, command
     gc.collect()
     assert alive() is None
+
+
+def test_tendons_between_links_that_are_welded_together_are_refused():
+    """Their length is constant, whatever moves."""
+    body = lissom.Body(0.1, centre=(0.1, 0, 0))
+    links = [
+        Link("arm", body=body, joint=lissom.Revolute((0, 1, 0))),
+        Link("hand", body=body, parent="arm", position=(0.1, 0, 0)),
+        Link("thumb", body=body, parent="hand", position=(0.1, 0, 0)),
+        Link("finger", body=body, parent="hand", position=(0.1, 0, 0), joint=lissom.Revolute((0, 1, 0))),
+        Link("post", body=body),
+    ]
+
+    def robot(*points):
+        path = [Via(link, (0, 0, 0.01 * k)) for k, link in enumerate(points)]
+        return lissom.Robot(links, actuators=[Tendon("t", path, tension=1.0)])
+
+    for points in [("arm", "hand"), ("thumb", "hand", "arm"), ("post", None)]:
+        with pytest.raises(ValueError, match=r"actuators\[0\].path: got only points on .*welded together"):
+            robot(*points)
+    with pytest.raises(ValueError, match="got only points on one body or section"):
+        robot("hand", "hand")
+    for points in [("arm", "finger"), ("arm", "hand", None), ("finger", "thumb")]:
+        robot(*points)
+
+
+def test_default_names_of_actuators_do_not_collide():
+    links = [Link("a", body=lissom.Body(0.1, centre=(0.1, 0, 0)), joint=lissom.Revolute((0, 1, 0)))]
+    motors = [Motor("a", 0.1), Motor("a.angle", 0.1), Motor("a", 0.2), Motor("a", 0.3, name="b")]
+    robot = lissom.Robot(links, actuators=motors)
+    assert [each.name for each in robot.actuators] == ["a", "a.angle", "a 2", "b"]
+    again = lissom.Robot(links, actuators=robot.actuators)
+    assert [each.name for each in again.actuators] == ["a", "a.angle", "a 2", "b"]
+    with pytest.raises(ValueError, match='got "b", which another actuator has'):
+        lissom.Robot(links, actuators=[Motor("a", 0.1, name="b")] * 2)
+    soft = lissom.Segment(0.1, 0.01, 1e6, poisson_ratio=0.5, density=1000, modes={"bend_y": 1})
+    muscles = [ActiveStrain(None, "bend_y", (0.0, 1.0)), ActiveStrain(None, "bend_y", (1.0, 0.0))]
+    rod = lissom.Rod([soft], actuators=muscles)
+    assert [each.name for each in rod.actuators] == ["bend_y", "bend_y 2"]

@@ -380,7 +380,6 @@ NOT_NUMBERS = {
     "dict": ({0: 1.0}, "got dict"),
     "generator": ((x for x in VECTOR), "got generator"),
     "ragged": ([[0.0, 1.0], [2.0]], "got list"),
-    "too large": ([0.0, 1.0, 10**400], "got list"),
 }
 
 
@@ -437,7 +436,40 @@ def test_numbers_are_no_booleans_and_the_like(value):
     if value is not None:  # The tip.
         calls.append(lambda: ROD.jacobian(VECTOR, value))
     for call in calls:
-        with pytest.raises(TypeError, match=r"must be real number, not .*\nwhile processing '\w+'"):
+        with pytest.raises(TypeError, match=r"^\w+: expected a real number, got "):
+            call()
+
+
+@pytest.mark.parametrize("value", [10**400, -(10**400), fractions.Fraction(10**400, 3)])
+def test_numbers_that_no_double_can_hold_are_refused_with_their_place(value):
+    calls = {
+        "mass": lambda: lissom.Body(value),
+        "t_end": lambda: lissom.simulate(ROD, value),
+        "X": lambda: ROD.jacobian(VECTOR, value),
+        "frequency": lambda: lissom.Harmonic(1.0, value),
+        "radius": lambda: lissom.Sphere((0, 0, 0), value),
+        "stiffness": lambda: lissom.Revolute((0, 1, 0), stiffness=value),
+        "tension": lambda: lissom.Tendon("t", [lissom.Along(offset=(0, 0.01))], tension=value),
+    }
+    if isinstance(value, int):
+        calls[r"q\[1\]"] = lambda: ROD.energy([0.0, value, *VECTOR[2:]], VECTOR)
+        calls[r"gravity\[2\]"] = lambda: lissom.Rod([WIRE], gravity=(0, 0, value))
+    for name, call in calls.items():
+        with pytest.raises(ValueError, match=f"{name}: got a number beyond 1.8e308"):
+            call()
+
+
+@pytest.mark.parametrize("value", [2**63, 2**70, -(10**400), np.uint64(2**63)])
+def test_whole_numbers_beyond_64_bits_are_refused_by_name(value):
+    calls = {
+        "max_steps": lambda: lissom.simulate(ROD, 1.0, max_steps=value),
+        "nodes": lambda: lissom.Segment(0.1, 1e-3, 2e11, 8e10, 7800, {"bend_y": N}, nodes=value),
+        "workers": lambda: lissom.simulate_many(ROD, 1.0, q0=np.zeros((2, ROD.n)), workers=value),
+        "max_iter": lambda: lissom.root(lambda x: x, [1.0], max_iter=value),
+        "load_steps": lambda: lissom.statics(ROD, load_steps=value),
+    }
+    for name, call in calls.items():
+        with pytest.raises(ValueError, match=f"{name}: got a number beyond 2\\^63"):
             call()
 
 

@@ -476,3 +476,25 @@ def test_the_doubt_names_the_impact_its_energy_and_a_step_that_resolves_it():
 def test_impacts_that_are_resolved_or_do_not_rebound_anyway_are_not_doubted(stiffness, dissipation, height):
     robot, q0 = dropped(height, dissipation, stiffness)
     assert lissom.simulate(robot, 3.0, dt=1e-3, q0=q0).doubt is None
+
+
+def test_default_names_of_contacts_do_not_collide():
+    links = [lissom.Link("b", body=lissom.Body(1.0, inertia=(1e-3,) * 3), joint=lissom.Free())]
+    floor, wall = lissom.HalfSpace((0, 0, -1)), lissom.HalfSpace((0, 1, 0), (0, -1, 0))
+
+    def contact(ground, **more):
+        return lissom.Contact(lissom.Ball("b", 0.1), ground, stiffness=1e3, **more)
+
+    given = [contact(floor), contact(wall), contact(floor, name="b on halfspace 2"), contact(floor, name="c")]
+    robot = lissom.Robot(links, contacts=given)
+    names = ["b on halfspace", "b on halfspace 3", "b on halfspace 2", "c"]
+    assert [each.name for each in robot.contacts] == names
+    for again in (lissom.Robot(links, contacts=robot.contacts), pickle.loads(pickle.dumps(robot))):
+        assert [each.name for each in again.contacts] == names
+    q = [0, 0, -0.95, 0, 0, 0]
+    assert {touch.contact for touch in robot.touches(q)} == {names[0], names[2], names[3]}
+    with pytest.raises(ValueError, match=r'contacts\[1\].name: got "c", which another contact has'):
+        lissom.Robot(links, contacts=[contact(floor, name="c"), contact(wall, name="c")])
+    segment = lissom.Segment(0.3, 0.01, 1e6, poisson_ratio=0.5, density=1000, modes={"bend_y": 1})
+    rod = lissom.Rod([segment], contacts=[lissom.Contact("rod", floor), lissom.Contact("rod", wall)])
+    assert [each.name for each in rod.contacts] == ["rod on halfspace", "rod on halfspace 2"]

@@ -9,15 +9,20 @@ import pytest
 import lissom
 from fuzz import (
     api,
+    damage,
+    endings,
+    files,
     judge,
     minimise,
     mutate,
+    pages,
     pool,
     questions,
     rendered,
     robots,
     scenes,
     solvers,
+    stores,
     transforms,
     values,
 )
@@ -27,8 +32,17 @@ from fuzz.__main__ import Findings, found_before, known_faults, random_case
 pytestmark = pytest.mark.timeout(600)
 
 #: Random cases of each harness.
-SOME = {"scenes": 15, "api": 200, "solvers": 20, "robots": 80}
-BY_NAME = {harness.NAME: harness for harness in (scenes, api, solvers, robots)}
+SOME = {
+    "scenes": 15,
+    "api": 200,
+    "solvers": 20,
+    "robots": 80,
+    "files": 60,
+    "stores": 3,
+    "endings": 1,
+    "pages": 4,
+}
+BY_NAME = {harness.NAME: harness for harness in (scenes, api, solvers, robots, files, stores, endings, pages)}
 
 
 def findings_of(harness, some):
@@ -231,3 +245,34 @@ def test_fewer_lines_keep_the_fault():
         b"line",
         b"20",
     ]
+
+
+def test_damage_is_what_its_lines_say():
+    content = bytes(range(100))
+    assert damage.damaged(content, []) == content
+    assert damage.damaged(content, ["flip 500000 0 3"]) == content[:50] + bytes([50 ^ 8]) + content[51:]
+    assert damage.damaged(content, ["cut 250000 0 0"]) == content[:25]
+    assert damage.damaged(b"", ["flip 1 2 3", "delete 0 9 9", "cut 0 0 0"]) == b""
+    assert len(damage.damaged(content, ["many 0 0 0"])) == 100 + damage.MANY
+
+
+def test_a_loader_that_overlooks_damage_is_found(monkeypatch, tmp_path):
+    monkeypatch.setattr(files.keeping, "_checksum", lambda content: b"00000000")
+    content = files.saved(0, ".lissom")
+    at = content.index(np.ascontiguousarray(files.results()[0].q).tobytes()) + 30
+    case = f'{{"kind": "record", "number": 0, "seed": 0}}\nflip {-(-at * 10**6 // len(content))} 0 0'
+    path = tmp_path / "x.case"
+    path.write_text(case, encoding="utf-8")
+    assert files.run(path, None).verdict == "silent"
+    monkeypatch.undo()
+    files.saved.cache_clear()
+    assert files.run(path, None).verdict == "refused"
+
+
+def test_another_page_is_not_answered():
+    page, own = pages.view()
+    head = {"kind": "request", "host": "evil.example", "origin": "http://evil.example"}
+    assert pages._request(own, head) is None
+    assert pages._request(own, head | {"host": "{own}", "origin": "http://{own}"}) is None
+    page.stop()
+    pages.view.cache_clear()

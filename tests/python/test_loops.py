@@ -716,3 +716,49 @@ def test_ends_that_are_turned_away_are_turned_back(angle, joint):
         if shared is None:
             shared = np.array([joint.axis]) / np.linalg.norm(joint.axis)
         np.testing.assert_allclose(pose[:3, :3] @ shared.T, shared.T, atol=1e-9)
+
+
+def test_loops_between_links_that_are_welded_together_are_refused():
+    """They hold what a weld holds already."""
+    body = Body(0.1, inertia=1e-4 * np.eye(3))
+    soft = lissom.Segment(0.1, 0.01, 1e6, poisson_ratio=0.5, density=1000, modes={"bend_y": 1})
+    stiff = lissom.Segment(0.1, 0.01, 1e6, poisson_ratio=0.5, density=1000, modes={})
+    links = [
+        Link("arm", joint=Revolute((0, 1, 0)), body=body),
+        Link("hand", parent="arm", position=(0.3, 0, 0), body=body),
+        Link("rod", parent="hand", rod=[stiff, soft, stiff, stiff]),
+        Link("tip", parent="rod", body=body),
+        Link("post", body=body),
+    ]
+    welded = [
+        ("arm", "hand"),
+        ("hand", ("rod", 0.1)),
+        (("rod", 0.0), "arm"),
+        (("rod", 0.2), "tip"),
+        (("rod", 0.3), ("rod", 0.4)),
+        ("post", None),
+    ]
+    for kind in (Spherical(), lissom.Weld(), Distance(0.2)):
+        for a, b in welded:
+            with pytest.raises(ValueError, match=r"loops\[0\].b: got ends on .* which are welded together"):
+                Robot(links, loops=[Loop(a, b, kind)])
+    for a, b in [("hand", "tip"), ("hand", ("rod", 0.15)), (("rod", 0.1), ("rod", 0.2)), ("arm", "post")]:
+        Robot(links, loops=[Loop(a, b, Spherical())])
+    moving = lissom.BaseMotion(angle=lambda t: 0.1 * t, axis=(0, 0, 1))
+    Robot(links, loops=[Loop("post", None, Spherical())], base_motion=moving)
+
+
+def test_default_names_of_loops_do_not_collide():
+    bars = two_bars(0.3)
+    (given,) = bars.loops
+    more = [Loop(given.a, given.b, given.kind) for _ in range(2)]
+    assert [
+        each.name
+        for each in Robot(bars.links, loops=[*more, Loop(given.a, given.b, given.kind, name="x")]).loops
+    ] == [
+        more[0].name,
+        f"{more[0].name} 2",
+        "x",
+    ]
+    with pytest.raises(ValueError, match='got "x", which another loop has'):
+        Robot(bars.links, loops=[Loop(given.a, given.b, given.kind, name="x")] * 2)

@@ -528,6 +528,14 @@ def test_the_ladder_gives_up():
     assert_allclose(found.q[:, 0], 0.5 * found.t**2, atol=1e-12)
     assert found.t[-1] == 0.4
     assert (found.stats.reuse_failures, found.stats.full_newton) == (1, 1)
+    assert "jac" not in found.message
+
+    def jac(t, q, v, a):
+        none = np.zeros((1, 1))
+        return none, none, np.eye(1) if t < 0.45 else 2.0 * np.diag(a) + 0.1
+
+    own = lissom.newmark(residual, (0.0, 1.0), [0.0], [0.0], dt=0.1, jac=jac)
+    assert "Check `jac`, too" in own.message
 
 
 @given(
@@ -878,8 +886,8 @@ def test_wrong_values_are_refused_with_what_would_be_right(message, options):
         ("v0: expected a one-dimensional array of real numbers, got str", {"v0": "fast"}),
         ("rtol: expected", {"rtol": "small"}),
         ("'args' cannot be unpacked", {"args": 3}),
-        ("must be real number, not str", {"dt": "short"}),
-        ("'int' object is not callable", {"callback": 3, "residual": oscillator}),
+        ("dt: expected a real number, got str", {"dt": "short"}),
+        ("callback: expected a function, got int", {"callback": 3, "residual": oscillator}),
         ("unexpected keyword argument", {"step": 0.1}),
     ],
 )

@@ -400,7 +400,7 @@ def test_wrong_directions_of_events_are_named():
         return y[0]
 
     event.direction = "up"
-    with pytest.raises(TypeError, match=r"events\[0\].direction: expected a number, got str"):
+    with pytest.raises(TypeError, match=r"events\[0\].direction: expected a real number, got str"):
         lissom.solve_ivp(decay, (0.0, 1.0), [1.0], events=event)
 
 

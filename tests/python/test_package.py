@@ -85,3 +85,11 @@ def test_the_version_is_that_of_the_distribution():
 def test_only_three_packages_are_needed_at_run_time():
     unconditional = [line for line in requires("lissom") or [] if "extra ==" not in line]
     assert {re.match(r"[\w-]+", line)[0] for line in unconditional} == {"numpy", "click", "tqdm"}
+
+
+def test_the_extra_all_has_what_fit_needs():
+    extras = PYTHON["optional-dependencies"]
+    assert any(need.startswith("scipy") for need in extras["fit"])
+    (everything,) = extras["all"]
+    named = set(everything.removeprefix("lissom[").removesuffix("]").split(","))
+    assert named == extras.keys() - {"all", "jax", "torch"}

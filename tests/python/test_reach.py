@@ -559,7 +559,7 @@ def test_what_makes_no_sense_is_refused(message):
         ("bounds: expected lower and upper", lambda: ROD.reach("rod", [0, 0, 0], bounds=(1, 2, 3))),
         ("pose", lambda: ROD.reach("rod", "there")),
         ("link: expected the name", lambda: lissom.Target(3, [0, 0, 0])),
-        ("X: must be real number", lambda: lissom.Target("rod", [0, 0, 0], X="tip")),
+        ("X: expected a real number", lambda: lissom.Target("rod", [0, 0, 0], X="tip")),
     ],
 )
 def test_what_is_no_number_is_refused(message, call):

@@ -439,10 +439,10 @@ def test_films_without_ffmpeg(tmp_path, monkeypatch):
         ({"model": "rod"}, TypeError, "model: a str is not a model"),
         ({"model": rod(modes=3)}, ValueError, "model: it has 3 coordinates, the result has 2"),
         ({"t": np.nan}, ValueError, "t: got nan"),
-        ({"t": "now"}, TypeError, "t: a str"),
+        ({"t": "now"}, TypeError, "t: expected a real number, got str"),
         ({"u": [1.0]}, ValueError, "u: expected 0 values, got 1"),
         ({"u": [[1.0], 2.0]}, TypeError, "u: expected a one-dimensional array of real numbers, got list"),
-        ({"title": 1}, TypeError, "title: a int is not text"),
+        ({"title": 1}, TypeError, "title: expected a str, got int"),
     ],
 )
 def test_senseless_reports_are_refused(options, error, message, tmp_path):
@@ -463,12 +463,12 @@ def test_senseless_reports_are_refused(options, error, message, tmp_path):
     [
         ({"mode": 2}, ValueError, "mode: got 2, expected a number from 0 to 1"),
         ({"mode": -1}, ValueError, "mode: got -1"),
-        ({"mode": 1.0}, TypeError, "mode: a float is not a whole number"),
+        ({"mode": 1.0}, TypeError, "mode: expected a whole number, got float"),
         ({"q": [0.0]}, ValueError, "q: expected 2 values, got 1"),
         ({"q": [0.0, np.inf]}, ValueError, "q: expected finite numbers, got inf"),
         ({"duration": 0}, ValueError, "duration: 0 is not a finite number above zero"),
         ({"duration": 1e9}, ValueError, "duration: 2.5e.10 pictures are more than 3000"),
-        ({"fps": "fast"}, TypeError, "fps: a str is not a number"),
+        ({"fps": "fast"}, TypeError, "fps: expected a real number, got str"),
         ({"path": "x.png"}, ValueError, "has to end with one of"),
     ],
 )
@@ -878,3 +878,37 @@ def test_names_are_no_formulas_in_plots():
     axes = result.plot()
     axes[0].figure.canvas.draw()
     pyplot.close(axes[0].figure)
+
+
+@pytest.mark.parametrize("suffix", [".lissom", ".npz", ".nc"])
+def test_a_flipped_bit_is_found(suffix, tmp_path):
+    """Within the numbers of a record it gave another number."""
+    result = lissom.simulate(lissom.Rod([segment()]), 0.01)
+    path = tmp_path / f"x{suffix}"
+    result.save(path)
+    content = path.read_bytes()
+    # The last copy is that of the record.
+    at = content.rindex(np.ascontiguousarray(result.q).tobytes()[-24:])
+    for place in range(at, at + 24, 5):
+        changed = bytearray(content)
+        changed[place] ^= 1
+        path.write_bytes(changed)
+        with pytest.raises(ValueError, match="is damaged: the checksum" if suffix != ".npz" else "path: "):
+            lissom.load(path)
+
+
+def test_records_without_a_checksum_are_read(tmp_path):
+    result = lissom.simulate(lissom.Rod([segment()]), 0.01)
+    path = tmp_path / "x.lissom"
+    path.write_bytes(keeping.HEAD + keeping.VERSION + records.write(result))
+    assert_same(lissom.load(path), result)
+
+
+def test_a_path_without_points_has_nothing_to_show(tmp_path):
+    model = lissom.Rod([segment()], loads=[lissom.Load(force=(0, 0, 1e6))])
+    path = lissom.continuation(model, np.full(model.n, 20.0), load_factor=1.0)
+    assert not path.success
+    assert len(path.path.q) == 0
+    for call in (path.report, path.animate):
+        with pytest.raises(ValueError, match="it has no equilibria to show"):
+            call(tmp_path / {"report": "x.html", "animate": "x.gif"}[call.__name__], model)

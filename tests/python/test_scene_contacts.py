@@ -248,12 +248,6 @@ GROUND = 'b = { kind = "half_space" }\n'
             "another contact",
             "a new name",
         ),
-        (
-            'a = "arm"\n' + GROUND + '[[contact]]\na = "arm"\n' + GROUND,
-            "contact[1]",
-            "another contact",
-            "a new name",
-        ),
         ('a = "arm"\nstifness = 1\n' + GROUND, "contact[0].stifness", "unknown key", "stiffness"),
     ],
 )
@@ -300,3 +294,31 @@ def test_the_command_line_tells_contacts(tmp_path):
     assert "contact floor" in told.stdout
     assert "friction 0.5" in told.stdout
     assert "generalised alpha (implicit" in told.stdout
+
+
+def test_default_names_of_scenes_do_not_collide():
+    text = """version = 1
+[[link]]
+name = "b"
+joint = { type = "revolute", axis = [0, 1, 0] }
+body = { mass = 1.0, centre = [0.1, 0, 0] }
+[[contact]]
+a = { link = "b", radius = 0.1 }
+b = { kind = "half_space", point = [0, 0, -1] }
+stiffness = 1e3
+[[contact]]
+a = { link = "b", radius = 0.1 }
+b = { kind = "half_space", point = [0, 0, -2] }
+stiffness = 1e3
+[[motor]]
+joint = "b"
+torque = 1.0
+[[motor]]
+joint = "b"
+torque = 2.0
+[simulation]
+t_end = 0.1
+"""
+    model = lissom.Scene.loads(text).model
+    assert [contact.name for contact in model.contacts] == ["b on halfspace", "b on halfspace 2"]
+    assert [motor.name for motor in model.actuators] == ["b", "b 2"]

@@ -580,7 +580,7 @@ ON_ARM = {
     "delay: got -1.0, expected seconds": lambda: sensors.Marker(ARM, "arm", delay=-1),
     "delay: got inf, expected a finite number": lambda: sensors.Marker(ARM, "arm", delay=np.inf),
     "seed: got -1, expected a whole number, not negative": lambda: sensors.Marker(ARM, "arm", seed=-1),
-    "seed: expected a whole number, got 0.5": lambda: sensors.Marker(ARM, "arm", seed=0.5),
+    "seed: expected a whole number, got float": lambda: sensors.Marker(ARM, "arm", seed=0.5),
     "robot: expected a Robot, got Link": lambda: sensors.Marker(ARM.links[0]),
 }
 

@@ -695,3 +695,31 @@ def test_ctrl_c_leaves_the_command_what_was_done(tmp_path):
     assert process.returncode == 130, errors
     assert "not made" in said
     assert (tmp_path / "results" / "arm-sweep" / "sweep.nc").exists()
+
+
+def test_the_file_that_a_scene_imports_is_no_parameter(tmp_path):
+    """All points share it; the value of each point was overwritten by the name of the one that was read."""
+    text = '<robot name="r"><link name="a"/><link name="b"><inertial><origin xyz="0.1 0 0"/><mass value="1"/>'
+    text += '<inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial></link>'
+    text += '<joint name="j" type="continuous"><parent link="a"/><child link="b"/></joint></robot>'
+    (tmp_path / "one.urdf").write_text(text, encoding="utf-8")
+    (tmp_path / "two.urdf").write_text(text.replace('mass value="1"', 'mass value="2"'), encoding="utf-8")
+    path = tmp_path / "scene.toml"
+    path.write_text(
+        'version = 1\n[import]\nurdf = "one.urdf"\n[simulation]\nt_end = 0.1\ndt = 0.01\n', encoding="utf-8"
+    )
+    scene = lissom.Scene.load(path)
+    with pytest.raises(ValueError, match=r"import\.urdf: all points of a sweep share the file"):
+        lissom.sweep(scene, {"import.urdf": ["one.urdf", "two.urdf"]}, workers=1)
+    assert lissom.sweep(scene, {"simulation.dt": [0.01, 0.02]}, workers=1).sizes["simulation.dt"] == 2
+
+
+def test_an_array_whose_description_is_damaged_is_made_again(tmp_path):
+    """It had held nothing, so that all points were as they had been, but the variable was left out."""
+    scene = lissom.Scene.load(SCENES / "lab-pendulum.toml")
+    grid = {"simulation.t_end": [0.01, 0.02]}
+    before = lissom.sweep(scene, grid, store=tmp_path / "store", workers=1).load()
+    (tmp_path / "store" / "is_doubtful" / ".zattrs").write_text("{", encoding="utf-8")
+    again = lissom.sweep(scene, grid, store=tmp_path / "store", workers=1).load()
+    assert sorted(before) == sorted(again)
+    assert before.drop_vars("wall_time").equals(again.drop_vars("wall_time"))

@@ -599,6 +599,7 @@ def test_only_its_own_page_may_use_a_view(headers, shown):
         ("evil.example", "http://evil.example"),
         ("localhost.evil.example", "http://localhost.evil.example"),
         ("[", "http://["),
+        (f"{own}.evil.example", f"http://{own}.evil.example"),
     ]:
         assert answered(shown.url, **headers, Host=host, Origin=origin) == 403, (host, origin)
     assert answered(shown.url, **headers, Host="evil.example") == 403
@@ -854,11 +855,11 @@ def test_view_of_a_simulation_in_a_thread():
     ("options", "error", "message"),
     [
         ({"port": 65536}, ValueError, "port: 65536 is not between 0 and 65535"),
-        ({"port": 1.5}, TypeError, "port: a float is not a whole number"),
+        ({"port": 1.5}, TypeError, "port: expected a whole number, got float"),
         ({"speed": 0.0}, ValueError, "speed: 0 is not a finite number above zero"),
         ({"speed": np.nan}, ValueError, "speed: nan"),
-        ({"speed": "fast"}, TypeError, "speed: a str is not a number"),
-        ({"paused": 1}, TypeError, "paused: a int is not True or False"),
+        ({"speed": "fast"}, TypeError, "speed: expected a real number, got str"),
+        ({"paused": 1}, TypeError, "paused: expected True or False, got int"),
         ({"block": None}, TypeError, "block: a NoneType is not True or False"),
         ({"ranges": {"x": (0, 1)}}, ValueError, "no input 'x'"),
     ],

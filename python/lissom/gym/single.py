@@ -10,7 +10,17 @@ from gymnasium import Space
 from numpy.typing import NDArray
 
 from .._lissom import Simulation
-from .task import RENDER_MODES, Array, Randomise, States, Task, checked_render_mode, checked_seed, films
+from .task import (
+    RENDER_MODES,
+    Array,
+    Randomise,
+    States,
+    Task,
+    checked_randomise,
+    checked_render_mode,
+    checked_seed,
+    films,
+)
 from .tasks import task_of
 
 
@@ -73,7 +83,7 @@ class RobotEnv(gymnasium.Env[Array, NDArray[np.float32]]):
         self.action_space: Space[Any] = self.task.action_space
         self.robot = self.task.robot
         self.simulation = Simulation(self.robot, **self.task.method)
-        self._randomise = randomise
+        self._randomise = checked_randomise(randomise)
         # None before the first reset.
         self._goal: Array | None = None
 

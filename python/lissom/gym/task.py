@@ -16,6 +16,7 @@ from gymnasium.spaces import Box
 from numpy.typing import NDArray
 
 from .._lissom import Robot, finite_array
+from ..plain import text, whole
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -254,6 +255,19 @@ class Task(ABC):
 RENDER_MODES = ["rgb_array"]
 
 
+def checked_randomise(randomise: Randomise | None) -> Randomise | None:
+    """Check a function that makes variants.
+
+    Raises
+    ------
+    TypeError
+        If it is not callable.
+    """
+    if randomise is not None and not callable(randomise):
+        raise TypeError(f"randomise: expected a function or None, got {type(randomise).__name__}")
+    return randomise
+
+
 def checked_render_mode(mode: str | None) -> str | None:
     """Check a render mode.
 
@@ -262,7 +276,7 @@ def checked_render_mode(mode: str | None) -> str | None:
     ValueError
         If it is invalid.
     """
-    if mode is not None and mode not in RENDER_MODES:
+    if mode is not None and text("render_mode", mode) not in RENDER_MODES:
         raise ValueError(f"render_mode: expected None or 'rgb_array', got {mode!r:.60}")
     return mode
 
@@ -282,8 +296,7 @@ def checked_seed(seed: int | None) -> int | None:
     """
     if seed is None:
         return None
-    if isinstance(seed, bool) or not isinstance(seed, int | np.integer):
-        raise TypeError(f"seed: expected a whole number, got {type(seed).__name__}")
-    if seed < 0:
-        raise ValueError(f"seed: expected zero or more, got {seed}")
-    return int(seed)
+    found = whole("seed", seed)
+    if found < 0:
+        raise ValueError(f"seed: expected zero or more, got {found}")
+    return found

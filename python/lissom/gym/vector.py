@@ -13,6 +13,7 @@ from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
 from .._lissom import Robot, Simulations
+from ..plain import whole
 from .task import (
     Array,
     Flags,
@@ -21,6 +22,7 @@ from .task import (
     States,
     Task,
     Verdict,
+    checked_randomise,
     checked_render_mode,
     checked_seed,
     films,
@@ -108,7 +110,7 @@ class RobotVectorEnv(VectorEnv[Array, NDArray[np.float32], NDArray[Any]]):
         self.observation_space = batch_space(self.single_observation_space, self.num_envs)
         self.action_space = batch_space(self.single_action_space, self.num_envs)
         self.robots: tuple[Robot, ...] = (self.task.robot,)
-        self._randomise = randomise
+        self._randomise = checked_randomise(randomise)
         self._workers = None if workers is None else _count("workers", workers)
         self.simulations = self._motions()
         # What belongs to each row: random numbers with their seeds; no goals before the first reset.
@@ -321,11 +323,10 @@ def _mode(mode: AutoresetMode | str) -> AutoresetMode:
 
 def _count(name: str, value: int) -> int:
     """A whole number of one or more."""
-    if isinstance(value, bool) or not isinstance(value, int | np.integer):
-        raise TypeError(f"{name}: expected a whole number, got {type(value).__name__}")
-    if value < 1:
-        raise ValueError(f"{name}: expected one or more, got {value}")
-    return int(value)
+    found = whole(name, value)
+    if found < 1:
+        raise ValueError(f"{name}: expected one or more, got {found}")
+    return found
 
 
 def _put(infos: Infos, values: Mapping[str, NDArray[Any]], mask: Flags) -> None:

@@ -8,13 +8,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from contextlib import suppress
-from numbers import Real
-from operator import index
 from typing import TYPE_CHECKING, Any
 
 from .._lissom import Scene, Simulation
 from ..files import missing
+from ..plain import flag, number, sequence, whole
 from .motion import ADAPTIVE
 
 if TYPE_CHECKING:
@@ -37,30 +35,21 @@ def open_view(
     """Create the page of a simulation, initially not running; raises as `Simulation.view` does."""
     if missing("viser"):
         raise ImportError("live views need viser: pip install 'lissom[view]'")
-    port = _whole("port", port)
+    port = whole("port", port)
     if not 0 <= port <= 65535:
         raise ValueError(f"port: {port} is not between 0 and 65535")
-    if isinstance(speed, bool) or not isinstance(speed, Real):
-        raise TypeError(f"speed: a {type(speed).__name__} is not a number")
-    speed = float(speed)
+    speed = number("speed", speed)
     if not (math.isfinite(speed) and speed > 0.0):
         raise ValueError(f"speed: {speed:g} is not a finite number above zero")
-    if not isinstance(paused, bool):
-        raise TypeError(f"paused: a {type(paused).__name__} is not True or False")
-    if isinstance(allow_hosts, str) or not all(isinstance(host, str) for host in allow_hosts):
-        raise TypeError("allow_hosts: expected a list of names of hosts, such as ['robot.local']")
+    paused = flag("paused", paused)
+    allow_hosts = sequence("allow_hosts", allow_hosts, "names of hosts, such as 'robot.local'")
+    if not all(isinstance(host, str) for host in allow_hosts):
+        raise TypeError("allow_hosts: expected names of hosts, such as 'robot.local'")
     from .server import LiveView
 
     return LiveView(
         simulation, port=port, speed=speed, paused=paused, ranges=ranges, title=title, allow_hosts=allow_hosts
     )
-
-
-def _whole(name: str, value: Any) -> int:
-    if not isinstance(value, bool):
-        with suppress(TypeError):
-            return index(value)
-    raise TypeError(f"{name}: a {type(value).__name__} is not a whole number")
 
 
 def of_scene(

@@ -71,7 +71,10 @@ def refusal(headers: Mapping[str, str], hosts: Collection[str]) -> str | None:
 def _name(url: str) -> str | None:
     """The name of the host, in lower case and without the brackets of IPv6; None if there is none."""
     try:
-        return urlsplit(url).hostname
+        parts = urlsplit(url)
+        # Raises if the port is no number, as in "localhost:80.other.example".
+        _ = parts.port
+        return parts.hostname
     except ValueError:
         return None
 

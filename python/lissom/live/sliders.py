@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from ..plain import number
 from .motion import Motion
 from .spring import deflections
 
@@ -39,7 +40,7 @@ def sliders(motion: Motion, ranges: Mapping[str, Sequence[float]] | None = None)
 
     Raises ValueError or TypeError for an invalid range.
     """
-    given = _checked(ranges or {}, motion.model.inputs)
+    given = _checked({} if ranges is None else ranges, motion.model.inputs)
     reach = _reach(motion)
     pulls = {mark.pulled_by for mark in motion.view.marks.actuators}
     found = []
@@ -64,7 +65,7 @@ def _checked(ranges: Mapping[str, Sequence[float]], names: Sequence[str]) -> dic
 
 def _ends(name: str, ends: Any) -> tuple[float, float]:
     try:
-        low, high = (float(end) for end in ends)
+        low, high = (number(f"ranges[{name!r}]", end) for end in ends)
     except (TypeError, ValueError):
         raise ValueError(f"ranges[{name!r}]: {ends!r} is not a pair of numbers (lowest, highest)") from None
     if not (math.isfinite(low) and math.isfinite(high) and low < high):

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lissom.actuators import Motor
+from lissom.plain import text
 
 from .joints import indices, unit
 from .places import known
@@ -38,6 +39,8 @@ class OfActuator(Sensor):
         name = self.actuator
         if name is None and len(actuators) == 1:
             (name,) = actuators
+        if name is not None:
+            name = text("actuator", name)
         if name not in actuators:
             names = ", ".join(map(repr, actuators)) or "none in this robot"
             raise ValueError(f"actuator: got {repr(name)}, expected one of the actuators: {names}")

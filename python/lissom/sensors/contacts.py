@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from lissom._lissom import finite_array
+from lissom.plain import text
 
 from .places import known
 from .sensor import Sensor
@@ -31,6 +32,8 @@ class OfContact(Sensor):
         name = self.contact
         if name is None and len(names) == 1:
             (name,) = names
+        if name is not None:
+            name = text("contact", name)
         if name not in names:
             expected = ", ".join(map(repr, names)) or "none in this robot"
             raise ValueError(f"contact: got {repr(name)}, expected one of the contacts: {expected}")

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lissom._lissom import Robot
+from lissom.plain import text
 from lissom.views import JOINTS, STRAINS
 
 from .places import known
@@ -58,7 +59,7 @@ class OfJoint(Sensor):
         joint = self.joint
         if joint is None and len(of_joints) == 1:
             joint = names[of_joints[0]]
-        found = indices(self.robot, joint) if joint is not None else []
+        found = indices(self.robot, text("joint", joint)) if joint is not None else []
         if not found:
             expected = ", ".join(repr(names[i]) for i in of_joints) or "none in this robot"
             raise ValueError(

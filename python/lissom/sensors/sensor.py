@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from lissom._lissom import Robot, finite_array
+from lissom.plain import text, whole
 
 from . import states
 from .line import Line
@@ -77,8 +78,7 @@ class Sensor(ABC):
         if not isinstance(self.robot, Robot):
             raise TypeError(f"robot: expected a Robot, got {type(self.robot).__name__}")
         self._check()
-        if not isinstance(self.name, str):
-            raise TypeError(f"name: expected text, got {type(self.name).__name__}")
+        text("name", self.name)
         self._set("name", self.name or self._default_name())
         self._set("noise", self._of_channels(self.noise, "noise"))
         self._set("bias", self._of_channels(self.bias, "bias"))
@@ -91,7 +91,7 @@ class Sensor(ABC):
         self._set("delay", number(self.delay, "delay"))
         if self.delay < 0:
             raise ValueError(f"delay: got {self.delay}, expected seconds, not negative")
-        self.reset(self.seed)
+        self.reset(whole("seed", self.seed))
 
     @property
     @abstractmethod
@@ -235,11 +235,9 @@ class Sensor(ABC):
             Seed of the noise from now on; by default the current one.
         """
         if seed is not None:
-            if isinstance(seed, bool) or not isinstance(seed, int | np.integer):
-                raise TypeError(f"seed: expected a whole number, got {repr(seed)}")
-            if seed < 0:
+            if whole("seed", seed) < 0:
                 raise ValueError(f"seed: got {repr(seed)}, expected a whole number, not negative")
-            self._set("seed", int(seed))
+            self._set("seed", whole("seed", seed))
         self._set("_line", Line(self.rate, self.delay))
         self._set("_random", self._new_random())
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 import contextlib
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from .._lissom import Model, Scene, __version__
 from ..files import missing
+from ..plain import one_of, path_of, sequence, whole
 from ..views import view
 from . import executors, paths
 from .source import Case, Source, source_of
@@ -185,8 +185,7 @@ class Grid:
     """Points of a sweep by index: the last parameter varies fastest."""
 
     def __init__(self, parameters: Mapping[str, Iterable[Any]], combine: str) -> None:
-        if combine not in ("product", "zip"):
-            raise ValueError(f"combine: got {combine!r}, expected 'product' or 'zip'")
+        one_of("combine", combine, ("product", "zip"))
         if not isinstance(parameters, Mapping) or not parameters:
             raise TypeError("parameters: expected a mapping of at least one parameter to its values")
         self.values = {str(name): _values(str(name), values) for name, values in parameters.items()}
@@ -240,11 +239,13 @@ def _values(name: str, values: Iterable[Any]) -> list[Any]:
 
 
 def _wants(keep: str, places: Sequence[Any] | None, measure: Any, workers: int | None) -> Wants:
-    if keep not in ("final", "states"):
-        raise ValueError(f"keep: got {keep!r}, expected 'final' or 'states'")
+    one_of("keep", keep, ("final", "states"))
     if measure is not None and not callable(measure):
         raise TypeError(f"measure: expected a callable, got {type(measure).__name__}")
-    return Wants(keep, None if places is None else list(places), measure, workers)
+    if workers is not None and whole("workers", workers) < 1:
+        raise ValueError(f"workers: got {workers}, expected a whole number > 0")
+    where = None if places is None else sequence("places", places, "arc lengths, links or pairs of them")
+    return Wants(keep, where, measure, workers)
 
 
 def _check(source: Source, grid: Grid, wants: Wants) -> Case:
@@ -295,7 +296,7 @@ def _identity(source: Source, grid: Grid, wants: Wants) -> dict[str, Any]:
 def _kept(store: str | os.PathLike[str] | None, grid: Grid, identity: Mapping[str, Any]) -> Memory:
     if store is None:
         return Memory(grid.size)
-    return Zarr(Path(store), grid.size, identity)
+    return Zarr(path_of(store, "store"), grid.size, identity)
 
 
 def _pattern(records: Sequence[Record]) -> Record:

@@ -66,7 +66,13 @@ class OfScene(Source):
     def case(self, parameters: Parameters) -> Case:
         document = tomllib.loads(self.text)
         for path, value in parameters.items():
-            paths.set_in_document(document, paths.parts(path), value)
+            parts = paths.parts(path)
+            if parts[0] == "import" and "urdf" in parts[1:]:
+                raise ValueError(
+                    f"{path}: all points of a sweep share the file that the scene imports, read once; "
+                    "sweep over keys, or make one sweep of a scene for each file"
+                )
+            paths.set_in_document(document, parts, value)
         with contextlib.ExitStack() as stack:
             stack.enter_context(warnings.catch_warnings())
             # The warnings were issued when the scene was read.

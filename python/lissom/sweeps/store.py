@@ -20,8 +20,9 @@ CHUNK = 2**20
 #: Attribute that identifies the sweep of a store.
 IDENTITY = "lissom_sweep"
 
-#: Attribute of an array that says how it was made.
+#: Attribute of an array that says how it was made, and of the store that says which arrays it has.
 LAYOUT = "lissom_layout"
+ARRAYS = "lissom_arrays"
 
 #: Names of the arrays that mark finished points, and that hold the checksum of their results.
 DONE = "is_done"
@@ -148,6 +149,7 @@ class Zarr(Memory):
             self.arrays = self._found(path)
             if any(name not in self.arrays for name in OWN):
                 raise ValueError(f"store: {path} is damaged: arrays are missing or too short; remove it")
+            self._make_missing(path)
             self._marks, self._checksums = (self.arrays.pop(name) for name in OWN)
             self._check(path)
         else:
@@ -168,6 +170,20 @@ class Zarr(Memory):
             except Exception:  # metadata of any kind raise errors of any kind
                 continue
         return found
+
+    def _make_missing(self, path: Path) -> None:
+        """Make the arrays again that are lost: points that had nothing in them are as they were."""
+        try:
+            known = {
+                name: (np.dtype(kind), shape) for name, (kind, shape) in self.group.attrs[ARRAYS].items()
+            }
+            for name, (kind, shape) in known.items():
+                if name not in self.arrays:
+                    self.arrays[name] = self._array(name, np.zeros(shape, kind))
+        except KeyError:  # of an earlier version
+            return
+        except (AttributeError, TypeError, ValueError) as error:
+            raise ValueError(f"store: {path} is damaged: its list of arrays is none; remove it") from error
 
     def _check(self, path: Path) -> None:
         """Find the finished points whose results are as they were written."""
@@ -223,6 +239,8 @@ class Zarr(Memory):
             overwrite=True,
         )
         array.attrs[LAYOUT] = _layout(array)
+        known = dict(self.group.attrs.get(ARRAYS, {}))
+        self.group.attrs[ARRAYS] = known | {name: [np.dtype(value.dtype).str, list(value.shape)]}
         # Dimension names for xarray.
         array.attrs["_ARRAY_DIMENSIONS"] = ["point", *(f"{name}_{i}" for i in range(value.ndim))]
         return array

@@ -47,12 +47,7 @@ fn from_callable(
         )));
     }
     let direction: f64 = match event.getattr_opt("direction")? {
-        Some(value) => convert::number(&value).map_err(|_| {
-            PyTypeError::new_err(format!(
-                "{place}.direction: expected a number, got {}",
-                convert::describe(&value)
-            ))
-        })?,
+        Some(value) => convert::number(&value, &format!("{place}.direction"))?,
         None => 0.0,
     };
     let direction = if direction > 0.0 {

@@ -14,6 +14,7 @@ use pyo3::types::PyString;
 pub(super) use result::{PyDenseOutput, PyOdeResult};
 pub(super) use stepper::{PyDop853, PyOdeSolver, PyRadau, PyRk45};
 
+use super::arguments;
 use super::callback::{wants_to_stop, with_result};
 use super::convert;
 use crate::error::{Interrupted, InvalidInput};
@@ -125,21 +126,21 @@ pub(super) fn solve_ivp<'py>(
     y0: &Bound<'py, PyAny>,
     method: Option<&Bound<'py, PyAny>>,
     t_eval: Option<&Bound<'py, PyAny>>,
-    dense_output: bool,
+    #[pyo3(from_py_with = arguments::flag::dense_output)] dense_output: bool,
     events: Option<&Bound<'py, PyAny>>,
-    vectorized: bool,
+    #[pyo3(from_py_with = arguments::flag::vectorized)] vectorized: bool,
     args: Option<&Bound<'py, PyAny>>,
     rtol: Option<&Bound<'py, PyAny>>,
     atol: Option<&Bound<'py, PyAny>>,
-    #[pyo3(from_py_with = convert::optional_number)] first_step: Option<f64>,
-    #[pyo3(from_py_with = convert::optional_number)] max_step: Option<f64>,
-    #[pyo3(from_py_with = convert::number)] min_step: f64,
-    max_steps: Option<i64>,
+    #[pyo3(from_py_with = arguments::optional_number::first_step)] first_step: Option<f64>,
+    #[pyo3(from_py_with = arguments::optional_number::max_step)] max_step: Option<f64>,
+    #[pyo3(from_py_with = arguments::number::min_step)] min_step: f64,
+    #[pyo3(from_py_with = arguments::optional_whole::max_steps)] max_steps: Option<i64>,
     jac: Option<&Bound<'py, PyAny>>,
     jac_sparsity: Option<&Bound<'py, PyAny>>,
-    controller: &str,
-    event_samples: Option<i64>,
-    callback: Option<&Bound<'py, PyAny>>,
+    #[pyo3(from_py_with = arguments::text::controller)] controller: &str,
+    #[pyo3(from_py_with = arguments::optional_whole::event_samples)] event_samples: Option<i64>,
+    #[pyo3(from_py_with = arguments::callback)] callback: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<PyOdeResult> {
     let t_span = interval(t_span)?;
     let y0 = options::initial_state(y0)?;

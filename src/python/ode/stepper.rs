@@ -7,6 +7,7 @@ use pyo3::class::{PyTraverseError, PyVisit};
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 
+use super::super::arguments;
 use super::options;
 use super::result::PyDenseOutput;
 use super::system::{Parts, PySystem, SharedRaised};
@@ -399,18 +400,18 @@ macro_rules! explicit_solver {
             #[allow(clippy::too_many_arguments, reason = "keyword-only options of a Python class")]
             fn new(
                 fun: &Bound<'_, PyAny>,
-                #[pyo3(from_py_with = convert::number)] t0: f64,
+                #[pyo3(from_py_with = arguments::number::t0)] t0: f64,
                 y0: &Bound<'_, PyAny>,
-                #[pyo3(from_py_with = convert::number)] t_bound: f64,
+                #[pyo3(from_py_with = arguments::number::t_bound)] t_bound: f64,
                 args: Option<&Bound<'_, PyAny>>,
                 rtol: Option<&Bound<'_, PyAny>>,
                 atol: Option<&Bound<'_, PyAny>>,
-                #[pyo3(from_py_with = convert::optional_number)] first_step: Option<f64>,
-                #[pyo3(from_py_with = convert::optional_number)] max_step: Option<f64>,
-                #[pyo3(from_py_with = convert::number)] min_step: f64,
-                max_steps: Option<i64>,
-                vectorized: bool,
-                controller: &str,
+                #[pyo3(from_py_with = arguments::optional_number::first_step)] first_step: Option<f64>,
+                #[pyo3(from_py_with = arguments::optional_number::max_step)] max_step: Option<f64>,
+                #[pyo3(from_py_with = arguments::number::min_step)] min_step: f64,
+                #[pyo3(from_py_with = arguments::optional_whole::max_steps)] max_steps: Option<i64>,
+                #[pyo3(from_py_with = arguments::flag::vectorized)] vectorized: bool,
+                #[pyo3(from_py_with = arguments::text::controller)] controller: &str,
             ) -> PyResult<PyClassInitializer<Self>> {
                 let options = Options {
                     method: $method,
@@ -467,17 +468,17 @@ impl PyRadau {
     #[allow(clippy::too_many_arguments, reason = "keyword-only options of a Python class")]
     fn new(
         fun: &Bound<'_, PyAny>,
-        #[pyo3(from_py_with = convert::number)] t0: f64,
+        #[pyo3(from_py_with = arguments::number::t0)] t0: f64,
         y0: &Bound<'_, PyAny>,
-        #[pyo3(from_py_with = convert::number)] t_bound: f64,
+        #[pyo3(from_py_with = arguments::number::t_bound)] t_bound: f64,
         args: Option<&Bound<'_, PyAny>>,
         rtol: Option<&Bound<'_, PyAny>>,
         atol: Option<&Bound<'_, PyAny>>,
-        #[pyo3(from_py_with = convert::optional_number)] first_step: Option<f64>,
-        #[pyo3(from_py_with = convert::optional_number)] max_step: Option<f64>,
-        #[pyo3(from_py_with = convert::number)] min_step: f64,
-        max_steps: Option<i64>,
-        vectorized: bool,
+        #[pyo3(from_py_with = arguments::optional_number::first_step)] first_step: Option<f64>,
+        #[pyo3(from_py_with = arguments::optional_number::max_step)] max_step: Option<f64>,
+        #[pyo3(from_py_with = arguments::number::min_step)] min_step: f64,
+        #[pyo3(from_py_with = arguments::optional_whole::max_steps)] max_steps: Option<i64>,
+        #[pyo3(from_py_with = arguments::flag::vectorized)] vectorized: bool,
         jac: Option<&Bound<'_, PyAny>>,
         jac_sparsity: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<PyClassInitializer<Self>> {

@@ -9,6 +9,7 @@ use pyo3::intern;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
 
+use super::super::arguments;
 use super::super::callback::or_raised;
 use super::super::convert;
 use super::super::model::{PyEnergy, PyModel};
@@ -107,20 +108,20 @@ impl PySimulation {
     #[allow(clippy::too_many_arguments, reason = "keyword-only options of a Python class")]
     fn new(
         model: &Bound<'_, PyAny>,
-        #[pyo3(from_py_with = convert::number)] dt: f64,
-        method: &str,
+        #[pyo3(from_py_with = arguments::number::dt)] dt: f64,
+        #[pyo3(from_py_with = arguments::text::method)] method: &str,
         q0: Option<&Bound<'_, PyAny>>,
         v0: Option<&Bound<'_, PyAny>>,
-        #[pyo3(from_py_with = convert::number)] t0: f64,
+        #[pyo3(from_py_with = arguments::number::t0)] t0: f64,
         rtol: Option<&Bound<'_, PyAny>>,
         atol: Option<&Bound<'_, PyAny>>,
-        #[pyo3(from_py_with = convert::optional_number)] beta: Option<f64>,
-        #[pyo3(from_py_with = convert::optional_number)] gamma: Option<f64>,
-        #[pyo3(from_py_with = convert::optional_number)] alpha: Option<f64>,
-        #[pyo3(from_py_with = convert::optional_number)] rho_inf: Option<f64>,
-        adaptive: Option<bool>,
-        #[pyo3(from_py_with = convert::optional_number)] max_step: Option<f64>,
-        #[pyo3(from_py_with = convert::number)] min_step: f64,
+        #[pyo3(from_py_with = arguments::optional_number::beta)] beta: Option<f64>,
+        #[pyo3(from_py_with = arguments::optional_number::gamma)] gamma: Option<f64>,
+        #[pyo3(from_py_with = arguments::optional_number::alpha)] alpha: Option<f64>,
+        #[pyo3(from_py_with = arguments::optional_number::rho_inf)] rho_inf: Option<f64>,
+        #[pyo3(from_py_with = arguments::optional_flag::adaptive)] adaptive: Option<bool>,
+        #[pyo3(from_py_with = arguments::optional_number::max_step)] max_step: Option<f64>,
+        #[pyo3(from_py_with = arguments::number::min_step)] min_step: f64,
     ) -> PyResult<Self> {
         let py = model.py();
         let Ok(model) = model.cast::<PyModel>() else {
@@ -217,7 +218,7 @@ impl PySimulation {
         &self,
         py: Python<'py>,
         u: Option<&Bound<'py, PyAny>>,
-        #[pyo3(from_py_with = convert::optional_number)] duration: Option<f64>,
+        #[pyo3(from_py_with = arguments::optional_number::duration)] duration: Option<f64>,
     ) -> PyResult<Bound<'py, PyString>> {
         let memory = &mut *self.memory()?;
         if let Some(u) = u {
@@ -258,7 +259,7 @@ impl PySimulation {
         py: Python<'_>,
         q0: Option<&Bound<'_, PyAny>>,
         v0: Option<&Bound<'_, PyAny>>,
-        #[pyo3(from_py_with = convert::optional_number)] t0: Option<f64>,
+        #[pyo3(from_py_with = arguments::optional_number::t0)] t0: Option<f64>,
     ) -> PyResult<()> {
         let last = self.memory()?.start.clone();
         let n = last.q.len();

@@ -10,6 +10,7 @@ use pyo3::exceptions::{PyIndexError, PyRuntimeError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
+use super::super::arguments;
 use super::super::callback::{Raised, raised_by_function};
 use super::super::convert;
 use super::super::model::PyModel;
@@ -133,13 +134,15 @@ impl PySimulations {
         let Some(which) = which else {
             return Ok((0..count).collect());
         };
-        let array = which.py().import("numpy")?.call_method1("atleast_1d", (which,))?;
-        let wrong = || {
+        let refused = |found: &Bound<'_, PyAny>| {
             PyTypeError::new_err(format!(
                 "which: expected a mask of shape ({count},) or numbers of rows, got {}",
-                convert::describe(&array)
+                convert::describe(found)
             ))
         };
+        let array = which.py().import("numpy")?.call_method1("atleast_1d", (which,));
+        let array = array.map_err(|_| refused(which))?;
+        let wrong = || refused(&array);
         if array.len()? == 0 {
             return Ok(Vec::new());
         }
@@ -285,11 +288,11 @@ impl PySimulations {
     fn new(
         py: Python<'_>,
         model: &Bound<'_, PyAny>,
-        count: Option<i64>,
+        #[pyo3(from_py_with = arguments::optional_whole::count)] count: Option<i64>,
         q0: Option<&Bound<'_, PyAny>>,
         v0: Option<&Bound<'_, PyAny>>,
-        #[pyo3(from_py_with = convert::number)] t0: f64,
-        workers: Option<i64>,
+        #[pyo3(from_py_with = arguments::number::t0)] t0: f64,
+        #[pyo3(from_py_with = arguments::optional_whole::workers)] workers: Option<i64>,
         options: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
         check_start_time(t0)?;
@@ -345,7 +348,7 @@ impl PySimulations {
         &self,
         py: Python<'py>,
         u: Option<&Bound<'py, PyAny>>,
-        #[pyo3(from_py_with = convert::optional_number)] duration: Option<f64>,
+        #[pyo3(from_py_with = arguments::optional_number::duration)] duration: Option<f64>,
     ) -> PyResult<Bound<'py, PyArray1<bool>>> {
         let rows = &mut **self.rows()?;
         let u = Vectors::read_optional(u, rows.len(), self.inputs, "u")?;
@@ -394,7 +397,7 @@ impl PySimulations {
         which: Option<&Bound<'_, PyAny>>,
         q0: Option<&Bound<'_, PyAny>>,
         v0: Option<&Bound<'_, PyAny>>,
-        #[pyo3(from_py_with = convert::optional_number)] t0: Option<f64>,
+        #[pyo3(from_py_with = arguments::optional_number::t0)] t0: Option<f64>,
     ) -> PyResult<()> {
         t0.map_or(Ok(()), check_start_time)?;
         let chosen = self.chosen(which)?;
@@ -473,7 +476,7 @@ impl PySimulations {
     /// ------
     /// IndexError
     ///     If there is no such row.
-    fn message(&self, row: i64) -> PyResult<String> {
+    fn message(&self, #[pyo3(from_py_with = arguments::whole::row)] row: i64) -> PyResult<String> {
         let row = self.existing_row(row)?;
         Ok(self.rows()?[row].message())
     }

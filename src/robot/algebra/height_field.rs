@@ -20,8 +20,17 @@ const MOST_HALVINGS: usize = 30;
 const NEAR: f64 = 1e-5;
 const SAME_PLACE: f64 = 1e-9;
 
-/// A candidate must be nearer by this fraction of the squared distance to be examined.
+/// A candidate must be nearer by this fraction of the squared distance to be examined: at first, and at most. The fraction
+/// doubles with every so many parts that a search has looked at, so that it ends where a large part of the surface is almost
+/// equally near, as below the top of a dome at its centre of curvature. Whichever of these places is found, the
+/// distance is right to this fraction.
 const NEARER: f64 = 1e-10;
+const MOST_NEARER: f64 = 1e-5;
+const PATIENCE: usize = 16;
+
+/// A search that has looked at so many parts bounds distances of squares of cells by their cubics; before, bounds of their
+/// heights are faster.
+const FEW_PARTS: usize = 16;
 
 /// Maximum number of subdivisions of a cell into four, if the nearest point is not certain.
 const MOST_DIVISIONS: usize = 10;
@@ -70,6 +79,8 @@ struct Patch {
     /// Bernstein coefficients of half the squared distance: the values lie between the least and the greatest
     /// one, and those of derivatives are differences.
     values: [[f64; VALUES]; VALUES],
+    /// Upper bound of the error of the values.
+    error: f64,
 }
 
 /// An interval that contains values.
@@ -80,6 +91,17 @@ struct Range([f64; 2]);
 struct Level {
     shape: [usize; 2],
     ranges: Vec<[f64; 2]>,
+    /// Surfaces close to that of the squares; of cells there are none, as theirs are exact.
+    surfaces: Vec<Cubic>,
+}
+
+/// A surface close to that of a square of cells.
+#[derive(Clone, Debug)]
+struct Cubic {
+    /// Its Bernstein coefficients.
+    heights: [[f64; 4]; 4],
+    /// Upper bound of the difference in height.
+    error: f64,
 }
 
 /// Height, first derivatives, and second derivatives (along the first axis, mixed, along the second).
@@ -89,11 +111,28 @@ struct Local {
     bend: [f64; 3],
 }
 
-/// Nearest point found so far: its coordinates, and half its squared distance.
+/// A point of the surface: its coordinates, and half its squared distance.
 #[derive(Clone, Copy)]
 struct Best {
     place: [f64; 2],
     value: f64,
+}
+
+/// A search for the point nearest to another one.
+struct Search {
+    point: [f64; 3],
+    /// The nearest point found so far.
+    best: Best,
+    /// Number of parts of the surface that it has looked at.
+    parts: usize,
+}
+
+impl Search {
+    /// Half the squared distance below which a part is examined.
+    fn limit(&self) -> f64 {
+        let nearer = NEARER * f64::powi(2.0, (self.parts / PATIENCE).min(30) as i32);
+        self.best.value * (1.0 - nearer.min(MOST_NEARER))
+    }
 }
 
 impl HeightField {
@@ -120,8 +159,9 @@ impl HeightField {
         let mut field = Self { corner, axes, spacing, shape, coefficients, levels, steepest, most_bent };
         let cells = shape.map(|n| n - 1);
         let ranges = (0..cells[0] * cells[1]).map(|c| field.range(c / cells[1], c % cells[1])).collect();
-        field.levels.push(Level { shape: cells, ranges });
-        while let Some(coarser) = field.levels.last().and_then(Level::coarser) {
+        field.levels.push(Level { shape: cells, ranges, surfaces: Vec::new() });
+        while let Some(mut coarser) = field.levels.last().and_then(Level::coarser) {
+            coarser.surfaces = field.surfaces_of(&coarser);
             field.levels.push(coarser);
         }
         field
@@ -149,21 +189,80 @@ impl HeightField {
         Range::of(&self.bernstein_of_cell(i, j)).0
     }
 
-    /// A cell, as seen from a point.
-    fn patch(&self, point: [f64; 3], cell: [usize; 2]) -> Patch {
-        let from: [f64; 2] = std::array::from_fn(|axis| cell[axis] as f64 * self.spacing[axis]);
-        let rise = self.bernstein_of_cell(cell[0], cell[1]).map(|row| row.map(|height| height - point[2]));
+    /// Corner and size of a square of cells, without the part of it that lies beyond the rectangle.
+    fn extent(&self, level: usize, square: [usize; 2]) -> [[f64; 2]; 2] {
+        let cells = 1 << level;
+        let ends: [[f64; 2]; 2] = std::array::from_fn(|axis| {
+            let from = square[axis] * cells;
+            let to = (from + cells).min(self.shape[axis] - 1);
+            [from, to].map(|i| i as f64 * self.spacing[axis])
+        });
+        [ends.map(|[from, _]| from), ends.map(|[from, to]| to - from)]
+    }
+
+    /// The bicubic surface through the heights at the corners of a square and at the thirds between them.
+    fn cubic_of(&self, level: usize, square: [usize; 2]) -> [[f64; 4]; 4] {
+        let [from, size] = self.extent(level, square);
+        let heights: [[f64; 4]; 4] = std::array::from_fn(|i| {
+            std::array::from_fn(|j| {
+                let third = |axis: usize, k: usize| from[axis] + k as f64 / 3.0 * size[axis];
+                self.at([third(0, i), third(1, j)]).height
+            })
+        });
+        transposed(transposed(heights.map(through_thirds)).map(through_thirds))
+    }
+
+    /// Surfaces close to those of the squares of a level, which follows the last one.
+    fn surfaces_of(&self, coarser: &Level) -> Vec<Cubic> {
+        let level = self.levels.len();
+        let finer = &self.levels[level - 1];
+        let surface = |square: [usize; 2]| {
+            let heights = self.cubic_of(level, square);
+            let [start, whole] = self.extent(level, square);
+            let mut error = 0.0_f64;
+            for child in children(square, finer.shape) {
+                let [from, size] = self.extent(level - 1, child);
+                let ends: [[f64; 2]; 2] = std::array::from_fn(|axis| {
+                    [from[axis], from[axis] + size[axis]].map(|x| (x - start[axis]) / whole[axis])
+                });
+                let part = part_of(&heights, ends);
+                let (exact, rest) = match finer.surfaces.get(child[0] * finer.shape[1] + child[1]) {
+                    Some(cubic) => (cubic.heights, cubic.error),
+                    None => (self.bernstein_of_cell(child[0], child[1]), 0.0),
+                };
+                let differences = part.iter().flatten().zip(exact.iter().flatten());
+                let most = differences.fold(0.0_f64, |most, (a, b)| most.max((a - b).abs()));
+                error = error.max(most + rest);
+            }
+            Cubic { heights, error }
+        };
+        let [rows, columns] = coarser.shape;
+        (0..rows * columns).map(|k| surface([k / columns, k % columns])).collect()
+    }
+
+    /// A square of cells, as seen from a point.
+    fn patch(&self, point: [f64; 3], level: usize, square: [usize; 2]) -> Patch {
+        let [from, size] = self.extent(level, square);
+        let Level { shape, surfaces, .. } = &self.levels[level];
+        let (heights, error) = match surfaces.get(square[0] * shape[1] + square[1]) {
+            Some(cubic) => (cubic.heights, cubic.error),
+            None => (self.bernstein_of_cell(square[0], square[1]), 0.0),
+        };
+        let rise = heights.map(|row| row.map(|height| height - point[2]));
+        let steep = Range::of(&rise).size();
         let rise = squared(&rise);
         let [along, across] = [0, 1].map(|axis| {
             let way = from[axis] - point[axis];
-            squared_line([way, way + self.spacing[axis]])
+            squared_line([way, way + size[axis]])
         });
         Patch {
             from,
-            size: self.spacing,
+            size,
             values: std::array::from_fn(|i| {
                 std::array::from_fn(|j| 0.5 * (along[i] + across[j] + rise[i][j]))
             }),
+            // (r + e)^2 / 2 >= r^2 / 2 - |r| e.
+            error: steep * error,
         }
     }
 
@@ -182,9 +281,10 @@ impl HeightField {
     /// by intervals of heights, slopes and second derivatives are far wider than what they bound. Parts that
     /// are too far away, or in which half the squared distance is monotonic or nowhere convex, contain none;
     /// parts in which it is convex everywhere contain at most one. Other parts are subdivided.
-    fn look_within(&self, point: [f64; 3], patch: &Patch, divisions: usize, best: &mut Best) {
-        let Patch { from, size, values } = patch;
-        if !patch.is_nearer_than(best) {
+    fn look_within(&self, patch: &Patch, divisions: usize, search: &mut Search) {
+        let Patch { from, size, values, .. } = patch;
+        search.parts += 1;
+        if !patch.is_nearer_than(search) {
             return;
         }
         let slopes: [[[f64; VALUES]; DEGREE]; 2] = [differences(values), differences(&transposed(*values))];
@@ -196,14 +296,14 @@ impl HeightField {
         let mixed = Range::of::<DEGREE, DEGREE>(&differences(&transposed(slopes[0]))).size();
         let is_hollow = a.0[0] > 0.0 && b.0[0] > 0.0 && a.0[0] * b.0[0] > (MIXED * mixed).powi(2);
         if is_hollow || divisions == 0 {
-            let place = self.descend_to_nearer(point, patch.middle(), best);
+            let place = self.descend_to_nearer(patch.middle(), search);
             let is_within = (0..2).all(|axis| (from[axis]..=from[axis] + size[axis]).contains(&place[axis]));
             if is_within || divisions == 0 {
                 return;
             }
         }
         for part in patch.parts() {
-            self.look_within(point, &part, divisions - 1, best);
+            self.look_within(&part, divisions - 1, search);
         }
     }
 
@@ -284,10 +384,10 @@ impl HeightField {
     }
 
     /// The place where a descent from a start ends, which becomes the best one if it is nearer.
-    fn descend_to_nearer(&self, point: [f64; 3], start: [f64; 2], best: &mut Best) -> [f64; 2] {
-        let found = self.descend(point, start);
-        if found.value < best.value {
-            *best = found;
+    fn descend_to_nearer(&self, start: [f64; 2], search: &mut Search) -> [f64; 2] {
+        let found = self.descend(search.point, start);
+        if found.value < search.best.value {
+            search.best = found;
         }
         found.place
     }
@@ -308,54 +408,59 @@ impl HeightField {
     }
 
     /// Searches for nearer points in a square of cells.
-    fn look(&self, point: [f64; 3], level: usize, [i, j]: [usize; 2], best: &mut Best) {
-        let bound = |level: usize, [i, j]: [usize; 2]| {
-            let Level { shape, ranges } = &self.levels[level];
-            let way = [i, j].into_iter().enumerate().map(|(axis, i)| {
-                let size = self.spacing[axis] * (1_u64 << level) as f64;
-                let from = i as f64 * size;
-                (from - point[axis]).max(point[axis] - from - size).max(0.0)
-            });
-            let [low, high] = ranges[i * shape[1] + j];
-            let across = (low - point[2]).max(point[2] - high).max(0.0);
-            0.5 * (way.map(|w| w * w).sum::<f64>() + across * across)
-        };
-        if bound(level, [i, j]) >= best.value * (1.0 - NEARER) {
+    fn look(&self, level: usize, square: [usize; 2], search: &mut Search) {
+        if self.bound(search.point, level, square) >= search.limit() {
             return;
         }
         if level == 0 {
-            let patch = self.patch(point, [i, j]);
-            if patch.is_nearer_than(best) && self.leads_out(&patch, [i, j]) {
-                self.descend_to_nearer(point, patch.middle(), best);
+            let patch = self.patch(search.point, 0, square);
+            if patch.is_nearer_than(search) && self.leads_out(&patch, square) {
+                self.descend_to_nearer(patch.middle(), search);
             }
-            self.look_within(point, &patch, MOST_DIVISIONS, best);
+            self.look_within(&patch, MOST_DIVISIONS, search);
             return;
         }
-        let finer = self.levels[level - 1].shape;
-        let mut squares = [(f64::INFINITY, [0, 0]); 4];
-        for (k, square) in squares.iter_mut().enumerate() {
-            let child = [2 * i + k / 2, 2 * j + k % 2];
-            if child[0] < finer[0] && child[1] < finer[1] {
-                *square = (bound(level - 1, child), child);
+        if search.parts >= FEW_PARTS {
+            search.parts += 1;
+            if !self.patch(search.point, level, square).is_nearer_than(search) {
+                return;
             }
+        }
+        let mut squares = [(f64::INFINITY, [0, 0]); 4];
+        for (known, child) in squares.iter_mut().zip(children(square, self.levels[level - 1].shape)) {
+            *known = (self.bound(search.point, level - 1, child), child);
         }
         squares.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
         for (least, square) in squares {
-            if least < best.value {
-                self.look(point, level - 1, square, best);
+            if least < search.best.value {
+                self.look(level - 1, square, search);
             }
         }
+    }
+
+    /// Lower bound of half the squared distance of a square of cells, by its heights.
+    fn bound(&self, point: [f64; 3], level: usize, square: [usize; 2]) -> f64 {
+        let Level { shape, ranges, .. } = &self.levels[level];
+        let way = square.into_iter().enumerate().map(|(axis, i)| {
+            let size = self.spacing[axis] * (1_u64 << level) as f64;
+            let from = i as f64 * size;
+            (from - point[axis]).max(point[axis] - from - size).max(0.0)
+        });
+        let [low, high] = ranges[square[0] * shape[1] + square[1]];
+        let across = (low - point[2]).max(point[2] - high).max(0.0);
+        0.5 * (way.map(|w| w * w).sum::<f64>() + across * across)
     }
 
     /// Distance of a point from the ground.
     pub(crate) fn distance(&self, point: Vector<f64>) -> Distance {
         let beside = self.axes.apply_transposed(point - self.corner).to_array();
         let [x, y, z] = beside;
-        let mut best = self.descend(beside, [x, y]);
+        let mut search = Search { point: beside, best: self.descend(beside, [x, y]), parts: 0 };
         let is_below = z < self.at([x, y]).height;
-        if !self.is_only_one(beside, &best) {
-            self.look(beside, self.levels.len() - 1, [0, 0], &mut best);
+        if !self.is_only_one(beside, &search.best) {
+            self.look(self.levels.len() - 1, [0, 0], &mut search);
         }
+        let best = search.best;
         let Local { height, slope: [a, b], bend } = self.at(best.place);
         let length = (2.0 * best.value).sqrt() * if is_below { -1.0 } else { 1.0 };
         let stretch = (1.0 + a * a + b * b).sqrt();
@@ -379,8 +484,8 @@ impl HeightField {
 
 impl Patch {
     /// Whether a place in it may be nearer than the best one.
-    fn is_nearer_than(&self, best: &Best) -> bool {
-        Range::of(&self.values).0[0] < best.value * (1.0 - NEARER)
+    fn is_nearer_than(&self, search: &Search) -> bool {
+        Range::of(&self.values).0[0] - self.error < search.limit()
     }
 
     /// Its centre.
@@ -398,6 +503,7 @@ impl Patch {
             from: std::array::from_fn(|axis| self.from[axis] + k[axis] as f64 * size[axis]),
             size,
             values,
+            error: self.error,
         };
         [part([0, 0], a), part([0, 1], b), part([1, 0], c), part([1, 1], d)]
     }
@@ -432,8 +538,14 @@ impl Level {
             let range = &mut ranges[i / 2 * shape[1] + j / 2];
             *range = [range[0].min(*low), range[1].max(*high)];
         }
-        Some(Self { shape, ranges })
+        Some(Self { shape, ranges, surfaces: Vec::new() })
     }
+}
+
+/// The squares of two by two that make up a coarser one, of so many along each axis.
+fn children([i, j]: [usize; 2], [rows, columns]: [usize; 2]) -> impl Iterator<Item = [usize; 2]> {
+    let all = (0..4).map(move |k| [2 * i + k / 2, 2 * j + k % 2]);
+    all.filter(move |child| child[0] < rows && child[1] < columns)
 }
 
 /// Bounds of slopes and second derivatives of a spline, from its coefficients.
@@ -504,9 +616,34 @@ fn weights(x: f64) -> [[f64; 4]; 3] {
     [values, slopes, [0.0; 4]]
 }
 
+/// Bernstein coefficients of the cubic with these values at 0, 1/3, 2/3 and 1.
+fn through_thirds([a, b, c, d]: [f64; 4]) -> [f64; 4] {
+    [a, (-5.0 * a + 18.0 * b - 9.0 * c + 2.0 * d) / 6.0, (2.0 * a - 9.0 * b + 18.0 * c - 5.0 * d) / 6.0, d]
+}
+
 /// Converts the B-spline coefficients of a cubic to Bernstein coefficients.
 fn bernstein([a, b, c, d]: [f64; 4]) -> [f64; 4] {
     [(a + 4.0 * b + c) / 6.0, (2.0 * b + c) / 3.0, (b + 2.0 * c) / 3.0, (b + 4.0 * c + d) / 6.0]
+}
+
+/// Bernstein coefficients of a part of a surface: along each axis from one fraction to another one.
+fn part_of(heights: &[[f64; 4]; 4], [rows, columns]: [[f64; 2]; 2]) -> [[f64; 4]; 4] {
+    let along_columns = heights.map(|row| part_of_line(row, columns));
+    transposed(transposed(along_columns).map(|column| part_of_line(column, rows)))
+}
+
+/// The same of a cubic, by its blossom (Ramshaw 1989, "Blossoms are polar forms").
+fn part_of_line(line: [f64; 4], [from, to]: [f64; 2]) -> [f64; 4] {
+    std::array::from_fn(|k| {
+        let mut values = line;
+        for round in 0..3 {
+            let x = if round < k { to } else { from };
+            for i in 0..3 - round {
+                values[i] += x * (values[i + 1] - values[i]);
+            }
+        }
+        values[0]
+    })
 }
 
 fn transposed<const N: usize, const M: usize>(rows: [[f64; N]; M]) -> [[f64; M]; N] {

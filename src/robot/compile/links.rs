@@ -45,10 +45,13 @@ impl<G: Turning> Tree<G> {
             packs: 0,
             hinges: Vec::new(),
         };
-        for (i, link) in robot.links.iter().enumerate() {
+        let mut is_acted_on = vec![false; robot.links.len()];
+        let of_loads = robot.loads.iter().map(|load| load.link);
+        for link in of_loads.chain(robot.supports.iter().map(|support| support.link)) {
+            is_acted_on[link] = true;
+        }
+        for (link, is_acted_on) in robot.links.iter().zip(is_acted_on) {
             let start = tree.start(link, &robot.links[0]);
-            let is_acted_on = robot.loads.iter().any(|load| load.link == i)
-                || robot.supports.iter().any(|support| support.link == i);
             tree.add(link, start, makes_one && !is_acted_on);
         }
         tree

@@ -86,16 +86,19 @@ pub(crate) fn compile<G: Turning>(
     }
     let order = |point: &Point<G>| (point.place.piece, point.place.x);
     points.sort_by(|a, b| order(a).partial_cmp(&order(b)).expect("places are finite"));
+    let mut attachments_before = 0;
     for (s, piece) in pieces.iter_mut().enumerate() {
         let first = points.partition_point(|point| point.place.piece < s);
         let end = points.partition_point(|point| point.place.piece <= s);
         let inside = points[first..end].iter().filter(|point| point.inside.is_some()).count();
-        let attachments_before = points[..first].iter().filter(|point| point.carries.is_some()).count();
         piece.points =
             Points { inside: first..first + inside, attachments_before, at_end: first + inside..end };
+        attachments_before += points[first..end].iter().filter(|point| point.carries.is_some()).count();
     }
-    let holds = |a: usize| points.iter().position(|point| point.anchors.contains(&a));
-    let supported = (0..robot.supports.len()).filter_map(holds).collect();
+    let mut supported = vec![0; robot.supports.len()];
+    for (i, point) in points.iter().enumerate() {
+        point.anchors.iter().for_each(|&a| supported[a] = i);
+    }
     (points, supported)
 }
 

@@ -1,11 +1,13 @@
 //! The actuators of a robot, and the inputs of actuators and loads.
 
+use std::collections::HashSet;
 use std::sync::Arc;
 
+use super::carriers::{Carrier, Carriers};
 use super::driven::Driven;
 use super::link::Link;
-use super::robot::Robot;
-use crate::actuator::{Actuator, Along, Motor, Part, Via};
+use super::robot::{Robot, check_name};
+use crate::actuator::{Actuator, Along, Motor, Part, Tendon, Via};
 use crate::error::{Checker, Number};
 use crate::joint::Joint;
 use crate::load::check_place;
@@ -136,18 +138,16 @@ impl Robot {
     }
 
     /// Reports problems of the actuators and inputs.
-    pub(super) fn check_actuators(&self, check: &mut Checker) {
+    pub(super) fn check_actuators(&self, check: &mut Checker, carriers: &Carriers<'_>) {
+        let mut names = HashSet::with_capacity(self.actuators.len());
         for (i, actuator) in self.actuators.iter().enumerate() {
             let place = format!("actuators[{i}]");
             check.nested(&place, actuator.validate());
-            let name = actuator.name();
-            let is_new = self.actuators[..i].iter().all(|other| other.name() != name);
-            let found = format_args!("\"{name}\", which another actuator has");
-            check.require(is_new, &format!("{place}.name"), found, "a new name");
+            check_name(check, &mut names, actuator.name(), &place, "actuator");
             match actuator {
                 Actuator::Tendon(tendon) => {
                     if tendon.path.len() > 1
-                        && let Some(body) = tendon.only_body()
+                        && let Some(body) = self.only_body(tendon, carriers)
                     {
                         let expected = "parts along a rod, or points of which not all are there: else it acts on nothing";
                         let found = format_args!("only points {body}");
@@ -202,6 +202,26 @@ impl Robot {
             }
         }
         Inputs::default().take_all(self, check);
+    }
+
+    /// What carries all points of a tendon's path, in words, if that is one body: the tendon's length is constant then.
+    fn only_body(&self, tendon: &Tendon, carriers: &Carriers<'_>) -> Option<String> {
+        let vias = tendon.path.iter().map(Part::via).collect::<Option<Vec<_>>>()?;
+        let carrier = |via: &Via| match via.link {
+            None => Some(Carrier::World),
+            Some(link) => carriers.at(link, via.at),
+        };
+        let first = vias.first()?;
+        let body = carrier(first)?;
+        if vias.iter().any(|via| carrier(via) != Some(body)) {
+            return None;
+        }
+        let Some(other) = vias.iter().find(|via| via.link != first.link) else {
+            let where_to = if first.link.is_some() { "on one body or section" } else { "in the world" };
+            return Some(where_to.to_owned());
+        };
+        let [a, b] = [first.link, other.link].map(|link| self.name_of(link));
+        Some(format!("on {a} and {b}, which are welded together"))
     }
 
     /// Link and joint coordinate of a motor's place, which is the name of a link whose joint has one

@@ -2,8 +2,10 @@
 //! one link that is welded to the world.
 
 mod actuation;
+mod carriers;
 mod driven;
 mod link;
+mod names;
 mod robot;
 mod rod;
 mod span;
@@ -12,6 +14,7 @@ pub use actuation::Inputs;
 pub use driven::Driven;
 pub(crate) use driven::{Origin, origin};
 pub use link::Link;
+pub(crate) use names::number_default_names;
 pub use robot::{MAX_COORDINATES, Robot};
 pub use rod::Rod;
 pub(crate) use span::Spans;

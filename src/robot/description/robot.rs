@@ -1,5 +1,8 @@
 //! A robot as plain data: a tree of links, with loads, actuators, loops and contacts.
 
+use std::collections::HashSet;
+
+use super::carriers::{Carrier, Carriers};
 use super::driven::{Driven, check_mimics};
 use super::link::Link;
 use super::rod::Rod;
@@ -91,6 +94,17 @@ impl Robot {
         first..first + self.links[link].coordinates()
     }
 
+    /// Index of the first coordinate of every link.
+    pub(crate) fn first_coordinates(&self) -> Vec<usize> {
+        let mut next = 0;
+        let first = |link: &Link| {
+            let first = next;
+            next += link.coordinates();
+            first
+        };
+        self.links.iter().map(first).collect()
+    }
+
     /// The numbers of coordinates, one after another, of links that a coordinate of the same link moves.
     pub(crate) fn parts(&self) -> Vec<usize> {
         let mut roots: Vec<Option<usize>> = Vec::with_capacity(self.links.len());
@@ -113,16 +127,13 @@ impl Robot {
 
     /// The first coordinates of the rotation vectors of joints.
     pub fn rotation_vectors(&self) -> Vec<usize> {
-        let of_link = |(i, link): (usize, &Link)| {
-            let first = self.coordinates_of(i).start;
-            match link.joint {
-                _ if link.driven.is_some() => None,
-                Joint::Spherical => Some(first),
-                Joint::Free => Some(first + 3),
-                _ => None,
-            }
+        let of_link = |(link, first): (&Link, usize)| match link.joint {
+            _ if link.driven.is_some() => None,
+            Joint::Spherical => Some(first),
+            Joint::Free => Some(first + 3),
+            _ => None,
         };
-        self.links.iter().enumerate().filter_map(of_link).collect()
+        self.links.iter().zip(self.first_coordinates()).filter_map(of_link).collect()
     }
 
     /// Whether everything that rods carry is located at their tips, and distributed effects are uniform along
@@ -333,9 +344,11 @@ impl Robot {
     pub fn validate(&self) -> Result<(), InvalidInput> {
         let mut check = Checker::new();
         check.require(!self.links.is_empty(), "links", "none", "at least one link");
+        let mut names = HashSet::with_capacity(self.links.len());
         for (i, link) in self.links.iter().enumerate() {
             let place = format!("links[{i}]");
             check.nested(&place, link.validate());
+            check_name(&mut check, &mut names, &link.name, &place, "link");
             self.check_place_in_tree(&mut check, i, &place);
         }
         check_mimics(&mut check, &self.links);
@@ -360,9 +373,10 @@ impl Robot {
                 support.validate(x)
             });
         }
-        self.check_actuators(&mut check);
-        self.check_loops(&mut check);
-        self.check_contacts(&mut check);
+        let carriers = Carriers::of(&self.links, self.base_motion.is_some());
+        self.check_actuators(&mut check, &carriers);
+        self.check_loops(&mut check, &carriers);
+        self.check_contacts(&mut check, &carriers);
         if let Some(fluid) = &self.fluid {
             check.nested("fluid", fluid.validate());
             let is_given = |segment: &Segment| matches!(segment.section, Section::Given(_));
@@ -380,12 +394,9 @@ impl Robot {
         check.finish()
     }
 
-    /// Reports problems of a link's name and of its parent.
+    /// Reports problems of a link's parent.
     fn check_place_in_tree(&self, check: &mut Checker, i: usize, place: &str) {
         let link = &self.links[i];
-        let name = format!("{place}.name");
-        let is_new = self.links[..i].iter().all(|other| other.name != link.name);
-        check.require(is_new, &name, format_args!("\"{}\", which another link has", link.name), "a new name");
         let Some(parent) = link.parent else {
             let expected = "none: `at` is an arc length of the parent's rod, and this link has no parent";
             check.require(link.at.is_none(), &format!("{place}.at"), link.at.unwrap_or(0.0), expected);
@@ -432,71 +443,66 @@ impl Robot {
     }
 
     /// Reports problems of closed loops.
-    fn check_loops(&self, check: &mut Checker) {
+    fn check_loops(&self, check: &mut Checker, carriers: &Carriers<'_>) {
         let length = |link: usize| self.links.get(link).map(Link::length);
+        let coordinates = self.coordinates();
+        let mut names = HashSet::with_capacity(self.loops.len());
         for (i, closed) in self.loops.iter().enumerate() {
             let place = format!("loops[{i}]");
-            let is_new = self.loops[..i].iter().all(|other| other.name != closed.name);
-            let found = format_args!("\"{}\", which another loop has", closed.name);
-            check.require(is_new, &format!("{place}.name"), found, "a new name");
-            check.nested(&place, closed.validate(length, self.coordinates()));
+            check_name(check, &mut names, &closed.name, &place, "loop");
+            check.nested(&place, closed.validate(length, coordinates));
+            let Some([a, b]) = closed.tie.ends() else { continue };
+            // Of these the loop itself says what is wrong.
+            if a.link == b.link && (a.at == b.at || a.link.is_none()) {
+                continue;
+            }
+            let [first, second] = [a, b].map(|end| match end.link {
+                None => Some(Carrier::World),
+                Some(link) => carriers.at(link, end.at),
+            });
+            check.require(
+                first.is_none() || first != second,
+                &format!("{place}.b"),
+                self.names_of_welded("ends on", [a.link, b.link]),
+                "a place that can move against the first one",
+            );
         }
     }
 
     /// Reports problems of contacts.
-    pub(super) fn check_contacts(&self, check: &mut Checker) {
+    pub(super) fn check_contacts(&self, check: &mut Checker, carriers: &Carriers<'_>) {
         let length = |link: usize| self.links.get(link).map(Link::length);
+        let mut names = HashSet::with_capacity(self.contacts.len());
         for (i, contact) in self.contacts.iter().enumerate() {
             let place = format!("contacts[{i}]");
-            let is_new = self.contacts[..i].iter().all(|other| other.name != contact.name);
-            let found = format_args!("\"{}\", which another contact has", contact.name);
-            check.require(is_new, &format!("{place}.name"), found, "a new name");
+            check_name(check, &mut names, &contact.name, &place, "contact");
             check.nested(&place, contact.validate(&length));
-            let [a, b] = contact.surfaces.each_ref().map(|surface| self.carrier(surface));
-            let is_self = contact.surfaces[0].link() == contact.surfaces[1].link();
+            // What deforms moves against everything.
+            let [a, b] = contact.surfaces.each_ref().map(|surface| match surface {
+                Surface::Rod { .. } => None,
+                Surface::Obstacle(_) => Some(Carrier::World),
+                Surface::Ball { link, at, .. } | Surface::Solid { link, at, .. } => carriers.at(*link, *at),
+            });
+            let links = contact.surfaces.each_ref().map(Surface::link);
+            let is_self = links[0] == links[1];
             check.require(
                 is_self || a.is_none() || a != b,
                 &format!("{place}.b"),
-                self.names_of_welded(contact),
+                self.names_of_welded("surfaces of", links),
                 "surfaces that can move against each other",
             );
         }
     }
 
-    /// What carries a rigid surface; `None` for a surface that deforms, and for links that there are not.
-    fn carrier(&self, surface: &Surface) -> Option<Carrier> {
-        match surface {
-            Surface::Rod { .. } => None,
-            Surface::Obstacle(_) => Some(Carrier::World),
-            Surface::Ball { link, at, .. } | Surface::Solid { link, at, .. } => self.carrier_at(*link, *at),
-        }
+    fn names_of_welded(&self, what: &str, links: [Option<usize>; 2]) -> String {
+        let [a, b] = links.map(|link| self.name_of(link));
+        format!("{what} {a} and {b}, which are welded together")
     }
 
-    /// What carries a place of a link: welds add nothing that moves.
-    fn carrier_at(&self, mut index: usize, mut at: Option<f64>) -> Option<Carrier> {
-        loop {
-            let link = self.links.get(index)?;
-            let length = link.length();
-            let at_link = if length > 0.0 { at.unwrap_or(length) } else { 0.0 };
-            if at_link > 0.0 || link.joint != Joint::Weld {
-                return Some(Carrier::Link { index, at: at_link });
-            }
-            match link.parent {
-                // Parents precede, or the robot is refused for it.
-                Some(parent) if parent < index => (index, at) = (parent, link.at),
-                Some(_) => return None,
-                None if self.base_motion.is_some() => return Some(Carrier::MovingBase),
-                None => return Some(Carrier::World),
-            }
-        }
-    }
-
-    fn names_of_welded(&self, contact: &Contact) -> String {
-        let [a, b] = contact.surfaces.each_ref().map(|surface| match surface.link() {
-            Some(link) => self.links.get(link).map_or(String::new(), |link| format!("\"{}\"", link.name)),
-            None => "the world".to_owned(),
-        });
-        format!("surfaces of {a} and {b}, which are welded together")
+    /// Name of a link in quotes, or the world.
+    pub(super) fn name_of(&self, link: Option<usize>) -> String {
+        let Some(link) = link else { return "the world".to_owned() };
+        self.links.get(link).map_or(String::new(), |link| format!("\"{}\"", link.name))
     }
 
     fn check_size(&self, check: &mut Checker) {
@@ -549,6 +555,19 @@ impl Robot {
     }
 }
 
+/// Reports a name that another part of the same kind has.
+pub(super) fn check_name<'a>(
+    check: &mut Checker,
+    known: &mut HashSet<&'a str>,
+    name: &'a str,
+    place: &str,
+    kind: &str,
+) {
+    let is_new = known.insert(name);
+    let found = format_args!("\"{name}\", which another {kind} has");
+    check.require(is_new, &format!("{place}.name"), found, "a new name");
+}
+
 /// Reports integration matrices that are too large.
 pub(super) fn check_integration<'a>(
     check: &mut Checker,
@@ -596,12 +615,4 @@ impl From<&Rod> for Robot {
             contacts: rod.contacts.clone(),
         }
     }
-}
-
-/// What a rigid surface moves with.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Carrier {
-    World,
-    MovingBase,
-    Link { index: usize, at: f64 },
 }

@@ -1,5 +1,6 @@
 //! A rod as plain data: a sequence of segments, a base, loads and bodies.
 
+use super::carriers::Carriers;
 use super::link::check_orientation;
 use super::robot::{MAX_COORDINATES, Robot, check_integration, check_surroundings};
 use crate::actuator::Actuator;
@@ -126,8 +127,9 @@ impl Rod {
         }
         // Loads share inputs with actuators, and have the same indices in the robot.
         let robot = Robot::from(self);
-        robot.check_actuators(&mut check);
-        robot.check_contacts(&mut check);
+        let carriers = Carriers::of(&robot.links, robot.base_motion.is_some());
+        robot.check_actuators(&mut check, &carriers);
+        robot.check_contacts(&mut check, &carriers);
         check.finish()
     }
 }

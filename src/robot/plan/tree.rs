@@ -142,9 +142,10 @@ impl Families {
             let is_joint = piece.packs == 0 || piece.joined.weld.is_some();
             is_joint.then(|| piece.joined.carrier())
         };
-        let with_joints: Vec<usize> = pieces.iter().filter_map(begin_of_joint).collect();
+        let mut have_joints = vec![false; self.carried_by.len()];
+        pieces.iter().filter_map(begin_of_joint).for_each(|station| have_joints[station] = true);
         for piece in pieces.iter_mut() {
-            piece.joined.ends_at_joint = with_joints.contains(&piece.joined.end);
+            piece.joined.ends_at_joint = have_joints[piece.joined.end];
         }
         let mut are_before_nodes = vec![false; self.carried_by.len()];
         for piece in pieces.iter_mut().rev() {

@@ -1,4 +1,4 @@
-"""Fuzzing of scenes, of the Python API and of the solvers: ``python -m fuzz`` (docs/fuzzing.md)."""
+"""Fuzzing of scenes, the Python API and the solvers, and attacks: ``python -m fuzz`` (docs/fuzzing.md)."""
 
 #: Names of the harnesses, which are modules here. Random cases depend on the order.
-HARNESSES = ("scenes", "api", "solvers", "robots")
+HARNESSES = ("scenes", "api", "solvers", "robots", "files", "stores", "endings", "pages")

@@ -135,7 +135,7 @@ def urdf():
         '<inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial></link>'
         '<joint name="j" type="continuous"><parent link="a"/><child link="b"/></joint></robot>'
     )
-    path = pathlib.Path(tempfile.gettempdir()) / "lissom-one-hinge.urdf"
+    path = pathlib.Path(place("one-hinge.urdf"))
     path.write_text(text, encoding="utf-8")
     return str(path)
 

@@ -1,0 +1,111 @@
+//! Extraction of arguments of Python functions, one function per name:
+//! `#[pyo3(from_py_with = arguments::number::mass)] mass: f64`.
+//!
+//! PyO3 does not tell an extractor the name of its argument, and messages must contain it. Those of classes stand beside the
+//! class.
+
+use std::path::PathBuf;
+
+use pyo3::exceptions::{PyOSError, PyTypeError};
+use pyo3::prelude::*;
+use pyo3::types::PyString;
+
+use super::convert;
+
+/// A module with an extractor for each name, which passes the name to a function of `convert`.
+macro_rules! extractors {
+    ($module:ident: $convert:path => $type:ty { $($name:ident)* }) => {
+        #[allow(non_snake_case, reason = "arc lengths are called X in Python")]
+        #[allow(clippy::needless_lifetimes, reason = "only texts are borrowed")]
+        pub(super) mod $module {
+            use super::*;
+            $(pub(in super::super) fn $name<'a>(value: &'a Bound<'_, PyAny>) -> PyResult<$type> {
+                $convert(value, stringify!($name))
+            })*
+        }
+    };
+}
+
+extractors!(number: convert::number => f64 {
+    X added_mass_coefficient density drag_area drag_coefficient dt frequency gravity length load_factor mass memory_limit
+    min_step phase poisson_ratio retardation_time rtol stiffness t t0 t_bound t_end tip_mass tol viscous_drag volume x xtol
+    xtol_abs
+});
+extractors!(optional_number: optional_numbers => Option<f64> {
+    X alpha at beta control_step density duration first_step gamma length max_step poisson_ratio rho_inf shear_modulus t t0
+    tol young_modulus
+});
+extractors!(whole: convert::whole => i64 { max_iter row });
+extractors!(optional_whole: optional_wholes => Option<i64> {
+    count event_samples max_iter max_steps nodes restarts workers
+});
+extractors!(flag: convert::flag => bool {
+    accelerate adaptive anywhere buoyancy dense_output history keep_jacobian raise_on_failure reuse_jacobian vectorized
+});
+extractors!(optional_flag: optional_flags => Option<bool> { adaptive reuse_jacobian });
+extractors!(text: convert::text => &'a str { basis by controller frame keep link method name predictor text });
+extractors!(optional_text: optional_texts => Option<&'a str> { jac link name predictor });
+
+extractors!(optional_name: optional_names => Option<String> { link });
+
+/// The value, unless it is None.
+pub(super) fn optional<'a, 'py, T>(
+    value: &'a Bound<'py, PyAny>,
+    name: &str,
+    convert: impl FnOnce(&'a Bound<'py, PyAny>, &str) -> PyResult<T>,
+) -> PyResult<Option<T>> {
+    if value.is_none() { Ok(None) } else { convert(value, name).map(Some) }
+}
+
+fn optional_numbers(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Option<f64>> {
+    optional(value, name, convert::number)
+}
+
+fn optional_wholes(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Option<i64>> {
+    optional(value, name, convert::whole)
+}
+
+fn optional_flags(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Option<bool>> {
+    optional(value, name, convert::flag)
+}
+
+fn optional_texts<'a>(value: &'a Bound<'_, PyAny>, name: &str) -> PyResult<Option<&'a str>> {
+    optional(value, name, convert::text)
+}
+
+fn optional_names(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Option<String>> {
+    optional(value, name, |value, name| convert::text(value, name).map(str::to_owned))
+}
+
+pub(super) fn callback<'a, 'py>(value: &'a Bound<'py, PyAny>) -> PyResult<Option<&'a Bound<'py, PyAny>>> {
+    optional(value, "callback", convert::function)
+}
+
+pub(super) fn progress<'a, 'py>(value: &'a Bound<'py, PyAny>) -> PyResult<Option<&'a Bound<'py, PyAny>>> {
+    optional(value, "progress", convert::function)
+}
+
+/// Indices of segments.
+pub(super) fn segments(value: &Bound<'_, PyAny>) -> PyResult<Option<Vec<usize>>> {
+    optional(value, "segments", |value, name| {
+        let wrong = || {
+            let found = convert::describe(value);
+            PyTypeError::new_err(format!("segments: expected a sequence of whole numbers, got {found}"))
+        };
+        if value.is_instance_of::<PyString>() {
+            return Err(wrong());
+        }
+        let index = |index: PyResult<Bound<'_, PyAny>>| convert::count(convert::whole(&index?, name)?, name);
+        value.try_iter().map_err(|_| wrong())?.map(index).collect()
+    })
+}
+
+/// The path of a file.
+pub(super) fn path(value: &Bound<'_, PyAny>) -> PyResult<PathBuf> {
+    value.extract().map_err(|error: PyErr| {
+        if error.is_instance_of::<PyOSError>(value.py()) {
+            return error;
+        }
+        PyTypeError::new_err(format!("path: expected a str or a path, got {}", convert::describe(value)))
+    })
+}
