@@ -47,8 +47,8 @@ pub trait Elastic {
         true
     }
 
-    /// Sizes of the coordinates in a shape, all > 0: of steps along them ([`chart`](super::chart)) that change a lot. One radian
-    /// of what a coordinate turns most; where it only shifts something, a strain of one, or the extent of what it shifts. No
+    /// Sizes of the coordinates in a shape, all > 0: of steps that change a lot, in which rotations are turns. One radian of what a
+    /// coordinate turns most; where it only shifts something, a strain of one, or the extent of what it shifts. No
     /// part that a coordinate does not move has a say. Allocates; not for step loops.
     fn sizes(&mut self, _q: &[f64], sizes: &mut [f64]) {
         self.typical_coordinates(sizes);
