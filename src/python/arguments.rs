@@ -40,7 +40,7 @@ extractors!(optional_whole: optional_wholes => Option<i64> {
     count event_samples max_iter max_steps nodes restarts workers
 });
 extractors!(flag: convert::flag => bool {
-    accelerate adaptive anywhere buoyancy dense_output history keep_jacobian raise_on_failure reuse_jacobian vectorized
+    accelerate adaptive anywhere buoyancy dense_output history keep_jacobian raise_on_failure reuse_jacobian stability vectorized
 });
 extractors!(optional_flag: optional_flags => Option<bool> { adaptive reuse_jacobian });
 extractors!(text: convert::text => &'a str { basis by controller frame keep link method name predictor text });

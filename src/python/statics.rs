@@ -360,7 +360,7 @@ pub(crate) fn statics<'py>(
     #[pyo3(from_py_with = arguments::optional_whole::max_iter)] max_iter: Option<i64>,
     #[pyo3(from_py_with = arguments::optional_whole::max_steps)] max_steps: Option<i64>,
     u: Option<&Bound<'py, PyAny>>,
-    stability: bool,
+    #[pyo3(from_py_with = arguments::flag::stability)] stability: bool,
 ) -> PyResult<PyStaticsResult> {
     let u = u.map(|u| inputs_of(model, u)).transpose()?;
     let mut model = native_with(model, t, u.as_deref())?;

@@ -40,7 +40,7 @@ impl std::ops::Add for Counters {
 /// R_i` (joules) with the typical sizes s of the model; these are called *scaled* below. Systems are solved
 /// in natural coordinates (see [`crate::springs`]), at forces of the springs that are part of the state.
 pub(super) struct Equations<'a> {
-    model: &'a mut dyn Model,
+    pub(super) model: &'a mut dyn Model,
     monitor: &'a mut dyn FnMut() -> Result<(), Interrupted>,
     pub(super) sizes: Vec<f64>,
     pub(super) counters: Counters,

@@ -182,7 +182,7 @@ fn follow(
         follow_along(&mut path, equations, options, inputs).unwrap_or_else(|Interrupted| {
             (Status::Interrupted, path.load_factor.last().copied().unwrap_or(options.load_factor))
         });
-    let message = outcome::message(status, load_factor, true, None, &path);
+    let message = outcome::message(equations.model, status, load_factor, true, None, &path);
     let followed = Continuation { path, status, message, counters: equations.counters };
     if status == Status::Interrupted { Err(Unfinished::new(followed)) } else { Ok(followed) }
 }
@@ -291,7 +291,7 @@ fn load(
         release(model, &state.q, options, true, &mut *monitor).map_err(|halted| halted.along(&path))?;
     if released.status.is_success() {
         let status = if end == End::UpperBound { Status::Converged } else { Status::LetGo };
-        let message = outcome::message(status, reached, options.stability, released.verdict, &path);
+        let message = outcome::message(model, status, reached, options.stability, released.verdict, &path);
         return Ok(Equilibrium { status, message, path, counters: counters + released.counters, ..released });
     }
     if end == End::UpperBound {
@@ -433,7 +433,8 @@ fn until_balanced(
             return Ok(found);
         }
         if time == TIMES {
-            let message = outcome::message(Status::Stalled, found.load_factor, true, None, &found.path);
+            let message =
+                outcome::message(model, Status::Stalled, found.load_factor, true, None, &found.path);
             return Ok(Equilibrium { status: Status::Stalled, message, ..found });
         }
         q = found.q;
@@ -678,7 +679,7 @@ impl Halted {
         // A function of time that has failed is not called again.
         let evaluated = equations.residual(&q, load_factor, &mut residual, &mut load);
         Unfinished::new(Equilibrium {
-            message: outcome::message(Status::Interrupted, load_factor, true, None, &path),
+            message: outcome::message(model, Status::Interrupted, load_factor, true, None, &path),
             q,
             load_factor,
             status: Status::Interrupted,
@@ -745,7 +746,7 @@ fn judge(equations: &mut Equations<'_>, found: Found, path: Path) -> Result<Equi
     equations.wrap(&mut q);
     let own_norm = linear.as_ref().map_or(f64::NAN, |linear| linear.residual_norm);
     Ok(Equilibrium {
-        message: outcome::message(status, load_factor, equations.judges, verdict, &path),
+        message: outcome::message(equations.model, status, load_factor, equations.judges, verdict, &path),
         load_factor,
         q,
         status,

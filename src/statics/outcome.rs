@@ -2,7 +2,7 @@
 
 use super::equations::Counters;
 use super::path::{CriticalKind, Path};
-use crate::model::{Flaw, at_least};
+use crate::model::{Flaw, Model, at_least};
 use crate::roots;
 use crate::stability::{Stability, Verdict};
 
@@ -66,7 +66,8 @@ impl Status {
         }
     }
 
-    fn message(self, load_factor: f64) -> String {
+    /// Advice about quadrature `nodes` is for models with rods.
+    fn message(self, load_factor: f64, has_rods: bool) -> String {
         match self {
             Self::Converged => "The forces are in equilibrium.".to_owned(),
             Self::LetGo => format!(
@@ -80,8 +81,9 @@ impl Status {
             ),
             Self::StepTooSmall => format!(
                 "The path of equilibria could not be followed beyond load factor {load_factor:.6}; `q` is the last one \
-                 found. Two paths may nearly touch there: add a small load that favours one of them, give a shape `q0` to \
-                 release the model from, or give the rod more quadrature `nodes`."
+                 found. Two paths may nearly touch there: add a small load that favours one of them, or give a shape `q0` to \
+                 release the model from{}.",
+                if has_rods { "; or give the rod more quadrature `nodes`" } else { "" }
             ),
             Self::TooManySteps => format!(
                 "The limit of steps was reached at load factor {load_factor:.6}; `q` is the last equilibrium found. \
@@ -90,10 +92,16 @@ impl Status {
             Self::IterationLimit => "The limit of iterations was reached; `q` is the last shape. If there is any equilibrium, \
                  allow more `max_iter` or start closer to it; under follower loads there may be none that is stable."
                 .to_owned(),
-            Self::Stalled => "No step reduces the energy, but the forces are not in equilibrium; `q` is the last shape. Start \
-                 from another shape; if that ends here too, give the rod more quadrature `nodes`: the discretised forces of a \
-                 sharply bent rod need not have a potential."
-                .to_owned(),
+            Self::Stalled => format!(
+                "No step reduces the energy, but the forces are not in equilibrium; `q` is the last shape. Start from another \
+                 shape{}.",
+                if has_rods {
+                    "; if that ends here too, give the rod more quadrature `nodes`: the discretised forces of a sharply bent \
+                     rod need not have a potential"
+                } else {
+                    ""
+                }
+            ),
             Self::Unheld => "Nothing holds the model: in some direction the loads move it on without end, and there is no \
                              equilibrium that way. Hold it by a joint, a support, a tendon or a contact; `q` is the last shape."
                 .to_owned(),
@@ -169,13 +177,14 @@ pub struct Continuation {
 
 /// Describes the status, the stability (if it was judged) and critical points. `end` is the load factor at the end of the path.
 pub(super) fn message(
+    model: &dyn Model,
     status: Status,
     end: f64,
     is_judged: bool,
     verdict: Option<Verdict>,
     path: &Path,
 ) -> String {
-    let mut message = status.message(end);
+    let mut message = status.message(end, model.is_discretised());
     if status == Status::Finished || !status.is_success() {
         return message;
     }

@@ -59,7 +59,7 @@ pub(super) fn judged(
     let lowest = motions.as_ref().and_then(lowest).unwrap_or(f64::NAN);
     let verdict = motions.filter(|_| options.stability).and_then(|motions| stability::verdict(&motions));
     let reached = found.path.load_factor.last().copied().unwrap_or(found.load_factor);
-    let message = outcome::message(status, reached, options.stability, verdict, &found.path);
+    let message = outcome::message(model, status, reached, options.stability, verdict, &found.path);
     Equilibrium { status, message, verdict, lowest, ..found }
 }
 

@@ -191,7 +191,7 @@ impl Approached {
         rotation_vectors::wrap(model.rotation_vectors(), &mut q, &mut rest, &mut []);
         let (status, path) = (Status::Converged, Path::default());
         Some(Equilibrium {
-            message: outcome::message(status, 1.0, options.stability, verdict, &path),
+            message: outcome::message(model, status, 1.0, options.stability, verdict, &path),
             q,
             load_factor: 1.0,
             status,

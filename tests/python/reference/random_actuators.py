@@ -64,14 +64,25 @@ def random_path(rng, links, most=4):
     for _ in range(rng.integers(1, most + 1)):
         embedded = rods and rng.integers(2)
         path.append(random_along(rng, rng.choice(rods)) if embedded else random_via(rng, links))
-    places = {(part["link"], part.get("at")) for kind, part in path if kind == "Via"}
+    places = {carrier(links, part["link"], part.get("at")) for kind, part in path if kind == "Via"}
     if any(kind == "Along" for kind, _ in path) or len(places) > 1:
         return path
-    # Points at a single place keep their distance in any motion.
+    # Points on what is rigid keep their distance in any motion.
     while True:
         kind, part = random_via(rng, links)
-        if (part["link"], part.get("at")) not in places:
+        if carrier(links, part["link"], part.get("at")) not in places:
             return [*path, (kind, part)]
+
+
+def carrier(links, name, at=None):
+    """What a place moves with: a body and all that is welded to it, or a section of a rod; by default the tip."""
+    if name is None:
+        return None
+    link = next(link for link in links if link["name"] == name)
+    if any(segment["modes"] for segment in link.get("rod", [])):
+        return name, at
+    is_welded = link.get("joint", {"type": "weld"})["type"] == "weld"
+    return carrier(links, link.get("parent"), link.get("at")) if is_welded else (name, None)
 
 
 def random_tendons(seed, links, *, points=False, friction=False):
