@@ -1,4 +1,7 @@
-"""Conversion of the values in plain data: numbers to floats, names to text."""
+"""Conversion of the values in plain data: numbers to floats, names to text.
+
+The extension is loaded with the first conversion: commands that only print help do not wait for it.
+"""
 
 from __future__ import annotations
 
@@ -7,26 +10,32 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from ._lissom import as_flag, as_number, as_scalar_or_vector, as_text, as_whole
-
 
 def number(name: str, value: object) -> float:
     """A number as a float. Booleans, text and times are rejected, although Python converts some of them."""
+    from ._lissom import as_number
+
     return as_number(value, name)
 
 
 def whole(name: str, value: object) -> int:
     """A whole number of 64 bits; booleans are none."""
+    from ._lissom import as_whole
+
     return as_whole(value, name)
 
 
 def flag(name: str, value: object) -> bool:
     """True or False."""
+    from ._lissom import as_flag
+
     return as_flag(value, name)
 
 
 def text(name: str, value: object) -> str:
     """A text."""
+    from ._lissom import as_text
+
     return as_text(value, name)
 
 
@@ -70,12 +79,16 @@ def with_number(thing: object, *names: str) -> None:
 
 def with_text(thing: object, *names: str) -> None:
     """Check that attributes are text."""
+    from ._lissom import as_text
+
     for name in names:
         _set(thing, name, as_text(getattr(thing, name), name))
 
 
 def in_floats(thing: object, *names: str) -> None:
     """Convert attributes to tuples of floats."""
+    from ._lissom import as_scalar_or_vector
+
     for name in names:
         values, is_number = as_scalar_or_vector(getattr(thing, name), name)
         if is_number:
@@ -85,5 +98,7 @@ def in_floats(thing: object, *names: str) -> None:
 
 def in_floats_for_each(thing: object, name: str, count: int) -> None:
     """Convert an attribute to a tuple of floats; a single number stands for `count` equal ones."""
+    from ._lissom import as_scalar_or_vector
+
     values, is_number = as_scalar_or_vector(getattr(thing, name), name)
     _set(thing, name, tuple(values) * count if is_number else tuple(values))
