@@ -18,11 +18,12 @@ def offset(X):
 
 
 def embedded():
-    return lissom.Along(offset=((offset(0.0)[0], offset(LENGTH)[0]), offset(0.0)[1]), along=(0.0, LENGTH))
+    return lissom.Along("rod", offset=((offset(0.0)[0], offset(LENGTH)[0]), offset(0.0)[1]), along=(0.0, LENGTH))
 
 
 def rod(*tendons):
-    return lissom.Rod([SEGMENT], gravity=(0, 0, 0), actuators=tendons)
+    link = lissom.Link("rod", rod=[SEGMENT])
+    return lissom.Robot([link], gravity=(0, 0, 0), actuators=tendons)
 
 
 def tendon(name, path, friction=FRICTION, sliding=1.0):
@@ -30,7 +31,7 @@ def tendon(name, path, friction=FRICTION, sliding=1.0):
 
 
 def place(robot, q, X):
-    pose = robot.pose(q, X)
+    pose = robot.pose(q, X, link="rod")
     return pose[:3, :3] @ [0.0, *offset(X)] + pose[:3, 3]
 
 
@@ -49,7 +50,8 @@ def turning(robot, q):
     places = np.array([place(robot, q, X) for X in np.linspace(0, LENGTH, 4001)])
     ways = np.diff(places, axis=0)
     ways /= np.linalg.norm(ways, axis=1)[:, None]
-    return 2 * np.arcsin(np.linalg.norm(np.diff(ways, axis=0), axis=1) / 2).sum() * 4000 / 3999
+    turns = 2 * np.arcsin(np.linalg.norm(np.diff(ways, axis=0), axis=1) / 2)
+    return turns.sum() + (turns[0] + turns[-1]) / 2
 
 
 def state(seed):

@@ -75,7 +75,7 @@ def random_path(rng, links, most=4):
 
 
 def carrier(links, name, at=None):
-    """What a place moves with: a body and all that is welded to it, or a section of a rod; by default the tip."""
+    """What a place moves with: a body and all that is welded to it, or a section of a rod (its tip)."""
     if name is None:
         return None
     link = next(link for link in links if link["name"] == name)
