@@ -18,7 +18,9 @@ def offset(X):
 
 
 def embedded():
-    return lissom.Along("rod", offset=((offset(0.0)[0], offset(LENGTH)[0]), offset(0.0)[1]), along=(0.0, LENGTH))
+    return lissom.Along(
+        "rod", offset=((offset(0.0)[0], offset(LENGTH)[0]), offset(0.0)[1]), along=(0.0, LENGTH)
+    )
 
 
 def rod(*tendons):

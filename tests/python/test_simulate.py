@@ -499,7 +499,7 @@ def test_exceptions_of_the_progress_callback_come_back_unchanged(method):
     with pytest.raises(RuntimeError) as caught:
         lissom.simulate(pendulum(), 1.0, method=method, progress=fail, **START)
     assert caught.value is mishap
-    with pytest.raises(TypeError, match="^progress: expected a function, got int"):
+    with pytest.raises(TypeError, match=r"^progress: expected a function, got int"):
         lissom.simulate(pendulum(), 1.0, method=method, progress=3, **START)
 
 
