@@ -55,7 +55,6 @@ pub(crate) fn rate_matrix(v: [f64; 3]) -> [[f64; 3]; 3] {
 }
 
 /// `U' r` in place: forces along steps from those along coordinates.
-#[allow(dead_code, reason = "for searches of equilibria")]
 pub(crate) fn forces(first: &[usize], q: &[f64], forces: &mut [f64]) {
     for &k in first {
         let moment = moment_of_rotation_vector(vector(q, k), vector(forces, k));
