@@ -450,6 +450,10 @@ impl<'a, 'b> Follower<'a, 'b> {
         let whole = to.state.since(&from.state, &sizes);
         let mut found: Vec<(f64, usize, State, Linear, Stiffness)> = Vec::new();
         for place in changes {
+            // A zero real part of a complex pair is no critical point.
+            if [from, to].iter().all(|end| end.stiffness.eigenvalue(place).im.abs() > REAL) {
+                continue;
+            }
             let [a, b] = [from, to].map(|end| match end.stiffness.eigenvalue(place).re {
                 // A path that starts or ends at a critical point.
                 value if value.abs() <= NEUTRAL => 0.0,
@@ -465,7 +469,6 @@ impl<'a, 'b> Follower<'a, 'b> {
             if !is_zero {
                 return Ok(false);
             }
-            // A zero real part of a complex pair is no critical point.
             if value.im.abs() > REAL {
                 continue;
             }
