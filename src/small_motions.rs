@@ -376,6 +376,7 @@ impl Parts<'_> {
             model.weighted_tangent(q, &rest, &rest, [1.0, 0.0, 0.0], &mut tangent);
             scaled(tangent, sizes)
         });
+        let work = self.work();
         let (mut total, mut magnitudes) = (material.abs(), material.abs());
         for k in 0..total.len() {
             let [whole, unconstrained, untouched] = [0, 1, 2].map(|part| parts[part][k]);
@@ -384,7 +385,43 @@ impl Parts<'_> {
             magnitudes[k] +=
                 self.magnitude((own - material[k]).abs(), own, [whole, unconstrained, untouched]);
         }
+        // Entries of loads are sums of products that may cancel: each is at most what the loads could do, however they point.
+        for range in self.parts() {
+            for (i, j) in range.clone().flat_map(|i| range.clone().map(move |j| (i, j))) {
+                magnitudes[(i, j)] += self.load_factor.abs() * work[i].min(work[j]);
+            }
+        }
         Sum { total, magnitudes }
+    }
+
+    /// What weight and loads could do along a size of each coordinate, whatever their directions are, in joules.
+    fn work(&mut self) -> Vec<f64> {
+        let mut turned = Matrix::zeros(self.q.len(), 3);
+        self.model.turned_loads(self.q, &mut turned);
+        let mut work: Vec<f64> =
+            turned.row_iter().zip(self.sizes).map(|(row, size)| row.abs().sum() * size).collect();
+        // Axes of rotation vectors are none of the joint: what is on one of them is beside it by rounding.
+        for &first in self.model.rotation_vectors() {
+            let most = work[first..first + 3].iter().copied().fold(0.0, f64::max);
+            work[first..first + 3].fill(most);
+        }
+        work
+    }
+
+    /// Coordinates of parts that nothing couples.
+    fn parts(&self) -> Vec<std::ops::Range<usize>> {
+        let parts = match self.model.parts() {
+            parts if parts.is_empty() => vec![self.q.len()],
+            parts => parts,
+        };
+        let mut first = 0;
+        parts
+            .into_iter()
+            .map(|part| {
+                first += part;
+                first - part..first
+            })
+            .collect()
     }
 
     /// Generalised forces times sizes, and the sums of the magnitudes of what they come from.
@@ -418,17 +455,10 @@ impl Parts<'_> {
     /// that about the third. Parts that nothing couples have no part in each other's.
     fn imbalance(&mut self) -> Matrix {
         let [forces, magnitudes] = self.forces();
-        let parts = match self.model.parts() {
-            parts if parts.is_empty() => vec![forces.len()],
-            parts => parts,
-        };
         let mut imbalance = Matrix::zeros(forces.len(), forces.len());
-        let mut first = 0;
-        for part in parts {
-            let range = first..first + part;
-            let left = norm(&forces[range.clone()]).min(OUT_OF_BALANCE * norm(&magnitudes[range]));
-            imbalance.view_mut((first, first), (part, part)).fill(left);
-            first += part;
+        for range in self.parts() {
+            let left = norm(&forces[range.clone()]).min(OUT_OF_BALANCE * norm(&magnitudes[range.clone()]));
+            imbalance.view_mut((range.start, range.start), (range.len(), range.len())).fill(left);
         }
         imbalance
     }

@@ -43,6 +43,9 @@ const SHORTEST_STEP_TO_FLAW: f64 = 1e-4;
 /// loads are close together.
 const LARGEST_DEVIATION: f64 = 0.5;
 
+/// Longest turn of a coordinate in a step, in radians: joints with soft springs would end on other windings of these.
+const LONGEST_TURN: f64 = 2.0;
+
 /// Steps in which the path turns by more than 60 degrees are shortened: they may have reached another path.
 const SMALLEST_COSINE: f64 = 0.5;
 
@@ -242,7 +245,7 @@ impl<'a, 'b> Follower<'a, 'b> {
             loop {
                 let rate = place.direction.load_factor();
                 let to_target = (target - place.state.load_factor) / rate;
-                let longest = step.min(self.course.max_step);
+                let longest = step.min(self.course.max_step).min(self.longest_turn(place));
                 let is_landing = to_target > 0.0 && to_target <= longest;
                 let mut length = if is_landing { to_target } else { longest };
                 if !length.is_finite() {
@@ -280,6 +283,12 @@ impl<'a, 'b> Follower<'a, 'b> {
             }
         }
         Ok(End::TooManySteps)
+    }
+
+    fn longest_turn(&self, place: &Place) -> f64 {
+        let turns = place.direction.scaled.iter().take(place.state.q.len()).enumerate();
+        let turns = turns.filter(|(k, _)| self.equations.model.turns(*k)).map(|(_, rate)| rate.abs());
+        LONGEST_TURN / turns.fold(0.0, f64::max)
     }
 
     /// Rewrites a place with rotation vectors no longer than pi: at 2 pi generalised forces vanish although moments do not.

@@ -214,7 +214,8 @@ pub(super) fn retracted(
         .filter(|&row| problem.is_rigid(row))
         .map(|row| shape.excess[row] / lengths[row])
         .fold(0.0, f64::max);
-    if miss < NEARLY_HELD && exceeded <= 1e-12 * size.max(1.0) {
+    let is_closed = miss < NEARLY_HELD && shape.widest < from.widest + NEARLY_HELD * size.max(1.0);
+    if is_closed && exceeded <= 1e-12 * size.max(1.0) {
         return Ok(Some(shape));
     }
     // A closing from there, if it ends nearby.
