@@ -233,7 +233,7 @@ def test_published_line_of_moorpy():
 
 @pytest.mark.parametrize("stiffness", [1e-14, 1e-10, 1e-6, 1e-4, 1e-2, 1.0, 100.0])
 def test_a_soft_spring_does_not_wind(stiffness):
-    """A body that falls from the horizontal against a spring comes to rest below its hinge, not some turns on."""
+    """A body that falls against a spring comes to rest below its hinge, without winding the spring up."""
     body = lissom.Body(1.0, centre=(0.5, 0, 0), inertia=np.eye(3) * 0.01)
     joint = lissom.Revolute((0, 1, 0), stiffness=stiffness)
     found = lissom.statics(lissom.Robot([lissom.Link("a", joint=joint, body=body)]))
