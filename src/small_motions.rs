@@ -266,15 +266,16 @@ pub(crate) fn small_motions(
     let n = q.len();
     let material = natural::material(model, q, sizes);
     let own = natural::linearised(model, q, sizes);
+    let (work, uncoupled) = (natural::work_of_loads(model, q, sizes), model.parts());
+    let reference = |stiffness: &Matrix| natural::reference(&material, stiffness, &work, &uncoupled);
     let mut at_rest = Parts { model, q, sizes, load_factor, multipliers };
     let (natural, forces) = match &own {
         None => {
             let stiffness = at_rest.tangent([1.0, 0.0, 0.0]);
-            (Natural::new(&material, None, || natural::reference(&material, &stiffness, 0.0))?, None)
+            (Natural::new(&material, None, || reference(&stiffness))?, None)
         }
         Some(own) => {
-            let natural =
-                Natural::new(&material, Some(own), || natural::reference(&material, &material, 0.0))?;
+            let natural = Natural::new(&material, Some(own), || reference(&material))?;
             at_rest.model.hold_springs(Some(&own.forces));
             let [residual, _] = at_rest.forces();
             let forces = natural.settled(own, &natural.forces(&residual));
@@ -376,7 +377,7 @@ impl Parts<'_> {
             model.weighted_tangent(q, &rest, &rest, [1.0, 0.0, 0.0], &mut tangent);
             scaled(tangent, sizes)
         });
-        let work = self.work();
+        let work = natural::work_of_loads(self.model, q, sizes);
         let (mut total, mut magnitudes) = (material.abs(), material.abs());
         for k in 0..total.len() {
             let [whole, unconstrained, untouched] = [0, 1, 2].map(|part| parts[part][k]);
@@ -392,20 +393,6 @@ impl Parts<'_> {
             }
         }
         Sum { total, magnitudes }
-    }
-
-    /// What weight and loads could do along a size of each coordinate, whatever their directions are, in joules.
-    fn work(&mut self) -> Vec<f64> {
-        let mut turned = Matrix::zeros(self.q.len(), 3);
-        self.model.turned_loads(self.q, &mut turned);
-        let mut work: Vec<f64> =
-            turned.row_iter().zip(self.sizes).map(|(row, size)| row.abs().sum() * size).collect();
-        // Axes of rotation vectors are none of the joint: what is on one of them is beside it by rounding.
-        for &first in self.model.rotation_vectors() {
-            let most = work[first..first + 3].iter().copied().fold(0.0, f64::max);
-            work[first..first + 3].fill(most);
-        }
-        work
     }
 
     /// Coordinates of parts that nothing couples.
