@@ -881,9 +881,9 @@ mod tests {
             let point = in_space(&field, x, y, z);
             let found = field.distance(point);
             let mut tried = f64::INFINITY;
-            for i in -100..=350 {
-                for j in -100..=400 {
-                    let place = [f64::from(i) * 0.002, f64::from(j) * 0.002];
+            for i in -50..=175 {
+                for j in -50..=200 {
+                    let place = [f64::from(i) * 0.004, f64::from(j) * 0.004];
                     let way = [place[0] - x, place[1] - y, field.at(place).height - z];
                     tried = tried.min(way.iter().map(|w| w * w).sum::<f64>().sqrt());
                 }
