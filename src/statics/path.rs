@@ -43,8 +43,10 @@ const SHORTEST_STEP_TO_FLAW: f64 = 1e-4;
 /// loads are close together.
 const LARGEST_DEVIATION: f64 = 0.5;
 
-/// Longest turn of a coordinate in a step, in radians: joints with soft springs would end on other windings of these.
+/// Longest turn of a coordinate in a step, in radians: soft springs would end on other windings. Longer ones are taken where the
+/// path is straight up to this distance in scaled coordinates, as that of a moment that rolls a rod up.
 const LONGEST_TURN: f64 = 2.0;
+const STRAIGHT: f64 = 1e-6;
 
 /// Steps in which the path turns by more than 60 degrees are shortened: they may have reached another path.
 const SMALLEST_COSINE: f64 = 0.5;
@@ -175,11 +177,21 @@ pub(super) struct Follower<'a, 'b> {
     compliance: f64,
     /// Problem of the invalid shape to which the last step led, if any.
     pub(super) flaw: Option<Flaw>,
+    /// Whether a long turn has left its prediction: no more of them.
+    is_winding: bool,
 }
 
 impl<'a, 'b> Follower<'a, 'b> {
     pub(super) fn new(equations: &'a mut Equations<'b>, course: Course) -> Self {
-        Self { equations, path: Path::default(), course, is_branch: false, compliance: 0.0, flaw: None }
+        Self {
+            equations,
+            path: Path::default(),
+            course,
+            is_branch: false,
+            compliance: 0.0,
+            flaw: None,
+            is_winding: false,
+        }
     }
 
     /// Finds the equilibrium near `start` at its load factor. From there the path goes to larger load
@@ -245,7 +257,10 @@ impl<'a, 'b> Follower<'a, 'b> {
             loop {
                 let rate = place.direction.load_factor();
                 let to_target = (target - place.state.load_factor) / rate;
-                let longest = step.min(self.course.max_step).min(self.longest_turn(place));
+                let mut longest = step.min(self.course.max_step);
+                if self.is_winding {
+                    longest = longest.min(self.longest_turn(place));
+                }
                 let is_landing = to_target > 0.0 && to_target <= longest;
                 let mut length = if is_landing { to_target } else { longest };
                 if !length.is_finite() {
@@ -354,6 +369,10 @@ impl<'a, 'b> Follower<'a, 'b> {
             }
         };
         let Some(corrected) = corrected else { return Ok(None) };
+        if length > self.longest_turn(place) && norm(&state.since(&predicted, &sizes).scaled) > STRAIGHT {
+            self.is_winding = true;
+            return Ok(None);
+        }
         self.flaw = self.equations.flaw(&state.q);
         if self.flaw.is_some() {
             return Ok(None);
