@@ -1142,6 +1142,38 @@ impl Model for RobotModel {
         on_sweeps!(&mut self.sweeps, sweeps => sweeps.leave_contact(is_left));
     }
 
+    fn soften_contact(&mut self, forces: Option<&[f64]>) -> bool {
+        self.noted.forget();
+        on_sweeps!(&mut self.sweeps, sweeps => sweeps.soften_contact(forces))
+    }
+
+    fn deepest_overlap(&mut self, q: &[f64]) -> f64 {
+        let Self { sweeps, coordinates, .. } = self;
+        coordinates.all([q], |[q]| on_sweeps!(sweeps, sweeps => sweeps.deepest_overlap(q)))
+    }
+
+    fn shifts_of_contact(&mut self, q: &[f64]) -> Matrix {
+        if q.is_empty() || !self.has_contact() {
+            return Matrix::zeros(0, q.len());
+        }
+        let Self { sweeps, coordinates, rotation_vectors, .. } = self;
+        on_sweeps!(sweeps, sweeps => {
+            let (motions, numbers) = coordinates.all([q], |[q]| sweeps.motions_of_contact(q));
+            let mut rows = coordinates.own_columns(motions.rows(sweeps.plan().n));
+            chart::rows(rotation_vectors, q, &mut rows);
+            let mut shifts = Matrix::zeros(numbers.len(), q.len());
+            let mut first = 0;
+            for (p, number) in numbers.into_iter().enumerate() {
+                for k in 0..q.len() {
+                    let rate = |i: usize| rows.fixed_view::<3, 1>(3 * i, k).norm();
+                    shifts[(p, k)] = (first..first + number).map(rate).fold(0.0, f64::max);
+                }
+                first += number;
+            }
+            shifts
+        })
+    }
+
     fn follow_friction(&mut self, length: Option<f64>) {
         on_sweeps!(&mut self.sweeps, sweeps => sweeps.follow_friction(length));
     }
