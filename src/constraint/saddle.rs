@@ -49,6 +49,18 @@ impl Saddle {
         }
     }
 
+    /// The largest gap of rows that others determined when this was factorised which `change`, subtracted from the coordinates, leaves
+    /// open, in units of `sizes`.
+    pub(crate) fn left_open(&self, gaps: &[f64], change: &[f64], sizes: &[f64]) -> f64 {
+        let mut largest = 0.0_f64;
+        for (i, gap) in gaps.iter().enumerate().filter(|(i, _)| !self.independent.is_independent(*i)) {
+            let closed = (0..self.tangent.nrows()).map(|k| self.constraints[(i, k)] * change[k]).sum::<f64>();
+            let left = ((gap - closed) / sizes[i]).abs();
+            largest = if left <= largest { largest } else { left };
+        }
+        largest
+    }
+
     /// Solves with the factors, in place. Multipliers of rows that others determine are zero.
     pub(crate) fn solve(&mut self, b: &mut [f64]) {
         self.drop_dependent(&mut b[self.tangent.nrows()..]);

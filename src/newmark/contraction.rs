@@ -16,7 +16,7 @@ const STEPS_WITHOUT_MEASUREMENT: u32 = 16;
 const SMALLEST_RATE: f64 = 1e-6;
 
 /// With a rate above that an iteration is not worth its price.
-const SLOWEST_RATE: f64 = 0.5;
+pub(super) const SLOWEST_RATE: f64 = 0.5;
 
 /// What has been learnt about the contraction rate: it grows with the distance of the state from the one where the
 /// Jacobian was evaluated, by a factor (the Lipschitz constant of Newton-Kantorovich theory; Deuflhard 2011, section 2.1)

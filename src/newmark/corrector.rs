@@ -6,8 +6,12 @@
 //! contraction rate. A second iteration measures this rate; after the first iteration it is predicted from
 //! measurements in earlier steps ([`Contraction`]). The prediction saves an iteration that would only confirm
 //! the previous one, and reveals wrong Jacobians.
+//!
+//! Sizes of increments are relative to single accelerations, since errors of accelerations add up from step to step. An
+//! acceleration near zero may therefore hide all others, and its rate theirs: what counts is the larger rate of these sizes and of
+//! how far the increments move coordinates.
 
-use super::contraction::{Contraction, iterations_needed, remaining_error};
+use super::contraction::{Contraction, SLOWEST_RATE, iterations_needed, remaining_error};
 use super::jacobian::Jacobian;
 use super::linear_system::LinearSystem;
 use super::options::Options;
@@ -20,7 +24,7 @@ use crate::tape::Tape;
 
 /// Iterations before a solve is started anew on the next rung of the ladder, and before it is given up.
 const MAX_ITERATIONS: usize = 20;
-const MAX_FULL_ITERATIONS: usize = 50;
+const MAX_FULL_ITERATIONS: usize = 25;
 
 /// The error that a step leaves must be that much smaller than the tolerances: these errors have the same sign step after
 /// step, so that they add up.
@@ -29,21 +33,38 @@ const SAFETY: f64 = 0.1;
 /// An increment of that fraction of what is tolerated is believed without a contraction rate.
 const NEGLIGIBLE: f64 = 1e-3;
 
-/// Increments that do not contract are rounding errors when they are at most that many times as large as those which
-/// changes of the state by [`ROUNDING`] of its size cause: in so many patterns of signs, since one may hide the effect.
-/// Forces round by more than the state does: a stiff tendon of length l at the distance d from the axis of a rod knows its
-/// stretch to `l / d` times as many units.
-const ROUNDING_NOISE: f64 = 8.0;
-const ROUNDING: f64 = 128.0 * f64::EPSILON;
-const PATTERNS: usize = 3;
+/// Increments that do not contract may be rounding errors if they move coordinates by no more than that part of the relative
+/// tolerance (RADAU5 stops there: Hairer and Wanner 1996, section IV.8).
+const TOLERABLE_MOTION: f64 = 0.05;
 
-/// The same of single entries, whose noise the patterns tell less well; of what is tolerated less than this part of the most
-/// tolerant one nothing is asked: where nothing moves, all is noise.
-const ROUNDING_NOISE_OF_ONE: f64 = 100.0;
+/// They are if in a step of the usual size they would move coordinates by less than that part of their sizes: gaps of loops and
+/// forces are multiples of spacings of floating-point numbers, which some hundred spacings of a coordinate need not change.
+const SPACINGS: f64 = 4096.0 * f64::EPSILON;
 
-/// Increments that are larger than the noise of one pattern by that factor are none of another one.
-const BEYOND_NOISE: f64 = 1e3;
-const AT_REST: f64 = 1e-10;
+/// What is continuous hardly changes over that part of an increment, whatever the Jacobian and wherever surfaces meet; the larger one
+/// where the smaller one would be a few spacings only.
+const NEARBY: f64 = 1.0 / 64.0;
+const FARTHEST: f64 = 1.0 / 16.0;
+
+/// Rounding changes by at least that part of itself, and single entries by that part.
+const ROUNDING_CHANGES: f64 = 0.25;
+const ONE_CHANGES: f64 = 0.01;
+
+/// An increment of more than that part of the accelerations makes these other ones, to which tolerances are then relative: a robot that
+/// starts from rest has none.
+const FAR: f64 = 0.1;
+
+/// Rows of constraints that others determine where the Jacobian was evaluated may be rows of their own at the trial: a rod between
+/// clamps that is straight is held against twist as soon as it bends. Their gaps are then larger than that part of their sizes,
+/// which is rounding, and than what an increment so far from there leaves of rows that do depend on others. That is the product of
+/// its size and that distance, times second derivatives of gaps in units of sizes, which are of order one, summed over
+/// coordinates. Knocked rods between clamps move alike with 0.1 to 64; with 1000 gaps that open are overlooked.
+const OPEN: f64 = 64.0 * f64::EPSILON;
+const CURVATURE: f64 = 16.0;
+
+/// Nothing closes gaps of rows that others determine at the trial as well: these are told by how much wider they become. Rounding
+/// changes what stays open by less than a binary digit; from 1 to 100 the same rods take the same iterations.
+const WIDER: f64 = 2.0;
 
 /// A first increment that differs from the one of the last step by up to that fraction of it makes the steps similar. A
 /// Jacobian that jumps (contact, dry friction) makes a larger difference.
@@ -57,12 +78,8 @@ const SMALLEST_TOLERANCE: f64 = 1e-100;
 /// 1991).
 const SHORTEST_INCREMENT: f64 = 1e-4;
 
-/// Increments that no shortening makes acceptable are taken as a whole that often, where surfaces meet.
-const MOST_LEAPS: usize = 20;
-
-/// A step that needs more fresh Jacobians than that is hard. Where surfaces meet, the next one is likely to be so, too, and
-/// Newton's method with one Jacobian is not tried first.
-const EASY: usize = 3;
+/// The last Jacobian of a step that took more of them than that is not kept for the next step.
+const MOST_KEPT: usize = 2;
 
 /// About as many iterations does a fresh Jacobian need.
 const FRESH_ITERATIONS: f64 = 2.0;
@@ -96,8 +113,8 @@ impl Kept {
 pub(super) struct Corrector {
     jacobian: Jacobian,
     reuse: bool,
-    /// Whether the last step that was solved with fresh Jacobians was hard.
-    was_hard: bool,
+    /// The usual size of a step.
+    dt: f64,
     kept: Option<Kept>,
     linear: LinearSystem,
     /// Where the Jacobian was evaluated.
@@ -110,28 +127,42 @@ pub(super) struct Corrector {
     first_size: f64,
     residual: Vec<f64>,
     increment: Vec<f64>,
+    /// The increment before.
+    previous: Vec<f64>,
     /// Where an increment begins that may be shortened, and its full length.
     start: Vec<f64>,
     direction: Vec<f64>,
-    perturbed: Trial,
-    /// Of the displacements: see [`System::typical_displacements`].
+    /// Of the displacements and of the gaps: see [`System::typical_displacements`] and [`System::gap_sizes`].
     sizes: Vec<f64>,
+    /// One over the sizes of displacements, one where they are not known, and zero for multipliers.
+    inverse_sizes: Vec<f64>,
+    /// How far an acceleration moves a coordinate in the step, or its velocity within it.
+    reach: f64,
+    /// Root mean square of how far the increment moves coordinates, in units of their typical sizes.
+    moved: f64,
+    gap_sizes: Vec<f64>,
+    /// The gaps, in units of these, that the Jacobian has left out where it was evaluated.
+    left_open: f64,
+    /// How far an acceleration moves a coordinate, in units of its size ([`Self::set_displacements`]).
+    displacements: Vec<f64>,
+    /// An increment that may be rounding, and where it was computed.
+    judged: Vec<f64>,
+    place: Vec<f64>,
     rtol: Vec<f64>,
     atol: Vec<f64>,
-    /// One over what is tolerated in each acceleration.
+    /// One over what is tolerated in each acceleration, and the size of increments that are [`FAR`].
     inverse_tolerance: Vec<f64>,
-    /// An increment that may be rounding, and what rounding does to it.
-    judged: Vec<f64>,
-    noises: Vec<f64>,
+    far: f64,
 }
 
 impl Corrector {
     pub(super) fn new(options: &Options, rtol: Vec<f64>, atol: Vec<f64>) -> Self {
         let n = rtol.len();
+        let loosest = rtol.iter().copied().fold(0.0, f64::max);
         Self {
             jacobian: Jacobian::new(options.derivative, &rtol, &atol),
             reuse: options.reuse_jacobian,
-            was_hard: false,
+            dt: options.dt,
             kept: None,
             linear: LinearSystem::empty(),
             q_jacobian: vec![0.0; n],
@@ -142,15 +173,22 @@ impl Corrector {
             first_size: f64::INFINITY,
             residual: vec![0.0; n],
             increment: vec![0.0; n],
+            previous: vec![0.0; n],
             start: vec![0.0; n],
             direction: vec![0.0; n],
-            perturbed: Trial::new(n),
             sizes: vec![0.0; n],
+            inverse_sizes: vec![1.0; n],
+            reach: 0.0,
+            moved: 0.0,
+            gap_sizes: Vec::new(),
+            left_open: 0.0,
+            displacements: vec![0.0; n],
+            judged: vec![0.0; n],
+            place: vec![0.0; n],
             rtol,
             atol,
             inverse_tolerance: vec![0.0; n],
-            judged: vec![0.0; n],
-            noises: vec![0.0; n],
+            far: FAR / (SAFETY * loosest),
         }
     }
 
@@ -158,17 +196,23 @@ impl Corrector {
     pub(super) fn prepare<S: System + ?Sized>(&mut self, system: &S) {
         self.linear = self.jacobian.linear_system(system);
         let n = system.n();
-        system.typical_displacements(&mut self.sizes[..n]);
+        system.typical_displacements(&mut self.sizes);
+        for (inverse, size) in self.inverse_sizes.iter_mut().zip(&self.sizes) {
+            *inverse = if *size > 0.0 { size.recip() } else { 1.0 };
+        }
+        self.gap_sizes.resize(system.constraints(), 1.0);
+        system.gap_sizes(&mut self.gap_sizes);
         let unknowns = n + system.constraints();
-        let Self {
-            first, last_first, residual, increment, start, direction, sizes, inverse_tolerance, ..
-        } = self;
-        for values in [first, last_first, residual, increment, start, direction, sizes, inverse_tolerance] {
+        // Multipliers move nothing.
+        self.inverse_sizes.resize(unknowns, 0.0);
+        let Self { first, last_first, residual, increment, previous, start, direction, .. } = self;
+        for values in [first, last_first, residual, increment, previous, start, direction] {
             values.resize(unknowns, 0.0);
         }
-        self.judged.resize(unknowns, 0.0);
-        self.noises.resize(unknowns, 0.0);
-        self.perturbed.a.resize(unknowns, 0.0);
+        let Self { inverse_tolerance, judged, place, .. } = self;
+        for values in [inverse_tolerance, judged, place] {
+            values.resize(unknowns, 0.0);
+        }
     }
 
     /// Forgets the kept Jacobian.
@@ -199,24 +243,22 @@ impl Corrector {
             }
         }
         self.contraction.carry(tape);
-        tape.flag(&mut self.was_hard);
         tape.number(&mut self.first_size);
         for values in [&mut self.q_jacobian, &mut self.v_jacobian, &mut self.last_first] {
             tape.numbers(values);
         }
     }
 
-    /// One over what was tolerated in an acceleration in the last solve.
-    pub(super) fn inverse_tolerance(&self, coordinate: usize) -> f64 {
-        self.inverse_tolerance[coordinate]
+    /// One over what was tolerated in each acceleration in the last solve.
+    pub(super) fn inverse_tolerances(&self) -> &[f64] {
+        &self.inverse_tolerance
     }
 
     /// Finds the accelerations of `trial` at which the residual vanishes, starting from `guess`. `last` are those at
     /// the start of the step: the larger ones of both tell what is tolerated. `h` is the step size. On failure the
     /// trial is left anywhere.
     ///
-    /// The ladder: the kept Jacobian, one of this step, one in every iteration with increments that may be shortened,
-    /// failure.
+    /// The ladder: the kept Jacobian, one of this step, increments that may be shortened, failure.
     pub(super) fn solve<S: System + ?Sized>(
         &mut self,
         system: &mut S,
@@ -227,29 +269,24 @@ impl Corrector {
         counters: &mut Counters,
     ) -> Result<Result<(), Failure>, Interrupted> {
         trial.set(guess);
-        self.set_tolerances(guess, last);
-        if self.kept.is_some_and(|kept| kept.weights == trial.weights) {
-            if self.with_kept_jacobian(system, trial, h, counters)?.is_ok() {
-                return Ok(Ok(()));
-            }
-            counters.reuse_failures += 1;
-            self.contraction = Contraction::unknown();
-            trial.set(guess);
-        }
-        self.kept = None;
-        if self.reuse && !self.was_hard {
-            if self.with_kept_jacobian(system, trial, h, counters)?.is_ok() {
-                return Ok(Ok(()));
-            }
+        let [of_displacement, of_velocity, _] = trial.weights;
+        let reach = of_displacement.max(h * of_velocity);
+        self.reach = if reach > 0.0 { reach } else { h * h };
+        self.set_tolerances(&[guess, last]);
+        let is_kept = self.kept.is_some_and(|kept| kept.weights == trial.weights);
+        if !is_kept {
             self.kept = None;
+        }
+        if is_kept || self.reuse && !system.may_touch() {
+            if self.with_kept_jacobian(system, trial, [guess, last], h, counters)?.is_ok() {
+                return Ok(Ok(()));
+            }
+            counters.reuse_failures += usize::from(is_kept);
             self.contraction = Contraction::unknown();
-            counters.full_newton += 1;
             trial.set(guess);
         }
-        let before = counters.njev;
-        let outcome = self.with_fresh_jacobians(system, trial, h, counters);
+        let outcome = self.with_fresh_jacobians(system, trial, [guess, last], h, counters);
         system.follow_friction(None);
-        self.was_hard = counters.njev - before > EASY && system.may_touch();
         outcome
     }
 
@@ -258,6 +295,7 @@ impl Corrector {
         &mut self,
         system: &mut S,
         trial: &mut Trial,
+        [guess, last_accelerations]: [&[f64]; 2],
         h: f64,
         counters: &mut Counters,
     ) -> Result<Result<(), Failure>, Interrupted> {
@@ -265,8 +303,8 @@ impl Corrector {
         let mut cost = 0.0;
         let mut renew = !self.kept_jacobian_pays(system, trial, h);
         let mut is_fresh = false;
-        // Size of the increment before with the same Jacobian.
-        let mut last_size = None;
+        // Size of the increment before with the same Jacobian, and how far it moved coordinates.
+        let mut last: Option<[f64; 2]> = None;
         // Size of the first increment, and whether it is like that of the last step.
         let mut first = None;
         for iteration in 0..MAX_ITERATIONS {
@@ -275,20 +313,29 @@ impl Corrector {
             let mut size = f64::NAN;
             let mut measured_rate = None;
             if !renew {
+                std::mem::swap(&mut self.previous, &mut self.increment);
                 size = self.compute_increment();
-                measured_rate = last_size.map(|last_size| size / last_size);
+                renew = self.is_blind(trial);
             }
-            if let Some(rate) = measured_rate {
+            if let Some([last_size, last_moved]) = last
+                && !renew
+            {
                 if !size.is_finite() {
                     return Ok(Err(Failure::NonFinite));
                 }
-                if rate >= 1.0 {
-                    if !self.is_rounding(size, system, trial, counters)? {
+                let of_size = size / last_size;
+                if of_size >= 1.0 || is_fresh && of_size > SLOWEST_RATE {
+                    self.set_displacements(trial, h);
+                    if self.is_rounding(system, trial, h, counters)? {
+                        self.count_step(cost);
+                        return Ok(Ok(()));
+                    }
+                    if of_size >= 1.0 {
                         return Ok(Err(Failure::NotConverged));
                     }
-                    self.count_step(cost);
-                    return Ok(Ok(()));
                 }
+                let rate = larger_rate(of_size, [last_moved, self.moved]);
+                measured_rate = Some(rate);
                 let distance = self.distance_from_jacobian(trial, h);
                 // Where surfaces touch every step is measured, also next to where the Jacobian was evaluated. There the rate is that
                 // of what the tangent neglects, and says nothing about places that are farther away.
@@ -308,13 +355,18 @@ impl Corrector {
                     return Ok(Err(failure));
                 }
                 cost += jacobian_cost;
-                size = self.compute_increment();
+                size = self.size_of_increment();
                 measured_rate = None;
                 renew = false;
                 is_fresh = true;
             }
             if !size.is_finite() {
                 return Ok(Err(Failure::NonFinite));
+            }
+            trial.subtract(&self.increment);
+            if size > self.far {
+                self.set_tolerances(&[guess, last_accelerations, &trial.a]);
+                size = self.size_of_increment();
             }
             let (first_size, is_similar) = match first {
                 Some(first) => first,
@@ -323,7 +375,6 @@ impl Corrector {
                     *first.insert((size, self.is_similar_to_last_step()))
                 }
             };
-            trial.subtract(&self.increment);
             let rate = match measured_rate {
                 Some(rate) => rate,
                 // A step that begins unlike the last one may be of another kind.
@@ -339,7 +390,7 @@ impl Corrector {
                 self.accept(first_size, cost);
                 return Ok(Ok(()));
             }
-            last_size = Some(size);
+            last = Some([size, self.moved]);
         }
         Ok(Err(Failure::NotConverged))
     }
@@ -370,78 +421,119 @@ impl Corrector {
         }
     }
 
-    /// Newton's method with a fresh Jacobian in every iteration, and increments that are shortened until the next one
-    /// with the same Jacobian would be smaller (restricted natural monotonicity test, Deuflhard 2011, section 3.3), or, where
-    /// surfaces touch, until little of their work is left ([`Search`]).
+    /// Newton's method with increments that are shortened until the next one with the same Jacobian would be smaller (restricted
+    /// natural monotonicity test, Deuflhard 2011, section 3.3), or, where surfaces touch, until little of their work is left
+    /// ([`Search`]). A Jacobian serves further iterations where that is cheaper than a fresh one.
     fn with_fresh_jacobians<S: System + ?Sized>(
         &mut self,
         system: &mut S,
         trial: &mut Trial,
+        [guess, last]: [&[f64]; 2],
         h: f64,
         counters: &mut Counters,
     ) -> Result<Result<(), Failure>, Interrupted> {
+        let jacobian_cost = self.jacobian.cost(system);
+        let n = trial.q.len();
+        self.kept = None;
         self.evaluate_residual(system, trial, counters)?;
-        let mut leaps = MOST_LEAPS;
         let mut length = 0.0;
+        let mut renew = true;
+        let (mut jacobians, mut is_full) = (0, false);
         for _ in 0..MAX_FULL_ITERATIONS {
-            system.follow_friction(Some(length));
-            if let Err(failure) = self.evaluate_jacobian(system, trial, h, counters)? {
-                return Ok(Err(failure));
+            if renew {
+                system.follow_friction(Some(length));
+                if let Err(failure) = self.evaluate_jacobian(system, trial, h, counters)? {
+                    return Ok(Err(failure));
+                }
+                jacobians += 1;
+                // One more is a refresh.
+                if jacobians > 1 && !std::mem::replace(&mut is_full, true) {
+                    counters.full_newton += 1;
+                }
             }
-            let size = self.compute_increment();
+            self.set_displacements(trial, h);
+            // On the way accelerations may be far larger than those it begins from.
+            self.set_tolerances(&[guess, last, &trial.a]);
+            let (size, moved) = (self.size_of_increment(), self.displacement());
             if !size.is_finite() {
                 return Ok(Err(Failure::NonFinite));
             }
             self.start.copy_from_slice(&trial.a);
             self.direction.copy_from_slice(&self.increment);
-            // Constraints make a saddle of what has a minimum.
-            let is_minimised = system.has_contact() && system.constraints() == 0;
-            let mut search =
-                Search::new(if is_minimised { dot(&self.residual, &self.direction) } else { 0.0 });
+            // Forces of contact have a minimum along it; those of constraints do no work.
+            let work =
+                if system.has_contact() { dot(&self.residual[..n], &self.direction[..n]) } else { 0.0 };
+            let mut search = Search::new(work);
             length = 1.0;
-            let next_size = loop {
+            let next = loop {
                 for (increment, direction) in self.increment.iter_mut().zip(&self.direction) {
                     *increment = length * direction;
                 }
                 trial.set(&self.start);
                 trial.subtract(&self.increment);
                 if size <= NEGLIGIBLE {
+                    self.keep(trial, jacobians);
                     return Ok(Ok(()));
                 }
                 self.evaluate_residual(system, trial, counters)?;
                 let next_size = self.compute_increment();
-                let work = dot(&self.residual, &self.direction);
-                if next_size <= (1.0 - 0.25 * length) * size || search.is_done(work) {
-                    break next_size;
+                let work = dot(&self.residual[..n], &self.direction[..n]);
+                let next_moved = self.displacement();
+                if self.is_blind(trial) {
+                    break None;
                 }
-                // Two increments of Jacobians at the place are within what is tolerated, or below what can be computed.
-                if length == 1.0
-                    && (size.max(next_size) <= 1.0 || self.is_rounding(next_size, system, trial, counters)?)
-                {
-                    return Ok(Ok(()));
+                if next_size > SLOWEST_RATE * size {
+                    // Two increments are within what is tolerated, or below what can be computed.
+                    for (previous, direction) in self.previous.iter_mut().zip(&self.direction) {
+                        *previous = length * direction;
+                    }
+                    if length == 1.0 && size <= 1.0 && next_size <= 1.0
+                        || self.is_rounding(system, trial, h, counters)?
+                    {
+                        self.keep(trial, jacobians);
+                        return Ok(Ok(()));
+                    }
+                }
+                if next_moved <= (1.0 - 0.25 * length) * moved || search.is_done(work) {
+                    break Some([next_size, next_moved]);
+                }
+                // A Jacobian of another place says nothing about how long its increments may be.
+                if !renew {
+                    trial.set(&self.start);
+                    self.evaluate_residual(system, trial, counters)?;
+                    break None;
+                }
+                if !std::mem::replace(&mut is_full, true) {
+                    counters.full_newton += 1;
                 }
                 length = search.shorter(length, work);
                 if length < SHORTEST_INCREMENT {
-                    if leaps == 0 || !system.has_contact() {
-                        return Ok(Err(Failure::NotConverged));
-                    }
-                    // Surfaces are apart here and pressed there: no test that is made on one side holds on the other, but the
-                    // Jacobian of the other side leads to where they meet.
-                    leaps -= 1;
-                    length = 1.0;
-                    trial.set(&self.start);
-                    self.increment.copy_from_slice(&self.direction);
-                    trial.subtract(&self.increment);
-                    self.evaluate_residual(system, trial, counters)?;
-                    break f64::INFINITY;
+                    return Ok(Err(Failure::NotConverged));
                 }
             };
-            let left = if system.may_touch() { next_size } else { remaining_error(size, next_size / size) };
-            if length == 1.0 && left <= 1.0 {
+            let Some([next_size, next_moved]) = next else {
+                renew = true;
+                continue;
+            };
+            let rate = larger_rate(next_size / size, [moved, next_moved]);
+            // The next increment is known: taking it costs nothing.
+            if length == 1.0 && left_after(system, next_size, rate) <= 1.0 {
+                trial.subtract(&self.increment);
+                self.keep(trial, jacobians);
                 return Ok(Ok(()));
             }
+            // Where surfaces touch, rates of one iteration do not hold for many.
+            let patience = FRESH_ITERATIONS + if system.may_touch() { 0.0 } else { jacobian_cost };
+            renew = length < 1.0 || iterations_needed(left_after(system, next_size, rate), rate) > patience;
         }
         Ok(Err(Failure::NotConverged))
+    }
+
+    /// Keeps the Jacobian for the next step, unless it changes so much within a step that it took several of them.
+    fn keep(&mut self, trial: &Trial, jacobians: usize) {
+        if self.reuse && jacobians <= MOST_KEPT {
+            self.kept = Some(Kept { weights: trial.weights, steps: 0.0, cost: 0.0 });
+        }
     }
 
     fn evaluate_residual<S: System + ?Sized>(
@@ -479,7 +571,37 @@ impl Corrector {
         self.count_step(cost);
     }
 
-    /// Evaluates and factorises the Jacobian at a trial whose residual has been evaluated.
+    /// Whether constraints are open at `trial`, where the residual has been evaluated, that the increment does not close since the
+    /// Jacobian leaves them out.
+    fn is_blind(&self, trial: &Trial) -> bool {
+        if self.gap_sizes.is_empty() {
+            return false;
+        }
+        let left = self.left_open(trial);
+        left > OPEN.max(WIDER * self.left_open) && left > self.left_by_dependent_rows(trial)
+    }
+
+    /// The largest gap that the increment at `trial` leaves, in rows that the Jacobian leaves out.
+    fn left_open(&self, trial: &Trial) -> f64 {
+        let LinearSystem::Saddle(saddle) = &self.linear else { return 0.0 };
+        let [of_displacement, ..] = trial.weights;
+        let gaps = &self.residual[trial.q.len()..];
+        of_displacement * saddle.left_open(gaps, &self.increment, &self.gap_sizes)
+    }
+
+    /// The gaps that the increment leaves in rows that depend on others, which do so a little differently where the Jacobian was
+    /// evaluated.
+    fn left_by_dependent_rows(&self, trial: &Trial) -> f64 {
+        let [reach, ..] = trial.weights;
+        let (mut moved, mut distance) = (0.0, 0.0);
+        for (i, size) in self.sizes.iter().enumerate() {
+            moved += (reach * self.increment[i] / size).powi(2);
+            distance += ((trial.q[i] - self.q_jacobian[i]) / size).powi(2);
+        }
+        CURVATURE * (moved * distance).sqrt()
+    }
+
+    /// Evaluates and factorises the Jacobian at a trial whose residual has been evaluated, and computes the increment.
     fn evaluate_jacobian<S: System + ?Sized>(
         &mut self,
         system: &mut S,
@@ -491,7 +613,12 @@ impl Corrector {
         self.q_jacobian.copy_from_slice(&trial.q);
         self.v_jacobian.copy_from_slice(&trial.v);
         counters.nlu += 1;
-        Ok(self.linear.factorise())
+        if let Err(failure) = self.linear.factorise() {
+            return Ok(Err(failure));
+        }
+        self.compute_increment();
+        self.left_open = self.left_open(trial);
+        Ok(Ok(()))
     }
 
     /// Computes the next increment from the residual; returns its size.
@@ -501,9 +628,18 @@ impl Corrector {
         self.size_of_increment()
     }
 
-    /// Root mean square of the increment in units of what is tolerated; not finite where the increment is not.
-    fn size_of_increment(&self) -> f64 {
-        self.size_of(self.increment.iter().copied())
+    /// Root mean square of the increment in units of what is tolerated; not finite where the increment is not. Sets
+    /// [`Self::moved`].
+    fn size_of_increment(&mut self) -> f64 {
+        let Self { increment, inverse_tolerance, inverse_sizes, .. } = self;
+        let (mut size, mut moved) = (0.0, 0.0);
+        for ((a, w), inverse_size) in increment.iter().zip(inverse_tolerance).zip(inverse_sizes) {
+            size += (a * *w) * (a * *w);
+            moved += (a * *inverse_size) * (a * *inverse_size);
+        }
+        let n = self.rtol.len().max(1) as f64;
+        self.moved = self.reach * (moved / n).sqrt();
+        (size / n).sqrt()
     }
 
     fn size_of(&self, accelerations: impl Iterator<Item = f64>) -> f64 {
@@ -511,88 +647,104 @@ impl Corrector {
         (sum / self.rtol.len().max(1) as f64).sqrt()
     }
 
-    /// Whether the increment, of that size, at `trial`, where the residual has been evaluated, is rounding errors: all
-    /// together, and none of its entries far beyond its own. Overwrites it.
+    /// Whether the increment at `trial`, where [`Self::previous`] has led, is rounding errors: it moves nothing by more than what is
+    /// tolerated, and is another one a little before. What is continuous is nearly the same there, be it large since the Jacobian is wrong
+    /// or since surfaces have met. Overwrites the residual.
     fn is_rounding<S: System + ?Sized>(
         &mut self,
-        size: f64,
         system: &mut S,
-        trial: &Trial,
+        trial: &mut Trial,
+        h: f64,
         counters: &mut Counters,
     ) -> Result<bool, Interrupted> {
-        let mut noise = 0.0;
+        let step = self.displacement_of(&self.previous);
+        let largest = self.displacement().max(step);
+        // Steps that are cut until they move nothing are not solved by that.
+        let spacings = SPACINGS * (h / self.dt).powi(2).min(1.0);
+        if largest <= spacings {
+            return Ok(true);
+        }
+        let rtol = self.rtol.iter().copied().fold(1.0, f64::min);
+        if largest.is_nan() || largest > TOLERABLE_MOTION * rtol {
+            return Ok(false);
+        }
         self.judged.copy_from_slice(&self.increment);
-        self.noises.fill(0.0);
-        for pattern in 0..PATTERNS {
-            self.perturb(trial, pattern);
-            let Trial { q, v, a, .. } = &self.perturbed;
-            system.residual(trial.t, q, v, a, &mut self.increment)?;
-            per_acceleration(trial, &mut self.increment);
-            counters.nfev += 1;
-            for (change, residual) in self.increment.iter_mut().zip(&self.residual) {
-                *change -= residual;
-            }
-            self.linear.solve(&mut self.increment);
-            noise = self.size_of_increment().hypot(noise);
-            for (noise, change) in self.noises.iter_mut().zip(&self.increment) {
-                *noise = change.hypot(*noise);
-            }
-            if size <= ROUNDING_NOISE * noise && self.is_noise_one_by_one() {
-                return Ok(true);
-            }
-            if size > BEYOND_NOISE * ROUNDING_NOISE * noise {
-                return Ok(false);
-            }
+        self.place.copy_from_slice(&trial.a);
+        let back = -(spacings / step).clamp(NEARBY, FARTHEST);
+        for (increment, previous) in self.increment.iter_mut().zip(&self.previous) {
+            *increment = back * previous;
         }
-        Ok(false)
+        trial.subtract(&self.increment);
+        counters.nfev += 1;
+        system.residual(trial.t, &trial.q, &trial.v, &trial.a, &mut self.residual)?;
+        per_acceleration(trial, &mut self.residual);
+        self.compute_increment();
+        trial.set(&self.place);
+        let Self { increment, judged, inverse_tolerance, .. } = self;
+        let mut of_all = [0.0, 0.0];
+        let mut is_one_by_one = true;
+        for ((increment, judged), w) in increment.iter_mut().zip(judged).zip(inverse_tolerance) {
+            let [size, change] = [judged.abs() * *w, (*increment - *judged).abs() * *w];
+            is_one_by_one &= ONE_CHANGES * size <= ONE_CHANGES.max(change);
+            of_all = [of_all[0] + size * size, of_all[1] + change * change];
+            *increment = *judged;
+        }
+        Ok(is_one_by_one && ROUNDING_CHANGES * of_all[0].sqrt() <= of_all[1].sqrt())
     }
 
-    /// Whether no entry of the increment that is judged is far beyond its own noise, those left out in which nothing moves.
-    fn is_noise_one_by_one(&self) -> bool {
-        let loosest = self.inverse_tolerance.iter().copied().fold(f64::INFINITY, f64::min);
-        let entries = self.judged.iter().zip(&self.noises).zip(&self.inverse_tolerance);
-        entries
-            .filter(|(_, w)| **w * AT_REST < loosest)
-            .all(|((entry, noise), w)| entry.abs() * w <= 1.0 + ROUNDING_NOISE_OF_ONE * (noise * w))
-    }
-
-    /// A state that differs from `trial` by rounding errors, whose signs are a Walsh function.
-    fn perturb(&mut self, trial: &Trial, pattern: usize) {
-        let Trial { q, v, a, .. } = &mut self.perturbed;
-        let least = [1.0, 0.0, 0.0];
-        for (((to, from), weight), least) in
-            [(q, &trial.q), (v, &trial.v), (a, &trial.a)].into_iter().zip(trial.weights).zip(least)
-        {
-            let size = |i: usize| from[i].abs() + weight * trial.a[i].abs();
-            // What is computed from all coordinates of a kind is rounded by the largest of them.
-            let largest = (0..from.len())
-                .filter(|&i| self.sizes[i] > 0.0)
-                .fold(least, |largest: f64, i| largest.max(size(i) / self.sizes[i]));
-            for i in 0..to.len() {
-                let rounding = if i >> pattern & 1 == 0 { ROUNDING } else { -ROUNDING };
-                to[i] = from[i] + rounding * size(i).max(largest * self.sizes[i]);
-            }
+    /// How far accelerations move coordinates in a step, or velocities within it, in units of the larger of a coordinate and its
+    /// typical size; where that is not known, of the largest coordinate.
+    fn set_displacements(&mut self, trial: &Trial, h: f64) {
+        let reach = self.reach;
+        let moved = |i: usize| trial.q[i].abs().max(h * trial.v[i].abs()).max(reach * trial.a[i].abs());
+        let largest = (0..trial.q.len()).map(moved).fold(0.0, f64::max);
+        for (i, (to, size)) in self.displacements.iter_mut().zip(&self.sizes).enumerate() {
+            let size = if *size > 0.0 { moved(i).max(*size) } else { largest };
+            *to = reach / size.max(SMALLEST_TOLERANCE);
         }
     }
 
-    /// How far displacements, and what velocities move in a step, are from where the Jacobian was evaluated.
+    /// Root mean square of how far the increment moves coordinates, in units of their sizes.
+    fn displacement(&self) -> f64 {
+        self.displacement_of(&self.increment)
+    }
+
+    fn displacement_of(&self, increment: &[f64]) -> f64 {
+        let moved = increment.iter().zip(&self.displacements).map(|(a, w)| (a * w) * (a * w));
+        (moved.sum::<f64>() / self.displacements.len().max(1) as f64).sqrt()
+    }
+
+    /// How far displacements, and what velocities move in a step, are from where the Jacobian was evaluated, in units of their sizes
+    /// where these are known.
     fn distance_from_jacobian(&self, trial: &Trial, h: f64) -> f64 {
+        let Self { q_jacobian, v_jacobian, inverse_sizes, .. } = self;
+        let from = q_jacobian.iter().zip(v_jacobian).zip(inverse_sizes);
         let (mut displacement, mut velocity) = (0.0, 0.0);
-        for i in 0..trial.q.len() {
-            displacement += (trial.q[i] - self.q_jacobian[i]).powi(2);
-            velocity += (trial.v[i] - self.v_jacobian[i]).powi(2);
+        for ((q, v), ((q_jacobian, v_jacobian), inverse_size)) in trial.q.iter().zip(&trial.v).zip(from) {
+            displacement += ((q - q_jacobian) * inverse_size).powi(2);
+            velocity += ((v - v_jacobian) * inverse_size).powi(2);
         }
         (displacement + h * h * velocity).sqrt()
     }
 
-    fn set_tolerances(&mut self, guess: &[f64], last: &[f64]) {
+    /// Tolerances are relative to the largest of these accelerations.
+    fn set_tolerances<const N: usize>(&mut self, accelerations: &[&[f64]; N]) {
         // Multipliers follow from the accelerations: nothing is asked of them.
-        for i in 0..self.rtol.len() {
-            let size = guess[i].abs().max(last[i].abs());
-            let tolerance = SAFETY * (self.atol[i] + self.rtol[i] * size);
-            self.inverse_tolerance[i] = 1.0 / tolerance.max(SMALLEST_TOLERANCE);
+        let Self { rtol, atol, inverse_tolerance, .. } = self;
+        for (i, (inverse, (rtol, atol))) in
+            inverse_tolerance.iter_mut().zip(rtol.iter().zip(atol)).enumerate()
+        {
+            let size = accelerations.iter().fold(0.0, |size: f64, a| size.max(a[i].abs()));
+            let tolerance = SAFETY * (*atol + rtol * size);
+            *inverse = 1.0 / tolerance.max(SMALLEST_TOLERANCE);
         }
     }
+}
+
+/// The contraction rate of two increments that move coordinates so far: that of their sizes, or of what they move if that is more than
+/// rounding.
+fn larger_rate(of_size: f64, [last_moved, moved]: [f64; 2]) -> f64 {
+    if moved > SPACINGS.max(of_size * last_moved) { moved / last_moved } else { of_size }
 }
 
 /// Makes of constraints on displacements ones on accelerations: however small the step is, what is solved is of one size

@@ -541,9 +541,10 @@ impl Stepper {
         // Weights of the accelerations at the start in displacement and velocity.
         let (bq, bv) = (h * h * (0.5 - beta), h * (1.0 - gamma));
         if self.scheme.is_plain() {
-            for i in 0..self.q.len() {
-                trial.q_base[i] = self.q[i] + h * self.v[i] + bq * self.a[i];
-                trial.v_base[i] = self.v[i] + bv * self.a[i];
+            let ends = trial.q_base.iter_mut().zip(&mut trial.v_base);
+            for ((q_base, v_base), (q, (v, a))) in ends.zip(self.q.iter().zip(self.v.iter().zip(&self.a))) {
+                *q_base = q + h * v + bq * a;
+                *v_base = v + bv * a;
             }
         } else {
             let (cq, cv) = (h * h * beta, h * gamma);
@@ -585,7 +586,12 @@ impl Stepper {
         h: f64,
     ) -> Result<Result<(), Failure>, Interrupted> {
         match self.guess {
-            Guess::Zero => self.guessed.fill(0.0),
+            Guess::Zero => {
+                // Multipliers of a robot at rest are not zero: their full size would drown what accelerations are looked for.
+                let n = self.q.len();
+                self.guessed[..n].fill(0.0);
+                self.guessed[n..].copy_from_slice(&self.a[n..]);
+            }
             Guess::Last => self.guessed.copy_from_slice(&self.a),
             Guess::Extrapolated => {
                 let ratio = h / (self.t - self.t_old);
@@ -676,15 +682,17 @@ impl Stepper {
         // Before the first step there is nothing to extrapolate from.
         let ratio = if self.t > self.t_old { h / (self.t - self.t_old) } else { 0.0 };
         let (mut zero, mut last, mut extrapolated) = (0.0, 0.0, 0.0);
-        for i in 0..self.a.len() {
-            let weight = self.corrector.inverse_tolerance(i);
-            let found = self.trial.a[i];
-            let change = found - self.a[i];
-            let surprise = change - ratio * (self.a[i] - self.a_old[i]);
+        let weights = self.corrector.inverse_tolerances();
+        let found = weights.iter().zip(&self.trial.a);
+        for ((weight, found), (a, a_old)) in found.zip(self.a.iter().zip(&self.a_old)) {
+            let change = found - a;
+            let surprise = change - ratio * (a - a_old);
             zero += (weight * found) * (weight * found);
             last += (weight * change) * (weight * change);
             extrapolated += (weight * surprise) * (weight * surprise);
         }
+        // Those of surfaces that press against each other are not zero, but the ones of an impact do not go on.
+        let zero = if self.has_contact && !self.forgets { f64::INFINITY } else { zero };
         if extrapolated < last && extrapolated < zero {
             Guess::Extrapolated
         } else if last <= zero {

@@ -58,6 +58,11 @@ pub trait System {
         unreachable!("the system has no constraints");
     }
 
+    /// What gaps are compared with, all > 0, in their units.
+    fn gap_sizes(&self, sizes: &mut [f64]) {
+        sizes.fill(1.0);
+    }
+
     /// First time derivatives of the gaps.
     fn gap_rates(&mut self, _t: f64, _q: &[f64], _v: &[f64], _rates: &mut [f64]) -> Result<(), Interrupted> {
         unreachable!("the system has no constraints");
@@ -539,5 +544,9 @@ impl<M: Model + ?Sized> System for FreeMotion<'_, M> {
 
     fn typical_displacements(&self, sizes: &mut [f64]) {
         self.0.typical_coordinates(sizes);
+    }
+
+    fn gap_sizes(&self, sizes: &mut [f64]) {
+        self.0.gap_sizes(sizes);
     }
 }
