@@ -123,8 +123,8 @@ fn largest(values: impl Iterator<Item = f64>) -> f64 {
 /// How flows are integrated over a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Rule {
-    /// One evaluation of the power, at the mean of the states at both ends of the step; if loads vary in
-    /// time, the mean of the powers at both ends. For the average-acceleration rule without varying loads,
+    /// One evaluation of the power, in the mean of the shapes at both ends of the step and with the velocities that lead from
+    /// one to the other; if loads vary in time, the mean of the powers of those at both ends. For the average-acceleration rule without varying loads,
     /// the balance of a linear system is then exact. With one-sided constraints always the powers at both
     /// ends, where the constraints hold.
     Mean,
@@ -159,6 +159,10 @@ pub(crate) struct FlowMeter<'a> {
     a_between: Vec<f64>,
     /// Dissipated energy and work so far.
     total: [f64; 2],
+    /// How far the work may be off: powers between the ends of a step are not known better than by how they change from one
+    /// evaluation to the next.
+    uncertain: f64,
+    power: f64,
     flow: Flow,
 }
 
@@ -201,6 +205,8 @@ impl<'a> FlowMeter<'a> {
             v_between,
             a_between,
             total: [0.0; 2],
+            uncertain: 0.0,
+            power: 0.0,
             flow: Flow::default(),
         };
         let points = t_eval.map_or(0, <[f64]>::len);
@@ -239,7 +245,7 @@ impl<'a> FlowMeter<'a> {
             } else if self.rule == Rule::Mean {
                 for i in 0..self.q.len() {
                     self.q_between[i] = 0.5 * (self.q[i] + state.q[i]);
-                    self.v_between[i] = 0.5 * (self.v[i] + state.v[i]);
+                    self.v_between[i] = (state.q[i] - self.q[i]) / h;
                     self.a_between[i] = 0.5 * (self.a[i] + state.a[i]);
                 }
             } else {
@@ -255,6 +261,8 @@ impl<'a> FlowMeter<'a> {
             for (total, power) in self.total.iter_mut().zip(powers) {
                 *total += h * weight * power;
             }
+            let [_, power] = powers;
+            self.uncertain += h * weight * (power - std::mem::replace(&mut self.power, power)).abs();
         }
         match self.t_eval {
             None => self.record(self.total),
@@ -276,6 +284,11 @@ impl<'a> FlowMeter<'a> {
         self.a.copy_from_slice(state.a);
         self.total[0] += dissipated;
         self.total[1] += work;
+    }
+
+    /// The energy that loads have supplied so far at most.
+    pub(crate) fn supplied(&self) -> f64 {
+        self.total[1] + self.uncertain
     }
 
     /// Flow at the first `points` of the requested times.

@@ -385,4 +385,8 @@ impl Model for AsSprings<'_> {
     fn is_driven(&self) -> bool {
         self.model.is_driven()
     }
+
+    fn is_carried(&self) -> bool {
+        self.model.is_carried()
+    }
 }

@@ -315,6 +315,11 @@ pub trait Model: Elastic + InTime + Discretised + Tied {
         false
     }
 
+    /// Whether the base or coordinates move as functions of time prescribe.
+    fn is_carried(&self) -> bool {
+        false
+    }
+
     /// Accelerations of the free motion: solves `M qdd = -tau(q, qd, 0)` for `tau(q, qd, qdd) = 0`, by
     /// Cholesky factorisation or by the factorisation of a chain. `scratch` must belong to this model.
     fn forward_dynamics(

@@ -1066,7 +1066,7 @@ impl Model for RobotModel {
     /// By a part of what moves that no error of a step is which resolves its impacts.
     fn gains_energy(&mut self, [q, qd]: [&[f64]; 2], motion: [&[f64]; 3], h: f64, beside: Beside) -> bool {
         // What moves the robot from outside is seen at one time alone.
-        if self.coordinates.vary_in_time() || self.robot.base_motion.is_some() {
+        if self.is_carried() {
             return false;
         }
         let [q_after, qd_after, qdd] = motion;
@@ -1205,6 +1205,10 @@ impl Model for RobotModel {
 
     fn is_driven(&self) -> bool {
         self.coordinates.vary_in_time() || on_sweeps!(&self.sweeps, sweeps => sweeps.is_driven())
+    }
+
+    fn is_carried(&self) -> bool {
+        self.coordinates.vary_in_time() || self.robot.base_motion.is_some()
     }
 }
 

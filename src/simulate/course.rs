@@ -132,7 +132,8 @@ impl<'a, 'c, M: Model> Course<'a, 'c, M> {
                     if let Some(meter) = meter {
                         meter.step(model, state)?;
                     }
-                    *stop = watch.look(model, state, steps);
+                    let supplied = meter.as_ref().map_or(0.0, FlowMeter::supplied);
+                    *stop = watch.look(model, state, supplied, steps)?;
                     Ok(())
                 })?;
                 if !is_finite {

@@ -1,9 +1,9 @@
 //! Energy that fixed steps add to a motion, or take out of it. An exact motion gains none unless something supplies it, and
 //! loses none unless something dissipates it: where it does, the steps are too long for what moves, such as a free body that
-//! turns by a radian within one of them.
+//! turns by a radian within one of them. What loads supply counts, and so does how far it is known.
 
 use crate::balance::State;
-use crate::error::Number;
+use crate::error::{Interrupted, Number};
 use crate::model::{Energy, Model};
 use crate::newmark::Scheme;
 use crate::stepping::Method;
@@ -25,6 +25,9 @@ const AT_REST: f64 = 1e-4;
 /// The same for the weight, whose energy counts from an origin anywhere: errors of Newton's method are far smaller.
 const ROUNDING: f64 = 1e-9;
 
+/// And what coordinates hold that are off by this part of their typical sizes: a robot that cannot move trembles by roundings.
+const ROUNDING_OF_PLACES: f64 = 1e-12;
+
 /// Steps from one look to the next where nothing touches: the shortest steps take as long as four energies.
 const STRIDE: usize = 8;
 
@@ -35,6 +38,8 @@ const LASTING: usize = 3;
 /// The energy over a run with fixed steps.
 pub(super) struct EnergyWatch {
     dt: f64,
+    /// Whether loads vary in time.
+    varies: bool,
     /// Whether neither the model nor the method takes energy out.
     keeps_energy: bool,
     stride: usize,
@@ -54,7 +59,8 @@ pub(super) struct EnergyWatch {
 }
 
 impl EnergyWatch {
-    /// `None` for models that something drives, and for methods that choose their steps.
+    /// `None` for methods that choose their steps, and for models that a base or prescribed coordinates carry: what these do is
+    /// known at the ends of steps only, where it may be far larger than what moves.
     pub(super) fn new<M: Model>(
         model: &mut M,
         t0: f64,
@@ -62,16 +68,22 @@ impl EnergyWatch {
         method: &Method,
     ) -> Option<Self> {
         let (dt, Method::Newmark(options)) = (method.fixed_step()?, method) else { return None };
-        if model.is_driven() || model.varies_in_time() {
+        if model.is_carried() {
             return None;
         }
         let has_contact = model.has_contact();
-        let is_free = !has_contact && !model.is_damped() && !model.is_one_sided();
+        let varies = model.varies_in_time();
+        if varies && model.set_time(t0).is_err() {
+            return None;
+        }
+        let is_driven = model.is_driven() || varies;
+        let is_free = !has_contact && !model.is_damped() && !model.is_one_sided() && !is_driven;
         let (stride, lasting) = if has_contact { (1, LASTING) } else { (STRIDE, 1) };
         let largest = model.energy(q, v);
         let start = largest.total();
         Some(Self {
             dt,
+            varies,
             keeps_energy: is_free && options.scheme == Scheme::AVERAGE_ACCELERATION,
             stride,
             last: vec![start; lasting],
@@ -86,15 +98,28 @@ impl EnergyWatch {
     }
 
     /// Looks at the state after the `accepted`-th step, if it is one to be looked at.
-    pub(super) fn step<M: Model>(&mut self, model: &mut M, state: State<'_>, accepted: usize) {
-        if accepted.is_multiple_of(self.stride) {
-            self.look(model, state);
-        }
+    /// `supplied` is what loads may have supplied at most.
+    pub(super) fn step<M: Model>(
+        &mut self,
+        model: &mut M,
+        state: State<'_>,
+        supplied: f64,
+        accepted: usize,
+    ) -> Result<(), Interrupted> {
+        if accepted.is_multiple_of(self.stride) { self.look(model, state, supplied) } else { Ok(()) }
     }
 
-    fn look<M: Model>(&mut self, model: &mut M, State { t, q, v, .. }: State<'_>) {
+    fn look<M: Model>(
+        &mut self,
+        model: &mut M,
+        State { t, q, v, .. }: State<'_>,
+        supplied: f64,
+    ) -> Result<(), Interrupted> {
+        if self.varies {
+            model.set_time(t)?;
+        }
         let energy = model.energy(q, v);
-        let total = energy.total();
+        let total = energy.total() - supplied;
         let Energy { kinetic, elastic, gravitational, loads } = &mut self.largest;
         let parts = [(kinetic, energy.kinetic), (elastic, energy.elastic)];
         let of_loads = [(gravitational, energy.gravitational), (loads, energy.loads)];
@@ -111,11 +136,17 @@ impl EnergyWatch {
         } else if lasting - self.lowest.0 > self.rise {
             (self.rise, self.during) = (lasting - self.lowest.0, (self.lowest.1, t));
         }
+        Ok(())
     }
 
     /// A warning if the energy has changed, the state being the last of the run.
-    pub(super) fn verdict<M: Model>(mut self, model: &mut M, end: State<'_>) -> Option<String> {
-        self.look(model, end);
+    pub(super) fn verdict<M: Model>(
+        mut self,
+        model: &mut M,
+        end: State<'_>,
+        supplied: f64,
+    ) -> Option<String> {
+        self.look(model, end, supplied).ok()?;
         let Self { keeps_energy, gain, loss: (loss, at), rise, during: (from, to), largest, .. } = self;
         let of_weight = ROUNDING * (largest.gravitational + largest.loads);
         let hidden = (AT_REST * largest.elastic).max(of_weight);
@@ -135,9 +166,21 @@ impl EnergyWatch {
         } else {
             return None;
         };
+        let change = gain.max(rise).max(if keeps_energy { loss } else { 0.0 });
+        if change <= energy_of_rounding(model, end) {
+            return None;
+        }
         Some(format!(
             "{found}: steps of {} s are too long for this motion. Take shorter steps, adaptive ones, or method \"auto\".",
             Number(self.dt)
         ))
     }
+}
+
+/// What the energy changes by if coordinates are off by rounding. Allocates.
+fn energy_of_rounding<M: Model>(model: &mut M, State { q, v, .. }: State<'_>) -> f64 {
+    let mut beside = vec![0.0; q.len()];
+    model.typical_coordinates(&mut beside);
+    beside.iter_mut().zip(q).for_each(|(x, q)| *x = q + ROUNDING_OF_PLACES * *x);
+    (model.energy(&beside, v).total() - model.energy(q, v).total()).abs()
 }

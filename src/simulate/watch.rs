@@ -1,6 +1,7 @@
 //! Checks of a run beyond those of its method.
 
 use crate::balance::State;
+use crate::error::Interrupted;
 use crate::model::Model;
 use crate::ode;
 use crate::spectrum::Spectrum;
@@ -54,33 +55,40 @@ impl Watch {
         Self::Resolution { vibrations, energy }
     }
 
-    /// Checks the step that led to this state, the `accepted`-th one.
+    /// Checks the step that led to this state, the `accepted`-th one. `supplied` is the energy that loads may have supplied so far.
     pub(super) fn look<M: Model>(
         &mut self,
         model: &mut M,
         state: State<'_>,
+        supplied: f64,
         accepted: usize,
-    ) -> Option<Stop> {
-        match self {
+    ) -> Result<Option<Stop>, Interrupted> {
+        Ok(match self {
             Self::Nothing => None,
             Self::Resolution { vibrations, energy } => {
                 if let Some(vibrations) = vibrations {
                     vibrations.step(state.t, state.a);
                 }
                 if let Some(energy) = energy {
-                    energy.step(model, state, accepted);
+                    energy.step(model, state, supplied, accepted)?;
                 }
                 None
             }
             Self::Stiffness(watch) => watch.look(model, state, accepted),
-        }
+        })
     }
 
     /// Reason why a run from `q0` that is completed with this state may be inaccurate.
-    pub(super) fn doubt<M: Model>(self, model: &mut M, q0: &[f64], end: State<'_>) -> Option<String> {
+    pub(super) fn doubt<M: Model>(
+        self,
+        model: &mut M,
+        q0: &[f64],
+        end: State<'_>,
+        supplied: f64,
+    ) -> Option<String> {
         let Self::Resolution { vibrations, energy } = self else { return None };
         let of_vibrations = vibrations.and_then(|vibrations| vibrations.verdict(model, q0));
-        of_vibrations.or_else(|| energy?.verdict(model, end))
+        of_vibrations.or_else(|| energy?.verdict(model, end, supplied))
     }
 }
 

@@ -854,6 +854,41 @@ def test_energy_that_is_supplied_is_not_doubted():
         assert run.balance.kinetic[-1] > 0.1
 
 
+def test_energy_that_steps_add_is_doubted_where_loads_vary_in_time():
+    """Next to what a force supplies that varies, as without it."""
+    force = lissom.Load(force=lambda t: (np.sin(5 * t), 0, 0), link="body")
+    robot = lissom.Robot(TUMBLING.links, gravity=(0, 0, 0), loads=[force])
+    v0 = (0, 0, 0, 33, 100, 20)
+    with pytest.warns(lissom.AccuracyWarning, match=r"energy rises by [\d.]+ % of the largest"):
+        lissom.simulate(robot, 2.0, v0=v0, dt=0.01)
+    assert lissom.simulate(robot, 2.0, v0=v0, dt=0.001).doubt is None
+
+
+def test_work_of_what_varies_in_time_is_not_doubted():
+    """Of muscles, of a load on a rod that vibrates in steps that hardly resolve it, and of nothing at all."""
+    segment = lissom.Segment(
+        1.0, 1e-2, 1e6, poisson_ratio=0.5, density=1000, modes={"bend_y": 3, "stretch": 2}
+    )
+    pulses = ([0, 0.02, 0.04, 0.06], [(0, 0, 0), (0, 0, 0.1), (0, 0, -0.1), (0, 0, 0)])
+    knock = lissom.Load(force=pulses, link="rod", at=0.7)
+    muscle = lissom.ActiveStrain("rod", "bend_y", 1.0, lissom.Harmonic(1.0, 3.0), name="muscle")
+    link = lissom.Link("rod", rod=[segment])
+    for more in ({"loads": [knock]}, {"actuators": [muscle]}):
+        for dt in (1e-3, 2e-3):
+            run = lissom.simulate(lissom.Robot([link], gravity=(0, 0, 0), **more), 0.5, dt=dt)
+            assert run.success, run.message
+            assert run.doubt is None
+    # Between two clamps one mode of bending cannot move.
+    held = lissom.Loop("rod", (None, None, (1.0, 0, 0)), lissom.Weld())
+    stiff = lissom.Segment(
+        1.0, 1e-2, 1e6, poisson_ratio=0.5, density=1000, modes={"bend_y": 1, "bend_z": 1, "stretch": 1}
+    )
+    robot = lissom.Robot([lissom.Link("rod", rod=[stiff])], loops=[held], loads=[knock], gravity=(0, 0, 0))
+    still = lissom.simulate(robot, 0.2, dt=5e-3)
+    assert np.abs(still.q).max() < 1e-12
+    assert still.doubt is None
+
+
 @pytest.mark.parametrize("step", [0.01, 0.03])
 def test_radau_follows_inputs_in_free_fall(step):
     """The prediction is exact there: corrections are rounding, which does not contract."""
