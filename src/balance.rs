@@ -243,10 +243,14 @@ impl<'a> FlowMeter<'a> {
                 let between = [&mut self.q_between, &mut self.v_between, &mut self.a_between];
                 between.into_iter().zip(end).for_each(|(between, end)| between.copy_from_slice(end));
             } else if self.rule == Rule::Mean {
-                for i in 0..self.q.len() {
-                    self.q_between[i] = 0.5 * (self.q[i] + state.q[i]);
-                    self.v_between[i] = (state.q[i] - self.q[i]) / h;
-                    self.a_between[i] = 0.5 * (self.a[i] + state.a[i]);
+                for ((q, v), (before, after)) in
+                    self.q_between.iter_mut().zip(&mut self.v_between).zip(self.q.iter().zip(state.q))
+                {
+                    *q = 0.5 * (before + after);
+                    *v = (after - before) / h;
+                }
+                for (a, (before, after)) in self.a_between.iter_mut().zip(self.a.iter().zip(state.a)) {
+                    *a = 0.5 * (before + after);
                 }
             } else {
                 let quintic = Quintic::at(x, h);

@@ -397,7 +397,8 @@ impl Corrector {
 
     /// Whether the first increment is nearly that of the last step, or both are tolerable.
     fn is_similar_to_last_step(&self) -> bool {
-        let difference = self.size_of((0..self.first.len()).map(|i| self.first[i] - self.last_first[i]));
+        let differences = self.first.iter().zip(&self.last_first).map(|(first, last)| first - last);
+        let difference = self.size_of(differences);
         difference <= SIMILAR * self.first_size.max(1.0) && self.first_size.is_finite()
     }
 

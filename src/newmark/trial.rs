@@ -41,12 +41,10 @@ impl Trial {
     }
 
     fn update(&mut self) {
-        let [wq, wv, _] = self.weights;
-        for (q, (base, a)) in self.q.iter_mut().zip(self.q_base.iter().zip(&self.a)) {
-            *q = base + wq * a;
-        }
-        for (v, (base, a)) in self.v.iter_mut().zip(self.v_base.iter().zip(&self.a)) {
-            *v = base + wv * a;
+        let Self { weights: [wq, wv, _], q_base, v_base, q, v, a, .. } = self;
+        for (((q, v), (q_base, v_base)), a) in q.iter_mut().zip(v).zip(q_base.iter().zip(v_base)).zip(a) {
+            *q = q_base + *wq * *a;
+            *v = *v_base + *wv * *a;
         }
     }
 }
