@@ -44,6 +44,9 @@ struct Vibration {
     /// Rates of decay and of phase error, in 1/s.
     decay: f64,
     drift: f64,
+    /// Time in which the error grows, and [`growth`](Self::growth) within it.
+    lasting: f64,
+    most: f64,
     shape: Vec<f64>,
     /// Weights that turn accelerations into the modal distance from equilibrium: mass times mass-normalised
     /// shape over the squared frequency.
@@ -54,12 +57,16 @@ struct Vibration {
     distance: f64,
 }
 
+/// Error after a time, relative to the initial amplitude.
+fn grown(time: f64, decay: f64, drift: f64) -> f64 {
+    (-decay * time).exp() * drift * time
+}
+
 impl Vibration {
     /// Largest error within a time, relative to the initial amplitude: it grows with the phase error until
     /// the phase is lost, and decays with the vibration.
     fn growth(&self, time: f64) -> f64 {
-        let at = time.min(1.0 / self.decay).min(2.0 / self.drift);
-        (-self.decay * at).exp() * self.drift * at
+        if time >= self.lasting { self.most } else { grown(time, self.decay, self.drift) }
     }
 }
 
@@ -84,10 +91,14 @@ impl Unseen {
         let vibrations = spectrum.modes.iter().filter(oscillates).map(|mode| {
             let square = mode.frequency * mode.frequency;
             let row = |i: usize| (0..n).map(|j| mass[(i, j)] * mode.shape[j]).sum::<f64>() / square;
+            let (decay, drift) = (0.5 * mode.damping.max(0.0), drift(mode.frequency, dt));
+            let lasting = (1.0 / decay).min(2.0 / drift);
             Vibration {
                 frequency: mode.frequency,
-                decay: 0.5 * mode.damping.max(0.0),
-                drift: drift(mode.frequency, dt),
+                decay,
+                drift,
+                lasting,
+                most: grown(lasting, decay, drift),
                 shape: mode.shape.clone(),
                 weights: (0..n).map(row).collect(),
                 error: 0.0,
@@ -107,8 +118,7 @@ impl Unseen {
         let left = self.t_span.1 - t;
         for vibration in &mut self.vibrations {
             let distance = vibration.weights.iter().zip(a).map(|(weight, a)| weight * a).sum::<f64>().abs();
-            // `growth` never exceeds two.
-            if 2.0 * distance > vibration.error {
+            if vibration.most * distance > vibration.error {
                 let error = distance * vibration.growth(left);
                 if error > vibration.error {
                     (vibration.error, vibration.distance) = (error, distance);
