@@ -29,6 +29,7 @@ mod modes;
 mod motion;
 mod newmark;
 mod ode;
+mod part;
 mod pendulum;
 mod profile;
 mod reach;
@@ -64,8 +65,6 @@ mod _lissom {
     #[pymodule_export]
     use super::base::PyBaseMotion;
     #[pymodule_export]
-    use super::contact::check_contact;
-    #[pymodule_export]
     use super::convert::finite_array;
     #[pymodule_export]
     use super::convert::of_python::{as_flag, as_number, as_scalar_or_vector, as_text, as_whole};
@@ -93,6 +92,8 @@ mod _lissom {
     use super::newmark::newmark;
     #[pymodule_export]
     use super::ode::{PyDenseOutput, PyDop853, PyOdeResult, PyOdeSolver, PyRadau, PyRk45, solve_ivp};
+    #[pymodule_export]
+    use super::part::{_schema_of_parts, _stub_of_parts, PyPart};
     #[pymodule_export]
     use super::pendulum::PySpringPendulum;
     #[pymodule_export]
@@ -135,6 +136,7 @@ mod _lissom {
                  install .\", which builds it for all machines",
             ));
         }
+        part::add_classes(module)?;
         module.add("__version__", env!("CARGO_PKG_VERSION"))?;
         // Benchmarks refuse to run with a debug build.
         module.add("build_profile", if cfg!(debug_assertions) { "debug" } else { "release" })

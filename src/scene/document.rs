@@ -9,6 +9,9 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::described::Written;
+use crate::contact::described::Contact;
+
 /// The only version of the format so far.
 pub(super) const VERSION: u64 = 1;
 
@@ -37,7 +40,7 @@ pub(super) struct Document {
     pub(super) r#loop: Vec<Loop>,
     /// Pairs of surfaces of the rod, of links or of obstacles, which press on each other where they overlap.
     #[serde(default)]
-    pub(super) contact: Vec<Contact>,
+    pub(super) contact: Vec<Written<Contact>>,
     /// Motion of everything fixed to the world, about the frame of the first link's joint. Default: it is at rest.
     pub(super) base_motion: Option<BaseMotion>,
     /// Fluid around the rods and bodies of a robot. Default: none.
@@ -460,179 +463,6 @@ pub(super) struct LoopEnd {
     /// Orientation of the frame relative to these axes: unit quaternion [w, x, y, z]. Default: [1, 0, 0, 0].
     #[serde(default = "unturned")]
     pub(super) orientation: [f64; 4],
-}
-
-/// Two surfaces that press on each other where they overlap by d: with k d max(0, 1 + c d'), along a rod a metre.
-#[derive(Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(super) struct Contact {
-    /// Name in results and messages. Default: the names of its surfaces, such as "rod on sphere".
-    pub(super) name: Option<String>,
-    /// What moves: the name of a link, for the surface of its rod ("rod" where the scene has a [[rod]]), or a ball or a shape on
-    /// a link, such as { link = "finger", radius = 0.01 } or { kind = "box", link = "palm", centre = [0, 0, 0], half_extents =
-    /// [0.02, 0.02, 0.01] }.
-    #[schemars(example = &"rod")]
-    pub(super) a: ContactPlace,
-    /// What it touches: likewise, or an obstacle, such as { kind = "half_space" }. The same name twice is contact of a rod
-    /// with itself.
-    #[schemars(example = ContactSurface::example())]
-    pub(super) b: ContactPlace,
-    /// k, in N/m^2 along rods and N/m where neither is a rod. Default: that of the rods' material; of balls there is none.
-    /// Boxes, meshes and capsules on links have it at each corner or end where they touch a half space.
-    #[schemars(extend("exclusiveMinimum" = 0))]
-    pub(super) stiffness: Option<f64>,
-    /// c, in s/m: what bounces at a small speed v returns with 1 - 2 c v / 3 of it. Default: 1.
-    #[schemars(range(min = 0.0))]
-    pub(super) dissipation: Option<f64>,
-    /// mu: one number, or three of a rod that slides forward along its axis, backward, and sideways. Default: 0.
-    #[serde(default)]
-    pub(super) friction: ContactFriction,
-    /// v_s, in m/s: what sticks creeps by up to that speed. Default: 1e-4.
-    #[schemars(extend("exclusiveMinimum" = 0))]
-    pub(super) slip_velocity: Option<f64>,
-    /// Radius of the contact patch in metres: friction resists spinning by up to mu (sideways) times force times radius.
-    /// Default: 0, no resistance.
-    #[schemars(range(min = 0.0))]
-    pub(super) patch_radius: Option<f64>,
-}
-
-/// One of two surfaces that touch.
-#[derive(Debug, Deserialize, JsonSchema)]
-#[serde(untagged)]
-pub(super) enum ContactPlace {
-    /// The rod of a link.
-    Name(String),
-    /// A ball or another shape.
-    Surface(Box<ContactSurface>),
-}
-
-/// A ball on a link: link, radius, at, position; or a shape that is fixed in the world: kind, and half_space: point,
-/// normal; sphere: centre, radius; capsule: start, end, radius; box: centre, half_extents, orientation; height_field: heights,
-/// spacing, corner, orientation; convex_mesh: points, faces, radius. With link, and at, a shape moves with a link: its positions
-/// and orientation are then in the axes of the section or body.
-#[derive(Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(super) struct ContactSurface {
-    /// Kind of shape. Default: none, a ball on a link.
-    pub(super) kind: Option<ObstacleKind>,
-    /// Name of the link that a ball or a shape is fixed to. Default, of shapes: the world.
-    pub(super) link: Option<String>,
-    /// Arc length of the link's unstretched rod where it is, in metres. Default: the tip, or the link's body.
-    #[schemars(range(min = 0.0))]
-    pub(super) at: Option<f64>,
-    /// Position of a ball's centre in the axes of the section or body, in metres. Default: [0, 0, 0].
-    pub(super) position: Option<[f64; 3]>,
-    /// Radius of a ball, a sphere or a capsule, in metres; of the rounded edges of a convex mesh, zero by default.
-    #[schemars(range(min = 0.0))]
-    pub(super) radius: Option<f64>,
-    /// A point of the plane that bounds a half space, in metres. Default: [0, 0, 0].
-    pub(super) point: Option<[f64; 3]>,
-    /// Outward normal of a half space; its length does not matter. Default: [0, 0, 1].
-    pub(super) normal: Option<[f64; 3]>,
-    /// Centre of a sphere or a box, in metres.
-    pub(super) centre: Option<[f64; 3]>,
-    /// Start of the axis of a capsule, in metres.
-    pub(super) start: Option<[f64; 3]>,
-    /// End of the axis, in metres.
-    pub(super) end: Option<[f64; 3]>,
-    /// Half the lengths of the edges of a box, in metres.
-    pub(super) half_extents: Option<[f64; 3]>,
-    /// Orientation of a box or a height field: unit quaternion [w, x, y, z]. Default: [1, 0, 0, 0].
-    pub(super) orientation: Option<[f64; 4]>,
-    /// Heights of a height field in metres: rows along its x axis, and in each row numbers along its y axis.
-    pub(super) heights: Option<Vec<Vec<f64>>>,
-    /// Distance between neighbouring heights in metres: one number, or one along x and one along y.
-    pub(super) spacing: Option<Spacing>,
-    /// Position of the first height of a height field, in metres. Default: [0, 0, 0].
-    pub(super) corner: Option<[f64; 3]>,
-    /// Corners of a convex mesh, in metres.
-    pub(super) points: Option<Vec<[f64; 3]>>,
-    /// Faces of a convex mesh: triangles as indices into points, from 0.
-    pub(super) faces: Option<Vec<[usize; 3]>>,
-}
-
-/// Distances of heights: the same along both axes, or by axis.
-#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
-#[serde(untagged)]
-pub(super) enum Spacing {
-    /// The same along both axes.
-    Same(f64),
-    /// Along x, and along y.
-    Each([f64; 2]),
-}
-
-impl Spacing {
-    /// The two numbers.
-    pub(super) fn numbers(self) -> [f64; 2] {
-        match self {
-            Self::Same(number) => [number; 2],
-            Self::Each(numbers) => numbers,
-        }
-    }
-}
-
-impl ContactSurface {
-    fn example() -> BTreeMap<&'static str, ObstacleKind> {
-        BTreeMap::from([("kind", ObstacleKind::HalfSpace)])
-    }
-}
-
-/// Kind of obstacle.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub(super) enum ObstacleKind {
-    /// The region behind a plane.
-    HalfSpace,
-    /// A ball.
-    Sphere,
-    /// The points within a radius of a line segment.
-    Capsule,
-    /// A box with sharp edges.
-    Box,
-    /// Uneven ground below a smooth surface through heights.
-    HeightField,
-    /// A convex polyhedron, rounded by a radius.
-    ConvexMesh,
-}
-
-impl ObstacleKind {
-    /// Its name in the file.
-    pub(super) fn name(self) -> &'static str {
-        match self {
-            Self::HalfSpace => "half_space",
-            Self::Sphere => "sphere",
-            Self::Capsule => "capsule",
-            Self::Box => "box",
-            Self::HeightField => "height_field",
-            Self::ConvexMesh => "convex_mesh",
-        }
-    }
-}
-
-/// Friction: the same in all directions, or by direction.
-#[derive(Clone, Copy, Debug, Deserialize, Serialize, JsonSchema)]
-#[serde(untagged)]
-pub(super) enum ContactFriction {
-    /// The same in all directions.
-    Same(f64),
-    /// Forward along a rod, backward, and sideways.
-    Each([f64; 3]),
-}
-
-impl Default for ContactFriction {
-    fn default() -> Self {
-        Self::Same(0.0)
-    }
-}
-
-impl ContactFriction {
-    /// The three numbers.
-    pub(super) fn numbers(self) -> [f64; 3] {
-        match self {
-            Self::Same(number) => [number; 3],
-            Self::Each(numbers) => numbers,
-        }
-    }
 }
 
 /// A force and a moment on a rod, at a point or distributed along a part of it.

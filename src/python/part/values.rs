@@ -1,0 +1,128 @@
+//! Conversion of Python objects to values of descriptions and back, by the kinds of fields.
+
+use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::{PyBool, PyDict, PyFloat, PyString, PyTuple};
+
+use super::{PyPart, wrapped};
+use crate::description::{Kind, Value};
+use crate::python::convert;
+
+/// The value of an argument.
+pub(super) fn value_of(object: &Bound<'_, PyAny>, name: &str, kind: &Kind) -> PyResult<Value> {
+    match kind {
+        Kind::Number => convert::number(object, name).map(Value::Number),
+        Kind::Integer => convert::whole(object, name).map(Value::Integer),
+        Kind::Text | Kind::Reference(_) => Ok(Value::Text(convert::text(object, name)?.to_owned())),
+        Kind::Array(_, count) => Ok(numbers(convert::vector_of(object, *count, name)?)),
+        Kind::List(Kind::Number) => Ok(numbers(convert::vector(object, name)?)),
+        Kind::List(rows) => rows_of(object, name, rows),
+        Kind::OneOrEach(count) => match convert::scalar_or_vector(object, name)? {
+            (values, true) => Ok(Value::Number(values[0])),
+            (values, false) if values.len() == *count => Ok(numbers(values)),
+            (values, false) => {
+                let found = values.len();
+                Err(PyValueError::new_err(format!("{name}: expected {count} values, got {found}")))
+            }
+        },
+        Kind::Optional(_) if object.is_none() => Ok(Value::None),
+        Kind::Optional(inner) => value_of(object, name, inner),
+        Kind::OneOf(_, kinds) => one_of(object, name, kinds),
+        Kind::Part(_) => one_of(object, name, std::slice::from_ref(kind)),
+    }
+}
+
+fn numbers(values: Vec<f64>) -> Value {
+    Value::List(values.into_iter().map(Value::Number).collect())
+}
+
+/// Numbers in rows, of the length that the kind of a row says.
+fn rows_of(object: &Bound<'_, PyAny>, name: &str, row: &Kind) -> PyResult<Value> {
+    let expected = match row {
+        Kind::Array(Kind::Integer, count) => format!("rows of {count} integers"),
+        Kind::Array(_, count) => format!("rows of {count} numbers"),
+        _ => "rows of numbers".to_owned(),
+    };
+    let found = convert::numbers(object, name, &expected).map_err(|error| {
+        let lengths: Vec<_> =
+            object.try_iter().into_iter().flatten().flatten().map(|row| row.len()).collect();
+        let known: Vec<_> = lengths.iter().flatten().collect();
+        match known.len() == lengths.len() && known.iter().any(|length| *length != known[0]) {
+            true => PyValueError::new_err(format!(
+                "{name}: rows of different lengths, expected {expected} of one length"
+            )),
+            false if error.is_instance_of::<PyTypeError>(object.py()) => {
+                PyTypeError::new_err(format!("{}; {name} are {expected}", error.value(object.py())))
+            }
+            false => error,
+        }
+    })?;
+    let [_, columns] = found.shape[..] else {
+        let dimensions = found.shape.len();
+        return Err(PyValueError::new_err(format!(
+            "{name}: {dimensions} dimensions, expected two: {expected}"
+        )));
+    };
+    if let Kind::Array(items, count) = row {
+        if columns != *count {
+            return Err(PyValueError::new_err(format!(
+                "{name}: shape {:?}, expected {expected}",
+                found.shape
+            )));
+        }
+        // Indices, which arrays of numbers may hold as well.
+        let is_index = |x: &f64| x.fract() == 0.0 && *x >= 0.0 && x.is_finite();
+        if let (Kind::Integer, Some(x)) = (items, found.values.iter().find(|x| !is_index(x))) {
+            return Err(PyValueError::new_err(format!(
+                "{name}: {x} is no place of a point, expected an integer from 0"
+            )));
+        }
+    }
+    Ok(Value::Rows { numbers: found.values, columns })
+}
+
+/// A part, or the name of what is referred to.
+fn one_of(object: &Bound<'_, PyAny>, name: &str, kinds: &[Kind]) -> PyResult<Value> {
+    if let Ok(part) = object.cast::<PyPart>() {
+        let schema = part.get().0.schema();
+        if kinds.iter().any(|kind| kind.schema().is_some_and(|known| std::ptr::eq(known, schema))) {
+            return Ok(Value::Part(part.get().0.clone()));
+        }
+    }
+    let is_named = kinds.iter().any(|kind| matches!(kind, Kind::Text | Kind::Reference(_)));
+    if is_named && object.is_instance_of::<PyString>() {
+        return Ok(Value::Text(convert::text(object, name)?.to_owned()));
+    }
+    let named = if is_named { "the name of a link with a rod, lissom." } else { "lissom." };
+    let classes: Vec<_> = kinds.iter().filter_map(Kind::schema).map(|schema| schema.name).collect();
+    let (last, first) = classes.split_last().expect("there is a class");
+    let classes =
+        if first.is_empty() { (*last).to_owned() } else { format!("{} or {last}", first.join(", ")) };
+    let found = convert::describe(object);
+    Err(PyTypeError::new_err(format!("{name}: expected {named}{classes}, got {found}")))
+}
+
+/// The object of a value.
+pub(super) fn object_of<'py>(py: Python<'py>, value: &Value) -> PyResult<Bound<'py, PyAny>> {
+    match value {
+        Value::None => Ok(py.None().into_bound(py)),
+        Value::Flag(flag) => Ok(PyBool::new(py, *flag).to_owned().into_any()),
+        Value::Integer(number) => Ok(number.into_pyobject(py)?.into_any()),
+        Value::Number(number) => Ok(PyFloat::new(py, *number).into_any()),
+        Value::Text(text) | Value::Other(text) => Ok(PyString::new(py, text).into_any()),
+        Value::List(items) => {
+            let items = items.iter().map(|item| object_of(py, item)).collect::<PyResult<Vec<_>>>()?;
+            Ok(PyTuple::new(py, items)?.into_any())
+        }
+        Value::Rows { numbers, columns } => {
+            let rows = numbers.chunks((*columns).max(1)).map(|row| PyTuple::new(py, row));
+            Ok(PyTuple::new(py, rows.collect::<PyResult<Vec<_>>>()?)?.into_any())
+        }
+        Value::Table(pairs) => {
+            let made = PyDict::new(py);
+            pairs.iter().try_for_each(|(key, value)| made.set_item(&**key, object_of(py, value)?))?;
+            Ok(made.into_any())
+        }
+        Value::Part(part) => wrapped(py, part.clone()),
+    }
+}
