@@ -29,7 +29,8 @@ unexport PYTHONPATH
 unexport PYTHONHOME
 
 .PHONY: help demo bench peers validate stress test test-rust test-python test-browser test-torch test-checked test-oldest test-msrv \
-	build build-for-test wheel sdist crate sbom docs docs-check links pictures format lock fuzz audit clean
+	build build-for-test wheel sdist crate sbom docs docs-check links pictures format lock fuzz audit clean \
+	measure-house freeze frozen
 .DEFAULT_GOAL := help
 
 help: ## list the targets
@@ -104,6 +105,15 @@ validate: build ## ask questions with known answers, and write docs/validation.m
 
 stress: build ## try hard cases, and compare with the committed table (QUICK=1)
 	$(BIN)/lissom stress -o $(RESULTS)/stress $(if $(QUICK),--quick)
+
+measure-house: $(VENV)/test.stamp ## sizes of the source: lines, methods of traits, large files, circles
+	$(BIN)/python benches/python/house.py
+
+freeze: build-for-test ## record what lissom computes, before code is moved (results/freeze)
+	$(BIN)/python tests/python/freeze.py record $(RESULTS)/freeze
+
+frozen: build-for-test ## compare with what `make freeze` has recorded
+	$(BIN)/python tests/python/freeze.py compare $(RESULTS)/freeze
 
 fuzz: build-for-test ## try random input (FUZZ_SECONDS=300, FUZZ_SEED=1, FUZZ_HARNESS="files pages", FUZZ_FILES=...)
 	PYTHONPATH=tests/python $(BIN)/python -m fuzz $(if $(FUZZ_FILES),$(FUZZ_FILES),--seconds $(FUZZ_SECONDS) --jobs $(JOBS) \

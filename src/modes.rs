@@ -79,7 +79,7 @@ pub fn modes(model: &mut dyn Model, q: &[f64]) -> Result<Modes, NoModes> {
 pub(crate) fn motions(model: &mut dyn Model, q: &[f64]) -> Result<(SmallMotions, f64), NoModes> {
     let rest = vec![0.0; model.n()];
     let [mut sizes, mut residual] = [rest.clone(), rest.clone()];
-    model.typical_coordinates(&mut sizes);
+    model.sizes(q, &mut sizes);
     let mut multipliers = vec![0.0; model.constraints()];
     if !multipliers.is_empty() {
         one_sided::multipliers(model, [q, &rest, &rest], &mut multipliers)

@@ -227,37 +227,53 @@ pub(crate) fn material(model: &mut dyn Model, q: &[f64], sizes: &[f64]) -> Matri
     scaled(tangent, sizes)
 }
 
-/// Reference stiffnesses, all > 0: the elastic ones, and for coordinates without elasticity those of the tangent.
-/// `force` is the norm of the forces of which the tangent is the derivative; a model without any stiffness, such as
-/// a body in free fall, gets this number.
-pub(crate) fn reference(elastic: &Matrix, tangent: &Matrix, force: f64) -> Vec<f64> {
+/// Reference stiffnesses, all > 0: the elastic ones, and for coordinates without elasticity those of the tangent. `forces` are those
+/// of which the tangent is the derivative; a part without any stiffness, such as a body in free fall, gets their norm. `parts` are
+/// numbers of coordinates of parts that nothing couples ([`Model::parts`]), none of which is judged by the stiffness of another.
+pub(crate) fn reference(elastic: &Matrix, tangent: &Matrix, forces: &[f64], parts: &[usize]) -> Vec<f64> {
     /// Stiffnesses below this fraction of the largest one are rounding errors, such as of a free body on a floor; so
     /// are those below this fraction of the forces.
     const NOTHING: f64 = 1e-13;
+    let n = tangent.nrows();
     let size = |i: usize, j: usize| tangent[(i, j)].abs();
     // A coordinate that is coupled with a stiff one has at least this stiffness if all of the matrix is positive.
     let coupled = |i: usize, j: usize| size(i, j) * (size(i, j) / size(j, j)).min(1.0);
     let own = |i: usize| {
-        let others = (0..tangent.ncols()).filter(|&j| j != i && size(i, j) > 0.0);
+        let others = (0..n).filter(|&j| j != i && size(i, j) > 0.0);
         others.map(|j| coupled(i, j)).fold(size(i, i), f64::max)
     };
-    let largest = (0..tangent.nrows()).map(own).fold(0.0, f64::max);
-    let rounding = NOTHING * largest.max(force);
-    let of_coordinate = |i: usize| {
-        let own = own(i);
-        if elastic[(i, i)] > 0.0 {
-            elastic[(i, i)]
-        } else if own > rounding {
-            own
-        } else if largest > rounding {
-            largest
-        } else if force > 0.0 {
-            force
-        } else {
-            1.0
-        }
-    };
-    (0..tangent.nrows()).map(of_coordinate).collect()
+    let mut references = Vec::with_capacity(n);
+    let whole = [n];
+    for &part in if parts.is_empty() { &whole } else { parts } {
+        let range = references.len()..references.len() + part;
+        let largest = range.clone().map(own).fold(0.0, f64::max);
+        let force = norm(&forces[range.clone()]);
+        let rounding = NOTHING * largest.max(force);
+        let least = match (largest > rounding, force > 0.0) {
+            (true, _) => largest,
+            (false, true) => force,
+            (false, false) => 1.0,
+        };
+        references.extend(range.map(|i| match (elastic[(i, i)], own(i)) {
+            (elastic, _) if elastic > 0.0 => elastic,
+            (_, own) if own > rounding => own,
+            _ => least,
+        }));
+    }
+    references
+}
+
+/// What weight and loads could do along a size of each coordinate, whatever their directions are, in joules.
+pub(crate) fn work_of_loads(model: &mut dyn Model, q: &[f64], sizes: &[f64]) -> Vec<f64> {
+    let mut turned = Matrix::zeros(q.len(), 3);
+    model.turned_loads(q, &mut turned);
+    let mut work: Vec<f64> = turned.row_iter().zip(sizes).map(|(row, size)| row.abs().sum() * size).collect();
+    // Axes of rotation vectors are none of the joint: what is on one of them is beside it by rounding.
+    for &first in model.rotation_vectors() {
+        let most = work[first..first + 3].iter().copied().fold(0.0, f64::max);
+        work[first..first + 3].fill(most);
+    }
+    work
 }
 
 /// `S A S` with the sizes on the diagonal of S.

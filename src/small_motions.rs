@@ -266,15 +266,16 @@ pub(crate) fn small_motions(
     let n = q.len();
     let material = natural::material(model, q, sizes);
     let own = natural::linearised(model, q, sizes);
+    let (work, uncoupled) = (natural::work_of_loads(model, q, sizes), model.parts());
+    let reference = |stiffness: &Matrix| natural::reference(&material, stiffness, &work, &uncoupled);
     let mut at_rest = Parts { model, q, sizes, load_factor, multipliers };
     let (natural, forces) = match &own {
         None => {
             let stiffness = at_rest.tangent([1.0, 0.0, 0.0]);
-            (Natural::new(&material, None, || natural::reference(&material, &stiffness, 0.0))?, None)
+            (Natural::new(&material, None, || reference(&stiffness))?, None)
         }
         Some(own) => {
-            let natural =
-                Natural::new(&material, Some(own), || natural::reference(&material, &material, 0.0))?;
+            let natural = Natural::new(&material, Some(own), || reference(&material))?;
             at_rest.model.hold_springs(Some(&own.forces));
             let [residual, _] = at_rest.forces();
             let forces = natural.settled(own, &natural.forces(&residual));
@@ -376,6 +377,7 @@ impl Parts<'_> {
             model.weighted_tangent(q, &rest, &rest, [1.0, 0.0, 0.0], &mut tangent);
             scaled(tangent, sizes)
         });
+        let work = natural::work_of_loads(self.model, q, sizes);
         let (mut total, mut magnitudes) = (material.abs(), material.abs());
         for k in 0..total.len() {
             let [whole, unconstrained, untouched] = [0, 1, 2].map(|part| parts[part][k]);
@@ -384,7 +386,29 @@ impl Parts<'_> {
             magnitudes[k] +=
                 self.magnitude((own - material[k]).abs(), own, [whole, unconstrained, untouched]);
         }
+        // Entries of loads are sums of products that may cancel: each is at most what the loads could do, however they point.
+        for range in self.parts() {
+            for (i, j) in range.clone().flat_map(|i| range.clone().map(move |j| (i, j))) {
+                magnitudes[(i, j)] += self.load_factor.abs() * work[i].min(work[j]);
+            }
+        }
         Sum { total, magnitudes }
+    }
+
+    /// Coordinates of parts that nothing couples.
+    fn parts(&self) -> Vec<std::ops::Range<usize>> {
+        let parts = match self.model.parts() {
+            parts if parts.is_empty() => vec![self.q.len()],
+            parts => parts,
+        };
+        let mut first = 0;
+        parts
+            .into_iter()
+            .map(|part| {
+                first += part;
+                first - part..first
+            })
+            .collect()
     }
 
     /// Generalised forces times sizes, and the sums of the magnitudes of what they come from.
@@ -418,17 +442,10 @@ impl Parts<'_> {
     /// that about the third. Parts that nothing couples have no part in each other's.
     fn imbalance(&mut self) -> Matrix {
         let [forces, magnitudes] = self.forces();
-        let parts = match self.model.parts() {
-            parts if parts.is_empty() => vec![forces.len()],
-            parts => parts,
-        };
         let mut imbalance = Matrix::zeros(forces.len(), forces.len());
-        let mut first = 0;
-        for part in parts {
-            let range = first..first + part;
-            let left = norm(&forces[range.clone()]).min(OUT_OF_BALANCE * norm(&magnitudes[range]));
-            imbalance.view_mut((first, first), (part, part)).fill(left);
-            first += part;
+        for range in self.parts() {
+            let left = norm(&forces[range.clone()]).min(OUT_OF_BALANCE * norm(&magnitudes[range.clone()]));
+            imbalance.view_mut((range.start, range.start), (range.len(), range.len())).fill(left);
         }
         imbalance
     }

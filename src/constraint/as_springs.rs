@@ -358,6 +358,18 @@ impl Model for AsSprings<'_> {
         self.model.leave_contact(is_left);
     }
 
+    fn soften_contact(&mut self, forces: Option<&[f64]>) -> bool {
+        self.model.soften_contact(forces)
+    }
+
+    fn deepest_overlap(&mut self, q: &[f64]) -> f64 {
+        self.model.deepest_overlap(q)
+    }
+
+    fn shifts_of_contact(&mut self, q: &[f64]) -> Matrix {
+        self.model.shifts_of_contact(q)
+    }
+
     fn sunk(&mut self, q: &[f64]) -> Option<Flaw> {
         self.model.sunk(q)
     }

@@ -6,6 +6,9 @@
 //! stretching. Neither masses nor times nor lengths of other parts have a say, and units cancel: gaps are compared with the sizes of
 //! what they are gaps of ([`gap_sizes`](crate::model::Tied::gap_sizes)).
 //!
+//! Each gap counts relative to how fast it can close. Where no motion closes all of them to first order, as on the way to bars that fold
+//! back onto each other, these weights would lead in circles, and gaps count relative to their sizes.
+//!
 //! At some shapes no motion closes a gap to first order, such as at straight lines or where both ends coincide, or only stretching
 //! does, by a force beyond the buckling load. The force that would close the gap buckles the shape there: its closed shapes are sought on both sides of the shape, in the
 //! direction of the lowest buckling mode of that force, the lowest eigenvector of the second derivative of its work, `sum_i lambda_i
@@ -29,6 +32,9 @@ const PATIENCE: usize = 8;
 
 /// Rows, and directions of rows, that are shorter by this factor than what they are compared with do not move.
 const RANK: f64 = 1e-9;
+
+/// Gaps are not closed to first order if more than this part of them is left.
+const UNREACHED: f64 = 1e-3;
 
 /// A closing force deforms what is elastic if at least this part of the smallest motion is that of elastic coordinates.
 const DEFORMS: f64 = 0.5;
@@ -209,14 +215,38 @@ struct Natural {
     elastic: Vec<f64>,
 }
 
-/// Derivatives of gaps with respect to natural coordinates, as columns of unit length, by singular values that do not count as
-/// zero.
+/// What gaps are relative to in sums of squares.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Relative {
+    /// How fast each of them can close.
+    ToRates,
+    /// Their sizes.
+    ToSizes,
+}
+
+/// Derivatives of gaps with respect to natural coordinates, as columns of unit length if gaps are relative to rates, by singular
+/// values that do not count as zero.
 struct Rows {
     /// What multiplies gaps over their sizes to have columns of unit length; one for those that nothing moves.
     factors: Vec<f64>,
     left: Matrix,
     values: Vec<f64>,
     right: Matrix,
+}
+
+impl Rows {
+    /// The smallest motion that closes as much of these gaps as can be, and whether it closes all.
+    fn closing(&self, gaps: &[f64]) -> (Vec<f64>, bool) {
+        let wanted: Vec<f64> = gaps.iter().zip(&self.factors).map(|(gap, factor)| -gap * factor).collect();
+        let (mut x, mut left) = (vec![0.0; self.left.nrows()], wanted.clone());
+        for (k, value) in self.values.iter().enumerate() {
+            let part = dot(self.right.column(k).as_slice(), &wanted);
+            x.iter_mut().zip(&self.left.column(k)).for_each(|(x, of_mode)| *x += part / value * of_mode);
+            left.iter_mut().zip(&self.right.column(k)).for_each(|(left, of_mode)| *left -= part * of_mode);
+        }
+        let is_all = norm(&left) <= UNREACHED * norm(&wanted);
+        (x, is_all)
+    }
 }
 
 impl Natural {
@@ -260,7 +290,7 @@ impl Natural {
         })
     }
 
-    fn rows<M: Model + ?Sized>(&self, model: &mut M, q: &[f64]) -> Option<Rows> {
+    fn rows<M: Model + ?Sized>(&self, model: &mut M, q: &[f64], relative: Relative) -> Option<Rows> {
         let [natural, in_sizes] = self.jacobian(model, q);
         let mut columns = natural.transpose();
         let factors: Vec<f64> = columns
@@ -269,8 +299,9 @@ impl Natural {
             .map(|(mut column, row)| {
                 let length = column.norm();
                 if row.norm() > RANK && length > 0.0 {
-                    column /= length;
-                    return 1.0 / length;
+                    let factor = if relative == Relative::ToRates { 1.0 / length } else { 1.0 };
+                    column *= factor;
+                    return factor;
                 }
                 column.fill(0.0);
                 1.0
@@ -285,13 +316,9 @@ impl Natural {
     /// The step that closes gaps to first order. Tendons that it would make too long hold, too.
     fn closing<M: Model + ?Sized>(&self, model: &mut M, q: &[f64], gaps: &mut [f64]) -> Option<Vec<f64>> {
         loop {
-            let rows = self.rows(model, q)?;
-            let wanted: Vec<f64> =
-                gaps.iter().zip(&rows.factors).map(|(gap, factor)| -gap * factor).collect();
-            let mut x = vec![0.0; q.len()];
-            for (k, value) in rows.values.iter().enumerate() {
-                let part = dot(rows.right.column(k).as_slice(), &wanted) / value;
-                x.iter_mut().zip(&rows.left.column(k)).for_each(|(x, left)| *x += part * left);
+            let (mut x, is_all) = self.rows(model, q, Relative::ToRates)?.closing(gaps);
+            if !is_all {
+                (x, _) = self.rows(model, q, Relative::ToSizes)?.closing(gaps);
             }
             let step: Vec<f64> = x.iter().zip(&self.weights).map(|(x, w)| x * w).collect();
             if !self.holds_more(model, q, &step, gaps) {
@@ -337,7 +364,7 @@ fn buckling<M: Model + ?Sized>(model: &mut M, q: &[f64], load: Load) -> Option<V
     let (n, mut gaps) = (q.len(), Vec::new());
     violated(model, q, &mut gaps);
     let natural = Natural::new(model, q);
-    let rows = natural.rows(model, q)?;
+    let rows = natural.rows(model, q, Relative::ToRates)?;
     // The part of the gaps that no motion reaches, or else the force of the smallest motion that closes them.
     let scaled: Vec<f64> = gaps.iter().zip(&rows.factors).map(|(gap, factor)| gap * factor).collect();
     let (mut unreached, mut force, mut x) = (scaled.clone(), vec![0.0; scaled.len()], vec![0.0; n]);

@@ -15,6 +15,19 @@
 
 use std::borrow::Cow;
 
+/// Calls a function whose first argument is a size, with the smallest sizes as constants so that its loops are unrolled.
+macro_rules! with_size {
+    ($function:ident($n:expr $(, $argument:expr)*)) => {
+        match $n {
+            1 => $function(1 $(, $argument)*),
+            2 => $function(2 $(, $argument)*),
+            3 => $function(3 $(, $argument)*),
+            4 => $function(4 $(, $argument)*),
+            n => $function(n $(, $argument)*),
+        }
+    };
+}
+
 mod block_lu;
 mod bounded_least_squares;
 mod cholesky;

@@ -7,6 +7,11 @@ use super::failure::NotPositiveDefinite;
 
 /// Factorises the n x n matrix `a` (by columns) in place: only its lower triangle is read and written.
 pub fn factorise(a: &mut [f64], n: usize) -> Result<(), NotPositiveDefinite> {
+    with_size!(factorise_sized(n, a))
+}
+
+#[inline(always)]
+fn factorise_sized(n: usize, a: &mut [f64]) -> Result<(), NotPositiveDefinite> {
     assert!(a.len() == n * n, "sizes of a matrix");
     for k in 0..n {
         let (left, right) = a.split_at_mut((k + 1) * n);
@@ -33,8 +38,12 @@ pub fn factorise(a: &mut [f64], n: usize) -> Result<(), NotPositiveDefinite> {
 
 /// Solves `A x = b` in place.
 pub fn solve(factors: &[f64], b: &mut [f64]) {
-    let n = b.len();
-    assert!(factors.len() == n * n, "sizes of a linear system");
+    with_size!(solve_sized(b.len(), factors, b));
+}
+
+#[inline(always)]
+fn solve_sized(n: usize, factors: &[f64], b: &mut [f64]) {
+    assert!(b.len() == n && factors.len() == n * n, "sizes of a linear system");
     for k in 0..n {
         let l = &factors[k * n..(k + 1) * n];
         let x = b[k] * l[k];

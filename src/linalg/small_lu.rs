@@ -6,19 +6,6 @@
 
 use super::failure::Singular;
 
-/// Calls a function whose first argument is a size, with the smallest sizes as constants so that its loops are unrolled.
-macro_rules! with_size {
-    ($function:ident($n:expr $(, $argument:expr)*)) => {
-        match $n {
-            1 => $function(1 $(, $argument)*),
-            2 => $function(2 $(, $argument)*),
-            3 => $function(3 $(, $argument)*),
-            4 => $function(4 $(, $argument)*),
-            n => $function(n $(, $argument)*),
-        }
-    };
-}
-
 /// Factorises the n x n matrix `a` (by columns) in place. Row k was exchanged with row `pivots[k]`.
 pub fn factorise(a: &mut [f64], pivots: &mut [usize]) -> Result<(), Singular> {
     with_size!(factorise_sized(pivots.len(), a, pivots))

@@ -227,6 +227,23 @@ pub trait Model: Elastic + InTime + Discretised + Tied {
     /// Disables contact forces, or enables them again.
     fn leave_contact(&mut self, _is_left: bool) {}
 
+    /// Softens contacts: surfaces are no stiffer than those that such a force, in newtons for every pair of [`Self::shifts_of_contact`],
+    /// presses into each other by their thickness. `None` undoes that. Returns whether any are softer than they are.
+    fn soften_contact(&mut self, _forces: Option<&[f64]>) -> bool {
+        false
+    }
+
+    /// The largest overlap in a shape over the thickness of the thinner surface; zero if nothing touches.
+    fn deepest_overlap(&mut self, _q: &[f64]) -> f64 {
+        0.0
+    }
+
+    /// For every pair of surfaces that may touch, a row: how far either of them moves at most for a unit of each coordinate, along
+    /// steps (see [`chart`]). Allocates.
+    fn shifts_of_contact(&mut self, q: &[f64]) -> Matrix {
+        Matrix::zeros(0, q.len())
+    }
+
     /// Selects the linearisation of friction for an iteration: at its start, or after a step that took this
     /// fraction of the last increment. `None` selects exact tangents.
     fn follow_friction(&mut self, _length: Option<f64>) {}

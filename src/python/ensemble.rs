@@ -159,7 +159,7 @@ pub(crate) fn simulate_many<'py>(
         max_steps,
         predictor,
         reuse_jacobian,
-        needs_damping: needs_damping(&*first.native()),
+        needs_damping: first.look(needs_damping),
         tells_steps: false,
     }
     .way(n)?;
@@ -465,7 +465,7 @@ impl Rows {
         let t_eval = self.t_eval.as_deref();
         let simulated = match &self.way {
             Way::Accuracy(request) => {
-                model.simulate_to_accuracy(self.t_span, q0, v0, *request, t_eval, monitor)
+                model.boxed_clone().simulate_to_accuracy(self.t_span, q0, v0, *request, t_eval, monitor)
             }
             Way::Method(method) => {
                 let mut steps = 0;
@@ -475,7 +475,8 @@ impl Rows {
                     Ok(())
                 };
                 let control = self.inputs.step().map(|step| Control { step, inputs: &mut set });
-                let simulated = model.simulate(self.t_span, q0, v0, method, t_eval, control, monitor);
+                let simulated =
+                    model.boxed_clone().simulate(self.t_span, q0, v0, method, t_eval, control, monitor);
                 simulated.map(|simulation| (simulation, None))
             }
         };

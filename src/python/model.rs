@@ -37,10 +37,10 @@ pub(crate) trait Native: model::Model + Send + Sync {
     /// The free motion of a copy as a first-order system.
     fn first_order(&self) -> Box<dyn ode::System + Send + Sync>;
 
-    /// [`simulate::simulate`] of a copy, or [`simulate::simulate_controlled`].
+    /// [`simulate::simulate`], or [`simulate::simulate_controlled`].
     #[allow(clippy::too_many_arguments, reason = "those of the core")]
     fn simulate(
-        &self,
+        self: Box<Self>,
         t_span: (f64, f64),
         q0: &[f64],
         v0: &[f64],
@@ -50,9 +50,9 @@ pub(crate) trait Native: model::Model + Send + Sync {
         monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
     ) -> Result<Simulation, InvalidInput>;
 
-    /// [`accuracy::simulate_to_accuracy`] of a copy, and the model that replaced it, if any.
+    /// [`accuracy::simulate_to_accuracy`], and the model that replaced it, if any.
     fn simulate_to_accuracy(
-        &self,
+        self: Box<Self>,
         t_span: (f64, f64),
         q0: &[f64],
         v0: &[f64],
@@ -204,7 +204,7 @@ impl<M: model::Model + Clone + Send + Sync + 'static> Native for M {
     }
 
     fn simulate(
-        &self,
+        self: Box<Self>,
         t_span: (f64, f64),
         q0: &[f64],
         v0: &[f64],
@@ -213,7 +213,7 @@ impl<M: model::Model + Clone + Send + Sync + 'static> Native for M {
         control: Option<Control<'_>>,
         monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
     ) -> Result<Simulation, InvalidInput> {
-        let model = self.clone();
+        let model = *self;
         match control {
             Some(control) => {
                 simulate::simulate_controlled(model, t_span, q0, v0, method, t_eval, control, monitor)
@@ -233,7 +233,7 @@ impl<M: model::Model + Clone + Send + Sync + 'static> Native for M {
     }
 
     fn simulate_to_accuracy(
-        &self,
+        self: Box<Self>,
         t_span: (f64, f64),
         q0: &[f64],
         v0: &[f64],
@@ -242,7 +242,7 @@ impl<M: model::Model + Clone + Send + Sync + 'static> Native for M {
         monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
     ) -> Result<(Simulation, Option<Box<dyn Native>>), InvalidInput> {
         let (simulation, model) =
-            accuracy::simulate_to_accuracy(self.clone(), t_span, q0, v0, request, t_eval, monitor)?;
+            accuracy::simulate_to_accuracy(*self, t_span, q0, v0, request, t_eval, monitor)?;
         Ok((simulation, model.map(|model| Box::new(model) as Box<dyn Native>)))
     }
 
@@ -314,6 +314,11 @@ impl PyModel {
             depends_on_time,
             memory: Mutex::new(Memory { model: Box::new(model), forward }),
         }
+    }
+
+    /// A fact of the model, without a copy.
+    pub(crate) fn look<T>(&self, at: impl FnOnce(&dyn Native) -> T) -> T {
+        at(&*self.memory().model)
     }
 
     /// A copy of the model for a separate run.

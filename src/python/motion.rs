@@ -221,7 +221,7 @@ impl PyMotionResult {
         }
         let of_model = model.as_ref().map_or(n, |model| model.get().n());
         check.require(of_model == n, "model", of_model, "a model of as many coordinates");
-        let of_model = model.as_ref().map_or(inputs, |model| model.get().native().inputs());
+        let of_model = model.as_ref().map_or(inputs, |model| model.get().look(|model| model.inputs()));
         check.require([0, of_model].contains(&inputs), "u", inputs, "the inputs of the model");
         check.finish()?;
         let (stats, success, status, message, slack, doubt) = outcome;

@@ -158,7 +158,7 @@ pub(crate) fn simulate<'py>(
             convert::describe(model)
         )));
     };
-    let n = model.get().native().n();
+    let n = model.get().n();
     let state = |value: Option<&Bound<'py, PyAny>>, name| match value {
         Some(value) => convert::finite_vector_of(value, n, name),
         None => Ok(vec![0.0; n]),
@@ -179,7 +179,7 @@ pub(crate) fn simulate<'py>(
         max_steps,
         predictor,
         reuse_jacobian,
-        needs_damping: needs_damping(&*model.get().native()),
+        needs_damping: model.get().look(needs_damping),
         tells_steps,
     };
     let way = given.way(n)?;
@@ -220,7 +220,7 @@ impl Controller {
                 convert::describe(function)
             )));
         }
-        if model.get().native().inputs() == 0 {
+        if model.get().look(|model| model.inputs() == 0) {
             return Err(PyValueError::new_err(
                 "control: got a callable, expected nothing: this model has no inputs (give loads or actuators a lissom.Input)",
             ));
@@ -468,10 +468,13 @@ fn run(
         None => object,
     };
     let raised = raised_by_control.into_result().and(raised.into_result());
-    let mut model = moved.get().native();
-    let slack = py.detach(|| model.robot_model().map(|robot| slackness(robot, &simulation)));
+    let has_tendons = |model: &dyn Native| model.robot().is_some_and(|robot| !robot.actuators.is_empty());
+    let slack = moved.get().look(has_tendons).then(|| {
+        let mut model = moved.get().native();
+        py.detach(|| model.robot_model().map(|robot| slackness(robot, &simulation)))
+    });
     // The first exception raised by a function of time tells more than later ones.
-    let (raised, slack) = match (raised, or_raised(slack.unwrap_or(Ok(Vec::new())))) {
+    let (raised, slack) = match (raised, or_raised(slack.flatten().unwrap_or(Ok(Vec::new())))) {
         (Ok(()), Ok(slack)) => (Ok(()), slack),
         (Err(error), slack) => (Err(error), slack.unwrap_or_default()),
         (Ok(()), Err(error)) => (Err(error), Vec::new()),

@@ -1,6 +1,6 @@
 //! A compiled robot with its working memory: the model that integrators use.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use super::choice::{Kernel, Solve};
 use super::compile;
@@ -63,8 +63,8 @@ pub struct RobotModel {
     /// Map from the independent coordinates to all coordinates of the sweeps.
     coordinates: Coordinates,
     solve: Solve,
-    multiplications: Multiplications,
-    explanation: Arc<Explanation>,
+    /// Counted when it is asked for.
+    multiplications: OnceLock<Multiplications>,
     robot: Arc<Robot>,
     rotation_vectors: Arc<[usize]>,
     /// What gaps of constraints are compared with.
@@ -272,13 +272,6 @@ impl RobotModel {
             false if on_sweeps!(&sweeps, sweeps => sweeps.plan().actuation.couples_pieces()) => Solve::Dense,
             false => solve.unwrap_or_else(|| Solve::cheapest(robot)),
         };
-        let nodes = on_sweeps!(&sweeps, sweeps => sweeps.plan().nodes());
-        let cost = on_sweeps!(&sweeps, sweeps => cost::multiplications(sweeps.plan(), solve));
-        let links = on_sweeps!(&sweeps, sweeps => cost::of_links(sweeps.plan(), solve));
-        let actuators = on_sweeps!(&sweeps, sweeps => cost_of_actuators::of_actuators(sweeps.plan()));
-        let loops = on_sweeps!(&sweeps, sweeps => of_loops(sweeps.plan()));
-        let explanation =
-            Explanation::new(robot, sweeps.kernel(), solve, &nodes, &cost, &links, &actuators, &loops);
         let unloaded = (!robot.supports.is_empty()).then(|| Box::new(sweeps.with_robot(&robot.unloaded())));
         let spans = Spans::new(robot);
         let span = |held: Holder| match held {
@@ -292,8 +285,7 @@ impl RobotModel {
             apart: None,
             coordinates,
             solve,
-            multiplications: cost,
-            explanation: Arc::new(explanation),
+            multiplications: OnceLock::new(),
             robot: Arc::new(robot.clone()),
             rotation_vectors: robot.rotation_vectors().into(),
             gap_sizes,
@@ -398,15 +390,22 @@ impl RobotModel {
         &self.robot
     }
 
-    /// Explains what is computed, what is skipped, and why.
-    pub fn explanation(&self) -> &Explanation {
-        &self.explanation
+    /// Explains what is computed, what is skipped, and why. Allocates.
+    pub fn explanation(&self) -> Explanation {
+        let Self { sweeps, solve, robot, .. } = self;
+        let cost = self.multiplications();
+        on_sweeps!(sweeps, typed => {
+            let plan = typed.plan();
+            let (links, actuators) = (cost::of_links(plan, *solve), cost_of_actuators::of_actuators(plan));
+            let (nodes, loops) = (plan.nodes(), of_loops(plan));
+            Explanation::new(robot, sweeps.kernel(), *solve, &nodes, &cost, &links, &actuators, &loops)
+        })
     }
 
     /// The explanation including redundant constraints of loops that are closed at zero coordinates. Without
     /// base or joint motions in time, because only then this shape is unique.
     pub fn full_explanation(&mut self) -> Explanation {
-        let mut explanation = (*self.explanation).clone();
+        let mut explanation = self.explanation();
         let rest = vec![0.0; self.robot.coordinates()];
         if self.constraints() > 0 && !self.varies_in_time() && self.open_loop(&rest).is_none() {
             let redundant = self.redundant_constraints(&rest);
@@ -417,7 +416,9 @@ impl RobotModel {
 
     /// Numbers of multiplications of each kind of evaluation.
     pub fn multiplications(&self) -> Multiplications {
-        self.multiplications
+        *self.multiplications.get_or_init(
+            || on_sweeps!(&self.sweeps, sweeps => cost::multiplications(sweeps.plan(), self.solve)),
+        )
     }
 
     /// The kernel in use.
@@ -929,7 +930,7 @@ impl Model for RobotModel {
 
     /// Ratio of the products of both, including the factorisation.
     fn tangent_cost(&self) -> f64 {
-        let Multiplications { residual, tangent, factorisation, .. } = self.multiplications;
+        let Multiplications { residual, tangent, factorisation, .. } = self.multiplications();
         (tangent + factorisation) as f64 / residual.max(1) as f64
     }
 
@@ -1139,6 +1140,38 @@ impl Model for RobotModel {
     fn leave_contact(&mut self, is_left: bool) {
         self.noted.forget();
         on_sweeps!(&mut self.sweeps, sweeps => sweeps.leave_contact(is_left));
+    }
+
+    fn soften_contact(&mut self, forces: Option<&[f64]>) -> bool {
+        self.noted.forget();
+        on_sweeps!(&mut self.sweeps, sweeps => sweeps.soften_contact(forces))
+    }
+
+    fn deepest_overlap(&mut self, q: &[f64]) -> f64 {
+        let Self { sweeps, coordinates, .. } = self;
+        coordinates.all([q], |[q]| on_sweeps!(sweeps, sweeps => sweeps.deepest_overlap(q)))
+    }
+
+    fn shifts_of_contact(&mut self, q: &[f64]) -> Matrix {
+        if q.is_empty() || !self.has_contact() {
+            return Matrix::zeros(0, q.len());
+        }
+        let Self { sweeps, coordinates, rotation_vectors, .. } = self;
+        on_sweeps!(sweeps, sweeps => {
+            let (motions, numbers) = coordinates.all([q], |[q]| sweeps.motions_of_contact(q));
+            let mut rows = coordinates.own_columns(motions.rows(sweeps.plan().n));
+            chart::rows(rotation_vectors, q, &mut rows);
+            let mut shifts = Matrix::zeros(numbers.len(), q.len());
+            let mut first = 0;
+            for (p, number) in numbers.into_iter().enumerate() {
+                for k in 0..q.len() {
+                    let rate = |i: usize| rows.fixed_view::<3, 1>(3 * i, k).norm();
+                    shifts[(p, k)] = (first..first + number).map(rate).fold(0.0, f64::max);
+                }
+                first += number;
+            }
+            shifts
+        })
     }
 
     fn follow_friction(&mut self, length: Option<f64>) {

@@ -477,6 +477,33 @@ impl<G: Turning> Sweeps<G> {
         self.work.motion_is_known = false;
     }
 
+    /// Surfaces are no stiffer than those that such a force, pair by pair, presses into each other by their thickness; `None` undoes
+    /// that. Returns whether any are softer than their own stiffness.
+    pub(crate) fn soften_contact(&mut self, forces: Option<&[f64]>) -> bool {
+        self.work.motion_is_known = false;
+        let pairs = self.plan.contacts.pairs.iter().zip(&mut self.work.contact.stiffest);
+        let mut is_softer = false;
+        for (p, (pair, stiffest)) in pairs.enumerate() {
+            *stiffest = forces.map_or(f64::INFINITY, |forces| pair.yielding_to(forces[p]));
+            is_softer |= *stiffest < pair.law.stiffness;
+        }
+        is_softer
+    }
+
+    /// The largest overlap over the thickness of the thinner surface.
+    pub(crate) fn deepest_overlap(&mut self, q: &[f64]) -> f64 {
+        self.find_touches(q);
+        let pairs = &self.plan.contacts.pairs;
+        let touches = self.work.contact.touches.iter();
+        touches.map(|touch| touch.meeting.overlap / pairs[touch.pair].thickness).fold(0.0, f64::max)
+    }
+
+    /// What coordinates move of the surfaces of every pair of contacts, and how many motions belong to each pair. Allocates.
+    pub(crate) fn motions_of_contact(&mut self, q: &[f64]) -> (Motions, Vec<usize>) {
+        self.with_zeros(|sweeps, zeros| sweeps.update_motion([q, zeros, zeros]));
+        sizes::motions_of_contact(&self.plan, &self.work)
+    }
+
     /// Selects the linearisation of friction.
     pub(crate) fn follow_friction(&mut self, length: Option<f64>) {
         let followed = &mut self.tangent.contact.followed;

@@ -455,12 +455,15 @@ impl<'a> Equations<'a> {
         self.forces(q, *load_factor, held, &mut residual, &mut load)?;
         let [tangent, elastic] = self.tangents(q, *load_factor, held)?;
         let material = self.material.as_ref().unwrap_or(&elastic);
-        let force = norm(&load).max(norm(&residual));
+        let reference = || {
+            let forces: Vec<f64> =
+                load.iter().zip(&residual).map(|(l, r): (&f64, &f64)| l.abs().max(r.abs())).collect();
+            natural::reference(material, &tangent, &forces, &self.model.parts())
+        };
         if matches!(self.growth, Growth::Inputs(_)) && self.reference.is_none() {
-            self.reference = Some(natural::reference(material, &tangent, force));
+            self.reference = Some(reference());
         }
-        let fallback =
-            || self.reference.clone().unwrap_or_else(|| natural::reference(material, &tangent, force));
+        let fallback = || self.reference.clone().unwrap_or_else(reference);
         let is_finite = tangent.iter().chain(&residual).chain(&load).all(|x| x.is_finite());
         let natural = if is_finite { Natural::new(material, springs.as_ref(), fallback) } else { None };
         let load_on_springs = self.load_on_springs(state, springs.as_ref())?;
@@ -491,9 +494,9 @@ impl<'a> Equations<'a> {
         let Some(material) = &self.material else { return };
         for _ in 0..iterations {
             let Some(springs) = natural::linearised(self.model, &state.q, &self.sizes) else { return };
-            let Some(natural) =
-                Natural::new(material, Some(&springs), || natural::reference(material, material, 0.0))
-            else {
+            let work = natural::work_of_loads(self.model, &state.q, &self.sizes);
+            let reference = || natural::reference(material, material, &work, &self.model.parts());
+            let Some(natural) = Natural::new(material, Some(&springs), reference) else {
                 return;
             };
             let step = natural.coordinates(&natural.restoring(&springs, &state.forces));

@@ -26,6 +26,7 @@ mod corrector;
 mod descent;
 mod equations;
 mod growth;
+mod ladder;
 mod options;
 mod outcome;
 mod path;

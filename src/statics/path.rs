@@ -43,6 +43,11 @@ const SHORTEST_STEP_TO_FLAW: f64 = 1e-4;
 /// loads are close together.
 const LARGEST_DEVIATION: f64 = 0.5;
 
+/// Longest turn of a coordinate in a step, in radians: soft springs would end on other windings. Longer ones are taken where the
+/// path is straight up to this distance in scaled coordinates, as that of a moment that rolls a rod up.
+const LONGEST_TURN: f64 = 2.0;
+const STRAIGHT: f64 = 1e-6;
+
 /// Steps in which the path turns by more than 60 degrees are shortened: they may have reached another path.
 const SMALLEST_COSINE: f64 = 0.5;
 
@@ -172,11 +177,21 @@ pub(super) struct Follower<'a, 'b> {
     compliance: f64,
     /// Problem of the invalid shape to which the last step led, if any.
     pub(super) flaw: Option<Flaw>,
+    /// Whether a long turn has left its prediction: no more of them.
+    is_winding: bool,
 }
 
 impl<'a, 'b> Follower<'a, 'b> {
     pub(super) fn new(equations: &'a mut Equations<'b>, course: Course) -> Self {
-        Self { equations, path: Path::default(), course, is_branch: false, compliance: 0.0, flaw: None }
+        Self {
+            equations,
+            path: Path::default(),
+            course,
+            is_branch: false,
+            compliance: 0.0,
+            flaw: None,
+            is_winding: false,
+        }
     }
 
     /// Finds the equilibrium near `start` at its load factor. From there the path goes to larger load
@@ -242,7 +257,10 @@ impl<'a, 'b> Follower<'a, 'b> {
             loop {
                 let rate = place.direction.load_factor();
                 let to_target = (target - place.state.load_factor) / rate;
-                let longest = step.min(self.course.max_step);
+                let mut longest = step.min(self.course.max_step);
+                if self.is_winding {
+                    longest = longest.min(self.longest_turn(place));
+                }
                 let is_landing = to_target > 0.0 && to_target <= longest;
                 let mut length = if is_landing { to_target } else { longest };
                 if !length.is_finite() {
@@ -280,6 +298,12 @@ impl<'a, 'b> Follower<'a, 'b> {
             }
         }
         Ok(End::TooManySteps)
+    }
+
+    fn longest_turn(&self, place: &Place) -> f64 {
+        let turns = place.direction.scaled.iter().take(place.state.q.len()).enumerate();
+        let turns = turns.filter(|(k, _)| self.equations.model.turns(*k)).map(|(_, rate)| rate.abs());
+        LONGEST_TURN / turns.fold(0.0, f64::max)
     }
 
     /// Rewrites a place with rotation vectors no longer than pi: at 2 pi generalised forces vanish although moments do not.
@@ -345,6 +369,10 @@ impl<'a, 'b> Follower<'a, 'b> {
             }
         };
         let Some(corrected) = corrected else { return Ok(None) };
+        if length > self.longest_turn(place) && norm(&state.since(&predicted, &sizes).scaled) > STRAIGHT {
+            self.is_winding = true;
+            return Ok(None);
+        }
         self.flaw = self.equations.flaw(&state.q);
         if self.flaw.is_some() {
             return Ok(None);
@@ -450,6 +478,10 @@ impl<'a, 'b> Follower<'a, 'b> {
         let whole = to.state.since(&from.state, &sizes);
         let mut found: Vec<(f64, usize, State, Linear, Stiffness)> = Vec::new();
         for place in changes {
+            // A zero real part of a complex pair is no critical point.
+            if [from, to].iter().all(|end| end.stiffness.eigenvalue(place).im.abs() > REAL) {
+                continue;
+            }
             let [a, b] = [from, to].map(|end| match end.stiffness.eigenvalue(place).re {
                 // A path that starts or ends at a critical point.
                 value if value.abs() <= NEUTRAL => 0.0,
@@ -465,7 +497,6 @@ impl<'a, 'b> Follower<'a, 'b> {
             if !is_zero {
                 return Ok(false);
             }
-            // A zero real part of a complex pair is no critical point.
             if value.im.abs() > REAL {
                 continue;
             }

@@ -315,3 +315,41 @@ class TestPlacesAtTheEnd:
         for beyond in (end * (1 + 1e-9), -1e-9 * end):
             with pytest.raises(ValueError, match="arc length"):
                 robot.pose(q, beyond)
+
+
+def balls(turns, step, **more):
+    """A chain of bodies on ball joints, each turned about the chain by an angle that nothing holds."""
+    links = [
+        lissom.Link(
+            f"b{i}",
+            parent=f"b{i - 1}" if i else None,
+            position=step if i else (0, 0, 0),
+            joint=lissom.Spherical(),
+            body=lissom.Body(1.0, centre=0.5 * np.array(step), inertia=(0.1, 0.12, 0.15)),
+        )
+        for i in range(len(turns))
+    ]
+    tip = lissom.Link("tip", parent=links[-1].name, position=step, body=lissom.Body(1e-9))
+    return lissom.Robot([*links, tip], **more)
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 5])
+@pytest.mark.parametrize("pulled", [False, True])
+def test_chains_of_ball_joints_can_turn_about_themselves(count, pulled):
+    """Whatever rounding leaves of such turns is neither a stiffness nor an instability."""
+    rng = np.random.default_rng(count)
+    for _ in range(6):
+        turns, q = rng.uniform(-3, 3, count), np.zeros(3 * count)
+        if pulled:
+            q[:3] = rng.normal(size=3)
+            q[3::3] = turns[1:]
+            force = 10 * Rotation.from_rotvec(q[:3]).as_matrix()[:, 0]
+            robot = balls(turns, (1, 0, 0), gravity=(0, 0, 0), loads=[lissom.Load(force=force, link="tip")])
+        else:
+            q[2::3] = turns
+            robot = balls(turns, (0, 0, -1))
+        found = lissom.modes(robot, q)
+        assert found.stability == "neutral"
+        assert (found.angular_frequency == 0).sum() == count
+        assert (found.angular_frequency > 0.1).sum() == 2 * count
+        assert lissom.statics(robot, q, method="newton").stability == "neutral"

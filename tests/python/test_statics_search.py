@@ -229,3 +229,43 @@ def test_published_line_of_moorpy():
     found = lissom.statics(robot)
     assert found.success, found.message
     np.testing.assert_allclose(np.abs(pull(robot, found.q)[[0, 2]]), [31373.229006, 87886.158730], rtol=1e-5)
+
+
+@pytest.mark.parametrize("stiffness", [1e-14, 1e-10, 1e-6, 1e-4, 1e-2, 1.0, 100.0])
+def test_a_soft_spring_does_not_wind(stiffness):
+    """A body that falls against a spring comes to rest below its hinge, without winding the spring up."""
+    body = lissom.Body(1.0, centre=(0.5, 0, 0), inertia=np.eye(3) * 0.01)
+    joint = lissom.Revolute((0, 1, 0), stiffness=stiffness)
+    found = lissom.statics(lissom.Robot([lissom.Link("a", joint=joint, body=body)]))
+    assert found.success, found.message
+    wanted = brentq(lambda q: stiffness * q - 0.5 * GRAVITY * np.cos(q), 0, np.pi / 2, xtol=1e-14)
+    np.testing.assert_allclose(found.q, wanted, rtol=1e-9)
+
+
+def two_bars(*end):
+    """Two equal bars in a row whose end is hinged to a place of the world."""
+    hinge, body = lissom.Revolute((0, 1, 0)), lissom.Body(1.0, centre=(0.5, 0, 0), inertia=np.eye(3) * 0.01)
+    links = [
+        lissom.Link("a", joint=hinge, body=body),
+        lissom.Link("b", parent="a", position=(1, 0, 0), joint=hinge, body=body),
+    ]
+    return lissom.Robot(links, loops=[lissom.Loop(("b", None, (1, 0, 0)), (None, None, end), hinge)])
+
+
+@pytest.mark.parametrize("q0", [None, [0.0, 0.0], [0.4, 0.3], [0.3, np.pi]])
+def test_arms_that_just_reach_stay_closed(q0):
+    """Stretched arms are closed in one shape alone, in which rows of the loop depend on each other."""
+    robot = two_bars(2, 0, 0)
+    found = lissom.statics(robot, q0)
+    assert found.status != "loop_open"
+    assert np.abs(robot.loop_gaps(found.q)).max() < 1e-7
+    assert abs(np.sin(found.q)).max() < 1e-3
+
+
+@pytest.mark.parametrize("q0", [[0.0, 0.0], [0.3, 0.0], [1e-6, 0.0], [0.85, 0.53], [-0.85, -0.53]])
+def test_bars_that_fold_back_onto_each_other_are_closed(q0):
+    """On the way there no motion closes both components of the gap at once."""
+    robot = two_bars(0, 0, 0)
+    found = lissom.simulate(robot, 1e-6, q0=q0, dt=1e-6)
+    assert np.abs(robot.loop_gaps(found.q[0])).max() < 1e-9
+    assert abs(np.cos(found.q[0][1]) + 1) < 1e-9

@@ -173,7 +173,7 @@ impl PySimulation {
             max_steps: None,
             predictor: None,
             reuse_jacobian: None,
-            needs_damping: needs_damping(&*model.get().native()),
+            needs_damping: model.get().look(needs_damping),
             tells_steps: false,
         };
         let Way::Method(method) = given.way(n)? else {

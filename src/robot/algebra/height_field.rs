@@ -3,9 +3,7 @@
 //! The surface is the natural cubic spline through the heights, in both directions: its second derivatives
 //! are continuous, and zero across the edges of the rectangle, beyond which it continues linearly (de Boor
 //! 2001, chapter IV). Newton's method finds nearest points; a tree of bounding boxes around cells, and bounds
-//! of the squared distance in parts of cells, find the global minimum over the rectangle. Beyond the
-//! rectangle, the nearest point is the local minimum found from directly below the point, or from a cell at an
-//! edge across which the distance decreases.
+//! of the squared distance in parts of cells, find the global minimum, over the rectangle and over strips beyond its edges.
 
 use super::distance::Distance;
 use crate::lie::{Rotation, Symmetric, Vector};
@@ -242,37 +240,61 @@ impl HeightField {
 
     /// A square of cells, as seen from a point.
     fn patch(&self, point: [f64; 3], level: usize, square: [usize; 2]) -> Patch {
-        let [from, size] = self.extent(level, square);
         let Level { shape, surfaces, .. } = &self.levels[level];
         let (heights, error) = match surfaces.get(square[0] * shape[1] + square[1]) {
             Some(cubic) => (cubic.heights, cubic.error),
             None => (self.bernstein_of_cell(square[0], square[1]), 0.0),
         };
-        let rise = heights.map(|row| row.map(|height| height - point[2]));
-        let steep = Range::of(&rise).size();
-        let rise = squared(&rise);
-        let [along, across] = [0, 1].map(|axis| {
-            let way = from[axis] - point[axis];
-            squared_line([way, way + size[axis]])
-        });
-        Patch {
-            from,
-            size,
-            values: std::array::from_fn(|i| {
-                std::array::from_fn(|j| 0.5 * (along[i] + across[j] + rise[i][j]))
-            }),
-            // (r + e)^2 / 2 >= r^2 / 2 - |r| e.
-            error: steep * error,
-        }
+        Patch::new(point, self.extent(level, square), &heights, error)
     }
 
-    /// Whether places beyond the rectangle may be nearer than those of a cell at its edge, somewhere along it.
-    fn leads_out(&self, patch: &Patch, cell: [usize; 2]) -> bool {
-        let across = transposed(patch.values);
-        [&patch.values, &across].into_iter().enumerate().any(|(axis, values)| {
-            let falls = |inner: usize, outer: usize| (0..VALUES).any(|k| values[outer][k] < values[inner][k]);
-            cell[axis] == 0 && falls(1, 0) || cell[axis] + 2 == self.shape[axis] && falls(DEGREE - 1, DEGREE)
-        })
+    /// Searches for nearer points beyond the edges, where the surface continues linearly: in a strip beyond each cell at an edge, and
+    /// in the rectangles beyond the corners.
+    fn look_beyond(&self, search: &mut Search) {
+        let reach = (2.0 * search.best.value).sqrt();
+        let cells = self.shape.map(|n| n - 1);
+        // Cells from which strips begin, by axis and side, and how wide these are.
+        let widths: [[f64; 2]; 2] = std::array::from_fn(|axis| {
+            let end = cells[axis] as f64 * self.spacing[axis];
+            [reach - search.point[axis], search.point[axis] + reach - end].map(|width| width.max(0.0))
+        });
+        let near: [std::ops::Range<usize>; 2] = std::array::from_fn(|axis| {
+            let [first, last] = [-reach, reach].map(|way| (search.point[axis] + way) / self.spacing[axis]);
+            (first.max(0.0) as usize)..(last.ceil().max(0.0) as usize).min(cells[axis])
+        });
+        let strips = |axis: usize| {
+            let edges = [(0, Some(0)), (cells[axis] - 1, Some(1))];
+            edges.into_iter().filter(move |(_, side)| side.is_some_and(|side| widths[axis][side] > 0.0))
+        };
+        let inner = |axis: usize| near[axis].clone().map(|cell| (cell, None));
+        for (i, along) in strips(0).chain(inner(0)) {
+            for (j, across) in strips(1).chain(inner(1)) {
+                let sides = [along, across];
+                if sides == [None; 2] {
+                    continue;
+                }
+                let ([mut from, mut size], mut heights) =
+                    (self.extent(0, [i, j]), self.bernstein_of_cell(i, j));
+                for axis in 0..2 {
+                    let Some(side) = sides[axis] else { continue };
+                    let width = widths[axis][side];
+                    let beyond = |line| continued(line, side, width / size[axis]);
+                    heights = match axis {
+                        0 => transposed(transposed(heights).map(beyond)),
+                        _ => heights.map(beyond),
+                    };
+                    from[axis] += if side == 0 { -width } else { size[axis] };
+                    size[axis] = width;
+                }
+                let ways =
+                    (0..2).map(|axis| apart(search.point[axis], [from[axis], from[axis] + size[axis]]));
+                let across = apart(search.point[2], Range::of(&heights).0);
+                if 0.5 * (ways.map(|way| way * way).sum::<f64>() + across * across) < search.limit() {
+                    let patch = Patch::new(search.point, [from, size], &heights, 0.0);
+                    self.look_within(&patch, MOST_DIVISIONS, search);
+                }
+            }
+        }
     }
 
     /// Searches for nearer points in a part of a cell by branch and bound (Hansen and Walster 2004, chapter
@@ -413,11 +435,7 @@ impl HeightField {
             return;
         }
         if level == 0 {
-            let patch = self.patch(search.point, 0, square);
-            if patch.is_nearer_than(search) && self.leads_out(&patch, square) {
-                self.descend_to_nearer(patch.middle(), search);
-            }
-            self.look_within(&patch, MOST_DIVISIONS, search);
+            self.look_within(&self.patch(search.point, 0, square), MOST_DIVISIONS, search);
             return;
         }
         if search.parts >= FEW_PARTS {
@@ -444,10 +462,9 @@ impl HeightField {
         let way = square.into_iter().enumerate().map(|(axis, i)| {
             let size = self.spacing[axis] * (1_u64 << level) as f64;
             let from = i as f64 * size;
-            (from - point[axis]).max(point[axis] - from - size).max(0.0)
+            apart(point[axis], [from, from + size])
         });
-        let [low, high] = ranges[square[0] * shape[1] + square[1]];
-        let across = (low - point[2]).max(point[2] - high).max(0.0);
+        let across = apart(point[2], ranges[square[0] * shape[1] + square[1]]);
         0.5 * (way.map(|w| w * w).sum::<f64>() + across * across)
     }
 
@@ -459,6 +476,7 @@ impl HeightField {
         let is_below = z < self.at([x, y]).height;
         if !self.is_only_one(beside, &search.best) {
             self.look(self.levels.len() - 1, [0, 0], &mut search);
+            self.look_beyond(&mut search);
         }
         let best = search.best;
         let Local { height, slope: [a, b], bend } = self.at(best.place);
@@ -483,6 +501,26 @@ impl HeightField {
 }
 
 impl Patch {
+    /// A surface with these Bernstein coefficients over a rectangle, given by its corner and size, as seen from a point.
+    fn new(point: [f64; 3], [from, size]: [[f64; 2]; 2], heights: &[[f64; 4]; 4], error: f64) -> Self {
+        let rise = heights.map(|row| row.map(|height| height - point[2]));
+        let steep = Range::of(&rise).size();
+        let rise = squared(&rise);
+        let [along, across] = [0, 1].map(|axis| {
+            let way = from[axis] - point[axis];
+            squared_line([way, way + size[axis]])
+        });
+        Self {
+            from,
+            size,
+            values: std::array::from_fn(|i| {
+                std::array::from_fn(|j| 0.5 * (along[i] + across[j] + rise[i][j]))
+            }),
+            // (r + e)^2 / 2 >= r^2 / 2 - |r| e.
+            error: steep * error,
+        }
+    }
+
     /// Whether a place in it may be nearer than the best one.
     fn is_nearer_than(&self, search: &Search) -> bool {
         Range::of(&self.values).0[0] - self.error < search.limit()
@@ -624,6 +662,20 @@ fn through_thirds([a, b, c, d]: [f64; 4]) -> [f64; 4] {
 /// Converts the B-spline coefficients of a cubic to Bernstein coefficients.
 fn bernstein([a, b, c, d]: [f64; 4]) -> [f64; 4] {
     [(a + 4.0 * b + c) / 6.0, (2.0 * b + c) / 3.0, (b + 2.0 * c) / 3.0, (b + 4.0 * c + d) / 6.0]
+}
+
+/// Bernstein coefficients of the tangent of a cubic at one of its ends, over a width beyond this end in lengths of the cubic.
+fn continued(line: [f64; 4], side: usize, width: f64) -> [f64; 4] {
+    let [start, rise] = match side {
+        0 => [line[0] - width * 3.0 * (line[1] - line[0]), line[1] - line[0]],
+        _ => [line[3], line[3] - line[2]],
+    };
+    std::array::from_fn(|k| start + k as f64 * width * rise)
+}
+
+/// Distance of a number from an interval.
+fn apart(x: f64, [low, high]: [f64; 2]) -> f64 {
+    (low - x).max(x - high).max(0.0)
 }
 
 /// Bernstein coefficients of a part of a surface: along each axis from one fraction to another one.
@@ -807,20 +859,31 @@ mod tests {
         }
     }
 
+    /// Beyond the corner, where another place of the rectangle's corner cell is a local minimum.
+    #[test]
+    fn places_beyond_corners_are_found() {
+        let mut heights = [0.0; 30];
+        (heights[23], heights[29]) = (0.057_204_822_830_160_984, 0.099_269_003_979_965_41);
+        let field = field(&heights, [6, 5]);
+        let point = [0.424_390_137_884_305_8, 0.529_185_304_027_699_3, 0.303_510_704_654_372_74];
+        let found = field.distance(in_space(&field, point[0], point[1], point[2]));
+        assert!(found.value <= 0.229_011_451_043_781_73, "{}", found.value);
+    }
+
     proptest! {
-        /// Distances are at most those of many points over the rectangle, and agree with their derivatives.
+        /// Distances are at most those of many points over the rectangle and beyond, and agree with their derivatives.
         #[test]
         fn distances_are_those_of_the_nearest_place(
             heights in proptest::collection::vec(-0.1..0.1, 30),
-            (x, y, z) in (0.0..0.5, 0.0..0.6, -0.1..0.5),
+            (x, y, z) in (-0.1..0.6, -0.1..0.7, -0.1..0.5),
         ) {
             let field = field(&heights, [6, 5]);
             let point = in_space(&field, x, y, z);
             let found = field.distance(point);
             let mut tried = f64::INFINITY;
-            for i in 0..=250 {
-                for j in 0..=300 {
-                    let place = [f64::from(i) * 0.002, f64::from(j) * 0.002];
+            for i in -50..=175 {
+                for j in -50..=200 {
+                    let place = [f64::from(i) * 0.004, f64::from(j) * 0.004];
                     let way = [place[0] - x, place[1] - y, field.at(place).height - z];
                     tried = tried.min(way.iter().map(|w| w * w).sum::<f64>().sqrt());
                 }

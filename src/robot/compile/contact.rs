@@ -59,9 +59,16 @@ pub(crate) fn compile<G: Turning>(plan: &Plan<G>, robot: &Robot) -> Contacts<G> 
         let [a, b] = &contact.surfaces;
         if let Some(pairs) = bodies::meet([a, b], &axes, &mut contacts) {
             for (is_turned, sides) in pairs {
-                let law = law(contact, robot);
-                let reaches = reaches(plan, &contacts, &sides);
-                contacts.pairs.push(Pair { contact: c, is_turned, sides, law, neighbourhood: 0.0, reaches });
+                contacts.pairs.push(Pair {
+                    contact: c,
+                    is_turned,
+                    law: law(contact, robot),
+                    thickness: thickness(&contacts, contact, &sides),
+                    power: power(contact),
+                    neighbourhood: 0.0,
+                    reaches: reaches(plan, &contacts, &sides),
+                    sides,
+                });
             }
             continue;
         }
@@ -105,9 +112,16 @@ pub(crate) fn compile<G: Turning>(plan: &Plan<G>, robot: &Robot) -> Contacts<G> 
                 [Side::Rod(a), Side::Rod(b)] if a == b => NEIGHBOURHOOD * thickest(&contacts, a),
                 _ => 0.0,
             };
-            let law = law(contact, robot);
-            let reaches = reaches(plan, &contacts, &sides);
-            contacts.pairs.push(Pair { contact: c, is_turned, sides, law, neighbourhood, reaches });
+            contacts.pairs.push(Pair {
+                contact: c,
+                is_turned,
+                law: law(contact, robot),
+                thickness: thickness(&contacts, contact, &sides),
+                power: power(contact),
+                neighbourhood,
+                reaches: reaches(plan, &contacts, &sides),
+                sides,
+            });
         }
     }
     contacts.rods = curves_of.into_iter().flatten().collect();
@@ -118,6 +132,27 @@ pub(crate) fn compile<G: Turning>(plan: &Plan<G>, robot: &Robot) -> Contacts<G> 
 fn law(contact: &Contact, robot: &Robot) -> Law {
     let Contact { dissipation, friction, slip_velocity, patch_radius, .. } = *contact;
     Law { stiffness: stiffness(contact, robot), dissipation, friction, slip_velocity, patch_radius }
+}
+
+/// Thickness of the thinner one of two surfaces.
+fn thickness<G: Turning>(contacts: &Contacts<G>, contact: &Contact, sides: &[Side; 2]) -> f64 {
+    let of_rod = |side: &Side| {
+        let Side::Rod(curves) = side else { return f64::INFINITY };
+        let samples = contacts.curves[curves.clone()].iter().flat_map(|curve| &curve.samples);
+        samples.flat_map(|sample| sample.half_extents).fold(f64::INFINITY, f64::min)
+    };
+    let of_surface = |surface: &Surface| surface.shape().map_or(f64::INFINITY, bodies::thickness);
+    let of_ball = |surface: &Surface| {
+        if let Surface::Ball { radius, .. } = surface { *radius } else { f64::INFINITY }
+    };
+    let surfaces = contact.surfaces.iter().map(|surface| of_surface(surface).min(of_ball(surface)));
+    surfaces.chain(sides.iter().map(of_rod)).fold(f64::INFINITY, f64::min)
+}
+
+/// The power of lengths in the unit of a contact's stiffness: along rods it is one per length.
+fn power(contact: &Contact) -> i32 {
+    let is_rod = |surface: &Surface| matches!(surface, Surface::Rod { .. });
+    if contact.surfaces.iter().any(is_rod) { 2 } else { 1 }
 }
 
 /// Number of points of a first side that can touch the second.

@@ -8,6 +8,7 @@ use crate::robot::algebra::tie::Row;
 use crate::robot::effect::loops::frames;
 use crate::robot::kernel::{kinematics, lines, loops};
 use crate::robot::plan::Plan;
+use crate::robot::plan::contact::Side;
 use crate::robot::plan::point::Place;
 use crate::robot::state::Workspace;
 use crate::robot::state::tangent::TangentWorkspace;
@@ -143,15 +144,65 @@ pub(crate) fn motions<G: Turning>(
     let balls = contacts.balls.iter().map(|ball| (ball.on, size(ball.centre) + ball.radius));
     let bodies = contacts.bodies.iter().map(|body| (body.on, body.size + body.radius));
     for (fixture, own) in balls.chain(bodies) {
-        let Some(fixture) = fixture.map(|on| &contacts.fixtures[on]) else { continue };
-        let mut moved = vec![Vector::zero(); n];
-        columns::visit(plan, work, columns::each(&fixture.moved_by), |k, [Twist { linear, .. }, _]| {
-            moved[k] = G::in_space(plan.frame, linear);
-        });
         // Of what only shifts, all points move alike.
-        motions.push(Kind::Shift(own), moved);
+        if let Some(on) = fixture {
+            motions.push(Kind::Shift(own), moved_with(plan, work, on, Vector::zero()));
+        }
     }
     motions
+}
+
+/// How a place of a fixture moves.
+fn moved_with<G: Turning>(
+    plan: &Plan<G>,
+    work: &Workspace<G>,
+    fixture: usize,
+    place: Vector<f64>,
+) -> Vec<Vector<f64>> {
+    let mut moved = vec![Vector::zero(); plan.n];
+    let moved_by = &plan.contacts.fixtures[fixture].moved_by;
+    columns::visit(plan, work, columns::each(moved_by), |k, [Twist { angular, linear }, _]| {
+        moved[k] = G::in_space(plan.frame, linear) + G::axial_in_space(plan.frame, angular).cross(place);
+    });
+    moved
+}
+
+/// Motions, with the motion up to date, of the surfaces of every pair of contacts: of their middles or a corner, and of the ends of
+/// pieces of rods; and how many of them belong to each pair.
+pub(crate) fn motions_of_contact<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -> (Motions, Vec<usize>) {
+    let (n, contacts) = (plan.n, &plan.contacts);
+    let mut motions = Motions::default();
+    let mut jacobian = Matrix::zeros(6, n);
+    let numbers = contacts.pairs.iter().map(|pair| {
+        let before = motions.kinds.len();
+        for side in &pair.sides {
+            let state = &work.contact;
+            let (on, place) = match side {
+                Side::Rod(curves) => {
+                    for curve in &contacts.curves[curves.clone()] {
+                        let end = place::at_fraction(&plan.pieces, curve.piece, 1.0);
+                        kinematics::jacobian(plan, work, &end, &mut jacobian);
+                        let jacobian = &jacobian;
+                        let of = |k: usize| Vector::from(std::array::from_fn(|i| jacobian[(3 + i, k)]));
+                        motions.push(Kind::Shift(0.0), (0..n).map(of));
+                    }
+                    continue;
+                }
+                Side::Ball(ball) => (contacts.balls[*ball].on, state.centres[*ball]),
+                Side::Body(body) => {
+                    let body = &contacts.bodies[*body];
+                    (body.on, state.corners[body.first_corner])
+                }
+                Side::Solid(solid) => (contacts.solids[*solid].on, state.poses[*solid].position),
+            };
+            if let Some(on) = on {
+                motions.push(Kind::Shift(0.0), moved_with(plan, work, on, place));
+            }
+        }
+        motions.kinds.len() - before
+    });
+    let numbers = numbers.collect();
+    (motions, numbers)
 }
 
 /// What gaps are compared with, row by row, from the spans of what holds them, in metres: spans, one for differences of cosines,

@@ -86,6 +86,13 @@ pub(crate) struct Curve<P> {
     pub(crate) moved_by: Vec<(usize, Vec<P>)>,
 }
 
+impl Pair {
+    /// The stiffness with which a force presses the surfaces into each other by their thickness.
+    pub(crate) fn yielding_to(&self, force: f64) -> f64 {
+        force / self.thickness.powi(self.power)
+    }
+}
+
 impl<P> Curve<P> {
     /// Number of polynomials of the curve.
     pub(crate) fn polynomials(&self) -> usize {
@@ -185,6 +192,9 @@ pub(crate) struct Pair {
     pub(crate) is_turned: bool,
     pub(crate) sides: [Side; 2],
     pub(crate) law: Law,
+    /// Thickness of the thinner surface, and the power of lengths in the unit of the stiffness: 1, and 2 along a rod.
+    pub(crate) thickness: f64,
+    pub(crate) power: i32,
     /// For a rod with itself, the distance along it in metres below which sections do not touch each other.
     pub(crate) neighbourhood: f64,
     /// Coordinates that move either side, in ascending order, as ranges of consecutive ones.

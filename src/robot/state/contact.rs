@@ -48,6 +48,8 @@ pub(crate) struct ContactState<P> {
     pub(crate) noted: Noted,
     /// Whether contact forces are disabled.
     pub(crate) is_left: bool,
+    /// Largest stiffness of every pair: infinite unless contacts are softened.
+    pub(crate) stiffest: Vec<f64>,
     /// Contact points; the memory suffices for the maximum number.
     pub(crate) touches: Vec<Touch>,
     /// Whether there have been any since this was asked last.
@@ -187,6 +189,7 @@ impl<P> Default for ContactState<P> {
             noted: Noted::default(),
             is_rigid_near: false,
             is_left: false,
+            stiffest: Vec::new(),
             touches: Vec::new(),
             has_touched: false,
             first_along: Vec::new(),
@@ -229,6 +232,7 @@ impl<P: Lanes> ContactState<P> {
             noted: Noted::default(),
             is_rigid_near: false,
             is_left: false,
+            stiffest: vec![f64::INFINITY; contacts.pairs.len()],
             touches: Vec::with_capacity(contacts.capacity),
             has_touched: false,
             first_along: vec![None; packs],

@@ -580,7 +580,7 @@ mod tests {
             ..plain.clone()
         };
         let has = |list: &[(String, String)], text: &str| list.iter().any(|(what, _)| what == text);
-        let explain = |rod: &Rod| RobotModel::of_rod(rod).unwrap().explanation().clone();
+        let explain = |rod: &Rod| RobotModel::of_rod(rod).unwrap().explanation();
 
         let simple = explain(&Rod::new(vec![plain]));
         assert_eq!(simple.summary, "Rod of 1 segment with 3 coordinates, planar kernel");
@@ -649,7 +649,7 @@ mod tests {
         };
         let explain = |segment: Segment| {
             let segment = Segment { modes: [1, 1, 0, 0, 0, 0], ..segment };
-            RobotModel::of_rod(&Rod::new(vec![segment])).unwrap().explanation().clone()
+            RobotModel::of_rod(&Rod::new(vec![segment])).unwrap().explanation()
         };
         let find = |list: &[(String, String)], subject: &str| {
             list.iter().find(|(what, _)| what == subject).map(|(_, why)| why.clone())
@@ -678,7 +678,7 @@ mod tests {
             Segment { modes: [0, 2, 0, 0, 0, 0], ..Segment::straight(0.1, 1e-3, 210e9, 80e9, 7800.0) };
         let explain = |segments: usize, modes| {
             let segment = Segment { modes: [0, modes, 0, 0, 0, 0], ..segment.clone() };
-            RobotModel::of_rod(&Rod::new(vec![segment; segments])).unwrap().explanation().clone()
+            RobotModel::of_rod(&Rod::new(vec![segment; segments])).unwrap().explanation()
         };
         let sweeps = "linear systems by sweeps along the segments";
         for (segments, modes) in [(1, 40), (2, 20), (9, 2)] {
@@ -701,7 +701,7 @@ mod tests {
                 ..Link::new(format!("arm{i}"))
             };
             let robot = Robot::new(modes.iter().enumerate().map(link).collect());
-            RobotModel::new(&robot).unwrap().explanation().clone()
+            RobotModel::new(&robot).unwrap().explanation()
         };
         assert!(rods(&[2]).links.is_empty() && !rods(&[2]).to_string().contains("cost of links"));
         let names =

@@ -12,6 +12,7 @@ mod quadratic;
 mod scale;
 mod step;
 
+use super::ladder::{DEEP, LONGEST, LOOSE, Ladder};
 use super::{Counters, Halted, Monitor, Path, Reached};
 use crate::constraint::closing;
 use crate::error::Interrupted;
@@ -22,6 +23,7 @@ use end::{Balance, Reduced};
 use problem::{Problem, Shape, add_transposed, times};
 use quadratic::Linearised;
 use scale::Scale;
+use step::{Bounds, FIRST_SHIFT};
 
 /// First radius, in sizes of coordinates: half a radian.
 const FIRST_RADIUS: f64 = 0.5;
@@ -36,6 +38,15 @@ const GOOD: f64 = 0.7;
 const POOR: f64 = 0.25;
 const GROWTH: f64 = 3.0;
 const CUT: f64 = 0.3;
+
+/// With contacts the radius grows to this multiple of a step; the shift of the second derivative changes by these factors after a step
+/// that is refused, and after one that is accepted (Levenberg 1944; Marquardt 1963).
+const GROWTH_OF_STEPS: f64 = 4.0;
+const MORE_DAMPING: f64 = 4.0;
+const LESS_DAMPING: f64 = 1.0 / 16.0;
+
+/// A start whose forces balance to this part is nearly an equilibrium; contacts need not be softened on the way to it.
+const NEAR: f64 = 1e-2;
 
 /// Work below this part of the energies is rounding.
 const ROUNDING_OF_WORK: f64 = 1e-11;
@@ -117,7 +128,9 @@ pub(super) fn search(
         closing::close(model, &mut q);
     }
     let mut search = Search::new(model, q, monitor)?;
-    match search.descend(goal) {
+    let ended = search.climb(goal);
+    search.problem.model.soften_contact(None);
+    match ended {
         Ok(ended) => Ok(search.found(ended)),
         Err(Interrupted) => {
             let (q, counters) = (search.shape.q, search.problem.counters);
@@ -144,6 +157,8 @@ struct Search<'a> {
     /// Sizes moved since the scale was found.
     moved: f64,
     step_norm: f64,
+    /// Whether contacts are softened.
+    is_soft: bool,
 }
 
 impl<'a> Search<'a> {
@@ -153,7 +168,7 @@ impl<'a> Search<'a> {
         let scale = Scale::new(&mut problem, &shape.q);
         let balance = Balance::new(&problem, &shape, &scale);
         let is_cord = (0..shape.excess.len()).map(|row| problem.is_cord(row)).collect();
-        Ok(Self { problem, shape, scale, balance, is_cord, moved: 0.0, step_norm: f64::NAN })
+        Ok(Self { problem, shape, scale, balance, is_cord, moved: 0.0, step_norm: f64::NAN, is_soft: false })
     }
 
     fn found(self, ended: Ended) -> Found {
@@ -173,9 +188,55 @@ impl<'a> Search<'a> {
         }
     }
 
+    /// Searches with soft contacts first, if there are any.
+    fn climb(&mut self, goal: Goal) -> Result<Ended, Interrupted> {
+        if !self.problem.model.has_contact() || self.balance.error < NEAR {
+            return self.descend(goal);
+        }
+        let start = self.shape.q.clone();
+        let mut ladder = Ladder::new(&mut *self.problem.model, &start);
+        let mut left = goal.max_iter;
+        while ladder.soften(&mut *self.problem.model) && left > 0 {
+            self.is_soft = true;
+            self.look_again()?;
+            let before = self.problem.counters.iterations;
+            let loose = Goal { tolerance: LOOSE, max_iter: LONGEST.min(left), ..goal };
+            let ended = self.descend(loose)?;
+            if ended == Ended::WithoutPotential {
+                return Ok(ended);
+            }
+            left = left.saturating_sub(self.problem.counters.iterations - before);
+            let has_converged = ended == Ended::Converged;
+            if !ladder.climb(&mut *self.problem.model, &self.shape.q, has_converged) {
+                self.shape.q.clone_from(&start);
+            }
+        }
+        self.problem.model.soften_contact(None);
+        self.is_soft = false;
+        self.look_again()?;
+        self.descend(Goal { max_iter: left, ..goal })
+    }
+
+    /// Evaluates the shape again, after contacts have changed.
+    fn look_again(&mut self) -> Result<(), Interrupted> {
+        self.shape = self.problem.shape(std::mem::take(&mut self.shape.q))?;
+        self.scale = Scale::new(&mut self.problem, &self.shape.q);
+        self.balance = Balance::new(&self.problem, &self.shape, &self.scale);
+        self.moved = 0.0;
+        Ok(())
+    }
+
+    /// Whether surfaces overlap so far that those of obstacles do not tell on which side they are.
+    fn is_deep(&mut self) -> bool {
+        self.problem.model.deepest_overlap(&self.shape.q) > DEEP
+    }
+
     fn descend(&mut self, goal: Goal) -> Result<Ended, Interrupted> {
         let (mut radius, mut escapes) = (FIRST_RADIUS, if goal.is_stable { ESCAPES } else { 0 });
         let (mut before, mut last) = (f64::INFINITY, f64::INFINITY);
+        // Contacts set in abruptly: steps are bounded by the shift of the second derivative, which leaves what is stiff alone.
+        let is_damped = self.problem.model.has_contact();
+        let mut damping = 0.0;
         for _ in 0..goal.max_iter {
             self.problem.counters.iterations += 1;
             let mut error = self.balance.error;
@@ -211,7 +272,8 @@ impl<'a> Search<'a> {
                 is_cord: &is_cord,
             };
             let regularisation = self.scale.regularisation(error.max(1e-10), &self.balance.work);
-            if last < ROUNDING_OF_STEPS && error < ROUNDING_OF_FORCES {
+            let is_pressed = !self.shape.contact_force.is_empty() && damping == 0.0;
+            if last < ROUNDING_OF_STEPS && error < if is_pressed { NEAR } else { ROUNDING_OF_FORCES } {
                 return Ok(Ended::Converged);
             }
             if error <= goal.tolerance.max(BALANCED) {
@@ -231,12 +293,17 @@ impl<'a> Search<'a> {
             }
             let size = self.problem.energies(&self.shape.q) + self.problem.spring_energy(&self.shape);
             let mut flaw = None;
+            let is_leaving = radius == ESCAPING_RADIUS && error == 1.0;
             let (mut good, mut length) = (0.0, 0.0);
             let (mut accepted, mut is_unheld) = (None, false);
             while radius > SMALLEST_RADIUS {
-                let Some(solution) =
+                let solution = if is_damped && !is_leaving {
+                    let bounds = Bounds { scale: &self.scale, radius };
+                    step::damped(&linearised, &hessian, &regularisation, bounds, &taut, &mut damping)
+                } else {
                     step::within(&linearised, &hessian, &regularisation, &self.scale, radius, &taut)
-                else {
+                };
+                let Some(solution) = solution else {
                     break;
                 };
                 length = step::length(&solution.x, &self.scale.metric(radius));
@@ -254,7 +321,11 @@ impl<'a> Search<'a> {
                 {
                     flaw =
                         self.problem.model.flaw(&new.q).filter(|flaw| matches!(flaw, Flaw::Inverted { .. }));
-                    if flaw.is_none() && !self.have_passed(&new, length) {
+                    let have_passed = flaw.is_none() && self.have_passed(&new, length);
+                    if have_passed && self.is_soft && self.is_deep() {
+                        return Ok(Ended::Stalled);
+                    }
+                    if flaw.is_none() && !have_passed {
                         let fall = predicted(&linearised, &hessian, &solution.x);
                         let done = self.problem.work(&self.shape, &new)?;
                         let balance = Balance::new(&self.problem, &new, &self.scale);
@@ -274,8 +345,15 @@ impl<'a> Search<'a> {
                         }
                     }
                 }
-                radius = CUT * radius.min(length);
+                if is_damped && !is_leaving && length < CUT * radius {
+                    damping = MORE_DAMPING
+                        * damping.max(FIRST_SHIFT * linearised.steepest(&self.scale.metric(radius)));
+                    radius = radius.min(length / CUT);
+                } else {
+                    radius = CUT * radius.min(length);
+                }
             }
+            damping *= LESS_DAMPING;
             let Some((shape, balance, shift)) = accepted else {
                 // Rounding of the shape causes forces of stiff contacts and stops that no step can reduce.
                 let next = linearised.solve(&hessian, &taut);
@@ -289,10 +367,14 @@ impl<'a> Search<'a> {
                     None => Ended::Stalled,
                 });
             };
-            if good > GOOD && length > 0.8 * radius && (radius < 1.0 || shift > 0.5 * radius) {
-                radius *= GROWTH;
-            } else if good < POOR {
+            let may_grow = radius < 1.0 || shift > 0.5 * radius;
+            if good < POOR {
                 radius = 0.5 * length;
+            } else if is_damped && may_grow {
+                // Steps were short where surfaces began to touch, and need not be so afterwards.
+                radius = radius.max(GROWTH_OF_STEPS * length);
+            } else if good > GOOD && length > 0.8 * radius && may_grow {
+                radius *= GROWTH;
             }
             if is_unheld {
                 return Ok(Ended::Unheld);

@@ -31,6 +31,7 @@ pub(super) struct Problem<'a> {
     loops: usize,
     cords: usize,
     springs: usize,
+    gap_sizes: Vec<f64>,
     /// Stiffnesses of cords and springs, infinite for cords that do not stretch; springs count in units of their own.
     pub(super) stiffness: Vec<f64>,
     /// Stiffness of rods and joints.
@@ -50,6 +51,8 @@ pub(super) struct Shape {
     /// Those of contacts among them; empty where nothing touches.
     pub(super) contact_force: Vec<f64>,
     pub(super) gaps: Vec<f64>,
+    /// The largest gap, in sizes of gaps: rows that depend on others do not tell of theirs.
+    pub(super) widest: f64,
     raw_gap_rows: Matrix,
     pub(super) gap_rows: Matrix,
     /// Excesses of lengths of cords, which act above zero; behind them the amplitudes of springs, which act always.
@@ -78,12 +81,15 @@ impl<'a> Problem<'a> {
         let stiffness: Vec<f64> = of_cords.stiffness.into_iter().chain(vec![1.0; springs]).collect();
         let inextensible = stiffness.iter().filter(|stiffness| stiffness.is_infinite()).count();
         let own = model.parts();
+        let mut gap_sizes = vec![1.0; model.constraints()];
+        model.gap_sizes(&mut gap_sizes);
         Self {
             turns: model.rotation_vectors().to_vec(),
             rest,
             loops: model.constraints() - inextensible,
             cords,
             springs,
+            gap_sizes,
             stiffness,
             material,
             parts: if own.iter().sum::<usize>() == n { own } else { vec![n] },
@@ -146,6 +152,8 @@ impl<'a> Problem<'a> {
             self.model.gap_jacobian(&q, &mut gap_rows);
         }
         gaps.truncate(self.loops);
+        let widest =
+            gaps.iter().zip(&self.gap_sizes).map(|(gap, size)| (gap / size).abs()).fold(0.0, f64::max);
         let raw_gap_rows = gap_rows.rows(0, self.loops).into_owned();
         let m = self.cords + self.springs;
         let (mut excess, mut spans) = (vec![0.0; m], vec![0.0; m]);
@@ -181,6 +189,7 @@ impl<'a> Problem<'a> {
             free_force,
             contact_force,
             gaps,
+            widest,
             raw_gap_rows,
             gap_rows,
             excess,

@@ -219,6 +219,18 @@ impl Linearised<'_> {
         elastic.iter().map(|&row| self.stiffness[row].sqrt() * excess(row)).collect()
     }
 
+    /// Length of the gradient in a diagonal metric.
+    pub(super) fn steepest(&self, metric: &[f64]) -> f64 {
+        self.gradient.iter().zip(metric).map(|(g, b)| g * g / b).sum::<f64>().sqrt()
+    }
+
+    /// Solves from this active set, or from none.
+    pub(super) fn attempt(&self, hessian: &Matrix, taut: &[bool]) -> Option<Solution> {
+        let from = |taut: &[bool]| self.solve(hessian, taut);
+        let is_any = taut.iter().any(|taut| *taut);
+        from(taut).or_else(|| if is_any { from(&vec![false; taut.len()]) } else { None })
+    }
+
     /// Solves with one-sided rows: `A p <= -c` for those that do not stretch, and the energies `k max(0, c + A p)^2 / 2` of the
     /// others, by a primal-dual active set from `taut` (Hintermueller, Ito and Kunisch 2003). If a set comes back, one row changes at
     /// a time. `None` if the problem is not convex, or no set fits.

@@ -19,6 +19,9 @@ const FILLS: [f64; 2] = [0.75, 1.1];
 /// Shifts that are tried until a step fills the radius, after the first that is short enough.
 const SHIFTS: usize = 12;
 
+/// First shift beside that at which the steepest step would be of size one.
+pub(super) const FIRST_SHIFT: f64 = 1e-3;
+
 /// Shifts above this part of the stiffness have no effect.
 const LARGEST_SHIFT: f64 = 1e60;
 
@@ -50,12 +53,7 @@ pub(super) fn within(
     taut: &[bool],
 ) -> Option<Solution> {
     let metric = scale.metric(radius);
-    let none = vec![false; taut.len()];
-    let attempt = |hessian: &Matrix| {
-        linearised
-            .solve(hessian, taut)
-            .or_else(|| if taut.iter().any(|taut| *taut) { linearised.solve(hessian, &none) } else { None })
-    };
+    let attempt = |hessian: &Matrix| linearised.attempt(hessian, taut);
     if let Some(plain) = attempt(hessian).filter(|plain| length(&plain.x, &metric) <= radius.min(NEWTON)) {
         return Some(plain);
     }
@@ -69,9 +67,9 @@ pub(super) fn within(
     if let Some(short) = attempt(&regular).filter(|short| length(&short.x, &metric) <= FILLS[1] * radius) {
         return Some(short);
     }
-    let steepest: f64 = linearised.gradient.iter().zip(&metric).map(|(g, b)| g * g / b).sum::<f64>().sqrt();
+    let steepest = linearised.steepest(&metric);
     let largest = (0..metric.len()).map(|k| regular[(k, k)].abs()).fold(0.0, f64::max);
-    let first = (1e-3 * steepest / radius).max(1e-12 * largest).max(f64::MIN_POSITIVE);
+    let first = (FIRST_SHIFT * steepest / radius).max(1e-12 * largest).max(f64::MIN_POSITIVE);
     let (mut shift, mut low, mut high) = (first, 0.0_f64, f64::INFINITY);
     let mut best: Option<(Solution, f64)> = None;
     let mut tries = 0;
@@ -124,6 +122,48 @@ pub(super) fn within(
         along_least_curvature(linearised, &regular, &metric, radius, size, &mut solution);
     }
     Some(solution)
+}
+
+/// How long steps may be: in sizes of coordinates.
+#[derive(Clone, Copy)]
+pub(super) struct Bounds<'a> {
+    pub(super) scale: &'a Scale,
+    pub(super) radius: f64,
+}
+
+/// The step for a shift of the second derivative, from `damping` on, that makes it convex and the step short enough (Levenberg 1944).
+/// Where stiff contacts are about to change, soft directions are bounded, and stiff ones are not. `None` if no shift is sufficient.
+pub(super) fn damped(
+    linearised: &Linearised<'_>,
+    hessian: &Matrix,
+    regularisation: &[f64],
+    Bounds { scale, radius }: Bounds<'_>,
+    taut: &[bool],
+    damping: &mut f64,
+) -> Option<Solution> {
+    /// Factor between shifts.
+    const FACTOR: f64 = 4.0;
+    let metric = scale.metric(radius);
+    let steepest = linearised.steepest(&metric);
+    let regular = with_diagonal(hessian, regularisation, 1.0);
+    let largest = (0..metric.len()).map(|k| regular[(k, k)].abs()).fold(0.0, f64::max);
+    let first = (FIRST_SHIFT * steepest / radius).max(1e-12 * largest).max(f64::MIN_POSITIVE);
+    if *damping < 1e-3 * first {
+        *damping = 0.0;
+        let plain = linearised.attempt(hessian, taut);
+        if let Some(plain) = plain.filter(|plain| length(&plain.x, &metric) <= radius.min(NEWTON)) {
+            return Some(plain);
+        }
+    }
+    while *damping <= LARGEST_SHIFT * largest.max(f64::MIN_POSITIVE) {
+        let shifted = with_diagonal(&regular, &metric, *damping);
+        let found = linearised.attempt(&shifted, taut);
+        if let Some(found) = found.filter(|found| length(&found.x, &metric) <= radius) {
+            return Some(found);
+        }
+        *damping = (FACTOR * *damping).max(first);
+    }
+    None
 }
 
 /// The hard case: the shift is at the lowest curvature, and the step goes on along that direction (More and Sorensen 1983).
@@ -214,7 +254,8 @@ pub(super) fn retracted(
         .filter(|&row| problem.is_rigid(row))
         .map(|row| shape.excess[row] / lengths[row])
         .fold(0.0, f64::max);
-    if miss < NEARLY_HELD && exceeded <= 1e-12 * size.max(1.0) {
+    let is_closed = miss < NEARLY_HELD && shape.widest < from.widest + NEARLY_HELD * size.max(1.0);
+    if is_closed && exceeded <= 1e-12 * size.max(1.0) {
         return Ok(Some(shape));
     }
     // A closing from there, if it ends nearby.

@@ -90,7 +90,7 @@ struct Core {
 /// Distance from the middle of a body to its surface.
 pub(super) fn thickness(shape: &Obstacle) -> f64 {
     match shape {
-        Obstacle::Capsule { radius, .. } => *radius,
+        Obstacle::Sphere { radius, .. } | Obstacle::Capsule { radius, .. } => *radius,
         Obstacle::Cuboid { half_extents, .. } => half_extents.iter().copied().fold(f64::INFINITY, f64::min),
         Obstacle::ConvexMesh { points, faces, radius } => {
             let points: Vec<_> = points.iter().map(|&point| Vector::from(point)).collect();

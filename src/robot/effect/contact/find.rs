@@ -15,7 +15,7 @@ use crate::robot::algebra::edge;
 use crate::robot::algebra::ellipse::{self, Nearest as Rim, Rolling};
 use crate::robot::algebra::elliptic_tube::{self, Section};
 use crate::robot::algebra::obstacle::{Placed, Pose, Solid};
-use crate::robot::algebra::touch::Meeting;
+use crate::robot::algebra::touch::{Law, Meeting};
 use crate::robot::plan::Plan;
 use crate::robot::plan::contact::{Ball, Body, Curve, Fixed, NODES, Pair, Side, WEIGHTS};
 use crate::robot::state::Workspace;
@@ -88,6 +88,7 @@ impl<G: Turning> Sweep for Find<'_, G> {
             poses,
             touches,
             has_touched,
+            stiffest,
             up_to,
             weights,
             polynomials,
@@ -110,6 +111,7 @@ impl<G: Turning> Sweep for Find<'_, G> {
             centres,
             corners,
             poses,
+            stiffest,
         };
         let mut found = Found { touches, up_to, weights, polynomials };
         for (p, pair) in plan.contacts.pairs.iter().enumerate() {
@@ -393,6 +395,8 @@ struct Scene<'a, G: Turning> {
     centres: &'a [Vector<f64>],
     corners: &'a [Vector<f64>],
     poses: &'a [Pose],
+    /// Largest stiffness of every pair.
+    stiffest: &'a [f64],
 }
 
 /// Where touches go.
@@ -1019,7 +1023,7 @@ impl<'a, G: Turning> Scene<'a, G> {
         let Distance { normal, curvature, .. } = nearest.distance;
         let radii = [radius, nearest.radius];
         let meeting = Meeting {
-            law: pair.law,
+            law: Law { stiffness: pair.law.stiffness.min(self.stiffest[p]), ..pair.law },
             weight,
             overlap,
             normal,

@@ -1,0 +1,87 @@
+"""Measures of the source: lines, methods of traits, files that know an effect, large files, circles of files.
+
+python benches/python/house.py       # or `make measure-house`
+"""
+
+import re
+import sys
+from collections import Counter
+from pathlib import Path
+
+ROOT = Path(__file__).parents[2]
+sys.path.insert(0, str(ROOT / "tests" / "python"))
+
+#: Traits whose methods every implementation must know, by the file that defines them.
+TRAITS = {
+    "model": "src/model",
+    "second-order systems": "src/second_order/system.rs",
+    "effects": "src/robot/effect/mod.rs",
+}
+#: Effects, and the words by which files know them.
+EFFECTS = {
+    "fluid": r"fluid|immersion|immersed",
+    "contact": r"contact",
+    "tendons": r"tendon|sleeve|thread",
+    "supports": r"support|anchor",
+}
+LARGE_FILE, LARGE_FUNCTION, SHOWN = 800, 80, 8
+
+
+def files(*folders: str, suffix: str) -> list[Path]:
+    found = (path for folder in folders for path in sorted((ROOT / folder).rglob(f"*{suffix}")))
+    return [path for path in found if "target" not in path.parts]
+
+
+def lines(path: Path) -> int:
+    return path.read_text(encoding="utf-8").count("\n")
+
+
+def methods(path: Path) -> int:
+    """Functions declared in the traits of a file or folder."""
+    text = "".join(file.read_text(encoding="utf-8") for file in sorted(path.rglob("*.rs")) or [path])
+    traits = re.findall(r"^pub(?:\([^)]*\))? trait [^{]*\{(.*?)^\}", text, re.MULTILINE | re.DOTALL)
+    return sum(len(re.findall(r"^    fn ", trait, re.MULTILINE)) for trait in traits)
+
+
+def functions(path: Path) -> list[int]:
+    """Lines of each function, from its head to the brace that closes it."""
+    text = path.read_text(encoding="utf-8").split("#[cfg(test)]\nmod tests")[0]
+    heads = re.finditer(r"^( *)(?:pub(?:\([^)]*\))? )?(?:const )?fn .*?^\1\}", text, re.MULTILINE | re.DOTALL)
+    return [head.group().count("\n") + 1 for head in heads]
+
+
+def main() -> None:
+    rust, python = files("src", suffix=".rs"), files("python", suffix=".py")
+    tests = [*files("tests", suffix=".py"), *files("tests", suffix=".rs")]
+    for name, group in (("Rust", rust), ("Python package", python), ("tests", tests)):
+        print(f"{name:<38} {sum(map(lines, group)):>7} lines in {len(group)} files")
+    for name, place in TRAITS.items():
+        print(f"{'methods of traits of ' + name:<38} {methods(ROOT / place):>7}")
+    for effect, words in EFFECTS.items():
+        know = [
+            path
+            for path in [*rust, *python]
+            if re.search(words, path.read_text(encoding="utf-8"), re.IGNORECASE)
+        ]
+        print(f"{'files that know ' + effect:<38} {len(know):>7}")
+    print(f"{'entries of src':<38} {len(list((ROOT / 'src').iterdir())):>7}")
+    print(f"{'entries of python/lissom':<38} {len(list((ROOT / 'python' / 'lissom').glob('[a-z]*'))):>7}")
+    folder, number = Counter(path.parent for path in tests).most_common(1)[0]
+    print(f"{'files in ' + str(folder.relative_to(ROOT)):<38} {number:>7}")
+    large = sorted((path for path in [*rust, *python] if lines(path) > LARGE_FILE), key=lines, reverse=True)
+    print(f"{f'files above {LARGE_FILE} lines':<38} {len(large):>7}")
+    for path in large[:SHOWN]:
+        print(f"    {lines(path):>6} {path.relative_to(ROOT)}")
+    long = [length for path in rust for length in functions(path) if length > LARGE_FUNCTION]
+    name = f"functions of Rust above {LARGE_FUNCTION} lines"
+    print(f"{name:<38} {len(long):>7}, the longest {max(long, default=0)}")
+    from test_rooms import House, modules
+
+    circles = [circle for circle in House(modules()).circles() if len(circle) > 1]
+    print(f"{'circles of files':<38} {len(circles):>7}")
+    for circle in circles:
+        print("    " + ", ".join("/".join(module) for module in circle))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,146 @@
+"""Equilibria in stiff contact: closed forms, and numbers of tangents that hardly depend on the stiffness."""
+
+import numpy as np
+import pytest
+
+import lissom
+
+G = 9.81
+
+# Tangents of a search for bodies on floors, whatever their stiffness is.
+MOST = 60
+
+STIFFNESSES = [1e3, 1e5, 1e7, 1e9, 1e11, 1e12]
+
+
+def ball(stiffness, length=1.0, beside=()):
+    """A ball of 1 kg above a floor, in units in which a metre is this long."""
+    inertia = np.eye(3) * 4e-3 * length**2
+    link = lissom.Link(
+        "b", joint=lissom.Free(), body=lissom.Body(1.0, inertia=inertia), position=(0, 0, length)
+    )
+    contact = lissom.Contact(lissom.Ball("b", 0.1 * length), lissom.HalfSpace(), stiffness=stiffness)
+    robot = lissom.Robot([link, *beside], contacts=[contact], gravity=(0, 0, -G * length))
+    return robot, np.r_[np.array([0.1, 0.2, -0.3]) * length, 0, 0, 0.5]
+
+
+def overlaps(robot, q):
+    """Overlaps of all that touches."""
+    return np.array([touch.overlap for touch in robot.touches(q, np.zeros(robot.n))])
+
+
+@pytest.mark.parametrize("stiffness", STIFFNESSES)
+def test_ball_on_a_floor(stiffness):
+    robot, q0 = ball(stiffness)
+    found = lissom.statics(robot, q0)
+    assert found.success, found.message
+    assert found.njev <= MOST
+    # The height of the ball is rounded to 1e-16 m.
+    np.testing.assert_allclose(overlaps(robot, found.q), G / stiffness, rtol=1e-9, atol=2.3e-16)
+
+
+@pytest.mark.parametrize("stiffness", STIFFNESSES)
+def test_body_on_a_ball_joint_leans_on_a_floor(stiffness):
+    """The centre of mass is at 0.6 of the length: the floor carries 0.6 of the weight at any slope."""
+    body = lissom.Body(2.0, centre=(0.3, 0, 0), inertia=np.eye(3) * 0.05)
+    links = [
+        lissom.Link("bar", joint=lissom.Spherical(), body=body),
+        lissom.Link("tip", parent="bar", position=(0.5, 0, 0)),
+    ]
+    floor = lissom.HalfSpace((0, 0, -0.3))
+    robot = lissom.Robot(
+        links, contacts=[lissom.Contact(lissom.Ball("tip", 0.1), floor, stiffness=stiffness)]
+    )
+    found = lissom.statics(robot, [0.4, -0.9, 0.3])
+    assert found.success, found.message
+    assert found.njev <= MOST
+    np.testing.assert_allclose(overlaps(robot, found.q), 0.6 * 2 * G / stiffness, rtol=1e-6, atol=1e-15)
+
+
+@pytest.mark.parametrize("stiffness", STIFFNESSES)
+def test_two_balls_on_each_other(stiffness):
+    rail = lissom.Prismatic((0, 0, 1))
+    links = [
+        lissom.Link("low", joint=rail, body=lissom.Body(1.0), position=(0, 0, 0.3)),
+        lissom.Link("high", joint=rail, body=lissom.Body(2.0), position=(0, 0, 0.8)),
+    ]
+    low, high = lissom.Ball("low", 0.1), lissom.Ball("high", 0.1)
+    contacts = [
+        lissom.Contact(low, lissom.HalfSpace(), stiffness=stiffness),
+        lissom.Contact(high, low, stiffness=stiffness),
+    ]
+    robot = lissom.Robot(links, contacts=contacts)
+    found = lissom.statics(robot, [0.0, 0.0])
+    assert found.success, found.message
+    assert found.njev <= 140
+    np.testing.assert_allclose(
+        sorted(overlaps(robot, found.q)), np.array([2, 3]) * G / stiffness, rtol=1e-9, atol=5e-16
+    )
+
+
+def test_units_and_a_heavy_part_beside_do_not_matter():
+    plain, q0 = ball(1e8)
+    numbers = [lissom.statics(plain, q0).njev]
+    small, q_small = ball(1e8, length=1e3)
+    found = lissom.statics(small, q_small)
+    assert found.success
+    np.testing.assert_allclose(overlaps(small, found.q), 1e3 * G / 1e8, rtol=1e-7)
+    numbers.append(found.njev)
+    sprung = lissom.Prismatic((0, 0, 1), stiffness=1e9)
+    heavy = lissom.Link("heavy", joint=sprung, body=lissom.Body(1e6), position=(50, 0, 0))
+    both, q_both = ball(1e8, beside=[heavy])
+    found = lissom.statics(both, np.r_[q_both, 0.0])
+    assert found.success
+    np.testing.assert_allclose(overlaps(both, found.q), G / 1e8, rtol=1e-7)
+    numbers.append(found.njev)
+    assert max(numbers) <= min(numbers) + 8, numbers
+
+
+def cable(height, obstacles, stiffness=None):
+    """A cable from a clamp, of the length over which it bends seven times under its weight."""
+    radius, young = 5e-3, 5e7
+    weight, bending = 1500 * G * np.pi * radius**2, young * np.pi * radius**4 / 4
+    length = 7 * (bending / weight) ** (1 / 3)
+    segment = lissom.Segment(
+        length / 4,
+        radius=radius,
+        young_modulus=young,
+        poisson_ratio=0.4,
+        density=1500,
+        modes={"torsion": 2, "bend_y": 4, "bend_z": 4},
+    )
+    law = {} if stiffness is None else {"stiffness": stiffness}
+    contacts = [
+        lissom.Contact("rod", obstacle, name=f"o{i}", **law) for i, obstacle in enumerate(obstacles(length))
+    ]
+    robot = lissom.Robot(
+        [lissom.Link("rod", rod=[segment] * 4, position=(0, height * length, 0))], contacts=contacts
+    )
+    return robot, length
+
+
+def floor(length):
+    return [lissom.HalfSpace((0, 0, -0.15 * length))]
+
+
+def edge(length):
+    return [lissom.Box((1.625 * length, 0, -0.25 * length), (1.375 * length, length, 0.15 * length))]
+
+
+@pytest.mark.parametrize("obstacles", [floor, edge])
+def test_cables_of_the_stiffness_of_their_material(obstacles):
+    stiff, length = cable(0.0, obstacles)
+    found = lissom.statics(stiff)
+    assert found.success, found.message
+    assert found.njev <= 120
+    # An independent way to it: from a shape of soft contacts, by Newton's method.
+    soft, _ = cable(0.0, obstacles, stiffness=1e6)
+    shape = lissom.statics(soft).q
+    for stiffness in (4e6, 1.6e7):
+        nearby, _ = cable(0.0, obstacles, stiffness=stiffness)
+        shape = lissom.statics(nearby, shape, method="newton").q
+    shape = lissom.statics(stiff, shape, method="newton").q
+    places = np.linspace(0, length, 50)
+    here, there = (stiff.pose(q, places, link="rod")[:, :3, 3] for q in (found.q, shape))
+    assert np.abs(here - there).max() < 1e-6 * length
+    assert 0 < overlaps(stiff, found.q).max() < 1e-3 * 5e-3
