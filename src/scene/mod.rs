@@ -287,6 +287,7 @@ impl Scene {
 }
 
 /// The definitions of the JSON Schema that describe these parts.
+#[cfg(feature = "python")]
 pub(crate) fn schema_of_parts(parts: &[&'static crate::description::Schema]) -> String {
     let definitions = parts.iter().flat_map(|schema| described::definitions(schema));
     pretty(&serde_json::Value::Object(definitions.collect()))
