@@ -358,6 +358,10 @@ impl Model for AsSprings<'_> {
         self.model.leave_contact(is_left);
     }
 
+    fn work_of_contact(&mut self, q: &[f64], work: &mut [f64]) {
+        self.model.work_of_contact(q, work);
+    }
+
     fn soften_contact(&mut self, forces: Option<&[f64]>) -> bool {
         self.model.soften_contact(forces)
     }

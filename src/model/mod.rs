@@ -244,6 +244,12 @@ pub trait Model: Elastic + InTime + Discretised + Tied {
         Matrix::zeros(0, q.len())
     }
 
+    /// What contact forces could do for a unit of each coordinate, in a shape at rest, if the motions of both surfaces and of the places
+    /// at which they touch added up, in newtons or newton metres: magnitudes to which the rounding of their stiffness is relative.
+    fn work_of_contact(&mut self, _q: &[f64], work: &mut [f64]) {
+        work.fill(0.0);
+    }
+
     /// Selects the linearisation of friction for an iteration: at its start, or after a step that took this
     /// fraction of the last increment. `None` selects exact tangents.
     fn follow_friction(&mut self, _length: Option<f64>) {}

@@ -1174,6 +1174,14 @@ impl Model for RobotModel {
         })
     }
 
+    fn work_of_contact(&mut self, q: &[f64], work: &mut [f64]) {
+        let Self { sweeps, coordinates, .. } = self;
+        let of_all = coordinates.all([q], |[q]| on_sweeps!(sweeps, sweeps => sweeps.work_of_contact(q)));
+        let of_all = Matrix::from_row_slice(1, of_all.len(), &of_all);
+        // Joints that follow others turn either way.
+        work.iter_mut().zip(coordinates.own_columns(of_all).iter()).for_each(|(work, own)| *work = own.abs());
+    }
+
     fn follow_friction(&mut self, length: Option<f64>) {
         on_sweeps!(&mut self.sweeps, sweeps => sweeps.follow_friction(length));
     }

@@ -504,6 +504,12 @@ impl<G: Turning> Sweeps<G> {
         sizes::motions_of_contact(&self.plan, &self.work)
     }
 
+    /// What contact forces could do for a unit of each coordinate. Allocates.
+    pub(crate) fn work_of_contact(&mut self, q: &[f64]) -> Vec<f64> {
+        self.with_zeros(|sweeps, zeros| sweeps.update_motion([q, zeros, zeros]));
+        sizes::work_of_contact(&self.plan, &self.work)
+    }
+
     /// Selects the linearisation of friction.
     pub(crate) fn follow_friction(&mut self, length: Option<f64>) {
         let followed = &mut self.tangent.contact.followed;

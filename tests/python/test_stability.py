@@ -353,3 +353,19 @@ def test_chains_of_ball_joints_can_turn_about_themselves(count, pulled):
         assert (found.angular_frequency == 0).sum() == count
         assert (found.angular_frequency > 0.1).sum() == 2 * count
         assert lissom.statics(robot, q, method="newton").stability == "neutral"
+
+
+@pytest.mark.parametrize("stiffness", [1e2, 1e4, 1e8, 1e12])
+@pytest.mark.parametrize("turn", [0.0, 1e-15, 1e-12, 1e-6, 1e-2])
+def test_a_ball_on_a_floor_is_neutral_however_it_is_turned(stiffness, turn):
+    """Nothing turns it back: what is left of its stiffness is rounding of forces times its radius."""
+    ball = lissom.Body(1.0, inertia=np.eye(3) * 0.004)
+    robot = lissom.Robot(
+        [lissom.Link("b", joint=lissom.Free(), body=ball, position=(0, 0, 1))],
+        contacts=[lissom.Contact(lissom.Ball("b", 0.1), lissom.HalfSpace(), stiffness=stiffness)],
+    )
+    q = [0.1, 0.2, -0.9 - 9.81 / stiffness, turn, -turn, 0.5]
+    found = lissom.modes(robot, q)
+    assert found.stability == "neutral"
+    np.testing.assert_array_equal(found.frequency[:5], 0.0)
+    np.testing.assert_allclose(found.angular_frequency[5], np.sqrt(stiffness), rtol=1e-6)

@@ -11,6 +11,7 @@ use crate::robot::plan::Plan;
 use crate::robot::plan::contact::Side;
 use crate::robot::plan::point::Place;
 use crate::robot::state::Workspace;
+use crate::robot::state::contact::Standing;
 use crate::robot::state::tangent::TangentWorkspace;
 use crate::robot::turning::{Turning, columns, place};
 
@@ -203,6 +204,51 @@ pub(crate) fn motions_of_contact<G: Turning>(plan: &Plan<G>, work: &Workspace<G>
     });
     let numbers = numbers.collect();
     (motions, numbers)
+}
+
+/// What contact forces could do for a unit of each coordinate, with the motion up to date, if the shifts of the surfaces and what
+/// their turns shift at the place of contact added up: the terms of a stiffness, also where they cancel, as those of a ball that
+/// turns where it lies.
+pub(crate) fn work_of_contact<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -> Vec<f64> {
+    let n = plan.n;
+    let (mut most, mut jacobian) = (vec![0.0; n], Matrix::zeros(6, n));
+    for touch in &work.contact.touches {
+        let [[_, force], _] = touch.meeting.wrenches(&touch.pressing);
+        let force = force.dot(force).sqrt();
+        for side in 0..2 {
+            let lever = touch.meeting.radii[side].abs();
+            match touch.sides[side] {
+                Standing::Along { curve, x } => {
+                    let piece = plan.contacts.curves[curve].piece;
+                    let place = place::at_fraction(&plan.pieces, piece, x);
+                    kinematics::jacobian(plan, work, &place, &mut jacobian);
+                }
+                Standing::On(fixture) => {
+                    jacobian.fill(0.0);
+                    let centre = touch.centres[side];
+                    let moved_by = &plan.contacts.fixtures[fixture].moved_by;
+                    columns::visit(
+                        plan,
+                        work,
+                        columns::each(moved_by),
+                        |k, [Twist { angular, linear }, _]| {
+                            let turn = G::axial_in_space(plan.frame, angular);
+                            let shift = G::in_space(plan.frame, linear) + turn.cross(centre);
+                            for (i, x) in turn.to_array().into_iter().chain(shift.to_array()).enumerate() {
+                                jacobian[(i, k)] = x;
+                            }
+                        },
+                    );
+                }
+                Standing::Still => continue,
+            }
+            for (k, most) in most.iter_mut().enumerate() {
+                let [turn, shift] = [0, 3].map(|first| jacobian.fixed_view::<3, 1>(first, k).norm());
+                *most += force * (shift + lever * turn);
+            }
+        }
+    }
+    most
 }
 
 /// What gaps are compared with, row by row, from the spans of what holds them, in metres: spans, one for differences of cosines,
