@@ -263,16 +263,11 @@ pub(crate) fn reference(elastic: &Matrix, tangent: &Matrix, forces: &[f64], part
     references
 }
 
-/// What weight, loads and contacts could do along a size of each coordinate, whatever their directions are, in joules.
+/// What weight and loads could do along a size of each coordinate, whatever their directions are, in joules.
 pub(crate) fn work_of_loads(model: &mut dyn Model, q: &[f64], sizes: &[f64]) -> Vec<f64> {
     let mut turned = Matrix::zeros(q.len(), 3);
     model.turned_loads(q, &mut turned);
     let mut work: Vec<f64> = turned.row_iter().zip(sizes).map(|(row, size)| row.abs().sum() * size).collect();
-    if model.has_contact() {
-        let mut pressed = vec![0.0; q.len()];
-        model.work_of_contact(q, &mut pressed);
-        work.iter_mut().zip(pressed).zip(sizes).for_each(|((work, pressed), size)| *work += pressed * size);
-    }
     // Axes of rotation vectors are none of the joint: what is on one of them is beside it by rounding.
     for &first in model.rotation_vectors() {
         let most = work[first..first + 3].iter().copied().fold(0.0, f64::max);

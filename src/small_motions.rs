@@ -378,6 +378,7 @@ impl Parts<'_> {
             scaled(tangent, sizes)
         });
         let work = natural::work_of_loads(self.model, q, sizes);
+        let pressed = self.work_of_contact();
         let (mut total, mut magnitudes) = (material.abs(), material.abs());
         for k in 0..total.len() {
             let [whole, unconstrained, untouched] = [0, 1, 2].map(|part| parts[part][k]);
@@ -392,7 +393,21 @@ impl Parts<'_> {
                 magnitudes[(i, j)] += self.load_factor.abs() * work[i].min(work[j]);
             }
         }
+        // Contacts couple parts.
+        for (i, j) in (0..q.len()).flat_map(|i| (0..q.len()).map(move |j| (i, j))) {
+            magnitudes[(i, j)] += self.load_factor.abs() * pressed[i].min(pressed[j]);
+        }
         Sum { total, magnitudes }
+    }
+
+    /// What contacts could do along a size of each coordinate, in joules.
+    fn work_of_contact(&mut self) -> Vec<f64> {
+        let mut work = vec![0.0; self.q.len()];
+        if self.model.has_contact() {
+            self.model.work_of_contact(self.q, &mut work);
+            work.iter_mut().zip(self.sizes).for_each(|(work, size)| *work *= size);
+        }
+        work
     }
 
     /// Coordinates of parts that nothing couples.

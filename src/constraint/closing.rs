@@ -235,17 +235,20 @@ struct Rows {
 }
 
 impl Rows {
-    /// The smallest motion that closes as much of these gaps as can be, and whether it closes all.
-    fn closing(&self, gaps: &[f64]) -> (Vec<f64>, bool) {
-        let wanted: Vec<f64> = gaps.iter().zip(&self.factors).map(|(gap, factor)| -gap * factor).collect();
-        let (mut x, mut left) = (vec![0.0; self.left.nrows()], wanted.clone());
+    /// Gaps relative to what these rows are relative to.
+    fn scaled(&self, gaps: &[f64]) -> Vec<f64> {
+        gaps.iter().zip(&self.factors).map(|(gap, factor)| gap * factor).collect()
+    }
+
+    /// The smallest motion that closes as much of these scaled gaps as can be, and what is left of them.
+    fn closing(&self, scaled: &[f64]) -> (Vec<f64>, Vec<f64>) {
+        let (mut x, mut left) = (vec![0.0; self.left.nrows()], scaled.to_vec());
         for (k, value) in self.values.iter().enumerate() {
-            let part = dot(self.right.column(k).as_slice(), &wanted);
-            x.iter_mut().zip(&self.left.column(k)).for_each(|(x, of_mode)| *x += part / value * of_mode);
+            let part = dot(self.right.column(k).as_slice(), scaled);
+            x.iter_mut().zip(&self.left.column(k)).for_each(|(x, of_mode)| *x -= part / value * of_mode);
             left.iter_mut().zip(&self.right.column(k)).for_each(|(left, of_mode)| *left -= part * of_mode);
         }
-        let is_all = norm(&left) <= UNREACHED * norm(&wanted);
-        (x, is_all)
+        (x, left)
     }
 }
 
@@ -316,9 +319,12 @@ impl Natural {
     /// The step that closes gaps to first order. Tendons that it would make too long hold, too.
     fn closing<M: Model + ?Sized>(&self, model: &mut M, q: &[f64], gaps: &mut [f64]) -> Option<Vec<f64>> {
         loop {
-            let (mut x, is_all) = self.rows(model, q, Relative::ToRates)?.closing(gaps);
-            if !is_all {
-                (x, _) = self.rows(model, q, Relative::ToSizes)?.closing(gaps);
+            let rows = self.rows(model, q, Relative::ToRates)?;
+            let scaled = rows.scaled(gaps);
+            let (mut x, left) = rows.closing(&scaled);
+            if norm(&left) > UNREACHED * norm(&scaled) {
+                let rows = self.rows(model, q, Relative::ToSizes)?;
+                (x, _) = rows.closing(&rows.scaled(gaps));
             }
             let step: Vec<f64> = x.iter().zip(&self.weights).map(|(x, w)| x * w).collect();
             if !self.holds_more(model, q, &step, gaps) {
@@ -366,15 +372,12 @@ fn buckling<M: Model + ?Sized>(model: &mut M, q: &[f64], load: Load) -> Option<V
     let natural = Natural::new(model, q);
     let rows = natural.rows(model, q, Relative::ToRates)?;
     // The part of the gaps that no motion reaches, or else the force of the smallest motion that closes them.
-    let scaled: Vec<f64> = gaps.iter().zip(&rows.factors).map(|(gap, factor)| gap * factor).collect();
-    let (mut unreached, mut force, mut x) = (scaled.clone(), vec![0.0; scaled.len()], vec![0.0; n]);
+    let scaled = rows.scaled(&gaps);
+    let (x, unreached) = rows.closing(&scaled);
+    let mut force = vec![0.0; scaled.len()];
     for (k, value) in rows.values.iter().enumerate() {
-        let part = dot(rows.right.column(k).as_slice(), &scaled);
-        for (i, right) in rows.right.column(k).iter().enumerate() {
-            unreached[i] -= part * right;
-            force[i] += part * right / (value * value);
-        }
-        x.iter_mut().zip(&rows.left.column(k)).for_each(|(x, left)| *x += part / value * left);
+        let part = dot(rows.right.column(k).as_slice(), &scaled) / (value * value);
+        force.iter_mut().zip(&rows.right.column(k)).for_each(|(force, right)| *force += part * right);
     }
     let is_reached = norm(&unreached) <= RANK * norm(&scaled);
     if !is_reached {

@@ -239,7 +239,7 @@ pub trait Model: Elastic + InTime + Discretised + Tied {
     }
 
     /// For every pair of surfaces that may touch, a row: how far either of them moves at most for a unit of each coordinate, along
-    /// steps (see [`chart`]). Allocates.
+    /// steps from the shape. Allocates.
     fn shifts_of_contact(&mut self, q: &[f64]) -> Matrix {
         Matrix::zeros(0, q.len())
     }

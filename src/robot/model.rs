@@ -1177,9 +1177,9 @@ impl Model for RobotModel {
     fn work_of_contact(&mut self, q: &[f64], work: &mut [f64]) {
         let Self { sweeps, coordinates, .. } = self;
         let of_all = coordinates.all([q], |[q]| on_sweeps!(sweeps, sweeps => sweeps.work_of_contact(q)));
-        let of_all = Matrix::from_row_slice(1, of_all.len(), &of_all);
-        // Joints that follow others turn either way.
-        work.iter_mut().zip(coordinates.own_columns(of_all).iter()).for_each(|(work, own)| *work = own.abs());
+        // A row for each coordinate: those that follow another one add to it, whichever way they turn.
+        let own = coordinates.own_columns(Matrix::from_diagonal(&of_all.into()));
+        work.iter_mut().zip(own.column_iter()).for_each(|(work, column)| *work = column.abs().sum());
     }
 
     fn follow_friction(&mut self, length: Option<f64>) {

@@ -24,6 +24,17 @@ pub(super) const LONGEST: usize = 100;
 /// Surfaces that overlap by more than this part of their thickness do not tell on which side they are.
 pub(super) const DEEP: f64 = 0.5;
 
+/// What a shape of soft contacts is for stiffer ones.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Rung {
+    /// The start of the next search.
+    Start,
+    /// An equilibrium in which nothing touches, whatever the stiffness is.
+    Free,
+    /// No start: the next search begins where the first one did.
+    Dropped,
+}
+
 /// Softened contacts of a search, which begins at a shape.
 pub(super) struct Ladder {
     /// Forces on every pair of surfaces, newtons.
@@ -39,18 +50,22 @@ impl Ladder {
     /// Softens the contacts for the next search. False if they are not softer than they are themselves.
     pub(super) fn soften(&self, model: &mut dyn Model) -> bool {
         let limits: Vec<f64> = self.forces.iter().map(|force| self.part * force).collect();
-        // Nothing has touched yet in this search.
-        model.take_touched();
         model.soften_contact(Some(&limits))
     }
 
-    /// Whether a shape, in which a search has ended, is a start for stiffer contacts. If nothing touches there, what has touched
-    /// before may have slid off or passed through.
-    pub(super) fn climb(&mut self, model: &mut dyn Model, q: &[f64], has_converged: bool) -> bool {
-        let deepest = model.deepest_overlap(q);
-        let is_start = has_converged && (deepest > 0.0 || !model.take_touched());
-        self.part *= if is_start && deepest > 0.0 { FACTOR.max(deepest.recip()) } else { FACTOR };
-        is_start
+    /// What a shape, in which a search has ended, is for the next one: surfaces overlap there by this part of their thickness, and by
+    /// at most `deepest` on the way. If nothing touches there although surfaces were deep in each other, they may have passed through;
+    /// where they never were deep, also a shape on the way to equilibrium is a start.
+    pub(super) fn climb(&mut self, overlap: f64, deepest: f64, has_converged: bool) -> Rung {
+        let is_sound = deepest <= DEEP;
+        let rung = match (has_converged, overlap > 0.0) {
+            (true, true) => Rung::Start,
+            (true, false) if is_sound => Rung::Free,
+            (false, _) if is_sound => Rung::Start,
+            _ => Rung::Dropped,
+        };
+        self.part *= if has_converged && overlap > 0.0 { FACTOR.max(overlap.recip()) } else { FACTOR };
+        rung
     }
 }
 

@@ -26,7 +26,7 @@ def test_differences_are_found_and_measured():
     assert found.keys() == {"a/q", "b/q", "c/q", "d/q", "a/message"}
     assert found["b/q"] == np.inf
     assert abs(found["a/q"] - 1e-9) < 1e-14
-    # One digit less is allowed.
+    # A looser tolerance allows it.
     assert "a/q" not in freeze.differences(BEFORE, after, WORDS, WORDS, 1e-8)
 
 

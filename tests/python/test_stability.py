@@ -369,3 +369,28 @@ def test_a_ball_on_a_floor_is_neutral_however_it_is_turned(stiffness, turn):
     assert found.stability == "neutral"
     np.testing.assert_array_equal(found.frequency[:5], 0.0)
     np.testing.assert_allclose(found.angular_frequency[5], np.sqrt(stiffness), rtol=1e-6)
+
+
+@pytest.mark.parametrize("stiffness", [1e2, 1e6, 1e10])
+@pytest.mark.parametrize("turn", [0.0, 1e-12, 1e-3, 1.0])
+def test_balls_on_each_other_are_neutral_however_they_are_turned(stiffness, turn):
+    """Nothing but the contact couples them, and nothing turns them back."""
+    rail = lissom.Prismatic((0, 0, 1))
+    links = []
+    for name, height in (("low", 0.1), ("high", 0.3)):
+        ball = lissom.Body(1.0, inertia=np.eye(3) * 0.004)
+        links.append(lissom.Link(f"{name} rail", joint=rail, position=(0, 0, height)))
+        links.append(lissom.Link(name, parent=f"{name} rail", joint=lissom.Spherical(), body=ball))
+    low, high = lissom.Ball("low", 0.1), lissom.Ball("high", 0.1)
+    contacts = [
+        lissom.Contact(low, lissom.HalfSpace(), stiffness=2 * stiffness),
+        lissom.Contact(low, high, stiffness=stiffness),
+    ]
+    robot = lissom.Robot(links, contacts=contacts)
+    sunk = 9.81 / stiffness
+    found = lissom.modes(robot, [-sunk, turn, -turn, 0.5, -2 * sunk, 0.3, turn, -turn])
+    assert found.stability == "neutral"
+    np.testing.assert_array_equal(found.frequency[:6], 0.0)
+    # Two masses of one kilogram on springs of 2 k and k: squares of k (2 -+ sqrt(2)).
+    squares = stiffness * (2 + np.array([-1, 1]) * np.sqrt(2))
+    np.testing.assert_allclose(found.angular_frequency[6:], np.sqrt(squares), rtol=1e-6)

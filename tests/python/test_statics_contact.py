@@ -144,3 +144,56 @@ def test_cables_of_the_stiffness_of_their_material(obstacles):
     here, there = (stiff.pose(q, places, link="rod")[:, :3, 3] for q in (found.q, shape))
     assert np.abs(here - there).max() < 1e-6 * length
     assert 0 < overlaps(stiff, found.q).max() < 1e-3 * 5e-3
+
+
+@pytest.mark.parametrize("beside", [None, 1.0, 10.0, 1e4])
+def test_body_that_swings_clear_of_the_floor(beside):
+    """It touches the floor on the way while contacts are soft, and hangs clear of it in the end."""
+    body = lissom.Body(0.73, centre=(0.3, 0, 0), inertia=np.eye(3) * 0.0365)
+    links = [
+        lissom.Link("bar", joint=lissom.Spherical(), body=body),
+        lissom.Link("tip", parent="bar", position=(0.6, 0, 0), body=lissom.Body(0.0073)),
+    ]
+    if beside:
+        heavy = lissom.Body(beside, centre=(beside, 0, 0), inertia=np.eye(3) * beside)
+        joint = lissom.Revolute((0, 1, 0), stiffness=1e6 * beside)
+        links.append(lissom.Link("other", position=(0, 50, 0), joint=joint, body=heavy))
+    path = [lissom.Via(None, (0.3, 0.4, 0.8)), lissom.Via("tip", (0, 0, 0))]
+    floor = lissom.HalfSpace((0, 0, -0.28), (-0.425, 0.182, 1))
+    robot = lissom.Robot(
+        links,
+        contacts=[lissom.Contact(lissom.Ball("tip", 0.139), floor, stiffness=3.56e8)],
+        actuators=[lissom.Tendon("t", path, length=0.8, stiffness=219.3)],
+    )
+    q0 = np.zeros(robot.n)
+    q0[:3] = [-0.16, -0.192, 0.4524]
+    found = lissom.statics(robot, q0)
+    assert found.success, found.message
+    assert found.njev <= MOST
+    assert not robot.touches(found.q, np.zeros(robot.n))
+    # Without a floor, the same height of the tip.
+    free = lissom.Robot(links, actuators=robot.actuators)
+    height = [lissom.statics(free, q0).q, found.q]
+    height = [free.pose(q, link="tip")[2, 3] for q in height]
+    np.testing.assert_allclose(*height, rtol=1e-6)
+
+
+def test_two_bars_that_fall_onto_floor_and_ball():
+    """Soft contacts lead deep into the ball, and the way to equilibrium with less soft ones is long."""
+    body = lissom.Body(0.7, centre=(0.2, 0, 0), inertia=np.eye(3) * 0.014)
+    hinge, sprung = lissom.Revolute((0, 1, 0)), lissom.Revolute((0, 1, 0), stiffness=0.1)
+    links = [
+        lissom.Link("a", joint=hinge, body=body),
+        lissom.Link("c", parent="a", position=(0.4, 0, 0), joint=sprung, body=body),
+        lissom.Link("tip", parent="c", position=(0.4, 0, 0), body=lissom.Body(0.007)),
+    ]
+    tip, stiffness = lissom.Ball("tip", 0.0369), 7.23e10
+    floor = lissom.HalfSpace((0, 0, -0.2429), (0.0984, -0.0337, 1))
+    ball = lissom.Sphere((0.5, 0.1, -0.4429), 0.25)
+    robot = lissom.Robot(
+        links, contacts=[lissom.Contact(tip, each, stiffness=stiffness) for each in (floor, ball)]
+    )
+    found = lissom.statics(robot, [-0.155, -0.319], max_iter=300)
+    assert found.success, found.message
+    assert found.njev <= 150
+    assert overlaps(robot, found.q).max(initial=0.0) < 1e-9

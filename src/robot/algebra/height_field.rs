@@ -263,8 +263,8 @@ impl HeightField {
             (first.max(0.0) as usize)..(last.ceil().max(0.0) as usize).min(cells[axis])
         });
         let strips = |axis: usize| {
-            let edges = [(0, Some(0)), (cells[axis] - 1, Some(1))];
-            edges.into_iter().filter(move |(_, side)| side.is_some_and(|side| widths[axis][side] > 0.0))
+            let edges = [(0, 0), (cells[axis] - 1, 1)].into_iter();
+            edges.filter(move |&(_, side)| widths[axis][side] > 0.0).map(|(cell, side)| (cell, Some(side)))
         };
         let inner = |axis: usize| near[axis].clone().map(|cell| (cell, None));
         for (i, along) in strips(0).chain(inner(0)) {

@@ -59,16 +59,8 @@ pub(crate) fn compile<G: Turning>(plan: &Plan<G>, robot: &Robot) -> Contacts<G> 
         let [a, b] = &contact.surfaces;
         if let Some(pairs) = bodies::meet([a, b], &axes, &mut contacts) {
             for (is_turned, sides) in pairs {
-                contacts.pairs.push(Pair {
-                    contact: c,
-                    is_turned,
-                    law: law(contact, robot),
-                    thickness: thickness(&contacts, contact, &sides),
-                    power: power(contact),
-                    neighbourhood: 0.0,
-                    reaches: reaches(plan, &contacts, &sides),
-                    sides,
-                });
+                let pair = pair(plan, &contacts, (c, law(contact, robot)), contact, is_turned, sides);
+                contacts.pairs.push(pair);
             }
             continue;
         }
@@ -108,20 +100,8 @@ pub(crate) fn compile<G: Turning>(plan: &Plan<G>, robot: &Robot) -> Contacts<G> 
         let second = second.into_iter().next().expect("the second side is one");
         for first in first {
             let sides = [first, second.clone()];
-            let neighbourhood = match &sides {
-                [Side::Rod(a), Side::Rod(b)] if a == b => NEIGHBOURHOOD * thickest(&contacts, a),
-                _ => 0.0,
-            };
-            contacts.pairs.push(Pair {
-                contact: c,
-                is_turned,
-                law: law(contact, robot),
-                thickness: thickness(&contacts, contact, &sides),
-                power: power(contact),
-                neighbourhood,
-                reaches: reaches(plan, &contacts, &sides),
-                sides,
-            });
+            let pair = pair(plan, &contacts, (c, law(contact, robot)), contact, is_turned, sides);
+            contacts.pairs.push(pair);
         }
     }
     contacts.rods = curves_of.into_iter().flatten().collect();
@@ -132,6 +112,31 @@ pub(crate) fn compile<G: Turning>(plan: &Plan<G>, robot: &Robot) -> Contacts<G> 
 fn law(contact: &Contact, robot: &Robot) -> Law {
     let Contact { dissipation, friction, slip_velocity, patch_radius, .. } = *contact;
     Law { stiffness: stiffness(contact, robot), dissipation, friction, slip_velocity, patch_radius }
+}
+
+/// The pair of two sides of a contact.
+fn pair<G: Turning>(
+    plan: &Plan<G>,
+    contacts: &Contacts<G>,
+    (number, law): (usize, Law),
+    contact: &Contact,
+    is_turned: bool,
+    sides: [Side; 2],
+) -> Pair {
+    let neighbourhood = match &sides {
+        [Side::Rod(a), Side::Rod(b)] if a == b => NEIGHBOURHOOD * thickest(contacts, a),
+        _ => 0.0,
+    };
+    Pair {
+        contact: number,
+        is_turned,
+        law,
+        thickness: thickness(contacts, contact, &sides),
+        power: power(contact),
+        neighbourhood,
+        reaches: reaches(plan, contacts, &sides),
+        sides,
+    }
 }
 
 /// Thickness of the thinner one of two surfaces.

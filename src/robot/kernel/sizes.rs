@@ -123,12 +123,8 @@ pub(crate) fn motions<G: Turning>(
     let mut jacobian = Matrix::zeros(6, n);
     for Extent { place, own } in extents {
         kinematics::jacobian(plan, work, place, &mut jacobian);
-        let half = |first: usize| {
-            let jacobian = &jacobian;
-            (0..n).map(move |k| Vector::from(std::array::from_fn(|i| jacobian[(first + i, k)])))
-        };
-        motions.push(Kind::Turn, half(0));
-        motions.push(Kind::Shift(*own), half(3));
+        motions.push(Kind::Turn, half(&jacobian, 0));
+        motions.push(Kind::Shift(*own), half(&jacobian, 3));
     }
     loops::find(plan, work, &mut memory.loops);
     for (tie, moved) in plan.loops.ties.iter().zip(memory.loops.moved.chunks_exact(n.max(1))) {
@@ -147,25 +143,35 @@ pub(crate) fn motions<G: Turning>(
     for (fixture, own) in balls.chain(bodies) {
         // Of what only shifts, all points move alike.
         if let Some(on) = fixture {
-            motions.push(Kind::Shift(own), moved_with(plan, work, on, Vector::zero()));
+            jacobian_with(plan, work, on, Vector::zero(), &mut jacobian);
+            motions.push(Kind::Shift(own), half(&jacobian, 3));
         }
     }
     motions
 }
 
-/// How a place of a fixture moves.
-fn moved_with<G: Turning>(
+/// How a place of a fixture turns and shifts: like the Jacobian of a section.
+fn jacobian_with<G: Turning>(
     plan: &Plan<G>,
     work: &Workspace<G>,
     fixture: usize,
     place: Vector<f64>,
-) -> Vec<Vector<f64>> {
-    let mut moved = vec![Vector::zero(); plan.n];
+    jacobian: &mut Matrix,
+) {
+    jacobian.fill(0.0);
     let moved_by = &plan.contacts.fixtures[fixture].moved_by;
     columns::visit(plan, work, columns::each(moved_by), |k, [Twist { angular, linear }, _]| {
-        moved[k] = G::in_space(plan.frame, linear) + G::axial_in_space(plan.frame, angular).cross(place);
+        let turn = G::axial_in_space(plan.frame, angular);
+        let shift = G::in_space(plan.frame, linear) + turn.cross(place);
+        for (i, x) in turn.to_array().into_iter().chain(shift.to_array()).enumerate() {
+            jacobian[(i, k)] = x;
+        }
     });
-    moved
+}
+
+/// Three rows of a Jacobian: the turns are the first ones, the shifts follow.
+fn half(jacobian: &Matrix, first: usize) -> impl Iterator<Item = Vector<f64>> + '_ {
+    (0..jacobian.ncols()).map(move |k| Vector::from(std::array::from_fn(|i| jacobian[(first + i, k)])))
 }
 
 /// Motions, with the motion up to date, of the surfaces of every pair of contacts: of their middles or a corner, and of the ends of
@@ -183,9 +189,7 @@ pub(crate) fn motions_of_contact<G: Turning>(plan: &Plan<G>, work: &Workspace<G>
                     for curve in &contacts.curves[curves.clone()] {
                         let end = place::at_fraction(&plan.pieces, curve.piece, 1.0);
                         kinematics::jacobian(plan, work, &end, &mut jacobian);
-                        let jacobian = &jacobian;
-                        let of = |k: usize| Vector::from(std::array::from_fn(|i| jacobian[(3 + i, k)]));
-                        motions.push(Kind::Shift(0.0), (0..n).map(of));
+                        motions.push(Kind::Shift(0.0), half(&jacobian, 3));
                     }
                     continue;
                 }
@@ -197,7 +201,8 @@ pub(crate) fn motions_of_contact<G: Turning>(plan: &Plan<G>, work: &Workspace<G>
                 Side::Solid(solid) => (contacts.solids[*solid].on, state.poses[*solid].position),
             };
             if let Some(on) = on {
-                motions.push(Kind::Shift(0.0), moved_with(plan, work, on, place));
+                jacobian_with(plan, work, on, place, &mut jacobian);
+                motions.push(Kind::Shift(0.0), half(&jacobian, 3));
             }
         }
         motions.kinds.len() - before
@@ -224,21 +229,7 @@ pub(crate) fn work_of_contact<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -
                     kinematics::jacobian(plan, work, &place, &mut jacobian);
                 }
                 Standing::On(fixture) => {
-                    jacobian.fill(0.0);
-                    let centre = touch.centres[side];
-                    let moved_by = &plan.contacts.fixtures[fixture].moved_by;
-                    columns::visit(
-                        plan,
-                        work,
-                        columns::each(moved_by),
-                        |k, [Twist { angular, linear }, _]| {
-                            let turn = G::axial_in_space(plan.frame, angular);
-                            let shift = G::in_space(plan.frame, linear) + turn.cross(centre);
-                            for (i, x) in turn.to_array().into_iter().chain(shift.to_array()).enumerate() {
-                                jacobian[(i, k)] = x;
-                            }
-                        },
-                    );
+                    jacobian_with(plan, work, fixture, touch.centres[side], &mut jacobian);
                 }
                 Standing::Still => continue,
             }

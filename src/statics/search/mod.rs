@@ -12,7 +12,7 @@ mod quadratic;
 mod scale;
 mod step;
 
-use super::ladder::{DEEP, LONGEST, LOOSE, Ladder};
+use super::ladder::{DEEP, LONGEST, LOOSE, Ladder, Rung};
 use super::{Counters, Halted, Monitor, Path, Reached};
 use crate::constraint::closing;
 use crate::error::Interrupted;
@@ -157,8 +157,8 @@ struct Search<'a> {
     /// Sizes moved since the scale was found.
     moved: f64,
     step_norm: f64,
-    /// Whether contacts are softened.
-    is_soft: bool,
+    /// The largest overlap of softened contacts so far, over the thickness of the surfaces; `None` if contacts are as stiff as they are.
+    deepest: Option<f64>,
 }
 
 impl<'a> Search<'a> {
@@ -168,7 +168,7 @@ impl<'a> Search<'a> {
         let scale = Scale::new(&mut problem, &shape.q);
         let balance = Balance::new(&problem, &shape, &scale);
         let is_cord = (0..shape.excess.len()).map(|row| problem.is_cord(row)).collect();
-        Ok(Self { problem, shape, scale, balance, is_cord, moved: 0.0, step_norm: f64::NAN, is_soft: false })
+        Ok(Self { problem, shape, scale, balance, is_cord, moved: 0.0, step_norm: f64::NAN, deepest: None })
     }
 
     fn found(self, ended: Ended) -> Found {
@@ -197,22 +197,29 @@ impl<'a> Search<'a> {
         let mut ladder = Ladder::new(&mut *self.problem.model, &start);
         let mut left = goal.max_iter;
         while ladder.soften(&mut *self.problem.model) && left > 0 {
-            self.is_soft = true;
+            self.deepest = Some(0.0);
             self.look_again()?;
             let before = self.problem.counters.iterations;
-            let loose = Goal { tolerance: LOOSE, max_iter: LONGEST.min(left), ..goal };
+            // Half of the iterations are for what follows.
+            let loose = Goal { tolerance: LOOSE, max_iter: LONGEST.min(left.div_ceil(2)), ..goal };
             let ended = self.descend(loose)?;
             if ended == Ended::WithoutPotential {
                 return Ok(ended);
             }
             left = left.saturating_sub(self.problem.counters.iterations - before);
-            let has_converged = ended == Ended::Converged;
-            if !ladder.climb(&mut *self.problem.model, &self.shape.q, has_converged) {
-                self.shape.q.clone_from(&start);
+            let overlap = self.problem.model.deepest_overlap(&self.shape.q);
+            let deepest = match ended {
+                Ended::Converged | Ended::IterationLimit => self.deepest.unwrap_or(0.0),
+                _ => f64::INFINITY,
+            };
+            match ladder.climb(overlap, deepest, ended == Ended::Converged) {
+                Rung::Start => {}
+                Rung::Free => break,
+                Rung::Dropped => self.shape.q.clone_from(&start),
             }
         }
         self.problem.model.soften_contact(None);
-        self.is_soft = false;
+        self.deepest = None;
         self.look_again()?;
         self.descend(Goal { max_iter: left, ..goal })
     }
@@ -226,9 +233,9 @@ impl<'a> Search<'a> {
         Ok(())
     }
 
-    /// Whether surfaces overlap so far that those of obstacles do not tell on which side they are.
+    /// Whether softened surfaces overlap so far that those of obstacles do not tell on which side they are.
     fn is_deep(&mut self) -> bool {
-        self.problem.model.deepest_overlap(&self.shape.q) > DEEP
+        self.deepest.is_some() && self.problem.model.deepest_overlap(&self.shape.q) > DEEP
     }
 
     fn descend(&mut self, goal: Goal) -> Result<Ended, Interrupted> {
@@ -322,7 +329,7 @@ impl<'a> Search<'a> {
                     flaw =
                         self.problem.model.flaw(&new.q).filter(|flaw| matches!(flaw, Flaw::Inverted { .. }));
                     let have_passed = flaw.is_none() && self.have_passed(&new, length);
-                    if have_passed && self.is_soft && self.is_deep() {
+                    if have_passed && self.is_deep() {
                         return Ok(Ended::Stalled);
                     }
                     if flaw.is_none() && !have_passed {
@@ -381,6 +388,9 @@ impl<'a> Search<'a> {
             }
             (before, last) = (error, length);
             (self.shape, self.balance) = (shape, balance);
+            if let Some(deepest) = &mut self.deepest {
+                *deepest = deepest.max(self.problem.model.deepest_overlap(&self.shape.q));
+            }
             self.step_norm = length;
             self.rescale(length);
         }
