@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_bvp
 
 import lissom
 
@@ -197,3 +198,91 @@ def test_two_bars_that_fall_onto_floor_and_ball():
     assert found.success, found.message
     assert found.njev <= 150
     assert overlaps(robot, found.q).max(initial=0.0) < 1e-9
+
+
+# Two ropes between clamps, one across the other.
+LENGTH, CHORD, RADIUS, YOUNG_MODULUS, DENSITY = 1.0, 0.9, 5e-3, 1e6, 1000.0
+WEIGHT = DENSITY * G * np.pi * RADIUS**2
+BENDING = YOUNG_MODULUS * np.pi * RADIUS**4 / 4
+
+
+def hanging_elastica(force):
+    """Half of an inextensible elastica between clamps, under its weight and a force down at its middle.
+
+    E I theta'' = H sin(theta) + V cos(theta), where H is the horizontal tension and V what hangs below.
+    """
+    s = np.linspace(0, LENGTH / 2, 101)
+    turn = 2 * np.pi / LENGTH
+    guess = [s * CHORD / LENGTH, -0.1 * (1 - np.cos(turn * s)), -0.4 * np.sin(turn * s)]
+    guess, tension = [*guess, -0.4 * turn * np.cos(turn * s)], [0.8 * WEIGHT]
+
+    def ends(a, b, _):
+        return [a[0], a[1], a[2], b[2], b[0] - CHORD / 2]
+
+    for part in (0.0, 0.5, 1.0):
+
+        def slopes(s, y, tension, part=part):
+            below = 0.5 * part * force + WEIGHT * (LENGTH / 2 - s)
+            bend = (tension[0] * np.sin(y[2]) + below * np.cos(y[2])) / BENDING
+            return [np.cos(y[2]), np.sin(y[2]), y[3], bend]
+
+        found = solve_bvp(slopes, ends, s, guess, p=tension, tol=1e-8, max_nodes=20000)
+        assert found.success, found.message
+        s, guess, tension = found.x, found.y, found.p
+    return found.sol
+
+
+def clamped_rope(name, height, segments):
+    """A rope along the x axis, or across it if it is the lower one, and the loop that clamps its end."""
+    h = np.sqrt(0.5)
+    turned = (h, 0, 0, h) if name == "lower" else (1, 0, 0, 0)
+    start = np.array((0, -CHORD / 2, height) if name == "lower" else (-CHORD / 2, 0, height))
+    segment = lissom.Segment(
+        LENGTH / segments,
+        RADIUS,
+        YOUNG_MODULUS,
+        poisson_ratio=0.5,
+        density=DENSITY,
+        modes={"torsion": 1, "bend_y": 4, "bend_z": 4},
+    )
+    link = lissom.Link(name, rod=[segment] * segments, position=start, orientation=turned)
+    return link, lissom.Loop((name,), (None, None, start * (-1, -1, 1), turned), lissom.Weld(), name=name)
+
+
+def crossing_ropes(height, segments):
+    """The upper rope lies on the lower one, whose clamps are at this height over those of the upper one."""
+    ropes = clamped_rope("upper", 0, segments), clamped_rope("lower", height, segments)
+    links, loops = zip(*ropes, strict=True)
+    contact = lissom.Contact("upper", "lower", stiffness=1e7)
+    return lissom.Robot(links, loops=loops, contacts=[contact])
+
+
+@pytest.mark.parametrize("share", [0.05, 0.15])
+def test_ropes_that_cross_against_two_elasticas(share):
+    """A force of that share of the weight between the ropes bends them to shapes two radii apart."""
+    force = share * WEIGHT * LENGTH
+    shapes = {"upper": hanging_elastica(-force), "lower": hanging_elastica(force)}
+    sags = {name: -shape(LENGTH / 2)[1] for name, shape in shapes.items()}
+    height = sags["lower"] - sags["upper"] - 2 * RADIUS
+    start = []
+    for name, more in (("upper", 1.5 * force), ("lower", -1.5 * force)):
+        link, loop = clamped_rope(name, 0.0, 8)
+        load = lissom.Load(link=name, at=LENGTH / 2, force=(0, 0, more))
+        start.append(lissom.statics(lissom.Robot([link], loops=[loop], loads=[load])).q)
+    robot = crossing_ropes(height, 8)
+    found = lissom.statics(robot, np.concatenate(start))
+    assert found.success, found.message
+    assert found.stability == "stable"
+    s = np.linspace(0, LENGTH / 2, 21)
+    for name, (across, z) in {"upper": (0, 0.0), "lower": (1, height)}.items():
+        x, depth = shapes[name](s)[:2]
+        places = robot.pose(found.q, s, link=name)[:, :3, 3]
+        np.testing.assert_allclose(places[:, across], x - CHORD / 2, atol=1e-4 * LENGTH)
+        np.testing.assert_allclose(places[:, 2], z + depth, atol=1e-4 * LENGTH)
+
+
+def test_a_refused_step_is_not_tried_again():
+    """Its length over the radius is rounded: the search for this shape did not end."""
+    found = lissom.statics(crossing_ropes(-0.003579879015462214, 4))
+    assert found.success, found.message
+    assert found.nit <= 100

@@ -7,7 +7,7 @@ use crate::robot::plan::Plan;
 use crate::robot::plan::packed;
 use crate::robot::plan::piece::PiecePlan;
 use crate::robot::plan::point::Place;
-use crate::robot::plan::tree::{Relatives, Weld};
+use crate::robot::plan::tree::Weld;
 use crate::robot::state::{Placement, Workspace};
 use crate::robot::turning::Turning;
 use crate::robot::turning::{columns, place};
@@ -249,11 +249,31 @@ pub(crate) fn jacobian<G: Turning>(
     place: &Place,
     jacobian: &mut Matrix,
 ) {
+    jacobian_from(plan, work, place, None, jacobian);
+}
+
+/// Twists about the origin, for a unit of each coordinate, of what is beyond its piece: the larger part of the Jacobians of
+/// many places.
+pub(crate) fn twists_beyond<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -> Vec<Twist<G, f64>> {
+    let mut twists = vec![Twist::zero(); plan.n];
+    let whole = plan.pieces.iter().enumerate().filter(|(_, piece)| piece.n > 0);
+    let whole = whole.map(|(p, piece)| (p, piece.weights.as_slice()));
+    columns::visit(plan, work, whole, |k, [twist, _]| twists[k] = twist);
+    twists
+}
+
+/// [`jacobian`], with [`twists_beyond`] if they are known.
+pub(crate) fn jacobian_from<G: Turning>(
+    plan: &Plan<G>,
+    work: &Workspace<G>,
+    place: &Place,
+    beyond: Option<&[Twist<G, f64>]>,
+    jacobian: &mut Matrix,
+) {
     jacobian.fill(0.0);
     let point = position(plan, work, place);
     let base = &work.surroundings.base.rotation;
-    let moved_by = moved_by(plan, place);
-    columns::visit(plan, work, columns::each(&moved_by), |k, [Twist { angular, linear }, _]| {
+    let mut write = |k: usize, Twist { angular, linear }: Twist<G, f64>| {
         let velocity = linear + angular.cross(point);
         let halves = [G::axial_in_space(plan.frame, angular), G::in_space(plan.frame, velocity)];
         for (half, v) in halves.into_iter().enumerate() {
@@ -261,27 +281,57 @@ pub(crate) fn jacobian<G: Turning>(
                 jacobian[(3 * half + i, k)] = x;
             }
         }
-    });
+    };
+    for (p, up_to) in movers(plan, place) {
+        let piece = &plan.pieces[p];
+        match (&up_to, beyond) {
+            (UpTo::End, Some(beyond)) => piece.coordinates().for_each(|k| write(k, beyond[k])),
+            _ => columns::visit(plan, work, [(p, up_to.weights(piece))], |k, [twist, _]| write(k, twist)),
+        }
+    }
+}
+
+/// The part of a piece that moves a place.
+enum UpTo<'a, P> {
+    /// All of it.
+    End,
+    /// Up to the point where the next piece is attached.
+    Joint(&'a [P]),
+    /// Up to the place.
+    Place(Vec<P>),
+}
+
+impl<P> UpTo<'_, P> {
+    /// Weights of the integral.
+    fn weights<'a, G: Turning<Pack = P>>(&'a self, piece: &'a PiecePlan<G>) -> &'a [P] {
+        match self {
+            Self::End => &piece.weights,
+            Self::Joint(weights) => weights,
+            Self::Place(weights) => weights,
+        }
+    }
+}
+
+/// Pieces that move a place: its carriers.
+fn movers<'a, G: Turning>(
+    plan: &'a Plan<G>,
+    place: &'a Place,
+) -> impl Iterator<Item = (usize, UpTo<'a, G::Pack>)> {
+    let ancestors = &plan.pieces[place.piece].joined.ancestors;
+    let pieces = plan.pieces[..=place.piece].iter().enumerate().filter(|(_, piece)| piece.n > 0);
+    pieces.filter_map(move |(p, piece)| {
+        if p == place.piece {
+            let is_end = place.weights.is_empty();
+            let own = || UpTo::Place(packed(place.weights.len(), |i| place.weights[i]));
+            return Some((p, if is_end { UpTo::End } else { own() }));
+        }
+        let relatives = ancestors.iter().find(|relatives| relatives.coordinates.contains(&piece.first))?;
+        let attached = relatives.attached;
+        Some((p, attached.map_or(UpTo::End, |attached| UpTo::Joint(&plan.reach(attached).up_to))))
+    })
 }
 
 /// Pieces that move a place, each with the weights of the integral up to it; no weights for a hinge.
 pub(crate) fn moved_by<G: Turning>(plan: &Plan<G>, place: &Place) -> Vec<(usize, Vec<G::Pack>)> {
-    let pieces = plan.pieces[..=place.piece].iter().enumerate().filter(|(_, piece)| piece.n > 0);
-    let weights = |(p, piece): (usize, &PiecePlan<G>)| {
-        // Only carriers of the place move it: completely, or up to the point where the next piece is
-        // attached.
-        let ancestors = &plan.pieces[place.piece].joined.ancestors;
-        let relatives = ancestors.iter().find(|relatives| relatives.coordinates.contains(&piece.first));
-        let weights: Vec<G::Pack> = match relatives {
-            _ if p == place.piece && !place.weights.is_empty() => {
-                packed(place.weights.len(), |i| place.weights[i])
-            }
-            _ if p == place.piece => piece.weights.clone(),
-            Some(Relatives { attached: None, .. }) => piece.weights.clone(),
-            Some(Relatives { attached: Some(attached), .. }) => plan.reach(*attached).up_to.clone(),
-            None => return None,
-        };
-        Some((p, weights))
-    };
-    pieces.filter_map(weights).collect()
+    movers(plan, place).map(|(p, up_to)| (p, up_to.weights(&plan.pieces[p]).to_vec())).collect()
 }

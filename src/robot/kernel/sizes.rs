@@ -121,8 +121,9 @@ pub(crate) fn motions<G: Turning>(
     let n = plan.n;
     let mut motions = Motions::default();
     let mut jacobian = Matrix::zeros(6, n);
+    let beyond = kinematics::twists_beyond(plan, work);
     for Extent { place, own } in extents {
-        kinematics::jacobian(plan, work, place, &mut jacobian);
+        kinematics::jacobian_from(plan, work, place, Some(&beyond), &mut jacobian);
         motions.push(Kind::Turn, half(&jacobian, 0));
         motions.push(Kind::Shift(*own), half(&jacobian, 3));
     }
@@ -180,6 +181,7 @@ pub(crate) fn motions_of_contact<G: Turning>(plan: &Plan<G>, work: &Workspace<G>
     let (n, contacts) = (plan.n, &plan.contacts);
     let mut motions = Motions::default();
     let mut jacobian = Matrix::zeros(6, n);
+    let beyond = kinematics::twists_beyond(plan, work);
     let numbers = contacts.pairs.iter().map(|pair| {
         let before = motions.kinds.len();
         for side in &pair.sides {
@@ -188,7 +190,7 @@ pub(crate) fn motions_of_contact<G: Turning>(plan: &Plan<G>, work: &Workspace<G>
                 Side::Rod(curves) => {
                     for curve in &contacts.curves[curves.clone()] {
                         let end = place::at_fraction(&plan.pieces, curve.piece, 1.0);
-                        kinematics::jacobian(plan, work, &end, &mut jacobian);
+                        kinematics::jacobian_from(plan, work, &end, Some(&beyond), &mut jacobian);
                         motions.push(Kind::Shift(0.0), half(&jacobian, 3));
                     }
                     continue;
@@ -217,6 +219,7 @@ pub(crate) fn motions_of_contact<G: Turning>(plan: &Plan<G>, work: &Workspace<G>
 pub(crate) fn work_of_contact<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -> Vec<f64> {
     let n = plan.n;
     let (mut most, mut jacobian) = (vec![0.0; n], Matrix::zeros(6, n));
+    let beyond = kinematics::twists_beyond(plan, work);
     for touch in &work.contact.touches {
         let [[_, force], _] = touch.meeting.wrenches(&touch.pressing);
         let force = force.dot(force).sqrt();
@@ -226,7 +229,7 @@ pub(crate) fn work_of_contact<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -
                 Standing::Along { curve, x } => {
                     let piece = plan.contacts.curves[curve].piece;
                     let place = place::at_fraction(&plan.pieces, piece, x);
-                    kinematics::jacobian(plan, work, &place, &mut jacobian);
+                    kinematics::jacobian_from(plan, work, &place, Some(&beyond), &mut jacobian);
                 }
                 Standing::On(fixture) => {
                     jacobian_with(plan, work, fixture, touch.centres[side], &mut jacobian);

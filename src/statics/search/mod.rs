@@ -45,6 +45,10 @@ const GROWTH_OF_STEPS: f64 = 4.0;
 const MORE_DAMPING: f64 = 4.0;
 const LESS_DAMPING: f64 = 1.0 / 16.0;
 
+/// A refused step below this part of the radius was short because of the shift, which grows; the radius follows to `1 / CUT` steps. Below
+/// `CUT`, so that the same step is not tried again.
+const WELL_WITHIN: f64 = 0.25;
+
 /// A start whose forces balance to this part is nearly an equilibrium; contacts need not be softened on the way to it.
 const NEAR: f64 = 1e-2;
 
@@ -352,7 +356,7 @@ impl<'a> Search<'a> {
                         }
                     }
                 }
-                if is_damped && !is_leaving && length < CUT * radius {
+                if is_damped && !is_leaving && length < WELL_WITHIN * radius {
                     damping = MORE_DAMPING
                         * damping.max(FIRST_SHIFT * linearised.steepest(&self.scale.metric(radius)));
                     radius = radius.min(length / CUT);
