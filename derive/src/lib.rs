@@ -1,5 +1,5 @@
 //! `#[derive(Described)]`: from a struct its table of fields, reading, checking and writing; from an enum of structs the
-//! choice among them. What needs no knowledge of the type is in `lissom::description`, so that little is generated.
+//! choice among them, and from an enum without fields its words. What needs no knowledge of the type is in `lissom::description`, so that little is generated.
 
 use proc_macro2::TokenStream;
 use quote::{ToTokens, format_ident, quote};
@@ -51,12 +51,15 @@ fn doc(attributes: &[Attribute]) -> String {
 
 /// Options of structs are the functions of `description::Schema`, and `complete = function`, which fills in what was left
 /// out, and `check = function`, which checks fields against each other. Options of fields are `default`,
-/// `default = value`, and the functions of `description::Limits`.
+/// `default = value`, `key = "name"` where users know another name, and the functions of `description::Limits`.
 #[proc_macro_derive(Described, attributes(part))]
 pub fn described(input: proc_macro::TokenStream) -> proc_macro::TokenStream {
     let input = parse_macro_input!(input as DeriveInput);
     let made = match &input.data {
         Data::Struct(data) => of_struct(&input, &data.fields),
+        Data::Enum(data) if data.variants.iter().all(|one| matches!(one.fields, Fields::Unit)) => {
+            Ok(of_words(&input.ident, data.variants.iter().map(|one| &one.ident).collect()))
+        }
         Data::Enum(data) => {
             Ok(of_enum(&input.ident, data.variants.iter().map(|one| (&one.ident, &one.fields))))
         }
@@ -72,8 +75,12 @@ fn of_struct(input: &DeriveInput, fields: &Fields) -> Result<TokenStream> {
     let check = taken(&mut options, "check").map(|item| item.1).into_iter();
     let mut table = Vec::new();
     for field in fields {
-        let (key, ty, text) = (field.ident.as_ref().map(Ident::to_string), &field.ty, doc(&field.attrs));
+        let (ty, text) = (&field.ty, doc(&field.attrs));
         let mut limits = items(&field.attrs)?;
+        let key = match taken(&mut limits, "key") {
+            Some(Item(_, key)) => key.to_token_stream(),
+            None => field.ident.as_ref().map(Ident::to_string).to_token_stream(),
+        };
         let default = match taken(&mut limits, "default") {
             Some(Item(_, Some(value))) => quote!(Some(|| <#ty as Data>::write(&#value))),
             Some(Item(_, None)) => quote!(Some(|| <#ty as Data>::write(&Default::default()))),
@@ -96,6 +103,7 @@ fn of_struct(input: &DeriveInput, fields: &Fields) -> Result<TokenStream> {
         impl #this {
             fn of_fields(values: &[Option<Value>], reader: &mut Reader) -> Option<Self> {
                 #(let #found: Option<#types> = reader.field(&FIELDS[#places], values[#places].as_ref());)*
+                reader.check_given(&SCHEMA, values);
                 if !(#(#found.is_some())&&*) {
                     #(reader.check(&FIELDS[#places], &#found);)*
                 }
@@ -154,6 +162,31 @@ fn of_enum<'a>(this: &Ident, variants: impl Iterator<Item = (&'a Ident, &'a Fiel
                 match self { #(Self::#names(value) => value.check(limits, reader)),* }
             }
             fn write(&self) -> Value { match self { #(Self::#names(value) => value.write()),* } }
+        }
+    }; }
+}
+
+/// The words of an enum: the names of its variants, in small letters with underscores.
+fn of_words(this: &Ident, variants: Vec<&Ident>) -> TokenStream {
+    let word = |variant: &&Ident| {
+        variant.to_string().chars().enumerate().fold(String::new(), |word, (i, letter)| {
+            let between = if i > 0 && letter.is_uppercase() { "_" } else { "" };
+            format!("{word}{between}{}", letter.to_lowercase())
+        })
+    };
+    let words: Vec<_> = variants.iter().map(word).collect();
+    let places = 0..variants.len();
+    quote! { const _: () = {
+        use crate::description::{Data, Kind, Limits, Reader, Value};
+        impl Data for #this {
+            const KIND: Kind = Kind::Word(stringify!(#this), &[#(#words),*]);
+            fn read(value: &Value, reader: &mut Reader) -> Option<Self> {
+                match reader.word(&Self::KIND, value)? { #(#places => Some(Self::#variants),)* _ => None }
+            }
+            fn check(&self, _: &Limits, _: &mut Reader) {}
+            fn write(&self) -> Value {
+                Value::Text(match self { #(Self::#variants => #words),* }.to_owned())
+            }
         }
     }; }
 }

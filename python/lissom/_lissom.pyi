@@ -44,7 +44,7 @@ class Ball(Part):
         radius: float,
         *,
         at: float | None = None,
-        position: Sequence[float] = (0.0, 0.0, 0.0),
+        position: ArrayLike = (0.0, 0.0, 0.0),
     ) -> None: ...
     @property
     def link(self) -> str: ...
@@ -59,8 +59,8 @@ class HalfSpace(Part):
     __match_args__ = ("point", "normal")
     def __init__(
         self,
-        point: Sequence[float] = (0.0, 0.0, 0.0),
-        normal: Sequence[float] = (0.0, 0.0, 1.0),
+        point: ArrayLike = (0.0, 0.0, 0.0),
+        normal: ArrayLike = (0.0, 0.0, 1.0),
         *,
         link: str | None = None,
         at: float | None = None,
@@ -78,7 +78,7 @@ class Sphere(Part):
     __match_args__ = ("centre", "radius")
     def __init__(
         self,
-        centre: Sequence[float],
+        centre: ArrayLike,
         radius: float,
         *,
         link: str | None = None,
@@ -97,8 +97,8 @@ class Capsule(Part):
     __match_args__ = ("start", "end", "radius")
     def __init__(
         self,
-        start: Sequence[float],
-        end: Sequence[float],
+        start: ArrayLike,
+        end: ArrayLike,
         radius: float,
         *,
         link: str | None = None,
@@ -119,9 +119,9 @@ class Box(Part):
     __match_args__ = ("centre", "half_extents", "orientation")
     def __init__(
         self,
-        centre: Sequence[float],
-        half_extents: Sequence[float],
-        orientation: Sequence[float] = (1.0, 0.0, 0.0, 0.0),
+        centre: ArrayLike,
+        half_extents: ArrayLike,
+        orientation: ArrayLike = (1.0, 0.0, 0.0, 0.0),
         *,
         link: str | None = None,
         at: float | None = None,
@@ -141,10 +141,10 @@ class HeightField(Part):
     __match_args__ = ("heights", "spacing", "corner", "orientation")
     def __init__(
         self,
-        heights: Sequence[Sequence[float]],
-        spacing: float | Sequence[float],
-        corner: Sequence[float] = (0.0, 0.0, 0.0),
-        orientation: Sequence[float] = (1.0, 0.0, 0.0, 0.0),
+        heights: ArrayLike,
+        spacing: ArrayLike,
+        corner: ArrayLike = (0.0, 0.0, 0.0),
+        orientation: ArrayLike = (1.0, 0.0, 0.0, 0.0),
         *,
         link: str | None = None,
         at: float | None = None,
@@ -166,8 +166,8 @@ class ConvexMesh(Part):
     __match_args__ = ("points", "faces", "radius")
     def __init__(
         self,
-        points: Sequence[Sequence[float]],
-        faces: Sequence[Sequence[int]],
+        points: ArrayLike,
+        faces: ArrayLike,
         radius: float = 0.0,
         *,
         link: str | None = None,
@@ -193,7 +193,7 @@ class Contact(Part):
         *,
         stiffness: float | None = None,
         dissipation: float = 1.0,
-        friction: float | Sequence[float] = 0.0,
+        friction: ArrayLike = 0.0,
         slip_velocity: float = 0.0001,
         patch_radius: float = 0.0,
         name: str = "",
@@ -214,6 +214,146 @@ class Contact(Part):
     def patch_radius(self) -> float: ...
     @property
     def name(self) -> str: ...
+
+class Load(Part):
+    __match_args__ = ()
+    def __init__(
+        self,
+        *,
+        force: _Vector = (0.0, 0.0, 0.0),
+        moment: _Vector = (0.0, 0.0, 0.0),
+        at: float | None = None,
+        along: ArrayLike | None = None,
+        frame: Literal["world", "body"] = "world",
+        link: str | None = None,
+    ) -> None: ...
+    @property
+    def force(self) -> Any: ...
+    @property
+    def moment(self) -> Any: ...
+    @property
+    def at(self) -> float | None: ...
+    @property
+    def along(self) -> tuple[float, float] | None: ...
+    @property
+    def frame(self) -> Literal["world", "body"]: ...
+    @property
+    def link(self) -> str | None: ...
+
+class Body(Part):
+    __match_args__ = ("mass",)
+    def __init__(
+        self,
+        mass: float,
+        *,
+        at: float | None = None,
+        centre: ArrayLike = (0.0, 0.0, 0.0),
+        inertia: ArrayLike = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)),
+        link: str | None = None,
+        volume: float = 0.0,
+        centre_of_volume: ArrayLike | None = None,
+        added_mass_coefficient: float = 0.5,
+        drag_area: float = 0.0,
+        drag_coefficient: float = 1.0,
+        viscous_drag: float = 0.0,
+    ) -> None: ...
+    @property
+    def mass(self) -> float: ...
+    @property
+    def at(self) -> float | None: ...
+    @property
+    def centre(self) -> tuple[float, float, float]: ...
+    @property
+    def inertia(self) -> NDArray[np.float64]: ...
+    @property
+    def link(self) -> str | None: ...
+    @property
+    def volume(self) -> float: ...
+    @property
+    def centre_of_volume(self) -> tuple[float, float, float] | None: ...
+    @property
+    def added_mass_coefficient(self) -> float: ...
+    @property
+    def drag_area(self) -> float: ...
+    @property
+    def drag_coefficient(self) -> float: ...
+    @property
+    def viscous_drag(self) -> float: ...
+
+class Support(Part):
+    __match_args__ = ()
+    def __init__(
+        self,
+        *,
+        stiffness: ArrayLike = 0.0,
+        rotational_stiffness: ArrayLike = 0.0,
+        damping: ArrayLike = 0.0,
+        rotational_damping: ArrayLike = 0.0,
+        at: float | None = None,
+        position: ArrayLike | None = None,
+        orientation: ArrayLike | None = None,
+        link: str | None = None,
+    ) -> None: ...
+    @property
+    def stiffness(self) -> tuple[float, float, float]: ...
+    @property
+    def rotational_stiffness(self) -> tuple[float, float, float]: ...
+    @property
+    def damping(self) -> tuple[float, float, float]: ...
+    @property
+    def rotational_damping(self) -> tuple[float, float, float]: ...
+    @property
+    def at(self) -> float | None: ...
+    @property
+    def position(self) -> tuple[float, float, float] | None: ...
+    @property
+    def orientation(self) -> tuple[float, float, float, float] | None: ...
+    @property
+    def link(self) -> str | None: ...
+
+class Fluid(Part):
+    __match_args__ = ("density", "velocity")
+    def __init__(
+        self,
+        density: float,
+        velocity: ArrayLike = (0.0, 0.0, 0.0),
+        *,
+        viscous_drag: ArrayLike = (0.0, 0.0),
+        drag_coefficients: ArrayLike = (0.0, 0.0),
+        added_mass_coefficient: float = 1.0,
+        buoyancy: bool = True,
+    ) -> None: ...
+    @property
+    def density(self) -> float: ...
+    @property
+    def velocity(self) -> tuple[float, float, float]: ...
+    @property
+    def viscous_drag(self) -> tuple[float, float]: ...
+    @property
+    def drag_coefficients(self) -> tuple[float, float]: ...
+    @property
+    def added_mass_coefficient(self) -> float: ...
+    @property
+    def buoyancy(self) -> bool: ...
+
+class BaseMotion(Part):
+    __match_args__ = ()
+    def __init__(
+        self,
+        *,
+        translation: _Vector = (0.0, 0.0, 0.0),
+        axis: ArrayLike | None = None,
+        angle: _Number | None = None,
+        rotation: _Vector | None = None,
+    ) -> None: ...
+    @property
+    def translation(self) -> Any: ...
+    @property
+    def axis(self) -> tuple[float, float, float] | None: ...
+    @property
+    def angle(self) -> Any | None: ...
+    @property
+    def rotation(self) -> Any | None: ...
 
 # End of these classes.
 
@@ -752,6 +892,7 @@ _Table: TypeAlias = (
     tuple[ArrayLike, ArrayLike] | tuple[ArrayLike, ArrayLike, Literal["linear", "monotone", "cubic"]]
 )
 #: Three numbers, or what varies in time: a table, a Harmonic, an Input, or a function of time.
+_Number: TypeAlias = float | _Table | Harmonic | Input | Callable[[float], Any]
 _Vector: TypeAlias = ArrayLike | _Table | Harmonic | Input | Callable[[float], ArrayLike]
 
 @final
@@ -790,161 +931,6 @@ class Harmonic:
     def __eq__(self, other: object, /) -> bool: ...
     def __ne__(self, other: object, /) -> bool: ...
     def __getnewargs_ex__(self) -> tuple[tuple[Any, float], dict[str, Any]]: ...
-
-@final
-class BaseMotion:
-    def __new__(
-        cls,
-        *,
-        translation: _Vector = (0, 0, 0),
-        axis: ArrayLike | None = None,
-        angle: float | _Table | Harmonic | Callable[[float], Any] | None = None,
-        rotation: _Table | Callable[[float], Any] | None = None,
-    ) -> BaseMotion: ...
-    @property
-    def translation(self) -> Any: ...
-    @property
-    def axis(self) -> tuple[float, float, float] | None: ...
-    @property
-    def angle(self) -> Any: ...
-    @property
-    def rotation(self) -> Any: ...
-    def __eq__(self, other: object, /) -> bool: ...
-    def __ne__(self, other: object, /) -> bool: ...
-    def __getnewargs_ex__(self) -> tuple[tuple[()], dict[str, Any]]: ...
-
-@final
-class Load:
-    def __new__(
-        cls,
-        *,
-        force: _Vector = (0, 0, 0),
-        moment: _Vector = (0, 0, 0),
-        at: float | None = None,
-        along: ArrayLike | None = None,
-        frame: Literal["world", "body"] = "world",
-        link: str | None = None,
-    ) -> Load: ...
-    @property
-    def force(self) -> Any: ...
-    @property
-    def moment(self) -> Any: ...
-    @property
-    def at(self) -> float | None: ...
-    @property
-    def along(self) -> tuple[float, float] | None: ...
-    @property
-    def frame(self) -> Literal["world", "body"]: ...
-    @property
-    def link(self) -> str | None: ...
-    def __eq__(self, other: object, /) -> bool: ...
-    def __ne__(self, other: object, /) -> bool: ...
-    def __getnewargs_ex__(self) -> tuple[tuple[()], dict[str, Any]]: ...
-
-@final
-class Body:
-    def __new__(
-        cls,
-        mass: float,
-        *,
-        at: float | None = None,
-        centre: ArrayLike = (0, 0, 0),
-        inertia: ArrayLike = (0, 0, 0),
-        link: str | None = None,
-        volume: float = 0.0,
-        centre_of_volume: ArrayLike | None = None,
-        added_mass_coefficient: float = 0.5,
-        drag_area: float = 0.0,
-        drag_coefficient: float = 1.0,
-        viscous_drag: float = 0.0,
-    ) -> Body: ...
-    @property
-    def mass(self) -> float: ...
-    @property
-    def at(self) -> float | None: ...
-    @property
-    def link(self) -> str | None: ...
-    @property
-    def centre(self) -> tuple[float, float, float]: ...
-    @property
-    def inertia(self) -> NDArray[np.float64]: ...
-    @property
-    def volume(self) -> float: ...
-    @property
-    def centre_of_volume(self) -> tuple[float, float, float] | None: ...
-    @property
-    def added_mass_coefficient(self) -> float: ...
-    @property
-    def drag_area(self) -> float: ...
-    @property
-    def drag_coefficient(self) -> float: ...
-    @property
-    def viscous_drag(self) -> float: ...
-    def __eq__(self, other: object, /) -> bool: ...
-    def __ne__(self, other: object, /) -> bool: ...
-    def __getnewargs_ex__(self) -> tuple[tuple[float], dict[str, Any]]: ...
-
-@final
-class Support:
-    def __new__(
-        cls,
-        *,
-        stiffness: ArrayLike = 0.0,
-        rotational_stiffness: ArrayLike = 0.0,
-        damping: ArrayLike = 0.0,
-        rotational_damping: ArrayLike = 0.0,
-        at: float | None = None,
-        position: ArrayLike | None = None,
-        orientation: ArrayLike | None = None,
-        link: str | None = None,
-    ) -> Support: ...
-    @property
-    def stiffness(self) -> tuple[float, float, float]: ...
-    @property
-    def rotational_stiffness(self) -> tuple[float, float, float]: ...
-    @property
-    def damping(self) -> tuple[float, float, float]: ...
-    @property
-    def rotational_damping(self) -> tuple[float, float, float]: ...
-    @property
-    def at(self) -> float | None: ...
-    @property
-    def link(self) -> str | None: ...
-    @property
-    def position(self) -> tuple[float, float, float] | None: ...
-    @property
-    def orientation(self) -> tuple[float, float, float, float] | None: ...
-    def __eq__(self, other: object, /) -> bool: ...
-    def __ne__(self, other: object, /) -> bool: ...
-    def __getnewargs_ex__(self) -> tuple[tuple[()], dict[str, Any]]: ...
-
-@final
-class Fluid:
-    def __new__(
-        cls,
-        density: float,
-        velocity: ArrayLike = (0, 0, 0),
-        *,
-        viscous_drag: ArrayLike = (0, 0),
-        drag_coefficients: ArrayLike = (0, 0),
-        added_mass_coefficient: float = 1.0,
-        buoyancy: bool = True,
-    ) -> Fluid: ...
-    @property
-    def density(self) -> float: ...
-    @property
-    def velocity(self) -> tuple[float, float, float]: ...
-    @property
-    def viscous_drag(self) -> tuple[float, float]: ...
-    @property
-    def drag_coefficients(self) -> tuple[float, float]: ...
-    @property
-    def added_mass_coefficient(self) -> float: ...
-    @property
-    def buoyancy(self) -> bool: ...
-    def __eq__(self, other: object, /) -> bool: ...
-    def __ne__(self, other: object, /) -> bool: ...
-    def __getnewargs_ex__(self) -> tuple[tuple[float], dict[str, Any]]: ...
 
 @disjoint_base
 class Robot(Model):

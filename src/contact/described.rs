@@ -3,7 +3,6 @@
 use super::{Obstacle, Surface as Resolved, mesh};
 use crate::description::{Described, Fault, LinkName, Part as _, PerAxis, Reader, Rows, Schema};
 use crate::error::Checker;
-use crate::lie::QUATERNION_TOLERANCE;
 
 /// Largest number of heights: more would be a mistake in the input rather than a model of terrain.
 const MOST_HEIGHTS: usize = 250_000;
@@ -106,7 +105,7 @@ pub struct Cuboid {
 
 impl Cuboid {
     fn fits(&self, reader: &mut Reader) {
-        check_orientation(&self.orientation, reader);
+        reader.check_orientation(&self.orientation);
     }
 }
 
@@ -147,7 +146,7 @@ impl HeightField {
             format_args!("{} numbers in {rows} rows of {columns}", numbers.len()),
             &format!("two or more along each axis, and at most {MOST_HEIGHTS} in all"),
         );
-        check_orientation(&self.orientation, reader);
+        reader.check_orientation(&self.orientation);
     }
 }
 
@@ -364,19 +363,6 @@ impl Contact {
     }
 }
 
-fn check_orientation(orientation: &[f64; 4], reader: &mut Reader) {
-    let norm = orientation.iter().map(|x| x * x).sum::<f64>().sqrt();
-    // Entries that are no numbers are reported by themselves.
-    if norm.is_finite() {
-        reader.require(
-            (norm - 1.0).abs() <= QUATERNION_TOLERANCE,
-            "orientation",
-            format_args!("a quaternion of norm {norm}"),
-            "a quaternion (w, x, y, z) of norm 1",
-        );
-    }
-}
-
 impl Surface {
     fn resolved(
         &self,
@@ -460,15 +446,3 @@ impl Resolved {
         }
     }
 }
-
-/// The parts of contacts, those that others hold first.
-pub const PARTS: [&Schema; 8] = [
-    Ball::SCHEMA,
-    HalfSpace::SCHEMA,
-    Sphere::SCHEMA,
-    Capsule::SCHEMA,
-    Cuboid::SCHEMA,
-    HeightField::SCHEMA,
-    ConvexMesh::SCHEMA,
-    Contact::SCHEMA,
-];

@@ -68,8 +68,12 @@ pub enum Kind {
     Number,
     /// An integer, not negative.
     Integer,
+    /// True or false.
+    Flag,
     /// A text.
     Text,
+    /// One of some words, and what they are together.
+    Word(&'static str, &'static [&'static str]),
     /// The name of an item of this list of a robot.
     Reference(&'static str),
     /// This many values.
@@ -84,6 +88,9 @@ pub enum Kind {
     OneOf(&'static str, &'static [Self]),
     /// A part.
     Part(&'static Schema),
+    /// A value of this kind, or a function of time, which in scenes is a table with these fields; and what they are together;
+    /// a motion, which scenes have as a table only, has no such name.
+    Signal(&'static str, &'static Self, &'static Schema),
 }
 
 impl Kind {
@@ -92,9 +99,14 @@ impl Kind {
         match self {
             Self::Number => "a number".to_owned(),
             Self::Integer => "an integer >= 0".to_owned(),
+            Self::Flag => "true or false".to_owned(),
             Self::Text | Self::Reference(_) => "text in quotes".to_owned(),
+            Self::Word(_, words) => {
+                words.iter().map(|word| format!("\"{word}\"")).collect::<Vec<_>>().join(" or ")
+            }
             Self::Array(Self::Number, count) => format!("an array of {count} numbers"),
-            Self::Array(_, count) => format!("an array of {count} integers"),
+            Self::Array(Self::Integer, count) => format!("an array of {count} integers"),
+            Self::Array(_, count) => format!("an array of {count} rows"),
             Self::List(Self::Number) => "an array of numbers".to_owned(),
             Self::List(_) => "an array of rows".to_owned(),
             Self::OneOrEach(count) => format!("a number or an array of {count} numbers"),
@@ -105,6 +117,19 @@ impl Kind {
                 words.join(" or ")
             }
             Self::Part(_) => "a table".to_owned(),
+            Self::Signal("", ..) => "a table".to_owned(),
+            Self::Signal(_, constant, _) => format!("{} or a table", constant.words()),
+        }
+    }
+
+    /// Whether a value of this kind may hold functions of time.
+    pub fn holds_signals(&self) -> bool {
+        match self {
+            Self::Signal(..) => true,
+            Self::Array(inner, _) | Self::List(inner) | Self::Optional(inner) => inner.holds_signals(),
+            Self::OneOf(_, kinds) => kinds.iter().any(Self::holds_signals),
+            Self::Part(schema) => schema.fields.iter().any(|field| field.kind.holds_signals()),
+            _ => false,
         }
     }
 
@@ -138,6 +163,10 @@ pub struct Schema {
     pub positional: usize,
     /// Whether it is checked by the part that holds it, and not when it is made.
     pub is_checked_later: bool,
+    /// Whether Python shows it without the numbers and options that have their defaults.
+    pub is_brief: bool,
+    /// Fields at least one of which has to be given.
+    pub some_of: &'static [&'static str],
     /// Makes a part.
     pub make: Make,
 }
@@ -159,6 +188,8 @@ impl Schema {
             fields,
             positional,
             is_checked_later: false,
+            is_brief: false,
+            some_of: &[],
             make,
         }
     }
@@ -198,9 +229,24 @@ impl Schema {
         Self { is_checked_later: true, ..self }
     }
 
+    /// Python shows it without the numbers and options that have their defaults.
+    pub const fn brief(self) -> Self {
+        Self { is_brief: true, ..self }
+    }
+
+    /// At least one of these fields has to be given.
+    pub const fn some_of(self, some_of: &'static [&'static str]) -> Self {
+        Self { some_of, ..self }
+    }
+
     /// Place of the field with this name.
     pub fn index(&self, key: &str) -> Option<usize> {
         self.fields.iter().position(|field| field.name == key)
+    }
+
+    /// The fields that scenes have as keys.
+    pub fn keys(&self) -> impl Iterator<Item = &'static Field> + Clone {
+        self.fields.iter().filter(|field| !field.limits.is_by_place)
     }
 
     /// Names of the fields.
@@ -247,15 +293,19 @@ impl Field {
     }
 }
 
-/// Unit and range of the numbers of a field, and the field without which it makes no sense.
+/// Unit and range of the numbers of a field, and when the field is given.
 #[derive(Clone, Copy, Debug)]
 pub struct Limits {
+    /// What a number is.
+    pub noun: &'static str,
     /// The unit in words; empty for numbers without a unit.
     pub unit: &'static str,
     /// Whether numbers must be positive, or not negative.
     pub sign: Sign,
     /// The field that has to be given as well.
     pub needs: &'static str,
+    /// Whether scenes say it by the place of the table.
+    pub is_by_place: bool,
 }
 
 /// Which signs numbers may have.
@@ -271,7 +321,8 @@ pub enum Sign {
 
 impl Limits {
     /// Finite numbers without a unit.
-    pub const NONE: Self = Self { unit: "", sign: Sign::Any, needs: "" };
+    pub const NONE: Self =
+        Self { noun: "a finite number", unit: "", sign: Sign::Any, needs: "", is_by_place: false };
 
     /// With a unit.
     pub const fn unit(self, unit: &'static str) -> Self {
@@ -286,6 +337,16 @@ impl Limits {
     /// Numbers >= 0.
     pub const fn non_negative(self) -> Self {
         Self { sign: Sign::NonNegative, ..self }
+    }
+
+    /// Arc lengths of an unstretched rod.
+    pub const fn arc_length(self) -> Self {
+        Self { noun: "an arc length", ..self.unit("metres").non_negative() }
+    }
+
+    /// Scenes say it by the place of the table.
+    pub const fn by_place(self) -> Self {
+        Self { is_by_place: true, ..self }
     }
 
     /// The field is given only together with this one.
@@ -309,7 +370,7 @@ impl Limits {
 
     /// What a number must be, such as `a finite number > 0 (metres)`.
     pub fn expected(&self) -> String {
-        let mut text = "a finite number".to_owned();
+        let mut text = self.noun.to_owned();
         if self.sign != Sign::Any {
             text = format!("{text} {}", self.relation());
         }

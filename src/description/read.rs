@@ -4,6 +4,7 @@ use std::fmt::{self, Write as _};
 
 use super::data::{AnyPart, Data, Field, Kind, Schema, Value};
 use crate::error::{self, Checker};
+use crate::lie::QUATERNION_TOLERANCE;
 
 /// What is wrong with a value.
 #[derive(Clone, Debug)]
@@ -50,6 +51,33 @@ pub enum Fault {
         /// The possible words for `kind`.
         tags: Vec<&'static str>,
     },
+    /// None of these fields is given, of which one has to be.
+    NoneOf(&'static [&'static str]),
+    /// Both of these fields are given, which exclude each other; the place is the second one.
+    Both([&'static str; 2]),
+    /// The field at this place is given, but not the one that it needs.
+    Without {
+        /// The field.
+        key: &'static str,
+        /// The one that it needs.
+        needed: &'static str,
+        /// The meaning of that one.
+        meaning: &'static str,
+    },
+    /// A word that is none of these.
+    Word {
+        /// The word.
+        found: String,
+        /// The possible words.
+        words: &'static [&'static str],
+    },
+    /// Keys that make no sense together.
+    Other {
+        /// What is wrong.
+        wrong: String,
+        /// What to do.
+        right: String,
+    },
     /// A word for `kind` that no part has.
     Tag {
         /// The word.
@@ -85,6 +113,20 @@ impl From<Problem> for error::Problem {
             }
             Fault::Undecided { key, tags, .. } => {
                 (format!("neither {key} nor kind"), format!("{key}, or a kind out of {}", listed(&tags)))
+            }
+            Fault::Other { wrong, right } => (wrong, right),
+            Fault::NoneOf(keys) => {
+                place = if place.is_empty() { keys[0].to_owned() } else { format!("{place}.{}", keys[0]) };
+                (format!("neither {}", keys.join(" nor ")), "one of them".to_owned())
+            }
+            Fault::Both([first, second]) => (format!("both {first} and {second}"), "one of them".to_owned()),
+            Fault::Without { key, needed, meaning } => {
+                place = format!("{}{needed}", place.strip_suffix(key).unwrap_or(&place));
+                ("none".to_owned(), meaning.to_owned())
+            }
+            Fault::Word { found, words } => {
+                let words: Vec<_> = words.iter().map(|word| format!("'{word}'")).collect();
+                (format!("'{found}'"), words.join(" or "))
             }
             Fault::Tag { found, tags } => (format!("\"{found}\""), format!("one of {}", listed(&tags))),
         };
@@ -128,7 +170,7 @@ impl Reader {
                 Step::Index(i) => write!(place, "[{i}]"),
             };
         }
-        let dot = if place.is_empty() || key.is_empty() || key.starts_with('[') { "" } else { "." };
+        let dot = if place.is_empty() || key.is_empty() || key.starts_with(['[', '.']) { "" } else { "." };
         self.problems.push(Problem { place: format!("{place}{dot}{key}"), fault });
     }
 
@@ -148,7 +190,7 @@ impl Reader {
         }
     }
 
-    pub(super) fn wrong_type<T>(&mut self, value: &Value, kind: &Kind) -> Option<T> {
+    pub(crate) fn wrong_type<T>(&mut self, value: &Value, kind: &Kind) -> Option<T> {
         self.refuse("", Fault::Type { found: value.to_string(), expected: kind.words() });
         None
     }
@@ -192,6 +234,46 @@ impl Reader {
         }
     }
 
+    /// Reports that none of the fields is given of which one has to be.
+    pub fn check_given(&mut self, schema: &'static Schema, values: &[Option<Value>]) {
+        let is_given = |key: &&str| schema.index(key).is_some_and(|i| values[i].is_some());
+        if !schema.some_of.is_empty() && !schema.some_of.iter().any(is_given) {
+            self.refuse("", Fault::NoneOf(schema.some_of));
+        }
+    }
+
+    /// Reports fields that exclude each other.
+    pub fn check_exclusive<A, B>(&mut self, keys: [&'static str; 2], first: &Option<A>, second: &Option<B>) {
+        if first.is_some() && second.is_some() {
+            self.refuse(keys[1], Fault::Both(keys));
+        }
+    }
+
+    /// Reports an `orientation` that is no unit quaternion; entries that are no numbers are reported by themselves.
+    pub fn check_orientation(&mut self, orientation: &[f64; 4]) {
+        let norm = orientation.iter().map(|x| x * x).sum::<f64>().sqrt();
+        if norm.is_finite() {
+            self.require(
+                (norm - 1.0).abs() <= QUATERNION_TOLERANCE,
+                "orientation",
+                format_args!("a quaternion of norm {norm}"),
+                "a quaternion (w, x, y, z) of norm 1",
+            );
+        }
+    }
+
+    /// Which of several words a value is.
+    pub fn word(&mut self, kind: &Kind, value: &Value) -> Option<usize> {
+        let (Kind::Word(_, words), Value::Text(found)) = (kind, value) else {
+            return self.wrong_type(value, kind);
+        };
+        let place = words.iter().position(|word| word == found);
+        if place.is_none() {
+            self.refuse("", Fault::Word { found: found.clone(), words });
+        }
+        place
+    }
+
     /// The values of the fields in their order, with problems for unknown keys and missing ones.
     pub fn open(&mut self, schema: &'static Schema, value: &Value) -> Option<Vec<Option<Value>>> {
         let alternatives = std::mem::take(&mut self.alternatives);
@@ -202,7 +284,7 @@ impl Reader {
         for (key, value) in pairs {
             let taken = || {
                 let needed = |field: &&Field| field.limits.needs.is_empty() || is_given(field.limits.needs);
-                schema.fields.iter().filter(needed).map(|field| field.name)
+                schema.keys().filter(needed).map(|field| field.name)
             };
             if let Some(i) = schema.index(key).filter(|_| taken().any(|name| name == key)) {
                 found[i] = Some(value.clone());

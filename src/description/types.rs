@@ -26,6 +26,20 @@ impl Data for f64 {
     }
 }
 
+impl Data for bool {
+    const KIND: Kind = Kind::Flag;
+
+    fn read(value: &Value, reader: &mut Reader) -> Option<Self> {
+        if let Value::Flag(flag) = value { Some(*flag) } else { reader.wrong_type(value, &Self::KIND) }
+    }
+
+    fn check(&self, _: &Limits, _: &mut Reader) {}
+
+    fn write(&self) -> Value {
+        Value::Flag(*self)
+    }
+}
+
 impl Data for String {
     const KIND: Kind = Kind::Text;
 
@@ -109,6 +123,30 @@ impl<const N: usize> Data for [f64; N] {
 
     fn write(&self) -> Value {
         Value::List(self.iter().map(f64::write).collect())
+    }
+}
+
+/// Rows of a square matrix.
+impl<const N: usize> Data for [[f64; N]; N] {
+    const KIND: Kind = Kind::Array(&<[f64; N]>::KIND, N);
+
+    fn read(value: &Value, reader: &mut Reader) -> Option<Self> {
+        if let Value::Rows { numbers, columns } = value
+            && (*columns, numbers.len()) == (N, N * N)
+        {
+            return numbers.as_chunks().0.try_into().ok();
+        }
+        items(value, Some(N), &Self::KIND, reader)?.try_into().ok()
+    }
+
+    fn check(&self, limits: &Limits, reader: &mut Reader) {
+        for (i, row) in self.iter().enumerate() {
+            reader.at_item(i, |reader| row.check(limits, reader));
+        }
+    }
+
+    fn write(&self) -> Value {
+        Value::Rows { numbers: self.concat(), columns: N }
     }
 }
 
@@ -245,8 +283,8 @@ fn triples<T: Data>(value: &Value, kind: &Kind, reader: &mut Reader) -> Option<V
     items(&Value::List(rows.collect()), None, kind, reader)
 }
 
-impl Data for Vec<[f64; 3]> {
-    const KIND: Kind = Kind::List(&<[f64; 3]>::KIND);
+impl<const N: usize> Data for Vec<[f64; N]> {
+    const KIND: Kind = Kind::List(&<[f64; N]>::KIND);
 
     fn read(value: &Value, reader: &mut Reader) -> Option<Self> {
         triples(value, &Self::KIND, reader)
@@ -259,7 +297,7 @@ impl Data for Vec<[f64; 3]> {
     }
 
     fn write(&self) -> Value {
-        Value::Rows { numbers: self.concat(), columns: 3 }
+        Value::Rows { numbers: self.concat(), columns: N }
     }
 }
 

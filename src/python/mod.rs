@@ -10,18 +10,15 @@ mod actuation;
 mod arguments;
 mod background;
 mod balance;
-mod base;
 mod callback;
 mod compiled;
 mod contact;
 mod convert;
 mod ensemble;
 mod errors;
-mod fluid;
 mod imports;
 mod inputs;
 mod link;
-mod load;
 mod loops;
 mod machine;
 mod model;
@@ -46,7 +43,6 @@ mod signal;
 mod simulate;
 mod statics;
 mod stepping;
-mod support;
 mod words;
 
 use pyo3::exceptions::PyImportError;
@@ -63,8 +59,6 @@ mod _lissom {
     #[pymodule_export]
     use super::balance::PyBalance;
     #[pymodule_export]
-    use super::base::PyBaseMotion;
-    #[pymodule_export]
     use super::convert::finite_array;
     #[pymodule_export]
     use super::convert::of_python::{as_flag, as_number, as_scalar_or_vector, as_text, as_whole};
@@ -73,11 +67,7 @@ mod _lissom {
     #[pymodule_export]
     use super::errors::{AccuracyWarning, ConvergenceError, LissomError};
     #[pymodule_export]
-    use super::fluid::PyFluid;
-    #[pymodule_export]
     use super::link::{check_joint, check_link, check_mimic};
-    #[pymodule_export]
-    use super::load::{PyBody, PyLoad};
     #[pymodule_export]
     use super::loops::check_loop;
     #[pymodule_export]
@@ -125,8 +115,6 @@ mod _lissom {
     };
     #[pymodule_export]
     use super::stepping::{PySimulation, PySimulations};
-    #[pymodule_export]
-    use super::support::PySupport;
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {

@@ -10,7 +10,12 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::described::Written;
+use crate::body::described::Body;
 use crate::contact::described::Contact;
+use crate::load::described::Load;
+use crate::signal::{Drive, Interpolation, Signal};
+use crate::support::described::Support;
+use crate::world::{Fluid, described::BaseMotion};
 
 /// The only version of the format so far.
 pub(super) const VERSION: u64 = 1;
@@ -42,9 +47,9 @@ pub(super) struct Document {
     #[serde(default)]
     pub(super) contact: Vec<Written<Contact>>,
     /// Motion of everything fixed to the world, about the frame of the first link's joint. Default: it is at rest.
-    pub(super) base_motion: Option<BaseMotion>,
+    pub(super) base_motion: Option<Written<BaseMotion>>,
     /// Fluid around the rods and bodies of a robot. Default: none.
-    pub(super) fluid: Option<Fluid>,
+    pub(super) fluid: Option<Written<Fluid>>,
     /// Tendons that pull along their paths, on the rod or between the links of a robot.
     #[serde(default)]
     pub(super) tendon: Vec<Tendon>,
@@ -82,7 +87,7 @@ pub(super) struct Rod {
     #[serde(default)]
     pub(super) base: Base,
     /// Motion of the base relative to this pose, as a function of time. Default: it is fixed.
-    pub(super) base_motion: Option<BaseMotion>,
+    pub(super) base_motion: Option<Written<BaseMotion>>,
     /// Dead force at the tip, in world axes, in newtons. Default: [0, 0, 0].
     #[serde(default)]
     pub(super) tip_force: [f64; 3],
@@ -94,15 +99,15 @@ pub(super) struct Rod {
     pub(super) tip_mass: f64,
     /// Additional forces and moments, anywhere on the rod.
     #[serde(default)]
-    pub(super) load: Vec<Load>,
+    pub(super) load: Vec<Written<Load>>,
     /// Additional rigid bodies, anywhere on the rod.
     #[serde(default)]
-    pub(super) body: Vec<Body>,
+    pub(super) body: Vec<Written<Body>>,
     /// Springs and dampers to the world, anywhere on the rod.
     #[serde(default)]
-    pub(super) support: Vec<Support>,
+    pub(super) support: Vec<Written<Support>>,
     /// Fluid around the rod. Default: none.
-    pub(super) fluid: Option<Fluid>,
+    pub(super) fluid: Option<Written<Fluid>>,
     /// Initial generalised coordinates, one per mode: segment by segment, in the order torsion, bend_y, bend_z,
     /// stretch, shear_y, shear_z, then by degree. Default: all zero, the stress-free rod.
     pub(super) q0: Option<Vec<f64>>,
@@ -159,13 +164,13 @@ pub(super) struct Link {
     /// Rod of the link, instead of a body.
     pub(super) rod: Option<LinkRod>,
     /// Rigid body of the link, instead of a rod.
-    pub(super) body: Option<LinkBody>,
+    pub(super) body: Option<Written<Body>>,
     /// Forces and moments on the link; at and along are arc lengths of its rod.
     #[serde(default)]
-    pub(super) load: Vec<Load>,
+    pub(super) load: Vec<Written<Load>>,
     /// Springs and dampers between the link and the world; at is an arc length of its rod.
     #[serde(default)]
-    pub(super) support: Vec<Support>,
+    pub(super) support: Vec<Written<Support>>,
     /// Initial coordinates of the link: those of the joint, then the modes of the rod. Default: all zero.
     pub(super) q0: Option<Vec<f64>>,
     /// Initial velocities, the derivatives of the link's coordinates. Default: at rest.
@@ -183,38 +188,6 @@ pub(super) struct LinkRod {
     /// Segments from base to tip; each one starts where the previous one ends.
     #[schemars(length(min = 1), example = Vec::<Segment>::new())]
     pub(super) segment: Vec<Segment>,
-}
-
-/// The rigid body of a link.
-#[derive(Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(super) struct LinkBody {
-    /// Mass in kilograms.
-    #[schemars(range(min = 0.0), example = 0.1)]
-    pub(super) mass: f64,
-    /// Centre of mass in the axes of the link, in metres. Default: [0, 0, 0].
-    #[serde(default)]
-    pub(super) centre: [f64; 3],
-    /// Inertia tensor about its centre of mass in the axes of the link, in kg m^2: three rows. Default: zero, a point.
-    #[serde(default)]
-    pub(super) inertia: [[f64; 3]; 3],
-    /// Displaced volume in m^3. The fluid of the robot bears it and must be moved with it. Default: 0.
-    #[schemars(range(min = 0.0))]
-    pub(super) volume: Option<f64>,
-    /// Centre of the volume, in the same axes as the centre of mass, in metres. Default: the centre of mass.
-    pub(super) centre_of_volume: Option<[f64; 3]>,
-    /// Added mass over the displaced mass. Default: 0.5, as for a sphere.
-    #[schemars(range(min = 0.0))]
-    pub(super) added_mass_coefficient: Option<f64>,
-    /// Reference area of the quadratic drag of the fluid, in m^2. Default: 0.
-    #[schemars(range(min = 0.0))]
-    pub(super) drag_area: Option<f64>,
-    /// Coefficient of the quadratic drag. Default: 1.
-    #[schemars(range(min = 0.0))]
-    pub(super) drag_coefficient: Option<f64>,
-    /// Viscous drag of the fluid, in N s/m. Default: 0.
-    #[schemars(range(min = 0.0))]
-    pub(super) viscous_drag: Option<f64>,
 }
 
 /// A joint. revolute, prismatic, cylindrical: axis; universal: axis1, axis2; planar: normal; weld, spherical, free: nothing.
@@ -275,7 +248,7 @@ pub(super) struct JointMotion {
     /// Values of the coordinate at the times.
     pub(super) values: Option<Vec<f64>>,
     /// Interpolation of times and values. Default: cubic.
-    pub(super) interpolation: Option<Interpolation>,
+    pub(super) interpolation: Option<Written<Interpolation>>,
     /// Largest deviation from the steady part. Default: 0.
     pub(super) amplitude: Option<f64>,
     /// Oscillations per second, in hertz. Default: 0.
@@ -288,13 +261,13 @@ pub(super) struct JointMotion {
     /// Growth of the steady part per second. Default: 0.
     pub(super) rate: Option<f64>,
     /// Displacement of a free joint's link, in metres. Default: none.
-    pub(super) translation: Option<VaryingVector>,
+    pub(super) translation: Option<Written<Drive<3>>>,
     /// Axis of the rotation; its length does not matter.
     pub(super) axis: Option<[f64; 3]>,
     /// Angle about the axis, in radians.
-    pub(super) angle: Option<VaryingNumber>,
+    pub(super) angle: Option<Written<Drive<1>>>,
     /// Instead of axis and angle: orientations.
-    pub(super) rotation: Option<Orientations>,
+    pub(super) rotation: Option<Written<Drive<4>>>,
 }
 
 /// Makes the coordinate of a joint follow another one: multiplier times that coordinate plus offset.
@@ -465,27 +438,6 @@ pub(super) struct LoopEnd {
     pub(super) orientation: [f64; 4],
 }
 
-/// A force and a moment on a rod, at a point or distributed along a part of it.
-#[derive(Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(super) struct Load {
-    /// Force in newtons; in newtons per metre of the unstretched rod where the load is spread; a table where it
-    /// varies in time. Default: [0, 0, 0].
-    #[serde(default)]
-    pub(super) force: Vector,
-    /// Moment in newton metres; in newtons where the load is spread; a table where it varies in time. Default: [0, 0, 0].
-    #[serde(default)]
-    pub(super) moment: Vector,
-    /// Arc length of the unstretched rod where the load acts, in metres. Default: the tip.
-    #[schemars(range(min = 0.0))]
-    pub(super) at: Option<f64>,
-    /// Arc lengths between which the load is distributed uniformly, in metres, instead of at.
-    pub(super) along: Option<[f64; 2]>,
-    /// Axes of force and moment. Default: "world".
-    #[serde(default)]
-    pub(super) frame: Frame,
-}
-
 /// A tendon that pulls along its path: a given tension, or a given length with or without a stiffness.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -498,10 +450,10 @@ pub(super) struct Tendon {
     #[schemars(length(min = 1), example = Vec::<()>::new())]
     pub(super) path: Vec<PathPart>,
     /// Tension in newtons: a number, or a table where it varies in time or is an input.
-    pub(super) tension: Option<Command>,
+    pub(super) tension: Option<Written<Signal<1>>>,
     /// Instead: the length at which it is free of force, in metres, likewise. Its tension is then
     /// stiffness (path - length) + damping (rate of path), and never less than zero.
-    pub(super) length: Option<Command>,
+    pub(super) length: Option<Written<Signal<1>>>,
     /// Stiffness of a tendon with a given length, in N/m.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub(super) stiffness: Option<f64>,
@@ -515,7 +467,7 @@ pub(super) struct Tendon {
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub(super) friction_velocity: Option<f64>,
     /// Direction of sliding in [-1, 1]: 1 if pulled, -1 if released. Default: from the rate of change of the length.
-    pub(super) sliding: Option<Command>,
+    pub(super) sliding: Option<Written<Signal<1>>>,
 }
 
 /// A part of a path: embedded in a rod, with offset and along, or a point, with at.
@@ -574,7 +526,7 @@ pub(super) struct Chamber {
     #[schemars(extend("exclusiveMinimum" = 0), example = 1e-4)]
     pub(super) area: f64,
     /// Gauge pressure in pascals: a number, or a table if it varies in time or is an input. Default: 0.
-    pub(super) pressure: Option<Command>,
+    pub(super) pressure: Option<Written<Signal<1>>>,
 }
 
 /// A motor on the joint of a link, by a torque, or by a position with gains.
@@ -585,9 +537,9 @@ pub(super) struct Motor {
     #[schemars(example = &"link")]
     pub(super) joint: String,
     /// Torque in N m, or force in N: a number, or a table where it varies in time or is an input.
-    pub(super) torque: Option<Command>,
+    pub(super) torque: Option<Written<Signal<1>>>,
     /// Instead of torque: set point in radians or metres, in the same forms.
-    pub(super) position: Option<Command>,
+    pub(super) position: Option<Written<Signal<1>>>,
     /// Stiffness and damping of a motor that holds a position.
     pub(super) gains: Option<[f64; 2]>,
     /// The lowest and the highest torque or force. Default: none.
@@ -609,7 +561,7 @@ pub(super) struct ActiveStrain {
     /// table. Default: 1.
     pub(super) shape: Option<AlongRod>,
     /// Amplitude: a number, or a table if it varies in time or is an input. Default: 0.
-    pub(super) amount: Option<Command>,
+    pub(super) amount: Option<Written<Signal<1>>>,
     /// Name of the actuator. Default: the link and the strain.
     pub(super) name: Option<String>,
 }
@@ -632,240 +584,6 @@ pub(super) enum Strain {
     ShearZ,
 }
 
-/// A number that is constant, varies in time, or is an input.
-#[derive(Clone, Debug, Deserialize, JsonSchema)]
-#[serde(untagged)]
-pub(super) enum Command {
-    /// Always the same.
-    Constant(f64),
-    /// A function of time, or an input.
-    Varying(VaryingCommand),
-}
-
-/// A number as a function of time: either times and values, or mean + rate t + amplitude sin(2 pi frequency t + phase). Or an
-/// input, a number that a controller sets.
-#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub(super) struct VaryingCommand {
-    /// Increasing times of the values, in seconds.
-    pub(super) times: Option<Vec<f64>>,
-    /// Values at these times, interpolated linearly and constant before the first and after the last one.
-    pub(super) values: Option<Vec<f64>>,
-    /// Largest deviation from the steady part. Default: 0.
-    pub(super) amplitude: Option<f64>,
-    /// Oscillations per second, in hertz. Default: 0.
-    #[schemars(range(min = 0.0))]
-    pub(super) frequency: Option<f64>,
-    /// Phase at time zero, in radians. Default: 0.
-    pub(super) phase: Option<f64>,
-    /// Steady part at time zero. Default: 0.
-    pub(super) mean: Option<f64>,
-    /// Growth of the steady part per second. Default: 0.
-    pub(super) rate: Option<f64>,
-    /// Instead: the name of an input. Inputs with the same name are one input.
-    pub(super) input: Option<String>,
-    /// Value of the input unless a controller sets it. Default: 0.
-    pub(super) default: Option<f64>,
-}
-
-/// A vector that is constant, varies in time, or is an input.
-#[derive(Clone, Debug, Deserialize, JsonSchema)]
-#[serde(untagged)]
-pub(super) enum Vector {
-    /// Always the same.
-    Constant([f64; 3]),
-    /// A function of time, or an input.
-    Varying(Box<VaryingLoad>),
-}
-
-/// A force or a moment as a function of time: either times and values, or mean + rate t + amplitude
-/// sin(2 pi frequency t + phase). Or an input, three numbers that a controller sets.
-#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub(super) struct VaryingLoad {
-    /// Increasing times of the values, in seconds.
-    pub(super) times: Option<Vec<f64>>,
-    /// Values at these times, interpolated linearly and constant before the first and after the last one.
-    pub(super) values: Option<Vec<[f64; 3]>>,
-    /// Largest deviation from the steady part. Default: [0, 0, 0].
-    pub(super) amplitude: Option<[f64; 3]>,
-    /// Oscillations per second, in hertz. Default: 0.
-    #[schemars(range(min = 0.0))]
-    pub(super) frequency: Option<f64>,
-    /// Phase at time zero, in radians. Default: 0.
-    pub(super) phase: Option<f64>,
-    /// Steady part at time zero. Default: [0, 0, 0].
-    pub(super) mean: Option<[f64; 3]>,
-    /// Growth of the steady part per second. Default: [0, 0, 0].
-    pub(super) rate: Option<[f64; 3]>,
-    /// Instead: the name of an input, which has the entries name.x, name.y and name.z.
-    pub(super) input: Option<String>,
-    /// Value of the input unless a controller sets it. Default: [0, 0, 0].
-    pub(super) default: Option<[f64; 3]>,
-}
-
-impl Default for Vector {
-    fn default() -> Self {
-        Self::Constant([0.0; 3])
-    }
-}
-
-/// A vector as a function of time: either times and values, or mean + rate t + amplitude sin(2 pi frequency t + phase).
-#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub(super) struct VaryingVector {
-    /// Increasing times of the values, in seconds.
-    pub(super) times: Option<Vec<f64>>,
-    /// Values at these times.
-    pub(super) values: Option<Vec<[f64; 3]>>,
-    /// Interpolation of times and values. Default: cubic.
-    pub(super) interpolation: Option<Interpolation>,
-    /// Largest deviation from the steady part. Default: [0, 0, 0].
-    pub(super) amplitude: Option<[f64; 3]>,
-    /// Oscillations per second, in hertz. Default: 0.
-    #[schemars(range(min = 0.0))]
-    pub(super) frequency: Option<f64>,
-    /// Phase at time zero, in radians. Default: 0.
-    pub(super) phase: Option<f64>,
-    /// Steady part at time zero. Default: [0, 0, 0].
-    pub(super) mean: Option<[f64; 3]>,
-    /// Growth of the steady part per second. Default: [0, 0, 0].
-    pub(super) rate: Option<[f64; 3]>,
-}
-
-/// How a table of a prescribed motion is interpolated.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub(super) enum Interpolation {
-    /// Straight lines, constant before the first and after the last time. The velocity jumps at corners.
-    Linear,
-    /// Cubic pieces that are monotone wherever the values are, with a continuous velocity (PCHIP).
-    Monotone,
-    /// Cubic spline with a continuous acceleration.
-    Cubic,
-}
-
-/// The axes in which a load keeps its direction.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub(super) enum Frame {
-    /// Axes of the world: a dead load.
-    #[default]
-    World,
-    /// Axes of the section, with which the load rotates: a follower load.
-    Body,
-}
-
-/// A rigid body fixed to a section of a rod.
-#[derive(Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(super) struct Body {
-    /// Mass in kilograms.
-    #[schemars(range(min = 0.0), example = 0.1)]
-    pub(super) mass: f64,
-    /// Arc length of the unstretched rod where the body is fixed, in metres. Default: the tip.
-    #[schemars(range(min = 0.0))]
-    pub(super) at: Option<f64>,
-    /// Centre of mass relative to the section's centre, in the section's axes, in metres. Default: [0, 0, 0].
-    #[serde(default)]
-    pub(super) centre: [f64; 3],
-    /// Inertia tensor about its centre of mass in the section's axes, in kg m^2: three rows. Default: zero, a point.
-    #[serde(default)]
-    pub(super) inertia: [[f64; 3]; 3],
-    /// Displaced volume in m^3. The fluid of the robot bears it and must be moved with it. Default: 0.
-    #[schemars(range(min = 0.0))]
-    pub(super) volume: Option<f64>,
-    /// Centre of the volume, in the same axes as the centre of mass, in metres. Default: the centre of mass.
-    pub(super) centre_of_volume: Option<[f64; 3]>,
-    /// Added mass over the displaced mass. Default: 0.5, as for a sphere.
-    #[schemars(range(min = 0.0))]
-    pub(super) added_mass_coefficient: Option<f64>,
-    /// Reference area of the quadratic drag of the fluid, in m^2. Default: 0.
-    #[schemars(range(min = 0.0))]
-    pub(super) drag_area: Option<f64>,
-    /// Coefficient of the quadratic drag. Default: 1.
-    #[schemars(range(min = 0.0))]
-    pub(super) drag_coefficient: Option<f64>,
-    /// Viscous drag of the fluid, in N s/m. Default: 0.
-    #[schemars(range(min = 0.0))]
-    pub(super) viscous_drag: Option<f64>,
-}
-
-/// Springs and dampers between a section of a rod and a fixed pose in the world, the anchor.
-#[derive(Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(super) struct Support {
-    /// Arc length of the supported section on the unstretched rod, in metres. Default: the tip.
-    #[schemars(range(min = 0.0))]
-    pub(super) at: Option<f64>,
-    /// Stiffness in N/m: one number, or three along the axes of the anchor. Default: 0.
-    #[serde(default)]
-    pub(super) stiffness: PerAxis,
-    /// Rotational stiffness in N m/rad: one number, or three about the axes of the anchor. Default: 0.
-    #[serde(default)]
-    pub(super) rotational_stiffness: PerAxis,
-    /// Viscous damping in N s/m: one number, or three along the axes of the anchor. Default: 0.
-    #[serde(default)]
-    pub(super) damping: PerAxis,
-    /// Viscous damping of rotation in N m s/rad: one number, or three about the axes of the anchor. Default: 0.
-    #[serde(default)]
-    pub(super) rotational_damping: PerAxis,
-    /// Position of the anchor in the world, in metres. Default: where the section is when all coordinates are zero.
-    pub(super) position: Option<[f64; 3]>,
-    /// Orientation of the anchor: unit quaternion [w, x, y, z] that turns its axes into world axes. Default: that of
-    /// the section when all coordinates are zero, x along the rod.
-    pub(super) orientation: Option<[f64; 4]>,
-}
-
-/// An unbounded fluid around the whole rod, with uniform and steady flow far from it.
-#[derive(Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(super) struct Fluid {
-    /// Density in kg/m^3.
-    #[schemars(range(min = 0.0), example = 1e3)]
-    pub(super) density: f64,
-    /// Velocity far from the rod, in the world, in m/s. Default: [0, 0, 0].
-    #[serde(default)]
-    pub(super) velocity: [f64; 3],
-    /// Viscous drag per length and velocity, in N s/m^2: [across the rod's axis, along it]. Default: [0, 0].
-    #[serde(default)]
-    pub(super) viscous_drag: [f64; 2],
-    /// Coefficients of the quadratic drag: [across the rod's axis, along it]. Default: [0, 0].
-    #[serde(default)]
-    pub(super) drag_coefficients: [f64; 2],
-    /// Added mass across the axis, relative to the mass of the displaced fluid. Default: 1.
-    #[schemars(range(min = 0.0))]
-    pub(super) added_mass_coefficient: Option<f64>,
-    /// Whether buoyancy acts. Default: true.
-    pub(super) buoyancy: Option<bool>,
-}
-
-/// The same for all axes, or one number for each.
-#[derive(Clone, Copy, Debug, Deserialize, Serialize, JsonSchema)]
-#[serde(untagged)]
-pub(super) enum PerAxis {
-    /// The same for all axes.
-    All(f64),
-    /// One for each axis.
-    Each([f64; 3]),
-}
-
-impl Default for PerAxis {
-    fn default() -> Self {
-        Self::All(0.0)
-    }
-}
-
-impl PerAxis {
-    /// The three numbers.
-    pub(super) fn numbers(self) -> [f64; 3] {
-        match self {
-            Self::All(number) => [number; 3],
-            Self::Each(numbers) => numbers,
-        }
-    }
-}
-
 /// Pose of a clamped end.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
@@ -881,57 +599,6 @@ impl Default for Base {
     fn default() -> Self {
         Self { position: [0.0; 3], orientation: [1.0, 0.0, 0.0, 0.0] }
     }
-}
-
-/// Motion of a clamped end. Tables that are not linear must cover the run.
-#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub(super) struct BaseMotion {
-    /// Displacement in the world, in metres. Default: none.
-    pub(super) translation: Option<VaryingVector>,
-    /// Axis of the rotation in the world; its length does not matter.
-    pub(super) axis: Option<[f64; 3]>,
-    /// Angle about the axis, in radians.
-    pub(super) angle: Option<VaryingNumber>,
-    /// Instead of axis and angle: rotations relative to the base's orientation.
-    pub(super) rotation: Option<Orientations>,
-}
-
-/// A number as a function of time: either times and values, or mean + rate t + amplitude sin(2 pi frequency t + phase).
-#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub(super) struct VaryingNumber {
-    /// Increasing times of the values, in seconds.
-    pub(super) times: Option<Vec<f64>>,
-    /// Values at the times.
-    pub(super) values: Option<Vec<f64>>,
-    /// Interpolation of times and values. Default: cubic.
-    pub(super) interpolation: Option<Interpolation>,
-    /// Largest deviation from the steady part. Default: 0.
-    pub(super) amplitude: Option<f64>,
-    /// Oscillations per second, in hertz. Default: 0.
-    #[schemars(range(min = 0.0))]
-    pub(super) frequency: Option<f64>,
-    /// Phase at time zero, in radians. Default: 0.
-    pub(super) phase: Option<f64>,
-    /// Steady part at time zero. Default: 0.
-    pub(super) mean: Option<f64>,
-    /// Growth of the steady part per second. Default: 0.
-    pub(super) rate: Option<f64>,
-}
-
-/// Orientations at some times.
-#[derive(Clone, Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(super) struct Orientations {
-    /// Times in seconds, increasing.
-    #[schemars(example = vec![0.0, 1.0])]
-    pub(super) times: Vec<f64>,
-    /// Unit quaternions [w, x, y, z] at the times, less than a right angle from one to the next.
-    #[schemars(example = vec![[1.0, 0.0, 0.0, 0.0]; 2])]
-    pub(super) values: Vec<[f64; 4]>,
-    /// Interpolation of times and values. Default: cubic.
-    pub(super) interpolation: Option<Interpolation>,
 }
 
 /// A piece of rod with one kind of section: a radius or another shape with its material (and either shear_modulus or

@@ -51,6 +51,8 @@ use crate::error::{Interrupted, InvalidInput};
 use crate::pendulum::SpringPendulum;
 use crate::robot;
 
+#[cfg(feature = "python")]
+pub(crate) use described::PARTS;
 pub use described::to_toml;
 pub use diagnostics::{Elsewhere, SceneError, SceneProblem};
 pub use document::{Jacobian, Method, Quantity};
@@ -286,11 +288,10 @@ impl Scene {
     }
 }
 
-/// The definitions of the JSON Schema that describe these parts.
+/// The definitions of the JSON Schema that follow from the tables of parts.
 #[cfg(feature = "python")]
-pub(crate) fn schema_of_parts(parts: &[&'static crate::description::Schema]) -> String {
-    let definitions = parts.iter().flat_map(|schema| described::definitions(schema));
-    pretty(&serde_json::Value::Object(definitions.collect()))
+pub(crate) fn schema_of_parts() -> String {
+    pretty(&serde_json::Value::Object(described::definitions()))
 }
 
 /// JSON as it is written to files.

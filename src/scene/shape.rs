@@ -12,6 +12,7 @@ use serde_json::Value as Json;
 use toml::Spanned;
 use toml::de::{DeFloat, DeInteger, DeTable, DeValue};
 
+use super::described::is_described;
 use super::diagnostics::{Elsewhere, SceneProblem};
 use super::imports::FileProblem;
 use super::suggestion::suggestion;
@@ -32,6 +33,8 @@ pub(super) struct Shape {
     pub(super) problems: Vec<SceneProblem>,
     /// Position of each value in the file, by its path.
     pub(super) spans: HashMap<String, Range<usize>>,
+    /// Position of the key of each value that `description` reads.
+    pub(super) keys: HashMap<String, Range<usize>>,
     /// Paths of omitted or replaced values.
     pub(super) replaced: BTreeSet<String>,
     /// Deprecated keys.
@@ -99,9 +102,6 @@ impl Shape {
         }
     }
 }
-
-/// Tables that `description` reads: here they are only converted, with the positions of all that is in them.
-const DESCRIBED: [&str; 1] = ["contact"];
 
 /// Reports the problems found by a constructor at the keys of the file, except for stand-ins.
 pub(super) fn report<T>(
@@ -203,9 +203,14 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// The value in TOML's own types, or `None` after reporting a problem.
+    /// The value in TOML's own types, or `None` after reporting a problem. What `description` reads is only converted, with
+    /// the positions of all that is in it; instead of a part there must be a table.
     fn value(&mut self, value: &Spanned<DeValue<'_>>, schema: &'a Json, place: &str) -> Option<toml::Value> {
+        let is_described = definition(schema).is_some_and(is_described);
         let schema = self.resolve(schema);
+        if is_described && (schema["type"] != "object" || value.get_ref().is_table()) {
+            return self.value_as_it_is(value, place);
+        }
         if let Some(branches) = schema["anyOf"].as_array() {
             let mut branches = branches.iter().map(|branch| self.resolve(branch));
             // Among several kinds of arrays, the one with the matching item type, if any.
@@ -258,13 +263,7 @@ impl<'a> Reader<'a> {
         for (i, item) in array.iter().enumerate() {
             let inner = format!("{place}[{i}]");
             self.shape.spans.insert(inner.clone(), item.span());
-            let value = match item.get_ref() {
-                DeValue::Table(table) if DESCRIBED.contains(&place) => {
-                    Some(self.as_it_is(table, &inner).into())
-                }
-                _ => self.value(item, &schema["items"], &inner),
-            };
-            match value {
+            match self.value(item, &schema["items"], &inner) {
                 Some(item) => read.push(item),
                 None => _ = self.shape.replaced.insert(inner),
             }
@@ -284,6 +283,7 @@ impl<'a> Reader<'a> {
             let inner = join(place, key.get_ref());
             let span = if is_table_like(value.get_ref()) { key.span() } else { value.span() };
             self.shape.spans.insert(inner.clone(), span);
+            self.shape.keys.insert(inner.clone(), key.span());
             match self.value_as_it_is(value, &inner) {
                 Some(value) => _ = read.insert(key.get_ref().to_string(), value),
                 None => _ = self.shape.replaced.insert(inner),
@@ -466,6 +466,12 @@ impl<'a> Reader<'a> {
             _ => "another type".to_owned(),
         }
     }
+}
+
+/// Name of the definition to which a schema refers.
+fn definition(schema: &Json) -> Option<&str> {
+    let reference = schema["$ref"].as_str().or_else(|| schema["allOf"][0]["$ref"].as_str());
+    reference?.strip_prefix("#/definitions/")
 }
 
 /// True if the type of `value` matches the schema.

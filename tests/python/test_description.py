@@ -14,7 +14,25 @@ from hypothesis import strategies as st
 
 import lissom
 import write_described
-from lissom import Ball, Box, Capsule, Contact, ConvexMesh, HalfSpace, HeightField, Sphere, _lissom
+from lissom import (
+    Ball,
+    BaseMotion,
+    Body,
+    Box,
+    Capsule,
+    Contact,
+    ConvexMesh,
+    Fluid,
+    HalfSpace,
+    Harmonic,
+    HeightField,
+    Input,
+    Load,
+    Sphere,
+    Support,
+    _lissom,
+    records,
+)
 
 LINKS = """version = 1
 [[link]]
@@ -54,6 +72,16 @@ EACH = [
     Ball("block", 0.2, at=None, position=(1, 2, 3)),
     Contact("arm", HalfSpace(), friction=(0.1, 0.2, 0.3), name="floor"),
     Contact(Ball("block", 0.2), Sphere((0, 0, -1), 0.5), stiffness=1e4),
+    Load(force=(0, 0, 1)),
+    Load(moment=(0, 1, 0), along=(0.1, 0.2), frame="body", link="arm"),
+    Body(0.1),
+    Body(0.1, at=0.2, centre=(0, 0, 1), inertia=np.diag([1, 2, 2]), link="arm", volume=1, drag_coefficient=2),
+    Support(),
+    Support(stiffness=1, damping=(1, 2, 3), at=0.1, position=(1, 2, 3), orientation=(0, 1, 0, 0), link="arm"),
+    Fluid(1000.0),
+    Fluid(1.0, (1, 2, 3), viscous_drag=(1, 2), buoyancy=False),
+    BaseMotion(),
+    BaseMotion(translation=(0, 0, 1), axis=(0, 1, 0), angle=0.5),
 ]
 
 
@@ -222,6 +250,105 @@ contacts = st.one_of(
 def test_contacts_are_written_to_scenes_and_back(contact):
     text = f"{LINKS}[[contact]]\n{contact.to_toml()}{END}"
     assert lissom.Scene.loads(text).model.contacts == (contact,)
+
+
+ROD = """
+[[rod.segment]]
+length = 0.3
+radius = 0.01
+young_modulus = 3e5
+poisson_ratio = 0.4
+density = 1070
+modes = { bend_y = 2, bend_z = 1 }
+[simulation]
+t_end = 0.1
+dt = 0.001
+"""
+
+
+@pytest.mark.parametrize(
+    ("key", "part"),
+    [
+        ("load", Load(force=(1, 2, 3), at=0.1)),
+        ("load", Load(moment=(1, 2, 3), along=(0.1, 0.2), frame="body")),
+        ("load", Load(force=Harmonic((1, 2, 3), 0.5), moment=Harmonic(mean=(1, 0, 0), rate=(0, 1, 0)))),
+        ("load", Load(force=Harmonic((1, 2, 3), 0.5, phase=-1, mean=(1, 0, 0)))),
+        ("load", Load(force=([0, 0.5], [[1, 2, 3], [4, 5, 6]]), moment=Input("push", (0, 0.1, 0)))),
+        ("body", Body(0.1)),
+        ("body", Body(0.1, at=0.2, centre=(0, 0, 1), inertia=(1, 2, 2))),
+        ("body", Body(0, volume=1e-4, centre_of_volume=(0, 1, 0), viscous_drag=1, drag_coefficient=2)),
+        ("support", Support(stiffness=1, rotational_damping=(1, 2, 3), at=0.1)),
+        ("support", Support(position=(1, 2, 3), orientation=(0, 1, 0, 0))),
+        ("fluid", Fluid(1000.0)),
+        ("fluid", Fluid(1.0, (1, 2, 3), drag_coefficients=(1, 2), buoyancy=False)),
+        ("base_motion", BaseMotion(translation=Harmonic((0, 0, 0.1), 2.0))),
+        ("base_motion", BaseMotion(translation=([0, 1], [[0, 0, 0], [0, 0, 1]], "linear"))),
+        ("base_motion", BaseMotion(axis=(0, 0, 1), angle=([0, 1, 2], [0, 1, 1], "monotone"))),
+        ("base_motion", BaseMotion(axis=(0, 0, 1), angle=Harmonic(0.1, 2.0, phase=1.0))),
+        ("base_motion", BaseMotion(rotation=([0, 1], [[1, 0, 0, 0], [0.8, 0.6, 0, 0]]))),
+    ],
+)
+def test_parts_of_rods_are_written_to_scenes_and_back(key, part):
+    lists = {"load": "loads", "body": "bodies", "support": "supports"}
+    header = f"[[rod.{key}]]" if key in lists else f"[rod.{key}]"
+    model = lissom.Scene.loads(f"version = 1\n[[rod]]\n{header}\n{part.to_toml()}{ROD}").model
+    assert getattr(model, lists.get(key, key)) == ((part,) if key in lists else part)
+
+
+def test_functions_cannot_be_written_to_scenes():
+    with pytest.raises(ValueError, match="a function of Python cannot be written to a scene"):
+        Load(force=lambda t: (0, 0, t)).to_toml()
+
+
+def test_scenes_report_all_problems_of_loads_with_their_keys():
+    tables = """
+[[rod.load]]
+force = { amplitude = [0, 0, 1], frequency = -1 }
+moment = { times = [0, 1] }
+at = -1
+[[rod.load]]
+force = [0, 0, 1]
+at = 2
+[[rod.load]]
+force = { tmes = [0, 1], values = [[0, 0, 0], [0, 0, 1]] }
+link = "rod"
+[[rod.body]]
+mass = 1
+at = 3
+"""
+    with pytest.raises(lissom.SceneError) as caught:
+        lissom.Scene.loads(f"version = 1\n[[rod]]{tables}{ROD}")
+    assert {(problem.key, problem.line) for problem in caught.value.problems} == {
+        ("rod[0].load[0].force.frequency", 4),
+        ("rod[0].load[0].moment", 5),
+        ("rod[0].load[0].at", 6),
+        ("rod[0].load[1].at", 9),
+        ("rod[0].load[2].force.tmes", 11),
+        ("rod[0].load[2].link", 12),
+        ("rod[0].body[0].at", 15),
+    }
+
+
+def test_python_reports_all_problems_of_loads_and_bodies():
+    with pytest.raises(ValueError, match="force") as caught:
+        Load(force=(0, 0, math.nan), moment=Harmonic((0, 0, 1), 1.0), at=-1, along=(0.2, 0.1))
+    places = [line.split(":")[0] for line in str(caught.value).splitlines()]
+    assert places == ["force[2]", "at", "along", "along[1]"]
+    with pytest.raises(ValueError, match="mass") as caught:
+        Body(-1, inertia=(1, 1, 3), volume=-1)
+    places = [line.split(":")[0] for line in str(caught.value).splitlines()]
+    assert places == ["mass", "volume", "inertia"]
+
+
+def test_a_link_is_where_its_body_is():
+    text = f"{LINKS.replace('body = {', 'body = { at = 0.1,')}{END}"
+    with pytest.raises(lissom.SceneError, match=r"link\[1\]\.body\.at: the body of a link does not take it"):
+        lissom.Scene.loads(text)
+
+
+def test_records_of_versions_in_which_parts_had_other_constructors_are_read():
+    tree = json.dumps({"made": ["Body", None, [0.5], {"at": 0.1, "centre": {"tuple": [0, 0, 1]}}]}).encode()
+    assert records.read(len(tree).to_bytes(8, "little") + tree) == Body(0.5, at=0.1, centre=(0, 0, 1))
 
 
 def test_tables_leave_out_what_is_the_default():

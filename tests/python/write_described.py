@@ -19,6 +19,29 @@ MARKS = (
 )
 
 
+def references(node):
+    """Names of the definitions to which a part of the schema refers."""
+    if isinstance(node, dict):
+        if "$ref" in node:
+            yield node["$ref"].rsplit("/", 1)[1]
+        node = list(node.values())
+    if isinstance(node, list):
+        for inner in node:
+            yield from references(inner)
+
+
+def used(schema):
+    """The definitions to which the schema leads."""
+    definitions = schema["definitions"]
+    found, left = {}, list(references({key: schema[key] for key in schema if key != "definitions"}))
+    while left:
+        name = left.pop()
+        if name not in found:
+            found[name] = definitions[name]
+            left += references(definitions[name])
+    return found
+
+
 def main():
     text = STUB.read_text(encoding="utf-8")
     (before, rest), (_, after) = text.split(MARKS[0]), text.split(MARKS[1])
@@ -28,6 +51,7 @@ def main():
     for path in SCHEMAS:
         schema = json.loads(path.read_text(encoding="utf-8"))
         schema["definitions"] |= definitions
+        schema["definitions"] = used(schema)
         text = json.dumps(schema, indent=2, sort_keys=True, ensure_ascii=False)
         path.write_text(text + "\n", encoding="utf-8")
 

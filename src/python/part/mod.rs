@@ -9,23 +9,29 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 use std::sync::Arc;
 
 use pyo3::PyTypeInfo;
+use pyo3::class::{PyTraverseError, PyVisit};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::{PyDict, PyTuple, PyType};
 
-use crate::contact::described::PARTS;
-use crate::description::{AnyPart, Fault, Problem, Reader, Schema, Value};
+use super::convert;
+use super::signal::Functions;
+use crate::description::{AnyPart, Fault, Field, Part, Problem, Reader, Schema, Value};
 use crate::error::InvalidInput;
-use crate::scene;
+use crate::scene::{self, PARTS};
 
-use values::{object_of, value_of};
+use values::{attribute_of, object_of, value_of};
 
 /// A part of a model. It cannot be changed: `dataclasses.replace` makes another one.
 // In the module where it is found: old protocols of pickles name it.
 #[pyclass(name = "Part", module = "lissom._lissom", subclass, frozen, weakref)]
 #[derive(Debug)]
-pub(crate) struct PyPart(pub(super) Arc<dyn AnyPart>);
+pub(crate) struct PyPart {
+    part: Arc<dyn AnyPart>,
+    /// The functions of its signals. Python's collector sees them here, never behind the part, which others share.
+    functions: Functions,
+}
 
 /// The property that reads one field of a part.
 #[pyclass(name = "Field", module = "lissom", frozen)]
@@ -48,7 +54,32 @@ pub(super) fn wrapped(py: Python<'_>, part: Arc<dyn AnyPart>) -> PyResult<Bound<
     let place = PARTS.iter().position(|schema| std::ptr::eq(*schema, part.schema()));
     let classes = CLASSES.get(py).expect("made at import");
     let class = &classes[place.expect("all parts are listed")];
-    class.bind(py).call1((Bound::new(py, PyPart(part))?,))
+    let functions = Functions::of_part(py, part.as_ref())?;
+    class.bind(py).call1((Bound::new(py, PyPart { part, functions })?,))
+}
+
+/// The parts of one type in a sequence.
+pub(super) fn parts_of<T: Part>(objects: &Bound<'_, PyAny>, name: &str) -> PyResult<Vec<T>> {
+    let wrong = |found: &Bound<'_, PyAny>| {
+        let (class, found) = (T::SCHEMA.name, convert::describe(found));
+        PyTypeError::new_err(format!("{name}: expected a sequence of lissom.{class}, got {found}"))
+    };
+    let part = |object: PyResult<Bound<'_, PyAny>>| {
+        let object = object?;
+        let part = object.cast::<PyPart>().ok().and_then(|part| part.get().of_type::<T>());
+        part.cloned().ok_or_else(|| wrong(&object))
+    };
+    objects.try_iter().map_err(|_| wrong(objects))?.map(part).collect()
+}
+
+/// An optional part.
+pub(super) fn optional_part<T: Part>(object: &Bound<'_, PyAny>, name: &str) -> PyResult<Option<T>> {
+    let part = object.cast::<PyPart>().ok().and_then(|part| part.get().of_type::<T>());
+    if part.is_some() || object.is_none() {
+        return Ok(part.cloned());
+    }
+    let (class, found) = (T::SCHEMA.name, convert::describe(object));
+    Err(PyTypeError::new_err(format!("{name}: expected lissom.{class} or None, got {found}")))
 }
 
 /// Reads a part from the values of its fields, checks it, and raises all its problems.
@@ -76,6 +107,7 @@ fn arguments(
     schema: &'static Schema,
     args: &Bound<'_, PyTuple>,
     kwargs: Option<&Bound<'_, PyDict>>,
+    functions: &mut Functions,
 ) -> PyResult<Vec<Option<Value>>> {
     let refuse = |what: String| PyTypeError::new_err(format!("{}() {what}", schema.name));
     let mut values = vec![None; schema.fields.len()];
@@ -84,7 +116,7 @@ fn arguments(
         return Err(refuse(format!("takes {most} positional arguments but {given} were given")));
     }
     for (i, object) in args.iter().enumerate() {
-        values[i] = Some(value_of(&object, schema.fields[i].name, &schema.fields[i].kind)?);
+        values[i] = Some(value_of(&object, schema.fields[i].name, &schema.fields[i].kind, functions)?);
     }
     for (key, object) in kwargs.into_iter().flatten() {
         let key: String = key.extract()?;
@@ -95,7 +127,7 @@ fn arguments(
         if values[i].is_some() {
             return Err(refuse(format!("got multiple values for argument '{key}'")));
         }
-        values[i] = Some(value_of(&object, schema.fields[i].name, &schema.fields[i].kind)?);
+        values[i] = Some(value_of(&object, schema.fields[i].name, &schema.fields[i].kind, functions)?);
     }
     let fields = schema.fields.iter().zip(&values);
     let missing = fields.filter(|(field, value)| value.is_none() && field.default.is_none());
@@ -109,13 +141,13 @@ fn arguments(
 impl PyPart {
     /// The part, if it is one of this type.
     pub(super) fn of_type<T: 'static>(&self) -> Option<&T> {
-        (self.0.as_ref() as &dyn Any).downcast_ref()
+        (self.part.as_ref() as &dyn Any).downcast_ref()
     }
 
     /// The fields as Python objects by their names.
     fn fields<'py>(&self, py: Python<'py>) -> PyResult<Vec<(&'static str, Bound<'py, PyAny>)>> {
-        let names = self.0.schema().names().enumerate();
-        names.map(|(i, name)| Ok((name, object_of(py, &self.0.field(i))?))).collect()
+        let names = self.part.schema().names().enumerate();
+        names.map(|(i, name)| Ok((name, object_of(py, &self.part.field(i))?))).collect()
     }
 }
 
@@ -132,27 +164,39 @@ impl PyPart {
         if let Ok(ready) = args.get_item(0)
             && let Ok(part) = ready.cast_exact::<Self>()
         {
-            return Ok(Self(part.get().0.clone()));
+            let Self { part, functions } = part.get();
+            return Ok(Self { part: part.clone(), functions: functions.clone_ref(cls.py()) });
         }
         let schema = cls.getattr(pyo3::intern!(cls.py(), "_schema"))?;
         let schema = schema.cast::<PySchema>()?.get().0;
-        Ok(Self(made(schema, &arguments(schema, args, kwargs)?)?))
+        let mut functions = Functions::default();
+        let part = made(schema, &arguments(schema, args, kwargs, &mut functions)?)?;
+        Ok(Self { part, functions })
     }
 
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
-        let fields = self.fields(py)?.into_iter();
-        let fields = fields.map(|(name, value)| Ok(format!("{name}={}", value.repr()?)));
+        let schema = self.part.schema();
+        let is_shown = |(field, value): &(&Field, Value)| {
+            let default = field.default.map(|default| default());
+            let is_plain = matches!(default, Some(Value::None | Value::Number(_)));
+            !(schema.is_brief && is_plain && default.as_ref() == Some(value))
+        };
+        let fields = schema.fields.iter().enumerate().map(|(i, field)| (field, self.part.field(i)));
+        let shown = |(field, value): (&Field, Value)| {
+            Ok(format!("{}={}", field.name, object_of(py, &value)?.repr()?))
+        };
+        let fields = fields.filter(is_shown).map(shown);
         let fields = fields.collect::<PyResult<Vec<_>>>()?;
-        Ok(format!("{}({})", self.0.schema().name, fields.join(", ")))
+        Ok(format!("{}({})", schema.name, fields.join(", ")))
     }
 
     fn __eq__(&self, other: &Self) -> bool {
-        Arc::ptr_eq(&self.0, &other.0) || self.0.same(other.0.as_ref())
+        Arc::ptr_eq(&self.part, &other.part) || self.part.same(other.part.as_ref())
     }
 
     fn __hash__(&self, py: Python<'_>) -> PyResult<u64> {
         let mut hasher = DefaultHasher::new();
-        self.0.schema().name.hash(&mut hasher);
+        self.part.schema().name.hash(&mut hasher);
         for (_, value) in self.fields(py)? {
             value.hash()?.hash(&mut hasher);
         }
@@ -177,8 +221,13 @@ impl PyPart {
     }
 
     /// The keys of the table that describes this part in a scene.
-    fn to_toml(&self) -> String {
-        scene::to_toml(self.0.as_ref())
+    fn to_toml(&self) -> PyResult<String> {
+        let refuse = || PyValueError::new_err("a function of Python cannot be written to a scene");
+        scene::to_toml(self.part.as_ref()).ok_or_else(refuse)
+    }
+
+    fn __traverse__(&self, visit: PyVisit<'_>) -> Result<(), PyTraverseError> {
+        self.functions.traverse(&visit)
     }
 }
 
@@ -190,7 +239,8 @@ impl PyField {
         _class: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let Ok(part) = part.cast::<PyPart>() else { return Ok(slf.clone().into_any()) };
-        object_of(slf.py(), &part.get().0.field(slf.get().index))
+        let (part, index) = (&part.get().part, slf.get().index);
+        attribute_of(slf.py(), &part.field(index), &part.schema().fields[index].kind)
     }
 
     // A property, too, for `help` and documentation tools.
@@ -205,7 +255,7 @@ impl PyField {
 
 impl PyField {
     fn frozen(&self, part: &Bound<'_, PyPart>, what: &str) -> PyErr {
-        let field = part.get().0.schema().fields[self.index].name;
+        let field = part.get().part.schema().fields[self.index].name;
         let kind = part.py().import("dataclasses").and_then(|module| module.getattr("FrozenInstanceError"));
         let message = format!("cannot {what} field '{field}'; dataclasses.replace makes another object");
         match kind.and_then(|kind| Ok(kind.cast_into::<PyType>()?)) {
@@ -275,5 +325,5 @@ pub(crate) fn _stub_of_parts() -> String {
 /// The definitions of the parts as they stand in the JSON Schema of scenes.
 #[pyfunction]
 pub(crate) fn _schema_of_parts() -> String {
-    scene::schema_of_parts(&PARTS)
+    scene::schema_of_parts()
 }

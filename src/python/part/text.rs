@@ -18,6 +18,10 @@ fn literal(value: &Value) -> String {
         Value::List(items) => {
             format!("({})", items.iter().map(literal).collect::<Vec<_>>().join(", "))
         }
+        Value::Rows { numbers, columns } => {
+            let row = |row: &[f64]| literal(&Value::List(row.iter().copied().map(Value::Number).collect()));
+            format!("({})", numbers.chunks((*columns).max(1)).map(row).collect::<Vec<_>>().join(", "))
+        }
         other => other.to_string(),
     }
 }
@@ -39,15 +43,24 @@ pub(super) fn annotation(kind: &Kind, is_argument: bool) -> String {
     match kind {
         Kind::Number => "float".to_owned(),
         Kind::Integer => "int".to_owned(),
+        Kind::Flag => "bool".to_owned(),
         Kind::Text | Kind::Reference(_) => "str".to_owned(),
-        Kind::Array(items, _) | Kind::List(items) if is_argument => format!("Sequence[{}]", inner(items)),
+        Kind::Word(_, words) => {
+            let words: Vec<_> = words.iter().map(|word| format!("\"{word}\"")).collect();
+            format!("Literal[{}]", words.join(", "))
+        }
+        Kind::Array(..) | Kind::List(_) if is_argument => "ArrayLike".to_owned(),
+        Kind::Array(Kind::Array(..), _) => "NDArray[np.float64]".to_owned(),
         Kind::Array(items, count) => format!("tuple[{}]", vec![inner(items); *count].join(", ")),
         Kind::List(items) => format!("tuple[{}, ...]", inner(items)),
-        Kind::OneOrEach(_) if is_argument => "float | Sequence[float]".to_owned(),
+        Kind::OneOrEach(_) if is_argument => "ArrayLike".to_owned(),
         Kind::OneOrEach(count) => annotation(&Kind::Array(&Kind::Number, *count), false),
         Kind::Optional(kind) => format!("{} | None", inner(kind)),
         Kind::OneOf(_, kinds) => kinds.iter().map(inner).collect::<Vec<_>>().join(" | "),
         Kind::Part(schema) => schema.name.to_owned(),
+        Kind::Signal(_, Kind::Number, _) if is_argument => "_Number".to_owned(),
+        Kind::Signal(..) if is_argument => "_Vector".to_owned(),
+        Kind::Signal(..) => "Any".to_owned(),
     }
 }
 
@@ -55,6 +68,14 @@ pub(super) fn annotation(kind: &Kind, is_argument: bool) -> String {
 fn words(kind: &Kind) -> String {
     let of = |items: &Kind| if matches!(items, Kind::Integer) { " of int" } else { "" };
     match kind {
+        Kind::Word(_, words) => {
+            let words: Vec<_> = words.iter().map(|word| format!("'{word}'")).collect();
+            format!("{{{}}}", words.join(", "))
+        }
+        Kind::Array(Kind::Array(..), count) => format!("array_like, shape ({count},) or ({count}, {count})"),
+        Kind::Signal(_, constant, _) => {
+            format!("{}; or (times, values), Harmonic, Input or callable", words(constant))
+        }
         Kind::Array(items, count) => format!("array_like{}, shape ({count},)", of(items)),
         Kind::List(Kind::Array(items, count)) => format!("array_like{}, shape (k, {count})", of(items)),
         Kind::List(Kind::List(_)) => "array_like, shape (k, l)".to_owned(),
@@ -119,6 +140,9 @@ pub(super) fn docstring(schema: &Schema) -> String {
     for field in schema.fields {
         _ = writeln!(text, "{} : {}\n{}", field.name, words(&field.kind), wrapped(&field.meaning(), 4));
     }
+    text.push_str(
+        "\nRaises\n------\nValueError\n    If parameters are invalid; the message lists all of them.\n",
+    );
     if !example.is_empty() {
         _ = writeln!(text, "\nExamples\n--------\n{example}");
     }
@@ -130,8 +154,10 @@ pub(super) fn stub(parts: &[&'static Schema]) -> String {
     let mut text = String::new();
     for schema in parts {
         let positional = schema.names().take(schema.positional).map(|name| format!("\"{name}\""));
+        // Also of one argument a tuple.
+        let comma = if schema.positional == 1 { "," } else { "" };
         let positional = positional.collect::<Vec<_>>().join(", ");
-        _ = writeln!(text, "class {}(Part):\n    __match_args__ = ({positional})", schema.name);
+        _ = writeln!(text, "class {}(Part):\n    __match_args__ = ({positional}{comma})", schema.name);
         text.push_str("    def __init__(\n        self,\n");
         for argument in arguments(schema, true) {
             _ = writeln!(text, "        {argument},");

@@ -1,5 +1,8 @@
 //! Conversion of Python objects to values of descriptions and back, by the kinds of fields.
 
+use std::sync::Arc;
+
+use numpy::PyArray2;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyFloat, PyString, PyTuple};
@@ -7,13 +10,27 @@ use pyo3::types::{PyBool, PyDict, PyFloat, PyString, PyTuple};
 use super::{PyPart, wrapped};
 use crate::description::{Kind, Value};
 use crate::python::convert;
+use crate::python::signal::{Functions, on_signal, signal_of, signal_out};
+use crate::signal::{Drive, Signal};
 
-/// The value of an argument.
-pub(super) fn value_of(object: &Bound<'_, PyAny>, name: &str, kind: &Kind) -> PyResult<Value> {
+/// The value of an argument, whose functions are added to those of its owner.
+pub(super) fn value_of(
+    object: &Bound<'_, PyAny>,
+    name: &str,
+    kind: &Kind,
+    functions: &mut Functions,
+) -> PyResult<Value> {
     match kind {
         Kind::Number => convert::number(object, name).map(Value::Number),
         Kind::Integer => convert::whole(object, name).map(Value::Integer),
-        Kind::Text | Kind::Reference(_) => Ok(Value::Text(convert::text(object, name)?.to_owned())),
+        Kind::Flag => convert::flag(object, name).map(Value::Flag),
+        Kind::Text | Kind::Word(..) | Kind::Reference(_) => {
+            Ok(Value::Text(convert::text(object, name)?.to_owned()))
+        }
+        Kind::Array(Kind::Array(..), _) => {
+            let rows = convert::symmetric_of::<3>(object, name)?;
+            Ok(Value::Rows { numbers: rows.concat(), columns: 3 })
+        }
         Kind::Array(_, count) => Ok(numbers(convert::vector_of(object, *count, name)?)),
         Kind::List(Kind::Number) => Ok(numbers(convert::vector(object, name)?)),
         Kind::List(rows) => rows_of(object, name, rows),
@@ -26,9 +43,16 @@ pub(super) fn value_of(object: &Bound<'_, PyAny>, name: &str, kind: &Kind) -> Py
             }
         },
         Kind::Optional(_) if object.is_none() => Ok(Value::None),
-        Kind::Optional(inner) => value_of(object, name, inner),
-        Kind::OneOf(_, kinds) => one_of(object, name, kinds),
-        Kind::Part(_) => one_of(object, name, std::slice::from_ref(kind)),
+        Kind::Optional(inner) => value_of(object, name, inner, functions),
+        Kind::OneOf(_, kinds) => one_of(object, name, kinds, functions),
+        Kind::Part(_) => one_of(object, name, std::slice::from_ref(kind), functions),
+        Kind::Signal(sort, numbers, _) => Ok(Value::Part(match (sort.is_empty(), numbers) {
+            (false, Kind::Number) => Arc::new(signal_of::<1>(object, name, functions)?),
+            (false, _) => Arc::new(signal_of::<3>(object, name, functions)?),
+            (true, Kind::Number) => Arc::new(Drive(signal_of::<1>(object, name, functions)?)),
+            (true, Kind::Array(_, 4)) => Arc::new(Drive(signal_of::<4>(object, name, functions)?)),
+            (true, _) => Arc::new(Drive(signal_of::<3>(object, name, functions)?)),
+        })),
     }
 }
 
@@ -82,11 +106,18 @@ fn rows_of(object: &Bound<'_, PyAny>, name: &str, row: &Kind) -> PyResult<Value>
 }
 
 /// A part, or the name of what is referred to.
-fn one_of(object: &Bound<'_, PyAny>, name: &str, kinds: &[Kind]) -> PyResult<Value> {
+fn one_of(
+    object: &Bound<'_, PyAny>,
+    name: &str,
+    kinds: &[Kind],
+    functions: &mut Functions,
+) -> PyResult<Value> {
     if let Ok(part) = object.cast::<PyPart>() {
-        let schema = part.get().0.schema();
+        let PyPart { part, functions: own } = part.get();
+        let schema = part.schema();
         if kinds.iter().any(|kind| kind.schema().is_some_and(|known| std::ptr::eq(known, schema))) {
-            return Ok(Value::Part(part.get().0.clone()));
+            functions.add_all(object.py(), own);
+            return Ok(Value::Part(part.clone()));
         }
     }
     let is_named = kinds.iter().any(|kind| matches!(kind, Kind::Text | Kind::Reference(_)));
@@ -100,6 +131,17 @@ fn one_of(object: &Bound<'_, PyAny>, name: &str, kinds: &[Kind]) -> PyResult<Val
         if first.is_empty() { (*last).to_owned() } else { format!("{} or {last}", first.join(", ")) };
     let found = convert::describe(object);
     Err(PyTypeError::new_err(format!("{name}: expected {named}{classes}, got {found}")))
+}
+
+/// The object of an attribute: of square matrices an array.
+pub(super) fn attribute_of<'py>(py: Python<'py>, value: &Value, kind: &Kind) -> PyResult<Bound<'py, PyAny>> {
+    match (kind, value) {
+        (Kind::Array(Kind::Array(..), _), Value::Rows { numbers, columns }) => {
+            let rows: Vec<_> = numbers.chunks(*columns).map(<[f64]>::to_vec).collect();
+            Ok(PyArray2::from_vec2(py, &rows)?.into_any())
+        }
+        _ => object_of(py, value),
+    }
 }
 
 /// The object of a value.
@@ -123,6 +165,6 @@ pub(super) fn object_of<'py>(py: Python<'py>, value: &Value) -> PyResult<Bound<'
             pairs.iter().try_for_each(|(key, value)| made.set_item(&**key, object_of(py, value)?))?;
             Ok(made.into_any())
         }
-        Value::Part(part) => wrapped(py, part.clone()),
+        Value::Part(part) => on_signal!(value, signal => signal_out(py, signal), wrapped(py, part.clone())),
     }
 }
