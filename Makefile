@@ -48,7 +48,7 @@ test: test-rust test-python ## run every check and every test
 test-rust: $(VENV)/test.stamp ## formatting, lints, documentation and tests of the Rust crate
 	@.ci/toolchain cargo
 	@.ci/toolchain cargo-checks
-	cargo fmt --check
+	cargo fmt --all --check
 	cargo clippy --locked --all-targets --features python -- -D warnings
 	cargo clippy --locked --lib -- -D warnings
 	RUSTDOCFLAGS="-D warnings" cargo doc --locked --no-deps
@@ -141,9 +141,9 @@ sdist: $(VENV)/demo.stamp ## pack the sources into dist/, and try to install fro
 	$(BIN)/maturin sdist --out dist
 	.ci/try-wheel dist/*.tar.gz
 
-crate: ## pack the crate as `cargo publish` does, and compile it from that
+crate: ## pack the crate and its derive as `cargo publish` does, and compile them from that (Rust 1.90 or newer)
 	@.ci/toolchain cargo
-	cargo package --locked
+	cargo package --locked --workspace
 
 sbom: ## write the bill of materials of the wheel, dist/lissom.cdx.json (needs cargo-cyclonedx)
 	mkdir -p dist
@@ -167,7 +167,7 @@ pictures: build $(VENV)/docs.stamp ## draw the pictures of the README and the si
 	$(BIN)/python docs/pictures/gallery.py
 
 format: $(VENV)/test.stamp ## format all sources
-	cargo fmt
+	cargo fmt --all
 	$(BIN)/ruff format .
 	$(BIN)/ruff check --fix .
 

@@ -1,4 +1,4 @@
-//! Rigid bodies attached to a rod, as plain data.
+//! Rigid bodies attached to a rod as robots hold them, with indices of links. [`described`] is what users describe.
 //!
 //! ```
 //! use lissom::body::Body;
@@ -8,8 +8,11 @@
 //! assert!(camera.validate(0.1).is_err());
 //! ```
 
+pub mod described;
+
 use nalgebra::Matrix3;
 
+use crate::description::Part as _;
 use crate::error::{Checker, InvalidInput, Number};
 use crate::load::check_place;
 
@@ -77,18 +80,6 @@ impl Hull {
     pub fn unless_none(self) -> Option<Self> {
         (self.volume != 0.0 || self.drag_area != 0.0 || self.viscous_drag != 0.0).then_some(self)
     }
-
-    /// Reports every problem of the hull.
-    fn validate(&self, check: &mut Checker) {
-        check.non_negative(self.volume, "volume", "m^3");
-        if let Some(centre) = &self.centre {
-            check.finite(centre, "centre_of_volume");
-        }
-        check.non_negative(self.added_mass_coefficient, "added_mass_coefficient", "no unit");
-        check.non_negative(self.drag_area, "drag_area", "m^2");
-        check.non_negative(self.drag_coefficient, "drag_coefficient", "no unit");
-        check.non_negative(self.viscous_drag, "viscous_drag", "N s/m");
-    }
 }
 
 impl Body {
@@ -100,18 +91,10 @@ impl Body {
     /// Reports every problem of this body on a rod of this length (infinite if not known yet).
     pub fn validate(&self, length: f64) -> Result<(), InvalidInput> {
         let mut check = Checker::new();
-        if let Some(x) = self.at {
+        check.all(self.described(None).validate());
+        if let Some(x) = self.at.filter(|_| check.is_ok() && length != f64::INFINITY) {
             check_place(&mut check, x, "at", length);
         }
-        check.non_negative(self.mass, "mass", "kilograms");
-        check.finite(&self.centre, "centre");
-        check_inertia(&mut check, &self.inertia);
-        if let Some(hull) = &self.hull {
-            hull.validate(&mut check);
-        }
-        let has_inertia = self.inertia != [[0.0; 3]; 3];
-        let expected = "a number > 0 (kilograms): what has inertia has mass; that of a rotor is an armature";
-        check.require(self.mass != 0.0 || !has_inertia, "mass", "0 with an inertia", expected);
         check.finish()
     }
 

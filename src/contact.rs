@@ -1,4 +1,5 @@
-//! Contacts as plain data: surfaces of links and obstacles, and the forces between them.
+//! Contacts as robots hold them: surfaces of links by their indices, obstacles, and the forces between them.
+//! [`described`] is what users describe, and checks all that needs no robot.
 //!
 //! ```
 //! use lissom::contact::{Contact, Obstacle, Surface};
@@ -8,10 +9,11 @@
 //! assert!(contact.validate(&|_| Some(1.0)).is_ok());
 //! ```
 
+pub mod described;
 mod mesh;
 
+use crate::description::{LinkName, Part as _};
 use crate::error::{Checker, InvalidInput, Number};
-use crate::lie::QUATERNION_TOLERANCE;
 use crate::load::check_place;
 
 /// A shape for contacts, fixed in the world or to a link, in the axes of the world or of the link.
@@ -73,100 +75,9 @@ pub enum Obstacle {
 }
 
 impl Obstacle {
-    /// Whether contact is supported between two shapes, neither of which is a rod or a ball of a link: one
-    /// must be a sphere or have corners.
-    fn touches(&self, other: &Self) -> bool {
-        let is_ball = |shape: &Self| matches!(shape, Self::Sphere { .. });
-        [self, other].into_iter().any(|shape| is_ball(shape) || shape.has_corners())
-    }
-
     /// Whether the shape has corners; the ends of a capsule count as corners.
     pub(crate) fn has_corners(&self) -> bool {
         matches!(self, Self::Capsule { .. } | Self::Cuboid { .. } | Self::ConvexMesh { .. })
-    }
-
-    /// Name in messages.
-    pub(crate) fn name(&self) -> &'static str {
-        match self {
-            Self::HalfSpace { .. } => "a half-space",
-            Self::Sphere { .. } => "a sphere",
-            Self::Capsule { .. } => "a capsule",
-            Self::Cuboid { .. } => "a box",
-            Self::HeightField { .. } => "a height field",
-            Self::ConvexMesh { .. } => "a convex mesh",
-        }
-    }
-
-    /// Reports every problem of the shape.
-    pub fn validate(&self) -> Result<(), InvalidInput> {
-        let mut check = Checker::new();
-        match self {
-            Self::HalfSpace { point, normal } => {
-                check.finite(point, "point");
-                if check.finite(normal, "normal") {
-                    let is_direction = normal.iter().any(|&x| x != 0.0);
-                    check.require(
-                        is_direction,
-                        "normal",
-                        "(0, 0, 0)",
-                        "a direction: away from what is filled",
-                    );
-                }
-            }
-            Self::Sphere { centre, radius } => {
-                check.finite(centre, "centre");
-                check.positive(*radius, "radius", "metres");
-            }
-            Self::Capsule { ends: [start, end], radius } => {
-                check.finite(start, "start");
-                check.finite(end, "end");
-                check.require(start != end, "end", "the start", "another point; a ball is a Sphere");
-                check.positive(*radius, "radius", "metres");
-            }
-            Self::Cuboid { centre, half_extents, orientation } => {
-                check.finite(centre, "centre");
-                for (i, &half) in half_extents.iter().enumerate() {
-                    check.positive(half, &format!("half_extents[{i}]"), "metres");
-                }
-                check_orientation(&mut check, orientation);
-            }
-            Self::HeightField { heights, shape, spacing, corner, orientation } => {
-                let [rows, columns] = *shape;
-                let is_grid = rows.min(columns) >= 2 && rows.checked_mul(columns) == Some(heights.len());
-                check.require(
-                    is_grid && heights.len() <= MOST_HEIGHTS,
-                    "heights",
-                    format_args!("{} numbers in {rows} rows of {columns}", heights.len()),
-                    &format!("two or more along each axis, and at most {MOST_HEIGHTS} in all"),
-                );
-                check.finite(heights, "heights");
-                for (i, &space) in spacing.iter().enumerate() {
-                    check.positive(space, &format!("spacing[{i}]"), "metres");
-                }
-                check.finite(corner, "corner");
-                check_orientation(&mut check, orientation);
-            }
-            Self::ConvexMesh { points, faces, radius } => {
-                check.non_negative(*radius, "radius", "metres");
-                mesh::check(&mut check, points, faces);
-            }
-        }
-        check.finish()
-    }
-}
-
-/// Largest number of heights: more would be a mistake in the input rather than a model of terrain.
-const MOST_HEIGHTS: usize = 250_000;
-
-fn check_orientation(check: &mut Checker, orientation: &[f64; 4]) {
-    if check.finite(orientation, "orientation") {
-        let norm = orientation.iter().map(|x| x * x).sum::<f64>().sqrt();
-        check.require(
-            (norm - 1.0).abs() <= QUATERNION_TOLERANCE,
-            "orientation",
-            format_args!("a quaternion of norm {norm}"),
-            "a quaternion (w, x, y, z) of norm 1",
-        );
     }
 }
 
@@ -221,13 +132,11 @@ impl Surface {
         }
     }
 
+    /// Whether the link has the place of the surface.
     fn check(&self, check: &mut Checker, place: &str, length: &dyn Fn(usize) -> Option<f64>) {
-        if let Self::Obstacle(obstacle) = self {
-            check.nested(place, obstacle.validate());
-            return;
-        }
-        let Some(length) = self.link().and_then(length) else {
-            check.require(false, &format!("{place}.link"), self.link().unwrap_or(0), "a link of the robot");
+        let Some(link) = self.link() else { return };
+        let Some(length) = length(link) else {
+            check.require(false, &format!("{place}.link"), link, "a link of the robot");
             return;
         };
         if let Self::Ball { at: Some(x), .. } | Self::Solid { at: Some(x), .. } = self {
@@ -238,19 +147,9 @@ impl Surface {
                 check.require(false, &place_at, Number(*x), "none: the link has no rod");
             }
         }
-        match self {
-            Self::Solid { shape, .. } => {
-                check.nested(place, shape.validate());
-            }
-            Self::Ball { position, radius, .. } => {
-                check.finite(position, &format!("{place}.position"));
-                check.positive(*radius, &format!("{place}.radius"), "metres");
-            }
-            _ => {
-                let expected = "a link with a rod, or a Ball on it (or another shape)";
-                check.require(length > 0.0, place, "a link without a rod", expected);
-            }
-        }
+        let expected = "a link with a rod, or a Ball on it (or another shape)";
+        let has_rod = length > 0.0 || !matches!(self, Self::Rod { .. });
+        check.require(has_rod, place, "a link without a rod", expected);
     }
 }
 
@@ -313,62 +212,9 @@ impl Contact {
         for (surface, place) in self.surfaces.iter().zip(["a", "b"]) {
             surface.check(&mut check, place, length);
         }
-        let [a, b] = &self.surfaces;
-        check.require(
-            !matches!(a, Surface::Obstacle(_)),
-            "a",
-            "an obstacle",
-            "what moves: the name of a link with a rod, a Ball, or a shape on a link; obstacles come second",
-        );
-        if let (Some(shape), Some(other)) = (a.shape(), b.shape()) {
-            check.require(
-                shape.touches(other),
-                "b",
-                format_args!("{} for {}", other.name(), shape.name()),
-                "a body: half-spaces and height fields touch rods, balls, spheres, capsules, boxes and meshes",
-            );
-        }
-        let is_one = a.link().is_some() && a.link() == b.link();
-        let is_self = matches!(self.surfaces, [Surface::Rod { .. }, Surface::Rod { .. }]);
-        check.require(
-            !is_one || is_self,
-            "b",
-            "another surface of the same link",
-            "a surface of another link, or of a rod with itself",
-        );
-        let unit = if self.is_spread() { "N/m^2" } else { "N/m" };
-        match self.stiffness {
-            Some(stiffness) => {
-                check.positive(stiffness, "stiffness", unit);
-            }
-            None => {
-                check.require(
-                    self.is_spread(),
-                    "stiffness",
-                    "None",
-                    "N/m, > 0: what is rigid has no material",
-                );
-            }
-        }
-        check.non_negative(self.dissipation, "dissipation", "s/m");
-        let [forward, backward, sideways] = self.friction;
-        // NaN is even, too.
-        let is_even = [backward, sideways].iter().all(|mu| mu.to_bits() == forward.to_bits());
-        if is_even {
-            check.non_negative(forward, "friction", "1");
-        } else {
-            for (mu, place) in [(forward, "forward"), (backward, "backward"), (sideways, "sideways")] {
-                check.non_negative(mu, &format!("friction.{place}"), "1");
-            }
-        }
-        check.require(
-            is_even || matches!(a, Surface::Rod { .. }),
-            "friction",
-            "three coefficients",
-            "one number: what is no rod slides alike in all directions",
-        );
-        check.positive(self.slip_velocity, "slip_velocity", "m/s");
-        check.non_negative(self.patch_radius, "patch_radius", "metres");
+        // Here only whether links are equal matters, not how they are called.
+        let described = self.described(&|link| LinkName(link.to_string()));
+        check.all(described.validate());
         check.finish()
     }
 }

@@ -33,6 +33,7 @@ pub mod body;
 mod constraint;
 pub mod contact;
 mod derivatives;
+pub mod description;
 pub mod ensemble;
 pub mod error;
 mod hermite;

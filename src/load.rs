@@ -1,4 +1,4 @@
-//! Forces and moments on a rod, as plain data.
+//! Forces and moments on a rod as robots hold them, with indices of links. [`described`] is what users describe.
 //!
 //! ```
 //! use lissom::load::{Extent, Frame, Load};
@@ -8,6 +8,9 @@
 //! assert!(thrust.validate(0.4).is_ok() && current.validate(0.4).is_ok());
 //! ```
 
+pub mod described;
+
+use crate::description::{Described, Part as _};
 use crate::error::{Checker, InvalidInput};
 use crate::signal::{Cell, Signal};
 
@@ -23,7 +26,7 @@ pub enum Extent {
 }
 
 /// The axes in which a load keeps its direction.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Described)]
 pub enum Frame {
     /// The axes of the world: a dead load.
     World,
@@ -81,20 +84,17 @@ impl Load {
     /// Reports every problem of this load on a rod of this length (infinite if not known yet).
     pub fn validate(&self, length: f64) -> Result<(), InvalidInput> {
         let mut check = Checker::new();
-        match self.extent {
-            Extent::Tip => {}
-            Extent::At(x) => _ = check_place(&mut check, x, "at", length),
-            Extent::Along([from, to]) => {
-                let from_is_fine = check_place(&mut check, from, "along[0]", length);
-                let to_is_fine = check_place(&mut check, to, "along[1]", length);
-                if from_is_fine && to_is_fine {
-                    let expected = format!("an arc length > along[0] = {from} (metres)");
-                    check.require(from < to, "along[1]", to, &expected);
+        check.all(self.described(None).validate());
+        if check.is_ok() && length != f64::INFINITY {
+            match self.extent {
+                Extent::Tip => {}
+                Extent::At(x) => _ = check_place(&mut check, x, "at", length),
+                Extent::Along([from, to]) => {
+                    check_place(&mut check, from, "along[0]", length);
+                    check_place(&mut check, to, "along[1]", length);
                 }
             }
         }
-        self.force.check(&mut check, "force");
-        self.moment.check(&mut check, "moment");
         check.finish()
     }
 }

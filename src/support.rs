@@ -1,4 +1,4 @@
-//! Elastic supports of a rod, as plain data.
+//! Elastic supports of a rod as robots hold them, with indices of links. [`described`] is what users describe.
 //!
 //! ```
 //! use lissom::support::Support;
@@ -7,8 +7,10 @@
 //! assert!(prop.validate(1.0).is_ok());
 //! ```
 
+pub mod described;
+
+use crate::description::Part as _;
 use crate::error::{Checker, InvalidInput};
-use crate::lie::QUATERNION_TOLERANCE;
 use crate::load::check_place;
 
 /// Springs and dampers between a section of the rod and a pose fixed in the world, the *anchor*.
@@ -66,37 +68,9 @@ impl Support {
     /// Reports every problem of this support on a rod of this length (infinite if not known yet).
     pub fn validate(&self, length: f64) -> Result<(), InvalidInput> {
         let mut check = Checker::new();
-        if let Some(x) = self.at {
+        check.all(self.described(None).validate());
+        if let Some(x) = self.at.filter(|_| check.is_ok() && length != f64::INFINITY) {
             check_place(&mut check, x, "at", length);
-        }
-        let coefficients = [
-            (self.stiffness, "stiffness", "N/m"),
-            (self.rotational_stiffness, "rotational_stiffness", "N m/rad"),
-            (self.damping, "damping", "N s/m"),
-            (self.rotational_damping, "rotational_damping", "N m s/rad"),
-        ];
-        for (values, name, unit) in coefficients {
-            if values.iter().all(|value| value.to_bits() == values[0].to_bits()) {
-                check.non_negative(values[0], name, unit);
-                continue;
-            }
-            for (i, value) in values.into_iter().enumerate() {
-                check.non_negative(value, &format!("{name}[{i}]"), unit);
-            }
-        }
-        if let Some(position) = self.position {
-            check.finite(&position, "position");
-        }
-        if let Some(orientation) = self.orientation
-            && check.finite(&orientation, "orientation")
-        {
-            let norm = orientation.iter().map(|x| x * x).sum::<f64>().sqrt();
-            check.require(
-                (norm - 1.0).abs() <= QUATERNION_TOLERANCE,
-                "orientation",
-                format_args!("a quaternion of norm {norm}"),
-                "a quaternion (w, x, y, z) of norm 1",
-            );
         }
         check.finish()
     }

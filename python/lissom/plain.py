@@ -94,11 +94,3 @@ def in_floats(thing: object, *names: str) -> None:
         if is_number:
             raise TypeError(f"{name}: expected a sequence of numbers, got {getattr(thing, name)!r:.80}")
         _set(thing, name, tuple(values))
-
-
-def in_floats_for_each(thing: object, name: str, count: int) -> None:
-    """Convert an attribute to a tuple of floats; a single number stands for `count` equal ones."""
-    from ._lissom import as_scalar_or_vector
-
-    values, is_number = as_scalar_or_vector(getattr(thing, name), name)
-    _set(thing, name, tuple(values) * count if is_number else tuple(values))

@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import layouts
-from ._lissom import Model, Section
+from ._lissom import Model, Part, Section
 
 #: The classes that results and models consist of, by module.
 PARTS = {
@@ -272,7 +272,10 @@ class _Reader:
     def _made(self, content: Any) -> Any:
         name, function, arguments, options = content
         owner = CLASSES[name]
-        if is_dataclass(owner) or not (function is None or function == RESTORE or _is_shape(owner, function)):
+        # Parts were no dataclasses before; the constructor of a part checks all that a record may say.
+        is_written_by_fields = is_dataclass(owner) and not (issubclass(owner, Part) and function is None)
+        is_maker = function is None or function == RESTORE or _is_shape(owner, function)
+        if is_written_by_fields or not is_maker:
             raise Damaged(f"{name}.{function!r:.40}")
         make: Callable[..., Any] = owner if function is None else getattr(owner, function)
         found = make(

@@ -117,14 +117,16 @@ fn check_shape(check: &mut Checker, points: &[[f64; 3]], faces: &[[usize; 3]]) {
 
 #[cfg(test)]
 mod tests {
-    use crate::contact::Obstacle;
+    use crate::contact::described::ConvexMesh;
+    use crate::description::Part as _;
 
     const POINTS: [[f64; 3]; 5] =
         [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.2, 0.2, 0.2]];
     const FACES: [[usize; 3]; 4] = [[0, 1, 2], [0, 1, 3], [3, 2, 0], [1, 2, 3]];
 
     fn wrong(points: &[[f64; 3]], faces: &[[usize; 3]]) -> String {
-        let mesh = Obstacle::ConvexMesh { points: points.to_vec(), faces: faces.to_vec(), radius: 0.0 };
+        let (points, faces) = (points.to_vec(), faces.to_vec());
+        let mesh = ConvexMesh { points, faces, radius: 0.0, link: None, at: None };
         mesh.validate().map_or_else(|error| error.to_string(), |()| String::new())
     }
 

@@ -27,12 +27,12 @@ macro_rules! extractors {
 }
 
 extractors!(number: convert::number => f64 {
-    X added_mass_coefficient density drag_area drag_coefficient dt frequency gravity length load_factor mass memory_limit
-    min_step phase poisson_ratio retardation_time rtol stiffness t t0 t_bound t_end tip_mass tol viscous_drag volume x xtol
+    X dt frequency gravity length load_factor mass memory_limit
+    min_step phase poisson_ratio retardation_time rtol stiffness t t0 t_bound t_end tip_mass tol x xtol
     xtol_abs
 });
 extractors!(optional_number: optional_numbers => Option<f64> {
-    X alpha at beta control_step density duration first_step gamma length max_step poisson_ratio rho_inf shear_modulus t t0
+    X alpha beta control_step density duration first_step gamma length max_step poisson_ratio rho_inf shear_modulus t t0
     tol young_modulus
 });
 extractors!(whole: convert::whole => i64 { max_iter row });
@@ -40,13 +40,11 @@ extractors!(optional_whole: optional_wholes => Option<i64> {
     count event_samples max_iter max_steps nodes restarts workers
 });
 extractors!(flag: convert::flag => bool {
-    accelerate adaptive anywhere buoyancy dense_output history keep_jacobian raise_on_failure reuse_jacobian stability vectorized
+    accelerate adaptive anywhere dense_output history keep_jacobian raise_on_failure reuse_jacobian stability vectorized
 });
 extractors!(optional_flag: optional_flags => Option<bool> { adaptive reuse_jacobian });
-extractors!(text: convert::text => &'a str { basis by controller frame keep link method name predictor text });
+extractors!(text: convert::text => &'a str { basis by controller keep link method name predictor text });
 extractors!(optional_text: optional_texts => Option<&'a str> { jac link name predictor });
-
-extractors!(optional_name: optional_names => Option<String> { link });
 
 /// The value, unless it is None.
 pub(super) fn optional<'a, 'py, T>(
@@ -71,10 +69,6 @@ fn optional_flags(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Option<bool>
 
 fn optional_texts<'a>(value: &'a Bound<'_, PyAny>, name: &str) -> PyResult<Option<&'a str>> {
     optional(value, name, convert::text)
-}
-
-fn optional_names(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Option<String>> {
-    optional(value, name, |value, name| convert::text(value, name).map(str::to_owned))
 }
 
 pub(super) fn callback<'a, 'py>(value: &'a Bound<'py, PyAny>) -> PyResult<Option<&'a Bound<'py, PyAny>>> {

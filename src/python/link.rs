@@ -2,20 +2,22 @@
 
 use std::cell::OnceCell;
 use std::collections::HashMap;
+use std::sync::Arc;
 
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use super::base::PyBaseMotion;
 use super::convert;
-use super::load::PyBody;
+use super::part::{optional_part, wrapped};
 use super::segment::PySegment;
 use super::signal::{Functions, signal_of, signal_out};
+use crate::body::described::Body;
 use crate::error::{Checker, InvalidInput};
 use crate::joint::{Joint, JointForces};
 use crate::robot::{Driven, Link, Robot};
 use crate::scene::suggestion::suggestion;
+use crate::world::described::BaseMotion;
 
 /// The object at a place of an error: the joint's attribute, such as `axis`, or the joint itself.
 fn attribute<'py>(object: &Bound<'py, PyAny>, name: &str) -> PyResult<Bound<'py, PyAny>> {
@@ -80,16 +82,11 @@ fn driven_of(
     let (motion, mimic) = (given("motion")?, given("mimic")?);
     let Some(mimic) = mimic else {
         let Some(motion) = motion else { return Ok((None, None)) };
-        let is_free = object.get_type().name()? == "Free";
-        let driven = match motion.cast::<PyBaseMotion>() {
-            Ok(motion) if is_free => Driven::Base(motion.get().motion().clone()),
-            _ if is_free => {
-                let found = convert::describe(&motion);
-                return Err(PyTypeError::new_err(format!(
-                    "motion: expected lissom.BaseMotion or None, got {found}"
-                )));
+        let driven = match object.get_type().name()? == "Free" {
+            true => {
+                Driven::Base(optional_part::<BaseMotion>(&motion, "motion")?.expect("it is given").resolved())
             }
-            _ => Driven::Coordinate(signal_of(&motion, "motion", functions)?),
+            false => Driven::Coordinate(signal_of(&motion, "motion", functions)?),
         };
         return Ok((Some(driven), None));
     };
@@ -171,15 +168,8 @@ fn alone(object: &Bound<'_, PyAny>, functions: &mut Functions) -> PyResult<(Link
             return Err(PyValueError::new_err("rod: got no segments, expected at least one, or None"));
         }
     }
-    let body = match body.cast::<PyBody>() {
-        _ if body.is_none() => None,
-        Ok(body) => Some(body.get()),
-        Err(_) => {
-            let found = convert::describe(&body);
-            return Err(PyTypeError::new_err(format!("body: expected lissom.Body or None, got {found}")));
-        }
-    };
-    if body.is_some_and(|body| body.link.is_some()) {
+    let body: Option<Body> = optional_part(&body, "body")?;
+    if body.as_ref().is_some_and(|body| body.link.is_some()) {
         return Err(PyValueError::new_err("body.link: got a name, expected none: the body is this link's"));
     }
     let joint = attribute(object, "joint")?;
@@ -195,7 +185,7 @@ fn alone(object: &Bound<'_, PyAny>, functions: &mut Functions) -> PyResult<(Link
         joint: joint_of(&joint)?,
         driven,
         rod: segments,
-        body: body.map(|body| body.body.clone()),
+        body: body.map(|body| body.resolved(0)),
     };
     Ok((link, mimicked))
 }
@@ -347,7 +337,9 @@ pub(super) fn joint_out<'py>(py: Python<'py>, link: &Link, links: &[Link]) -> Py
     match &link.driven {
         None => {}
         Some(Driven::Coordinate(signal)) => arguments.set_item("motion", signal_out(py, signal)?)?,
-        Some(Driven::Base(motion)) => arguments.set_item("motion", PyBaseMotion::of(py, motion)?)?,
+        Some(Driven::Base(motion)) => {
+            arguments.set_item("motion", wrapped(py, Arc::new(motion.described()))?)?;
+        }
         Some(Driven::Mimic { link, multiplier, offset }) => {
             let of_mimic = PyDict::new(py);
             of_mimic.set_item("multiplier", multiplier)?;

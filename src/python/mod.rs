@@ -10,18 +10,15 @@ mod actuation;
 mod arguments;
 mod background;
 mod balance;
-mod base;
 mod callback;
 mod compiled;
 mod contact;
 mod convert;
 mod ensemble;
 mod errors;
-mod fluid;
 mod imports;
 mod inputs;
 mod link;
-mod load;
 mod loops;
 mod machine;
 mod model;
@@ -29,6 +26,7 @@ mod modes;
 mod motion;
 mod newmark;
 mod ode;
+mod part;
 mod pendulum;
 mod profile;
 mod reach;
@@ -45,7 +43,6 @@ mod signal;
 mod simulate;
 mod statics;
 mod stepping;
-mod support;
 mod words;
 
 use pyo3::exceptions::PyImportError;
@@ -62,10 +59,6 @@ mod _lissom {
     #[pymodule_export]
     use super::balance::PyBalance;
     #[pymodule_export]
-    use super::base::PyBaseMotion;
-    #[pymodule_export]
-    use super::contact::check_contact;
-    #[pymodule_export]
     use super::convert::finite_array;
     #[pymodule_export]
     use super::convert::of_python::{as_flag, as_number, as_scalar_or_vector, as_text, as_whole};
@@ -74,11 +67,7 @@ mod _lissom {
     #[pymodule_export]
     use super::errors::{AccuracyWarning, ConvergenceError, LissomError};
     #[pymodule_export]
-    use super::fluid::PyFluid;
-    #[pymodule_export]
     use super::link::{check_joint, check_link, check_mimic};
-    #[pymodule_export]
-    use super::load::{PyBody, PyLoad};
     #[pymodule_export]
     use super::loops::check_loop;
     #[pymodule_export]
@@ -93,6 +82,8 @@ mod _lissom {
     use super::newmark::newmark;
     #[pymodule_export]
     use super::ode::{PyDenseOutput, PyDop853, PyOdeResult, PyOdeSolver, PyRadau, PyRk45, solve_ivp};
+    #[pymodule_export]
+    use super::part::{_schema_of_parts, _stub_of_parts, PyPart};
     #[pymodule_export]
     use super::pendulum::PySpringPendulum;
     #[pymodule_export]
@@ -124,8 +115,6 @@ mod _lissom {
     };
     #[pymodule_export]
     use super::stepping::{PySimulation, PySimulations};
-    #[pymodule_export]
-    use super::support::PySupport;
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
@@ -135,6 +124,7 @@ mod _lissom {
                  install .\", which builds it for all machines",
             ));
         }
+        part::add_classes(module)?;
         module.add("__version__", env!("CARGO_PKG_VERSION"))?;
         // Benchmarks refuse to run with a debug build.
         module.add("build_profile", if cfg!(debug_assertions) { "debug" } else { "release" })

@@ -1,6 +1,6 @@
 //! `lissom.Robot`.
 
-use std::sync::{Mutex, OnceLock, PoisonError};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use numpy::{IntoPyArray, PyArray1, PyArrayMethods};
 use pyo3::IntoPyObjectExt;
@@ -13,28 +13,30 @@ use pyo3::types::{PyDict, PyList, PySlice, PyString, PyTuple};
 
 use super::actuation::{Surroundings, actuator_index, actuators_of, actuators_out};
 use super::arguments;
-use super::base::PyBaseMotion;
 use super::callback::or_raised;
 use super::contact::{contact_index, contacts_of, contacts_out};
 use super::convert;
 use super::errors::check_finite;
-use super::fluid::PyFluid;
 use super::link::{Links, index_of, links_of};
-use super::load::{PyBody, PyLoad};
 use super::loops::{loop_index, loops_of, loops_out};
 use super::model::{PyModel, check_time, time_of_state};
+use super::part::{optional_part, parts_of, wrapped};
 use super::reach::{self, PyReachResult};
 use super::segment::PySegment;
 use super::signal::Functions;
-use super::support::PySupport;
 use crate::actuator::Actuator;
+use crate::body::described::Body;
+use crate::description::LinkName;
 use crate::error::InvalidInput;
 use crate::lie::Vector;
 use crate::linalg::Matrix;
+use crate::load::described::Load;
 use crate::load::is_on_rod;
 use crate::loops::Tie;
 use crate::model::{InTime as _, Tied as _};
 use crate::robot::{Kernel, Multiplications, Place, Robot, RobotModel, Touching};
+use crate::support::described::Support;
+use crate::world::{Fluid, described::BaseMotion};
 
 /// Number of poses computed between checks for signals; for the largest rods this takes some milliseconds.
 const POSES_BETWEEN_SIGNALS: usize = 256;
@@ -333,8 +335,8 @@ impl PyRobot {
         loads: Option<&Bound<'_, PyAny>>,
         bodies: Option<&Bound<'_, PyAny>>,
         supports: Option<&Bound<'_, PyAny>>,
-        #[pyo3(from_py_with = super::fluid::optional_fluid)] fluid: Option<&Bound<'_, PyFluid>>,
-        #[pyo3(from_py_with = super::base::optional_motion)] base_motion: Option<&Bound<'_, PyBaseMotion>>,
+        #[pyo3(from_py_with = optional_fluid)] fluid: Option<Fluid>,
+        #[pyo3(from_py_with = optional_motion)] base_motion: Option<BaseMotion>,
         actuators: Option<&Bound<'_, PyAny>>,
         loops: Option<&Bound<'_, PyAny>>,
         contacts: Option<&Bound<'_, PyAny>>,
@@ -346,34 +348,24 @@ impl PyRobot {
             robot.gravity = convert::array_of(gravity, "gravity")?;
         }
         let by_name = Links::of(&robot);
-        let on =
-            |link: Option<&str>, what: &str, i: usize| by_name.index_of(link, &format!("{what}[{i}].link"));
+        let on = |link: &Option<LinkName>, what: &str, i: usize| {
+            let name = link.as_ref().map(|LinkName(name)| name.as_str());
+            by_name.index_of(name, &format!("{what}[{i}].link"))
+        };
         let (mut all_loads, mut all_bodies, mut all_supports) = (Vec::new(), Vec::new(), Vec::new());
         if let Some(loads) = loads {
-            for (i, (load, link)) in instances(loads, "loads", |load: &PyLoad| {
-                (load.load().clone(), load.link().map(str::to_owned))
-            })?
-            .into_iter()
-            .enumerate()
-            {
-                let link = on(link.as_deref(), "loads", i)?;
-                all_loads.push(crate::load::Load { link, ..load });
+            for (i, load) in parts_of::<Load>(loads, "loads")?.iter().enumerate() {
+                all_loads.push(load.resolved(on(&load.link, "loads", i)?));
             }
         }
         if let Some(bodies) = bodies {
-            for (i, PyBody { body, link }) in
-                instances(bodies, "bodies", PyBody::clone)?.into_iter().enumerate()
-            {
-                let link = on(link.as_deref(), "bodies", i)?;
-                all_bodies.push(crate::body::Body { link, ..body });
+            for (i, body) in parts_of::<Body>(bodies, "bodies")?.iter().enumerate() {
+                all_bodies.push(body.resolved(on(&body.link, "bodies", i)?));
             }
         }
         if let Some(supports) = supports {
-            for (i, PySupport { support, link }) in
-                instances(supports, "supports", PySupport::clone)?.into_iter().enumerate()
-            {
-                let link = on(link.as_deref(), "supports", i)?;
-                all_supports.push(crate::support::Support { link, ..support });
+            for (i, support) in parts_of::<Support>(supports, "supports")?.iter().enumerate() {
+                all_supports.push(support.resolved(on(&support.link, "supports", i)?));
             }
         }
         let mut all_actuators = Vec::new();
@@ -384,8 +376,8 @@ impl PyRobot {
         let all_contacts = contacts.map_or(Ok(Vec::new()), |contacts| contacts_of(contacts, &by_name))?;
         (robot.loads, robot.bodies, robot.supports) = (all_loads, all_bodies, all_supports);
         (robot.actuators, robot.loops, robot.contacts) = (all_actuators, all_loops, all_contacts);
-        robot.fluid = fluid.map(|fluid| fluid.get().0.clone());
-        robot.base_motion = base_motion.map(|motion| motion.get().motion().clone());
+        robot.fluid = fluid;
+        robot.base_motion = base_motion.map(|motion| motion.resolved());
         Self::initializer(robot)
     }
 
@@ -432,7 +424,8 @@ impl PyRobot {
                 let rod = PyTuple::new(py, link.rod.iter().cloned().map(PySegment))?;
                 arguments.set_item("rod", rod)?;
             }
-            arguments.set_item("body", link.body.clone().map(|body| PyBody { body, link: None }))?;
+            let body = link.body.as_ref().map(|body| wrapped(py, Arc::new(body.described(None))));
+            arguments.set_item("body", body.transpose()?)?;
             arguments.set_item("joint", super::link::joint_out(py, link, &self.description.links)?)?;
             arguments.set_item("parent", link.parent.map(|parent| &self.description.links[parent].name))?;
             arguments.set_item("at", link.at)?;
@@ -477,44 +470,40 @@ impl PyRobot {
     /// The loads.
     #[getter]
     fn loads<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
-        let loads = self.description.loads.iter().map(|load| PyLoad::of(py, load, self.name_of(load.link)));
-        PyTuple::new(py, loads.collect::<PyResult<Vec<_>>>()?)
+        let loads = &self.description.loads;
+        let out = loads.iter().map(|load| wrapped(py, Arc::new(load.described(self.name_of(load.link)))));
+        PyTuple::new(py, out.collect::<PyResult<Vec<_>>>()?)
     }
 
     /// Additional rigid bodies.
     #[getter]
     fn bodies<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
-        PyTuple::new(
-            py,
-            self.description
-                .bodies
-                .iter()
-                .map(|body| PyBody { body: body.clone(), link: self.name_of(body.link) }),
-        )
+        let bodies = &self.description.bodies;
+        let out = bodies.iter().map(|body| wrapped(py, Arc::new(body.described(self.name_of(body.link)))));
+        PyTuple::new(py, out.collect::<PyResult<Vec<_>>>()?)
     }
 
     /// Springs and dampers to the world.
     #[getter]
     pub(super) fn supports<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
-        PyTuple::new(
-            py,
-            self.description.supports.iter().map(|support| {
-                let link = self.name_of(support.link);
-                PySupport { support: support.clone(), link }
-            }),
-        )
+        let out = self.description.supports.iter().map(|support| {
+            let link = self.name_of(support.link);
+            wrapped(py, Arc::new(support.described(link)))
+        });
+        PyTuple::new(py, out.collect::<PyResult<Vec<_>>>()?)
     }
 
     /// Fluid around the rods, or None.
     #[getter]
-    pub(super) fn fluid(&self) -> Option<PyFluid> {
-        self.description.fluid.clone().map(PyFluid)
+    pub(super) fn fluid<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
+        self.description.fluid.clone().map(|fluid| wrapped(py, Arc::new(fluid))).transpose()
     }
 
     /// The motion of the base; None if it is fixed.
     #[getter]
-    pub(super) fn base_motion(&self, py: Python<'_>) -> PyResult<Option<PyBaseMotion>> {
-        self.description.base_motion.as_ref().map(|motion| PyBaseMotion::of(py, motion)).transpose()
+    pub(super) fn base_motion<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
+        let motion = self.description.base_motion.as_ref();
+        motion.map(|motion| wrapped(py, Arc::new(motion.described()))).transpose()
     }
 
     /// The actuators of the robot.
@@ -1555,7 +1544,7 @@ impl PyRobot {
         arguments.set_item("loads", self.loads(py)?)?;
         arguments.set_item("bodies", self.bodies(py)?)?;
         arguments.set_item("supports", self.supports(py)?)?;
-        arguments.set_item("fluid", self.fluid())?;
+        arguments.set_item("fluid", self.fluid(py)?)?;
         arguments.set_item("base_motion", self.base_motion(py)?)?;
         arguments.set_item("actuators", self.actuators(py)?)?;
         arguments.set_item("loops", self.loops(py)?)?;
@@ -1570,10 +1559,20 @@ impl PyRobot {
 
 impl PyRobot {
     /// The name of a link as loads refer to it; None if there is only one link.
-    fn name_of(&self, link: usize) -> Option<String> {
+    fn name_of(&self, link: usize) -> Option<LinkName> {
         let links = &self.description.links;
-        (links.len() > 1).then(|| links[link].name.clone())
+        (links.len() > 1).then(|| LinkName(links[link].name.clone()))
     }
+}
+
+/// The argument `fluid`.
+pub(super) fn optional_fluid(value: &Bound<'_, PyAny>) -> PyResult<Option<Fluid>> {
+    optional_part(value, "fluid")
+}
+
+/// The argument `base_motion`.
+pub(super) fn optional_motion(value: &Bound<'_, PyAny>) -> PyResult<Option<BaseMotion>> {
+    optional_part(value, "base_motion")
 }
 
 /// Applies `core` to every item of a sequence of instances of C.

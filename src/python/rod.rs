@@ -1,23 +1,27 @@
 //! `lissom.Rod`.
 
+use std::sync::Arc;
+
 use pyo3::class::{PyTraverseError, PyVisit};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
 use super::actuation::{Surroundings, actuators_of};
 use super::arguments;
-use super::base::PyBaseMotion;
 use super::contact::contacts_of;
 use super::convert;
-use super::fluid::PyFluid;
 use super::link::Links;
-use super::load::{PyBody, PyLoad};
-use super::robot::{PyRobot, instances};
+use super::part::{parts_of, wrapped};
+use super::robot::{PyRobot, instances, optional_fluid, optional_motion};
 use super::segment::PySegment;
 use super::signal::Functions;
-use super::support::PySupport;
+use crate::body::described::Body;
+use crate::description::LinkName;
 use crate::error::InvalidInput;
+use crate::load::described::Load;
 use crate::robot::{Robot, Rod};
+use crate::support::described::Support;
+use crate::world::{Fluid, described::BaseMotion};
 
 /// A Cosserat rod that is clamped at its base: a sequence of segments with loads and rigid bodies.
 ///
@@ -99,37 +103,33 @@ impl PyRod {
         #[pyo3(from_py_with = arguments::number::tip_mass)] tip_mass: f64,
         loads: Option<&Bound<'_, PyAny>>,
         bodies: Option<&Bound<'_, PyAny>>,
-        #[pyo3(from_py_with = super::base::optional_motion)] base_motion: Option<&Bound<'_, PyBaseMotion>>,
+        #[pyo3(from_py_with = optional_motion)] base_motion: Option<BaseMotion>,
         supports: Option<&Bound<'_, PyAny>>,
-        #[pyo3(from_py_with = super::fluid::optional_fluid)] fluid: Option<&Bound<'_, PyFluid>>,
+        #[pyo3(from_py_with = optional_fluid)] fluid: Option<Fluid>,
         actuators: Option<&Bound<'_, PyAny>>,
         contacts: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<PyClassInitializer<Self>> {
         let segments = instances(segments, "segments", |segment: &PySegment| segment.0.clone())?;
-        let fluid = fluid.map(|fluid| fluid.get().0.clone());
         let mut rod = Rod { tip_mass, fluid, ..Rod::new(segments) };
         // Items on a rod do not name a link.
         let mut named = Vec::new();
         if let Some(loads) = loads {
-            rod.loads = instances(loads, "loads", |load: &PyLoad| {
-                named.push(("loads", load.link().map(str::to_owned)));
-                load.load().clone()
-            })?;
+            let loads: Vec<Load> = parts_of(loads, "loads")?;
+            named.extend(loads.iter().map(|load| ("loads", load.link.clone())));
+            rod.loads = loads.iter().map(|load| load.resolved(0)).collect();
         }
         if let Some(bodies) = bodies {
-            rod.bodies = instances(bodies, "bodies", |body: &PyBody| {
-                named.push(("bodies", body.link.clone()));
-                body.body.clone()
-            })?;
+            let bodies: Vec<Body> = parts_of(bodies, "bodies")?;
+            named.extend(bodies.iter().map(|body| ("bodies", body.link.clone())));
+            rod.bodies = bodies.iter().map(|body| body.resolved(0)).collect();
         }
-        rod.base_motion = base_motion.map(|motion| motion.get().motion().clone());
+        rod.base_motion = base_motion.map(|motion| motion.resolved());
         if let Some(supports) = supports {
-            rod.supports = instances(supports, "supports", |support: &PySupport| {
-                named.push(("supports", support.link.clone()));
-                support.support.clone()
-            })?;
+            let supports: Vec<Support> = parts_of(supports, "supports")?;
+            named.extend(supports.iter().map(|support| ("supports", support.link.clone())));
+            rod.supports = supports.iter().map(|support| support.resolved(0)).collect();
         }
-        if let Some((what, Some(link))) = named.into_iter().find(|(_, link)| link.is_some()) {
+        if let Some((what, Some(LinkName(link)))) = named.into_iter().find(|(_, link)| link.is_some()) {
             let found = format_args!("'{link}' in {what}");
             return Err(
                 InvalidInput::new("link", found, "none: a rod is one link, a Robot has several").into()
@@ -206,15 +206,15 @@ impl PyRod {
     /// Additional loads.
     #[getter]
     fn loads<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
-        let loads = self.description.loads.iter().map(|load| PyLoad::of(py, load, None));
+        let loads = self.description.loads.iter().map(|load| wrapped(py, Arc::new(load.described(None))));
         PyTuple::new(py, loads.collect::<PyResult<Vec<_>>>()?)
     }
 
     /// Additional rigid bodies.
     #[getter]
     fn bodies<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
-        let bodies = self.description.bodies.iter().cloned().map(|body| PyBody { body, link: None });
-        PyTuple::new(py, bodies)
+        let bodies = self.description.bodies.iter().map(|body| wrapped(py, Arc::new(body.described(None))));
+        PyTuple::new(py, bodies.collect::<PyResult<Vec<_>>>()?)
     }
 
     fn __repr__(&self) -> String {
@@ -244,7 +244,7 @@ impl PyRod {
         arguments.set_item("bodies", this.bodies(py)?)?;
         arguments.set_item("base_motion", robot.base_motion(py)?)?;
         arguments.set_item("supports", robot.supports(py)?)?;
-        arguments.set_item("fluid", robot.fluid())?;
+        arguments.set_item("fluid", robot.fluid(py)?)?;
         arguments.set_item("actuators", robot.actuators(py)?)?;
         arguments.set_item("contacts", robot.contacts(py)?)?;
         Ok(((this.segments(py)?,), arguments))

@@ -15,10 +15,11 @@ use super::callback::{call, keep, none_is_kept};
 use super::convert;
 use super::ode::function::read_vector;
 use crate::actuator::Actuator;
+use crate::description::{AnyPart, Value};
 use crate::error::{Checker, Interrupted};
 use crate::load::Load;
 use crate::robot::{Driven, Robot};
-use crate::signal::{Evaluate, Function, Harmonic, Input, Interpolation, Motion, Signal, Table};
+use crate::signal::{Drive, Evaluate, Function, Harmonic, Input, Interpolation, Motion, Signal, Table};
 use crate::world::{BaseMotion, BaseRotation, quaternion_motion};
 
 /// A harmonic signal: ``mean + rate * t + amplitude * sin(2 * pi * frequency * t + phase)``.
@@ -309,8 +310,29 @@ impl Held {
     }
 }
 
+/// What is done with the signal in a value, of any sort, or without one.
+macro_rules! on_signal {
+    ($value:expr, $signal:ident => $with:expr, $without:expr) => {{
+        let value: &Value = $value;
+        if let Some($signal) = value.part::<Signal<1>>() {
+            $with
+        } else if let Some($signal) = value.part::<Signal<3>>() {
+            $with
+        } else if let Some(Drive($signal)) = value.part::<Drive<1>>() {
+            $with
+        } else if let Some(Drive($signal)) = value.part::<Drive<3>>() {
+            $with
+        } else if let Some(Drive($signal)) = value.part::<Drive<4>>() {
+            $with
+        } else {
+            $without
+        }
+    }};
+}
+pub(super) use on_signal;
+
 /// The functions that the signals of a Python object call.
-#[derive(Default)]
+#[derive(Debug, Default)]
 pub(super) struct Functions(Vec<Py<Held>>);
 
 impl Functions {
@@ -336,16 +358,38 @@ impl Functions {
         Ok(functions)
     }
 
-    pub(super) fn of_load(py: Python<'_>, load: &Load) -> PyResult<Self> {
+    /// The functions of a part. The Python objects that own them must still be alive.
+    pub(super) fn of_part(py: Python<'_>, part: &dyn AnyPart) -> PyResult<Self> {
         let mut functions = Self::default();
-        functions.add_load(py, load)?;
+        functions.add_part(py, part)?;
         Ok(functions)
     }
 
-    pub(super) fn of_motion(py: Python<'_>, motion: &BaseMotion) -> PyResult<Self> {
-        let mut functions = Self::default();
-        functions.add_motion(py, motion)?;
-        Ok(functions)
+    fn add_part(&mut self, py: Python<'_>, part: &dyn AnyPart) -> PyResult<()> {
+        for (i, _) in part.schema().fields.iter().enumerate().filter(|(_, field)| field.kind.holds_signals())
+        {
+            self.add_value(py, &part.field(i))?;
+        }
+        Ok(())
+    }
+
+    fn add_value(&mut self, py: Python<'_>, value: &Value) -> PyResult<()> {
+        match value {
+            Value::Part(part) => {
+                on_signal!(value, signal => self.add(py, signal), self.add_part(py, part.as_ref()))
+            }
+            Value::List(items) => items.iter().try_for_each(|item| self.add_value(py, item)),
+            _ => Ok(()),
+        }
+    }
+
+    /// Adds the functions of another owner.
+    pub(super) fn add_all(&mut self, py: Python<'_>, others: &Self) {
+        self.0.extend(others.clone_ref(py).0);
+    }
+
+    pub(super) fn clone_ref(&self, py: Python<'_>) -> Self {
+        Self(self.0.iter().map(|function| function.clone_ref(py)).collect())
     }
 
     fn add_load(&mut self, py: Python<'_>, load: &Load) -> PyResult<()> {

@@ -1,6 +1,7 @@
 //! Actuators from their tables, which follow the rod or the links on which they act.
 
-use super::document::{self, AlongRod, AlongRodTable, Command, Document, PathPart, Strain};
+use super::described::Written;
+use super::document::{self, AlongRod, AlongRodTable, Document, PathPart, Strain};
 use super::loops::expected_name;
 use super::parts;
 use super::shape::{Shape, report};
@@ -89,7 +90,7 @@ impl Surroundings<'_> {
 
 /// The one of two commands that the scene contains; `None` after reporting a problem.
 fn one_of(
-    written: [(&str, &Option<Command>); 2],
+    written: [(&str, &Option<Written<Signal<1>>>); 2],
     here: &str,
     shape: &mut Shape,
 ) -> Option<(usize, Signal<1>)> {

@@ -2,7 +2,6 @@
 //! mapped to lines of the file.
 
 use crate::accuracy;
-use crate::body;
 use crate::error::{Checker, InvalidInput, Number};
 use crate::model::{Discretised as _, Flaw, InTime as _, Model as _};
 use crate::pendulum::SpringPendulum;
@@ -11,7 +10,8 @@ use crate::simulate::check_step;
 
 use super::actuators::{Surroundings, actuators, key_of_actuator};
 use super::contacts::{contacts, key_of_contact};
-use super::document::{Body, Document, Output, Segment, Simulation as Settings};
+use super::described::{key_of_item, read, read_all};
+use super::document::{Document, Output, Segment, Simulation as Settings};
 use super::imports::Imported;
 use super::links;
 use super::parts::{self, open_modes};
@@ -207,6 +207,11 @@ fn rod(document: &Document, shape: &mut Shape) -> Option<(Model, [Vec<f64>; 2])>
         .enumerate()
         .map(|(i, segment)| parts::segment(segment, &format!("rod[0].segment[{i}]"), shape))
         .collect();
+    let (loads, load_keys) = read_all(&written.load, "rod[0].load", shape);
+    let (bodies, body_keys) = read_all(&written.body, "rod[0].body", shape);
+    let (supports, support_keys) = read_all(&written.support, "rod[0].support", shape);
+    let keys_of_items: [(_, &[_]); 3] =
+        [("loads", &load_keys), ("bodies", &body_keys), ("supports", &support_keys)];
     let moving = written.base_motion.as_ref();
     let rod = robot::Rod {
         base_motion: moving
@@ -216,15 +221,10 @@ fn rod(document: &Document, shape: &mut Shape) -> Option<(Model, [Vec<f64>; 2])>
         tip_force: written.tip_force,
         tip_moment: written.tip_moment,
         tip_mass: written.tip_mass,
-        loads: written
-            .load
-            .iter()
-            .enumerate()
-            .map(|(i, load)| parts::load(load, &format!("rod[0].load[{i}]"), shape))
-            .collect(),
-        bodies: written.body.iter().map(rod_body).collect(),
-        supports: written.support.iter().map(parts::support).collect(),
-        fluid: written.fluid.as_ref().map(parts::fluid),
+        loads: loads.iter().map(|load| load.resolved(0)).collect(),
+        bodies: bodies.iter().map(|body| body.resolved(0)).collect(),
+        supports: supports.iter().map(|support| support.resolved(0)).collect(),
+        fluid: written.fluid.as_ref().and_then(|fluid| read(fluid, "rod[0].fluid", shape)),
         ..robot::Rod::new(segments)
     };
     let mut rod = robot::Rod { gravity: document.scene.gravity.unwrap_or(rod.gravity), ..rod };
@@ -236,6 +236,7 @@ fn rod(document: &Document, shape: &mut Shape) -> Option<(Model, [Vec<f64>; 2])>
     let key = |place: &str| {
         let known = key_of_actuator(place, &keys);
         let known = known.or_else(|| key_of_contact(place, &document.contact, &places));
+        let known = known.or_else(|| key_of_item(place, &keys_of_items));
         known.unwrap_or_else(|| rod_place(place, &written.segment))
     };
     let valid = report(rod.validate(), shape, key).is_some();
@@ -270,7 +271,6 @@ fn rod_place(place: &str, segments: &[Segment]) -> String {
     }
     let mut key = place.replace("segments", "segment").replace("base_position", "base.position");
     key = key.replace("base_orientation", "base.orientation");
-    key = key.replace("loads[", "load[").replace("bodies[", "body[").replace("supports[", "support[");
     let of_segment = key.strip_prefix("segment[").and_then(|rest| rest.split_once("]."));
     if let Some((i, place)) = of_segment
         && let Some(segment) = i.parse::<usize>().ok().and_then(|i| segments.get(i))
@@ -278,19 +278,6 @@ fn rod_place(place: &str, segments: &[Segment]) -> String {
         key = format!("segment[{i}].{}", parts::segment_key(place, segment));
     }
     format!("rod[0].{key}")
-}
-
-fn rod_body(written: &Body) -> body::Body {
-    let &Body { mass, at, centre, inertia, .. } = written;
-    let hull = parts::hull(parts::WrittenHull {
-        volume: written.volume,
-        centre: written.centre_of_volume,
-        added_mass_coefficient: written.added_mass_coefficient,
-        drag_area: written.drag_area,
-        drag_coefficient: written.drag_coefficient,
-        viscous_drag: written.viscous_drag,
-    });
-    body::Body { link: 0, at, mass, centre, inertia, hull }
 }
 
 fn pendulum(document: &Document, shape: &mut Shape) -> Option<(Model, [Vec<f64>; 2])> {

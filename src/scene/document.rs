@@ -9,6 +9,14 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::described::Written;
+use crate::body::described::Body;
+use crate::contact::described::Contact;
+use crate::load::described::Load;
+use crate::signal::{Drive, Interpolation, Signal};
+use crate::support::described::Support;
+use crate::world::{Fluid, described::BaseMotion};
+
 /// The only version of the format so far.
 pub(super) const VERSION: u64 = 1;
 
@@ -37,11 +45,11 @@ pub(super) struct Document {
     pub(super) r#loop: Vec<Loop>,
     /// Pairs of surfaces of the rod, of links or of obstacles, which press on each other where they overlap.
     #[serde(default)]
-    pub(super) contact: Vec<Contact>,
+    pub(super) contact: Vec<Written<Contact>>,
     /// Motion of everything fixed to the world, about the frame of the first link's joint. Default: it is at rest.
-    pub(super) base_motion: Option<BaseMotion>,
+    pub(super) base_motion: Option<Written<BaseMotion>>,
     /// Fluid around the rods and bodies of a robot. Default: none.
-    pub(super) fluid: Option<Fluid>,
+    pub(super) fluid: Option<Written<Fluid>>,
     /// Tendons that pull along their paths, on the rod or between the links of a robot.
     #[serde(default)]
     pub(super) tendon: Vec<Tendon>,
@@ -79,7 +87,7 @@ pub(super) struct Rod {
     #[serde(default)]
     pub(super) base: Base,
     /// Motion of the base relative to this pose, as a function of time. Default: it is fixed.
-    pub(super) base_motion: Option<BaseMotion>,
+    pub(super) base_motion: Option<Written<BaseMotion>>,
     /// Dead force at the tip, in world axes, in newtons. Default: [0, 0, 0].
     #[serde(default)]
     pub(super) tip_force: [f64; 3],
@@ -91,15 +99,15 @@ pub(super) struct Rod {
     pub(super) tip_mass: f64,
     /// Additional forces and moments, anywhere on the rod.
     #[serde(default)]
-    pub(super) load: Vec<Load>,
+    pub(super) load: Vec<Written<Load>>,
     /// Additional rigid bodies, anywhere on the rod.
     #[serde(default)]
-    pub(super) body: Vec<Body>,
+    pub(super) body: Vec<Written<Body>>,
     /// Springs and dampers to the world, anywhere on the rod.
     #[serde(default)]
-    pub(super) support: Vec<Support>,
+    pub(super) support: Vec<Written<Support>>,
     /// Fluid around the rod. Default: none.
-    pub(super) fluid: Option<Fluid>,
+    pub(super) fluid: Option<Written<Fluid>>,
     /// Initial generalised coordinates, one per mode: segment by segment, in the order torsion, bend_y, bend_z,
     /// stretch, shear_y, shear_z, then by degree. Default: all zero, the stress-free rod.
     pub(super) q0: Option<Vec<f64>>,
@@ -156,13 +164,13 @@ pub(super) struct Link {
     /// Rod of the link, instead of a body.
     pub(super) rod: Option<LinkRod>,
     /// Rigid body of the link, instead of a rod.
-    pub(super) body: Option<LinkBody>,
+    pub(super) body: Option<Written<Body>>,
     /// Forces and moments on the link; at and along are arc lengths of its rod.
     #[serde(default)]
-    pub(super) load: Vec<Load>,
+    pub(super) load: Vec<Written<Load>>,
     /// Springs and dampers between the link and the world; at is an arc length of its rod.
     #[serde(default)]
-    pub(super) support: Vec<Support>,
+    pub(super) support: Vec<Written<Support>>,
     /// Initial coordinates of the link: those of the joint, then the modes of the rod. Default: all zero.
     pub(super) q0: Option<Vec<f64>>,
     /// Initial velocities, the derivatives of the link's coordinates. Default: at rest.
@@ -180,38 +188,6 @@ pub(super) struct LinkRod {
     /// Segments from base to tip; each one starts where the previous one ends.
     #[schemars(length(min = 1), example = Vec::<Segment>::new())]
     pub(super) segment: Vec<Segment>,
-}
-
-/// The rigid body of a link.
-#[derive(Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(super) struct LinkBody {
-    /// Mass in kilograms.
-    #[schemars(range(min = 0.0), example = 0.1)]
-    pub(super) mass: f64,
-    /// Centre of mass in the axes of the link, in metres. Default: [0, 0, 0].
-    #[serde(default)]
-    pub(super) centre: [f64; 3],
-    /// Inertia tensor about its centre of mass in the axes of the link, in kg m^2: three rows. Default: zero, a point.
-    #[serde(default)]
-    pub(super) inertia: [[f64; 3]; 3],
-    /// Displaced volume in m^3. The fluid of the robot bears it and must be moved with it. Default: 0.
-    #[schemars(range(min = 0.0))]
-    pub(super) volume: Option<f64>,
-    /// Centre of the volume, in the same axes as the centre of mass, in metres. Default: the centre of mass.
-    pub(super) centre_of_volume: Option<[f64; 3]>,
-    /// Added mass over the displaced mass. Default: 0.5, as for a sphere.
-    #[schemars(range(min = 0.0))]
-    pub(super) added_mass_coefficient: Option<f64>,
-    /// Reference area of the quadratic drag of the fluid, in m^2. Default: 0.
-    #[schemars(range(min = 0.0))]
-    pub(super) drag_area: Option<f64>,
-    /// Coefficient of the quadratic drag. Default: 1.
-    #[schemars(range(min = 0.0))]
-    pub(super) drag_coefficient: Option<f64>,
-    /// Viscous drag of the fluid, in N s/m. Default: 0.
-    #[schemars(range(min = 0.0))]
-    pub(super) viscous_drag: Option<f64>,
 }
 
 /// A joint. revolute, prismatic, cylindrical: axis; universal: axis1, axis2; planar: normal; weld, spherical, free: nothing.
@@ -272,7 +248,7 @@ pub(super) struct JointMotion {
     /// Values of the coordinate at the times.
     pub(super) values: Option<Vec<f64>>,
     /// Interpolation of times and values. Default: cubic.
-    pub(super) interpolation: Option<Interpolation>,
+    pub(super) interpolation: Option<Written<Interpolation>>,
     /// Largest deviation from the steady part. Default: 0.
     pub(super) amplitude: Option<f64>,
     /// Oscillations per second, in hertz. Default: 0.
@@ -285,13 +261,13 @@ pub(super) struct JointMotion {
     /// Growth of the steady part per second. Default: 0.
     pub(super) rate: Option<f64>,
     /// Displacement of a free joint's link, in metres. Default: none.
-    pub(super) translation: Option<VaryingVector>,
+    pub(super) translation: Option<Written<Drive<3>>>,
     /// Axis of the rotation; its length does not matter.
     pub(super) axis: Option<[f64; 3]>,
     /// Angle about the axis, in radians.
-    pub(super) angle: Option<VaryingNumber>,
+    pub(super) angle: Option<Written<Drive<1>>>,
     /// Instead of axis and angle: orientations.
-    pub(super) rotation: Option<Orientations>,
+    pub(super) rotation: Option<Written<Drive<4>>>,
 }
 
 /// Makes the coordinate of a joint follow another one: multiplier times that coordinate plus offset.
@@ -462,200 +438,6 @@ pub(super) struct LoopEnd {
     pub(super) orientation: [f64; 4],
 }
 
-/// Two surfaces that press on each other where they overlap by d: with k d max(0, 1 + c d'), along a rod a metre.
-#[derive(Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(super) struct Contact {
-    /// Name in results and messages. Default: the names of its surfaces, such as "rod on sphere".
-    pub(super) name: Option<String>,
-    /// What moves: the name of a link, for the surface of its rod ("rod" where the scene has a [[rod]]), or a ball or a shape on
-    /// a link, such as { link = "finger", radius = 0.01 } or { kind = "box", link = "palm", centre = [0, 0, 0], half_extents =
-    /// [0.02, 0.02, 0.01] }.
-    #[schemars(example = &"rod")]
-    pub(super) a: ContactPlace,
-    /// What it touches: likewise, or an obstacle, such as { kind = "half_space" }. The same name twice is contact of a rod
-    /// with itself.
-    #[schemars(example = ContactSurface::example())]
-    pub(super) b: ContactPlace,
-    /// k, in N/m^2 along rods and N/m where neither is a rod. Default: that of the rods' material; of balls there is none.
-    /// Boxes, meshes and capsules on links have it at each corner or end where they touch a half space.
-    #[schemars(extend("exclusiveMinimum" = 0))]
-    pub(super) stiffness: Option<f64>,
-    /// c, in s/m: what bounces at a small speed v returns with 1 - 2 c v / 3 of it. Default: 1.
-    #[schemars(range(min = 0.0))]
-    pub(super) dissipation: Option<f64>,
-    /// mu: one number, or three of a rod that slides forward along its axis, backward, and sideways. Default: 0.
-    #[serde(default)]
-    pub(super) friction: ContactFriction,
-    /// v_s, in m/s: what sticks creeps by up to that speed. Default: 1e-4.
-    #[schemars(extend("exclusiveMinimum" = 0))]
-    pub(super) slip_velocity: Option<f64>,
-    /// Radius of the contact patch in metres: friction resists spinning by up to mu (sideways) times force times radius.
-    /// Default: 0, no resistance.
-    #[schemars(range(min = 0.0))]
-    pub(super) patch_radius: Option<f64>,
-}
-
-/// One of two surfaces that touch.
-#[derive(Debug, Deserialize, JsonSchema)]
-#[serde(untagged)]
-pub(super) enum ContactPlace {
-    /// The rod of a link.
-    Name(String),
-    /// A ball or another shape.
-    Surface(Box<ContactSurface>),
-}
-
-/// A ball on a link: link, radius, at, position; or a shape that is fixed in the world: kind, and half_space: point,
-/// normal; sphere: centre, radius; capsule: start, end, radius; box: centre, half_extents, orientation; height_field: heights,
-/// spacing, corner, orientation; convex_mesh: points, faces, radius. With link, and at, a shape moves with a link: its positions
-/// and orientation are then in the axes of the section or body.
-#[derive(Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(super) struct ContactSurface {
-    /// Kind of shape. Default: none, a ball on a link.
-    pub(super) kind: Option<ObstacleKind>,
-    /// Name of the link that a ball or a shape is fixed to. Default, of shapes: the world.
-    pub(super) link: Option<String>,
-    /// Arc length of the link's unstretched rod where it is, in metres. Default: the tip, or the link's body.
-    #[schemars(range(min = 0.0))]
-    pub(super) at: Option<f64>,
-    /// Position of a ball's centre in the axes of the section or body, in metres. Default: [0, 0, 0].
-    pub(super) position: Option<[f64; 3]>,
-    /// Radius of a ball, a sphere or a capsule, in metres; of the rounded edges of a convex mesh, zero by default.
-    #[schemars(range(min = 0.0))]
-    pub(super) radius: Option<f64>,
-    /// A point of the plane that bounds a half space, in metres. Default: [0, 0, 0].
-    pub(super) point: Option<[f64; 3]>,
-    /// Outward normal of a half space; its length does not matter. Default: [0, 0, 1].
-    pub(super) normal: Option<[f64; 3]>,
-    /// Centre of a sphere or a box, in metres.
-    pub(super) centre: Option<[f64; 3]>,
-    /// Start of the axis of a capsule, in metres.
-    pub(super) start: Option<[f64; 3]>,
-    /// End of the axis, in metres.
-    pub(super) end: Option<[f64; 3]>,
-    /// Half the lengths of the edges of a box, in metres.
-    pub(super) half_extents: Option<[f64; 3]>,
-    /// Orientation of a box or a height field: unit quaternion [w, x, y, z]. Default: [1, 0, 0, 0].
-    pub(super) orientation: Option<[f64; 4]>,
-    /// Heights of a height field in metres: rows along its x axis, and in each row numbers along its y axis.
-    pub(super) heights: Option<Vec<Vec<f64>>>,
-    /// Distance between neighbouring heights in metres: one number, or one along x and one along y.
-    pub(super) spacing: Option<Spacing>,
-    /// Position of the first height of a height field, in metres. Default: [0, 0, 0].
-    pub(super) corner: Option<[f64; 3]>,
-    /// Corners of a convex mesh, in metres.
-    pub(super) points: Option<Vec<[f64; 3]>>,
-    /// Faces of a convex mesh: triangles as indices into points, from 0.
-    pub(super) faces: Option<Vec<[usize; 3]>>,
-}
-
-/// Distances of heights: the same along both axes, or by axis.
-#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
-#[serde(untagged)]
-pub(super) enum Spacing {
-    /// The same along both axes.
-    Same(f64),
-    /// Along x, and along y.
-    Each([f64; 2]),
-}
-
-impl Spacing {
-    /// The two numbers.
-    pub(super) fn numbers(self) -> [f64; 2] {
-        match self {
-            Self::Same(number) => [number; 2],
-            Self::Each(numbers) => numbers,
-        }
-    }
-}
-
-impl ContactSurface {
-    fn example() -> BTreeMap<&'static str, ObstacleKind> {
-        BTreeMap::from([("kind", ObstacleKind::HalfSpace)])
-    }
-}
-
-/// Kind of obstacle.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub(super) enum ObstacleKind {
-    /// The region behind a plane.
-    HalfSpace,
-    /// A ball.
-    Sphere,
-    /// The points within a radius of a line segment.
-    Capsule,
-    /// A box with sharp edges.
-    Box,
-    /// Uneven ground below a smooth surface through heights.
-    HeightField,
-    /// A convex polyhedron, rounded by a radius.
-    ConvexMesh,
-}
-
-impl ObstacleKind {
-    /// Its name in the file.
-    pub(super) fn name(self) -> &'static str {
-        match self {
-            Self::HalfSpace => "half_space",
-            Self::Sphere => "sphere",
-            Self::Capsule => "capsule",
-            Self::Box => "box",
-            Self::HeightField => "height_field",
-            Self::ConvexMesh => "convex_mesh",
-        }
-    }
-}
-
-/// Friction: the same in all directions, or by direction.
-#[derive(Clone, Copy, Debug, Deserialize, Serialize, JsonSchema)]
-#[serde(untagged)]
-pub(super) enum ContactFriction {
-    /// The same in all directions.
-    Same(f64),
-    /// Forward along a rod, backward, and sideways.
-    Each([f64; 3]),
-}
-
-impl Default for ContactFriction {
-    fn default() -> Self {
-        Self::Same(0.0)
-    }
-}
-
-impl ContactFriction {
-    /// The three numbers.
-    pub(super) fn numbers(self) -> [f64; 3] {
-        match self {
-            Self::Same(number) => [number; 3],
-            Self::Each(numbers) => numbers,
-        }
-    }
-}
-
-/// A force and a moment on a rod, at a point or distributed along a part of it.
-#[derive(Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(super) struct Load {
-    /// Force in newtons; in newtons per metre of the unstretched rod where the load is spread; a table where it
-    /// varies in time. Default: [0, 0, 0].
-    #[serde(default)]
-    pub(super) force: Vector,
-    /// Moment in newton metres; in newtons where the load is spread; a table where it varies in time. Default: [0, 0, 0].
-    #[serde(default)]
-    pub(super) moment: Vector,
-    /// Arc length of the unstretched rod where the load acts, in metres. Default: the tip.
-    #[schemars(range(min = 0.0))]
-    pub(super) at: Option<f64>,
-    /// Arc lengths between which the load is distributed uniformly, in metres, instead of at.
-    pub(super) along: Option<[f64; 2]>,
-    /// Axes of force and moment. Default: "world".
-    #[serde(default)]
-    pub(super) frame: Frame,
-}
-
 /// A tendon that pulls along its path: a given tension, or a given length with or without a stiffness.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -668,10 +450,10 @@ pub(super) struct Tendon {
     #[schemars(length(min = 1), example = Vec::<()>::new())]
     pub(super) path: Vec<PathPart>,
     /// Tension in newtons: a number, or a table where it varies in time or is an input.
-    pub(super) tension: Option<Command>,
+    pub(super) tension: Option<Written<Signal<1>>>,
     /// Instead: the length at which it is free of force, in metres, likewise. Its tension is then
     /// stiffness (path - length) + damping (rate of path), and never less than zero.
-    pub(super) length: Option<Command>,
+    pub(super) length: Option<Written<Signal<1>>>,
     /// Stiffness of a tendon with a given length, in N/m.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub(super) stiffness: Option<f64>,
@@ -685,7 +467,7 @@ pub(super) struct Tendon {
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub(super) friction_velocity: Option<f64>,
     /// Direction of sliding in [-1, 1]: 1 if pulled, -1 if released. Default: from the rate of change of the length.
-    pub(super) sliding: Option<Command>,
+    pub(super) sliding: Option<Written<Signal<1>>>,
 }
 
 /// A part of a path: embedded in a rod, with offset and along, or a point, with at.
@@ -744,7 +526,7 @@ pub(super) struct Chamber {
     #[schemars(extend("exclusiveMinimum" = 0), example = 1e-4)]
     pub(super) area: f64,
     /// Gauge pressure in pascals: a number, or a table if it varies in time or is an input. Default: 0.
-    pub(super) pressure: Option<Command>,
+    pub(super) pressure: Option<Written<Signal<1>>>,
 }
 
 /// A motor on the joint of a link, by a torque, or by a position with gains.
@@ -755,9 +537,9 @@ pub(super) struct Motor {
     #[schemars(example = &"link")]
     pub(super) joint: String,
     /// Torque in N m, or force in N: a number, or a table where it varies in time or is an input.
-    pub(super) torque: Option<Command>,
+    pub(super) torque: Option<Written<Signal<1>>>,
     /// Instead of torque: set point in radians or metres, in the same forms.
-    pub(super) position: Option<Command>,
+    pub(super) position: Option<Written<Signal<1>>>,
     /// Stiffness and damping of a motor that holds a position.
     pub(super) gains: Option<[f64; 2]>,
     /// The lowest and the highest torque or force. Default: none.
@@ -779,7 +561,7 @@ pub(super) struct ActiveStrain {
     /// table. Default: 1.
     pub(super) shape: Option<AlongRod>,
     /// Amplitude: a number, or a table if it varies in time or is an input. Default: 0.
-    pub(super) amount: Option<Command>,
+    pub(super) amount: Option<Written<Signal<1>>>,
     /// Name of the actuator. Default: the link and the strain.
     pub(super) name: Option<String>,
 }
@@ -802,240 +584,6 @@ pub(super) enum Strain {
     ShearZ,
 }
 
-/// A number that is constant, varies in time, or is an input.
-#[derive(Clone, Debug, Deserialize, JsonSchema)]
-#[serde(untagged)]
-pub(super) enum Command {
-    /// Always the same.
-    Constant(f64),
-    /// A function of time, or an input.
-    Varying(VaryingCommand),
-}
-
-/// A number as a function of time: either times and values, or mean + rate t + amplitude sin(2 pi frequency t + phase). Or an
-/// input, a number that a controller sets.
-#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub(super) struct VaryingCommand {
-    /// Increasing times of the values, in seconds.
-    pub(super) times: Option<Vec<f64>>,
-    /// Values at these times, interpolated linearly and constant before the first and after the last one.
-    pub(super) values: Option<Vec<f64>>,
-    /// Largest deviation from the steady part. Default: 0.
-    pub(super) amplitude: Option<f64>,
-    /// Oscillations per second, in hertz. Default: 0.
-    #[schemars(range(min = 0.0))]
-    pub(super) frequency: Option<f64>,
-    /// Phase at time zero, in radians. Default: 0.
-    pub(super) phase: Option<f64>,
-    /// Steady part at time zero. Default: 0.
-    pub(super) mean: Option<f64>,
-    /// Growth of the steady part per second. Default: 0.
-    pub(super) rate: Option<f64>,
-    /// Instead: the name of an input. Inputs with the same name are one input.
-    pub(super) input: Option<String>,
-    /// Value of the input unless a controller sets it. Default: 0.
-    pub(super) default: Option<f64>,
-}
-
-/// A vector that is constant, varies in time, or is an input.
-#[derive(Clone, Debug, Deserialize, JsonSchema)]
-#[serde(untagged)]
-pub(super) enum Vector {
-    /// Always the same.
-    Constant([f64; 3]),
-    /// A function of time, or an input.
-    Varying(Box<VaryingLoad>),
-}
-
-/// A force or a moment as a function of time: either times and values, or mean + rate t + amplitude
-/// sin(2 pi frequency t + phase). Or an input, three numbers that a controller sets.
-#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub(super) struct VaryingLoad {
-    /// Increasing times of the values, in seconds.
-    pub(super) times: Option<Vec<f64>>,
-    /// Values at these times, interpolated linearly and constant before the first and after the last one.
-    pub(super) values: Option<Vec<[f64; 3]>>,
-    /// Largest deviation from the steady part. Default: [0, 0, 0].
-    pub(super) amplitude: Option<[f64; 3]>,
-    /// Oscillations per second, in hertz. Default: 0.
-    #[schemars(range(min = 0.0))]
-    pub(super) frequency: Option<f64>,
-    /// Phase at time zero, in radians. Default: 0.
-    pub(super) phase: Option<f64>,
-    /// Steady part at time zero. Default: [0, 0, 0].
-    pub(super) mean: Option<[f64; 3]>,
-    /// Growth of the steady part per second. Default: [0, 0, 0].
-    pub(super) rate: Option<[f64; 3]>,
-    /// Instead: the name of an input, which has the entries name.x, name.y and name.z.
-    pub(super) input: Option<String>,
-    /// Value of the input unless a controller sets it. Default: [0, 0, 0].
-    pub(super) default: Option<[f64; 3]>,
-}
-
-impl Default for Vector {
-    fn default() -> Self {
-        Self::Constant([0.0; 3])
-    }
-}
-
-/// A vector as a function of time: either times and values, or mean + rate t + amplitude sin(2 pi frequency t + phase).
-#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub(super) struct VaryingVector {
-    /// Increasing times of the values, in seconds.
-    pub(super) times: Option<Vec<f64>>,
-    /// Values at these times.
-    pub(super) values: Option<Vec<[f64; 3]>>,
-    /// Interpolation of times and values. Default: cubic.
-    pub(super) interpolation: Option<Interpolation>,
-    /// Largest deviation from the steady part. Default: [0, 0, 0].
-    pub(super) amplitude: Option<[f64; 3]>,
-    /// Oscillations per second, in hertz. Default: 0.
-    #[schemars(range(min = 0.0))]
-    pub(super) frequency: Option<f64>,
-    /// Phase at time zero, in radians. Default: 0.
-    pub(super) phase: Option<f64>,
-    /// Steady part at time zero. Default: [0, 0, 0].
-    pub(super) mean: Option<[f64; 3]>,
-    /// Growth of the steady part per second. Default: [0, 0, 0].
-    pub(super) rate: Option<[f64; 3]>,
-}
-
-/// How a table of a prescribed motion is interpolated.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub(super) enum Interpolation {
-    /// Straight lines, constant before the first and after the last time. The velocity jumps at corners.
-    Linear,
-    /// Cubic pieces that are monotone wherever the values are, with a continuous velocity (PCHIP).
-    Monotone,
-    /// Cubic spline with a continuous acceleration.
-    Cubic,
-}
-
-/// The axes in which a load keeps its direction.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub(super) enum Frame {
-    /// Axes of the world: a dead load.
-    #[default]
-    World,
-    /// Axes of the section, with which the load rotates: a follower load.
-    Body,
-}
-
-/// A rigid body fixed to a section of a rod.
-#[derive(Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(super) struct Body {
-    /// Mass in kilograms.
-    #[schemars(range(min = 0.0), example = 0.1)]
-    pub(super) mass: f64,
-    /// Arc length of the unstretched rod where the body is fixed, in metres. Default: the tip.
-    #[schemars(range(min = 0.0))]
-    pub(super) at: Option<f64>,
-    /// Centre of mass relative to the section's centre, in the section's axes, in metres. Default: [0, 0, 0].
-    #[serde(default)]
-    pub(super) centre: [f64; 3],
-    /// Inertia tensor about its centre of mass in the section's axes, in kg m^2: three rows. Default: zero, a point.
-    #[serde(default)]
-    pub(super) inertia: [[f64; 3]; 3],
-    /// Displaced volume in m^3. The fluid of the robot bears it and must be moved with it. Default: 0.
-    #[schemars(range(min = 0.0))]
-    pub(super) volume: Option<f64>,
-    /// Centre of the volume, in the same axes as the centre of mass, in metres. Default: the centre of mass.
-    pub(super) centre_of_volume: Option<[f64; 3]>,
-    /// Added mass over the displaced mass. Default: 0.5, as for a sphere.
-    #[schemars(range(min = 0.0))]
-    pub(super) added_mass_coefficient: Option<f64>,
-    /// Reference area of the quadratic drag of the fluid, in m^2. Default: 0.
-    #[schemars(range(min = 0.0))]
-    pub(super) drag_area: Option<f64>,
-    /// Coefficient of the quadratic drag. Default: 1.
-    #[schemars(range(min = 0.0))]
-    pub(super) drag_coefficient: Option<f64>,
-    /// Viscous drag of the fluid, in N s/m. Default: 0.
-    #[schemars(range(min = 0.0))]
-    pub(super) viscous_drag: Option<f64>,
-}
-
-/// Springs and dampers between a section of a rod and a fixed pose in the world, the anchor.
-#[derive(Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(super) struct Support {
-    /// Arc length of the supported section on the unstretched rod, in metres. Default: the tip.
-    #[schemars(range(min = 0.0))]
-    pub(super) at: Option<f64>,
-    /// Stiffness in N/m: one number, or three along the axes of the anchor. Default: 0.
-    #[serde(default)]
-    pub(super) stiffness: PerAxis,
-    /// Rotational stiffness in N m/rad: one number, or three about the axes of the anchor. Default: 0.
-    #[serde(default)]
-    pub(super) rotational_stiffness: PerAxis,
-    /// Viscous damping in N s/m: one number, or three along the axes of the anchor. Default: 0.
-    #[serde(default)]
-    pub(super) damping: PerAxis,
-    /// Viscous damping of rotation in N m s/rad: one number, or three about the axes of the anchor. Default: 0.
-    #[serde(default)]
-    pub(super) rotational_damping: PerAxis,
-    /// Position of the anchor in the world, in metres. Default: where the section is when all coordinates are zero.
-    pub(super) position: Option<[f64; 3]>,
-    /// Orientation of the anchor: unit quaternion [w, x, y, z] that turns its axes into world axes. Default: that of
-    /// the section when all coordinates are zero, x along the rod.
-    pub(super) orientation: Option<[f64; 4]>,
-}
-
-/// An unbounded fluid around the whole rod, with uniform and steady flow far from it.
-#[derive(Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(super) struct Fluid {
-    /// Density in kg/m^3.
-    #[schemars(range(min = 0.0), example = 1e3)]
-    pub(super) density: f64,
-    /// Velocity far from the rod, in the world, in m/s. Default: [0, 0, 0].
-    #[serde(default)]
-    pub(super) velocity: [f64; 3],
-    /// Viscous drag per length and velocity, in N s/m^2: [across the rod's axis, along it]. Default: [0, 0].
-    #[serde(default)]
-    pub(super) viscous_drag: [f64; 2],
-    /// Coefficients of the quadratic drag: [across the rod's axis, along it]. Default: [0, 0].
-    #[serde(default)]
-    pub(super) drag_coefficients: [f64; 2],
-    /// Added mass across the axis, relative to the mass of the displaced fluid. Default: 1.
-    #[schemars(range(min = 0.0))]
-    pub(super) added_mass_coefficient: Option<f64>,
-    /// Whether buoyancy acts. Default: true.
-    pub(super) buoyancy: Option<bool>,
-}
-
-/// The same for all axes, or one number for each.
-#[derive(Clone, Copy, Debug, Deserialize, Serialize, JsonSchema)]
-#[serde(untagged)]
-pub(super) enum PerAxis {
-    /// The same for all axes.
-    All(f64),
-    /// One for each axis.
-    Each([f64; 3]),
-}
-
-impl Default for PerAxis {
-    fn default() -> Self {
-        Self::All(0.0)
-    }
-}
-
-impl PerAxis {
-    /// The three numbers.
-    pub(super) fn numbers(self) -> [f64; 3] {
-        match self {
-            Self::All(number) => [number; 3],
-            Self::Each(numbers) => numbers,
-        }
-    }
-}
-
 /// Pose of a clamped end.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
@@ -1051,57 +599,6 @@ impl Default for Base {
     fn default() -> Self {
         Self { position: [0.0; 3], orientation: [1.0, 0.0, 0.0, 0.0] }
     }
-}
-
-/// Motion of a clamped end. Tables that are not linear must cover the run.
-#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub(super) struct BaseMotion {
-    /// Displacement in the world, in metres. Default: none.
-    pub(super) translation: Option<VaryingVector>,
-    /// Axis of the rotation in the world; its length does not matter.
-    pub(super) axis: Option<[f64; 3]>,
-    /// Angle about the axis, in radians.
-    pub(super) angle: Option<VaryingNumber>,
-    /// Instead of axis and angle: rotations relative to the base's orientation.
-    pub(super) rotation: Option<Orientations>,
-}
-
-/// A number as a function of time: either times and values, or mean + rate t + amplitude sin(2 pi frequency t + phase).
-#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub(super) struct VaryingNumber {
-    /// Increasing times of the values, in seconds.
-    pub(super) times: Option<Vec<f64>>,
-    /// Values at the times.
-    pub(super) values: Option<Vec<f64>>,
-    /// Interpolation of times and values. Default: cubic.
-    pub(super) interpolation: Option<Interpolation>,
-    /// Largest deviation from the steady part. Default: 0.
-    pub(super) amplitude: Option<f64>,
-    /// Oscillations per second, in hertz. Default: 0.
-    #[schemars(range(min = 0.0))]
-    pub(super) frequency: Option<f64>,
-    /// Phase at time zero, in radians. Default: 0.
-    pub(super) phase: Option<f64>,
-    /// Steady part at time zero. Default: 0.
-    pub(super) mean: Option<f64>,
-    /// Growth of the steady part per second. Default: 0.
-    pub(super) rate: Option<f64>,
-}
-
-/// Orientations at some times.
-#[derive(Clone, Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(super) struct Orientations {
-    /// Times in seconds, increasing.
-    #[schemars(example = vec![0.0, 1.0])]
-    pub(super) times: Vec<f64>,
-    /// Unit quaternions [w, x, y, z] at the times, less than a right angle from one to the next.
-    #[schemars(example = vec![[1.0, 0.0, 0.0, 0.0]; 2])]
-    pub(super) values: Vec<[f64; 4]>,
-    /// Interpolation of times and values. Default: cubic.
-    pub(super) interpolation: Option<Interpolation>,
 }
 
 /// A piece of rod with one kind of section: a radius or another shape with its material (and either shear_modulus or

@@ -4,20 +4,21 @@ use std::collections::HashMap;
 
 use super::actuators::{Surroundings, actuators, key_of_actuator};
 use super::contacts::{contacts, key_of_contact};
+use super::described::{Written, key_of_item, made, read, read_all};
 use super::document::{
-    BaseMotion, Document, Import, Joint, JointKind, JointMotion, Link, LinkBody, Mimic, Segment,
-    Simulation as Settings, VaryingNumber,
+    Document, Import, Joint, JointKind, JointMotion, Link, Mimic, Segment, Simulation as Settings,
 };
 use super::imports::{Imported, Imports, Refusal, Request};
 use super::loops::{self, LISTED, expected_name, key_of_loop, quoted};
 use super::parts;
 use super::shape::{Shape, report};
-use crate::body;
+use crate::body::{self, described::Body};
+use crate::description::{Data as _, Limits};
 use crate::error::Checker;
 use crate::joint::{self as joints, JointForces};
-use crate::load;
 use crate::robot::{self, Driven, Robot};
-use crate::support;
+use crate::signal::Keys;
+use crate::world::described::BaseMotion;
 
 /// The imported links; `None` after reporting a problem.
 pub(super) fn import(written: &Import, imports: &mut dyn Imports, shape: &mut Shape) -> Option<Imported> {
@@ -91,15 +92,12 @@ pub(super) fn robot(
     let (mut loads, mut load_keys) = (Vec::new(), Vec::new());
     let (mut supports, mut support_keys) = (Vec::new(), Vec::new());
     for (i, link) in written.iter().enumerate() {
-        for (j, written) in link.load.iter().enumerate() {
-            let key = format!("link[{i}].load[{j}]");
-            loads.push(load::Load { link: before + i, ..parts::load(written, &key, shape) });
-            load_keys.push(key);
-        }
-        for (j, written) in link.support.iter().enumerate() {
-            supports.push(support::Support { link: before + i, ..parts::support(written) });
-            support_keys.push(format!("link[{i}].support[{j}]"));
-        }
+        let (of_link, keys) = read_all(&link.load, &format!("link[{i}].load"), shape);
+        loads.extend(of_link.iter().map(|load| load.resolved(before + i)));
+        load_keys.extend(keys);
+        let (of_link, keys) = read_all(&link.support, &format!("link[{i}].support"), shape);
+        supports.extend(of_link.iter().map(|support| support.resolved(before + i)));
+        support_keys.extend(keys);
     }
     let moving = document.base_motion.as_ref();
     let robot = Robot {
@@ -107,7 +105,7 @@ pub(super) fn robot(
             .map(|written| parts::base_motion(written, "base_motion", &document.simulation, shape)),
         loads,
         supports,
-        fluid: document.fluid.as_ref().map(parts::fluid),
+        fluid: document.fluid.as_ref().and_then(|fluid| read(fluid, "fluid", shape)),
         ..Robot::new(links)
     };
     let mut robot = Robot { gravity: document.scene.gravity.unwrap_or(robot.gravity), ..robot };
@@ -123,7 +121,9 @@ pub(super) fn robot(
         let of_actuator = key_of_actuator(place, &actuator_keys);
         let known = of_actuator.or_else(|| key_of_loop(place, &document.r#loop, &loop_places));
         let known = known.or_else(|| key_of_contact(place, &document.contact, &contact_places));
-        known.unwrap_or_else(|| key_of(&key_of_link(place, before), written, &load_keys, &support_keys))
+        let lists: [(_, &[_]); 2] = [("loads", &load_keys), ("supports", &support_keys)];
+        let known = known.or_else(|| key_of_item(place, &lists));
+        known.unwrap_or_else(|| key_of(&key_of_link(place, before), written))
     };
     if names.are_incomplete {
         // Their connections are unknown; check each link separately.
@@ -217,22 +217,19 @@ fn link(document: &Document, names: &Names<'_>, i: usize, written: &Link, shape:
             .as_ref()
             .and_then(|written| driven(document, names, written, &format!("{here}.joint"), shape)),
         rod,
-        body: written.body.as_ref().map(body_of),
+        body: written.body.as_ref().and_then(|body| body_of(body, &format!("{here}.body"), shape)),
         ..robot::Link::new(&written.name)
     }
 }
 
-fn body_of(written: &LinkBody) -> body::Body {
-    let &LinkBody { mass, centre, inertia, .. } = written;
-    let hull = parts::hull(parts::WrittenHull {
-        volume: written.volume,
-        centre: written.centre_of_volume,
-        added_mass_coefficient: written.added_mass_coefficient,
-        drag_area: written.drag_area,
-        drag_coefficient: written.drag_coefficient,
-        viscous_drag: written.viscous_drag,
-    });
-    body::Body { centre, inertia, hull, ..body::Body::point(mass) }
+/// The body of a link, at the place of its table.
+fn body_of(written: &Written<Body>, here: &str, shape: &mut Shape) -> Option<body::Body> {
+    let body = read(written, here, shape)?;
+    if body.at.is_some() {
+        let right = "remove it: the body of a link is in the origin of its axes";
+        shape.refuse(&format!("{here}.at"), "the body of a link does not take it", right);
+    }
+    Some(body.resolved(0))
 }
 
 /// The joint written at `here`; a valid stand-in after reporting a problem.
@@ -374,8 +371,12 @@ fn motion_of_coordinate(written: &JointMotion, here: &str, settings: &Settings, 
         shape.refuse(&format!("{here}.{key}"), "it belongs to the motion of a free joint", right);
     }
     let problems = shape.problems.len();
-    let number = VaryingNumber { times, values, interpolation, amplitude, frequency, phase, mean, rate };
-    let driven = Driven::Coordinate(parts::varying_number(&number, here, shape));
+    let interpolation = interpolation.and_then(|word| read(&word, &format!("{here}.interpolation"), shape));
+    let [amplitude, mean, rate] = [amplitude, mean, rate].map(|number| number.map(|x| [x]));
+    let values = values.map(|values| values.into_iter().map(|x| [x]).collect());
+    let formula = Keys { amplitude, frequency, phase, mean, rate, ..Keys::NONE };
+    let keys = Keys { times, values, interpolation, ..formula };
+    let driven = Driven::Coordinate(made(here, shape, |reader| keys.signal(reader)).unwrap_or_default());
     if problems == shape.problems.len() {
         parts::check_span(driven.span(), here, settings, shape);
     }
@@ -403,8 +404,29 @@ fn motion_of_link(
         let right = "write it in translation, or in angle with an axis";
         shape.refuse(&format!("{here}.{key}"), "a free joint has more than one coordinate", right);
     }
-    let JointMotion { translation, axis, angle, rotation, .. } = written.clone();
-    parts::base_motion(&BaseMotion { translation, axis, angle, rotation }, here, settings, shape)
+    let problems = shape.problems.len();
+    let JointMotion { translation, axis, angle, rotation, .. } = written;
+    let place = |key: &str| format!("{here}.{key}");
+    let motion = BaseMotion {
+        translation: translation
+            .as_ref()
+            .and_then(|written| read(written, &place("translation"), shape))
+            .unwrap_or_default(),
+        axis: *axis,
+        angle: angle.as_ref().and_then(|written| read(written, &place("angle"), shape)),
+        rotation: rotation.as_ref().and_then(|written| read(written, &place("rotation"), shape)),
+    };
+    if shape.is_readable(here) && problems == shape.problems.len() {
+        made(here, shape, |reader| {
+            motion.check(&Limits::NONE, reader);
+            Some(())
+        });
+    }
+    let motion = motion.resolved();
+    if problems == shape.problems.len() {
+        parts::check_span(motion.span(), here, settings, shape);
+    }
+    motion
 }
 
 /// Key in the file for a link of a [`Robot`], or for a place in it, if `before` links are imported.
@@ -420,16 +442,9 @@ pub(super) fn key_of_link(place: &str, before: usize) -> String {
 }
 
 /// Key in the file for any place in a [`Robot`], with links numbered as in the file.
-fn key_of(place: &str, written: &[Link], loads: &[String], supports: &[String]) -> String {
+fn key_of(place: &str, written: &[Link]) -> String {
     if place.starts_with("gravity") {
         return format!("scene.{place}");
-    }
-    for (what, keys) in [("loads[", loads), ("supports[", supports)] {
-        if let Some((i, rest)) = place.strip_prefix(what).and_then(|rest| rest.split_once(']'))
-            && let Some(key) = i.parse::<usize>().ok().and_then(|i| keys.get(i))
-        {
-            return format!("{key}{rest}");
-        }
     }
     let key = place.replace(".rod[", ".rod.segment[");
     if key == "links" {

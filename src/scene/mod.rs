@@ -32,6 +32,7 @@
 mod actuators;
 mod build;
 mod contacts;
+mod described;
 mod diagnostics;
 mod document;
 mod imports;
@@ -43,8 +44,6 @@ mod shape;
 pub(crate) mod suggestion;
 mod words;
 
-use std::sync::LazyLock;
-
 use toml::de::{DeTable, DeValue};
 
 use crate::accuracy::{self, Modes};
@@ -52,16 +51,14 @@ use crate::error::{Interrupted, InvalidInput};
 use crate::pendulum::SpringPendulum;
 use crate::robot;
 
+#[cfg(feature = "python")]
+pub(crate) use described::PARTS;
+pub use described::to_toml;
 pub use diagnostics::{Elsewhere, SceneError, SceneProblem};
 pub use document::{Jacobian, Method, Quantity};
 pub use imports::{FileProblem, Imported, Imports, NoImports, Refusal, Request};
 
-use shape::Shape;
-
-/// What scene files may hold, by which they are checked. A test keeps the file equal to what `document` says: generating it
-/// here would make the library a fiftieth larger.
-static SCHEMA: LazyLock<serde_json::Value> =
-    LazyLock::new(|| serde_json::from_str(include_str!("schema.json")).expect("the schema is JSON"));
+use shape::{SCHEMA, Shape};
 
 /// A validated scene: the simulator accepts all of its values.
 #[derive(Clone, Debug)]
@@ -289,6 +286,12 @@ impl Scene {
         words::add_old_words(&mut schema);
         pretty(&schema)
     }
+}
+
+/// The definitions of the JSON Schema that follow from the tables of parts.
+#[cfg(feature = "python")]
+pub(crate) fn schema_of_parts() -> String {
+    pretty(&serde_json::Value::Object(described::definitions()))
 }
 
 /// JSON as it is written to files.

@@ -6,16 +6,23 @@
 
 use std::collections::{BTreeSet, HashMap};
 use std::ops::Range;
+use std::sync::LazyLock;
 
 use serde_json::Value as Json;
 use toml::Spanned;
-use toml::de::{DeInteger, DeTable, DeValue};
+use toml::de::{DeFloat, DeInteger, DeTable, DeValue};
 
+use super::described::is_described;
 use super::diagnostics::{Elsewhere, SceneProblem};
 use super::imports::FileProblem;
 use super::suggestion::suggestion;
 use super::words::{self, OldWord};
 use crate::error::InvalidInput;
+
+/// What scene files may hold, by which they are checked. A test keeps the file equal to what `document` says: generating it
+/// here would make the library a fiftieth larger.
+pub(super) static SCHEMA: LazyLock<serde_json::Value> =
+    LazyLock::new(|| serde_json::from_str(include_str!("schema.json")).expect("the schema is JSON"));
 
 /// A document after validation of its structure.
 #[derive(Debug, Default)]
@@ -26,6 +33,8 @@ pub(super) struct Shape {
     pub(super) problems: Vec<SceneProblem>,
     /// Position of each value in the file, by its path.
     pub(super) spans: HashMap<String, Range<usize>>,
+    /// Position of the key of each value that `description` reads.
+    pub(super) keys: HashMap<String, Range<usize>>,
     /// Paths of omitted or replaced values.
     pub(super) replaced: BTreeSet<String>,
     /// Deprecated keys.
@@ -65,6 +74,13 @@ impl Shape {
         let elsewhere = Some(Elsewhere { file, snippet });
         let span = self.span(place);
         self.problems.push(SceneProblem { line, column, key, wrong, right, span, elsewhere });
+    }
+
+    /// Advice about the unknown key at a place, where these are known.
+    pub(super) fn advice(&self, place: &str, known: Vec<&'static str>) -> String {
+        let (table, name) = place.rsplit_once('.').unwrap_or(("", place));
+        let mut reader = Reader { root: &SCHEMA, shape: Self::default(), tables: None };
+        reader.advice(name, known.into_iter(), table).0
     }
 
     /// Reports a deprecated key.
@@ -187,9 +203,14 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// The value in TOML's own types, or `None` after reporting a problem.
+    /// The value in TOML's own types, or `None` after reporting a problem. What `description` reads is only converted, with
+    /// the positions of all that is in it; instead of a part there must be a table.
     fn value(&mut self, value: &Spanned<DeValue<'_>>, schema: &'a Json, place: &str) -> Option<toml::Value> {
+        let is_described = definition(schema).is_some_and(is_described);
         let schema = self.resolve(schema);
+        if is_described && (schema["type"] != "object" || value.get_ref().is_table()) {
+            return self.value_as_it_is(value, place);
+        }
         if let Some(branches) = schema["anyOf"].as_array() {
             let mut branches = branches.iter().map(|branch| self.resolve(branch));
             // Among several kinds of arrays, the one with the matching item type, if any.
@@ -228,18 +249,7 @@ impl<'a> Reader<'a> {
             DeValue::Table(table) => Some(self.table(table, schema, place).into()),
             DeValue::Array(array) => self.array(array, schema, place),
             DeValue::Integer(integer) => self.integer(integer, schema, place),
-            DeValue::Float(float) => {
-                let number: f64 = float.as_str().parse().unwrap_or(f64::NAN);
-                if number.is_infinite() && !float.as_str().contains("inf") {
-                    self.shape.refuse(
-                        place,
-                        format!("{float} is too large"),
-                        "expected a double, at most 1.8e308",
-                    );
-                    return None;
-                }
-                Some(number.into())
-            }
+            DeValue::Float(float) => self.float(float, place),
             DeValue::String(text) => Some(text.as_ref().into()),
             DeValue::Boolean(value) => Some((*value).into()),
             DeValue::Datetime(_) => unreachable!("no key of a scene has this type"),
@@ -266,11 +276,62 @@ impl<'a> Reader<'a> {
         (read.len() == array.len()).then(|| read.into())
     }
 
-    fn integer(&mut self, integer: &DeInteger<'_>, schema: &'a Json, place: &str) -> Option<toml::Value> {
-        let Ok(number) = i64::from_str_radix(integer.as_str(), integer.radix()) else {
-            self.shape.refuse(place, format!("{integer} is too large"), "expected an integer below 9.2e18");
+    /// A table with all that is in it; what TOML's own types cannot hold is reported and omitted.
+    fn as_it_is(&mut self, table: &DeTable<'_>, place: &str) -> toml::Table {
+        let mut read = toml::Table::new();
+        for (key, value) in table {
+            let inner = join(place, key.get_ref());
+            let span = if is_table_like(value.get_ref()) { key.span() } else { value.span() };
+            self.shape.spans.insert(inner.clone(), span);
+            self.shape.keys.insert(inner.clone(), key.span());
+            match self.value_as_it_is(value, &inner) {
+                Some(value) => _ = read.insert(key.get_ref().to_string(), value),
+                None => _ = self.shape.replaced.insert(inner),
+            }
+        }
+        read
+    }
+
+    fn value_as_it_is(&mut self, value: &Spanned<DeValue<'_>>, place: &str) -> Option<toml::Value> {
+        match value.get_ref() {
+            DeValue::Table(table) => Some(self.as_it_is(table, place).into()),
+            DeValue::Array(array) => {
+                let mut read = Vec::with_capacity(array.len());
+                for (i, item) in array.iter().enumerate() {
+                    let inner = format!("{place}[{i}]");
+                    self.shape.spans.insert(inner.clone(), item.span());
+                    read.extend(self.value_as_it_is(item, &inner));
+                }
+                (read.len() == array.len()).then(|| read.into())
+            }
+            DeValue::Integer(integer) => self.whole(integer, place).map(Into::into),
+            DeValue::Float(float) => self.float(float, place),
+            DeValue::String(text) => Some(text.as_ref().into()),
+            DeValue::Boolean(value) => Some((*value).into()),
+            DeValue::Datetime(date) => Some(toml::Value::Datetime(*date)),
+        }
+    }
+
+    fn float(&mut self, float: &DeFloat<'_>, place: &str) -> Option<toml::Value> {
+        let number: f64 = float.as_str().parse().unwrap_or(f64::NAN);
+        if number.is_infinite() && !float.as_str().contains("inf") {
+            let right = "expected a double, at most 1.8e308";
+            self.shape.refuse(place, format!("{float} is too large"), right);
             return None;
-        };
+        }
+        Some(number.into())
+    }
+
+    fn whole(&mut self, integer: &DeInteger<'_>, place: &str) -> Option<i64> {
+        let number = i64::from_str_radix(integer.as_str(), integer.radix()).ok();
+        if number.is_none() {
+            self.shape.refuse(place, format!("{integer} is too large"), "expected an integer below 9.2e18");
+        }
+        number
+    }
+
+    fn integer(&mut self, integer: &DeInteger<'_>, schema: &'a Json, place: &str) -> Option<toml::Value> {
+        let number = self.whole(integer, place)?;
         if schema["type"] == "integer" && number < 0 {
             self.shape.refuse(place, format!("got {number}"), format!("expected {}", self.expected(schema)));
             return None;
@@ -405,6 +466,12 @@ impl<'a> Reader<'a> {
             _ => "another type".to_owned(),
         }
     }
+}
+
+/// Name of the definition to which a schema refers.
+fn definition(schema: &Json) -> Option<&str> {
+    let reference = schema["$ref"].as_str().or_else(|| schema["allOf"][0]["$ref"].as_str());
+    reference?.strip_prefix("#/definitions/")
 }
 
 /// True if the type of `value` matches the schema.

@@ -10,6 +10,7 @@
 //! ```
 
 mod corners;
+mod described;
 mod pieces;
 mod spline;
 mod table;
@@ -21,6 +22,8 @@ use std::sync::Arc;
 use crate::error::{Checker, Interrupted, InvalidInput, Number};
 
 pub use self::corners::Cell;
+pub use self::described::Drive;
+pub(crate) use self::described::Keys;
 pub(crate) use self::pieces::Pieces;
 pub use self::spline::Motion;
 pub(crate) use self::spline::Spline;
@@ -176,7 +179,12 @@ impl<const N: usize> Signal<N> {
                     "\"\"",
                     "a name for the input",
                 );
-                check.finite(&input.value, &format!("{place}.default"));
+                // A single number has no index.
+                let place = format!("{place}.default");
+                match input.value.as_slice() {
+                    [value] => check.require(value.is_finite(), &place, Number(*value), "a finite number"),
+                    values => check.finite(values, &place),
+                };
             }
             // The rest of a table is checked on creation; values of functions are checked when they are called.
             Self::Table(table) => {

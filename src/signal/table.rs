@@ -1,6 +1,7 @@
 //! Tables of values over time.
 
 use super::times::rounding_of_times;
+use crate::description::Described;
 use crate::error::{Checker, InvalidInput, Number};
 
 /// Values at given times. As a signal: linear interpolation, constant before the first and after the last
@@ -15,7 +16,7 @@ pub struct Table<const N: usize> {
 }
 
 /// Interpolation of a table.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Described)]
 pub enum Interpolation {
     /// Straight lines, constant before the first and after the last time. The velocity of a prescribed motion
     /// jumps at corners.

@@ -9,6 +9,7 @@
 //! ```
 
 pub(crate) mod base_motion;
+pub mod described;
 mod fluid;
 mod prescribed;
 pub(crate) mod smooth;

@@ -29,7 +29,9 @@ def test_everything_that_shows_a_version_agrees():
     citation = yaml.safe_load((ROOT / "CITATION.cff").read_text())
     releases = HEADING.findall((ROOT / "CHANGELOG.md").read_text())
     assert lissom.__version__ == shown
-    assert [package["version"] for package in locked if package["name"] == "lissom"] == [shown]
+    for name in ("lissom", "lissom-derive"):
+        assert [package["version"] for package in locked if package["name"] == name] == [shown]
+    assert CARGO["dependencies"]["lissom-derive"] == {"path": "derive", "version": f"={shown}"}
     assert releases[0] == (citation["version"], str(citation["date-released"]))
     assert citation["version"] == shown
     assert recipe()["context"]["version"] == shown

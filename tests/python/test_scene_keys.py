@@ -545,6 +545,60 @@ radius = 0.1
 [simulation]
 t_end = 0.1
 """,
+    "shapes on links": """version = 1
+[[link]]
+name = "arm"
+joint = { type = "revolute", axis = [0, 1, 0] }
+[[link.rod.segment]]
+length = 0.5
+radius = 0.01
+young_modulus = 3e5
+poisson_ratio = 0.4
+density = 1070
+modes = { bend_y = 1 }
+[[link]]
+name = "block"
+position = [0.3, 0, 5]
+joint = { type = "free" }
+body = { mass = 0.2, inertia = [[1e-3, 0, 0], [0, 1e-3, 0], [0, 0, 1e-3]] }
+[[contact]]
+a = { kind = "half_space", point = [0, 0, -9], link = "arm", at = 0.1 }
+b = { link = "block", radius = 0.1 }
+stiffness = 1e4
+[[contact]]
+a = { kind = "sphere", centre = [0, 0, -9], radius = 0.1, link = "arm", at = 0.2 }
+b = { link = "block", radius = 0.1 }
+stiffness = 1e4
+[[contact]]
+a = { kind = "capsule", start = [0, 0, -9], end = [0, 1, -9], radius = 0.1, link = "arm", at = 0.3 }
+b = { link = "block", radius = 0.1 }
+stiffness = 1e4
+[[contact]]
+a = { kind = "box", centre = [0, 0, -9], half_extents = [0.1, 0.1, 0.1], link = "arm", at = 0.4 }
+b = { link = "block", radius = 0.1 }
+stiffness = 1e4
+[[contact]]
+b = { link = "block", radius = 0.1 }
+stiffness = 1e4
+[contact.a]
+kind = "height_field"
+heights = [[0, 0], [0, 0]]
+spacing = 1
+corner = [0, 0, -9]
+link = "arm"
+at = 0.1
+[[contact]]
+b = { link = "block", radius = 0.1 }
+stiffness = 1e4
+[contact.a]
+kind = "convex_mesh"
+points = [[0, 0, -9], [1, 0, -9], [0, 1, -9], [0, 0, -8]]
+faces = [[0, 1, 2], [0, 1, 3], [0, 2, 3], [1, 2, 3]]
+link = "arm"
+at = 0.2
+[simulation]
+t_end = 0.1
+""",
     "an imported wrist": f"""version = 1
 [import]
 urdf = {json.dumps(str(WRIST))}

@@ -1,0 +1,467 @@
+//! Values on their way into and out of descriptions, and the tables of fields that the derive writes.
+
+use std::any::Any;
+use std::borrow::Cow;
+use std::fmt::{self, Debug};
+use std::sync::Arc;
+
+use super::read::{Problem, Reader};
+use crate::error::InvalidInput;
+
+/// A value on its way between a struct and TOML or Python.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Value {
+    /// Nothing: an optional field that is not given.
+    None,
+    /// True or false.
+    Flag(bool),
+    /// An integer.
+    Integer(i64),
+    /// A number.
+    Number(f64),
+    /// A text.
+    Text(String),
+    /// Several values.
+    List(Vec<Self>),
+    /// Numbers in rows of one length, one row after the other.
+    Rows {
+        /// All numbers.
+        numbers: Vec<f64>,
+        /// Length of each row.
+        columns: usize,
+    },
+    /// Values by name, in the order in which they were given.
+    Table(Vec<(Cow<'static, str>, Self)>),
+    /// A part that has been read before.
+    Part(Arc<dyn AnyPart>),
+    /// What no description holds, in words for messages.
+    Other(String),
+}
+
+impl Value {
+    /// The part, if it is one of this type.
+    pub fn part<T: 'static>(&self) -> Option<&T> {
+        if let Self::Part(part) = self { (part.as_ref() as &dyn Any).downcast_ref() } else { None }
+    }
+}
+
+impl fmt::Display for Value {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::None => f.write_str("None"),
+            Self::Flag(flag) => write!(f, "{flag}"),
+            Self::Integer(number) => write!(f, "{number}"),
+            Self::Number(number) => write!(f, "{number:?}"),
+            Self::Text(text) => write!(f, "the text \"{text}\""),
+            Self::List(_) | Self::Rows { .. } => f.write_str("an array"),
+            Self::Table(_) => f.write_str("a table"),
+            Self::Part(part) => write!(f, "a {}", part.schema().name),
+            Self::Other(what) => f.write_str(what),
+        }
+    }
+}
+
+/// The type of a field: enough to read it, and for the JSON Schema, docstrings and stubs.
+#[derive(Clone, Copy, Debug)]
+pub enum Kind {
+    /// A number.
+    Number,
+    /// An integer, not negative.
+    Integer,
+    /// True or false.
+    Flag,
+    /// A text.
+    Text,
+    /// One of some words, and what they are together.
+    Word(&'static str, &'static [&'static str]),
+    /// The name of an item of this list of a robot.
+    Reference(&'static str),
+    /// This many values.
+    Array(&'static Self, usize),
+    /// Any number of values.
+    List(&'static Self),
+    /// This many numbers, or one for all of them.
+    OneOrEach(usize),
+    /// A value, or none.
+    Optional(&'static Self),
+    /// One of several kinds, and what they are together; of parts among them, tables choose by `kind`.
+    OneOf(&'static str, &'static [Self]),
+    /// A part.
+    Part(&'static Schema),
+    /// A value of this kind, or a function of time, which in scenes is a table with these fields; and what they are together;
+    /// a motion, which scenes have as a table only, has no such name.
+    Signal(&'static str, &'static Self, &'static Schema),
+}
+
+impl Kind {
+    /// What is expected, in words of scene files.
+    pub fn words(&self) -> String {
+        match self {
+            Self::Number => "a number".to_owned(),
+            Self::Integer => "an integer >= 0".to_owned(),
+            Self::Flag => "true or false".to_owned(),
+            Self::Text | Self::Reference(_) => "text in quotes".to_owned(),
+            Self::Word(_, words) => {
+                words.iter().map(|word| format!("\"{word}\"")).collect::<Vec<_>>().join(" or ")
+            }
+            Self::Array(Self::Number, count) => format!("an array of {count} numbers"),
+            Self::Array(Self::Integer, count) => format!("an array of {count} integers"),
+            Self::Array(_, count) => format!("an array of {count} rows"),
+            Self::List(Self::Number) => "an array of numbers".to_owned(),
+            Self::List(_) => "an array of rows".to_owned(),
+            Self::OneOrEach(count) => format!("a number or an array of {count} numbers"),
+            Self::Optional(kind) => kind.words(),
+            Self::OneOf(_, kinds) => {
+                let mut words: Vec<_> = kinds.iter().map(Self::words).collect();
+                words.dedup();
+                words.join(" or ")
+            }
+            Self::Part(_) => "a table".to_owned(),
+            Self::Signal("", ..) => "a table".to_owned(),
+            Self::Signal(_, constant, _) => format!("{} or a table", constant.words()),
+        }
+    }
+
+    /// Whether a value of this kind may hold functions of time.
+    pub fn holds_signals(&self) -> bool {
+        match self {
+            Self::Signal(..) => true,
+            Self::Array(inner, _) | Self::List(inner) | Self::Optional(inner) => inner.holds_signals(),
+            Self::OneOf(_, kinds) => kinds.iter().any(Self::holds_signals),
+            Self::Part(schema) => schema.fields.iter().any(|field| field.kind.holds_signals()),
+            _ => false,
+        }
+    }
+
+    /// The table of fields, if it is a part.
+    pub fn schema(&self) -> Option<&'static Schema> {
+        if let Self::Part(schema) = self { Some(schema) } else { None }
+    }
+}
+
+/// Makes a part from the values of its fields, in their order; its type is known at run time only.
+pub type Make = fn(&[Option<Value>], &mut Reader) -> Option<Arc<dyn AnyPart>>;
+
+/// The table of the fields of a struct.
+#[derive(Debug)]
+pub struct Schema {
+    /// Name of the class in Python.
+    pub name: &'static str,
+    /// Its `kind` in scenes, where one of several structs is chosen; empty for the one without `kind`.
+    pub tag: &'static str,
+    /// What messages call it, such as `a box`.
+    pub called: &'static str,
+    /// What messages call all with a `kind` of their own, such as `an obstacle`.
+    pub family: &'static str,
+    /// Documentation of the struct.
+    pub doc: &'static str,
+    /// An example in Python, for the docstring.
+    pub example: &'static str,
+    /// The fields.
+    pub fields: &'static [Field],
+    /// How many arguments may be positional in Python; by default those that are required.
+    pub positional: usize,
+    /// Whether it is checked by the part that holds it, and not when it is made.
+    pub is_checked_later: bool,
+    /// Whether Python shows it without the numbers and options that have their defaults.
+    pub is_brief: bool,
+    /// Fields at least one of which has to be given.
+    pub some_of: &'static [&'static str],
+    /// Makes a part.
+    pub make: Make,
+}
+
+impl Schema {
+    /// A table without options.
+    pub const fn new(name: &'static str, doc: &'static str, fields: &'static [Field], make: Make) -> Self {
+        let mut positional = 0;
+        while positional < fields.len() && fields[positional].default.is_none() {
+            positional += 1;
+        }
+        Self {
+            name,
+            tag: "",
+            called: "",
+            family: "",
+            doc,
+            example: "",
+            fields,
+            positional,
+            is_checked_later: false,
+            is_brief: false,
+            some_of: &[],
+            make,
+        }
+    }
+
+    /// Another name in Python than in Rust.
+    pub const fn name(self, name: &'static str) -> Self {
+        Self { name, ..self }
+    }
+
+    /// The `kind` in scenes.
+    pub const fn tag(self, tag: &'static str) -> Self {
+        Self { tag, ..self }
+    }
+
+    /// What messages call it.
+    pub const fn called(self, called: &'static str) -> Self {
+        Self { called, ..self }
+    }
+
+    /// What messages call all with a `kind` of their own.
+    pub const fn family(self, family: &'static str) -> Self {
+        Self { family, ..self }
+    }
+
+    /// An example in Python.
+    pub const fn example(self, example: &'static str) -> Self {
+        Self { example, ..self }
+    }
+
+    /// The number of positional arguments in Python.
+    pub const fn positional(self, positional: usize) -> Self {
+        Self { positional, ..self }
+    }
+
+    /// The part that holds it checks it.
+    pub const fn checked_later(self) -> Self {
+        Self { is_checked_later: true, ..self }
+    }
+
+    /// Python shows it without the numbers and options that have their defaults.
+    pub const fn brief(self) -> Self {
+        Self { is_brief: true, ..self }
+    }
+
+    /// At least one of these fields has to be given.
+    pub const fn some_of(self, some_of: &'static [&'static str]) -> Self {
+        Self { some_of, ..self }
+    }
+
+    /// Place of the field with this name.
+    pub fn index(&self, key: &str) -> Option<usize> {
+        self.fields.iter().position(|field| field.name == key)
+    }
+
+    /// The fields that scenes have as keys.
+    pub fn keys(&self) -> impl Iterator<Item = &'static Field> + Clone {
+        self.fields.iter().filter(|field| !field.limits.is_by_place)
+    }
+
+    /// Names of the fields.
+    pub fn names(&self) -> impl Iterator<Item = &'static str> + Clone {
+        self.fields.iter().map(|field| field.name)
+    }
+}
+
+/// A field of a struct.
+#[derive(Debug)]
+pub struct Field {
+    /// Its name, in Rust, Python and scenes.
+    pub name: &'static str,
+    /// Its doc comment.
+    pub doc: &'static str,
+    /// Its type.
+    pub kind: Kind,
+    /// `None` for required fields.
+    pub default: Option<fn() -> Value>,
+    /// Unit and range.
+    pub limits: Limits,
+}
+
+impl Field {
+    /// What the field means, with unit and range after the first sentence: `Radius (metres, > 0).`
+    pub fn meaning(&self) -> String {
+        let (doc, words) = (self.doc.trim().replace('\n', " "), self.limits.words());
+        let end = doc.find(". ").or_else(|| doc.rfind('.')).unwrap_or(doc.len());
+        let end = doc[..end].find(';').unwrap_or(end);
+        if words.is_empty() { doc } else { format!("{} ({words}){}", &doc[..end], &doc[end..]) }
+    }
+
+    /// The first sentence of its meaning, as a part of another one.
+    pub fn summary(&self) -> String {
+        let meaning = self.meaning();
+        let first = meaning.split_once(". ").map_or(meaning.as_str(), |(first, _)| first);
+        let first = first.trim_end_matches('.');
+        let mut letters = first.chars();
+        let is_word = first.chars().nth(1).is_some_and(char::is_lowercase);
+        match letters.next() {
+            Some(letter) if is_word => format!("{}{}", letter.to_lowercase(), letters.as_str()),
+            _ => first.to_owned(),
+        }
+    }
+}
+
+/// Unit and range of the numbers of a field, and when the field is given.
+#[derive(Clone, Copy, Debug)]
+pub struct Limits {
+    /// What a number is.
+    pub noun: &'static str,
+    /// The unit in words; empty for numbers without a unit.
+    pub unit: &'static str,
+    /// Whether numbers must be positive, or not negative.
+    pub sign: Sign,
+    /// The field that has to be given as well.
+    pub needs: &'static str,
+    /// Whether scenes say it by the place of the table.
+    pub is_by_place: bool,
+}
+
+/// Which signs numbers may have.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Sign {
+    /// Any.
+    Any,
+    /// Positive or zero.
+    NonNegative,
+    /// Positive.
+    Positive,
+}
+
+impl Limits {
+    /// Finite numbers without a unit.
+    pub const NONE: Self =
+        Self { noun: "a finite number", unit: "", sign: Sign::Any, needs: "", is_by_place: false };
+
+    /// With a unit.
+    pub const fn unit(self, unit: &'static str) -> Self {
+        Self { unit, ..self }
+    }
+
+    /// Numbers > 0.
+    pub const fn positive(self) -> Self {
+        Self { sign: Sign::Positive, ..self }
+    }
+
+    /// Numbers >= 0.
+    pub const fn non_negative(self) -> Self {
+        Self { sign: Sign::NonNegative, ..self }
+    }
+
+    /// Arc lengths of an unstretched rod.
+    pub const fn arc_length(self) -> Self {
+        Self { noun: "an arc length", ..self.unit("metres").non_negative() }
+    }
+
+    /// Scenes say it by the place of the table.
+    pub const fn by_place(self) -> Self {
+        Self { is_by_place: true, ..self }
+    }
+
+    /// The field is given only together with this one.
+    pub const fn needs(self, needs: &'static str) -> Self {
+        Self { needs, ..self }
+    }
+
+    fn relation(&self) -> &'static str {
+        match self.sign {
+            Sign::Any => "",
+            Sign::NonNegative => ">= 0",
+            Sign::Positive => "> 0",
+        }
+    }
+
+    /// Unit and range, such as `metres, > 0`.
+    pub fn words(&self) -> String {
+        let words = [self.unit, self.relation()];
+        words.into_iter().filter(|word| !word.is_empty()).collect::<Vec<_>>().join(", ")
+    }
+
+    /// What a number must be, such as `a finite number > 0 (metres)`.
+    pub fn expected(&self) -> String {
+        let mut text = self.noun.to_owned();
+        if self.sign != Sign::Any {
+            text = format!("{text} {}", self.relation());
+        }
+        if self.unit.is_empty() { text } else { format!("{text} ({})", self.unit) }
+    }
+
+    /// Whether a number is finite and in range.
+    pub fn contain(&self, number: f64) -> bool {
+        let has_sign = match self.sign {
+            Sign::Any => true,
+            Sign::NonNegative => number >= 0.0,
+            Sign::Positive => number > 0.0,
+        };
+        number.is_finite() && has_sign
+    }
+}
+
+/// A type that a field may have.
+pub trait Data: Clone + PartialEq + Send + Sync + Debug + 'static {
+    /// Its kind.
+    const KIND: Kind;
+
+    /// The default of fields of this type that give none.
+    const ABSENT: Option<fn() -> Value> = None;
+
+    /// Reads without checking ranges, except in a part that cannot be completed.
+    fn read(value: &Value, reader: &mut Reader) -> Option<Self>;
+
+    /// Reports what is out of range or does not fit together.
+    fn check(&self, limits: &Limits, reader: &mut Reader);
+
+    /// The value from which `read` makes an equal one.
+    fn write(&self) -> Value;
+}
+
+/// A struct with the derive.
+pub trait Part: Data + AnyPart {
+    /// The table of its fields.
+    const SCHEMA: &'static Schema;
+
+    /// Reads and checks.
+    ///
+    /// # Errors
+    /// All problems.
+    fn from_value(value: &Value) -> Result<Self, Vec<Problem>> {
+        let mut reader = Reader::default();
+        let found = Self::read(value, &mut reader);
+        if let Some(part) = &found {
+            part.check(&Limits::NONE, &mut reader);
+        }
+        found.filter(|_| reader.problems().is_empty()).ok_or(reader.finish())
+    }
+
+    /// Checks a struct that was made in Rust.
+    ///
+    /// # Errors
+    /// All problems.
+    fn validate(&self) -> Result<(), InvalidInput> {
+        let mut reader = Reader::default();
+        self.check(&Limits::NONE, &mut reader);
+        let problems: Vec<_> = reader.finish().into_iter().map(Into::into).collect();
+        if problems.is_empty() { Ok(()) } else { Err(InvalidInput { problems }) }
+    }
+}
+
+/// A struct with the derive, whichever it is.
+pub trait AnyPart: Any + Send + Sync + Debug {
+    /// The table of its fields.
+    fn schema(&self) -> &'static Schema;
+
+    /// The value of a field by its place in the table.
+    fn field(&self, index: usize) -> Value;
+
+    /// Whether both are equal.
+    fn same(&self, other: &dyn AnyPart) -> bool;
+
+    /// Reports what is out of range or does not fit together.
+    fn check_any(&self, reader: &mut Reader);
+
+    /// The fields with their values that differ from their defaults.
+    fn given(&self) -> Vec<(&'static Field, Value)> {
+        let fields = self.schema().fields.iter().enumerate();
+        fields
+            .map(|(i, field)| (field, self.field(i)))
+            .filter(|(field, value)| field.default.is_none_or(|default| default() != *value))
+            .collect()
+    }
+}
+
+impl PartialEq for dyn AnyPart {
+    fn eq(&self, other: &Self) -> bool {
+        self.same(other)
+    }
+}

@@ -1,0 +1,329 @@
+//! One class for all described parts. At import each table of `description` becomes a subclass, with docstring, signature
+//! and properties.
+
+mod text;
+mod values;
+
+use std::any::Any;
+use std::hash::{DefaultHasher, Hash, Hasher};
+use std::sync::Arc;
+
+use pyo3::PyTypeInfo;
+use pyo3::class::{PyTraverseError, PyVisit};
+use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::sync::PyOnceLock;
+use pyo3::types::{PyDict, PyTuple, PyType};
+
+use super::convert;
+use super::signal::Functions;
+use crate::description::{AnyPart, Fault, Field, Part, Problem, Reader, Schema, Value};
+use crate::error::InvalidInput;
+use crate::scene::{self, PARTS};
+
+use values::{attribute_of, object_of, value_of};
+
+/// A part of a model. It cannot be changed: `dataclasses.replace` makes another one.
+// In the module where it is found: old protocols of pickles name it.
+#[pyclass(name = "Part", module = "lissom._lissom", subclass, frozen, weakref)]
+#[derive(Debug)]
+pub(crate) struct PyPart {
+    part: Arc<dyn AnyPart>,
+    /// The functions of its signals. Python's collector sees them here, never behind the part, which others share.
+    functions: Functions,
+}
+
+/// The property that reads one field of a part.
+#[pyclass(name = "Field", module = "lissom", frozen)]
+#[derive(Debug)]
+struct PyField {
+    index: usize,
+    #[pyo3(get, name = "__doc__")]
+    doc: String,
+}
+
+/// The table of a class.
+#[pyclass(frozen)]
+struct PySchema(&'static Schema);
+
+/// Classes of the parts, in the order of their tables.
+static CLASSES: PyOnceLock<Vec<Py<PyType>>> = PyOnceLock::new();
+
+/// An object of the part's class around it; nothing is read again.
+pub(super) fn wrapped(py: Python<'_>, part: Arc<dyn AnyPart>) -> PyResult<Bound<'_, PyAny>> {
+    let place = PARTS.iter().position(|schema| std::ptr::eq(*schema, part.schema()));
+    let classes = CLASSES.get(py).expect("made at import");
+    let class = &classes[place.expect("all parts are listed")];
+    let functions = Functions::of_part(py, part.as_ref())?;
+    class.bind(py).call1((Bound::new(py, PyPart { part, functions })?,))
+}
+
+/// The parts of one type in a sequence.
+pub(super) fn parts_of<T: Part>(objects: &Bound<'_, PyAny>, name: &str) -> PyResult<Vec<T>> {
+    let wrong = |found: &Bound<'_, PyAny>| {
+        let (class, found) = (T::SCHEMA.name, convert::describe(found));
+        PyTypeError::new_err(format!("{name}: expected a sequence of lissom.{class}, got {found}"))
+    };
+    let part = |object: PyResult<Bound<'_, PyAny>>| {
+        let object = object?;
+        let part = object.cast::<PyPart>().ok().and_then(|part| part.get().of_type::<T>());
+        part.cloned().ok_or_else(|| wrong(&object))
+    };
+    objects.try_iter().map_err(|_| wrong(objects))?.map(part).collect()
+}
+
+/// An optional part.
+pub(super) fn optional_part<T: Part>(object: &Bound<'_, PyAny>, name: &str) -> PyResult<Option<T>> {
+    let part = object.cast::<PyPart>().ok().and_then(|part| part.get().of_type::<T>());
+    if part.is_some() || object.is_none() {
+        return Ok(part.cloned());
+    }
+    let (class, found) = (T::SCHEMA.name, convert::describe(object));
+    Err(PyTypeError::new_err(format!("{name}: expected lissom.{class} or None, got {found}")))
+}
+
+/// Reads a part from the values of its fields, checks it, and raises all its problems.
+fn made(schema: &'static Schema, values: &[Option<Value>]) -> PyResult<Arc<dyn AnyPart>> {
+    let mut reader = Reader::default();
+    let found = (schema.make)(values, &mut reader);
+    if let Some(part) = found.as_ref().filter(|_| !schema.is_checked_later) {
+        part.check_any(&mut reader);
+    }
+    let problems = reader.finish();
+    let is_type = |problem: &Problem| matches!(problem.fault, Fault::Type { .. });
+    match found {
+        Some(part) if problems.is_empty() => Ok(part),
+        _ => {
+            let is_type = problems.iter().all(is_type);
+            let error = InvalidInput { problems: problems.into_iter().map(Into::into).collect() };
+            let message = error.to_string();
+            Err(if is_type { PyTypeError::new_err(message) } else { PyValueError::new_err(message) })
+        }
+    }
+}
+
+/// The arguments of a call, by the fields of the part.
+fn arguments(
+    schema: &'static Schema,
+    args: &Bound<'_, PyTuple>,
+    kwargs: Option<&Bound<'_, PyDict>>,
+    functions: &mut Functions,
+) -> PyResult<Vec<Option<Value>>> {
+    let refuse = |what: String| PyTypeError::new_err(format!("{}() {what}", schema.name));
+    let mut values = vec![None; schema.fields.len()];
+    if args.len() > schema.positional {
+        let (most, given) = (schema.positional, args.len());
+        return Err(refuse(format!("takes {most} positional arguments but {given} were given")));
+    }
+    for (i, object) in args.iter().enumerate() {
+        values[i] = Some(value_of(&object, schema.fields[i].name, &schema.fields[i].kind, functions)?);
+    }
+    for (key, object) in kwargs.into_iter().flatten() {
+        let key: String = key.extract()?;
+        let Some(i) = schema.index(&key) else {
+            let known = schema.names().collect::<Vec<_>>().join(", ");
+            return Err(refuse(format!("got an unexpected keyword argument '{key}', expected {known}")));
+        };
+        if values[i].is_some() {
+            return Err(refuse(format!("got multiple values for argument '{key}'")));
+        }
+        values[i] = Some(value_of(&object, schema.fields[i].name, &schema.fields[i].kind, functions)?);
+    }
+    let fields = schema.fields.iter().zip(&values);
+    let missing = fields.filter(|(field, value)| value.is_none() && field.default.is_none());
+    let missing: Vec<_> = missing.map(|(field, _)| format!("'{}'", field.name)).collect();
+    match missing.is_empty() {
+        true => Ok(values),
+        false => Err(refuse(format!("missing required arguments: {}", missing.join(", ")))),
+    }
+}
+
+impl PyPart {
+    /// The part, if it is one of this type.
+    pub(super) fn of_type<T: 'static>(&self) -> Option<&T> {
+        (self.part.as_ref() as &dyn Any).downcast_ref()
+    }
+
+    /// The fields as Python objects by their names.
+    fn fields<'py>(&self, py: Python<'py>) -> PyResult<Vec<(&'static str, Bound<'py, PyAny>)>> {
+        let names = self.part.schema().names().enumerate();
+        names.map(|(i, name)| Ok((name, object_of(py, &self.part.field(i))?))).collect()
+    }
+}
+
+#[pymethods]
+impl PyPart {
+    #[new]
+    #[classmethod]
+    #[pyo3(signature = (*args, **kwargs))]
+    fn new(
+        cls: &Bound<'_, PyType>,
+        args: &Bound<'_, PyTuple>,
+        kwargs: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Self> {
+        if let Ok(ready) = args.get_item(0)
+            && let Ok(part) = ready.cast_exact::<Self>()
+        {
+            let Self { part, functions } = part.get();
+            return Ok(Self { part: part.clone(), functions: functions.clone_ref(cls.py()) });
+        }
+        let schema = cls.getattr(pyo3::intern!(cls.py(), "_schema"))?;
+        let schema = schema.cast::<PySchema>()?.get().0;
+        let mut functions = Functions::default();
+        let part = made(schema, &arguments(schema, args, kwargs, &mut functions)?)?;
+        Ok(Self { part, functions })
+    }
+
+    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
+        let schema = self.part.schema();
+        let is_shown = |(field, value): &(&Field, Value)| {
+            let default = field.default.map(|default| default());
+            let is_plain = matches!(default, Some(Value::None | Value::Number(_)));
+            !(schema.is_brief && is_plain && default.as_ref() == Some(value))
+        };
+        let fields = schema.fields.iter().enumerate().map(|(i, field)| (field, self.part.field(i)));
+        let shown = |(field, value): (&Field, Value)| {
+            Ok(format!("{}={}", field.name, object_of(py, &value)?.repr()?))
+        };
+        let fields = fields.filter(is_shown).map(shown);
+        let fields = fields.collect::<PyResult<Vec<_>>>()?;
+        Ok(format!("{}({})", schema.name, fields.join(", ")))
+    }
+
+    fn __eq__(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.part, &other.part) || self.part.same(other.part.as_ref())
+    }
+
+    fn __hash__(&self, py: Python<'_>) -> PyResult<u64> {
+        let mut hasher = DefaultHasher::new();
+        self.part.schema().name.hash(&mut hasher);
+        for (_, value) in self.fields(py)? {
+            value.hash()?.hash(&mut hasher);
+        }
+        Ok(hasher.finish())
+    }
+
+    fn __copy__(slf: Py<Self>) -> Py<Self> {
+        slf
+    }
+
+    fn __deepcopy__(slf: Py<Self>, _memo: &Bound<'_, PyAny>) -> Py<Self> {
+        slf
+    }
+
+    /// For pickles.
+    fn __getnewargs_ex__<'py>(&self, py: Python<'py>) -> PyResult<((), Bound<'py, PyDict>)> {
+        let named = PyDict::new(py);
+        for (name, value) in self.fields(py)? {
+            named.set_item(name, value)?;
+        }
+        Ok(((), named))
+    }
+
+    /// The keys of the table that describes this part in a scene.
+    fn to_toml(&self) -> PyResult<String> {
+        let refuse = || PyValueError::new_err("a function of Python cannot be written to a scene");
+        scene::to_toml(self.part.as_ref()).ok_or_else(refuse)
+    }
+
+    fn __traverse__(&self, visit: PyVisit<'_>) -> Result<(), PyTraverseError> {
+        self.functions.traverse(&visit)
+    }
+}
+
+#[pymethods]
+impl PyField {
+    fn __get__<'py>(
+        slf: &Bound<'py, Self>,
+        part: &Bound<'py, PyAny>,
+        _class: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let Ok(part) = part.cast::<PyPart>() else { return Ok(slf.clone().into_any()) };
+        let (part, index) = (&part.get().part, slf.get().index);
+        attribute_of(slf.py(), &part.field(index), &part.schema().fields[index].kind)
+    }
+
+    // A property, too, for `help` and documentation tools.
+    fn __set__(&self, part: &Bound<'_, PyPart>, _value: &Bound<'_, PyAny>) -> PyResult<()> {
+        Err(self.frozen(part, "assign to"))
+    }
+
+    fn __delete__(&self, part: &Bound<'_, PyPart>) -> PyResult<()> {
+        Err(self.frozen(part, "delete"))
+    }
+}
+
+impl PyField {
+    fn frozen(&self, part: &Bound<'_, PyPart>, what: &str) -> PyErr {
+        let field = part.get().part.schema().fields[self.index].name;
+        let kind = part.py().import("dataclasses").and_then(|module| module.getattr("FrozenInstanceError"));
+        let message = format!("cannot {what} field '{field}'; dataclasses.replace makes another object");
+        match kind.and_then(|kind| Ok(kind.cast_into::<PyType>()?)) {
+            Ok(kind) => PyErr::from_type(kind, message),
+            Err(error) => error,
+        }
+    }
+}
+
+/// The class of a part.
+fn class<'py>(py: Python<'py>, schema: &'static Schema) -> PyResult<Bound<'py, PyType>> {
+    let (items, doc) = (PyDict::new(py), text::docstring(schema));
+    items.set_item("__module__", "lissom")?;
+    items.set_item("__slots__", ())?;
+    // Python takes the signature of a class from the head of its first docstring.
+    let signature = text::signature(schema);
+    items.set_item("__doc__", format!("{}({signature})\n--\n\n{doc}", schema.name))?;
+    items.set_item("_schema", PySchema(schema))?;
+    let positional = schema.names().take(schema.positional);
+    items.set_item("__match_args__", PyTuple::new(py, positional.collect::<Vec<_>>())?)?;
+    items.set_item("__dataclass_fields__", dataclass_fields(py, schema)?)?;
+    for (index, field) in schema.fields.iter().enumerate() {
+        items.set_item(field.name, PyField { index, doc: field.meaning() })?;
+    }
+    let made = PyType::type_object(py).call1((schema.name, (PyPart::type_object(py),), items))?;
+    made.setattr("__doc__", doc)?;
+    Ok(made.cast_into()?)
+}
+
+/// What `dataclasses.fields` and `dataclasses.replace` read.
+fn dataclass_fields<'py>(py: Python<'py>, schema: &'static Schema) -> PyResult<Bound<'py, PyAny>> {
+    let dataclasses = py.import("dataclasses")?;
+    let mut specification = Vec::with_capacity(schema.fields.len());
+    for (i, field) in schema.fields.iter().enumerate() {
+        let options = PyDict::new(py);
+        options.set_item("kw_only", i >= schema.positional)?;
+        if let Some(default) = field.default {
+            options.set_item("default", object_of(py, &default())?)?;
+        }
+        let made = dataclasses.getattr("field")?.call((), Some(&options))?;
+        specification.push((field.name, text::annotation(&field.kind, true), made));
+    }
+    let options = PyDict::new(py);
+    for option in ["init", "repr", "eq"] {
+        options.set_item(option, false)?;
+    }
+    let likeness =
+        dataclasses.getattr("make_dataclass")?.call((schema.name, specification), Some(&options))?;
+    likeness.getattr("__dataclass_fields__")
+}
+
+/// The classes of the parts.
+pub(super) fn add_classes(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    let py = module.py();
+    let classes: Vec<_> = PARTS.iter().map(|schema| class(py, schema)).collect::<PyResult<_>>()?;
+    classes.iter().zip(PARTS).try_for_each(|(class, schema)| module.add(schema.name, class))?;
+    CLASSES.get_or_init(py, || classes.into_iter().map(Bound::unbind).collect());
+    Ok(())
+}
+
+/// The classes of the parts as they stand in the stub of this module.
+#[pyfunction]
+pub(crate) fn _stub_of_parts() -> String {
+    text::stub(&PARTS)
+}
+
+/// The definitions of the parts as they stand in the JSON Schema of scenes.
+#[pyfunction]
+pub(crate) fn _schema_of_parts() -> String {
+    scene::schema_of_parts()
+}

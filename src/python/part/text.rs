@@ -1,0 +1,173 @@
+//! Docstrings in the style of numpydoc, signatures and the stub, from the tables of parts.
+
+use std::fmt::Write as _;
+
+use crate::description::{Field, Kind, Schema, Value};
+
+/// The longest line of docstrings and stubs.
+const WIDTH: usize = 105;
+
+/// A default in Python.
+fn literal(value: &Value) -> String {
+    match value {
+        Value::None => "None".to_owned(),
+        Value::Flag(true) => "True".to_owned(),
+        Value::Flag(false) => "False".to_owned(),
+        Value::Text(text) => format!("\"{text}\""),
+        Value::Number(number) if number.abs() < 1e-4 && *number != 0.0 => format!("{number:e}"),
+        Value::List(items) => {
+            format!("({})", items.iter().map(literal).collect::<Vec<_>>().join(", "))
+        }
+        Value::Rows { numbers, columns } => {
+            let row = |row: &[f64]| literal(&Value::List(row.iter().copied().map(Value::Number).collect()));
+            format!("({})", numbers.chunks((*columns).max(1)).map(row).collect::<Vec<_>>().join(", "))
+        }
+        other => other.to_string(),
+    }
+}
+
+/// The default of a field in Python; equal numbers for each direction are one number.
+fn default_of(field: &Field) -> Option<String> {
+    let default = field.default?();
+    match (&field.kind, default) {
+        (Kind::OneOrEach(_), Value::List(items)) if items.iter().all(|item| *item == items[0]) => {
+            Some(literal(&items[0]))
+        }
+        (_, default) => Some(literal(&default)),
+    }
+}
+
+/// The type of an argument, or of an attribute.
+pub(super) fn annotation(kind: &Kind, is_argument: bool) -> String {
+    let inner = |kind: &Kind| annotation(kind, is_argument);
+    match kind {
+        Kind::Number => "float".to_owned(),
+        Kind::Integer => "int".to_owned(),
+        Kind::Flag => "bool".to_owned(),
+        Kind::Text | Kind::Reference(_) => "str".to_owned(),
+        Kind::Word(_, words) => {
+            let words: Vec<_> = words.iter().map(|word| format!("\"{word}\"")).collect();
+            format!("Literal[{}]", words.join(", "))
+        }
+        Kind::Array(..) | Kind::List(_) if is_argument => "ArrayLike".to_owned(),
+        Kind::Array(Kind::Array(..), _) => "NDArray[np.float64]".to_owned(),
+        Kind::Array(items, count) => format!("tuple[{}]", vec![inner(items); *count].join(", ")),
+        Kind::List(items) => format!("tuple[{}, ...]", inner(items)),
+        Kind::OneOrEach(_) if is_argument => "ArrayLike".to_owned(),
+        Kind::OneOrEach(count) => annotation(&Kind::Array(&Kind::Number, *count), false),
+        Kind::Optional(kind) => format!("{} | None", inner(kind)),
+        Kind::OneOf(_, kinds) => kinds.iter().map(inner).collect::<Vec<_>>().join(" | "),
+        Kind::Part(schema) => schema.name.to_owned(),
+        Kind::Signal(_, Kind::Number, _) if is_argument => "_Number".to_owned(),
+        Kind::Signal(..) if is_argument => "_Vector".to_owned(),
+        Kind::Signal(..) => "Any".to_owned(),
+    }
+}
+
+/// The type of an argument in docstrings.
+fn words(kind: &Kind) -> String {
+    let of = |items: &Kind| if matches!(items, Kind::Integer) { " of int" } else { "" };
+    match kind {
+        Kind::Word(_, words) => {
+            let words: Vec<_> = words.iter().map(|word| format!("'{word}'")).collect();
+            format!("{{{}}}", words.join(", "))
+        }
+        Kind::Array(Kind::Array(..), count) => format!("array_like, shape ({count},) or ({count}, {count})"),
+        Kind::Signal(_, constant, _) => {
+            format!("{}; or (times, values), Harmonic, Input or callable", words(constant))
+        }
+        Kind::Array(items, count) => format!("array_like{}, shape ({count},)", of(items)),
+        Kind::List(Kind::Array(items, count)) => format!("array_like{}, shape (k, {count})", of(items)),
+        Kind::List(Kind::List(_)) => "array_like, shape (k, l)".to_owned(),
+        Kind::List(_) => "array_like, shape (k,)".to_owned(),
+        Kind::OneOrEach(count) => format!("float or array_like, shape ({count},)"),
+        Kind::Optional(kind) => format!("{}, optional", words(kind)),
+        Kind::OneOf(_, kinds) => {
+            let kinds: Vec<_> = kinds.iter().map(words).collect();
+            let (last, first) = kinds.split_last().expect("there is a kind");
+            format!("{} or {last}", first.join(", "))
+        }
+        kind => annotation(kind, true),
+    }
+}
+
+/// The arguments of the constructor; with types for the stub.
+fn arguments(schema: &Schema, is_typed: bool) -> Vec<String> {
+    let mut arguments = Vec::with_capacity(schema.fields.len() + 1);
+    for (i, field) in schema.fields.iter().enumerate() {
+        if i == schema.positional {
+            arguments.push("*".to_owned());
+        }
+        let kind = if is_typed { format!(": {}", annotation(&field.kind, true)) } else { String::new() };
+        let equals = if is_typed { " = " } else { "=" };
+        let default = default_of(field).map(|default| format!("{equals}{default}"));
+        arguments.push(format!("{}{kind}{}", field.name, default.unwrap_or_default()));
+    }
+    arguments
+}
+
+/// The signature of the constructor, as Python reads it from a docstring.
+pub(super) fn signature(schema: &Schema) -> String {
+    arguments(schema, false).join(", ")
+}
+
+/// A paragraph in lines that are not too long, each of them after this many spaces.
+fn wrapped(paragraph: &str, indent: usize) -> String {
+    let (mut text, mut column) = (" ".repeat(indent), indent);
+    for word in paragraph.split_whitespace() {
+        let width = word.chars().count();
+        if column > indent {
+            if column + 1 + width > WIDTH {
+                text.push('\n');
+                text.push_str(&" ".repeat(indent));
+                column = indent;
+            } else {
+                text.push(' ');
+                column += 1;
+            }
+        }
+        text.push_str(word);
+        column += width;
+    }
+    text
+}
+
+/// The docstring.
+pub(super) fn docstring(schema: &Schema) -> String {
+    let example = schema.example.trim();
+    let paragraphs: Vec<_> = schema.doc.trim().split("\n\n").map(|text| wrapped(text, 0)).collect();
+    let mut text = format!("{}\n\nParameters\n----------\n", paragraphs.join("\n\n"));
+    for field in schema.fields {
+        _ = writeln!(text, "{} : {}\n{}", field.name, words(&field.kind), wrapped(&field.meaning(), 4));
+    }
+    text.push_str(
+        "\nRaises\n------\nValueError\n    If parameters are invalid; the message lists all of them.\n",
+    );
+    if !example.is_empty() {
+        _ = writeln!(text, "\nExamples\n--------\n{example}");
+    }
+    text
+}
+
+/// The classes of the stub.
+pub(super) fn stub(parts: &[&'static Schema]) -> String {
+    let mut text = String::new();
+    for schema in parts {
+        let positional = schema.names().take(schema.positional).map(|name| format!("\"{name}\""));
+        // Also of one argument a tuple.
+        let comma = if schema.positional == 1 { "," } else { "" };
+        let positional = positional.collect::<Vec<_>>().join(", ");
+        _ = writeln!(text, "class {}(Part):\n    __match_args__ = ({positional}{comma})", schema.name);
+        text.push_str("    def __init__(\n        self,\n");
+        for argument in arguments(schema, true) {
+            _ = writeln!(text, "        {argument},");
+        }
+        text.push_str("    ) -> None: ...\n");
+        for field in schema.fields {
+            let kind = annotation(&field.kind, false);
+            _ = writeln!(text, "    @property\n    def {}(self) -> {kind}: ...", field.name);
+        }
+        text.push('\n');
+    }
+    text
+}

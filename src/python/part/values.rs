@@ -1,0 +1,170 @@
+//! Conversion of Python objects to values of descriptions and back, by the kinds of fields.
+
+use std::sync::Arc;
+
+use numpy::PyArray2;
+use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::{PyBool, PyDict, PyFloat, PyString, PyTuple};
+
+use super::{PyPart, wrapped};
+use crate::description::{Kind, Value};
+use crate::python::convert;
+use crate::python::signal::{Functions, on_signal, signal_of, signal_out};
+use crate::signal::{Drive, Signal};
+
+/// The value of an argument, whose functions are added to those of its owner.
+pub(super) fn value_of(
+    object: &Bound<'_, PyAny>,
+    name: &str,
+    kind: &Kind,
+    functions: &mut Functions,
+) -> PyResult<Value> {
+    match kind {
+        Kind::Number => convert::number(object, name).map(Value::Number),
+        Kind::Integer => convert::whole(object, name).map(Value::Integer),
+        Kind::Flag => convert::flag(object, name).map(Value::Flag),
+        Kind::Text | Kind::Word(..) | Kind::Reference(_) => {
+            Ok(Value::Text(convert::text(object, name)?.to_owned()))
+        }
+        Kind::Array(Kind::Array(..), _) => {
+            let rows = convert::symmetric_of::<3>(object, name)?;
+            Ok(Value::Rows { numbers: rows.concat(), columns: 3 })
+        }
+        Kind::Array(_, count) => Ok(numbers(convert::vector_of(object, *count, name)?)),
+        Kind::List(Kind::Number) => Ok(numbers(convert::vector(object, name)?)),
+        Kind::List(rows) => rows_of(object, name, rows),
+        Kind::OneOrEach(count) => match convert::scalar_or_vector(object, name)? {
+            (values, true) => Ok(Value::Number(values[0])),
+            (values, false) if values.len() == *count => Ok(numbers(values)),
+            (values, false) => {
+                let found = values.len();
+                Err(PyValueError::new_err(format!("{name}: expected {count} values, got {found}")))
+            }
+        },
+        Kind::Optional(_) if object.is_none() => Ok(Value::None),
+        Kind::Optional(inner) => value_of(object, name, inner, functions),
+        Kind::OneOf(_, kinds) => one_of(object, name, kinds, functions),
+        Kind::Part(_) => one_of(object, name, std::slice::from_ref(kind), functions),
+        Kind::Signal(sort, numbers, _) => Ok(Value::Part(match (sort.is_empty(), numbers) {
+            (false, Kind::Number) => Arc::new(signal_of::<1>(object, name, functions)?),
+            (false, _) => Arc::new(signal_of::<3>(object, name, functions)?),
+            (true, Kind::Number) => Arc::new(Drive(signal_of::<1>(object, name, functions)?)),
+            (true, Kind::Array(_, 4)) => Arc::new(Drive(signal_of::<4>(object, name, functions)?)),
+            (true, _) => Arc::new(Drive(signal_of::<3>(object, name, functions)?)),
+        })),
+    }
+}
+
+fn numbers(values: Vec<f64>) -> Value {
+    Value::List(values.into_iter().map(Value::Number).collect())
+}
+
+/// Numbers in rows, of the length that the kind of a row says.
+fn rows_of(object: &Bound<'_, PyAny>, name: &str, row: &Kind) -> PyResult<Value> {
+    let expected = match row {
+        Kind::Array(Kind::Integer, count) => format!("rows of {count} integers"),
+        Kind::Array(_, count) => format!("rows of {count} numbers"),
+        _ => "rows of numbers".to_owned(),
+    };
+    let found = convert::numbers(object, name, &expected).map_err(|error| {
+        let lengths: Vec<_> =
+            object.try_iter().into_iter().flatten().flatten().map(|row| row.len()).collect();
+        let known: Vec<_> = lengths.iter().flatten().collect();
+        match known.len() == lengths.len() && known.iter().any(|length| *length != known[0]) {
+            true => PyValueError::new_err(format!(
+                "{name}: rows of different lengths, expected {expected} of one length"
+            )),
+            false if error.is_instance_of::<PyTypeError>(object.py()) => {
+                PyTypeError::new_err(format!("{}; {name} are {expected}", error.value(object.py())))
+            }
+            false => error,
+        }
+    })?;
+    let [_, columns] = found.shape[..] else {
+        let dimensions = found.shape.len();
+        return Err(PyValueError::new_err(format!(
+            "{name}: {dimensions} dimensions, expected two: {expected}"
+        )));
+    };
+    if let Kind::Array(items, count) = row {
+        if columns != *count {
+            return Err(PyValueError::new_err(format!(
+                "{name}: shape {:?}, expected {expected}",
+                found.shape
+            )));
+        }
+        // Indices, which arrays of numbers may hold as well.
+        let is_index = |x: &f64| x.fract() == 0.0 && *x >= 0.0 && x.is_finite();
+        if let (Kind::Integer, Some(x)) = (items, found.values.iter().find(|x| !is_index(x))) {
+            return Err(PyValueError::new_err(format!(
+                "{name}: {x} is no place of a point, expected an integer from 0"
+            )));
+        }
+    }
+    Ok(Value::Rows { numbers: found.values, columns })
+}
+
+/// A part, or the name of what is referred to.
+fn one_of(
+    object: &Bound<'_, PyAny>,
+    name: &str,
+    kinds: &[Kind],
+    functions: &mut Functions,
+) -> PyResult<Value> {
+    if let Ok(part) = object.cast::<PyPart>() {
+        let PyPart { part, functions: own } = part.get();
+        let schema = part.schema();
+        if kinds.iter().any(|kind| kind.schema().is_some_and(|known| std::ptr::eq(known, schema))) {
+            functions.add_all(object.py(), own);
+            return Ok(Value::Part(part.clone()));
+        }
+    }
+    let is_named = kinds.iter().any(|kind| matches!(kind, Kind::Text | Kind::Reference(_)));
+    if is_named && object.is_instance_of::<PyString>() {
+        return Ok(Value::Text(convert::text(object, name)?.to_owned()));
+    }
+    let named = if is_named { "the name of a link with a rod, lissom." } else { "lissom." };
+    let classes: Vec<_> = kinds.iter().filter_map(Kind::schema).map(|schema| schema.name).collect();
+    let (last, first) = classes.split_last().expect("there is a class");
+    let classes =
+        if first.is_empty() { (*last).to_owned() } else { format!("{} or {last}", first.join(", ")) };
+    let found = convert::describe(object);
+    Err(PyTypeError::new_err(format!("{name}: expected {named}{classes}, got {found}")))
+}
+
+/// The object of an attribute: of square matrices an array.
+pub(super) fn attribute_of<'py>(py: Python<'py>, value: &Value, kind: &Kind) -> PyResult<Bound<'py, PyAny>> {
+    match (kind, value) {
+        (Kind::Array(Kind::Array(..), _), Value::Rows { numbers, columns }) => {
+            let rows: Vec<_> = numbers.chunks(*columns).map(<[f64]>::to_vec).collect();
+            Ok(PyArray2::from_vec2(py, &rows)?.into_any())
+        }
+        _ => object_of(py, value),
+    }
+}
+
+/// The object of a value.
+pub(super) fn object_of<'py>(py: Python<'py>, value: &Value) -> PyResult<Bound<'py, PyAny>> {
+    match value {
+        Value::None => Ok(py.None().into_bound(py)),
+        Value::Flag(flag) => Ok(PyBool::new(py, *flag).to_owned().into_any()),
+        Value::Integer(number) => Ok(number.into_pyobject(py)?.into_any()),
+        Value::Number(number) => Ok(PyFloat::new(py, *number).into_any()),
+        Value::Text(text) | Value::Other(text) => Ok(PyString::new(py, text).into_any()),
+        Value::List(items) => {
+            let items = items.iter().map(|item| object_of(py, item)).collect::<PyResult<Vec<_>>>()?;
+            Ok(PyTuple::new(py, items)?.into_any())
+        }
+        Value::Rows { numbers, columns } => {
+            let rows = numbers.chunks((*columns).max(1)).map(|row| PyTuple::new(py, row));
+            Ok(PyTuple::new(py, rows.collect::<PyResult<Vec<_>>>()?)?.into_any())
+        }
+        Value::Table(pairs) => {
+            let made = PyDict::new(py);
+            pairs.iter().try_for_each(|(key, value)| made.set_item(&**key, object_of(py, value)?))?;
+            Ok(made.into_any())
+        }
+        Value::Part(part) => on_signal!(value, signal => signal_out(py, signal), wrapped(py, part.clone())),
+    }
+}

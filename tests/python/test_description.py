@@ -1,0 +1,361 @@
+"""Parts that are described once, in the core: classes, stub and schema are views of the same tables."""
+
+import copy
+import dataclasses
+import inspect
+import json
+import math
+import pickle
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import lissom
+import write_described
+from lissom import (
+    Ball,
+    BaseMotion,
+    Body,
+    Box,
+    Capsule,
+    Contact,
+    ConvexMesh,
+    Fluid,
+    HalfSpace,
+    Harmonic,
+    HeightField,
+    Input,
+    Load,
+    Sphere,
+    Support,
+    _lissom,
+    records,
+)
+
+LINKS = """version = 1
+[[link]]
+name = "arm"
+joint = { type = "revolute", axis = [0, 1, 0] }
+[[link.rod.segment]]
+length = 0.3
+radius = 0.01
+young_modulus = 3e5
+poisson_ratio = 0.4
+density = 1070
+modes = { bend_y = 2, bend_z = 1 }
+[[link]]
+name = "block"
+position = [0.3, 0, -0.1]
+joint = { type = "free" }
+body = { mass = 0.2, inertia = [[1e-3, 0, 0], [0, 1e-3, 0], [0, 0, 1e-3]] }
+"""
+
+END = """
+[simulation]
+t_end = 0.1
+"""
+
+#: A tetrahedron.
+CORNERS = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)]
+FACES = [(0, 1, 2), (0, 1, 3), (0, 2, 3), (1, 2, 3)]
+
+EACH = [
+    HalfSpace(),
+    HalfSpace((0, 0, -1), (0, 1, 1), link="arm", at=0.1),
+    Sphere((0, 0, -1), 0.5, link="block"),
+    Capsule((0, 0, -1), (1, 0, -1), 0.5),
+    Box((0, 0, -1), (0.1, 0.2, 0.3), (0.6, 0, 0.8, 0)),
+    HeightField(np.arange(6.0).reshape(3, 2), (0.1, 0.2), (0, 0, -9)),
+    ConvexMesh(CORNERS, FACES, 0.1),
+    Ball("block", 0.2, at=None, position=(1, 2, 3)),
+    Contact("arm", HalfSpace(), friction=(0.1, 0.2, 0.3), name="floor"),
+    Contact(Ball("block", 0.2), Sphere((0, 0, -1), 0.5), stiffness=1e4),
+    Load(force=(0, 0, 1)),
+    Load(moment=(0, 1, 0), along=(0.1, 0.2), frame="body", link="arm"),
+    Body(0.1),
+    Body(0.1, at=0.2, centre=(0, 0, 1), inertia=np.diag([1, 2, 2]), link="arm", volume=1, drag_coefficient=2),
+    Support(),
+    Support(stiffness=1, damping=(1, 2, 3), at=0.1, position=(1, 2, 3), orientation=(0, 1, 0, 0), link="arm"),
+    Fluid(1000.0),
+    Fluid(1.0, (1, 2, 3), viscous_drag=(1, 2), buoyancy=False),
+    BaseMotion(),
+    BaseMotion(translation=(0, 0, 1), axis=(0, 1, 0), angle=0.5),
+]
+
+
+def test_the_stub_is_that_of_the_tables():
+    first, last = write_described.MARKS
+    stub = write_described.STUB.read_text(encoding="utf-8")
+    assert stub.split(first)[1].split(last)[0] == _lissom._stub_of_parts()
+
+
+def test_the_schema_has_the_definitions_of_the_tables():
+    written = json.loads(lissom.Scene.schema())["definitions"]
+    tables = json.loads(_lissom._schema_of_parts())
+    assert {"Ball", "Box", "Contact", "HalfSpace", "Surface"} <= set(tables)
+    assert {name: written[name] for name in tables} == tables
+
+
+@pytest.mark.parametrize("part", EACH, ids=str)
+def test_copies_of_all_kinds_are_equal(part):
+    again = eval(repr(part), vars(lissom))
+    copies = [again, copy.copy(part), copy.deepcopy(part), dataclasses.replace(part)]
+    copies += [pickle.loads(pickle.dumps(part, protocol)) for protocol in range(2, 6)]
+    for other in copies:
+        assert other == part
+        assert hash(other) == hash(part)
+        assert repr(other) == repr(part)
+    assert len({*copies, part}) == 1
+    assert part != HalfSpace((0, 0, 99))
+    assert part != "arm"
+
+
+@pytest.mark.parametrize("part", EACH, ids=str)
+def test_parts_are_dataclasses_with_the_arguments_of_their_constructors(part):
+    names = [field.name for field in dataclasses.fields(part)]
+    assert names == list(inspect.signature(type(part)).parameters)
+    required = [
+        name
+        for name, known in inspect.signature(type(part)).parameters.items()
+        if known.default is known.empty
+    ]
+    for field in dataclasses.fields(part):
+        assert (field.default is dataclasses.MISSING) == (field.name in required)
+        with pytest.raises(dataclasses.FrozenInstanceError, match=field.name):
+            setattr(part, field.name, getattr(part, field.name))
+        with pytest.raises(dataclasses.FrozenInstanceError, match=field.name):
+            delattr(part, field.name)
+    with pytest.raises(AttributeError):
+        part.colour = "red"
+    assert {*type(part).__match_args__} <= {*names}
+
+
+def test_replace_checks_again():
+    contact = Contact("arm", HalfSpace(), friction=0.5)
+    assert dataclasses.replace(contact, friction=0.1, name="") == Contact("arm", HalfSpace(), friction=0.1)
+    with pytest.raises(ValueError, match=r"friction: got -1, expected a finite number >= 0"):
+        dataclasses.replace(contact, friction=-1)
+
+
+def test_all_problems_are_raised_at_once():
+    with pytest.raises(ValueError, match="dissipation") as caught:
+        Contact(HalfSpace(normal=(0, 0, 0)), Sphere((0, 0, math.nan), -1), dissipation=-1, slip_velocity=0)
+    places = {line.split(":")[0] for line in str(caught.value).splitlines()}
+    assert places == {
+        *("a", "a.normal", "b.centre[2]", "b.radius"),
+        *("dissipation", "slip_velocity", "stiffness"),
+    }
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: Sphere((0, 0, 0)), r"Sphere\(\) missing required arguments: 'radius'"),
+        (lambda: Sphere(), "'centre', 'radius'"),
+        (lambda: Sphere((0, 0, 0), 1, "arm"), "takes 2 positional arguments but 3 were given"),
+        (lambda: Sphere((0, 0, 0), centre=(0, 0, 0)), "multiple values for argument 'centre'"),
+        (
+            lambda: Sphere((0, 0, 0), radios=1),
+            "unexpected keyword argument 'radios', expected centre, radius",
+        ),
+        (lambda: Sphere((0, 0, 0), "1"), "radius: expected a real number"),
+        (lambda: Sphere((0, 0, 0), 1, link=3), "link: expected a str"),
+        (lambda: Contact("arm", 3), "b: expected the name of a link with a rod, lissom.Ball, HalfSpace"),
+        (lambda: Contact("arm", Contact("arm", "arm")), "b: expected the name of a link with a rod"),
+    ],
+)
+def test_what_is_no_argument_is_refused(make, message):
+    with pytest.raises(TypeError, match=message):
+        make()
+
+
+numbers = st.floats(-0.5, 0.5)
+sizes = st.floats(1e-3, 0.5)
+vectors = st.tuples(numbers, numbers, numbers)
+#: Positions far below the robot, which nothing touches at the start.
+places = st.tuples(numbers, numbers, st.floats(-60, -50))
+turns = st.floats(0, math.pi).map(lambda angle: (math.cos(angle), 0.0, 0.0, math.sin(angle)))
+#: So wide that fields stay below the robot, which is beside them.
+steps = st.floats(2, 3)
+on_links = st.sampled_from([{}, {"link": "block"}])
+rows = st.integers(2, 4).flatmap(
+    lambda count: st.lists(st.lists(numbers, min_size=count, max_size=count), min_size=2, max_size=4)
+)
+shapes = on_links.flatmap(
+    lambda more: st.one_of(
+        st.builds(
+            lambda point, slope: HalfSpace(point, (*slope, 1.0), **more), places, st.tuples(numbers, numbers)
+        ),
+        st.builds(lambda centre, radius: Sphere(centre, radius, **more), places, sizes),
+        st.builds(
+            lambda start, end, radius: Capsule(start, (end[0] + 2, *end[1:]), radius, **more),
+            places,
+            places,
+            sizes,
+        ),
+        st.builds(
+            lambda centre, half, turn: Box(centre, half, turn, **more),
+            places,
+            st.tuples(sizes, sizes, sizes),
+            turns,
+        ),
+        st.builds(
+            lambda heights, spacing, corner, turn: HeightField(heights, spacing, corner, turn, **more),
+            rows,
+            steps | st.tuples(steps, steps),
+            places,
+            turns,
+        ),
+        st.builds(
+            lambda place, radius: ConvexMesh(np.add(CORNERS, place), FACES, radius, **more),
+            places,
+            sizes,
+        ),
+    )
+)
+names = st.text(st.characters(exclude_categories=["Cs"]), max_size=8)
+constants = st.fixed_dictionaries(
+    {"stiffness": st.floats(1e-3, 1e6)},
+    optional={
+        "dissipation": st.floats(0, 2),
+        "slip_velocity": st.floats(1e-9, 1),
+        "patch_radius": st.floats(0, 1),
+        "name": names,
+    },
+)
+contacts = st.one_of(
+    st.builds(
+        lambda shape, friction, more: Contact("arm", shape, friction=friction, **more),
+        shapes,
+        st.floats(0, 2) | st.tuples(*[st.floats(0, 2)] * 3),
+        constants,
+    ),
+    st.builds(
+        lambda shape, place, radius, at, more: Contact(
+            Ball("arm", radius, at=at, position=place), shape, friction=0.5, **more
+        ),
+        shapes,
+        vectors,
+        sizes,
+        st.none() | st.floats(0.1, 0.3),
+        constants,
+    ),
+)
+
+
+@settings(max_examples=80, deadline=None)
+@given(contact=contacts)
+def test_contacts_are_written_to_scenes_and_back(contact):
+    text = f"{LINKS}[[contact]]\n{contact.to_toml()}{END}"
+    assert lissom.Scene.loads(text).model.contacts == (contact,)
+
+
+ROD = """
+[[rod.segment]]
+length = 0.3
+radius = 0.01
+young_modulus = 3e5
+poisson_ratio = 0.4
+density = 1070
+modes = { bend_y = 2, bend_z = 1 }
+[simulation]
+t_end = 0.1
+dt = 0.001
+"""
+
+
+@pytest.mark.parametrize(
+    ("key", "part"),
+    [
+        ("load", Load(force=(1, 2, 3), at=0.1)),
+        ("load", Load(moment=(1, 2, 3), along=(0.1, 0.2), frame="body")),
+        ("load", Load(force=Harmonic((1, 2, 3), 0.5), moment=Harmonic(mean=(1, 0, 0), rate=(0, 1, 0)))),
+        ("load", Load(force=Harmonic((1, 2, 3), 0.5, phase=-1, mean=(1, 0, 0)))),
+        ("load", Load(force=([0, 0.5], [[1, 2, 3], [4, 5, 6]]), moment=Input("push", (0, 0.1, 0)))),
+        ("body", Body(0.1)),
+        ("body", Body(0.1, at=0.2, centre=(0, 0, 1), inertia=(1, 2, 2))),
+        ("body", Body(0, volume=1e-4, centre_of_volume=(0, 1, 0), viscous_drag=1, drag_coefficient=2)),
+        ("support", Support(stiffness=1, rotational_damping=(1, 2, 3), at=0.1)),
+        ("support", Support(position=(1, 2, 3), orientation=(0, 1, 0, 0))),
+        ("fluid", Fluid(1000.0)),
+        ("fluid", Fluid(1.0, (1, 2, 3), drag_coefficients=(1, 2), buoyancy=False)),
+        ("base_motion", BaseMotion(translation=Harmonic((0, 0, 0.1), 2.0))),
+        ("base_motion", BaseMotion(translation=([0, 1], [[0, 0, 0], [0, 0, 1]], "linear"))),
+        ("base_motion", BaseMotion(axis=(0, 0, 1), angle=([0, 1, 2], [0, 1, 1], "monotone"))),
+        ("base_motion", BaseMotion(axis=(0, 0, 1), angle=Harmonic(0.1, 2.0, phase=1.0))),
+        ("base_motion", BaseMotion(rotation=([0, 1], [[1, 0, 0, 0], [0.8, 0.6, 0, 0]]))),
+    ],
+)
+def test_parts_of_rods_are_written_to_scenes_and_back(key, part):
+    lists = {"load": "loads", "body": "bodies", "support": "supports"}
+    header = f"[[rod.{key}]]" if key in lists else f"[rod.{key}]"
+    model = lissom.Scene.loads(f"version = 1\n[[rod]]\n{header}\n{part.to_toml()}{ROD}").model
+    assert getattr(model, lists.get(key, key)) == ((part,) if key in lists else part)
+
+
+def test_functions_cannot_be_written_to_scenes():
+    with pytest.raises(ValueError, match="a function of Python cannot be written to a scene"):
+        Load(force=lambda t: (0, 0, t)).to_toml()
+
+
+def test_scenes_report_all_problems_of_loads_with_their_keys():
+    tables = """
+[[rod.load]]
+force = { amplitude = [0, 0, 1], frequency = -1 }
+moment = { times = [0, 1] }
+at = -1
+[[rod.load]]
+force = [0, 0, 1]
+at = 2
+[[rod.load]]
+force = { tmes = [0, 1], values = [[0, 0, 0], [0, 0, 1]] }
+link = "rod"
+[[rod.body]]
+mass = 1
+at = 3
+"""
+    with pytest.raises(lissom.SceneError) as caught:
+        lissom.Scene.loads(f"version = 1\n[[rod]]{tables}{ROD}")
+    assert {(problem.key, problem.line) for problem in caught.value.problems} == {
+        ("rod[0].load[0].force.frequency", 4),
+        ("rod[0].load[0].moment", 5),
+        ("rod[0].load[0].at", 6),
+        ("rod[0].load[1].at", 9),
+        ("rod[0].load[2].force.tmes", 11),
+        ("rod[0].load[2].link", 12),
+        ("rod[0].body[0].at", 15),
+    }
+
+
+def test_python_reports_all_problems_of_loads_and_bodies():
+    with pytest.raises(ValueError, match="force") as caught:
+        Load(force=(0, 0, math.nan), moment=Harmonic((0, 0, 1), 1.0), at=-1, along=(0.2, 0.1))
+    places = [line.split(":")[0] for line in str(caught.value).splitlines()]
+    assert places == ["force[2]", "at", "along", "along[1]"]
+    with pytest.raises(ValueError, match="mass") as caught:
+        Body(-1, inertia=(1, 1, 3), volume=-1)
+    places = [line.split(":")[0] for line in str(caught.value).splitlines()]
+    assert places == ["mass", "volume", "inertia"]
+
+
+def test_a_link_is_where_its_body_is():
+    text = f"{LINKS.replace('body = {', 'body = { at = 0.1,')}{END}"
+    with pytest.raises(lissom.SceneError, match=r"link\[1\]\.body\.at: the body of a link does not take it"):
+        lissom.Scene.loads(text)
+
+
+def test_records_of_versions_in_which_parts_had_other_constructors_are_read():
+    tree = json.dumps({"made": ["Body", None, [0.5], {"at": 0.1, "centre": {"tuple": [0, 0, 1]}}]}).encode()
+    assert records.read(len(tree).to_bytes(8, "little") + tree) == Body(0.5, at=0.1, centre=(0, 0, 1))
+
+
+def test_tables_leave_out_what_is_the_default():
+    contact = Contact("arm", HalfSpace((0, 0, -1)), friction=0.5)
+    assert contact.to_toml() == (
+        'a = "arm"\n'
+        'b = { kind = "half_space", point = [0.0, 0.0, -1.0] }\n'
+        "friction = [0.5, 0.5, 0.5]\n"
+        'name = "arm on halfspace"\n'
+    )
