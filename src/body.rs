@@ -14,7 +14,7 @@ use nalgebra::Matrix3;
 
 use crate::description::Part as _;
 use crate::error::{Checker, InvalidInput, Number};
-use crate::load::check_place;
+use crate::load::check_end;
 
 /// Tolerated violation of symmetry and of the inequalities of principal moments, relative to the largest
 /// entry of an inertia tensor: rounding errors of the input.
@@ -92,8 +92,8 @@ impl Body {
     pub fn validate(&self, length: f64) -> Result<(), InvalidInput> {
         let mut check = Checker::new();
         check.all(self.described(None).validate());
-        if let Some(x) = self.at.filter(|_| check.is_ok() && length != f64::INFINITY) {
-            check_place(&mut check, x, "at", length);
+        if let Some(x) = self.at {
+            check_end(&mut check, x, "at", length);
         }
         check.finish()
     }

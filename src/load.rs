@@ -85,14 +85,12 @@ impl Load {
     pub fn validate(&self, length: f64) -> Result<(), InvalidInput> {
         let mut check = Checker::new();
         check.all(self.described(None).validate());
-        if check.is_ok() && length != f64::INFINITY {
-            match self.extent {
-                Extent::Tip => {}
-                Extent::At(x) => _ = check_place(&mut check, x, "at", length),
-                Extent::Along([from, to]) => {
-                    check_place(&mut check, from, "along[0]", length);
-                    check_place(&mut check, to, "along[1]", length);
-                }
+        match self.extent {
+            Extent::Tip => {}
+            Extent::At(x) => check_end(&mut check, x, "at", length),
+            Extent::Along([from, to]) => {
+                check_end(&mut check, from, "along[0]", length);
+                check_end(&mut check, to, "along[1]", length);
             }
         }
         check.finish()
@@ -105,6 +103,13 @@ pub(crate) fn is_on_rod(x: f64, length: f64) -> bool {
     /// Rounding of a sum of n lengths is below `n eps` times the sum (Higham 2002, section 4.2): this suffices for thousands.
     const ROUNDING: f64 = 1e-12;
     x >= 0.0 && x <= length * (1.0 + ROUNDING)
+}
+
+/// Reports an arc length beyond the end of a rod; one that is none at all is reported with its part.
+pub(crate) fn check_end(check: &mut Checker, x: f64, place: &str, length: f64) {
+    if x.is_finite() && x >= 0.0 {
+        check_place(check, x, place, length);
+    }
 }
 
 /// `x` must be an arc length of a rod of this length, or any arc length if the length is infinite. Reports

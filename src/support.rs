@@ -11,7 +11,7 @@ pub mod described;
 
 use crate::description::Part as _;
 use crate::error::{Checker, InvalidInput};
-use crate::load::check_place;
+use crate::load::check_end;
 
 /// Springs and dampers between a section of the rod and a pose fixed in the world, the *anchor*.
 ///
@@ -69,8 +69,8 @@ impl Support {
     pub fn validate(&self, length: f64) -> Result<(), InvalidInput> {
         let mut check = Checker::new();
         check.all(self.described(None).validate());
-        if let Some(x) = self.at.filter(|_| check.is_ok() && length != f64::INFINITY) {
-            check_place(&mut check, x, "at", length);
+        if let Some(x) = self.at {
+            check_end(&mut check, x, "at", length);
         }
         check.finish()
     }

@@ -17,6 +17,7 @@
 
 mod data;
 mod read;
+mod suggestion;
 mod types;
 
 pub use data::{AnyPart, Data, Field, Kind, Limits, Make, Part, Schema, Sign, Value};
@@ -24,3 +25,4 @@ pub use read::{Fault, Problem, Reader};
 pub use types::{LinkName, PerAxis, Rows};
 
 pub(crate) use lissom_derive::Described;
+pub(crate) use suggestion::suggestion;

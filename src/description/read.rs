@@ -3,6 +3,7 @@
 use std::fmt::{self, Write as _};
 
 use super::data::{AnyPart, Data, Field, Kind, Schema, Value};
+use super::suggestion::suggestion;
 use crate::error::{self, Checker};
 use crate::lie::QUATERNION_TOLERANCE;
 
@@ -295,7 +296,7 @@ impl Reader {
                 } else {
                     let kind = (!alternatives.is_empty()).then_some("kind");
                     let known: Vec<_> = taken().chain(kind).collect();
-                    meant.extend(suggestion(key, &known));
+                    meant.extend(suggestion(key, known.iter().copied()));
                     self.refuse(key, Fault::Unknown { known });
                 }
             }
@@ -353,26 +354,4 @@ impl Reader {
         };
         found.or_else(|| self.wrong_type(value, kind))
     }
-}
-
-/// Largest number of letters by which a misspelt key may differ, so that the key it means does not count as missing.
-const MISSPELT: usize = 2;
-
-/// The known key that differs by the fewest letters (Levenshtein 1966), if they are few.
-fn suggestion(key: &str, known: &[&'static str]) -> Option<&'static str> {
-    let distance = |other: &str| {
-        let mut row: Vec<usize> = (0..=other.chars().count()).collect();
-        for (i, a) in key.chars().enumerate() {
-            let mut diagonal = row[0];
-            row[0] = i + 1;
-            for (j, b) in other.chars().enumerate() {
-                let change = diagonal + usize::from(a != b);
-                diagonal = row[j + 1];
-                row[j + 1] = change.min(diagonal + 1).min(row[j] + 1);
-            }
-        }
-        row[row.len() - 1]
-    };
-    let close = known.iter().map(|other| (distance(other), *other));
-    close.filter(|(far, _)| *far <= MISSPELT).min_by_key(|(far, _)| *far).map(|(_, other)| other)
 }

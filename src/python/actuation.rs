@@ -11,10 +11,10 @@ use super::signal::{Functions, signal_of, signal_out};
 use crate::actuator::{
     ActiveStrain, Actuator, Along, Chamber, Drive, Motor, MotorCommand, Part, Tendon, Via,
 };
+use crate::description::suggestion;
 use crate::error::{Checker, InvalidInput, Number};
 use crate::robot::{Robot, number_default_names};
 use crate::rod::{Parts, Profile, STRAIN_NAMES};
-use crate::scene::suggestion::suggestion;
 use crate::signal::Signal;
 
 /// Class names for messages.

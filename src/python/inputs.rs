@@ -7,8 +7,8 @@ use pyo3::prelude::*;
 use pyo3::types::PyMapping;
 
 use super::convert;
+use crate::description::suggestion;
 use crate::error::{Checker, Number, shortened};
-use crate::scene::suggestion::suggestion;
 
 /// Indices in u of the input with this name: one entry, or three for a vector.
 pub(super) fn entries(names: &[String], name: &str, place: &str) -> PyResult<Range<usize>> {

@@ -13,10 +13,10 @@ use super::part::{optional_part, wrapped};
 use super::segment::PySegment;
 use super::signal::{Functions, signal_of, signal_out};
 use crate::body::described::Body;
+use crate::description::suggestion;
 use crate::error::{Checker, InvalidInput};
 use crate::joint::{Joint, JointForces};
 use crate::robot::{Driven, Link, Robot};
-use crate::scene::suggestion::suggestion;
 use crate::world::described::BaseMotion;
 
 /// The object at a place of an error: the joint's attribute, such as `axis`, or the joint itself.

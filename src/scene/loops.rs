@@ -4,7 +4,7 @@ use super::document::{
     self, Document, Jacobian, LoopEnd as WrittenEnd, LoopKind, LoopPlace, LoopType, Simulation as Settings,
 };
 use super::shape::{Shape, expected_one_of};
-use super::suggestion::suggestion;
+use crate::description::suggestion;
 use crate::joint::Joint;
 use crate::loops::{Loop, LoopEnd, Tie};
 use crate::robot::{Robot, number_default_names};

@@ -41,7 +41,6 @@ mod loops;
 mod parts;
 mod section;
 mod shape;
-pub(crate) mod suggestion;
 mod words;
 
 use toml::de::{DeTable, DeValue};

@@ -15,8 +15,8 @@ use toml::de::{DeFloat, DeInteger, DeTable, DeValue};
 use super::described::is_described;
 use super::diagnostics::{Elsewhere, SceneProblem};
 use super::imports::FileProblem;
-use super::suggestion::suggestion;
 use super::words::{self, OldWord};
+use crate::description::suggestion;
 use crate::error::InvalidInput;
 
 /// What scene files may hold, by which they are checked. A test keeps the file equal to what `document` says: generating it

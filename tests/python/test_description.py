@@ -34,22 +34,24 @@ from lissom import (
     records,
 )
 
-LINKS = """version = 1
-[[link]]
-name = "arm"
-joint = { type = "revolute", axis = [0, 1, 0] }
-[[link.rod.segment]]
-length = 0.3
+SEGMENT = """length = 0.3
 radius = 0.01
 young_modulus = 3e5
 poisson_ratio = 0.4
 density = 1070
 modes = { bend_y = 2, bend_z = 1 }
+"""
+
+LINKS = f"""version = 1
 [[link]]
+name = "arm"
+joint = {{ type = "revolute", axis = [0, 1, 0] }}
+[[link.rod.segment]]
+{SEGMENT}[[link]]
 name = "block"
 position = [0.3, 0, -0.1]
-joint = { type = "free" }
-body = { mass = 0.2, inertia = [[1e-3, 0, 0], [0, 1e-3, 0], [0, 0, 1e-3]] }
+joint = {{ type = "free" }}
+body = {{ mass = 0.2, inertia = [[1e-3, 0, 0], [0, 1e-3, 0], [0, 0, 1e-3]] }}
 """
 
 END = """
@@ -252,15 +254,9 @@ def test_contacts_are_written_to_scenes_and_back(contact):
     assert lissom.Scene.loads(text).model.contacts == (contact,)
 
 
-ROD = """
+ROD = f"""
 [[rod.segment]]
-length = 0.3
-radius = 0.01
-young_modulus = 3e5
-poisson_ratio = 0.4
-density = 1070
-modes = { bend_y = 2, bend_z = 1 }
-[simulation]
+{SEGMENT}[simulation]
 t_end = 0.1
 dt = 0.001
 """

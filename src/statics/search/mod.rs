@@ -45,8 +45,8 @@ const GROWTH_OF_STEPS: f64 = 4.0;
 const MORE_DAMPING: f64 = 4.0;
 const LESS_DAMPING: f64 = 1.0 / 16.0;
 
-/// A refused step below this part of the radius was short because of the shift, which grows; the radius follows to `1 / CUT` steps. Below
-/// `CUT`, so that the same step is not tried again.
+/// A refused step below this part of the radius was limited by the shift, not by the radius: the shift grows, and the radius becomes
+/// `1 / CUT` times the step. Smaller than `CUT`, so that rounding cannot lead to the same step and radius again.
 const WELL_WITHIN: f64 = 0.25;
 
 /// A start whose forces balance to this part is nearly an equilibrium; contacts need not be softened on the way to it.

@@ -59,7 +59,7 @@ def _parameters(node: ast.FunctionDef) -> dict[str, str]:
 MODULES = ("gym", "sensors")
 
 #: Special methods in the stubs that are called by another name, or by `protocol`.
-_SPECIAL = {"__new__": "", "__call__": ".__call__"}
+_SPECIAL = {"__new__": "", "__init__": "", "__call__": ".__call__"}
 
 
 def discover() -> dict[str, Function]:

@@ -206,8 +206,17 @@ class Schema:
         """All tables of a tree with their nodes."""
         found: list[tuple[dict, dict]] = []
 
+        def fits(value, node):
+            """Whether a table has the `kind` of a node, if it is one of several."""
+            if not isinstance(value, dict) or "properties" not in node:
+                return True
+            kinds = node["properties"].get("kind", {"enum": [None]}).get("enum")
+            return kinds is None or value.get("kind") in kinds
+
         def walk(value, node):
             for alternative in self.resolve(node):
+                if not fits(value, alternative):
+                    continue
                 if isinstance(value, dict) and "properties" in alternative:
                     found.append((value, alternative))
                     for key, inner in list(value.items()):
