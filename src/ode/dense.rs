@@ -27,28 +27,36 @@ impl Form {
         }
     }
 
-    /// `y <- polynomial(x)`.
-    pub(super) fn evaluate(self, coefficients: &[f64], x: f64, y: &mut [f64]) {
-        let n = y.len();
-        let vectors = self.vectors();
-        // Factors of the nested form from the innermost to the outermost, which is x.
-        let factor = |k: usize| match self {
-            Self::Nested { .. } if k.is_multiple_of(2) => 1.0 - x,
-            _ => x,
-        };
-        for i in 0..n {
-            let mut value = 0.0;
-            for k in (1..vectors).rev() {
-                value = (value + coefficients[k * n + i]) * factor(k);
+    /// `y <- polynomial(x)`, the components from `first` on.
+    fn evaluate(self, coefficients: &[f64], x: f64, first: usize, y: &mut [f64]) {
+        match self {
+            // The fifth-order pair's, whose sum is unrolled.
+            Self::Monomial { degree: 4 } => sum(5, |_| x, coefficients, first, y),
+            Self::Monomial { degree } => sum(1 + degree, |_| x, coefficients, first, y),
+            Self::Nested { terms } => {
+                let factor = |k: usize| if k.is_multiple_of(2) { 1.0 - x } else { x };
+                sum(1 + terms, factor, coefficients, first, y);
             }
-            y[i] = coefficients[i] + value;
         }
+    }
+}
+
+/// Sums from the innermost of these vectors to the outermost, times a factor each.
+#[inline(always)]
+fn sum(vectors: usize, factor: impl Fn(usize) -> f64, coefficients: &[f64], first: usize, y: &mut [f64]) {
+    let n = coefficients.len() / vectors;
+    for (i, y) in y.iter_mut().enumerate() {
+        let mut value = 0.0;
+        for k in (1..vectors).rev() {
+            value = (value + coefficients[k * n + first + i]) * factor(k);
+        }
+        *y = coefficients[first + i] + value;
     }
 }
 
 /// The solution over one step.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct StepPolynomial<'a> {
+pub(crate) struct StepPolynomial<'a> {
     pub(super) form: Form,
     pub(super) coefficients: &'a [f64],
     pub(super) t_old: f64,
@@ -58,8 +66,13 @@ pub(super) struct StepPolynomial<'a> {
 impl StepPolynomial<'_> {
     /// `y <- y(t)`.
     pub(super) fn evaluate(&self, t: f64, y: &mut [f64]) {
+        self.evaluate_from(0, t, y);
+    }
+
+    /// The same of the components from `first` on, as many as `y` has entries.
+    pub(crate) fn evaluate_from(&self, first: usize, t: f64, y: &mut [f64]) {
         let x = if self.t == self.t_old { 0.0 } else { (t - self.t_old) / (self.t - self.t_old) };
-        self.form.evaluate(self.coefficients, x, y);
+        self.form.evaluate(self.coefficients, x, first, y);
     }
 }
 

@@ -236,16 +236,12 @@ impl Stepper {
         self.has_interpolant = false;
     }
 
-    /// Evaluates the polynomial of the last step; false if it is not finite.
-    pub(crate) fn interpolate<S: System + ?Sized>(
+    /// The polynomial of the last step; `None` if it is not finite.
+    pub(crate) fn last_step<S: System + ?Sized>(
         &mut self,
         system: &mut S,
-        t: f64,
-        y: &mut [f64],
-    ) -> Result<bool, Interrupted> {
-        let is_finite = self.prepare_polynomial(system)?;
-        self.polynomial().evaluate(t, y);
-        Ok(is_finite)
+    ) -> Result<Option<StepPolynomial<'_>>, Interrupted> {
+        Ok(self.prepare_polynomial(system)?.then(|| self.polynomial()))
     }
 
     /// Computes the polynomial of the last step, if necessary. Returns whether its values are finite: they

@@ -116,12 +116,12 @@ impl<'a, 'c, M: Model> Course<'a, 'c, M> {
         monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
     ) -> Result<Status, Interrupted> {
         loop {
-            let before = self.run.counters().steps;
+            let before = self.run.steps();
             let status = self.run.step()?;
             if let (Some(flow), Some(meter)) = (self.run.take_flow(), &mut self.meter) {
                 self.run.observe(|_, state| meter.jump(state, flow));
             }
-            let steps = self.run.counters().steps;
+            let steps = self.run.steps();
             if steps > before {
                 // Before another leg, accelerations and inputs of this state are recorded after the
                 // controller's call.

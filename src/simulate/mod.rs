@@ -242,10 +242,10 @@ impl Order<'_> {
         let control_step = control.as_ref().map(|control| control.step);
         let Prepared { run, method, times, points } = self.prepare(model, control_step)?;
         let Self { t_span, q0, .. } = self;
-        let recorder = Recorder::new(q0.len(), run.inputs().len(), points, times.as_deref());
+        let recorder = Recorder::new(&run, points, times.as_deref());
         let mut course = Course::new(run, recorder, t_span, control);
         let status = course.finish(&method, times.as_deref(), monitor);
-        let mut simulation = Simulation::of(course, status, &method, q0);
+        let mut simulation = Simulation::of(course, status, q0);
         simulation.statistics.wall_time = start.elapsed().as_secs_f64();
         Ok(simulation)
     }
@@ -355,7 +355,7 @@ fn check_control(step: f64, (t0, t_end): (f64, f64)) -> Result<(), InvalidInput>
 
 impl Simulation {
     /// Final state and records of a run.
-    fn of<M: Model>(course: Course<'_, '_, M>, status: Status, method: &Method, q0: &[f64]) -> Self {
+    fn of<M: Model>(course: Course<'_, '_, M>, status: Status, q0: &[f64]) -> Self {
         let Course { mut run, recorder, meter, watch, stop, .. } = course;
         let Recorder { t, q, v, a, u, .. } = recorder;
         let supplied = meter.as_ref().map_or(0.0, FlowMeter::supplied);
@@ -375,7 +375,7 @@ impl Simulation {
             t,
             q,
             v,
-            a: (!matches!(method, Method::FirstOrder { .. })).then_some(a),
+            a: run.knows_accelerations().then_some(a),
             u,
             n: q0.len(),
             flow,

@@ -17,7 +17,7 @@ use crate::tape::Tape;
 pub(super) enum Integrator<M> {
     Newmark { model: M, stepper: Box<newmark::Stepper> },
     Radau { model: M, stepper: Box<radau::Stepper> },
-    FirstOrder { system: Box<FirstOrder<M>>, stepper: Box<ode::Stepper>, state: Vec<f64> },
+    FirstOrder { system: Box<FirstOrder<M>>, stepper: Box<ode::Stepper>, n: usize },
 }
 
 impl<M: Model> Integrator<M> {
@@ -53,7 +53,7 @@ impl<M: Model> Integrator<M> {
                 let state = [q0, v0].concat();
                 let stepper = ode::Stepper::new(2 * n, t_span, &state, options)?;
                 let system = Box::new(FirstOrder::new(model));
-                Self::FirstOrder { system, stepper: Box::new(stepper), state }
+                Self::FirstOrder { system, stepper: Box::new(stepper), n }
             }
         })
     }
@@ -231,10 +231,9 @@ impl<M: Model> Integrator<M> {
                 let state = State { t: stepper.t(), q: stepper.q(), v: stepper.v(), a: stepper.a() };
                 observe(model, state)
             }
-            Self::FirstOrder { system, stepper, state } => {
-                let n = state.len() / 2;
-                let (q, v) = stepper.y().split_at(n);
-                observe(system.model(), State { t: stepper.t(), q, v, a: &stepper.rate()[n..] })
+            Self::FirstOrder { system, stepper, n } => {
+                let (q, v) = stepper.y().split_at(*n);
+                observe(system.model(), State { t: stepper.t(), q, v, a: &stepper.rate()[*n..] })
             }
         }
     }
@@ -244,30 +243,51 @@ impl<M: Model> Integrator<M> {
         match self {
             Self::Newmark { stepper, .. } => [stepper.q(), stepper.v(), stepper.a()],
             Self::Radau { stepper, .. } => [stepper.q(), stepper.v(), stepper.a()],
-            Self::FirstOrder { stepper, state, .. } => {
-                let n = state.len() / 2;
-                let (q, v) = stepper.y().split_at(n);
-                [q, v, &stepper.rate()[n..]]
+            Self::FirstOrder { stepper, n, .. } => {
+                let (q, v) = stepper.y().split_at(*n);
+                [q, v, &stepper.rate()[*n..]]
             }
         }
     }
 
-    /// The state at a time within the last step; accelerations as far as the method knows them there. False where it is not
-    /// finite.
-    pub(super) fn interpolate(&mut self, t: f64, [q, v, a]: [&mut [f64]; 3]) -> Result<bool, Interrupted> {
+    /// The states at these times within the last step, one after another; accelerations if the method knows them there. False
+    /// where they are not finite.
+    pub(super) fn interpolate(
+        &mut self,
+        times: &[f64],
+        [q, v, a]: [&mut [f64]; 3],
+    ) -> Result<bool, Interrupted> {
+        let n = self.state()[0].len();
+        let here = |k: usize| k * n..(k + 1) * n;
         match self {
-            Self::Newmark { stepper, .. } => stepper.interpolate(t, q, v, a),
-            Self::Radau { stepper, .. } => stepper.interpolate(t, q, v, a),
-            Self::FirstOrder { system, stepper, state } => {
-                let is_finite = stepper.interpolate(&mut **system, t, state)?;
-                let (here, rate) = state.split_at(q.len());
-                q.copy_from_slice(here);
-                v.copy_from_slice(rate);
-                a.fill(f64::NAN);
-                return Ok(is_finite);
+            Self::Newmark { stepper, .. } => {
+                for (k, &t) in times.iter().enumerate() {
+                    stepper.interpolate(t, &mut q[here(k)], &mut v[here(k)], &mut a[here(k)]);
+                }
+            }
+            Self::Radau { stepper, .. } => {
+                for (k, &t) in times.iter().enumerate() {
+                    stepper.interpolate(t, &mut q[here(k)], &mut v[here(k)], &mut a[here(k)]);
+                }
+            }
+            Self::FirstOrder { system, stepper, .. } => {
+                let Some(step) = stepper.last_step(&mut **system)? else {
+                    q.fill(f64::NAN);
+                    v.fill(f64::NAN);
+                    return Ok(false);
+                };
+                for (k, &t) in times.iter().enumerate() {
+                    step.evaluate_from(0, t, &mut q[here(k)]);
+                    step.evaluate_from(n, t, &mut v[here(k)]);
+                }
             }
         }
         Ok(true)
+    }
+
+    /// Whether the method knows accelerations between the ends of its steps.
+    pub(super) fn knows_accelerations(&self) -> bool {
+        !matches!(self, Self::FirstOrder { .. })
     }
 
     pub(super) fn counters(&self) -> Counters {
@@ -299,7 +319,11 @@ impl<M: Model> Integrator<M> {
 
     /// Accepted steps so far.
     pub(super) fn steps(&self) -> usize {
-        self.counters().steps
+        match self {
+            Self::Newmark { stepper, .. } => stepper.counters().steps,
+            Self::Radau { stepper, .. } => stepper.counters().steps,
+            Self::FirstOrder { stepper, .. } => stepper.counters().accepted,
+        }
     }
 
     /// The status of a run that has no accelerations after a jump.

@@ -295,7 +295,7 @@ impl<M: Model> Run<M> {
                     q.copy_from_slice(at_end);
                     v.copy_from_slice(rate);
                 } else {
-                    integrator.interpolate(t, [q, v, a])?;
+                    integrator.interpolate(&[t], [q, v, a])?;
                 }
                 changes.look(integrator.model(), t, [q, v])
             })?;
@@ -499,16 +499,39 @@ impl<M: Model> Run<M> {
         self.integrator.observe(observe)
     }
 
-    /// Writes the state at a time within the last step; false where it is not finite.
-    pub(crate) fn interpolate(&mut self, t: f64, [q, v, a]: [&mut [f64]; 3]) -> Result<bool, Interrupted> {
-        let is_finite = self.integrator.interpolate(t, [&mut *q, &mut *v, a])?;
+    /// Writes the states at these times within the last step, one after another; false where they are not finite. Accelerations are
+    /// those of methods that [know them](Self::knows_accelerations).
+    pub(crate) fn interpolate(
+        &mut self,
+        times: &[f64],
+        [q, v, a]: [&mut [f64]; 3],
+    ) -> Result<bool, Interrupted> {
+        let is_finite = self.integrator.interpolate(times, [&mut *q, &mut *v, a])?;
         if is_finite && self.changes.is_some() {
             // Within a step, lengths are only as accurate as the step: taut tendons would seem slack.
             let model: &mut dyn Model = self.integrator.model();
-            model.set_time(t)?;
-            let _ = projection::close(model, q).and_then(|_| projection::fit_velocities(model, q, v));
+            let n = model.n();
+            for ((q, v), &t) in q.chunks_exact_mut(n).zip(v.chunks_exact_mut(n)).zip(times) {
+                model.set_time(t)?;
+                let _ = projection::close(model, q).and_then(|_| projection::fit_velocities(model, q, v));
+            }
         }
         Ok(is_finite)
+    }
+
+    /// Whether the method knows accelerations between the ends of its steps.
+    pub(crate) fn knows_accelerations(&self) -> bool {
+        self.integrator.knows_accelerations()
+    }
+
+    /// Current time, coordinates, velocities and accelerations.
+    pub(crate) fn state(&self) -> (f64, [&[f64]; 3]) {
+        (self.t(), self.integrator.state())
+    }
+
+    /// Accepted steps so far.
+    pub(crate) fn steps(&self) -> usize {
+        self.integrator.steps()
     }
 
     /// All data that persist from leg to leg, as numbers.
