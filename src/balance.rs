@@ -115,6 +115,18 @@ impl Balance {
     }
 }
 
+fn mean((before, after): (&f64, &f64)) -> f64 {
+    0.5 * (before + after)
+}
+
+/// The velocity that leads from one place to the other within `h`; that of the rates at both ends if the step is so short that they
+/// agree to the rounding of the places.
+fn mean_velocity(places: (&f64, &f64), rates: (&f64, &f64), h: f64) -> f64 {
+    let (way, by_rates) = (places.1 - places.0, mean(rates));
+    let rounding = f64::EPSILON * (places.0.abs() + places.1.abs());
+    if (way - h * by_rates).abs() <= rounding { by_rates } else { way / h }
+}
+
 /// Maximum of the values; NaN if one of them is NaN, which `f64::max` would ignore.
 fn largest(values: impl Iterator<Item = f64>) -> f64 {
     values.fold(f64::NEG_INFINITY, |most, value| if most >= value || most.is_nan() { most } else { value })
@@ -243,14 +255,16 @@ impl<'a> FlowMeter<'a> {
                 let between = [&mut self.q_between, &mut self.v_between, &mut self.a_between];
                 between.into_iter().zip(end).for_each(|(between, end)| between.copy_from_slice(end));
             } else if self.rule == Rule::Mean {
-                for ((q, v), (before, after)) in
-                    self.q_between.iter_mut().zip(&mut self.v_between).zip(self.q.iter().zip(state.q))
+                let places = self.q.iter().zip(state.q);
+                let rates = self.v.iter().zip(state.v);
+                for ((q, v), (places, rates)) in
+                    self.q_between.iter_mut().zip(&mut self.v_between).zip(places.zip(rates))
                 {
-                    *q = 0.5 * (before + after);
-                    *v = (after - before) / h;
+                    *q = mean(places);
+                    *v = mean_velocity(places, rates, h);
                 }
-                for (a, (before, after)) in self.a_between.iter_mut().zip(self.a.iter().zip(state.a)) {
-                    *a = 0.5 * (before + after);
+                for (a, ends) in self.a_between.iter_mut().zip(self.a.iter().zip(state.a)) {
+                    *a = mean(ends);
                 }
             } else {
                 let quintic = Quintic::at(x, h);

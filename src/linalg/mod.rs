@@ -27,6 +27,7 @@ macro_rules! with_size {
         }
     };
 }
+pub(crate) use with_size;
 
 mod block_lu;
 mod bounded_least_squares;

@@ -1,5 +1,7 @@
 //! State at the end of a step as a function of its accelerations.
 
+use crate::linalg::with_size;
+
 /// A state that is affine in its accelerations: `q = q_base + weights[0] a`, `v = v_base + weights[1] a`.
 #[derive(Clone, Debug)]
 pub(super) struct Trial {
@@ -34,17 +36,31 @@ impl Trial {
 
     /// Subtracts `da` from the accelerations.
     pub(super) fn subtract(&mut self, da: &[f64]) {
-        for (a, da) in self.a.iter_mut().zip(da) {
-            *a -= da;
-        }
+        with_size!(subtract(self.a.len(), &mut self.a, da));
         self.update();
     }
 
     fn update(&mut self) {
-        let Self { weights: [wq, wv, _], q_base, v_base, q, v, a, .. } = self;
-        for (((q, v), (q_base, v_base)), a) in q.iter_mut().zip(v).zip(q_base.iter().zip(v_base)).zip(a) {
-            *q = q_base + *wq * *a;
-            *v = *v_base + *wv * *a;
-        }
+        let Self { weights: [of_q, of_v, _], q_base, v_base, q, v, a, .. } = self;
+        with_size!(combine(q.len(), q, q_base, *of_q, a));
+        with_size!(combine(v.len(), v, v_base, *of_v, a));
+    }
+}
+
+/// `x <- x - y`.
+#[inline(always)]
+fn subtract(n: usize, x: &mut [f64], y: &[f64]) {
+    let (x, y) = (&mut x[..n], &y[..n]);
+    for i in 0..n {
+        x[i] -= y[i];
+    }
+}
+
+/// `x <- base + weight a`.
+#[inline(always)]
+fn combine(n: usize, x: &mut [f64], base: &[f64], weight: f64, a: &[f64]) {
+    let (x, base, a) = (&mut x[..n], &base[..n], &a[..n]);
+    for i in 0..n {
+        x[i] = base[i] + weight * a[i];
     }
 }

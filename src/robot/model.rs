@@ -1496,9 +1496,10 @@ impl InTime for RobotModel {
 
     #[inline]
     fn set_time(&mut self, t: f64) -> Result<(), Interrupted> {
-        if self.varies_in_time() {
-            self.noted.forget();
+        if !self.varies_in_time() {
+            return Ok(());
         }
+        self.noted.forget();
         self.coordinates.set_time(t)?;
         on_sweeps!(&mut self.sweeps, sweeps => sweeps.set_time(t))
     }

@@ -539,7 +539,7 @@ def test_ctrl_c_keeps_what_a_search_has_found(command, scene, tmp_path):
     program = "from lissom import studies; import signal, threading\n"
     program += "real, options = studies.statics, {'load_steps': [k / 10**6 for k in range(1, 10**6 + 1)]}\n"
     program += "def statics(*arguments, t, **more):\n"
-    program += "    threading.Timer(0.2, signal.raise_signal, [signal.SIGINT]).start()\n"
+    program += "    threading.Timer(1.0, signal.raise_signal, [signal.SIGINT]).start()\n"
     program += "    return real(*arguments, t=t, max_steps=10**9, **options, **more)\n"
     program += "studies.statics = statics\n"
     program += "from lissom.__main__ import main; main()"

@@ -63,7 +63,9 @@ def reach_of(robot):
     for link in robot.links:
         start = reach[link.parent] + np.linalg.norm(link.position) if link.parent else 0.0
         own = sum(part.length for part in link.rod) if link.rod else 0.0
-        own = max(own, np.linalg.norm(link.body.centre) if link.body else 0.0)
+        if link.body:
+            gyration = np.sqrt(0.5 * np.trace(link.body.inertia) / link.body.mass)
+            own = max(own, np.linalg.norm(link.body.centre) + gyration)
         reach[link.name] = start + own
     return max(reach.values()) or 1.0
 
