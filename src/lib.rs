@@ -43,6 +43,7 @@ pub mod linalg;
 pub mod load;
 pub mod loops;
 mod memory;
+pub mod methods;
 pub mod model;
 pub mod modes;
 mod natural;

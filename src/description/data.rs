@@ -82,6 +82,8 @@ pub enum Kind {
     List(&'static Self),
     /// This many numbers, or one for all of them.
     OneOrEach(usize),
+    /// A number, or any number of them.
+    OneOrMany,
     /// A value, or none.
     Optional(&'static Self),
     /// One of several kinds, and what they are together; of parts among them, tables choose by `kind`.
@@ -110,6 +112,7 @@ impl Kind {
             Self::List(Self::Number) => "an array of numbers".to_owned(),
             Self::List(_) => "an array of rows".to_owned(),
             Self::OneOrEach(count) => format!("a number or an array of {count} numbers"),
+            Self::OneOrMany => "a number or an array of numbers".to_owned(),
             Self::Optional(kind) => kind.words(),
             Self::OneOf(_, kinds) => {
                 let mut words: Vec<_> = kinds.iter().map(Self::words).collect();

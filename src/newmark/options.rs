@@ -1,13 +1,14 @@
 //! Options and their validation.
 
 use super::Scheme;
+use crate::description::Described;
 use crate::error::{Checker, InvalidInput, Number};
 use crate::ode::Tolerance;
 use crate::roots::Derivative;
 use crate::second_order::check_problem;
 
 /// Initial guess of the accelerations of a step, before the first Newton iteration.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Described)]
 pub enum Predictor {
     /// Zero, the last accelerations, or an extrapolation of the last two: whichever would have been best for
     /// the last step.

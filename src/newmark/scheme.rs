@@ -261,7 +261,35 @@ impl Scheme {
     /// The scheme with one of the names in [`METHODS`] (or `generalized_alpha`). Parameters that the method
     /// does not have are rejected.
     pub fn by_name(name: &str, parameters: &Parameters) -> Result<Self, InvalidInput> {
+        Self::with(&Parameters::by_name(name, parameters)?)
+    }
+
+    /// The scheme with these parameters: `rho_inf` chooses the generalised-alpha method, `alpha` HHT, and the others, or none,
+    /// Newmark's method. Parameters of several schemes are rejected.
+    pub fn with(parameters: &Parameters) -> Result<Self, InvalidInput> {
         let Parameters { beta, gamma, alpha, rho_inf } = *parameters;
+        let all = [("rho_inf", rho_inf), ("alpha", alpha), ("beta", beta), ("gamma", gamma)];
+        let mut given = all.into_iter().filter_map(|(name, value)| Some((name, value?)));
+        let (first, second) = (given.next(), given.next());
+        if let (Some((one, _)), Some((other, value))) = (first, second)
+            && one != "beta"
+        {
+            let expected = format!("nothing: {one} and {other} are parameters of different methods");
+            return Err(InvalidInput::new(other, value, expected));
+        }
+        match *parameters {
+            Parameters { rho_inf: Some(rho_inf), .. } => Self::generalised_alpha(rho_inf),
+            Parameters { alpha: Some(alpha), .. } => Self::hht(alpha),
+            _ => Self::newmark(beta.unwrap_or(0.25), gamma.unwrap_or(0.5)),
+        }
+    }
+}
+
+impl Parameters {
+    /// Those of the scheme with one of the names in [`METHODS`] (or `generalized_alpha`), with its defaults. Of `newmark` they
+    /// stay as they are. Parameters that the method does not have are rejected.
+    pub fn by_name(name: &str, given: &Self) -> Result<Self, InvalidInput> {
+        let Self { beta, gamma, alpha, rho_inf } = *given;
         let taken: &[&str] = match name {
             "newmark" => &["beta", "gamma"],
             "hht" => &["alpha"],
@@ -279,15 +307,17 @@ impl Scheme {
             }
         }
         checker.finish()?;
-        match name {
-            "newmark" => Self::newmark(beta.unwrap_or(0.25), gamma.unwrap_or(0.5)),
-            "average_acceleration" => Ok(Self::AVERAGE_ACCELERATION),
-            "linear_acceleration" => Ok(Self::LINEAR_ACCELERATION),
-            "fox_goodwin" => Ok(Self::FOX_GOODWIN),
-            "central_difference" => Ok(Self::CENTRAL_DIFFERENCE),
-            "hht" => Self::hht(alpha.unwrap_or(Parameters::HHT_ALPHA)),
-            _ => Self::generalised_alpha(rho_inf.unwrap_or(Parameters::RHO_INF)),
-        }
+        let of =
+            |scheme: Scheme| Self { beta: Some(scheme.beta), gamma: Some(scheme.gamma), ..Self::default() };
+        Ok(match name {
+            "newmark" => *given,
+            "average_acceleration" => of(Scheme::AVERAGE_ACCELERATION),
+            "linear_acceleration" => of(Scheme::LINEAR_ACCELERATION),
+            "fox_goodwin" => of(Scheme::FOX_GOODWIN),
+            "central_difference" => of(Scheme::CENTRAL_DIFFERENCE),
+            "hht" => Self { alpha: alpha.or(Some(Self::HHT_ALPHA)), ..Self::default() },
+            _ => Self { rho_inf: rho_inf.or(Some(Self::RHO_INF)), ..Self::default() },
+        })
     }
 }
 

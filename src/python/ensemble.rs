@@ -18,10 +18,11 @@ use super::motion::times;
 use super::record::{self, ReadOnly, Reduced};
 use super::robot::PyRobot;
 use super::rows::{Vectors, each, of_row, threads};
-use super::simulate::{Given, Way, needs_damping, with_python_names};
+use super::simulate::{Given, MethodOf, method, needs_damping, with_python_names};
 use crate::ensemble::{self, Ensemble, Keep, Monitor, Outcome, Refusal, Run, Size};
 use crate::error::{Interrupted, InvalidInput};
 use crate::lie::{Quaternion, Vector};
+use crate::methods::Way;
 use crate::newmark::Parameters;
 use crate::robot::{Place, Pose};
 use crate::second_order::number_of_steps;
@@ -99,7 +100,7 @@ use crate::simulate::{Control, Simulation, slackness, times_of_run};
 #[pyo3(
     signature = (
         model, t_end, *, t0=0.0, q0=None, v0=None, u=None, control_step=None, workers=None, progress=None, keep="states",
-        places=None, memory_limit=MEMORY_LIMIT, method="newmark", dt=1e-2, jac=None, rtol=None, atol=None, t_eval=None, beta=None,
+        places=None, memory_limit=MEMORY_LIMIT, method=MethodOf::Name("newmark"), dt=1e-2, jac=None, rtol=None, atol=None, t_eval=None, beta=None,
         gamma=None, alpha=None, rho_inf=None, adaptive=None, max_step=None, min_step=0.0, max_steps=None, predictor=None,
         reuse_jacobian=None
     ),
@@ -122,7 +123,7 @@ pub(crate) fn simulate_many<'py>(
     #[pyo3(from_py_with = arguments::text::keep)] keep: &str,
     places: Option<&Bound<'py, PyAny>>,
     #[pyo3(from_py_with = arguments::number::memory_limit)] memory_limit: f64,
-    #[pyo3(from_py_with = arguments::text::method)] method: &str,
+    #[pyo3(from_py_with = method)] method: MethodOf<'_>,
     #[pyo3(from_py_with = arguments::number::dt)] dt: f64,
     #[pyo3(from_py_with = arguments::optional_text::jac)] jac: Option<&str>,
     rtol: Option<&Bound<'py, PyAny>>,

@@ -3,24 +3,25 @@
 use numpy::ToPyArray;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
+use pyo3::types::PyString;
 
 use super::arguments;
 use super::callback::{Raised, call, or_raised, wants_to_stop, with_result};
 use super::convert;
 use super::errors::LissomError;
 use super::model::{Native, PyModel};
-use super::motion::{PyMotionResult, Ticker, finish, predictor, signals, step_size, times};
+use super::motion::{PyMotionResult, Ticker, finish, signals, times};
 use super::ode::options::tolerance;
+use super::part::PyPart;
 use super::robot::PyRobot;
 use super::rod::PyRod;
 use crate::accuracy;
-use crate::error::{Checker, Interrupted, InvalidInput};
-use crate::newmark::{self, Parameters, Scheme};
-use crate::ode;
-use crate::radau;
+use crate::description::{Data, Kind, Reader, Value};
+use crate::error::{Interrupted, InvalidInput};
+use crate::methods::{ATOL, Auto, Dop853, Integration, Jacobian, Newmark, RTOL, Radau, Rk45, Way};
+use crate::newmark::{Parameters, Predictor};
 use crate::robot::Robot;
-use crate::roots::Derivative;
-use crate::simulate::{Control, Method, slackness};
+use crate::simulate::{Control, slackness};
 
 /// Value of `t_eval` that requests all accepted steps.
 const EVERY_STEP: &str = "steps";
@@ -114,7 +115,7 @@ const EVERY_STEP: &str = "steps";
 #[pyfunction]
 #[pyo3(
     signature = (
-        model, t_end, *, t0=0.0, q0=None, v0=None, method="newmark", dt=1e-2, jac=None, rtol=None, atol=None,
+        model, t_end, *, t0=0.0, q0=None, v0=None, method=MethodOf::Name("newmark"), dt=1e-2, jac=None, rtol=None, atol=None,
         t_eval=None, progress=None, beta=None, gamma=None, alpha=None, rho_inf=None, adaptive=None,
         max_step=None, min_step=0.0, max_steps=None, predictor=None, reuse_jacobian=None, control=None,
         control_step=None
@@ -131,7 +132,7 @@ pub(crate) fn simulate<'py>(
     #[pyo3(from_py_with = arguments::number::t0)] t0: f64,
     q0: Option<&Bound<'py, PyAny>>,
     v0: Option<&Bound<'py, PyAny>>,
-    #[pyo3(from_py_with = arguments::text::method)] method: &str,
+    #[pyo3(from_py_with = method)] method: MethodOf<'_>,
     #[pyo3(from_py_with = arguments::number::dt)] dt: f64,
     #[pyo3(from_py_with = arguments::optional_text::jac)] jac: Option<&str>,
     rtol: Option<&Bound<'py, PyAny>>,
@@ -250,22 +251,38 @@ fn at_time(py: Python<'_>, error: PyErr, t: f64) -> PyErr {
     error
 }
 
-/// The method of a simulation.
-pub(super) enum Way {
-    Method(Method),
-    /// Any method that reaches the requested accuracy.
-    Accuracy(accuracy::Request),
-}
-
 /// Whether the Newmark family needs numerical damping of infinite frequencies: for closed loops, and for
 /// contact, which starts abruptly.
 pub(super) fn needs_damping(model: &dyn Native) -> bool {
     model.constraints() > 0 || model.has_contact()
 }
 
+/// The argument `method`.
+#[derive(Clone, Debug)]
+pub(super) enum MethodOf<'a> {
+    Name(&'a str),
+    Described(Integration),
+}
+
+/// The name of a method, or one with its options.
+pub(super) fn method<'a>(value: &'a Bound<'_, PyAny>) -> PyResult<MethodOf<'a>> {
+    if let Ok(part) = value.cast::<PyPart>()
+        && let Some(method) = part.get().read()
+    {
+        return Ok(MethodOf::Described(method));
+    }
+    if value.is_instance_of::<PyString>() {
+        return convert::text(value, "method").map(MethodOf::Name);
+    }
+    Err(PyTypeError::new_err(format!(
+        "method: expected the name of a method, or one of lissom.methods, got {}",
+        convert::describe(value)
+    )))
+}
+
 /// The options of the method as passed from Python.
 pub(super) struct Given<'a, 'py> {
-    pub(super) method: &'a str,
+    pub(super) method: MethodOf<'a>,
     pub(super) dt: f64,
     pub(super) jac: Option<&'a str>,
     pub(super) rtol: Option<&'a Bound<'py, PyAny>>,
@@ -284,111 +301,72 @@ pub(super) struct Given<'a, 'py> {
 }
 
 impl Given<'_, '_> {
-    /// The method for a model of `n` coordinates.
+    /// The way to compute a motion of a model with `n` coordinates.
     pub(super) fn way(&self, n: usize) -> PyResult<Way> {
-        Ok(match self.method {
-            "auto" => Way::Accuracy(self.accuracy()?),
-            "radau" => Way::Method(self.radau(n)?),
-            "rk45" => Way::Method(self.first_order(ode::Method::Rk45, n)?),
-            "dop853" => Way::Method(self.first_order(ode::Method::Dop853, n)?),
-            _ => Way::Method(self.newmark()?),
-        })
-    }
-
-    fn accuracy(&self) -> PyResult<accuracy::Request> {
-        self.refuse_options_of_newmark()?;
-        let of_others = [
-            ("atol", self.atol.is_some()),
-            ("min_step", self.min_step != 0.0),
-            ("t_eval='steps'", self.tells_steps),
-        ];
-        self.refuse(of_others)?;
-        let tolerance = self.rtol.map_or(Ok(accuracy::DEFAULT_RTOL), PyAnyMethods::extract)?;
-        let limit = self.max_steps.map(|limit| convert::count(limit, "max_steps")).transpose()?;
-        let default = accuracy::Request::new(tolerance, self.dt);
-        Ok(accuracy::Request {
-            max_steps: limit.unwrap_or(default.max_steps),
-            max_step: self.max_step.unwrap_or(default.max_step),
-            ..default
-        })
-    }
-
-    /// Relative and absolute tolerance, each a number or one per coordinate.
-    fn tolerances(&self) -> PyResult<[ode::Tolerance; 2]> {
-        let newmark::Options { rtol, atol, .. } = newmark::Options::new(self.dt);
-        let rtol = self.rtol.map_or(Ok(rtol), |rtol| tolerance(rtol, "rtol"))?;
-        let atol = self.atol.map_or(Ok(atol), |atol| tolerance(atol, "atol"))?;
-        Ok([rtol, atol])
-    }
-
-    /// The tolerances of coordinates and velocities.
-    fn tolerances_of_states(&self, n: usize) -> PyResult<[ode::Tolerance; 2]> {
-        let [rtol, atol] = self.tolerances()?;
-        Ok([twice(rtol, n, "rtol")?, twice(atol, n, "atol")?])
-    }
-
-    fn radau(&self, n: usize) -> PyResult<Method> {
-        let max_steps = convert::step_limit(self.max_steps)?;
-        self.refuse_options_of_newmark()?;
-        let [rtol, atol] = self.tolerances_of_states(n)?;
-        let options = radau::Options {
-            rtol,
-            atol,
-            first_step: None,
-            max_step: self.max_step.unwrap_or(f64::INFINITY),
-            min_step: self.min_step,
-            max_steps,
+        let method = match &self.method {
+            MethodOf::Name(name) => &self.named(name)?,
+            MethodOf::Described(method) => {
+                let beside = self.options_of_newmark().into_iter().chain(self.options_of_others());
+                if let Some((name, _)) = beside.into_iter().find(|&(_, is_given)| is_given) {
+                    return Err(PyValueError::new_err(format!(
+                        "{name}: expected nothing: `method` is one of lissom.methods and has all of its options"
+                    )));
+                }
+                method
+            }
         };
-        Ok(Method::Radau { options, dt: self.dt, tells_steps: self.tells_steps })
-    }
-
-    fn first_order(&self, method: ode::Method, n: usize) -> PyResult<Method> {
-        let max_steps = convert::step_limit(self.max_steps)?;
-        self.refuse_options_of_newmark()?;
-        let [rtol, atol] = self.tolerances_of_states(n)?;
-        let options = ode::Options {
-            method,
-            rtol,
-            atol,
-            max_step: self.max_step.unwrap_or(f64::INFINITY),
-            min_step: self.min_step,
-            max_steps,
-            ..ode::Options::default()
-        };
-        Ok(Method::FirstOrder { options, dt: self.dt, tells_steps: self.tells_steps })
-    }
-
-    /// The scheme of the Newmark family; by default one with numerical damping if needed.
-    fn scheme(&self) -> PyResult<Scheme> {
-        let is_said = self.method != "newmark" || self.parameters != Parameters::default();
-        if self.needs_damping && !is_said {
-            return Ok(Scheme::generalised_alpha(Parameters::RHO_INF)?);
+        if self.tells_steps && matches!(method, Integration::Auto(_)) {
+            return Err(refused("t_eval='steps'", "auto"));
         }
-        Ok(Scheme::by_name(self.method, &self.parameters).map_err(name_all_methods)?)
+        Ok(method.way(n, self.dt, self.needs_damping, self.tells_steps)?)
     }
 
-    fn newmark(&self) -> PyResult<Method> {
-        let [rtol, atol] = self.tolerances()?;
-        let max_steps = convert::step_limit(self.max_steps)?;
-        let defaults = newmark::Options::new(self.dt);
-        Ok(Method::Newmark(newmark::Options {
-            scheme: self.scheme()?,
-            step_size: step_size(self.adaptive.unwrap_or(false), self.max_step, self.min_step)?,
-            derivative: self.jac.map_or(Ok(Derivative::Analytic), derivative)?,
-            rtol,
-            atol,
-            predictor: self.predictor.map_or(Ok(defaults.predictor), predictor)?,
-            reuse_jacobian: self.reuse_jacobian.unwrap_or(defaults.reuse_jacobian),
-            max_steps,
-            ..defaults
-        }))
+    /// The method of this name with the options that are given beside it.
+    fn named(&self, name: &str) -> PyResult<Integration> {
+        let is_newmark = !["auto", "radau", "rk45", "dop853"].contains(&name);
+        if !is_newmark {
+            refuse(self.options_of_newmark(), name)?;
+        }
+        let max_steps = self.max_steps.map(|limit| convert::count(limit, "max_steps")).transpose()?;
+        let Self { max_step, min_step, .. } = *self;
+        if name == "auto" {
+            refuse([("atol", self.atol.is_some()), ("min_step", min_step != 0.0)], name)?;
+            let rtol = self.rtol.map_or(Ok(accuracy::DEFAULT_RTOL), PyAnyMethods::extract)?;
+            return Ok(Auto { rtol, max_step, max_steps }.into());
+        }
+        let rtol = self.rtol.map_or(Ok(RTOL.into()), |rtol| tolerance(rtol, "rtol"))?;
+        let atol = self.atol.map_or(Ok(ATOL.into()), |atol| tolerance(atol, "atol"))?;
+        Ok(match name {
+            "radau" => Radau { rtol, atol, max_step, min_step, max_steps }.into(),
+            "rk45" => Rk45 { rtol, atol, max_step, min_step, max_steps }.into(),
+            "dop853" => Dop853 { rtol, atol, max_step, min_step, max_steps }.into(),
+            _ => {
+                let Parameters { beta, gamma, alpha, rho_inf } =
+                    Parameters::by_name(name, &self.parameters).map_err(name_all_methods)?;
+                Newmark {
+                    rho_inf,
+                    alpha,
+                    beta,
+                    gamma,
+                    rtol,
+                    atol,
+                    adaptive: self.adaptive.unwrap_or(false),
+                    max_step,
+                    min_step,
+                    max_steps,
+                    jac: self.jac.map_or(Ok(Jacobian::Analytic), |jac| word(jac, "jac"))?,
+                    predictor: self.predictor.map_or(Ok(Predictor::Best), |name| word(name, "predictor"))?,
+                    reuse_jacobian: self.reuse_jacobian.unwrap_or(true),
+                }
+                .into()
+            }
+        })
     }
 
-    /// Returns an error if options of the Newmark family are given for another method, even with their
-    /// default values.
-    fn refuse_options_of_newmark(&self) -> PyResult<()> {
+    /// Options of the Newmark family alone, and whether they are given.
+    fn options_of_newmark(&self) -> [(&'static str, bool); 8] {
         let Parameters { beta, gamma, alpha, rho_inf } = self.parameters;
-        self.refuse([
+        [
             ("jac", self.jac.is_some()),
             ("beta", beta.is_some()),
             ("gamma", gamma.is_some()),
@@ -397,22 +375,35 @@ impl Given<'_, '_> {
             ("adaptive", self.adaptive.is_some()),
             ("predictor", self.predictor.is_some()),
             ("reuse_jacobian", self.reuse_jacobian.is_some()),
-        ])
+        ]
     }
 
-    /// Returns an error if options are given that the method does not have.
-    fn refuse(&self, options: impl IntoIterator<Item = (&'static str, bool)>) -> PyResult<()> {
-        match options.into_iter().find(|&(_, is_given)| is_given) {
-            None => Ok(()),
-            Some((name, _)) if self.method == "auto" => Err(PyValueError::new_err(format!(
-                "{name}: expected nothing: the method is \"auto\", which takes `rtol` and chooses the rest"
-            ))),
-            Some((name, _)) => Err(PyValueError::new_err(format!(
-                "{name}: expected nothing: it is an option of the Newmark family, the method is {:?}",
-                self.method
-            ))),
-        }
+    fn options_of_others(&self) -> [(&'static str, bool); 5] {
+        [
+            ("rtol", self.rtol.is_some()),
+            ("atol", self.atol.is_some()),
+            ("max_step", self.max_step.is_some()),
+            ("min_step", self.min_step != 0.0),
+            ("max_steps", self.max_steps.is_some()),
+        ]
     }
+}
+
+/// Returns an error if options are given that the method does not have, even with their default values.
+fn refuse<const N: usize>(options: [(&'static str, bool); N], method: &str) -> PyResult<()> {
+    let given = options.into_iter().find(|&(_, is_given)| is_given);
+    given.map_or(Ok(()), |(name, _)| Err(refused(name, method)))
+}
+
+fn refused(option: &str, method: &str) -> PyErr {
+    PyValueError::new_err(match method {
+        "auto" => format!(
+            "{option}: expected nothing: the method is \"auto\", which takes `rtol` and chooses the rest"
+        ),
+        _ => format!(
+            "{option}: expected nothing: it is an option of the Newmark family, the method is {method:?}"
+        ),
+    })
 }
 
 /// Computes a motion without the interpreter, which is acquired only for progress calls and Ctrl-C.
@@ -566,24 +557,14 @@ pub(crate) fn choose_modes<'py>(
     like(rod.as_any(), &modes.robot)
 }
 
-fn derivative(jac: &str) -> PyResult<Derivative> {
-    match jac {
-        "analytic" => Ok(Derivative::Analytic),
-        "forward" => Ok(Derivative::Forward),
-        "central" => Ok(Derivative::Central),
-        _ => Err(PyValueError::new_err(format!(
-            "jac: got {jac:?}, expected \"analytic\", \"forward\" or \"central\""
-        ))),
-    }
-}
-
-/// Tolerances of coordinates and velocities from those of the coordinates.
-fn twice(tolerance: ode::Tolerance, n: usize, name: &str) -> Result<ode::Tolerance, InvalidInput> {
-    let ode::Tolerance::Each(values) = tolerance else { return Ok(tolerance) };
-    let mut checker = Checker::new();
-    checker.length(&values, n, name);
-    checker.finish()?;
-    Ok(ode::Tolerance::Each([values.as_slice(), values.as_slice()].concat()))
+/// The option that a word stands for.
+fn word<T: Data>(word: &str, name: &str) -> PyResult<T> {
+    let found = T::read(&Value::Text(word.to_owned()), &mut Reader::default());
+    let Kind::Word(_, words) = T::KIND else { unreachable!("it is one of several words") };
+    let (last, first) = words.split_last().expect("there is a word");
+    let first: Vec<_> = first.iter().map(|word| format!("{word:?}")).collect();
+    let wrong = || format!("{name}: got {word:?}, expected {} or {last:?}", first.join(", "));
+    found.ok_or_else(|| PyValueError::new_err(wrong()))
 }
 
 /// Lists all methods of this function in a message that lists only the Newmark family.

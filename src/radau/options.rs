@@ -25,6 +25,14 @@ pub struct Options {
     pub max_steps: usize,
 }
 
+impl From<ode::Options> for Options {
+    /// The same tolerances and bounds of steps.
+    fn from(options: ode::Options) -> Self {
+        let ode::Options { rtol, atol, first_step, max_step, min_step, max_steps, .. } = options;
+        Self { rtol, atol, first_step, max_step, min_step, max_steps }
+    }
+}
+
 impl Default for Options {
     fn default() -> Self {
         Self {

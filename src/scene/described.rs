@@ -302,6 +302,10 @@ fn of_kind(kind: &Kind, limits: &Limits, found: &mut Map<String, Json>) -> Json 
             let one = of_kind(&Kind::Number, limits, found);
             json!({ "anyOf": [one, of_kind(&Kind::Array(&Kind::Number, *count), limits, found)] })
         }
+        Kind::OneOrMany => {
+            let one = of_kind(&Kind::Number, limits, found);
+            json!({ "anyOf": [one, of_kind(&Kind::List(&Kind::Number), limits, found)] })
+        }
         Kind::Optional(inner) => of_kind(inner, limits, found),
         Kind::OneOf(name, kinds) => {
             let all: Vec<_> = kinds.iter().map(|kind| of_kind(kind, limits, found)).collect();

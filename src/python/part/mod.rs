@@ -17,8 +17,9 @@ use pyo3::types::{PyDict, PyTuple, PyType};
 
 use super::convert;
 use super::signal::Functions;
-use crate::description::{AnyPart, Fault, Field, Part, Problem, Reader, Schema, Value};
+use crate::description::{AnyPart, Data, Fault, Field, Part, Problem, Reader, Schema, Value};
 use crate::error::InvalidInput;
+use crate::methods::METHODS;
 use crate::scene::{self, PARTS};
 
 use values::{attribute_of, object_of, value_of};
@@ -46,12 +47,12 @@ struct PyField {
 #[pyclass(frozen)]
 struct PySchema(&'static Schema);
 
-/// Classes of the parts, in the order of their tables.
+/// Classes of the parts and of the methods, in the order of their tables.
 static CLASSES: PyOnceLock<Vec<Py<PyType>>> = PyOnceLock::new();
 
 /// An object of the part's class around it; nothing is read again.
 pub(super) fn wrapped(py: Python<'_>, part: Arc<dyn AnyPart>) -> PyResult<Bound<'_, PyAny>> {
-    let place = PARTS.iter().position(|schema| std::ptr::eq(*schema, part.schema()));
+    let place = PARTS.iter().chain(&METHODS).position(|schema| std::ptr::eq(*schema, part.schema()));
     let classes = CLASSES.get(py).expect("made at import");
     let class = &classes[place.expect("all parts are listed")];
     let functions = Functions::of_part(py, part.as_ref())?;
@@ -139,6 +140,11 @@ fn arguments(
 }
 
 impl PyPart {
+    /// What it is a part of, if it is one of these.
+    pub(super) fn read<T: Data>(&self) -> Option<T> {
+        T::read(&Value::Part(self.part.clone()), &mut Reader::default())
+    }
+
     /// The part, if it is one of this type.
     pub(super) fn of_type<T: 'static>(&self) -> Option<&T> {
         (self.part.as_ref() as &dyn Any).downcast_ref()
@@ -265,10 +271,10 @@ impl PyField {
     }
 }
 
-/// The class of a part.
-fn class<'py>(py: Python<'py>, schema: &'static Schema) -> PyResult<Bound<'py, PyType>> {
+/// The class of a part, as users find it in this module.
+fn class<'py>(py: Python<'py>, schema: &'static Schema, module: &str) -> PyResult<Bound<'py, PyType>> {
     let (items, doc) = (PyDict::new(py), text::docstring(schema));
-    items.set_item("__module__", "lissom")?;
+    items.set_item("__module__", module)?;
     items.set_item("__slots__", ())?;
     // Python takes the signature of a class from the head of its first docstring.
     let signature = text::signature(schema);
@@ -310,16 +316,31 @@ fn dataclass_fields<'py>(py: Python<'py>, schema: &'static Schema) -> PyResult<B
 /// The classes of the parts.
 pub(super) fn add_classes(module: &Bound<'_, PyModule>) -> PyResult<()> {
     let py = module.py();
-    let classes: Vec<_> = PARTS.iter().map(|schema| class(py, schema)).collect::<PyResult<_>>()?;
-    classes.iter().zip(PARTS).try_for_each(|(class, schema)| module.add(schema.name, class))?;
-    CLASSES.get_or_init(py, || classes.into_iter().map(Bound::unbind).collect());
-    Ok(())
+    // Some have names of other classes of this module.
+    let methods = PyModule::new(py, "lissom._lissom._methods")?;
+    let lists = [(&PARTS[..], module, "lissom"), (&METHODS[..], &methods, "lissom.methods")];
+    let mut classes = Vec::with_capacity(PARTS.len() + METHODS.len());
+    for (schemas, module, name) in lists {
+        for schema in schemas {
+            let class = class(py, schema, name)?;
+            module.add(schema.name, &class)?;
+            classes.push(class.unbind());
+        }
+    }
+    CLASSES.get_or_init(py, || classes);
+    module.add("_methods", methods)
 }
 
 /// The classes of the parts as they stand in the stub of this module.
 #[pyfunction]
 pub(crate) fn _stub_of_parts() -> String {
     text::stub(&PARTS)
+}
+
+/// The classes of the methods as they stand in the stub of their module.
+#[pyfunction]
+pub(crate) fn _stub_of_methods() -> String {
+    text::stub(&METHODS)
 }
 
 /// The definitions of the parts as they stand in the JSON Schema of scenes.

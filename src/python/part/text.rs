@@ -53,7 +53,8 @@ pub(super) fn annotation(kind: &Kind, is_argument: bool) -> String {
         Kind::Array(Kind::Array(..), _) => "NDArray[np.float64]".to_owned(),
         Kind::Array(items, count) => format!("tuple[{}]", vec![inner(items); *count].join(", ")),
         Kind::List(items) => format!("tuple[{}, ...]", inner(items)),
-        Kind::OneOrEach(_) if is_argument => "ArrayLike".to_owned(),
+        Kind::OneOrEach(_) | Kind::OneOrMany if is_argument => "ArrayLike".to_owned(),
+        Kind::OneOrMany => "float | tuple[float, ...]".to_owned(),
         Kind::OneOrEach(count) => annotation(&Kind::Array(&Kind::Number, *count), false),
         Kind::Optional(kind) => format!("{} | None", inner(kind)),
         Kind::OneOf(_, kinds) => kinds.iter().map(inner).collect::<Vec<_>>().join(" | "),
@@ -81,6 +82,7 @@ fn words(kind: &Kind) -> String {
         Kind::List(Kind::List(_)) => "array_like, shape (k, l)".to_owned(),
         Kind::List(_) => "array_like, shape (k,)".to_owned(),
         Kind::OneOrEach(count) => format!("float or array_like, shape ({count},)"),
+        Kind::OneOrMany => "float or array_like, shape (n,)".to_owned(),
         Kind::Optional(kind) => format!("{}, optional", words(kind)),
         Kind::OneOf(_, kinds) => {
             let kinds: Vec<_> = kinds.iter().map(words).collect();

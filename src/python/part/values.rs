@@ -42,6 +42,10 @@ pub(super) fn value_of(
                 Err(PyValueError::new_err(format!("{name}: expected {count} values, got {found}")))
             }
         },
+        Kind::OneOrMany => Ok(match convert::scalar_or_vector(object, name)? {
+            (values, true) => Value::Number(values[0]),
+            (values, false) => numbers(values),
+        }),
         Kind::Optional(_) if object.is_none() => Ok(Value::None),
         Kind::Optional(inner) => value_of(object, name, inner, functions),
         Kind::OneOf(_, kinds) => one_of(object, name, kinds, functions),

@@ -14,8 +14,9 @@ use super::super::callback::or_raised;
 use super::super::convert;
 use super::super::model::{PyEnergy, PyModel};
 use super::super::record::{self, Reduced};
-use super::super::simulate::{Given, Way, needs_damping};
+use super::super::simulate::{Given, MethodOf, method as method_of, needs_damping};
 use super::memory::{Memory, Outcome, READY, Start, start};
+use crate::methods::Way;
 use crate::newmark::Parameters;
 use crate::simulate::Method;
 
@@ -99,7 +100,7 @@ impl PySimulation {
     #[new]
     #[pyo3(
         signature = (
-            model, *, dt, method="newmark", q0=None, v0=None, t0=0.0, rtol=None, atol=None, beta=None, gamma=None,
+            model, *, dt, method=None, q0=None, v0=None, t0=0.0, rtol=None, atol=None, beta=None, gamma=None,
             alpha=None, rho_inf=None, adaptive=None, max_step=None, min_step=0.0
         ),
         text_signature = "(model, *, dt, method='newmark', q0=None, v0=None, t0=0.0, rtol=1e-06, atol=1e-09, beta=0.25, \
@@ -109,7 +110,7 @@ impl PySimulation {
     fn new(
         model: &Bound<'_, PyAny>,
         #[pyo3(from_py_with = arguments::number::dt)] dt: f64,
-        #[pyo3(from_py_with = arguments::text::method)] method: &str,
+        method: Option<&Bound<'_, PyAny>>,
         q0: Option<&Bound<'_, PyAny>>,
         v0: Option<&Bound<'_, PyAny>>,
         #[pyo3(from_py_with = arguments::number::t0)] t0: f64,
@@ -133,7 +134,11 @@ impl PySimulation {
         let n = model.get().n();
         let options = PyDict::new(py);
         options.set_item("dt", dt)?;
-        options.set_item("method", method)?;
+        match method {
+            Some(method) => options.set_item("method", method)?,
+            None => options.set_item("method", "newmark")?,
+        }
+        let method = method.map_or(Ok(MethodOf::Name("newmark")), method_of)?;
         for (name, value) in [("rtol", rtol), ("atol", atol)] {
             if let Some(value) = value {
                 // A copy, because the caller may change the array.
