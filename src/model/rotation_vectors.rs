@@ -9,7 +9,12 @@ use std::f64::consts::{PI, TAU};
 /// `first` are the indices of the rotation vectors' first components. All `accelerations`, including those of
 /// an integrator, are transformed. Rotation vectors are singular at 2 pi: a step that starts within pi stays
 /// clear of that.
+#[inline]
 pub(crate) fn wrap(first: &[usize], q: &mut [f64], v: &mut [f64], accelerations: &mut [&mut [f64]]) -> bool {
+    !first.is_empty() && wrap_some(first, q, v, accelerations)
+}
+
+fn wrap_some(first: &[usize], q: &mut [f64], v: &mut [f64], accelerations: &mut [&mut [f64]]) -> bool {
     let mut has_wrapped = false;
     for &first in first {
         let vector = |values: &[f64]| -> [f64; 3] { std::array::from_fn(|i| values[first + i]) };

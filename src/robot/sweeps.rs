@@ -41,6 +41,8 @@ pub(crate) struct Sweeps<G: Turning> {
     work: Workspace<G>,
     tangent: TangentWorkspace<G>,
     zeros: Vec<f64>,
+    /// Whether an effect takes energy out.
+    dissipates: bool,
 }
 
 /// Largest difference of coordinates for which the set of touching surfaces is not recomputed.
@@ -109,7 +111,8 @@ impl<G: Turning> Sweeps<G> {
     pub(crate) fn new(plan: Plan<G>) -> Self {
         let mut work = Workspace::new(&plan);
         time::tell(&plan, &mut work);
-        Self { work, tangent: TangentWorkspace::new(&plan), zeros: vec![0.0; plan.n], plan: Arc::new(plan) }
+        let (tangent, zeros) = (TangentWorkspace::new(&plan), vec![0.0; plan.n]);
+        Self { work, tangent, zeros, dissipates: effects::dissipates(&plan), plan: Arc::new(plan) }
     }
 
     /// Sweeps for the same robot with one piece per link, including links that are otherwise merged.
@@ -145,7 +148,7 @@ impl<G: Turning> Sweeps<G> {
 
     /// Whether the motion dissipates energy.
     pub(crate) fn is_damped(&self) -> bool {
-        self.plan.pieces.iter().any(|piece| piece.retardation_time > 0.0) || effects::dissipates(&self.plan)
+        self.plan.pieces.iter().any(|piece| piece.retardation_time > 0.0) || self.dissipates
     }
 
     /// Whether forces other than damping depend on velocities, because of the base motion or of an effect.
@@ -678,7 +681,7 @@ impl<G: Turning> Sweeps<G> {
 
     pub(crate) fn dissipated_power(&mut self, q: &[f64], qd: &[f64]) -> f64 {
         let power = elasticity::power_of_damping(&self.plan, qd);
-        if !effects::dissipates(&self.plan) {
+        if !self.dissipates {
             return power;
         }
         if !self.plan.contacts.pairs.is_empty() {

@@ -38,10 +38,13 @@ fn inversion<G: Turning>(plan: &Plan<G>, q: &[f64]) -> Option<Flaw> {
 fn shortage<G: Turning>(plan: &Plan<G>, q: &[f64]) -> Option<f64> {
     let turn = |piece: &PiecePlan<G>| {
         // Basis functions never exceed one, so that usually the coordinates suffice as a bound.
-        let angular = piece.components.iter().filter(|component| component.index < G::ANGULAR);
-        let bound: f64 =
-            angular.flat_map(|component| &q[component.first..][..component.modes]).map(|q| q.abs()).sum();
-        let bound = (bound + piece.largest_reference_curvature) * piece.largest_gap;
+        let mut curvature = piece.largest_reference_curvature;
+        for component in piece.components.iter().filter(|component| component.index < G::ANGULAR) {
+            for q in &q[component.first..][..component.modes] {
+                curvature += q.abs();
+            }
+        }
+        let bound = curvature * piece.largest_gap;
         if bound < LARGEST_TURN { bound } else { largest_turn(piece, q) }
     };
     let turns = plan.pieces.iter().map(turn);
