@@ -12,7 +12,7 @@ pub mod described;
 
 use nalgebra::Matrix3;
 
-use crate::description::Part as _;
+use crate::description::Item as _;
 use crate::error::{Checker, InvalidInput, Number};
 use crate::load::check_end;
 

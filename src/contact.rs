@@ -12,7 +12,7 @@
 pub mod described;
 mod mesh;
 
-use crate::description::{LinkName, Part as _};
+use crate::description::{Item as _, LinkName};
 use crate::error::{Checker, InvalidInput, Number};
 use crate::load::check_place;
 

@@ -10,7 +10,7 @@
 
 pub mod described;
 
-use crate::description::{Described, Part as _};
+use crate::description::{Described, Item as _};
 use crate::error::{Checker, InvalidInput};
 use crate::signal::{Cell, Signal};
 

@@ -9,7 +9,7 @@
 
 pub mod described;
 
-use crate::description::Part as _;
+use crate::description::Item as _;
 use crate::error::{Checker, InvalidInput};
 use crate::load::check_end;
 

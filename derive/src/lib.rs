@@ -95,15 +95,15 @@ fn of_struct(input: &DeriveInput, fields: &Fields) -> Result<TokenStream> {
     let places: Vec<_> = (0..names.len()).collect();
     let found: Vec<_> = places.iter().map(|i| format_ident!("field_{i}")).collect();
     Ok(quote! { const _: () = {
-        use crate::description::{AnyPart, Data, Field, Kind, Limits, Part, Reader, Schema, Value};
+        use crate::description::{AnyPart, Data, Field, Item, Kind, Limits, Part, Reader, Schema, Value};
         static FIELDS: &[Field] = &[#(#table),*];
         static SCHEMA: Schema = Schema::new(#name, #text, FIELDS, |values, reader| {
+            reader.check_given(&SCHEMA, values);
             #this::of_fields(values, reader).map(|part| std::sync::Arc::new(part) as _)
         }) #(#options)*;
         impl #this {
             fn of_fields(values: &[Option<Value>], reader: &mut Reader) -> Option<Self> {
                 #(let #found: Option<#types> = reader.field(&FIELDS[#places], values[#places].as_ref());)*
-                reader.check_given(&SCHEMA, values);
                 if !(#(#found.is_some())&&*) {
                     #(reader.check(&FIELDS[#places], &#found);)*
                 }
@@ -113,6 +113,7 @@ fn of_struct(input: &DeriveInput, fields: &Fields) -> Result<TokenStream> {
                 Some(made)
             }
         }
+        impl Item for #this {}
         impl Part for #this {
             const SCHEMA: &'static Schema = &SCHEMA;
         }
@@ -148,7 +149,8 @@ fn of_enum<'a>(this: &Ident, variants: impl Iterator<Item = (&'a Ident, &'a Fiel
         variants.flat_map(|(name, fields)| fields.iter().map(move |field| (name, &field.ty))).unzip();
     let places = 0..names.len();
     quote! { const _: () = {
-        use crate::description::{Data, Kind, Limits, Reader, Value};
+        use crate::description::{Data, Item, Kind, Limits, Reader, Value};
+        impl Item for #this {}
         #(impl From<#types> for #this { fn from(value: #types) -> Self { Self::#names(value) } })*
         impl Data for #this {
             const KIND: Kind = Kind::OneOf(stringify!(#this), &[#(<#types as Data>::KIND),*]);

@@ -15,10 +15,13 @@ if TYPE_CHECKING:
         DOP853,
         RK45,
         AccuracyWarning,
+        ActiveStrain,
         ActuateResult,
+        Along,
         Balance,
         BaseMotion,
         Body,
+        Chamber,
         ContinuationResult,
         ConvergenceError,
         CriticalPoint,
@@ -35,6 +38,7 @@ if TYPE_CHECKING:
         Model,
         ModesResult,
         MotionResult,
+        Motor,
         OdeResult,
         OdeSolver,
         Profile,
@@ -55,6 +59,8 @@ if TYPE_CHECKING:
         StaticsResult,
         Statistics,
         Support,
+        Tendon,
+        Via,
         __version__,
         actuate,
         check_jacobian,
@@ -69,7 +75,6 @@ if TYPE_CHECKING:
         solve_ivp,
         statics,
     )
-    from .actuators import ActiveStrain, Along, Chamber, Motor, Tendon, Via
     from .contact_events import ContactEvent
     from .contacts import Ball, Box, Capsule, Contact, ConvexMesh, HalfSpace, HeightField, Sphere, Touch
     from .equilibria import EquilibriumSensitivityResult, equilibrium_sensitivity
@@ -212,7 +217,6 @@ if not TYPE_CHECKING:
         modules = [
             import_module(f"lissom.{name}")
             for name in (
-                "actuators",
                 "contact_events",
                 "contacts",
                 "equilibria",

@@ -8,7 +8,6 @@ import xarray
 from numpy.typing import ArrayLike, NDArray
 from typing_extensions import deprecated, disjoint_base
 
-from .actuators import Along, Via, _Actuator
 from .contact_events import ContactEvent
 from .contacts import Touch
 from .links import Joint, Link, Mimic
@@ -354,6 +353,135 @@ class BaseMotion(Part):
     def angle(self) -> Any | None: ...
     @property
     def rotation(self) -> Any | None: ...
+
+class Along(Part):
+    __match_args__ = ("link", "offset", "along")
+    def __init__(
+        self,
+        link: str | None = None,
+        offset: Sequence[_AlongRod] = (0.0, 0.0),
+        along: ArrayLike | None = None,
+    ) -> None: ...
+    @property
+    def link(self) -> str | None: ...
+    @property
+    def offset(self) -> tuple[Any, Any]: ...
+    @property
+    def along(self) -> tuple[float, float] | None: ...
+
+class Via(Part):
+    __match_args__ = ("link", "point", "at")
+    def __init__(
+        self,
+        link: str | None,
+        point: ArrayLike,
+        at: float | None = None,
+    ) -> None: ...
+    @property
+    def link(self) -> str | None: ...
+    @property
+    def point(self) -> tuple[float, float, float]: ...
+    @property
+    def at(self) -> float | None: ...
+
+class Tendon(Part):
+    __match_args__ = ("name", "path")
+    def __init__(
+        self,
+        name: str,
+        path: Sequence[Along | Via],
+        *,
+        tension: _Number | None = None,
+        length: _Number | None = None,
+        stiffness: float | None = None,
+        damping: float = 0.0,
+        friction: float = 0.0,
+        friction_velocity: float = 0.001,
+        sliding: _Number | None = None,
+    ) -> None: ...
+    @property
+    def name(self) -> str: ...
+    @property
+    def path(self) -> tuple[Along | Via, ...]: ...
+    @property
+    def tension(self) -> Any | None: ...
+    @property
+    def length(self) -> Any | None: ...
+    @property
+    def stiffness(self) -> float | None: ...
+    @property
+    def damping(self) -> float: ...
+    @property
+    def friction(self) -> float: ...
+    @property
+    def friction_velocity(self) -> float: ...
+    @property
+    def sliding(self) -> Any | None: ...
+
+class Chamber(Part):
+    __match_args__ = ("name", "path", "area", "pressure")
+    def __init__(
+        self,
+        name: str,
+        path: Sequence[Along],
+        area: float,
+        pressure: _Number = 0.0,
+    ) -> None: ...
+    @property
+    def name(self) -> str: ...
+    @property
+    def path(self) -> tuple[Along, ...]: ...
+    @property
+    def area(self) -> float: ...
+    @property
+    def pressure(self) -> Any: ...
+
+class Motor(Part):
+    __match_args__ = ("joint", "torque")
+    def __init__(
+        self,
+        joint: str,
+        torque: _Number | None = None,
+        *,
+        position: _Number | None = None,
+        gains: ArrayLike | None = None,
+        limits: ArrayLike | None = None,
+        name: str | None = None,
+    ) -> None: ...
+    @property
+    def joint(self) -> str: ...
+    @property
+    def torque(self) -> Any | None: ...
+    @property
+    def position(self) -> Any | None: ...
+    @property
+    def gains(self) -> tuple[float, float] | None: ...
+    @property
+    def limits(self) -> tuple[float, float] | None: ...
+    @property
+    def name(self) -> str | None: ...
+
+class ActiveStrain(Part):
+    __match_args__ = ("link", "strain", "shape", "amount")
+    def __init__(
+        self,
+        link: str | None,
+        strain: Literal["torsion", "bend_y", "bend_z", "stretch", "shear_y", "shear_z"],
+        shape: _AlongRod = 1.0,
+        amount: _Number = 0.0,
+        *,
+        name: str | None = None,
+    ) -> None: ...
+    @property
+    def link(self) -> str | None: ...
+    @property
+    def strain(self) -> Literal["torsion", "bend_y", "bend_z", "stretch", "shear_y", "shear_z"]: ...
+    @property
+    def shape(self) -> Any: ...
+    @property
+    def amount(self) -> Any: ...
+    @property
+    def name(self) -> str | None: ...
 
 # End of these classes.
 
@@ -740,12 +868,10 @@ def jacobian(
     x_scale: ArrayLike | None = None,
     args: tuple[Any, ...] = (),
 ) -> NDArray[np.float64]: ...
-def check_actuator(object: _Actuator) -> None: ...
 def check_joint(joint: Joint) -> None: ...
 def check_link(link: Link) -> None: ...
 def check_loop(object: Loop) -> None: ...
 def check_mimic(mimic: Mimic) -> None: ...
-def check_path(object: Along | Via) -> None: ...
 def _schema_of_parts() -> str: ...
 def _stub_of_parts() -> str: ...
 def check_target(target: Target) -> None: ...
@@ -893,6 +1019,10 @@ _Table: TypeAlias = (
 )
 #: Three numbers, or what varies in time: a table, a Harmonic, an Input, or a function of time.
 _Number: TypeAlias = float | _Table | Harmonic | Input | Callable[[float], Any]
+_AlongRod: TypeAlias = (
+    float | tuple[float, float] | tuple[ArrayLike, ArrayLike] | Profile | Callable[[float], float]
+)
+_Actuator: TypeAlias = Tendon | Chamber | Motor | ActiveStrain
 _Vector: TypeAlias = ArrayLike | _Table | Harmonic | Input | Callable[[float], ArrayLike]
 
 @final

@@ -13,8 +13,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from ._lissom import Input, Profile, Robot
-from .actuators import ActiveStrain, Along, Chamber, Motor, Tendon, Via
+from ._lissom import ActiveStrain, Along, Chamber, Input, Motor, Profile, Robot, Tendon, Via
 
 Array = NDArray[np.float64]
 
@@ -112,13 +111,14 @@ def _beside(poses: Array, points: Array) -> Array:
 def _along(offset: Any, X: Array) -> Array:
     """Evaluate an offset of a robot's path at arc lengths of its part.
 
-    It is a number, two numbers at the ends of the part, a table of two stations or a profile.
+    It is a number, two numbers at the ends of the part, a table or a profile.
     """
+    if isinstance(offset, tuple) and isinstance(offset[0], tuple):
+        stations, values = offset
+        offset = Profile(stations[-1], stations=stations, values=values)
     if isinstance(offset, Profile):
         # The end of the rod is subject to rounding.
         return np.asarray(offset(np.clip(X, 0.0, offset.length)), float)
-    if isinstance(offset, tuple) and isinstance(offset[0], tuple):
-        return np.interp(X, *offset)
     if isinstance(offset, tuple):
         start, end = offset
         return np.linspace(start, end, len(X))

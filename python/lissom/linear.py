@@ -9,8 +9,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ._lissom import Input, LissomError, Model, Robot, jacobian
-from .actuators import Tendon
+from ._lissom import Input, LissomError, Model, Robot, Tendon, jacobian
 from .plain import sequence
 from .views import Frame, View, view
 

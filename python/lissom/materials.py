@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import differences
-from ._lissom import Model, Robot, Segment, has_free_lengths, has_separate_sections
-from .actuators import ActiveStrain
+from ._lissom import ActiveStrain, Model, Robot, Segment, has_free_lengths, has_separate_sections
 from .sweeps import paths
 from .views import is_rod
 

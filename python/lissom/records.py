@@ -32,6 +32,7 @@ from ._lissom import Model, Part, Section
 PARTS = {
     "_lissom": (
         *("MotionResult", "StaticsResult", "ContinuationResult", "ModesResult", "EnsembleResult"),
+        *("ActiveStrain", "Along", "Chamber", "Motor", "Tendon", "Via"),
         *("Balance", "BaseMotion", "Body", "CriticalPoint", "EquilibriumPath", "Fluid", "Harmonic", "Input"),
         *("Load", "Profile", "Robot", "Rod", "Section", "Segment", "SpringPendulum", "Statistics", "Support"),
         *("ActuateResult", "ReachResult"),
@@ -40,7 +41,6 @@ PARTS = {
         *("Cylindrical", "Free", "Link", "Mimic", "Planar", "Prismatic", "Revolute", "Spherical"),
         *("Universal", "Weld"),
     ),
-    "actuators": ("ActiveStrain", "Along", "Chamber", "Motor", "Tendon", "Via"),
     "loops": ("Distance", "Gear", "Loop", "LoopEnd"),
     "contacts": ("Ball", "Box", "Capsule", "Contact", "ConvexMesh", "HalfSpace", "HeightField", "Sphere"),
     "fits": ("FitResult",),

@@ -1,7 +1,7 @@
 //! Actuated reference strains: muscles, shape-memory wires, swimming gaits.
 
-use crate::error::Checker;
-use crate::rod::{Profile, STRAINS};
+use crate::description::Described;
+use crate::rod::{Profile, STRAIN_NAMES};
 use crate::signal::Signal;
 
 /// A reference strain `amount(t) shape(X)` of a rod, added to the reference strain of its segments: the
@@ -12,17 +12,34 @@ pub struct ActiveStrain {
     pub name: String,
     /// Index of the link in the robot.
     pub link: usize,
-    /// Index of the strain component (0 to 5).
-    pub strain: usize,
+    /// The strain.
+    pub strain: Strain,
     /// Shape along the whole rod of the link, in units of the strain per unit amount.
     pub shape: Profile<1>,
     /// The amplitude.
     pub amount: Signal<1>,
 }
 
-impl ActiveStrain {
-    pub(super) fn check(&self, check: &mut Checker) {
-        check.require(self.strain < STRAINS, "strain", self.strain, "the place of a strain component");
-        self.amount.check(check, "amount");
+/// A component of the strain.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Described)]
+pub enum Strain {
+    /// Torsion about the rod's axis.
+    Torsion,
+    /// Bending about the y axis.
+    BendY,
+    /// Bending about the z axis.
+    BendZ,
+    /// Stretch along the rod.
+    Stretch,
+    /// Shear along the y axis.
+    ShearY,
+    /// Shear along the z axis.
+    ShearZ,
+}
+
+impl Strain {
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        STRAIN_NAMES[self as usize]
     }
 }

@@ -1,7 +1,6 @@
 //! Fluidic chambers along rods.
 
 use super::path::Along;
-use crate::error::Checker;
 use crate::signal::Signal;
 
 /// A chamber along rods with caps at its ends. With the constant area A of its cross-section in the section's
@@ -17,15 +16,4 @@ pub struct Chamber {
     pub area: f64,
     /// Pressure above that of the surroundings, in pascals.
     pub pressure: Signal<1>,
-}
-
-impl Chamber {
-    pub(super) fn check(&self, check: &mut Checker) {
-        check.require(!self.path.is_empty(), "path", "no parts", "a part along a rod");
-        for (i, along) in self.path.iter().enumerate() {
-            check.nested(&format!("path[{i}]"), along.validate());
-        }
-        check.positive(self.area, "area", "square metres");
-        self.pressure.check(check, "pressure");
-    }
 }

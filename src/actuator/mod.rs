@@ -1,4 +1,5 @@
-//! Actuators of a robot as plain data: tendons, chambers, motors and active strains.
+//! Actuators as robots hold them, with indices of links: tendons, chambers, motors and active strains. [`described`] is what
+//! users describe.
 //!
 //! Each actuator is a force that acts on a length: a length l(q) and a force F give the generalised forces `F
 //! dl/dq` (docs/theory.md, "Actuators"). The length is that of a tendon's path, the volume of a chamber, or
@@ -18,15 +19,17 @@
 //! ```
 
 mod active_strain;
+mod along_rod;
 mod chamber;
+pub mod described;
 mod motor;
 mod path;
 mod tendon;
 
-use crate::error::{Checker, InvalidInput};
 use crate::signal::Signal;
 
-pub use active_strain::ActiveStrain;
+pub use active_strain::{ActiveStrain, Strain};
+pub use along_rod::{AlongRod, Table as AlongRodTable};
 pub use chamber::Chamber;
 pub use motor::{Motor, MotorCommand};
 pub use path::{Along, Part, Via};
@@ -131,18 +134,5 @@ impl Actuator {
             Self::Tendon(tendon) => tendon.path.iter().filter_map(Part::via).collect(),
             _ => Vec::new(),
         }
-    }
-
-    /// Reports every problem of the actuator, without the robot.
-    pub fn validate(&self) -> Result<(), InvalidInput> {
-        let mut check = Checker::new();
-        check.require(!self.name().is_empty(), "name", "\"\"", "a name");
-        match self {
-            Self::Tendon(tendon) => tendon.check(&mut check),
-            Self::Chamber(chamber) => chamber.check(&mut check),
-            Self::Motor(motor) => motor.check(&mut check),
-            Self::ActiveStrain(active) => active.check(&mut check),
-        }
-        check.finish()
     }
 }

@@ -1,6 +1,5 @@
 //! Motors of joints.
 
-use crate::error::{Checker, Number};
 use crate::signal::Signal;
 
 /// A torque about the axis of a joint, or a force along it.
@@ -40,25 +39,6 @@ impl MotorCommand {
         match self {
             Self::Torque(torque) => ("torque", torque),
             Self::Position { position, .. } => ("position", position),
-        }
-    }
-}
-
-impl Motor {
-    pub(super) fn check(&self, check: &mut Checker) {
-        match &self.command {
-            MotorCommand::Torque(torque) => torque.check(check, "torque"),
-            MotorCommand::Position { position, stiffness, damping } => {
-                position.check(check, "position");
-                check.non_negative(*stiffness, "gains[0]", "newton metres a radian, or newtons a metre");
-                check.non_negative(*damping, "gains[1]", "newton metre seconds, or newton seconds a metre");
-            }
-        }
-        if let Some([lowest, highest]) = self.limits {
-            let found = format_args!("({}, {})", Number(lowest), Number(highest)).to_string();
-            let are_limits = lowest.is_finite() && highest.is_finite() && lowest < highest;
-            let expected = "the lowest and the highest torque or force, with a range between them";
-            check.require(are_limits, "limits", found, expected);
         }
     }
 }

@@ -1,6 +1,5 @@
 //! The path of a tendon or a chamber.
 
-use crate::error::{Checker, InvalidInput, Number};
 use crate::rod::Profile;
 
 /// A part of a path embedded in a rod.
@@ -43,30 +42,5 @@ impl Part {
     /// The point, if the part is one.
     pub fn via(&self) -> Option<&Via> {
         if let Self::Via(via) = self { Some(via) } else { None }
-    }
-
-    /// Reports every problem of the part, without the robot.
-    pub fn validate(&self) -> Result<(), InvalidInput> {
-        match self {
-            Self::Along(along) => along.validate(),
-            Self::Via(via) => {
-                let mut check = Checker::new();
-                check.finite(&via.point, "point");
-                check.finish()
-            }
-        }
-    }
-}
-
-impl Along {
-    /// Reports every problem of the point, without the robot.
-    pub fn validate(&self) -> Result<(), InvalidInput> {
-        let [from, to] = self.along;
-        let mut check = Checker::new();
-        let is_start = from >= 0.0 && from.is_finite();
-        check.require(is_start, "along[0]", Number(from), "an arc length >= 0 (metres)");
-        let expected = format!("an arc length > along[0] = {from} (metres)");
-        check.require(!is_start || from < to, "along[1]", Number(to), &expected);
-        check.finish()
     }
 }

@@ -1,7 +1,6 @@
 //! Tendons: cables that pull and cannot push.
 
 use super::path::Part;
-use crate::error::{Checker, Number};
 use crate::signal::Signal;
 
 /// A cable along a path through a robot, with optional friction in embedded parts.
@@ -49,56 +48,9 @@ impl Drive {
     }
 }
 
-/// Reports a signal with a known value below zero. Inputs count with their default value.
-fn check_never_below_zero(check: &mut Checker, signal: &Signal<1>, name: &str, expected: &str) {
-    if let Some((lowest, place)) = signal.known_lowest(0)
-        && lowest < 0.0
-        && lowest.is_finite()
-    {
-        check.require(false, &format!("{name}{place}"), Number(lowest), expected);
-    }
-}
-
 impl Tendon {
     /// Whether the tendon is inextensible.
     pub fn is_inextensible(&self) -> bool {
         matches!(self.drive, Drive::Length { stiffness: None, .. })
-    }
-
-    pub(super) fn check(&self, check: &mut Checker) {
-        for (i, part) in self.path.iter().enumerate() {
-            check.nested(&format!("path[{i}]"), part.validate());
-        }
-        let has_length = self.path.len() > 1 || self.path.iter().any(|part| part.along().is_some());
-        let found = if self.path.is_empty() { "no parts" } else { "one point" };
-        check.require(has_length, "path", found, "a part along a rod, or two points");
-        match &self.drive {
-            Drive::Tension(tension) => {
-                tension.check(check, "tension");
-                let expected = "a tension >= 0 (newtons): a tendon pulls, and a chamber pushes";
-                check_never_below_zero(check, tension, "tension", expected);
-            }
-            Drive::Length { length, stiffness, damping } => {
-                length.check(check, "length");
-                check_never_below_zero(check, length, "length", "a free length >= 0 (metres)");
-                check.non_negative(*damping, "damping", "newton seconds a metre");
-                if let Some(stiffness) = stiffness {
-                    check.positive(*stiffness, "stiffness", "newtons a metre");
-                } else {
-                    let expected = "none: a tendon without `stiffness` does not stretch";
-                    check.require(*damping == 0.0, "damping", Number(*damping), expected);
-                    let expected = "none, or a `stiffness`: friction along a tendon that does not stretch is not supported";
-                    check.require(self.friction == 0.0, "friction", Number(self.friction), expected);
-                }
-            }
-        }
-        check.non_negative(self.friction, "friction", "a coefficient of friction");
-        check.positive(self.friction_velocity, "friction_velocity", "metres a second");
-        if let Some(sliding) = &self.sliding {
-            sliding.check(check, "sliding");
-            let constant = sliding.constant().map_or(0.0, |[sliding]| sliding);
-            let expected = "a direction in [-1, 1]: 1 while it is pulled, -1 while it is let out";
-            check.require(constant.abs() <= 1.0 || constant.is_nan(), "sliding", constant, expected);
-        }
     }
 }

@@ -118,7 +118,7 @@ fn check_shape(check: &mut Checker, points: &[[f64; 3]], faces: &[[usize; 3]]) {
 #[cfg(test)]
 mod tests {
     use crate::contact::described::ConvexMesh;
-    use crate::description::Part as _;
+    use crate::description::Item as _;
 
     const POINTS: [[f64; 3]; 5] =
         [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.2, 0.2, 0.2]];

@@ -93,6 +93,9 @@ pub enum Kind {
     /// A value of this kind, or a function of time, which in scenes is a table with these fields; and what they are together;
     /// a motion, which scenes have as a table only, has no such name.
     Signal(&'static str, &'static Self, &'static Schema),
+    /// A number along a rod: one, two for its ends, or a function of the arc length, which in scenes is a table with these
+    /// fields.
+    AlongRod(&'static Schema),
 }
 
 impl Kind {
@@ -108,8 +111,10 @@ impl Kind {
             }
             Self::Array(Self::Number, count) => format!("an array of {count} numbers"),
             Self::Array(Self::Integer, count) => format!("an array of {count} integers"),
+            Self::Array(Self::AlongRod(_), count) => format!("an array of {count} entries"),
             Self::Array(_, count) => format!("an array of {count} rows"),
             Self::List(Self::Number) => "an array of numbers".to_owned(),
+            Self::List(Self::Part(_) | Self::OneOf(..)) => "an array of tables".to_owned(),
             Self::List(_) => "an array of rows".to_owned(),
             Self::OneOrEach(count) => format!("a number or an array of {count} numbers"),
             Self::OneOrMany => "a number or an array of numbers".to_owned(),
@@ -122,16 +127,17 @@ impl Kind {
             Self::Part(_) => "a table".to_owned(),
             Self::Signal("", ..) => "a table".to_owned(),
             Self::Signal(_, constant, _) => format!("{} or a table", constant.words()),
+            Self::AlongRod(_) => "a number or an array of 2 numbers or a table".to_owned(),
         }
     }
 
-    /// Whether a value of this kind may hold functions of time.
-    pub fn holds_signals(&self) -> bool {
+    /// Whether a value of this kind may hold functions.
+    pub fn holds_functions(&self) -> bool {
         match self {
-            Self::Signal(..) => true,
-            Self::Array(inner, _) | Self::List(inner) | Self::Optional(inner) => inner.holds_signals(),
-            Self::OneOf(_, kinds) => kinds.iter().any(Self::holds_signals),
-            Self::Part(schema) => schema.fields.iter().any(|field| field.kind.holds_signals()),
+            Self::Signal(..) | Self::AlongRod(_) => true,
+            Self::Array(inner, _) | Self::List(inner) | Self::Optional(inner) => inner.holds_functions(),
+            Self::OneOf(_, kinds) => kinds.iter().any(Self::holds_functions),
+            Self::Part(schema) => schema.fields.iter().any(|field| field.kind.holds_functions()),
             _ => false,
         }
     }
@@ -178,7 +184,7 @@ impl Schema {
     /// A table without options.
     pub const fn new(name: &'static str, doc: &'static str, fields: &'static [Field], make: Make) -> Self {
         let mut positional = 0;
-        while positional < fields.len() && fields[positional].default.is_none() {
+        while positional < fields.len() && fields[positional].is_required() {
             positional += 1;
         }
         Self {
@@ -274,6 +280,11 @@ pub struct Field {
 }
 
 impl Field {
+    /// Whether callers of Python have to give it.
+    pub const fn is_required(&self) -> bool {
+        self.default.is_none() || self.limits.is_explicit
+    }
+
     /// What the field means, with unit and range after the first sentence: `Radius (metres, > 0).`
     pub fn meaning(&self) -> String {
         let (doc, words) = (self.doc.trim().replace('\n', " "), self.limits.words());
@@ -309,6 +320,8 @@ pub struct Limits {
     pub needs: &'static str,
     /// Whether scenes say it by the place of the table.
     pub is_by_place: bool,
+    /// Whether callers of Python have to give it, although scenes may leave it out.
+    pub is_explicit: bool,
 }
 
 /// Which signs numbers may have.
@@ -324,8 +337,14 @@ pub enum Sign {
 
 impl Limits {
     /// Finite numbers without a unit.
-    pub const NONE: Self =
-        Self { noun: "a finite number", unit: "", sign: Sign::Any, needs: "", is_by_place: false };
+    pub const NONE: Self = Self {
+        noun: "a finite number",
+        unit: "",
+        sign: Sign::Any,
+        needs: "",
+        is_by_place: false,
+        is_explicit: false,
+    };
 
     /// With a unit.
     pub const fn unit(self, unit: &'static str) -> Self {
@@ -350,6 +369,11 @@ impl Limits {
     /// Scenes say it by the place of the table.
     pub const fn by_place(self) -> Self {
         Self { is_by_place: true, ..self }
+    }
+
+    /// Callers of Python have to give it, if only None; scenes may leave it out.
+    pub const fn explicit(self) -> Self {
+        Self { is_explicit: true, ..self }
     }
 
     /// The field is given only together with this one.
@@ -409,8 +433,22 @@ pub trait Data: Clone + PartialEq + Send + Sync + Debug + 'static {
     fn write(&self) -> Value;
 }
 
+/// A struct with the derive, or a choice among some: what lists may hold.
+pub trait Item: Data {
+    /// Checks a struct that was made in Rust.
+    ///
+    /// # Errors
+    /// All problems.
+    fn validate(&self) -> Result<(), InvalidInput> {
+        let mut reader = Reader::default();
+        self.check(&Limits::NONE, &mut reader);
+        let problems: Vec<_> = reader.finish().into_iter().map(Into::into).collect();
+        if problems.is_empty() { Ok(()) } else { Err(InvalidInput { problems }) }
+    }
+}
+
 /// A struct with the derive.
-pub trait Part: Data + AnyPart {
+pub trait Part: Item + AnyPart {
     /// The table of its fields.
     const SCHEMA: &'static Schema;
 
@@ -425,17 +463,6 @@ pub trait Part: Data + AnyPart {
             part.check(&Limits::NONE, &mut reader);
         }
         found.filter(|_| reader.problems().is_empty()).ok_or(reader.finish())
-    }
-
-    /// Checks a struct that was made in Rust.
-    ///
-    /// # Errors
-    /// All problems.
-    fn validate(&self) -> Result<(), InvalidInput> {
-        let mut reader = Reader::default();
-        self.check(&Limits::NONE, &mut reader);
-        let problems: Vec<_> = reader.finish().into_iter().map(Into::into).collect();
-        if problems.is_empty() { Ok(()) } else { Err(InvalidInput { problems }) }
     }
 }
 

@@ -20,9 +20,10 @@ mod read;
 mod suggestion;
 mod types;
 
-pub use data::{AnyPart, Data, Field, Kind, Limits, Make, Part, Schema, Sign, Value};
+pub use data::{AnyPart, Data, Field, Item, Kind, Limits, Make, Part, Schema, Sign, Value};
 pub use read::{Fault, Problem, Reader};
 pub use types::{LinkName, PerAxis, Rows};
 
 pub(crate) use lissom_derive::Described;
-pub(crate) use suggestion::suggestion;
+pub(crate) use suggestion::{LISTED, expected_name, expected_one_of, quoted, similar, suggestion};
+pub(crate) use types::items;

@@ -65,6 +65,22 @@ pub enum Fault {
         /// The meaning of that one.
         meaning: &'static str,
     },
+    /// A field that the other ones make useless.
+    Unused {
+        /// Its value.
+        found: String,
+        /// To what it belongs, in a sentence.
+        belongs: &'static str,
+    },
+    /// A name that nothing has to which it could refer.
+    Name {
+        /// The name, and what would be right, in words of Python.
+        python: [String; 2],
+        /// What is wrong, and what would be right, in words of scenes.
+        scene: [String; 2],
+    },
+    /// A function of the user failed and has kept the reason.
+    Failed,
     /// A word that is none of these.
     Word {
         /// The word.
@@ -125,9 +141,14 @@ impl From<Problem> for error::Problem {
                 place = format!("{}{needed}", place.strip_suffix(key).unwrap_or(&place));
                 ("none".to_owned(), meaning.to_owned())
             }
+            Fault::Unused { found, belongs } => (found, format!("none: {belongs}")),
+            Fault::Name { python: [found, expected], .. } => (found, expected),
+            Fault::Failed => ("a failure".to_owned(), "a function that returns numbers".to_owned()),
             Fault::Word { found, words } => {
-                let words: Vec<_> = words.iter().map(|word| format!("'{word}'")).collect();
-                (format!("'{found}'"), words.join(" or "))
+                let known: Vec<_> = words.iter().map(|word| format!("'{word}'")).collect();
+                let meant = suggestion(&found, words.iter().copied())
+                    .map_or_else(String::new, |meant| format!("; did you mean '{meant}'?"));
+                (format!("'{found}'"), format!("{}{meant}", known.join(" or ")))
             }
             Fault::Tag { found, tags } => (format!("\"{found}\""), format!("one of {}", listed(&tags))),
         };
@@ -208,6 +229,11 @@ impl Reader {
         self.at(Step::Index(index), run)
     }
 
+    /// Reads or checks what is at a key.
+    pub fn at_key<T>(&mut self, key: &'static str, run: impl FnOnce(&mut Self) -> T) -> T {
+        self.at(Step::Key(key), run)
+    }
+
     /// Reads a field; a value that is absent is the default.
     pub fn field<T: Data>(&mut self, field: &'static Field, value: Option<&Value>) -> Option<T> {
         match (value, field.default) {
@@ -237,7 +263,8 @@ impl Reader {
 
     /// Reports that none of the fields is given of which one has to be.
     pub fn check_given(&mut self, schema: &'static Schema, values: &[Option<Value>]) {
-        let is_given = |key: &&str| schema.index(key).is_some_and(|i| values[i].is_some());
+        let is_given =
+            |key: &&str| schema.index(key).is_some_and(|i| !matches!(values[i], None | Some(Value::None)));
         if !schema.some_of.is_empty() && !schema.some_of.iter().any(is_given) {
             self.refuse("", Fault::NoneOf(schema.some_of));
         }
@@ -247,6 +274,21 @@ impl Reader {
     pub fn check_exclusive<A, B>(&mut self, keys: [&'static str; 2], first: &Option<A>, second: &Option<B>) {
         if first.is_some() && second.is_some() {
             self.refuse(keys[1], Fault::Both(keys));
+        }
+    }
+
+    /// Reports a field that is given, although the other ones make it useless.
+    pub fn check_unused(&mut self, key: &str, value: Option<impl fmt::Display>, belongs: &'static str) {
+        if let Some(value) = value {
+            self.refuse(key, Fault::Unused { found: value.to_string(), belongs });
+        }
+    }
+
+    /// Reports two arc lengths that do not increase; the key is that of the second one, and those that are none are reported
+    /// by themselves.
+    pub fn check_interval(&mut self, key: &str, [from, to]: [f64; 2]) {
+        if [from, to].iter().all(|x| x.is_finite() && *x >= 0.0) {
+            self.require(from < to, key, to, &format!("an arc length > along[0] = {from} (metres)"));
         }
     }
 
@@ -282,6 +324,7 @@ impl Reader {
         let is_given = |key: &str| pairs.iter().any(|(name, _)| name == key);
         let mut found = vec![None; schema.fields.len()];
         let mut meant = Vec::new();
+        let have_tags = alternatives.iter().filter_map(Kind::schema).any(|other| !other.tag.is_empty());
         for (key, value) in pairs {
             let taken = || {
                 let needed = |field: &&Field| field.limits.needs.is_empty() || is_given(field.limits.needs);
@@ -289,17 +332,20 @@ impl Reader {
             };
             if let Some(i) = schema.index(key).filter(|_| taken().any(|name| name == key)) {
                 found[i] = Some(value.clone());
-            } else if key != "kind" || alternatives.is_empty() {
+            } else if key != "kind" || !have_tags {
                 let others = || alternatives.iter().filter_map(Kind::schema);
                 if others().any(|other| other.index(key).is_some()) {
                     self.refuse(key, Fault::NotTaken { part: schema, taken: taken().collect() });
                 } else {
-                    let kind = (!alternatives.is_empty()).then_some("kind");
+                    let kind = have_tags.then_some("kind");
                     let known: Vec<_> = taken().chain(kind).collect();
                     meant.extend(suggestion(key, known.iter().copied()));
                     self.refuse(key, Fault::Unknown { known });
                 }
             }
+        }
+        if !schema.some_of.iter().any(|key| meant.contains(key)) {
+            self.check_given(schema, &found);
         }
         for (field, value) in schema.fields.iter().zip(&found) {
             if value.is_none() && field.default.is_none() && !meant.contains(&field.name) {
@@ -326,14 +372,21 @@ impl Reader {
                 self.alternatives = kinds;
                 match pairs.iter().find(|(key, _)| key == "kind") {
                     None => {
-                        let untagged = with(&|schema| schema.tag.is_empty())?;
-                        let field = &kinds[untagged].schema()?.fields[0];
-                        if !pairs.iter().any(|(key, _)| key == field.name) {
+                        // Of those without `kind` the one whose first required key is there, or that requires none.
+                        let is_given = |field: &Field| pairs.iter().any(|(key, _)| key == field.name);
+                        let decisive = |schema: &Schema| schema.keys().find(|field| field.default.is_none());
+                        let found =
+                            with(&|schema| schema.tag.is_empty() && decisive(schema).is_some_and(is_given));
+                        let found = found
+                            .or_else(|| with(&|schema| schema.tag.is_empty() && decisive(schema).is_none()));
+                        if found.is_none() {
+                            let untagged = with(&|schema| schema.tag.is_empty())?;
+                            let field = decisive(kinds[untagged].schema()?)?;
                             let (key, meaning) = (field.name, field.summary());
                             self.refuse("", Fault::Undecided { key, meaning, tags: tags() });
                             return None;
                         }
-                        Some(untagged)
+                        found
                     }
                     Some((_, Value::Text(tag))) => {
                         let found = with(&|schema| schema.tag == tag && !tag.is_empty());

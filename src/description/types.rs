@@ -1,6 +1,6 @@
 //! The types that fields may have.
 
-use super::data::{Data, Kind, Limits, Value};
+use super::data::{Data, Item, Kind, Limits, Value};
 use super::read::{Fault, Reader};
 use crate::error::Number;
 
@@ -96,7 +96,12 @@ impl<T: Data> Data for Option<T> {
 }
 
 /// Reads each item of a list, and reports another number of them than `count`.
-fn items<T: Data>(value: &Value, count: Option<usize>, kind: &Kind, reader: &mut Reader) -> Option<Vec<T>> {
+pub(crate) fn items<T: Data>(
+    value: &Value,
+    count: Option<usize>,
+    kind: &Kind,
+    reader: &mut Reader,
+) -> Option<Vec<T>> {
     let Value::List(items) = value else { return reader.wrong_type(value, kind) };
     let read = |(i, item): (usize, &Value)| reader.at_item(i, |reader| T::read(item, reader));
     let found: Vec<Option<T>> = items.iter().enumerate().map(read).collect();
@@ -312,5 +317,23 @@ impl Data for Vec<[usize; 3]> {
 
     fn write(&self) -> Value {
         Value::List(self.iter().map(<[usize; 3]>::write).collect())
+    }
+}
+
+impl<T: Item> Data for Vec<T> {
+    const KIND: Kind = Kind::List(&T::KIND);
+
+    fn read(value: &Value, reader: &mut Reader) -> Option<Self> {
+        items(value, None, &Self::KIND, reader)
+    }
+
+    fn check(&self, limits: &Limits, reader: &mut Reader) {
+        for (i, item) in self.iter().enumerate() {
+            reader.at_item(i, |reader| item.check(limits, reader));
+        }
+    }
+
+    fn write(&self) -> Value {
+        Value::List(self.iter().map(T::write).collect())
     }
 }

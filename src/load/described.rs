@@ -34,12 +34,7 @@ pub struct Load {
 impl Load {
     fn fits(&self, reader: &mut Reader) {
         reader.check_exclusive(["at", "along"], &self.at, &self.along);
-        if let Some([from, to]) = self.along
-            && [from, to].iter().all(|x| x.is_finite() && *x >= 0.0)
-        {
-            let expected = format!("an arc length > along[0] = {from} (metres)");
-            reader.require(from < to, "along[1]", to, &expected);
-        }
+        self.along.iter().for_each(|along| reader.check_interval("along[1]", *along));
     }
 
     /// The load of a robot on a link with this index.

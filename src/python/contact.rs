@@ -2,54 +2,25 @@
 
 use std::sync::Arc;
 
-use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 
-use super::actuation::at_place;
-use super::convert;
-use super::link::Links;
 use super::loops::index_of_one;
-use super::part::{PyPart, wrapped};
+use super::part::{parts_of, resolved, wrapped};
+use super::signal::Functions;
 use crate::contact::{Contact, described};
 use crate::description::LinkName;
-use crate::robot::{Robot, number_default_names};
-
-/// A contact of a robot with these links, and whether it has its default name.
-fn contact_of(object: &Bound<'_, PyAny>, links: &Links<'_>) -> PyResult<(Contact, bool)> {
-    let py = object.py();
-    let part = object.cast::<PyPart>().ok().and_then(|part| part.get().of_type::<described::Contact>());
-    let Some(contact) = part else {
-        let found = convert::describe(object);
-        return Err(PyTypeError::new_err(format!("expected lissom.Contact, got {found}")));
-    };
-    let mut failure = None;
-    let resolved = contact.resolved(|place, LinkName(name)| {
-        // The surface is at fault, whichever way it names its link.
-        let surface = place.split('.').next().unwrap_or(place);
-        links.link(name).map_err(|error| failure.get_or_insert(at_place(py, surface, error))).ok()
-    });
-    match (resolved, failure) {
-        (Some(resolved), None) => Ok((resolved, contact.name == contact.default_name())),
-        (_, Some(error)) => Err(error),
-        (None, None) => unreachable!("without a failure all links have been found"),
-    }
-}
+use crate::robot::{Named, Robot, number_default_names};
 
 /// The contacts of a sequence.
-pub(super) fn contacts_of(contacts: &Bound<'_, PyAny>, links: &Links<'_>) -> PyResult<Vec<Contact>> {
-    let wrong = || {
-        let found = convert::describe(contacts);
-        PyTypeError::new_err(format!("contacts: expected a sequence of lissom.Contact, got {found}"))
-    };
-    let mut found = Vec::new();
-    for (i, object) in contacts.try_iter().map_err(|_| wrong())?.enumerate() {
-        let object = object?;
-        let contact = contact_of(&object, links);
-        found.push(contact.map_err(|error| at_place(object.py(), &format!("contacts[{i}]"), error))?);
-    }
-    number_default_names(found.iter_mut().map(|(contact, is_default)| (&mut contact.name, *is_default)));
-    Ok(found.into_iter().map(|(contact, _)| contact).collect())
+pub(super) fn contacts_of(contacts: &Bound<'_, PyAny>, named: &Named<'_>) -> PyResult<Vec<Contact>> {
+    let described: Vec<described::Contact> = parts_of(contacts, "contacts", &mut Functions::default())?;
+    let mut found = resolved(contacts.py(), "contacts", &described, |contact, reader| {
+        contact.resolved(|place, name| named.link(place, name, reader))
+    })?;
+    let are_default = described.iter().map(|contact| contact.name == contact.default_name());
+    number_default_names(found.iter_mut().map(|contact| &mut contact.name).zip(are_default));
+    Ok(found)
 }
 
 /// Python objects of a robot's contacts.

@@ -239,20 +239,11 @@ pub(super) fn links_of(links: &Bound<'_, PyAny>) -> PyResult<(Vec<Link>, Functio
 
 /// Index of a link of a robot; of the only one if no name is given.
 pub(super) fn index_of(robot: &Robot, name: Option<&str>, place: &str) -> Result<usize, InvalidInput> {
-    let known = |name: &str| robot.links.iter().position(|link| link.name == name);
-    index_among(&robot.links, known, name, place)
-}
-
-fn index_among(
-    links: &[Link],
-    known: impl Fn(&str) -> Option<usize>,
-    name: Option<&str>,
-    place: &str,
-) -> Result<usize, InvalidInput> {
+    let links = &robot.links;
     let (found, expected) = match name {
         None if links.len() == 1 => return Ok(0),
         None => ("none".to_owned(), one_of_the_links(links)),
-        Some(name) => match known(name) {
+        Some(name) => match links.iter().position(|link| link.name == name) {
             Some(link) => return Ok(link),
             None => (format!("'{name}'"), expected_link(name, links)),
         },
@@ -286,15 +277,6 @@ impl<'a> Links<'a> {
             places.entry(link.name.as_str()).or_insert(i);
         }
         Self { robot, places, coordinates: OnceCell::new() }
-    }
-
-    pub(super) fn robot(&self) -> &'a Robot {
-        self.robot
-    }
-
-    /// Index of a link; of the only one if no name is given.
-    pub(super) fn index_of(&self, name: Option<&str>, place: &str) -> Result<usize, InvalidInput> {
-        index_among(&self.robot.links, |name| self.places.get(name).copied(), name, place)
     }
 
     /// Index of the link with this name.

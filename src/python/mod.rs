@@ -55,8 +55,6 @@ mod _lissom {
     #[pymodule_export]
     use super::actuate::{PyActuateResult, actuate};
     #[pymodule_export]
-    use super::actuation::{check_actuator, check_path};
-    #[pymodule_export]
     use super::balance::PyBalance;
     #[pymodule_export]
     use super::convert::finite_array;

@@ -1,6 +1,7 @@
 //! `lissom.Profile`, and numbers along a segment from Python values: an array, a table, a callable.
 
 use numpy::{IntoPyArray, PyArray1, PyArrayDyn, PyArrayMethods};
+use pyo3::IntoPyObjectExt;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList, PyTuple};
@@ -8,6 +9,8 @@ use pyo3::types::{PyDict, PyList, PyTuple};
 use super::arguments;
 use super::callback::call;
 use super::convert::{self, Numbers};
+use super::signal::{Functions, callable_of};
+use crate::actuator::{AlongRod, AlongRodTable};
 use crate::error::{Checker, InvalidInput};
 use crate::rod::{Parts, Profile, Unsampled};
 
@@ -298,6 +301,57 @@ pub(crate) fn length_of(value: &Bound<'_, PyAny>) -> PyResult<Option<f64>> {
     let Some((stations, _)) = table(value)? else { return Ok(None) };
     // Stations that are none are refused when the table is read.
     Ok(convert::vector(&stations, "stations").ok().and_then(|stations| stations.last().copied()))
+}
+
+/// A number along a rod whose length is not known yet; a callable is added to the functions of its owner.
+pub(super) fn along_rod(
+    value: &Bound<'_, PyAny>,
+    name: &str,
+    functions: &mut Functions,
+) -> PyResult<AlongRod> {
+    if let Ok(profile) = value.cast::<PyProfile>() {
+        let PyProfile { length, shape, stations, rows } = profile.get().clone();
+        if !shape.is_empty() {
+            let found = format!("a profile with values of shape {shape:?}");
+            return Err(PyValueError::new_err(wrong_value(name, &[], &found)));
+        }
+        let numbers = rows.concat();
+        return Ok(match stations {
+            Some(stations) => AlongRod::Table(AlongRodTable { stations, values: numbers }),
+            None => AlongRod::Polynomial(length, numbers),
+        });
+    }
+    if value.is_callable() {
+        return functions.function(value, format!("{name}(X)")).map(AlongRod::Function);
+    }
+    if let Some((stations, values)) = table(value)? {
+        let stations = convert::vector(&stations, &format!("{name}, stations"))?;
+        let values = convert::vector(&values, &format!("{name}, values"))?;
+        return Ok(AlongRod::Table(AlongRodTable { stations, values }));
+    }
+    let is_sequence = value.is_instance_of::<PyTuple>() || value.is_instance_of::<PyList>();
+    if is_sequence && value.len()? == 2 {
+        return convert::array_of(value, name).map(AlongRod::Linear);
+    }
+    let [number] = value_of(value, &[], name)?;
+    Ok(AlongRod::Constant(number))
+}
+
+/// The Python object of a number along a rod.
+pub(super) fn along_rod_out<'py>(py: Python<'py>, along: &AlongRod) -> PyResult<Bound<'py, PyAny>> {
+    match along {
+        AlongRod::Constant(number) => number.into_bound_py_any(py),
+        AlongRod::Linear([base, tip]) => (base, tip).into_bound_py_any(py),
+        AlongRod::Table(AlongRodTable { stations, values }) => {
+            Ok((PyTuple::new(py, stations)?, PyTuple::new(py, values)?).into_pyobject(py)?.into_any())
+        }
+        AlongRod::Polynomial(length, numbers) => {
+            let rows = numbers.iter().map(|number| vec![*number]).collect();
+            let profile = PyProfile { length: *length, shape: Vec::new(), stations: None, rows };
+            profile.into_bound_py_any(py)
+        }
+        AlongRod::Function(function) => callable_of(py, function),
+    }
 }
 
 /// Whether `value` is a function of the arc length: a table, a callable or a `lissom.Profile`.

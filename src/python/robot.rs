@@ -11,7 +11,7 @@ use pyo3::prelude::*;
 use pyo3::pyclass::boolean_struct::True;
 use pyo3::types::{PyDict, PyList, PySlice, PyString, PyTuple};
 
-use super::actuation::{Surroundings, actuator_index, actuators_of, actuators_out};
+use super::actuation::{actuator_index, actuators_of, actuators_out};
 use super::arguments;
 use super::callback::or_raised;
 use super::contact::{contact_index, contacts_of, contacts_out};
@@ -20,13 +20,13 @@ use super::errors::check_finite;
 use super::link::{Links, index_of, links_of};
 use super::loops::{loop_index, loops_of, loops_out};
 use super::model::{PyModel, check_time, time_of_state};
-use super::part::{optional_part, parts_of, wrapped};
+use super::part::{optional_part, parts_of, resolved, wrapped};
 use super::reach::{self, PyReachResult};
 use super::segment::PySegment;
 use super::signal::Functions;
 use crate::actuator::Actuator;
 use crate::body::described::Body;
-use crate::description::LinkName;
+use crate::description::{LinkName, Reader};
 use crate::error::InvalidInput;
 use crate::lie::Vector;
 use crate::linalg::Matrix;
@@ -34,7 +34,7 @@ use crate::load::described::Load;
 use crate::load::is_on_rod;
 use crate::loops::Tie;
 use crate::model::{InTime as _, Tied as _};
-use crate::robot::{Kernel, Multiplications, Place, Robot, RobotModel, Touching};
+use crate::robot::{Kernel, Multiplications, Named, Place, Robot, RobotModel, Touching};
 use crate::support::described::Support;
 use crate::world::{Fluid, described::BaseMotion};
 
@@ -341,39 +341,37 @@ impl PyRobot {
         loops: Option<&Bound<'_, PyAny>>,
         contacts: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<PyClassInitializer<Self>> {
-        // `links` owns the functions until the robot does.
+        let py = links.py();
+        // The arguments own the functions until the robot does; iterators keep none of what they give.
         let (links, mut functions) = links_of(links)?;
         let mut robot = Robot::new(links);
         if let Some(gravity) = gravity {
             robot.gravity = convert::array_of(gravity, "gravity")?;
         }
-        let by_name = Links::of(&robot);
-        let on = |link: &Option<LinkName>, what: &str, i: usize| {
-            let name = link.as_ref().map(|LinkName(name)| name.as_str());
-            by_name.index_of(name, &format!("{what}[{i}].link"))
-        };
+        let (by_name, named) = (Links::of(&robot), Named::of(&robot));
+        let on =
+            |link: &Option<LinkName>, reader: &mut Reader| named.only_link("link", link.as_ref(), reader);
         let (mut all_loads, mut all_bodies, mut all_supports) = (Vec::new(), Vec::new(), Vec::new());
         if let Some(loads) = loads {
-            for (i, load) in parts_of::<Load>(loads, "loads")?.iter().enumerate() {
-                all_loads.push(load.resolved(on(&load.link, "loads", i)?));
-            }
+            let loads: Vec<Load> = parts_of(loads, "loads", &mut functions)?;
+            all_loads = resolved(py, "loads", &loads, |it, reader| Some(it.resolved(on(&it.link, reader)?)))?;
         }
         if let Some(bodies) = bodies {
-            for (i, body) in parts_of::<Body>(bodies, "bodies")?.iter().enumerate() {
-                all_bodies.push(body.resolved(on(&body.link, "bodies", i)?));
-            }
+            let bodies: Vec<Body> = parts_of(bodies, "bodies", &mut functions)?;
+            all_bodies =
+                resolved(py, "bodies", &bodies, |it, reader| Some(it.resolved(on(&it.link, reader)?)))?;
         }
         if let Some(supports) = supports {
-            for (i, support) in parts_of::<Support>(supports, "supports")?.iter().enumerate() {
-                all_supports.push(support.resolved(on(&support.link, "supports", i)?));
-            }
+            let supports: Vec<Support> = parts_of(supports, "supports", &mut functions)?;
+            all_supports =
+                resolved(py, "supports", &supports, |it, reader| Some(it.resolved(on(&it.link, reader)?)))?;
         }
         let mut all_actuators = Vec::new();
         if let Some(actuators) = actuators {
-            all_actuators = actuators_of(actuators, Surroundings::Robot(&by_name), &mut functions)?;
+            all_actuators = actuators_of(actuators, &named, &mut functions)?;
         }
         let all_loops = loops.map_or(Ok(Vec::new()), |loops| loops_of(loops, &by_name))?;
-        let all_contacts = contacts.map_or(Ok(Vec::new()), |contacts| contacts_of(contacts, &by_name))?;
+        let all_contacts = contacts.map_or(Ok(Vec::new()), |contacts| contacts_of(contacts, &named))?;
         (robot.loads, robot.bodies, robot.supports) = (all_loads, all_bodies, all_supports);
         (robot.actuators, robot.loops, robot.contacts) = (all_actuators, all_loops, all_contacts);
         robot.fluid = fluid;

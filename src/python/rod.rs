@@ -6,11 +6,10 @@ use pyo3::class::{PyTraverseError, PyVisit};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
-use super::actuation::{Surroundings, actuators_of};
+use super::actuation::actuators_of;
 use super::arguments;
 use super::contact::contacts_of;
 use super::convert;
-use super::link::Links;
 use super::part::{parts_of, wrapped};
 use super::robot::{PyRobot, instances, optional_fluid, optional_motion};
 use super::segment::PySegment;
@@ -19,7 +18,7 @@ use crate::body::described::Body;
 use crate::description::LinkName;
 use crate::error::InvalidInput;
 use crate::load::described::Load;
-use crate::robot::{Robot, Rod};
+use crate::robot::{Named, Robot, Rod};
 use crate::support::described::Support;
 use crate::world::{Fluid, described::BaseMotion};
 
@@ -113,19 +112,21 @@ impl PyRod {
         let mut rod = Rod { tip_mass, fluid, ..Rod::new(segments) };
         // Items on a rod do not name a link.
         let mut named = Vec::new();
+        // The arguments own the functions until the rod does; iterators keep none of what they give.
+        let mut functions = Functions::default();
         if let Some(loads) = loads {
-            let loads: Vec<Load> = parts_of(loads, "loads")?;
+            let loads: Vec<Load> = parts_of(loads, "loads", &mut functions)?;
             named.extend(loads.iter().map(|load| ("loads", load.link.clone())));
             rod.loads = loads.iter().map(|load| load.resolved(0)).collect();
         }
         if let Some(bodies) = bodies {
-            let bodies: Vec<Body> = parts_of(bodies, "bodies")?;
+            let bodies: Vec<Body> = parts_of(bodies, "bodies", &mut functions)?;
             named.extend(bodies.iter().map(|body| ("bodies", body.link.clone())));
             rod.bodies = bodies.iter().map(|body| body.resolved(0)).collect();
         }
         rod.base_motion = base_motion.map(|motion| motion.resolved());
         if let Some(supports) = supports {
-            let supports: Vec<Support> = parts_of(supports, "supports")?;
+            let supports: Vec<Support> = parts_of(supports, "supports", &mut functions)?;
             named.extend(supports.iter().map(|support| ("supports", support.link.clone())));
             rod.supports = supports.iter().map(|support| support.resolved(0)).collect();
         }
@@ -149,14 +150,12 @@ impl PyRod {
         if let Some(orientation) = base_orientation {
             rod.base_orientation = convert::array_of(orientation, "base_orientation")?;
         }
-        // `functions` keeps the callables alive until the rod owns them.
-        let mut functions = Functions::default();
         if let Some(actuators) = actuators {
             let robot = Robot::from(&rod);
-            rod.actuators = actuators_of(actuators, Surroundings::Rod(&Links::of(&robot)), &mut functions)?;
+            rod.actuators = actuators_of(actuators, &Named::of_rod(&robot), &mut functions)?;
         }
         if let Some(contacts) = contacts {
-            rod.contacts = contacts_of(contacts, &Links::of(&Robot::from(&rod)))?;
+            rod.contacts = contacts_of(contacts, &Named::of(&Robot::from(&rod)))?;
         }
         Self::initializer(rod)
     }

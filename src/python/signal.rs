@@ -14,7 +14,7 @@ use super::arguments;
 use super::callback::{call, keep, none_is_kept};
 use super::convert;
 use super::ode::function::read_vector;
-use crate::actuator::Actuator;
+use crate::actuator::{Actuator, AlongRod};
 use crate::description::{AnyPart, Value};
 use crate::error::{Checker, Interrupted};
 use crate::load::Load;
@@ -366,8 +366,8 @@ impl Functions {
     }
 
     fn add_part(&mut self, py: Python<'_>, part: &dyn AnyPart) -> PyResult<()> {
-        for (i, _) in part.schema().fields.iter().enumerate().filter(|(_, field)| field.kind.holds_signals())
-        {
+        let fields = part.schema().fields.iter().enumerate();
+        for (i, _) in fields.filter(|(_, field)| field.kind.holds_functions()) {
             self.add_value(py, &part.field(i))?;
         }
         Ok(())
@@ -375,9 +375,11 @@ impl Functions {
 
     fn add_value(&mut self, py: Python<'_>, value: &Value) -> PyResult<()> {
         match value {
-            Value::Part(part) => {
-                on_signal!(value, signal => self.add(py, signal), self.add_part(py, part.as_ref()))
-            }
+            Value::Part(part) => match value.part::<AlongRod>() {
+                Some(AlongRod::Function(function)) => self.add_function(py, function),
+                Some(_) => Ok(()),
+                None => on_signal!(value, signal => self.add(py, signal), self.add_part(py, part.as_ref())),
+            },
             Value::List(items) => items.iter().try_for_each(|item| self.add_value(py, item)),
             _ => Ok(()),
         }
@@ -406,10 +408,24 @@ impl Functions {
     }
 
     fn add<const N: usize>(&mut self, py: Python<'_>, signal: &Signal<N>) -> PyResult<()> {
-        if let Signal::Function(function) = signal {
-            self.0.push(callable(function).held(py)?.unbind());
-        }
+        if let Signal::Function(function) = signal { self.add_function(py, function) } else { Ok(()) }
+    }
+
+    fn add_function<const N: usize>(&mut self, py: Python<'_>, function: &Function<N>) -> PyResult<()> {
+        self.0.push(callable(function).held(py)?.unbind());
         Ok(())
+    }
+
+    /// The function of a callable, which is added to these; the name is that of its value in messages.
+    pub(super) fn function<const N: usize>(
+        &mut self,
+        callable: &Bound<'_, PyAny>,
+        name: String,
+    ) -> PyResult<Function<N>> {
+        let held = Bound::new(callable.py(), Held(callable.clone().unbind()))?;
+        let function = PyWeakrefReference::new(held.as_any())?.unbind();
+        self.0.push(held.unbind());
+        Ok(Function(Arc::new(Callable { function, identity: callable.as_ptr() as usize, name })))
     }
 
     pub(super) fn traverse(&self, visit: &PyVisit<'_>) -> Result<(), PyTraverseError> {
@@ -431,14 +447,7 @@ pub(super) fn signal_of<const N: usize>(
         return input.get().signal(name);
     }
     if value.is_callable() {
-        let held = Bound::new(value.py(), Held(value.clone().unbind()))?;
-        let callable = Callable {
-            function: PyWeakrefReference::new(held.as_any())?.unbind(),
-            identity: value.as_ptr() as usize,
-            name: format!("{name}(t)"),
-        };
-        functions.0.push(held.unbind());
-        return Ok(Signal::Function(Function(Arc::new(callable))));
+        return functions.function(value, format!("{name}(t)")).map(Signal::Function);
     }
     let is_sequence = value.is_instance_of::<PyTuple>() || value.is_instance_of::<PyList>();
     // Two numbers are not a table, but a vector that is too short.
@@ -509,20 +518,30 @@ pub(super) fn signal_out<'py, const N: usize>(
         Signal::Harmonic(harmonic) => PyHarmonic::from_core(harmonic).into_bound_py_any(py),
         Signal::Input(input) => PyInput::from_core(input).into_bound_py_any(py),
         Signal::Table(table) => {
-            let times = table.times().to_vec().into_pyarray(py);
-            let values = if N == 1 {
-                table.values().as_flattened().to_vec().into_pyarray(py).into_any()
+            let (times, values) = if N == 1 {
+                // Tuples, which compare as numbers do.
+                let [times, values] = [table.times(), table.values().as_flattened()];
+                (PyTuple::new(py, times)?.into_any(), PyTuple::new(py, values)?.into_any())
             } else {
                 let rows: Vec<Vec<f64>> = table.values().iter().map(|row| row.to_vec()).collect();
-                PyArray2::from_vec2(py, &rows)?.into_any()
+                let times = table.times().to_vec().into_pyarray(py);
+                (times.into_any(), PyArray2::from_vec2(py, &rows)?.into_any())
             };
             match table.interpolation() {
                 None => (times, values).into_bound_py_any(py),
                 Some(interpolation) => (times, values, interpolation.name()).into_bound_py_any(py),
             }
         }
-        Signal::Function(function) => Ok(callable(function).held(py)?.get().0.bind(py).clone()),
+        Signal::Function(function) => callable_of(py, function),
     }
+}
+
+/// The user's callable of a function.
+pub(super) fn callable_of<'py, const N: usize>(
+    py: Python<'py>,
+    function: &Function<N>,
+) -> PyResult<Bound<'py, PyAny>> {
+    Ok(callable(function).held(py)?.get().0.bind(py).clone())
 }
 
 /// The Python callable of a function.

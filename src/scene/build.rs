@@ -8,7 +8,7 @@ use crate::pendulum::SpringPendulum;
 use crate::robot;
 use crate::simulate::check_step;
 
-use super::actuators::{Surroundings, actuators, key_of_actuator};
+use super::actuators::actuators;
 use super::contacts::{contacts, key_of_contact};
 use super::described::{key_of_item, read, read_all};
 use super::document::{Document, Output, Segment, Simulation as Settings};
@@ -210,8 +210,6 @@ fn rod(document: &Document, shape: &mut Shape) -> Option<(Model, [Vec<f64>; 2])>
     let (loads, load_keys) = read_all(&written.load, "rod[0].load", shape);
     let (bodies, body_keys) = read_all(&written.body, "rod[0].body", shape);
     let (supports, support_keys) = read_all(&written.support, "rod[0].support", shape);
-    let keys_of_items: [(_, &[_]); 3] =
-        [("loads", &load_keys), ("bodies", &body_keys), ("supports", &support_keys)];
     let moving = written.base_motion.as_ref();
     let rod = robot::Rod {
         base_motion: moving
@@ -228,14 +226,18 @@ fn rod(document: &Document, shape: &mut Shape) -> Option<(Model, [Vec<f64>; 2])>
         ..robot::Rod::new(segments)
     };
     let mut rod = robot::Rod { gravity: document.scene.gravity.unwrap_or(rod.gravity), ..rod };
-    let surroundings = Surroundings { robot: &(&rod).into(), is_rod: true, are_incomplete: false };
-    let (actuators, keys) = actuators(document, surroundings, shape);
+    let (actuators, actuator_keys) = actuators(document, &robot::Named::of_rod(&(&rod).into()), shape);
     rod.actuators = actuators;
-    let (touching, places) = contacts(document, &(&rod).into(), false, shape);
+    let (touching, places) = contacts(document, &robot::Named::of(&(&rod).into()), shape);
     rod.contacts = touching;
+    let keys_of_items: [(_, &[_]); 4] = [
+        ("loads", &load_keys),
+        ("bodies", &body_keys),
+        ("supports", &support_keys),
+        ("actuators", &actuator_keys),
+    ];
     let key = |place: &str| {
-        let known = key_of_actuator(place, &keys);
-        let known = known.or_else(|| key_of_contact(place, &document.contact, &places));
+        let known = key_of_contact(place, &document.contact, &places);
         let known = known.or_else(|| key_of_item(place, &keys_of_items));
         known.unwrap_or_else(|| rod_place(place, &written.segment))
     };

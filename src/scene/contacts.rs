@@ -1,21 +1,17 @@
 //! Contacts from their tables.
 
-use super::described::{Written, read};
+use super::described::{Written, made, read};
 use super::document::Document;
-use super::loops::{expected_name, place};
 use super::shape::Shape;
 use crate::contact::{Contact, described};
-use crate::description::LinkName;
-use crate::robot::{Robot, number_default_names};
+use crate::robot::{Named, number_default_names};
 
 /// Contacts of a scene with their indices in the file. Omits those with problems, and those on unknown links.
 pub(super) fn contacts(
     document: &Document,
-    robot: &Robot,
-    are_incomplete: bool,
+    named: &Named<'_>,
     shape: &mut Shape,
 ) -> (Vec<Contact>, Vec<usize>) {
-    let links: Vec<String> = robot.links.iter().map(|link| link.name.clone()).collect();
     let mut found = Vec::new();
     for (i, written) in document.contact.iter().enumerate() {
         let here = format!("contact[{i}]");
@@ -23,14 +19,8 @@ pub(super) fn contacts(
             shape.refuse(&format!("{here}.name"), "got ''", "expected a name");
         }
         let Some(contact) = read::<described::Contact>(written, &here, shape) else { continue };
-        let contact = contact.resolved(|at, LinkName(name)| {
-            let found = place(&links, name);
-            if found.is_none() && !are_incomplete {
-                let wrong = format!("no link is called \"{name}\"");
-                shape.refuse(&format!("{here}.{at}"), wrong, expected_name(name, &links, "link"));
-            }
-            found
-        });
+        let contact =
+            made(&here, shape, |reader| contact.resolved(|place, name| named.link(place, name, reader)));
         found.extend(contact.map(|contact| (contact, i)));
     }
     let is_default = |i: usize| document.contact[i].text("name").is_none();

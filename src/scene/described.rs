@@ -7,11 +7,13 @@ use schemars::{JsonSchema, Schema as JsonSchemaOf, SchemaGenerator};
 use serde::Deserialize;
 use serde_json::{Map, Value as Json, json};
 
-use super::shape::{Shape, expected_one_of};
+use super::shape::Shape;
+use crate::actuator::described as actuator;
 use crate::body::described as body;
 use crate::contact::described as contact;
 use crate::description::{
     AnyPart, Data, Fault, Field, Kind, Limits, Part as _, Problem, Reader, Schema, Sign, Value,
+    expected_one_of,
 };
 use crate::load::described as load;
 use crate::signal::{Drive, Signal};
@@ -19,7 +21,7 @@ use crate::support::described as support;
 use crate::world::{self, described::BaseMotion};
 
 /// The parts that are described by tables, those that others hold first.
-pub(crate) const PARTS: [&Schema; 13] = [
+pub(crate) const PARTS: [&Schema; 19] = [
     contact::Ball::SCHEMA,
     contact::HalfSpace::SCHEMA,
     contact::Sphere::SCHEMA,
@@ -33,6 +35,12 @@ pub(crate) const PARTS: [&Schema; 13] = [
     support::Support::SCHEMA,
     world::Fluid::SCHEMA,
     BaseMotion::SCHEMA,
+    actuator::Along::SCHEMA,
+    actuator::Via::SCHEMA,
+    actuator::Tendon::SCHEMA,
+    actuator::Chamber::SCHEMA,
+    actuator::Motor::SCHEMA,
+    actuator::ActiveStrain::SCHEMA,
 ];
 
 /// A value that the tables of `description` describe, as it stands in the file.
@@ -169,6 +177,10 @@ fn report(Problem { place, fault }: Problem, here: &str, shape: &mut Shape) {
         Fault::Word { found, words } => (format!("got \"{found}\""), expected_one_of(&found, words)),
         Fault::Other { wrong, right } => (wrong, right),
         Fault::Without { key, needed, .. } => (format!("{key} without {needed}"), format!("add {needed}")),
+        Fault::Unused { belongs, .. } => (belongs.to_owned(), "remove it".to_owned()),
+        Fault::Name { scene: [wrong, right], .. } => (wrong, right),
+        // Scenes have no functions.
+        Fault::Failed => return,
         Fault::NoneOf(keys) => (format!("neither {}", keys.join(" nor ")), "add one of them".to_owned()),
         Fault::Both([first, second]) => {
             (format!("both {first} and {second} are given"), "keep one of them".to_owned())
@@ -315,6 +327,13 @@ fn of_kind(kind: &Kind, limits: &Limits, found: &mut Map<String, Json>) -> Json 
         Kind::Part(schema) => {
             define(schema, found);
             json!({ "$ref": format!("#/definitions/{}", schema.name) })
+        }
+        Kind::AlongRod(table) => {
+            let one = of_kind(&Kind::Number, limits, found);
+            let ends = of_kind(&Kind::Array(&Kind::Number, 2), limits, found);
+            let all = [one, ends, of_kind(&Kind::Part(table), limits, found)];
+            found.insert("AlongRod".to_owned(), json!({ "anyOf": all }));
+            json!({ "$ref": "#/definitions/AlongRod" })
         }
         Kind::Signal("", _, table) => of_kind(&Kind::Part(table), limits, found),
         Kind::Signal(name, constant, table) => {

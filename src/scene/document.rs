@@ -10,10 +10,11 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::described::Written;
+use crate::actuator::described::{ActiveStrain, Chamber, Motor, Tendon};
 use crate::body::described::Body;
 use crate::contact::described::Contact;
 use crate::load::described::Load;
-use crate::signal::{Drive, Interpolation, Signal};
+use crate::signal::{Drive, Interpolation};
 use crate::support::described::Support;
 use crate::world::{Fluid, described::BaseMotion};
 
@@ -52,16 +53,16 @@ pub(super) struct Document {
     pub(super) fluid: Option<Written<Fluid>>,
     /// Tendons that pull along their paths, on the rod or between the links of a robot.
     #[serde(default)]
-    pub(super) tendon: Vec<Tendon>,
+    pub(super) tendon: Vec<Written<Tendon>>,
     /// Fluidic chambers along rods.
     #[serde(default)]
-    pub(super) chamber: Vec<Chamber>,
+    pub(super) chamber: Vec<Written<Chamber>>,
     /// Motors on the joints of a robot.
     #[serde(default)]
-    pub(super) motor: Vec<Motor>,
+    pub(super) motor: Vec<Written<Motor>>,
     /// Actuated reference strains, such as muscles.
     #[serde(default)]
-    pub(super) active_strain: Vec<ActiveStrain>,
+    pub(super) active_strain: Vec<Written<ActiveStrain>>,
     /// A spring pendulum, instead of a rod.
     pub(super) pendulum: Option<Pendulum>,
     /// Duration, method and output of the simulation.
@@ -436,152 +437,6 @@ pub(super) struct LoopEnd {
     /// Orientation of the frame relative to these axes: unit quaternion [w, x, y, z]. Default: [1, 0, 0, 0].
     #[serde(default = "unturned")]
     pub(super) orientation: [f64; 4],
-}
-
-/// A tendon that pulls along its path: a given tension, or a given length with or without a stiffness.
-#[derive(Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(super) struct Tendon {
-    /// Name of the actuator.
-    #[schemars(example = &"tendon")]
-    pub(super) name: String,
-    /// Its way, from the end where it is pulled to the one where it is fixed; straight between parts that do not follow
-    /// each other in a rod.
-    #[schemars(length(min = 1), example = Vec::<()>::new())]
-    pub(super) path: Vec<PathPart>,
-    /// Tension in newtons: a number, or a table where it varies in time or is an input.
-    pub(super) tension: Option<Written<Signal<1>>>,
-    /// Instead: the length at which it is free of force, in metres, likewise. Its tension is then
-    /// stiffness (path - length) + damping (rate of path), and never less than zero.
-    pub(super) length: Option<Written<Signal<1>>>,
-    /// Stiffness of a tendon with a given length, in N/m.
-    #[schemars(extend("exclusiveMinimum" = 0))]
-    pub(super) stiffness: Option<f64>,
-    /// Damping of a tendon with a given length, in N s/m. Default: 0.
-    #[schemars(range(min = 0.0))]
-    pub(super) damping: Option<f64>,
-    /// Coefficient of friction (capstan). Default: 0.
-    #[schemars(range(min = 0.0))]
-    pub(super) friction: Option<f64>,
-    /// Rate of change of the length below which friction is smoothed, in m/s. Default: 1e-3.
-    #[schemars(extend("exclusiveMinimum" = 0))]
-    pub(super) friction_velocity: Option<f64>,
-    /// Direction of sliding in [-1, 1]: 1 if pulled, -1 if released. Default: from the rate of change of the length.
-    pub(super) sliding: Option<Written<Signal<1>>>,
-}
-
-/// A part of a path: embedded in a rod, with offset and along, or a point, with at.
-#[derive(Clone, Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(super) struct PathPart {
-    /// Name of the link. Default: of a robot the only link, where it is embedded, and the world, where it is a point; the rod.
-    pub(super) link: Option<String>,
-    /// Where it lies in the sections, y and z from the rod's axis in metres: each a number, two numbers from one end of the
-    /// part to the other, or a table along the whole rod of the link. Default: [0, 0].
-    pub(super) offset: Option<[AlongRod; 2]>,
-    /// Arc lengths of the unstretched rod between which the part runs, in metres. Default: the whole rod.
-    pub(super) along: Option<[f64; 2]>,
-    /// Instead of offset: a point in the axes of the section, the body or the world, in metres.
-    pub(super) point: Option<[f64; 3]>,
-    /// Arc length of the section that has the point, in metres. Default: the tip of the rod, or the body.
-    #[schemars(range(min = 0.0))]
-    pub(super) at: Option<f64>,
-}
-
-/// A number that is constant along a rod, or varies.
-#[derive(Clone, Debug, Deserialize, JsonSchema)]
-#[serde(untagged)]
-pub(super) enum AlongRod {
-    /// The same everywhere.
-    Constant(f64),
-    /// Linear between two values at the ends.
-    Linear([f64; 2]),
-    /// From a table.
-    Table(AlongRodTable),
-}
-
-/// Numbers at places of the rod of a link, with smooth interpolation that does not overshoot.
-#[derive(Clone, Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(super) struct AlongRodTable {
-    /// Increasing arc lengths from the base of the rod, in metres: the first is 0, the last the length of the rod.
-    #[schemars(length(min = 2), example = StrainTable::stations())]
-    pub(super) stations: Vec<f64>,
-    /// The number at each.
-    #[schemars(length(min = 2), example = vec![0.0, 0.0])]
-    pub(super) values: Vec<f64>,
-}
-
-/// A fluidic chamber along rods, with caps at its ends.
-#[derive(Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(super) struct Chamber {
-    /// Name of the actuator.
-    #[schemars(example = &"chamber")]
-    pub(super) name: String,
-    /// Middle line: parts that are embedded in rods.
-    #[schemars(length(min = 1), example = Vec::<()>::new())]
-    pub(super) path: Vec<PathPart>,
-    /// Area in the plane of the section, in m^2.
-    #[schemars(extend("exclusiveMinimum" = 0), example = 1e-4)]
-    pub(super) area: f64,
-    /// Gauge pressure in pascals: a number, or a table if it varies in time or is an input. Default: 0.
-    pub(super) pressure: Option<Written<Signal<1>>>,
-}
-
-/// A motor on the joint of a link, by a torque, or by a position with gains.
-#[derive(Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(super) struct Motor {
-    /// Name of a link whose joint has one coordinate, or of a coordinate, such as "slide.angle".
-    #[schemars(example = &"link")]
-    pub(super) joint: String,
-    /// Torque in N m, or force in N: a number, or a table where it varies in time or is an input.
-    pub(super) torque: Option<Written<Signal<1>>>,
-    /// Instead of torque: set point in radians or metres, in the same forms.
-    pub(super) position: Option<Written<Signal<1>>>,
-    /// Stiffness and damping of a motor that holds a position.
-    pub(super) gains: Option<[f64; 2]>,
-    /// The lowest and the highest torque or force. Default: none.
-    pub(super) limits: Option<[f64; 2]>,
-    /// Name of the motor. Default: that of the joint.
-    pub(super) name: Option<String>,
-}
-
-/// An actuated reference strain: amount (in time) times shape (along the rod).
-#[derive(Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(super) struct ActiveStrain {
-    /// Name of the link. Default: the only one, or the rod.
-    pub(super) link: Option<String>,
-    /// The strain. The rod needs modes of it.
-    #[schemars(example = Strain::BendY)]
-    pub(super) strain: Strain,
-    /// Along the whole rod, in the unit of the strain for an amount of one: a number, two numbers from base to tip, or a
-    /// table. Default: 1.
-    pub(super) shape: Option<AlongRod>,
-    /// Amplitude: a number, or a table if it varies in time or is an input. Default: 0.
-    pub(super) amount: Option<Written<Signal<1>>>,
-    /// Name of the actuator. Default: the link and the strain.
-    pub(super) name: Option<String>,
-}
-
-/// A component of the strain.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub(super) enum Strain {
-    /// About the rod's axis, in 1/m.
-    Torsion,
-    /// About the body y axis, in 1/m.
-    BendY,
-    /// About the body z axis, in 1/m.
-    BendZ,
-    /// Along the rod.
-    Stretch,
-    /// Along the body y axis.
-    ShearY,
-    /// Along the body z axis.
-    ShearZ,
 }
 
 /// Pose of a clamped end.

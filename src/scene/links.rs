@@ -2,21 +2,21 @@
 
 use std::collections::HashMap;
 
-use super::actuators::{Surroundings, actuators, key_of_actuator};
+use super::actuators::actuators;
 use super::contacts::{contacts, key_of_contact};
 use super::described::{Written, key_of_item, made, read, read_all};
 use super::document::{
     Document, Import, Joint, JointKind, JointMotion, Link, Mimic, Segment, Simulation as Settings,
 };
 use super::imports::{Imported, Imports, Refusal, Request};
-use super::loops::{self, LISTED, expected_name, key_of_loop, quoted};
+use super::loops::{self, key_of_loop};
 use super::parts;
 use super::shape::{Shape, report};
 use crate::body::{self, described::Body};
-use crate::description::{Data as _, Limits};
+use crate::description::{Data as _, LISTED, Limits, expected_name, quoted};
 use crate::error::Checker;
 use crate::joint::{self as joints, JointForces};
-use crate::robot::{self, Driven, Robot};
+use crate::robot::{self, Driven, Named, Robot};
 use crate::signal::Keys;
 use crate::world::described::BaseMotion;
 
@@ -109,19 +109,20 @@ pub(super) fn robot(
         ..Robot::new(links)
     };
     let mut robot = Robot { gravity: document.scene.gravity.unwrap_or(robot.gravity), ..robot };
-    let surroundings = Surroundings { robot: &robot, is_rod: false, are_incomplete: names.are_incomplete };
-    let (actuators, actuator_keys) = actuators(document, surroundings, shape);
+    let named = Named::incomplete(&robot, names.are_incomplete);
+    let (actuators, actuator_keys) = actuators(document, &named, shape);
     robot.actuators = actuators;
     let (closed, loop_places) = loops::loops(document, &robot, names.are_incomplete, shape);
     robot.loops = closed;
     loops::check_jacobian(document, shape);
-    let (touching, contact_places) = contacts(document, &robot, names.are_incomplete, shape);
+    let (touching, contact_places) =
+        contacts(document, &Named::incomplete(&robot, names.are_incomplete), shape);
     robot.contacts = touching;
     let key = |place: &str| {
-        let of_actuator = key_of_actuator(place, &actuator_keys);
-        let known = of_actuator.or_else(|| key_of_loop(place, &document.r#loop, &loop_places));
+        let known = key_of_loop(place, &document.r#loop, &loop_places);
         let known = known.or_else(|| key_of_contact(place, &document.contact, &contact_places));
-        let lists: [(_, &[_]); 2] = [("loads", &load_keys), ("supports", &support_keys)];
+        let lists: [(_, &[_]); 3] =
+            [("loads", &load_keys), ("supports", &support_keys), ("actuators", &actuator_keys)];
         let known = known.or_else(|| key_of_item(place, &lists));
         known.unwrap_or_else(|| key_of(&key_of_link(place, before), written))
     };
@@ -191,7 +192,7 @@ fn link(document: &Document, names: &Names<'_>, i: usize, written: &Link, shape:
             };
             let right = match before.len() {
                 0 => "remove it: the first link hangs on the world".to_owned(),
-                1..=LISTED => format!("expected one of the links before: {}", quoted(before)),
+                1..=LISTED => format!("expected one of the links before: {}", quoted(before, ", ")),
                 _ => expected_name(name, before, "link"),
             };
             shape.refuse(&format!("{here}.parent"), wrong, right);

@@ -3,17 +3,11 @@
 use super::document::{
     self, Document, Jacobian, LoopEnd as WrittenEnd, LoopKind, LoopPlace, LoopType, Simulation as Settings,
 };
-use super::shape::{Shape, expected_one_of};
-use crate::description::suggestion;
+use super::shape::Shape;
+use crate::description::expected_name;
 use crate::joint::Joint;
 use crate::loops::{Loop, LoopEnd, Tie};
 use crate::robot::{Robot, number_default_names};
-
-/// Maximum number of names listed in messages.
-pub(super) const LISTED: usize = 12;
-
-/// Maximum number of names among which a similar one is searched: every unknown name is compared with all of them.
-const COMPARED: usize = 300;
 
 /// Name of the world within the names of loops.
 const WORLD: &str = "the world";
@@ -87,7 +81,7 @@ impl Known {
         let found = place(&self.links, name);
         if found.is_none() && !self.are_incomplete && shape.is_readable(key) {
             let wrong = format!("no link is called \"{name}\"");
-            shape.refuse(key, wrong, expected_name(name, &self.links, "link"));
+            shape.refuse(key, wrong, expected_name(name, &texts(&self.links), "link"));
         }
         found
     }
@@ -98,32 +92,18 @@ impl Known {
         let found = place(names, name);
         if found.is_none() && shape.is_readable(key) {
             let wrong = format!("no coordinate is called \"{name}\"");
-            shape.refuse(key, wrong, expected_name(name, names, "coordinate"));
+            shape.refuse(key, wrong, expected_name(name, &texts(names), "coordinate"));
         }
         found
     }
 }
 
+fn texts(names: &[String]) -> Vec<&str> {
+    names.iter().map(String::as_str).collect()
+}
+
 pub(super) fn place(names: &[String], name: &str) -> Option<usize> {
     names.iter().position(|known| known == name)
-}
-
-/// Advice for an unknown name: all valid names, unless there are many.
-pub(super) fn expected_name(name: &str, names: &[impl AsRef<str>], what: &str) -> String {
-    if names.len() <= LISTED {
-        return expected_one_of(name, &names.iter().map(AsRef::as_ref).collect::<Vec<_>>());
-    }
-    let similar =
-        if names.len() <= COMPARED { suggestion(name, names.iter().map(AsRef::as_ref)) } else { None };
-    match similar {
-        Some(similar) => format!("did you mean \"{similar}\"?"),
-        None => format!("expected one of {} {what}s, such as \"{}\"", names.len(), names[0].as_ref()),
-    }
-}
-
-/// Names in quotes, separated by commas.
-pub(super) fn quoted(names: &[&str]) -> String {
-    names.iter().map(|name| format!("\"{name}\"")).collect::<Vec<_>>().join(", ")
 }
 
 fn one(written: &document::Loop, here: &str, known: &Known, shape: &mut Shape) -> Option<Loop> {
@@ -237,7 +217,7 @@ fn coordinate<'a>(
                 let names = known.coordinates.as_deref().unwrap_or_default();
                 let right = match names.first() {
                     None => "expected the name of a coordinate".to_owned(),
-                    Some(_) => expected_name("", names, "coordinate"),
+                    Some(_) => expected_name("", &texts(names), "coordinate"),
                 };
                 shape.refuse(here, wrong, right);
             }

@@ -7,7 +7,7 @@ use super::document::{
 use super::section;
 use super::shape::{Shape, report};
 use crate::rod;
-use crate::signal::{Signal, covers};
+use crate::signal::covers;
 use crate::world::{self, described::BaseMotion};
 
 /// Modes of the model's open segments until they are chosen.
@@ -118,11 +118,6 @@ fn basis(written: Basis) -> rod::Basis {
         Basis::PiecewiseConstant => rod::Basis::PiecewiseConstant,
         Basis::Hermite => rod::Basis::Hermite,
     }
-}
-
-/// The command of an actuator written at `place`; zero after reporting a problem.
-pub(super) fn command(written: &Written<Signal<1>>, place: &str, shape: &mut Shape) -> Signal<1> {
-    read(written, place, shape).unwrap_or_default()
 }
 
 /// The motion written at `here`; rest after reporting a problem.

@@ -16,7 +16,7 @@ use super::described::is_described;
 use super::diagnostics::{Elsewhere, SceneProblem};
 use super::imports::FileProblem;
 use super::words::{self, OldWord};
-use crate::description::suggestion;
+use crate::description::{expected_one_of, quoted, suggestion};
 use crate::error::InvalidInput;
 
 /// What scene files may hold, by which they are checked. A test keeps the file equal to what `document` says: generating it
@@ -342,7 +342,7 @@ impl<'a> Reader<'a> {
 
     fn word(&mut self, value: &Spanned<DeValue<'_>>, words: &[&str], place: &str) -> Option<toml::Value> {
         let DeValue::String(word) = value.get_ref() else {
-            return self.wrong_type(value, place, &one_of(words));
+            return self.wrong_type(value, place, &quoted(words, " or "));
         };
         if words.contains(&word.as_ref()) {
             return Some(word.as_ref().into());
@@ -440,7 +440,7 @@ impl<'a> Reader<'a> {
     fn expected(&self, schema: &'a Json) -> String {
         let schema = self.resolve(schema);
         if let Some(words) = words(schema) {
-            return one_of(&words);
+            return quoted(&words, " or ");
         }
         match schema["type"].as_str() {
             Some("number") => "a number".to_owned(),
@@ -510,11 +510,6 @@ fn words(schema: &Json) -> Option<Vec<&str>> {
     schema["enum"].as_array()?.iter().map(Json::as_str).collect()
 }
 
-fn one_of(words: &[&str]) -> String {
-    let quoted: Vec<String> = words.iter().map(|word| format!("\"{word}\"")).collect();
-    quoted.join(" or ")
-}
-
 fn required(schema: &Json) -> impl Iterator<Item = &str> {
     schema["required"].as_array().into_iter().flatten().filter_map(Json::as_str)
 }
@@ -523,14 +518,6 @@ fn required(schema: &Json) -> impl Iterator<Item = &str> {
 fn sentence(schema: &Json) -> String {
     let description = schema["description"].as_str().unwrap_or("required");
     description.split_once(". ").map_or(description, |(first, _)| first).trim_end_matches('.').to_owned()
-}
-
-/// Advice for an unknown word.
-pub(super) fn expected_one_of(word: &str, words: &[&str]) -> String {
-    match suggestion(word, words.iter().copied()) {
-        Some(similar) => format!("did you mean \"{similar}\"? Expected {}", one_of(words)),
-        None => format!("expected {}", one_of(words)),
-    }
 }
 
 /// Whether a table has no other content than arrays of tables.

@@ -1,6 +1,6 @@
 //! The fluid around a rod, as plain data.
 
-use crate::description::{Described, Part};
+use crate::description::{Described, Item};
 use crate::error::InvalidInput;
 
 /// An unbounded fluid around the whole rod, with uniform and steady flow far from it.
@@ -53,7 +53,7 @@ impl Fluid {
 
     /// Reports every problem of this fluid.
     pub fn validate(&self) -> Result<(), InvalidInput> {
-        Part::validate(self)
+        Item::validate(self)
     }
 
     /// Whether the fluid exerts drag.

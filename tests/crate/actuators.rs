@@ -106,7 +106,7 @@ fn robot() -> Robot {
         Actuator::ActiveStrain(ActiveStrain {
             name: "muscle".into(),
             link: 2,
-            strain: 1,
+            strain: Strain::BendY,
             shape: Profile::linear([[1.0], [3.0]]),
             amount: input("muscle", [0.7]),
         }),

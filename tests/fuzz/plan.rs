@@ -355,7 +355,7 @@ fn actuator(source: &mut Source<'_>, length: f64, number: usize) -> Actuator {
         1 => Actuator::ActiveStrain(ActiveStrain {
             name,
             link: 0,
-            strain: 1 + source.below(6) % 3,
+            strain: [Strain::BendY, Strain::BendZ, Strain::Stretch][source.below(6) % 3],
             shape: profile(source, [1.0], |source| [source.near(1.0)], length),
             amount: command(source),
         }),

@@ -53,7 +53,7 @@ KINDS = {
     r"Model|Robot|Rod": ["3", "'text'", "None", "object()"],
     r"(Fluid|BaseMotion|Section) \| None": ["3", "'text'", "object()"],
     r"Surface|Iterable\[\w+\]|Joint|(Body|Mimic) \| None": ["3", "object()", "('ball', 0.1)", "1.5"],
-    r"Signal( \| None)?|_Size|AlongRod": ["'text'", "object()", "{'a': 1}", "1j", *TOO_LARGE],
+    r"_Number( \| None)?|_Size|_AlongRod": ["'text'", "object()", "{'a': 1}", "1j", *TOO_LARGE],
     r"Literal\[.*\]": ["3", "'nothing'", "object()", "np.zeros(2)"],
     r"Callable\[.*\](?: \| None)?": ["3", "'text'", "object()"],
 }

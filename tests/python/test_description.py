@@ -15,11 +15,14 @@ from hypothesis import strategies as st
 import lissom
 import write_described
 from lissom import (
+    ActiveStrain,
+    Along,
     Ball,
     BaseMotion,
     Body,
     Box,
     Capsule,
+    Chamber,
     Contact,
     ConvexMesh,
     Fluid,
@@ -28,8 +31,11 @@ from lissom import (
     HeightField,
     Input,
     Load,
+    Motor,
     Sphere,
     Support,
+    Tendon,
+    Via,
     _lissom,
     records,
 )
@@ -84,6 +90,16 @@ EACH = [
     Fluid(1.0, (1, 2, 3), viscous_drag=(1, 2), buoyancy=False),
     BaseMotion(),
     BaseMotion(translation=(0, 0, 1), axis=(0, 1, 0), angle=0.5),
+    Along(),
+    Along("arm", ((0.01, 0.02), ([0, 0.1, 0.3], [1, 2, 0])), (0.1, 0.2)),
+    Via(None, (0, 0, 1)),
+    Tendon("pull", [Via("arm", (0, 0, 1), 0.1), Along("arm")], tension=([0, 1], [1, 2])),
+    Tendon("wire", [Along()], length=0.1, stiffness=10, damping=1, friction=0.1, sliding=Input("s", -1)),
+    Chamber("left", [Along(offset=(0, 0.01))], 1e-4, Harmonic(1.0, 2.0, mean=1.5)),
+    Motor("arm", 0.1),
+    Motor("arm.angle", position=Input("q"), gains=(3, 0.1), limits=(-1, 1), name="servo"),
+    ActiveStrain(None, "bend_y"),
+    ActiveStrain("arm", "torsion", ([0, 0.1, 0.3], [1, 2, 0]), Input("muscle")),
 ]
 
 
@@ -289,6 +305,54 @@ def test_parts_of_rods_are_written_to_scenes_and_back(key, part):
     header = f"[[rod.{key}]]" if key in lists else f"[rod.{key}]"
     model = lissom.Scene.loads(f"version = 1\n[[rod]]\n{header}\n{part.to_toml()}{ROD}").model
     assert getattr(model, lists.get(key, key)) == ((part,) if key in lists else part)
+
+
+@pytest.mark.parametrize(
+    ("key", "part"),
+    [
+        ("tendon", Tendon("pull", [Via("rod", (0, 0, 1), 0.1), Along("rod")], tension=([0, 1], [1, 2]))),
+        (
+            "tendon",
+            Tendon("wire", [Along("rod")], length=0.1, stiffness=10, damping=1, sliding=Input("s", -1)),
+        ),
+        ("chamber", Chamber("left", [Along("rod", (0, (0.01, 0.02)), (0, 0.1))], 1e-4, Harmonic(1.0, 2.0))),
+        ("active_strain", ActiveStrain("rod", "bend_y", ([0, 0.1, 0.3], [1, 2, 0]), Input("muscle"))),
+    ],
+)
+def test_actuators_are_written_to_scenes_and_back(key, part):
+    def read(part):
+        return lissom.Scene.loads(f"version = 1\n[[rod]]\n{ROD}[[{key}]]\n{part.to_toml()}").model.actuators
+
+    (found,) = read(part)
+    if not isinstance(part, Chamber):
+        # Two numbers at the ends of a part are a table along the whole rod.
+        assert found == part
+    assert read(found) == (found,)
+    assert read(dataclasses.replace(part, name="other"))[0].name == "other"
+
+
+def test_motors_are_written_to_scenes_and_back():
+    motor = Motor("arm.angle", position=Input("q"), gains=(3, 0.1), limits=(-1, 1), name="servo")
+    assert lissom.Scene.loads(f"{LINKS}[[motor]]\n{motor.to_toml()}{END}").model.actuators == (motor,)
+
+
+def test_functions_of_parts_from_iterators_live_as_long_as_their_robot():
+    segment = lissom.Segment(0.3, 0.01, 3e5, poisson_ratio=0.4, density=1070, modes={"bend_y": 2})
+    loads = (Load(force=lambda t: (0, 0, 1)) for _ in range(2))
+    tendons = (Tendon(f"t{i}", [Along(None, (0, lambda X: X))], tension=lambda t: 1.0) for i in range(2))
+    rod = lissom.Rod([segment], loads=loads, actuators=tendons)
+    assert rod.actuators[1].tension(0.0) == 1.0
+    assert lissom.statics(rod).success
+
+
+def test_all_problems_of_all_actuators_come_at_once():
+    segment = lissom.Segment(0.3, 0.01, 3e5, poisson_ratio=0.4, density=1070, modes={"bend_y": 2})
+    links = [lissom.Link("arm", rod=[segment]), lissom.Link("hand", rod=[segment])]
+    wrong = [Tendon("t", [Along("arn"), Via("hnd", (0, 0, 0))], tension=1), Motor("hand", 1), Motor("x", 1)]
+    with pytest.raises(ValueError, match="path") as caught:
+        lissom.Robot(links, actuators=wrong)
+    places = [line.split(":")[0] for line in str(caught.value).splitlines()]
+    assert places == ["actuators[0].path[0].link", "actuators[0].path[1].link", "actuators[2].joint"]
 
 
 def test_functions_cannot_be_written_to_scenes():

@@ -175,7 +175,7 @@ MISTAKES = {
     "a point with an offset": (
         PALM,
         '{ link = "palm", offset = [0, 0], point = [0, 0, 0] }',
-        ("tendon[0].path[0].offset", "[0, 0],", "offset with a point", "keep the point, or"),
+        ("tendon[0].path[0].offset", "offset", "a point does not take it", "it takes link, point, at"),
     ),
     "limits of no range": (
         "torque = 0.1",
@@ -224,8 +224,11 @@ def test_a_link_is_meant_where_there_is_one():
         '[[tendon]]\nname = "pull"\npath = [{ offset = [0, 0.01] }]\ntension = 1\n[simulation]\nt_end = 0.1\n'
     )
     assert [each.name for each in lissom.Scene.loads(rod).model.actuators] == ["pull"]
-    with pytest.raises(lissom.SceneError, match=r"tendon\[0\].path\[0\].link"):
-        lissom.Scene.loads(rod.replace("{ offset", '{ link = "rod", offset'))
+    # Its own name does no harm: that is how actuators are written.
+    named = lissom.Scene.loads(rod.replace("{ offset", '{ link = "rod", offset'))
+    assert named.model.actuators == lissom.Scene.loads(rod).model.actuators
+    with pytest.raises(lissom.SceneError, match=r"tendon\[0\].path\[0\].link: no link is called"):
+        lissom.Scene.loads(rod.replace("{ offset", '{ link = "arm", offset'))
 
 
 # Controllers

@@ -82,7 +82,7 @@ def test_what_makes_no_sense_is_refused(arguments, message):
 def test_a_place_beyond_the_end_is_refused():
     with pytest.raises(ValueError, match=r"supports\[0\].at: got 2"):
         beam(supports=[lissom.Support(stiffness=1, at=2.0)])
-    with pytest.raises(TypeError, match=r"sequence of lissom\.Support, got int"):
+    with pytest.raises(TypeError, match=r"supports\[0\]: expected lissom\.Support, got int"):
         beam(supports=[3])
 
 

@@ -9,8 +9,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from .._lissom import Body, Input, Robot, Segment
-from ..actuators import Motor
+from .._lissom import Body, Input, Motor, Robot, Segment
 from ..links import Link, Prismatic, Revolute
 from .task import Array, Outcome, Start, States, Task
 

@@ -11,8 +11,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from .._lissom import ConvergenceError, Input, Robot, Rod, Segment, statics
-from ..actuators import Along, Tendon
+from .._lissom import Along, ConvergenceError, Input, Robot, Rod, Segment, Tendon, statics
 from .task import Array, Outcome, Start, States, Task
 
 #: Length of the arm, metres.

@@ -10,8 +10,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from .._lissom import Fluid, Input, Robot, Segment
-from ..actuators import ActiveStrain
+from .._lissom import ActiveStrain, Fluid, Input, Robot, Segment
 from ..links import Link, Planar
 from .task import Array, Outcome, Start, States, Task
 

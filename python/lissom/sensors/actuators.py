@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from lissom.actuators import Motor
+from lissom._lissom import Motor
 from lissom.plain import text
 
 from .joints import indices, unit

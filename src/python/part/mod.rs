@@ -15,9 +15,10 @@ use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::{PyDict, PyTuple, PyType};
 
+use super::callback::raised_by_function;
 use super::convert;
 use super::signal::Functions;
-use crate::description::{AnyPart, Data, Fault, Field, Part, Problem, Reader, Schema, Value};
+use crate::description::{AnyPart, Data, Fault, Field, Item, Part, Problem, Reader, Schema, Value};
 use crate::error::InvalidInput;
 use crate::methods::METHODS;
 use crate::scene::{self, PARTS};
@@ -59,18 +60,44 @@ pub(super) fn wrapped(py: Python<'_>, part: Arc<dyn AnyPart>) -> PyResult<Bound<
     class.bind(py).call1((Bound::new(py, PyPart { part, functions })?,))
 }
 
-/// The parts of one type in a sequence.
-pub(super) fn parts_of<T: Part>(objects: &Bound<'_, PyAny>, name: &str) -> PyResult<Vec<T>> {
-    let wrong = |found: &Bound<'_, PyAny>| {
-        let (class, found) = (T::SCHEMA.name, convert::describe(found));
-        PyTypeError::new_err(format!("{name}: expected a sequence of lissom.{class}, got {found}"))
-    };
-    let part = |object: PyResult<Bound<'_, PyAny>>| {
-        let object = object?;
-        let part = object.cast::<PyPart>().ok().and_then(|part| part.get().of_type::<T>());
-        part.cloned().ok_or_else(|| wrong(&object))
-    };
-    objects.try_iter().map_err(|_| wrong(objects))?.map(part).collect()
+/// The parts of a sequence, whose functions are added to those of their owner.
+pub(super) fn parts_of<T: Item>(
+    objects: &Bound<'_, PyAny>,
+    name: &str,
+    functions: &mut Functions,
+) -> PyResult<Vec<T>> {
+    let value = value_of(objects, name, &<Vec<T>>::KIND, functions)?;
+    Ok(<Vec<T>>::read(&value, &mut Reader::default()).expect("these parts have been read before"))
+}
+
+/// What is made of the items of a list of a robot; raises all problems of all of them. The first exception of a user's
+/// function is raised as it is, with a note of its place.
+pub(super) fn resolved<T, R>(
+    py: Python<'_>,
+    list: &'static str,
+    items: &[T],
+    mut resolve: impl FnMut(&T, &mut Reader) -> Option<R>,
+) -> PyResult<Vec<R>> {
+    let mut reader = Reader::default();
+    let found = items
+        .iter()
+        .enumerate()
+        .map(|(i, item)| reader.at_key(list, |reader| reader.at_item(i, |reader| resolve(item, reader))));
+    let found: Vec<_> = found.collect();
+    let problems = reader.finish();
+    if let Err(error) = raised_by_function() {
+        let failed = problems.iter().find(|problem| matches!(problem.fault, Fault::Failed));
+        if let Some(Problem { place, .. }) = failed {
+            // Some exceptions do not accept notes.
+            _ = error.value(py).call_method1("add_note", (format!("in {place}"),));
+        }
+        return Err(error);
+    }
+    let problems: Vec<_> = problems.into_iter().map(Into::into).collect();
+    match found.into_iter().collect::<Option<_>>() {
+        Some(found) if problems.is_empty() => Ok(found),
+        _ => Err(InvalidInput { problems }.into()),
+    }
 }
 
 /// An optional part.
@@ -131,7 +158,7 @@ fn arguments(
         values[i] = Some(value_of(&object, schema.fields[i].name, &schema.fields[i].kind, functions)?);
     }
     let fields = schema.fields.iter().zip(&values);
-    let missing = fields.filter(|(field, value)| value.is_none() && field.default.is_none());
+    let missing = fields.filter(|(field, value)| value.is_none() && field.is_required());
     let missing: Vec<_> = missing.map(|(field, _)| format!("'{}'", field.name)).collect();
     match missing.is_empty() {
         true => Ok(values),
@@ -203,7 +230,9 @@ impl PyPart {
     fn __hash__(&self, py: Python<'_>) -> PyResult<u64> {
         let mut hasher = DefaultHasher::new();
         self.part.schema().name.hash(&mut hasher);
-        for (_, value) in self.fields(py)? {
+        // Functions may have no hash.
+        let fields = self.part.schema().fields.iter().zip(self.fields(py)?);
+        for (_, (_, value)) in fields.filter(|(field, _)| !field.kind.holds_functions()) {
             value.hash()?.hash(&mut hasher);
         }
         Ok(hasher.finish())
@@ -298,7 +327,7 @@ fn dataclass_fields<'py>(py: Python<'py>, schema: &'static Schema) -> PyResult<B
     for (i, field) in schema.fields.iter().enumerate() {
         let options = PyDict::new(py);
         options.set_item("kw_only", i >= schema.positional)?;
-        if let Some(default) = field.default {
+        if let Some(default) = field.default.filter(|_| !field.is_required()) {
             options.set_item("default", object_of(py, &default())?)?;
         }
         let made = dataclasses.getattr("field")?.call((), Some(&options))?;

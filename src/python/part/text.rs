@@ -28,7 +28,7 @@ fn literal(value: &Value) -> String {
 
 /// The default of a field in Python; equal numbers for each direction are one number.
 fn default_of(field: &Field) -> Option<String> {
-    let default = field.default?();
+    let default = field.default.filter(|_| !field.is_required())?();
     match (&field.kind, default) {
         (Kind::OneOrEach(_), Value::List(items)) if items.iter().all(|item| *item == items[0]) => {
             Some(literal(&items[0]))
@@ -49,6 +49,10 @@ pub(super) fn annotation(kind: &Kind, is_argument: bool) -> String {
             let words: Vec<_> = words.iter().map(|word| format!("\"{word}\"")).collect();
             format!("Literal[{}]", words.join(", "))
         }
+        Kind::List(items @ (Kind::Part(_) | Kind::OneOf(..))) if is_argument => {
+            format!("Sequence[{}]", inner(items))
+        }
+        Kind::Array(items @ Kind::AlongRod(_), _) if is_argument => format!("Sequence[{}]", inner(items)),
         Kind::Array(..) | Kind::List(_) if is_argument => "ArrayLike".to_owned(),
         Kind::Array(Kind::Array(..), _) => "NDArray[np.float64]".to_owned(),
         Kind::Array(items, count) => format!("tuple[{}]", vec![inner(items); *count].join(", ")),
@@ -61,7 +65,8 @@ pub(super) fn annotation(kind: &Kind, is_argument: bool) -> String {
         Kind::Part(schema) => schema.name.to_owned(),
         Kind::Signal(_, Kind::Number, _) if is_argument => "_Number".to_owned(),
         Kind::Signal(..) if is_argument => "_Vector".to_owned(),
-        Kind::Signal(..) => "Any".to_owned(),
+        Kind::AlongRod(_) if is_argument => "_AlongRod".to_owned(),
+        Kind::Signal(..) | Kind::AlongRod(_) => "Any".to_owned(),
     }
 }
 
@@ -77,8 +82,11 @@ fn words(kind: &Kind) -> String {
         Kind::Signal(_, constant, _) => {
             format!("{}; or (times, values), Harmonic, Input or callable", words(constant))
         }
+        Kind::Array(items @ Kind::AlongRod(_), _) => format!("pair of {}", words(items)),
         Kind::Array(items, count) => format!("array_like{}, shape ({count},)", of(items)),
         Kind::List(Kind::Array(items, count)) => format!("array_like{}, shape (k, {count})", of(items)),
+        Kind::AlongRod(_) => "float, (float, float), (stations, values), Profile or callable".to_owned(),
+        Kind::List(items @ (Kind::Part(_) | Kind::OneOf(..))) => format!("sequence of {}", words(items)),
         Kind::List(Kind::List(_)) => "array_like, shape (k, l)".to_owned(),
         Kind::List(_) => "array_like, shape (k,)".to_owned(),
         Kind::OneOrEach(count) => format!("float or array_like, shape ({count},)"),

@@ -8,8 +8,10 @@ use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyFloat, PyString, PyTuple};
 
 use super::{PyPart, wrapped};
-use crate::description::{Kind, Value};
+use crate::actuator::AlongRod;
+use crate::description::{Data as _, Kind, Value};
 use crate::python::convert;
+use crate::python::profile::{along_rod, along_rod_out};
 use crate::python::signal::{Functions, on_signal, signal_of, signal_out};
 use crate::signal::{Drive, Signal};
 
@@ -31,8 +33,23 @@ pub(super) fn value_of(
             let rows = convert::symmetric_of::<3>(object, name)?;
             Ok(Value::Rows { numbers: rows.concat(), columns: 3 })
         }
+        Kind::Array(items_kind @ Kind::AlongRod(_), count) => {
+            const EXPECTED: &str = "the pair (y, z) of distances from the rod's axis";
+            let items = items_of(object, name, EXPECTED)?;
+            if items.len() != *count {
+                let found = items.len();
+                return Err(PyValueError::new_err(format!(
+                    "{name}: got {found} of them, expected {EXPECTED}"
+                )));
+            }
+            list_of(&items, name, items_kind, functions)
+        }
         Kind::Array(_, count) => Ok(numbers(convert::vector_of(object, *count, name)?)),
         Kind::List(Kind::Number) => Ok(numbers(convert::vector(object, name)?)),
+        Kind::List(inner @ (Kind::Part(_) | Kind::OneOf(..))) => {
+            let items = items_of(object, name, &format!("a sequence of lissom.{}", classes_of(inner)))?;
+            list_of(&items, name, inner, functions)
+        }
         Kind::List(rows) => rows_of(object, name, rows),
         Kind::OneOrEach(count) => match convert::scalar_or_vector(object, name)? {
             (values, true) => Ok(Value::Number(values[0])),
@@ -48,8 +65,9 @@ pub(super) fn value_of(
         }),
         Kind::Optional(_) if object.is_none() => Ok(Value::None),
         Kind::Optional(inner) => value_of(object, name, inner, functions),
-        Kind::OneOf(_, kinds) => one_of(object, name, kinds, functions),
-        Kind::Part(_) => one_of(object, name, std::slice::from_ref(kind), functions),
+        Kind::OneOf(_, kinds) => one_of(object, name, kinds, kind, functions),
+        Kind::Part(_) => one_of(object, name, std::slice::from_ref(kind), kind, functions),
+        Kind::AlongRod(_) => Ok(along_rod(object, name, functions)?.write()),
         Kind::Signal(sort, numbers, _) => Ok(Value::Part(match (sort.is_empty(), numbers) {
             (false, Kind::Number) => Arc::new(signal_of::<1>(object, name, functions)?),
             (false, _) => Arc::new(signal_of::<3>(object, name, functions)?),
@@ -57,6 +75,34 @@ pub(super) fn value_of(
             (true, Kind::Array(_, 4)) => Arc::new(Drive(signal_of::<4>(object, name, functions)?)),
             (true, _) => Arc::new(Drive(signal_of::<3>(object, name, functions)?)),
         })),
+    }
+}
+
+/// The items of a sequence.
+fn items_of<'py>(object: &Bound<'py, PyAny>, name: &str, expected: &str) -> PyResult<Vec<Bound<'py, PyAny>>> {
+    let items = object.try_iter().map_err(|_| {
+        PyTypeError::new_err(format!("{name}: expected {expected}, got {}", convert::describe(object)))
+    })?;
+    items.collect()
+}
+
+fn list_of(
+    items: &[Bound<'_, PyAny>],
+    name: &str,
+    kind: &Kind,
+    functions: &mut Functions,
+) -> PyResult<Value> {
+    let item = |(i, item)| value_of(item, &format!("{name}[{i}]"), kind, functions);
+    items.iter().enumerate().map(item).collect::<PyResult<_>>().map(Value::List)
+}
+
+/// Names of the classes of a kind.
+fn classes_of(kind: &Kind) -> String {
+    let kinds = if let Kind::OneOf(_, kinds) = kind { kinds } else { std::slice::from_ref(kind) };
+    let classes: Vec<_> = kinds.iter().filter_map(Kind::schema).map(|schema| schema.name).collect();
+    match classes.split_last() {
+        Some((last, first)) if !first.is_empty() => format!("{} or {last}", first.join(", ")),
+        _ => classes.concat(),
     }
 }
 
@@ -114,6 +160,7 @@ fn one_of(
     object: &Bound<'_, PyAny>,
     name: &str,
     kinds: &[Kind],
+    whole: &Kind,
     functions: &mut Functions,
 ) -> PyResult<Value> {
     if let Ok(part) = object.cast::<PyPart>() {
@@ -129,10 +176,7 @@ fn one_of(
         return Ok(Value::Text(convert::text(object, name)?.to_owned()));
     }
     let named = if is_named { "the name of a link with a rod, lissom." } else { "lissom." };
-    let classes: Vec<_> = kinds.iter().filter_map(Kind::schema).map(|schema| schema.name).collect();
-    let (last, first) = classes.split_last().expect("there is a class");
-    let classes =
-        if first.is_empty() { (*last).to_owned() } else { format!("{} or {last}", first.join(", ")) };
+    let classes = classes_of(whole);
     let found = convert::describe(object);
     Err(PyTypeError::new_err(format!("{name}: expected {named}{classes}, got {found}")))
 }
@@ -169,6 +213,9 @@ pub(super) fn object_of<'py>(py: Python<'py>, value: &Value) -> PyResult<Bound<'
             pairs.iter().try_for_each(|(key, value)| made.set_item(&**key, object_of(py, value)?))?;
             Ok(made.into_any())
         }
-        Value::Part(part) => on_signal!(value, signal => signal_out(py, signal), wrapped(py, part.clone())),
+        Value::Part(part) => match value.part::<AlongRod>() {
+            Some(along) => along_rod_out(py, along),
+            None => on_signal!(value, signal => signal_out(py, signal), wrapped(py, part.clone())),
+        },
     }
 }

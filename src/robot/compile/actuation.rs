@@ -120,7 +120,7 @@ pub(crate) fn compile<G: Turning>(
                     let active_part = ActivePart {
                         actuator: i,
                         piece: part.piece,
-                        strain: active.strain,
+                        strain: active.strain as usize,
                         shape: active.shape.clone(),
                         from: part.from,
                         rate: part.rate,

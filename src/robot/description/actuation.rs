@@ -8,6 +8,7 @@ use super::driven::Driven;
 use super::link::Link;
 use super::robot::{Robot, check_name};
 use crate::actuator::{Actuator, Along, Motor, Part, Tendon, Via};
+use crate::description::Item as _;
 use crate::error::{Checker, Number};
 use crate::joint::Joint;
 use crate::load::check_place;
@@ -142,7 +143,7 @@ impl Robot {
         let mut names = HashSet::with_capacity(self.actuators.len());
         for (i, actuator) in self.actuators.iter().enumerate() {
             let place = format!("actuators[{i}]");
-            check.nested(&place, actuator.validate());
+            check.nested(&place, self.described_actuator(actuator).validate());
             check_name(check, &mut names, actuator.name(), &place, "actuator");
             match actuator {
                 Actuator::Tendon(tendon) => {
@@ -185,7 +186,7 @@ impl Robot {
                         let of_segment = |segment: &Segment| segment.modes.get(strain).copied().unwrap_or(0);
                         link.rod.iter().map(of_segment).sum::<usize>()
                     };
-                    let strain = STRAIN_NAMES.get(active.strain).copied().unwrap_or("none");
+                    let strain = active.strain.name();
                     let found = format_args!("{strain}, of which \"{}\" has no modes", link.name);
                     let known: Vec<_> = STRAIN_NAMES
                         .iter()
@@ -197,7 +198,12 @@ impl Robot {
                         true => "modes of it in a segment: without, nothing can move".to_owned(),
                         false => format!("modes of it in a segment, or one of {}", known.join(", ")),
                     };
-                    check.require(modes(active.strain) > 0, &format!("{place}.strain"), found, &expected);
+                    check.require(
+                        modes(active.strain as usize) > 0,
+                        &format!("{place}.strain"),
+                        found,
+                        &expected,
+                    );
                 }
             }
         }
@@ -286,8 +292,9 @@ impl Robot {
         let found = format_args!("\"{}\", which has no rod", link.name);
         let expected = "a link with a rod; through a rigid body leads a point";
         let has_rod = check.require(!link.rod.is_empty(), &format!("{place}.link"), found, expected);
-        if has_rod && along.validate().is_ok() {
-            check_place(check, along.along[1], &format!("{place}.along[1]"), link.length());
+        let [from, to] = along.along;
+        if has_rod && 0.0 <= from && from < to {
+            check_place(check, to, &format!("{place}.along[1]"), link.length());
         }
     }
 

@@ -4,7 +4,6 @@ use super::cost_of_actuators::OfActuator;
 use super::text::{counted, listed};
 use crate::actuator::{ActiveStrain, Actuator, Along, Chamber, Drive, Motor, MotorCommand, Tendon};
 use crate::robot::description::Robot;
-use crate::rod::STRAIN_NAMES;
 
 /// Maximum number of actuators with the same text that are all named; of more, only the first and the last.
 const LISTED_NAMES: usize = 3;
@@ -159,7 +158,7 @@ fn of_motor(robot: &Robot, motor: &Motor) -> Vec<Part> {
 }
 
 fn of_active_strain(robot: &Robot, active: &ActiveStrain) -> Vec<Part> {
-    let (strain, link) = (STRAIN_NAMES[active.strain], &robot.links[active.link].name);
+    let (strain, link) = (active.strain.name(), &robot.links[active.link].name);
     let rod = if robot.is_rod() { "the rod" } else { link };
     vec![first(format!("a reference {strain} of {rod}: its forces are constant")), absent("tangent")]
 }

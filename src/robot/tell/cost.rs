@@ -436,7 +436,7 @@ fn coupled(coupling: &Coupling) -> u64 {
 mod tests {
     use super::super::cost_of_actuators::{OfActuator, action, response};
     use super::*;
-    use crate::actuator::{ActiveStrain, Actuator, Along, Chamber, Drive, Part, Tendon, Via};
+    use crate::actuator::{ActiveStrain, Actuator, Along, Chamber, Drive, Part, Strain, Tendon, Via};
     use crate::body::Body;
     use crate::lie::{Planar, Plane, Spatial};
     use crate::linalg::Matrix;
@@ -499,7 +499,7 @@ mod tests {
             Actuator::ActiveStrain(ActiveStrain {
                 name: "muscle".to_owned(),
                 link: 0,
-                strain: 1,
+                strain: Strain::BendY,
                 shape: 1.0.into(),
                 amount: [1.0].into(),
             }),

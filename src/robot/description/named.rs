@@ -1,0 +1,214 @@
+//! Names in descriptions: which links and coordinates of a robot they are, and the way back.
+
+use std::collections::HashMap;
+
+use super::link::Link;
+use super::robot::Robot;
+use crate::actuator::{
+    ActiveStrain, Actuator, Along, AlongRod, Chamber, Motor, Part, Tendon, Via,
+    described::{self, PathPart},
+};
+use crate::description::{Fault, LISTED, LinkName, Reader, expected_name, similar};
+
+/// A robot whose links and coordinates are found by their names, for as many searches as it has parts.
+#[derive(Debug)]
+pub(crate) struct Named<'a> {
+    robot: &'a Robot,
+    /// Whether the model is a rod, on which everything is that names no link.
+    is_rod: bool,
+    /// Whether there are further links that could not be read: unknown names may be theirs.
+    are_incomplete: bool,
+    links: HashMap<&'a str, usize>,
+}
+
+/// A name that nothing has of what `names` lists; or none, where one is needed.
+fn unknown(what: &'static str, name: Option<&str>, names: &[&str], expected: &str) -> Fault {
+    let word = name.unwrap_or_default();
+    let listed = || names.iter().map(|name| format!("'{name}'")).collect::<Vec<_>>().join(", ");
+    let meant = similar(word, names).map_or_else(String::new, |meant| format!("; did you mean '{meant}'?"));
+    let expected = match (expected, names.len() <= LISTED) {
+        ("", true) => format!("one of the {what}s: {}{meant}", listed()),
+        ("", false) => format!("the name of a {what} of the robot{meant}"),
+        (expected, _) => format!("{expected}{meant}"),
+    };
+    let found = name.map_or_else(|| "none".to_owned(), |name| format!("'{name}'"));
+    let wrong = name.map_or_else(
+        || format!("no {what}, and there are several"),
+        |name| format!("no {what} is called \"{name}\""),
+    );
+    Fault::Name { python: [found, expected], scene: [wrong, expected_name(word, names, what)] }
+}
+
+impl<'a> Named<'a> {
+    /// The names of a robot.
+    pub(crate) fn of(robot: &'a Robot) -> Self {
+        let mut links = HashMap::with_capacity(robot.links.len());
+        for (i, link) in robot.links.iter().enumerate() {
+            links.entry(link.name.as_str()).or_insert(i);
+        }
+        Self { robot, is_rod: false, are_incomplete: false, links }
+    }
+
+    /// Those of a rod, which is the only link of this robot.
+    pub(crate) fn of_rod(robot: &'a Robot) -> Self {
+        Self { is_rod: true, ..Self::of(robot) }
+    }
+
+    /// Those of a robot with further links, if `are_incomplete`, that could not be read.
+    pub(crate) fn incomplete(robot: &'a Robot, are_incomplete: bool) -> Self {
+        Self { are_incomplete, ..Self::of(robot) }
+    }
+
+    /// Index of the link with this name; `None` after reporting a problem at the key.
+    pub(crate) fn link(&self, key: &str, LinkName(name): &LinkName, reader: &mut Reader) -> Option<usize> {
+        let found = self.links.get(name.as_str()).copied();
+        if found.is_none() && !self.are_incomplete {
+            reader.refuse(key, unknown("link", Some(name), &self.names(), ""));
+        }
+        found
+    }
+
+    fn names(&self) -> Vec<&'a str> {
+        self.robot.links.iter().map(|link| link.name.as_str()).collect()
+    }
+
+    /// Likewise; without a name the only link.
+    pub(crate) fn only_link(&self, key: &str, name: Option<&LinkName>, reader: &mut Reader) -> Option<usize> {
+        match name {
+            Some(name) => self.link(key, name, reader),
+            None if self.robot.links.len() == 1 && !self.are_incomplete => Some(0),
+            None => {
+                reader.refuse(key, unknown("link", None, &self.names(), ""));
+                None
+            }
+        }
+    }
+
+    fn length(&self, link: usize) -> f64 {
+        self.robot.links[link].length()
+    }
+
+    /// The link and the joint coordinate that a motor moves; `None` after reporting a problem.
+    fn motor(&self, joint: &str, reader: &mut Reader) -> Option<(usize, usize)> {
+        let found = self.robot.motor_coordinate(joint);
+        if found.is_none() && !self.are_incomplete {
+            let (known, places) = (self.robot.motor_coordinates(), self.robot.motor_places());
+            let places: Vec<_> = places.iter().map(String::as_str).collect();
+            let fault = match known.is_empty() {
+                true => Fault::Name {
+                    python: [
+                        format!("'{joint}'"),
+                        "a coordinate of a joint, but no link has one that a motor can move".to_owned(),
+                    ],
+                    scene: [
+                        format!("no coordinate is called \"{joint}\""),
+                        "remove it: no link has a joint that a motor can move".to_owned(),
+                    ],
+                },
+                false => {
+                    let expected =
+                        format!("a link with a joint of one coordinate, or one of {}", known.join(", "));
+                    unknown("coordinate", Some(joint), &places, &expected)
+                }
+            };
+            reader.refuse("joint", fault);
+        }
+        found
+    }
+
+    /// The actuator of the robot; `None` after reporting problems.
+    pub(crate) fn actuator(&self, it: &described::Actuator, reader: &mut Reader) -> Option<Actuator> {
+        Some(match it {
+            described::Actuator::Tendon(tendon) => {
+                let parts = tendon.path.iter().enumerate().map(|(i, part)| {
+                    reader.at_key("path", |reader| reader.at_item(i, |reader| self.part(part, reader)))
+                });
+                let parts: Vec<_> = parts.collect();
+                Actuator::Tendon(Tendon {
+                    name: tendon.name.clone(),
+                    path: parts.into_iter().collect::<Option<_>>()?,
+                    drive: tendon.drive(),
+                    friction: tendon.friction,
+                    friction_velocity: tendon.friction_velocity,
+                    sliding: tendon.sliding.clone(),
+                })
+            }
+            described::Actuator::Chamber(chamber) => {
+                let parts = chamber.path.iter().enumerate().map(|(i, along)| {
+                    reader.at_key("path", |reader| reader.at_item(i, |reader| self.along(along, reader)))
+                });
+                let parts: Vec<_> = parts.collect();
+                Actuator::Chamber(Chamber {
+                    name: chamber.name.clone(),
+                    path: parts.into_iter().collect::<Option<_>>()?,
+                    area: chamber.area,
+                    pressure: chamber.pressure.clone(),
+                })
+            }
+            described::Actuator::Motor(motor) => {
+                let (link, coordinate) = self.motor(&motor.joint, reader)?;
+                Actuator::Motor(Motor {
+                    name: motor.name.clone().unwrap_or_default(),
+                    link,
+                    coordinate,
+                    command: motor.command(),
+                    limits: motor.limits,
+                })
+            }
+            described::Actuator::ActiveStrain(active) => {
+                let link = self.only_link("link", active.link.as_ref(), reader)?;
+                let length = self.length(link);
+                let shape =
+                    reader.at_key("shape", |reader| active.shape.resolved([0.0, length], length, reader))?;
+                Actuator::ActiveStrain(ActiveStrain {
+                    name: active.name.clone().unwrap_or_default(),
+                    link,
+                    strain: active.strain,
+                    shape,
+                    amount: active.amount.clone(),
+                })
+            }
+        })
+    }
+
+    fn part(&self, part: &PathPart, reader: &mut Reader) -> Option<Part> {
+        match part {
+            PathPart::Along(along) => self.along(along, reader).map(Part::Along),
+            PathPart::Via(described::Via { link, point, at }) => {
+                let link = match link {
+                    Some(name) => Some(self.link("link", name, reader)?),
+                    None => self.is_rod.then_some(0),
+                };
+                Some(Part::Via(Via { link, point: *point, at: *at }))
+            }
+        }
+    }
+
+    fn along(&self, described: &described::Along, reader: &mut Reader) -> Option<Along> {
+        let link = self.only_link("link", described.link.as_ref(), reader)?;
+        let length = self.length(link);
+        let along = described.along.unwrap_or([0.0, length]);
+        let resolve = |i: usize, offset: &AlongRod, reader: &mut Reader| {
+            reader.at_item(i, |reader| offset.resolved(along, length, reader))
+        };
+        let [y, z] = &described.offset;
+        let [y, z] = reader.at_key("offset", |reader| [resolve(0, y, reader), resolve(1, z, reader)]);
+        Some(Along { link, offset: [y?, z?], along })
+    }
+}
+
+impl Robot {
+    /// Name of a link, and its length; empty for no link.
+    fn name_and_length(&self, link: usize) -> (LinkName, f64) {
+        let empty = || (LinkName(String::new()), 0.0);
+        self.links.get(link).map_or_else(empty, |link| (LinkName(link.name.clone()), link.length()))
+    }
+
+    /// The description of an actuator of this robot.
+    pub(crate) fn described_actuator(&self, actuator: &Actuator) -> described::Actuator {
+        actuator.described(&|link| self.name_and_length(link), |link, k| {
+            let of = |link: &Link| Some(format!("{}.{}", link.name, link.joint.coordinates().get(k)?));
+            self.links.get(link).and_then(of).unwrap_or_default()
+        })
+    }
+}
