@@ -2,8 +2,7 @@
 `simulate`, `statics`, `modes` and `linearise` compute with it. `root`, `solve_ivp` and `newmark` are solvers
 for your own functions."""
 
-# Names are imported on first access (PEP 562), so that the command line handles Ctrl-C before it imports
-# NumPy.
+# Python imports what is used (PEP 562): `import lissom` takes no time, a name imports its module alone.
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from . import gym as gym
@@ -11,231 +10,227 @@ if TYPE_CHECKING:
     from . import sensors as sensors
     from . import torch as torch
     from . import urdf as urdf
-    from ._lissom import (
-        DOP853,
-        RK45,
-        AccuracyWarning,
-        ActiveStrain,
-        ActuateResult,
-        Along,
-        Balance,
-        BaseMotion,
-        Body,
-        Chamber,
-        ContinuationResult,
-        ConvergenceError,
-        CriticalPoint,
-        DenseOutput,
-        Energy,
-        EnsembleResult,
-        EquilibriumPath,
-        Fluid,
-        Harmonic,
-        Input,
-        JacobianCheck,
-        LissomError,
-        Load,
-        Model,
-        ModesResult,
-        MotionResult,
-        Motor,
-        OdeResult,
-        OdeSolver,
-        Profile,
-        Radau,
-        ReachResult,
-        Robot,
-        Rod,
-        RootResult,
-        Scene,
-        SceneError,
-        SceneProblem,
-        Section,
-        Segment,
-        Simulation,
-        Simulations,
-        SimulationSettings,
-        SpringPendulum,
-        StaticsResult,
-        Statistics,
-        Support,
-        Tendon,
-        Via,
-        __version__,
-        actuate,
-        check_jacobian,
-        choose_modes,
-        continuation,
-        jacobian,
-        modes,
-        newmark,
-        root,
-        simulate,
-        simulate_many,
-        solve_ivp,
-        statics,
-    )
-    from .contact_events import ContactEvent
-    from .contacts import Ball, Box, Capsule, Contact, ConvexMesh, HalfSpace, HeightField, Sphere, Touch
-    from .equilibria import EquilibriumSensitivityResult, equilibrium_sensitivity
-    from .fits import FitResult, fit
-    from .keeping import load
-    from .linear import LinearModel, linearise
-    from .links import (
-        Cylindrical,
-        Free,
-        Joint,
-        Link,
-        Mimic,
-        Planar,
-        Prismatic,
-        Revolute,
-        Spherical,
-        Universal,
-        Weld,
-    )
-    from .loops import Distance, Gear, Loop, LoopEnd
-    from .measurements import NaturalFrequencies, StaticShapes
-    from .sensitivities import SensitivityResult, sensitivity
-    from .sweeps import sweep
-    from .targets import Target
+    from ._lissom import DOP853 as DOP853
+    from ._lissom import RK45 as RK45
+    from ._lissom import AccuracyWarning as AccuracyWarning
+    from ._lissom import ActiveStrain as ActiveStrain
+    from ._lissom import ActuateResult as ActuateResult
+    from ._lissom import Along as Along
+    from ._lissom import Balance as Balance
+    from ._lissom import BaseMotion as BaseMotion
+    from ._lissom import Body as Body
+    from ._lissom import Chamber as Chamber
+    from ._lissom import ContinuationResult as ContinuationResult
+    from ._lissom import ConvergenceError as ConvergenceError
+    from ._lissom import CriticalPoint as CriticalPoint
+    from ._lissom import DenseOutput as DenseOutput
+    from ._lissom import Energy as Energy
+    from ._lissom import EnsembleResult as EnsembleResult
+    from ._lissom import EquilibriumPath as EquilibriumPath
+    from ._lissom import Fluid as Fluid
+    from ._lissom import Harmonic as Harmonic
+    from ._lissom import Input as Input
+    from ._lissom import JacobianCheck as JacobianCheck
+    from ._lissom import LissomError as LissomError
+    from ._lissom import Load as Load
+    from ._lissom import Model as Model
+    from ._lissom import ModesResult as ModesResult
+    from ._lissom import MotionResult as MotionResult
+    from ._lissom import Motor as Motor
+    from ._lissom import OdeResult as OdeResult
+    from ._lissom import OdeSolver as OdeSolver
+    from ._lissom import Profile as Profile
+    from ._lissom import Radau as Radau
+    from ._lissom import ReachResult as ReachResult
+    from ._lissom import Robot as Robot
+    from ._lissom import Rod as Rod
+    from ._lissom import RootResult as RootResult
+    from ._lissom import Scene as Scene
+    from ._lissom import SceneError as SceneError
+    from ._lissom import SceneProblem as SceneProblem
+    from ._lissom import Section as Section
+    from ._lissom import Segment as Segment
+    from ._lissom import Simulation as Simulation
+    from ._lissom import Simulations as Simulations
+    from ._lissom import SimulationSettings as SimulationSettings
+    from ._lissom import SpringPendulum as SpringPendulum
+    from ._lissom import StaticsResult as StaticsResult
+    from ._lissom import Statistics as Statistics
+    from ._lissom import Support as Support
+    from ._lissom import Tendon as Tendon
+    from ._lissom import Via as Via
+    from ._lissom import __version__ as __version__
+    from ._lissom import actuate as actuate
+    from ._lissom import check_jacobian as check_jacobian
+    from ._lissom import choose_modes as choose_modes
+    from ._lissom import continuation as continuation
+    from ._lissom import jacobian as jacobian
+    from ._lissom import modes as modes
+    from ._lissom import newmark as newmark
+    from ._lissom import root as root
+    from ._lissom import simulate as simulate
+    from ._lissom import simulate_many as simulate_many
+    from ._lissom import solve_ivp as solve_ivp
+    from ._lissom import statics as statics
+    from .contact_events import ContactEvent as ContactEvent
+    from .contacts import Ball as Ball
+    from .contacts import Box as Box
+    from .contacts import Capsule as Capsule
+    from .contacts import Contact as Contact
+    from .contacts import ConvexMesh as ConvexMesh
+    from .contacts import HalfSpace as HalfSpace
+    from .contacts import HeightField as HeightField
+    from .contacts import Sphere as Sphere
+    from .contacts import Touch as Touch
+    from .equilibria import EquilibriumSensitivityResult as EquilibriumSensitivityResult
+    from .equilibria import equilibrium_sensitivity as equilibrium_sensitivity
+    from .fits import FitResult as FitResult
+    from .fits import fit as fit
+    from .keeping import load as load
+    from .linear import LinearModel as LinearModel
+    from .linear import linearise as linearise
+    from .links import Cylindrical as Cylindrical
+    from .links import Free as Free
+    from .links import Joint as Joint
+    from .links import Link as Link
+    from .links import Mimic as Mimic
+    from .links import Planar as Planar
+    from .links import Prismatic as Prismatic
+    from .links import Revolute as Revolute
+    from .links import Spherical as Spherical
+    from .links import Universal as Universal
+    from .links import Weld as Weld
+    from .loops import Distance as Distance
+    from .loops import Gear as Gear
+    from .loops import Loop as Loop
+    from .loops import LoopEnd as LoopEnd
+    from .measurements import NaturalFrequencies as NaturalFrequencies
+    from .measurements import StaticShapes as StaticShapes
+    from .sensitivities import SensitivityResult as SensitivityResult
+    from .sensitivities import sensitivity as sensitivity
+    from .sweeps import sweep as sweep
+    from .targets import Target as Target
 
-__all__ = [
-    "DOP853",
-    "RK45",
-    "AccuracyWarning",
-    "ActiveStrain",
-    "ActuateResult",
-    "Along",
-    "Balance",
-    "Ball",
-    "BaseMotion",
-    "Body",
-    "Box",
-    "Capsule",
-    "Chamber",
-    "Contact",
-    "ContactEvent",
-    "ContinuationResult",
-    "ConvergenceError",
-    "ConvexMesh",
-    "CriticalPoint",
-    "Cylindrical",
-    "DenseOutput",
-    "Distance",
-    "Energy",
-    "EnsembleResult",
-    "EquilibriumPath",
-    "EquilibriumSensitivityResult",
-    "FitResult",
-    "Fluid",
-    "Free",
-    "Gear",
-    "HalfSpace",
-    "Harmonic",
-    "HeightField",
-    "Input",
-    "JacobianCheck",
-    "Joint",
-    "LinearModel",
-    "Link",
-    "LissomError",
-    "Load",
-    "Loop",
-    "LoopEnd",
-    "Mimic",
-    "Model",
-    "ModesResult",
-    "MotionResult",
-    "Motor",
-    "NaturalFrequencies",
-    "OdeResult",
-    "OdeSolver",
-    "Planar",
-    "Prismatic",
-    "Profile",
-    "Radau",
-    "ReachResult",
-    "Revolute",
-    "Robot",
-    "Rod",
-    "RootResult",
-    "Scene",
-    "SceneError",
-    "SceneProblem",
-    "Section",
-    "Segment",
-    "SensitivityResult",
-    "Simulation",
-    "SimulationSettings",
-    "Simulations",
-    "Sphere",
-    "Spherical",
-    "SpringPendulum",
-    "StaticShapes",
-    "StaticsResult",
-    "Statistics",
-    "Support",
-    "Target",
-    "Tendon",
-    "Touch",
-    "Universal",
-    "Via",
-    "Weld",
-    "__version__",
-    "actuate",
-    "check_jacobian",
-    "choose_modes",
-    "continuation",
-    "equilibrium_sensitivity",
-    "fit",
-    "jacobian",
-    "linearise",
-    "load",
-    "modes",
-    "newmark",
-    "root",
-    "sensitivity",
-    "simulate",
-    "simulate_many",
-    "solve_ivp",
-    "statics",
-    "sweep",
-]
+    __all__: list[str]
+else:
+    #: The public names by the modules that define them; a test compares them with the imports above.
+    _NAMES = {
+        "_lissom": (
+            "DOP853",
+            "RK45",
+            "AccuracyWarning",
+            "ActiveStrain",
+            "ActuateResult",
+            "Along",
+            "Balance",
+            "BaseMotion",
+            "Body",
+            "Chamber",
+            "ContinuationResult",
+            "ConvergenceError",
+            "CriticalPoint",
+            "DenseOutput",
+            "Energy",
+            "EnsembleResult",
+            "EquilibriumPath",
+            "Fluid",
+            "Harmonic",
+            "Input",
+            "JacobianCheck",
+            "LissomError",
+            "Load",
+            "Model",
+            "ModesResult",
+            "MotionResult",
+            "Motor",
+            "OdeResult",
+            "OdeSolver",
+            "Profile",
+            "Radau",
+            "ReachResult",
+            "Robot",
+            "Rod",
+            "RootResult",
+            "Scene",
+            "SceneError",
+            "SceneProblem",
+            "Section",
+            "Segment",
+            "Simulation",
+            "SimulationSettings",
+            "Simulations",
+            "SpringPendulum",
+            "StaticsResult",
+            "Statistics",
+            "Support",
+            "Tendon",
+            "Via",
+            "__version__",
+            "actuate",
+            "check_jacobian",
+            "choose_modes",
+            "continuation",
+            "jacobian",
+            "modes",
+            "newmark",
+            "root",
+            "simulate",
+            "simulate_many",
+            "solve_ivp",
+            "statics",
+        ),
+        "contact_events": ("ContactEvent",),
+        "contacts": (
+            "Ball",
+            "Box",
+            "Capsule",
+            "Contact",
+            "ConvexMesh",
+            "HalfSpace",
+            "HeightField",
+            "Sphere",
+            "Touch",
+        ),
+        "equilibria": ("EquilibriumSensitivityResult", "equilibrium_sensitivity"),
+        "fits": ("FitResult", "fit"),
+        "keeping": ("load",),
+        "linear": ("LinearModel", "linearise"),
+        "links": (
+            "Cylindrical",
+            "Free",
+            "Joint",
+            "Link",
+            "Mimic",
+            "Planar",
+            "Prismatic",
+            "Revolute",
+            "Spherical",
+            "Universal",
+            "Weld",
+        ),
+        "loops": ("Distance", "Gear", "Loop", "LoopEnd"),
+        "measurements": ("NaturalFrequencies", "StaticShapes"),
+        "sensitivities": ("SensitivityResult", "sensitivity"),
+        "sweeps": ("sweep",),
+        "targets": ("Target",),
+    }
+    _MODULES = {name: module for module, names in _NAMES.items() for name in names}
 
-if not TYPE_CHECKING:
+    __all__ = sorted(_MODULES)
 
     def __getattr__(name):
         from importlib import import_module
 
-        if name in ("gym", "jax", "sensors", "torch", "urdf"):
+        if name in ("gym", "jax", "sensors", "torch", "urdf") or name in _NAMES:
             return import_module(f"lissom.{name}")
-        if name != "_lissom" and name not in __all__:
+        if name not in _MODULES:
             raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-        # The first module imports NumPy. If NumPy is missing or its import is interrupted, Python's own error
-        # is raised.
-        modules = [
-            import_module(f"lissom.{name}")
-            for name in (
-                "contact_events",
-                "contacts",
-                "equilibria",
-                "fits",
-                "keeping",
-                "linear",
-                "links",
-                "loops",
-                "measurements",
-                "sensitivities",
-                "sweeps",
-                "targets",
-                "_lissom",
-            )
-        ]
+        # Before the compiled module, which needs it. If it is missing or its import is interrupted, Python's
+        # own error is raised.
+        import_module("numpy")
         import_module("lissom.methods").attach()
-        found = {known: value for module in modules for known, value in vars(module).items()}
-        globals().update({known: found[known] for known in __all__})
-        return globals()[name]
+        globals()[name] = found = getattr(import_module(f"lissom.{_MODULES[name]}"), name)
+        return found
 
     def __dir__():
         return sorted(globals().keys() | set(__all__))

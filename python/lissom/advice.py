@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 from ._lissom import (
     DOP853,
     RK45,
+    Ball,
+    Contact,
     LissomError,
     Model,
     Scene,
@@ -19,8 +21,6 @@ from ._lissom import (
     modes,
     statics,
 )
-from .actuator_marks import ActuatorMark
-from .contacts import Ball, Contact
 from .starts import rest_start
 from .views import Link, View, view
 
@@ -77,7 +77,7 @@ SHEAR_OF = {"bend_y": "shear_z", "bend_z": "shear_y"}
 
 def size(model: Model) -> str:
     """Size of a model in words."""
-    actuators = len(view(model).marks.actuators)
+    actuators = len(getattr(model, "actuators", ()))
     moved = f", {actuators} actuator{'' if actuators == 1 else 's'}" if actuators else ""
     return f"{model.n} generalised coordinates{moved}"
 
@@ -92,7 +92,7 @@ def advice(scene: Scene) -> list[str]:
     said = about_model(model)
     t0 = scene.simulation.t0
     said += about_inputs(model)
-    said += about_slack(scene, seen.marks.actuators)
+    said += about_slack(scene)
     said += about_impacts(scene)
     found = Vibrations.of(model, t0, rest_start(scene))
     if found is None:
@@ -121,9 +121,12 @@ def about_inputs(model: Model) -> list[str]:
     return [f"Without a controller, inputs keep their defaults: {values}."]
 
 
-def about_slack(scene: Scene, actuators: Sequence[ActuatorMark]) -> list[str]:
+def about_slack(scene: Scene) -> list[str]:
     """Tendons that are slack at the start."""
+    if not getattr(scene.model, "actuators", ()):
+        return []
     start = scene.q0[None], scene.v0[None], np.array([scene.simulation.t0]), scene.model.u0[None]
+    actuators = view(scene.model).marks.actuators
     slack = [repr(mark.name) for mark in actuators if mark.is_let_out and not mark.force(*start).any()]
     if not slack:
         return []

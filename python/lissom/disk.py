@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import errno
 import os
-import secrets
 import stat
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -121,7 +120,7 @@ def replacing(path: str | os.PathLike[str]) -> Iterator[Path]:
     if mode is not None and not os.access(target, os.W_OK):
         raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), os.fspath(path))
     suffix = target.suffix if len(target.suffix) <= LONGEST_SUFFIX else ""
-    partial = target.with_name(f".lissom-{secrets.token_hex(8)}{suffix}")
+    partial = target.with_name(f".lissom-{os.urandom(8).hex()}{suffix}")
     try:
         # Nobody may read it while it is written who may not read the file that it replaces.
         created = 0o666 if mode is None else mode | stat.S_IRUSR | stat.S_IWUSR

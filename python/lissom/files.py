@@ -13,67 +13,70 @@ import numpy as np
 
 from ._lissom import __version__
 from .folders import SUMMARY
-from .results import Run, energies, shapes, statistics
+from .netcdf import Data, Variable, written
+from .results import Array, Run, energies, shapes, statistics
 
 if TYPE_CHECKING:
-    import xarray
-
     from ._lissom import Scene
 
-#: Modules that write NetCDF.
-NETCDF = ("xarray", "h5netcdf", "h5py")
+#: Modules that write trajectories, and those that write an xarray.Dataset as NetCDF.
+HDF5 = ("h5netcdf", "h5py")
+NETCDF = ("xarray", *HDF5)
 
 
-def dataset(run: Run) -> xarray.Dataset:
-    """The trajectory with dimensions, units and the scene, as an xarray.Dataset."""
-    import xarray
+def trajectory(run: Run) -> Data:
+    """The trajectory with dimensions, units and the scene."""
+    wants, described = run.wants, run.view.coordinates
+    coordinates = {
+        "time": Variable(("time",), run.t, {"units": "s", "long_name": "time"}),
+        "coordinate": Variable(
+            ("coordinate",),
+            np.array([coordinate.name for coordinate in described], str),
+            {"long_name": "generalised coordinate"},
+        ),
+        "unit": Variable(
+            ("coordinate",),
+            np.array([coordinate.unit for coordinate in described], str),
+            {"long_name": "unit of the coordinate"},
+        ),
+    }
+    attributes = {
+        # HDF5 strings cannot contain NUL.
+        "title": run.scene.name.replace("\0", "\N{REPLACEMENT CHARACTER}"),
+        "source": f"lissom {__version__}",
+        "scene": run.scene.text,
+        **imported(run.scene),
+        "statistics": json.dumps(plain(statistics(run))),
+    }
 
-    wants, coordinates = run.wants, run.view.coordinates
-    names = [coordinate.name for coordinate in coordinates]
-    units = [coordinate.unit for coordinate in coordinates]
-    data = xarray.Dataset(
-        coords={
-            "time": ("time", run.t, {"units": "s", "long_name": "time"}),
-            "coordinate": ("coordinate", names, {"long_name": "generalised coordinate"}),
-            "unit": ("coordinate", units, {"long_name": "unit of the coordinate"}),
-        },
-        attrs={
-            # HDF5 strings cannot contain NUL.
-            "title": run.scene.name.replace("\0", "\N{REPLACEMENT CHARACTER}"),
-            "source": f"lissom {__version__}",
-            "scene": run.scene.text,
-            **imported(run.scene),
-            "statistics": json.dumps(plain(statistics(run))),
-        },
-    )
-    per_state = ("time", "coordinate")
-    data["q"] = (per_state, run.q, {"long_name": "generalised coordinates", "units": "see unit"})
+    def per_state(values: Array, name: str, unit: str) -> Variable:
+        return Variable(("time", "coordinate"), values, {"long_name": name, "units": unit})
+
+    variables = {"q": per_state(run.q, "generalised coordinates", "see unit")}
     if "velocity" in wants:
-        data["v"] = (per_state, run.v, {"long_name": "generalised velocities", "units": "see unit, per s"})
+        variables["v"] = per_state(run.v, "generalised velocities", "see unit, per s")
     if "acceleration" in wants:
-        data["a"] = (
-            per_state,
-            run.a,
-            {"long_name": "generalised accelerations", "units": "see unit, per s2"},
-        )
+        variables["a"] = per_state(run.a, "generalised accelerations", "see unit, per s2")
     if "energy" in wants:
         for name, values in energies(run.balance).items():
-            data[f"energy_{name}"] = ("time", values, {"long_name": f"energy: {name}", "units": "J"})
+            described_as = {"long_name": f"energy: {name}", "units": "J"}
+            variables[f"energy_{name}"] = Variable(("time",), values, described_as)
     for shape in shapes(run):
         # NetCDF allows no slash in names.
         suffix = shape.suffix.replace("/", "\N{DIVISION SLASH}")
         X = f"X{suffix}"
         arc_length = {"units": "m", "long_name": "arc length of the unstretched rod"}
-        data = data.assign_coords(
-            {
-                "shape_time": ("shape_time", run.t[shape.at], {"units": "s", "long_name": "time of a shape"}),
-                X: (X, shape.link.stations, arc_length),
-                "axis": ("axis", ["x", "y", "z"]),
-            }
+        coordinates["shape_time"] = Variable(
+            ("shape_time",), run.t[shape.at], {"units": "s", "long_name": "time of a shape"}
         )
-        attributes = {"units": "m", "long_name": "position of the centre line in the world"}
-        data[f"position{suffix}"] = (("shape_time", X, "axis"), shape.positions, attributes)
-    return data
+        coordinates[X] = Variable((X,), shape.link.stations, arc_length)
+        coordinates["axis"] = Variable(("axis",), np.array(["x", "y", "z"]), {})
+        variables[f"position{suffix}"] = Variable(
+            ("shape_time", X, "axis"),
+            shape.positions,
+            {"units": "m", "long_name": "position of the centre line in the world"},
+        )
+    return Data(coordinates, variables, attributes)
 
 
 def imported(scene: Scene) -> dict[str, str]:
@@ -86,13 +89,10 @@ def imported(scene: Scene) -> dict[str, str]:
 
 
 def write_trajectory(run: Run, folder: Path) -> str:
-    """Write ``trajectory.nc``, or ``trajectory.npz`` if the extra ``files`` fails; return the reason.
-
-    The file is created in memory, because HDF5 ends the process if it cannot write to its own file.
-    """
+    """Write ``trajectory.nc``, or ``trajectory.npz`` if the extra ``files`` fails; return the reason."""
     failure = ""
     try:
-        content = None if missing(*NETCDF) else dataset(run).to_netcdf(engine="h5netcdf")
+        content = None if missing(*HDF5) else written(trajectory(run))
     except Exception as error:
         content, failure = None, in_words(error)
     if content is not None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import secrets
 import shutil
 import sys
 from pathlib import Path
@@ -59,7 +58,7 @@ class Folder:
         # If this raises, the folder stays with the run that holds the lock.
         self._lock = _lock(self._place, target)
         #: Where the files are written.
-        self.partial = self._place / f"{PARTIAL}{secrets.token_hex(8)}"
+        self.partial = self._place / f"{PARTIAL}{os.urandom(8).hex()}"
         try:
             if self._lock is not None:
                 # This run holds the lock, so these are left over from killed runs.

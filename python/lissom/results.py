@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ._lissom import Balance, LissomError, Model, MotionResult, Scene, __version__
-from .advice import advice
 from .folders import MARK
 from .views import Link, View, view
 
@@ -106,6 +105,8 @@ class Run:
     @cached_property
     def advice(self) -> list[str]:
         """Advice on the step, modes, method and units of the scene; often empty."""
+        from .advice import advice
+
         return advice(self.scene)
 
     @property
@@ -238,7 +239,8 @@ def in_words_of_a_scene(message: str) -> str:
 
 def instants(count: int, most: int) -> NDArray[np.intp]:
     """At most ``most`` of ``count`` indices, evenly spaced, first and last included."""
-    return np.unique(np.linspace(0, count - 1, min(most, count)).round().astype(np.intp))
+    # At least one apart, so that none occurs twice.
+    return np.linspace(0, count - 1, min(most, count)).round().astype(np.intp)
 
 
 def statistics(run: Run) -> dict[str, Any]:

@@ -7,16 +7,19 @@ and never distinguish kinds of models. A new kind of model needs one new functio
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property, partial, singledispatch
 from itertools import pairwise
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ._lissom import Body, Load, Model, Robot, Rod, Segment, SpringPendulum
-from .links import Link as Joined
-from .marks import Marks, marks
+
+if TYPE_CHECKING:
+    from .links import Link as Joined
+    from .marks import Marks
 
 Array = NDArray[np.float64]
 
@@ -162,8 +165,8 @@ class View:
     links: Sequence[Link] = ()
     #: Rigid bodies, drawn in space.
     solids: Sequence[Solid] = ()
-    #: Joints, loops, loads, supports and surroundings, drawn in space.
-    marks: Marks = field(default_factory=Marks)
+    #: The robot whose joints, loops, supports and surroundings are drawn in space, and its loads.
+    marked: tuple[Robot, Sequence[Load]] | None = None
     #: Frames at which forces act and motions are measured.
     frames: Sequence[Frame] = ()
     #: The links of a model with several links.
@@ -186,6 +189,13 @@ class View:
     signals: Sequence[str] | None = None
     #: Length in metres to which deflections are relative; by default that of all slender parts.
     reach: float | None = None
+
+    @cached_property
+    def marks(self) -> Marks:
+        """Joints, loops, loads, supports and surroundings, drawn in space."""
+        from .marks import Marks, marks
+
+        return Marks() if self.marked is None else marks(*self.marked)
 
     @property
     def size(self) -> float:
@@ -232,7 +242,7 @@ def of_rod(rod: Rod) -> View:
                 lambda q, v, X, t: rod.velocity(q, v, X, t=t),
             )
         ],
-        marks=marks(rod, [Load(force=rod.tip_force, moment=rod.tip_moment), *rod.loads]),
+        marked=(rod, [Load(force=rod.tip_force, moment=rod.tip_moment), *rod.loads]),
         frames=[
             Frame(
                 "tip",
@@ -317,7 +327,7 @@ def of_robot(robot: Robot) -> View:
             for link in links
             if link.name not in parents
         ],
-        marks=marks(robot, robot.loads),
+        marked=(robot, robot.loads),
         members=[_member(robot, link) for link in links] if len(links) > 1 else (),
         signals=robot.coordinates,
         reach=_reach(robot),

@@ -7,6 +7,7 @@ import shlex
 import subprocess
 import sys
 import tomllib
+from importlib import metadata
 from importlib.resources import files
 
 import pytest
@@ -128,15 +129,15 @@ def test_the_doctor_finds_all_well():
 
 
 def test_the_doctor_says_what_is_missing(monkeypatch):
-    version = doctor.version
+    version = metadata.version
     gone = "h5netcdf"
 
     def without(package):
         if package == gone:
-            raise doctor.PackageNotFoundError(package)
+            raise metadata.PackageNotFoundError(package)
         return version(package)
 
-    monkeypatch.setattr(doctor, "version", without)
+    monkeypatch.setattr(metadata, "version", without)
     code, said = called("doctor")
     assert code == 0
     assert "h5netcdf missing, h5py" in said

@@ -2,6 +2,7 @@
 
 import base64
 import hashlib
+import io
 import json
 import re
 import zlib
@@ -10,10 +11,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import xarray
 
 import lissom
 from lissom import report
-from lissom.files import dataset
+from lissom.files import trajectory
+from lissom.netcdf import written
 from lissom.report import layers, motion, packing, theme
 from lissom.report import page as pages
 from lissom.results import Run, instants
@@ -355,7 +358,7 @@ def test_sections_reach_from_base_to_tip_and_meet_the_joints(tentacle):
 
 
 def test_the_dataset_names_every_coordinate(tentacle):
-    data = dataset(tentacle)
+    data = xarray.load_dataset(io.BytesIO(written(trajectory(tentacle))), engine="h5netcdf")
     assert list(data.coordinate.values) == [
         "segment0.torsion.0",
         "segment0.bend_y.0",

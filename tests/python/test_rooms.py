@@ -8,6 +8,8 @@ from pathlib import Path
 
 import pytest
 
+from lissom import cli
+
 ROOT = Path(__file__).parents[2]
 SOURCE = ROOT / "src"
 
@@ -190,6 +192,8 @@ def python_imports():
 
 def test_python_modules_import_each_other_in_one_direction():
     found = python_imports()
+    # The command line imports a command by its name when it is called.
+    found["lissom.cli"] |= {f"lissom.cli.{name}" for name in cli.COMMANDS}
     assert "lissom.views" in found["lissom.results"]
     assert "lissom.cli.saving" in found["lissom.cli.run"]
     order = list(TopologicalSorter(found).static_order())

@@ -11,7 +11,7 @@ import pytest
 
 import lissom
 from lissom import advice, report
-from lissom.files import arrays, dataset
+from lissom.files import arrays, trajectory
 from lissom.results import Run
 from lissom.sweeps.paths import constructed
 from lissom.views import View, view
@@ -61,8 +61,8 @@ def test_every_link_is_kept_and_drawn():
         links=[replace(link, name="left"), replace(link, name="right", pose=moved(link.pose))],
         frames=[replace(tip, name="hand"), replace(tip, name="foot")],
     )
-    data = dataset(run)
-    assert data["position_left"].dims == ("shape_time", "X_left", "axis")
+    data = trajectory(run).variables
+    assert data["position_left"].dimensions == ("shape_time", "X_left", "axis")
     np.testing.assert_allclose(
         data["position_right"].values - data["position_left"].values, ONE_ALONG_Y, atol=1e-15
     )
@@ -104,8 +104,9 @@ def test_of_an_unknown_kind_of_model_the_numbers_are_left():
     run = run_of("lab-hanging")
     run.__dict__["view"] = unknown(run.scene.model)
     assert run.view == View("Rod", run.view.coordinates)
-    assert list(dataset(run).coordinate.values) == ["q0", "q1", "q2"]
-    assert "position" not in dataset(run)
+    data = trajectory(run)
+    assert list(data.coordinates["coordinate"].values) == ["q0", "q1", "q2"]
+    assert "position" not in data.variables
     page = report.build(run)
     assert titles(page) == ["Coordinates", "Energy", "Solver", "Scene"]
     assert page.lead.startswith("Rod, 3 generalised coordinates")

@@ -2,35 +2,39 @@
 
 Exit codes: 0 done, 1 the simulation failed or could not be written, 2 bad input, 3 a case of the validation
 gallery is outside its tolerance or the stress test regressed, 130 interrupted.
-What takes time to import (NumPy, xarray) is imported where it is used, so that ``--help`` is quick.
+What takes time to import (NumPy, xarray) is imported where it is used, so that ``--help`` is quick; a command
+itself is imported when it is called or listed.
 """
 
 from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
+from importlib import import_module
 from typing import NoReturn
 
 import click
 
 from ..interruption import interruption
-from . import (
-    check,
-    completion,
-    doctor,
-    explain,
-    lab,
-    modes,
-    new,
-    run,
-    schema,
-    statics,
-    stress,
-    sweep,
-    validate,
-    view,
-)
 from .exits import INTERRUPTED
+
+#: The commands, each in the module with its name, in the order in which people need them.
+COMMANDS = (
+    "new",
+    "run",
+    "view",
+    "sweep",
+    "check",
+    "explain",
+    "statics",
+    "modes",
+    "lab",
+    "validate",
+    "stress",
+    "schema",
+    "doctor",
+    "completion",
+)
 
 
 def main(arguments: Sequence[str] | None = None) -> NoReturn:
@@ -61,15 +65,22 @@ def _say_version(context: click.Context, _: click.Parameter, wanted: bool) -> No
     context.exit()
 
 
-class _AsListed(click.Group):
-    """Shows its commands in the order in which people need them."""
+class _Imported(click.Group):
+    """Imports commands by their names, and shows them as they are listed."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
-        return list(self.commands)
+        return list(COMMANDS)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        # For an unknown name, click searches all of them for similar ones.
+        for name in (cmd_name,) if cmd_name in COMMANDS else COMMANDS:
+            if name not in self.commands:
+                self.add_command(import_module(f".{name}", __package__).command)
+        return self.commands.get(cmd_name)
 
 
 @click.group(
-    cls=_AsListed, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110}
+    cls=_Imported, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110}
 )
 @click.option(
     "--version",
@@ -90,22 +101,3 @@ def commands(import_anywhere: bool) -> None:
     A scene is a TOML file that describes a robot and a simulation. Start with "lissom new NAME", which
     writes a commented scene, and "lissom run NAME.toml"; "lissom schema" lists the keys.
     """
-
-
-for module in (
-    new,
-    run,
-    view,
-    sweep,
-    check,
-    explain,
-    statics,
-    modes,
-    lab,
-    validate,
-    stress,
-    schema,
-    doctor,
-    completion,
-):
-    commands.add_command(module.command)

@@ -6,7 +6,6 @@ import math
 import platform
 import re
 from collections.abc import Iterator
-from importlib.metadata import PackageNotFoundError, metadata, requires, version
 from pathlib import Path
 
 import click
@@ -61,10 +60,12 @@ def processor() -> str:
 
 def extras() -> Iterator[tuple[str, str]]:
     """The installed packages of each extra, and how to install missing ones."""
+    from importlib import metadata
+
     try:
-        names = metadata("lissom").get_all("Provides-Extra") or []
-        needs = requires("lissom") or []
-    except PackageNotFoundError:
+        names = metadata.metadata("lissom").get_all("Provides-Extra") or []
+        needs = metadata.requires("lissom") or []
+    except metadata.PackageNotFoundError:
         yield "extras", "unknown: the package is not installed"
         return
     found = [match for match in map(REQUIREMENT.match, needs) if match]
@@ -103,7 +104,9 @@ def trial() -> tuple[bool, str]:
 
 def _version(package: str) -> str | None:
     """The installed version of a package; None where it is missing."""
+    from importlib import metadata
+
     try:
-        return version(package)
-    except PackageNotFoundError:
+        return metadata.version(package)
+    except metadata.PackageNotFoundError:
         return None

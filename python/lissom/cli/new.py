@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 import os
-import shlex
-import subprocess
-from importlib.resources import files
 from pathlib import Path
 
 import click
@@ -39,6 +36,8 @@ def command(name: str, kind: str, schema: bool) -> int:
     Never overwrites a file. Exit code: 0 done, 1 the file could not be written, 2 it exists or NAME is not a
     file name.
     """
+    from importlib.resources import files
+
     stem = name.removesuffix(".toml")
     if not stem or stem.endswith(("/", os.sep)) or not name.isprintable():
         raise click.UsageError(f"NAME: got {name!r}, expected a file name, such as arm")
@@ -66,6 +65,9 @@ def command(name: str, kind: str, schema: bool) -> int:
 
 def _quoted(path: Path) -> str:
     """A path as an argument in the user's shell."""
+    import shlex
+    import subprocess
+
     return subprocess.list2cmdline([str(path)]) if os.name == "nt" else shlex.quote(str(path))
 
 

@@ -43,8 +43,8 @@ def command(scene: Path, output: Path | None, no_report: bool) -> int:
             done = _simulate(loaded)
         saved = save(folder, lambda partial: files.write(done, partial, report))
     _summarise(done, saved)
-    if files.missing(*files.NETCDF):
-        note("Without xarray and h5netcdf the trajectory is an .npz file", "files")
+    if files.missing(*files.HDF5):
+        note("Without h5netcdf the trajectory is an .npz file", "files")
     return saved.code if done.motion.success or done.interrupted else FAILED
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -55,6 +54,8 @@ def save(folder: Folder, write: Callable[[Path], list[str]]) -> Saved:
         return _written(folder, write, 0)
     except OSError as error:
         unwritten(folder.target, error)
+    import tempfile
+
     try:
         with Folder(Path(tempfile.mkdtemp(prefix="lissom-"))) as other:
             saved = _written(other, write, FAILED)

@@ -44,6 +44,8 @@ def note(what: str, extra: str) -> None:
 
 def progress_bar(total: float, what: str, unit: str) -> Any:
     """A progress bar on stderr; nothing where that is not a terminal."""
+    if sys.stderr is None or not sys.stderr.isatty():
+        return _Unseen()
     from tqdm import tqdm
 
     form = "{desc}: {percentage:3.0f}%|{bar}| {n:.3g}/{total:.3g} {unit} [{elapsed}<{remaining}]"
@@ -53,6 +55,19 @@ def progress_bar(total: float, what: str, unit: str) -> Any:
         unit=unit,
         bar_format=form,
         file=sys.stderr,
-        disable=True if sys.stderr is None else None,
         leave=False,
     )
+
+
+class _Unseen:
+    """A progress bar that nobody sees."""
+
+    n = 0.0
+
+    def update(self, more: float) -> None:
+        """Nothing: no progress is counted."""
+
+    def __enter__(self) -> _Unseen:
+        return self
+
+    def __exit__(self, *_: object) -> None: ...

@@ -4,19 +4,22 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from .. import disk
 from .._lissom import ContinuationResult, EnsembleResult, Model, ModesResult, MotionResult, StaticsResult
-from ..equilibria import EquilibriumSensitivityResult
-from ..fits import FitResult
-from ..loop_marks import LoopMark
 from ..results import COUNTERS, Array, Made, Run
-from ..sensitivities import SensitivityResult
-from ..studies import Setting
-from ..views import Member
-from . import actuators, contacts, curves, ensembles, loops, motion, page, parameters, studies, text
+from . import actuators, contacts, curves, loops, motion, page, text
+
+if TYPE_CHECKING:
+    from ..equilibria import EquilibriumSensitivityResult
+    from ..fits import FitResult
+    from ..loop_marks import LoopMark
+    from ..sensitivities import SensitivityResult
+    from ..studies import Setting
+    from ..views import Member
 
 
 def write(run: Run, path: Path) -> None:
@@ -63,6 +66,8 @@ def write_ensemble(
     result: EnsembleResult, path: str | os.PathLike[str], title: str, model: Model | None
 ) -> None:
     """Write the report of many runs."""
+    from . import ensembles
+
     disk.write(path, page.render(ensembles.build(result, title, model)))
 
 
@@ -72,6 +77,8 @@ def write_parameters(
     title: str | None,
 ) -> None:
     """Write the report of derivatives or of a parameter identification."""
+    from . import parameters
+
     disk.write(path, page.render(parameters.build(result, title)))
 
 
@@ -82,6 +89,8 @@ def write_equilibrium(
     title: str,
 ) -> None:
     """Write the report of an equilibrium, or of a path of equilibria, of a model made in Python."""
+    from . import studies
+
     if isinstance(result, ContinuationResult):
         if len(result.path.q) == 0:
             raise ValueError(f"result: it has no equilibria to show; {result.message}")
@@ -97,6 +106,8 @@ def write_modes(
     result: ModesResult, path: str | os.PathLike[str], setting: Setting, q: Array, title: str
 ) -> None:
     """Write the report of natural modes about ``q`` of a model made in Python."""
+    from . import studies
+
     built = studies.vibrations(setting, q, result, title)
     disk.write(path, page.render(built))
 

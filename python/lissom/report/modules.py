@@ -6,9 +6,10 @@ Reports are single files that load nothing, and modules can only be loaded: from
 
 from __future__ import annotations
 
+import io
+import pkgutil
 import re
 from functools import cache
-from importlib.resources import files
 
 #: Prefix of module names in the player's imports.
 PREFIX = "lissom/"
@@ -17,14 +18,20 @@ _IMPORT = re.compile(rf'^import \{{ ([\w, ]+) \}} from "{PREFIX}(\w+)\.js";$', r
 _EXPORT = re.compile(r"^export (?=(?:async )?(?:const|function|class) (\w+))", re.MULTILINE)
 
 
+def asset(name: str) -> str:
+    """The text of a file of the player."""
+    content = pkgutil.get_data(__package__, f"player/{name}")
+    assert content is not None, "packages are read from files or archives"
+    return io.TextIOWrapper(io.BytesIO(content), encoding="utf-8").read()
+
+
 @cache
 def script(first: str) -> str:
     """The script that runs the module `first`, and before it the modules that it imports."""
-    assets = files(__package__) / "player"
     parts: dict[str, str] = {}
 
     def add(name: str) -> None:
-        text = (assets / f"{name}.js").read_text(encoding="utf-8")
+        text = asset(f"{name}.js")
         imports = _IMPORT.findall(text)
         for _, needed in imports:
             if needed not in parts:

@@ -8,7 +8,6 @@ from base64 import b64encode
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from hashlib import sha256
-from importlib.resources import files
 
 from .._lissom import __version__
 from . import modules, plots, theme
@@ -138,7 +137,6 @@ def render(page: Page) -> str:
     """Render the page as one HTML text, about 80 kB of which are the player."""
     drawn = _drawn([part for section in page.sections for part in section.parts])
     numbers = {id(part): i for i, part in enumerate(drawn)}
-    assets = files(__package__) / "player"
     script = modules.script("page") if drawn else ""
     policy = CONTENT_POLICY.format(scripts=_hash(script) if drawn else "'none'")
     return "\n".join(
@@ -148,7 +146,7 @@ def render(page: Page) -> str:
             f'<meta http-equiv="Content-Security-Policy" content="{policy}">',
             '<meta name="viewport" content="width=device-width, initial-scale=1">',
             f"<title>{html.escape(page.title)}</title>",
-            f"<style>\n{(assets / 'page.css').read_text(encoding='utf-8')}</style>",
+            f"<style>\n{modules.asset('page.css')}</style>",
             "</head>",
             "<body><main>",
             _header(page),

@@ -4,17 +4,20 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from .._lissom import AccuracyWarning, MotionResult, Scene, Statistics, simulate
-from ..contact_marks import ContactMark
-from ..loop_marks import LoopMark
 from ..results import COUNTERS, MAX_SHAPES, NO_ENERGIES, Made, Run, in_words_of_a_scene
 from ..results import statistics as numbers
+from ..starts import has_contacts, has_loops
 from ..views import SECTIONS_PER_SEGMENT, Coordinate, view
 from . import loops, motion
+
+if TYPE_CHECKING:
+    from ..contact_marks import ContactMark
+    from ..loop_marks import LoopMark
 
 METHODS = {
     "newmark": "Newmark (implicit, β = 1/4, γ = 1/2)",
@@ -72,8 +75,8 @@ def drift(run: Run | Made) -> str:
 def method_of(scene: Scene) -> str:
     """The time integrator of a scene, in words."""
     method = scene.simulation.method
-    marks = view(scene.model).marks
-    if method == "newmark" and (marks.loops or marks.contacts.pairs):
+    model = scene.model
+    if method == "newmark" and (has_loops(model) or has_contacts(model)):
         return METHOD_THAT_DAMPS
     return METHODS[method]
 
@@ -204,9 +207,9 @@ def cost_of_steps(scene: Scene) -> list[tuple[str, str]]:
 
 def _loops(scene: Scene, motion: MotionResult) -> list[tuple[str, str]]:
     """Why closed loops and contacts change the default method, and redundant constraints at the start."""
-    seen = view(scene.model)
-    if not seen.marks.loops:
-        if seen.marks.contacts.pairs and scene.simulation.method == "newmark":
+    model = scene.model
+    if not has_loops(model):
+        if has_contacts(model) and scene.simulation.method == "newmark":
             why = "contact excites fast vibrations and needs numerical damping; average acceleration has none"
             return [("why", why)]
         return []
@@ -215,7 +218,7 @@ def _loops(scene: Scene, motion: MotionResult) -> list[tuple[str, str]]:
         why = "closed loops need numerical damping of infinitely fast modes; average acceleration has none"
         rows.append(("why", why))
     if len(motion.q):
-        found = seen.redundant(motion.q[0])
+        found = view(model).redundant(motion.q[0])
         named = ", ".join(f"{number} of {name}" for name, number in found.items()) or "none"
         rows.append(("redundant", f"{named} of the constraints at the start, with loops closed"))
     return rows
