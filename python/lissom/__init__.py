@@ -7,6 +7,7 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from . import gym as gym
     from . import jax as jax
+    from . import methods as methods
     from . import sensors as sensors
     from . import torch as torch
     from . import urdf as urdf
@@ -221,14 +222,14 @@ else:
     def __getattr__(name):
         from importlib import import_module
 
-        if name in ("gym", "jax", "sensors", "torch", "urdf") or name in _NAMES:
+        if name in ("gym", "jax", "methods", "sensors", "torch", "urdf") or name in _NAMES:
             return import_module(f"lissom.{name}")
         if name not in _MODULES:
             raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
         # Before the compiled module, which needs it. If it is missing or its import is interrupted, Python's
         # own error is raised.
         import_module("numpy")
-        import_module("lissom.methods").attach()
+        import_module("lissom.attached").attach()
         globals()[name] = found = getattr(import_module(f"lissom.{_MODULES[name]}"), name)
         return found
 

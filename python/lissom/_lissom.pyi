@@ -8,6 +8,7 @@ import xarray
 from numpy.typing import ArrayLike, NDArray
 from typing_extensions import deprecated, disjoint_base
 
+from . import methods as _methods
 from .contact_events import ContactEvent
 from .contacts import Touch
 from .links import Joint, Link, Mimic
@@ -1429,6 +1430,7 @@ _NewmarkMethod = Literal[
     "generalised_alpha",
     "generalized_alpha",
 ]
+_Method: TypeAlias = _methods.Newmark | _methods.Radau | _methods.RK45 | _methods.DOP853 | _methods.Auto
 
 def newmark(
     residual: Callable[..., Any],
@@ -1464,7 +1466,7 @@ def simulate(
     t0: float = 0.0,
     q0: ArrayLike | None = None,
     v0: ArrayLike | None = None,
-    method: _NewmarkMethod | Literal["rk45", "dop853", "radau", "auto"] = "newmark",
+    method: _NewmarkMethod | Literal["rk45", "dop853", "radau", "auto"] | _Method = "newmark",
     dt: float = 0.01,
     jac: Literal["analytic", "forward", "central"] = "analytic",
     rtol: ArrayLike = 1e-06,
@@ -1525,7 +1527,7 @@ def simulate_many(
     keep: Literal["states", "final", "summary"] = "states",
     places: Iterable[float | str | tuple[str, float]] | None = None,
     memory_limit: float = 4294967296.0,
-    method: _NewmarkMethod | Literal["rk45", "dop853", "radau", "auto"] = "newmark",
+    method: _NewmarkMethod | Literal["rk45", "dop853", "radau", "auto"] | _Method = "newmark",
     dt: float = 0.01,
     jac: Literal["analytic", "forward", "central"] = "analytic",
     rtol: ArrayLike = 1e-06,
@@ -1601,7 +1603,7 @@ class Simulation:
         model: Model,
         *,
         dt: float,
-        method: _NewmarkMethod | Literal["rk45", "dop853", "radau"] = "newmark",
+        method: _NewmarkMethod | Literal["rk45", "dop853", "radau"] | _Method = "newmark",
         q0: ArrayLike | None = None,
         v0: ArrayLike | None = None,
         t0: float = 0.0,
@@ -1663,7 +1665,7 @@ class Simulations:
         count: int | None = None,
         *,
         dt: float,
-        method: _NewmarkMethod | Literal["rk45", "dop853", "radau"] = "newmark",
+        method: _NewmarkMethod | Literal["rk45", "dop853", "radau"] | _Method = "newmark",
         q0: ArrayLike | None = None,
         v0: ArrayLike | None = None,
         t0: float = 0.0,

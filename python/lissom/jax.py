@@ -18,6 +18,7 @@ except ModuleNotFoundError as error:
     raise ImportError("lissom.jax takes JAX: pip install 'lissom[jax]'") from error
 
 from ._lissom import Model
+from .methods import Newmark
 from .pullbacks import pullback
 
 __all__ = ["simulation"]
@@ -33,7 +34,7 @@ def simulation(
     t: ArrayLike | None = None,
     t0: float = 0.0,
     dt: float = 1e-2,
-    method: str = "newmark",
+    method: str | Newmark = "newmark",
     control_step: float | None = None,
     **options: Any,
 ) -> Run:

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ._lissom import Model, simulate_many
+from .methods import Newmark, shorthand
 from .parameters import START, model_with, names_of, resolved
 from .sensitivities import NEWMARK, OF_SCHEME, OF_STEPS, number_of_control_steps, sensitivity
 
@@ -150,13 +151,14 @@ def pullback(
     t: ArrayLike | None,
     t0: float,
     dt: float,
-    method: str,
+    method: str | Newmark,
     control_step: float | None = None,
     **options: Any,
 ) -> Pullback:
     """Runs of a model as a function of these parameters and the initial state."""
     if not isinstance(model, Model):
         raise TypeError(f"model: expected a Model (Rod, Robot, SpringPendulum), got {type(model).__name__}")
+    method, options = shorthand(method, options)
     if method not in NEWMARK:
         known = ", ".join(map(repr, NEWMARK))
         raise ValueError(

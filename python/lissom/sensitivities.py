@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ._lissom import LissomError, Model, Robot, finite_array, sensitivities, simulate
 from .interruption import Keeping
+from .methods import Newmark, Radau, shorthand
 from .parameters import OfInput, OfModel, OfStart, Parameter, names_of, place_derivative, resolved
 from .plain import text
 from .shown import Shown
@@ -180,7 +181,7 @@ def sensitivity(
     v0: ArrayLike | None = None,
     u: ArrayLike | None = None,
     control_step: float | None = None,
-    method: str = "newmark",
+    method: str | Newmark | Radau = "newmark",
     dt: float = 1e-2,
     objective: Objective | None = None,
     **options: Any,
@@ -209,7 +210,7 @@ def sensitivity(
         Inputs, constant for the whole run or one row per control step. By default the defaults of the inputs.
     control_step : float, optional
         Duration of a control step, seconds; by default `dt`.
-    method : str
+    method : str, or Newmark or Radau of lissom.methods
         A member of the Newmark family, as for `simulate`, with steps of fixed size; or 'radau', which chooses
         its step sizes by `rtol` and `atol`. The derivatives hold these step sizes constant.
     dt : float
@@ -252,6 +253,7 @@ def sensitivity(
     """
     if not isinstance(model, Model):
         raise TypeError(f"model: expected a Model (Rod, Robot, SpringPendulum), got {type(model).__name__}")
+    method, options = shorthand(method, options)
     if text("method", method) not in METHODS:
         known = ", ".join(map(repr, METHODS))
         raise ValueError(

@@ -17,6 +17,7 @@ except ModuleNotFoundError as error:
     raise ImportError("lissom.torch takes PyTorch: pip install 'lissom[torch]'") from error
 
 from ._lissom import Model
+from .methods import Newmark
 from .pullbacks import Pullback, pullback
 
 __all__ = ["simulation"]
@@ -50,7 +51,7 @@ def simulation(
     t: ArrayLike | None = None,
     t0: float = 0.0,
     dt: float = 1e-2,
-    method: str = "newmark",
+    method: str | Newmark = "newmark",
     control_step: float | None = None,
     **options: Any,
 ) -> Run:

@@ -174,6 +174,8 @@ pub struct Schema {
     pub is_checked_later: bool,
     /// Whether Python shows it without the numbers and options that have their defaults.
     pub is_brief: bool,
+    /// Whether Python shows nothing that has its default.
+    pub is_concise: bool,
     /// Fields at least one of which has to be given.
     pub some_of: &'static [&'static str],
     /// Makes a part.
@@ -198,6 +200,7 @@ impl Schema {
             positional,
             is_checked_later: false,
             is_brief: false,
+            is_concise: false,
             some_of: &[],
             make,
         }
@@ -241,6 +244,11 @@ impl Schema {
     /// Python shows it without the numbers and options that have their defaults.
     pub const fn brief(self) -> Self {
         Self { is_brief: true, ..self }
+    }
+
+    /// Python shows nothing that has its default.
+    pub const fn concise(self) -> Self {
+        Self { is_concise: true, ..self }
     }
 
     /// At least one of these fields has to be given.

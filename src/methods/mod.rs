@@ -39,7 +39,7 @@ pub enum Jacobian {
 /// Without any, it is Newmark's average acceleration, and for models with contact or closed loops, which need numerical
 /// damping, the generalised-alpha method with ``rho_inf=0.8``.
 #[derive(Clone, Debug, PartialEq, Described)]
-#[part(brief, check = Newmark::fits, example = include_str!("newmark.txt"))]
+#[part(concise, check = Newmark::fits, example = include_str!("newmark.txt"))]
 pub struct Newmark {
     /// Spectral radius at infinite frequency, in [0, 1]: the factor by which a step multiplies infinitely fast oscillations.
     pub rho_inf: Option<f64>,
@@ -123,14 +123,14 @@ macro_rules! adaptive {
 adaptive! {
     /// Implicit method of order 5 with adaptive steps, Radau IIA, by inverse dynamics: for stiff models at small errors.
     #[derive(Clone, Debug, PartialEq, Described)]
-    #[part(brief, example = include_str!("radau.txt"))]
+    #[part(concise, example = include_str!("radau.txt"))]
     Radau
 }
 
 adaptive! {
     /// Explicit method of order 5 with adaptive steps, of Dormand and Prince, by forward dynamics.
     #[derive(Clone, Debug, PartialEq, Described)]
-    #[part(brief, name = "RK45")]
+    #[part(concise, name = "RK45")]
     Rk45
 }
 
@@ -138,7 +138,7 @@ adaptive! {
     /// Explicit method of order 8 with adaptive steps, of Dormand and Prince, by forward dynamics: for smooth motions at small
     /// errors.
     #[derive(Clone, Debug, PartialEq, Described)]
-    #[part(brief, name = "DOP853")]
+    #[part(concise, name = "DOP853")]
     Dop853
 }
 
@@ -146,7 +146,7 @@ adaptive! {
 ///
 /// Runs are repeated until the estimated error of the tip is at most `rtol` times the length; see ``docs/accuracy.md``.
 #[derive(Clone, Debug, PartialEq, Described)]
-#[part(brief, check = Auto::fits)]
+#[part(concise, check = Auto::fits)]
 pub struct Auto {
     /// Largest error of the tip relative to the model's length.
     #[part(positive, default = accuracy::DEFAULT_RTOL)]

@@ -38,7 +38,8 @@ const EVERY_STEP: &str = "steps";
 ///     Start of the simulation, seconds: the time of `q0` and `v0`.
 /// q0, v0 : array_like, shape (n,), optional
 ///     Initial coordinates and velocities; by default zero.
-/// method : str
+/// method : str or one of `lissom.methods`
+///     An object has all of its options, such as ``lissom.methods.Radau(rtol=1e-8)``; the name of a method takes them from below.
 ///     Implicit methods of second order, which use the inverse dynamics: 'newmark' (average acceleration unless `beta` and
 ///     `gamma` are given), 'average_acceleration', 'linear_acceleration', 'fox_goodwin', 'central_difference', 'hht' (with
 ///     `alpha`), 'generalised_alpha' (with `rho_inf`). Implicit, adaptive, of order 5: 'radau' (Radau IIA). Explicit and

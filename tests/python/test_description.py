@@ -105,8 +105,12 @@ EACH = [
 
 def test_the_stub_is_that_of_the_tables():
     first, last = write_described.MARKS
-    stub = write_described.STUB.read_text(encoding="utf-8")
-    assert stub.split(first)[1].split(last)[0] == _lissom._stub_of_parts()
+    both = (
+        (write_described.STUB, _lissom._stub_of_parts),
+        (write_described.METHODS, _lissom._stub_of_methods),
+    )
+    for stub, classes in both:
+        assert stub.read_text(encoding="utf-8").split(first)[1].split(last)[0] == classes()
 
 
 def test_the_schema_has_the_definitions_of_the_tables():

@@ -10,13 +10,22 @@ from lissom import _lissom
 
 ROOT = Path(__file__).parents[2]
 STUB = ROOT / "python/lissom/_lissom.pyi"
+METHODS = ROOT / "python/lissom/methods.pyi"
 SCHEMAS = (ROOT / "src/scene/schema.json", ROOT / "scenes/lissom-scene.schema.json")
 
-#: The stub before and behind them is written by hand.
+#: The stubs before and behind them are written by hand.
 MARKS = (
     "# Classes that are made from the tables of `description`; `test_description.py` compares them.\n",
     "# End of these classes.\n",
 )
+
+
+def write(stub, classes):
+    """Replaces the classes of a stub."""
+    text = stub.read_text(encoding="utf-8")
+    (before, rest), (_, after) = text.split(MARKS[0]), text.split(MARKS[1])
+    assert MARKS[1] in rest
+    stub.write_text(before + MARKS[0] + classes + MARKS[1] + after, encoding="utf-8")
 
 
 def references(node):
@@ -43,10 +52,8 @@ def used(schema):
 
 
 def main():
-    text = STUB.read_text(encoding="utf-8")
-    (before, rest), (_, after) = text.split(MARKS[0]), text.split(MARKS[1])
-    assert MARKS[1] in rest
-    STUB.write_text(before + MARKS[0] + _lissom._stub_of_parts() + MARKS[1] + after, encoding="utf-8")
+    write(STUB, _lissom._stub_of_parts())
+    write(METHODS, _lissom._stub_of_methods())
     definitions = json.loads(_lissom._schema_of_parts())
     for path in SCHEMAS:
         schema = json.loads(path.read_text(encoding="utf-8"))

@@ -212,7 +212,8 @@ impl PyPart {
         let is_shown = |(field, value): &(&Field, Value)| {
             let default = field.default.map(|default| default());
             let is_plain = matches!(default, Some(Value::None | Value::Number(_)));
-            !(schema.is_brief && is_plain && default.as_ref() == Some(value))
+            let is_hidden = schema.is_concise || schema.is_brief && is_plain;
+            !(is_hidden && default.as_ref() == Some(value))
         };
         let fields = schema.fields.iter().enumerate().map(|(i, field)| (field, self.part.field(i)));
         let shown = |(field, value): (&Field, Value)| {

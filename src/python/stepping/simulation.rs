@@ -32,7 +32,7 @@ use crate::simulate::Method;
 ///     A `Rod`, a `Robot` or a `SpringPendulum`.
 /// dt : float
 ///     Default duration of a step, seconds; for the Newmark family also its step size (if adaptive, the first one).
-/// method : str
+/// method : str or one of `lissom.methods`
 ///     As for `simulate`, except 'auto'.
 /// q0, v0 : array_like, shape (n,), optional
 ///     Initial coordinates and velocities; by default zero.

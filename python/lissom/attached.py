@@ -1,0 +1,602 @@
+"""Python methods of the compiled result classes, which use other packages.
+
+They are attached on the first access to a name of the package. The stubs in ``_lissom.pyi`` repeat their
+signatures; a test compares them. Matplotlib, xarray and h5py are imported on use.
+"""
+
+from __future__ import annotations
+
+import os
+from typing import TYPE_CHECKING, Any
+
+from ._lissom import (
+    ActuateResult,
+    ContinuationResult,
+    EnsembleResult,
+    Model,
+    ModesResult,
+    MotionResult,
+    ReachResult,
+    Simulation,
+    StaticsResult,
+)
+from .plain import text
+from .shown import Shown
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    import xarray
+    from numpy.typing import ArrayLike, NDArray
+
+    from .contact_events import ContactEvent
+    from .live.server import LiveView
+
+_SAVE = """Write the result to a file that `lissom.load` reads back bit for bit.
+
+Parameters
+----------
+path : path-like
+    {kinds}. An existing file is replaced.
+{model}
+Raises
+------
+ValueError
+    If the suffix is unknown, or the model contains Python functions, which files cannot store.
+OSError
+    If the file cannot be written.
+ImportError
+    If an extra is not installed; the message says how to install it.
+"""
+_ALL_KINDS = (
+    "``.lissom`` (the smallest), ``.npz`` (NumPy reads its arrays) or ``.nc`` (NetCDF, extra `files`)"
+)
+_MODEL = """model : Model or None
+    The model, for names and units of the coordinates in NetCDF files. The file does not contain the model.
+"""
+_DATASET = """The result as an ``xarray.Dataset`` with named dimensions and units (extra `files`).
+{model}
+Returns
+-------
+data : xarray.Dataset
+    {holds}
+
+Raises
+------
+ImportError
+    If xarray is not installed.
+"""
+_NAMES = """
+Parameters
+----------
+model : Model or None
+    The model, for names and units of the coordinates; without it they are numbered.
+"""
+_AXES = """
+Returns
+-------
+axes : ndarray of matplotlib.axes.Axes
+    Axes of a new `pyplot` figure, one below the other.
+
+Raises
+------
+ValueError
+    If the result has nothing to show.
+ImportError
+    If Matplotlib is not installed (extra `plot`).
+"""
+
+
+_REPORT = """Write an HTML report of {what} in a single file, as the command line does for scenes.
+
+Parameters
+----------
+path : path-like
+    File to write; an existing file is replaced.
+model : Model
+    {role}
+{about}title : str
+    Heading of the page.
+t : float
+    Time at which time-dependent loads are shown, seconds.
+u : array_like, shape (m,), optional
+    Inputs; by default `u0` of the model{own}.
+
+Raises
+------
+ValueError, TypeError
+    If an argument is invalid, or the result has nothing to show.
+OSError
+    If the file cannot be written.
+"""
+_ANIMATE = """Write {what} as an animation (extra `plot`).
+
+Parameters
+----------
+path : path-like
+    ``.gif``, or ``.mp4`` or ``.webm``, which need the program ffmpeg. An existing file is replaced.
+model : Model
+    {role}
+{about}fps : float
+    Frames per second, 1 to 100; at most 3000 frames in total. GIF times are multiples of 0.01 s: rates that
+    do not divide 100 are rounded.
+duration : float
+    {lasts}
+t : float
+    Time at which the model is shown, seconds.
+
+Raises
+------
+ValueError, TypeError
+    If an argument is invalid, or the result has nothing to show.
+OSError
+    If the file cannot be written, or ffmpeg is not installed.
+ImportError
+    If Matplotlib is not installed.
+"""
+_ABOUT = """q : array_like, shape (n,)
+    The equilibrium that was passed to `modes`.
+"""
+_WHICH = """mode : int
+    Index of the mode, from 0 for the slowest; reports and plots count from 1.
+"""
+
+
+def _plot_motion(self: MotionResult) -> NDArray[Any]:
+    from .pictures import of_motion
+
+    return of_motion(self)
+
+
+def _animate(
+    self: MotionResult, path: str | os.PathLike[str], *, fps: float = 25.0, speed: float = 1.0
+) -> None:
+    """Write the motion as an animation (extra `plot`).
+
+    Parameters
+    ----------
+    path : path-like
+        ``.gif``, or ``.mp4`` or ``.webm``, which need the program ffmpeg. An existing file is replaced.
+    fps : float
+        Frames per second, 1 to 100; at most 3000 frames in total. GIF times are multiples of 0.01 s: rates
+        that do not divide 100 are rounded.
+    speed : float
+        Playback speed: simulated seconds per second. Each frame shows the state nearest in time.
+
+    Raises
+    ------
+    ValueError
+        If an option or the suffix is invalid, or the result has no model (`newmark`) or no states.
+    OSError
+        If the file cannot be written, or ffmpeg is not installed.
+    ImportError
+        If Matplotlib is not installed.
+    """
+    from .pictures import animate
+
+    animate(self, path, fps, speed)
+
+
+def _report(self: MotionResult, path: str | os.PathLike[str], *, title: str = "Motion") -> None:
+    """Write an HTML report of the motion in a single file: an animation and curves over time.
+
+    Parameters
+    ----------
+    path : path-like
+        File to write; an existing file is replaced.
+    title : str
+        Heading of the page.
+
+    Raises
+    ------
+    ValueError
+        If the result has no model (`newmark`) or no states.
+    OSError
+        If the file cannot be written.
+    """
+    from .report import write_result
+
+    write_result(self, path, title=_text(title))
+
+
+def _contact_events(self: MotionResult) -> list[ContactEvent]:
+    """Times at which surfaces began and ceased to touch.
+
+    Each event is located by bisection on the quintic polynomial between two states of the result. A contact
+    that begins and ends between two states is missed; use `t_eval="steps"` with an adaptive method, whose
+    accepted steps resolve impacts.
+
+    Returns
+    -------
+    events : list of ContactEvent
+        Events in the order of their times; empty for a model without contacts. Surfaces that touch at the
+        start or at the end of the result give no event there.
+
+    Raises
+    ------
+    ValueError
+        If the result has no model (`newmark`).
+
+    Examples
+    --------
+    >>> import lissom
+    >>> ball = lissom.Link("ball", body=lissom.Body(0.1), joint=lissom.Prismatic((0, 0, 1)))
+    >>> floor = lissom.Contact(
+    ...     lissom.Ball("ball", 0.05), lissom.HalfSpace((0, 0, 0), (0, 0, 1)), stiffness=1e5, name="bounce"
+    ... )
+    >>> robot = lissom.Robot([ball], contacts=[floor])
+    >>> run = lissom.simulate(robot, 0.6, q0=[1.05], method="radau", t_eval="steps")
+    >>> [(event.kind, round(event.t, 3)) for event in run.contact_events()]
+    [('touch', 0.452), ('lift_off', 0.455)]
+    """
+    from .contact_events import events_of
+
+    return events_of(self)
+
+
+def _text(title: str) -> str:
+    return text("title", title)
+
+
+def _report_statics(
+    self: StaticsResult,
+    path: str | os.PathLike[str],
+    model: Model,
+    *,
+    title: str = "Equilibrium",
+    t: float = 0.0,
+    u: ArrayLike | None = None,
+) -> None:
+    from .report import write_equilibrium
+    from .studies import setting_for
+
+    write_equilibrium(self, path, setting_for(model, len(self.q), t, u), _text(title))
+
+
+def _report_path(
+    self: ContinuationResult,
+    path: str | os.PathLike[str],
+    model: Model,
+    *,
+    title: str = "Path of equilibria",
+    t: float = 0.0,
+    u: ArrayLike | None = None,
+) -> None:
+    from .report import write_equilibrium
+    from .studies import setting_for
+
+    write_equilibrium(self, path, setting_for(model, self.path.q.shape[1], t, u), _text(title))
+
+
+def _report_modes(
+    self: ModesResult,
+    path: str | os.PathLike[str],
+    model: Model,
+    q: ArrayLike,
+    *,
+    title: str = "Natural modes",
+    t: float = 0.0,
+    u: ArrayLike | None = None,
+) -> None:
+    from .report import write_modes
+    from .studies import setting_for, vector
+
+    setting = setting_for(model, self.shapes.shape[0], t, u)
+    write_modes(self, path, setting, vector("q", q, model.n), _text(title))
+
+
+def _animate_path(
+    self: ContinuationResult,
+    path: str | os.PathLike[str],
+    model: Model,
+    *,
+    fps: float = 25.0,
+    duration: float = 4.0,
+    t: float = 0.0,
+) -> None:
+    from .pictures import animate_path
+    from .studies import setting_for
+
+    animate_path(self, path, setting_for(model, self.path.q.shape[1], t, None), fps, duration)
+
+
+def _animate_mode(
+    self: ModesResult,
+    path: str | os.PathLike[str],
+    model: Model,
+    q: ArrayLike,
+    *,
+    mode: int = 0,
+    fps: float = 25.0,
+    duration: float = 2.0,
+    t: float = 0.0,
+) -> None:
+    from .pictures import animate_mode
+    from .studies import setting_for, vector
+
+    setting = setting_for(model, self.shapes.shape[0], t, None)
+    animate_mode(self, path, setting, vector("q", q, model.n), mode, fps, duration)
+
+
+def _of_what_rests(self: StaticsResult, name: str) -> Any:
+    if name == "animate":
+        raise AttributeError(
+            "an equilibrium does not move: `plot(model)` draws it, `report(path, model)` shows how it was "
+            "loaded, and `continuation(model).animate(path, model)` makes a film of the growing loads",
+            name=name,
+            obj=self,
+        )
+    raise AttributeError(f"'lissom.StaticsResult' object has no attribute {name!r}", name=name, obj=self)
+
+
+def _save_motion(self: MotionResult, path: str | os.PathLike[str]) -> None:
+    from .keeping import save
+
+    save(self, path)
+
+
+def _save_with(
+    self: StaticsResult | ContinuationResult | ModesResult | EnsembleResult | ReachResult | ActuateResult,
+    path: str | os.PathLike[str],
+    model: Model | None = None,
+) -> None:
+    from .keeping import save
+
+    save(self, path, model)
+
+
+def _dataset_of_motion(self: MotionResult) -> xarray.Dataset:
+    from .datasets import dataset
+
+    return dataset(self)
+
+
+def _dataset_with(
+    self: StaticsResult | ContinuationResult | ModesResult | ReachResult | ActuateResult,
+    model: Model | None = None,
+) -> xarray.Dataset:
+    from .datasets import dataset
+
+    return dataset(self, model)
+
+
+def _dataset_of_ensemble(self: EnsembleResult, model: Model | None = None) -> xarray.Dataset:
+    from .datasets import dataset
+
+    return dataset(self, model)
+
+
+def _plot_ensemble(self: EnsembleResult, model: Model | None = None) -> NDArray[Any]:
+    from .pictures import of_ensemble
+
+    return of_ensemble(self, model)
+
+
+def _report_ensemble(
+    self: EnsembleResult,
+    path: str | os.PathLike[str],
+    model: Model | None = None,
+    *,
+    title: str = "Many runs",
+) -> None:
+    """Write an HTML report of the ensemble in a single file: spread, failed runs and cost.
+
+    Parameters
+    ----------
+    path : path-like
+        File to write; an existing file is replaced.
+    model : Model
+        The model, for names and units of the coordinates; without it they are numbered.
+    title : str
+        Heading of the page.
+
+    Raises
+    ------
+    ValueError, TypeError
+        If an argument is invalid.
+    OSError
+        If the file cannot be written.
+    """
+    from .report import write_ensemble
+
+    write_ensemble(self, path, _text(title), model)
+
+
+def _save_plain(self: Shown, path: str | os.PathLike[str]) -> None:
+    from .keeping import save
+
+    save(self, path)  # type: ignore[arg-type]
+
+
+def _dataset_plain(self: Shown) -> xarray.Dataset:
+    from .datasets import dataset
+
+    return dataset(self)
+
+
+def _plot_parameters(self: Shown) -> NDArray[Any]:
+    from .pictures import of_parameters
+
+    return of_parameters(self)
+
+
+def _report_parameters(self: Shown, path: str | os.PathLike[str], *, title: str | None = None) -> None:
+    """Write an HTML report in a single file.
+
+    Parameters
+    ----------
+    path : path-like
+        File to write; an existing file is replaced.
+    title : str, optional
+        Heading of the page.
+
+    Raises
+    ------
+    TypeError
+        If the title is not a string.
+    OSError
+        If the file cannot be written.
+    """
+    from .report import write_parameters
+
+    write_parameters(self, path, None if title is None else _text(title))  # type: ignore[arg-type]
+
+
+def _plot_statics(self: StaticsResult, model: Model) -> NDArray[Any]:
+    from .pictures import of_statics
+
+    return of_statics(self, model)
+
+
+def _plot_path(self: ContinuationResult, model: Model | None = None) -> NDArray[Any]:
+    from .pictures import of_path
+
+    return of_path(self, model)
+
+
+def _plot_modes(self: ModesResult) -> NDArray[Any]:
+    from .pictures import of_modes
+
+    return of_modes(self)
+
+
+def _view(
+    self: Simulation,
+    *,
+    port: int = 8080,
+    speed: float = 1.0,
+    paused: bool = False,
+    ranges: Mapping[str, Sequence[float]] | None = None,
+    block: bool = True,
+    allow_hosts: Sequence[str] = (),
+) -> LiveView:
+    """Show the simulation live in a browser, and interact with it there (extra `view`).
+
+    The page has buttons to pause, step and reset, a slider for each input of the model, and a handle that
+    pulls the tip. It is served to this machine only. The view continues from the state of the simulation,
+    which itself does not change; it waits until a page is open.
+
+    Parameters
+    ----------
+    port : int
+        Port of the page. If it is taken, the next free one is used; 0 selects any free port.
+    speed : float
+        Simulated seconds per second.
+    paused : bool
+        Whether to start paused.
+    ranges : mapping of str to (float, float), optional
+        Lowest and highest values of the sliders by names of inputs. By default, each input moves the tips by
+        about half the size of the model according to linear theory.
+    block : bool
+        Whether to print the address and serve until Ctrl-C. If False, a thread serves the page until `stop`
+        of the returned view is called.
+    allow_hosts : sequence of str
+        Names of hosts whose pages may use the view, such as that of a proxy. By default only the page that
+        the view serves itself, to this machine.
+
+    Returns
+    -------
+    view : lissom.live.server.LiveView
+        The view with its address `url` and the method `stop`; a context manager.
+
+    Raises
+    ------
+    ValueError, TypeError
+        If an option is invalid, or the model cannot be drawn.
+    OSError
+        If no port is free.
+    ImportError
+        If viser is not installed.
+    """
+    from .live import open_view
+
+    if not isinstance(block, bool):
+        raise TypeError(f"block: a {type(block).__name__} is not True or False")
+    view = open_view(self, port=port, speed=speed, paused=paused, ranges=ranges, allow_hosts=allow_hosts)
+    if block:
+        try:
+            print(f"Open {view.url} in a browser; Ctrl-C ends.", flush=True)
+            view.serve()
+        except KeyboardInterrupt:
+            # Before the page is served; from then on `serve` handles Ctrl-C.
+            view.stop()
+    else:
+        view.start()
+    return view
+
+
+def _attach(owner: type, name: str, function: Any, text: str | None = None) -> None:
+    """Attach a copy of a function to a class as a method."""
+    import types
+
+    own = types.FunctionType(function.__code__, function.__globals__, name, function.__defaults__)
+    own.__kwdefaults__ = function.__kwdefaults__
+    own.__annotations__ = function.__annotations__
+    own.__doc__ = text or function.__doc__
+    own.__qualname__ = f"{owner.__name__}.{name}"
+    setattr(owner, name, own)
+
+
+def attach() -> None:
+    """Attach the methods to the classes of results. Repeated calls have no effect."""
+    paraview = f"{_ALL_KINDS}; ``.vtkhdf`` is for ParaView alone (extra `files`) and cannot be loaded again"
+    trajectory = (
+        "States, inputs, energies (J), centre lines of rods and positions of tips (m) over the time (s)."
+    )
+    _attach(
+        MotionResult, "plot", _plot_motion, f"Draw coordinates, positions of the tips and energies.\n{_AXES}"
+    )
+    _attach(MotionResult, "animate", _animate)
+    _attach(MotionResult, "report", _report)
+    _attach(MotionResult, "contact_events", _contact_events)
+    _attach(MotionResult, "save", _save_motion, _SAVE.format(kinds=paraview, model=""))
+    _attach(MotionResult, "to_xarray", _dataset_of_motion, _DATASET.format(model="", holds=trajectory))
+    _attach(Simulation, "view", _view)
+    _attach(EnsembleResult, "save", _save_with, _SAVE.format(kinds=_ALL_KINDS, model=_MODEL))
+    rows = "States, status and cost by rows; positions of places (m), or their mean and variance."
+    _attach(EnsembleResult, "to_xarray", _dataset_of_ensemble, _DATASET.format(model=_NAMES, holds=rows))
+    shown = "Draw the coordinates: their median and spread over time, or the last ones of each run."
+    _attach(EnsembleResult, "plot", _plot_ensemble, f"{shown}\n{_NAMES}{_AXES}")
+    _attach(EnsembleResult, "report", _report_ensemble)
+    _attach(Shown, "save", _save_plain, _SAVE.format(kinds=_ALL_KINDS, model=""))
+    _attach(
+        Shown, "to_xarray", _dataset_plain, _DATASET.format(model="", holds="With the parameters by name.")
+    )
+    drawn = "Draw derivatives of positions or coordinates, or what was measured beside what was fitted."
+    _attach(Shown, "plot", _plot_parameters, f"{drawn}\n{_AXES}")
+    _attach(Shown, "report", _report_parameters)
+    holds = {
+        StaticsResult: "The coordinates at equilibrium and the stability.",
+        ContinuationResult: "Coordinates, load factor, lowest eigenvalue and stability along the path.",
+        ModesResult: "Frequencies (Hz), damping ratios, eigenvalues, shapes; real and imaginary parts apart.",
+        ReachResult: "The coordinates, poses of the links, and by how much they miss the targets.",
+        ActuateResult: "Inputs and coordinates, poses of the links, and by how much they miss the targets.",
+    }
+    for owner, held in holds.items():
+        _attach(owner, "save", _save_with, _SAVE.format(kinds=_ALL_KINDS, model=_MODEL))
+        _attach(owner, "to_xarray", _dataset_with, _DATASET.format(model=_NAMES, holds=held))
+    shown = "\nParameters\n----------\nmodel : Model\n    The model.\n"
+    _attach(StaticsResult, "plot", _plot_statics, f"Draw the equilibrium shape.\n{shown}{_AXES}")
+    path = f"Draw coordinates and the lowest eigenvalue over the load factor.\n{_NAMES}{_AXES}"
+    _attach(ContinuationResult, "plot", _plot_path, path)
+    role = "The model."
+    own = "; a path of inputs has its own"
+    of_path, a_path = "a path of equilibria", "the path of equilibria, from its beginning to its end,"
+    of_rest = _REPORT.format(what="an equilibrium", role=role, about="", own="")
+    _attach(StaticsResult, "report", _report_statics, of_rest)
+    _attach(
+        StaticsResult, "__getattr__", _of_what_rests, "Explain what to use instead of a missing attribute."
+    )
+    of_path = _REPORT.format(what=of_path, role=role, about="", own=own)
+    _attach(ContinuationResult, "report", _report_path, of_path)
+    lasts = (
+        "Duration of the animation, seconds. It advances uniformly along the path, by coordinates and loads."
+    )
+    film = _ANIMATE.format(what=a_path, role=role, about="", lasts=lasts)
+    _attach(ContinuationResult, "animate", _animate_path, film)
+    of_modes = _REPORT.format(what="natural modes", role=role, about=_ABOUT, own="")
+    _attach(ModesResult, "report", _report_modes, of_modes)
+    lasts = "Duration of the animation, seconds: one period of the mode, not in real time."
+    film = _ANIMATE.format(what="one period of a mode", role=role, about=_ABOUT + _WHICH, lasts=lasts)
+    _attach(ModesResult, "animate", _animate_mode, film)
+    _attach(ModesResult, "plot", _plot_modes, f"Draw frequencies and damping ratios.\n{_AXES}")
