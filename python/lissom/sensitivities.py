@@ -253,11 +253,11 @@ def sensitivity(
     """
     if not isinstance(model, Model):
         raise TypeError(f"model: expected a Model (Rod, Robot, SpringPendulum), got {type(model).__name__}")
-    method, options = shorthand(method, options)
-    if text("method", method) not in METHODS:
+    of_method, options = shorthand(method, options)
+    if text("method", of_method) not in METHODS:
         known = ", ".join(map(repr, METHODS))
         raise ValueError(
-            f"method: got {method!r}, expected one of {known}: runs by others are not differentiated"
+            f"method: got {of_method!r}, expected one of {known}: runs by others are not differentiated"
         )
     for name in options:
         if name not in (*OF_SCHEME, *OF_STEPS):
@@ -279,9 +279,9 @@ def sensitivity(
     # Unsupported features are rejected before the run; the run reports whether there are accelerations.
     rest, none = np.zeros((1, model.n)), np.zeros((model.n, 0))
     with contextlib.suppress(LissomError):
-        sensitivities(model, [t0], rest, rest, rest, [], none, none, method=method, **scheme)
-    chosen: Any = {"method": method} | options
-    if method == "radau":
+        sensitivities(model, [t0], rest, rest, rest, [], none, none, method=of_method, **scheme)
+    chosen: Any = {"method": of_method} | options
+    if of_method == "radau":
         chosen["t_eval"] = "steps"
     begun: list[float] = []
     if held is not None:
@@ -314,7 +314,7 @@ def sensitivity(
             forces,
             dq0,
             dv0,
-            method=method,
+            method=of_method,
             **scheme,
             legs=legs,
             weights=weights,

@@ -66,7 +66,10 @@ def test_the_package_imports_nothing(tmp_path):
 )
 def test_what_is_compiled_imports_no_other_module(name, tmp_path):
     found = loaded(f"import lissom; lissom.{name}", cwd=tmp_path)
-    assert of_package(found) == {"lissom", *(f"lissom.{m}" for m in ("_lissom", "methods", "plain", "shown"))}
+    assert of_package(found) == {
+        "lissom",
+        *(f"lissom.{m}" for m in ("_lissom", "attached", "plain", "shown")),
+    }
     assert found & HEAVY == set()
 
 
@@ -127,7 +130,7 @@ def test_public_names_are_imported_alike_for_types_and_at_run_time():
     assert set(lissom.__all__) == lissom._MODULES.keys() <= set(dir(lissom))
     for name in lissom.__all__:
         assert getattr(lissom, name) is getattr(sys.modules[f"lissom.{lissom._MODULES[name]}"], name)
-    assert submodules == {"gym", "jax", "sensors", "torch", "urdf"}
+    assert submodules == {"gym", "jax", "methods", "sensors", "torch", "urdf"}
     assert lissom.urdf is sys.modules["lissom.urdf"]
     with pytest.raises(AttributeError, match="module 'lissom' has no attribute 'rod'"):
         lissom.rod  # noqa: B018
