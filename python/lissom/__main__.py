@@ -9,6 +9,9 @@ from .interruption import interruption
 def main() -> None:
     """Entry point of the command."""
     interruption.install()
+    # OpenBLAS, which NumPy loads, starts a thread on each processor that waits actively. Commands multiply
+    # small matrices only.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     from .cli import main as command
 
     try:

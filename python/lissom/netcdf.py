@@ -58,10 +58,10 @@ def _write(file: Any, name: str, variable: Variable, auxiliary: str) -> None:
         name,
         variable.dimensions,
         h5py.string_dtype() if is_text else values.dtype,
+        values.astype(object) if is_text else values,
         # NaN marks missing numbers.
         fillvalue=None if is_text else np.nan,
     )
-    made[...] = values.astype(object) if is_text else values
     made.attrs.update(variable.attributes)
     if auxiliary:
         made.attrs["coordinates"] = auxiliary

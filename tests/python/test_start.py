@@ -89,6 +89,14 @@ def test_help_and_listed_commands_import_neither_numpy_nor_the_compiled_module(t
     assert commands == {"lissom.cli.check", "lissom.cli.exits", "lissom.cli.scenes"}
 
 
+@pytest.mark.parametrize(("given", "found"), [({}, "1"), ({"OPENBLAS_NUM_THREADS": "3"}, "3")])
+def test_commands_start_no_threads_of_openblas_unless_they_are_asked_to(given, found, tmp_path):
+    program = f"import os\nos.environ.pop('OPENBLAS_NUM_THREADS', None); os.environ.update({given!r})\n"
+    program += "from lissom.__main__ import main\ntry:\n    main()\nfinally:\n"
+    program += f"    assert os.environ['OPENBLAS_NUM_THREADS'] == {found!r}\n"
+    loaded(program, "--version", cwd=tmp_path)
+
+
 def test_the_version_needs_the_compiled_module_alone(tmp_path):
     found = command("--version", cwd=tmp_path)
     assert found & (HEAVY | OF_OTHERS | OF_DRAWINGS) == set()
