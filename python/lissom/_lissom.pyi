@@ -10,7 +10,7 @@ from typing_extensions import deprecated, disjoint_base
 
 from .contact_events import ContactEvent
 from .contacts import Touch
-from .links import Joint, Link, Mimic
+from .links import Link
 from .live.server import LiveView
 from .loops import Loop
 from .targets import Target
@@ -483,6 +483,162 @@ class ActiveStrain(Part):
     @property
     def name(self) -> str | None: ...
 
+class Joint(Part): ...
+
+class Weld(Joint):
+    __match_args__ = ()
+    def __init__(
+        self,
+    ) -> None: ...
+
+class Mimic(Part):
+    __match_args__ = ("link",)
+    def __init__(
+        self,
+        link: str,
+        *,
+        multiplier: float = 1.0,
+        offset: float = 0.0,
+    ) -> None: ...
+    @property
+    def link(self) -> str: ...
+    @property
+    def multiplier(self) -> float: ...
+    @property
+    def offset(self) -> float: ...
+
+class Revolute(Joint):
+    __match_args__ = ("axis",)
+    def __init__(
+        self,
+        axis: ArrayLike,
+        *,
+        stiffness: float = 0.0,
+        rest: float = 0.0,
+        damping: float = 0.0,
+        friction: float = 0.0,
+        friction_velocity: float = 0.001,
+        limits: ArrayLike | None = None,
+        limit_stiffness: float = 0.0,
+        limit_dissipation: float = 0.0,
+        armature: float = 0.0,
+        motion: _Number | None = None,
+        mimic: Mimic | None = None,
+    ) -> None: ...
+    @property
+    def axis(self) -> tuple[float, float, float]: ...
+    @property
+    def stiffness(self) -> float: ...
+    @property
+    def rest(self) -> float: ...
+    @property
+    def damping(self) -> float: ...
+    @property
+    def friction(self) -> float: ...
+    @property
+    def friction_velocity(self) -> float: ...
+    @property
+    def limits(self) -> tuple[float, float] | None: ...
+    @property
+    def limit_stiffness(self) -> float: ...
+    @property
+    def limit_dissipation(self) -> float: ...
+    @property
+    def armature(self) -> float: ...
+    @property
+    def motion(self) -> Any | None: ...
+    @property
+    def mimic(self) -> Mimic | None: ...
+
+class Prismatic(Joint):
+    __match_args__ = ("axis",)
+    def __init__(
+        self,
+        axis: ArrayLike,
+        *,
+        stiffness: float = 0.0,
+        rest: float = 0.0,
+        damping: float = 0.0,
+        friction: float = 0.0,
+        friction_velocity: float = 0.001,
+        limits: ArrayLike | None = None,
+        limit_stiffness: float = 0.0,
+        limit_dissipation: float = 0.0,
+        armature: float = 0.0,
+        motion: _Number | None = None,
+        mimic: Mimic | None = None,
+    ) -> None: ...
+    @property
+    def axis(self) -> tuple[float, float, float]: ...
+    @property
+    def stiffness(self) -> float: ...
+    @property
+    def rest(self) -> float: ...
+    @property
+    def damping(self) -> float: ...
+    @property
+    def friction(self) -> float: ...
+    @property
+    def friction_velocity(self) -> float: ...
+    @property
+    def limits(self) -> tuple[float, float] | None: ...
+    @property
+    def limit_stiffness(self) -> float: ...
+    @property
+    def limit_dissipation(self) -> float: ...
+    @property
+    def armature(self) -> float: ...
+    @property
+    def motion(self) -> Any | None: ...
+    @property
+    def mimic(self) -> Mimic | None: ...
+
+class Cylindrical(Joint):
+    __match_args__ = ("axis",)
+    def __init__(
+        self,
+        axis: ArrayLike,
+    ) -> None: ...
+    @property
+    def axis(self) -> tuple[float, float, float]: ...
+
+class Universal(Joint):
+    __match_args__ = ("axis1", "axis2")
+    def __init__(
+        self,
+        axis1: ArrayLike,
+        axis2: ArrayLike,
+    ) -> None: ...
+    @property
+    def axis1(self) -> tuple[float, float, float]: ...
+    @property
+    def axis2(self) -> tuple[float, float, float]: ...
+
+class Planar(Joint):
+    __match_args__ = ("normal",)
+    def __init__(
+        self,
+        normal: ArrayLike,
+    ) -> None: ...
+    @property
+    def normal(self) -> tuple[float, float, float]: ...
+
+class Spherical(Joint):
+    __match_args__ = ()
+    def __init__(
+        self,
+    ) -> None: ...
+
+class Free(Joint):
+    __match_args__ = ()
+    def __init__(
+        self,
+        *,
+        motion: BaseMotion | None = None,
+    ) -> None: ...
+    @property
+    def motion(self) -> BaseMotion | None: ...
+
 # End of these classes.
 
 @disjoint_base
@@ -868,10 +1024,8 @@ def jacobian(
     x_scale: ArrayLike | None = None,
     args: tuple[Any, ...] = (),
 ) -> NDArray[np.float64]: ...
-def check_joint(joint: Joint) -> None: ...
 def check_link(link: Link) -> None: ...
 def check_loop(object: Loop) -> None: ...
-def check_mimic(mimic: Mimic) -> None: ...
 def _schema_of_parts() -> str: ...
 def _stub_of_parts() -> str: ...
 def check_target(target: Target) -> None: ...

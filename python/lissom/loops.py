@@ -10,8 +10,7 @@ from dataclasses import KW_ONLY, dataclass
 from math import isfinite
 from typing import TYPE_CHECKING, cast
 
-from ._lissom import check_loop
-from .links import Joint
+from ._lissom import Joint, check_loop
 from .plain import in_floats, with_number, with_text
 
 if TYPE_CHECKING:

@@ -1,15 +1,13 @@
 //! Actuators of robots: the parts that `description` describes, whose links and joints are resolved when a robot is made.
 
-use std::sync::Arc;
-
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 
-use super::part::{parts_of, resolved, wrapped};
+use super::part::{object_of, parts_of, resolved};
 use super::signal::Functions;
 use crate::actuator::{Actuator, described};
-use crate::description::suggestion;
+use crate::description::{Data as _, suggestion};
 use crate::error::InvalidInput;
 use crate::robot::{Named, Robot, number_default_names};
 
@@ -66,11 +64,6 @@ pub(super) fn actuator_index(robot: &Robot, name: &str) -> Result<usize, Invalid
 
 /// The Python objects of the actuators of a robot.
 pub(super) fn actuators_out<'py>(py: Python<'py>, robot: &Robot) -> PyResult<Bound<'py, PyTuple>> {
-    let out = |actuator: &Actuator| match robot.described_actuator(actuator) {
-        described::Actuator::Tendon(tendon) => wrapped(py, Arc::new(tendon)),
-        described::Actuator::Chamber(chamber) => wrapped(py, Arc::new(chamber)),
-        described::Actuator::Motor(motor) => wrapped(py, Arc::new(motor)),
-        described::Actuator::ActiveStrain(active) => wrapped(py, Arc::new(active)),
-    };
+    let out = |actuator: &Actuator| object_of(py, &robot.described_actuator(actuator).write());
     PyTuple::new(py, robot.actuators.iter().map(out).collect::<PyResult<Vec<_>>>()?)
 }

@@ -6,7 +6,11 @@ use pyo3::types::{PyDict, PyTuple};
 
 use super::actuation::at_place;
 use super::convert;
-use super::link::{Links, has_default_name, joint_class, joint_of, unknown};
+use super::link::{Links, has_default_name, unknown};
+use super::part::{object_of, part_of};
+use super::signal::Functions;
+use crate::description::Data as _;
+use crate::joint::described::Joint;
 use crate::loops::{Loop, LoopEnd, Tie};
 use crate::robot::{Robot, number_default_names};
 
@@ -65,7 +69,7 @@ fn loop_of(object: &Bound<'_, PyAny>, links: Option<&Links<'_>>) -> PyResult<Loo
             }
         }
         _ => {
-            let joint = joint_of(&kind).map_err(|_| {
+            let joint = part_of::<Joint>(&kind, "kind", &mut Functions::default()).map_err(|_| {
                 let found = convert::describe(&kind);
                 PyTypeError::new_err(format!(
                     "kind: expected a joint (lissom.Weld, Revolute, Prismatic, Cylindrical, Universal, Planar or Spherical), \
@@ -79,7 +83,7 @@ fn loop_of(object: &Bound<'_, PyAny>, links: Option<&Links<'_>>) -> PyResult<Loo
                     )));
                 }
             }
-            Tie::Joint { ends: ends()?, joint }
+            Tie::Joint { ends: ends()?, joint: joint.resolved() }
         }
     };
     Ok(Loop { name, tie })
@@ -131,7 +135,9 @@ pub(super) fn loops_out<'py>(py: Python<'py>, robot: &Robot) -> PyResult<Bound<'
         let options = PyDict::new(py);
         options.set_item("name", name)?;
         let arguments = match tie {
-            Tie::Joint { ends: [a, b], joint } => (end_out(a)?, end_out(b)?, joint_class(py, joint)?),
+            Tie::Joint { ends: [a, b], joint } => {
+                (end_out(a)?, end_out(b)?, object_of(py, &joint.described().write())?)
+            }
             Tie::Distance { ends: [a, b], length } => {
                 (end_out(a)?, end_out(b)?, lissom.getattr("Distance")?.call1((*length,))?)
             }

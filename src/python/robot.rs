@@ -20,13 +20,13 @@ use super::errors::check_finite;
 use super::link::{Links, index_of, links_of};
 use super::loops::{loop_index, loops_of, loops_out};
 use super::model::{PyModel, check_time, time_of_state};
-use super::part::{optional_part, parts_of, resolved, wrapped};
+use super::part::{object_of, optional_part, parts_of, resolved, wrapped};
 use super::reach::{self, PyReachResult};
 use super::segment::PySegment;
 use super::signal::Functions;
 use crate::actuator::Actuator;
 use crate::body::described::Body;
-use crate::description::{LinkName, Reader};
+use crate::description::{Data as _, LinkName, Reader};
 use crate::error::InvalidInput;
 use crate::lie::Vector;
 use crate::linalg::Matrix;
@@ -424,7 +424,7 @@ impl PyRobot {
             }
             let body = link.body.as_ref().map(|body| wrapped(py, Arc::new(body.described(None))));
             arguments.set_item("body", body.transpose()?)?;
-            arguments.set_item("joint", super::link::joint_out(py, link, &self.description.links)?)?;
+            arguments.set_item("joint", object_of(py, &self.description.described_joint(link).write())?)?;
             arguments.set_item("parent", link.parent.map(|parent| &self.description.links[parent].name))?;
             arguments.set_item("at", link.at)?;
             arguments.set_item("position", <(f64, f64, f64)>::from(link.position))?;

@@ -13,8 +13,8 @@ use super::described::Written;
 use crate::actuator::described::{ActiveStrain, Chamber, Motor, Tendon};
 use crate::body::described::Body;
 use crate::contact::described::Contact;
+use crate::joint::described::Joint;
 use crate::load::described::Load;
-use crate::signal::{Drive, Interpolation};
 use crate::support::described::Support;
 use crate::world::{Fluid, described::BaseMotion};
 
@@ -161,7 +161,7 @@ pub(super) struct Link {
     #[serde(default = "unturned")]
     pub(super) orientation: [f64; 4],
     /// Joint to the parent. Default: a rigid connection.
-    pub(super) joint: Option<Joint>,
+    pub(super) joint: Option<Written<Joint>>,
     /// Rod of the link, instead of a body.
     pub(super) rod: Option<LinkRod>,
     /// Rigid body of the link, instead of a rod.
@@ -189,137 +189,6 @@ pub(super) struct LinkRod {
     /// Segments from base to tip; each one starts where the previous one ends.
     #[schemars(length(min = 1), example = Vec::<Segment>::new())]
     pub(super) segment: Vec<Segment>,
-}
-
-/// A joint. revolute, prismatic, cylindrical: axis; universal: axis1, axis2; planar: normal; weld, spherical, free: nothing.
-/// Springs, dampers, limits, armature and mimic are those of revolute and prismatic joints, motion also that of free ones.
-#[derive(Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(super) struct Joint {
-    /// Kind of joint.
-    #[schemars(example = JointKind::Weld)]
-    pub(super) r#type: JointKind,
-    /// Direction of the axis in the joint frame; its length does not matter.
-    pub(super) axis: Option<[f64; 3]>,
-    /// Direction of the first axis of a universal joint in the joint's frame, of any length.
-    pub(super) axis1: Option<[f64; 3]>,
-    /// Direction of its second axis where the first angle is zero.
-    pub(super) axis2: Option<[f64; 3]>,
-    /// Normal of the plane of a planar joint; its length does not matter.
-    pub(super) normal: Option<[f64; 3]>,
-    /// Stiffness of a spring on the coordinate, in N m/rad or N/m. Default: 0.
-    #[schemars(range(min = 0.0))]
-    pub(super) stiffness: Option<f64>,
-    /// Coordinate at which that spring is unloaded, in radians or metres. Default: 0.
-    pub(super) rest: Option<f64>,
-    /// Viscous damping, in N m s or N s/m. Default: 0.
-    #[schemars(range(min = 0.0))]
-    pub(super) damping: Option<f64>,
-    /// Dry friction, in N m or N. Default: 0.
-    #[schemars(range(min = 0.0))]
-    pub(super) friction: Option<f64>,
-    /// Velocity below which dry friction is smoothed, in rad/s or m/s. Default: 1e-3.
-    #[schemars(extend("exclusiveMinimum" = 0))]
-    pub(super) friction_velocity: Option<f64>,
-    /// Lowest and highest value of the coordinate, in radians or metres; stiff springs act beyond. Default: none.
-    pub(super) limits: Option<[f64; 2]>,
-    /// Stiffness of the stops, in N m/rad or N/m.
-    #[schemars(range(min = 0.0))]
-    pub(super) limit_stiffness: Option<f64>,
-    /// Dissipation of the stops (Hunt and Crossley), in s/rad or s/m. Default: 0.
-    #[schemars(range(min = 0.0))]
-    pub(super) limit_dissipation: Option<f64>,
-    /// Inertia added to this coordinate only, in kg m^2 or kg. Default: 0.
-    #[schemars(range(min = 0.0))]
-    pub(super) armature: Option<f64>,
-    /// Prescribed motion of the joint, which then adds no coordinate. Default: the joint moves freely.
-    pub(super) motion: Option<JointMotion>,
-    /// Makes the coordinate follow that of another joint, and adds none. Default: the joint moves freely.
-    pub(super) mimic: Option<Mimic>,
-}
-
-/// How a joint moves as a function of time. The coordinate of a revolute or prismatic joint, in radians or metres: either
-/// times and values, or mean + rate t + amplitude sin(2 pi frequency t + phase). The link of a free joint: translation, and
-/// either axis and angle or rotation, in the axes of the joint's frame. Tables that are not linear must cover the run.
-#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub(super) struct JointMotion {
-    /// Increasing times of the values, in seconds.
-    pub(super) times: Option<Vec<f64>>,
-    /// Values of the coordinate at the times.
-    pub(super) values: Option<Vec<f64>>,
-    /// Interpolation of times and values. Default: cubic.
-    pub(super) interpolation: Option<Written<Interpolation>>,
-    /// Largest deviation from the steady part. Default: 0.
-    pub(super) amplitude: Option<f64>,
-    /// Oscillations per second, in hertz. Default: 0.
-    #[schemars(range(min = 0.0))]
-    pub(super) frequency: Option<f64>,
-    /// Phase at time zero, in radians. Default: 0.
-    pub(super) phase: Option<f64>,
-    /// Steady part at time zero. Default: 0.
-    pub(super) mean: Option<f64>,
-    /// Growth of the steady part per second. Default: 0.
-    pub(super) rate: Option<f64>,
-    /// Displacement of a free joint's link, in metres. Default: none.
-    pub(super) translation: Option<Written<Drive<3>>>,
-    /// Axis of the rotation; its length does not matter.
-    pub(super) axis: Option<[f64; 3]>,
-    /// Angle about the axis, in radians.
-    pub(super) angle: Option<Written<Drive<1>>>,
-    /// Instead of axis and angle: orientations.
-    pub(super) rotation: Option<Written<Drive<4>>>,
-}
-
-/// Makes the coordinate of a joint follow another one: multiplier times that coordinate plus offset.
-#[derive(Clone, Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(super) struct Mimic {
-    /// Name of the link with the other joint, a revolute or prismatic one.
-    #[schemars(example = &"link")]
-    pub(super) link: String,
-    /// Ratio of this coordinate to the other one. Default: 1.
-    pub(super) multiplier: Option<f64>,
-    /// Offset in radians or metres. Default: 0.
-    pub(super) offset: Option<f64>,
-}
-
-/// Kind of joint.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub(super) enum JointKind {
-    /// No motion.
-    Weld,
-    /// Turns about an axis.
-    Revolute,
-    /// Moves along an axis.
-    Prismatic,
-    /// Moves along an axis and turns about it.
-    Cylindrical,
-    /// Turns about two axes, one after the other.
-    Universal,
-    /// Moves across a normal and turns about it.
-    Planar,
-    /// Turns about a point.
-    Spherical,
-    /// Moves freely.
-    Free,
-}
-
-impl JointKind {
-    /// Its name in the file.
-    pub(super) fn name(self) -> &'static str {
-        match self {
-            Self::Weld => "weld",
-            Self::Revolute => "revolute",
-            Self::Prismatic => "prismatic",
-            Self::Cylindrical => "cylindrical",
-            Self::Universal => "universal",
-            Self::Planar => "planar",
-            Self::Spherical => "spherical",
-            Self::Free => "free",
-        }
-    }
 }
 
 /// What closes a loop of links: a further joint between two of them, or one and the world; a distance that two points keep;

@@ -25,17 +25,26 @@ from lissom import (
     Chamber,
     Contact,
     ConvexMesh,
+    Cylindrical,
     Fluid,
+    Free,
     HalfSpace,
     Harmonic,
     HeightField,
     Input,
     Load,
+    Mimic,
     Motor,
+    Planar,
+    Prismatic,
+    Revolute,
     Sphere,
+    Spherical,
     Support,
     Tendon,
+    Universal,
     Via,
+    Weld,
     _lissom,
     records,
 )
@@ -100,6 +109,16 @@ EACH = [
     Motor("arm.angle", position=Input("q"), gains=(3, 0.1), limits=(-1, 1), name="servo"),
     ActiveStrain(None, "bend_y"),
     ActiveStrain("arm", "torsion", ([0, 0.1, 0.3], [1, 2, 0]), Input("muscle")),
+    Weld(),
+    Spherical(),
+    Free(),
+    Free(motion=BaseMotion(translation=Harmonic((0, 0, 0.1), 2.0))),
+    Mimic("arm", multiplier=-2),
+    Revolute((0, 1, 0), stiffness=1, limits=(-1, 1), limit_stiffness=10, mimic=Mimic("arm")),
+    Prismatic((0, 1, 0), friction=0.1, motion=([0, 1], [0, 0.1], "linear")),
+    Cylindrical((0, 0, 1)),
+    Universal((0, 0, 1), (0, 1, 0)),
+    Planar((0, 0, 1)),
 ]
 
 
@@ -329,6 +348,45 @@ def test_actuators_are_written_to_scenes_and_back(key, part):
         assert found == part
     assert read(found) == (found,)
     assert read(dataclasses.replace(part, name="other"))[0].name == "other"
+
+
+@pytest.mark.parametrize(
+    "joint",
+    [
+        Free(motion=BaseMotion(translation=Harmonic((0, 0, 0.1), 2.0))),
+        Revolute((0, 1, 0), stiffness=1, limits=(-math.inf, 1), limit_stiffness=10, mimic=Mimic("arm")),
+        Prismatic((0, 1, 0), friction=0.1, motion=([0, 1], [0, 0.1], "linear")),
+        Universal((0, 0, 1), (0, 1, 0)),
+        Planar((0, 0, 1)),
+    ],
+)
+def test_joints_are_written_to_scenes_and_back(joint):
+    keys = joint.to_toml().replace("\n", ", ")
+    table = f'{{ type = "{type(joint).__name__.lower()}", {keys} }}'
+    text = LINKS.replace('{ type = "free" }', table)
+    assert lissom.Scene.loads(f"{text}{END}").model.links[1].joint == joint
+
+
+def test_joints_share_a_base():
+    assert issubclass(Weld, lissom.Joint)
+    assert isinstance(Revolute((0, 1, 0)), lissom.Joint)
+    assert not isinstance(Mimic("arm"), lissom.Joint)
+    with pytest.raises(TypeError, match="Joint is the base of other classes"):
+        lissom.Joint()
+
+
+def test_all_problems_of_a_joint_come_at_once():
+    with pytest.raises(ValueError, match="axis") as caught:
+        Revolute((0, 0, 0), stiffness=-1, limits=(1, -1), armature=math.nan)
+    places = [line.split(":")[0] for line in str(caught.value).splitlines()]
+    assert places == ["stiffness", "armature", "axis", "limits", "limit_stiffness"]
+    text = LINKS.replace(
+        '{ type = "free" }', '{ type = "revolute", axis = [0, 0, 0], damping = -1, rst = 1 }'
+    )
+    with pytest.raises(lissom.SceneError) as refused:
+        lissom.Scene.loads(text.replace("mass = 0.2", "mass = -1") + END)
+    keys = {problem.key for problem in refused.value.problems}
+    assert keys == {"link[1].joint.damping", "link[1].joint.axis", "link[1].joint.rst", "link[1].body.mass"}
 
 
 def test_motors_are_written_to_scenes_and_back():

@@ -22,7 +22,8 @@ use crate::description::{AnyPart, Data as _, Fault, Field, Item, Part, Problem, 
 use crate::error::InvalidInput;
 use crate::scene::{self, PARTS};
 
-use values::{attribute_of, object_of, value_of};
+pub(super) use values::object_of;
+use values::{attribute_of, value_of};
 
 /// A part of a model. It cannot be changed: `dataclasses.replace` makes another one.
 // In the module where it is found: old protocols of pickles name it.
@@ -67,6 +68,16 @@ pub(super) fn parts_of<T: Item>(
 ) -> PyResult<Vec<T>> {
     let value = value_of(objects, name, &<Vec<T>>::KIND, functions)?;
     Ok(<Vec<T>>::read(&value, &mut Reader::default()).expect("these parts have been read before"))
+}
+
+/// A part, or one of some; its functions are added to those of its owner.
+pub(super) fn part_of<T: Item>(
+    object: &Bound<'_, PyAny>,
+    name: &str,
+    functions: &mut Functions,
+) -> PyResult<T> {
+    let value = value_of(object, name, &T::KIND, functions)?;
+    Ok(T::read(&value, &mut Reader::default()).expect("this part has been read before"))
 }
 
 /// What is made of the items of a list of a robot; raises all problems of all of them. The first exception of a user's
@@ -194,7 +205,9 @@ impl PyPart {
             let Self { part, functions } = part.get();
             return Ok(Self { part: part.clone(), functions: functions.clone_ref(cls.py()) });
         }
-        let schema = cls.getattr(pyo3::intern!(cls.py(), "_schema"))?;
+        let Some(schema) = cls.getattr_opt(pyo3::intern!(cls.py(), "_schema"))? else {
+            return Err(PyTypeError::new_err(format!("{} is the base of other classes", cls.name()?)));
+        };
         let schema = schema.cast::<PySchema>()?.get().0;
         let mut functions = Functions::default();
         let part = made(schema, &arguments(schema, args, kwargs, &mut functions)?)?;
@@ -295,7 +308,8 @@ impl PyField {
 }
 
 /// The class of a part.
-fn class<'py>(py: Python<'py>, schema: &'static Schema) -> PyResult<Bound<'py, PyType>> {
+fn class<'py>(schema: &'static Schema, base: &Bound<'py, PyType>) -> PyResult<Bound<'py, PyType>> {
+    let py = base.py();
     let (items, doc) = (PyDict::new(py), text::docstring(schema));
     items.set_item("__module__", "lissom")?;
     items.set_item("__slots__", ())?;
@@ -309,7 +323,7 @@ fn class<'py>(py: Python<'py>, schema: &'static Schema) -> PyResult<Bound<'py, P
     for (index, field) in schema.fields.iter().enumerate() {
         items.set_item(field.name, PyField { index, doc: field.meaning() })?;
     }
-    let made = PyType::type_object(py).call1((schema.name, (PyPart::type_object(py),), items))?;
+    let made = PyType::type_object(py).call1((schema.name, (base,), items))?;
     made.setattr("__doc__", doc)?;
     Ok(made.cast_into()?)
 }
@@ -339,7 +353,24 @@ fn dataclass_fields<'py>(py: Python<'py>, schema: &'static Schema) -> PyResult<B
 /// The classes of the parts.
 pub(super) fn add_classes(module: &Bound<'_, PyModule>) -> PyResult<()> {
     let py = module.py();
-    let classes: Vec<_> = PARTS.iter().map(|schema| class(py, schema)).collect::<PyResult<_>>()?;
+    let mut classes = Vec::with_capacity(PARTS.len());
+    for schema in PARTS {
+        let part = PyPart::type_object(py);
+        let base = match (schema.base, module.getattr_opt(schema.base)?) {
+            ("", _) => part,
+            (_, Some(known)) => known.cast_into()?,
+            (name, None) => {
+                let items = PyDict::new(py);
+                items.set_item("__module__", "lissom")?;
+                items.set_item("__slots__", ())?;
+                items.set_item("__doc__", format!("Base class of all {}s.", name.to_lowercase()))?;
+                let made = PyType::type_object(py).call1((name, (part,), items))?.cast_into()?;
+                module.add(name, &made)?;
+                made
+            }
+        };
+        classes.push(class(schema, &base)?);
+    }
     classes.iter().zip(PARTS).try_for_each(|(class, schema)| module.add(schema.name, class))?;
     CLASSES.get_or_init(py, || classes.into_iter().map(Bound::unbind).collect());
     Ok(())

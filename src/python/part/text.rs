@@ -144,7 +144,11 @@ fn wrapped(paragraph: &str, indent: usize) -> String {
 pub(super) fn docstring(schema: &Schema) -> String {
     let example = schema.example.trim();
     let paragraphs: Vec<_> = schema.doc.trim().split("\n\n").map(|text| wrapped(text, 0)).collect();
-    let mut text = format!("{}\n\nParameters\n----------\n", paragraphs.join("\n\n"));
+    let mut text = paragraphs.join("\n\n");
+    if schema.fields.is_empty() {
+        return text;
+    }
+    text.push_str("\n\nParameters\n----------\n");
     for field in schema.fields {
         _ = writeln!(text, "{} : {}\n{}", field.name, words(&field.kind), wrapped(&field.meaning(), 4));
     }
@@ -160,12 +164,18 @@ pub(super) fn docstring(schema: &Schema) -> String {
 /// The classes of the stub.
 pub(super) fn stub(parts: &[&'static Schema]) -> String {
     let mut text = String::new();
+    let mut bases = vec!["Part", ""];
     for schema in parts {
+        if !bases.contains(&schema.base) {
+            _ = writeln!(text, "class {}(Part): ...\n", schema.base);
+            bases.push(schema.base);
+        }
+        let base = if schema.base.is_empty() { "Part" } else { schema.base };
         let positional = schema.names().take(schema.positional).map(|name| format!("\"{name}\""));
         // Also of one argument a tuple.
         let comma = if schema.positional == 1 { "," } else { "" };
         let positional = positional.collect::<Vec<_>>().join(", ");
-        _ = writeln!(text, "class {}(Part):\n    __match_args__ = ({positional}{comma})", schema.name);
+        _ = writeln!(text, "class {}({base}):\n    __match_args__ = ({positional}{comma})", schema.name);
         text.push_str("    def __init__(\n        self,\n");
         for argument in arguments(schema, true) {
             _ = writeln!(text, "        {argument},");

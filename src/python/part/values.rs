@@ -60,6 +60,9 @@ pub(super) fn value_of(
             }
         },
         Kind::Optional(_) if object.is_none() => Ok(Value::None),
+        Kind::Optional(inner @ Kind::Part(_)) => {
+            one_of(object, name, std::slice::from_ref(inner), kind, functions)
+        }
         Kind::Optional(inner) => value_of(object, name, inner, functions),
         Kind::OneOf(_, kinds) => one_of(object, name, kinds, kind, functions),
         Kind::Part(_) => one_of(object, name, std::slice::from_ref(kind), kind, functions),
@@ -94,6 +97,9 @@ fn list_of(
 
 /// Names of the classes of a kind.
 fn classes_of(kind: &Kind) -> String {
+    if let Kind::Optional(inner) = kind {
+        return format!("{} or None", classes_of(inner));
+    }
     let kinds = if let Kind::OneOf(_, kinds) = kind { kinds } else { std::slice::from_ref(kind) };
     let classes: Vec<_> = kinds.iter().filter_map(Kind::schema).map(|schema| schema.name).collect();
     match classes.split_last() {
@@ -189,7 +195,7 @@ pub(super) fn attribute_of<'py>(py: Python<'py>, value: &Value, kind: &Kind) -> 
 }
 
 /// The object of a value.
-pub(super) fn object_of<'py>(py: Python<'py>, value: &Value) -> PyResult<Bound<'py, PyAny>> {
+pub(in crate::python) fn object_of<'py>(py: Python<'py>, value: &Value) -> PyResult<Bound<'py, PyAny>> {
     match value {
         Value::None => Ok(py.None().into_bound(py)),
         Value::Flag(flag) => Ok(PyBool::new(py, *flag).to_owned().into_any()),

@@ -198,6 +198,14 @@ impl<'a> Named<'a> {
 }
 
 impl Robot {
+    /// The description of the joint of a link of this robot.
+    pub(crate) fn described_joint(&self, link: &Link) -> crate::joint::described::Joint {
+        match &link.driven {
+            Some(driven) => driven.described(&link.joint, |link| self.name_and_length(link).0),
+            None => link.joint.described(),
+        }
+    }
+
     /// Name of a link, and its length; empty for no link.
     fn name_and_length(&self, link: usize) -> (LinkName, f64) {
         let empty = || (LinkName(String::new()), 0.0);
