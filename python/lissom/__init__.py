@@ -27,17 +27,21 @@ if TYPE_CHECKING:
         CriticalPoint,
         Cylindrical,
         DenseOutput,
+        Distance,
         Energy,
         EnsembleResult,
         EquilibriumPath,
         Fluid,
         Free,
+        Gear,
         Harmonic,
         Input,
         JacobianCheck,
         Joint,
         LissomError,
         Load,
+        Loop,
+        LoopEnd,
         Mimic,
         Model,
         ModesResult,
@@ -92,7 +96,6 @@ if TYPE_CHECKING:
     from .keeping import load
     from .linear import LinearModel, linearise
     from .links import Link
-    from .loops import Distance, Gear, Loop, LoopEnd
     from .measurements import NaturalFrequencies, StaticShapes
     from .sensitivities import SensitivityResult, sensitivity
     from .sweeps import sweep
@@ -222,7 +225,6 @@ if not TYPE_CHECKING:
                 "keeping",
                 "linear",
                 "links",
-                "loops",
                 "measurements",
                 "sensitivities",
                 "sweeps",

@@ -1,5 +1,6 @@
 import builtins
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import Field
 from os import PathLike
 from typing import Any, ClassVar, Literal, Self, TypeAlias, TypeVar, final
 
@@ -12,7 +13,6 @@ from .contact_events import ContactEvent
 from .contacts import Touch
 from .links import Link
 from .live.server import LiveView
-from .loops import Loop
 from .targets import Target
 
 __version__: str
@@ -26,6 +26,7 @@ class ConvergenceError(LissomError):
 
 @disjoint_base
 class Part:
+    __dataclass_fields__: ClassVar[dict[str, Field[Any]]]
     def __new__(cls, *args: Any, **kwargs: Any) -> Self: ...
     def __hash__(self) -> int: ...
     def __eq__(self, other: object, /) -> bool: ...
@@ -639,6 +640,67 @@ class Free(Joint):
     @property
     def motion(self) -> BaseMotion | None: ...
 
+class LoopEnd(Part):
+    __match_args__ = ("link", "at", "position", "orientation")
+    def __init__(
+        self,
+        link: str | None = None,
+        at: float | None = None,
+        position: ArrayLike = (0.0, 0.0, 0.0),
+        orientation: ArrayLike = (1.0, 0.0, 0.0, 0.0),
+    ) -> None: ...
+    @property
+    def link(self) -> str | None: ...
+    @property
+    def at(self) -> float | None: ...
+    @property
+    def position(self) -> tuple[float, float, float]: ...
+    @property
+    def orientation(self) -> tuple[float, float, float, float]: ...
+
+class Distance(Part):
+    __match_args__ = ("length",)
+    def __init__(
+        self,
+        length: float,
+    ) -> None: ...
+    @property
+    def length(self) -> float: ...
+
+class Gear(Part):
+    __match_args__ = ("ratio",)
+    def __init__(
+        self,
+        ratio: float = 1.0,
+        *,
+        offset: float = 0.0,
+    ) -> None: ...
+    @property
+    def ratio(self) -> float: ...
+    @property
+    def offset(self) -> float: ...
+
+class Loop(Part):
+    __match_args__ = ("a", "b", "kind")
+    def __init__(
+        self,
+        a: str | LoopEnd | Sequence[object] | Mapping[str, object] | None,
+        b: str | LoopEnd | Sequence[object] | Mapping[str, object] | None,
+        kind: Weld | Revolute | Prismatic | Cylindrical | Universal | Planar | Spherical | Distance | Gear,
+        *,
+        name: str = "",
+    ) -> None: ...
+    @property
+    def a(self) -> str | LoopEnd: ...
+    @property
+    def b(self) -> str | LoopEnd: ...
+    @property
+    def kind(
+        self,
+    ) -> Weld | Revolute | Prismatic | Cylindrical | Universal | Planar | Spherical | Distance | Gear: ...
+    @property
+    def name(self) -> str: ...
+
 # End of these classes.
 
 @disjoint_base
@@ -1025,7 +1087,6 @@ def jacobian(
     args: tuple[Any, ...] = (),
 ) -> NDArray[np.float64]: ...
 def check_link(link: Link) -> None: ...
-def check_loop(object: Loop) -> None: ...
 def _schema_of_parts() -> str: ...
 def _stub_of_parts() -> str: ...
 def check_target(target: Target) -> None: ...

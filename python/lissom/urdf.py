@@ -1041,7 +1041,7 @@ class _Reader:
             joint = joints[mimic.joint]
             link = joints[mimic.of].child or ""
             tie = Mimic(link, multiplier=mimic.multiplier, offset=mimic.offset)
-            joint.joint = replace(joint.joint, mimic=tie)  # type: ignore[call-arg]
+            joint.joint = replace(joint.joint, mimic=tie)
 
     # The tree
 

@@ -173,6 +173,8 @@ pub struct Schema {
     pub positional: usize,
     /// Whether it is checked by the part that holds it, and not when it is made.
     pub is_checked_later: bool,
+    /// Whether Python also takes its arguments in its place, as a tuple or a dict, and None for none.
+    pub is_short: bool,
     /// Whether Python shows it without the numbers and options that have their defaults.
     pub is_brief: bool,
     /// Fields at least one of which has to be given.
@@ -200,6 +202,7 @@ impl Schema {
             fields,
             positional,
             is_checked_later: false,
+            is_short: false,
             is_brief: false,
             some_of: &[],
             make,
@@ -249,6 +252,11 @@ impl Schema {
     /// The part that holds it checks it.
     pub const fn checked_later(self) -> Self {
         Self { is_checked_later: true, ..self }
+    }
+
+    /// Python also takes its arguments in its place.
+    pub const fn short(self) -> Self {
+        Self { is_short: true, ..self }
     }
 
     /// Python shows it without the numbers and options that have their defaults.

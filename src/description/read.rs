@@ -182,6 +182,11 @@ impl Reader {
         &self.problems
     }
 
+    /// Whether all keys were known; otherwise what seems to be left out may have been given by another name.
+    pub fn is_complete(&self) -> bool {
+        !self.problems.iter().any(|problem| matches!(problem.fault, Fault::Unknown { .. }))
+    }
+
     /// All problems.
     pub fn finish(self) -> Vec<Problem> {
         self.problems

@@ -1,6 +1,5 @@
 //! Conversion of links: Python objects with the attributes of `lissom.Link`.
 
-use std::cell::OnceCell;
 use std::collections::HashMap;
 
 use pyo3::exceptions::{PyTypeError, PyValueError};
@@ -158,48 +157,6 @@ fn expected_link(name: &str, links: &[Link]) -> String {
     let similar = suggestion(name, links.iter().map(|link| link.name.as_str()));
     let meant = similar.map_or_else(String::new, |similar| format!("; did you mean '{similar}'?"));
     format!("{}{meant}", one_of_the_links(links))
-}
-
-/// The links of a robot by name, for as many searches as the robot has parts.
-pub(super) struct Links<'a> {
-    robot: &'a Robot,
-    places: HashMap<&'a str, usize>,
-    coordinates: OnceCell<HashMap<String, usize>>,
-}
-
-impl<'a> Links<'a> {
-    pub(super) fn of(robot: &'a Robot) -> Self {
-        let mut places = HashMap::with_capacity(robot.links.len());
-        for (i, link) in robot.links.iter().enumerate() {
-            places.entry(link.name.as_str()).or_insert(i);
-        }
-        Self { robot, places, coordinates: OnceCell::new() }
-    }
-
-    /// Index of the link with this name.
-    pub(super) fn link(&self, name: &str) -> PyResult<usize> {
-        let names = || self.robot.links.iter().map(|link| link.name.as_str());
-        self.places.get(name).copied().ok_or_else(|| unknown(name, names(), "a link"))
-    }
-
-    /// Index of the coordinate with this name.
-    pub(super) fn coordinate(&self, name: &str) -> PyResult<usize> {
-        let coordinates = self.coordinates.get_or_init(|| {
-            self.robot.coordinate_names().into_iter().enumerate().map(|(i, name)| (name, i)).collect()
-        });
-        coordinates.get(name).copied().ok_or_else(|| {
-            let names = self.robot.coordinate_names();
-            unknown(name, names.iter().map(String::as_str), "a coordinate")
-        })
-    }
-}
-
-/// Whether a part of a robot has the name that it would have without one.
-pub(super) fn has_default_name(object: &Bound<'_, PyAny>, name: &str) -> PyResult<bool> {
-    match object.getattr_opt("_default_name")? {
-        Some(default) => default.call0()?.eq(name),
-        None => Ok(false),
-    }
 }
 
 /// The refusal of a name that no part of a robot has; `what` is the kind of the part.

@@ -67,8 +67,6 @@ mod _lissom {
     #[pymodule_export]
     use super::link::check_link;
     #[pymodule_export]
-    use super::loops::check_loop;
-    #[pymodule_export]
     use super::machine::machine;
     #[pymodule_export]
     use super::model::{PyEnergy, PyModel};

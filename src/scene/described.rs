@@ -17,11 +17,12 @@ use crate::description::{
 };
 use crate::joint::described as joint;
 use crate::load::described as load;
+use crate::loops::described as loops;
 use crate::support::described as support;
 use crate::world::{self, described::BaseMotion};
 
 /// The parts that are described by tables, those that others hold first.
-pub(crate) const PARTS: [&Schema; 28] = [
+pub(crate) const PARTS: [&Schema; 32] = [
     contact::Ball::SCHEMA,
     contact::HalfSpace::SCHEMA,
     contact::Sphere::SCHEMA,
@@ -50,6 +51,10 @@ pub(crate) const PARTS: [&Schema; 28] = [
     joint::Planar::SCHEMA,
     joint::Spherical::SCHEMA,
     joint::Free::SCHEMA,
+    loops::LoopEnd::SCHEMA,
+    loops::Distance::SCHEMA,
+    loops::Gear::SCHEMA,
+    loops::Loop::SCHEMA,
 ];
 
 /// A value that the tables of `description` describe, as it stands in the file.
@@ -296,6 +301,7 @@ fn of_field(field: &'static Field, found: &mut Map<String, Json>) -> Json {
     match field.default.map(|default| default()) {
         None | Some(Value::None) => {}
         Some(Value::Text(text)) if text.is_empty() => {}
+        Some(Value::Part(_)) => {}
         // Scenes have motions as tables only.
         Some(_) if matches!(field.kind, Kind::Signal("", ..)) => {}
         Some(default) => schema["default"] = in_json(&default),

@@ -15,6 +15,7 @@ use crate::body::described::Body;
 use crate::contact::described::Contact;
 use crate::joint::described::Joint;
 use crate::load::described::Load;
+use crate::loops::described::Loop;
 use crate::support::described::Support;
 use crate::world::{Fluid, described::BaseMotion};
 
@@ -43,7 +44,7 @@ pub(super) struct Document {
     pub(super) link: Vec<Link>,
     /// Closed loops: additional joints between two links, or a link and the world.
     #[serde(default)]
-    pub(super) r#loop: Vec<Loop>,
+    pub(super) r#loop: Vec<Written<Loop>>,
     /// Pairs of surfaces of the rod, of links or of obstacles, which press on each other where they overlap.
     #[serde(default)]
     pub(super) contact: Vec<Written<Contact>>,
@@ -189,123 +190,6 @@ pub(super) struct LinkRod {
     /// Segments from base to tip; each one starts where the previous one ends.
     #[schemars(length(min = 1), example = Vec::<Segment>::new())]
     pub(super) segment: Vec<Segment>,
-}
-
-/// What closes a loop of links: a further joint between two of them, or one and the world; a distance that two points keep;
-/// or a gear between two coordinates.
-#[derive(Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(super) struct Loop {
-    /// Name in results and messages. Default: the names of its ends, such as "rocker to the world".
-    pub(super) name: Option<String>,
-    /// Table with what it holds, such as { type = "revolute", axis = [0, 1, 0] }.
-    #[schemars(example = LoopKind::example())]
-    pub(super) kind: LoopKind,
-    /// Its first end: the name of a link, for the tip of its rod or its body; or a table. Of a gear the name of the coordinate
-    /// that follows the other one. Default: the origin of the world.
-    pub(super) a: Option<LoopPlace>,
-    /// Its second end, likewise: its frame moves in that of the first one as the kind lets it. Of a gear the name of the other
-    /// coordinate. Default: the origin of the world.
-    pub(super) b: Option<LoopPlace>,
-}
-
-/// What a loop holds. revolute, prismatic, cylindrical: axis; universal: axis1, axis2; planar: normal; distance: length; gear:
-/// ratio, offset; weld, spherical: nothing. Directions are those of the frames of the ends.
-#[derive(Debug, Deserialize, Serialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(super) struct LoopKind {
-    /// Kind of what closes the loop.
-    #[schemars(example = LoopType::Spherical)]
-    pub(super) r#type: LoopType,
-    /// Direction of the axis in the frames of both ends; its length does not matter.
-    pub(super) axis: Option<[f64; 3]>,
-    /// Direction of the first axis of a universal joint in the frame of the first end, of any length.
-    pub(super) axis1: Option<[f64; 3]>,
-    /// Direction of its second axis in the frame of the second end.
-    pub(super) axis2: Option<[f64; 3]>,
-    /// Normal of the plane of a planar joint in the frames of both ends; its length does not matter.
-    pub(super) normal: Option<[f64; 3]>,
-    /// Distance between the ends, in metres.
-    #[schemars(extend("exclusiveMinimum" = 0))]
-    pub(super) length: Option<f64>,
-    /// Ratio of the first coordinate of a gear to the second one, not zero. Default: 1.
-    pub(super) ratio: Option<f64>,
-    /// Offset, in the unit of the first coordinate. Default: 0.
-    pub(super) offset: Option<f64>,
-}
-
-impl LoopKind {
-    fn example() -> BTreeMap<&'static str, LoopType> {
-        BTreeMap::from([("type", LoopType::Spherical)])
-    }
-}
-
-/// Kind of what closes a loop.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub(super) enum LoopType {
-    /// Both frames are one.
-    Weld,
-    /// The second frame turns about an axis.
-    Revolute,
-    /// It moves along an axis.
-    Prismatic,
-    /// It moves along an axis and turns about it.
-    Cylindrical,
-    /// It turns about one axis of each frame.
-    Universal,
-    /// It moves across a normal and turns about it.
-    Planar,
-    /// It turns about a point.
-    Spherical,
-    /// A constant distance between two points.
-    Distance,
-    /// A coordinate follows another one.
-    Gear,
-}
-
-impl LoopType {
-    /// Its name in the file.
-    pub(super) fn name(self) -> &'static str {
-        match self {
-            Self::Weld => "weld",
-            Self::Revolute => "revolute",
-            Self::Prismatic => "prismatic",
-            Self::Cylindrical => "cylindrical",
-            Self::Universal => "universal",
-            Self::Planar => "planar",
-            Self::Spherical => "spherical",
-            Self::Distance => "distance",
-            Self::Gear => "gear",
-        }
-    }
-}
-
-/// An end of a loop.
-#[derive(Debug, Deserialize, JsonSchema)]
-#[serde(untagged)]
-pub(super) enum LoopPlace {
-    /// A link, or of a gear a coordinate.
-    Name(String),
-    /// A frame.
-    End(LoopEnd),
-}
-
-/// A frame at which a loop is closed.
-#[derive(Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(super) struct LoopEnd {
-    /// Name of the link. Default: the world.
-    pub(super) link: Option<String>,
-    /// Arc length of the link's unstretched rod, in metres. Default: the tip, or the link's body.
-    #[schemars(range(min = 0.0))]
-    pub(super) at: Option<f64>,
-    /// Position of the frame in the axes of the section or body, or in the world, in metres. Default: [0, 0, 0].
-    #[serde(default)]
-    pub(super) position: [f64; 3],
-    /// Orientation of the frame relative to these axes: unit quaternion [w, x, y, z]. Default: [1, 0, 0, 0].
-    #[serde(default = "unturned")]
-    pub(super) orientation: [f64; 4],
 }
 
 /// Pose of a clamped end.

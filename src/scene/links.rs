@@ -7,7 +7,7 @@ use super::contacts::{contacts, key_of_contact};
 use super::described::{Written, key_of_item, read, read_all};
 use super::document::{Document, Import, Link, Segment};
 use super::imports::{Imported, Imports, Refusal, Request};
-use super::loops::{self, key_of_loop};
+use super::loops;
 use super::parts;
 use super::shape::{Shape, report};
 use crate::body::{self, described::Body};
@@ -108,17 +108,20 @@ pub(super) fn robot(
     let named = Named::incomplete(&robot, names.are_incomplete);
     let (actuators, actuator_keys) = actuators(document, &named, shape);
     robot.actuators = actuators;
-    let (closed, loop_places) = loops::loops(document, &robot, names.are_incomplete, shape);
+    let (closed, loop_keys) = loops::loops(document, &robot, names.are_incomplete, shape);
     robot.loops = closed;
     loops::check_jacobian(document, shape);
     let (touching, contact_places) =
         contacts(document, &Named::incomplete(&robot, names.are_incomplete), shape);
     robot.contacts = touching;
     let key = |place: &str| {
-        let known = key_of_loop(place, &document.r#loop, &loop_places);
-        let known = known.or_else(|| key_of_contact(place, &document.contact, &contact_places));
-        let lists: [(_, &[_]); 3] =
-            [("loads", &load_keys), ("supports", &support_keys), ("actuators", &actuator_keys)];
+        let known = key_of_contact(place, &document.contact, &contact_places);
+        let lists: [(_, &[_]); 4] = [
+            ("loads", &load_keys),
+            ("supports", &support_keys),
+            ("actuators", &actuator_keys),
+            ("loops", &loop_keys),
+        ];
         let known = known.or_else(|| key_of_item(place, &lists));
         known.unwrap_or_else(|| key_of(&key_of_link(place, before), written))
     };

@@ -26,13 +26,17 @@ from lissom import (
     Contact,
     ConvexMesh,
     Cylindrical,
+    Distance,
     Fluid,
     Free,
+    Gear,
     HalfSpace,
     Harmonic,
     HeightField,
     Input,
     Load,
+    Loop,
+    LoopEnd,
     Mimic,
     Motor,
     Planar,
@@ -119,6 +123,12 @@ EACH = [
     Cylindrical((0, 0, 1)),
     Universal((0, 0, 1), (0, 1, 0)),
     Planar((0, 0, 1)),
+    LoopEnd("arm", 0.1, (0, 0, 1)),
+    Distance(0.1),
+    Gear(-2, offset=0.1),
+    Loop("arm", None, Weld()),
+    Loop(("arm", 0.1), {"position": (0, 0, 1)}, Distance(0.1), name="bar"),
+    Loop("arm.angle", "block.x", Gear()),
 ]
 
 
@@ -365,6 +375,49 @@ def test_joints_are_written_to_scenes_and_back(joint):
     table = f'{{ type = "{type(joint).__name__.lower()}", {keys} }}'
     text = LINKS.replace('{ type = "free" }', table)
     assert lissom.Scene.loads(f"{text}{END}").model.links[1].joint == joint
+
+
+@pytest.mark.parametrize(
+    "loop",
+    [
+        Loop("arm", None, Spherical()),
+        Loop(
+            ("arm", 0.1, (0, 0, 0.1)), ("block", None, (0, 1, 0), (0.8, 0.6, 0, 0)), Distance(0.1), name="bar"
+        ),
+        Loop({"link": "arm"}, {"position": (0, 0, 1)}, Universal((1, 0, 0), (0, 1, 0))),
+        Loop("arm.angle", "block.x", Gear(-2, offset=0.1)),
+    ],
+)
+def test_loops_are_written_to_scenes_and_back(loop):
+    text = f"{LINKS}[[loop]]\n{loop.to_toml()}{END}"
+    assert lissom.Scene.loads(text).model.loops == (loop,)
+
+
+def test_ends_of_loops_have_short_forms():
+    end = LoopEnd("arm", 0.1, (0, 0, 1))
+    for form in (end, ("arm", 0.1, (0, 0, 1)), {"link": "arm", "at": 0.1, "position": [0, 0, 1]}):
+        assert Loop(form, None, Weld()).a == end
+    assert Loop("arm", None, Weld()) == Loop(LoopEnd("arm"), LoopEnd(), Weld(), name="arm to the world")
+    for form, message in [
+        ((None,) * 5, r"a: LoopEnd\(\) takes 4 positional arguments but 5 were given"),
+        ({"lnk": "arm"}, r"a: LoopEnd\(\) got an unexpected keyword argument 'lnk'"),
+        (("arm", "tip"), "a.at: expected a real number, got str"),
+        (3.0, "a: expected a name, lissom.LoopEnd, got float"),
+    ]:
+        with pytest.raises(TypeError, match=message):
+            Loop(form, None, Weld())
+
+
+def test_all_problems_of_a_loop_come_at_once():
+    with pytest.raises(ValueError, match="at") as caught:
+        Loop(("arm", -1), (None, 0.1, (0, 0, math.nan)), Revolute((0, 1, 0), damping=1, motion=0.1))
+    places = [line.split(":")[0] for line in str(caught.value).splitlines()]
+    assert places == ["a.at", "b.position[2]", "b.at", "kind", "kind.motion"]
+    links = [lissom.Link("arm", body=Body(1), joint=Revolute((0, 1, 0)))]
+    with pytest.raises(ValueError, match="link") as caught:
+        lissom.Robot(links, loops=[Loop("arn", None, Weld()), Loop("arm.angel", "x", Gear())])
+    places = [line.split(":")[0] for line in str(caught.value).splitlines()]
+    assert places == ["loops[0].a.link", "loops[1].a", "loops[1].b"]
 
 
 def test_joints_share_a_base():

@@ -353,6 +353,8 @@ fn dataclass_fields<'py>(py: Python<'py>, schema: &'static Schema) -> PyResult<B
 /// The classes of the parts.
 pub(super) fn add_classes(module: &Bound<'_, PyModule>) -> PyResult<()> {
     let py = module.py();
+    // All parts are dataclasses for `dataclasses.replace`, whichever they are.
+    PyPart::type_object(py).setattr("__dataclass_fields__", PyDict::new(py))?;
     let mut classes = Vec::with_capacity(PARTS.len());
     for schema in PARTS {
         let part = PyPart::type_object(py);

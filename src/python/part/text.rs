@@ -4,8 +4,11 @@ use std::fmt::Write as _;
 
 use crate::description::{Field, Kind, Schema, Value};
 
-/// The longest line of docstrings and stubs.
+/// The longest line of docstrings.
 const WIDTH: usize = 105;
+
+/// The longest line of the sources in Python.
+const LINE: usize = 110;
 
 /// A default in Python.
 fn literal(value: &Value) -> String {
@@ -61,6 +64,9 @@ pub(super) fn annotation(kind: &Kind, is_argument: bool) -> String {
         Kind::OneOrEach(count) => annotation(&Kind::Array(&Kind::Number, *count), false),
         Kind::Optional(kind) => format!("{} | None", inner(kind)),
         Kind::OneOf(_, kinds) => kinds.iter().map(inner).collect::<Vec<_>>().join(" | "),
+        Kind::Part(schema) if is_argument && schema.is_short => {
+            format!("{} | Sequence[object] | Mapping[str, object] | None", schema.name)
+        }
         Kind::Part(schema) => schema.name.to_owned(),
         Kind::Signal(_, Kind::Number, _) if is_argument => "_Number".to_owned(),
         Kind::Signal(..) if is_argument => "_Vector".to_owned(),
@@ -95,6 +101,7 @@ fn words(kind: &Kind) -> String {
             let (last, first) = kinds.split_last().expect("there is a kind");
             format!("{} or {last}", first.join(", "))
         }
+        Kind::Part(schema) if schema.is_short => format!("{}, tuple, dict or None", schema.name),
         kind => annotation(kind, true),
     }
 }
@@ -183,7 +190,13 @@ pub(super) fn stub(parts: &[&'static Schema]) -> String {
         text.push_str("    ) -> None: ...\n");
         for field in schema.fields {
             let kind = annotation(&field.kind, false);
-            _ = writeln!(text, "    @property\n    def {}(self) -> {kind}: ...", field.name);
+            let line = format!("    def {}(self) -> {kind}: ...", field.name);
+            // As the formatter breaks it.
+            let line = match line.len() > LINE {
+                true => line.replace("(self)", "(\n        self,\n    )"),
+                false => line,
+            };
+            _ = writeln!(text, "    @property\n{line}");
         }
         text.push('\n');
     }
