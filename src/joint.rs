@@ -1,4 +1,4 @@
-//! Joints between links, as plain data.
+//! Joints between links as robots hold them. [`described`] is what users describe.
 //!
 //! ```
 //! use lissom::joint::{Joint, JointForces};
@@ -7,7 +7,10 @@
 //! assert_eq!(hinge.coordinates(), ["angle"]);
 //! ```
 
-use crate::error::{Checker, InvalidInput, Number};
+pub mod described;
+
+use crate::description::Item as _;
+use crate::error::{Checker, InvalidInput};
 
 /// Axes shorter than this are rejected: rounding determines their direction.
 const SHORTEST_AXIS: f64 = 1e-9;
@@ -111,30 +114,6 @@ impl JointForces {
         let Self { stiffness, damping, friction, limits, armature, .. } = self;
         [stiffness, damping, friction, armature].into_iter().all(|&x| x == 0.0) && limits.is_none()
     }
-
-    fn check(&self, check: &mut Checker) {
-        check.non_negative(self.stiffness, "stiffness", "newton metres a radian, or newtons a metre");
-        check.finite(&[self.rest], "rest");
-        check.non_negative(self.damping, "damping", "newton metre seconds, or newton seconds a metre");
-        check.non_negative(self.friction, "friction", "newton metres, or newtons");
-        check.positive(self.friction_velocity, "friction_velocity", "radians or metres a second");
-        check.non_negative(self.armature, "armature", "kg m^2, or kilograms");
-        check.non_negative(self.limit_dissipation, "limit_dissipation", "seconds a radian, or a metre");
-        if let Some(limits) = self.limits {
-            let [lower, upper] = limits;
-            check.require(
-                lower < upper,
-                "limits",
-                format_args!("({}, {})", Number(lower), Number(upper)),
-                "two numbers, the first one the smaller (radians or metres)",
-            );
-            let unit = "newton metres a radian, or newtons a metre; limits are stiff springs";
-            check.positive(self.limit_stiffness, "limit_stiffness", unit);
-        } else {
-            let expected = "two numbers: there is a limit_stiffness";
-            check.require(self.limit_stiffness == 0.0, "limits", "none", expected);
-        }
-    }
 }
 
 /// Elementary motion of a joint; a joint is a sequence of these.
@@ -207,26 +186,18 @@ impl Joint {
 
     /// Reports every problem of this joint.
     pub fn validate(&self) -> Result<(), InvalidInput> {
-        let mut check = Checker::new();
-        match self {
-            Self::Weld | Self::Spherical | Self::Free => {}
-            Self::Revolute { axis, forces } | Self::Prismatic { axis, forces } => {
-                check_axis(&mut check, axis, "axis");
-                forces.check(&mut check);
-            }
-            Self::Cylindrical { axis } => _ = check_axis(&mut check, axis, "axis"),
-            Self::Planar { normal } => _ = check_axis(&mut check, normal, "normal"),
-            Self::Universal { axes: [first, second] } => {
-                let first_is_fine = check_axis(&mut check, first, "axis1");
-                let second_is_fine = check_axis(&mut check, second, "axis2");
-                if first_is_fine && second_is_fine {
-                    let across = norm(cross(unit(*first), unit(*second)));
-                    let found = format_args!("{second:?}, parallel to axis1");
-                    check.require(across > SMALLEST_ANGLE, "axis2", found, "an axis across axis1");
-                }
-            }
-        }
-        check.finish()
+        self.described().validate()
+    }
+}
+
+/// Reports axes of a universal joint that are none, or parallel.
+fn check_axes(check: &mut Checker, first: &[f64; 3], second: &[f64; 3]) {
+    let first_is_fine = check_axis(check, first, "axis1");
+    let second_is_fine = check_axis(check, second, "axis2");
+    if first_is_fine && second_is_fine {
+        let across = norm(cross(unit(*first), unit(*second)));
+        let found = format_args!("{second:?}, parallel to axis1");
+        check.require(across > SMALLEST_ANGLE, "axis2", found, "an axis across axis1");
     }
 }
 

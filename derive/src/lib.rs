@@ -104,7 +104,7 @@ fn of_struct(input: &DeriveInput, fields: &Fields) -> Result<TokenStream> {
         impl #this {
             fn of_fields(values: &[Option<Value>], reader: &mut Reader) -> Option<Self> {
                 #(let #found: Option<#types> = reader.field(&FIELDS[#places], values[#places].as_ref());)*
-                if !(#(#found.is_some())&&*) {
+                if ![#(#found.is_some()),*].iter().all(|is_found| *is_found) {
                     #(reader.check(&FIELDS[#places], &#found);)*
                 }
                 #[allow(unused_mut, reason = "only some are completed")]

@@ -24,25 +24,36 @@ if TYPE_CHECKING:
     from ._lissom import ContinuationResult as ContinuationResult
     from ._lissom import ConvergenceError as ConvergenceError
     from ._lissom import CriticalPoint as CriticalPoint
+    from ._lissom import Cylindrical as Cylindrical
     from ._lissom import DenseOutput as DenseOutput
+    from ._lissom import Distance as Distance
     from ._lissom import Energy as Energy
     from ._lissom import EnsembleResult as EnsembleResult
     from ._lissom import EquilibriumPath as EquilibriumPath
     from ._lissom import Fluid as Fluid
+    from ._lissom import Free as Free
+    from ._lissom import Gear as Gear
     from ._lissom import Harmonic as Harmonic
     from ._lissom import Input as Input
     from ._lissom import JacobianCheck as JacobianCheck
+    from ._lissom import Joint as Joint
     from ._lissom import LissomError as LissomError
     from ._lissom import Load as Load
+    from ._lissom import Loop as Loop
+    from ._lissom import LoopEnd as LoopEnd
+    from ._lissom import Mimic as Mimic
     from ._lissom import Model as Model
     from ._lissom import ModesResult as ModesResult
     from ._lissom import MotionResult as MotionResult
     from ._lissom import Motor as Motor
     from ._lissom import OdeResult as OdeResult
     from ._lissom import OdeSolver as OdeSolver
+    from ._lissom import Planar as Planar
+    from ._lissom import Prismatic as Prismatic
     from ._lissom import Profile as Profile
     from ._lissom import Radau as Radau
     from ._lissom import ReachResult as ReachResult
+    from ._lissom import Revolute as Revolute
     from ._lissom import Robot as Robot
     from ._lissom import Rod as Rod
     from ._lissom import RootResult as RootResult
@@ -54,12 +65,15 @@ if TYPE_CHECKING:
     from ._lissom import Simulation as Simulation
     from ._lissom import Simulations as Simulations
     from ._lissom import SimulationSettings as SimulationSettings
+    from ._lissom import Spherical as Spherical
     from ._lissom import SpringPendulum as SpringPendulum
     from ._lissom import StaticsResult as StaticsResult
     from ._lissom import Statistics as Statistics
     from ._lissom import Support as Support
     from ._lissom import Tendon as Tendon
+    from ._lissom import Universal as Universal
     from ._lissom import Via as Via
+    from ._lissom import Weld as Weld
     from ._lissom import __version__ as __version__
     from ._lissom import actuate as actuate
     from ._lissom import check_jacobian as check_jacobian
@@ -90,21 +104,7 @@ if TYPE_CHECKING:
     from .keeping import load as load
     from .linear import LinearModel as LinearModel
     from .linear import linearise as linearise
-    from .links import Cylindrical as Cylindrical
-    from .links import Free as Free
-    from .links import Joint as Joint
     from .links import Link as Link
-    from .links import Mimic as Mimic
-    from .links import Planar as Planar
-    from .links import Prismatic as Prismatic
-    from .links import Revolute as Revolute
-    from .links import Spherical as Spherical
-    from .links import Universal as Universal
-    from .links import Weld as Weld
-    from .loops import Distance as Distance
-    from .loops import Gear as Gear
-    from .loops import Loop as Loop
-    from .loops import LoopEnd as LoopEnd
     from .measurements import NaturalFrequencies as NaturalFrequencies
     from .measurements import StaticShapes as StaticShapes
     from .sensitivities import SensitivityResult as SensitivityResult
@@ -130,25 +130,36 @@ else:
             "ContinuationResult",
             "ConvergenceError",
             "CriticalPoint",
+            "Cylindrical",
             "DenseOutput",
+            "Distance",
             "Energy",
             "EnsembleResult",
             "EquilibriumPath",
             "Fluid",
+            "Free",
+            "Gear",
             "Harmonic",
             "Input",
             "JacobianCheck",
+            "Joint",
             "LissomError",
             "Load",
+            "Loop",
+            "LoopEnd",
+            "Mimic",
             "Model",
             "ModesResult",
             "MotionResult",
             "Motor",
             "OdeResult",
             "OdeSolver",
+            "Planar",
+            "Prismatic",
             "Profile",
             "Radau",
             "ReachResult",
+            "Revolute",
             "Robot",
             "Rod",
             "RootResult",
@@ -160,12 +171,15 @@ else:
             "Simulation",
             "SimulationSettings",
             "Simulations",
+            "Spherical",
             "SpringPendulum",
             "StaticsResult",
             "Statistics",
             "Support",
             "Tendon",
+            "Universal",
             "Via",
+            "Weld",
             "__version__",
             "actuate",
             "check_jacobian",
@@ -196,20 +210,7 @@ else:
         "fits": ("FitResult", "fit"),
         "keeping": ("load",),
         "linear": ("LinearModel", "linearise"),
-        "links": (
-            "Cylindrical",
-            "Free",
-            "Joint",
-            "Link",
-            "Mimic",
-            "Planar",
-            "Prismatic",
-            "Revolute",
-            "Spherical",
-            "Universal",
-            "Weld",
-        ),
-        "loops": ("Distance", "Gear", "Loop", "LoopEnd"),
+        "links": ("Link",),
         "measurements": ("NaturalFrequencies", "StaticShapes"),
         "sensitivities": ("SensitivityResult", "sensitivity"),
         "sweeps": ("sweep",),

@@ -1,5 +1,6 @@
 import builtins
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import Field
 from os import PathLike
 from typing import Any, ClassVar, Literal, Self, TypeAlias, TypeVar, final
 
@@ -11,9 +12,8 @@ from typing_extensions import deprecated, disjoint_base
 from . import methods as _methods
 from .contact_events import ContactEvent
 from .contacts import Touch
-from .links import Joint, Link, Mimic
+from .links import Link
 from .live.server import LiveView
-from .loops import Loop
 from .targets import Target
 
 __version__: str
@@ -27,6 +27,7 @@ class ConvergenceError(LissomError):
 
 @disjoint_base
 class Part:
+    __dataclass_fields__: ClassVar[dict[str, Field[Any]]]
     def __new__(cls, *args: Any, **kwargs: Any) -> Self: ...
     def __hash__(self) -> int: ...
     def __eq__(self, other: object, /) -> bool: ...
@@ -484,6 +485,223 @@ class ActiveStrain(Part):
     @property
     def name(self) -> str | None: ...
 
+class Joint(Part): ...
+
+class Weld(Joint):
+    __match_args__ = ()
+    def __init__(
+        self,
+    ) -> None: ...
+
+class Mimic(Part):
+    __match_args__ = ("link",)
+    def __init__(
+        self,
+        link: str,
+        *,
+        multiplier: float = 1.0,
+        offset: float = 0.0,
+    ) -> None: ...
+    @property
+    def link(self) -> str: ...
+    @property
+    def multiplier(self) -> float: ...
+    @property
+    def offset(self) -> float: ...
+
+class Revolute(Joint):
+    __match_args__ = ("axis",)
+    def __init__(
+        self,
+        axis: ArrayLike,
+        *,
+        stiffness: float = 0.0,
+        rest: float = 0.0,
+        damping: float = 0.0,
+        friction: float = 0.0,
+        friction_velocity: float = 0.001,
+        limits: ArrayLike | None = None,
+        limit_stiffness: float = 0.0,
+        limit_dissipation: float = 0.0,
+        armature: float = 0.0,
+        motion: _Number | None = None,
+        mimic: Mimic | None = None,
+    ) -> None: ...
+    @property
+    def axis(self) -> tuple[float, float, float]: ...
+    @property
+    def stiffness(self) -> float: ...
+    @property
+    def rest(self) -> float: ...
+    @property
+    def damping(self) -> float: ...
+    @property
+    def friction(self) -> float: ...
+    @property
+    def friction_velocity(self) -> float: ...
+    @property
+    def limits(self) -> tuple[float, float] | None: ...
+    @property
+    def limit_stiffness(self) -> float: ...
+    @property
+    def limit_dissipation(self) -> float: ...
+    @property
+    def armature(self) -> float: ...
+    @property
+    def motion(self) -> Any | None: ...
+    @property
+    def mimic(self) -> Mimic | None: ...
+
+class Prismatic(Joint):
+    __match_args__ = ("axis",)
+    def __init__(
+        self,
+        axis: ArrayLike,
+        *,
+        stiffness: float = 0.0,
+        rest: float = 0.0,
+        damping: float = 0.0,
+        friction: float = 0.0,
+        friction_velocity: float = 0.001,
+        limits: ArrayLike | None = None,
+        limit_stiffness: float = 0.0,
+        limit_dissipation: float = 0.0,
+        armature: float = 0.0,
+        motion: _Number | None = None,
+        mimic: Mimic | None = None,
+    ) -> None: ...
+    @property
+    def axis(self) -> tuple[float, float, float]: ...
+    @property
+    def stiffness(self) -> float: ...
+    @property
+    def rest(self) -> float: ...
+    @property
+    def damping(self) -> float: ...
+    @property
+    def friction(self) -> float: ...
+    @property
+    def friction_velocity(self) -> float: ...
+    @property
+    def limits(self) -> tuple[float, float] | None: ...
+    @property
+    def limit_stiffness(self) -> float: ...
+    @property
+    def limit_dissipation(self) -> float: ...
+    @property
+    def armature(self) -> float: ...
+    @property
+    def motion(self) -> Any | None: ...
+    @property
+    def mimic(self) -> Mimic | None: ...
+
+class Cylindrical(Joint):
+    __match_args__ = ("axis",)
+    def __init__(
+        self,
+        axis: ArrayLike,
+    ) -> None: ...
+    @property
+    def axis(self) -> tuple[float, float, float]: ...
+
+class Universal(Joint):
+    __match_args__ = ("axis1", "axis2")
+    def __init__(
+        self,
+        axis1: ArrayLike,
+        axis2: ArrayLike,
+    ) -> None: ...
+    @property
+    def axis1(self) -> tuple[float, float, float]: ...
+    @property
+    def axis2(self) -> tuple[float, float, float]: ...
+
+class Planar(Joint):
+    __match_args__ = ("normal",)
+    def __init__(
+        self,
+        normal: ArrayLike,
+    ) -> None: ...
+    @property
+    def normal(self) -> tuple[float, float, float]: ...
+
+class Spherical(Joint):
+    __match_args__ = ()
+    def __init__(
+        self,
+    ) -> None: ...
+
+class Free(Joint):
+    __match_args__ = ()
+    def __init__(
+        self,
+        *,
+        motion: BaseMotion | None = None,
+    ) -> None: ...
+    @property
+    def motion(self) -> BaseMotion | None: ...
+
+class LoopEnd(Part):
+    __match_args__ = ("link", "at", "position", "orientation")
+    def __init__(
+        self,
+        link: str | None = None,
+        at: float | None = None,
+        position: ArrayLike = (0.0, 0.0, 0.0),
+        orientation: ArrayLike = (1.0, 0.0, 0.0, 0.0),
+    ) -> None: ...
+    @property
+    def link(self) -> str | None: ...
+    @property
+    def at(self) -> float | None: ...
+    @property
+    def position(self) -> tuple[float, float, float]: ...
+    @property
+    def orientation(self) -> tuple[float, float, float, float]: ...
+
+class Distance(Part):
+    __match_args__ = ("length",)
+    def __init__(
+        self,
+        length: float,
+    ) -> None: ...
+    @property
+    def length(self) -> float: ...
+
+class Gear(Part):
+    __match_args__ = ("ratio",)
+    def __init__(
+        self,
+        ratio: float = 1.0,
+        *,
+        offset: float = 0.0,
+    ) -> None: ...
+    @property
+    def ratio(self) -> float: ...
+    @property
+    def offset(self) -> float: ...
+
+class Loop(Part):
+    __match_args__ = ("a", "b", "kind")
+    def __init__(
+        self,
+        a: str | LoopEnd | Sequence[object] | Mapping[str, object] | None,
+        b: str | LoopEnd | Sequence[object] | Mapping[str, object] | None,
+        kind: Weld | Revolute | Prismatic | Cylindrical | Universal | Planar | Spherical | Distance | Gear,
+        *,
+        name: str = "",
+    ) -> None: ...
+    @property
+    def a(self) -> str | LoopEnd: ...
+    @property
+    def b(self) -> str | LoopEnd: ...
+    @property
+    def kind(
+        self,
+    ) -> Weld | Revolute | Prismatic | Cylindrical | Universal | Planar | Spherical | Distance | Gear: ...
+    @property
+    def name(self) -> str: ...
+
 # End of these classes.
 
 @disjoint_base
@@ -869,10 +1087,7 @@ def jacobian(
     x_scale: ArrayLike | None = None,
     args: tuple[Any, ...] = (),
 ) -> NDArray[np.float64]: ...
-def check_joint(joint: Joint) -> None: ...
 def check_link(link: Link) -> None: ...
-def check_loop(object: Loop) -> None: ...
-def check_mimic(mimic: Mimic) -> None: ...
 def _schema_of_parts() -> str: ...
 def _stub_of_methods() -> str: ...
 def _stub_of_parts() -> str: ...

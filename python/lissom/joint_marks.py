@@ -10,7 +10,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .links import Cylindrical, Joint, Planar, Prismatic, Revolute, Spherical, Universal
+from ._lissom import Cylindrical, Joint, Planar, Prismatic, Revolute, Spherical, Universal
 
 Array = NDArray[np.float64]
 

@@ -1,277 +1,27 @@
-"""Links and joints, the parts of a `Robot`.
+"""Links, the parts of a `Robot`.
 
-These classes only hold data. They validate it when they are created; the compiled core does the computing.
+They only hold data and validate it when they are created; the compiled core does the computing.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import KW_ONLY, dataclass, field, fields
+from dataclasses import KW_ONLY, dataclass, field
 from typing import TYPE_CHECKING
 
-from ._lissom import check_joint, check_link, check_mimic
+from ._lissom import Joint, Weld, check_link
+from .plain import in_floats
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-    from typing import Any, Literal, TypeAlias
+    from collections.abc import Sequence
 
-    from numpy.typing import ArrayLike
-
-    from ._lissom import BaseMotion, Body, Harmonic, Segment
+    from ._lissom import Body, Segment
 
     Vector = Sequence[float]
-    Number: TypeAlias = (
-        float
-        | tuple[ArrayLike, ArrayLike]
-        | tuple[ArrayLike, ArrayLike, Literal["linear", "monotone", "cubic"]]
-        | Harmonic
-        | Callable[[float], Any]
-    )
 
 
-def _keep(instance: object) -> None:
-    """Convert vectors to tuples of floats, so that equal objects compare equal."""
-    for each in fields(instance):  # type: ignore[arg-type]
-        value = getattr(instance, each.name)
-        if each.name == "motion":
-            if isinstance(value, tuple | list):
-                columns = tuple(tuple(float(x) for x in column) for column in value[:2])
-                table = (*columns, *value[2:])
-                object.__setattr__(instance, each.name, table)
-        elif hasattr(value, "__len__") and not isinstance(value, str) and each.name != "rod":
-            object.__setattr__(instance, each.name, tuple(float(x) for x in value))
-
-
-@dataclass(frozen=True)
-class Joint:
-    """Base class of all joints."""
-
-    def __post_init__(self) -> None:
-        check_joint(self)
-        _keep(self)
-
-
-@dataclass(frozen=True)
-class Weld(Joint):
-    """A rigid connection."""
-
-
-@dataclass(frozen=True)
-class Mimic:
-    """A joint coordinate that follows another one, as in gears or coupled fingers.
-
-    The coordinate is ``multiplier * other + offset``, as in URDF's `mimic`.
-
-    Parameters
-    ----------
-    link : str
-        Link whose joint is followed. That joint is revolute or prismatic, anywhere in the robot; it may
-        itself mimic a third joint or have a prescribed motion.
-    multiplier : float
-        Ratio of this coordinate to the other one, in radians or metres per radian or metre.
-    offset : float
-        Value of this coordinate when the other one is zero, in radians or metres.
-
-    Examples
-    --------
-    >>> import lissom
-    >>> left = lissom.Link("left", body=lissom.Body(0.1), joint=lissom.Prismatic((0, 1, 0)))
-    >>> opposite = lissom.Mimic("left", multiplier=-1.0)
-    >>> right = lissom.Link(
-    ...     "right", body=lissom.Body(0.1), joint=lissom.Prismatic((0, 1, 0), mimic=opposite)
-    ... )
-    >>> lissom.Robot([left, right]).coordinates
-    ('left.displacement',)
-    """
-
-    link: str
-    _: KW_ONLY
-    multiplier: float = 1.0
-    offset: float = 0.0
-
-    def __post_init__(self) -> None:
-        check_mimic(self)
-
-
-@dataclass(frozen=True)
-class _WithForces(Joint):
-    """A joint with one coordinate, which can have a spring, damping, friction, stops and an armature."""
-
-    _: KW_ONLY
-    stiffness: float = 0.0
-    rest: float = 0.0
-    damping: float = 0.0
-    friction: float = 0.0
-    friction_velocity: float = 1e-3
-    limits: tuple[float, float] | None = None
-    limit_stiffness: float = 0.0
-    limit_dissipation: float = 0.0
-    armature: float = 0.0
-    motion: Number | None = field(default=None, hash=False)
-    mimic: Mimic | None = None
-
-
-@dataclass(frozen=True)
-class Revolute(_WithForces):
-    """A hinge: the link rotates about an axis. The coordinate `angle` is in radians.
-
-    Parameters
-    ----------
-    axis : array_like, shape (3,)
-        Direction of the axis in the joint frame. Its length does not matter.
-    stiffness : float
-        Stiffness of a spring on the coordinate, newton metres per radian.
-    rest : float
-        Angle at which the spring is unloaded, radians.
-    damping : float
-        Viscous damping, newton metre seconds per radian.
-    friction : float
-        Dry friction torque, newton metres. At the velocity v, the torque
-        ``friction * v / sqrt(v**2 + friction_velocity**2)`` opposes the motion.
-    friction_velocity : float
-        Velocity below which dry friction is smoothed, radians per second. A sticking joint creeps more slowly
-        than this.
-    limits : (float, float), optional
-        Lowest and highest angle, radians. Stiff springs act beyond them.
-    limit_stiffness : float
-        Stiffness of the stops, newton metres per radian; required with `limits`.
-    limit_dissipation : float
-        Dissipation of the stops, seconds per radian. At x beyond a limit the torque is
-        ``limit_stiffness * x * max(0, 1 + limit_dissipation * dx/dt)`` (Hunt and Crossley 1975).
-    armature : float
-        Inertia added to this coordinate only, such as that of a geared rotor, kg m^2.
-    motion : float, (times, values), (times, values, interpolation), Harmonic or callable, optional
-        Prescribed angle, radians, as a function of time (`BaseMotion` lists the forms).
-        The joint then adds no coordinate to the robot, and its drive does work on the robot.
-    mimic : Mimic, optional
-        Makes the angle follow that of another joint; the joint then adds no coordinate either. Spring,
-        damping, limits and armature act on this joint's own motion.
-
-    Raises
-    ------
-    ValueError, TypeError
-        If parameters are invalid; the message lists all of them.
-    """
-
-    axis: Vector
-
-
-@dataclass(frozen=True)
-class Prismatic(_WithForces):
-    """A slider: the link translates along an axis. The coordinate `displacement` is in metres.
-
-    Parameters
-    ----------
-    axis : array_like, shape (3,)
-        Direction of the axis in the joint frame. Its length does not matter.
-    stiffness : float
-        Stiffness of a spring on the coordinate, newtons per metre.
-    rest : float
-        Displacement at which the spring is unloaded, metres.
-    damping : float
-        Viscous damping, newton seconds per metre.
-    friction : float
-        Dry friction force, newtons. At the velocity v, the force
-        ``friction * v / sqrt(v**2 + friction_velocity**2)`` opposes the motion.
-    friction_velocity : float
-        Velocity below which dry friction is smoothed, metres per second. A sticking joint creeps more slowly
-        than this.
-    limits : (float, float), optional
-        Lowest and highest displacement, metres. Stiff springs act beyond them.
-    limit_stiffness : float
-        Stiffness of the stops, newtons per metre; required with `limits`.
-    limit_dissipation : float
-        Dissipation of the stops, seconds per metre. At x beyond a limit the force is
-        ``limit_stiffness * x * max(0, 1 + limit_dissipation * dx/dt)`` (Hunt and Crossley 1975).
-    armature : float
-        Inertia added to this coordinate only, kilograms.
-    motion : float, (times, values), (times, values, interpolation), Harmonic or callable, optional
-        Prescribed displacement, metres, as a function of time (`BaseMotion` lists the
-        forms). The joint then adds no coordinate to the robot, and its drive does work on the robot.
-    mimic : Mimic, optional
-        Makes the displacement follow that of another joint; the joint then adds no coordinate either. Spring,
-        damping, limits and armature act on this joint's own motion.
-
-    Raises
-    ------
-    ValueError, TypeError
-        If parameters are invalid; the message lists all of them.
-    """
-
-    axis: Vector
-
-
-@dataclass(frozen=True)
-class Cylindrical(Joint):
-    """A cylindrical joint: the link slides along an axis and rotates about it.
-
-    The coordinates are `displacement`, in metres, and `angle`, in radians.
-
-    Parameters
-    ----------
-    axis : array_like, shape (3,)
-        Direction of the axis in the joint frame. Its length does not matter.
-    """
-
-    axis: Vector
-
-
-@dataclass(frozen=True)
-class Universal(Joint):
-    """A universal joint: the link rotates about one axis, then about a second one that the first one carries.
-
-    The coordinates `angle[0]` and `angle[1]` are in radians.
-
-    Parameters
-    ----------
-    axis1, axis2 : array_like, shape (3,)
-        Directions of the axes in the joint frame when both angles are zero. They must not be parallel; their
-        lengths do not matter.
-    """
-
-    axis1: Vector
-    axis2: Vector
-
-
-@dataclass(frozen=True)
-class Planar(Joint):
-    """A planar joint: the link translates in a plane and rotates about its normal.
-
-    The coordinates are `displacement[0]` and `displacement[1]`, in metres, and `angle`, in radians. The first
-    displacement is along the x axis of the joint frame, projected onto the plane (along y if the normal is
-    along x); the second one is along the cross product of the normal and that direction.
-
-    Parameters
-    ----------
-    normal : array_like, shape (3,)
-        Normal of the plane in the joint frame. Its length does not matter.
-    """
-
-    normal: Vector
-
-
-@dataclass(frozen=True)
-class Spherical(Joint):
-    """A ball joint: the link rotates about a point.
-
-    The coordinates `rotation_x`, `rotation_y`, `rotation_z` are the rotation vector in radians; results keep
-    its length at most pi. Their velocities are its time derivatives, not the angular velocity.
-    """
-
-
-@dataclass(frozen=True)
-class Free(Joint):
-    """Six degrees of freedom: coordinates `x`, `y`, `z` (metres) and a rotation vector as in `Spherical`.
-
-    Parameters
-    ----------
-    motion : BaseMotion, optional
-        Prescribed motion of the base of the link, in the axes of the joint frame. The joint then adds no
-        coordinate to the robot, and its drive does work on the robot.
-    """
-
-    _: KW_ONLY
-    motion: BaseMotion | None = field(default=None, hash=False)
+#: A rigid connection, which has no parameters.
+WELD = Weld()
 
 
 @dataclass(frozen=True)
@@ -320,7 +70,7 @@ class Link:
     _: KW_ONLY
     rod: Sequence[Segment] | None = field(default=None, hash=False)
     body: Body | None = field(default=None, hash=False)
-    joint: Joint = Weld()
+    joint: Joint = WELD
     parent: str | None = None
     at: float | None = None
     position: Vector = (0.0, 0.0, 0.0)
@@ -331,4 +81,5 @@ class Link:
             # Iterators can be read only once.
             object.__setattr__(self, "rod", tuple(self.rod))
         check_link(self)
-        _keep(self)
+        # Equal objects compare equal.
+        in_floats(self, "position", "orientation")

@@ -13,10 +13,23 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from ._lissom import Body, Robot
+from ._lissom import (
+    Body,
+    Cylindrical,
+    Distance,
+    Gear,
+    Loop,
+    LoopEnd,
+    Planar,
+    Prismatic,
+    Revolute,
+    Robot,
+    Spherical,
+    Universal,
+    Weld,
+)
 from .joint_marks import JointMark, Pose, joint_marks
-from .links import Cylindrical, Link, Planar, Prismatic, Revolute, Spherical, Universal, Weld
-from .loops import Distance, Gear, Loop, LoopEnd
+from .links import Link
 
 Array = NDArray[np.float64]
 

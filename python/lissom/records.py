@@ -33,15 +33,13 @@ PARTS = {
     "_lissom": (
         *("MotionResult", "StaticsResult", "ContinuationResult", "ModesResult", "EnsembleResult"),
         *("ActiveStrain", "Along", "Chamber", "Motor", "Tendon", "Via"),
+        *("Cylindrical", "Free", "Mimic", "Planar", "Prismatic", "Revolute", "Spherical"),
+        *("Distance", "Gear", "Loop", "LoopEnd", "Universal", "Weld"),
         *("Balance", "BaseMotion", "Body", "CriticalPoint", "EquilibriumPath", "Fluid", "Harmonic", "Input"),
         *("Load", "Profile", "Robot", "Rod", "Section", "Segment", "SpringPendulum", "Statistics", "Support"),
         *("ActuateResult", "ReachResult"),
     ),
-    "links": (
-        *("Cylindrical", "Free", "Link", "Mimic", "Planar", "Prismatic", "Revolute", "Spherical"),
-        *("Universal", "Weld"),
-    ),
-    "loops": ("Distance", "Gear", "Loop", "LoopEnd"),
+    "links": ("Link",),
     "contacts": ("Ball", "Box", "Capsule", "Contact", "ConvexMesh", "HalfSpace", "HeightField", "Sphere"),
     "fits": ("FitResult",),
     "sensitivities": ("SensitivityResult",),

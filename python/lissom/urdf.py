@@ -23,8 +23,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import disk
-from ._lissom import Body, Robot
-from .links import Free, Joint, Link, Mimic, Planar, Prismatic, Revolute, Weld
+from ._lissom import Body, Free, Joint, Mimic, Planar, Prismatic, Revolute, Robot, Weld
+from .links import Link
 from .plain import path_of
 
 #: Maximum number of problems in a message, and maximum lengths of a key and of its sentence.
@@ -1041,7 +1041,7 @@ class _Reader:
             joint = joints[mimic.joint]
             link = joints[mimic.of].child or ""
             tie = Mimic(link, multiplier=mimic.multiplier, offset=mimic.offset)
-            joint.joint = replace(joint.joint, mimic=tie)  # type: ignore[call-arg]
+            joint.joint = replace(joint.joint, mimic=tie)
 
     # The tree
 

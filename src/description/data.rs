@@ -158,6 +158,10 @@ pub struct Schema {
     pub name: &'static str,
     /// Its `kind` in scenes, where one of several structs is chosen; empty for the one without `kind`.
     pub tag: &'static str,
+    /// The key in scenes whose value is the tag.
+    pub tag_key: &'static str,
+    /// Name of the class of Python from which it and others derive; empty for none.
+    pub base: &'static str,
     /// What messages call it, such as `a box`.
     pub called: &'static str,
     /// What messages call all with a `kind` of their own, such as `an obstacle`.
@@ -172,6 +176,8 @@ pub struct Schema {
     pub positional: usize,
     /// Whether it is checked by the part that holds it, and not when it is made.
     pub is_checked_later: bool,
+    /// Whether Python also takes its arguments in its place, as a tuple or a dict, and None for none.
+    pub is_short: bool,
     /// Whether Python shows it without the numbers and options that have their defaults.
     pub is_brief: bool,
     /// Whether Python shows nothing that has its default.
@@ -192,6 +198,8 @@ impl Schema {
         Self {
             name,
             tag: "",
+            tag_key: "kind",
+            base: "",
             called: "",
             family: "",
             doc,
@@ -199,6 +207,7 @@ impl Schema {
             fields,
             positional,
             is_checked_later: false,
+            is_short: false,
             is_brief: false,
             is_concise: false,
             some_of: &[],
@@ -214,6 +223,16 @@ impl Schema {
     /// The `kind` in scenes.
     pub const fn tag(self, tag: &'static str) -> Self {
         Self { tag, ..self }
+    }
+
+    /// The key of the tag in scenes.
+    pub const fn tag_key(self, tag_key: &'static str) -> Self {
+        Self { tag_key, ..self }
+    }
+
+    /// The class of Python from which it and others derive.
+    pub const fn base(self, base: &'static str) -> Self {
+        Self { base, ..self }
     }
 
     /// What messages call it.
@@ -239,6 +258,11 @@ impl Schema {
     /// The part that holds it checks it.
     pub const fn checked_later(self) -> Self {
         Self { is_checked_later: true, ..self }
+    }
+
+    /// Python also takes its arguments in its place.
+    pub const fn short(self) -> Self {
+        Self { is_short: true, ..self }
     }
 
     /// Python shows it without the numbers and options that have their defaults.
@@ -324,6 +348,8 @@ pub struct Limits {
     pub unit: &'static str,
     /// Whether numbers must be positive, or not negative.
     pub sign: Sign,
+    /// Whether numbers may be infinite.
+    pub is_unbounded: bool,
     /// The field that has to be given as well.
     pub needs: &'static str,
     /// Whether scenes say it by the place of the table.
@@ -349,6 +375,7 @@ impl Limits {
         noun: "a finite number",
         unit: "",
         sign: Sign::Any,
+        is_unbounded: false,
         needs: "",
         is_by_place: false,
         is_explicit: false,
@@ -367,6 +394,11 @@ impl Limits {
     /// Numbers >= 0.
     pub const fn non_negative(self) -> Self {
         Self { sign: Sign::NonNegative, ..self }
+    }
+
+    /// Numbers that may be infinite.
+    pub const fn unbounded(self) -> Self {
+        Self { noun: "a number", is_unbounded: true, ..self }
     }
 
     /// Arc lengths of an unstretched rod.
@@ -412,14 +444,14 @@ impl Limits {
         if self.unit.is_empty() { text } else { format!("{text} ({})", self.unit) }
     }
 
-    /// Whether a number is finite and in range.
+    /// Whether a number is in range, and finite where it must be.
     pub fn contain(&self, number: f64) -> bool {
         let has_sign = match self.sign {
             Sign::Any => true,
             Sign::NonNegative => number >= 0.0,
             Sign::Positive => number > 0.0,
         };
-        number.is_finite() && has_sign
+        (number.is_finite() || (self.is_unbounded && !number.is_nan())) && has_sign
     }
 }
 

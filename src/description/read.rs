@@ -3,7 +3,7 @@
 use std::fmt::{self, Write as _};
 
 use super::data::{AnyPart, Data, Field, Kind, Schema, Value};
-use super::suggestion::suggestion;
+use super::suggestion::{quoted, suggestion};
 use crate::error::{self, Checker};
 use crate::lie::QUATERNION_TOLERANCE;
 
@@ -171,10 +171,20 @@ pub struct Reader {
     alternatives: &'static [Kind],
 }
 
+/// The key by which tables choose among parts, if any of them has a tag.
+fn tag_key(kinds: &[Kind]) -> Option<&'static str> {
+    kinds.iter().filter_map(Kind::schema).find(|part| !part.tag.is_empty()).map(|part| part.tag_key)
+}
+
 impl Reader {
     /// The problems found so far.
     pub fn problems(&self) -> &[Problem] {
         &self.problems
+    }
+
+    /// Whether all keys were known; otherwise what seems to be left out may have been given by another name.
+    pub fn is_complete(&self) -> bool {
+        !self.problems.iter().any(|problem| matches!(problem.fault, Fault::Unknown { .. }))
     }
 
     /// All problems.
@@ -324,7 +334,7 @@ impl Reader {
         let is_given = |key: &str| pairs.iter().any(|(name, _)| name == key);
         let mut found = vec![None; schema.fields.len()];
         let mut meant = Vec::new();
-        let have_tags = alternatives.iter().filter_map(Kind::schema).any(|other| !other.tag.is_empty());
+        let tag_key = tag_key(alternatives);
         for (key, value) in pairs {
             let taken = || {
                 let needed = |field: &&Field| field.limits.needs.is_empty() || is_given(field.limits.needs);
@@ -332,13 +342,12 @@ impl Reader {
             };
             if let Some(i) = schema.index(key).filter(|_| taken().any(|name| name == key)) {
                 found[i] = Some(value.clone());
-            } else if key != "kind" || !have_tags {
+            } else if tag_key != Some(key.as_ref()) {
                 let others = || alternatives.iter().filter_map(Kind::schema);
                 if others().any(|other| other.index(key).is_some()) {
                     self.refuse(key, Fault::NotTaken { part: schema, taken: taken().collect() });
                 } else {
-                    let kind = have_tags.then_some("kind");
-                    let known: Vec<_> = taken().chain(kind).collect();
+                    let known: Vec<_> = taken().chain(tag_key).collect();
                     meant.extend(suggestion(key, known.iter().copied()));
                     self.refuse(key, Fault::Unknown { known });
                 }
@@ -365,12 +374,13 @@ impl Reader {
         };
         let tags = || kinds.iter().filter_map(Kind::schema).map(|schema| schema.tag);
         let tags = || tags().filter(|tag| !tag.is_empty()).collect::<Vec<_>>();
+        let key = tag_key(kinds).unwrap_or("kind");
         let found = match value {
             Value::Part(part) => with(&|schema| std::ptr::eq(schema, part.schema())),
             Value::Text(_) => kinds.iter().position(|kind| matches!(kind, Kind::Text | Kind::Reference(_))),
             Value::Table(pairs) => {
                 self.alternatives = kinds;
-                match pairs.iter().find(|(key, _)| key == "kind") {
+                match pairs.iter().find(|(name, _)| name == key) {
                     None => {
                         // Of those without `kind` the one whose first required key is there, or that requires none.
                         let is_given = |field: &Field| pairs.iter().any(|(key, _)| key == field.name);
@@ -380,10 +390,18 @@ impl Reader {
                         let found = found
                             .or_else(|| with(&|schema| schema.tag.is_empty() && decisive(schema).is_none()));
                         if found.is_none() {
-                            let untagged = with(&|schema| schema.tag.is_empty())?;
-                            let field = decisive(kinds[untagged].schema()?)?;
-                            let (key, meaning) = (field.name, field.summary());
-                            self.refuse("", Fault::Undecided { key, meaning, tags: tags() });
+                            let untagged = with(&|schema| schema.tag.is_empty());
+                            let field = untagged.and_then(|i| decisive(kinds[i].schema()?));
+                            self.refuse(
+                                "",
+                                match field.map(|field| (field.name, field.summary())) {
+                                    Some((key, meaning)) => Fault::Undecided { key, meaning, tags: tags() },
+                                    None => Fault::Missing {
+                                        key,
+                                        advice: format!(": {}", quoted(&tags(), " or ")),
+                                    },
+                                },
+                            );
                             return None;
                         }
                         found
@@ -391,14 +409,13 @@ impl Reader {
                     Some((_, Value::Text(tag))) => {
                         let found = with(&|schema| schema.tag == tag && !tag.is_empty());
                         if found.is_none() {
-                            self.refuse("kind", Fault::Tag { found: tag.clone(), tags: tags() });
+                            self.refuse(key, Fault::Tag { found: tag.clone(), tags: tags() });
                         }
                         return found;
                     }
                     Some((_, other)) => {
-                        let quoted: Vec<_> = tags().iter().map(|tag| format!("\"{tag}\"")).collect();
-                        let expected = quoted.join(" or ");
-                        self.refuse("kind", Fault::Type { found: other.to_string(), expected });
+                        let expected = quoted(&tags(), " or ");
+                        self.refuse(key, Fault::Type { found: other.to_string(), expected });
                         return None;
                     }
                 }

@@ -1,39 +1,14 @@
 //! Actuators of robots: the parts that `description` describes, whose links and joints are resolved when a robot is made.
 
-use std::sync::Arc;
-
-use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 
-use super::part::{parts_of, resolved, wrapped};
+use super::part::{object_of, parts_of, resolved};
 use super::signal::Functions;
 use crate::actuator::{Actuator, described};
-use crate::description::suggestion;
+use crate::description::{Data as _, suggestion};
 use crate::error::InvalidInput;
 use crate::robot::{Named, Robot, number_default_names};
-
-/// Adds the place to the message of a refusal. Exceptions of user functions have a traceback; they are
-/// unchanged except for a note with the place.
-pub(super) fn at_place(py: Python<'_>, place: &str, error: PyErr) -> PyErr {
-    if error.traceback(py).is_some() {
-        // Some exceptions do not accept notes.
-        _ = error.value(py).call_method1("add_note", (format!("in {place}"),));
-        return error;
-    }
-    let kind = error.get_type(py);
-    let is_refusal = kind.is(py.get_type::<PyValueError>()) || kind.is(py.get_type::<PyTypeError>());
-    if !is_refusal {
-        return error;
-    }
-    let has_place = |problem: &str| problem.split(' ').next().is_some_and(|word| word.ends_with(':'));
-    let placed = |problem: &str| match has_place(problem) {
-        true => format!("{place}.{problem}"),
-        false => format!("{place}: {problem}"),
-    };
-    let problems: Vec<String> = error.value(py).to_string().lines().map(placed).collect();
-    PyErr::from_type(kind, problems.join("\n"))
-}
 
 /// The actuators of a sequence.
 pub(super) fn actuators_of(
@@ -66,11 +41,6 @@ pub(super) fn actuator_index(robot: &Robot, name: &str) -> Result<usize, Invalid
 
 /// The Python objects of the actuators of a robot.
 pub(super) fn actuators_out<'py>(py: Python<'py>, robot: &Robot) -> PyResult<Bound<'py, PyTuple>> {
-    let out = |actuator: &Actuator| match robot.described_actuator(actuator) {
-        described::Actuator::Tendon(tendon) => wrapped(py, Arc::new(tendon)),
-        described::Actuator::Chamber(chamber) => wrapped(py, Arc::new(chamber)),
-        described::Actuator::Motor(motor) => wrapped(py, Arc::new(motor)),
-        described::Actuator::ActiveStrain(active) => wrapped(py, Arc::new(active)),
-    };
+    let out = |actuator: &Actuator| object_of(py, &robot.described_actuator(actuator).write());
     PyTuple::new(py, robot.actuators.iter().map(out).collect::<PyResult<Vec<_>>>()?)
 }

@@ -2,7 +2,7 @@
 //! no check can predict.
 
 use pyo3::create_exception;
-use pyo3::exceptions::{PyException, PyUserWarning};
+use pyo3::exceptions::{PyException, PyTypeError, PyUserWarning, PyValueError};
 use pyo3::prelude::*;
 
 create_exception!(
@@ -35,3 +35,25 @@ create_exception!(
     PyUserWarning,
     "A run reached its end, but its result may be far from the right one."
 );
+
+/// Adds the place to the message of a refusal. Exceptions of user functions have a traceback; they are
+/// unchanged except for a note with the place.
+pub(super) fn at_place(py: Python<'_>, place: &str, error: PyErr) -> PyErr {
+    if error.traceback(py).is_some() {
+        // Some exceptions do not accept notes.
+        _ = error.value(py).call_method1("add_note", (format!("in {place}"),));
+        return error;
+    }
+    let kind = error.get_type(py);
+    let is_refusal = kind.is(py.get_type::<PyValueError>()) || kind.is(py.get_type::<PyTypeError>());
+    if !is_refusal {
+        return error;
+    }
+    let has_place = |problem: &str| problem.split(' ').next().is_some_and(|word| word.ends_with(':'));
+    let placed = |problem: &str| match has_place(problem) {
+        true => format!("{place}.{problem}"),
+        false => format!("{place}: {problem}"),
+    };
+    let problems: Vec<String> = error.value(py).to_string().lines().map(placed).collect();
+    PyErr::from_type(kind, problems.join("\n"))
+}

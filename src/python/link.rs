@@ -1,25 +1,21 @@
-//! Conversion of links and joints: Python objects with the attributes of `lissom.Link` and the joint classes.
+//! Conversion of links: Python objects with the attributes of `lissom.Link`.
 
-use std::cell::OnceCell;
 use std::collections::HashMap;
-use std::sync::Arc;
 
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
 
 use super::convert;
-use super::part::{optional_part, wrapped};
+use super::part::{optional_part, part_of};
 use super::segment::PySegment;
-use super::signal::{Functions, signal_of, signal_out};
+use super::signal::Functions;
 use crate::body::described::Body;
-use crate::description::suggestion;
+use crate::description::{LinkName, suggestion};
 use crate::error::{Checker, InvalidInput};
-use crate::joint::{Joint, JointForces};
+use crate::joint::described::Joint;
 use crate::robot::{Driven, Link, Robot};
-use crate::world::described::BaseMotion;
 
-/// The object at a place of an error: the joint's attribute, such as `axis`, or the joint itself.
+/// The object at a place of an error.
 fn attribute<'py>(object: &Bound<'py, PyAny>, name: &str) -> PyResult<Bound<'py, PyAny>> {
     object.getattr(name)
 }
@@ -30,106 +26,6 @@ fn array<const N: usize>(object: &Bound<'_, PyAny>, name: &str) -> PyResult<[f64
 
 fn number(object: &Bound<'_, PyAny>, name: &str) -> PyResult<f64> {
     convert::number(&attribute(object, name)?, name)
-}
-
-fn forces(object: &Bound<'_, PyAny>) -> PyResult<JointForces> {
-    let limits = attribute(object, "limits")?;
-    Ok(JointForces {
-        stiffness: number(object, "stiffness")?,
-        rest: number(object, "rest")?,
-        damping: number(object, "damping")?,
-        friction: number(object, "friction")?,
-        friction_velocity: number(object, "friction_velocity")?,
-        limits: if limits.is_none() { None } else { Some(convert::array_of(&limits, "limits")?) },
-        limit_stiffness: number(object, "limit_stiffness")?,
-        limit_dissipation: number(object, "limit_dissipation")?,
-        armature: number(object, "armature")?,
-    })
-}
-
-/// Converts an object of one of the joint classes to a joint.
-pub(super) fn joint_of(object: &Bound<'_, PyAny>) -> PyResult<Joint> {
-    let kind = object.get_type().name()?.to_string();
-    Ok(match kind.as_str() {
-        "Weld" => Joint::Weld,
-        "Revolute" => Joint::Revolute { axis: array(object, "axis")?, forces: forces(object)? },
-        "Prismatic" => Joint::Prismatic { axis: array(object, "axis")?, forces: forces(object)? },
-        "Cylindrical" => Joint::Cylindrical { axis: array(object, "axis")? },
-        "Universal" => Joint::Universal { axes: [array(object, "axis1")?, array(object, "axis2")?] },
-        "Planar" => Joint::Planar { normal: array(object, "normal")? },
-        "Spherical" => Joint::Spherical,
-        "Free" => Joint::Free,
-        _ => {
-            let expected = "a joint: lissom.Weld, Revolute, Prismatic, Cylindrical, Universal, Planar, Spherical or Free";
-            let found = convert::describe(object);
-            return Err(PyTypeError::new_err(format!("joint: expected {expected}, got {found}")));
-        }
-    })
-}
-
-/// Stands for the mimicked joint until all links are known.
-const UNKNOWN: usize = usize::MAX;
-
-/// Source of a driven joint, and the name of the link that it mimics; adds its functions of time to
-/// `functions`.
-fn driven_of(
-    object: &Bound<'_, PyAny>,
-    functions: &mut Functions,
-) -> PyResult<(Option<Driven>, Option<String>)> {
-    let given = |name: &str| -> PyResult<Option<Bound<'_, PyAny>>> {
-        Ok(object.getattr_opt(name)?.filter(|value| !value.is_none()))
-    };
-    let (motion, mimic) = (given("motion")?, given("mimic")?);
-    let Some(mimic) = mimic else {
-        let Some(motion) = motion else { return Ok((None, None)) };
-        let driven = match object.get_type().name()? == "Free" {
-            true => {
-                Driven::Base(optional_part::<BaseMotion>(&motion, "motion")?.expect("it is given").resolved())
-            }
-            false => Driven::Coordinate(signal_of(&motion, "motion", functions)?),
-        };
-        return Ok((Some(driven), None));
-    };
-    if motion.is_some() {
-        return Err(PyValueError::new_err("mimic: got both motion and mimic, expected one of them"));
-    }
-    if mimic.get_type().name()? != "Mimic" {
-        let found = convert::describe(&mimic);
-        return Err(PyTypeError::new_err(format!("mimic: expected lissom.Mimic or None, got {found}")));
-    }
-    let (driven, name) = mimic_of(&mimic)?;
-    Ok((Some(driven), Some(name)))
-}
-
-/// The relation by which a joint mimics that of the link with this name.
-fn mimic_of(mimic: &Bound<'_, PyAny>) -> PyResult<(Driven, String)> {
-    let name = attribute(mimic, "link")?
-        .extract()
-        .map_err(|_| PyTypeError::new_err("mimic.link: expected the name of a link"))?;
-    let part = |name: &str| convert::number(&attribute(mimic, name)?, &format!("mimic.{name}"));
-    let driven = Driven::Mimic { link: UNKNOWN, multiplier: part("multiplier")?, offset: part("offset")? };
-    Ok((driven, name))
-}
-
-/// Rejects an invalid relation between joints; the robot checks whether the other joint exists.
-#[pyfunction]
-pub(crate) fn check_mimic(mimic: &Bound<'_, PyAny>) -> PyResult<()> {
-    let mut check = Checker::new();
-    mimic_of(mimic)?.0.check_numbers(&mut check);
-    Ok(check.finish()?)
-}
-
-/// Rejects an invalid joint with all its problems; the robot checks whether a mimicked joint exists.
-#[pyfunction]
-pub(crate) fn check_joint(object: &Bound<'_, PyAny>) -> PyResult<()> {
-    let joint = joint_of(object)?;
-    let (driven, _) = driven_of(object, &mut Functions::default())?;
-    let mut check = Checker::new();
-    check.all(joint.validate());
-    if let Some(driven) = driven {
-        check.all(driven.validate(&joint));
-    }
-    Ok(check.finish()?)
 }
 
 /// Rejects a link that is invalid on its own; the robot checks whether it fits.
@@ -172,8 +68,8 @@ fn alone(object: &Bound<'_, PyAny>, functions: &mut Functions) -> PyResult<(Link
     if body.as_ref().is_some_and(|body| body.link.is_some()) {
         return Err(PyValueError::new_err("body.link: got a name, expected none: the body is this link's"));
     }
-    let joint = attribute(object, "joint")?;
-    let (driven, mimicked) = driven_of(&joint, functions)?;
+    let joint: Joint = part_of(&attribute(object, "joint")?, "joint", functions)?;
+    let (driven, mimicked) = Driven::of(&joint).unzip();
     let link = Link {
         name: attribute(object, "name")?
             .extract()
@@ -182,12 +78,12 @@ fn alone(object: &Bound<'_, PyAny>, functions: &mut Functions) -> PyResult<(Link
         at: if at.is_none() { None } else { Some(number(object, "at")?) },
         position: array(object, "position")?,
         orientation: array(object, "orientation")?,
-        joint: joint_of(&joint)?,
+        joint: joint.resolved(),
         driven,
         rod: segments,
         body: body.map(|body| body.resolved(0)),
     };
-    Ok((link, mimicked))
+    Ok((link, mimicked.flatten().map(|LinkName(name)| name.clone())))
 }
 
 /// Links of a sequence, with their parents resolved by name, and the functions of time of their joints.
@@ -263,116 +159,9 @@ fn expected_link(name: &str, links: &[Link]) -> String {
     format!("{}{meant}", one_of_the_links(links))
 }
 
-/// The links of a robot by name, for as many searches as the robot has parts.
-pub(super) struct Links<'a> {
-    robot: &'a Robot,
-    places: HashMap<&'a str, usize>,
-    coordinates: OnceCell<HashMap<String, usize>>,
-}
-
-impl<'a> Links<'a> {
-    pub(super) fn of(robot: &'a Robot) -> Self {
-        let mut places = HashMap::with_capacity(robot.links.len());
-        for (i, link) in robot.links.iter().enumerate() {
-            places.entry(link.name.as_str()).or_insert(i);
-        }
-        Self { robot, places, coordinates: OnceCell::new() }
-    }
-
-    /// Index of the link with this name.
-    pub(super) fn link(&self, name: &str) -> PyResult<usize> {
-        let names = || self.robot.links.iter().map(|link| link.name.as_str());
-        self.places.get(name).copied().ok_or_else(|| unknown(name, names(), "a link"))
-    }
-
-    /// Index of the coordinate with this name.
-    pub(super) fn coordinate(&self, name: &str) -> PyResult<usize> {
-        let coordinates = self.coordinates.get_or_init(|| {
-            self.robot.coordinate_names().into_iter().enumerate().map(|(i, name)| (name, i)).collect()
-        });
-        coordinates.get(name).copied().ok_or_else(|| {
-            let names = self.robot.coordinate_names();
-            unknown(name, names.iter().map(String::as_str), "a coordinate")
-        })
-    }
-}
-
-/// Whether a part of a robot has the name that it would have without one.
-pub(super) fn has_default_name(object: &Bound<'_, PyAny>, name: &str) -> PyResult<bool> {
-    match object.getattr_opt("_default_name")? {
-        Some(default) => default.call0()?.eq(name),
-        None => Ok(false),
-    }
-}
-
 /// The refusal of a name that no part of a robot has; `what` is the kind of the part.
 pub(super) fn unknown<'a>(name: &str, known: impl Iterator<Item = &'a str>, what: &str) -> PyErr {
     let meant =
         suggestion(name, known).map_or_else(String::new, |meant| format!("; did you mean '{meant}'?"));
     PyValueError::new_err(format!("got '{name}', expected the name of {what} of the robot{meant}"))
-}
-
-/// Python object of the joint of a link.
-pub(super) fn joint_out<'py>(py: Python<'py>, link: &Link, links: &[Link]) -> PyResult<Bound<'py, PyAny>> {
-    let lissom = py.import("lissom")?;
-    let arguments = joint_arguments(py, &link.joint)?;
-    match &link.driven {
-        None => {}
-        Some(Driven::Coordinate(signal)) => arguments.set_item("motion", signal_out(py, signal)?)?,
-        Some(Driven::Base(motion)) => {
-            arguments.set_item("motion", wrapped(py, Arc::new(motion.described()))?)?;
-        }
-        Some(Driven::Mimic { link, multiplier, offset }) => {
-            let of_mimic = PyDict::new(py);
-            of_mimic.set_item("multiplier", multiplier)?;
-            of_mimic.set_item("offset", offset)?;
-            let mimic = lissom.getattr("Mimic")?.call((&links[*link].name,), Some(&of_mimic))?;
-            arguments.set_item("mimic", mimic)?;
-        }
-    }
-    call_class(py, &link.joint, &arguments)
-}
-
-/// Constructor arguments of a joint, without its source if it is driven.
-fn joint_arguments<'py>(py: Python<'py>, joint: &Joint) -> PyResult<Bound<'py, PyDict>> {
-    let arguments = PyDict::new(py);
-    let vector = |v: [f64; 3]| <(f64, f64, f64)>::from(v);
-    match joint {
-        Joint::Weld | Joint::Spherical | Joint::Free => {}
-        Joint::Revolute { axis, .. } | Joint::Prismatic { axis, .. } | Joint::Cylindrical { axis } => {
-            arguments.set_item("axis", vector(*axis))?;
-        }
-        Joint::Universal { axes: [first, second] } => {
-            arguments.set_item("axis1", vector(*first))?;
-            arguments.set_item("axis2", vector(*second))?;
-        }
-        Joint::Planar { normal } => arguments.set_item("normal", vector(*normal))?,
-    }
-    if let Some(forces) = joint.forces() {
-        arguments.set_item("stiffness", forces.stiffness)?;
-        arguments.set_item("rest", forces.rest)?;
-        arguments.set_item("damping", forces.damping)?;
-        arguments.set_item("friction", forces.friction)?;
-        arguments.set_item("friction_velocity", forces.friction_velocity)?;
-        arguments.set_item("limits", forces.limits.map(<(f64, f64)>::from))?;
-        arguments.set_item("limit_stiffness", forces.limit_stiffness)?;
-        arguments.set_item("limit_dissipation", forces.limit_dissipation)?;
-        arguments.set_item("armature", forces.armature)?;
-    }
-    Ok(arguments)
-}
-
-/// Python object of a joint that is not driven.
-pub(super) fn joint_class<'py>(py: Python<'py>, joint: &Joint) -> PyResult<Bound<'py, PyAny>> {
-    call_class(py, joint, &joint_arguments(py, joint)?)
-}
-
-fn call_class<'py>(
-    py: Python<'py>,
-    joint: &Joint,
-    arguments: &Bound<'py, PyDict>,
-) -> PyResult<Bound<'py, PyAny>> {
-    let mut class = joint.name().to_owned();
-    class[..1].make_ascii_uppercase();
-    py.import("lissom")?.getattr(class.as_str())?.call((), Some(arguments))
 }

@@ -65,9 +65,7 @@ mod _lissom {
     #[pymodule_export]
     use super::errors::{AccuracyWarning, ConvergenceError, LissomError};
     #[pymodule_export]
-    use super::link::{check_joint, check_link, check_mimic};
-    #[pymodule_export]
-    use super::loops::check_loop;
+    use super::link::check_link;
     #[pymodule_export]
     use super::machine::machine;
     #[pymodule_export]

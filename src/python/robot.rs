@@ -17,16 +17,16 @@ use super::callback::or_raised;
 use super::contact::{contact_index, contacts_of, contacts_out};
 use super::convert;
 use super::errors::check_finite;
-use super::link::{Links, index_of, links_of};
+use super::link::{index_of, links_of};
 use super::loops::{loop_index, loops_of, loops_out};
 use super::model::{PyModel, check_time, time_of_state};
-use super::part::{optional_part, parts_of, resolved, wrapped};
+use super::part::{object_of, optional_part, parts_of, resolved, wrapped};
 use super::reach::{self, PyReachResult};
 use super::segment::PySegment;
 use super::signal::Functions;
 use crate::actuator::Actuator;
 use crate::body::described::Body;
-use crate::description::{LinkName, Reader};
+use crate::description::{Data as _, LinkName, Reader};
 use crate::error::InvalidInput;
 use crate::lie::Vector;
 use crate::linalg::Matrix;
@@ -348,7 +348,7 @@ impl PyRobot {
         if let Some(gravity) = gravity {
             robot.gravity = convert::array_of(gravity, "gravity")?;
         }
-        let (by_name, named) = (Links::of(&robot), Named::of(&robot));
+        let named = Named::of(&robot);
         let on =
             |link: &Option<LinkName>, reader: &mut Reader| named.only_link("link", link.as_ref(), reader);
         let (mut all_loads, mut all_bodies, mut all_supports) = (Vec::new(), Vec::new(), Vec::new());
@@ -370,7 +370,7 @@ impl PyRobot {
         if let Some(actuators) = actuators {
             all_actuators = actuators_of(actuators, &named, &mut functions)?;
         }
-        let all_loops = loops.map_or(Ok(Vec::new()), |loops| loops_of(loops, &by_name))?;
+        let all_loops = loops.map_or(Ok(Vec::new()), |loops| loops_of(loops, &named))?;
         let all_contacts = contacts.map_or(Ok(Vec::new()), |contacts| contacts_of(contacts, &named))?;
         (robot.loads, robot.bodies, robot.supports) = (all_loads, all_bodies, all_supports);
         (robot.actuators, robot.loops, robot.contacts) = (all_actuators, all_loops, all_contacts);
@@ -424,7 +424,7 @@ impl PyRobot {
             }
             let body = link.body.as_ref().map(|body| wrapped(py, Arc::new(body.described(None))));
             arguments.set_item("body", body.transpose()?)?;
-            arguments.set_item("joint", super::link::joint_out(py, link, &self.description.links)?)?;
+            arguments.set_item("joint", object_of(py, &self.description.described_joint(link).write())?)?;
             arguments.set_item("parent", link.parent.map(|parent| &self.description.links[parent].name))?;
             arguments.set_item("at", link.at)?;
             arguments.set_item("position", <(f64, f64, f64)>::from(link.position))?;

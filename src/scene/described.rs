@@ -15,13 +15,14 @@ use crate::description::{
     AnyPart, Data, Fault, Field, Kind, Limits, Part as _, Problem, Reader, Schema, Sign, Value,
     expected_one_of,
 };
+use crate::joint::described as joint;
 use crate::load::described as load;
-use crate::signal::{Drive, Signal};
+use crate::loops::described as loops;
 use crate::support::described as support;
 use crate::world::{self, described::BaseMotion};
 
 /// The parts that are described by tables, those that others hold first.
-pub(crate) const PARTS: [&Schema; 19] = [
+pub(crate) const PARTS: [&Schema; 32] = [
     contact::Ball::SCHEMA,
     contact::HalfSpace::SCHEMA,
     contact::Sphere::SCHEMA,
@@ -41,6 +42,19 @@ pub(crate) const PARTS: [&Schema; 19] = [
     actuator::Chamber::SCHEMA,
     actuator::Motor::SCHEMA,
     actuator::ActiveStrain::SCHEMA,
+    joint::Weld::SCHEMA,
+    joint::Mimic::SCHEMA,
+    joint::Revolute::SCHEMA,
+    joint::Prismatic::SCHEMA,
+    joint::Cylindrical::SCHEMA,
+    joint::Universal::SCHEMA,
+    joint::Planar::SCHEMA,
+    joint::Spherical::SCHEMA,
+    joint::Free::SCHEMA,
+    loops::LoopEnd::SCHEMA,
+    loops::Distance::SCHEMA,
+    loops::Gear::SCHEMA,
+    loops::Loop::SCHEMA,
 ];
 
 /// A value that the tables of `description` describe, as it stands in the file.
@@ -59,23 +73,22 @@ impl<T> Written<T> {
     }
 }
 
-/// Functions of time, as keys of tables that serde reads.
-const SIGNALS: [Kind; 4] =
-    [<Signal<1> as Data>::KIND, <Drive<1> as Data>::KIND, <Drive<3> as Data>::KIND, <Drive<4> as Data>::KIND];
+/// Kinds of keys of tables that serde reads, which are no parts.
+const OTHERS: [Kind; 1] = [<joint::Joint as Data>::KIND];
 
 /// The name of the definition of a part, a signal or words.
 fn definition_of(kind: &Kind) -> &'static str {
     match kind {
-        Kind::Part(schema) | Kind::Signal("", _, schema) => schema.name,
-        Kind::Signal(name, ..) | Kind::Word(name, _) => name,
-        _ => unreachable!("scenes hold parts, signals and words"),
+        Kind::Part(schema) => schema.name,
+        Kind::OneOf(name, _) => name,
+        _ => unreachable!("tables that serde reads hold parts, or one of some"),
     }
 }
 
 /// Whether values of this definition of the schema are read here.
 pub(super) fn is_described(name: &str) -> bool {
-    let is_signal = |kind: &Kind| definition_of(kind) == name;
-    PARTS.iter().any(|part| part.name == name) || SIGNALS.iter().any(is_signal)
+    let is_other = |kind: &Kind| definition_of(kind) == name;
+    PARTS.iter().any(|part| part.name == name) || OTHERS.iter().any(is_other)
 }
 
 /// The value written at this place, checked by itself; `None` after reporting problems.
@@ -161,9 +174,10 @@ fn report(Problem { place, fault }: Problem, here: &str, shape: &mut Shape) {
         Fault::NotTaken { part, taken } => {
             let part = match part.tag {
                 "" => part.called.to_owned(),
-                tag => format!("{} of kind \"{tag}\"", part.family),
+                tag => format!("{} of {} \"{tag}\"", part.family, part.tag_key),
             };
-            (format!("{part} does not take it"), format!("remove it: it takes {}", taken.join(", ")))
+            let taken = if taken.is_empty() { "nothing but its type".to_owned() } else { taken.join(", ") };
+            (format!("{part} does not take it"), format!("remove it: it takes {taken}"))
         }
         Fault::Undecided { key, meaning, tags } => {
             if !shape.is_readable(&format!("{place}.{key}")) || !shape.is_readable(&format!("{place}.kind")) {
@@ -219,7 +233,7 @@ fn inline(value: &Value) -> Option<String> {
         }
         Value::Part(part) => {
             let tag = part.schema().tag;
-            let kind = (!tag.is_empty()).then(|| format!("kind = \"{tag}\""));
+            let kind = (!tag.is_empty()).then(|| format!("{} = \"{tag}\"", part.schema().tag_key));
             let keys = kind.into_iter().chain(keys(part.as_ref())?);
             Some(format!("{{ {} }}", keys.collect::<Vec<_>>().join(", ")))
         }
@@ -246,7 +260,7 @@ impl<T: Data> JsonSchema for Written<T> {
 #[cfg(feature = "python")]
 pub(crate) fn definitions() -> Map<String, Json> {
     let mut found = Map::new();
-    for kind in PARTS.iter().copied().map(Kind::Part).chain(SIGNALS) {
+    for kind in PARTS.iter().copied().map(Kind::Part).chain(OTHERS) {
         of_kind(&kind, &Limits::NONE, &mut found);
     }
     found
@@ -263,9 +277,11 @@ fn define(schema: &'static Schema, found: &mut Map<String, Json>) {
     let mut required: Vec<_> =
         schema.keys().filter(|field| field.default.is_none()).map(|field| field.name).collect();
     if !schema.tag.is_empty() {
-        let kind = json!({ "description": "Kind of shape.", "type": "string", "enum": [schema.tag] });
-        properties.insert("kind".to_owned(), kind);
-        required.insert(0, "kind");
+        let family = schema.family.split_once(' ').map_or(schema.family, |(_article, family)| family);
+        let kind =
+            json!({ "description": format!("Kind of {family}."), "type": "string", "enum": [schema.tag] });
+        properties.insert(schema.tag_key.to_owned(), kind);
+        required.insert(0, schema.tag_key);
     }
     let mut own = json!({
         "description": schema.doc.trim(), "type": "object", "properties": properties, "additionalProperties": false,
@@ -285,6 +301,7 @@ fn of_field(field: &'static Field, found: &mut Map<String, Json>) -> Json {
     match field.default.map(|default| default()) {
         None | Some(Value::None) => {}
         Some(Value::Text(text)) if text.is_empty() => {}
+        Some(Value::Part(_)) => {}
         // Scenes have motions as tables only.
         Some(_) if matches!(field.kind, Kind::Signal("", ..)) => {}
         Some(default) => schema["default"] = in_json(&default),

@@ -13,8 +13,9 @@ use super::described::Written;
 use crate::actuator::described::{ActiveStrain, Chamber, Motor, Tendon};
 use crate::body::described::Body;
 use crate::contact::described::Contact;
+use crate::joint::described::Joint;
 use crate::load::described::Load;
-use crate::signal::{Drive, Interpolation};
+use crate::loops::described::Loop;
 use crate::support::described::Support;
 use crate::world::{Fluid, described::BaseMotion};
 
@@ -43,7 +44,7 @@ pub(super) struct Document {
     pub(super) link: Vec<Link>,
     /// Closed loops: additional joints between two links, or a link and the world.
     #[serde(default)]
-    pub(super) r#loop: Vec<Loop>,
+    pub(super) r#loop: Vec<Written<Loop>>,
     /// Pairs of surfaces of the rod, of links or of obstacles, which press on each other where they overlap.
     #[serde(default)]
     pub(super) contact: Vec<Written<Contact>>,
@@ -161,7 +162,7 @@ pub(super) struct Link {
     #[serde(default = "unturned")]
     pub(super) orientation: [f64; 4],
     /// Joint to the parent. Default: a rigid connection.
-    pub(super) joint: Option<Joint>,
+    pub(super) joint: Option<Written<Joint>>,
     /// Rod of the link, instead of a body.
     pub(super) rod: Option<LinkRod>,
     /// Rigid body of the link, instead of a rod.
@@ -189,254 +190,6 @@ pub(super) struct LinkRod {
     /// Segments from base to tip; each one starts where the previous one ends.
     #[schemars(length(min = 1), example = Vec::<Segment>::new())]
     pub(super) segment: Vec<Segment>,
-}
-
-/// A joint. revolute, prismatic, cylindrical: axis; universal: axis1, axis2; planar: normal; weld, spherical, free: nothing.
-/// Springs, dampers, limits, armature and mimic are those of revolute and prismatic joints, motion also that of free ones.
-#[derive(Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(super) struct Joint {
-    /// Kind of joint.
-    #[schemars(example = JointKind::Weld)]
-    pub(super) r#type: JointKind,
-    /// Direction of the axis in the joint frame; its length does not matter.
-    pub(super) axis: Option<[f64; 3]>,
-    /// Direction of the first axis of a universal joint in the joint's frame, of any length.
-    pub(super) axis1: Option<[f64; 3]>,
-    /// Direction of its second axis where the first angle is zero.
-    pub(super) axis2: Option<[f64; 3]>,
-    /// Normal of the plane of a planar joint; its length does not matter.
-    pub(super) normal: Option<[f64; 3]>,
-    /// Stiffness of a spring on the coordinate, in N m/rad or N/m. Default: 0.
-    #[schemars(range(min = 0.0))]
-    pub(super) stiffness: Option<f64>,
-    /// Coordinate at which that spring is unloaded, in radians or metres. Default: 0.
-    pub(super) rest: Option<f64>,
-    /// Viscous damping, in N m s or N s/m. Default: 0.
-    #[schemars(range(min = 0.0))]
-    pub(super) damping: Option<f64>,
-    /// Dry friction, in N m or N. Default: 0.
-    #[schemars(range(min = 0.0))]
-    pub(super) friction: Option<f64>,
-    /// Velocity below which dry friction is smoothed, in rad/s or m/s. Default: 1e-3.
-    #[schemars(extend("exclusiveMinimum" = 0))]
-    pub(super) friction_velocity: Option<f64>,
-    /// Lowest and highest value of the coordinate, in radians or metres; stiff springs act beyond. Default: none.
-    pub(super) limits: Option<[f64; 2]>,
-    /// Stiffness of the stops, in N m/rad or N/m.
-    #[schemars(range(min = 0.0))]
-    pub(super) limit_stiffness: Option<f64>,
-    /// Dissipation of the stops (Hunt and Crossley), in s/rad or s/m. Default: 0.
-    #[schemars(range(min = 0.0))]
-    pub(super) limit_dissipation: Option<f64>,
-    /// Inertia added to this coordinate only, in kg m^2 or kg. Default: 0.
-    #[schemars(range(min = 0.0))]
-    pub(super) armature: Option<f64>,
-    /// Prescribed motion of the joint, which then adds no coordinate. Default: the joint moves freely.
-    pub(super) motion: Option<JointMotion>,
-    /// Makes the coordinate follow that of another joint, and adds none. Default: the joint moves freely.
-    pub(super) mimic: Option<Mimic>,
-}
-
-/// How a joint moves as a function of time. The coordinate of a revolute or prismatic joint, in radians or metres: either
-/// times and values, or mean + rate t + amplitude sin(2 pi frequency t + phase). The link of a free joint: translation, and
-/// either axis and angle or rotation, in the axes of the joint's frame. Tables that are not linear must cover the run.
-#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub(super) struct JointMotion {
-    /// Increasing times of the values, in seconds.
-    pub(super) times: Option<Vec<f64>>,
-    /// Values of the coordinate at the times.
-    pub(super) values: Option<Vec<f64>>,
-    /// Interpolation of times and values. Default: cubic.
-    pub(super) interpolation: Option<Written<Interpolation>>,
-    /// Largest deviation from the steady part. Default: 0.
-    pub(super) amplitude: Option<f64>,
-    /// Oscillations per second, in hertz. Default: 0.
-    #[schemars(range(min = 0.0))]
-    pub(super) frequency: Option<f64>,
-    /// Phase at time zero, in radians. Default: 0.
-    pub(super) phase: Option<f64>,
-    /// Steady part at time zero. Default: 0.
-    pub(super) mean: Option<f64>,
-    /// Growth of the steady part per second. Default: 0.
-    pub(super) rate: Option<f64>,
-    /// Displacement of a free joint's link, in metres. Default: none.
-    pub(super) translation: Option<Written<Drive<3>>>,
-    /// Axis of the rotation; its length does not matter.
-    pub(super) axis: Option<[f64; 3]>,
-    /// Angle about the axis, in radians.
-    pub(super) angle: Option<Written<Drive<1>>>,
-    /// Instead of axis and angle: orientations.
-    pub(super) rotation: Option<Written<Drive<4>>>,
-}
-
-/// Makes the coordinate of a joint follow another one: multiplier times that coordinate plus offset.
-#[derive(Clone, Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(super) struct Mimic {
-    /// Name of the link with the other joint, a revolute or prismatic one.
-    #[schemars(example = &"link")]
-    pub(super) link: String,
-    /// Ratio of this coordinate to the other one. Default: 1.
-    pub(super) multiplier: Option<f64>,
-    /// Offset in radians or metres. Default: 0.
-    pub(super) offset: Option<f64>,
-}
-
-/// Kind of joint.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub(super) enum JointKind {
-    /// No motion.
-    Weld,
-    /// Turns about an axis.
-    Revolute,
-    /// Moves along an axis.
-    Prismatic,
-    /// Moves along an axis and turns about it.
-    Cylindrical,
-    /// Turns about two axes, one after the other.
-    Universal,
-    /// Moves across a normal and turns about it.
-    Planar,
-    /// Turns about a point.
-    Spherical,
-    /// Moves freely.
-    Free,
-}
-
-impl JointKind {
-    /// Its name in the file.
-    pub(super) fn name(self) -> &'static str {
-        match self {
-            Self::Weld => "weld",
-            Self::Revolute => "revolute",
-            Self::Prismatic => "prismatic",
-            Self::Cylindrical => "cylindrical",
-            Self::Universal => "universal",
-            Self::Planar => "planar",
-            Self::Spherical => "spherical",
-            Self::Free => "free",
-        }
-    }
-}
-
-/// What closes a loop of links: a further joint between two of them, or one and the world; a distance that two points keep;
-/// or a gear between two coordinates.
-#[derive(Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(super) struct Loop {
-    /// Name in results and messages. Default: the names of its ends, such as "rocker to the world".
-    pub(super) name: Option<String>,
-    /// Table with what it holds, such as { type = "revolute", axis = [0, 1, 0] }.
-    #[schemars(example = LoopKind::example())]
-    pub(super) kind: LoopKind,
-    /// Its first end: the name of a link, for the tip of its rod or its body; or a table. Of a gear the name of the coordinate
-    /// that follows the other one. Default: the origin of the world.
-    pub(super) a: Option<LoopPlace>,
-    /// Its second end, likewise: its frame moves in that of the first one as the kind lets it. Of a gear the name of the other
-    /// coordinate. Default: the origin of the world.
-    pub(super) b: Option<LoopPlace>,
-}
-
-/// What a loop holds. revolute, prismatic, cylindrical: axis; universal: axis1, axis2; planar: normal; distance: length; gear:
-/// ratio, offset; weld, spherical: nothing. Directions are those of the frames of the ends.
-#[derive(Debug, Deserialize, Serialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(super) struct LoopKind {
-    /// Kind of what closes the loop.
-    #[schemars(example = LoopType::Spherical)]
-    pub(super) r#type: LoopType,
-    /// Direction of the axis in the frames of both ends; its length does not matter.
-    pub(super) axis: Option<[f64; 3]>,
-    /// Direction of the first axis of a universal joint in the frame of the first end, of any length.
-    pub(super) axis1: Option<[f64; 3]>,
-    /// Direction of its second axis in the frame of the second end.
-    pub(super) axis2: Option<[f64; 3]>,
-    /// Normal of the plane of a planar joint in the frames of both ends; its length does not matter.
-    pub(super) normal: Option<[f64; 3]>,
-    /// Distance between the ends, in metres.
-    #[schemars(extend("exclusiveMinimum" = 0))]
-    pub(super) length: Option<f64>,
-    /// Ratio of the first coordinate of a gear to the second one, not zero. Default: 1.
-    pub(super) ratio: Option<f64>,
-    /// Offset, in the unit of the first coordinate. Default: 0.
-    pub(super) offset: Option<f64>,
-}
-
-impl LoopKind {
-    fn example() -> BTreeMap<&'static str, LoopType> {
-        BTreeMap::from([("type", LoopType::Spherical)])
-    }
-}
-
-/// Kind of what closes a loop.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub(super) enum LoopType {
-    /// Both frames are one.
-    Weld,
-    /// The second frame turns about an axis.
-    Revolute,
-    /// It moves along an axis.
-    Prismatic,
-    /// It moves along an axis and turns about it.
-    Cylindrical,
-    /// It turns about one axis of each frame.
-    Universal,
-    /// It moves across a normal and turns about it.
-    Planar,
-    /// It turns about a point.
-    Spherical,
-    /// A constant distance between two points.
-    Distance,
-    /// A coordinate follows another one.
-    Gear,
-}
-
-impl LoopType {
-    /// Its name in the file.
-    pub(super) fn name(self) -> &'static str {
-        match self {
-            Self::Weld => "weld",
-            Self::Revolute => "revolute",
-            Self::Prismatic => "prismatic",
-            Self::Cylindrical => "cylindrical",
-            Self::Universal => "universal",
-            Self::Planar => "planar",
-            Self::Spherical => "spherical",
-            Self::Distance => "distance",
-            Self::Gear => "gear",
-        }
-    }
-}
-
-/// An end of a loop.
-#[derive(Debug, Deserialize, JsonSchema)]
-#[serde(untagged)]
-pub(super) enum LoopPlace {
-    /// A link, or of a gear a coordinate.
-    Name(String),
-    /// A frame.
-    End(LoopEnd),
-}
-
-/// A frame at which a loop is closed.
-#[derive(Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(super) struct LoopEnd {
-    /// Name of the link. Default: the world.
-    pub(super) link: Option<String>,
-    /// Arc length of the link's unstretched rod, in metres. Default: the tip, or the link's body.
-    #[schemars(range(min = 0.0))]
-    pub(super) at: Option<f64>,
-    /// Position of the frame in the axes of the section or body, or in the world, in metres. Default: [0, 0, 0].
-    #[serde(default)]
-    pub(super) position: [f64; 3],
-    /// Orientation of the frame relative to these axes: unit quaternion [w, x, y, z]. Default: [1, 0, 0, 0].
-    #[serde(default = "unturned")]
-    pub(super) orientation: [f64; 4],
 }
 
 /// Pose of a clamped end.

@@ -4,21 +4,17 @@ use std::collections::HashMap;
 
 use super::actuators::actuators;
 use super::contacts::{contacts, key_of_contact};
-use super::described::{Written, key_of_item, made, read, read_all};
-use super::document::{
-    Document, Import, Joint, JointKind, JointMotion, Link, Mimic, Segment, Simulation as Settings,
-};
+use super::described::{Written, key_of_item, read, read_all};
+use super::document::{Document, Import, Link, Segment};
 use super::imports::{Imported, Imports, Refusal, Request};
-use super::loops::{self, key_of_loop};
+use super::loops;
 use super::parts;
 use super::shape::{Shape, report};
 use crate::body::{self, described::Body};
-use crate::description::{Data as _, LISTED, Limits, expected_name, quoted};
+use crate::description::{LISTED, LinkName, expected_name, quoted};
 use crate::error::Checker;
-use crate::joint::{self as joints, JointForces};
+use crate::joint::{self as joints, JointForces, described::Joint};
 use crate::robot::{self, Driven, Named, Robot};
-use crate::signal::Keys;
-use crate::world::described::BaseMotion;
 
 /// The imported links; `None` after reporting a problem.
 pub(super) fn import(written: &Import, imports: &mut dyn Imports, shape: &mut Shape) -> Option<Imported> {
@@ -112,17 +108,20 @@ pub(super) fn robot(
     let named = Named::incomplete(&robot, names.are_incomplete);
     let (actuators, actuator_keys) = actuators(document, &named, shape);
     robot.actuators = actuators;
-    let (closed, loop_places) = loops::loops(document, &robot, names.are_incomplete, shape);
+    let (closed, loop_keys) = loops::loops(document, &robot, names.are_incomplete, shape);
     robot.loops = closed;
     loops::check_jacobian(document, shape);
     let (touching, contact_places) =
         contacts(document, &Named::incomplete(&robot, names.are_incomplete), shape);
     robot.contacts = touching;
     let key = |place: &str| {
-        let known = key_of_loop(place, &document.r#loop, &loop_places);
-        let known = known.or_else(|| key_of_contact(place, &document.contact, &contact_places));
-        let lists: [(_, &[_]); 3] =
-            [("loads", &load_keys), ("supports", &support_keys), ("actuators", &actuator_keys)];
+        let known = key_of_contact(place, &document.contact, &contact_places);
+        let lists: [(_, &[_]); 4] = [
+            ("loads", &load_keys),
+            ("supports", &support_keys),
+            ("actuators", &actuator_keys),
+            ("loops", &loop_keys),
+        ];
         let known = known.or_else(|| key_of_item(place, &lists));
         known.unwrap_or_else(|| key_of(&key_of_link(place, before), written))
     };
@@ -203,20 +202,17 @@ fn link(document: &Document, names: &Names<'_>, i: usize, written: &Link, shape:
     let rod = segments
         .map(|(j, segment)| parts::segment(segment, &format!("{here}.rod.segment[{j}]"), shape))
         .collect();
+    let joint = written.joint.as_ref();
+    let joint = joint.map(|written| joint_of(document, names, written, &format!("{here}.joint"), shape));
+    let (joint, driven) = joint.unwrap_or((joints::Joint::Weld, None));
     robot::Link {
         parent,
         // Without a known parent, the place on it cannot be checked.
         at: written.at.filter(|_| parent.is_some() || written.parent.is_none()),
         position: written.position,
         orientation: written.orientation,
-        joint: written
-            .joint
-            .as_ref()
-            .map_or(joints::Joint::Weld, |written| joint(written, &format!("{here}.joint"), shape)),
-        driven: written
-            .joint
-            .as_ref()
-            .and_then(|written| driven(document, names, written, &format!("{here}.joint"), shape)),
+        joint,
+        driven,
         rod,
         body: written.body.as_ref().and_then(|body| body_of(body, &format!("{here}.body"), shape)),
         ..robot::Link::new(&written.name)
@@ -233,201 +229,50 @@ fn body_of(written: &Written<Body>, here: &str, shape: &mut Shape) -> Option<bod
     Some(body.resolved(0))
 }
 
-/// The joint written at `here`; a valid stand-in after reporting a problem.
-fn joint(written: &Joint, here: &str, shape: &mut Shape) -> joints::Joint {
-    const STAND_IN: [f64; 3] = [1.0, 0.0, 0.0];
-    const OTHER_STAND_IN: [f64; 3] = [0.0, 1.0, 0.0];
-    let kind = written.r#type;
-    let (directions, has_forces): (&[&str], bool) = match kind {
-        JointKind::Weld | JointKind::Spherical | JointKind::Free => (&[], false),
-        JointKind::Revolute | JointKind::Prismatic => (&["axis"], true),
-        JointKind::Cylindrical => (&["axis"], false),
-        JointKind::Universal => (&["axis1", "axis2"], false),
-        JointKind::Planar => (&["normal"], false),
-    };
-    let given = [
-        ("axis", written.axis),
-        ("axis1", written.axis1),
-        ("axis2", written.axis2),
-        ("normal", written.normal),
-    ];
-    for (key, value) in given {
-        let place = format!("{here}.{key}");
-        let is_wanted = directions.contains(&key);
-        if value.is_some() && !is_wanted {
-            shape.refuse(&place, format!("a {} joint does not take it", kind.name()), "remove it");
-        } else if value.is_none() && is_wanted && shape.is_readable(&place) {
-            shape.refuse(
-                here,
-                format!("{key} is missing"),
-                format!("add {key}, a direction such as [0, 1, 0]"),
-            );
-            shape.replaced.insert(place);
-        }
-    }
-    let numbers = [
-        ("stiffness", written.stiffness),
-        ("rest", written.rest),
-        ("damping", written.damping),
-        ("friction", written.friction),
-        ("friction_velocity", written.friction_velocity),
-        ("limit_stiffness", written.limit_stiffness),
-        ("limit_dissipation", written.limit_dissipation),
-        ("armature", written.armature),
-    ];
-    let limits = ("limits", written.limits.map(|[lower, _]| lower));
-    for (key, value) in numbers.into_iter().chain([limits]) {
-        if value.is_some() && !has_forces {
-            let wrong = format!("a {} joint does not take it", kind.name());
-            shape.refuse(&format!("{here}.{key}"), wrong, "remove it: revolute and prismatic joints do");
-        }
-    }
-    let default = JointForces::default();
-    let [stiffness, rest, damping, friction, friction_velocity, limit_stiffness, limit_dissipation, armature] =
-        numbers.map(|(_, value)| value);
-    let forces = JointForces {
-        stiffness: stiffness.unwrap_or(default.stiffness),
-        rest: rest.unwrap_or(default.rest),
-        damping: damping.unwrap_or(default.damping),
-        friction: friction.unwrap_or(default.friction),
-        friction_velocity: friction_velocity.unwrap_or(default.friction_velocity),
-        limits: written.limits,
-        limit_stiffness: limit_stiffness.unwrap_or(default.limit_stiffness),
-        limit_dissipation: limit_dissipation.unwrap_or(default.limit_dissipation),
-        armature: armature.unwrap_or(default.armature),
-    };
-    let axis = written.axis.unwrap_or(STAND_IN);
+/// A valid joint of this type, so that the rest can be checked.
+fn stand_in(kind: Option<&str>) -> joints::Joint {
+    let (axis, axes) = ([1.0, 0.0, 0.0], [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
+    let forces = JointForces::default();
     match kind {
-        JointKind::Weld => joints::Joint::Weld,
-        JointKind::Revolute => joints::Joint::Revolute { axis, forces },
-        JointKind::Prismatic => joints::Joint::Prismatic { axis, forces },
-        JointKind::Cylindrical => joints::Joint::Cylindrical { axis },
-        JointKind::Universal => {
-            let axes = [written.axis1.unwrap_or(STAND_IN), written.axis2.unwrap_or(OTHER_STAND_IN)];
-            joints::Joint::Universal { axes }
-        }
-        JointKind::Planar => joints::Joint::Planar { normal: written.normal.unwrap_or(STAND_IN) },
-        JointKind::Spherical => joints::Joint::Spherical,
-        JointKind::Free => joints::Joint::Free,
+        Some("revolute") => joints::Joint::Revolute { axis, forces },
+        Some("prismatic") => joints::Joint::Prismatic { axis, forces },
+        Some("cylindrical") => joints::Joint::Cylindrical { axis },
+        Some("universal") => joints::Joint::Universal { axes },
+        Some("planar") => joints::Joint::Planar { normal: axis },
+        Some("spherical") => joints::Joint::Spherical,
+        Some("free") => joints::Joint::Free,
+        _ => joints::Joint::Weld,
     }
 }
 
-/// Source of a driven joint written at `here`.
-fn driven(
+/// The joint written at `here` and what drives it; a valid stand-in after reporting a problem.
+fn joint_of(
     document: &Document,
     names: &Names<'_>,
-    written: &Joint,
+    written: &Written<Joint>,
     here: &str,
     shape: &mut Shape,
-) -> Option<Driven> {
-    let [motion_key, mimic_key] = ["motion", "mimic"].map(|key| format!("{here}.{key}"));
-    let has_one = matches!(written.r#type, JointKind::Revolute | JointKind::Prismatic);
-    let is_free = written.r#type == JointKind::Free;
-    let kind = written.r#type.name();
-    if written.motion.is_some() && !has_one && !is_free {
-        let right = "remove it: revolute, prismatic and free joints do";
-        shape.refuse(&motion_key, format!("a {kind} joint does not take it"), right);
-        return None;
-    }
-    if written.mimic.is_some() && !has_one {
-        let right = "remove it: revolute and prismatic joints do";
-        shape.refuse(&mimic_key, format!("a {kind} joint does not take it"), right);
-        return None;
-    }
-    if written.motion.is_some() && written.mimic.is_some() {
-        shape.refuse(&mimic_key, "both motion and mimic are given", "keep one of them");
-        return None;
-    }
-    if let Some(Mimic { link, multiplier, offset }) = &written.mimic {
-        let found = names.place(link);
-        let is_unknown = found.is_none() && !names.are_incomplete;
-        if is_unknown && shape.is_readable(&format!("{mimic_key}.link")) {
-            let right = expected_name(link, &names.all, "link");
-            shape.refuse(&format!("{mimic_key}.link"), format!("no link is called \"{link}\""), right);
+) -> (joints::Joint, Option<Driven>) {
+    let Some(joint) = read(written, here, shape) else {
+        shape.replaced.insert(here.to_owned());
+        return (stand_in(written.text("type")), None);
+    };
+    let driven = match Driven::of(&joint) {
+        Some((Driven::Mimic { multiplier, offset, .. }, Some(LinkName(link)))) => {
+            let found = names.place(link);
+            if found.is_none() && !names.are_incomplete {
+                let right = expected_name(link, &names.all, "link");
+                shape.refuse(&format!("{here}.mimic.link"), format!("no link is called \"{link}\""), right);
+            }
+            found.map(|link| Driven::Mimic { link, multiplier, offset })
         }
-        let (multiplier, offset) = (multiplier.unwrap_or(1.0), offset.unwrap_or(0.0));
-        return Some(Driven::Mimic { link: found?, multiplier, offset });
-    }
-    let motion = written.motion.as_ref()?;
-    let problems = shape.problems.len();
-    let driven = match is_free {
-        true => Driven::Base(motion_of_link(motion, &motion_key, &document.simulation, shape)),
-        false => motion_of_coordinate(motion, &motion_key, &document.simulation, shape),
+        Some((driven, _)) => {
+            parts::check_span(driven.span(), &format!("{here}.motion"), &document.simulation, shape);
+            Some(driven)
+        }
+        None => None,
     };
-    (problems == shape.problems.len()).then_some(driven)
-}
-
-/// Prescribed motion of a joint with one coordinate.
-fn motion_of_coordinate(written: &JointMotion, here: &str, settings: &Settings, shape: &mut Shape) -> Driven {
-    let JointMotion { times, values, interpolation, amplitude, frequency, phase, mean, rate, .. } =
-        written.clone();
-    let others = [
-        ("translation", written.translation.is_some()),
-        ("axis", written.axis.is_some()),
-        ("angle", written.angle.is_some()),
-        ("rotation", written.rotation.is_some()),
-    ];
-    for (key, _) in others.into_iter().filter(|(_, is_given)| *is_given) {
-        let right = "remove it: its coordinate is a number, with times and values or a formula";
-        shape.refuse(&format!("{here}.{key}"), "it belongs to the motion of a free joint", right);
-    }
-    let problems = shape.problems.len();
-    let interpolation = interpolation.and_then(|word| read(&word, &format!("{here}.interpolation"), shape));
-    let [amplitude, mean, rate] = [amplitude, mean, rate].map(|number| number.map(|x| [x]));
-    let values = values.map(|values| values.into_iter().map(|x| [x]).collect());
-    let formula = Keys { amplitude, frequency, phase, mean, rate, ..Keys::NONE };
-    let keys = Keys { times, values, interpolation, ..formula };
-    let driven = Driven::Coordinate(made(here, shape, |reader| keys.signal(reader)).unwrap_or_default());
-    if problems == shape.problems.len() {
-        parts::check_span(driven.span(), here, settings, shape);
-    }
-    driven
-}
-
-/// Prescribed motion of a link with a free joint.
-fn motion_of_link(
-    written: &JointMotion,
-    here: &str,
-    settings: &Settings,
-    shape: &mut Shape,
-) -> crate::world::BaseMotion {
-    let others = [
-        ("times", written.times.is_some()),
-        ("values", written.values.is_some()),
-        ("interpolation", written.interpolation.is_some()),
-        ("amplitude", written.amplitude.is_some()),
-        ("frequency", written.frequency.is_some()),
-        ("phase", written.phase.is_some()),
-        ("mean", written.mean.is_some()),
-        ("rate", written.rate.is_some()),
-    ];
-    for (key, _) in others.into_iter().filter(|(_, is_given)| *is_given) {
-        let right = "write it in translation, or in angle with an axis";
-        shape.refuse(&format!("{here}.{key}"), "a free joint has more than one coordinate", right);
-    }
-    let problems = shape.problems.len();
-    let JointMotion { translation, axis, angle, rotation, .. } = written;
-    let place = |key: &str| format!("{here}.{key}");
-    let motion = BaseMotion {
-        translation: translation
-            .as_ref()
-            .and_then(|written| read(written, &place("translation"), shape))
-            .unwrap_or_default(),
-        axis: *axis,
-        angle: angle.as_ref().and_then(|written| read(written, &place("angle"), shape)),
-        rotation: rotation.as_ref().and_then(|written| read(written, &place("rotation"), shape)),
-    };
-    if shape.is_readable(here) && problems == shape.problems.len() {
-        made(here, shape, |reader| {
-            motion.check(&Limits::NONE, reader);
-            Some(())
-        });
-    }
-    let motion = motion.resolved();
-    if problems == shape.problems.len() {
-        parts::check_span(motion.span(), here, settings, shape);
-    }
-    motion
+    (joint.resolved(), driven)
 }
 
 /// Key in the file for a link of a [`Robot`], or for a place in it, if `before` links are imported.

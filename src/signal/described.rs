@@ -14,22 +14,22 @@ pub struct Drive<const N: usize>(pub Signal<N>);
 
 /// The keys of a function of time of N numbers.
 #[derive(Debug)]
-pub(crate) struct Keys<const N: usize> {
-    pub(crate) times: Option<Vec<f64>>,
-    pub(crate) values: Option<Vec<[f64; N]>>,
-    pub(crate) interpolation: Option<Interpolation>,
-    pub(crate) amplitude: Option<[f64; N]>,
-    pub(crate) frequency: Option<f64>,
-    pub(crate) phase: Option<f64>,
-    pub(crate) mean: Option<[f64; N]>,
-    pub(crate) rate: Option<[f64; N]>,
-    pub(crate) input: Option<String>,
-    pub(crate) default: Option<[f64; N]>,
+struct Keys<const N: usize> {
+    times: Option<Vec<f64>>,
+    values: Option<Vec<[f64; N]>>,
+    interpolation: Option<Interpolation>,
+    amplitude: Option<[f64; N]>,
+    frequency: Option<f64>,
+    phase: Option<f64>,
+    mean: Option<[f64; N]>,
+    rate: Option<[f64; N]>,
+    input: Option<String>,
+    default: Option<[f64; N]>,
 }
 
 impl<const N: usize> Keys<N> {
     /// No key.
-    pub(crate) const NONE: Self = Self {
+    const NONE: Self = Self {
         times: None,
         values: None,
         interpolation: None,
@@ -70,7 +70,7 @@ impl<const N: usize> Keys<N> {
     }
 
     /// The signal; `None` after reporting a problem.
-    pub(crate) fn signal(self, reader: &mut Reader) -> Option<Signal<N>> {
+    fn signal(self, reader: &mut Reader) -> Option<Signal<N>> {
         let Self { times, values, interpolation, amplitude, frequency, phase, mean, rate, input, default } =
             self;
         let is_table = times.is_some() || values.is_some();

@@ -23,7 +23,6 @@ use crate::error::{Checker, Interrupted, InvalidInput, Number};
 
 pub use self::corners::Cell;
 pub use self::described::Drive;
-pub(crate) use self::described::Keys;
 pub(crate) use self::pieces::Pieces;
 pub use self::spline::Motion;
 pub(crate) use self::spline::Spline;

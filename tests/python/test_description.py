@@ -25,17 +25,30 @@ from lissom import (
     Chamber,
     Contact,
     ConvexMesh,
+    Cylindrical,
+    Distance,
     Fluid,
+    Free,
+    Gear,
     HalfSpace,
     Harmonic,
     HeightField,
     Input,
     Load,
+    Loop,
+    LoopEnd,
+    Mimic,
     Motor,
+    Planar,
+    Prismatic,
+    Revolute,
     Sphere,
+    Spherical,
     Support,
     Tendon,
+    Universal,
     Via,
+    Weld,
     _lissom,
     records,
 )
@@ -100,6 +113,22 @@ EACH = [
     Motor("arm.angle", position=Input("q"), gains=(3, 0.1), limits=(-1, 1), name="servo"),
     ActiveStrain(None, "bend_y"),
     ActiveStrain("arm", "torsion", ([0, 0.1, 0.3], [1, 2, 0]), Input("muscle")),
+    Weld(),
+    Spherical(),
+    Free(),
+    Free(motion=BaseMotion(translation=Harmonic((0, 0, 0.1), 2.0))),
+    Mimic("arm", multiplier=-2),
+    Revolute((0, 1, 0), stiffness=1, limits=(-1, 1), limit_stiffness=10, mimic=Mimic("arm")),
+    Prismatic((0, 1, 0), friction=0.1, motion=([0, 1], [0, 0.1], "linear")),
+    Cylindrical((0, 0, 1)),
+    Universal((0, 0, 1), (0, 1, 0)),
+    Planar((0, 0, 1)),
+    LoopEnd("arm", 0.1, (0, 0, 1)),
+    Distance(0.1),
+    Gear(-2, offset=0.1),
+    Loop("arm", None, Weld()),
+    Loop(("arm", 0.1), {"position": (0, 0, 1)}, Distance(0.1), name="bar"),
+    Loop("arm.angle", "block.x", Gear()),
 ]
 
 
@@ -333,6 +362,88 @@ def test_actuators_are_written_to_scenes_and_back(key, part):
         assert found == part
     assert read(found) == (found,)
     assert read(dataclasses.replace(part, name="other"))[0].name == "other"
+
+
+@pytest.mark.parametrize(
+    "joint",
+    [
+        Free(motion=BaseMotion(translation=Harmonic((0, 0, 0.1), 2.0))),
+        Revolute((0, 1, 0), stiffness=1, limits=(-math.inf, 1), limit_stiffness=10, mimic=Mimic("arm")),
+        Prismatic((0, 1, 0), friction=0.1, motion=([0, 1], [0, 0.1], "linear")),
+        Universal((0, 0, 1), (0, 1, 0)),
+        Planar((0, 0, 1)),
+    ],
+)
+def test_joints_are_written_to_scenes_and_back(joint):
+    keys = joint.to_toml().replace("\n", ", ")
+    table = f'{{ type = "{type(joint).__name__.lower()}", {keys} }}'
+    text = LINKS.replace('{ type = "free" }', table)
+    assert lissom.Scene.loads(f"{text}{END}").model.links[1].joint == joint
+
+
+@pytest.mark.parametrize(
+    "loop",
+    [
+        Loop("arm", None, Spherical()),
+        Loop(
+            ("arm", 0.1, (0, 0, 0.1)), ("block", None, (0, 1, 0), (0.8, 0.6, 0, 0)), Distance(0.1), name="bar"
+        ),
+        Loop({"link": "arm"}, {"position": (0, 0, 1)}, Universal((1, 0, 0), (0, 1, 0))),
+        Loop("arm.angle", "block.x", Gear(-2, offset=0.1)),
+    ],
+)
+def test_loops_are_written_to_scenes_and_back(loop):
+    text = f"{LINKS}[[loop]]\n{loop.to_toml()}{END}"
+    assert lissom.Scene.loads(text).model.loops == (loop,)
+
+
+def test_ends_of_loops_have_short_forms():
+    end = LoopEnd("arm", 0.1, (0, 0, 1))
+    for form in (end, ("arm", 0.1, (0, 0, 1)), {"link": "arm", "at": 0.1, "position": [0, 0, 1]}):
+        assert Loop(form, None, Weld()).a == end
+    assert Loop("arm", None, Weld()) == Loop(LoopEnd("arm"), LoopEnd(), Weld(), name="arm to the world")
+    for form, message in [
+        ((None,) * 5, r"a: LoopEnd\(\) takes 4 positional arguments but 5 were given"),
+        ({"lnk": "arm"}, r"a: LoopEnd\(\) got an unexpected keyword argument 'lnk'"),
+        (("arm", "tip"), "a.at: expected a real number, got str"),
+        (3.0, "a: expected a name, lissom.LoopEnd, got float"),
+    ]:
+        with pytest.raises(TypeError, match=message):
+            Loop(form, None, Weld())
+
+
+def test_all_problems_of_a_loop_come_at_once():
+    with pytest.raises(ValueError, match="at") as caught:
+        Loop(("arm", -1), (None, 0.1, (0, 0, math.nan)), Revolute((0, 1, 0), damping=1, motion=0.1))
+    places = [line.split(":")[0] for line in str(caught.value).splitlines()]
+    assert places == ["a.at", "b.position[2]", "b.at", "kind", "kind.motion"]
+    links = [lissom.Link("arm", body=Body(1), joint=Revolute((0, 1, 0)))]
+    with pytest.raises(ValueError, match="link") as caught:
+        lissom.Robot(links, loops=[Loop("arn", None, Weld()), Loop("arm.angel", "x", Gear())])
+    places = [line.split(":")[0] for line in str(caught.value).splitlines()]
+    assert places == ["loops[0].a.link", "loops[1].a", "loops[1].b"]
+
+
+def test_joints_share_a_base():
+    assert issubclass(Weld, lissom.Joint)
+    assert isinstance(Revolute((0, 1, 0)), lissom.Joint)
+    assert not isinstance(Mimic("arm"), lissom.Joint)
+    with pytest.raises(TypeError, match="Joint is the base of other classes"):
+        lissom.Joint()
+
+
+def test_all_problems_of_a_joint_come_at_once():
+    with pytest.raises(ValueError, match="axis") as caught:
+        Revolute((0, 0, 0), stiffness=-1, limits=(1, -1), armature=math.nan)
+    places = [line.split(":")[0] for line in str(caught.value).splitlines()]
+    assert places == ["stiffness", "armature", "axis", "limits", "limit_stiffness"]
+    text = LINKS.replace(
+        '{ type = "free" }', '{ type = "revolute", axis = [0, 0, 0], damping = -1, rst = 1 }'
+    )
+    with pytest.raises(lissom.SceneError) as refused:
+        lissom.Scene.loads(text.replace("mass = 0.2", "mass = -1") + END)
+    keys = {problem.key for problem in refused.value.problems}
+    assert keys == {"link[1].joint.damping", "link[1].joint.axis", "link[1].joint.rst", "link[1].body.mass"}
 
 
 def test_motors_are_written_to_scenes_and_back():

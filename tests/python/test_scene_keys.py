@@ -206,16 +206,34 @@ viscous_drag = [0.1, 0.1]
 name = "carriage"
 position = [0, 0, 0.1]
 orientation = [0.8, 0, 0.6, 0]
-joint = { type = "prismatic", axis = [0, 1, 0], stiffness = 10, rest = 0.01, damping = 0.1, armature = 0.1 }
-body = { mass = 0.1, centre = [0, 0, 0.01], inertia = [[1e-4, 0, 0], [0, 1e-4, 0], [0, 0, 1e-4]] }
 q0 = [0.02]
 v0 = [0.1]
+[link.joint]
+type = "prismatic"
+axis = [0, 1, 0]
+stiffness = 10
+rest = 0.01
+damping = 0.1
+friction = 1e-3
+friction_velocity = 1e-2
+limits = [-0.01, 0.01]
+limit_stiffness = 10
+limit_dissipation = 0.1
+armature = 0.1
+[link.body]
+mass = 0.1
+centre = [0, 0, 0.01]
+inertia = [[1e-4, 0, 0], [0, 1e-4, 0], [0, 0, 1e-4]]
 [[link]]
 name = "arm"
 parent = "carriage"
 [link.joint]
 type = "revolute"
 axis = [0, 1, 0]
+stiffness = 0.1
+rest = 0.1
+damping = 1e-3
+armature = 1e-4
 friction = 1e-3
 friction_velocity = 1e-2
 limits = [-1, 1]
@@ -273,6 +291,10 @@ centre = [0.01, 0.01, 0.02]
 [[link]]
 name = "slider"
 joint = { type = "prismatic", axis = [0, 1, 0], motion = { times = [0, 0.5, 1], values = [0, 0.1, 0] } }
+body = { mass = 0.01 }
+[[link]]
+name = "follower"
+joint = { type = "prismatic", axis = [0, 1, 0], mimic = { link = "arm", multiplier = 0.1 } }
 body = { mass = 0.01 }
 [[link]]
 name = "geared"
@@ -750,7 +772,12 @@ def matches(schema, value):
             is_array = isinstance(value, list) and least <= len(value) <= most
             return is_array and all(matches(schema["items"], item) for item in value)
         case "object":
-            return isinstance(value, dict) and value.keys() <= schema["properties"].keys()
+            keys = schema["properties"]
+            if not isinstance(value, dict) or not value.keys() <= keys.keys():
+                return False
+            return all(
+                value.get(key) in words(keys[key]) for key in ("kind", "type") if words(keys.get(key, {}))
+            )
     raise AssertionError(f"no test knows a schema such as {schema}")
 
 

@@ -9,8 +9,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from .._lissom import Body, Input, Motor, Robot, Segment
-from ..links import Link, Prismatic, Revolute
+from .._lissom import Body, Input, Motor, Prismatic, Revolute, Robot, Segment
+from ..links import Link
 from .task import Array, Outcome, Start, States, Task
 
 #: Maximum force on the cart, newtons.

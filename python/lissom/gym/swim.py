@@ -10,8 +10,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from .._lissom import ActiveStrain, Fluid, Input, Robot, Segment
-from ..links import Link, Planar
+from .._lissom import ActiveStrain, Fluid, Input, Planar, Robot, Segment
+from ..links import Link
 from .task import Array, Outcome, Start, States, Task
 
 #: Length of the body, metres.

@@ -23,7 +23,8 @@ use crate::error::InvalidInput;
 use crate::methods::METHODS;
 use crate::scene::{self, PARTS};
 
-use values::{attribute_of, object_of, value_of};
+pub(super) use values::object_of;
+use values::{attribute_of, value_of};
 
 /// A part of a model. It cannot be changed: `dataclasses.replace` makes another one.
 // In the module where it is found: old protocols of pickles name it.
@@ -68,6 +69,16 @@ pub(super) fn parts_of<T: Item>(
 ) -> PyResult<Vec<T>> {
     let value = value_of(objects, name, &<Vec<T>>::KIND, functions)?;
     Ok(<Vec<T>>::read(&value, &mut Reader::default()).expect("these parts have been read before"))
+}
+
+/// A part, or one of some; its functions are added to those of its owner.
+pub(super) fn part_of<T: Item>(
+    object: &Bound<'_, PyAny>,
+    name: &str,
+    functions: &mut Functions,
+) -> PyResult<T> {
+    let value = value_of(object, name, &T::KIND, functions)?;
+    Ok(T::read(&value, &mut Reader::default()).expect("this part has been read before"))
 }
 
 /// What is made of the items of a list of a robot; raises all problems of all of them. The first exception of a user's
@@ -200,7 +211,9 @@ impl PyPart {
             let Self { part, functions } = part.get();
             return Ok(Self { part: part.clone(), functions: functions.clone_ref(cls.py()) });
         }
-        let schema = cls.getattr(pyo3::intern!(cls.py(), "_schema"))?;
+        let Some(schema) = cls.getattr_opt(pyo3::intern!(cls.py(), "_schema"))? else {
+            return Err(PyTypeError::new_err(format!("{} is the base of other classes", cls.name()?)));
+        };
         let schema = schema.cast::<PySchema>()?.get().0;
         let mut functions = Functions::default();
         let part = made(schema, &arguments(schema, args, kwargs, &mut functions)?)?;
@@ -302,7 +315,12 @@ impl PyField {
 }
 
 /// The class of a part, as users find it in this module.
-fn class<'py>(py: Python<'py>, schema: &'static Schema, module: &str) -> PyResult<Bound<'py, PyType>> {
+fn class<'py>(
+    schema: &'static Schema,
+    base: &Bound<'py, PyType>,
+    module: &str,
+) -> PyResult<Bound<'py, PyType>> {
+    let py = base.py();
     let (items, doc) = (PyDict::new(py), text::docstring(schema));
     items.set_item("__module__", module)?;
     items.set_item("__slots__", ())?;
@@ -316,7 +334,7 @@ fn class<'py>(py: Python<'py>, schema: &'static Schema, module: &str) -> PyResul
     for (index, field) in schema.fields.iter().enumerate() {
         items.set_item(field.name, PyField { index, doc: field.meaning() })?;
     }
-    let made = PyType::type_object(py).call1((schema.name, (PyPart::type_object(py),), items))?;
+    let made = PyType::type_object(py).call1((schema.name, (base,), items))?;
     made.setattr("__doc__", doc)?;
     Ok(made.cast_into()?)
 }
@@ -343,16 +361,36 @@ fn dataclass_fields<'py>(py: Python<'py>, schema: &'static Schema) -> PyResult<B
     likeness.getattr("__dataclass_fields__")
 }
 
+/// The base class of this name, which is made when it is first asked for.
+fn base<'py>(module: &Bound<'py, PyModule>, name: &'static str) -> PyResult<Bound<'py, PyType>> {
+    let part = PyPart::type_object(module.py());
+    if name.is_empty() {
+        return Ok(part);
+    }
+    if let Some(known) = module.getattr_opt(name)? {
+        return Ok(known.cast_into()?);
+    }
+    let items = PyDict::new(module.py());
+    items.set_item("__module__", "lissom")?;
+    items.set_item("__slots__", ())?;
+    items.set_item("__doc__", format!("Base class of all {}s.", name.to_lowercase()))?;
+    let made = PyType::type_object(module.py()).call1((name, (part,), items))?.cast_into()?;
+    module.add(name, &made)?;
+    Ok(made)
+}
+
 /// The classes of the parts.
 pub(super) fn add_classes(module: &Bound<'_, PyModule>) -> PyResult<()> {
     let py = module.py();
-    // Some have names of other classes of this module.
+    // All parts are dataclasses for `dataclasses.replace`, whichever they are.
+    PyPart::type_object(py).setattr("__dataclass_fields__", PyDict::new(py))?;
+    // Methods have names of other classes of this module.
     let methods = PyModule::new(py, "lissom._lissom._methods")?;
     let lists = [(&PARTS[..], module, "lissom"), (&METHODS[..], &methods, "lissom.methods")];
     let mut classes = Vec::with_capacity(PARTS.len() + METHODS.len());
     for (schemas, module, name) in lists {
         for schema in schemas {
-            let class = class(py, schema, name)?;
+            let class = class(schema, &base(module, schema.base)?, name)?;
             module.add(schema.name, &class)?;
             classes.push(class.unbind());
         }

@@ -4,8 +4,11 @@ use std::fmt::Write as _;
 
 use crate::description::{Field, Kind, Schema, Value};
 
-/// The longest line of docstrings and stubs.
+/// The longest line of docstrings.
 const WIDTH: usize = 105;
+
+/// The longest line of the sources in Python.
+const LINE: usize = 110;
 
 /// A default in Python.
 fn literal(value: &Value) -> String {
@@ -62,6 +65,9 @@ pub(super) fn annotation(kind: &Kind, is_argument: bool) -> String {
         Kind::OneOrEach(count) => annotation(&Kind::Array(&Kind::Number, *count), false),
         Kind::Optional(kind) => format!("{} | None", inner(kind)),
         Kind::OneOf(_, kinds) => kinds.iter().map(inner).collect::<Vec<_>>().join(" | "),
+        Kind::Part(schema) if is_argument && schema.is_short => {
+            format!("{} | Sequence[object] | Mapping[str, object] | None", schema.name)
+        }
         Kind::Part(schema) => schema.name.to_owned(),
         Kind::Signal(_, Kind::Number, _) if is_argument => "_Number".to_owned(),
         Kind::Signal(..) if is_argument => "_Vector".to_owned(),
@@ -97,6 +103,7 @@ fn words(kind: &Kind) -> String {
             let (last, first) = kinds.split_last().expect("there is a kind");
             format!("{} or {last}", first.join(", "))
         }
+        Kind::Part(schema) if schema.is_short => format!("{}, tuple, dict or None", schema.name),
         kind => annotation(kind, true),
     }
 }
@@ -146,7 +153,11 @@ fn wrapped(paragraph: &str, indent: usize) -> String {
 pub(super) fn docstring(schema: &Schema) -> String {
     let example = schema.example.trim();
     let paragraphs: Vec<_> = schema.doc.trim().split("\n\n").map(|text| wrapped(text, 0)).collect();
-    let mut text = format!("{}\n\nParameters\n----------\n", paragraphs.join("\n\n"));
+    let mut text = paragraphs.join("\n\n");
+    if schema.fields.is_empty() {
+        return text;
+    }
+    text.push_str("\n\nParameters\n----------\n");
     for field in schema.fields {
         _ = writeln!(text, "{} : {}\n{}", field.name, words(&field.kind), wrapped(&field.meaning(), 4));
     }
@@ -162,12 +173,18 @@ pub(super) fn docstring(schema: &Schema) -> String {
 /// The classes of the stub.
 pub(super) fn stub(parts: &[&'static Schema]) -> String {
     let mut text = String::new();
+    let mut bases = vec!["Part", ""];
     for schema in parts {
+        if !bases.contains(&schema.base) {
+            _ = writeln!(text, "class {}(Part): ...\n", schema.base);
+            bases.push(schema.base);
+        }
+        let base = if schema.base.is_empty() { "Part" } else { schema.base };
         let positional = schema.names().take(schema.positional).map(|name| format!("\"{name}\""));
         // Also of one argument a tuple.
         let comma = if schema.positional == 1 { "," } else { "" };
         let positional = positional.collect::<Vec<_>>().join(", ");
-        _ = writeln!(text, "class {}(Part):\n    __match_args__ = ({positional}{comma})", schema.name);
+        _ = writeln!(text, "class {}({base}):\n    __match_args__ = ({positional}{comma})", schema.name);
         text.push_str("    def __init__(\n        self,\n");
         for argument in arguments(schema, true) {
             _ = writeln!(text, "        {argument},");
@@ -175,7 +192,13 @@ pub(super) fn stub(parts: &[&'static Schema]) -> String {
         text.push_str("    ) -> None: ...\n");
         for field in schema.fields {
             let kind = annotation(&field.kind, false);
-            _ = writeln!(text, "    @property\n    def {}(self) -> {kind}: ...", field.name);
+            let line = format!("    def {}(self) -> {kind}: ...", field.name);
+            // As the formatter breaks it.
+            let line = match line.len() > LINE {
+                true => line.replace("(self)", "(\n        self,\n    )"),
+                false => line,
+            };
+            _ = writeln!(text, "    @property\n{line}");
         }
         text.push('\n');
     }

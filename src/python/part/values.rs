@@ -5,12 +5,13 @@ use std::sync::Arc;
 use numpy::PyArray2;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::{PyBool, PyDict, PyFloat, PyString, PyTuple};
+use pyo3::types::{PyBool, PyDict, PyFloat, PyMapping, PySequence, PyString, PyTuple};
 
-use super::{PyPart, wrapped};
+use super::{PyPart, arguments, wrapped};
 use crate::actuator::AlongRod;
-use crate::description::{Data as _, Kind, Value};
+use crate::description::{Data as _, Kind, Schema, Value};
 use crate::python::convert;
+use crate::python::errors::at_place;
 use crate::python::profile::{along_rod, along_rod_out};
 use crate::python::signal::{Functions, on_signal, signal_of, signal_out};
 use crate::signal::{Drive, Signal};
@@ -64,6 +65,9 @@ pub(super) fn value_of(
             (values, false) => numbers(values),
         }),
         Kind::Optional(_) if object.is_none() => Ok(Value::None),
+        Kind::Optional(inner @ Kind::Part(_)) => {
+            one_of(object, name, std::slice::from_ref(inner), kind, functions)
+        }
         Kind::Optional(inner) => value_of(object, name, inner, functions),
         Kind::OneOf(_, kinds) => one_of(object, name, kinds, kind, functions),
         Kind::Part(_) => one_of(object, name, std::slice::from_ref(kind), kind, functions),
@@ -98,6 +102,9 @@ fn list_of(
 
 /// Names of the classes of a kind.
 fn classes_of(kind: &Kind) -> String {
+    if let Kind::Optional(inner) = kind {
+        return format!("{} or None", classes_of(inner));
+    }
     let kinds = if let Kind::OneOf(_, kinds) = kind { kinds } else { std::slice::from_ref(kind) };
     let classes: Vec<_> = kinds.iter().filter_map(Kind::schema).map(|schema| schema.name).collect();
     match classes.split_last() {
@@ -171,14 +178,51 @@ fn one_of(
             return Ok(Value::Part(part.clone()));
         }
     }
+    let short = kinds.iter().filter_map(Kind::schema).find(|schema| schema.is_short);
+    if let Some(schema) = short
+        && let Some(found) = from_arguments(object, name, schema, functions)?
+    {
+        return Ok(found);
+    }
     let is_named = kinds.iter().any(|kind| matches!(kind, Kind::Text | Kind::Reference(_)));
     if is_named && object.is_instance_of::<PyString>() {
         return Ok(Value::Text(convert::text(object, name)?.to_owned()));
     }
-    let named = if is_named { "the name of a link with a rod, lissom." } else { "lissom." };
+    let named = match kinds.iter().find(|kind| matches!(kind, Kind::Text | Kind::Reference(_))) {
+        Some(Kind::Text) => "a name, lissom.",
+        Some(_) => "the name of a link with a rod, lissom.",
+        None => "lissom.",
+    };
     let classes = classes_of(whole);
     let found = convert::describe(object);
     Err(PyTypeError::new_err(format!("{name}: expected {named}{classes}, got {found}")))
+}
+
+/// The table of a part from its arguments, as a tuple or a dict, or None for none.
+fn from_arguments(
+    object: &Bound<'_, PyAny>,
+    name: &str,
+    schema: &'static Schema,
+    functions: &mut Functions,
+) -> PyResult<Option<Value>> {
+    let py = object.py();
+    let (args, kwargs) = if object.is_none() {
+        (PyTuple::empty(py), None)
+    } else if let Ok(mapping) = object.cast::<PyMapping>() {
+        let named = PyDict::new(py);
+        named.update(mapping)?;
+        (PyTuple::empty(py), Some(named))
+    } else if let Ok(sequence) = object.cast::<PySequence>()
+        && !object.is_instance_of::<PyString>()
+    {
+        (sequence.to_tuple()?, None)
+    } else {
+        return Ok(None);
+    };
+    let values =
+        arguments(schema, &args, kwargs.as_ref(), functions).map_err(|error| at_place(py, name, error))?;
+    let given = schema.names().zip(values).filter_map(|(name, value)| Some((name.into(), value?)));
+    Ok(Some(Value::Table(given.collect())))
 }
 
 /// The object of an attribute: of square matrices an array.
@@ -193,7 +237,7 @@ pub(super) fn attribute_of<'py>(py: Python<'py>, value: &Value, kind: &Kind) -> 
 }
 
 /// The object of a value.
-pub(super) fn object_of<'py>(py: Python<'py>, value: &Value) -> PyResult<Bound<'py, PyAny>> {
+pub(in crate::python) fn object_of<'py>(py: Python<'py>, value: &Value) -> PyResult<Bound<'py, PyAny>> {
     match value {
         Value::None => Ok(py.None().into_bound(py)),
         Value::Flag(flag) => Ok(PyBool::new(py, *flag).to_owned().into_any()),

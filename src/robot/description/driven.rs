@@ -1,9 +1,10 @@
 //! Driven joints: prescribed as a function of time, or coupled to another joint.
 
 use super::link::Link;
+use crate::description::LinkName;
 use crate::error::{Checker, InvalidInput, Number};
-use crate::joint::Joint;
-use crate::signal::{Cell, Signal};
+use crate::joint::{Joint, described};
+use crate::signal::{Cell, Drive, Signal};
 use crate::world::BaseMotion;
 use crate::world::smooth::{self, check_smooth, span};
 
@@ -27,7 +28,43 @@ pub enum Driven {
     Base(BaseMotion),
 }
 
+/// Stands for the mimicked link until all links are known.
+const UNKNOWN: usize = usize::MAX;
+
 impl Driven {
+    /// The source of the coordinates of a joint, and the name of the link that it mimics.
+    pub(crate) fn of(joint: &described::Joint) -> Option<(Self, Option<&LinkName>)> {
+        if let described::Joint::Free(described::Free { motion }) = joint {
+            return motion.as_ref().map(|motion| (Self::Base(motion.resolved()), None));
+        }
+        match joint.of_coordinate() {
+            (Some(Drive(motion)), _) => Some((Self::Coordinate(motion.clone()), None)),
+            (None, Some(described::Mimic { link, multiplier, offset })) => {
+                let (multiplier, offset) = (*multiplier, *offset);
+                Some((Self::Mimic { link: UNKNOWN, multiplier, offset }, Some(link)))
+            }
+            (None, None) => None,
+        }
+    }
+
+    /// The description of a joint that this drives, where links have these names.
+    pub(super) fn described(&self, joint: &Joint, name: impl Fn(usize) -> LinkName) -> described::Joint {
+        let mut joint = joint.described();
+        match self {
+            Self::Base(motion) => {
+                if let described::Joint::Free(free) = &mut joint {
+                    free.motion = Some(motion.described());
+                }
+            }
+            Self::Coordinate(signal) => joint.drive(Some(Drive(signal.clone())), None),
+            Self::Mimic { link, multiplier, offset } => {
+                let (multiplier, offset) = (*multiplier, *offset);
+                joint.drive(None, Some(described::Mimic { link: name(*link), multiplier, offset }));
+            }
+        }
+        joint
+    }
+
     /// Whether the source depends on time explicitly.
     pub(crate) fn varies_in_time(&self) -> bool {
         match self {

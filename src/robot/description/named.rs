@@ -1,5 +1,6 @@
 //! Names in descriptions: which links and coordinates of a robot they are, and the way back.
 
+use std::cell::OnceCell;
 use std::collections::HashMap;
 
 use super::link::Link;
@@ -9,6 +10,10 @@ use crate::actuator::{
     described::{self, PathPart},
 };
 use crate::description::{Fault, LISTED, LinkName, Reader, expected_name, similar};
+use crate::loops::{
+    Loop, LoopEnd, Tie,
+    described::{self as loops, Loop as Looped, LoopKind, LoopPlace},
+};
 
 /// A robot whose links and coordinates are found by their names, for as many searches as it has parts.
 #[derive(Debug)]
@@ -19,6 +24,9 @@ pub(crate) struct Named<'a> {
     /// Whether there are further links that could not be read: unknown names may be theirs.
     are_incomplete: bool,
     links: HashMap<&'a str, usize>,
+    coordinates: OnceCell<HashMap<String, usize>>,
+    /// Whether names of coordinates are unknown, because something could not be read.
+    are_coordinates_unknown: bool,
 }
 
 /// A name that nothing has of what `names` lists; or none, where one is needed.
@@ -46,7 +54,14 @@ impl<'a> Named<'a> {
         for (i, link) in robot.links.iter().enumerate() {
             links.entry(link.name.as_str()).or_insert(i);
         }
-        Self { robot, is_rod: false, are_incomplete: false, links }
+        Self {
+            robot,
+            is_rod: false,
+            are_incomplete: false,
+            links,
+            coordinates: OnceCell::new(),
+            are_coordinates_unknown: false,
+        }
     }
 
     /// Those of a rod, which is the only link of this robot.
@@ -57,6 +72,28 @@ impl<'a> Named<'a> {
     /// Those of a robot with further links, if `are_incomplete`, that could not be read.
     pub(crate) fn incomplete(robot: &'a Robot, are_incomplete: bool) -> Self {
         Self { are_incomplete, ..Self::of(robot) }
+    }
+
+    /// Without names of coordinates, if something could not be read that determines them.
+    pub(crate) fn without_coordinates(self, are_coordinates_unknown: bool) -> Self {
+        Self { are_coordinates_unknown, ..self }
+    }
+
+    /// Index of the coordinate with this name; `None` after reporting a problem at the key.
+    fn coordinate(&self, key: &str, name: &str, reader: &mut Reader) -> Option<usize> {
+        if self.are_coordinates_unknown {
+            return None;
+        }
+        let coordinates = self.coordinates.get_or_init(|| {
+            self.robot.coordinate_names().into_iter().enumerate().map(|(i, name)| (name, i)).collect()
+        });
+        let found = coordinates.get(name).copied();
+        if found.is_none() {
+            let names = self.robot.coordinate_names();
+            let names: Vec<_> = names.iter().map(String::as_str).collect();
+            reader.refuse(key, unknown("coordinate", Some(name), &names, ""));
+        }
+        found
     }
 
     /// Index of the link with this name; `None` after reporting a problem at the key.
@@ -171,6 +208,34 @@ impl<'a> Named<'a> {
         })
     }
 
+    /// The loop of the robot; `None` after reporting problems.
+    pub(crate) fn closed(&self, it: &Looped, reader: &mut Reader) -> Option<Loop> {
+        let mut ends = [("a", &it.a), ("b", &it.b)].map(|(key, place)| match place {
+            LoopPlace::Name(name) => (self.coordinate(key, name, reader), None),
+            LoopPlace::End(end) => (None, self.end(key, end, reader)),
+        });
+        let [(first, a), (second, b)] = &mut ends;
+        let tie = match (&it.kind, it.kind.joint()) {
+            (LoopKind::Gear(gear), _) => {
+                let coordinates = [(*first)?, (*second)?];
+                Tie::Coordinates { coordinates, ratio: gear.ratio, offset: gear.offset }
+            }
+            (LoopKind::Distance(distance), _) => {
+                Tie::Distance { ends: [a.take()?, b.take()?], length: distance.length }
+            }
+            (_, joint) => Tie::Joint { ends: [a.take()?, b.take()?], joint: joint?.resolved() },
+        };
+        Some(Loop { name: it.name.clone(), tie })
+    }
+
+    fn end(&self, key: &'static str, end: &loops::LoopEnd, reader: &mut Reader) -> Option<LoopEnd> {
+        let link = match &end.link {
+            Some(name) => Some(reader.at_key(key, |reader| self.link("link", name, reader))?),
+            None => None,
+        };
+        Some(LoopEnd { link, at: end.at, position: end.position, orientation: end.orientation })
+    }
+
     fn part(&self, part: &PathPart, reader: &mut Reader) -> Option<Part> {
         match part {
             PathPart::Along(along) => self.along(along, reader).map(Part::Along),
@@ -198,10 +263,30 @@ impl<'a> Named<'a> {
 }
 
 impl Robot {
+    /// The description of the joint of a link of this robot.
+    pub(crate) fn described_joint(&self, link: &Link) -> crate::joint::described::Joint {
+        match &link.driven {
+            Some(driven) => driven.described(&link.joint, |link| self.name_and_length(link).0),
+            None => link.joint.described(),
+        }
+    }
+
     /// Name of a link, and its length; empty for no link.
     fn name_and_length(&self, link: usize) -> (LinkName, f64) {
         let empty = || (LinkName(String::new()), 0.0);
         self.links.get(link).map_or_else(empty, |link| (LinkName(link.name.clone()), link.length()))
+    }
+
+    /// The descriptions of the loops of this robot.
+    pub(crate) fn described_loops(&self) -> impl Iterator<Item = Looped> {
+        let names = OnceCell::new();
+        self.loops.iter().map(move |closed| {
+            let coordinate = |k: usize| {
+                let names: &Vec<String> = names.get_or_init(|| self.coordinate_names());
+                names.get(k).cloned().unwrap_or_default()
+            };
+            closed.described(&|link| self.name_and_length(link).0, &coordinate)
+        })
     }
 
     /// The description of an actuator of this robot.

@@ -9,10 +9,11 @@ use super::rod::Rod;
 use crate::actuator::{Actuator, Along, Drive};
 use crate::body::Body;
 use crate::contact::{Contact, Surface};
+use crate::description::Item as _;
 use crate::error::{Checker, InvalidInput, Number};
 use crate::joint::Joint;
-use crate::load::{Extent, Load};
-use crate::loops::Loop;
+use crate::load::{Extent, Load, check_end};
+use crate::loops::{Loop, Tie};
 use crate::rod::{Section, Segment};
 use crate::signal::{Cell, Signal};
 use crate::support::Support;
@@ -444,14 +445,38 @@ impl Robot {
 
     /// Reports problems of closed loops.
     fn check_loops(&self, check: &mut Checker, carriers: &Carriers<'_>) {
-        let length = |link: usize| self.links.get(link).map(Link::length);
-        let coordinates = self.coordinates();
         let mut names = HashSet::with_capacity(self.loops.len());
-        for (i, closed) in self.loops.iter().enumerate() {
+        for (i, (closed, described)) in self.loops.iter().zip(self.described_loops()).enumerate() {
             let place = format!("loops[{i}]");
             check_name(check, &mut names, &closed.name, &place, "loop");
-            check.nested(&place, closed.validate(length, coordinates));
+            check.nested(&place, described.validate());
+            let is_free = matches!(closed.tie, Tie::Joint { joint: Joint::Free, .. });
+            let expected = "a joint that forbids a motion";
+            check.require(!is_free, &format!("{place}.kind"), "a free joint", expected);
+            if let Tie::Coordinates { coordinates, .. } = closed.tie {
+                let count = self.coordinates();
+                for (key, k) in ["a", "b"].into_iter().zip(coordinates) {
+                    let expected = format!("a coordinate, 0 to {}", count.saturating_sub(1));
+                    check.require(k < count, &format!("{place}.{key}"), k, &expected);
+                }
+            }
             let Some([a, b]) = closed.tie.ends() else { continue };
+            for (key, end) in [("a", a), ("b", b)] {
+                let Some(link) = end.link else { continue };
+                match (self.links.get(link).map(Link::length), end.at) {
+                    (None, _) => {
+                        check.require(false, &format!("{place}.{key}.link"), link, "a link of the robot");
+                    }
+                    (Some(length), Some(x)) if length > 0.0 => {
+                        check_end(check, x, &format!("{place}.{key}.at"), length);
+                    }
+                    (Some(_), Some(x)) => {
+                        let expected = "none: the link has no rod";
+                        check.require(false, &format!("{place}.{key}.at"), Number(x), expected);
+                    }
+                    (Some(_), None) => {}
+                }
+            }
             // Of these the loop itself says what is wrong.
             if a.link == b.link && (a.at == b.at || a.link.is_none()) {
                 continue;

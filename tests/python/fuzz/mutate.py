@@ -207,16 +207,22 @@ class Schema:
         found: list[tuple[dict, dict]] = []
 
         def fits(value, node):
-            """Whether a table has the `kind` of a node, if it is one of several."""
+            """Whether a table has the `kind` or `type` of a node, if it is one of several."""
             if not isinstance(value, dict) or "properties" not in node:
                 return True
-            kinds = node["properties"].get("kind", {"enum": [None]}).get("enum")
-            return kinds is None or value.get("kind") in kinds
+            return all(
+                value.get(key) in node["properties"][key].get("enum", [value.get(key)])
+                for key in ("kind", "type")
+                if key in node["properties"]
+            )
+
+        def unknown(value, node):
+            """Number of keys of a table that a node does not have."""
+            return len(set(value) - set(node.get("properties", ()))) if isinstance(value, dict) else 0
 
         def walk(value, node):
-            for alternative in self.resolve(node):
-                if not fits(value, alternative):
-                    continue
+            fitting = [each for each in self.resolve(node) if fits(value, each)]
+            for alternative in sorted(fitting, key=lambda each: unknown(value, each)):
                 if isinstance(value, dict) and "properties" in alternative:
                     found.append((value, alternative))
                     for key, inner in list(value.items()):
