@@ -7,7 +7,7 @@
 use crate::error::{Interrupted, InvalidInput};
 use crate::linalg::Matrix;
 use crate::model::{Discretised, Elastic, Energy, Flaw, InTime, Model, Switch, Tied};
-use crate::signal::Cell;
+use crate::signal::{Cell, Jumps};
 use crate::springs::Springs;
 
 /// Stiffness of the springs in units of the largest one of the model: what they give then is rounding of displacements.
@@ -214,7 +214,7 @@ impl InTime for AsSprings<'_> {
         self.model.corner(cell)
     }
 
-    fn jumps(&self) -> bool {
+    fn jumps(&self) -> Jumps {
         self.model.jumps()
     }
 

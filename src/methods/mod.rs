@@ -3,17 +3,13 @@
 mod tolerance;
 
 use crate::accuracy;
-use crate::description::{Described, Part as _, Reader, Schema};
+use crate::description::{Described, Reader};
 use crate::error::{Checker, InvalidInput, Number};
 use crate::newmark::{self, Parameters, Predictor, Scheme, StepSize};
 use crate::ode::{self, Tolerance};
 use crate::radau;
 use crate::roots::Derivative;
 use crate::stepping::Method;
-
-/// The methods.
-pub(crate) const METHODS: [&Schema; 5] =
-    [Newmark::SCHEMA, Radau::SCHEMA, Rk45::SCHEMA, Dop853::SCHEMA, Auto::SCHEMA];
 
 /// Relative tolerance by default.
 pub(crate) const RTOL: f64 = 1e-6;

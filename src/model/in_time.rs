@@ -1,7 +1,7 @@
 //! Time dependence of models.
 
 use crate::error::Interrupted;
-use crate::signal::Cell;
+use crate::signal::{Cell, Jumps};
 
 /// Explicit time dependence of a model, through varying loads or a moving base. The defaults are for models
 /// without time dependence.
@@ -49,13 +49,13 @@ pub trait InTime {
         None
     }
 
-    /// Whether a prescribed velocity may jump at some time.
-    fn jumps(&self) -> bool {
-        false
+    /// What prescribed motions may let jump at some time.
+    fn jumps(&self) -> Jumps {
+        Jumps::Nothing
     }
 
-    /// The time at which a prescribed velocity jumps, if that is `t`, but for rounding. Until [`Self::pass_jump`]
-    /// is called, models evaluated at that time have the velocity before the jump.
+    /// The time at which a prescribed velocity or acceleration jumps, if that is `t`, but for rounding. Until
+    /// [`Self::pass_jump`] is called, models evaluated at that time have those before the jump.
     fn jump_near(&self, _t: f64) -> Option<f64> {
         None
     }

@@ -32,7 +32,7 @@ use crate::model::{
     Radius, SectionPlace, SingularMass, Switch, Tied, Tree, chart, forward,
 };
 use crate::rod::{MAX_NODES, STRAINS, piece};
-use crate::signal::Cell;
+use crate::signal::{Cell, Jumps};
 use crate::springs::{Cords, Springs};
 
 /// Gaps of loops above this part of the length of what they join, or above this difference of cosines, count as open: far
@@ -1444,7 +1444,7 @@ impl InTime for RobotModel {
         self.robot.corner(cell)
     }
 
-    fn jumps(&self) -> bool {
+    fn jumps(&self) -> Jumps {
         self.robot.jumps()
     }
 

@@ -49,6 +49,7 @@ use crate::error::{Interrupted, InvalidInput};
 use crate::linalg::{Matrix, dot};
 use crate::model::Model;
 use crate::newmark::{Scheme, stretch};
+use crate::signal::Jumps;
 
 pub use self::force::ForceDerivative;
 pub use self::lengths::Lengths;
@@ -220,10 +221,16 @@ pub fn check<M: Model + ?Sized>(model: &M, rule: Rule) -> Result<(), InvalidInpu
             expected,
         ));
     }
-    if model.jumps() {
-        let expected =
-            "a monotone or cubic table, or a function: velocities that jump are not differentiated";
-        return Err(InvalidInput::new("model", "a prescribed motion by a linear table", expected));
+    match (model.jumps(), rule) {
+        (Jumps::Velocities, _) => {
+            let expected = "a cubic table, or a function: velocities that jump are not differentiated";
+            return Err(InvalidInput::new("model", "a prescribed motion by a linear table", expected));
+        }
+        (Jumps::Accelerations, Rule::Newmark(_)) => {
+            let expected = "a cubic table, a function, or method \"radau\": accelerations that jump between steps are not differentiated";
+            return Err(InvalidInput::new("model", "a prescribed motion by a monotone table", expected));
+        }
+        _ => {}
     }
     if model.constraints() > 0 {
         let expected = "a robot without them: their runs are not differentiated yet (multipliers would have to be differentiated too)";

@@ -23,6 +23,7 @@ use crate::error::{Checker, Interrupted, InvalidInput, Number};
 
 pub use self::corners::Cell;
 pub use self::described::Drive;
+pub use self::pieces::Jumps;
 pub(crate) use self::pieces::Pieces;
 pub use self::spline::Motion;
 pub(crate) use self::spline::Spline;

@@ -1,11 +1,12 @@
-//! Tables of prescribed motions with corners: straight lines, and cubic pieces that keep the shape of the values.
+//! Tables of prescribed motions with corners: straight lines, whose velocity jumps, and cubic pieces that keep the shape of the
+//! values, whose acceleration does.
 
 use super::spline::Motion;
 use super::table::Table;
 use super::times::{covers, rounding_of_times};
 use crate::hermite::cubic_motion;
 
-/// A table as straight lines, whose velocity jumps at corners, or as monotone cubic pieces.
+/// A table as straight lines, or as monotone cubic pieces.
 #[derive(Clone, Debug)]
 pub(crate) enum Pieces<const N: usize> {
     /// Straight lines, constant before the first and after the last time.
@@ -42,7 +43,12 @@ impl<const N: usize> Pieces<N> {
                 if !covers([times[0], times[times.len() - 1]], t) {
                     return [[f64::NAN; N]; 3];
                 }
-                let i = times.partition_point(|&time| time <= t).clamp(1, times.len() - 1) - 1;
+                let i = match table.near(t) {
+                    Some(i) if table.near(passed) == Some(i) => i,
+                    Some(i) => i.saturating_sub(1),
+                    None => times.partition_point(|&time| time <= t).saturating_sub(1),
+                };
+                let i = i.min(times.len() - 2);
                 let h = times[i + 1] - times[i];
                 let mut motion = [[0.0; N]; 3];
                 for k in 0..N {
@@ -58,7 +64,23 @@ impl<const N: usize> Pieces<N> {
     }
 }
 
+/// What jumps at some times in a prescribed motion.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Jumps {
+    /// Nothing.
+    Nothing,
+    /// Accelerations.
+    Accelerations,
+    /// Velocities.
+    Velocities,
+}
+
 impl<const N: usize> Table<N> {
+    /// A time within the table, at which the acceleration of cubic pieces jumps, if that is `t`, but for rounding.
+    pub(crate) fn time_near(&self, t: f64) -> Option<f64> {
+        self.near(t).filter(|&i| i > 0 && i + 1 < self.times.len()).map(|i| self.times[i])
+    }
+
     /// The time at which straight lines change their velocity, if that is `t`, but for rounding.
     pub(crate) fn jump_near(&self, t: f64) -> Option<f64> {
         self.near(t).filter(|&i| self.bends_at(i)).map(|i| self.times[i])
@@ -140,6 +162,22 @@ mod tests {
         // A time just before the corner by rounding, once that is passed.
         let just_before = 0.3_f64.next_down();
         assert_eq!([rate(just_before, 0.0), rate(just_before, 0.3)], [2.0, 0.0]);
+    }
+
+    #[test]
+    fn monotone_pieces_have_the_acceleration_before_a_time_until_it_is_passed() {
+        let table = Table::new(vec![0.0, 0.3, 0.6, 1.0], vec![[0.0], [0.0], [0.6], [0.6]]).unwrap();
+        let inside = [0.0, 0.1 + 0.2, 0.45, 0.6, 1.0].map(|t| table.time_near(t));
+        assert_eq!(inside, [None, Some(0.3), None, Some(0.6), None]);
+        let pieces = Pieces::monotone(table);
+        let [before, after] = [f64::NAN, 0.3].map(|passed| pieces.motion(0.3, passed));
+        assert_eq!((before[0], before[1], before[2]), ([0.0], [0.0], [0.0]));
+        assert_eq!((after[0], after[1]), ([0.0], [0.0]));
+        // 6 times the rise over the square of its duration.
+        assert!((after[2][0] - 6.0 * 0.6 / 0.09).abs() < 1e-9);
+        assert!((pieces.motion(0.6, 0.3)[2][0] + 6.0 * 0.6 / 0.09).abs() < 1e-9);
+        assert_eq!(pieces.motion(0.0, f64::NAN)[2], [0.0]);
+        assert_eq!(pieces.motion(1.0, 1.0)[2], [0.0]);
     }
 
     #[test]

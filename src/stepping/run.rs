@@ -12,7 +12,7 @@ use crate::error::{Interrupted, InvalidInput, Number};
 use crate::model::{Energy, ForwardScratch, Model, SingularMass};
 use crate::ode;
 use crate::second_order::{self, Counters, Failure, Grid, is_whole, number_of_steps};
-use crate::signal::covers;
+use crate::signal::{Jumps, covers};
 use crate::tape::Tape;
 
 /// A step of this part of the leg is not shortened further if a taut tendon misses its length: the length jumps.
@@ -37,7 +37,7 @@ pub struct Run<M> {
     /// Accelerations after a jump of the inputs.
     jumped: Vec<f64>,
     scratch: ForwardScratch,
-    /// Whether prescribed velocities may jump, the time of their last jump, and the work done in jumps since it was last asked for.
+    /// Whether prescribed velocities or accelerations may jump, the time of their last jump, and the work done in jumps since it was last asked for.
     jumps: bool,
     jumped_at: Option<f64>,
     work: Option<f64>,
@@ -80,7 +80,7 @@ impl<M: Model> Run<M> {
             check_step(dt, model.shortest_period())?;
         }
         let inputs = model.default_inputs();
-        let (scratch, jumps) = (ForwardScratch::of(&model), model.jumps());
+        let (scratch, jumps) = (ForwardScratch::of(&model), model.jumps() != Jumps::Nothing);
         let mut integrator = Integrator::new(model, t_span, q0, v0, method)?;
         let changes = integrator.changes_between_steps().then(|| Box::new(Changes::new(t_span)));
         Ok(Self {
@@ -230,7 +230,7 @@ impl<M: Model> Run<M> {
         }
     }
 
-    /// Makes velocities jump with prescribed ones. What prescribes them does the work that the energies gain.
+    /// Makes velocities and accelerations jump with prescribed ones. What prescribes them does the work that the energies gain.
     fn jump(&mut self, corner: f64) -> Result<Option<Status>, Interrupted> {
         let before = self.observe(|model, state| -> Result<f64, Interrupted> {
             // An earlier run of the model may have passed it.

@@ -12,7 +12,7 @@ use super::smooth::{self, Smooth, check_smooth, span};
 use crate::error::{Checker, Interrupted, InvalidInput, Number};
 use crate::lie::QUATERNION_TOLERANCE;
 use crate::lie::{Quaternion, Rotation, Vector, rotation_vector_motion};
-use crate::signal::{Cell, Harmonic, Motion, Signal, Table};
+use crate::signal::{Cell, Harmonic, Jumps, Motion, Signal, Table};
 
 /// Cosine of half the largest angle between neighbouring orientations of a table, a right angle. With larger
 /// angles the motion in between is ambiguous.
@@ -102,13 +102,12 @@ impl BaseMotion {
         })
     }
 
-    /// Whether the velocity may jump at some time.
-    pub(crate) fn jumps(&self) -> bool {
-        smooth::jumps(&self.translation)
-            || match &self.rotation {
-                BaseRotation::About { angle, .. } => smooth::jumps(angle),
-                BaseRotation::By(quaternion) => smooth::jumps(quaternion),
-            }
+    /// What may jump at some time.
+    pub(crate) fn jumps(&self) -> Jumps {
+        smooth::jumps(&self.translation).max(match &self.rotation {
+            BaseRotation::About { angle, .. } => smooth::jumps(angle),
+            BaseRotation::By(quaternion) => smooth::jumps(quaternion),
+        })
     }
 
     /// Shortest period in seconds; infinite without oscillations.

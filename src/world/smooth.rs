@@ -2,7 +2,7 @@
 
 use super::prescribed::Prescribed;
 use crate::error::{Checker, Interrupted};
-use crate::signal::{Cell, Harmonic, Interpolation, Motion, Pieces, Signal, Spline, Table};
+use crate::signal::{Cell, Harmonic, Interpolation, Jumps, Motion, Pieces, Signal, Spline, Table};
 
 /// Interval of time on which a signal has derivatives.
 pub(crate) fn span<const N: usize>(signal: &Signal<N>) -> [f64; 2] {
@@ -53,17 +53,24 @@ pub(crate) fn corner<const N: usize>(signal: &Signal<N>, cell: Cell) -> Option<f
     }
 }
 
-/// The time at which the velocity jumps, if that is `t`, but for rounding.
+/// The time at which the velocity or the acceleration jumps, if that is `t`, but for rounding.
 pub(crate) fn jump_near<const N: usize>(signal: &Signal<N>, t: f64) -> Option<f64> {
-    match signal {
-        Signal::Table(table) if is_linear(table) => table.jump_near(t),
-        _ => None,
+    let Signal::Table(table) = signal else { return None };
+    match table.interpolation()? {
+        Interpolation::Linear => table.jump_near(t),
+        Interpolation::Monotone => table.time_near(t),
+        Interpolation::Cubic => None,
     }
 }
 
-/// Whether the velocity may jump at some time.
-pub(crate) fn jumps<const N: usize>(signal: &Signal<N>) -> bool {
-    matches!(signal, Signal::Table(table) if is_linear(table))
+/// What may jump at some time.
+pub(crate) fn jumps<const N: usize>(signal: &Signal<N>) -> Jumps {
+    let Signal::Table(table) = signal else { return Jumps::Nothing };
+    match table.interpolation() {
+        Some(Interpolation::Linear) => Jumps::Velocities,
+        Some(Interpolation::Monotone) => Jumps::Accelerations,
+        Some(Interpolation::Cubic) | None => Jumps::Nothing,
+    }
 }
 
 /// A signal with two derivatives, but for jumps of the velocity.

@@ -20,7 +20,7 @@ use super::convert;
 use super::signal::Functions;
 use crate::description::{AnyPart, Data, Fault, Field, Item, Part, Problem, Reader, Schema, Value};
 use crate::error::InvalidInput;
-use crate::methods::METHODS;
+use crate::methods::{Auto, Dop853, Newmark, Radau, Rk45};
 use crate::scene::{self, PARTS};
 
 pub(super) use values::object_of;
@@ -48,6 +48,9 @@ struct PyField {
 /// The table of a class.
 #[pyclass(frozen)]
 struct PySchema(&'static Schema);
+
+/// The methods of simulations.
+const METHODS: [&Schema; 5] = [Newmark::SCHEMA, Radau::SCHEMA, Rk45::SCHEMA, Dop853::SCHEMA, Auto::SCHEMA];
 
 /// Classes of the parts and of the methods, in the order of their tables.
 static CLASSES: PyOnceLock<Vec<Py<PyType>>> = PyOnceLock::new();

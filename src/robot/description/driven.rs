@@ -4,7 +4,7 @@ use super::link::Link;
 use crate::description::LinkName;
 use crate::error::{Checker, InvalidInput, Number};
 use crate::joint::{Joint, described};
-use crate::signal::{Cell, Drive, Signal};
+use crate::signal::{Cell, Drive, Jumps, Signal};
 use crate::world::BaseMotion;
 use crate::world::smooth::{self, check_smooth, span};
 
@@ -101,10 +101,10 @@ impl Driven {
         }
     }
 
-    /// Whether the velocity may jump at some time.
-    pub(crate) fn jumps(&self) -> bool {
+    /// What may jump at some time.
+    pub(crate) fn jumps(&self) -> Jumps {
         match self {
-            Self::Mimic { .. } => false,
+            Self::Mimic { .. } => Jumps::Nothing,
             Self::Coordinate(signal) => smooth::jumps(signal),
             Self::Base(motion) => motion.jumps(),
         }

@@ -15,7 +15,7 @@ use crate::joint::Joint;
 use crate::load::{Extent, Load, check_end};
 use crate::loops::{Loop, Tie};
 use crate::rod::{Section, Segment};
-use crate::signal::{Cell, Signal};
+use crate::signal::{Cell, Jumps, Signal};
 use crate::support::Support;
 use crate::world::{BaseMotion, Fluid};
 
@@ -259,9 +259,10 @@ impl Robot {
         of_base.or_else(|| self.driven().find_map(|driven| driven.jump_near(t)))
     }
 
-    /// Whether a prescribed velocity may jump at some time.
-    pub fn jumps(&self) -> bool {
-        self.base_motion.as_ref().is_some_and(BaseMotion::jumps) || self.driven().any(Driven::jumps)
+    /// What prescribed motions may let jump at some time.
+    pub fn jumps(&self) -> Jumps {
+        let of_base = self.base_motion.as_ref().map_or(Jumps::Nothing, BaseMotion::jumps);
+        self.driven().map(Driven::jumps).fold(of_base, Jumps::max)
     }
 
     /// Shortest period of loads and prescribed motions, in seconds; infinite without oscillations.
