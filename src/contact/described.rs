@@ -10,22 +10,35 @@ const MOST_HEIGHTS: usize = 250_000;
 /// Orientation of axes that are not turned.
 const UNTURNED: [f64; 4] = [1.0, 0.0, 0.0, 0.0];
 
-/// A floor or a wall: the region behind a plane.
-#[derive(Clone, Debug, PartialEq, Described)]
-#[part(tag = "half_space", called = "a half-space", family = "an obstacle", positional = 2, checked_later, check = HalfSpace::fits)]
-pub struct HalfSpace {
-    /// A point on the plane.
-    #[part(unit = "metres", default)]
-    pub point: [f64; 3],
-    /// Outward normal, pointing away from the solid. Its length does not matter.
-    #[part(default = [0.0, 0.0, 1.0])]
-    pub normal: [f64; 3],
-    /// Link to which the shape is fixed; by default the world. On a link, positions and orientations are in the axes of
-    /// the section or body.
-    pub link: Option<LinkName>,
-    /// Arc length of the link's unstretched rod; by default the tip, or the base of a rigid link.
-    #[part(unit = "metres", needs = "link")]
-    pub at: Option<f64>,
+/// A shape with a link to which it may be fixed.
+macro_rules! shape {
+    ($(#[$meta:meta])* pub struct $Shape:ident { $($(#[$of_field:meta])* pub $field:ident: $Type:ty,)* }) => {
+        #[derive(Clone, Debug, PartialEq, Described)]
+        $(#[$meta])*
+        #[part(family = "an obstacle", checked_later)]
+        pub struct $Shape {
+            $($(#[$of_field])* pub $field: $Type,)*
+            /// Link to which the shape is fixed; by default the world. On a link, positions and orientations are in the axes
+            /// of the section or body.
+            pub link: Option<LinkName>,
+            /// Arc length of the link's unstretched rod; by default the tip, or the base of a rigid link.
+            #[part(unit = "metres", needs = "link")]
+            pub at: Option<f64>,
+        }
+    };
+}
+
+shape! {
+    /// A floor or a wall: the region behind a plane.
+    #[part(tag = "half_space", called = "a half-space", positional = 2, check = HalfSpace::fits)]
+    pub struct HalfSpace {
+        /// A point on the plane.
+        #[part(unit = "metres", default)]
+        pub point: [f64; 3],
+        /// Outward normal, pointing away from the solid. Its length does not matter.
+        #[part(default = [0.0, 0.0, 1.0])]
+        pub normal: [f64; 3],
+    }
 }
 
 impl HalfSpace {
@@ -35,43 +48,33 @@ impl HalfSpace {
     }
 }
 
-/// A sphere fixed in the world or to a link.
-#[derive(Clone, Debug, PartialEq, Described)]
-#[part(tag = "sphere", called = "a sphere", family = "an obstacle", checked_later)]
-pub struct Sphere {
-    /// Centre.
-    #[part(unit = "metres")]
-    pub centre: [f64; 3],
-    /// Radius.
-    #[part(unit = "metres", positive)]
-    pub radius: f64,
-    /// Link to which the shape is fixed; by default the world. On a link, positions and orientations are in the axes of
-    /// the section or body.
-    pub link: Option<LinkName>,
-    /// Arc length of the link's unstretched rod; by default the tip, or the base of a rigid link.
-    #[part(unit = "metres", needs = "link")]
-    pub at: Option<f64>,
+shape! {
+    /// A sphere fixed in the world or to a link.
+    #[part(tag = "sphere", called = "a sphere")]
+    pub struct Sphere {
+        /// Centre.
+        #[part(unit = "metres")]
+        pub centre: [f64; 3],
+        /// Radius.
+        #[part(unit = "metres", positive)]
+        pub radius: f64,
+    }
 }
 
-/// A capsule fixed in the world, such as a peg, bar or pipe: the points within a radius of a line segment.
-#[derive(Clone, Debug, PartialEq, Described)]
-#[part(tag = "capsule", called = "a capsule", family = "an obstacle", checked_later, check = Capsule::fits)]
-pub struct Capsule {
-    /// Start of the line segment.
-    #[part(unit = "metres")]
-    pub start: [f64; 3],
-    /// End of the line segment.
-    #[part(unit = "metres")]
-    pub end: [f64; 3],
-    /// Radius.
-    #[part(unit = "metres", positive)]
-    pub radius: f64,
-    /// Link to which the shape is fixed; by default the world. On a link, positions and orientations are in the axes of
-    /// the section or body.
-    pub link: Option<LinkName>,
-    /// Arc length of the link's unstretched rod; by default the tip, or the base of a rigid link.
-    #[part(unit = "metres", needs = "link")]
-    pub at: Option<f64>,
+shape! {
+    /// A capsule fixed in the world, such as a peg, bar or pipe: the points within a radius of a line segment.
+    #[part(tag = "capsule", called = "a capsule", check = Capsule::fits)]
+    pub struct Capsule {
+        /// Start of the line segment.
+        #[part(unit = "metres")]
+        pub start: [f64; 3],
+        /// End of the line segment.
+        #[part(unit = "metres")]
+        pub end: [f64; 3],
+        /// Radius.
+        #[part(unit = "metres", positive)]
+        pub radius: f64,
+    }
 }
 
 impl Capsule {
@@ -80,27 +83,22 @@ impl Capsule {
     }
 }
 
-/// A box with sharp edges, fixed in the world or to a link.
-///
-/// Against boxes, meshes and capsules its edges are rounded by 0.04 of half the thickness of the thinner body.
-#[derive(Clone, Debug, PartialEq, Described)]
-#[part(name = "Box", tag = "box", called = "a box", family = "an obstacle", positional = 3, checked_later, check = Cuboid::fits)]
-pub struct Cuboid {
-    /// Centre.
-    #[part(unit = "metres")]
-    pub centre: [f64; 3],
-    /// Half the edge lengths.
-    #[part(unit = "metres", positive)]
-    pub half_extents: [f64; 3],
-    /// Orientation of its axes: unit quaternion (w, x, y, z).
-    #[part(default = UNTURNED)]
-    pub orientation: [f64; 4],
-    /// Link to which the shape is fixed; by default the world. On a link, positions and orientations are in the axes of
-    /// the section or body.
-    pub link: Option<LinkName>,
-    /// Arc length of the link's unstretched rod; by default the tip, or the base of a rigid link.
-    #[part(unit = "metres", needs = "link")]
-    pub at: Option<f64>,
+shape! {
+    /// A box with sharp edges, fixed in the world or to a link.
+    ///
+    /// Against boxes, meshes and capsules its edges are rounded by 0.04 of half the thickness of the thinner body.
+    #[part(name = "Box", tag = "box", called = "a box", positional = 3, check = Cuboid::fits)]
+    pub struct Cuboid {
+        /// Centre.
+        #[part(unit = "metres")]
+        pub centre: [f64; 3],
+        /// Half the edge lengths.
+        #[part(unit = "metres", positive)]
+        pub half_extents: [f64; 3],
+        /// Orientation of its axes: unit quaternion (w, x, y, z).
+        #[part(default = UNTURNED)]
+        pub orientation: [f64; 4],
+    }
 }
 
 impl Cuboid {
@@ -109,31 +107,26 @@ impl Cuboid {
     }
 }
 
-/// Uneven ground: the region below a smooth surface that interpolates heights on a rectangular grid.
-///
-/// The surface is the natural cubic spline through the heights in both directions, so forces vary smoothly along it. It is
-/// extended linearly beyond the grid. Steps in the heights make the spline overshoot.
-#[derive(Clone, Debug, PartialEq, Described)]
-#[part(tag = "height_field", called = "a height field", family = "an obstacle", positional = 4, checked_later, check = HeightField::fits)]
-pub struct HeightField {
-    /// Heights along the z axis in rows: two rows or more along the x axis, each of two numbers or more along the y axis.
-    #[part(unit = "metres")]
-    pub heights: Rows,
-    /// Distance between neighbouring heights; two numbers for different spacings along x and y.
-    #[part(unit = "metres", positive)]
-    pub spacing: PerAxis<2>,
-    /// Position of the first grid point, from which its height is measured.
-    #[part(unit = "metres", default)]
-    pub corner: [f64; 3],
-    /// Orientation of its axes: unit quaternion (w, x, y, z).
-    #[part(default = UNTURNED)]
-    pub orientation: [f64; 4],
-    /// Link to which the shape is fixed; by default the world. On a link, positions and orientations are in the axes of
-    /// the section or body.
-    pub link: Option<LinkName>,
-    /// Arc length of the link's unstretched rod; by default the tip, or the base of a rigid link.
-    #[part(unit = "metres", needs = "link")]
-    pub at: Option<f64>,
+shape! {
+    /// Uneven ground: the region below a smooth surface that interpolates heights on a rectangular grid.
+    ///
+    /// The surface is the natural cubic spline through the heights in both directions, so forces vary smoothly along it. It is
+    /// extended linearly beyond the grid. Steps in the heights make the spline overshoot.
+    #[part(tag = "height_field", called = "a height field", positional = 4, check = HeightField::fits)]
+    pub struct HeightField {
+        /// Heights along the z axis in rows: two rows or more along the x axis, each of two numbers or more along the y axis.
+        #[part(unit = "metres")]
+        pub heights: Rows,
+        /// Distance between neighbouring heights; two numbers for different spacings along x and y.
+        #[part(unit = "metres", positive)]
+        pub spacing: PerAxis<2>,
+        /// Position of the first grid point, from which its height is measured.
+        #[part(unit = "metres", default)]
+        pub corner: [f64; 3],
+        /// Orientation of its axes: unit quaternion (w, x, y, z).
+        #[part(default = UNTURNED)]
+        pub orientation: [f64; 4],
+    }
 }
 
 impl HeightField {
@@ -150,24 +143,19 @@ impl HeightField {
     }
 }
 
-/// A convex body with flat faces, rounded by a radius.
-#[derive(Clone, Debug, PartialEq, Described)]
-#[part(tag = "convex_mesh", called = "a convex mesh", family = "an obstacle", positional = 3, checked_later, check = ConvexMesh::fits)]
-pub struct ConvexMesh {
-    /// Corners, 4 to 2000. Every corner belongs to a face.
-    #[part(unit = "metres")]
-    pub points: Vec<[f64; 3]>,
-    /// Triangles, as indices into `points` (from 0) in any order. They must enclose the body.
-    pub faces: Vec<[usize; 3]>,
-    /// Rounding radius. The body grows by this radius on all sides.
-    #[part(unit = "metres", non_negative, default = 0.0)]
-    pub radius: f64,
-    /// Link to which the shape is fixed; by default the world. On a link, positions and orientations are in the axes of
-    /// the section or body.
-    pub link: Option<LinkName>,
-    /// Arc length of the link's unstretched rod; by default the tip, or the base of a rigid link.
-    #[part(unit = "metres", needs = "link")]
-    pub at: Option<f64>,
+shape! {
+    /// A convex body with flat faces, rounded by a radius.
+    #[part(tag = "convex_mesh", called = "a convex mesh", positional = 3, check = ConvexMesh::fits)]
+    pub struct ConvexMesh {
+        /// Corners, 4 to 2000. Every corner belongs to a face.
+        #[part(unit = "metres")]
+        pub points: Vec<[f64; 3]>,
+        /// Triangles, as indices into `points` (from 0) in any order. They must enclose the body.
+        pub faces: Vec<[usize; 3]>,
+        /// Rounding radius. The body grows by this radius on all sides.
+        #[part(unit = "metres", non_negative, default = 0.0)]
+        pub radius: f64,
+    }
 }
 
 impl ConvexMesh {

@@ -1,7 +1,7 @@
 //! Actuators: tangents against finite differences, power against forces, and equivalent ways of computation.
 
 use lissom::actuator::{
-    ActiveStrain, Actuator, Along, Chamber, Drive, Motor, MotorCommand, Part, Tendon, Via,
+    ActiveStrain, Actuator, Along, Chamber, Drive, Motor, MotorCommand, Part, Strain, Tendon, Via,
 };
 use lissom::body::Body;
 use lissom::joint::{Joint, JointForces};

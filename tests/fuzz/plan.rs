@@ -1,6 +1,6 @@
 //! Any rod is rejected, or it compiles and can be evaluated, and results reported as successes are finite.
 
-use lissom::actuator::{ActiveStrain, Actuator, Along, Chamber, Drive, Part, Tendon, Via};
+use lissom::actuator::{ActiveStrain, Actuator, Along, Chamber, Drive, Part, Strain, Tendon, Via};
 use lissom::body::Body;
 use lissom::error::Interrupted;
 use lissom::linalg::Matrix;

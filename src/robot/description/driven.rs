@@ -48,7 +48,7 @@ impl Driven {
     }
 
     /// The description of a joint that this drives, where links have these names.
-    pub(super) fn described(&self, joint: &Joint, name: impl Fn(usize) -> LinkName) -> described::Joint {
+    pub fn described(&self, joint: &Joint, name: impl Fn(usize) -> LinkName) -> described::Joint {
         let mut joint = joint.described();
         match self {
             Self::Base(motion) => {

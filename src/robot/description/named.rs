@@ -264,7 +264,7 @@ impl<'a> Named<'a> {
 
 impl Robot {
     /// The description of the joint of a link of this robot.
-    pub(crate) fn described_joint(&self, link: &Link) -> crate::joint::described::Joint {
+    pub fn described_joint(&self, link: &Link) -> crate::joint::described::Joint {
         match &link.driven {
             Some(driven) => driven.described(&link.joint, |link| self.name_and_length(link).0),
             None => link.joint.described(),
