@@ -314,6 +314,37 @@ def test_monotone_tables_are_those_of_scipy():
             assert acceleration == pytest.approx(pchip(t, 2), abs=1e-10)
 
 
+@pytest.mark.parametrize("method", ["newmark", "generalised_alpha", "hht", "radau", "rk45"])
+@pytest.mark.parametrize("dt", [1e-2, 7e-3, 1e-3])
+@pytest.mark.parametrize("times", [(0.05, 0.15), (0.0503, 0.1212), (0.05, 0.06)], ids=str)
+def test_what_nothing_holds_does_not_move_with_a_carriage(method, dt, times):
+    """A body on a rail along a carriage stays where it is. The acceleration of a ramp jumps at its ends."""
+    start, end = times
+    ramp = ([0.0, start, end, 0.2], [0.0, 0.0, 0.1, 0.1], "monotone")
+    robot = towed(ramp, stiffness=0.0)
+    run = lissom.simulate(robot, 0.2, method=method, dt=dt)
+    at = robot.pose(run.q, link="mass", t=run.t)[:, 0, 3]
+    rest = robot.velocity(run.q[-1], run.v[-1], link="mass", t=0.2)[3]
+    # Within a piece the acceleration is a straight line, of which steps of order two miss this.
+    largest = 6.0 * 0.1 / (end - start) ** 2
+    step = min(dt, end - start)
+    order_two = 0.0 if method in ("radau", "rk45") else largest * step**2
+    assert abs(at).max() <= order_two + 2e-6
+    assert abs(rest) <= (1e-9 if method == "newmark" else largest * step * 0.05 + 1e-6)
+
+
+def test_a_rod_on_a_base_that_ramps_is_that_of_radau():
+    wire = lissom.Segment(0.3, 2e-3, 1e9, 4e8, 1200.0, {"bend_y": 2}, retardation_time=1e-3)
+    ramp = lissom.BaseMotion(
+        translation=([0.0, 0.05, 0.15, 0.4], [[0] * 3, [0] * 3, [0, 0, 0.1], [0, 0, 0.1]], "monotone")
+    )
+    rod = lissom.Rod([wire], base_motion=ramp)
+    exact = lissom.simulate(rod, 0.4, method="radau", rtol=1e-9, atol=1e-12).q[-1]
+    off = [abs(lissom.simulate(rod, 0.4, dt=dt).q[-1] - exact).max() for dt in (2e-3, 1e-3, 5e-4)]
+    assert 3.2 < off[0] / off[1] < 5.0
+    assert 3.2 < off[1] / off[2] < 5.0
+
+
 def test_what_makes_no_sense_is_refused():
     table = ([0.0, 1.0], [0.0, 1.0])
     with pytest.raises(ValueError, match=r'motion\.interpolation: got "cubical", expected one of'):
@@ -326,6 +357,8 @@ def test_what_makes_no_sense_is_refused():
     assert lissom.simulate(towed((*table, "linear")), 2.0).success
     with pytest.raises(ValueError, match="linear table"):
         lissom.sensitivity(towed((*table, "linear")), 0.5, ["link[1].joint.stiffness"])
+    with pytest.raises(ValueError, match='monotone table, expected .* or method "radau"'):
+        lissom.sensitivity(towed((*table, "monotone")), 0.5, ["link[1].joint.stiffness"])
 
 
 SCENE = """
