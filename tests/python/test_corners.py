@@ -357,7 +357,7 @@ def test_what_makes_no_sense_is_refused():
     assert lissom.simulate(towed((*table, "linear")), 2.0).success
     with pytest.raises(ValueError, match="linear table"):
         lissom.sensitivity(towed((*table, "linear")), 0.5, ["link[1].joint.stiffness"])
-    with pytest.raises(ValueError, match='monotone table, expected .* or method "radau"'):
+    with pytest.raises(ValueError, match=r'monotone table, expected .* or method "radau"'):
         lissom.sensitivity(towed((*table, "monotone")), 0.5, ["link[1].joint.stiffness"])
 
 
