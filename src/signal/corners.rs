@@ -46,6 +46,14 @@ impl<const N: usize> Table<N> {
         if corners.next().is_none() { Some(first) } else { self.corner_of_unresolved(cell) }
     }
 
+    /// The same for tables in which something jumps at corners: steps that do not resolve the table end at each of them.
+    pub(crate) fn corner_of_jumps(&self, cell: Cell) -> Option<f64> {
+        let mut corners = self.corners_within(cell.t, cell);
+        let first = corners.next()?;
+        let is_resolved = corners.next().is_some() && self.curvature(cell) <= NEGLIGIBLE * self.range;
+        (!is_resolved).then_some(first)
+    }
+
     /// The same for tables whose single corners do not matter.
     pub(crate) fn corner_of_unresolved(&self, cell: Cell) -> Option<f64> {
         let first = self.corners_within(cell.t, cell).next()?;

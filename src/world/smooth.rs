@@ -46,7 +46,7 @@ pub(crate) fn corner<const N: usize>(signal: &Signal<N>, cell: Cell) -> Option<f
                 table.next_corner(cell.t).filter(|&time| time <= cell.end + cell.margin())
             }
             // The acceleration jumps at each time.
-            Some(Interpolation::Monotone) => table.corner(cell),
+            Some(Interpolation::Monotone) => table.corner_of_jumps(cell),
             Some(Interpolation::Cubic) | None => table.corner_of_unresolved(cell),
         },
         _ => None,

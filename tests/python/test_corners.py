@@ -333,6 +333,17 @@ def test_what_nothing_holds_does_not_move_with_a_carriage(method, dt, times):
     assert abs(rest) <= (1e-9 if method == "newmark" else largest * step * 0.05 + 1e-6)
 
 
+@pytest.mark.parametrize("dt", [1e-2, 2e-3, 1e-3])
+def test_a_bump_of_many_times_within_a_step_leaves_no_velocity(dt):
+    times = np.r_[0, np.linspace(0.0203, 0.0283, 9), 0.1, 0.2]
+    values = np.r_[0, [0, 1, 4, 8, 10, 8, 4, 1, 0], 0, 0] * 1e-3
+    robot = towed((times, values, "monotone"), stiffness=0.0)
+    run = lissom.simulate(robot, 0.2, dt=dt)
+    at = robot.pose(run.q, link="mass", t=run.t)[:, 0, 3]
+    assert abs(at).max() < 2e-3
+    assert abs(run.v[-1, 0]) < 1e-10
+
+
 def test_a_rod_on_a_base_that_ramps_is_that_of_radau():
     wire = lissom.Segment(0.3, 2e-3, 1e9, 4e8, 1200.0, {"bend_y": 2}, retardation_time=1e-3)
     ramp = lissom.BaseMotion(
