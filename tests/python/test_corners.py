@@ -325,7 +325,7 @@ def test_what_nothing_holds_does_not_move_with_a_carriage(method, dt, times):
     run = lissom.simulate(robot, 0.2, method=method, dt=dt)
     at = robot.pose(run.q, link="mass", t=run.t)[:, 0, 3]
     rest = robot.velocity(run.q[-1], run.v[-1], link="mass", t=0.2)[3]
-    # Within a piece the acceleration is a straight line, of which steps of order two miss this; those of the alpha
+    # Within a piece the acceleration is a straight line, of which steps of order two miss this; the alpha
     # methods see means of accelerations, whose impulse has an error of that order as well.
     largest = 6.0 * 0.1 / (end - start) ** 2
     step = min(dt, end - start)
