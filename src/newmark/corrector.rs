@@ -116,6 +116,8 @@ pub(super) struct Corrector {
     /// The usual size of a step.
     dt: f64,
     kept: Option<Kept>,
+    /// Whether surfaces might touch at the end of the last solve. The system may have been asked about another state since.
+    might_touch: bool,
     linear: LinearSystem,
     /// Where the Jacobian was evaluated.
     q_jacobian: Vec<f64>,
@@ -164,6 +166,7 @@ impl Corrector {
             reuse: options.reuse_jacobian,
             dt: options.dt,
             kept: None,
+            might_touch: false,
             linear: LinearSystem::empty(),
             q_jacobian: vec![0.0; n],
             v_jacobian: vec![0.0; n],
@@ -233,6 +236,7 @@ impl Corrector {
             tape.number(&mut kept.steps);
             tape.number(&mut kept.cost);
         });
+        tape.flag(&mut self.might_touch);
         if tape.reads() {
             self.prepare(system);
         }
@@ -277,8 +281,9 @@ impl Corrector {
         if !is_kept {
             self.kept = None;
         }
-        if is_kept || self.reuse && !system.may_touch() {
+        if is_kept || self.reuse && !self.might_touch {
             if self.with_kept_jacobian(system, trial, [guess, last], h, counters)?.is_ok() {
+                self.might_touch = system.may_touch();
                 return Ok(Ok(()));
             }
             counters.reuse_failures += usize::from(is_kept);
@@ -287,6 +292,7 @@ impl Corrector {
         }
         let outcome = self.with_fresh_jacobians(system, trial, [guess, last], h, counters);
         system.follow_friction(None);
+        self.might_touch = system.may_touch();
         outcome
     }
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 import lissom
-from lissom import gym, sensors, urdf
+from lissom import gym, methods, sensors, urdf
 from lissom.live import server
 
 DOCS = Path(__file__).parents[2] / "docs"
@@ -30,6 +30,7 @@ def documented() -> set[str]:
 def test_every_public_name_is_in_the_reference():
     public = {f"lissom.{name}" for name in lissom.__all__ if name != "__version__"}
     public |= {f"lissom.sensors.{name}" for name in sensors.__all__}
+    public |= {f"lissom.methods.{name}" for name in methods.__all__}
     public |= {f"lissom.gym.{name}" for name in gym.__all__}
     public |= {f"lissom.live.server.{name}" for name in server.__all__}
     own = [name for name, value in vars(urdf).items() if getattr(value, "__module__", None) == urdf.__name__]
