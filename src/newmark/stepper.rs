@@ -824,7 +824,8 @@ impl Stepper {
                 if x == 0.0 { [&self.q_old, &self.v_old, &self.a_old] } else { [&self.q, &self.v, &self.a] };
             q.copy_from_slice(state[0]);
             v.copy_from_slice(state[1]);
-            a.copy_from_slice(state[2]);
+            // Multipliers stand behind accelerations.
+            a.copy_from_slice(&state[2][..a.len()]);
             return;
         }
         for i in 0..q.len() {
