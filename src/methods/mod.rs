@@ -4,18 +4,12 @@ mod tolerance;
 
 use crate::accuracy;
 use crate::description::{Described, Reader};
-use crate::error::{Checker, InvalidInput, Number};
-use crate::newmark::{self, Parameters, Predictor, Scheme, StepSize};
+use crate::error::{Checker, InvalidInput};
+use crate::newmark::{self, ATOL, Parameters, Predictor, RTOL, Scheme, StepSize};
 use crate::ode::{self, Tolerance};
 use crate::radau;
 use crate::roots::Derivative;
 use crate::stepping::Method;
-
-/// Relative tolerance by default.
-pub(crate) const RTOL: f64 = 1e-6;
-
-/// Absolute tolerance by default.
-pub(crate) const ATOL: f64 = 1e-9;
 
 /// Jacobian of a step of the Newmark family.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Described)]
@@ -226,20 +220,7 @@ impl Newmark {
     }
 
     fn step_size(&self) -> Result<StepSize, InvalidInput> {
-        let Self { adaptive, max_step, min_step, .. } = *self;
-        if adaptive {
-            return Ok(StepSize::Adaptive { max_step: max_step.unwrap_or(f64::INFINITY), min_step });
-        }
-        let given =
-            [("max_step", max_step), ("min_step", Some(min_step).filter(|&min_step| min_step != 0.0))];
-        match given.into_iter().find_map(|(name, value)| Some((name, value?))) {
-            None => Ok(StepSize::Fixed),
-            Some((name, value)) => Err(InvalidInput::new(
-                name,
-                Number(value),
-                "nothing: it is for adaptive steps (adaptive=True)",
-            )),
-        }
+        StepSize::new(self.adaptive, self.max_step, self.min_step)
     }
 
     /// Options of steps of this size.

@@ -37,6 +37,7 @@ mod solution;
 mod stepper;
 mod trial;
 
+pub(crate) use options::{ATOL, RTOL};
 pub use options::{Options, Predictor, StepSize};
 pub use scheme::{METHODS, Parameters, Scheme};
 pub use solution::solve;

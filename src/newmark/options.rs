@@ -34,6 +34,32 @@ pub enum StepSize {
     },
 }
 
+impl StepSize {
+    /// Adaptive steps within these bounds, by default any, or fixed ones, which take no bounds.
+    ///
+    /// # Errors
+    /// Bounds of fixed steps.
+    pub fn new(adaptive: bool, max_step: Option<f64>, min_step: f64) -> Result<Self, InvalidInput> {
+        if adaptive {
+            return Ok(Self::Adaptive { max_step: max_step.unwrap_or(f64::INFINITY), min_step });
+        }
+        let given =
+            [("max_step", max_step), ("min_step", Some(min_step).filter(|&min_step| min_step != 0.0))];
+        match given.into_iter().find_map(|(name, value)| Some((name, value?))) {
+            None => Ok(Self::Fixed),
+            Some((name, value)) => Err(InvalidInput::new(
+                name,
+                Number(value),
+                "nothing: it is for adaptive steps (adaptive=True)",
+            )),
+        }
+    }
+}
+
+/// Relative and absolute tolerance by default.
+pub(crate) const RTOL: f64 = 1e-6;
+pub(crate) const ATOL: f64 = 1e-9;
+
 /// Options of an integration.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Options {
@@ -75,8 +101,8 @@ impl Options {
             dt,
             step_size: StepSize::Fixed,
             derivative: Derivative::Analytic,
-            rtol: 1e-6.into(),
-            atol: 1e-9.into(),
+            rtol: RTOL.into(),
+            atol: ATOL.into(),
             predictor: Predictor::default(),
             reuse_jacobian: true,
             initial_acceleration: None,

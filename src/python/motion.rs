@@ -5,7 +5,6 @@ use std::time::{Duration, Instant};
 
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods};
 use pyo3::class::{PyTraverseError, PyVisit};
-use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 
@@ -18,7 +17,6 @@ use super::record::{self, ReadOnly, Reduced};
 use crate::balance::{Balance, Flow};
 use crate::error::{Checker, Interrupted};
 
-use crate::newmark::{Predictor, StepSize};
 use crate::second_order::Counters;
 use crate::simulate::{Simulation, Slack, Statistics, accelerations};
 
@@ -494,31 +492,6 @@ impl Ticker {
             self.last = Some(now);
         }
         due
-    }
-}
-
-pub(super) fn predictor(name: &str) -> PyResult<Predictor> {
-    match name {
-        "best" => Ok(Predictor::Best),
-        "last" => Ok(Predictor::Last),
-        "zero" => Ok(Predictor::Zero),
-        _ => Err(PyValueError::new_err(format!(
-            "predictor: got {name:?}, expected \"best\", \"last\" or \"zero\""
-        ))),
-    }
-}
-
-/// Step sizes from the arguments `adaptive`, `max_step` and `min_step`.
-pub(super) fn step_size(adaptive: bool, max_step: Option<f64>, min_step: f64) -> PyResult<StepSize> {
-    if adaptive {
-        return Ok(StepSize::Adaptive { max_step: max_step.unwrap_or(f64::INFINITY), min_step });
-    }
-    let given = [("max_step", max_step), ("min_step", Some(min_step).filter(|&min_step| min_step != 0.0))];
-    match given.into_iter().find_map(|(name, value)| Some((name, value?))) {
-        None => Ok(StepSize::Fixed),
-        Some((name, value)) => Err(PyValueError::new_err(format!(
-            "{name}: got {value:?}, expected nothing: it is for adaptive steps (adaptive=True)"
-        ))),
     }
 }
 

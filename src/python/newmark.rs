@@ -10,13 +10,14 @@ use pyo3::types::{PyString, PyTuple};
 use super::arguments;
 use super::callback::{call, wants_to_stop};
 use super::convert;
-use super::motion::{PyMotionResult, finish, predictor, step_size, times};
+use super::motion::{PyMotionResult, finish, times};
 use super::ode::function::{matrix_of, read_vector};
 use super::ode::options::tolerance;
 use super::ode::system::{SharedRaised, unpack};
+use super::simulate::word;
 use crate::error::Interrupted;
 use crate::linalg::Matrix;
-use crate::newmark::{Options, Parameters, Scheme, Stepper, solve};
+use crate::newmark::{Options, Parameters, Scheme, StepSize, Stepper, solve};
 use crate::roots::Derivative;
 use crate::second_order::{Failure, Status, System};
 use crate::simulate::Simulation;
@@ -146,11 +147,11 @@ pub(crate) fn newmark<'py>(
     let (derivative, jac) = derivative(jac)?;
     let options = Options {
         scheme: Scheme::by_name(method, &Parameters { beta, gamma, alpha, rho_inf })?,
-        step_size: step_size(adaptive, max_step, min_step)?,
+        step_size: StepSize::new(adaptive, max_step, min_step)?,
         derivative,
         rtol: rtol.map_or(Ok(defaults.rtol.clone()), |rtol| tolerance(rtol, "rtol"))?,
         atol: atol.map_or(Ok(defaults.atol.clone()), |atol| tolerance(atol, "atol"))?,
-        predictor: self::predictor(predictor)?,
+        predictor: word(predictor, "predictor")?,
         reuse_jacobian,
         initial_acceleration: a0.map(|a0| convert::vector(a0, "a0")).transpose()?,
         max_steps: convert::step_limit(max_steps)?,

@@ -257,6 +257,18 @@ impl PyScene {
     fn run<'py>(&self, py: Python<'py>, options: Option<&Bound<'py, PyDict>>) -> PyResult<Bound<'py, PyAny>> {
         let arguments = self.options(py)?;
         if let Some(options) = options {
+            if let Some(method) = options.get_item("method")? {
+                // Options of the scene's method: another one may not have them, or mean something else by them.
+                let is_auto = |method: &str| method == "auto";
+                let own = self.scene.simulation.method == Method::Auto;
+                let keeps_tolerances = method.extract().is_ok_and(|name: &str| !is_auto(name)) && !own;
+                let others: &[_] = if keeps_tolerances { &["jac"] } else { &["jac", "rtol", "atol"] };
+                for name in others {
+                    if arguments.contains(name)? {
+                        arguments.del_item(name)?;
+                    }
+                }
+            }
             arguments.update(options.as_mapping())?;
         }
         let simulate = py.import("lissom")?.getattr("simulate")?;

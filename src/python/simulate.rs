@@ -18,8 +18,8 @@ use super::rod::PyRod;
 use crate::accuracy;
 use crate::description::{Data, Kind, Reader, Value};
 use crate::error::{Interrupted, InvalidInput};
-use crate::methods::{ATOL, Auto, Dop853, Integration, Jacobian, Newmark, RTOL, Radau, Rk45, Way};
-use crate::newmark::{Parameters, Predictor};
+use crate::methods::{Auto, Dop853, Integration, Jacobian, Newmark, Radau, Rk45, Way};
+use crate::newmark::{ATOL, Parameters, Predictor, RTOL};
 use crate::robot::Robot;
 use crate::simulate::{Control, slackness};
 
@@ -559,7 +559,7 @@ pub(crate) fn choose_modes<'py>(
 }
 
 /// The option that a word stands for.
-fn word<T: Data>(word: &str, name: &str) -> PyResult<T> {
+pub(super) fn word<T: Data>(word: &str, name: &str) -> PyResult<T> {
     let found = T::read(&Value::Text(word.to_owned()), &mut Reader::default());
     let Kind::Word(_, words) = T::KIND else { unreachable!("it is one of several words") };
     let (last, first) = words.split_last().expect("there is a word");

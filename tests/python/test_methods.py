@@ -176,3 +176,37 @@ def test_other_objects_are_no_methods(method):
         TypeError, match=r"method: expected the name of a method, or one of lissom\.methods, got"
     ):
         lissom.simulate(ROD, 0.1, method=method)
+
+
+SCENE = """
+version = 1
+[[rod]]
+[[rod.segment]]
+length = 0.4
+radius = 2e-3
+young_modulus = 1e8
+shear_modulus = 4e7
+density = 1200
+modes = { bend_y = 2 }
+[simulation]
+t_end = 0.02
+dt = 2e-3
+"""
+
+
+@pytest.mark.parametrize("own", ["newmark", "radau", "auto"])
+@pytest.mark.parametrize(
+    ("method", "options"),
+    [
+        (methods.Radau(rtol=1e-8), {"method": "radau", "rtol": 1e-8}),
+        (methods.Newmark(rho_inf=0.6), {"method": "generalised_alpha", "rho_inf": 0.6}),
+        ("auto", {"method": "auto"}),
+        ("dop853", {"method": "dop853"}),
+    ],
+    ids=str,
+)
+def test_scenes_run_by_another_method(own, method, options):
+    """What a scene says of its own method is not handed to another one."""
+    scene = lissom.Scene.loads(SCENE + f'method = "{own}"\n')
+    run = {"t_end": 0.02, "dt": 2e-3}
+    same(scene.run(method=method), lissom.simulate(scene.model, **options, **run))
