@@ -71,6 +71,16 @@ impl Load {
         self.force.corner(cell).into_iter().chain(self.moment.corner(cell)).reduce(f64::min)
     }
 
+    /// Whether force or moment may jump at some time for steps of the size `dt`.
+    pub(crate) fn has_edges(&self, dt: f64) -> bool {
+        self.force.has_edges(dt) || self.moment.has_edges(dt)
+    }
+
+    /// The time at which one of them jumps for steps of the size `dt`, if that is `t`, but for rounding.
+    pub(crate) fn edge_near(&self, t: f64, dt: f64) -> Option<f64> {
+        self.force.edge_near(t, dt).or_else(|| self.moment.edge_near(t, dt))
+    }
+
     /// Latest end of a step from `t` that cannot miss a feature of the load ([`Signal::horizon`]).
     pub fn horizon(&self, t: f64) -> f64 {
         self.force.horizon(t).min(self.moment.horizon(t))

@@ -214,6 +214,10 @@ impl InTime for AsSprings<'_> {
         self.model.corner(cell)
     }
 
+    fn set_fixed_step(&mut self, dt: f64) {
+        self.model.set_fixed_step(dt);
+    }
+
     fn jumps(&self) -> Jumps {
         self.model.jumps()
     }

@@ -49,12 +49,16 @@ pub trait InTime {
         None
     }
 
-    /// What prescribed motions may let jump at some time.
+    /// From now on, steps have the fixed size `dt` in seconds; zero for another one. Edges of tables that are narrower
+    /// than the rounding of the times of such steps count as jumps.
+    fn set_fixed_step(&mut self, _dt: f64) {}
+
+    /// What prescribed motions, loads and commands may let jump at some time.
     fn jumps(&self) -> Jumps {
         Jumps::Nothing
     }
 
-    /// The time at which a prescribed velocity or acceleration jumps, if that is `t`, but for rounding. Until
+    /// The time at which a prescribed velocity or acceleration, a load or a command jumps, if that is `t`, but for rounding. Until
     /// [`Self::pass_jump`] is called, models evaluated at that time have those before the jump.
     fn jump_near(&self, _t: f64) -> Option<f64> {
         None
@@ -66,7 +70,7 @@ pub trait InTime {
         self.set_time(t)
     }
 
-    /// From now on, models evaluated at this time of a jump, but for rounding, have the velocity after it.
+    /// From now on, what jumps at this time, but for rounding, is as it is after the jump.
     fn pass_jump(&mut self, _t: f64) {}
 
     /// Shortest period of the excitation, in seconds.

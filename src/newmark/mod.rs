@@ -44,4 +44,4 @@ pub use solution::solve;
 pub use stepper::Stepper;
 
 pub(crate) use linear_system::LinearSystem;
-pub(crate) use scheme::stretch;
+pub(crate) use scheme::{Step, memory};

@@ -1,6 +1,7 @@
 //! The members of the Newmark family and their parameters.
 
 use crate::error::{Checker, InvalidInput};
+use crate::signal::Cell;
 
 /// A member of the Newmark family: the relation of displacements and velocities at the end of a step to
 /// accelerations.
@@ -153,7 +154,7 @@ impl Scheme {
     }
 
     /// Change of the algorithmic with the true acceleration at the end of the step.
-    pub(super) fn gain(&self) -> f64 {
+    fn gain(&self) -> f64 {
         (1.0 - self.alpha_f) / (1.0 - self.alpha_m)
     }
 
@@ -163,8 +164,17 @@ impl Scheme {
         [self.gain() * self.beta * h * h, self.gain() * self.gamma * h, 1.0]
     }
 
-    /// What a step of size `h` carries on of a coordinate, after one of size `h / stretch`.
-    pub(crate) fn carried(&self, h: f64, stretch: f64) -> Carried {
+    /// A step of size `h`, which stretches by `memory` how far the algorithmic accelerations at its start are ahead of the true
+    /// ones; `None` for one that begins anew.
+    pub(crate) fn step(&self, h: f64, memory: Option<f64>) -> Step {
+        match memory {
+            Some(stretch) => self.going_on(h, stretch),
+            None if self.is_plain() => self.going_on(h, 1.0),
+            None => self.anew(h),
+        }
+    }
+
+    fn going_on(&self, h: f64, stretch: f64) -> Step {
         let (alpha_m, alpha_f) = (self.alpha_m, self.alpha_f);
         let of_start = [1.0 - stretch, stretch];
         let rest =
@@ -172,7 +182,28 @@ impl Scheme {
         let (bq, bv) = (h * h * (0.5 - self.beta), h * (1.0 - self.gamma));
         let (cq, cv) = (h * h * self.beta, h * self.gamma);
         let both = |b: f64, c: f64| [b * of_start[0] + c * rest[0], b * of_start[1] + c * rest[1]];
-        Carried { displacement: both(bq, cq), velocity: both(bv, cv), rest, gain: self.gain() }
+        Step {
+            weights: self.weights(h),
+            displacement: both(bq, cq),
+            velocity: both(bv, cv),
+            rest,
+            gain: self.gain(),
+        }
+    }
+
+    /// The step whose algorithmic accelerations are those of true ones that change linearly over it, `s0 = a0 + shift (a1 - a0)`
+    /// and `s1 = a1 + shift (a1 - a0)`. For members of order 2 this is Newmark's method with gamma = 1/2 and
+    /// beta = (1 + shift^2)/4, so that it gains no momentum: from a corner of a load on, the accelerations before it say nothing.
+    fn anew(&self, h: f64) -> Step {
+        let shift = self.shift();
+        let beta = self.beta + 0.5 * shift;
+        Step {
+            weights: [beta * h * h, 0.5 * h, 1.0],
+            displacement: [(0.5 - beta) * h * h, 0.0],
+            velocity: [0.5 * h, 0.0],
+            rest: [-shift, 0.0],
+            gain: 1.0 + shift,
+        }
     }
 
     /// The local error of the displacement is this times `h^3` and the third derivative; where accelerations change by
@@ -200,16 +231,25 @@ impl Scheme {
 const LARGEST_STRETCH: f64 = 10.0;
 
 /// The factor by which a step of size `h` carries on by how much algorithmic accelerations are ahead of the true
-/// ones, after one of size `before`; zero if it forgets that, like the first step of a run.
-pub(crate) fn stretch(h: f64, before: f64) -> f64 {
-    let ratio = h / before;
-    if ratio > LARGEST_STRETCH { 0.0 } else { ratio }
+/// ones, after one of size `before`; `None` if it begins anew.
+pub(crate) fn stretch(h: f64, before: f64) -> Option<f64> {
+    Some(h / before).filter(|ratio| *ratio <= LARGEST_STRETCH)
 }
 
-/// How the accelerations `[a, s]` at the start of a step, the second the algorithmic ones, enter what it ends with: the same
-/// numbers for all coordinates. Those of a plain scheme are equal, `s = a`.
+/// The same for the step of fixed size between the last two of these times, after the one between the first two: it begins anew
+/// where a step over both would have to end, at a corner of the excitation (`corner`).
+pub(crate) fn memory(corner: impl FnOnce(Cell) -> Option<f64>, [before, t, end]: [f64; 3]) -> Option<f64> {
+    let cell = Cell { start: before, t: before, end };
+    let is_corner = corner(cell).is_some_and(|corner| (corner - t).abs() <= cell.margin());
+    if is_corner { None } else { stretch(end - t, t - before) }
+}
+
+/// How the accelerations `[a, s]` at the start of a step, the second the algorithmic ones, and `a` at its end enter what it ends
+/// with: the same numbers for all coordinates. Those of a plain scheme are equal, `s = a`.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Carried {
+pub(crate) struct Step {
+    /// Weights of the new acceleration in displacement, velocity and acceleration.
+    pub(crate) weights: [f64; 3],
     /// In the displacement, beside `q + h v` and what the new acceleration adds.
     pub(crate) displacement: [f64; 2],
     /// In the velocity, beside `v` and what the new acceleration adds.

@@ -4,7 +4,7 @@ use super::corrector::Corrector;
 use super::error_estimate::{Ends, ErrorEstimate, LARGEST_FACTOR};
 use super::impacts::Impacts;
 use super::options::{Options, Predictor, StepSize};
-use super::scheme::{Scheme, stretch};
+use super::scheme::{Scheme, Step, memory, stretch};
 use super::trial::Trial;
 use crate::constraint::one_sided::most_switches;
 use crate::error::{Interrupted, InvalidInput, Number};
@@ -61,6 +61,8 @@ pub struct Stepper {
     h_of_s: f64,
     /// The same for the adaptive step that is tried.
     s_of_trial: Vec<f64>,
+    /// The step that is tried, unless the scheme is plain.
+    step: Step,
     trial: Trial,
     guessed: Vec<f64>,
     guess: Guess,
@@ -125,6 +127,7 @@ impl Stepper {
                 StepSize::Adaptive { .. } if !options.scheme.is_plain() => zeros.clone(),
                 _ => Vec::new(),
             },
+            step: options.scheme.step(options.dt, Some(1.0)),
             trial: Trial::new(n),
             guessed: zeros,
             guess: if options.predictor == Predictor::Zero { Guess::Zero } else { Guess::Last },
@@ -514,11 +517,10 @@ impl Stepper {
     /// smooth, an impact: it is velocity still to come and alternates, so that it becomes smaller with a step of another
     /// size. Grown with the step it would be larger from step to step.
     fn rescale_memory(&mut self, h: f64) {
-        let stretch = stretch(h, self.h_of_s);
-        if stretch == 0.0 {
+        let Some(stretch) = stretch(h, self.h_of_s) else {
             self.s_of_trial.iter_mut().zip(&self.a).for_each(|(s, a)| *s = *a);
             return;
-        }
+        };
         let Self { scheme, a, a_old, s, s_of_trial, .. } = self;
         for (i, start) in s_of_trial.iter_mut().enumerate() {
             let smooth = scheme.shift() * (a[i] - a_old[i]);
@@ -534,32 +536,43 @@ impl Stepper {
         t_new: f64,
         h: f64,
     ) -> Result<Result<(), Failure>, Interrupted> {
-        let (beta, gamma) = (self.scheme.beta(), self.scheme.gamma());
-        let trial = &mut self.trial;
-        trial.t = t_new;
-        trial.weights = self.scheme.weights(h);
-        // Weights of the accelerations at the start in displacement and velocity.
-        let (bq, bv) = (h * h * (0.5 - beta), h * (1.0 - gamma));
         if self.scheme.is_plain() {
+            let (beta, gamma) = (self.scheme.beta(), self.scheme.gamma());
+            // Weights of the accelerations at the start in displacement and velocity.
+            let (bq, bv) = (h * h * (0.5 - beta), h * (1.0 - gamma));
+            let trial = &mut self.trial;
+            trial.weights = self.scheme.weights(h);
             let ends = trial.q_base.iter_mut().zip(&mut trial.v_base);
             for ((q_base, v_base), (q, (v, a))) in ends.zip(self.q.iter().zip(self.v.iter().zip(&self.a))) {
                 *q_base = q + h * v + bq * a;
                 *v_base = v + bv * a;
             }
         } else {
-            let (cq, cv) = (h * h * beta, h * gamma);
-            let (s, stretch) = if self.s_of_trial.is_empty() {
-                (&self.s, stretch(h, self.h_of_s))
-            } else {
-                (&self.s_of_trial, 1.0)
-            };
-            for i in 0..self.q.len() {
-                let (start, end) = algorithmic(&self.scheme, self.a[i], s[i], stretch);
-                trial.q_base[i] = self.q[i] + h * self.v[i] + bq * start + cq * end;
-                trial.v_base[i] = self.v[i] + bv * start + cv * end;
+            self.step = self.scheme.step(h, self.memory(system, t_new));
+            let Self { step, q, v, a, s, s_of_trial, trial, .. } = self;
+            let s = if s_of_trial.is_empty() { s } else { s_of_trial };
+            trial.weights = step.weights;
+            for i in 0..q.len() {
+                let (a, s) = (a[i], s[i]);
+                trial.q_base[i] = q[i] + h * v[i] + step.displacement[0] * a + step.displacement[1] * s;
+                trial.v_base[i] = v[i] + step.velocity[0] * a + step.velocity[1] * s;
             }
         }
+        self.trial.t = t_new;
         self.correct(system, h)
+    }
+
+    /// What the step from here to `t_new` keeps of algorithmic accelerations ([`Scheme::step`]).
+    fn memory<S: System + ?Sized>(&self, system: &S, t_new: f64) -> Option<f64> {
+        if !self.s_of_trial.is_empty() {
+            // Those of an adaptive step are made for its size.
+            return Some(1.0);
+        }
+        let stretch = stretch(t_new - self.t, self.h_of_s);
+        if stretch.is_none() || self.t == self.t_old || !self.has_corners {
+            return stretch;
+        }
+        memory(|cell| system.corner(cell), [self.t_old, self.t, t_new]).and(stretch)
     }
 
     /// The same by the backward Euler method: of order 1, and without memory of accelerations. What a step meets stops there.
@@ -654,15 +667,12 @@ impl Stepper {
             self.s.copy_from_slice(&self.trial.a[..n]);
             self.h_of_s = h;
         } else if !self.scheme.is_plain() {
-            let stretch = if self.s_of_trial.is_empty() {
-                stretch(h, self.h_of_s)
-            } else {
+            if !self.s_of_trial.is_empty() {
                 self.s.copy_from_slice(&self.s_of_trial);
-                1.0
-            };
-            for i in 0..self.s.len() {
-                let (_, rest) = algorithmic(&self.scheme, self.a[i], self.s[i], stretch);
-                self.s[i] = self.scheme.gain() * self.trial.a[i] + rest;
+            }
+            let Self { step: Step { rest, gain, .. }, s, a, trial, .. } = self;
+            for (i, s) in s.iter_mut().enumerate() {
+                *s = *gain * trial.a[i] + rest[0] * a[i] + rest[1] * *s;
             }
             self.h_of_s = h;
         }
@@ -729,7 +739,8 @@ impl Stepper {
         self.a.copy_from_slice(a);
         self.a_old.copy_from_slice(a);
         self.s.copy_from_slice(&a[..q.len()]);
-        self.h_of_s = self.options.dt;
+        // The accelerations before say nothing of those after.
+        self.h_of_s = 0.0;
         self.corrector.doubt_jacobian();
     }
 
@@ -919,15 +930,6 @@ impl Stepper {
             Status::Interrupted => format!("The integration was stopped at t = {t}, as asked for."),
         }
     }
-}
-
-/// The algorithmic acceleration at the start of a step, and the part of the one at its end that does not depend on
-/// the true acceleration there. `stretch` is the step size over that to which `s` belongs: algorithmic accelerations
-/// are ahead of the true ones by a fraction of the step.
-fn algorithmic(scheme: &Scheme, a: f64, s: f64, stretch: f64) -> (f64, f64) {
-    let start = a + stretch * (s - a);
-    let rest = (scheme.alpha_f() * a - scheme.alpha_m() * start) / (1.0 - scheme.alpha_m());
-    (start, rest)
 }
 
 #[cfg(test)]

@@ -114,8 +114,8 @@ pub(crate) fn sensitivities<'py>(
         }
         _ => Rule::Newmark(Scheme::by_name(method, &given)?),
     };
-    sensitivity::check(&*native, rule)?;
     let t = convert::vector(t, "t")?;
+    sensitivity::check(&mut *native, rule, &t)?;
     if t.is_empty() {
         return Err(PyValueError::new_err("t: got no times, expected at least the start"));
     }

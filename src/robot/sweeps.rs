@@ -208,7 +208,12 @@ impl<G: Turning> Sweeps<G> {
         if self.plan.varies_in_time { time::set_in_jump(&self.plan, &mut self.work, t) } else { Ok(()) }
     }
 
-    /// From now on, the velocity of the base at `t` is that after a jump.
+    /// From now on, steps have the fixed size `dt`; zero for another one.
+    pub(crate) fn set_fixed_step(&mut self, dt: f64) {
+        time::set_fixed_step(&mut self.work, dt);
+    }
+
+    /// From now on, what jumps at `t` is as it is after that.
     pub(crate) fn pass_jump(&mut self, t: f64) {
         time::pass_jump(&mut self.work, t);
     }

@@ -48,7 +48,7 @@ use std::f64::consts::PI;
 use crate::error::{Interrupted, InvalidInput};
 use crate::linalg::{Matrix, dot};
 use crate::model::Model;
-use crate::newmark::{Scheme, stretch};
+use crate::newmark::{Scheme, Step, memory};
 use crate::signal::Jumps;
 
 pub use self::force::ForceDerivative;
@@ -100,10 +100,14 @@ impl Course<'_> {
         (self.t[step], [&self.q[of.clone()], &self.v[of.clone()], &self.a[of]])
     }
 
-    /// Size of the step to this state, and its ratio to the size of the previous step.
-    fn step_to(&self, step: usize) -> (f64, f64) {
-        let h = self.t[step] - self.t[step - 1];
-        (h, if step > 1 { stretch(h, self.t[step - 1] - self.t[step - 2]) } else { 1.0 })
+    /// The steps that fixed steps of the scheme made, with their sizes.
+    fn steps<M: Model + ?Sized>(&self, model: &M, scheme: Scheme) -> Vec<(f64, Step)> {
+        let step_to = |i: usize| {
+            let h = self.t[i] - self.t[i - 1];
+            let of_first = i.checked_sub(2).map(|before| [self.t[before], self.t[i - 1], self.t[i]]);
+            (h, scheme.step(h, of_first.map_or(Some(1.0), |times| memory(|cell| model.corner(cell), times))))
+        };
+        (1..self.t.len()).map(step_to).collect()
     }
 
     /// The first state in which a rotation vector jumped from the previous state: rotation vectors longer
@@ -211,8 +215,8 @@ impl From<Interrupted> for Failure {
     }
 }
 
-/// Rejects models for which runs of this method cannot be differentiated.
-pub fn check<M: Model + ?Sized>(model: &M, rule: Rule) -> Result<(), InvalidInput> {
+/// Rejects models for which runs of this method, with states at the times `t`, cannot be differentiated.
+pub fn check<M: Model + ?Sized>(model: &mut M, rule: Rule, t: &[f64]) -> Result<(), InvalidInput> {
     if model.has_contact() && matches!(rule, Rule::Newmark(_)) {
         let expected = "method \"radau\": steps of the Newmark family into contact are not all of one scheme";
         return Err(InvalidInput::new(
@@ -221,14 +225,19 @@ pub fn check<M: Model + ?Sized>(model: &M, rule: Rule) -> Result<(), InvalidInpu
             expected,
         ));
     }
+    if let Rule::Newmark(_) = rule {
+        // Between the ends of whole steps some end at corners of tables.
+        model.set_fixed_step(t.windows(2).map(|pair| pair[1] - pair[0]).fold(0.0, f64::max));
+    }
     match (model.jumps(), rule) {
         (Jumps::Velocities, _) => {
             let expected = "a cubic table, or a function: velocities that jump are not differentiated";
             return Err(InvalidInput::new("model", "a prescribed motion by a linear table", expected));
         }
         (Jumps::Accelerations, Rule::Newmark(_)) => {
-            let expected = "a cubic table, a function, or method \"radau\": accelerations that jump between steps are not differentiated";
-            return Err(InvalidInput::new("model", "a prescribed motion by a monotone table", expected));
+            let expected = "edges that take some time, a cubic table, a function, or method \"radau\": accelerations that jump between steps are not differentiated";
+            let found = "a load or command by a table that jumps, or a prescribed motion by a monotone table";
+            return Err(InvalidInput::new("model", found, expected));
         }
         _ => {}
     }

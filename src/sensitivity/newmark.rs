@@ -4,7 +4,7 @@ use super::equations::{Equations, Linearised};
 use super::{Course, Failure, Kept, Monitor, Parameters, Together};
 use crate::linalg::{Lu, Matrix, Singular};
 use crate::model::Model;
-use crate::newmark::Scheme;
+use crate::newmark::{Scheme, Step};
 
 /// Weights of a state whose accelerations follow from forward dynamics: the start of the run or of a leg.
 const SOLVED: [f64; 3] = [0.0, 0.0, 1.0];
@@ -95,6 +95,7 @@ pub(super) fn forward<M: Model + ?Sized, F: Model + ?Sized>(
     monitor: &mut Monitor<'_>,
 ) -> Result<Kept, Failure> {
     let (n, p) = (model.n(), parameters.of.len());
+    let steps = course.steps(model, scheme);
     let mut system = System::new(model, course);
     let (mut q, mut v) = (parameters.dq0.clone(), parameters.dv0.clone());
     let [mut a, mut before] = [0; 2].map(|_| Matrix::zeros(n, p));
@@ -108,21 +109,19 @@ pub(super) fn forward<M: Model + ?Sized, F: Model + ?Sized>(
     let mut s = a.clone();
     kept.add([&q, &v]);
     for step in 1..course.t.len() {
-        let (h, stretch) = course.step_to(step);
-        let carried = scheme.carried(h, stretch);
-        let weights = scheme.weights(h);
+        let (h, Step { weights, displacement, velocity, rest, gain }) = steps[step - 1];
         for i in 0..n * p {
             let (a, s) = (a[i], s[i]);
-            q_base[i] = q[i] + h * v[i] + carried.displacement[0] * a + carried.displacement[1] * s;
-            v_base[i] = v[i] + carried.velocity[0] * a + carried.velocity[1] * s;
+            q_base[i] = q[i] + h * v[i] + displacement[0] * a + displacement[1] * s;
+            v_base[i] = v[i] + velocity[0] * a + velocity[1] * s;
         }
-        s.iter_mut().zip(a.iter()).for_each(|(s, a)| *s = carried.rest[0] * a + carried.rest[1] * *s);
+        s.iter_mut().zip(a.iter()).for_each(|(s, a)| *s = rest[0] * a + rest[1] * *s);
         system.end(course, step, weights, false)?;
         system.accelerations([&q_base, &v_base], parameters, &mut a)?;
         for i in 0..n * p {
             q[i] = q_base[i] + weights[0] * a[i];
             v[i] = v_base[i] + weights[1] * a[i];
-            s[i] += carried.gain * a[i];
+            s[i] += gain * a[i];
         }
         if let Some(leg) = course.leg_from(step) {
             system.equations.hold(leg, parameters.of);
@@ -149,6 +148,7 @@ pub(super) fn adjoint<M: Model + ?Sized, F: Model + ?Sized>(
 ) -> Result<Vec<f64>, Failure> {
     let n = model.n();
     let mut gradient = vec![0.0; parameters.of.len()];
+    let steps = course.steps(model, scheme);
     let mut system = System::new(model, course);
     // Adjoint variables: derivatives of the function with respect to q, v, a and s of the current state.
     let [mut on_q, mut on_v, mut on_a, mut on_s] = [0; 4].map(|_| vec![0.0; n]);
@@ -172,18 +172,16 @@ pub(super) fn adjoint<M: Model + ?Sized, F: Model + ?Sized>(
             }
         }
         if step > 0 {
-            let (h, stretch) = course.step_to(step);
-            let carried = scheme.carried(h, stretch);
-            let of_a = scheme.weights(h);
+            let (h, Step { weights: of_a, displacement, velocity, rest, gain }) = steps[step - 1];
             system.end(course, step, of_a, true)?;
             for i in 0..n {
-                lambda[i] = -(on_a[i] + of_a[0] * on_q[i] + of_a[1] * on_v[i] + carried.gain * on_s[i]);
+                lambda[i] = -(on_a[i] + of_a[0] * on_q[i] + of_a[1] * on_v[i] + gain * on_s[i]);
             }
             system.back(&mut lambda, parameters, [&mut gradient, &mut on_q, &mut on_v], together)?;
             for i in 0..n {
                 let (q, v, s) = (on_q[i], on_v[i], on_s[i]);
                 let of =
-                    |k: usize| carried.displacement[k] * q + carried.velocity[k] * v + carried.rest[k] * s;
+                    |k: usize| displacement[k] * q + velocity[k] * v + rest[k] * s;
                 on_v[i] += h * q;
                 on_a[i] = of(0);
                 on_s[i] = of(1);

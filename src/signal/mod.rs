@@ -11,6 +11,7 @@
 
 mod corners;
 mod described;
+mod edges;
 mod pieces;
 mod spline;
 mod table;
@@ -23,6 +24,7 @@ use crate::error::{Checker, Interrupted, InvalidInput, Number};
 
 pub use self::corners::Cell;
 pub use self::described::Drive;
+pub(crate) use self::edges::Sight;
 pub use self::pieces::Jumps;
 pub(crate) use self::pieces::Pieces;
 pub use self::spline::Motion;
@@ -69,10 +71,15 @@ impl<const N: usize> Default for Signal<N> {
 impl<const N: usize> Signal<N> {
     /// Value at a time; the default value of an input. Only a function can fail.
     pub fn at(&self, t: f64) -> Result<[f64; N], Interrupted> {
+        self.seen(t, Sight::EXACT)
+    }
+
+    /// The same in steps of fixed size, for which tables may jump.
+    pub(crate) fn seen(&self, t: f64, sight: Sight) -> Result<[f64; N], Interrupted> {
         match self {
             Self::Constant(value) => Ok(*value),
             Self::Harmonic(harmonic) => Ok(harmonic.at(t)),
-            Self::Table(table) => Ok(table.at(t)),
+            Self::Table(table) => Ok(table.seen(t, sight)),
             Self::Function(Function(function)) => function.value(t),
             Self::Input(input) => Ok(input.value),
         }
@@ -152,6 +159,16 @@ impl<const N: usize> Signal<N> {
     /// The next time at which a step of fixed size must end, so that it loses nothing of a table.
     pub(crate) fn corner(&self, cell: Cell) -> Option<f64> {
         if let Self::Table(table) = self { table.corner(cell) } else { None }
+    }
+
+    /// Whether values may jump at some time for steps of the size `dt`.
+    pub(crate) fn has_edges(&self, dt: f64) -> bool {
+        matches!(self, Self::Table(table) if table.has_edges(dt))
+    }
+
+    /// The time at which the value jumps for steps of the size `dt`, if that is `t`, but for rounding.
+    pub(crate) fn edge_near(&self, t: f64, dt: f64) -> Option<f64> {
+        if let Self::Table(table) = self { table.edge_near(t, dt) } else { None }
     }
 
     /// Period of the oscillation in seconds; infinite without an oscillation.

@@ -13,6 +13,8 @@ pub struct Table<const N: usize> {
     interpolation: Option<Interpolation>,
     /// Largest range of a component.
     pub(super) range: f64,
+    /// Shortest time from one entry to the next.
+    pub(super) narrowest: f64,
 }
 
 /// Interpolation of a table.
@@ -86,7 +88,8 @@ impl<const N: usize> Table<N> {
             column().fold(f64::NEG_INFINITY, f64::max) - column().fold(f64::INFINITY, f64::min)
         };
         let range = (0..N).map(range_of).fold(0.0, f64::max);
-        Ok(Self { times, values, interpolation: None, range })
+        let narrowest = times.windows(2).map(|pair| pair[1] - pair[0]).fold(f64::INFINITY, f64::min);
+        Ok(Self { times, values, interpolation: None, range, narrowest })
     }
 
     /// The same table with an interpolation; without one, signals are linear and prescribed motions cubic.

@@ -37,7 +37,7 @@ pub struct Run<M> {
     /// Accelerations after a jump of the inputs.
     jumped: Vec<f64>,
     scratch: ForwardScratch,
-    /// Whether prescribed velocities or accelerations may jump, the time of their last jump, and the work done in jumps since it was last asked for.
+    /// Whether prescribed velocities or accelerations, loads or commands may jump, the time of their last jump, and the work done in jumps since it was last asked for.
     jumps: bool,
     jumped_at: Option<f64>,
     work: Option<f64>,
@@ -80,6 +80,7 @@ impl<M: Model> Run<M> {
             check_step(dt, model.shortest_period())?;
         }
         let inputs = model.default_inputs();
+        model.set_fixed_step(method.fixed_step().unwrap_or(0.0));
         let (scratch, jumps) = (ForwardScratch::of(&model), model.jumps() != Jumps::Nothing);
         let mut integrator = Integrator::new(model, t_span, q0, v0, method)?;
         let changes = integrator.changes_between_steps().then(|| Box::new(Changes::new(t_span)));
@@ -230,7 +231,7 @@ impl<M: Model> Run<M> {
         }
     }
 
-    /// Makes velocities and accelerations jump with prescribed ones. What prescribes them does the work that the energies gain.
+    /// Makes velocities and accelerations jump with prescribed ones, loads and commands. What prescribes them does the work that the energies gain.
     fn jump(&mut self, corner: f64) -> Result<Option<Status>, Interrupted> {
         let before = self.observe(|model, state| -> Result<f64, Interrupted> {
             // An earlier run of the model may have passed it.

@@ -253,16 +253,23 @@ impl Robot {
         of_loads.chain(of_base).chain(of_joints).chain(of_actuators).reduce(f64::min)
     }
 
-    /// The time at which a prescribed velocity jumps, if that is `t`, but for rounding.
-    pub fn jump_near(&self, t: f64) -> Option<f64> {
+    /// The time at which a prescribed velocity jumps, or for steps of the fixed size `dt` a load or a command, if that is `t`, but
+    /// for rounding.
+    pub fn jump_near(&self, t: f64, dt: f64) -> Option<f64> {
         let of_base = self.base_motion.as_ref().and_then(|motion| motion.jump_near(t));
-        of_base.or_else(|| self.driven().find_map(|driven| driven.jump_near(t)))
+        of_base
+            .or_else(|| self.driven().find_map(|driven| driven.jump_near(t)))
+            .or_else(|| self.loads.iter().find_map(|load| load.edge_near(t, dt)))
+            .or_else(|| self.force_signals().find_map(|signal| signal.edge_near(t, dt)))
     }
 
-    /// What prescribed motions may let jump at some time.
-    pub fn jumps(&self) -> Jumps {
+    /// What prescribed motions, and loads and commands for steps of the fixed size `dt`, may let jump at some time.
+    pub fn jumps(&self, dt: f64) -> Jumps {
         let of_base = self.base_motion.as_ref().map_or(Jumps::Nothing, BaseMotion::jumps);
-        self.driven().map(Driven::jumps).fold(of_base, Jumps::max)
+        let has_edges = self.loads.iter().any(|load| load.has_edges(dt))
+            || self.force_signals().any(|signal| signal.has_edges(dt));
+        let of_forces = if has_edges { Jumps::Accelerations } else { Jumps::Nothing };
+        self.driven().map(Driven::jumps).fold(of_base.max(of_forces), Jumps::max)
     }
 
     /// Shortest period of loads and prescribed motions, in seconds; infinite without oscillations.
@@ -308,6 +315,11 @@ impl Robot {
     /// Commands of the actuators.
     fn actuator_signals(&self) -> impl Iterator<Item = &Signal<1>> {
         self.actuators.iter().flat_map(Actuator::signals)
+    }
+
+    /// Those that forces follow at once; no finite force follows the length of a tendon that does not stretch.
+    fn force_signals(&self) -> impl Iterator<Item = &Signal<1>> {
+        self.actuators.iter().filter(|actuator| !actuator.is_inextensible()).flat_map(Actuator::signals)
     }
 
     /// Number of constraints: those of closed loops, and one per inextensible tendon.

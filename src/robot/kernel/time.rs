@@ -5,6 +5,7 @@ use crate::robot::plan::{Plan, load};
 use crate::robot::state::surroundings::Surroundings;
 use crate::robot::state::{Workspace, surroundings};
 use crate::robot::turning::Turning;
+use crate::signal::Sight;
 use crate::world::base_motion::Base;
 
 /// Moves a rod without base motion to the pose of another base, at rest.
@@ -32,7 +33,7 @@ pub(crate) fn set<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, t: f64) -
     work.time = f64::NAN;
     work.motion_is_known = false;
     if let Some(motion) = &plan.world.motion {
-        move_base(plan, work, motion.at(t, work.passed)?);
+        move_base(plan, work, motion.at(t, work.sight.passed)?);
     }
     command(plan, work, t, |_| true)?;
     work.time = t;
@@ -64,9 +65,16 @@ pub(crate) fn set_in_jump<G: Turning>(
     Ok(())
 }
 
-/// From now on, the velocity of the base at `t` is that after a jump.
+/// From now on, what jumps at `t` is as it is after that.
 pub(crate) fn pass_jump<G: Turning>(work: &mut Workspace<G>, t: f64) {
-    (work.passed, work.time) = (t, f64::NAN);
+    (work.sight.passed, work.time) = (t, f64::NAN);
+    work.motion_is_known = false;
+}
+
+/// From now on, steps have the fixed size `dt` (zero: another one): narrower edges of tables count as jumps.
+pub(crate) fn set_fixed_step<G: Turning>(work: &mut Workspace<G>, dt: f64) {
+    work.sight = Sight { dt, passed: f64::NAN };
+    work.time = f64::NAN;
     work.motion_is_known = false;
 }
 
@@ -104,18 +112,21 @@ fn command<G: Turning>(
         plan.loads.iter().zip(&mut work.acting).filter(|(load, _)| is_meant(load.varies_in_time))
     {
         if let Some([force, moment]) = &load.signals {
-            let now = [force.at(t, &work.inputs)?, moment.at(t, &work.inputs)?];
+            let now =
+                [force.at(t, work.sight, &work.inputs)?, moment.at(t, work.sight, &work.inputs)?];
             *acting = load::wrench(now, load.frame, plan.frame, &work.surroundings.base.rotation);
         }
     }
     let state = &mut work.actuation;
     for (i, actuator) in plan.actuation.actuators.iter().enumerate() {
         if is_meant(actuator.command.varies_in_time()) {
-            [state.commands[i]] = actuator.command.at(t, &work.inputs)?;
+            // No finite force follows a length that jumps.
+            let sight = if plan.loops.lengths.contains(&i) { Sight::EXACT } else { work.sight };
+            [state.commands[i]] = actuator.command.at(t, sight, &work.inputs)?;
         }
         let sliding = actuator.friction.as_ref().and_then(|friction| friction.sliding.as_ref());
         if let Some(sliding) = sliding.filter(|sliding| is_meant(sliding.varies_in_time())) {
-            [state.slidings[i].told] = sliding.at(t, &work.inputs)?;
+            [state.slidings[i].told] = sliding.at(t, work.sight, &work.inputs)?;
         }
     }
     Ok(())

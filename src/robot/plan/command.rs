@@ -2,7 +2,7 @@
 
 use crate::error::Interrupted;
 use crate::robot::description::Inputs;
-use crate::signal::Signal;
+use crate::signal::{Sight, Signal};
 
 /// N numbers given as functions of time or as inputs.
 #[derive(Clone, Debug)]
@@ -21,9 +21,9 @@ impl<const N: usize> Command<N> {
     }
 
     /// Value at a time with these inputs. Only a function can fail.
-    pub(crate) fn at(&self, t: f64, inputs: &[f64]) -> Result<[f64; N], Interrupted> {
+    pub(crate) fn at(&self, t: f64, sight: Sight, inputs: &[f64]) -> Result<[f64; N], Interrupted> {
         match self {
-            Self::InTime(signal) => signal.at(t),
+            Self::InTime(signal) => signal.seen(t, sight),
             &Self::Input(first) => Ok(std::array::from_fn(|i| inputs[first + i])),
         }
     }

@@ -16,6 +16,7 @@ use crate::robot::state::contact::ContactState;
 use crate::robot::state::loops::LoopState;
 use crate::robot::state::point::PointState;
 use crate::robot::state::surroundings::Surroundings;
+use crate::signal::Sight;
 
 /// Orientation, position and motion of a station, where a piece begins or ends.
 #[derive(Clone, Copy, Debug)]
@@ -87,8 +88,8 @@ pub(crate) struct Workspace<G: Space> {
     /// Time at which varying base and loads are evaluated, NaN until it is set; and the world and the anchors
     /// of supports at that time.
     pub(crate) time: f64,
-    /// Last time at which the velocity of the base has jumped; NaN before.
-    pub(crate) passed: f64,
+    /// How tables of loads and commands are seen, and the time of the last jump that was passed.
+    pub(crate) sight: Sight,
     pub(crate) surroundings: Surroundings<G>,
     pub(crate) anchors: Vec<Anchor>,
     /// Unit twists S of the hinges, and sine and cosine of half their angles.
@@ -154,7 +155,7 @@ impl<G: Space> Workspace<G> {
             loops,
             contact: ContactState::new(&plan.contacts, plan.packs),
             time: f64::NAN,
-            passed: f64::NAN,
+            sight: Sight::EXACT,
             surroundings,
             anchors,
             kinematics_of: unknown(plan.n),

@@ -1,0 +1,81 @@
+//! Edges of tables that are narrower than what steps of fixed size can tell apart: values jump there.
+
+use super::table::Table;
+use super::times::rounding_of_times;
+
+/// How a model that moves in steps of fixed size sees tables.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Sight {
+    /// Size of the steps in seconds. Zero for other steps, which see tables as they are.
+    pub(crate) dt: f64,
+    /// Time of the jump that was passed last; NaN before.
+    pub(crate) passed: f64,
+}
+
+impl Sight {
+    /// Tables as they are.
+    pub(crate) const EXACT: Self = Self { dt: 0.0, passed: f64::NAN };
+}
+
+impl<const N: usize> Table<N> {
+    /// Value at `t`. At a jump the value before it, unless that jump was passed.
+    pub(super) fn seen(&self, t: f64, sight: Sight) -> [f64; N] {
+        let Some([before, after]) = self.edge(t, sight.dt) else { return self.at(t) };
+        let has_passed = (sight.passed - t).abs() <= margin(t, sight.dt);
+        self.values[if has_passed { after } else { before }]
+    }
+
+    /// Whether values may jump at some time for steps of the size `dt`.
+    pub(super) fn has_edges(&self, dt: f64) -> bool {
+        let largest = self.times[0].abs().max(self.times[self.times.len() - 1].abs());
+        dt > 0.0 && self.narrowest <= 2.0 * margin(largest, dt)
+    }
+
+    /// Start of the edge at `t`, but for rounding.
+    pub(super) fn edge_near(&self, t: f64, dt: f64) -> Option<f64> {
+        self.edge(t, dt).map(|[before, _]| self.times[before])
+    }
+
+    /// Indices of the first and the last of several times that are `t`, but for the rounding of the times of steps.
+    fn edge(&self, t: f64, dt: f64) -> Option<[usize; 2]> {
+        if dt == 0.0 {
+            return None;
+        }
+        let margin = margin(t, dt);
+        if self.narrowest > 2.0 * margin {
+            return None;
+        }
+        let first = self.times.partition_point(|&time| time < t - margin);
+        let end = self.times.partition_point(|&time| time <= t + margin);
+        (first + 1 < end).then(|| [first, end - 1])
+    }
+}
+
+/// The rounding of the times of a step of the size `dt` from or to `t`: [`super::Cell`] has no corners within it.
+fn margin(t: f64, dt: f64) -> f64 {
+    rounding_of_times(dt, t.abs() + dt)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn values_jump_at_narrow_edges_for_steps_of_fixed_size_only() {
+        let pulse = [0.0, 0.3, 0.3 + 1e-12, 0.4, 0.4 + 1e-6].to_vec();
+        let table = Table::new(pulse, [0.0, 0.0, 5.0, 5.0, 0.0].map(|x| [x]).to_vec()).unwrap();
+        let seen = |t: f64, dt: f64, passed: f64| table.seen(t, Sight { dt, passed })[0];
+        const NEVER: f64 = f64::NAN;
+        assert!(table.has_edges(0.01) && !table.has_edges(1e-5) && !table.has_edges(0.0));
+        // Both ends of the edge are the same time.
+        for t in [0.3, 0.3 + 1e-12] {
+            assert_eq!(table.edge_near(t, 0.01), Some(0.3));
+            assert_eq!([seen(t, 0.01, NEVER), seen(t, 0.01, 0.3)], [0.0, 5.0]);
+            assert_eq!([table.edge_near(t, 1e-5), table.edge_near(t, 0.0)], [None; 2]);
+        }
+        assert_eq!([seen(0.3, 1e-5, NEVER), seen(0.3 + 1e-12, 1e-5, NEVER)], [0.0, 5.0]);
+        // The passed jump is another one; no jump at all.
+        assert_eq!(seen(0.3, 0.01, 0.2), 0.0);
+        assert_eq!([seen(0.35, 0.01, NEVER), seen(0.4 + 5e-7, 0.01, NEVER)], [5.0, 2.5]);
+    }
+}
