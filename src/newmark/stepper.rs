@@ -79,6 +79,8 @@ pub struct Stepper {
     /// Where steps of fixed size end, and how many of these the way to the end takes.
     grid: Grid,
     fixed_steps: usize,
+    /// Whether the step that is tried is a part of one, up to a corner or from there on.
+    is_part: bool,
     counters: Counters,
     /// Steps still to be made without memory, because one met something that it did not resolve; and whether the trial was
     /// made without.
@@ -144,6 +146,7 @@ impl Stepper {
             },
             grid: Grid::new(t0, options.dt),
             fixed_steps: number_of_steps(t_end - t0, options.dt),
+            is_part: false,
             counters: Counters::default(),
             unsettled: 0,
             forgets: false,
@@ -253,6 +256,8 @@ impl Stepper {
             let (t_new, h) = self.grid.step(self.fixed_steps, self.t_end);
             (t_new, h, true)
         };
+        // A part of one that ends at corners.
+        self.is_part = !is_on_grid || self.t > self.grid.after(0);
         let solved = if self.has_contact || system.is_one_sided() {
             self.step_into_contact(system, t_new, h)?
         } else {
@@ -467,13 +472,6 @@ impl Stepper {
                 rejected = true;
                 continue;
             }
-            if system.constraints() > 0 {
-                // Velocities and accelerations of a step with constraints on displacements have errors normal to these, which cancel
-                // while the step keeps its size. Divided by that of a shorter step they would grow the more it is shortened
-                // (Arnold, Bruels and Cardona 2015).
-                let Trial { t, q, v, a, .. } = &mut self.trial;
-                system.fit_to_constraints(*t, q, v, a)?;
-            }
             let ends = Ends {
                 q: [&self.q, &self.trial.q],
                 v: [&self.v, &self.trial.v],
@@ -559,7 +557,16 @@ impl Stepper {
             }
         }
         self.trial.t = t_new;
-        self.correct(system, h)
+        let solved = self.correct(system, h)?;
+        let changes_size = self.error_estimate.is_some() || self.is_part;
+        if solved.is_ok() && changes_size && system.constraints() > 0 {
+            // Velocities and accelerations of a step with constraints on displacements have errors normal to these, which cancel
+            // while the step keeps its size. Divided by that of a shorter step they would grow the more it is shortened
+            // (Arnold, Bruels and Cardona 2015).
+            let Trial { t, q, v, a, .. } = &mut self.trial;
+            system.fit_to_constraints(*t, q, v, a)?;
+        }
+        Ok(solved)
     }
 
     /// What the step from here to `t_new` keeps of algorithmic accelerations ([`Scheme::step`]).

@@ -91,7 +91,7 @@ impl PyCriticalPoint {
 ///     Smallest eigenvalue of the tangent stiffness relative to the stiffness of material and springs: one without load, zero
 ///     at critical points, negative at unstable equilibria.
 /// stability : list of str or None
-///     As in StaticsResult.
+///     As in StaticsResult. Of growing loads (`statics`) only the end is judged.
 /// critical_points : list of CriticalPoint
 ///     In the order of the path.
 #[pyclass(name = "EquilibriumPath", module = "lissom", frozen, get_all)]
@@ -323,7 +323,7 @@ impl PyContinuationResult {
 /// u : array_like, shape (m,), optional
 ///     Inputs; by default `u0` of the model.
 /// stability : bool
-///     Whether to judge the stability of the equilibrium and of the points of its path. Without, `stability` is None.
+///     Whether to judge the stability of the equilibrium. Without, `stability` is None.
 ///
 /// Returns
 /// -------

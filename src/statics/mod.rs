@@ -266,13 +266,15 @@ fn load(
     monitor: Monitor<'_>,
 ) -> Result<Equilibrium, Halted> {
     let rest = vec![0.0; model.n()];
+    // Only the end of the path is judged: a verdict on each of its points would cost more than the points.
+    let unjudged = Options { stability: false, ..options.clone() };
     let followed = if model.constraints() > 0 {
         model.release_open(&rest, None);
         let mut held = AsSprings::new(model, &rest);
-        let mut equations = judging(&mut held, &rest, options, &mut *monitor);
+        let mut equations = judging(&mut held, &rest, &unjudged, &mut *monitor);
         follow_loads(&mut equations, stops, options)?
     } else {
-        let mut equations = judging(model, &rest, options, &mut *monitor);
+        let mut equations = judging(model, &rest, &unjudged, &mut *monitor);
         follow_loads(&mut equations, stops, options)?
     };
     // Without loads the shape is not unique, as for a pendulum: it is released under the full load.
@@ -283,7 +285,7 @@ fn load(
     let mut state = found.state.clone();
     if end == End::UpperBound {
         if is_balanced(model, &state.q, &mut *monitor)? {
-            return judged(model, found, path, counters, options, monitor);
+            return judged_at_end(model, found, path, counters, options, monitor);
         }
         // Such as one at which a tendon would have to push.
         state.load_factor = 1.0;
@@ -298,7 +300,23 @@ fn load(
     if end == End::UpperBound {
         return Ok(Equilibrium { path, counters: counters + released.counters, ..released });
     }
-    judged(model, found, path, counters + released.counters, options, monitor)
+    judged_at_end(model, found, path, counters + released.counters, options, monitor)
+}
+
+/// Adds stability of the last point of a path of loads, and to that point.
+fn judged_at_end(
+    model: &mut dyn Model,
+    found: Found,
+    path: Path,
+    counters: Counters,
+    options: &Options,
+    monitor: Monitor<'_>,
+) -> Result<Equilibrium, Halted> {
+    let mut equilibrium = judged(model, found, path, counters, options, monitor)?;
+    if let Some(last) = equilibrium.path.stability.last_mut() {
+        *last = equilibrium.verdict.map(|verdict| verdict.stability);
+    }
+    Ok(equilibrium)
 }
 
 /// The end of a path of loads.

@@ -60,7 +60,7 @@ pub struct Options {
     pub max_iter: usize,
     /// Maximum number of steps along the path; 500 by default.
     pub max_steps: usize,
-    /// Whether to judge the stability of the equilibrium, and of the points of its path; true by default.
+    /// Whether to judge the stability of the equilibrium, the end of its path; true by default.
     pub stability: bool,
 }
 

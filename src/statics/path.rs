@@ -140,7 +140,8 @@ pub struct Path {
     pub q: Vec<f64>,
     /// Smallest eigenvalue of the tangent stiffness relative to that of material and springs, shape (m,).
     pub lowest: Vec<f64>,
-    /// Stability, shape (m,); `None` if the mass matrix is singular, if nobody asks, or if the judgement was interrupted.
+    /// Stability, shape (m,); `None` if the mass matrix is singular, if nobody asks, if the judgement was interrupted, and before the
+    /// end of a path of growing loads, of which only the end is judged.
     pub stability: Vec<Option<Stability>>,
     /// Critical points.
     pub critical: Vec<CriticalPoint>,
