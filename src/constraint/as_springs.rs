@@ -214,8 +214,8 @@ impl InTime for AsSprings<'_> {
         self.model.corner(cell)
     }
 
-    fn set_fixed_step(&mut self, dt: f64) {
-        self.model.set_fixed_step(dt);
+    fn set_steps(&mut self, dt: f64) {
+        self.model.set_steps(dt);
     }
 
     fn jumps(&self) -> Jumps {

@@ -49,9 +49,9 @@ pub trait InTime {
         None
     }
 
-    /// From now on, steps have the fixed size `dt` in seconds; zero for another one. Edges of tables that are narrower
-    /// than the rounding of the times of such steps count as jumps.
-    fn set_fixed_step(&mut self, _dt: f64) {}
+    /// From now on, the model moves in steps of the fixed size `dt` in seconds, or of sizes of their own if that is zero. Edges of
+    /// tables that are narrower than the rounding of the times of such steps count as jumps.
+    fn set_steps(&mut self, _dt: f64) {}
 
     /// What prescribed motions, loads and commands may let jump at some time.
     fn jumps(&self) -> Jumps {

@@ -236,9 +236,14 @@ pub(crate) fn stretch(h: f64, before: f64) -> Option<f64> {
     Some(h / before).filter(|ratio| *ratio <= LARGEST_STRETCH)
 }
 
-/// The same for the step of fixed size between the last two of these times, after the one between the first two: it begins anew
-/// where a step over both would have to end, at a corner of the excitation (`corner`).
-pub(crate) fn memory(corner: impl FnOnce(Cell) -> Option<f64>, [before, t, end]: [f64; 3]) -> Option<f64> {
+/// The same for a step of fixed size between these times, after one that began `before`: it begins anew where a step over both
+/// would have to end, at a corner of the excitation (`corner`). The first step is as after one of its size.
+pub(crate) fn memory(
+    corner: impl FnOnce(Cell) -> Option<f64>,
+    before: Option<f64>,
+    [t, end]: [f64; 2],
+) -> Option<f64> {
+    let before = before.unwrap_or(t - (end - t));
     let cell = Cell { start: before, t: before, end };
     let is_corner = corner(cell).is_some_and(|corner| (corner - t).abs() <= cell.margin());
     if is_corner { None } else { stretch(end - t, t - before) }

@@ -576,10 +576,11 @@ impl Stepper {
             return Some(1.0);
         }
         let stretch = stretch(t_new - self.t, self.h_of_s);
-        if stretch.is_none() || self.t == self.t_old || !self.has_corners {
+        if stretch.is_none() || !self.has_corners {
             return stretch;
         }
-        memory(|cell| system.corner(cell), [self.t_old, self.t, t_new]).and(stretch)
+        let before = (self.t > self.t_old).then_some(self.t_old);
+        memory(|cell| system.corner(cell), before, [self.t, t_new]).and(stretch)
     }
 
     /// The same by the backward Euler method: of order 1, and without memory of accelerations. What a step meets stops there.

@@ -73,8 +73,8 @@ pub struct RobotModel {
     marks: Arc<[Mark]>,
     /// Values that replace the forces of the supports' springs.
     held: Option<Vec<f64>>,
-    /// Size of the steps in seconds if that is fixed, otherwise zero.
-    fixed_step: f64,
+    /// Size of the steps in seconds if that is fixed, zero for others, NaN without.
+    steps: f64,
     /// Whether tendons that do not stretch stay taut or slack as they are.
     slack_is_kept: bool,
     /// The energy at the end of the last step that was asked whether it gains any.
@@ -293,7 +293,7 @@ impl RobotModel {
             gap_sizes,
             marks: Arc::new([]),
             held: None,
-            fixed_step: 0.0,
+            steps: f64::NAN,
             slack_is_kept: false,
             noted: NotedEnergy::default(),
         };
@@ -1447,18 +1447,18 @@ impl InTime for RobotModel {
         self.robot.corner(cell)
     }
 
-    fn set_fixed_step(&mut self, dt: f64) {
+    fn set_steps(&mut self, dt: f64) {
         self.noted.forget();
-        self.fixed_step = dt;
-        on_sweeps!(&mut self.sweeps, sweeps => sweeps.set_fixed_step(dt));
+        self.steps = dt;
+        on_sweeps!(&mut self.sweeps, sweeps => sweeps.set_steps(dt));
     }
 
     fn jumps(&self) -> Jumps {
-        self.robot.jumps(self.fixed_step)
+        self.robot.jumps(self.steps)
     }
 
     fn jump_near(&self, t: f64) -> Option<f64> {
-        self.robot.jump_near(t, self.fixed_step)
+        self.robot.jump_near(t, self.steps)
     }
 
     fn set_time_in_jump(&mut self, t: f64) -> Result<(), Interrupted> {

@@ -208,9 +208,9 @@ impl<G: Turning> Sweeps<G> {
         if self.plan.varies_in_time { time::set_in_jump(&self.plan, &mut self.work, t) } else { Ok(()) }
     }
 
-    /// From now on, steps have the fixed size `dt`; zero for another one.
-    pub(crate) fn set_fixed_step(&mut self, dt: f64) {
-        time::set_fixed_step(&mut self.work, dt);
+    /// From now on, tables are seen in steps of the size `dt`, as in [`Sight`](crate::signal::Sight).
+    pub(crate) fn set_steps(&mut self, dt: f64) {
+        time::set_steps(&mut self.work, dt);
     }
 
     /// From now on, what jumps at `t` is as it is after that.

@@ -103,9 +103,9 @@ impl Course<'_> {
     /// The steps that fixed steps of the scheme made, with their sizes.
     fn steps<M: Model + ?Sized>(&self, model: &M, scheme: Scheme) -> Vec<(f64, Step)> {
         let step_to = |i: usize| {
-            let h = self.t[i] - self.t[i - 1];
-            let of_first = i.checked_sub(2).map(|before| [self.t[before], self.t[i - 1], self.t[i]]);
-            (h, scheme.step(h, of_first.map_or(Some(1.0), |times| memory(|cell| model.corner(cell), times))))
+            let [t, end] = [self.t[i - 1], self.t[i]];
+            let before = i.checked_sub(2).map(|before| self.t[before]);
+            (end - t, scheme.step(end - t, memory(|cell| model.corner(cell), before, [t, end])))
         };
         (1..self.t.len()).map(step_to).collect()
     }
@@ -227,7 +227,7 @@ pub fn check<M: Model + ?Sized>(model: &mut M, rule: Rule, t: &[f64]) -> Result<
     }
     if let Rule::Newmark(_) = rule {
         // Between the ends of whole steps some end at corners of tables.
-        model.set_fixed_step(t.windows(2).map(|pair| pair[1] - pair[0]).fold(0.0, f64::max));
+        model.set_steps(t.windows(2).map(|pair| pair[1] - pair[0]).fold(0.0, f64::max));
     }
     match (model.jumps(), rule) {
         (Jumps::Velocities, _) => {

@@ -180,8 +180,7 @@ pub(super) fn adjoint<M: Model + ?Sized, F: Model + ?Sized>(
             system.back(&mut lambda, parameters, [&mut gradient, &mut on_q, &mut on_v], together)?;
             for i in 0..n {
                 let (q, v, s) = (on_q[i], on_v[i], on_s[i]);
-                let of =
-                    |k: usize| displacement[k] * q + velocity[k] * v + rest[k] * s;
+                let of = |k: usize| displacement[k] * q + velocity[k] * v + rest[k] * s;
                 on_v[i] += h * q;
                 on_a[i] = of(0);
                 on_s[i] = of(1);

@@ -1,12 +1,12 @@
-//! Edges of tables that are narrower than what steps of fixed size can tell apart: values jump there.
+//! Edges of tables that are narrower than what steps can tell apart: values jump there.
 
 use super::table::Table;
 use super::times::rounding_of_times;
 
-/// How a model that moves in steps of fixed size sees tables.
+/// How a model that moves in steps sees tables.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Sight {
-    /// Size of the steps in seconds. Zero for other steps, which see tables as they are.
+    /// Size of the steps in seconds if that is fixed, otherwise zero; NaN without steps, which sees tables as they are.
     pub(crate) dt: f64,
     /// Time of the jump that was passed last; NaN before.
     pub(crate) passed: f64,
@@ -14,7 +14,7 @@ pub(crate) struct Sight {
 
 impl Sight {
     /// Tables as they are.
-    pub(crate) const EXACT: Self = Self { dt: 0.0, passed: f64::NAN };
+    pub(crate) const EXACT: Self = Self { dt: f64::NAN, passed: f64::NAN };
 }
 
 impl<const N: usize> Table<N> {
@@ -25,10 +25,10 @@ impl<const N: usize> Table<N> {
         self.values[if has_passed { after } else { before }]
     }
 
-    /// Whether values may jump at some time for steps of the size `dt`.
+    /// Whether values may jump at some time for steps of the size `dt`, as in [`Sight`].
     pub(super) fn has_edges(&self, dt: f64) -> bool {
         let largest = self.times[0].abs().max(self.times[self.times.len() - 1].abs());
-        dt > 0.0 && self.narrowest <= 2.0 * margin(largest, dt)
+        !dt.is_nan() && self.narrowest <= 2.0 * margin(largest, dt)
     }
 
     /// Start of the edge at `t`, but for rounding.
@@ -38,7 +38,7 @@ impl<const N: usize> Table<N> {
 
     /// Indices of the first and the last of several times that are `t`, but for the rounding of the times of steps.
     fn edge(&self, t: f64, dt: f64) -> Option<[usize; 2]> {
-        if dt == 0.0 {
+        if dt.is_nan() {
             return None;
         }
         let margin = margin(t, dt);
@@ -61,17 +61,17 @@ mod tests {
     use super::*;
 
     #[test]
-    fn values_jump_at_narrow_edges_for_steps_of_fixed_size_only() {
+    fn values_jump_at_edges_that_steps_cannot_tell_apart() {
         let pulse = [0.0, 0.3, 0.3 + 1e-12, 0.4, 0.4 + 1e-6].to_vec();
         let table = Table::new(pulse, [0.0, 0.0, 5.0, 5.0, 0.0].map(|x| [x]).to_vec()).unwrap();
         let seen = |t: f64, dt: f64, passed: f64| table.seen(t, Sight { dt, passed })[0];
         const NEVER: f64 = f64::NAN;
-        assert!(table.has_edges(0.01) && !table.has_edges(1e-5) && !table.has_edges(0.0));
+        assert!(table.has_edges(0.01) && ![1e-5, 0.0, NEVER].map(|dt| table.has_edges(dt)).contains(&true));
         // Both ends of the edge are the same time.
         for t in [0.3, 0.3 + 1e-12] {
             assert_eq!(table.edge_near(t, 0.01), Some(0.3));
             assert_eq!([seen(t, 0.01, NEVER), seen(t, 0.01, 0.3)], [0.0, 5.0]);
-            assert_eq!([table.edge_near(t, 1e-5), table.edge_near(t, 0.0)], [None; 2]);
+            assert_eq!([1e-5, 0.0, NEVER].map(|dt| table.edge_near(t, dt)), [None; 3]);
         }
         assert_eq!([seen(0.3, 1e-5, NEVER), seen(0.3 + 1e-12, 1e-5, NEVER)], [0.0, 5.0]);
         // The passed jump is another one; no jump at all.

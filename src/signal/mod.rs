@@ -74,7 +74,7 @@ impl<const N: usize> Signal<N> {
         self.seen(t, Sight::EXACT)
     }
 
-    /// The same in steps of fixed size, for which tables may jump.
+    /// The same in steps, for which tables may jump.
     pub(crate) fn seen(&self, t: f64, sight: Sight) -> Result<[f64; N], Interrupted> {
         match self {
             Self::Constant(value) => Ok(*value),

@@ -80,7 +80,7 @@ impl<M: Model> Run<M> {
             check_step(dt, model.shortest_period())?;
         }
         let inputs = model.default_inputs();
-        model.set_fixed_step(method.fixed_step().unwrap_or(0.0));
+        model.set_steps(method.fixed_step().unwrap_or(0.0));
         let (scratch, jumps) = (ForwardScratch::of(&model), model.jumps() != Jumps::Nothing);
         let mut integrator = Integrator::new(model, t_span, q0, v0, method)?;
         let changes = integrator.changes_between_steps().then(|| Box::new(Changes::new(t_span)));

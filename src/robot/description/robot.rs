@@ -253,8 +253,8 @@ impl Robot {
         of_loads.chain(of_base).chain(of_joints).chain(of_actuators).reduce(f64::min)
     }
 
-    /// The time at which a prescribed velocity jumps, or for steps of the fixed size `dt` a load or a command, if that is `t`, but
-    /// for rounding.
+    /// The time at which a prescribed velocity jumps, or for steps of the size `dt` a load or a command, if that is `t`, but for
+    /// rounding.
     pub fn jump_near(&self, t: f64, dt: f64) -> Option<f64> {
         let of_base = self.base_motion.as_ref().and_then(|motion| motion.jump_near(t));
         of_base
@@ -263,7 +263,7 @@ impl Robot {
             .or_else(|| self.force_signals().find_map(|signal| signal.edge_near(t, dt)))
     }
 
-    /// What prescribed motions, and loads and commands for steps of the fixed size `dt`, may let jump at some time.
+    /// What prescribed motions, and loads and commands for steps of the size `dt`, may let jump at some time.
     pub fn jumps(&self, dt: f64) -> Jumps {
         let of_base = self.base_motion.as_ref().map_or(Jumps::Nothing, BaseMotion::jumps);
         let has_edges = self.loads.iter().any(|load| load.has_edges(dt))

@@ -71,8 +71,8 @@ pub(crate) fn pass_jump<G: Turning>(work: &mut Workspace<G>, t: f64) {
     work.motion_is_known = false;
 }
 
-/// From now on, steps have the fixed size `dt` (zero: another one): narrower edges of tables count as jumps.
-pub(crate) fn set_fixed_step<G: Turning>(work: &mut Workspace<G>, dt: f64) {
+/// From now on, tables are seen in steps of the size `dt`, as in [`Sight`].
+pub(crate) fn set_steps<G: Turning>(work: &mut Workspace<G>, dt: f64) {
     work.sight = Sight { dt, passed: f64::NAN };
     work.time = f64::NAN;
     work.motion_is_known = false;
@@ -112,8 +112,7 @@ fn command<G: Turning>(
         plan.loads.iter().zip(&mut work.acting).filter(|(load, _)| is_meant(load.varies_in_time))
     {
         if let Some([force, moment]) = &load.signals {
-            let now =
-                [force.at(t, work.sight, &work.inputs)?, moment.at(t, work.sight, &work.inputs)?];
+            let now = [force.at(t, work.sight, &work.inputs)?, moment.at(t, work.sight, &work.inputs)?];
             *acting = load::wrench(now, load.frame, plan.frame, &work.surroundings.base.rotation);
         }
     }
