@@ -124,6 +124,19 @@ impl TreeMatrix {
         }
     }
 
+    /// An entry of a diagonal block.
+    ///
+    /// # Panics
+    /// If the coordinates belong to several blocks.
+    pub(crate) fn entry_of_block(&mut self, mut i: usize, mut j: usize) -> &mut f64 {
+        let mut block = 0;
+        while i >= self.blocks[block].nrows() {
+            let size = self.blocks[block].nrows();
+            (i, j, block) = (i - size, j - size, block + 1);
+        }
+        &mut self.blocks[block][(i, j)]
+    }
+
     /// All entries: blocks, then generators.
     pub(crate) fn parts_mut(&mut self) -> impl Iterator<Item = &mut Matrix> {
         let Self { blocks, carried, carrying, .. } = self;

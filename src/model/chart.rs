@@ -10,6 +10,8 @@
 //!
 //! `first` are the indices of the rotation vectors' first components among the coordinates.
 
+use nalgebra::Matrix3;
+
 use super::rotation_vectors;
 use crate::lie::{
     Quaternion, Vector, moment_of_rotation_vector, moment_of_rotation_vector_slopes, rotation_vector_rate,
@@ -99,6 +101,17 @@ pub(crate) fn hessian(first: &[usize], q: &[f64], gradient: &[f64], tangent: &mu
     }
 }
 
+/// What a tangent `dr/dv` of forces r along the coordinates of a rotation vector has to be changed by to be that of moments,
+/// `U'^-1 d(U' r)/dv`: increments of Newton's method are then those for the moments `U' r`. Both agree where r vanishes. Elsewhere
+/// r times the curvature of the coordinates can be far more than the derivative of what acts about an axis of small inertia. Zero
+/// where U is singular.
+pub(crate) fn correction_for_moments(v: [f64; 3], forces: [f64; 3]) -> [[f64; 3]; 3] {
+    let transposed = Matrix3::from(rate_matrix(v));
+    let slopes = moment_of_rotation_vector_slopes(v.into(), forces.into()).map(Vector::to_array);
+    let correction = transposed.lu().solve(&Matrix3::from(slopes)).unwrap_or_default();
+    std::array::from_fn(|i| std::array::from_fn(|j| correction[(i, j)]))
+}
+
 fn vector(values: &[f64], first: usize) -> Vector<f64> {
     Vector::from(std::array::from_fn(|i| values[first + i]))
 }
@@ -120,6 +133,39 @@ mod tests {
         let of_corners: f64 =
             corners.iter().zip(pulls).map(|(&corner, pull)| rotation.apply(corner).dot(pull)).sum();
         (1.0 + 0.3 * q[0]) * of_corners + q[0] * q[0]
+    }
+
+    #[test]
+    fn corrected_tangents_are_those_of_moments() {
+        let forces = |v: [f64; 3]| [v[1] * v[2] - 0.3, v[0].sin() + v[2], 2.0 * v[0] * v[1] - v[2] * v[2]];
+        let h = 1e-5;
+        for v in [[0.0; 3], [1e-3, 0.0, -2e-3], [0.4, -0.9, 0.2], [1.9, 1.7, -1.6], [0.0, -0.2, 6.0]] {
+            let ends = |k: usize| {
+                [h, -h].map(|by| {
+                    let mut moved = v;
+                    moved[k] += by;
+                    moved
+                })
+            };
+            let correction = correction_for_moments(v, forces(v));
+            let rates = rate_matrix(v);
+            for k in 0..3 {
+                let moments = ends(k).map(|moved| {
+                    let mut moments = forces(moved);
+                    super::forces(&[0], &moved, &mut moments);
+                    moments
+                });
+                let [plus, minus] = ends(k).map(forces);
+                let tangent: [f64; 3] =
+                    std::array::from_fn(|i| (plus[i] - minus[i]) / (2.0 * h) + correction[i][k]);
+                for i in 0..3 {
+                    let found: f64 = (0..3).map(|m| rates[m][i] * tangent[m]).sum();
+                    let expected = (moments[0][i] - moments[1][i]) / (2.0 * h);
+                    assert!((found - expected).abs() < 1e-7, "{v:?}: {found} {expected}");
+                }
+            }
+        }
+        assert_eq!(correction_for_moments([2.0 * PI, 0.0, 0.0], [0.0; 3]), [[0.0; 3]; 3]);
     }
 
     /// Gradient and tangent in the coordinates, by differences.

@@ -4,6 +4,7 @@ use super::linear_system::LinearSystem;
 use super::trial::Trial;
 use crate::error::Interrupted;
 use crate::linalg::{Matrix, norm_inf};
+use crate::model::chart::correction_for_moments;
 use crate::roots::{self, CENTRAL_INCREMENT, Derivative, Differences, FORWARD_INCREMENT};
 use crate::second_order::{Counters, System};
 
@@ -69,7 +70,7 @@ impl Jacobian {
         }
     }
 
-    /// `dr/da` at `trial`, where the residual is `residual`.
+    /// `dr/da` at `trial`, where the residual is `residual`; for rotation vectors that of moments ([`correction_for_moments`]).
     ///
     /// Differences move the accelerations so that displacements, or velocities times `h`, move by the usual fraction
     /// of a displacement's size, but not by more than [`LARGEST_CHANGE`]. The size of a displacement is at least what
@@ -85,6 +86,31 @@ impl Jacobian {
         counters: &mut Counters,
     ) -> Result<(), Interrupted> {
         counters.njev += 1;
+        self.of_forces(system, trial, residual, h, linear, counters)?;
+        // Of the moments about the axes of bodies, not of the forces along rotation vectors.
+        let [of_displacement, ..] = trial.weights;
+        for &first in system.rotation_vectors() {
+            let [v, forces] = [&trial.q[..], residual].map(|x| std::array::from_fn(|i| x[first + i]));
+            let correction = correction_for_moments(v, forces);
+            for (i, row) in correction.iter().enumerate() {
+                for (j, entry) in row.iter().enumerate() {
+                    *linear.entry(first + i, first + j) += of_displacement * entry;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The derivative of the residual itself.
+    fn of_forces<S: System + ?Sized>(
+        &mut self,
+        system: &mut S,
+        trial: &Trial,
+        residual: &[f64],
+        h: f64,
+        linear: &mut LinearSystem,
+        counters: &mut Counters,
+    ) -> Result<(), Interrupted> {
         let Trial { t, q, v, a, weights, .. } = trial;
         let jacobian = match linear {
             LinearSystem::Tree { jacobian, .. } => {

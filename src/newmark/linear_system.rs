@@ -57,6 +57,15 @@ impl LinearSystem {
             .then(|| Self::Blocks { jacobian: Matrix::zeros(n, n), lu: BlockLu::new(sizes) })
     }
 
+    /// An entry of the Jacobian, of two coordinates of one link.
+    pub(super) fn entry(&mut self, i: usize, j: usize) -> &mut f64 {
+        match self {
+            Self::Dense { jacobian, .. } | Self::Blocks { jacobian, .. } => &mut jacobian[(i, j)],
+            Self::Tree { jacobian, .. } => jacobian.entry_of_block(i, j),
+            Self::Saddle(saddle) => &mut saddle.tangent[(i, j)],
+        }
+    }
+
     /// Refuses a system whose matrices do not fit in memory.
     pub(crate) fn check_memory<S: System + ?Sized>(
         system: &S,

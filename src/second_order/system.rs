@@ -102,6 +102,11 @@ pub trait System {
         unreachable!("the system has no constraints");
     }
 
+    /// Indices of the first components of rotation vectors among the coordinates.
+    fn rotation_vectors(&self) -> &[usize] {
+        &[]
+    }
+
     /// Structure of the tangent (zeros) if it is the matrix of a chain for which this form is cheaper;
     /// [`Self::tree_tangent`] is then called instead of [`Self::tangent`].
     fn tree(&self) -> Option<TreeMatrix> {
@@ -283,6 +288,10 @@ impl<M: Model + ?Sized> System for FreeMotion<'_, M> {
 
     fn constraints(&self) -> usize {
         self.0.constraints()
+    }
+
+    fn rotation_vectors(&self) -> &[usize] {
+        self.0.rotation_vectors()
     }
 
     fn wrap(&mut self, q: &mut [f64], v: &mut [f64], accelerations: &mut [&mut [f64]]) -> bool {

@@ -100,7 +100,8 @@ def test_edges_may_be_as_steep_as_they_like(method, edge):
         model = slider((times, [[0, 0, 0], [1000, 0, 0], [1000, 0, 0], [0, 0, 0]]))
         for dt in (1e-2, 1e-3):
             motion = lissom.simulate(model, 0.1, dt=dt, **method)
-            assert motion.success and not motion.doubt
+            assert motion.success
+            assert not motion.doubt
             assert motion.v[-1, 0] == pytest.approx(0.1, rel=2e-6 if method in SCHEMES else allowed)
             assert motion.q[-1, 0] == pytest.approx(0.1 * (0.1 - start - 5e-5), rel=1e-4 + allowed)
             # Work is as much as the motion has.
@@ -137,7 +138,8 @@ def test_a_mechanism_follows_a_load_of_corners(scheme):
     start = lissom.simulate(robot, 1e-6, q0=[-1.2, 0.9, -1.7]).q[-1]
     exact = lissom.simulate(robot, 0.15, q0=start, method="dop853", rtol=1e-10, atol=1e-12)
     motion = lissom.simulate(robot, 0.15, q0=start, dt=5e-3, **scheme)
-    assert exact.success and motion.success
+    assert exact.success
+    assert motion.success
     assert_allclose(motion.q[-1], exact.q[-1], atol=4e-3)
 
 

@@ -217,3 +217,19 @@ def test_iterations_are_the_same_in_other_units(dt, unit, tick):
         stats = lissom.simulate(eel(length, time), 0.3 / time, dt=dt / time, atol=0.0).stats
         counts.append([stats.steps, stats.newton_iterations, stats.njev])
     assert counts[0] == counts[1]
+
+
+@pytest.mark.parametrize("method", ["newmark", "generalised_alpha"])
+@pytest.mark.parametrize("modulus", [1e5, 1e7])
+def test_rods_that_tumble_need_no_short_steps(modulus, method):
+    """A free rod that turns by 0.15 rad a step, past half a turn: its inertia about its own axis is 1e-5 of the others."""
+    modes = {"bend_y": 3, "bend_z": 3, "torsion": 1}
+    segment = lissom.Segment(0.5, 0.01, modulus, modulus / 3, 1100.0, modes, retardation_time=1e-3)
+    robot = lissom.Robot([lissom.Link("rod", joint=lissom.Free(), rod=[segment])], gravity=(0, 0, 0))
+    for seed in range(12):
+        v0 = np.zeros(robot.n)
+        axis = np.random.default_rng(seed).normal(size=3)
+        v0[3:6] = 15 * axis / np.linalg.norm(axis)
+        motion = lissom.simulate(robot, 2.0, v0=v0, dt=0.01, method=method)
+        assert motion.success, motion.message
+        assert motion.stats.newton_iterations < 6 * motion.stats.steps
