@@ -139,6 +139,10 @@ def test_loads_in_time():
         (["gravity[2]", "gravity[2]"], "second time"),
         (["segments[0].radius", "rod[0].segment[0].radius"], "first as 'segments[0].radius'"),
         (["segments[0].length.x"], "segments[0].length has no parts"),
+        (
+            ["segments.length"],
+            "segments has 2 entries, expected the number of one, such as 'segments[0].length'",
+        ),
         ([], "at least one"),
         (["gravity"], "a finite number"),
         (["rod[1].segment[0].radius"], "rod[1]: the model is one rod, expected rod[0]"),

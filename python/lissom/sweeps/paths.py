@@ -206,6 +206,11 @@ def _inside(thing: Any, path: Sequence[Part], done: int) -> _Inside:
         if part not in thing:
             raise ValueError(f"{up_to(path, done + 1)}: {meant(part, thing)}")
         return _Inside(dict(thing), part, dict, done + 1)
+    if isinstance(thing, list | tuple):
+        here = up_to(path, done)
+        raise ValueError(
+            f"{up_to(path, done + 1)}: {here} has {_entries(thing)}, expected the number of one, such as '{here}[0].{part}'"
+        )
     maker: Callable[..., Any] = type(thing)
     arguments = None if isinstance(thing, PLAIN) else constructed(thing)
     if isinstance(thing, Section):
