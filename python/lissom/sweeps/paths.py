@@ -209,7 +209,8 @@ def _inside(thing: Any, path: Sequence[Part], done: int) -> _Inside:
     if isinstance(thing, list | tuple):
         here = up_to(path, done)
         raise ValueError(
-            f"{up_to(path, done + 1)}: {here} has {_entries(thing)}, expected the number of one, such as '{here}[0].{part}'"
+            f"{up_to(path, done + 1)}: {here} has {_entries(thing)}, "
+            f"expected the number of one, such as '{here}[0].{part}'"
         )
     maker: Callable[..., Any] = type(thing)
     arguments = None if isinstance(thing, PLAIN) else constructed(thing)
