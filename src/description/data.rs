@@ -96,6 +96,11 @@ pub enum Kind {
     /// A number along a rod: one, two for its ends, or a function of the arc length, which in scenes is a table with these
     /// fields.
     AlongRod(&'static Schema),
+    /// A symmetric matrix of this size, or its diagonal.
+    Symmetric(usize),
+    /// A value of this kind along a segment, or a function of the arc length, which in scenes is a table with these fields and
+    /// in Python is sampled over the `length` of the part.
+    Profile(&'static Self, &'static Schema),
 }
 
 impl Kind {
@@ -128,17 +133,28 @@ impl Kind {
             Self::Signal("", ..) => "a table".to_owned(),
             Self::Signal(_, constant, _) => format!("{} or a table", constant.words()),
             Self::AlongRod(_) => "a number or an array of 2 numbers or a table".to_owned(),
+            Self::Symmetric(size) => format!("an array of {size} numbers or of {size} rows"),
+            Self::Profile(value, _) => format!("{} or a table", value.words()),
         }
     }
 
     /// Whether a value of this kind may hold functions.
     pub fn holds_functions(&self) -> bool {
         match self {
-            Self::Signal(..) | Self::AlongRod(_) => true,
+            Self::Signal(..) | Self::AlongRod(_) | Self::Profile(..) => true,
             Self::Array(inner, _) | Self::List(inner) | Self::Optional(inner) => inner.holds_functions(),
             Self::OneOf(_, kinds) => kinds.iter().any(Self::holds_functions),
             Self::Part(schema) => schema.fields.iter().any(|field| field.kind.holds_functions()),
             _ => false,
+        }
+    }
+
+    /// The kind of the values along a segment, if it has some.
+    pub const fn along_segment(&self) -> Option<&'static Self> {
+        match self {
+            Self::Profile(values, _) => Some(values),
+            Self::Optional(inner) => inner.along_segment(),
+            _ => None,
         }
     }
 
@@ -174,6 +190,8 @@ pub struct Schema {
     pub fields: &'static [Field],
     /// How many arguments may be positional in Python; by default those that are required.
     pub positional: usize,
+    /// Whether its class stands in that of its base, with the tag as its name.
+    pub is_nested: bool,
     /// Whether it is checked by the part that holds it, and not when it is made.
     pub is_checked_later: bool,
     /// Whether Python also takes its arguments in its place, as a tuple or a dict, and None for none.
@@ -206,6 +224,7 @@ impl Schema {
             example: "",
             fields,
             positional,
+            is_nested: false,
             is_checked_later: false,
             is_short: false,
             is_brief: false,
@@ -255,6 +274,11 @@ impl Schema {
         Self { positional, ..self }
     }
 
+    /// Its class stands in that of its base.
+    pub const fn nested(self) -> Self {
+        Self { is_nested: true, ..self }
+    }
+
     /// The part that holds it checks it.
     pub const fn checked_later(self) -> Self {
         Self { is_checked_later: true, ..self }
@@ -278,6 +302,16 @@ impl Schema {
     /// At least one of these fields has to be given.
     pub const fn some_of(self, some_of: &'static [&'static str]) -> Self {
         Self { some_of, ..self }
+    }
+
+    /// The expression that makes it in Python.
+    pub fn maker(&self) -> String {
+        if self.is_nested { format!("{}.{}", self.base, self.tag) } else { self.name.to_owned() }
+    }
+
+    /// The class of Python that messages and annotations name.
+    pub const fn class(&self) -> &'static str {
+        if self.is_nested { self.base } else { self.name }
     }
 
     /// Place of the field with this name.

@@ -32,7 +32,7 @@ extractors!(number: convert::number => f64 {
     xtol_abs
 });
 extractors!(optional_number: optional_numbers => Option<f64> {
-    X alpha beta control_step density duration first_step gamma length max_step poisson_ratio rho_inf shear_modulus t t0
+    X alpha beta control_step density duration first_step gamma max_step poisson_ratio rho_inf shear_modulus t t0
     tol young_modulus
 });
 extractors!(whole: convert::whole => i64 { max_iter row });

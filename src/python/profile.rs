@@ -11,7 +11,9 @@ use super::callback::call;
 use super::convert::{self, Numbers};
 use super::signal::{Functions, callable_of};
 use crate::actuator::{AlongRod, AlongRodTable};
+use crate::description::{Data as _, Kind, Symmetric, Value};
 use crate::error::{Checker, InvalidInput};
+use crate::rod::described::Size;
 use crate::rod::{Parts, Profile, Unsampled};
 
 /// A function of the arc length of a segment, as `Segment` creates it from a table or a callable.
@@ -243,6 +245,85 @@ fn wrong_value(name: &str, shape: &[usize], found: &str) -> String {
     format!(
         "{name}: expected {expected}, a table (stations, values) or a function of the arc length X, got {found}"
     )
+}
+
+/// The value of a function along a segment, whose constant values have this kind; the length of the segment in metres is
+/// needed for functions only.
+pub(super) fn along_segment(
+    value: &Bound<'_, PyAny>,
+    name: &str,
+    kind: &Kind,
+    length: impl FnOnce() -> PyResult<Option<f64>>,
+) -> PyResult<Value> {
+    if let Kind::OneOrEach(_) = kind {
+        if let Some(number) = convert::number_if_one(value, name)? {
+            return Ok(Value::Number(number));
+        }
+        if !varies(value)? {
+            let ends = convert::array_of::<2>(value, name);
+            let expected = "a number or (base, tip) in metres";
+            return Ok(ends.map_err(|_| wrong(name, expected, value))?.write());
+        }
+    }
+    if !varies(value)? {
+        return Ok(match kind {
+            Kind::Symmetric(3) => Symmetric(convert::symmetric_of::<3>(value, name)?).write(),
+            Kind::Symmetric(_) => Symmetric(convert::symmetric_of::<6>(value, name)?).write(),
+            Kind::Array(_, 2) => value_of::<2>(value, &[2], name)?.write(),
+            Kind::Array(..) => value_of::<6>(value, &[6], name)?.write(),
+            _ => value_of::<1>(value, &[], name)?[0].write(),
+        });
+    }
+    let length = length()?.ok_or_else(|| {
+        PyValueError::new_err(format!(
+            "{name}: got a function of the arc length X, expected length= beside it, the segment's (metres)"
+        ))
+    })?;
+    Ok(match kind {
+        Kind::Symmetric(3) => profile::<9>(value, &[3, 3], length, name)?.write(),
+        Kind::Symmetric(_) => profile::<36>(value, &[6, 6], length, name)?.write(),
+        Kind::Array(_, 2) => profile::<2>(value, &[2], length, name)?.write(),
+        Kind::Array(..) => profile::<6>(value, &[6], length, name)?.write(),
+        _ => profile::<1>(value, &[], length, name)?.write(),
+    })
+}
+
+/// The profile of a value along a segment of this length, if it is a function.
+pub(super) fn along_segment_out(value: &Value, length: f64) -> Option<PyProfile> {
+    if let Some(profile) = value.part::<Profile<1>>() {
+        Some(to_python(profile, &[], length))
+    } else if let Some(profile) = value.part::<Profile<2>>() {
+        Some(to_python(profile, &[2], length))
+    } else if let Some(profile) = value.part::<Profile<6>>() {
+        Some(to_python(profile, &[6], length))
+    } else if let Some(profile) = value.part::<Profile<9>>() {
+        Some(to_python(profile, &[3, 3], length))
+    } else {
+        value.part::<Profile<36>>().map(|profile| to_python(profile, &[6, 6], length))
+    }
+}
+
+fn wrong(name: &str, expected: &str, value: &Bound<'_, PyAny>) -> PyErr {
+    let found = convert::describe(value);
+    PyTypeError::new_err(format!(
+        "{name}: expected {expected}, a table (stations, values) or a function of the arc length X, got {found}"
+    ))
+}
+
+/// A size along a segment of this length.
+pub(super) fn size(value: &Bound<'_, PyAny>, length: f64, name: &str) -> PyResult<Profile<1>> {
+    let kind = Kind::OneOrEach(2);
+    let value = along_segment(value, name, &kind, || Ok(Some(length)))?;
+    let Size(size) = Size::read(&value, &mut Default::default()).expect("it has been read before");
+    Ok(size)
+}
+
+/// The Python form of a size: values at base and tip, or a profile.
+pub(super) fn size_out<'py>(py: Python<'py>, size: &Profile<1>, length: f64) -> PyResult<Bound<'py, PyAny>> {
+    match size.ends() {
+        Some([[base], [tip]]) => (base, tip).into_bound_py_any(py),
+        None => to_python(size, &[], length).into_bound_py_any(py),
+    }
 }
 
 /// Numbers along a segment of this length from Python, a value of which has this shape with `N` entries: a constant

@@ -8,12 +8,15 @@ use pyo3::types::{PyDict, PyTuple};
 
 use super::arguments;
 use super::convert;
+use super::part::{object_of, part_of};
 use super::profile;
-use super::section::{self, PySection};
+use super::section;
+use super::signal::Functions;
+use crate::description::Data as _;
 use crate::error::Checker;
 use crate::rod::{
     self, Basis, STRAIN_NAMES, STRAINS, Section, SectionProperties, Segment, Shape, ShearCorrection,
-    generalised_stiffness,
+    described, generalised_stiffness,
 };
 
 /// A segment of a rod with one kind of section and one material.
@@ -115,7 +118,7 @@ impl PySegment {
         shear_correction: Option<&Bound<'_, PyAny>>,
         #[pyo3(from_py_with = arguments::optional_whole::nodes)] nodes: Option<i64>,
         #[pyo3(from_py_with = arguments::text::basis)] basis: &str,
-        #[pyo3(from_py_with = section::optional_section)] section: Option<&Bound<'_, PySection>>,
+        section: Option<&Bound<'_, PyAny>>,
         #[pyo3(from_py_with = arguments::optional_number::poisson_ratio)] poisson_ratio: Option<f64>,
     ) -> PyResult<Self> {
         let basis = Basis::named(basis).ok_or_else(|| {
@@ -123,18 +126,21 @@ impl PySegment {
             PyValueError::new_err(format!("basis: got '{basis}', expected one of {names:?}"))
         })?;
         let modes = modes.map(dict_of_modes).transpose()?;
+        let section: Option<described::Section> = match section {
+            None => None,
+            Some(section) => Some(part_of(section, "section", &mut Functions::default())?),
+        };
         let mut check = Checker::new();
         let section = match (radius, section) {
             (Some(radius), None) => {
-                Section::Shape(Shape::Circle { radius: section::size(radius, Some(length), "radius")? })
+                Section::Shape(Shape::Circle { radius: profile::size(radius, length, "radius")? })
             }
             (None, Some(section)) => {
-                let PySection { section, length: over } = section.get();
-                if let Some(over) = *over {
+                if let Some(over) = section.length() {
                     let expected = format!("one for the segment's length, {length} m");
                     check.require(over == length, "section", format_args!("one for {over} m"), &expected);
                 }
-                section.clone()
+                section.resolved()
             }
             (radius, _) => {
                 let found =
@@ -193,7 +199,7 @@ impl PySegment {
     fn radius<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
         match &self.0.section {
             Section::Shape(Shape::Circle { radius }) => {
-                section::size_out(py, radius, self.0.length).map(Some)
+                profile::size_out(py, radius, self.0.length).map(Some)
             }
             _ => Ok(None),
         }
@@ -201,8 +207,8 @@ impl PySegment {
 
     /// The cross-section.
     #[getter]
-    fn section(&self) -> PySection {
-        PySection::of(&self.0)
+    fn section<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        object_of(py, &self.0.section.described(self.0.length).write())
     }
 
     /// Young's modulus in pascals; None for a section of kind 'given'.
@@ -344,10 +350,10 @@ impl PySegment {
         let mut arguments = vec![format!("length={length:?}")];
         match section {
             Section::Shape(Shape::Circle { radius }) => {
-                let radius = section::size_out(py, radius, *length)?;
+                let radius = profile::size_out(py, radius, *length)?;
                 arguments.push(format!("radius={}", radius.repr()?));
             }
-            _ => arguments.push(format!("section={}", self.section().__repr__())),
+            _ => arguments.push(format!("section={}", self.section(py)?.repr()?)),
         }
         if let Section::Shape(_) = section {
             let Segment { young_modulus, shear_modulus, given_poisson_ratio, density, .. } = &self.0;
@@ -375,7 +381,7 @@ impl PySegment {
         arguments.set_item("length", self.0.length)?;
         match self.radius(py)? {
             Some(radius) => arguments.set_item("radius", radius)?,
-            None => arguments.set_item("section", self.section())?,
+            None => arguments.set_item("section", self.section(py)?)?,
         }
         arguments.set_item("young_modulus", self.young_modulus())?;
         match self.0.given_poisson_ratio {

@@ -21,6 +21,12 @@ pub(crate) mod stiffness;
 mod strain;
 mod validation;
 
+/// Sections as users describe them.
+pub mod described {
+    pub use super::profile::Size;
+    pub use super::section::described::{Circle, Ellipse, Given, HollowCircle, Rectangle, Section};
+}
+
 pub use basis::{Basis, legendre};
 pub use profile::{MAX_DEGREE, MAX_STATIONS, Parts, Profile, Unsampled};
 pub use quadrature::{Gauss, Integral};

@@ -18,11 +18,17 @@ use crate::description::{
 use crate::joint::described as joint;
 use crate::load::described as load;
 use crate::loops::described as loops;
+use crate::rod::described as rod;
 use crate::support::described as support;
 use crate::world::{self, described::BaseMotion};
 
 /// The parts that are described by tables, those that others hold first.
-pub(crate) const PARTS: [&Schema; 32] = [
+pub(crate) const PARTS: [&Schema; 37] = [
+    rod::Circle::SCHEMA,
+    rod::HollowCircle::SCHEMA,
+    rod::Rectangle::SCHEMA,
+    rod::Ellipse::SCHEMA,
+    rod::Given::SCHEMA,
     contact::Ball::SCHEMA,
     contact::HalfSpace::SCHEMA,
     contact::Sphere::SCHEMA,
@@ -74,7 +80,7 @@ impl<T> Written<T> {
 }
 
 /// Kinds of keys of tables that serde reads, which are no parts.
-const OTHERS: [Kind; 1] = [<joint::Joint as Data>::KIND];
+const OTHERS: [Kind; 2] = [<joint::Joint as Data>::KIND, <rod::Section as Data>::KIND];
 
 /// The name of the definition of a part, a signal or words.
 fn definition_of(kind: &Kind) -> &'static str {
@@ -344,6 +350,23 @@ fn of_kind(kind: &Kind, limits: &Limits, found: &mut Map<String, Json>) -> Json 
         Kind::Part(schema) => {
             define(schema, found);
             json!({ "$ref": format!("#/definitions/{}", schema.name) })
+        }
+        Kind::Symmetric(size) => {
+            let diagonal = of_kind(&Kind::Array(&Kind::Number, *size), limits, found);
+            let rows = json!({ "type": "array", "items": diagonal, "minItems": size, "maxItems": size });
+            json!({ "anyOf": [diagonal, rows] })
+        }
+        Kind::Profile(Kind::OneOrEach(_), table) => {
+            let kinds = [Kind::Number, Kind::Array(&Kind::Number, 2), Kind::Part(table)];
+            let kinds: Vec<_> = kinds.iter().map(|kind| of_kind(kind, &Limits::NONE, found)).collect();
+            found.insert("SizeAlong".to_owned(), json!({ "anyOf": kinds }));
+            json!({ "$ref": "#/definitions/SizeAlong" })
+        }
+        Kind::Profile(values, table) => {
+            let constant = of_kind(values, limits, found);
+            let mut kinds = constant["anyOf"].as_array().map_or_else(|| vec![constant.clone()], Clone::clone);
+            kinds.push(of_kind(&Kind::Part(table), limits, found));
+            json!({ "anyOf": kinds })
         }
         Kind::AlongRod(table) => {
             let one = of_kind(&Kind::Number, limits, found);

@@ -16,8 +16,12 @@ use crate::contact::described::Contact;
 use crate::joint::described::Joint;
 use crate::load::described::Load;
 use crate::loops::described::Loop;
+use crate::rod::described::Section;
 use crate::support::described::Support;
 use crate::world::{Fluid, described::BaseMotion};
+
+/// Segments in place of those that could not be read.
+const NO_SEGMENTS: [u8; 0] = [];
 
 /// The only version of the format so far.
 pub(super) const VERSION: u64 = 1;
@@ -116,7 +120,7 @@ pub(super) struct Rod {
     /// Initial generalised velocities, in the order of q0. Default: at rest.
     pub(super) v0: Option<Vec<f64>>,
     /// Segments from base to tip; each one starts where the previous one ends.
-    #[schemars(length(min = 1), example = Vec::<Segment>::new())]
+    #[schemars(length(min = 1), example = NO_SEGMENTS)]
     pub(super) segment: Vec<Segment>,
 }
 
@@ -188,7 +192,7 @@ fn unturned() -> [f64; 4] {
 #[serde(deny_unknown_fields)]
 pub(super) struct LinkRod {
     /// Segments from base to tip; each one starts where the previous one ends.
-    #[schemars(length(min = 1), example = Vec::<Segment>::new())]
+    #[schemars(length(min = 1), example = NO_SEGMENTS)]
     pub(super) segment: Vec<Segment>,
 }
 
@@ -211,7 +215,7 @@ impl Default for Base {
 
 /// A piece of rod with one kind of section: a radius or another shape with its material (and either shear_modulus or
 /// poisson_ratio), or a section of given stiffness and inertia, which needs no material.
-#[derive(Debug, Deserialize, Serialize, JsonSchema)]
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(extend("oneOf" = [{"required": ["radius"]}, {"required": ["section"]}]))]
 pub(super) struct Segment {
@@ -222,7 +226,7 @@ pub(super) struct Segment {
     /// a table along the segment.
     pub(super) radius: Option<Size>,
     /// A section of another kind, instead of the radius.
-    pub(super) section: Option<Section>,
+    pub(super) section: Option<Written<Section>>,
     /// Young's modulus E in pascals. Required unless the section is of kind "given".
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub(super) young_modulus: Option<f64>,
@@ -307,59 +311,6 @@ impl StrainTable {
     }
 }
 
-/// What a segment looks like across. Each shape takes its sizes in metres, one number, [at the segment's base, at its
-/// tip] or a table along the segment. circle: radius; hollow_circle: outer, inner; rectangle: width, height; ellipse:
-/// semi_axis_y, semi_axis_z; given: stiffness, mass, inertia, centre.
-#[derive(Debug, Deserialize, Serialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(super) struct Section {
-    /// Kind of section.
-    #[schemars(example = SectionKind::Given)]
-    pub(super) shape: SectionKind,
-    /// Radius of a circle, in metres.
-    pub(super) radius: Option<Size>,
-    /// Outer radius of a hollow circle, in metres.
-    pub(super) outer: Option<Size>,
-    /// Inner radius of a hollow circle, in metres.
-    pub(super) inner: Option<Size>,
-    /// Width of a rectangle along body y, in metres.
-    pub(super) width: Option<Size>,
-    /// Height of a rectangle along body z, in metres.
-    pub(super) height: Option<Size>,
-    /// Semi-axis of an ellipse along body y, in metres.
-    pub(super) semi_axis_y: Option<Size>,
-    /// Semi-axis of an ellipse along body z, in metres.
-    pub(super) semi_axis_z: Option<Size>,
-    /// Stiffness per length of a given section, in the order torsion, bend_y, bend_z, stretch, shear_y, shear_z: six
-    /// rows of a symmetric matrix, or its diagonal. In N m^2 between angular strains, N between linear ones, N m
-    /// between both.
-    pub(super) stiffness: Option<Stiffness>,
-    /// Mass per length of a given section, in kg/m.
-    #[schemars(extend("exclusiveMinimum" = 0))]
-    pub(super) mass: Option<f64>,
-    /// Inertia tensor per length of a given section about its centre of mass, in its axes, in kg m: three rows of a
-    /// symmetric matrix, or its diagonal. Default: zero.
-    pub(super) inertia: Option<Inertia>,
-    /// Centre of mass of a given section along body y and z, seen from the rod's axis, in metres. Default: [0, 0].
-    pub(super) centre: Option<[f64; 2]>,
-}
-
-/// Kind of section.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub(super) enum SectionKind {
-    /// A circle, with a radius.
-    Circle,
-    /// A hollow circle: outer and inner radius.
-    HollowCircle,
-    /// A rectangle: width along body y and height along body z.
-    Rectangle,
-    /// An ellipse, with its semi-axes along body y and z.
-    Ellipse,
-    /// Given stiffness and inertia.
-    Given,
-}
-
 /// A size that is constant, tapers linearly or follows a table.
 #[derive(Clone, Debug, Deserialize, Serialize, JsonSchema)]
 #[serde(untagged)]
@@ -399,26 +350,6 @@ pub(super) enum ModeChoice {
 #[serde(rename_all = "snake_case")]
 pub(super) enum Auto {
     Auto,
-}
-
-/// A symmetric matrix of the strains.
-#[derive(Clone, Debug, Deserialize, Serialize, JsonSchema)]
-#[serde(untagged)]
-pub(super) enum Stiffness {
-    /// Its diagonal.
-    Diagonal([f64; 6]),
-    /// Its rows.
-    Full(Box<[[f64; 6]; 6]>),
-}
-
-/// A symmetric matrix of the axes.
-#[derive(Clone, Copy, Debug, Deserialize, Serialize, JsonSchema)]
-#[serde(untagged)]
-pub(super) enum Inertia {
-    /// Its diagonal.
-    Diagonal([f64; 3]),
-    /// Its rows.
-    Full([[f64; 3]; 3]),
 }
 
 /// Factors of the shear stiffness.

@@ -1,10 +1,12 @@
 //! Sections of segments.
 
-use super::document::{
-    Inertia, Section, SectionKind, Segment, ShearCorrection, ShearRule, Size, SizeTable, Stiffness,
-};
+use super::described::{Written, read};
+use super::document::{Segment, ShearCorrection, ShearRule, Size, SizeTable};
 use super::shape::{Shape, report};
-use crate::rod;
+use crate::rod::{self, described::Section};
+
+/// Shapes whose material the segment has.
+const FIGURES: [&str; 4] = ["circle", "hollow_circle", "rectangle", "ellipse"];
 
 /// The section of the segment at `here`; a stand-in after reporting a problem.
 pub(super) fn section(written: &Segment, here: &str, shape: &mut Shape) -> rod::Section {
@@ -60,7 +62,7 @@ fn given_stand_in() -> rod::Section {
 
 /// Reports material constants of a section with given properties.
 pub(super) fn refuse_material(written: &Segment, here: &str, shape: &mut Shape) {
-    if !shape.is_readable(&format!("{here}.section.shape")) {
+    if written.section.as_ref().is_none_or(|section| section.text("shape") != Some("given")) {
         // The kind of section is unknown.
         return;
     }
@@ -87,84 +89,12 @@ pub(super) fn shear_correction(written: &Segment) -> rod::ShearCorrection {
     }
 }
 
-fn of_table(written: &Section, here: &str, shape: &mut Shape) -> rod::Section {
-    if !shape.is_readable(&format!("{here}.shape")) {
-        // The kind of section is unknown, and hence which of the other keys are valid.
+fn of_table(written: &Written<Section>, here: &str, shape: &mut Shape) -> rod::Section {
+    let Some(section) = read(written, here, shape) else {
         shape.replaced.insert(here.to_owned());
-        return given_stand_in();
-    }
-    let (name, keys): (_, &[&str]) = match written.shape {
-        SectionKind::Circle => ("a circle", &["radius"]),
-        SectionKind::HollowCircle => ("a hollow circle", &["outer", "inner"]),
-        SectionKind::Rectangle => ("a rectangle", &["width", "height"]),
-        SectionKind::Ellipse => ("an ellipse", &["semi_axis_y", "semi_axis_z"]),
-        SectionKind::Given => ("a given section", &["stiffness", "mass"]),
+        // Of an unknown kind it may need no material.
+        let is_figure = written.text("shape").is_some_and(|shape| FIGURES.contains(&shape));
+        return if is_figure { stand_in() } else { given_stand_in() };
     };
-    let optional: &[&str] = if written.shape == SectionKind::Given { &["inertia", "centre"] } else { &[] };
-    let is_there = [
-        ("radius", written.radius.is_some()),
-        ("outer", written.outer.is_some()),
-        ("inner", written.inner.is_some()),
-        ("width", written.width.is_some()),
-        ("height", written.height.is_some()),
-        ("semi_axis_y", written.semi_axis_y.is_some()),
-        ("semi_axis_z", written.semi_axis_z.is_some()),
-        ("stiffness", written.stiffness.is_some()),
-        ("mass", written.mass.is_some()),
-        ("inertia", written.inertia.is_some()),
-        ("centre", written.centre.is_some()),
-    ];
-    let mut is_complete = true;
-    for (key, is_there) in is_there {
-        let place = format!("{here}.{key}");
-        if keys.contains(&key) && !is_there {
-            is_complete = false;
-            if shape.is_readable(&place) {
-                shape.refuse(&place, "missing", format!("{name} takes {}", keys.join(" and ")));
-            }
-        } else if is_there && !keys.contains(&key) && !optional.contains(&key) {
-            let right = format!("{name} takes {}", [keys, optional].concat().join(", "));
-            shape.refuse(&place, format!("{name} does not take it"), right);
-        }
-    }
-    if !is_complete {
-        shape.replaced.insert(here.to_owned());
-        return if written.shape == SectionKind::Given { given_stand_in() } else { stand_in() };
-    }
-    let mut size = |key: &str, written: &Option<Size>| {
-        written.as_ref().map_or(1.0.into(), |written| size(written, &format!("{here}.{key}"), shape))
-    };
-    rod::Section::Shape(match written.shape {
-        SectionKind::Circle => rod::Shape::Circle { radius: size("radius", &written.radius) },
-        SectionKind::HollowCircle => rod::Shape::HollowCircle {
-            outer: size("outer", &written.outer),
-            inner: size("inner", &written.inner),
-        },
-        SectionKind::Rectangle => rod::Shape::Rectangle {
-            width: size("width", &written.width),
-            height: size("height", &written.height),
-        },
-        SectionKind::Ellipse => rod::Shape::Ellipse {
-            semi_axis_y: size("semi_axis_y", &written.semi_axis_y),
-            semi_axis_z: size("semi_axis_z", &written.semi_axis_z),
-        },
-        SectionKind::Given => return rod::Section::Given(Box::new(given(written))),
-    })
-}
-
-fn given(written: &Section) -> rod::GivenSection {
-    rod::GivenSection {
-        stiffness: match &written.stiffness {
-            Some(Stiffness::Full(rows)) => (**rows).into(),
-            Some(Stiffness::Diagonal(diagonal)) => rod::diagonal(*diagonal).into(),
-            None => [0.0; 36].into(),
-        },
-        mass: written.mass.unwrap_or(0.0).into(),
-        inertia: match written.inertia {
-            Some(Inertia::Full(rows)) => rows.into(),
-            Some(Inertia::Diagonal(diagonal)) => rod::diagonal(diagonal).into(),
-            None => [0.0; 9].into(),
-        },
-        centre: written.centre.unwrap_or([0.0; 2]).into(),
-    }
+    section.resolved()
 }

@@ -42,6 +42,7 @@ from lissom import (
     Planar,
     Prismatic,
     Revolute,
+    Section,
     Sphere,
     Spherical,
     Support,
@@ -83,6 +84,12 @@ CORNERS = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)]
 FACES = [(0, 1, 2), (0, 1, 3), (0, 2, 3), (1, 2, 3)]
 
 EACH = [
+    Section.circle(0.01),
+    Section.hollow_circle((0.02, 0.01), 0),
+    Section.rectangle(0.1, (0.2, 0.1), length=3),
+    Section.ellipse(0.1, 0.2),
+    Section.given((1, 2, 3, 4, 5, 6), 0.7),
+    Section.given(np.eye(6) + 0.1, 0.7, np.diag([1, 2, 2.5]), (0.1, 0.2)),
     HalfSpace(),
     HalfSpace((0, 0, -1), (0, 1, 1), link="arm", at=0.1),
     Sphere((0, 0, -1), 0.5, link="block"),
@@ -422,6 +429,43 @@ def test_all_problems_of_a_loop_come_at_once():
         lissom.Robot(links, loops=[Loop("arn", None, Weld()), Loop("arm.angel", "x", Gear())])
     places = [line.split(":")[0] for line in str(caught.value).splitlines()]
     assert places == ["loops[0].a.link", "loops[1].a", "loops[1].b"]
+
+
+@pytest.mark.parametrize(
+    "section",
+    [
+        Section.hollow_circle(([0, 0.1, 0.3], [0.02, 0.03, 0.02]), (0.01, 0)),
+        Section.rectangle(0.1, (0.2, 0.1)),
+        Section.given(
+            ([0, 0.3], [np.eye(6), np.eye(6) + 0.1]), 0.7, (1, 2, 2.5), ([0, 0.3], [[0, 0], [0, 1]])
+        ),
+        Section.given((1, 2, 3, 4, 5, 6), ([0, 0.3], [0.7, 0.8]), ([0, 0.3], [[1, 2, 2], [2, 2, 2]])),
+    ],
+    ids=str,
+)
+def test_sections_are_written_to_scenes_and_back(section):
+    written = f'length = 0.3\nmodes = {{ bend_y = 2 }}\n[rod.segment.section]\nshape = "{section.shape}"\n'
+    material = (
+        "" if section.shape == "given" else "young_modulus = 3e5\npoisson_ratio = 0.4\ndensity = 1070\n"
+    )
+    scene = lissom.Scene.loads(
+        f"version = 1\n[[rod]]\n[[rod.segment]]\n{material}{written}{section.to_toml()}{END}"
+    )
+    (segment,) = scene.model.segments
+    assert segment.section == section
+    assert dataclasses.replace(segment.section) == section
+
+
+def test_shapes_are_classes_of_sections():
+    assert isinstance(Section.circle(0.01), Section)
+    assert Section.rectangle(0.1, (0.2, 0.1)).height == (0.2, 0.1)
+    assert Section.circle(lambda X: 0.1 + X**2, length=0.5).length == 0.5
+    with pytest.raises(TypeError, match="Section is the base of other classes"):
+        Section()
+    with pytest.raises(ValueError, match=r"(?s)outer: got -1.*inner: got NaN"):
+        Section.hollow_circle(-1, math.nan)
+    with pytest.raises(ValueError, match="a function of Python cannot be written"):
+        Section.circle(lambda X: 0.1 + X**2, length=0.5).to_toml()
 
 
 def test_joints_share_a_base():

@@ -64,15 +64,23 @@ pub(super) fn annotation(kind: &Kind, is_argument: bool) -> String {
         Kind::OneOrMany => "float | tuple[float, ...]".to_owned(),
         Kind::OneOrEach(count) => annotation(&Kind::Array(&Kind::Number, *count), false),
         Kind::Optional(kind) => format!("{} | None", inner(kind)),
-        Kind::OneOf(_, kinds) => kinds.iter().map(inner).collect::<Vec<_>>().join(" | "),
+        Kind::OneOf(_, kinds) => {
+            let mut kinds: Vec<_> = kinds.iter().map(inner).collect();
+            kinds.dedup();
+            kinds.join(" | ")
+        }
         Kind::Part(schema) if is_argument && schema.is_short => {
             format!("{} | Sequence[object] | Mapping[str, object] | None", schema.name)
         }
-        Kind::Part(schema) => schema.name.to_owned(),
+        Kind::Part(schema) => schema.class().to_owned(),
         Kind::Signal(_, Kind::Number, _) if is_argument => "_Number".to_owned(),
         Kind::Signal(..) if is_argument => "_Vector".to_owned(),
         Kind::AlongRod(_) if is_argument => "_AlongRod".to_owned(),
         Kind::Signal(..) | Kind::AlongRod(_) => "Any".to_owned(),
+        Kind::Symmetric(_) => if is_argument { "ArrayLike" } else { "NDArray[np.float64]" }.to_owned(),
+        Kind::Profile(Kind::OneOrEach(_), _) if is_argument => "_Size".to_owned(),
+        Kind::Profile(..) if is_argument => "_Along".to_owned(),
+        Kind::Profile(values, _) => format!("{} | Profile", inner(values)),
     }
 }
 
@@ -99,10 +107,18 @@ fn words(kind: &Kind) -> String {
         Kind::OneOrMany => "float or array_like, shape (n,)".to_owned(),
         Kind::Optional(kind) => format!("{}, optional", words(kind)),
         Kind::OneOf(_, kinds) => {
-            let kinds: Vec<_> = kinds.iter().map(words).collect();
-            let (last, first) = kinds.split_last().expect("there is a kind");
-            format!("{} or {last}", first.join(", "))
+            let mut kinds: Vec<_> = kinds.iter().map(words).collect();
+            kinds.dedup();
+            match kinds.split_last() {
+                Some((last, first)) if !first.is_empty() => format!("{} or {last}", first.join(", ")),
+                _ => kinds.concat(),
+            }
         }
+        Kind::Symmetric(size) => format!("array_like, shape ({size},) or ({size}, {size})"),
+        Kind::Profile(Kind::OneOrEach(_), _) => {
+            "float, (float, float), (stations, values), callable or Profile".to_owned()
+        }
+        Kind::Profile(values, _) => format!("{}; or (stations, values), callable or Profile", words(values)),
         Kind::Part(schema) if schema.is_short => format!("{}, tuple, dict or None", schema.name),
         kind => annotation(kind, true),
     }
@@ -170,14 +186,37 @@ pub(super) fn docstring(schema: &Schema) -> String {
     text
 }
 
+/// What follows from parts, in the stub of the base of nested classes.
+const VIEWS: [(&str, &str); 1] = [("Section", include_str!("../section_views.txt"))];
+
 /// The classes of the stub.
 pub(super) fn stub(parts: &[&'static Schema]) -> String {
     let mut text = String::new();
     let mut bases = vec!["Part", ""];
     for schema in parts {
         if !bases.contains(&schema.base) {
-            _ = writeln!(text, "class {}(Part): ...\n", schema.base);
+            let views = VIEWS.iter().find(|(name, _)| *name == schema.base).map(|(_, views)| *views);
+            match views {
+                Some(views) => _ = write!(text, "class {}(Part):\n{views}", schema.base),
+                None => _ = writeln!(text, "class {}(Part): ...\n", schema.base),
+            }
             bases.push(schema.base);
+        }
+        if schema.is_nested {
+            // A class, which is called as a function.
+            _ = writeln!(text, "    @staticmethod\n    def {}(", schema.tag);
+            for argument in arguments(schema, true) {
+                _ = writeln!(text, "        {argument},");
+            }
+            _ = writeln!(text, "    ) -> {}: ...", schema.base);
+            if parts
+                .iter()
+                .rfind(|part| part.base == schema.base)
+                .is_some_and(|last| std::ptr::eq(*last, *schema))
+            {
+                text.push('\n');
+            }
+            continue;
         }
         let base = if schema.base.is_empty() { "Part" } else { schema.base };
         let positional = schema.names().take(schema.positional).map(|name| format!("\"{name}\""));

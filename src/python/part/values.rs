@@ -9,10 +9,10 @@ use pyo3::types::{PyBool, PyDict, PyFloat, PyMapping, PySequence, PyString, PyTu
 
 use super::{PyPart, arguments, wrapped};
 use crate::actuator::AlongRod;
-use crate::description::{Data as _, Kind, Schema, Value};
+use crate::description::{AnyPart, Data as _, Kind, Schema, Value};
 use crate::python::convert;
 use crate::python::errors::at_place;
-use crate::python::profile::{along_rod, along_rod_out};
+use crate::python::profile::{along_rod, along_rod_out, along_segment, along_segment_out};
 use crate::python::signal::{Functions, on_signal, signal_of, signal_out};
 use crate::signal::{Drive, Signal};
 
@@ -72,6 +72,9 @@ pub(super) fn value_of(
         Kind::OneOf(_, kinds) => one_of(object, name, kinds, kind, functions),
         Kind::Part(_) => one_of(object, name, std::slice::from_ref(kind), kind, functions),
         Kind::AlongRod(_) => Ok(along_rod(object, name, functions)?.write()),
+        // Functions are sampled where the length is known.
+        Kind::Symmetric(_) => along_segment(object, name, kind, || Ok(None)),
+        Kind::Profile(values, _) => along_segment(object, name, values, || Ok(None)),
         Kind::Signal(sort, numbers, _) => Ok(Value::Part(match (sort.is_empty(), numbers) {
             (false, Kind::Number) => Arc::new(signal_of::<1>(object, name, functions)?),
             (false, _) => Arc::new(signal_of::<3>(object, name, functions)?),
@@ -106,7 +109,8 @@ fn classes_of(kind: &Kind) -> String {
         return format!("{} or None", classes_of(inner));
     }
     let kinds = if let Kind::OneOf(_, kinds) = kind { kinds } else { std::slice::from_ref(kind) };
-    let classes: Vec<_> = kinds.iter().filter_map(Kind::schema).map(|schema| schema.name).collect();
+    let mut classes: Vec<_> = kinds.iter().filter_map(Kind::schema).map(Schema::class).collect();
+    classes.dedup();
     match classes.split_last() {
         Some((last, first)) if !first.is_empty() => format!("{} or {last}", first.join(", ")),
         _ => classes.concat(),
@@ -225,15 +229,47 @@ fn from_arguments(
     Ok(Some(Value::Table(given.collect())))
 }
 
-/// The object of an attribute: of square matrices an array.
-pub(super) fn attribute_of<'py>(py: Python<'py>, value: &Value, kind: &Kind) -> PyResult<Bound<'py, PyAny>> {
-    match (kind, value) {
-        (Kind::Array(Kind::Array(..), _), Value::Rows { numbers, columns }) => {
-            let rows: Vec<_> = numbers.chunks(*columns).map(<[f64]>::to_vec).collect();
-            Ok(PyArray2::from_vec2(py, &rows)?.into_any())
+/// The object of an attribute: of square matrices an array, of a size the pair at base and tip.
+pub(super) fn attribute_of<'py>(
+    py: Python<'py>,
+    part: &dyn AnyPart,
+    index: usize,
+) -> PyResult<Bound<'py, PyAny>> {
+    let (value, kind) = (part.field(index), &part.schema().fields[index].kind);
+    let array = |rows: &[Vec<f64>]| Ok(PyArray2::from_vec2(py, rows)?.into_any());
+    match (kind, kind.along_segment(), &value) {
+        (_, Some(Kind::OneOrEach(_)), Value::Number(size)) => Ok(PyTuple::new(py, [size, size])?.into_any()),
+        (_, Some(Kind::Symmetric(_)), Value::List(diagonal)) => {
+            let entry = |value: &Value| if let Value::Number(entry) = value { *entry } else { 0.0 };
+            let row = |i: usize| {
+                let mut row = vec![0.0; diagonal.len()];
+                row[i] = entry(&diagonal[i]);
+                row
+            };
+            array(&(0..diagonal.len()).map(row).collect::<Vec<_>>())
         }
-        _ => object_of(py, value),
+        (Kind::Array(Kind::Array(..), _), _, Value::Rows { numbers, columns })
+        | (_, Some(Kind::Symmetric(_)), Value::Rows { numbers, columns }) => {
+            array(&numbers.chunks(*columns).map(<[f64]>::to_vec).collect::<Vec<_>>())
+        }
+        _ => field_of(py, part, &value),
     }
+}
+
+/// The object of a value of a field of this part.
+pub(super) fn field_of<'py>(
+    py: Python<'py>,
+    part: &dyn AnyPart,
+    value: &Value,
+) -> PyResult<Bound<'py, PyAny>> {
+    if let Value::Part(_) = value
+        && let Some(i) = part.schema().index("length")
+        && let Value::Number(length) = part.field(i)
+        && let Some(profile) = along_segment_out(value, length)
+    {
+        return Ok(Bound::new(py, profile)?.into_any());
+    }
+    object_of(py, value)
 }
 
 /// The object of a value.
