@@ -84,6 +84,66 @@ class Section(Part):
         length: float | None = None,
     ) -> Section: ...
 
+class Segment(Part):
+    __match_args__ = (
+        "length",
+        "radius",
+        "young_modulus",
+        "shear_modulus",
+        "density",
+        "modes",
+        "retardation_time",
+        "reference_strain",
+        "shear_correction",
+        "nodes",
+    )
+    def __init__(
+        self,
+        length: float,
+        radius: _Size | None = None,
+        young_modulus: float | None = None,
+        shear_modulus: float | None = None,
+        density: float | None = None,
+        modes: dict[str, int] | None = None,
+        retardation_time: float = 0.0,
+        reference_strain: _Along = (0.0, 0.0, 0.0, 1.0, 0.0, 0.0),
+        shear_correction: ArrayLike | Literal["cowper"] = 1.0,
+        nodes: int | None = None,
+        *,
+        basis: Literal["legendre", "chebyshev", "monomial", "piecewise_constant", "hermite"] = "legendre",
+        section: Section | None = None,
+        poisson_ratio: float | None = None,
+    ) -> None: ...
+    @property
+    def length(self) -> float: ...
+    @property
+    def radius(self) -> tuple[float, float] | Profile | None: ...
+    @property
+    def young_modulus(self) -> float | None: ...
+    @property
+    def shear_modulus(self) -> float | None: ...
+    @property
+    def density(self) -> float | None: ...
+    @property
+    def modes(self) -> dict[str, int]: ...
+    @property
+    def retardation_time(self) -> float: ...
+    @property
+    def reference_strain(self) -> tuple[float, float, float, float, float, float] | Profile: ...
+    @property
+    def shear_correction(self) -> float | tuple[float, float] | Literal["cowper"]: ...
+    @property
+    def nodes(self) -> int | None: ...
+    @property
+    def basis(self) -> Literal["legendre", "chebyshev", "monomial", "piecewise_constant", "hermite"]: ...
+    @property
+    def section(self) -> Section: ...
+    @property
+    def poisson_ratio(self) -> float | None: ...
+    def stiffness(self, X: float = 0.0) -> NDArray[np.float64]: ...
+    def generalised_stiffness(self) -> NDArray[np.float64]: ...
+    def inertia(self, X: float = 0.0) -> NDArray[np.float64]: ...
+
 class Ball(Part):
     __match_args__ = ("link", "radius")
     def __init__(
@@ -1183,67 +1243,6 @@ _Size: TypeAlias = (
     float | tuple[float, float] | tuple[ArrayLike, ArrayLike] | Callable[[float], float] | Profile
 )
 _Along: TypeAlias = ArrayLike | tuple[ArrayLike, ArrayLike] | Callable[[float], ArrayLike] | Profile
-
-@final
-class Segment:
-    def __new__(
-        cls,
-        length: float,
-        radius: _Size | None = None,
-        young_modulus: float | None = None,
-        shear_modulus: float | None = None,
-        density: float | None = None,
-        modes: dict[str, int] | None = None,
-        retardation_time: float = 0.0,
-        reference_strain: _Along = (
-            0,
-            0,
-            0,
-            1,
-            0,
-            0,
-        ),
-        shear_correction: float | tuple[float, float] | Literal["cowper"] = 1.0,
-        nodes: int | None = None,
-        *,
-        basis: Literal["legendre", "chebyshev", "monomial", "piecewise_constant", "hermite"] = "legendre",
-        section: Section | None = None,
-        poisson_ratio: float | None = None,
-    ) -> Segment: ...
-    @property
-    def length(self) -> float: ...
-    @property
-    def radius(self) -> tuple[float, float] | Profile | None: ...
-    @property
-    def section(self) -> Section: ...
-    @property
-    def young_modulus(self) -> float | None: ...
-    @property
-    def shear_modulus(self) -> float | None: ...
-    @property
-    def poisson_ratio(self) -> float | None: ...
-    @property
-    def density(self) -> float | None: ...
-    @property
-    def modes(self) -> dict[str, int]: ...
-    @property
-    def retardation_time(self) -> float: ...
-    @property
-    def reference_strain(self) -> tuple[float, float, float, float, float, float] | Profile: ...
-    @property
-    def shear_correction(self) -> float | tuple[float, float] | Literal["cowper"]: ...
-    @property
-    def nodes(self) -> int | None: ...
-    def stiffness(self, X: float = 0.0) -> NDArray[np.float64]: ...
-    def generalised_stiffness(self) -> NDArray[np.float64]: ...
-    def inertia(self, X: float = 0.0) -> NDArray[np.float64]: ...
-    @property
-    def basis(
-        self,
-    ) -> Literal["legendre", "chebyshev", "monomial", "piecewise_constant", "hermite"]: ...
-    def __eq__(self, other: object, /) -> bool: ...
-    def __ne__(self, other: object, /) -> bool: ...
-    def __getnewargs_ex__(self) -> tuple[tuple[()], dict[str, Any]]: ...
 
 #: Times and values, and their interpolation: linear for loads; by default cubic for prescribed motions.
 _Table: TypeAlias = (

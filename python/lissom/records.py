@@ -162,7 +162,8 @@ class _Writer:
             raise NotKept(f"a {owner.__name__}")
         name = _NAMES[owner]
         if is_dataclass(owner):
-            values = {field.name: self.node(getattr(thing, field.name)) for field in fields(owner)}
+            # Of a part those that do not follow from others.
+            values = {field.name: self.node(getattr(thing, field.name)) for field in fields(thing)}
             return {"fields": [name, values]}
         if isinstance(thing, Model):
             # Kept alive by the result that contains it, so that the address is its own.
@@ -259,7 +260,10 @@ class _Reader:
     def _fields(self, content: Any) -> Any:
         name, values = content
         owner = CLASSES[name]
-        if not is_dataclass(owner) or {field.name for field in fields(owner)} != values.keys():
+        if not is_dataclass(owner):
+            raise Damaged(f"{name} has no fields")
+        names = {field.name for field in fields(owner)}
+        if not (values.keys() <= names if issubclass(owner, Part) else values.keys() == names):
             raise Damaged(f"other fields than those of {name}")
         found = {field: self.value(value) for field, value in values.items()}
         for field, kind in _annotations(name).items():

@@ -101,9 +101,14 @@ pub enum Kind {
     /// A value of this kind along a segment, or a function of the arc length, which in scenes is a table with these fields and
     /// in Python is sampled over the `length` of the part.
     Profile(&'static Self, &'static Schema),
+    /// A value of this kind, which scenes may leave open by the word "auto".
+    Open(&'static Self),
 }
 
 impl Kind {
+    /// The word by which scenes leave a value open.
+    pub const OPEN: &str = "auto";
+
     /// What is expected, in words of scene files.
     pub fn words(&self) -> String {
         match self {
@@ -135,6 +140,7 @@ impl Kind {
             Self::AlongRod(_) => "a number or an array of 2 numbers or a table".to_owned(),
             Self::Symmetric(size) => format!("an array of {size} numbers or of {size} rows"),
             Self::Profile(value, _) => format!("{} or a table", value.words()),
+            Self::Open(value) => format!("\"{}\" or {}", Self::OPEN, value.words()),
         }
     }
 
@@ -192,6 +198,8 @@ pub struct Schema {
     pub positional: usize,
     /// Whether its class stands in that of its base, with the tag as its name.
     pub is_nested: bool,
+    /// Whether Python has a dict in its place.
+    pub is_dict: bool,
     /// Whether it is checked by the part that holds it, and not when it is made.
     pub is_checked_later: bool,
     /// Whether Python also takes its arguments in its place, as a tuple or a dict, and None for none.
@@ -225,6 +233,7 @@ impl Schema {
             fields,
             positional,
             is_nested: false,
+            is_dict: false,
             is_checked_later: false,
             is_short: false,
             is_brief: false,
@@ -277,6 +286,11 @@ impl Schema {
     /// Its class stands in that of its base.
     pub const fn nested(self) -> Self {
         Self { is_nested: true, ..self }
+    }
+
+    /// Python has a dict in its place.
+    pub const fn dict(self) -> Self {
+        Self { is_dict: true, ..self }
     }
 
     /// The part that holds it checks it.
@@ -390,6 +404,8 @@ pub struct Limits {
     pub is_by_place: bool,
     /// Whether callers of Python have to give it, although scenes may leave it out.
     pub is_explicit: bool,
+    /// Whether all valid parts have it, although it may be left out.
+    pub is_always: bool,
 }
 
 /// Which signs numbers may have.
@@ -413,6 +429,7 @@ impl Limits {
         needs: "",
         is_by_place: false,
         is_explicit: false,
+        is_always: false,
     };
 
     /// With a unit.
@@ -448,6 +465,11 @@ impl Limits {
     /// Callers of Python have to give it, if only None; scenes may leave it out.
     pub const fn explicit(self) -> Self {
         Self { is_explicit: true, ..self }
+    }
+
+    /// All valid parts have it, given or derived.
+    pub const fn always(self) -> Self {
+        Self { is_always: true, ..self }
     }
 
     /// The field is given only together with this one.
@@ -547,6 +569,11 @@ pub trait AnyPart: Any + Send + Sync + Debug {
 
     /// The value of a field by its place in the table.
     fn field(&self, index: usize) -> Value;
+
+    /// What follows from the other fields for one that is not given.
+    fn derived(&self, _index: usize) -> Value {
+        Value::None
+    }
 
     /// Whether both are equal.
     fn same(&self, other: &dyn AnyPart) -> bool;

@@ -31,6 +31,15 @@ pub enum Fault {
         /// What to add, after the name of the field.
         advice: String,
     },
+    /// A field that this part needs, although others do not.
+    Absent {
+        /// The field.
+        key: &'static str,
+        /// Its meaning.
+        meaning: String,
+        /// What would be right, in words of Python.
+        expected: &'static str,
+    },
     /// The place is a key that no field has.
     Unknown {
         /// The keys that could be meant.
@@ -124,6 +133,7 @@ impl From<Problem> for error::Problem {
         let (found, expected) = match fault {
             Fault::Value { found, expected } | Fault::Type { found, expected } => (found, expected),
             Fault::Missing { key, advice } => ("None".to_owned(), format!("{key}{advice}")),
+            Fault::Absent { expected, .. } => ("none".to_owned(), expected.to_owned()),
             Fault::Unknown { known } => ("an unknown name".to_owned(), format!("one of {}", listed(&known))),
             Fault::NotTaken { part, taken } => {
                 (format!("what {} does not take", part.called), format!("one of {}", listed(&taken)))

@@ -13,7 +13,6 @@ use super::signal::{Functions, callable_of};
 use crate::actuator::{AlongRod, AlongRodTable};
 use crate::description::{Data as _, Kind, Symmetric, Value};
 use crate::error::{Checker, InvalidInput};
-use crate::rod::described::Size;
 use crate::rod::{Parts, Profile, Unsampled};
 
 /// A function of the arc length of a segment, as `Segment` creates it from a table or a callable.
@@ -310,26 +309,10 @@ fn wrong(name: &str, expected: &str, value: &Bound<'_, PyAny>) -> PyErr {
     ))
 }
 
-/// A size along a segment of this length.
-pub(super) fn size(value: &Bound<'_, PyAny>, length: f64, name: &str) -> PyResult<Profile<1>> {
-    let kind = Kind::OneOrEach(2);
-    let value = along_segment(value, name, &kind, || Ok(Some(length)))?;
-    let Size(size) = Size::read(&value, &mut Default::default()).expect("it has been read before");
-    Ok(size)
-}
-
-/// The Python form of a size: values at base and tip, or a profile.
-pub(super) fn size_out<'py>(py: Python<'py>, size: &Profile<1>, length: f64) -> PyResult<Bound<'py, PyAny>> {
-    match size.ends() {
-        Some([[base], [tip]]) => (base, tip).into_bound_py_any(py),
-        None => to_python(size, &[], length).into_bound_py_any(py),
-    }
-}
-
 /// Numbers along a segment of this length from Python, a value of which has this shape with `N` entries: a constant
 /// value, a pair of stations (metres) and values, a function of the arc length from the segment's base in metres, or
 /// a `lissom.Profile`.
-pub(crate) fn profile<const N: usize>(
+fn profile<const N: usize>(
     value: &Bound<'_, PyAny>,
     shape: &[usize],
     length: f64,
@@ -359,7 +342,7 @@ pub(crate) fn profile<const N: usize>(
 }
 
 /// The profile as Python sees it.
-pub(crate) fn to_python<const N: usize>(profile: &Profile<N>, shape: &[usize], length: f64) -> PyProfile {
+fn to_python<const N: usize>(profile: &Profile<N>, shape: &[usize], length: f64) -> PyProfile {
     let rows = |rows: &[[f64; N]]| rows.iter().map(|row| row.to_vec()).collect();
     let (stations, rows) = match profile.parts() {
         Parts::Constant(value) => (None, vec![value.to_vec()]),
@@ -375,7 +358,7 @@ pub(crate) fn to_python<const N: usize>(profile: &Profile<N>, shape: &[usize], l
 }
 
 /// The length in metres that a table or a `lissom.Profile` is over; none of anything else.
-pub(crate) fn length_of(value: &Bound<'_, PyAny>) -> PyResult<Option<f64>> {
+pub(super) fn length_of(value: &Bound<'_, PyAny>) -> PyResult<Option<f64>> {
     if let Ok(profile) = value.cast::<PyProfile>() {
         return Ok(Some(profile.get().length));
     }
@@ -436,7 +419,7 @@ pub(super) fn along_rod_out<'py>(py: Python<'py>, along: &AlongRod) -> PyResult<
 }
 
 /// Whether `value` is a function of the arc length: a table, a callable or a `lissom.Profile`.
-pub(crate) fn varies(value: &Bound<'_, PyAny>) -> PyResult<bool> {
+fn varies(value: &Bound<'_, PyAny>) -> PyResult<bool> {
     Ok(value.is_instance_of::<PyProfile>() || value.is_callable() || table(value)?.is_some())
 }
 

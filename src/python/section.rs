@@ -1,15 +1,13 @@
 //! `lissom.Section`: what follows from a section; its parameters are those of the tables of `description`.
 
-use numpy::PyArray2;
 use pyo3::class::{PyTraverseError, PyVisit};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyString, PyTuple, PyType};
+use pyo3::types::{PyDict, PyTuple, PyType};
 
 use super::arguments;
-use super::convert;
 use super::part::PyPart;
-use crate::rod::{self, Shape, ShearCorrection, described};
+use crate::rod::{self, Shape, described};
 
 /// Cross-section of a segment: a shape filled with its material, or given stiffness and inertia.
 ///
@@ -140,11 +138,6 @@ impl PySection {
     }
 }
 
-/// Two numbers in a `repr`; one if they are equal.
-pub(super) fn pair(name: &str, [first, second]: [f64; 2]) -> String {
-    if first == second { format!("{name}={first:?}") } else { format!("{name}=({first:?}, {second:?})") }
-}
-
 fn check_fraction(x: f64) -> PyResult<()> {
     if (0.0..=1.0).contains(&x) {
         return Ok(());
@@ -152,45 +145,4 @@ fn check_fraction(x: f64) -> PyResult<()> {
     Err(PyValueError::new_err(format!(
         "x: got {x}, expected a fraction of the segment's length, from 0 to 1"
     )))
-}
-
-pub(super) fn rows<'py, const N: usize>(
-    py: Python<'py>,
-    matrix: &[[f64; N]; N],
-) -> PyResult<Bound<'py, PyArray2<f64>>> {
-    let rows: Vec<Vec<f64>> = matrix.iter().map(|row| row.to_vec()).collect();
-    Ok(PyArray2::from_vec2(py, &rows)?)
-}
-
-/// A shear correction: a factor, a factor for each direction, or a rule.
-pub(super) fn shear_correction(value: &Bound<'_, PyAny>) -> PyResult<ShearCorrection> {
-    if let Ok(word) = value.cast::<PyString>() {
-        return match word.to_str()? {
-            "cowper" => Ok(ShearCorrection::Cowper),
-            other => Err(PyValueError::new_err(format!(
-                "shear_correction: got '{other}', expected a factor, one for y and one for z, or 'cowper'"
-            ))),
-        };
-    }
-    if let Some(factor) = convert::number_if_one(value, "shear_correction")? {
-        return Ok(factor.into());
-    }
-    convert::array_of::<2>(value, "shear_correction").map(ShearCorrection::Factors).map_err(|_| {
-        let found = convert::describe(value);
-        PyTypeError::new_err(format!(
-            "shear_correction: expected a factor, (one for y, one for z), or 'cowper', got {found}"
-        ))
-    })
-}
-
-/// The Python form of a shear correction; one number if both directions have the same factor.
-pub(super) fn shear_correction_out<'py>(
-    py: Python<'py>,
-    correction: ShearCorrection,
-) -> PyResult<Bound<'py, PyAny>> {
-    Ok(match correction {
-        ShearCorrection::Cowper => "cowper".into_pyobject(py)?.into_any(),
-        ShearCorrection::Factors([y, z]) if y == z => y.into_pyobject(py)?.into_any(),
-        ShearCorrection::Factors(factors) => <(f64, f64)>::from(factors).into_pyobject(py)?.into_any(),
-    })
 }

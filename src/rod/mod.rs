@@ -21,10 +21,11 @@ pub(crate) mod stiffness;
 mod strain;
 mod validation;
 
-/// Sections as users describe them.
+/// Segments and sections as users describe them.
 pub mod described {
     pub use super::profile::Size;
     pub use super::section::described::{Circle, Ellipse, Given, HollowCircle, Rectangle, Section};
+    pub use super::segment::described::{ModeChoice, Modes, Segment};
 }
 
 pub use basis::{Basis, legendre};

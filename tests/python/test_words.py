@@ -240,7 +240,7 @@ SAME_WORDS = {
     "VaryingVector": (lissom.Harmonic, {"times", "values", "interpolation"}),
     "VaryingNumber": (lissom.Harmonic, {"times", "values", "interpolation"}),
     "StrainTable": (lissom.Profile, set()),
-    "SizeTable": (lissom.Profile, set()),
+    "NumberTable": (lissom.Profile, set()),
     "Simulation": (lissom.simulate, {"output"}),
 }
 

@@ -13,7 +13,7 @@ use pyo3::class::{PyTraverseError, PyVisit};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
-use pyo3::types::{PyDict, PyTuple, PyType};
+use pyo3::types::{PyDict, PyString, PyTuple, PyType};
 
 use super::callback::raised_by_function;
 use super::convert;
@@ -49,6 +49,11 @@ struct PyField {
 /// The table of a class.
 #[pyclass(frozen)]
 struct PySchema(&'static Schema);
+
+/// What `dataclasses` reads: of a class all fields, of a part those that are given or do not follow from others.
+#[pyclass(name = "Fields", module = "lissom", frozen)]
+#[derive(Debug)]
+struct PyFields(Py<PyDict>);
 
 /// The methods of simulations.
 const METHODS: [&Schema; 5] = [Newmark::SCHEMA, Radau::SCHEMA, Rk45::SCHEMA, Dop853::SCHEMA, Auto::SCHEMA];
@@ -284,6 +289,11 @@ impl PyPart {
         // Functions may have no hash.
         let fields = self.part.schema().fields.iter().zip(self.fields(py)?);
         for (_, (_, value)) in fields.filter(|(field, _)| !field.kind.holds_functions()) {
+            // The modes of a segment are a dict.
+            let value = match value.cast::<PyDict>() {
+                Ok(dict) => dict.items().to_tuple().into_any(),
+                Err(_) => value,
+            };
             value.hash()?.hash(&mut hasher);
         }
         Ok(hasher.finish())
@@ -314,6 +324,25 @@ impl PyPart {
 
     fn __traverse__(&self, visit: PyVisit<'_>) -> Result<(), PyTraverseError> {
         self.functions.traverse(&visit)
+    }
+}
+
+#[pymethods]
+impl PyFields {
+    fn __get__<'py>(
+        slf: &Bound<'py, Self>,
+        part: &Bound<'py, PyAny>,
+        _class: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let all = slf.get().0.bind(slf.py());
+        let Ok(part) = part.cast::<PyPart>() else { return Ok(all.clone()) };
+        let part = &part.get().part;
+        let follows = |i: usize| part.field(i) == Value::None && part.derived(i) != Value::None;
+        let given = all.copy()?;
+        for (_, name) in part.schema().names().enumerate().filter(|(i, _)| follows(*i)) {
+            given.del_item(name)?;
+        }
+        Ok(given)
     }
 }
 
@@ -369,7 +398,15 @@ fn class<'py>(
     items.set_item("_schema", PySchema(schema))?;
     let positional = schema.names().take(schema.positional);
     items.set_item("__match_args__", PyTuple::new(py, positional.collect::<Vec<_>>())?)?;
-    items.set_item("__dataclass_fields__", dataclass_fields(py, schema)?)?;
+    items.set_item("__dataclass_fields__", PyFields(dataclass_fields(py, schema)?.cast_into()?.unbind()))?;
+    if schema.base.starts_with('_') {
+        // Documentation shows what follows from a part in its own class.
+        for (name, method) in base.getattr("__dict__")?.call_method0("copy")?.cast_into::<PyDict>()? {
+            if !name.cast::<PyString>()?.to_str()?.starts_with('_') {
+                items.set_item(name, method)?;
+            }
+        }
+    }
     for (index, field) in schema.fields.iter().enumerate() {
         items.set_item(field.name, PyField { index, doc: field.meaning() })?;
     }

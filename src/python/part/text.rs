@@ -64,11 +64,17 @@ pub(super) fn annotation(kind: &Kind, is_argument: bool) -> String {
         Kind::OneOrMany => "float | tuple[float, ...]".to_owned(),
         Kind::OneOrEach(count) => annotation(&Kind::Array(&Kind::Number, *count), false),
         Kind::Optional(kind) => format!("{} | None", inner(kind)),
+        // One number stands for equal ones.
+        Kind::OneOf(_, [each @ Kind::OneOrEach(_), word]) if !is_argument => {
+            format!("float | {} | {}", inner(each), inner(word))
+        }
         Kind::OneOf(_, kinds) => {
             let mut kinds: Vec<_> = kinds.iter().map(inner).collect();
             kinds.dedup();
             kinds.join(" | ")
         }
+        Kind::Open(kind) => inner(kind),
+        Kind::Part(schema) if schema.is_dict => "dict[str, int]".to_owned(),
         Kind::Part(schema) if is_argument && schema.is_short => {
             format!("{} | Sequence[object] | Mapping[str, object] | None", schema.name)
         }
@@ -120,6 +126,8 @@ fn words(kind: &Kind) -> String {
         }
         Kind::Profile(values, _) => format!("{}; or (stations, values), callable or Profile", words(values)),
         Kind::Part(schema) if schema.is_short => format!("{}, tuple, dict or None", schema.name),
+        Kind::Part(schema) if schema.is_dict => "dict of str to int".to_owned(),
+        Kind::Open(kind) => words(kind),
         kind => annotation(kind, true),
     }
 }
@@ -187,20 +195,23 @@ pub(super) fn docstring(schema: &Schema) -> String {
 }
 
 /// What follows from parts, in the stub of the base of nested classes.
-const VIEWS: [(&str, &str); 1] = [("Section", include_str!("../section_views.txt"))];
+const VIEWS: [(&str, &str); 2] =
+    [("Section", include_str!("../section_views.txt")), ("_Segment", include_str!("../segment_views.txt"))];
 
 /// The classes of the stub.
 pub(super) fn stub(parts: &[&'static Schema]) -> String {
     let mut text = String::new();
-    let mut bases = vec!["Part", ""];
+    let mut bases = Vec::new();
     for schema in parts {
-        if !bases.contains(&schema.base) {
-            let views = VIEWS.iter().find(|(name, _)| *name == schema.base).map(|(_, views)| *views);
+        let views = VIEWS.iter().find(|(name, _)| *name == schema.base).map(|(_, views)| *views);
+        // A private base has nothing but what its only class has.
+        let base = if schema.base.is_empty() || schema.base.starts_with('_') { "Part" } else { schema.base };
+        if base != "Part" && !bases.contains(&base) {
             match views {
-                Some(views) => _ = write!(text, "class {}(Part):\n{views}", schema.base),
-                None => _ = writeln!(text, "class {}(Part): ...\n", schema.base),
+                Some(views) => _ = write!(text, "class {base}(Part):\n{views}"),
+                None => _ = writeln!(text, "class {base}(Part): ...\n"),
             }
-            bases.push(schema.base);
+            bases.push(base);
         }
         if schema.is_nested {
             // A class, which is called as a function.
@@ -218,19 +229,29 @@ pub(super) fn stub(parts: &[&'static Schema]) -> String {
             }
             continue;
         }
-        let base = if schema.base.is_empty() { "Part" } else { schema.base };
         let positional = schema.names().take(schema.positional).map(|name| format!("\"{name}\""));
-        // Also of one argument a tuple.
-        let comma = if schema.positional == 1 { "," } else { "" };
-        let positional = positional.collect::<Vec<_>>().join(", ");
-        _ = writeln!(text, "class {}({base}):\n    __match_args__ = ({positional}{comma})", schema.name);
+        let positional: Vec<_> = positional.collect();
+        let line = format!("    __match_args__ = ({})", positional.join(", "));
+        let line = match schema.positional {
+            // Also of one argument a tuple.
+            1 => line.replace(')', ",)"),
+            // As the formatter breaks it.
+            _ if line.len() > LINE => {
+                format!("    __match_args__ = (\n        {},\n    )", positional.join(",\n        "))
+            }
+            _ => line,
+        };
+        _ = writeln!(text, "class {}({base}):\n{line}", schema.name);
         text.push_str("    def __init__(\n        self,\n");
         for argument in arguments(schema, true) {
             _ = writeln!(text, "        {argument},");
         }
         text.push_str("    ) -> None: ...\n");
         for field in schema.fields {
-            let kind = annotation(&field.kind, false);
+            let kind = match &field.kind {
+                Kind::Optional(inner) if field.limits.is_always => annotation(inner, false),
+                kind => annotation(kind, false),
+            };
             let line = format!("    def {}(self) -> {kind}: ...", field.name);
             // As the formatter breaks it.
             let line = match line.len() > LINE {
@@ -238,6 +259,9 @@ pub(super) fn stub(parts: &[&'static Schema]) -> String {
                 false => line,
             };
             _ = writeln!(text, "    @property\n{line}");
+        }
+        if base == "Part" {
+            text.push_str(views.unwrap_or_default());
         }
         text.push('\n');
     }

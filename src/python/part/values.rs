@@ -65,11 +65,25 @@ pub(super) fn value_of(
             (values, false) => numbers(values),
         }),
         Kind::Optional(_) if object.is_none() => Ok(Value::None),
-        Kind::Optional(inner @ Kind::Part(_)) => {
-            one_of(object, name, std::slice::from_ref(inner), kind, functions)
+        Kind::Optional(inner @ (Kind::Part(_) | Kind::OneOf(_, [Kind::Part(_), ..]))) => {
+            let inner = if let Kind::OneOf(_, kinds) = inner { kinds } else { std::slice::from_ref(*inner) };
+            one_of(object, name, inner, kind, functions)
         }
         Kind::Optional(inner) => value_of(object, name, inner, functions),
+        Kind::OneOf(_, [number @ Kind::OneOrEach(count), Kind::Word(_, words)]) => {
+            if object.is_instance_of::<PyString>() {
+                return Ok(Value::Text(convert::text(object, name)?.to_owned()));
+            }
+            value_of(object, name, number, functions).map_err(|_| {
+                let (words, found) = (words.join("', '"), convert::describe(object));
+                PyTypeError::new_err(format!(
+                    "{name}: expected a number, {count} numbers or '{words}', got {found}"
+                ))
+            })
+        }
         Kind::OneOf(_, kinds) => one_of(object, name, kinds, kind, functions),
+        Kind::Open(inner) => value_of(object, name, inner, functions),
+        Kind::Part(schema) if schema.is_dict => dict_of(object, name, schema),
         Kind::Part(_) => one_of(object, name, std::slice::from_ref(kind), kind, functions),
         Kind::AlongRod(_) => Ok(along_rod(object, name, functions)?.write()),
         // Functions are sampled where the length is known.
@@ -83,6 +97,24 @@ pub(super) fn value_of(
             (true, _) => Arc::new(Drive(signal_of::<3>(object, name, functions)?)),
         })),
     }
+}
+
+/// The table of a part of integers that Python has as a dict.
+fn dict_of(object: &Bound<'_, PyAny>, name: &str, schema: &'static Schema) -> PyResult<Value> {
+    let Ok(dict) = object.cast::<PyDict>() else {
+        let found = convert::describe(object);
+        let expected = format!("a dict such as {{'{}': 3}}", schema.fields[1].name);
+        return Err(PyTypeError::new_err(format!("{name}: got {found}, expected {expected}")));
+    };
+    let pair = |(key, value): (Bound<'_, PyAny>, Bound<'_, PyAny>)| {
+        let key = key.str()?.to_string();
+        let Ok(number) = value.extract::<i64>() else {
+            let (found, expected) = (value.repr()?, "a whole number >= 0");
+            return Err(PyValueError::new_err(format!("{name}['{key}']: got {found}, expected {expected}")));
+        };
+        Ok((key.into(), Value::Integer(number)))
+    };
+    dict.iter().map(pair).collect::<PyResult<_>>().map(Value::Table)
 }
 
 /// The items of a sequence.
@@ -235,7 +267,11 @@ pub(super) fn attribute_of<'py>(
     part: &dyn AnyPart,
     index: usize,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let (value, kind) = (part.field(index), &part.schema().fields[index].kind);
+    let kind = &part.schema().fields[index].kind;
+    let value = match part.field(index) {
+        Value::None => part.derived(index),
+        value => value,
+    };
     let array = |rows: &[Vec<f64>]| Ok(PyArray2::from_vec2(py, rows)?.into_any());
     match (kind, kind.along_segment(), &value) {
         (_, Some(Kind::OneOrEach(_)), Value::Number(size)) => Ok(PyTuple::new(py, [size, size])?.into_any()),
@@ -291,6 +327,13 @@ pub(in crate::python) fn object_of<'py>(py: Python<'py>, value: &Value) -> PyRes
         Value::Table(pairs) => {
             let made = PyDict::new(py);
             pairs.iter().try_for_each(|(key, value)| made.set_item(&**key, object_of(py, value)?))?;
+            Ok(made.into_any())
+        }
+        Value::Part(part) if part.schema().is_dict => {
+            let made = PyDict::new(py);
+            for (field, value) in part.given() {
+                made.set_item(field.name, object_of(py, &value)?)?;
+            }
             Ok(made.into_any())
         }
         Value::Part(part) => match value.part::<AlongRod>() {
