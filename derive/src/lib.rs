@@ -50,7 +50,8 @@ fn doc(attributes: &[Attribute]) -> String {
 }
 
 /// Options of structs are the functions of `description::Schema`, and `complete = function`, which fills in what was left
-/// out, and `check = function`, which checks fields against each other. Options of fields are `default`,
+/// out, `check = function`, which checks fields against each other, and `derived = function`, which says what follows for a
+/// field that is not given. Options of fields are `default`,
 /// `default = value`, `key = "name"` where users know another name, and the functions of `description::Limits`.
 #[proc_macro_derive(Described, attributes(part))]
 pub fn described(input: proc_macro::TokenStream) -> proc_macro::TokenStream {
@@ -73,6 +74,7 @@ fn of_struct(input: &DeriveInput, fields: &Fields) -> Result<TokenStream> {
     let mut options = items(&input.attrs)?;
     let complete = taken(&mut options, "complete").map(|item| item.1).into_iter();
     let check = taken(&mut options, "check").map(|item| item.1).into_iter();
+    let derived = taken(&mut options, "derived").map(|item| item.1).into_iter();
     let mut table = Vec::new();
     for field in fields {
         let (ty, text) = (&field.ty, doc(&field.attrs));
@@ -136,6 +138,7 @@ fn of_struct(input: &DeriveInput, fields: &Fields) -> Result<TokenStream> {
             fn field(&self, index: usize) -> Value {
                 match index { #(#places => self.#names.write(),)* _ => Value::None }
             }
+            #(fn derived(&self, index: usize) -> Value { #derived(self, FIELDS[index].name) })*
             fn same(&self, other: &dyn AnyPart) -> bool {
                 (other as &dyn std::any::Any).downcast_ref() == Some(self)
             }

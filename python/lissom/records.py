@@ -48,8 +48,11 @@ PARTS = {
     "materials": ("OfMaterial", "OfSection"),
 }
 
+#: The classes of sections by shape; records of older versions name them as functions of `Section`.
+SHAPES = {kind.__qualname__: kind for kind in Section.__subclasses__()}
+
 #: The classes by name.
-CLASSES: dict[str, type] = {
+CLASSES: dict[str, type] = SHAPES | {
     name: getattr(import_module(f"lissom.{module}"), name)
     for module, names in PARTS.items()
     for name in names
@@ -58,9 +61,6 @@ _NAMES = {known: name for name, known in CLASSES.items()}
 
 #: Modules whose dataclasses compare their fields with the annotations here; the others check them themselves.
 CHECKED = ("fits", "sensitivities", "equilibria", "parameters", "materials")
-
-#: Functions that create sections, by shape.
-SHAPES = tuple(name for name in vars(Section) if isinstance(vars(Section)[name], staticmethod))
 
 #: Constructor of results and other compiled objects from what `__reduce__` returns.
 RESTORE = "_restore"
@@ -162,7 +162,8 @@ class _Writer:
             raise NotKept(f"a {owner.__name__}")
         name = _NAMES[owner]
         if is_dataclass(owner):
-            values = {field.name: self.node(getattr(thing, field.name)) for field in fields(owner)}
+            # Of a part those that do not follow from others.
+            values = {field.name: self.node(getattr(thing, field.name)) for field in fields(thing)}
             return {"fields": [name, values]}
         if isinstance(thing, Model):
             # Kept alive by the result that contains it, so that the address is its own.
@@ -259,7 +260,10 @@ class _Reader:
     def _fields(self, content: Any) -> Any:
         name, values = content
         owner = CLASSES[name]
-        if not is_dataclass(owner) or {field.name for field in fields(owner)} != values.keys():
+        if not is_dataclass(owner):
+            raise Damaged(f"{name} has no fields")
+        names = {field.name for field in fields(owner)}
+        if not (values.keys() <= names if issubclass(owner, Part) else values.keys() == names):
             raise Damaged(f"other fields than those of {name}")
         found = {field: self.value(value) for field, value in values.items()}
         for field, kind in _annotations(name).items():
@@ -307,13 +311,13 @@ def _laid_out(name: str, thing: Any) -> Any:
 
 
 def _is_shape(owner: type, function: Any) -> bool:
-    return owner is Section and function in SHAPES
+    return owner is Section and f"Section.{function}" in SHAPES
 
 
 @cache
 def _annotations(name: str) -> dict[str, Any]:
     """Annotations of the fields to compare, of the dataclass with this name."""
-    module = next(module for module, names in PARTS.items() if name in names)
+    module = next((module for module, names in PARTS.items() if name in names), "")
     if module not in CHECKED:
         return {}
     # Classes may name another module as theirs, where they have their methods.

@@ -96,9 +96,19 @@ pub enum Kind {
     /// A number along a rod: one, two for its ends, or a function of the arc length, which in scenes is a table with these
     /// fields.
     AlongRod(&'static Schema),
+    /// A symmetric matrix of this size, or its diagonal.
+    Symmetric(usize),
+    /// A value of this kind along a segment, or a function of the arc length, which in scenes is a table with these fields and
+    /// in Python is sampled over the `length` of the part.
+    Profile(&'static Self, &'static Schema),
+    /// A value of this kind, which scenes may leave open by the word "auto".
+    Open(&'static Self),
 }
 
 impl Kind {
+    /// The word by which scenes leave a value open.
+    pub const OPEN: &str = "auto";
+
     /// What is expected, in words of scene files.
     pub fn words(&self) -> String {
         match self {
@@ -128,17 +138,29 @@ impl Kind {
             Self::Signal("", ..) => "a table".to_owned(),
             Self::Signal(_, constant, _) => format!("{} or a table", constant.words()),
             Self::AlongRod(_) => "a number or an array of 2 numbers or a table".to_owned(),
+            Self::Symmetric(size) => format!("an array of {size} numbers or of {size} rows"),
+            Self::Profile(value, _) => format!("{} or a table", value.words()),
+            Self::Open(value) => format!("\"{}\" or {}", Self::OPEN, value.words()),
         }
     }
 
     /// Whether a value of this kind may hold functions.
     pub fn holds_functions(&self) -> bool {
         match self {
-            Self::Signal(..) | Self::AlongRod(_) => true,
+            Self::Signal(..) | Self::AlongRod(_) | Self::Profile(..) => true,
             Self::Array(inner, _) | Self::List(inner) | Self::Optional(inner) => inner.holds_functions(),
             Self::OneOf(_, kinds) => kinds.iter().any(Self::holds_functions),
             Self::Part(schema) => schema.fields.iter().any(|field| field.kind.holds_functions()),
             _ => false,
+        }
+    }
+
+    /// The kind of the values along a segment, if it has some.
+    pub const fn along_segment(&self) -> Option<&'static Self> {
+        match self {
+            Self::Profile(values, _) => Some(values),
+            Self::Optional(inner) => inner.along_segment(),
+            _ => None,
         }
     }
 
@@ -174,6 +196,10 @@ pub struct Schema {
     pub fields: &'static [Field],
     /// How many arguments may be positional in Python; by default those that are required.
     pub positional: usize,
+    /// Whether its class stands in that of its base, with the tag as its name.
+    pub is_nested: bool,
+    /// Whether Python has a dict in its place.
+    pub is_dict: bool,
     /// Whether it is checked by the part that holds it, and not when it is made.
     pub is_checked_later: bool,
     /// Whether Python also takes its arguments in its place, as a tuple or a dict, and None for none.
@@ -206,6 +232,8 @@ impl Schema {
             example: "",
             fields,
             positional,
+            is_nested: false,
+            is_dict: false,
             is_checked_later: false,
             is_short: false,
             is_brief: false,
@@ -255,6 +283,16 @@ impl Schema {
         Self { positional, ..self }
     }
 
+    /// Its class stands in that of its base.
+    pub const fn nested(self) -> Self {
+        Self { is_nested: true, ..self }
+    }
+
+    /// Python has a dict in its place.
+    pub const fn dict(self) -> Self {
+        Self { is_dict: true, ..self }
+    }
+
     /// The part that holds it checks it.
     pub const fn checked_later(self) -> Self {
         Self { is_checked_later: true, ..self }
@@ -278,6 +316,16 @@ impl Schema {
     /// At least one of these fields has to be given.
     pub const fn some_of(self, some_of: &'static [&'static str]) -> Self {
         Self { some_of, ..self }
+    }
+
+    /// The expression that makes it in Python.
+    pub fn maker(&self) -> String {
+        if self.is_nested { format!("{}.{}", self.base, self.tag) } else { self.name.to_owned() }
+    }
+
+    /// The class of Python that messages and annotations name.
+    pub const fn class(&self) -> &'static str {
+        if self.is_nested { self.base } else { self.name }
     }
 
     /// Place of the field with this name.
@@ -356,6 +404,8 @@ pub struct Limits {
     pub is_by_place: bool,
     /// Whether callers of Python have to give it, although scenes may leave it out.
     pub is_explicit: bool,
+    /// Whether all valid parts have it, although it may be left out.
+    pub is_always: bool,
 }
 
 /// Which signs numbers may have.
@@ -379,6 +429,7 @@ impl Limits {
         needs: "",
         is_by_place: false,
         is_explicit: false,
+        is_always: false,
     };
 
     /// With a unit.
@@ -414,6 +465,11 @@ impl Limits {
     /// Callers of Python have to give it, if only None; scenes may leave it out.
     pub const fn explicit(self) -> Self {
         Self { is_explicit: true, ..self }
+    }
+
+    /// All valid parts have it, given or derived.
+    pub const fn always(self) -> Self {
+        Self { is_always: true, ..self }
     }
 
     /// The field is given only together with this one.
@@ -513,6 +569,11 @@ pub trait AnyPart: Any + Send + Sync + Debug {
 
     /// The value of a field by its place in the table.
     fn field(&self, index: usize) -> Value;
+
+    /// What follows from the other fields for one that is not given.
+    fn derived(&self, _index: usize) -> Value {
+        Value::None
+    }
 
     /// Whether both are equal.
     fn same(&self, other: &dyn AnyPart) -> bool;

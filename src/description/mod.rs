@@ -22,7 +22,7 @@ mod types;
 
 pub use data::{AnyPart, Data, Field, Item, Kind, Limits, Make, Part, Schema, Sign, Value};
 pub use read::{Fault, Problem, Reader};
-pub use types::{LinkName, PerAxis, Rows};
+pub use types::{LinkName, PerAxis, Rows, Symmetric};
 
 pub(crate) use lissom_derive::Described;
 pub(crate) use suggestion::{LISTED, expected_name, expected_one_of, quoted, similar, suggestion};

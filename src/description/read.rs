@@ -31,6 +31,15 @@ pub enum Fault {
         /// What to add, after the name of the field.
         advice: String,
     },
+    /// A field that this part needs, although others do not.
+    Absent {
+        /// The field.
+        key: &'static str,
+        /// Its meaning.
+        meaning: String,
+        /// What would be right, in words of Python.
+        expected: &'static str,
+    },
     /// The place is a key that no field has.
     Unknown {
         /// The keys that could be meant.
@@ -124,6 +133,7 @@ impl From<Problem> for error::Problem {
         let (found, expected) = match fault {
             Fault::Value { found, expected } | Fault::Type { found, expected } => (found, expected),
             Fault::Missing { key, advice } => ("None".to_owned(), format!("{key}{advice}")),
+            Fault::Absent { expected, .. } => ("none".to_owned(), expected.to_owned()),
             Fault::Unknown { known } => ("an unknown name".to_owned(), format!("one of {}", listed(&known))),
             Fault::NotTaken { part, taken } => {
                 (format!("what {} does not take", part.called), format!("one of {}", listed(&taken)))
@@ -194,6 +204,12 @@ impl Reader {
 
     /// Reports a fault at a key here, or at this place if the key is empty.
     pub fn refuse(&mut self, key: &str, fault: Fault) {
+        let place = self.place_of(key);
+        self.problems.push(Problem { place, fault });
+    }
+
+    /// The path of a key here.
+    fn place_of(&self, key: &str) -> String {
         let mut place = String::new();
         for step in &self.place {
             _ = match step {
@@ -203,7 +219,7 @@ impl Reader {
             };
         }
         let dot = if place.is_empty() || key.is_empty() || key.starts_with(['[', '.']) { "" } else { "." };
-        self.problems.push(Problem { place: format!("{place}{dot}{key}"), fault });
+        format!("{place}{dot}{key}")
     }
 
     /// Reports a value at a key here, or at this place if the key is empty, unless `ok`.
@@ -215,9 +231,14 @@ impl Reader {
         ok
     }
 
-    /// Adds the problems that a checker found at this place.
+    /// Adds the problems that a checker found at this place, where there are none yet.
     pub(crate) fn nested(&mut self, checker: Checker) {
+        let before = self.problems.len();
         for problem in checker.finish().err().into_iter().flat_map(|error| error.problems) {
+            let place = self.place_of(&problem.place);
+            if self.problems[..before].iter().any(|known| known.place == place) {
+                continue;
+            }
             self.require(false, &problem.place, problem.found, &problem.expected);
         }
     }

@@ -155,6 +155,44 @@ impl<const N: usize> Data for [[f64; N]; N] {
     }
 }
 
+/// A symmetric matrix, whose symmetry the part checks that has it; a diagonal one may be given by its diagonal.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Symmetric<const N: usize>(pub [[f64; N]; N]);
+
+impl<const N: usize> Symmetric<N> {
+    /// The diagonal, if there is nothing else.
+    fn diagonal(&self) -> Option<[f64; N]> {
+        let is_zero = |i: usize, j: usize| i == j || self.0[i][j].to_bits() == 0;
+        let is_diagonal = (0..N).all(|i| (0..N).all(|j| is_zero(i, j)));
+        is_diagonal.then(|| std::array::from_fn(|i| self.0[i][i]))
+    }
+}
+
+impl<const N: usize> Item for Symmetric<N> {}
+
+impl<const N: usize> Data for Symmetric<N> {
+    const KIND: Kind = Kind::Symmetric(N);
+
+    fn read(value: &Value, reader: &mut Reader) -> Option<Self> {
+        if let Value::List(items) = value
+            && matches!(items.first(), Some(Value::Number(_) | Value::Integer(_)))
+        {
+            let diagonal = <[f64; N]>::read(value, reader)?;
+            let entry = |i: usize, j: usize| if i == j { diagonal[i] } else { 0.0 };
+            return Some(Self(std::array::from_fn(|i| std::array::from_fn(|j| entry(i, j)))));
+        }
+        <[[f64; N]; N]>::read(value, reader).map(Self)
+    }
+
+    fn check(&self, limits: &Limits, reader: &mut Reader) {
+        self.0.check(limits, reader);
+    }
+
+    fn write(&self) -> Value {
+        self.diagonal().map_or_else(|| self.0.write(), |diagonal| diagonal.write())
+    }
+}
+
 impl Data for usize {
     const KIND: Kind = Kind::Integer;
 

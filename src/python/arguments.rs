@@ -28,22 +28,22 @@ macro_rules! extractors {
 
 extractors!(number: convert::number => f64 {
     X dt frequency gravity length load_factor mass memory_limit
-    min_step phase poisson_ratio retardation_time rtol stiffness t t0 t_bound t_end tip_mass tol x xtol
+    min_step phase poisson_ratio rtol stiffness t t0 t_bound t_end tip_mass tol x xtol
     xtol_abs
 });
 extractors!(optional_number: optional_numbers => Option<f64> {
-    X alpha beta control_step density duration first_step gamma length max_step poisson_ratio rho_inf shear_modulus t t0
-    tol young_modulus
+    X alpha beta control_step duration first_step gamma max_step rho_inf t t0
+    tol
 });
 extractors!(whole: convert::whole => i64 { max_iter row });
 extractors!(optional_whole: optional_wholes => Option<i64> {
-    count event_samples max_iter max_steps nodes restarts workers
+    count event_samples max_iter max_steps restarts workers
 });
 extractors!(flag: convert::flag => bool {
     accelerate adaptive anywhere dense_output history keep_jacobian raise_on_failure reuse_jacobian stability vectorized
 });
 extractors!(optional_flag: optional_flags => Option<bool> { adaptive reuse_jacobian });
-extractors!(text: convert::text => &'a str { basis by controller keep link method name predictor text });
+extractors!(text: convert::text => &'a str { by controller keep link method name predictor text });
 extractors!(optional_text: optional_texts => Option<&'a str> { jac link name predictor });
 
 /// The value, unless it is None.

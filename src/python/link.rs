@@ -7,7 +7,7 @@ use pyo3::prelude::*;
 
 use super::convert;
 use super::part::{optional_part, part_of};
-use super::segment::PySegment;
+use super::segment::segments_of;
 use super::signal::Functions;
 use crate::body::described::Body;
 use crate::description::{LinkName, suggestion};
@@ -52,14 +52,7 @@ fn alone(object: &Bound<'_, PyAny>, functions: &mut Functions) -> PyResult<(Link
     let at = attribute(object, "at")?;
     let mut segments = Vec::new();
     if !rod.is_none() {
-        let wrong = |found: &Bound<'_, PyAny>| {
-            let found = convert::describe(found);
-            PyTypeError::new_err(format!("rod: expected a sequence of lissom.Segment, got {found}"))
-        };
-        for segment in rod.try_iter().map_err(|_| wrong(&rod))? {
-            let segment = segment?;
-            segments.push(segment.cast::<PySegment>().map_err(|_| wrong(&segment))?.get().0.clone());
-        }
+        segments = segments_of(&rod, "rod")?;
         if segments.is_empty() {
             return Err(PyValueError::new_err("rod: got no segments, expected at least one, or None"));
         }

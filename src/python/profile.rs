@@ -11,6 +11,7 @@ use super::callback::call;
 use super::convert::{self, Numbers};
 use super::signal::{Functions, callable_of};
 use crate::actuator::{AlongRod, AlongRodTable};
+use crate::description::{Data as _, Kind, Symmetric, Value};
 use crate::error::{Checker, InvalidInput};
 use crate::rod::{Parts, Profile, Unsampled};
 
@@ -245,10 +246,73 @@ fn wrong_value(name: &str, shape: &[usize], found: &str) -> String {
     )
 }
 
+/// The value of a function along a segment, whose constant values have this kind; the length of the segment in metres is
+/// needed for functions only.
+pub(super) fn along_segment(
+    value: &Bound<'_, PyAny>,
+    name: &str,
+    kind: &Kind,
+    length: impl FnOnce() -> PyResult<Option<f64>>,
+) -> PyResult<Value> {
+    if let Kind::OneOrEach(_) = kind {
+        if let Some(number) = convert::number_if_one(value, name)? {
+            return Ok(Value::Number(number));
+        }
+        if !varies(value)? {
+            let ends = convert::array_of::<2>(value, name);
+            let expected = "a number or (base, tip) in metres";
+            return Ok(ends.map_err(|_| wrong(name, expected, value))?.write());
+        }
+    }
+    if !varies(value)? {
+        return Ok(match kind {
+            Kind::Symmetric(3) => Symmetric(convert::symmetric_of::<3>(value, name)?).write(),
+            Kind::Symmetric(_) => Symmetric(convert::symmetric_of::<6>(value, name)?).write(),
+            Kind::Array(_, 2) => value_of::<2>(value, &[2], name)?.write(),
+            Kind::Array(..) => value_of::<6>(value, &[6], name)?.write(),
+            _ => value_of::<1>(value, &[], name)?[0].write(),
+        });
+    }
+    let length = length()?.ok_or_else(|| {
+        PyValueError::new_err(format!(
+            "{name}: got a function of the arc length X, expected length= beside it, the segment's (metres)"
+        ))
+    })?;
+    Ok(match kind {
+        Kind::Symmetric(3) => profile::<9>(value, &[3, 3], length, name)?.write(),
+        Kind::Symmetric(_) => profile::<36>(value, &[6, 6], length, name)?.write(),
+        Kind::Array(_, 2) => profile::<2>(value, &[2], length, name)?.write(),
+        Kind::Array(..) => profile::<6>(value, &[6], length, name)?.write(),
+        _ => profile::<1>(value, &[], length, name)?.write(),
+    })
+}
+
+/// The profile of a value along a segment of this length, if it is a function.
+pub(super) fn along_segment_out(value: &Value, length: f64) -> Option<PyProfile> {
+    if let Some(profile) = value.part::<Profile<1>>() {
+        Some(to_python(profile, &[], length))
+    } else if let Some(profile) = value.part::<Profile<2>>() {
+        Some(to_python(profile, &[2], length))
+    } else if let Some(profile) = value.part::<Profile<6>>() {
+        Some(to_python(profile, &[6], length))
+    } else if let Some(profile) = value.part::<Profile<9>>() {
+        Some(to_python(profile, &[3, 3], length))
+    } else {
+        value.part::<Profile<36>>().map(|profile| to_python(profile, &[6, 6], length))
+    }
+}
+
+fn wrong(name: &str, expected: &str, value: &Bound<'_, PyAny>) -> PyErr {
+    let found = convert::describe(value);
+    PyTypeError::new_err(format!(
+        "{name}: expected {expected}, a table (stations, values) or a function of the arc length X, got {found}"
+    ))
+}
+
 /// Numbers along a segment of this length from Python, a value of which has this shape with `N` entries: a constant
 /// value, a pair of stations (metres) and values, a function of the arc length from the segment's base in metres, or
 /// a `lissom.Profile`.
-pub(crate) fn profile<const N: usize>(
+fn profile<const N: usize>(
     value: &Bound<'_, PyAny>,
     shape: &[usize],
     length: f64,
@@ -278,7 +342,7 @@ pub(crate) fn profile<const N: usize>(
 }
 
 /// The profile as Python sees it.
-pub(crate) fn to_python<const N: usize>(profile: &Profile<N>, shape: &[usize], length: f64) -> PyProfile {
+fn to_python<const N: usize>(profile: &Profile<N>, shape: &[usize], length: f64) -> PyProfile {
     let rows = |rows: &[[f64; N]]| rows.iter().map(|row| row.to_vec()).collect();
     let (stations, rows) = match profile.parts() {
         Parts::Constant(value) => (None, vec![value.to_vec()]),
@@ -294,7 +358,7 @@ pub(crate) fn to_python<const N: usize>(profile: &Profile<N>, shape: &[usize], l
 }
 
 /// The length in metres that a table or a `lissom.Profile` is over; none of anything else.
-pub(crate) fn length_of(value: &Bound<'_, PyAny>) -> PyResult<Option<f64>> {
+pub(super) fn length_of(value: &Bound<'_, PyAny>) -> PyResult<Option<f64>> {
     if let Ok(profile) = value.cast::<PyProfile>() {
         return Ok(Some(profile.get().length));
     }
@@ -355,7 +419,7 @@ pub(super) fn along_rod_out<'py>(py: Python<'py>, along: &AlongRod) -> PyResult<
 }
 
 /// Whether `value` is a function of the arc length: a table, a callable or a `lissom.Profile`.
-pub(crate) fn varies(value: &Bound<'_, PyAny>) -> PyResult<bool> {
+fn varies(value: &Bound<'_, PyAny>) -> PyResult<bool> {
     Ok(value.is_instance_of::<PyProfile>() || value.is_callable() || table(value)?.is_some())
 }
 

@@ -4,11 +4,9 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use numpy::{IntoPyArray, PyArray1, PyArrayMethods};
 use pyo3::IntoPyObjectExt;
-use pyo3::PyClass;
 use pyo3::class::{PyTraverseError, PyVisit};
-use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use pyo3::pyclass::boolean_struct::True;
 use pyo3::types::{PyDict, PyList, PySlice, PyString, PyTuple};
 
 use super::actuation::{actuator_index, actuators_of, actuators_out};
@@ -22,7 +20,7 @@ use super::loops::{loop_index, loops_of, loops_out};
 use super::model::{PyModel, check_time, time_of_state};
 use super::part::{object_of, optional_part, parts_of, resolved, wrapped};
 use super::reach::{self, PyReachResult};
-use super::segment::PySegment;
+use super::segment::segments_out;
 use super::signal::Functions;
 use crate::actuator::Actuator;
 use crate::body::described::Body;
@@ -419,8 +417,7 @@ impl PyRobot {
         let links = self.description.links.iter().map(|link| {
             let arguments = PyDict::new(py);
             if !link.rod.is_empty() {
-                let rod = PyTuple::new(py, link.rod.iter().cloned().map(PySegment))?;
-                arguments.set_item("rod", rod)?;
+                arguments.set_item("rod", segments_out(py, &link.rod)?)?;
             }
             let body = link.body.as_ref().map(|body| wrapped(py, Arc::new(body.described(None))));
             arguments.set_item("body", body.transpose()?)?;
@@ -1571,25 +1568,4 @@ pub(super) fn optional_fluid(value: &Bound<'_, PyAny>) -> PyResult<Option<Fluid>
 /// The argument `base_motion`.
 pub(super) fn optional_motion(value: &Bound<'_, PyAny>) -> PyResult<Option<BaseMotion>> {
     optional_part(value, "base_motion")
-}
-
-/// Applies `core` to every item of a sequence of instances of C.
-pub(super) fn instances<C: PyClass<Frozen = True> + Sync, T>(
-    value: &Bound<'_, PyAny>,
-    name: &str,
-    mut core: impl FnMut(&C) -> T,
-) -> PyResult<Vec<T>> {
-    let wrong = |found: &Bound<'_, PyAny>| {
-        PyTypeError::new_err(format!(
-            "{name}: expected a sequence of lissom.{}, got {}",
-            C::NAME,
-            convert::describe(found)
-        ))
-    };
-    let mut instances = Vec::new();
-    for item in value.try_iter().map_err(|_| wrong(value))? {
-        let item = item?;
-        instances.push(core(item.cast::<C>().map_err(|_| wrong(&item))?.get()));
-    }
-    Ok(instances)
 }

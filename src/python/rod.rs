@@ -11,8 +11,8 @@ use super::arguments;
 use super::contact::contacts_of;
 use super::convert;
 use super::part::{parts_of, wrapped};
-use super::robot::{PyRobot, instances, optional_fluid, optional_motion};
-use super::segment::PySegment;
+use super::robot::{PyRobot, optional_fluid, optional_motion};
+use super::segment::{segments_of, segments_out};
 use super::signal::Functions;
 use crate::body::described::Body;
 use crate::description::LinkName;
@@ -108,7 +108,7 @@ impl PyRod {
         actuators: Option<&Bound<'_, PyAny>>,
         contacts: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<PyClassInitializer<Self>> {
-        let segments = instances(segments, "segments", |segment: &PySegment| segment.0.clone())?;
+        let segments = segments_of(segments, "segments")?;
         let mut rod = Rod { tip_mass, fluid, ..Rod::new(segments) };
         // Items on a rod do not name a link.
         let mut named = Vec::new();
@@ -163,7 +163,7 @@ impl PyRod {
     /// The segments, from base to tip.
     #[getter]
     fn segments<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
-        PyTuple::new(py, self.description.segments.iter().cloned().map(PySegment))
+        segments_out(py, &self.description.segments)
     }
 
     /// Length of the unstretched rod, metres.

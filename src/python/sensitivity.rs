@@ -16,7 +16,7 @@ use crate::error::Interrupted;
 use crate::linalg::Matrix;
 use crate::model::{InertiaMatrix, SectionPlace};
 use crate::newmark::{Parameters, Scheme};
-use crate::rod::SectionProperties;
+use crate::rod::{SectionProperties, Segment};
 use crate::sensitivity::{
     self, Course, Failure, ForceDerivative, Leg, Lengths, OfInertia, Parameter, Rule, Sections, Together,
 };
@@ -235,7 +235,8 @@ fn of_parameters(
                 of_material(*first, [stiffness, damping], n)?
             }
             Dependence::Section((first, stiffness, damping, segment, terms)) => {
-                sections.push(OfInertia { parameter, at: of_inertia(*segment, terms, places)? });
+                sections
+                    .push(OfInertia { parameter, at: of_inertia(stiffness.py(), *segment, terms, places)? });
                 of_material(*first, [stiffness, damping], n)?
             }
         });
@@ -258,12 +259,15 @@ fn of_material(first: usize, [stiffness, damping]: [&Bound<'_, PyAny>; 2], n: us
 /// The weighted sums of the inertia matrices of segments, at the places of one segment, and the numbers of
 /// these places.
 fn of_inertia(
+    py: Python<'_>,
     segment: usize,
     terms: &[(Py<PySegment>, f64)],
     places: &[SectionPlace],
 ) -> PyResult<Vec<(usize, InertiaMatrix)>> {
+    let resolved = |(segment, weight): &(Py<PySegment>, f64)| Ok((PySegment::of(segment.bind(py))?, *weight));
+    let terms = terms.iter().map(resolved).collect::<PyResult<Vec<_>>>()?;
     let own = places.iter().enumerate().filter(|(_, place)| place.segment == segment);
-    let at: Vec<_> = own.map(|(number, place)| (number, change_of_inertia(terms, place.x))).collect();
+    let at: Vec<_> = own.map(|(number, place)| (number, change_of_inertia(&terms, place.x))).collect();
     if at.is_empty() {
         return Err(PyValueError::new_err(format!(
             "forces: got segment {segment}, expected one of a model whose sections act on forces along rods alone"
@@ -272,10 +276,10 @@ fn of_inertia(
     Ok(at)
 }
 
-fn change_of_inertia(terms: &[(Py<PySegment>, f64)], x: f64) -> InertiaMatrix {
+fn change_of_inertia(terms: &[(Segment, f64)], x: f64) -> InertiaMatrix {
     let mut sum = [[0.0; 6]; 6];
     for (segment, weight) in terms {
-        let inertia = SectionProperties::at(&segment.get().0, x).inertia_matrix();
+        let inertia = SectionProperties::at(segment, x).inertia_matrix();
         for (sum, entry) in sum.iter_mut().flatten().zip(inertia.iter().flatten()) {
             *sum += weight * entry;
         }

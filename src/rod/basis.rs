@@ -1,16 +1,9 @@
 //! Bases of the strain, as functions of the fraction x in [0, 1] of a segment's length.
 
-/// Names of the bases in files and in Python.
-const NAMES: [(Basis, &str); 5] = [
-    (Basis::Legendre, "legendre"),
-    (Basis::Chebyshev, "chebyshev"),
-    (Basis::Monomial, "monomial"),
-    (Basis::PiecewiseConstant, "piecewise_constant"),
-    (Basis::Hermite, "hermite"),
-];
+use crate::description::{Data as _, Described, Kind};
 
 /// Functions in which the strains of a segment are expanded.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Described)]
 pub enum Basis {
     /// Shifted Legendre polynomials `P_k(2 x - 1)`: orthogonal, so that the stiffness of a constant section is diagonal.
     #[default]
@@ -35,12 +28,8 @@ impl Basis {
 
     /// Name in files and in Python.
     pub fn name(self) -> &'static str {
-        NAMES.iter().find(|(basis, _)| *basis == self).map_or("", |(_, name)| name)
-    }
-
-    /// Basis with this name.
-    pub fn named(name: &str) -> Option<Self> {
-        NAMES.iter().find(|(_, known)| *known == name).map(|(basis, _)| *basis)
+        let Kind::Word(_, names) = Self::KIND else { unreachable!("an enum without fields") };
+        names[self as usize]
     }
 
     /// Whether different functions are orthogonal.
@@ -251,12 +240,9 @@ mod tests {
     }
 
     #[test]
-    fn names_lead_back() {
-        for basis in Basis::ALL {
-            assert_eq!(Basis::named(basis.name()), Some(basis));
-        }
-        assert_eq!(Basis::named("Legendre"), None);
-        assert_eq!(Basis::default(), Basis::Legendre);
+    fn names_are_those_of_files() {
+        let names = ["legendre", "chebyshev", "monomial", "piecewise_constant", "hermite"];
+        assert_eq!(Basis::ALL.map(Basis::name), names);
     }
 
     #[test]

@@ -21,6 +21,13 @@ pub(crate) mod stiffness;
 mod strain;
 mod validation;
 
+/// Segments and sections as users describe them.
+pub mod described {
+    pub use super::profile::Size;
+    pub use super::section::described::{Circle, Ellipse, Given, HollowCircle, Rectangle, Section};
+    pub use super::segment::described::{ModeChoice, Modes, Segment};
+}
+
 pub use basis::{Basis, legendre};
 pub use profile::{MAX_DEGREE, MAX_STATIONS, Parts, Profile, Unsampled};
 pub use quadrature::{Gauss, Integral};

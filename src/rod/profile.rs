@@ -1,7 +1,11 @@
 //! Functions of a segment's arc length: constant, linear, a table, or a polynomial approximation of a
 //! function.
 
+mod described;
+
 use std::f64::consts::PI;
+
+pub use described::Size;
 
 use crate::error::{Checker, InvalidInput};
 

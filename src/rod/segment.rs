@@ -1,5 +1,7 @@
 //! A segment of a rod, as plain data.
 
+pub(crate) mod described;
+
 use super::basis::Basis;
 use super::profile::Profile;
 use super::section::{GivenSection, Section, ShearCorrection};

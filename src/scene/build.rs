@@ -11,7 +11,7 @@ use crate::simulate::check_step;
 use super::actuators::actuators;
 use super::contacts::{contacts, key_of_contact};
 use super::described::{key_of_item, read, read_all};
-use super::document::{Document, Output, Segment, Simulation as Settings};
+use super::document::{Document, Output, Simulation as Settings};
 use super::imports::Imported;
 use super::links;
 use super::parts::{self, open_modes};
@@ -239,7 +239,7 @@ fn rod(document: &Document, shape: &mut Shape) -> Option<(Model, [Vec<f64>; 2])>
     let key = |place: &str| {
         let known = key_of_contact(place, &document.contact, &places);
         let known = known.or_else(|| key_of_item(place, &keys_of_items));
-        known.unwrap_or_else(|| rod_place(place, &written.segment))
+        known.unwrap_or_else(|| rod_place(place))
     };
     let valid = report(rod.validate(), shape, key).is_some();
     let n = (valid && shape.is_readable("rod[0].segment")).then(|| rod.coordinates());
@@ -267,19 +267,12 @@ fn rod(document: &Document, shape: &mut Shape) -> Option<(Model, [Vec<f64>; 2])>
 }
 
 /// Key in the file for a place in a [`robot::Rod`].
-fn rod_place(place: &str, segments: &[Segment]) -> String {
+fn rod_place(place: &str) -> String {
     if place.starts_with("gravity") {
         return format!("scene.{place}");
     }
-    let mut key = place.replace("segments", "segment").replace("base_position", "base.position");
-    key = key.replace("base_orientation", "base.orientation");
-    let of_segment = key.strip_prefix("segment[").and_then(|rest| rest.split_once("]."));
-    if let Some((i, place)) = of_segment
-        && let Some(segment) = i.parse::<usize>().ok().and_then(|i| segments.get(i))
-    {
-        key = format!("segment[{i}].{}", parts::segment_key(place, segment));
-    }
-    format!("rod[0].{key}")
+    let key = place.replace("segments", "segment").replace("base_position", "base.position");
+    format!("rod[0].{}", key.replace("base_orientation", "base.orientation"))
 }
 
 fn pendulum(document: &Document, shape: &mut Shape) -> Option<(Model, [Vec<f64>; 2])> {

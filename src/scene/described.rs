@@ -18,11 +18,18 @@ use crate::description::{
 use crate::joint::described as joint;
 use crate::load::described as load;
 use crate::loops::described as loops;
+use crate::rod::described as rod;
 use crate::support::described as support;
 use crate::world::{self, described::BaseMotion};
 
 /// The parts that are described by tables, those that others hold first.
-pub(crate) const PARTS: [&Schema; 32] = [
+pub(crate) const PARTS: [&Schema; 38] = [
+    rod::Circle::SCHEMA,
+    rod::HollowCircle::SCHEMA,
+    rod::Rectangle::SCHEMA,
+    rod::Ellipse::SCHEMA,
+    rod::Given::SCHEMA,
+    rod::Segment::SCHEMA,
     contact::Ball::SCHEMA,
     contact::HalfSpace::SCHEMA,
     contact::Sphere::SCHEMA,
@@ -67,6 +74,13 @@ pub(super) struct Written<T> {
 }
 
 impl<T> Written<T> {
+    /// What is written at a key, if it is right.
+    pub(super) fn key<D: Data>(&self, key: &str) -> Option<D> {
+        let mut reader = Reader::default();
+        let found = D::read(&value_of(self.value.get(key)?), &mut reader);
+        found.filter(|_| reader.problems().is_empty())
+    }
+
     /// The text of a key.
     pub(super) fn text(&self, key: &str) -> Option<&str> {
         self.value.get(key)?.as_str()
@@ -93,11 +107,22 @@ pub(super) fn is_described(name: &str) -> bool {
 
 /// The value written at this place, checked by itself; `None` after reporting problems.
 pub(super) fn read<T: Data>(written: &Written<T>, here: &str, shape: &mut Shape) -> Option<T> {
-    made(here, shape, |reader| {
-        let found = T::read(&value_of(&written.value), reader);
-        found.iter().for_each(|found| found.check(&Limits::NONE, reader));
-        found
-    })
+    read_with(written, here, shape, |place| place)
+}
+
+/// As [`read`], where places in the value have other places in the file.
+pub(super) fn read_with<T: Data>(
+    written: &Written<T>,
+    here: &str,
+    shape: &mut Shape,
+    place: impl Fn(String) -> String,
+) -> Option<T> {
+    let mut reader = Reader::default();
+    let found = T::read(&value_of(&written.value), &mut reader);
+    found.iter().for_each(|found| found.check(&Limits::NONE, &mut reader));
+    let problems =
+        reader.finish().into_iter().map(|problem| Problem { place: place(problem.place), ..problem });
+    reported(problems.collect(), here, shape).and(found)
 }
 
 /// What is made of values at this place; `None` after reporting problems.
@@ -108,10 +133,14 @@ pub(super) fn made<T>(
 ) -> Option<T> {
     let mut reader = Reader::default();
     let found = make(&mut reader);
-    let problems = reader.finish();
+    reported(reader.finish(), here, shape).and(found)
+}
+
+/// Reports problems at this place; `None` if there are some.
+fn reported(problems: Vec<Problem>, here: &str, shape: &mut Shape) -> Option<()> {
     let is_right = problems.is_empty();
     problems.into_iter().for_each(|problem| report(problem, here, shape));
-    found.filter(|_| is_right)
+    is_right.then_some(())
 }
 
 /// What the tables of an array describe, with their keys in the file. Omits those with problems.
@@ -170,6 +199,7 @@ fn report(Problem { place, fault }: Problem, here: &str, shape: &mut Shape) {
             let wrong = if is_at_key { "missing".to_owned() } else { format!("{key} is missing") };
             (wrong, format!("add {key}{advice}"))
         }
+        Fault::Absent { key, meaning, .. } => ("missing".to_owned(), format!("add {key}: {meaning}")),
         Fault::Unknown { known } => ("unknown key".to_owned(), shape.advice(&place, known)),
         Fault::NotTaken { part, taken } => {
             let part = match part.tag {
@@ -336,14 +366,35 @@ fn of_kind(kind: &Kind, limits: &Limits, found: &mut Map<String, Json>) -> Json 
             json!({ "anyOf": [one, of_kind(&Kind::List(&Kind::Number), limits, found)] })
         }
         Kind::Optional(inner) => of_kind(inner, limits, found),
+        Kind::Open(inner) => {
+            let word = json!({ "type": "string", "enum": [Kind::OPEN] });
+            json!({ "anyOf": [word, of_kind(inner, limits, found)] })
+        }
         Kind::OneOf(name, kinds) => {
-            let all: Vec<_> = kinds.iter().map(|kind| of_kind(kind, limits, found)).collect();
+            let all = kinds.iter().flat_map(|kind| branches(of_kind(kind, limits, found)));
+            let all: Vec<_> = all.collect();
             found.insert((*name).to_owned(), json!({ "anyOf": all }));
             json!({ "$ref": format!("#/definitions/{name}") })
         }
         Kind::Part(schema) => {
             define(schema, found);
             json!({ "$ref": format!("#/definitions/{}", schema.name) })
+        }
+        Kind::Symmetric(size) => {
+            let diagonal = of_kind(&Kind::Array(&Kind::Number, *size), limits, found);
+            let rows = json!({ "type": "array", "items": diagonal, "minItems": size, "maxItems": size });
+            json!({ "anyOf": [diagonal, rows] })
+        }
+        Kind::Profile(Kind::OneOrEach(_), table) => {
+            let kinds = [Kind::Number, Kind::Array(&Kind::Number, 2), Kind::Part(table)];
+            let kinds: Vec<_> = kinds.iter().map(|kind| of_kind(kind, &Limits::NONE, found)).collect();
+            found.insert("SizeAlong".to_owned(), json!({ "anyOf": kinds }));
+            json!({ "$ref": "#/definitions/SizeAlong" })
+        }
+        Kind::Profile(values, table) => {
+            let mut kinds = branches(of_kind(values, limits, found));
+            kinds.push(of_kind(&Kind::Part(table), limits, found));
+            json!({ "anyOf": kinds })
         }
         Kind::AlongRod(table) => {
             let one = of_kind(&Kind::Number, limits, found);
@@ -359,6 +410,11 @@ fn of_kind(kind: &Kind, limits: &Limits, found: &mut Map<String, Json>) -> Json 
             json!({ "$ref": format!("#/definitions/{name}") })
         }
     }
+}
+
+/// The alternatives that a schema allows.
+fn branches(schema: Json) -> Vec<Json> {
+    schema["anyOf"].as_array().map_or_else(|| vec![schema.clone()], Clone::clone)
 }
 
 /// A default as JSON.

@@ -16,8 +16,12 @@ use crate::contact::described::Contact;
 use crate::joint::described::Joint;
 use crate::load::described::Load;
 use crate::loops::described::Loop;
+use crate::rod::described::Segment;
 use crate::support::described::Support;
 use crate::world::{Fluid, described::BaseMotion};
+
+/// Segments in place of those that could not be read.
+const NO_SEGMENTS: [u8; 0] = [];
 
 /// The only version of the format so far.
 pub(super) const VERSION: u64 = 1;
@@ -116,8 +120,8 @@ pub(super) struct Rod {
     /// Initial generalised velocities, in the order of q0. Default: at rest.
     pub(super) v0: Option<Vec<f64>>,
     /// Segments from base to tip; each one starts where the previous one ends.
-    #[schemars(length(min = 1), example = Vec::<Segment>::new())]
-    pub(super) segment: Vec<Segment>,
+    #[schemars(length(min = 1), example = NO_SEGMENTS)]
+    pub(super) segment: Vec<Written<Segment>>,
 }
 
 /// Links of a robot from a file. Unsupported content is listed when the scene is read.
@@ -188,8 +192,8 @@ fn unturned() -> [f64; 4] {
 #[serde(deny_unknown_fields)]
 pub(super) struct LinkRod {
     /// Segments from base to tip; each one starts where the previous one ends.
-    #[schemars(length(min = 1), example = Vec::<Segment>::new())]
-    pub(super) segment: Vec<Segment>,
+    #[schemars(length(min = 1), example = NO_SEGMENTS)]
+    pub(super) segment: Vec<Written<Segment>>,
 }
 
 /// Pose of a clamped end.
@@ -206,262 +210,6 @@ pub(super) struct Base {
 impl Default for Base {
     fn default() -> Self {
         Self { position: [0.0; 3], orientation: [1.0, 0.0, 0.0, 0.0] }
-    }
-}
-
-/// A piece of rod with one kind of section: a radius or another shape with its material (and either shear_modulus or
-/// poisson_ratio), or a section of given stiffness and inertia, which needs no material.
-#[derive(Debug, Deserialize, Serialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-#[schemars(extend("oneOf" = [{"required": ["radius"]}, {"required": ["section"]}]))]
-pub(super) struct Segment {
-    /// Length in metres.
-    #[schemars(extend("exclusiveMinimum" = 0), example = 1.0)]
-    pub(super) length: f64,
-    /// Radius of a circular section in metres: one number, [at the segment's base, at its tip] for a linear taper, or
-    /// a table along the segment.
-    pub(super) radius: Option<Size>,
-    /// A section of another kind, instead of the radius.
-    pub(super) section: Option<Section>,
-    /// Young's modulus E in pascals. Required unless the section is of kind "given".
-    #[schemars(extend("exclusiveMinimum" = 0))]
-    pub(super) young_modulus: Option<f64>,
-    /// Shear modulus G in pascals.
-    #[schemars(extend("exclusiveMinimum" = 0))]
-    pub(super) shear_modulus: Option<f64>,
-    /// Poisson's ratio nu in (-1, 0.5], instead of the shear modulus: G = E / (2 (1 + nu)).
-    #[schemars(extend("exclusiveMinimum" = -1, "maximum" = 0.5))]
-    pub(super) poisson_ratio: Option<f64>,
-    /// Density in kg/m^3. Required unless the section is of kind "given".
-    #[schemars(extend("exclusiveMinimum" = 0))]
-    pub(super) density: Option<f64>,
-    /// Number of modes of each strain. Default of each: 0, the strain is suppressed. "auto":
-    /// what the rtol of the simulation takes, chosen by trial motions when the scene is read.
-    #[schemars(example = Modes { bend_y: 3, ..Modes::default() })]
-    pub(super) modes: ModeChoice,
-    /// Shape functions of the modes. Default: "legendre".
-    #[serde(default)]
-    pub(super) basis: Basis,
-    /// Kelvin-Voigt retardation time in seconds: damping is this times stiffness. Default: 0, undamped.
-    #[serde(default)]
-    #[schemars(range(min = 0.0))]
-    pub(super) retardation_time: f64,
-    /// Stress-free strain: [torsion, bend_y, bend_z, stretch, shear_y, shear_z], the
-    /// first three in 1/m; or a table of such strains along the segment. Default: [0, 0, 0, 1, 0, 0], straight.
-    pub(super) reference_strain: Option<ReferenceStrain>,
-    /// Shear correction: one factor, [of shear along y, along z], or "cowper" for those of the shape and Poisson's ratio.
-    /// Default: 1.
-    pub(super) shear_correction: Option<ShearCorrection>,
-    /// Quadrature nodes, rounded up to a multiple of four. Default: what the modes need for bends up to about half a
-    /// turn.
-    #[schemars(range(min = 1))]
-    pub(super) nodes: Option<usize>,
-}
-
-/// Basis of the strain.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub(super) enum Basis {
-    /// Shifted Legendre polynomials.
-    #[default]
-    Legendre,
-    /// Shifted Chebyshev polynomials.
-    Chebyshev,
-    /// Powers of X over the segment's length.
-    Monomial,
-    /// Constant on equally long pieces, as many as there are modes.
-    PiecewiseConstant,
-    /// Cubic Hermite interpolation of value and slope at equally spaced knots: two modes a knot.
-    Hermite,
-}
-
-/// A strain that is the same along the segment, or varies.
-#[derive(Clone, Debug, Deserialize, Serialize, JsonSchema)]
-#[serde(untagged)]
-pub(super) enum ReferenceStrain {
-    /// The same everywhere.
-    Constant([f64; 6]),
-    /// From a table.
-    Table(StrainTable),
-}
-
-/// Strains at places of a segment, with smooth interpolation that does not overshoot.
-#[derive(Clone, Debug, Deserialize, Serialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(super) struct StrainTable {
-    /// Increasing arc lengths from the segment's base, in metres: the first is 0, the last the segment's length.
-    #[schemars(length(min = 2), example = StrainTable::stations())]
-    pub(super) stations: Vec<f64>,
-    /// The strain at each: [torsion, bend_y, bend_z, stretch, shear_y, shear_z].
-    #[schemars(length(min = 2), example = StrainTable::values())]
-    pub(super) values: Vec<[f64; 6]>,
-}
-
-impl StrainTable {
-    fn stations() -> [f64; 2] {
-        [0.0, 1.0]
-    }
-
-    fn values() -> [[f64; 6]; 2] {
-        [[0.0, 0.0, 0.0, 1.0, 0.0, 0.0]; 2]
-    }
-}
-
-/// What a segment looks like across. Each shape takes its sizes in metres, one number, [at the segment's base, at its
-/// tip] or a table along the segment. circle: radius; hollow_circle: outer, inner; rectangle: width, height; ellipse:
-/// semi_axis_y, semi_axis_z; given: stiffness, mass, inertia, centre.
-#[derive(Debug, Deserialize, Serialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(super) struct Section {
-    /// Kind of section.
-    #[schemars(example = SectionKind::Given)]
-    pub(super) shape: SectionKind,
-    /// Radius of a circle, in metres.
-    pub(super) radius: Option<Size>,
-    /// Outer radius of a hollow circle, in metres.
-    pub(super) outer: Option<Size>,
-    /// Inner radius of a hollow circle, in metres.
-    pub(super) inner: Option<Size>,
-    /// Width of a rectangle along body y, in metres.
-    pub(super) width: Option<Size>,
-    /// Height of a rectangle along body z, in metres.
-    pub(super) height: Option<Size>,
-    /// Semi-axis of an ellipse along body y, in metres.
-    pub(super) semi_axis_y: Option<Size>,
-    /// Semi-axis of an ellipse along body z, in metres.
-    pub(super) semi_axis_z: Option<Size>,
-    /// Stiffness per length of a given section, in the order torsion, bend_y, bend_z, stretch, shear_y, shear_z: six
-    /// rows of a symmetric matrix, or its diagonal. In N m^2 between angular strains, N between linear ones, N m
-    /// between both.
-    pub(super) stiffness: Option<Stiffness>,
-    /// Mass per length of a given section, in kg/m.
-    #[schemars(extend("exclusiveMinimum" = 0))]
-    pub(super) mass: Option<f64>,
-    /// Inertia tensor per length of a given section about its centre of mass, in its axes, in kg m: three rows of a
-    /// symmetric matrix, or its diagonal. Default: zero.
-    pub(super) inertia: Option<Inertia>,
-    /// Centre of mass of a given section along body y and z, seen from the rod's axis, in metres. Default: [0, 0].
-    pub(super) centre: Option<[f64; 2]>,
-}
-
-/// Kind of section.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub(super) enum SectionKind {
-    /// A circle, with a radius.
-    Circle,
-    /// A hollow circle: outer and inner radius.
-    HollowCircle,
-    /// A rectangle: width along body y and height along body z.
-    Rectangle,
-    /// An ellipse, with its semi-axes along body y and z.
-    Ellipse,
-    /// Given stiffness and inertia.
-    Given,
-}
-
-/// A size that is constant, tapers linearly or follows a table.
-#[derive(Clone, Debug, Deserialize, Serialize, JsonSchema)]
-#[serde(untagged)]
-pub(super) enum Size {
-    /// The same along the segment, in metres.
-    Constant(f64),
-    /// At the segment's base and at its tip, in metres.
-    Tapered([f64; 2]),
-    /// From a table.
-    Table(SizeTable),
-}
-
-/// Sizes at places of a segment, with smooth interpolation that does not overshoot.
-#[derive(Clone, Debug, Deserialize, Serialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(super) struct SizeTable {
-    /// Increasing arc lengths from the segment's base, in metres: the first is 0, the last the segment's length.
-    #[schemars(length(min = 2), example = StrainTable::stations())]
-    pub(super) stations: Vec<f64>,
-    /// The size at each, in metres.
-    #[schemars(length(min = 2), example = vec![1.0, 1.0])]
-    pub(super) values: Vec<f64>,
-}
-
-/// Choice of the modes.
-#[derive(Clone, Copy, Debug, Deserialize, Serialize, JsonSchema)]
-#[serde(untagged)]
-pub(super) enum ModeChoice {
-    /// lissom.
-    Open(Auto),
-    /// The scene.
-    Given(Modes),
-}
-
-/// The word "auto".
-#[derive(Clone, Copy, Debug, Deserialize, Serialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub(super) enum Auto {
-    Auto,
-}
-
-/// A symmetric matrix of the strains.
-#[derive(Clone, Debug, Deserialize, Serialize, JsonSchema)]
-#[serde(untagged)]
-pub(super) enum Stiffness {
-    /// Its diagonal.
-    Diagonal([f64; 6]),
-    /// Its rows.
-    Full(Box<[[f64; 6]; 6]>),
-}
-
-/// A symmetric matrix of the axes.
-#[derive(Clone, Copy, Debug, Deserialize, Serialize, JsonSchema)]
-#[serde(untagged)]
-pub(super) enum Inertia {
-    /// Its diagonal.
-    Diagonal([f64; 3]),
-    /// Its rows.
-    Full([[f64; 3]; 3]),
-}
-
-/// Factors of the shear stiffness.
-#[derive(Clone, Copy, Debug, Deserialize, Serialize, JsonSchema)]
-#[serde(untagged)]
-pub(super) enum ShearCorrection {
-    /// The same for both directions.
-    Factor(f64),
-    /// Of shear along body y and along body z.
-    Factors([f64; 2]),
-    /// By a rule.
-    Rule(ShearRule),
-}
-
-/// A rule for the shear correction.
-#[derive(Clone, Copy, Debug, Deserialize, Serialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub(super) enum ShearRule {
-    Cowper,
-}
-
-/// Number of modes of each strain.
-#[derive(Clone, Copy, Debug, Default, Deserialize, Serialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub(super) struct Modes {
-    /// Modes of torsion, about the rod's axis.
-    pub(super) torsion: usize,
-    /// Modes of bending about the body y axis; positive bending turns the rod towards body -z.
-    pub(super) bend_y: usize,
-    /// Modes of bending about the body z axis.
-    pub(super) bend_z: usize,
-    /// Modes of stretch along the rod.
-    pub(super) stretch: usize,
-    /// Modes of shear along the body y axis.
-    pub(super) shear_y: usize,
-    /// Modes of shear along the body z axis.
-    pub(super) shear_z: usize,
-}
-
-impl Modes {
-    /// The numbers in the order of the strain.
-    pub(super) fn counts(self) -> [usize; 6] {
-        [self.torsion, self.bend_y, self.bend_z, self.stretch, self.shear_y, self.shear_z]
     }
 }
 

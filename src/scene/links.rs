@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use super::actuators::actuators;
 use super::contacts::{contacts, key_of_contact};
 use super::described::{Written, key_of_item, read, read_all};
-use super::document::{Document, Import, Link, Segment};
+use super::document::{Document, Import, Link};
 use super::imports::{Imported, Imports, Refusal, Request};
 use super::loops;
 use super::parts;
@@ -123,7 +123,7 @@ pub(super) fn robot(
             ("loops", &loop_keys),
         ];
         let known = known.or_else(|| key_of_item(place, &lists));
-        known.unwrap_or_else(|| key_of(&key_of_link(place, before), written))
+        known.unwrap_or_else(|| key_of(&key_of_link(place, before)))
     };
     if names.are_incomplete {
         // Their connections are unknown; check each link separately.
@@ -288,26 +288,10 @@ pub(super) fn key_of_link(place: &str, before: usize) -> String {
 }
 
 /// Key in the file for any place in a [`Robot`], with links numbered as in the file.
-fn key_of(place: &str, written: &[Link]) -> String {
-    if place.starts_with("gravity") {
-        return format!("scene.{place}");
+fn key_of(place: &str) -> String {
+    match place {
+        "links" => "link".to_owned(),
+        _ if place.starts_with("gravity") => format!("scene.{place}"),
+        _ => place.replace(".rod[", ".rod.segment["),
     }
-    let key = place.replace(".rod[", ".rod.segment[");
-    if key == "links" {
-        return "link".to_owned();
-    }
-    match key.split_once(".rod.segment[").and_then(|(link, rest)| Some((link, rest.split_once("].")?))) {
-        Some((link, (j, of_segment))) => {
-            let written = segment_of(written, link, j);
-            let of_segment =
-                written.map_or(of_segment.to_owned(), |written| parts::segment_key(of_segment, written));
-            format!("{link}.rod.segment[{j}].{of_segment}")
-        }
-        None => key,
-    }
-}
-
-fn segment_of<'a>(written: &'a [Link], link: &str, segment: &str) -> Option<&'a Segment> {
-    let link: usize = link.strip_prefix("link[")?.strip_suffix(']')?.parse().ok()?;
-    written.get(link)?.rod.as_ref()?.segment.get(segment.parse::<usize>().ok()?)
 }

@@ -39,7 +39,6 @@ mod imports;
 mod links;
 mod loops;
 mod parts;
-mod section;
 mod shape;
 mod words;
 

@@ -42,6 +42,8 @@ from lissom import (
     Planar,
     Prismatic,
     Revolute,
+    Section,
+    Segment,
     Sphere,
     Spherical,
     Support,
@@ -83,6 +85,12 @@ CORNERS = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)]
 FACES = [(0, 1, 2), (0, 1, 3), (0, 2, 3), (1, 2, 3)]
 
 EACH = [
+    Section.circle(0.01),
+    Section.hollow_circle((0.02, 0.01), 0),
+    Section.rectangle(0.1, (0.2, 0.1), length=3),
+    Section.ellipse(0.1, 0.2),
+    Section.given((1, 2, 3, 4, 5, 6), 0.7),
+    Section.given(np.eye(6) + 0.1, 0.7, np.diag([1, 2, 2.5]), (0.1, 0.2)),
     HalfSpace(),
     HalfSpace((0, 0, -1), (0, 1, 1), link="arm", at=0.1),
     Sphere((0, 0, -1), 0.5, link="block"),
@@ -422,6 +430,115 @@ def test_all_problems_of_a_loop_come_at_once():
         lissom.Robot(links, loops=[Loop("arn", None, Weld()), Loop("arm.angel", "x", Gear())])
     places = [line.split(":")[0] for line in str(caught.value).splitlines()]
     assert places == ["loops[0].a.link", "loops[1].a", "loops[1].b"]
+
+
+@pytest.mark.parametrize(
+    "section",
+    [
+        Section.hollow_circle(([0, 0.1, 0.3], [0.02, 0.03, 0.02]), (0.01, 0)),
+        Section.rectangle(0.1, (0.2, 0.1)),
+        Section.given(
+            ([0, 0.3], [np.eye(6), np.eye(6) + 0.1]), 0.7, (1, 2, 2.5), ([0, 0.3], [[0, 0], [0, 1]])
+        ),
+        Section.given((1, 2, 3, 4, 5, 6), ([0, 0.3], [0.7, 0.8]), ([0, 0.3], [[1, 2, 2], [2, 2, 2]])),
+    ],
+    ids=str,
+)
+def test_sections_are_written_to_scenes_and_back(section):
+    written = f'length = 0.3\nmodes = {{ bend_y = 2 }}\n[rod.segment.section]\nshape = "{section.shape}"\n'
+    material = (
+        "" if section.shape == "given" else "young_modulus = 3e5\npoisson_ratio = 0.4\ndensity = 1070\n"
+    )
+    scene = lissom.Scene.loads(
+        f"version = 1\n[[rod]]\n[[rod.segment]]\n{material}{written}{section.to_toml()}{END}"
+    )
+    (segment,) = scene.model.segments
+    assert segment.section == section
+    assert dataclasses.replace(segment.section) == section
+
+
+RUBBER = {"young_modulus": 3e5, "density": 1070}
+
+SEGMENTS = [
+    Segment(0.3, 0.01, 3e5, 1.1e5, 1070, {"bend_y": 2}),
+    Segment(
+        0.3, (0.02, 0.01), 3e5, density=1070, modes={"bend_z": 2, "torsion": 1}, poisson_ratio=0.4, nodes=8
+    ),
+    Segment(0.3, ([0, 0.1, 0.3], [1e-2, 2e-2, 1e-2]), **RUBBER, modes={"shear_y": 2}, poisson_ratio=0.5),
+    Segment(0.3, section=Section.rectangle(0.1, (0.2, 0.1)), **RUBBER, poisson_ratio=0, modes={"stretch": 1}),
+    Segment(0.3, section=Section.given((1, 2, 3, 4, 5, 6), 0.7), modes={"shear_z": 2}, basis="hermite"),
+    Segment(0.3, 0.01, **RUBBER, shear_modulus=1e5, modes={"bend_y": 1}, shear_correction="cowper"),
+    Segment(0.3, 0.01, **RUBBER, shear_modulus=1e5, modes={"bend_y": 1}, shear_correction=(0.8, 0.9)),
+    Segment(0.3, 0.01, 3e5, 1e5, 1070, {"bend_y": 1}, 0.1, (0, 1, 0, 1.1, 0, 0), basis="monomial"),
+    Segment(
+        0.3,
+        0.01,
+        *(3e5, 1e5, 1070, {"bend_y": 1}),
+        reference_strain=([0, 0.3], [[0, 0, 0, 1, 0, 0], [0, 2, 0, 1, 0, 0]]),
+    ),
+]
+
+
+@pytest.mark.parametrize("segment", SEGMENTS, ids=str)
+def test_segments_are_written_to_scenes_and_back(segment):
+    scene = lissom.Scene.loads(f"version = 1\n[[rod]]\n[[rod.segment]]\n{segment.to_toml()}{END}")
+    assert scene.model.segments == (segment,)
+    assert "auto" not in segment.to_toml()
+
+
+@pytest.mark.parametrize("segment", SEGMENTS, ids=str)
+def test_copies_of_segments_are_equal(segment):
+    copies = [copy.copy(segment), copy.deepcopy(segment), dataclasses.replace(segment)]
+    copies += [pickle.loads(pickle.dumps(segment, protocol)) for protocol in range(2, 6)]
+    copies += lissom.Rod([segment]).segments
+    for other in copies:
+        assert other == segment
+        assert hash(other) == hash(segment)
+        assert repr(other) == repr(segment)
+    if "Profile" not in repr(segment):
+        assert eval(repr(segment), vars(lissom)) == segment
+
+
+def test_what_follows_from_a_segment_is_not_given():
+    by_ratio, by_modulus = SEGMENTS[1], SEGMENTS[0]
+    assert by_ratio.shear_modulus == 3e5 / (2 * 1.4)
+    assert dataclasses.replace(by_ratio, young_modulus=6e5).shear_modulus == 6e5 / (2 * 1.4)
+    assert by_modulus.poisson_ratio == 3e5 / 2.2e5 - 1
+    assert dataclasses.replace(by_modulus, young_modulus=2.5e5).shear_modulus == 1.1e5
+    assert by_modulus.section == Section.circle(0.01)
+    assert dataclasses.replace(by_modulus, radius=None, section=Section.circle(0.02)).radius == (0.02, 0.02)
+    assert [field.name for field in dataclasses.fields(Segment)] == list(
+        inspect.signature(Segment).parameters
+    )
+    assert "section" not in [field.name for field in dataclasses.fields(by_modulus)]
+    with pytest.raises(dataclasses.FrozenInstanceError, match="section"):
+        by_modulus.section = None
+
+
+def test_all_problems_of_a_segment_come_at_once():
+    with pytest.raises(ValueError, match="length") as caught:
+        Segment(-1, (0.1, math.nan), 0, 1e5, modes={"bend": 1, "bend_y": -1}, basis="hermite")
+    places = {line.split(":")[0] for line in str(caught.value).splitlines()}
+    assert places == {"length", "radius[1]", "young_modulus", "modes.bend", "modes.bend_y"}
+    with pytest.raises(ValueError, match="length") as caught:
+        Segment(-1, (0.1, math.nan), 0, retardation_time=-1, nodes=0)
+    places = {line.split(":")[0] for line in str(caught.value).splitlines()}
+    assert places == {
+        *("length", "radius[1]", "young_modulus", "shear_modulus", "density", "modes"),
+        *("retardation_time", "nodes"),
+    }
+
+
+def test_shapes_are_classes_of_sections():
+    assert isinstance(Section.circle(0.01), Section)
+    assert Section.rectangle(0.1, (0.2, 0.1)).height == (0.2, 0.1)
+    assert Section.circle(lambda X: 0.1 + X**2, length=0.5).length == 0.5
+    with pytest.raises(TypeError, match="Section is the base of other classes"):
+        Section()
+    with pytest.raises(ValueError, match=r"(?s)outer: got -1.*inner: got NaN"):
+        Section.hollow_circle(-1, math.nan)
+    with pytest.raises(ValueError, match="a function of Python cannot be written"):
+        Section.circle(lambda X: 0.1 + X**2, length=0.5).to_toml()
 
 
 def test_joints_share_a_base():

@@ -194,6 +194,34 @@ t_end = 2
 method = "auto"
 rtol = 1e-3
 """,
+    "sections of tables": """version = 1
+[[rod]]
+[[rod.segment]]
+length = 0.2
+modes = { bend_y = 1 }
+[rod.segment.section]
+shape = "given"
+stiffness = { stations = [0, 0.2], values = [[1, 2, 3, 1e3, 4e2, 5e2], [1, 3, 3, 1e3, 4e2, 5e2]] }
+mass = { stations = [0, 0.1, 0.2], values = [0.1, 0.2, 0.15] }
+inertia = { stations = [0, 0.2], values = [[2e-6, 1e-6, 1e-6], [3e-6, 2e-6, 2e-6]] }
+centre = { stations = [0, 0.2], values = [[0, 0.01], [0, 0.02]] }
+[[rod.segment]]
+length = 0.1
+modes = { bend_y = 1 }
+[rod.segment.section]
+shape = "given"
+mass = 0.1
+inertia = { stations = [0, 0.1], values = [[[2e-6, 0, 0], [0, 1e-6, 0], [0, 0, 1e-6]], [4e-6, 2e-6, 2e-6]] }
+[rod.segment.section.stiffness]
+stations = [0, 0.1]
+values = [
+  [[1, 0, 0, 0, 0, 0], [0, 2, 0, 0, 0, 0], [0, 0, 3, 0, 0, 0],
+   [0, 0, 0, 1e3, 0, 0], [0, 0, 0, 0, 4e2, 0], [0, 0, 0, 0, 0, 5e2]],
+  [1, 3, 3, 1e3, 4e2, 5e2],
+]
+[simulation]
+t_end = 2
+""",
     "a robot": """version = 1
 [scene]
 gravity = [0, 0, -9.81]
@@ -776,7 +804,9 @@ def matches(schema, value):
             if not isinstance(value, dict) or not value.keys() <= keys.keys():
                 return False
             return all(
-                value.get(key) in words(keys[key]) for key in ("kind", "type") if words(keys.get(key, {}))
+                value.get(key) in words(keys[key])
+                for key in ("kind", "type", "shape")
+                if words(keys.get(key, {}))
             )
     raise AssertionError(f"no test knows a schema such as {schema}")
 

@@ -240,7 +240,7 @@ SAME_WORDS = {
     "VaryingVector": (lissom.Harmonic, {"times", "values", "interpolation"}),
     "VaryingNumber": (lissom.Harmonic, {"times", "values", "interpolation"}),
     "StrainTable": (lissom.Profile, set()),
-    "SizeTable": (lissom.Profile, set()),
+    "NumberTable": (lissom.Profile, set()),
     "Simulation": (lissom.simulate, {"output"}),
 }
 
@@ -255,9 +255,12 @@ def test_scenes_have_the_words_of_python(table):
 
 def test_sections_and_settings_have_the_words_of_python():
     definitions = json.loads(lissom.Scene.schema())["definitions"]
-    shapes = [word["const"] for word in definitions["SectionKind"]["oneOf"]]
-    sizes = set().union(*(inspect.signature(getattr(lissom.Section, name)).parameters for name in shapes))
-    assert set(definitions["Section"]["properties"]) - {"shape"} == sizes - {"length"}
+    sections = [definitions[kind["$ref"].rsplit("/", 1)[1]] for kind in definitions["Section"]["anyOf"]]
+    assert len(sections) == 5
+    for section in sections:
+        (shape,) = section["properties"]["shape"]["enum"]
+        sizes = inspect.signature(getattr(lissom.Section, shape)).parameters.keys()
+        assert section["properties"].keys() - {"shape"} == sizes - {"length"}
     settings = {name for name in dir(lissom.SimulationSettings) if not name.startswith("_")} - set(ATTRIBUTES)
     kept = {"output_dt", "quantities"}
     assert settings - kept == {

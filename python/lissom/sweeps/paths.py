@@ -10,8 +10,6 @@ import re
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any, NamedTuple
 
-from .._lissom import Section
-
 Part = str | int
 
 #: A name, bare or in quotes, or an index in brackets.
@@ -214,10 +212,6 @@ def _inside(thing: Any, path: Sequence[Part], done: int) -> _Inside:
         )
     maker: Callable[..., Any] = type(thing)
     arguments = None if isinstance(thing, PLAIN) else constructed(thing)
-    if isinstance(thing, Section):
-        # Each shape has its own constructor function.
-        maker, values = thing.__reduce__()
-        arguments = dict(zip(_parameters(maker), values, strict=False))
     if arguments is None:
         raise ValueError(f"{up_to(path, done + 1)}: {up_to(path, done)} has no parts")
     known = set(arguments) | set(_parameters(maker))

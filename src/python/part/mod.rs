@@ -13,10 +13,11 @@ use pyo3::class::{PyTraverseError, PyVisit};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
-use pyo3::types::{PyDict, PyTuple, PyType};
+use pyo3::types::{PyDict, PyString, PyTuple, PyType};
 
 use super::callback::raised_by_function;
 use super::convert;
+use super::profile;
 use super::signal::Functions;
 use crate::description::{AnyPart, Data, Fault, Field, Item, Part, Problem, Reader, Schema, Value};
 use crate::error::InvalidInput;
@@ -24,7 +25,7 @@ use crate::methods::{Auto, Dop853, Newmark, Radau, Rk45};
 use crate::scene::{self, PARTS};
 
 pub(super) use values::object_of;
-use values::{attribute_of, value_of};
+use values::{attribute_of, field_of, value_of};
 
 /// A part of a model. It cannot be changed: `dataclasses.replace` makes another one.
 // In the module where it is found: old protocols of pickles name it.
@@ -48,6 +49,11 @@ struct PyField {
 /// The table of a class.
 #[pyclass(frozen)]
 struct PySchema(&'static Schema);
+
+/// What `dataclasses` reads: of a class all fields, of a part those that are given or do not follow from others.
+#[pyclass(name = "Fields", module = "lissom", frozen)]
+#[derive(Debug)]
+struct PyFields(Py<PyDict>);
 
 /// The methods of simulations.
 const METHODS: [&Schema; 5] = [Newmark::SCHEMA, Radau::SCHEMA, Rk45::SCHEMA, Dop853::SCHEMA, Auto::SCHEMA];
@@ -151,14 +157,14 @@ fn arguments(
     kwargs: Option<&Bound<'_, PyDict>>,
     functions: &mut Functions,
 ) -> PyResult<Vec<Option<Value>>> {
-    let refuse = |what: String| PyTypeError::new_err(format!("{}() {what}", schema.name));
-    let mut values = vec![None; schema.fields.len()];
+    let refuse = |what: String| PyTypeError::new_err(format!("{}() {what}", schema.maker()));
+    let mut given: Vec<Option<Bound<'_, PyAny>>> = vec![None; schema.fields.len()];
     if args.len() > schema.positional {
         let (most, given) = (schema.positional, args.len());
         return Err(refuse(format!("takes {most} positional arguments but {given} were given")));
     }
-    for (i, object) in args.iter().enumerate() {
-        values[i] = Some(value_of(&object, schema.fields[i].name, &schema.fields[i].kind, functions)?);
+    for (given, object) in given.iter_mut().zip(args.iter()) {
+        *given = Some(object);
     }
     for (key, object) in kwargs.into_iter().flatten() {
         let key: String = key.extract()?;
@@ -166,18 +172,46 @@ fn arguments(
             let known = schema.names().collect::<Vec<_>>().join(", ");
             return Err(refuse(format!("got an unexpected keyword argument '{key}', expected {known}")));
         };
-        if values[i].is_some() {
+        if given[i].replace(object).is_some() {
             return Err(refuse(format!("got multiple values for argument '{key}'")));
         }
-        values[i] = Some(value_of(&object, schema.fields[i].name, &schema.fields[i].kind, functions)?);
     }
-    let fields = schema.fields.iter().zip(&values);
-    let missing = fields.filter(|(field, value)| value.is_none() && field.is_required());
+    let fields = schema.fields.iter().zip(&given);
+    let missing = fields.filter(|(field, object)| object.is_none() && field.is_required());
     let missing: Vec<_> = missing.map(|(field, _)| format!("'{}'", field.name)).collect();
-    match missing.is_empty() {
-        true => Ok(values),
-        false => Err(refuse(format!("missing required arguments: {}", missing.join(", ")))),
+    if !missing.is_empty() {
+        return Err(refuse(format!("missing required arguments: {}", missing.join(", "))));
     }
+    let length = || length_of(schema, &given);
+    let mut values = vec![None; given.len()];
+    for ((field, object), value) in schema.fields.iter().zip(&given).zip(&mut values) {
+        let Some(object) = object else { continue };
+        *value = Some(match field.kind.along_segment() {
+            Some(kind) if !object.is_none() => profile::along_segment(object, field.name, kind, length)?,
+            _ => value_of(object, field.name, &field.kind, functions)?,
+        });
+    }
+    // That of a table or a profile is the length of the part.
+    if let Some(i) = schema.index("length").filter(|i| values[*i].is_none()) {
+        values[i] = length()?.map(Value::Number);
+    }
+    Ok(values)
+}
+
+/// The length of the segment that these arguments describe: given, or that of a table or a profile among them.
+fn length_of(schema: &Schema, given: &[Option<Bound<'_, PyAny>>]) -> PyResult<Option<f64>> {
+    let Some(i) = schema.index("length") else { return Ok(None) };
+    if let Some(length) = given[i].as_ref().filter(|length| !length.is_none()) {
+        return convert::number(length, "length").map(Some);
+    }
+    let fields = schema.fields.iter().zip(given).filter(|(field, _)| field.kind.along_segment().is_some());
+    for object in fields.filter_map(|(_, object)| object.as_ref()) {
+        let length = profile::length_of(object)?;
+        if length.is_some() {
+            return Ok(length);
+        }
+    }
+    Ok(None)
 }
 
 impl PyPart {
@@ -191,10 +225,15 @@ impl PyPart {
         (self.part.as_ref() as &dyn Any).downcast_ref()
     }
 
+    /// The table of its fields.
+    pub(super) fn schema(&self) -> &'static Schema {
+        self.part.schema()
+    }
+
     /// The fields as Python objects by their names.
     fn fields<'py>(&self, py: Python<'py>) -> PyResult<Vec<(&'static str, Bound<'py, PyAny>)>> {
         let names = self.part.schema().names().enumerate();
-        names.map(|(i, name)| Ok((name, object_of(py, &self.part.field(i))?))).collect()
+        names.map(|(i, name)| Ok((name, field_of(py, self.part.as_ref(), &self.part.field(i))?))).collect()
     }
 }
 
@@ -203,7 +242,7 @@ impl PyPart {
     #[new]
     #[classmethod]
     #[pyo3(signature = (*args, **kwargs))]
-    fn new(
+    pub(super) fn new(
         cls: &Bound<'_, PyType>,
         args: &Bound<'_, PyTuple>,
         kwargs: Option<&Bound<'_, PyDict>>,
@@ -233,11 +272,11 @@ impl PyPart {
         };
         let fields = schema.fields.iter().enumerate().map(|(i, field)| (field, self.part.field(i)));
         let shown = |(field, value): (&Field, Value)| {
-            Ok(format!("{}={}", field.name, object_of(py, &value)?.repr()?))
+            Ok(format!("{}={}", field.name, field_of(py, self.part.as_ref(), &value)?.repr()?))
         };
         let fields = fields.filter(is_shown).map(shown);
         let fields = fields.collect::<PyResult<Vec<_>>>()?;
-        Ok(format!("{}({})", schema.name, fields.join(", ")))
+        Ok(format!("{}({})", schema.maker(), fields.join(", ")))
     }
 
     fn __eq__(&self, other: &Self) -> bool {
@@ -250,6 +289,11 @@ impl PyPart {
         // Functions may have no hash.
         let fields = self.part.schema().fields.iter().zip(self.fields(py)?);
         for (_, (_, value)) in fields.filter(|(field, _)| !field.kind.holds_functions()) {
+            // The modes of a segment are a dict.
+            let value = match value.cast::<PyDict>() {
+                Ok(dict) => dict.items().to_tuple().into_any(),
+                Err(_) => value,
+            };
             value.hash()?.hash(&mut hasher);
         }
         Ok(hasher.finish())
@@ -284,6 +328,25 @@ impl PyPart {
 }
 
 #[pymethods]
+impl PyFields {
+    fn __get__<'py>(
+        slf: &Bound<'py, Self>,
+        part: &Bound<'py, PyAny>,
+        _class: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let all = slf.get().0.bind(slf.py());
+        let Ok(part) = part.cast::<PyPart>() else { return Ok(all.clone()) };
+        let part = &part.get().part;
+        let follows = |i: usize| part.field(i) == Value::None && part.derived(i) != Value::None;
+        let given = all.copy()?;
+        for (_, name) in part.schema().names().enumerate().filter(|(i, _)| follows(*i)) {
+            given.del_item(name)?;
+        }
+        Ok(given)
+    }
+}
+
+#[pymethods]
 impl PyField {
     fn __get__<'py>(
         slf: &Bound<'py, Self>,
@@ -291,8 +354,7 @@ impl PyField {
         _class: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let Ok(part) = part.cast::<PyPart>() else { return Ok(slf.clone().into_any()) };
-        let (part, index) = (&part.get().part, slf.get().index);
-        attribute_of(slf.py(), &part.field(index), &part.schema().fields[index].kind)
+        attribute_of(slf.py(), part.get().part.as_ref(), slf.get().index)
     }
 
     // A property, too, for `help` and documentation tools.
@@ -325,19 +387,30 @@ fn class<'py>(
 ) -> PyResult<Bound<'py, PyType>> {
     let py = base.py();
     let (items, doc) = (PyDict::new(py), text::docstring(schema));
+    let maker = schema.maker();
+    let name = maker.rsplit('.').next().expect("one part at least");
     items.set_item("__module__", module)?;
+    items.set_item("__qualname__", &maker)?;
     items.set_item("__slots__", ())?;
     // Python takes the signature of a class from the head of its first docstring.
     let signature = text::signature(schema);
-    items.set_item("__doc__", format!("{}({signature})\n--\n\n{doc}", schema.name))?;
+    items.set_item("__doc__", format!("{name}({signature})\n--\n\n{doc}"))?;
     items.set_item("_schema", PySchema(schema))?;
     let positional = schema.names().take(schema.positional);
     items.set_item("__match_args__", PyTuple::new(py, positional.collect::<Vec<_>>())?)?;
-    items.set_item("__dataclass_fields__", dataclass_fields(py, schema)?)?;
+    items.set_item("__dataclass_fields__", PyFields(dataclass_fields(py, schema)?.cast_into()?.unbind()))?;
+    if schema.base.starts_with('_') {
+        // Documentation shows what follows from a part in its own class.
+        for (name, method) in base.getattr("__dict__")?.call_method0("copy")?.cast_into::<PyDict>()? {
+            if !name.cast::<PyString>()?.to_str()?.starts_with('_') {
+                items.set_item(name, method)?;
+            }
+        }
+    }
     for (index, field) in schema.fields.iter().enumerate() {
         items.set_item(field.name, PyField { index, doc: field.meaning() })?;
     }
-    let made = PyType::type_object(py).call1((schema.name, (base,), items))?;
+    let made = PyType::type_object(py).call1((name, (base,), items))?;
     made.setattr("__doc__", doc)?;
     Ok(made.cast_into()?)
 }
@@ -393,8 +466,12 @@ pub(super) fn add_classes(module: &Bound<'_, PyModule>) -> PyResult<()> {
     let mut classes = Vec::with_capacity(PARTS.len() + METHODS.len());
     for (schemas, module, name) in lists {
         for schema in schemas {
-            let class = class(schema, &base(module, schema.base)?, name)?;
-            module.add(schema.name, &class)?;
+            let base = base(module, schema.base)?;
+            let class = class(schema, &base, name)?;
+            match schema.is_nested {
+                true => base.setattr(schema.tag, &class)?,
+                false => module.add(schema.name, &class)?,
+            }
             classes.push(class.unbind());
         }
     }

@@ -64,15 +64,29 @@ pub(super) fn annotation(kind: &Kind, is_argument: bool) -> String {
         Kind::OneOrMany => "float | tuple[float, ...]".to_owned(),
         Kind::OneOrEach(count) => annotation(&Kind::Array(&Kind::Number, *count), false),
         Kind::Optional(kind) => format!("{} | None", inner(kind)),
-        Kind::OneOf(_, kinds) => kinds.iter().map(inner).collect::<Vec<_>>().join(" | "),
+        // One number stands for equal ones.
+        Kind::OneOf(_, [each @ Kind::OneOrEach(_), word]) if !is_argument => {
+            format!("float | {} | {}", inner(each), inner(word))
+        }
+        Kind::OneOf(_, kinds) => {
+            let mut kinds: Vec<_> = kinds.iter().map(inner).collect();
+            kinds.dedup();
+            kinds.join(" | ")
+        }
+        Kind::Open(kind) => inner(kind),
+        Kind::Part(schema) if schema.is_dict => "dict[str, int]".to_owned(),
         Kind::Part(schema) if is_argument && schema.is_short => {
             format!("{} | Sequence[object] | Mapping[str, object] | None", schema.name)
         }
-        Kind::Part(schema) => schema.name.to_owned(),
+        Kind::Part(schema) => schema.class().to_owned(),
         Kind::Signal(_, Kind::Number, _) if is_argument => "_Number".to_owned(),
         Kind::Signal(..) if is_argument => "_Vector".to_owned(),
         Kind::AlongRod(_) if is_argument => "_AlongRod".to_owned(),
         Kind::Signal(..) | Kind::AlongRod(_) => "Any".to_owned(),
+        Kind::Symmetric(_) => if is_argument { "ArrayLike" } else { "NDArray[np.float64]" }.to_owned(),
+        Kind::Profile(Kind::OneOrEach(_), _) if is_argument => "_Size".to_owned(),
+        Kind::Profile(..) if is_argument => "_Along".to_owned(),
+        Kind::Profile(values, _) => format!("{} | Profile", inner(values)),
     }
 }
 
@@ -99,11 +113,21 @@ fn words(kind: &Kind) -> String {
         Kind::OneOrMany => "float or array_like, shape (n,)".to_owned(),
         Kind::Optional(kind) => format!("{}, optional", words(kind)),
         Kind::OneOf(_, kinds) => {
-            let kinds: Vec<_> = kinds.iter().map(words).collect();
-            let (last, first) = kinds.split_last().expect("there is a kind");
-            format!("{} or {last}", first.join(", "))
+            let mut kinds: Vec<_> = kinds.iter().map(words).collect();
+            kinds.dedup();
+            match kinds.split_last() {
+                Some((last, first)) if !first.is_empty() => format!("{} or {last}", first.join(", ")),
+                _ => kinds.concat(),
+            }
         }
+        Kind::Symmetric(size) => format!("array_like, shape ({size},) or ({size}, {size})"),
+        Kind::Profile(Kind::OneOrEach(_), _) => {
+            "float, (float, float), (stations, values), callable or Profile".to_owned()
+        }
+        Kind::Profile(values, _) => format!("{}; or (stations, values), callable or Profile", words(values)),
         Kind::Part(schema) if schema.is_short => format!("{}, tuple, dict or None", schema.name),
+        Kind::Part(schema) if schema.is_dict => "dict of str to int".to_owned(),
+        Kind::Open(kind) => words(kind),
         kind => annotation(kind, true),
     }
 }
@@ -170,28 +194,64 @@ pub(super) fn docstring(schema: &Schema) -> String {
     text
 }
 
+/// What follows from parts, in the stub of the base of nested classes.
+const VIEWS: [(&str, &str); 2] =
+    [("Section", include_str!("../section_views.txt")), ("_Segment", include_str!("../segment_views.txt"))];
+
 /// The classes of the stub.
 pub(super) fn stub(parts: &[&'static Schema]) -> String {
     let mut text = String::new();
-    let mut bases = vec!["Part", ""];
+    let mut bases = Vec::new();
     for schema in parts {
-        if !bases.contains(&schema.base) {
-            _ = writeln!(text, "class {}(Part): ...\n", schema.base);
-            bases.push(schema.base);
+        let views = VIEWS.iter().find(|(name, _)| *name == schema.base).map(|(_, views)| *views);
+        // A private base has nothing but what its only class has.
+        let base = if schema.base.is_empty() || schema.base.starts_with('_') { "Part" } else { schema.base };
+        if base != "Part" && !bases.contains(&base) {
+            match views {
+                Some(views) => _ = write!(text, "class {base}(Part):\n{views}"),
+                None => _ = writeln!(text, "class {base}(Part): ...\n"),
+            }
+            bases.push(base);
         }
-        let base = if schema.base.is_empty() { "Part" } else { schema.base };
+        if schema.is_nested {
+            // A class, which is called as a function.
+            _ = writeln!(text, "    @staticmethod\n    def {}(", schema.tag);
+            for argument in arguments(schema, true) {
+                _ = writeln!(text, "        {argument},");
+            }
+            _ = writeln!(text, "    ) -> {}: ...", schema.base);
+            if parts
+                .iter()
+                .rfind(|part| part.base == schema.base)
+                .is_some_and(|last| std::ptr::eq(*last, *schema))
+            {
+                text.push('\n');
+            }
+            continue;
+        }
         let positional = schema.names().take(schema.positional).map(|name| format!("\"{name}\""));
-        // Also of one argument a tuple.
-        let comma = if schema.positional == 1 { "," } else { "" };
-        let positional = positional.collect::<Vec<_>>().join(", ");
-        _ = writeln!(text, "class {}({base}):\n    __match_args__ = ({positional}{comma})", schema.name);
+        let positional: Vec<_> = positional.collect();
+        let line = format!("    __match_args__ = ({})", positional.join(", "));
+        let line = match schema.positional {
+            // Also of one argument a tuple.
+            1 => line.replace(')', ",)"),
+            // As the formatter breaks it.
+            _ if line.len() > LINE => {
+                format!("    __match_args__ = (\n        {},\n    )", positional.join(",\n        "))
+            }
+            _ => line,
+        };
+        _ = writeln!(text, "class {}({base}):\n{line}", schema.name);
         text.push_str("    def __init__(\n        self,\n");
         for argument in arguments(schema, true) {
             _ = writeln!(text, "        {argument},");
         }
         text.push_str("    ) -> None: ...\n");
         for field in schema.fields {
-            let kind = annotation(&field.kind, false);
+            let kind = match &field.kind {
+                Kind::Optional(inner) if field.limits.is_always => annotation(inner, false),
+                kind => annotation(kind, false),
+            };
             let line = format!("    def {}(self) -> {kind}: ...", field.name);
             // As the formatter breaks it.
             let line = match line.len() > LINE {
@@ -199,6 +259,9 @@ pub(super) fn stub(parts: &[&'static Schema]) -> String {
                 false => line,
             };
             _ = writeln!(text, "    @property\n{line}");
+        }
+        if base == "Part" {
+            text.push_str(views.unwrap_or_default());
         }
         text.push('\n');
     }

@@ -9,10 +9,10 @@ use pyo3::types::{PyBool, PyDict, PyFloat, PyMapping, PySequence, PyString, PyTu
 
 use super::{PyPart, arguments, wrapped};
 use crate::actuator::AlongRod;
-use crate::description::{Data as _, Kind, Schema, Value};
+use crate::description::{AnyPart, Data as _, Kind, Schema, Value};
 use crate::python::convert;
 use crate::python::errors::at_place;
-use crate::python::profile::{along_rod, along_rod_out};
+use crate::python::profile::{along_rod, along_rod_out, along_segment, along_segment_out};
 use crate::python::signal::{Functions, on_signal, signal_of, signal_out};
 use crate::signal::{Drive, Signal};
 
@@ -65,13 +65,30 @@ pub(super) fn value_of(
             (values, false) => numbers(values),
         }),
         Kind::Optional(_) if object.is_none() => Ok(Value::None),
-        Kind::Optional(inner @ Kind::Part(_)) => {
-            one_of(object, name, std::slice::from_ref(inner), kind, functions)
+        Kind::Optional(inner @ (Kind::Part(_) | Kind::OneOf(_, [Kind::Part(_), ..]))) => {
+            let inner = if let Kind::OneOf(_, kinds) = inner { kinds } else { std::slice::from_ref(*inner) };
+            one_of(object, name, inner, kind, functions)
         }
         Kind::Optional(inner) => value_of(object, name, inner, functions),
+        Kind::OneOf(_, [number @ Kind::OneOrEach(count), Kind::Word(_, words)]) => {
+            if object.is_instance_of::<PyString>() {
+                return Ok(Value::Text(convert::text(object, name)?.to_owned()));
+            }
+            value_of(object, name, number, functions).map_err(|_| {
+                let (words, found) = (words.join("', '"), convert::describe(object));
+                PyTypeError::new_err(format!(
+                    "{name}: expected a number, {count} numbers or '{words}', got {found}"
+                ))
+            })
+        }
         Kind::OneOf(_, kinds) => one_of(object, name, kinds, kind, functions),
+        Kind::Open(inner) => value_of(object, name, inner, functions),
+        Kind::Part(schema) if schema.is_dict => dict_of(object, name, schema),
         Kind::Part(_) => one_of(object, name, std::slice::from_ref(kind), kind, functions),
         Kind::AlongRod(_) => Ok(along_rod(object, name, functions)?.write()),
+        // Functions are sampled where the length is known.
+        Kind::Symmetric(_) => along_segment(object, name, kind, || Ok(None)),
+        Kind::Profile(values, _) => along_segment(object, name, values, || Ok(None)),
         Kind::Signal(sort, numbers, _) => Ok(Value::Part(match (sort.is_empty(), numbers) {
             (false, Kind::Number) => Arc::new(signal_of::<1>(object, name, functions)?),
             (false, _) => Arc::new(signal_of::<3>(object, name, functions)?),
@@ -80,6 +97,24 @@ pub(super) fn value_of(
             (true, _) => Arc::new(Drive(signal_of::<3>(object, name, functions)?)),
         })),
     }
+}
+
+/// The table of a part of integers that Python has as a dict.
+fn dict_of(object: &Bound<'_, PyAny>, name: &str, schema: &'static Schema) -> PyResult<Value> {
+    let Ok(dict) = object.cast::<PyDict>() else {
+        let found = convert::describe(object);
+        let expected = format!("a dict such as {{'{}': 3}}", schema.fields[1].name);
+        return Err(PyTypeError::new_err(format!("{name}: got {found}, expected {expected}")));
+    };
+    let pair = |(key, value): (Bound<'_, PyAny>, Bound<'_, PyAny>)| {
+        let key = key.str()?.to_string();
+        let Ok(number) = value.extract::<i64>() else {
+            let (found, expected) = (value.repr()?, "a whole number >= 0");
+            return Err(PyValueError::new_err(format!("{name}['{key}']: got {found}, expected {expected}")));
+        };
+        Ok((key.into(), Value::Integer(number)))
+    };
+    dict.iter().map(pair).collect::<PyResult<_>>().map(Value::Table)
 }
 
 /// The items of a sequence.
@@ -106,7 +141,8 @@ fn classes_of(kind: &Kind) -> String {
         return format!("{} or None", classes_of(inner));
     }
     let kinds = if let Kind::OneOf(_, kinds) = kind { kinds } else { std::slice::from_ref(kind) };
-    let classes: Vec<_> = kinds.iter().filter_map(Kind::schema).map(|schema| schema.name).collect();
+    let mut classes: Vec<_> = kinds.iter().filter_map(Kind::schema).map(Schema::class).collect();
+    classes.dedup();
     match classes.split_last() {
         Some((last, first)) if !first.is_empty() => format!("{} or {last}", first.join(", ")),
         _ => classes.concat(),
@@ -225,15 +261,51 @@ fn from_arguments(
     Ok(Some(Value::Table(given.collect())))
 }
 
-/// The object of an attribute: of square matrices an array.
-pub(super) fn attribute_of<'py>(py: Python<'py>, value: &Value, kind: &Kind) -> PyResult<Bound<'py, PyAny>> {
-    match (kind, value) {
-        (Kind::Array(Kind::Array(..), _), Value::Rows { numbers, columns }) => {
-            let rows: Vec<_> = numbers.chunks(*columns).map(<[f64]>::to_vec).collect();
-            Ok(PyArray2::from_vec2(py, &rows)?.into_any())
+/// The object of an attribute: of square matrices an array, of a size the pair at base and tip.
+pub(super) fn attribute_of<'py>(
+    py: Python<'py>,
+    part: &dyn AnyPart,
+    index: usize,
+) -> PyResult<Bound<'py, PyAny>> {
+    let kind = &part.schema().fields[index].kind;
+    let value = match part.field(index) {
+        Value::None => part.derived(index),
+        value => value,
+    };
+    let array = |rows: &[Vec<f64>]| Ok(PyArray2::from_vec2(py, rows)?.into_any());
+    match (kind, kind.along_segment(), &value) {
+        (_, Some(Kind::OneOrEach(_)), Value::Number(size)) => Ok(PyTuple::new(py, [size, size])?.into_any()),
+        (_, Some(Kind::Symmetric(_)), Value::List(diagonal)) => {
+            let entry = |value: &Value| if let Value::Number(entry) = value { *entry } else { 0.0 };
+            let row = |i: usize| {
+                let mut row = vec![0.0; diagonal.len()];
+                row[i] = entry(&diagonal[i]);
+                row
+            };
+            array(&(0..diagonal.len()).map(row).collect::<Vec<_>>())
         }
-        _ => object_of(py, value),
+        (Kind::Array(Kind::Array(..), _), _, Value::Rows { numbers, columns })
+        | (_, Some(Kind::Symmetric(_)), Value::Rows { numbers, columns }) => {
+            array(&numbers.chunks(*columns).map(<[f64]>::to_vec).collect::<Vec<_>>())
+        }
+        _ => field_of(py, part, &value),
     }
+}
+
+/// The object of a value of a field of this part.
+pub(super) fn field_of<'py>(
+    py: Python<'py>,
+    part: &dyn AnyPart,
+    value: &Value,
+) -> PyResult<Bound<'py, PyAny>> {
+    if let Value::Part(_) = value
+        && let Some(i) = part.schema().index("length")
+        && let Value::Number(length) = part.field(i)
+        && let Some(profile) = along_segment_out(value, length)
+    {
+        return Ok(Bound::new(py, profile)?.into_any());
+    }
+    object_of(py, value)
 }
 
 /// The object of a value.
@@ -255,6 +327,13 @@ pub(in crate::python) fn object_of<'py>(py: Python<'py>, value: &Value) -> PyRes
         Value::Table(pairs) => {
             let made = PyDict::new(py);
             pairs.iter().try_for_each(|(key, value)| made.set_item(&**key, object_of(py, value)?))?;
+            Ok(made.into_any())
+        }
+        Value::Part(part) if part.schema().is_dict => {
+            let made = PyDict::new(py);
+            for (field, value) in part.given() {
+                made.set_item(field.name, object_of(py, &value)?)?;
+            }
             Ok(made.into_any())
         }
         Value::Part(part) => match value.part::<AlongRod>() {

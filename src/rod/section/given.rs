@@ -61,6 +61,19 @@ impl GivenSection {
             .collect()
     }
 
+    /// Stations of the parameters that are functions of the arc length; none of smooth ones.
+    pub(crate) fn functions(&self) -> Vec<&[f64]> {
+        let Self { stiffness, mass, inertia, centre } = self;
+        let varies = [
+            stiffness.constant().is_none(),
+            mass.constant().is_none(),
+            inertia.constant().is_none(),
+            centre.constant().is_none(),
+        ];
+        let stations = [stiffness.stations(), mass.stations(), inertia.stations(), centre.stations()];
+        stations.into_iter().zip(varies).filter(|(_, varies)| *varies).map(|(stations, _)| stations).collect()
+    }
+
     /// Polynomial degree, between stations, of the inertia about the rod's axis.
     pub(crate) fn degree_of_inertia(&self) -> usize {
         let degree = |variation: Option<Variation<'_>>| variation.map_or(0, |variation| variation.degree);

@@ -4,6 +4,7 @@
 //! properties.
 
 pub(crate) mod along;
+pub(crate) mod described;
 mod given;
 mod properties;
 mod shape;
@@ -48,6 +49,22 @@ impl Section {
             Self::Shape(shape) => shape.variations(),
             Self::Given(given) => given.variations(),
         }
+    }
+
+    /// Stations of the parameters that are functions of the arc length, other than linear sizes; none of smooth ones.
+    fn functions(&self) -> Vec<&[f64]> {
+        match self {
+            Self::Shape(shape) => {
+                let functions = shape.sizes().into_iter().filter(|(_, size)| size.ends().is_none());
+                functions.map(|(_, size)| size.stations()).collect()
+            }
+            Self::Given(given) => given.functions(),
+        }
+    }
+
+    /// Whether parameters are functions of the arc length, other than linear sizes.
+    pub fn varies(&self) -> bool {
+        !self.functions().is_empty()
     }
 
     /// Half extents along y and z at the fraction `x` in [0, 1] of the segment, in metres, for pictures and
