@@ -815,6 +815,15 @@ class Loop(Part):
 class Model:
     @property
     def n(self) -> int: ...
+    def to_scene(
+        self,
+        *,
+        t_end: float = 1.0,
+        name: str = "model",
+        q0: ArrayLike | None = None,
+        v0: ArrayLike | None = None,
+        **simulation: Any,
+    ) -> Scene: ...
     @property
     def inputs(self) -> tuple[str, ...]: ...
     @property
@@ -1585,6 +1594,7 @@ class Scene:
     @property
     def options(self) -> dict[str, Any]: ...
     def run(self, **options: Any) -> MotionResult: ...
+    def save(self, path: str | PathLike[str]) -> None: ...
 
 @final
 class Statistics:

@@ -17,6 +17,7 @@ from ._lissom import (
     ModesResult,
     MotionResult,
     ReachResult,
+    Scene,
     Simulation,
     StaticsResult,
 )
@@ -525,6 +526,96 @@ def _view(
     return view
 
 
+def _scene_of(
+    self: Model,
+    *,
+    t_end: float = 1.0,
+    name: str = "model",
+    q0: ArrayLike | None = None,
+    v0: ArrayLike | None = None,
+    **simulation: Any,
+) -> Scene:
+    """The model as a scene: a text that describes all of it, and how to simulate it.
+
+    `scene.model` is an equal model, and `scene.save(path)` writes a file for `lissom run`. Loads, bodies
+    and supports stand in it in the order of their links, and actuators by their kinds, so that
+    `scene.model.inputs` can have another order.
+
+    Parameters
+    ----------
+    t_end : float
+        End of the simulation, seconds.
+    name : str
+        Name of the scene.
+    q0, v0 : array_like, shape (n,), optional
+        Initial coordinates and velocities; by default zero.
+    **simulation
+        Further keys of ``[simulation]``, such as ``dt=1e-3`` or ``method="radau"``.
+
+    Returns
+    -------
+    Scene
+
+    Raises
+    ------
+    ValueError
+        If the model contains functions of time in Python, which no file holds; the message names the part. If
+        a key of the simulation is unknown or invalid.
+
+    Examples
+    --------
+    >>> import lissom
+    >>> body = lissom.Body(1.0, centre=(0, 0, -0.5))
+    >>> pendulum = lissom.Link("bob", body=body, joint=lissom.Revolute((0, 1, 0)))
+    >>> print(lissom.Robot([pendulum]).to_scene(t_end=2.0, dt=1e-3, q0=[0.1]).text)
+    version = 1
+    <BLANKLINE>
+    [scene]
+    name = "model"
+    gravity = [0.0, 0.0, -9.81]
+    <BLANKLINE>
+    [[link]]
+    name = "bob"
+    q0 = [0.1]
+    <BLANKLINE>
+    [link.joint]
+    type = "revolute"
+    axis = [0.0, 1.0, 0.0]
+    <BLANKLINE>
+    [link.body]
+    mass = 1.0
+    centre = [0.0, 0.0, -0.5]
+    <BLANKLINE>
+    [simulation]
+    t_end = 2.0
+    dt = 0.001
+    <BLANKLINE>
+    """
+    from . import scenes
+
+    return scenes.to_scene(self, t_end=t_end, name=name, q0=q0, v0=v0, **simulation)
+
+
+def _save_scene(self: Scene, path: str | os.PathLike[str]) -> None:
+    """Write the scene to a file, and what it imports beside it.
+
+    Parameters
+    ----------
+    path : path-like
+        A file, usually ``.toml``; an existing one is replaced.
+
+    Raises
+    ------
+    FileExistsError
+        If the scene imports a file, and another one of its name is there.
+    OSError
+        If the file cannot be written.
+    """
+    from . import scenes
+
+    scenes.save(self, path)
+
+
 def _attach(owner: type, name: str, function: Any, text: str | None = None) -> None:
     """Attach a copy of a function to a class as a method."""
     import types
@@ -538,7 +629,9 @@ def _attach(owner: type, name: str, function: Any, text: str | None = None) -> N
 
 
 def attach() -> None:
-    """Attach the methods to the classes of results. Repeated calls have no effect."""
+    """Attach the methods to the classes of results, models and scenes. Repeated calls have no effect."""
+    _attach(Model, "to_scene", _scene_of)
+    _attach(Scene, "save", _save_scene)
     paraview = f"{_ALL_KINDS}; ``.vtkhdf`` is for ParaView alone (extra `files`) and cannot be loaded again"
     trajectory = (
         "States, inputs, energies (J), centre lines of rods and positions of tips (m) over the time (s)."

@@ -171,6 +171,9 @@ pub(super) struct Link {
     pub(super) rod: Option<LinkRod>,
     /// Rigid body of the link, instead of a rod.
     pub(super) body: Option<Written<Body>>,
+    /// Further rigid bodies, fixed to the link; at is an arc length of its rod.
+    #[serde(default)]
+    pub(super) fixed_body: Vec<Written<Body>>,
     /// Forces and moments on the link; at and along are arc lengths of its rod.
     #[serde(default)]
     pub(super) load: Vec<Written<Load>>,

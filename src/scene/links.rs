@@ -84,13 +84,17 @@ pub(super) fn robot(
     for (i, written) in written.iter().enumerate() {
         links.push(link(document, &names, i, written, shape));
     }
-    // Loads and supports are tables of their links: collect their keys in the file.
+    // Loads, supports and further bodies are tables of their links: collect their keys in the file.
     let (mut loads, mut load_keys) = (Vec::new(), Vec::new());
     let (mut supports, mut support_keys) = (Vec::new(), Vec::new());
+    let (mut bodies, mut body_keys) = (Vec::new(), Vec::new());
     for (i, link) in written.iter().enumerate() {
         let (of_link, keys) = read_all(&link.load, &format!("link[{i}].load"), shape);
         loads.extend(of_link.iter().map(|load| load.resolved(before + i)));
         load_keys.extend(keys);
+        let (of_link, keys) = read_all(&link.fixed_body, &format!("link[{i}].fixed_body"), shape);
+        bodies.extend(of_link.iter().map(|body| body.resolved(before + i)));
+        body_keys.extend(keys);
         let (of_link, keys) = read_all(&link.support, &format!("link[{i}].support"), shape);
         supports.extend(of_link.iter().map(|support| support.resolved(before + i)));
         support_keys.extend(keys);
@@ -100,6 +104,7 @@ pub(super) fn robot(
         base_motion: moving
             .map(|written| parts::base_motion(written, "base_motion", &document.simulation, shape)),
         loads,
+        bodies,
         supports,
         fluid: document.fluid.as_ref().and_then(|fluid| read(fluid, "fluid", shape)),
         ..Robot::new(links)
@@ -116,8 +121,9 @@ pub(super) fn robot(
     robot.contacts = touching;
     let key = |place: &str| {
         let known = key_of_contact(place, &document.contact, &contact_places);
-        let lists: [(_, &[_]); 4] = [
+        let lists: [(_, &[_]); 5] = [
             ("loads", &load_keys),
+            ("bodies", &body_keys),
             ("supports", &support_keys),
             ("actuators", &actuator_keys),
             ("loops", &loop_keys),

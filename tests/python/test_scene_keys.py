@@ -272,6 +272,9 @@ force = [0, 0, 0.1]
 at = 0.1
 [[link.support]]
 stiffness = 1
+[[link.fixed_body]]
+mass = 0.1
+at = 0.1
 [[link.rod.segment]]
 length = 0.2
 radius = 0.01

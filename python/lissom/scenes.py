@@ -1,0 +1,151 @@
+"""Models as scene files."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ._lissom import Robot, Rod, Scene, SpringPendulum
+from .sweeps.paths import toml
+
+if TYPE_CHECKING:
+    import os
+    from collections.abc import Iterable, Sequence
+
+    from numpy.typing import ArrayLike
+
+    from ._lissom import Model
+
+#: The lists of a scene's actuators.
+_ACTUATORS = {"Tendon": "tendon", "Chamber": "chamber", "Motor": "motor", "ActiveStrain": "active_strain"}
+
+_UNTURNED = (1.0, 0.0, 0.0, 0.0)
+
+
+def to_scene(
+    model: Model,
+    *,
+    t_end: float = 1.0,
+    name: str = "model",
+    q0: ArrayLike | None = None,
+    v0: ArrayLike | None = None,
+    **simulation: Any,
+) -> Scene:
+    """`Model.to_scene`."""
+    import numpy as np
+
+    settings = {"t_end": float(t_end), **simulation}
+    n = model.n
+    states: dict[str, list[float]] = {}
+    for key, given in (("q0", q0), ("v0", v0)):
+        if given is None:
+            continue
+        state = np.asarray(given, dtype=float)
+        if state.shape != (n,):
+            raise ValueError(f"{key}: got shape {state.shape}, expected ({n},)")
+        states[key] = state.tolist()
+    if isinstance(model, SpringPendulum):
+        names = ("length", "mass", "stiffness", "gravity")
+        numbers = {key: getattr(model, key) for key in names}
+        body = [_keys({"name": name}, "[scene]"), _keys(numbers | states, "[pendulum]")]
+    elif isinstance(model, Robot):
+        body = [_keys({"name": name, "gravity": list(model.gravity)}, "[scene]")]
+        body += _rod(model, states) if isinstance(model, Rod) else _links(model, states)
+        body += [
+            _part(f"[[{_ACTUATORS[type(part).__name__]}]]", part, f"actuators[{i}]")
+            for i, part in enumerate(model.actuators)
+        ]
+        body += _list("loop", model.loops, "loops") + _list("contact", model.contacts, "contacts")
+    else:
+        raise TypeError(f"model: expected a Robot, a Rod or a SpringPendulum, got {type(model).__name__}")
+    blocks = ["version = 1\n", *body, _keys(settings, "[simulation]")]
+    return Scene.loads("\n".join(blocks), name)
+
+
+def _links(robot: Robot, states: dict[str, list[float]]) -> list[str]:
+    blocks = []
+    for link in robot.links:
+        keys: dict[str, Any] = {"name": link.name}
+        if link.parent is not None:
+            keys["parent"] = link.parent
+        if link.at is not None:
+            keys["at"] = link.at
+        keys |= {
+            key: list(value)
+            for key, value, usual in (
+                ("position", link.position, (0.0, 0.0, 0.0)),
+                ("orientation", link.orientation, _UNTURNED),
+            )
+            if tuple(value) != usual
+        }
+        keys |= {key: state[robot.slice(link.name)] for key, state in states.items()}
+        blocks.append(_keys(keys, "[[link]]"))
+        where = f"links[{link.name!r}]"
+        kind = type(link.joint).__name__.lower()
+        if kind != "weld":
+            text = _text(link.joint, f"{where}.joint")
+            blocks.append(f"[link.joint]\ntype = {toml(kind)}\n{text}")
+        if link.rod is not None:
+            blocks += _list("link.rod.segment", link.rod, f"{where}.rod")
+        if link.body is not None:
+            blocks.append(_part("[link.body]", link.body, f"{where}.body"))
+        blocks += _of_link("link.fixed_body", robot.bodies, link.name, "bodies")
+        blocks += _of_link("link.load", robot.loads, link.name, "loads")
+        blocks += _of_link("link.support", robot.supports, link.name, "supports")
+    if robot.base_motion is not None:
+        blocks.append(_part("[base_motion]", robot.base_motion, "base_motion"))
+    if robot.fluid is not None:
+        blocks.append(_part("[fluid]", robot.fluid, "fluid"))
+    return blocks
+
+
+def _rod(rod: Rod, states: dict[str, list[float]]) -> list[str]:
+    base = {"position": list(rod.base_position), "orientation": list(rod.base_orientation)}
+    ends = {key: getattr(rod, key) for key in ("tip_force", "tip_moment")}
+    keys = {"base": base, **{key: list(value) for key, value in ends.items()}, "tip_mass": rod.tip_mass}
+    blocks = [_keys(keys | states, "[[rod]]")]
+    if rod.base_motion is not None:
+        blocks.append(_part("[rod.base_motion]", rod.base_motion, "base_motion"))
+    if rod.fluid is not None:
+        blocks.append(_part("[rod.fluid]", rod.fluid, "fluid"))
+    blocks += _list("rod.segment", rod.segments, "segments") + _list("rod.load", rod.loads, "loads")
+    return blocks + _list("rod.body", rod.bodies, "bodies") + _list("rod.support", rod.supports, "supports")
+
+
+def _of_link(key: str, parts: Sequence[Any], link: str, where: str) -> list[str]:
+    """Those of one link; a part that names no link is on the only one."""
+    own = ((i, part) for i, part in enumerate(parts) if part.link in (link, None))
+    return [_part(f"[[{key}]]", part, f"{where}[{i}]") for i, part in own]
+
+
+def _list(key: str, parts: Iterable[Any], where: str) -> list[str]:
+    return [_part(f"[[{key}]]", part, f"{where}[{i}]") for i, part in enumerate(parts)]
+
+
+def _part(header: str, part: Any, where: str) -> str:
+    return f"{header}\n{_text(part, where)}"
+
+
+def _text(part: Any, where: str) -> str:
+    try:
+        text: str = part.to_toml()
+    except ValueError as error:
+        raise ValueError(f"{where}: {error}") from None
+    return text
+
+
+def _keys(keys: dict[str, Any], header: str) -> str:
+    return "".join([header, "\n", *(f"{key} = {toml(value)}\n" for key, value in keys.items())])
+
+
+def save(scene: Scene, path: str | os.PathLike[str]) -> None:
+    """`Scene.save`."""
+    file = Path(path)
+    beside = [(file.parent / name, content) for name, content in scene.imports.items()]
+    for other, content in beside:
+        if other.exists() and other.read_bytes() != content:
+            raise FileExistsError(f"{other}: the scene imports another file of this name")
+    for other, content in beside:
+        other.parent.mkdir(parents=True, exist_ok=True)
+        other.write_bytes(content)
+    file.write_text(scene.text, encoding="utf-8")
