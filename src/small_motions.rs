@@ -1,10 +1,12 @@
 //! Small motions about a state at rest, `M x'' + D x' + K x = 0`, and their eigenvalues.
 
+use nalgebra::DVector;
+
 use crate::constraint::inverse_length;
-use crate::linalg::{Complex, Matrix, eigen_both, full_svd, norm};
+use crate::linalg::{Complex, Matrix, eigen_both, full_svd, norm, symmetric_eigen, symmetric_part};
 use crate::model::Model;
-use crate::natural::{self, Natural, scaled};
-use crate::pencil::Eigenpairs;
+use crate::natural::{self, DISPLACEMENT_ROUNDING, Natural, scaled};
+use crate::pencil::{self, Eigenpairs};
 
 /// A stiffness counts as symmetric, so that its loads have a potential, if no entry differs from its
 /// transpose by more than this fraction of the elastic stiffnesses it couples, and rounding. This is above the
@@ -29,6 +31,14 @@ const ROUNDING: f64 = 16.0;
 /// equilibria. Beyond that, the shape is none.
 const OUT_OF_BALANCE: f64 = 1e-9;
 
+/// No force can do work along a coordinate along which the forces of the same part could do less than this part of what they can do
+/// along others: what is missing there is rounding.
+const NOTHING: f64 = 1e-5;
+
+/// No shape is so near to no stiffness, where that of the material is one, that what is left of Newton's method could reach it if all
+/// other directions are stiffer than this.
+const FIRM: f64 = 1e-3;
+
 /// A double eigenvalue moves by the root of a perturbation, half of which first-order bounds tell: this factor is safe.
 const DOUBLE: f64 = 4.0;
 
@@ -42,6 +52,8 @@ pub(crate) struct SmallMotions {
     pub(crate) stiffness: Matrix,
     /// Largest error of each entry of the stiffness.
     pub(crate) error: Matrix,
+    /// How it changes with what is left of Newton's method to the equilibrium.
+    pub(crate) change: Matrix,
     /// W.
     pub(crate) basis: Matrix,
     pub(crate) sizes: Vec<f64>,
@@ -82,31 +94,27 @@ impl SmallMotions {
     }
 
     pub(crate) fn is_finite(&self) -> bool {
-        let Self { mass, damping, stiffness, error, .. } = self;
-        [mass, damping, stiffness, error].into_iter().all(|a| a.iter().all(|x| x.is_finite()))
+        let Self { mass, damping, stiffness, error, change, .. } = self;
+        [mass, damping, stiffness, error, change].into_iter().all(|a| a.iter().all(|x| x.is_finite()))
     }
 
-    /// Small motions that satisfy constraints with these derivatives in scaled coordinates: projection onto
-    /// their null space, found by singular values.
-    fn within(&self, constraints: &Matrix) -> Option<Self> {
-        let mut natural = constraints * &self.basis;
-        let longest = natural.row_iter().map(|row| row.norm()).fold(0.0, f64::max);
-        for mut row in natural.row_iter_mut() {
-            row *= inverse_length(row.norm(), longest);
-        }
-        let (_, values, right) = full_svd(&natural)?;
-        let largest = values.first().copied().unwrap_or(0.0);
-        let rank = values.iter().filter(|&&value| value > DEPENDENT * largest).count();
-        let free = right.columns(rank, right.ncols() - rank).into_owned();
-        let within = |a: &Matrix| free.tr_mul(&(a * &free));
-        Some(Self {
+    /// Small motions that satisfy constraints, by projection.
+    fn within(&self, Held { free, .. }: &Held) -> Self {
+        let within = |a: &Matrix| free.tr_mul(&(a * free));
+        Self {
             mass: within(&self.mass),
             damping: within(&self.damping),
             stiffness: within(&self.stiffness),
             error: free.abs().tr_mul(&(&self.error * free.abs())),
-            basis: &self.basis * &free,
+            change: within(&self.change),
+            basis: &self.basis * free,
             sizes: self.sizes.clone(),
-        })
+        }
+    }
+
+    /// Eigenvalues with this mass, and bounds of their errors: also as far beyond the equilibrium as the shape is before it.
+    pub(crate) fn pairs(&self, mass: &Matrix) -> Option<Eigenpairs> {
+        Some(Eigenpairs::new(&self.stiffness, mass, &self.error)?.with_change(&(&self.change * 2.0)))
     }
 
     /// What rounding makes of entries that should be equal: half of their differences, where these are beyond the quadrature error
@@ -118,6 +126,25 @@ impl SmallMotions {
             let apart = (a - b).abs();
             if apart > SYMMETRIC * a.abs().max(b.abs()) { 0.5 * apart } else { 0.0 }
         })
+    }
+
+    /// Whether the stiffness is so far from zero in all directions that what is left of Newton's method decides nothing.
+    fn is_firm(&self) -> bool {
+        let firm = Matrix::identity(self.n(), self.n()) * FIRM;
+        pencil::is_positive(&self.stiffness, &(&self.error + firm))
+    }
+
+    /// Newton's step against forces, without the directions whose stiffness may be zero.
+    fn newton_step(&self, forces: &DVector<f64>) -> Option<DVector<f64>> {
+        let (values, shapes) = symmetric_eigen(&symmetric_part(&self.stiffness))?;
+        let mut step = DVector::zeros(self.n());
+        for (value, shape) in values.iter().zip(shapes.column_iter()) {
+            let sizes = shape.abs();
+            if value.abs() > sizes.dot(&(&self.error * &sizes)) {
+                step.axpy(-shape.dot(forces) / value, &shape, 1.0);
+            }
+        }
+        Some(step)
     }
 
     /// Whether the stiffness has a potential.
@@ -141,7 +168,7 @@ impl SmallMotions {
 
     /// In shapes of the undamped motion. `None` if the mass is not positive definite or a number is not finite.
     pub(crate) fn modal(&self) -> Option<Modal> {
-        let pairs = Eigenpairs::new(&self.stiffness, &self.mass, &self.error)?;
+        let pairs = self.pairs(&self.mass)?;
         let n = self.n();
         let squares: Vec<f64> =
             (0..n).map(|k| if pairs.is_neutral(k) { 0.0 } else { pairs.values[k] }).collect();
@@ -155,8 +182,35 @@ impl SmallMotions {
         let rounding = magnitudes(&self.damping.abs()) * (ROUNDING * n as f64 * f64::EPSILON);
         let damping =
             modal(&self.damping).zip_map(&rounding, |d, least| if d.abs() <= least { 0.0 } else { d });
-        let error = magnitudes(&self.error);
+        let error = magnitudes(&self.error) + modal(&self.change).abs();
         Some(Modal { squares, stiffness, damping, error, shapes: x })
+    }
+}
+
+/// Constraints in natural coordinates: of which motions they leave free, and what holds a force.
+struct Held {
+    /// An orthonormal basis of the motions that keep them.
+    free: Matrix,
+    /// Multipliers that take up a unit of each force outside these.
+    multipliers: Matrix,
+}
+
+impl Held {
+    /// By singular values. `rows` are the derivatives of the constraints.
+    fn new(mut rows: Matrix) -> Option<Self> {
+        let (m, n) = rows.shape();
+        let longest = rows.row_iter().map(|row| row.norm()).fold(0.0, f64::max);
+        let inverses: Vec<f64> = rows.row_iter().map(|row| inverse_length(row.norm(), longest)).collect();
+        for (mut row, inverse) in rows.row_iter_mut().zip(&inverses) {
+            row *= *inverse;
+        }
+        let (left, values, right) = full_svd(&rows)?;
+        let largest = values.first().copied().unwrap_or(0.0);
+        let rank = values.iter().filter(|&&value| value > DEPENDENT * largest).count();
+        let multipliers = Matrix::from_fn(m, n, |i, j| {
+            inverses[i] * (0..rank).map(|k| left[(i, k)] / values[k] * right[(j, k)]).sum::<f64>()
+        });
+        Some(Self { free: right.columns(rank, n - rank).into_owned(), multipliers })
     }
 }
 
@@ -284,8 +338,10 @@ pub(crate) fn small_motions(
     };
     at_rest.model.hold_springs(forces.as_deref());
     let parts = at_rest.stiffness(&material);
-    let imbalance = at_rest.imbalance();
+    let [residual, work] = at_rest.forces();
     at_rest.model.hold_springs(None);
+    let residual = at_rest.missing(&residual, &work, &parts.magnitudes);
+    let imbalance = at_rest.imbalance(&residual, &work);
     let stiffness = natural.tangent(&parts.total, own.as_ref());
     let mut error =
         natural.magnitudes(&parts.magnitudes, own.as_ref()) * (ROUNDING * n as f64 * f64::EPSILON);
@@ -294,20 +350,41 @@ pub(crate) fn small_motions(
     let mut mass = Matrix::zeros(n, n);
     at_rest.model.mass_matrix(q, &mut mass);
     let mass = natural.matrix(&scaled(mass, sizes));
-    let mut free =
-        SmallMotions { mass, damping, stiffness, error, basis: natural.basis(), sizes: sizes.to_vec() };
-    if free.has_potential() {
-        free.error += free.asymmetry();
-    }
-    if multipliers.is_empty() {
-        return Some(free);
+    let (basis, change) = (natural.basis(), Matrix::zeros(n, n));
+    let mut motions = SmallMotions { mass, damping, stiffness, error, change, basis, sizes: sizes.to_vec() };
+    let has_potential = motions.has_potential();
+    if has_potential {
+        motions.error += motions.asymmetry();
     }
     let mut rows = Matrix::zeros(multipliers.len(), n);
-    at_rest.model.gap_jacobian(q, &mut rows);
-    for (mut column, size) in rows.column_iter_mut().zip(sizes) {
-        column *= *size;
+    if !multipliers.is_empty() {
+        at_rest.model.gap_jacobian(q, &mut rows);
+        for (mut column, size) in rows.column_iter_mut().zip(sizes) {
+            column *= *size;
+        }
     }
-    free.within(&rows)
+    let held = Held::new(rows * &motions.basis)?;
+    let kept = motions.within(&held);
+    if !has_potential || !kept.is_finite() || kept.is_firm() {
+        return Some(kept);
+    }
+    let residual = DVector::from(natural.residual(&residual, own.as_ref(), forces.as_deref().unwrap_or(&[])));
+    let step = &held.free * kept.newton_step(&held.free.tr_mul(&residual))?;
+    let more = &held.multipliers * (&residual + &motions.stiffness * &step);
+    let moved = natural.coordinates(step.as_slice());
+    let q: Vec<f64> = q.iter().zip(sizes.iter().zip(moved)).map(|(q, (size, x))| q + size * x).collect();
+    let multipliers: Vec<f64> = multipliers.iter().zip(more.iter()).map(|(own, more)| own - more).collect();
+    let mut beside = Parts { model: at_rest.model, q: &q, multipliers: &multipliers, ..at_rest };
+    let forces = own.as_ref().zip(forces).map(|(own, mut forces)| {
+        let changes = natural.change_of_forces(own, step.as_slice());
+        forces.iter_mut().zip(changes).for_each(|(force, change)| *force += change);
+        forces
+    });
+    beside.model.hold_springs(forces.as_deref());
+    let there = beside.stiffness(&material).total;
+    beside.model.hold_springs(None);
+    motions.change = natural.matrix(&(there - parts.total));
+    Some(motions.within(&held))
 }
 
 /// A sum of matrices, and the sum of the magnitudes of their entries.
@@ -378,7 +455,7 @@ impl Parts<'_> {
             scaled(tangent, sizes)
         });
         let work = natural::work_of_loads(self.model, q, sizes);
-        let pressed = self.work_of_contact();
+        let between = natural::work_of_interactions(self.model, q, sizes);
         let (mut total, mut magnitudes) = (material.abs(), material.abs());
         for k in 0..total.len() {
             let [whole, unconstrained, untouched] = [0, 1, 2].map(|part| parts[part][k]);
@@ -393,21 +470,11 @@ impl Parts<'_> {
                 magnitudes[(i, j)] += self.load_factor.abs() * work[i].min(work[j]);
             }
         }
-        // Contacts couple parts.
+        // Contacts and tendons couple parts.
         for (i, j) in (0..q.len()).flat_map(|i| (0..q.len()).map(move |j| (i, j))) {
-            magnitudes[(i, j)] += self.load_factor.abs() * pressed[i].min(pressed[j]);
+            magnitudes[(i, j)] += self.load_factor.abs() * between[i].min(between[j]);
         }
         Sum { total, magnitudes }
-    }
-
-    /// What contacts could do along a size of each coordinate, in joules.
-    fn work_of_contact(&mut self) -> Vec<f64> {
-        let mut work = vec![0.0; self.q.len()];
-        if self.model.has_contact() {
-            self.model.work_of_contact(self.q, &mut work);
-            work.iter_mut().zip(self.sizes).for_each(|(work, size)| *work *= size);
-        }
-        work
     }
 
     /// Coordinates of parts that nothing couples.
@@ -426,7 +493,7 @@ impl Parts<'_> {
             .collect()
     }
 
-    /// Generalised forces times sizes, and the sums of the magnitudes of what they come from.
+    /// Generalised forces times sizes, and the work that what they come from could do along these.
     fn forces(&mut self) -> [Vec<f64>; 2] {
         let Self { q, sizes, .. } = *self;
         let rest = vec![0.0; q.len()];
@@ -437,14 +504,16 @@ impl Parts<'_> {
             model.inverse_dynamics(q, &rest, &rest, &mut forces);
             forces
         });
-        let [mut total, mut magnitudes] = [rest.clone(), rest.clone()];
+        let of_loads = natural::work_of_loads(self.model, q, sizes);
+        let between = natural::work_of_interactions(self.model, q, sizes);
+        let [mut total, mut work] = [rest.clone(), rest.clone()];
         for (k, size) in sizes.iter().enumerate() {
             let [whole, unconstrained, untouched] = [0, 1, 2].map(|part| parts[part][k]);
             total[k] = size * self.under_load(elastic[k], unconstrained, whole);
-            magnitudes[k] =
-                size * self.magnitude(elastic[k].abs(), elastic[k], [whole, unconstrained, untouched]);
+            work[k] = size * self.magnitude(elastic[k].abs(), elastic[k], [whole, unconstrained, untouched])
+                + self.load_factor.abs() * (of_loads[k] + between[k]);
         }
-        [total, magnitudes]
+        [total, work]
     }
 
     /// The sum of the magnitudes of what elasticity, loads, contacts and constraints add.
@@ -453,14 +522,27 @@ impl Parts<'_> {
         elastic + self.load_factor.abs() * by_loads + (whole - unconstrained).abs()
     }
 
-    /// What forces out of balance could change the stiffness by: a turn about one axis changes moments about another one by half of
-    /// that about the third. Parts that nothing couples have no part in each other's.
-    fn imbalance(&mut self) -> Matrix {
-        let [forces, magnitudes] = self.forces();
-        let mut imbalance = Matrix::zeros(forces.len(), forces.len());
+    /// The forces that are missing for equilibrium, as far as tolerance and rounding of coordinates explain them: beyond that, the shape
+    /// is none.
+    fn missing(&self, residual: &[f64], work: &[f64], magnitudes: &Matrix) -> Vec<f64> {
+        let most = |k: usize| {
+            OUT_OF_BALANCE * work[k] + DISPLACEMENT_ROUNDING * magnitudes.row(k).iter().sum::<f64>()
+        };
+        residual.iter().enumerate().map(|(k, force)| force.min(most(k)).max(-most(k))).collect()
+    }
+
+    /// What these could change the stiffness by: no more than themselves, as a turn about one axis changes moments about another one by
+    /// half of that about the third; and the shape is one of equilibrium under forces that differ by the part of them that is
+    /// missing (Rigal and Gaches 1967), as their stiffness then does. Parts that nothing couples have no part in each other's.
+    fn imbalance(&self, missing: &[f64], work: &[f64]) -> Matrix {
+        let mut imbalance = Matrix::zeros(missing.len(), missing.len());
         for range in self.parts() {
-            let left = norm(&forces[range.clone()]).min(OUT_OF_BALANCE * norm(&magnitudes[range.clone()]));
-            imbalance.view_mut((range.start, range.start), (range.len(), range.len())).fill(left);
+            let least = NOTHING * range.clone().map(|k| work[k]).fold(0.0, f64::max);
+            let part = |k: usize| if missing[k] == 0.0 { 0.0 } else { missing[k].abs() / work[k].max(least) };
+            let (size, part) = (norm(&missing[range.clone()]), range.clone().map(part).fold(0.0, f64::max));
+            for (i, j) in range.clone().flat_map(|i| range.clone().map(move |j| (i, j))) {
+                imbalance[(i, j)] = size.min(part * work[i].min(work[j]));
+            }
         }
         imbalance
     }
