@@ -2,10 +2,11 @@
 
 use nalgebra::DVector;
 
+use crate::at_rest::{APART, AtRest};
 use crate::constraint::inverse_length;
-use crate::linalg::{Complex, Matrix, eigen_both, full_svd, norm, symmetric_eigen, symmetric_part};
+use crate::linalg::{Complex, Matrix, eigen_both, full_svd, symmetric_eigen, symmetric_part};
 use crate::model::Model;
-use crate::natural::{self, DISPLACEMENT_ROUNDING, Natural, scaled};
+use crate::natural::{self, Natural, scaled};
 use crate::pencil::{self, Eigenpairs};
 
 /// A stiffness counts as symmetric, so that its loads have a potential, if no entry differs from its
@@ -27,16 +28,7 @@ const DEPENDENT: f64 = 1e-8;
 /// products of rotations, and a change of charts multiplies it once more.
 const ROUNDING: f64 = 16.0;
 
-/// Forces that are out of balance are part of the error of a stiffness, up to this fraction of all forces: ten times the tolerance of
-/// equilibria. Beyond that, the shape is none.
-const OUT_OF_BALANCE: f64 = 1e-9;
-
-/// No force can do work along a coordinate along which the forces of the same part could do less than this part of what they can do
-/// along others: what is missing there is rounding.
-const NOTHING: f64 = 1e-5;
-
-/// No shape is so near to no stiffness, where that of the material is one, that what is left of Newton's method could reach it if all
-/// other directions are stiffer than this.
+/// Where all directions are stiffer than this part of the material, what is left of Newton's method decides no verdict.
 const FIRM: f64 = 1e-3;
 
 /// A double eigenvalue moves by the root of a perturbation, half of which first-order bounds tell: this factor is safe.
@@ -52,7 +44,8 @@ pub(crate) struct SmallMotions {
     pub(crate) stiffness: Matrix,
     /// Largest error of each entry of the stiffness.
     pub(crate) error: Matrix,
-    /// How it changes with what is left of Newton's method to the equilibrium.
+    /// How it changes up to the equilibrium, with what is left of Newton's method, and up to the derivative of the forces, from which
+    /// it differs by quadrature. Zero where all directions are firm.
     pub(crate) change: Matrix,
     /// W.
     pub(crate) basis: Matrix,
@@ -134,17 +127,18 @@ impl SmallMotions {
         pencil::is_positive(&self.stiffness, &(&self.error + firm))
     }
 
-    /// Newton's step against forces, without the directions whose stiffness may be zero.
-    fn newton_step(&self, forces: &DVector<f64>) -> Option<DVector<f64>> {
-        let (values, shapes) = symmetric_eigen(&symmetric_part(&self.stiffness))?;
+    /// Newton's step against forces, by eigenvalues and eigenvectors of the stiffness, without the directions whose stiffness may be
+    /// zero.
+    fn newton_step(&self, values: &[f64], shapes: &Matrix, forces: &DVector<f64>) -> DVector<f64> {
         let mut step = DVector::zeros(self.n());
         for (value, shape) in values.iter().zip(shapes.column_iter()) {
             let sizes = shape.abs();
-            if value.abs() > sizes.dot(&(&self.error * &sizes)) {
+            let error = sizes.dot(&(&self.error * &sizes)) + 2.0 * shape.dot(&(&self.change * shape)).abs();
+            if value.abs() > error {
                 step.axpy(-shape.dot(forces) / value, &shape, 1.0);
             }
         }
-        Some(step)
+        step
     }
 
     /// Whether the stiffness has a potential.
@@ -320,9 +314,9 @@ pub(crate) fn small_motions(
     let n = q.len();
     let material = natural::material(model, q, sizes);
     let own = natural::linearised(model, q, sizes);
-    let (work, uncoupled) = (natural::work_of_loads(model, q, sizes), model.parts());
-    let reference = |stiffness: &Matrix| natural::reference(&material, stiffness, &work, &uncoupled);
-    let mut at_rest = Parts { model, q, sizes, load_factor, multipliers };
+    let (of_loads, uncoupled) = (natural::work_of_loads(model, q, sizes), model.parts());
+    let reference = |stiffness: &Matrix| natural::reference(&material, stiffness, &of_loads, &uncoupled);
+    let mut at_rest = AtRest { model, q, sizes, load_factor, multipliers };
     let (natural, forces) = match &own {
         None => {
             let stiffness = at_rest.tangent([1.0, 0.0, 0.0]);
@@ -364,17 +358,34 @@ pub(crate) fn small_motions(
         }
     }
     let held = Held::new(rows * &motions.basis)?;
-    let kept = motions.within(&held);
+    // Stiffnesses that are far from zero keep their signs.
+    let mut kept = motions.within(&held);
     if !has_potential || !kept.is_finite() || kept.is_firm() {
         return Some(kept);
     }
+    let (values, shapes) = symmetric_eigen(&symmetric_part(&kept.stiffness))?;
+    at_rest.model.hold_springs(forces.as_deref());
+    if at_rest.model.is_discretised() {
+        // The error of quadrature, and the rounding of the differences that tell it.
+        let doubtful: Vec<usize> = (0..kept.n()).filter(|&k| values[k].abs() < SYMMETRIC).collect();
+        let shapes = shapes.select_columns(&doubtful);
+        let directions = &kept.basis * &shapes;
+        let mismatch = directions.tr_mul(&at_rest.mismatch(&directions));
+        kept.change = &shapes * symmetric_part(&mismatch) * shapes.transpose();
+        for (shape, direction) in shapes.column_iter().zip(directions.column_iter()) {
+            let work: f64 = direction.iter().zip(&work).map(|(x, work)| x.abs() * work).sum();
+            let rounding = ROUNDING * f64::EPSILON * direction.amax() / APART * work;
+            kept.error += shape.abs() * shape.abs().transpose() * rounding;
+        }
+    }
+    // What is left of Newton's method, in coordinates and in the forces that hold constraints and springs.
     let residual = DVector::from(natural.residual(&residual, own.as_ref(), forces.as_deref().unwrap_or(&[])));
-    let step = &held.free * kept.newton_step(&held.free.tr_mul(&residual))?;
+    let step = &held.free * kept.newton_step(&values, &shapes, &held.free.tr_mul(&residual));
     let more = &held.multipliers * (&residual + &motions.stiffness * &step);
     let moved = natural.coordinates(step.as_slice());
     let q: Vec<f64> = q.iter().zip(sizes.iter().zip(moved)).map(|(q, (size, x))| q + size * x).collect();
     let multipliers: Vec<f64> = multipliers.iter().zip(more.iter()).map(|(own, more)| own - more).collect();
-    let mut beside = Parts { model: at_rest.model, q: &q, multipliers: &multipliers, ..at_rest };
+    let mut beside = AtRest { model: at_rest.model, q: &q, multipliers: &multipliers, ..at_rest };
     let forces = own.as_ref().zip(forces).map(|(own, mut forces)| {
         let changes = natural.change_of_forces(own, step.as_slice());
         forces.iter_mut().zip(changes).for_each(|(force, change)| *force += change);
@@ -383,167 +394,7 @@ pub(crate) fn small_motions(
     beside.model.hold_springs(forces.as_deref());
     let there = beside.stiffness(&material).total;
     beside.model.hold_springs(None);
-    motions.change = natural.matrix(&(there - parts.total));
-    Some(motions.within(&held))
-}
-
-/// A sum of matrices, and the sum of the magnitudes of their entries.
-struct Sum {
-    total: Matrix,
-    magnitudes: Matrix,
-}
-
-/// Forces and stiffnesses of a model at rest, in scaled coordinates, as sums over what they come from: gravity may balance a
-/// contact or a loop, so that nothing is left but rounding.
-struct Parts<'a> {
-    model: &'a mut dyn Model,
-    q: &'a [f64],
-    sizes: &'a [f64],
-    load_factor: f64,
-    multipliers: &'a [f64],
-}
-
-impl Parts<'_> {
-    /// Calls this on the model as it is; without what its constraints do; and also without its contacts.
-    fn each<T: Clone>(&mut self, mut get: impl FnMut(&mut dyn Model) -> T) -> [T; 3] {
-        let whole = {
-            if !self.multipliers.is_empty() {
-                self.model.set_multipliers(self.multipliers);
-            }
-            get(self.model)
-        };
-        let mut unconstrained = whole.clone();
-        if !self.multipliers.is_empty() {
-            self.model.set_multipliers(&vec![0.0; self.multipliers.len()]);
-            unconstrained = get(self.model);
-        }
-        let mut untouched = unconstrained.clone();
-        if self.model.has_contact() {
-            self.model.leave_contact(true);
-            untouched = get(self.model);
-            self.model.leave_contact(false);
-        }
-        [whole, unconstrained, untouched]
-    }
-
-    /// `own + load_factor loads + constraints`.
-    fn under_load(&self, own: f64, unconstrained: f64, whole: f64) -> f64 {
-        let loads = self.load_factor;
-        if loads == 1.0 { whole } else { own + loads * (unconstrained - own) + (whole - unconstrained) }
-    }
-
-    fn tangent(&mut self, weights: [f64; 3]) -> Matrix {
-        let Self { q, sizes, .. } = *self;
-        let rest = vec![0.0; q.len()];
-        let [whole, ..] = self.each(|model| {
-            let mut tangent = Matrix::zeros(q.len(), q.len());
-            model.weighted_tangent(q, &rest, &rest, weights, &mut tangent);
-            tangent
-        });
-        scaled(whole, sizes)
-    }
-
-    fn stiffness(&mut self, material: &Matrix) -> Sum {
-        let Self { q, sizes, .. } = *self;
-        let rest = vec![0.0; q.len()];
-        let mut elastic = Matrix::zeros(q.len(), q.len());
-        self.model.elastic_tangent(q, &mut elastic);
-        let elastic = scaled(elastic, sizes);
-        let parts = self.each(|model| {
-            let mut tangent = Matrix::zeros(q.len(), q.len());
-            model.weighted_tangent(q, &rest, &rest, [1.0, 0.0, 0.0], &mut tangent);
-            scaled(tangent, sizes)
-        });
-        let work = natural::work_of_loads(self.model, q, sizes);
-        let between = natural::work_of_interactions(self.model, q, sizes);
-        let (mut total, mut magnitudes) = (material.abs(), material.abs());
-        for k in 0..total.len() {
-            let [whole, unconstrained, untouched] = [0, 1, 2].map(|part| parts[part][k]);
-            let own = elastic[k];
-            total[k] = self.under_load(own, unconstrained, whole);
-            magnitudes[k] +=
-                self.magnitude((own - material[k]).abs(), own, [whole, unconstrained, untouched]);
-        }
-        // Entries of loads are sums of products that may cancel: each is at most what the loads could do, however they point.
-        for range in self.parts() {
-            for (i, j) in range.clone().flat_map(|i| range.clone().map(move |j| (i, j))) {
-                magnitudes[(i, j)] += self.load_factor.abs() * work[i].min(work[j]);
-            }
-        }
-        // Contacts and tendons couple parts.
-        for (i, j) in (0..q.len()).flat_map(|i| (0..q.len()).map(move |j| (i, j))) {
-            magnitudes[(i, j)] += self.load_factor.abs() * between[i].min(between[j]);
-        }
-        Sum { total, magnitudes }
-    }
-
-    /// Coordinates of parts that nothing couples.
-    fn parts(&self) -> Vec<std::ops::Range<usize>> {
-        let parts = match self.model.parts() {
-            parts if parts.is_empty() => vec![self.q.len()],
-            parts => parts,
-        };
-        let mut first = 0;
-        parts
-            .into_iter()
-            .map(|part| {
-                first += part;
-                first - part..first
-            })
-            .collect()
-    }
-
-    /// Generalised forces times sizes, and the work that what they come from could do along these.
-    fn forces(&mut self) -> [Vec<f64>; 2] {
-        let Self { q, sizes, .. } = *self;
-        let rest = vec![0.0; q.len()];
-        let mut elastic = rest.clone();
-        self.model.elastic_forces(q, &mut elastic);
-        let parts = self.each(|model| {
-            let mut forces = rest.clone();
-            model.inverse_dynamics(q, &rest, &rest, &mut forces);
-            forces
-        });
-        let of_loads = natural::work_of_loads(self.model, q, sizes);
-        let between = natural::work_of_interactions(self.model, q, sizes);
-        let [mut total, mut work] = [rest.clone(), rest.clone()];
-        for (k, size) in sizes.iter().enumerate() {
-            let [whole, unconstrained, untouched] = [0, 1, 2].map(|part| parts[part][k]);
-            total[k] = size * self.under_load(elastic[k], unconstrained, whole);
-            work[k] = size * self.magnitude(elastic[k].abs(), elastic[k], [whole, unconstrained, untouched])
-                + self.load_factor.abs() * (of_loads[k] + between[k]);
-        }
-        [total, work]
-    }
-
-    /// The sum of the magnitudes of what elasticity, loads, contacts and constraints add.
-    fn magnitude(&self, elastic: f64, own: f64, [whole, unconstrained, untouched]: [f64; 3]) -> f64 {
-        let by_loads = (untouched - own).abs() + (unconstrained - untouched).abs();
-        elastic + self.load_factor.abs() * by_loads + (whole - unconstrained).abs()
-    }
-
-    /// The forces that are missing for equilibrium, as far as tolerance and rounding of coordinates explain them: beyond that, the shape
-    /// is none.
-    fn missing(&self, residual: &[f64], work: &[f64], magnitudes: &Matrix) -> Vec<f64> {
-        let most = |k: usize| {
-            OUT_OF_BALANCE * work[k] + DISPLACEMENT_ROUNDING * magnitudes.row(k).iter().sum::<f64>()
-        };
-        residual.iter().enumerate().map(|(k, force)| force.min(most(k)).max(-most(k))).collect()
-    }
-
-    /// What these could change the stiffness by: no more than themselves, as a turn about one axis changes moments about another one by
-    /// half of that about the third; and the shape is one of equilibrium under forces that differ by the part of them that is
-    /// missing (Rigal and Gaches 1967), as their stiffness then does. Parts that nothing couples have no part in each other's.
-    fn imbalance(&self, missing: &[f64], work: &[f64]) -> Matrix {
-        let mut imbalance = Matrix::zeros(missing.len(), missing.len());
-        for range in self.parts() {
-            let least = NOTHING * range.clone().map(|k| work[k]).fold(0.0, f64::max);
-            let part = |k: usize| if missing[k] == 0.0 { 0.0 } else { missing[k].abs() / work[k].max(least) };
-            let (size, part) = (norm(&missing[range.clone()]), range.clone().map(part).fold(0.0, f64::max));
-            for (i, j) in range.clone().flat_map(|i| range.clone().map(move |j| (i, j))) {
-                imbalance[(i, j)] = size.min(part * work[i].min(work[j]));
-            }
-        }
-        imbalance
-    }
+    let change = natural.matrix(&(there - parts.total));
+    kept.change += held.free.tr_mul(&(change * &held.free));
+    Some(kept)
 }

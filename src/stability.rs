@@ -90,13 +90,13 @@ pub(crate) fn verdict(motions: &SmallMotions) -> Option<Verdict> {
 /// of the stiffness stand for it.
 fn of_stiffness(motions: &SmallMotions) -> Option<Stability> {
     let SmallMotions { stiffness, mass, error, change, .. } = motions;
-    // Also as far beyond the equilibrium as the shape is before it.
-    let sides = [stiffness.clone(), stiffness + change * 2.0];
-    if sides.iter().all(|side| pencil::is_positive(side, error)) {
-        return Some(Stability::Stable);
-    }
-    if sides.iter().all(|side| pencil::is_negative(side, error)) {
-        return Some(Stability::Divergence);
+    if change.iter().all(|x| *x == 0.0) {
+        if pencil::is_positive(stiffness, error) {
+            return Some(Stability::Stable);
+        }
+        if pencil::is_negative(stiffness, error) {
+            return Some(Stability::Divergence);
+        }
     }
     let magnitudes = || {
         let size = |i: usize| if error[(i, i)] > 0.0 { error[(i, i)] } else { 1.0 };
