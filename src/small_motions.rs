@@ -386,10 +386,10 @@ pub(crate) fn small_motions(
     let q: Vec<f64> = q.iter().zip(sizes.iter().zip(moved)).map(|(q, (size, x))| q + size * x).collect();
     let multipliers: Vec<f64> = multipliers.iter().zip(more.iter()).map(|(own, more)| own - more).collect();
     let mut beside = AtRest { model: at_rest.model, q: &q, multipliers: &multipliers, ..at_rest };
-    let forces = own.as_ref().zip(forces).map(|(own, mut forces)| {
+    // Springs follow their displacements from where these are, not from the forces that are held.
+    let forces: Option<Vec<f64>> = own.as_ref().map(|own| {
         let changes = natural.change_of_forces(own, step.as_slice());
-        forces.iter_mut().zip(changes).for_each(|(force, change)| *force += change);
-        forces
+        own.forces.iter().zip(changes).map(|(force, change)| force + change).collect()
     });
     beside.model.hold_springs(forces.as_deref());
     let there = beside.stiffness(&material).total;

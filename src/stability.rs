@@ -90,13 +90,12 @@ pub(crate) fn verdict(motions: &SmallMotions) -> Option<Verdict> {
 /// of the stiffness stand for it.
 fn of_stiffness(motions: &SmallMotions) -> Option<Stability> {
     let SmallMotions { stiffness, mass, error, change, .. } = motions;
-    if change.iter().all(|x| *x == 0.0) {
-        if pencil::is_positive(stiffness, error) {
-            return Some(Stability::Stable);
-        }
-        if pencil::is_negative(stiffness, error) {
-            return Some(Stability::Divergence);
-        }
+    let uncertain = error + change.abs() * 2.0;
+    if pencil::is_positive(stiffness, &uncertain) {
+        return Some(Stability::Stable);
+    }
+    if pencil::is_negative(stiffness, &uncertain) {
+        return Some(Stability::Divergence);
     }
     let magnitudes = || {
         let size = |i: usize| if error[(i, i)] > 0.0 { error[(i, i)] } else { 1.0 };
