@@ -28,6 +28,7 @@
 pub mod accuracy;
 pub mod actuate;
 pub mod actuator;
+mod at_rest;
 pub mod balance;
 pub mod body;
 mod constraint;

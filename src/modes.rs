@@ -229,6 +229,7 @@ mod tests {
             damping: Matrix::from_row_slice(2, 2, &[0.5, 0.0, 0.0, 0.0]),
             stiffness: Matrix::from_row_slice(2, 2, &[5.0, -2.0, -2.0, 3.0]),
             error: Matrix::from_element(2, 2, f64::EPSILON),
+            change: Matrix::zeros(2, 2),
             basis: Matrix::identity(2, 2),
             sizes: vec![1.0, 1.0],
         };

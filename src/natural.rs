@@ -268,12 +268,25 @@ pub(crate) fn work_of_loads(model: &mut dyn Model, q: &[f64], sizes: &[f64]) -> 
     let mut turned = Matrix::zeros(q.len(), 3);
     model.turned_loads(q, &mut turned);
     let mut work: Vec<f64> = turned.row_iter().zip(sizes).map(|(row, size)| row.abs().sum() * size).collect();
-    // Axes of rotation vectors are none of the joint: what is on one of them is beside it by rounding.
-    for &first in model.rotation_vectors() {
+    spread(model.rotation_vectors(), &mut work);
+    work
+}
+
+/// What contacts and actuators could do along a size of each coordinate, in joules.
+pub(crate) fn work_of_interactions(model: &mut dyn Model, q: &[f64], sizes: &[f64]) -> Vec<f64> {
+    let mut work = vec![0.0; q.len()];
+    model.work_of_interactions(q, &mut work);
+    work.iter_mut().zip(sizes).for_each(|(work, size)| *work *= size);
+    spread(model.rotation_vectors(), &mut work);
+    work
+}
+
+/// Axes of rotation vectors are none of the joint: what is on one of them is beside it by rounding.
+fn spread(rotation_vectors: &[usize], work: &mut [f64]) {
+    for &first in rotation_vectors {
         let most = work[first..first + 3].iter().copied().fold(0.0, f64::max);
         work[first..first + 3].fill(most);
     }
-    work
 }
 
 /// `S A S` with the sizes on the diagonal of S.

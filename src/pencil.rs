@@ -58,6 +58,20 @@ impl Eigenpairs {
         })
     }
 
+    /// With bounds that cover a change of the stiffness: a part that couples two shapes moves their eigenvalues by no more than itself,
+    /// and than its square over their distance (Mathias 1998, "Quadratic residual bounds for the Hermitian eigenvalue problem").
+    pub(crate) fn with_change(mut self, change: &Matrix) -> Self {
+        let change = self.shapes.tr_mul(&(change * &self.shapes)).abs();
+        for (k, bound) in self.bounds.iter_mut().enumerate() {
+            let moved = |j: usize| {
+                let (coupling, apart) = (change[(j, k)], (self.values[j] - self.values[k]).abs());
+                if j == k || coupling >= apart { coupling } else { coupling * (coupling / apart) }
+            };
+            *bound += (0..self.values.len()).map(moved).sum::<f64>();
+        }
+        self
+    }
+
     /// Whether an eigenvalue is zero as far as its bound tells.
     pub(crate) fn is_neutral(&self, k: usize) -> bool {
         self.values[k].abs() <= self.bounds[k]

@@ -1,10 +1,13 @@
 //! Small motions about a state at rest, `M x'' + D x' + K x = 0`, and their eigenvalues.
 
+use nalgebra::DVector;
+
+use crate::at_rest::{APART, AtRest};
 use crate::constraint::inverse_length;
-use crate::linalg::{Complex, Matrix, eigen_both, full_svd, norm};
+use crate::linalg::{Complex, Matrix, eigen_both, full_svd, symmetric_eigen, symmetric_part};
 use crate::model::Model;
 use crate::natural::{self, Natural, scaled};
-use crate::pencil::Eigenpairs;
+use crate::pencil::{self, Eigenpairs};
 
 /// A stiffness counts as symmetric, so that its loads have a potential, if no entry differs from its
 /// transpose by more than this fraction of the elastic stiffnesses it couples, and rounding. This is above the
@@ -25,9 +28,8 @@ const DEPENDENT: f64 = 1e-8;
 /// products of rotations, and a change of charts multiplies it once more.
 const ROUNDING: f64 = 16.0;
 
-/// Forces that are out of balance are part of the error of a stiffness, up to this fraction of all forces: ten times the tolerance of
-/// equilibria. Beyond that, the shape is none.
-const OUT_OF_BALANCE: f64 = 1e-9;
+/// Where all directions are stiffer than this part of the material, what is left of Newton's method decides no verdict.
+const FIRM: f64 = 1e-3;
 
 /// A double eigenvalue moves by the root of a perturbation, half of which first-order bounds tell: this factor is safe.
 const DOUBLE: f64 = 4.0;
@@ -42,6 +44,9 @@ pub(crate) struct SmallMotions {
     pub(crate) stiffness: Matrix,
     /// Largest error of each entry of the stiffness.
     pub(crate) error: Matrix,
+    /// How it changes up to the equilibrium, with what is left of Newton's method, and up to the derivative of the forces, from which
+    /// it differs by quadrature. Zero where all directions are firm.
+    pub(crate) change: Matrix,
     /// W.
     pub(crate) basis: Matrix,
     pub(crate) sizes: Vec<f64>,
@@ -82,31 +87,27 @@ impl SmallMotions {
     }
 
     pub(crate) fn is_finite(&self) -> bool {
-        let Self { mass, damping, stiffness, error, .. } = self;
-        [mass, damping, stiffness, error].into_iter().all(|a| a.iter().all(|x| x.is_finite()))
+        let Self { mass, damping, stiffness, error, change, .. } = self;
+        [mass, damping, stiffness, error, change].into_iter().all(|a| a.iter().all(|x| x.is_finite()))
     }
 
-    /// Small motions that satisfy constraints with these derivatives in scaled coordinates: projection onto
-    /// their null space, found by singular values.
-    fn within(&self, constraints: &Matrix) -> Option<Self> {
-        let mut natural = constraints * &self.basis;
-        let longest = natural.row_iter().map(|row| row.norm()).fold(0.0, f64::max);
-        for mut row in natural.row_iter_mut() {
-            row *= inverse_length(row.norm(), longest);
-        }
-        let (_, values, right) = full_svd(&natural)?;
-        let largest = values.first().copied().unwrap_or(0.0);
-        let rank = values.iter().filter(|&&value| value > DEPENDENT * largest).count();
-        let free = right.columns(rank, right.ncols() - rank).into_owned();
-        let within = |a: &Matrix| free.tr_mul(&(a * &free));
-        Some(Self {
+    /// Small motions that satisfy constraints, by projection.
+    fn within(&self, Held { free, .. }: &Held) -> Self {
+        let within = |a: &Matrix| free.tr_mul(&(a * free));
+        Self {
             mass: within(&self.mass),
             damping: within(&self.damping),
             stiffness: within(&self.stiffness),
             error: free.abs().tr_mul(&(&self.error * free.abs())),
-            basis: &self.basis * &free,
+            change: within(&self.change),
+            basis: &self.basis * free,
             sizes: self.sizes.clone(),
-        })
+        }
+    }
+
+    /// Eigenvalues with this mass, and bounds of their errors: also as far beyond the equilibrium as the shape is before it.
+    pub(crate) fn pairs(&self, mass: &Matrix) -> Option<Eigenpairs> {
+        Some(Eigenpairs::new(&self.stiffness, mass, &self.error)?.with_change(&(&self.change * 2.0)))
     }
 
     /// What rounding makes of entries that should be equal: half of their differences, where these are beyond the quadrature error
@@ -118,6 +119,26 @@ impl SmallMotions {
             let apart = (a - b).abs();
             if apart > SYMMETRIC * a.abs().max(b.abs()) { 0.5 * apart } else { 0.0 }
         })
+    }
+
+    /// Whether the stiffness is so far from zero in all directions that what is left of Newton's method decides nothing.
+    fn is_firm(&self) -> bool {
+        let firm = Matrix::identity(self.n(), self.n()) * FIRM;
+        pencil::is_positive(&self.stiffness, &(&self.error + firm))
+    }
+
+    /// Newton's step against forces, by eigenvalues and eigenvectors of the stiffness, without the directions whose stiffness may be
+    /// zero.
+    fn newton_step(&self, values: &[f64], shapes: &Matrix, forces: &DVector<f64>) -> DVector<f64> {
+        let mut step = DVector::zeros(self.n());
+        for (value, shape) in values.iter().zip(shapes.column_iter()) {
+            let sizes = shape.abs();
+            let error = sizes.dot(&(&self.error * &sizes)) + 2.0 * shape.dot(&(&self.change * shape)).abs();
+            if value.abs() > error {
+                step.axpy(-shape.dot(forces) / value, &shape, 1.0);
+            }
+        }
+        step
     }
 
     /// Whether the stiffness has a potential.
@@ -141,7 +162,7 @@ impl SmallMotions {
 
     /// In shapes of the undamped motion. `None` if the mass is not positive definite or a number is not finite.
     pub(crate) fn modal(&self) -> Option<Modal> {
-        let pairs = Eigenpairs::new(&self.stiffness, &self.mass, &self.error)?;
+        let pairs = self.pairs(&self.mass)?;
         let n = self.n();
         let squares: Vec<f64> =
             (0..n).map(|k| if pairs.is_neutral(k) { 0.0 } else { pairs.values[k] }).collect();
@@ -155,8 +176,35 @@ impl SmallMotions {
         let rounding = magnitudes(&self.damping.abs()) * (ROUNDING * n as f64 * f64::EPSILON);
         let damping =
             modal(&self.damping).zip_map(&rounding, |d, least| if d.abs() <= least { 0.0 } else { d });
-        let error = magnitudes(&self.error);
+        let error = magnitudes(&self.error) + modal(&self.change).abs();
         Some(Modal { squares, stiffness, damping, error, shapes: x })
+    }
+}
+
+/// Constraints in natural coordinates: of which motions they leave free, and what holds a force.
+struct Held {
+    /// An orthonormal basis of the motions that keep them.
+    free: Matrix,
+    /// Multipliers that take up a unit of each force outside these.
+    multipliers: Matrix,
+}
+
+impl Held {
+    /// By singular values. `rows` are the derivatives of the constraints.
+    fn new(mut rows: Matrix) -> Option<Self> {
+        let (m, n) = rows.shape();
+        let longest = rows.row_iter().map(|row| row.norm()).fold(0.0, f64::max);
+        let inverses: Vec<f64> = rows.row_iter().map(|row| inverse_length(row.norm(), longest)).collect();
+        for (mut row, inverse) in rows.row_iter_mut().zip(&inverses) {
+            row *= *inverse;
+        }
+        let (left, values, right) = full_svd(&rows)?;
+        let largest = values.first().copied().unwrap_or(0.0);
+        let rank = values.iter().filter(|&&value| value > DEPENDENT * largest).count();
+        let multipliers = Matrix::from_fn(m, n, |i, j| {
+            inverses[i] * (0..rank).map(|k| left[(i, k)] / values[k] * right[(j, k)]).sum::<f64>()
+        });
+        Some(Self { free: right.columns(rank, n - rank).into_owned(), multipliers })
     }
 }
 
@@ -266,9 +314,9 @@ pub(crate) fn small_motions(
     let n = q.len();
     let material = natural::material(model, q, sizes);
     let own = natural::linearised(model, q, sizes);
-    let (work, uncoupled) = (natural::work_of_loads(model, q, sizes), model.parts());
-    let reference = |stiffness: &Matrix| natural::reference(&material, stiffness, &work, &uncoupled);
-    let mut at_rest = Parts { model, q, sizes, load_factor, multipliers };
+    let (of_loads, uncoupled) = (natural::work_of_loads(model, q, sizes), model.parts());
+    let reference = |stiffness: &Matrix| natural::reference(&material, stiffness, &of_loads, &uncoupled);
+    let mut at_rest = AtRest { model, q, sizes, load_factor, multipliers };
     let (natural, forces) = match &own {
         None => {
             let stiffness = at_rest.tangent([1.0, 0.0, 0.0]);
@@ -284,8 +332,10 @@ pub(crate) fn small_motions(
     };
     at_rest.model.hold_springs(forces.as_deref());
     let parts = at_rest.stiffness(&material);
-    let imbalance = at_rest.imbalance();
+    let [residual, work] = at_rest.forces();
     at_rest.model.hold_springs(None);
+    let residual = at_rest.missing(&residual, &work, &parts.magnitudes);
+    let imbalance = at_rest.imbalance(&residual, &work);
     let stiffness = natural.tangent(&parts.total, own.as_ref());
     let mut error =
         natural.magnitudes(&parts.magnitudes, own.as_ref()) * (ROUNDING * n as f64 * f64::EPSILON);
@@ -294,174 +344,57 @@ pub(crate) fn small_motions(
     let mut mass = Matrix::zeros(n, n);
     at_rest.model.mass_matrix(q, &mut mass);
     let mass = natural.matrix(&scaled(mass, sizes));
-    let mut free =
-        SmallMotions { mass, damping, stiffness, error, basis: natural.basis(), sizes: sizes.to_vec() };
-    if free.has_potential() {
-        free.error += free.asymmetry();
-    }
-    if multipliers.is_empty() {
-        return Some(free);
+    let (basis, change) = (natural.basis(), Matrix::zeros(n, n));
+    let mut motions = SmallMotions { mass, damping, stiffness, error, change, basis, sizes: sizes.to_vec() };
+    let has_potential = motions.has_potential();
+    if has_potential {
+        motions.error += motions.asymmetry();
     }
     let mut rows = Matrix::zeros(multipliers.len(), n);
-    at_rest.model.gap_jacobian(q, &mut rows);
-    for (mut column, size) in rows.column_iter_mut().zip(sizes) {
-        column *= *size;
-    }
-    free.within(&rows)
-}
-
-/// A sum of matrices, and the sum of the magnitudes of their entries.
-struct Sum {
-    total: Matrix,
-    magnitudes: Matrix,
-}
-
-/// Forces and stiffnesses of a model at rest, in scaled coordinates, as sums over what they come from: gravity may balance a
-/// contact or a loop, so that nothing is left but rounding.
-struct Parts<'a> {
-    model: &'a mut dyn Model,
-    q: &'a [f64],
-    sizes: &'a [f64],
-    load_factor: f64,
-    multipliers: &'a [f64],
-}
-
-impl Parts<'_> {
-    /// Calls this on the model as it is; without what its constraints do; and also without its contacts.
-    fn each<T: Clone>(&mut self, mut get: impl FnMut(&mut dyn Model) -> T) -> [T; 3] {
-        let whole = {
-            if !self.multipliers.is_empty() {
-                self.model.set_multipliers(self.multipliers);
-            }
-            get(self.model)
-        };
-        let mut unconstrained = whole.clone();
-        if !self.multipliers.is_empty() {
-            self.model.set_multipliers(&vec![0.0; self.multipliers.len()]);
-            unconstrained = get(self.model);
+    if !multipliers.is_empty() {
+        at_rest.model.gap_jacobian(q, &mut rows);
+        for (mut column, size) in rows.column_iter_mut().zip(sizes) {
+            column *= *size;
         }
-        let mut untouched = unconstrained.clone();
-        if self.model.has_contact() {
-            self.model.leave_contact(true);
-            untouched = get(self.model);
-            self.model.leave_contact(false);
+    }
+    let held = Held::new(rows * &motions.basis)?;
+    // Stiffnesses that are far from zero keep their signs.
+    let mut kept = motions.within(&held);
+    if !has_potential || !kept.is_finite() || kept.is_firm() {
+        return Some(kept);
+    }
+    let (values, shapes) = symmetric_eigen(&symmetric_part(&kept.stiffness))?;
+    at_rest.model.hold_springs(forces.as_deref());
+    if at_rest.model.is_discretised() {
+        // The error of quadrature, and the rounding of the differences that tell it.
+        let doubtful: Vec<usize> = (0..kept.n()).filter(|&k| values[k].abs() < SYMMETRIC).collect();
+        let shapes = shapes.select_columns(&doubtful);
+        let directions = &kept.basis * &shapes;
+        let mismatch = directions.tr_mul(&at_rest.mismatch(&directions));
+        kept.change = &shapes * symmetric_part(&mismatch) * shapes.transpose();
+        for (shape, direction) in shapes.column_iter().zip(directions.column_iter()) {
+            let work: f64 = direction.iter().zip(&work).map(|(x, work)| x.abs() * work).sum();
+            let rounding = ROUNDING * f64::EPSILON * direction.amax() / APART * work;
+            kept.error += shape.abs() * shape.abs().transpose() * rounding;
         }
-        [whole, unconstrained, untouched]
     }
-
-    /// `own + load_factor loads + constraints`.
-    fn under_load(&self, own: f64, unconstrained: f64, whole: f64) -> f64 {
-        let loads = self.load_factor;
-        if loads == 1.0 { whole } else { own + loads * (unconstrained - own) + (whole - unconstrained) }
-    }
-
-    fn tangent(&mut self, weights: [f64; 3]) -> Matrix {
-        let Self { q, sizes, .. } = *self;
-        let rest = vec![0.0; q.len()];
-        let [whole, ..] = self.each(|model| {
-            let mut tangent = Matrix::zeros(q.len(), q.len());
-            model.weighted_tangent(q, &rest, &rest, weights, &mut tangent);
-            tangent
-        });
-        scaled(whole, sizes)
-    }
-
-    fn stiffness(&mut self, material: &Matrix) -> Sum {
-        let Self { q, sizes, .. } = *self;
-        let rest = vec![0.0; q.len()];
-        let mut elastic = Matrix::zeros(q.len(), q.len());
-        self.model.elastic_tangent(q, &mut elastic);
-        let elastic = scaled(elastic, sizes);
-        let parts = self.each(|model| {
-            let mut tangent = Matrix::zeros(q.len(), q.len());
-            model.weighted_tangent(q, &rest, &rest, [1.0, 0.0, 0.0], &mut tangent);
-            scaled(tangent, sizes)
-        });
-        let work = natural::work_of_loads(self.model, q, sizes);
-        let pressed = self.work_of_contact();
-        let (mut total, mut magnitudes) = (material.abs(), material.abs());
-        for k in 0..total.len() {
-            let [whole, unconstrained, untouched] = [0, 1, 2].map(|part| parts[part][k]);
-            let own = elastic[k];
-            total[k] = self.under_load(own, unconstrained, whole);
-            magnitudes[k] +=
-                self.magnitude((own - material[k]).abs(), own, [whole, unconstrained, untouched]);
-        }
-        // Entries of loads are sums of products that may cancel: each is at most what the loads could do, however they point.
-        for range in self.parts() {
-            for (i, j) in range.clone().flat_map(|i| range.clone().map(move |j| (i, j))) {
-                magnitudes[(i, j)] += self.load_factor.abs() * work[i].min(work[j]);
-            }
-        }
-        // Contacts couple parts.
-        for (i, j) in (0..q.len()).flat_map(|i| (0..q.len()).map(move |j| (i, j))) {
-            magnitudes[(i, j)] += self.load_factor.abs() * pressed[i].min(pressed[j]);
-        }
-        Sum { total, magnitudes }
-    }
-
-    /// What contacts could do along a size of each coordinate, in joules.
-    fn work_of_contact(&mut self) -> Vec<f64> {
-        let mut work = vec![0.0; self.q.len()];
-        if self.model.has_contact() {
-            self.model.work_of_contact(self.q, &mut work);
-            work.iter_mut().zip(self.sizes).for_each(|(work, size)| *work *= size);
-        }
-        work
-    }
-
-    /// Coordinates of parts that nothing couples.
-    fn parts(&self) -> Vec<std::ops::Range<usize>> {
-        let parts = match self.model.parts() {
-            parts if parts.is_empty() => vec![self.q.len()],
-            parts => parts,
-        };
-        let mut first = 0;
-        parts
-            .into_iter()
-            .map(|part| {
-                first += part;
-                first - part..first
-            })
-            .collect()
-    }
-
-    /// Generalised forces times sizes, and the sums of the magnitudes of what they come from.
-    fn forces(&mut self) -> [Vec<f64>; 2] {
-        let Self { q, sizes, .. } = *self;
-        let rest = vec![0.0; q.len()];
-        let mut elastic = rest.clone();
-        self.model.elastic_forces(q, &mut elastic);
-        let parts = self.each(|model| {
-            let mut forces = rest.clone();
-            model.inverse_dynamics(q, &rest, &rest, &mut forces);
-            forces
-        });
-        let [mut total, mut magnitudes] = [rest.clone(), rest.clone()];
-        for (k, size) in sizes.iter().enumerate() {
-            let [whole, unconstrained, untouched] = [0, 1, 2].map(|part| parts[part][k]);
-            total[k] = size * self.under_load(elastic[k], unconstrained, whole);
-            magnitudes[k] =
-                size * self.magnitude(elastic[k].abs(), elastic[k], [whole, unconstrained, untouched]);
-        }
-        [total, magnitudes]
-    }
-
-    /// The sum of the magnitudes of what elasticity, loads, contacts and constraints add.
-    fn magnitude(&self, elastic: f64, own: f64, [whole, unconstrained, untouched]: [f64; 3]) -> f64 {
-        let by_loads = (untouched - own).abs() + (unconstrained - untouched).abs();
-        elastic + self.load_factor.abs() * by_loads + (whole - unconstrained).abs()
-    }
-
-    /// What forces out of balance could change the stiffness by: a turn about one axis changes moments about another one by half of
-    /// that about the third. Parts that nothing couples have no part in each other's.
-    fn imbalance(&mut self) -> Matrix {
-        let [forces, magnitudes] = self.forces();
-        let mut imbalance = Matrix::zeros(forces.len(), forces.len());
-        for range in self.parts() {
-            let left = norm(&forces[range.clone()]).min(OUT_OF_BALANCE * norm(&magnitudes[range.clone()]));
-            imbalance.view_mut((range.start, range.start), (range.len(), range.len())).fill(left);
-        }
-        imbalance
-    }
+    // What is left of Newton's method, in coordinates and in the forces that hold constraints and springs.
+    let residual = DVector::from(natural.residual(&residual, own.as_ref(), forces.as_deref().unwrap_or(&[])));
+    let step = &held.free * kept.newton_step(&values, &shapes, &held.free.tr_mul(&residual));
+    let more = &held.multipliers * (&residual + &motions.stiffness * &step);
+    let moved = natural.coordinates(step.as_slice());
+    let q: Vec<f64> = q.iter().zip(sizes.iter().zip(moved)).map(|(q, (size, x))| q + size * x).collect();
+    let multipliers: Vec<f64> = multipliers.iter().zip(more.iter()).map(|(own, more)| own - more).collect();
+    let mut beside = AtRest { model: at_rest.model, q: &q, multipliers: &multipliers, ..at_rest };
+    // Springs follow their displacements from where these are, not from the forces that are held.
+    let forces: Option<Vec<f64>> = own.as_ref().map(|own| {
+        let changes = natural.change_of_forces(own, step.as_slice());
+        own.forces.iter().zip(changes).map(|(force, change)| force + change).collect()
+    });
+    beside.model.hold_springs(forces.as_deref());
+    let there = beside.stiffness(&material).total;
+    beside.model.hold_springs(None);
+    let change = natural.matrix(&(there - parts.total));
+    kept.change += held.free.tr_mul(&(change * &held.free));
+    Some(kept)
 }

@@ -14,7 +14,7 @@
 //! ```
 
 use crate::linalg::{Complex, Matrix, symmetric_eigenvalues, symmetric_part};
-use crate::pencil::{self, Eigenpairs};
+use crate::pencil;
 use crate::small_motions::{Modal, SmallMotions};
 
 /// An eigenvalue whose imaginary part exceeds this fraction of its magnitude is flutter. A smaller imaginary
@@ -89,19 +89,19 @@ pub(crate) fn verdict(motions: &SmallMotions) -> Option<Verdict> {
 /// alone (Sylvester 1852): the mass determines how accurately each direction is judged. Where some of it is missing, the magnitudes
 /// of the stiffness stand for it.
 fn of_stiffness(motions: &SmallMotions) -> Option<Stability> {
-    let SmallMotions { stiffness, mass, error, .. } = motions;
-    if pencil::is_positive(stiffness, error) {
+    let SmallMotions { stiffness, mass, error, change, .. } = motions;
+    let uncertain = error + change.abs() * 2.0;
+    if pencil::is_positive(stiffness, &uncertain) {
         return Some(Stability::Stable);
     }
-    if pencil::is_negative(stiffness, error) {
+    if pencil::is_negative(stiffness, &uncertain) {
         return Some(Stability::Divergence);
     }
     let magnitudes = || {
         let size = |i: usize| if error[(i, i)] > 0.0 { error[(i, i)] } else { 1.0 };
         Matrix::from_diagonal(&(0..motions.n()).map(size).collect::<Vec<f64>>().into())
     };
-    let pairs = Eigenpairs::new(stiffness, mass, error)
-        .or_else(|| Eigenpairs::new(stiffness, &magnitudes(), error))?;
+    let pairs = motions.pairs(mass).or_else(|| motions.pairs(&magnitudes()))?;
     let n = motions.n();
     Some(if (0..n).any(|k| pairs.values[k] < -pairs.bounds[k]) {
         Stability::Divergence
@@ -176,6 +176,7 @@ mod tests {
             damping: Matrix::zeros(4, 4),
             error: stiffness.abs() * (16.0 * f64::EPSILON),
             stiffness,
+            change: Matrix::zeros(4, 4),
             basis: Matrix::identity(4, 4),
             sizes: vec![1.0; 4],
         };

@@ -362,8 +362,8 @@ impl Model for AsSprings<'_> {
         self.model.leave_contact(is_left);
     }
 
-    fn work_of_contact(&mut self, q: &[f64], work: &mut [f64]) {
-        self.model.work_of_contact(q, work);
+    fn work_of_interactions(&mut self, q: &[f64], work: &mut [f64]) {
+        self.model.work_of_interactions(q, work);
     }
 
     fn soften_contact(&mut self, forces: Option<&[f64]>) -> bool {

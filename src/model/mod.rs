@@ -244,9 +244,10 @@ pub trait Model: Elastic + InTime + Discretised + Tied {
         Matrix::zeros(0, q.len())
     }
 
-    /// What contact forces could do for a unit of each coordinate, in a shape at rest, if the motions of both surfaces and of the places
-    /// at which they touch added up, in newtons or newton metres: magnitudes to which the rounding of their stiffness is relative.
-    fn work_of_contact(&mut self, _q: &[f64], work: &mut [f64]) {
+    /// What contacts and actuators could do for a unit of each coordinate, in a shape at rest, in newtons or newton metres, if the
+    /// motions of both surfaces and of the places at which they touch added up, and those of both ends of tendons: magnitudes to which
+    /// the rounding of their forces and of their stiffness is relative.
+    fn work_of_interactions(&mut self, _q: &[f64], work: &mut [f64]) {
         work.fill(0.0);
     }
 

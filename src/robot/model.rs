@@ -1177,9 +1177,9 @@ impl Model for RobotModel {
         })
     }
 
-    fn work_of_contact(&mut self, q: &[f64], work: &mut [f64]) {
+    fn work_of_interactions(&mut self, q: &[f64], work: &mut [f64]) {
         let Self { sweeps, coordinates, .. } = self;
-        let of_all = coordinates.all([q], |[q]| on_sweeps!(sweeps, sweeps => sweeps.work_of_contact(q)));
+        let of_all = coordinates.all([q], |[q]| on_sweeps!(sweeps, sweeps => sweeps.work_of_interactions(q)));
         // A row for each coordinate: those that follow another one add to it, whichever way they turn.
         let own = coordinates.own_columns(Matrix::from_diagonal(&of_all.into()));
         work.iter_mut().zip(own.column_iter()).for_each(|(work, column)| *work = column.abs().sum());

@@ -512,10 +512,19 @@ impl<G: Turning> Sweeps<G> {
         sizes::motions_of_contact(&self.plan, &self.work)
     }
 
-    /// What contact forces could do for a unit of each coordinate. Allocates.
-    pub(crate) fn work_of_contact(&mut self, q: &[f64]) -> Vec<f64> {
+    /// What contacts and actuators could do for a unit of each coordinate. Allocates.
+    pub(crate) fn work_of_interactions(&mut self, q: &[f64]) -> Vec<f64> {
         self.with_zeros(|sweeps, zeros| sweeps.update_motion([q, zeros, zeros]));
-        sizes::work_of_contact(&self.plan, &self.work)
+        let Self { plan, work, tangent, .. } = self;
+        let mut most = sizes::work_of_contact(plan, work);
+        lines::find(plan, work, &mut tangent.actuation);
+        for (i, actuator) in plan.actuation.actuators.iter().enumerate() {
+            let force = work.actuation.forces[i].value.abs();
+            for &k in &actuator.reaches {
+                most[k] += force * actuation::reach(plan, work, &tangent.actuation, i, k);
+            }
+        }
+        most
     }
 
     /// Selects the linearisation of friction.

@@ -1,6 +1,6 @@
 //! Models with closed loops and inextensible tendons: closed starts, and verdicts by motions that keep them closed.
 
-use super::{Continuation, ContinuationOptions, Equilibrium, Monitor, Options, Status, outcome};
+use super::{Continuation, ContinuationOptions, Equilibrium, Monitor, Options, Status, outcome, search};
 use crate::constraint::{AsSprings, closing};
 use crate::error::{InvalidInput, Unfinished};
 use crate::linalg::{symmetric_eigenvalues, symmetric_part};
@@ -47,7 +47,16 @@ pub(super) fn judged(
     if !found.status.is_success() || model.constraints() == 0 {
         return found;
     }
-    let status = model.open_loop(&found.q).map_or(found.status, Status::Flawed);
+    let status = match model.open_loop(&found.q) {
+        Some(flaw) => Status::Flawed(flaw),
+        None if search::is_open(model, &found.q) => Status::Stalled,
+        None => found.status,
+    };
+    let reached = found.path.load_factor.last().copied().unwrap_or(found.load_factor);
+    if !status.is_success() {
+        let message = outcome::message(model, status, reached, options.stability, None, &found.path);
+        return Equilibrium { status, message, ..found };
+    }
     let motions = match multipliers {
         Some(multipliers) => {
             let mut sizes = vec![0.0; found.q.len()];
@@ -58,7 +67,6 @@ pub(super) fn judged(
     };
     let lowest = motions.as_ref().and_then(lowest).unwrap_or(f64::NAN);
     let verdict = motions.filter(|_| options.stability).and_then(|motions| stability::verdict(&motions));
-    let reached = found.path.load_factor.last().copied().unwrap_or(found.load_factor);
     let message = outcome::message(model, status, reached, options.stability, verdict, &found.path);
     Equilibrium { status, message, verdict, lowest, ..found }
 }

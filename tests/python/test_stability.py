@@ -394,3 +394,169 @@ def test_balls_on_each_other_are_neutral_however_they_are_turned(stiffness, turn
     # Two masses of one kilogram on springs of 2 k and k: squares of k (2 -+ sqrt(2)).
     squares = stiffness * (2 + np.array([-1, 1]) * np.sqrt(2))
     np.testing.assert_allclose(found.angular_frequency[6:], np.sqrt(squares), rtol=1e-6)
+
+
+def random_inertia(rng):
+    """Of a body: its mass, its centre and its inertia about that."""
+    a = rng.normal(size=(3, 3))
+    inertia = (np.eye(3) + 0.05 * (a + a.T)) * 10 ** rng.uniform(-5, -1)
+    return 10 ** rng.uniform(-2, 1), rng.normal(size=3) * 10 ** rng.uniform(-3, 0), inertia
+
+
+def hung(rng, count, *, stiffness=None, length=1.0, mass=1.0, fixed=1, places=1, damping=0.0):
+    """A free body on elastic cords between places of the world and places of its own."""
+    own, centre, inertia = random_inertia(rng)
+    body = lissom.Body(own * mass, centre=centre * length, inertia=inertia * mass * length**2)
+    turned = Rotation.random(random_state=int(rng.integers(1 << 30))).as_quat(scalar_first=True)
+    holds, held = rng.normal(size=(fixed, 3)) + np.array([0, 0, 1]), rng.normal(size=(places, 3)) * 0.3
+    cords = [
+        lissom.Tendon(
+            f"c{i}",
+            [
+                lissom.Via(None, holds[i % fixed] * length),
+                lissom.Via("b", held[i % places] * length),
+            ],
+            length=(0.3 + rng.random()) * length,
+            stiffness=(10 ** rng.uniform(1, 4) if stiffness is None else stiffness) * mass,
+            damping=damping,
+        )
+        for i in range(count)
+    ]
+    link = lissom.Link("b", joint=lissom.Free(), orientation=turned, body=body)
+    start = rng.normal(size=6) * rng.choice([0.3, 1.0, 2.0])
+    start[:3] *= length
+    return lissom.Robot([link], actuators=cords, gravity=(0, 0, -9.81 * length)), start
+
+
+def judge(robot, start, verdict, neutral=None):
+    """Verdicts of statics and modes, and how many frequencies are zero."""
+    found = lissom.statics(robot, start)
+    assert found.success, found.message
+    assert found.stability == verdict
+    modes = lissom.modes(robot, found.q)
+    assert modes.stability == verdict
+    zeros = np.count_nonzero(modes.frequency == 0)
+    assert zeros == neutral if neutral is not None else (zeros > 0) == (verdict == "neutral")
+
+
+class TestBodiesOnCords:
+    @pytest.mark.parametrize(("length", "mass"), [(1, 1), (1e3, 1), (1e-3, 1e-3)])
+    @pytest.mark.parametrize("stiffness", [None, 1.0, 1e8, 1e14])
+    def test_on_one_cord_they_turn_freely(self, stiffness, length, mass):
+        """About the vertical through both ends of the cord: the weight acts in this line."""
+        for seed in range(25):
+            rng = np.random.default_rng(seed)
+            robot, start = hung(rng, 1, stiffness=stiffness, length=length, mass=mass)
+            # A tension of stiffness times rounding of the length leaves no other frequencies.
+            judge(robot, start, "neutral", None if stiffness == 1e14 else 1)
+
+    @pytest.mark.parametrize(("fixed", "places"), [(1, 2), (2, 1)])
+    def test_on_two_cords_that_meet(self, fixed, places):
+        """In a place of the world, or of the body."""
+        for seed in range(20):
+            rng = np.random.default_rng(seed)
+            judge(*hung(rng, 2, fixed=fixed, places=places), "neutral")
+
+    @pytest.mark.parametrize("damping", [0.1, 10.0])
+    def test_with_damping(self, damping):
+        for seed in range(15):
+            judge(*hung(np.random.default_rng(seed), 1, damping=damping), "neutral")
+
+    @pytest.mark.parametrize("stiffness", [1e2, 1e6, 1e10])
+    def test_a_pendulum_on_a_body_on_three_cords_is_stable(self, stiffness):
+        """However light it is beside the body."""
+        angles = np.array([0, 2, 4])
+        body = lissom.Body(100.0, centre=(0, 0, -0.1), inertia=np.eye(3))
+        cords = [
+            lissom.Tendon(
+                f"c{i}",
+                [
+                    lissom.Via(None, (np.cos(a), np.sin(a), 1)),
+                    lissom.Via("b", (0.2 * np.cos(a), 0.2 * np.sin(a), 0.1)),
+                ],
+                length=0.5,
+                stiffness=stiffness * 10,
+            )
+            for i, a in enumerate(angles)
+        ]
+        for mass in (1e-3, 1e-5, 1e-7):
+            bob = lissom.Body(mass, centre=(0, 0, -0.1))
+            links = [
+                lissom.Link("b", joint=lissom.Free(), body=body),
+                lissom.Link("p", parent="b", joint=HINGE, position=(0, 0.1, 0), body=bob),
+            ]
+            robot = lissom.Robot(links, actuators=cords)
+            judge(robot, 0.2 * np.random.default_rng(0).normal(size=7), "stable")
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_three_hinges_that_meet_turn_freely(seed):
+    """A body on them hangs as on a ball joint: one turn of it is that of all three."""
+    rng = np.random.default_rng(seed)
+    turned = Rotation.random(random_state=seed).as_quat(scalar_first=True)
+    mass, centre, inertia = random_inertia(rng)
+    body = lissom.Body(mass, centre=centre, inertia=inertia)
+    links = [
+        lissom.Link("x", joint=lissom.Revolute((1, 0, 0)), orientation=turned),
+        lissom.Link("y", parent="x", joint=lissom.Revolute((0, 1, 0))),
+        lissom.Link("z", parent="y", joint=lissom.Revolute((0, 0, 1)), body=body),
+    ]
+    judge(lissom.Robot(links), rng.normal(size=3), "neutral", 1)
+
+
+def column(part, degree, *, length=1.0, modulus=1e9):
+    """Of round section and clamped, under this part of its critical load."""
+    radius = 0.01 * length
+    critical = np.pi**2 / 4 * modulus * np.pi / 4 * radius**4 / length**2
+    modes = {"bend_y": degree, "bend_z": degree}
+    segment = lissom.Segment(length, radius, modulus, 0.4 * modulus, 1000, modes=modes)
+    return lissom.Rod([segment], gravity=(0, 0, 0), tip_force=(-part * critical, 0, 0))
+
+
+class TestRoundColumns:
+    @pytest.mark.parametrize("length", [1.0, 1e-3, 1e3])
+    @pytest.mark.parametrize("more", [1e-6, 1e-5, 1e-4, 1e-3, 0.1])
+    def test_what_has_just_buckled_may_turn(self, more, length):
+        """About the axis, however little it has buckled: by the root of what is over the critical load."""
+        robot = column(1 + more, 6, length=length)
+        for seed in range(4):
+            start = 0.2 * np.random.default_rng(seed).normal(size=robot.n) / length
+            judge(robot, start, "neutral", 1)
+
+    @pytest.mark.parametrize("less", [1e-7, 1e-6, 1e-4])
+    def test_what_has_nearly_buckled_is_stable(self, less):
+        robot = column(1 - less, 8)
+        for seed in range(3):
+            judge(robot, 0.1 * np.random.default_rng(seed).normal(size=robot.n), "stable")
+
+    @pytest.mark.parametrize("degree", [2, 3, 6])
+    @pytest.mark.parametrize("part", [2.0, 4.0, 6.0])
+    def test_what_has_buckled_far_may_turn(self, part, degree):
+        """Few nodes for so much curvature: the stiffness is the change of the forces to quadrature only."""
+        robot = column(part, degree)
+        judge(robot, 0.3 * np.random.default_rng(1).normal(size=robot.n), "neutral", 1)
+
+
+@pytest.mark.parametrize("unit", [1.0, 1e3, 1e-3])
+@pytest.mark.parametrize("stiffness", [1e8, 1e12, 1e14, 1e16])
+@pytest.mark.parametrize(
+    ("joint", "verdict"),
+    [
+        (lissom.Free(), "neutral"),
+        (lissom.Revolute((0, 0, 1)), "neutral"),
+        (lissom.Spherical(), "neutral"),
+        (HINGE, "stable"),
+        (lissom.Weld(), "stable"),
+    ],
+    ids=["free", "upright hinge", "ball joint", "level hinge", "clamp"],
+)
+def test_lines_on_stiff_ground(joint, verdict, stiffness, unit):
+    """Ground of a multiple of E I / L^4 without friction: nothing holds what shifts or turns on it."""
+    radius, length, modulus = 0.01 * unit, 0.5 * unit, 1e7 / unit
+    segment = lissom.Segment(length, radius, modulus, 0.4 * modulus, 1000 / unit**3, modes={"bend_y": 3})
+    ground = lissom.Contact(
+        "line", lissom.HalfSpace(), stiffness=stiffness * np.pi / 4 * radius**4 * modulus / length**4
+    )
+    link = lissom.Link("line", joint=joint, position=(0, 0, radius), rod=[segment])
+    robot = lissom.Robot([link], contacts=[ground], gravity=(0, 0, -9.81 * unit))
+    judge(robot, None, verdict)

@@ -262,6 +262,53 @@ def test_arms_that_just_reach_stay_closed(q0):
     assert abs(np.sin(found.q)).max() < 1e-3
 
 
+def straight_rope(unit, slack):
+    """Without stretch and across its weight, between pins nearer than its length by this part of it."""
+    segment = lissom.Segment(
+        unit, 2e-3 * unit, 1e8, 4e7, 1000, modes={"torsion": 1, "bend_y": 4, "bend_z": 3}
+    )
+    end = (unit * (1 - slack), 0, 0)
+    return lissom.Robot(
+        [lissom.Link("rope", joint=lissom.Spherical(), rod=[segment])],
+        loops=[lissom.Loop(("rope",), (None, None, end), lissom.Spherical())],
+    )
+
+
+def body_between_ropes(unit, slack):
+    """On two ropes in a row, shorter than the distance of their pins from it by this part of it."""
+    body = lissom.Body(1.0, inertia=np.eye(3) * 0.01 * unit**2)
+    ropes = [
+        lissom.Tendon(
+            name, [lissom.Via(None, (x * unit, 0, 0)), lissom.Via("b", (0, 0, 0))], length=(1 + slack) * unit
+        )
+        for name, x in (("left", -1), ("right", 1))
+    ]
+    return lissom.Robot([lissom.Link("b", joint=lissom.Free(), body=body)], actuators=ropes)
+
+
+@pytest.mark.parametrize("unit", [1.0, 1e-3, 1e3])
+@pytest.mark.parametrize("make", [straight_rope, body_between_ropes, lambda *_: two_bars(2, 0, 0)])
+def test_nothing_straight_carries_a_weight_across(make, unit):
+    """Its tension would be infinite: what hangs through by a little is open by the square of that."""
+    robot = make(unit, 0.0)
+    for start in (None, np.zeros(robot.n)):
+        found = lissom.statics(robot, start)
+        assert not found.success
+        assert found.stability is None
+
+
+@pytest.mark.parametrize("make", [straight_rope, body_between_ropes])
+@pytest.mark.parametrize("slack", [1e-4, 1e-6, 1e-8])
+def test_what_hangs_through_a_little_carries_it(make, slack):
+    robot = make(1.0, slack)
+    found = lissom.statics(robot, np.zeros(robot.n))
+    assert found.success, found.message
+    # A parabola of this length, or the two sides of a triangle.
+    sag = np.sqrt(3 / 8 * slack) if make is straight_rope else np.sqrt(2 * slack)
+    place = robot.pose(found.q, 0.5)[2, 3] if make is straight_rope else found.q[2]
+    assert place == pytest.approx(-sag, rel=0.02)
+
+
 @pytest.mark.parametrize("q0", [[0.0, 0.0], [0.3, 0.0], [1e-6, 0.0], [0.85, 0.53], [-0.85, -0.53]])
 def test_bars_that_fold_back_onto_each_other_are_closed(q0):
     """On the way there no motion closes both components of the gap at once."""

@@ -16,7 +16,7 @@ use super::ladder::{DEEP, LONGEST, LOOSE, Ladder, Rung};
 use super::{Counters, Halted, Monitor, Path, Reached};
 use crate::constraint::closing;
 use crate::error::Interrupted;
-use crate::linalg::{Matrix, dot};
+use crate::linalg::{Matrix, dot, norm};
 use crate::model::{Flaw, Model, Radius, chart};
 
 use end::{Balance, Reduced};
@@ -71,6 +71,12 @@ const ROUNDING_OF_FORCES: f64 = 1e-6;
 
 /// Steps that are so short leave an error of their square.
 const SHORT: f64 = 1e-7;
+
+/// A shape that is farther than this, in sizes, from one in which its gaps are closed is not closed, however small they are: near
+/// shapes that cannot come nearer, such as an exactly straight rope, gaps are squares of distances. Gaps below the other number are
+/// rounding, in parts of what gaps are compared with.
+const OPEN: f64 = 1e-7;
+const ROUNDING_OF_GAPS: f64 = 1e-13;
 
 /// Nothing holds what moves by so many sizes in a step, or by fewer while no force changes by this part: places farther away round
 /// gaps of loops.
@@ -150,6 +156,23 @@ pub(super) fn error_of_balance(
     monitor: Monitor<'_>,
 ) -> Result<f64, Interrupted> {
     Ok(Search::new(model, q.to_vec(), monitor)?.balance.error)
+}
+
+/// Whether a shape is not near one in which its loops are closed, and its taut cords as long as they are. The shape is not changed.
+pub(super) fn is_open(model: &mut dyn Model, q: &[f64]) -> bool {
+    let (m, n) = (model.constraints(), q.len());
+    let ([mut gaps, mut gap_sizes], mut sizes) = ([vec![0.0; m], vec![1.0; m]], vec![0.0; n]);
+    model.gaps(q, &mut gaps);
+    model.gap_sizes(&mut gap_sizes);
+    model.sizes(q, &mut sizes);
+    for (gap, size) in gaps.iter_mut().zip(&gap_sizes) {
+        *gap = if gap.abs() > ROUNDING_OF_GAPS * size { *gap } else { 0.0 };
+    }
+    let mut rows = Matrix::zeros(m, n);
+    model.gap_jacobian(q, &mut rows);
+    chart::rows(model.rotation_vectors(), q, &mut rows);
+    let held = Reduced::new(&problem::scaled(&rows, &sizes));
+    norm(&times(&held.transform, &gaps)) > OPEN
 }
 
 struct Search<'a> {
