@@ -95,6 +95,22 @@ impl<T: Data> Data for Option<T> {
     }
 }
 
+impl<T: Data> Data for Box<T> {
+    const KIND: Kind = T::KIND;
+
+    fn read(value: &Value, reader: &mut Reader) -> Option<Self> {
+        T::read(value, reader).map(Self::new)
+    }
+
+    fn check(&self, limits: &Limits, reader: &mut Reader) {
+        self.as_ref().check(limits, reader);
+    }
+
+    fn write(&self) -> Value {
+        self.as_ref().write()
+    }
+}
+
 /// Reads each item of a list, and reports another number of them than `count`.
 pub(crate) fn items<T: Data>(
     value: &Value,

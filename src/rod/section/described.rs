@@ -151,7 +151,7 @@ pub enum Section {
     /// An ellipse.
     Ellipse(Ellipse),
     /// Given stiffness and inertia.
-    Given(Given),
+    Given(Box<Given>),
 }
 
 impl Section {
@@ -172,8 +172,8 @@ impl Section {
             Self::Circle(Circle { length, .. })
             | Self::HollowCircle(HollowCircle { length, .. })
             | Self::Rectangle(Rectangle { length, .. })
-            | Self::Ellipse(Ellipse { length, .. })
-            | Self::Given(Given { length, .. }) => *length,
+            | Self::Ellipse(Ellipse { length, .. }) => *length,
+            Self::Given(given) => given.length,
         }
     }
 }
@@ -196,7 +196,7 @@ impl super::Section {
             }
             Self::Given(given) => {
                 let super::GivenSection { stiffness, mass, inertia, centre } = (**given).clone();
-                Given { stiffness, mass, inertia, centre, length }.into()
+                Box::new(Given { stiffness, mass, inertia, centre, length }).into()
             }
         }
     }

@@ -68,8 +68,9 @@ impl Data for ModeChoice {
     const KIND: Kind = Kind::Open(&Modes::KIND);
 
     fn read(value: &Value, reader: &mut Reader) -> Option<Self> {
+        const WORDS: Kind = Kind::Word("ModeChoice", &[Kind::OPEN]);
         match value {
-            Value::Text(word) if word == Kind::OPEN => Some(Self::Open),
+            Value::Text(_) => reader.word(&WORDS, value).map(|_| Self::Open),
             Value::Table(_) | Value::Part(_) => Modes::read(value, reader).map(Self::Given),
             _ => reader.wrong_type(value, &Self::KIND),
         }
