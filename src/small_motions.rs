@@ -38,6 +38,7 @@ const DOUBLE: f64 = 4.0;
 const DRIFT: f64 = 1e-8;
 
 /// Matrices of small motions, in natural coordinates x of the shape: `q / s = W x` with the typical sizes s.
+#[derive(Clone)]
 pub(crate) struct SmallMotions {
     pub(crate) mass: Matrix,
     pub(crate) damping: Matrix,
@@ -92,7 +93,10 @@ impl SmallMotions {
     }
 
     /// Small motions that satisfy constraints, by projection.
-    fn within(&self, Held { free, .. }: &Held) -> Self {
+    fn within(&self, Held { free, multipliers }: &Held) -> Self {
+        if multipliers.is_empty() {
+            return self.clone();
+        }
         let within = |a: &Matrix| free.tr_mul(&(a * free));
         Self {
             mass: within(&self.mass),
@@ -193,6 +197,9 @@ impl Held {
     /// By singular values. `rows` are the derivatives of the constraints.
     fn new(mut rows: Matrix) -> Option<Self> {
         let (m, n) = rows.shape();
+        if m == 0 {
+            return Some(Self { free: Matrix::identity(n, n), multipliers: rows });
+        }
         let longest = rows.row_iter().map(|row| row.norm()).fold(0.0, f64::max);
         let inverses: Vec<f64> = rows.row_iter().map(|row| inverse_length(row.norm(), longest)).collect();
         for (mut row, inverse) in rows.row_iter_mut().zip(&inverses) {

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import singledispatch
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -32,34 +33,73 @@ def to_scene(
     **simulation: Any,
 ) -> Scene:
     """`Model.to_scene`."""
+    if not isinstance(name, str):
+        raise TypeError(f"name: expected a text, got {type(name).__name__}")
+    settings = {key: _plain(value, key) for key, value in ({"t_end": t_end} | simulation).items()}
+    states = {
+        key: _state(given, key, model.n) for key, given in (("q0", q0), ("v0", v0)) if given is not None
+    }
+    blocks = ["version = 1\n", *_of_model(model, name, states), _keys(settings, "[simulation]")]
+    return Scene.loads("\n".join(blocks), name)
+
+
+def _plain(value: Any, key: str) -> Any:
+    """A value of a key as TOML has it."""
+    if hasattr(value, "tolist"):
+        value = value.tolist()
+    if isinstance(value, bool | int | float | str):
+        return value
+    if isinstance(value, list | tuple):
+        return [_plain(inner, f"{key}[{i}]") for i, inner in enumerate(value)]
+    if isinstance(value, dict):
+        return {str(inner): _plain(part, f"{key}.{inner}") for inner, part in value.items()}
+    raise TypeError(f"{key}: expected a number, a text, a list or a dictionary, got {type(value).__name__}")
+
+
+def _state(given: ArrayLike, key: str, n: int) -> list[float]:
     import numpy as np
 
-    settings = {"t_end": float(t_end), **simulation}
-    n = model.n
-    states: dict[str, list[float]] = {}
-    for key, given in (("q0", q0), ("v0", v0)):
-        if given is None:
-            continue
+    try:
         state = np.asarray(given, dtype=float)
-        if state.shape != (n,):
-            raise ValueError(f"{key}: got shape {state.shape}, expected ({n},)")
-        states[key] = state.tolist()
-    if isinstance(model, SpringPendulum):
-        names = ("length", "mass", "stiffness", "gravity")
-        numbers = {key: getattr(model, key) for key in names}
-        body = [_keys({"name": name}, "[scene]"), _keys(numbers | states, "[pendulum]")]
-    elif isinstance(model, Robot):
-        body = [_keys({"name": name, "gravity": list(model.gravity)}, "[scene]")]
-        body += _rod(model, states) if isinstance(model, Rod) else _links(model, states)
-        body += [
-            _part(f"[[{_ACTUATORS[type(part).__name__]}]]", part, f"actuators[{i}]")
-            for i, part in enumerate(model.actuators)
-        ]
-        body += _list("loop", model.loops, "loops") + _list("contact", model.contacts, "contacts")
-    else:
-        raise TypeError(f"model: expected a Robot, a Rod or a SpringPendulum, got {type(model).__name__}")
-    blocks = ["version = 1\n", *body, _keys(settings, "[simulation]")]
-    return Scene.loads("\n".join(blocks), name)
+    except (TypeError, ValueError):
+        raise TypeError(f"{key}: expected {n} numbers, got {given!r:.60}") from None
+    if state.shape != (n,):
+        raise ValueError(f"{key}: got shape {state.shape}, expected ({n},)")
+    numbers: list[float] = state.tolist()
+    return numbers
+
+
+@singledispatch
+def _of_model(model: Model, name: str, states: dict[str, list[float]]) -> list[str]:
+    raise TypeError(f"model: expected a Robot, a Rod or a SpringPendulum, got {type(model).__name__}")
+
+
+@_of_model.register(SpringPendulum)
+def _of_pendulum(pendulum: SpringPendulum, name: str, states: dict[str, list[float]]) -> list[str]:
+    numbers = {key: getattr(pendulum, key) for key in ("length", "mass", "stiffness", "gravity")}
+    return [_keys({"name": name}, "[scene]"), _keys(numbers | states, "[pendulum]")]
+
+
+@_of_model.register(Robot)
+def _of_robot(robot: Robot, name: str, states: dict[str, list[float]]) -> list[str]:
+    return [*_general(robot, name), *_links(robot, states), *_around(robot)]
+
+
+@_of_model.register(Rod)
+def _of_rod(rod: Rod, name: str, states: dict[str, list[float]]) -> list[str]:
+    return [*_general(rod, name), *_rod(rod, states), *_around(rod)]
+
+
+def _general(robot: Robot, name: str) -> list[str]:
+    return [_keys({"name": name, "gravity": list(robot.gravity)}, "[scene]")]
+
+
+def _around(robot: Robot) -> list[str]:
+    actuators = [
+        _part(f"[[{_ACTUATORS[type(part).__name__]}]]", part, f"actuators[{i}]")
+        for i, part in enumerate(robot.actuators)
+    ]
+    return actuators + _list("loop", robot.loops, "loops") + _list("contact", robot.contacts, "contacts")
 
 
 def _links(robot: Robot, states: dict[str, list[float]]) -> list[str]:

@@ -128,6 +128,14 @@ def test_what_files_cannot_hold_is_named():
         Robot([moved, Link("mass", joint=Prismatic((0, 1, 0)), body=Body(1.0))]).to_scene()
     with pytest.raises(ValueError, match=r"q0: got shape \(2,\), expected \(1,\)"):
         Robot([slider]).to_scene(q0=[0, 1])
+    with pytest.raises(TypeError, match=r"q0: expected 1 numbers, got 'up'"):
+        Robot([slider]).to_scene(q0="up")
+    with pytest.raises(
+        TypeError, match=r"output\.every: expected a number, a text.*got builtin_function_or_method"
+    ):
+        Robot([slider]).to_scene(output={"every": max})
+    with pytest.raises(TypeError, match="name: expected a text, got int"):
+        Robot([slider]).to_scene(name=3)
     with pytest.raises(lissom.SceneError, match="t_and"):
         Robot([slider]).to_scene(t_and=3.0)
 
