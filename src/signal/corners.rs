@@ -11,6 +11,9 @@ const MOST_PARTS: usize = 8;
 /// below this part of the range of the table. Errors of steps that resolve a smooth table are smaller.
 const NEGLIGIBLE: f64 = 1e-4;
 
+/// The range of a sine over the mean of its magnitude, about.
+const RANGE_OF_MEAN: f64 = 3.0;
+
 /// Relative change of the slope that is rounding.
 const STRAIGHT: f64 = 1e-9;
 
@@ -43,7 +46,12 @@ impl<const N: usize> Table<N> {
     pub(crate) fn corner(&self, cell: Cell) -> Option<f64> {
         let mut corners = self.corners_within(cell.t, cell);
         let first = corners.next()?;
-        if corners.next().is_none() { Some(first) } else { self.corner_of_unresolved(cell) }
+        if corners.next().is_none() {
+            return Some(first);
+        }
+        // A short pulse is high and a small part of a mean; among others it may be low, and yet all that there is.
+        let mean = self.impulse / self.support.max(cell.end - cell.start);
+        self.corner_beyond(self.range.min(RANGE_OF_MEAN * mean), cell)
     }
 
     /// The same for tables in which something jumps at corners: steps that do not resolve the table end at each of them.
@@ -56,8 +64,13 @@ impl<const N: usize> Table<N> {
 
     /// The same for tables whose single corners do not matter.
     pub(crate) fn corner_of_unresolved(&self, cell: Cell) -> Option<f64> {
+        self.corner_beyond(self.range, cell)
+    }
+
+    /// The same where errors of the mean are compared with `size`.
+    fn corner_beyond(&self, size: f64, cell: Cell) -> Option<f64> {
         let first = self.corners_within(cell.t, cell).next()?;
-        if self.curvature(cell) <= NEGLIGIBLE * self.range {
+        if self.curvature(cell) <= NEGLIGIBLE * size {
             return None;
         }
         let of_step = self.corners_within(cell.start, cell);
@@ -130,6 +143,24 @@ mod tests {
         let table = Table::new(vec![0.0, 0.25, 0.45, 0.65, 0.7, 0.701], values).unwrap();
         assert_eq!(corners(&table, 0.1, 10), [0.25, 0.65, 0.701]);
         assert_eq!(corners(&table, 1.0, 1), [0.25, 0.65, 0.7, 0.701]);
+    }
+
+    #[test]
+    fn no_pulse_is_too_short_or_too_low() {
+        // A pulse of a millionth of a step.
+        let times = [0.0, 0.0533, 0.0533 + 5e-9, 0.0533 + 1e-8].to_vec();
+        let table = Table::new(times, [0.0, 0.0, 2e8, 0.0].map(|x| [x]).to_vec()).unwrap();
+        assert_eq!(corners(&table, 0.01, 20), [0.0533, 0.0533 + 5e-9, 0.0533 + 1e-8]);
+        // A low one before a high one.
+        let times = [0.0, 0.0521, 0.0535, 0.0549, 0.15, 0.155, 0.16].to_vec();
+        let table =
+            Table::new(times.clone(), [0.0, 0.0, 1.0, 0.0, 0.0, 2e3, 0.0].map(|x| [x]).to_vec()).unwrap();
+        assert_eq!(corners(&table, 0.01, 14), times[1..4]);
+        // Short ones in every step.
+        let comb = |i: usize| (0.5 + i as f64) * 1e-3;
+        let times: Vec<f64> = (0..1000).flat_map(|i| [0.0, 5e-9, 1e-8].map(|x| comb(i) + x)).collect();
+        let values = (0..3000).map(|i| [f64::from(u8::from(i % 3 == 1))]).collect();
+        assert_eq!(corners(&Table::new(times, values).unwrap(), 1e-3, 1000).len(), 3000);
     }
 
     #[test]

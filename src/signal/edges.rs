@@ -21,7 +21,8 @@ impl<const N: usize> Table<N> {
     /// Value at `t`. At a jump the value before it, unless that jump was passed.
     pub(super) fn seen(&self, t: f64, sight: Sight) -> [f64; N] {
         let Some([before, after]) = self.edge(t, sight.dt) else { return self.at(t) };
-        let has_passed = (sight.passed - t).abs() <= margin(t, sight.dt);
+        let (margin, passed) = (margin(t, sight.dt), sight.passed);
+        let has_passed = passed >= self.times[before] - margin && passed <= self.times[after] + margin;
         self.values[if has_passed { after } else { before }]
     }
 

@@ -15,6 +15,9 @@ pub struct Table<const N: usize> {
     pub(super) range: f64,
     /// Shortest time from one entry to the next.
     pub(super) narrowest: f64,
+    /// Largest integral of the magnitude of a component between the times, and from where to where values are not zero.
+    pub(super) impulse: f64,
+    pub(super) support: f64,
 }
 
 /// Interpolation of a table.
@@ -89,7 +92,14 @@ impl<const N: usize> Table<N> {
         };
         let range = (0..N).map(range_of).fold(0.0, f64::max);
         let narrowest = times.windows(2).map(|pair| pair[1] - pair[0]).fold(f64::INFINITY, f64::min);
-        Ok(Self { times, values, interpolation: None, range, narrowest })
+        let pairs = || times.windows(2).zip(values.windows(2)).map(|(t, v)| (t[1] - t[0], [&v[0], &v[1]]));
+        let impulse_of =
+            |i: usize| -> f64 { pairs().map(|(h, [a, b])| 0.5 * h * (a[i].abs() + b[i].abs())).sum() };
+        let impulse = (0..N).map(impulse_of).fold(0.0, f64::max);
+        let acts = |(_, [a, b]): &(f64, [&[f64; N]; 2])| a.iter().chain(*b).any(|x| *x != 0.0);
+        let ends = [pairs().position(|pair| acts(&pair)), pairs().rposition(|pair| acts(&pair))];
+        let support = if let [Some(first), Some(last)] = ends { times[last + 1] - times[first] } else { 0.0 };
+        Ok(Self { times, values, interpolation: None, range, narrowest, impulse, support })
     }
 
     /// The same table with an interpolation; without one, signals are linear and prescribed motions cubic.

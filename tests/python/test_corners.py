@@ -109,6 +109,43 @@ def test_edges_may_be_as_steep_as_they_like(method, edge):
 
 
 @pytest.mark.parametrize("scheme", SCHEMES)
+@pytest.mark.parametrize("width", [1e-3, 1e-6, 1e-9, 1e-10])
+def test_no_pulse_is_too_short(scheme, width):
+    """As the impulse of a blow: a triangle of any width that times can tell apart."""
+    times = [0.0, 0.0533, 0.0533 + width / 2, 0.0533 + width]
+    model = slider((times, [[0, 0, 0], [0, 0, 0], [2 / width, 0, 0], [0, 0, 0]]))
+    motion = lissom.simulate(model, 0.2, dt=0.01, **scheme)
+    # Steps of that width are rounded as the time is.
+    assert motion.v[-1, 0] == pytest.approx(1.0, rel=1e-6 + 4 * np.spacing(0.05) / width)
+
+
+@pytest.mark.parametrize("method", [*SCHEMES, {"method": "radau"}])
+def test_jumps_next_to_each_other_are_seen_one_by_one(method):
+    """From a plateau to the next one in little more than what a step takes for one time."""
+    dt, start = 0.0123, -0.96187
+    first, second = start + 1.2434e-14, start + 1.23125e-11
+    times = [
+        -0.9631,
+        -0.9631 + 1.5e-16,
+        start,
+        start + 2e-16,
+        first,
+        second,
+        second + dt,
+        second + dt + 3e-13,
+    ]
+    times = np.maximum.accumulate(times)
+    heights = [0.0, 0.5, 0.5, 0.0, 0.0, 1.0, 1.0, 0.0]
+    keep = np.append(np.diff(times) > 0, True)
+    model = slider(
+        (times[keep], [[height, 0, 0] for height, kept in zip(heights, keep, strict=True) if kept])
+    )
+    motion = lissom.simulate(model, -1.0 + 35 * dt, t0=-1.0, dt=dt, **method)
+    exact = np.trapezoid(np.array(heights)[keep], times[keep])
+    assert motion.v[-1, 0] == pytest.approx(exact, rel=1e-6)
+
+
+@pytest.mark.parametrize("scheme", SCHEMES)
 def test_pulses_within_steps_keep_their_impulse(scheme):
     """Straight lines are integrated exactly, wherever their corners are in the steps."""
     for corner in (0.0213, 0.021, 0.0215, 0.02098):
