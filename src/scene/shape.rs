@@ -24,6 +24,13 @@ use crate::error::InvalidInput;
 pub(super) static SCHEMA: LazyLock<serde_json::Value> =
     LazyLock::new(|| serde_json::from_str(include_str!("schema.json")).expect("the schema is JSON"));
 
+/// Headers of its tables with a key of this name. A file may have thousands of unknown keys.
+static TABLES: LazyLock<HashMap<&'static str, Vec<String>>> = LazyLock::new(|| {
+    let mut tables = HashMap::new();
+    Reader { root: &SCHEMA, shape: Shape::default() }.find_tables(&SCHEMA, "", false, &mut tables);
+    tables
+});
+
 /// A document after validation of its structure.
 #[derive(Debug, Default)]
 pub(super) struct Shape {
@@ -44,7 +51,7 @@ pub(super) struct Shape {
 impl Shape {
     /// Checks a document against a schema.
     pub(super) fn check(document: &Spanned<DeTable<'_>>, schema: &Json) -> Self {
-        let mut reader = Reader { root: schema, shape: Self::default(), tables: None };
+        let mut reader = Reader { root: schema, shape: Self::default() };
         let table = reader.table(document.get_ref(), schema, "");
         Self { table, ..reader.shape }
     }
@@ -79,8 +86,7 @@ impl Shape {
     /// Advice about the unknown key at a place, where these are known.
     pub(super) fn advice(&self, place: &str, known: Vec<&'static str>) -> String {
         let (table, name) = place.rsplit_once('.').unwrap_or(("", place));
-        let mut reader = Reader { root: &SCHEMA, shape: Self::default(), tables: None };
-        reader.advice(name, known.into_iter(), table).0
+        Reader { root: &SCHEMA, shape: Self::default() }.advice(name, known.into_iter(), table).0
     }
 
     /// Reports a deprecated key.
@@ -130,8 +136,6 @@ fn around(place: &str) -> impl Iterator<Item = &str> {
 struct Reader<'a> {
     root: &'a Json,
     shape: Shape,
-    /// Table headers by key name, computed on first use.
-    tables: Option<HashMap<&'a str, Vec<String>>>,
 }
 
 impl<'a> Reader<'a> {
@@ -372,7 +376,7 @@ impl<'a> Reader<'a> {
 
     /// Advice about an unknown key, and the known key that it may mean.
     fn advice(
-        &mut self,
+        &self,
         name: &str,
         known: impl Iterator<Item = &'a str> + Clone,
         place: &str,
@@ -380,23 +384,12 @@ impl<'a> Reader<'a> {
         if let Some(similar) = suggestion(name, known.clone()) {
             return (format!("did you mean `{similar}`?"), Some(similar));
         }
-        let elsewhere = self.tables_with(name);
-        if !elsewhere.is_empty() {
+        if let Some(elsewhere) = TABLES.get(name) {
             return (format!("it belongs in {}", elsewhere.join(" or ")), None);
         }
         let here = if place.is_empty() { "at the top level" } else { "here" };
         let known: Vec<&str> = known.collect();
         (format!("keys {here} are {}", known.join(", ")), None)
-    }
-
-    /// Headers of tables with a key of this name.
-    fn tables_with(&mut self, name: &str) -> &[String] {
-        if self.tables.is_none() {
-            let mut tables = HashMap::new();
-            self.find_tables(self.root, "", false, &mut tables);
-            self.tables = Some(tables);
-        }
-        self.tables.as_ref().and_then(|tables| tables.get(name)).map_or(&[], Vec::as_slice)
     }
 
     fn find_tables(

@@ -277,15 +277,19 @@ fn unknown_keys_are_refused_with_advice() {
         "bend_y = 3",
         "bend_y = 3, xxx = 1",
         &[
-            "10:23: rod[0].segment[0].modes.xxx: unknown key; keys here are bend_y, bend_z, shear_y, shear_z, stretch, \
-             torsion",
+            "10:23: rod[0].segment[0].modes.xxx: unknown key; keys here are torsion, bend_y, bend_z, stretch, shear_y, \
+             shear_z",
         ],
     );
 }
 
 #[test]
 fn missing_keys_are_named_where_they_belong() {
-    refused("length = 1.0\n", "", &["4:1: rod[0].segment[0].length: missing; add length: Length in metres"]);
+    refused(
+        "length = 1.0\n",
+        "",
+        &["4:1: rod[0].segment[0].length: missing; add length: length (metres, > 0)"],
+    );
     refused(
         "[simulation]\nt_end = 3\n",
         "",
@@ -437,7 +441,7 @@ fn impossible_physics_is_refused() {
     refused(
         "shear_modulus = 80e9",
         "poisson_ratio = nan",
-        &["8:17: rod[0].segment[0].poisson_ratio: got NaN; expected a Poisson's ratio in (-1, 0.5]"],
+        &["8:17: rod[0].segment[0].poisson_ratio: got NaN; expected a finite number"],
     );
     refused(
         "shear_modulus = 80e9",
@@ -566,7 +570,7 @@ fn given_sections_are_read_and_take_no_material() {
 
     let text =
         changed("radius = 1e-3", "section = { shape = 'given', stiffness = [1, 2, 3, 4, 5, 6], mass = 0.1 }");
-    let right = "a given section does not take it; remove it: the section's stiffness and mass are all that is needed";
+    let right = "a given section has all that it needs; remove it";
     let wanted =
         ["young_modulus", "shear_modulus", "density"].map(|key| format!("rod[0].segment[0].{key}: {right}"));
     assert_eq!(unplaced(&text), wanted);
@@ -586,7 +590,7 @@ fn sections_that_are_none_are_refused() {
     refused(
         "density = 7800\n",
         "",
-        &[&format!("4:1: {here}.density: missing; add density: Density in kg/m^3")],
+        &[&format!("4:1: {here}.density: missing; add density: density (kg/m^3, > 0)")],
     );
     for (section, expected) in [
         (
