@@ -251,13 +251,15 @@ impl Stepper {
 
     fn fixed_step<S: System + ?Sized>(&mut self, system: &mut S) -> Result<Option<Status>, Interrupted> {
         let (t_new, h, is_on_grid) = if self.has_corners {
-            self.grid.step_to_corner(self.fixed_steps, (self.t, self.t_end), |cell| system.corner(cell))
+            let times = (self.t, self.t_end);
+            let step = self.grid.step_to_corner(self.fixed_steps, times, |cell| system.corner(cell));
+            // A part of one that ends at corners.
+            self.is_part = !step.2 || self.t > self.grid.after(0);
+            step
         } else {
             let (t_new, h) = self.grid.step(self.fixed_steps, self.t_end);
             (t_new, h, true)
         };
-        // A part of one that ends at corners.
-        self.is_part = !is_on_grid || self.t > self.grid.after(0);
         let solved = if self.has_contact || system.is_one_sided() {
             self.step_into_contact(system, t_new, h)?
         } else {
@@ -557,9 +559,11 @@ impl Stepper {
             }
         }
         self.trial.t = t_new;
+        if self.error_estimate.is_none() && !self.is_part {
+            return self.correct(system, h);
+        }
         let solved = self.correct(system, h)?;
-        let changes_size = self.error_estimate.is_some() || self.is_part;
-        if solved.is_ok() && changes_size && system.constraints() > 0 {
+        if solved.is_ok() && system.constraints() > 0 {
             // Velocities and accelerations of a step with constraints on displacements have errors normal to these, which cancel
             // while the step keeps its size. Divided by that of a shorter step they would grow the more it is shortened
             // (Arnold, Bruels and Cardona 2015).
