@@ -595,7 +595,7 @@ fn sections_that_are_none_are_refused() {
     for (section, expected) in [
         (
             "{ shape = 'rectangle', width = 1e-3 }",
-            "rod[0].segment[0].section.height: missing; a rectangle takes width and height",
+            "rod[0].segment[0].section: height is missing; add height: side along body z (metres, > 0)",
         ),
         (
             "{ shape = 'rectangle', width = 1e-3, height = 0.0 }",
@@ -607,7 +607,7 @@ fn sections_that_are_none_are_refused() {
         ),
         (
             "{ shape = 'circle', radius = 1e-3, width = 1 }",
-            "rod[0].segment[0].section.width: a circle does not take it; a circle takes radius",
+            "rod[0].segment[0].section.width: a section of shape \"circle\" does not take it; remove it: it takes radius",
         ),
         (
             "{ shape = 'hollow_circle', outer = 1e-3, inner = 2e-3 }",
