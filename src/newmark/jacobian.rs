@@ -102,6 +102,7 @@ impl Jacobian {
     }
 
     /// The derivative of the residual itself.
+    #[inline(always)]
     fn of_forces<S: System + ?Sized>(
         &mut self,
         system: &mut S,

@@ -79,8 +79,8 @@ pub struct Stepper {
     /// Where steps of fixed size end, and how many of these the way to the end takes.
     grid: Grid,
     fixed_steps: usize,
-    /// Whether the step that is tried is a part of one, up to a corner or from there on.
-    is_part: bool,
+    /// Whether the step that is tried may have another size than the next one: adaptive ones, and parts of one with corners.
+    changes_size: bool,
     counters: Counters,
     /// Steps still to be made without memory, because one met something that it did not resolve; and whether the trial was
     /// made without.
@@ -146,7 +146,7 @@ impl Stepper {
             },
             grid: Grid::new(t0, options.dt),
             fixed_steps: number_of_steps(t_end - t0, options.dt),
-            is_part: false,
+            changes_size: options.step_size != StepSize::Fixed,
             counters: Counters::default(),
             unsettled: 0,
             forgets: false,
@@ -253,8 +253,7 @@ impl Stepper {
         let (t_new, h, is_on_grid) = if self.has_corners {
             let times = (self.t, self.t_end);
             let step = self.grid.step_to_corner(self.fixed_steps, times, |cell| system.corner(cell));
-            // A part of one that ends at corners.
-            self.is_part = !step.2 || self.t > self.grid.after(0);
+            self.changes_size = !step.2 || self.t > self.grid.after(0);
             step
         } else {
             let (t_new, h) = self.grid.step(self.fixed_steps, self.t_end);
@@ -559,7 +558,7 @@ impl Stepper {
             }
         }
         self.trial.t = t_new;
-        if self.error_estimate.is_none() && !self.is_part {
+        if !self.changes_size {
             return self.correct(system, h);
         }
         let solved = self.correct(system, h)?;
