@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from functools import singledispatch
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ._lissom import Robot, Rod, Scene, SpringPendulum
+from .plain import path_of, text
 from .sweeps.paths import toml
 
 if TYPE_CHECKING:
@@ -33,8 +33,7 @@ def to_scene(
     **simulation: Any,
 ) -> Scene:
     """`Model.to_scene`."""
-    if not isinstance(name, str):
-        raise TypeError(f"name: expected a text, got {type(name).__name__}")
+    name = text("name", name)
     settings = {key: _plain(value, key) for key, value in ({"t_end": t_end} | simulation).items()}
     states = {
         key: _state(given, key, model.n) for key, given in (("q0", q0), ("v0", v0)) if given is not None
@@ -180,7 +179,7 @@ def _keys(keys: dict[str, Any], header: str) -> str:
 
 def save(scene: Scene, path: str | os.PathLike[str]) -> None:
     """`Scene.save`."""
-    file = Path(path)
+    file = path_of(path)
     beside = [(file.parent / name, content) for name, content in scene.imports.items()]
     for other, content in beside:
         if other.exists() and other.read_bytes() != content:
@@ -188,4 +187,5 @@ def save(scene: Scene, path: str | os.PathLike[str]) -> None:
     for other, content in beside:
         other.parent.mkdir(parents=True, exist_ok=True)
         other.write_bytes(content)
-    file.write_text(scene.text, encoding="utf-8")
+    # Byte by byte: text files would get the ends of lines of the system.
+    file.write_bytes(scene.text.encode())

@@ -183,6 +183,7 @@ impl Scheme {
         let (cq, cv) = (h * h * self.beta, h * self.gamma);
         let both = |b: f64, c: f64| [b * of_start[0] + c * rest[0], b * of_start[1] + c * rest[1]];
         Step {
+            made_for: (h, Some(stretch)),
             weights: self.weights(h),
             displacement: both(bq, cq),
             velocity: both(bv, cv),
@@ -198,6 +199,7 @@ impl Scheme {
         let shift = self.shift();
         let beta = self.beta + 0.5 * shift;
         Step {
+            made_for: (h, None),
             weights: [beta * h * h, 0.5 * h, 1.0],
             displacement: [(0.5 - beta) * h * h, 0.0],
             velocity: [0.5 * h, 0.0],
@@ -253,6 +255,8 @@ pub(crate) fn memory(
 /// with: the same numbers for all coordinates. Those of a plain scheme are equal, `s = a`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Step {
+    /// Size of the step, and what it keeps of algorithmic accelerations: the arguments of [`Scheme::step`].
+    pub(crate) made_for: (f64, Option<f64>),
     /// Weights of the new acceleration in displacement, velocity and acceleration.
     pub(crate) weights: [f64; 3],
     /// In the displacement, beside `q + h v` and what the new acceleration adds.

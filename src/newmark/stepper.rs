@@ -61,7 +61,7 @@ pub struct Stepper {
     h_of_s: f64,
     /// The same for the adaptive step that is tried.
     s_of_trial: Vec<f64>,
-    /// The step that is tried, unless the scheme is plain.
+    /// The step that is tried.
     step: Step,
     trial: Trial,
     guessed: Vec<f64>,
@@ -535,27 +535,21 @@ impl Stepper {
         t_new: f64,
         h: f64,
     ) -> Result<Result<(), Failure>, Interrupted> {
-        if self.scheme.is_plain() {
-            let (beta, gamma) = (self.scheme.beta(), self.scheme.gamma());
-            // Weights of the accelerations at the start in displacement and velocity.
-            let (bq, bv) = (h * h * (0.5 - beta), h * (1.0 - gamma));
-            let trial = &mut self.trial;
-            trial.weights = self.scheme.weights(h);
-            let ends = trial.q_base.iter_mut().zip(&mut trial.v_base);
-            for ((q_base, v_base), (q, (v, a))) in ends.zip(self.q.iter().zip(self.v.iter().zip(&self.a))) {
-                *q_base = q + h * v + bq * a;
-                *v_base = v + bv * a;
-            }
-        } else {
-            self.step = self.scheme.step(h, self.memory(system, t_new));
-            let Self { step, q, v, a, s, s_of_trial, trial, .. } = self;
-            let s = if s_of_trial.is_empty() { s } else { s_of_trial };
-            trial.weights = step.weights;
-            for i in 0..q.len() {
-                let (a, s) = (a[i], s[i]);
-                trial.q_base[i] = q[i] + h * v[i] + step.displacement[0] * a + step.displacement[1] * s;
-                trial.v_base[i] = v[i] + step.velocity[0] * a + step.velocity[1] * s;
-            }
+        let memory = if self.scheme.is_plain() { Some(1.0) } else { self.memory(system, t_new) };
+        if self.step.made_for != (h, memory) {
+            self.step = self.scheme.step(h, memory);
+        }
+        let Self { step, q, v, a, s, s_of_trial, trial, .. } = self;
+        let s = match s_of_trial.is_empty() {
+            _ if self.scheme.is_plain() => &*a,
+            true => s,
+            false => s_of_trial,
+        };
+        trial.weights = step.weights;
+        for i in 0..q.len() {
+            let (a, s) = (a[i], s[i]);
+            trial.q_base[i] = q[i] + h * v[i] + step.displacement[0] * a + step.displacement[1] * s;
+            trial.v_base[i] = v[i] + step.velocity[0] * a + step.velocity[1] * s;
         }
         self.trial.t = t_new;
         if !self.changes_size {

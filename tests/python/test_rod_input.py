@@ -59,6 +59,7 @@ def test_what_is_right_is_taken():
         ({"modes": {"bendy": 1}}, r"bendy.*bend_y"),
         ({"modes": {"bend_y": -1}}, r"bend_y.*-1.*>= 0"),
         ({"modes": {"bend_y": 1.5}}, r"bend_y.*1\.5"),
+        ({"modes": {"bend_y": True}}, r"bend_y.*got True, expected a whole number >= 0"),
         ({"modes": {"bend_y": 65}}, r"bend_y.*65.*at most 64"),
         ({"modes": {"bend_y": 10**30}}, r"bend_y.*10"),
     ],

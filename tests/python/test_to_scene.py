@@ -134,7 +134,7 @@ def test_what_files_cannot_hold_is_named():
         TypeError, match=r"output\.every: expected a number, a text.*got builtin_function_or_method"
     ):
         Robot([slider]).to_scene(output={"every": max})
-    with pytest.raises(TypeError, match="name: expected a text, got int"):
+    with pytest.raises(TypeError, match="name: expected a str, got int"):
         Robot([slider]).to_scene(name=3)
     with pytest.raises(lissom.SceneError, match="t_and"):
         Robot([slider]).to_scene(t_and=3.0)

@@ -108,7 +108,7 @@ fn dict_of(object: &Bound<'_, PyAny>, name: &str, schema: &'static Schema) -> Py
     };
     let pair = |(key, value): (Bound<'_, PyAny>, Bound<'_, PyAny>)| {
         let key = key.str()?.to_string();
-        let Ok(number) = value.extract::<i64>() else {
+        let Ok(number) = convert::whole(&value, name) else {
             let (found, expected) = (value.repr()?, "a whole number >= 0");
             return Err(PyValueError::new_err(format!("{name}['{key}']: got {found}, expected {expected}")));
         };
