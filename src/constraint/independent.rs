@@ -88,6 +88,11 @@ impl Independent {
     pub(crate) fn is_independent(&self, row: usize) -> bool {
         self.is_independent[row]
     }
+
+    /// How many rows these are.
+    pub(crate) fn rank(&self) -> usize {
+        self.is_independent.iter().filter(|&&is_independent| is_independent).count()
+    }
 }
 
 #[cfg(test)]
@@ -100,8 +105,7 @@ mod tests {
         let matrix = Matrix::from_fn(5, 3, |i, j| rows[i][j]);
         let mut found = Independent::new(5, 3);
         found.find(&matrix, |_| 1.0);
-        let rank = (0..5).filter(|&row| found.is_independent(row)).count();
-        assert_eq!(rank, 3);
+        assert_eq!(found.rank(), 3);
         assert!(!found.is_independent(3) && found.is_independent(4));
         let mut none = Independent::new(2, 0);
         none.find(&Matrix::zeros(2, 0), |_| 1.0);

@@ -40,6 +40,11 @@ impl Saddle {
         border(tangent, &self.constraints, &self.independent, bordered);
     }
 
+    /// How many constraints are independent where this was factorised.
+    pub(crate) fn rank(&self) -> usize {
+        self.independent.rank()
+    }
+
     /// Sets what multiplies rows that others determine to zero.
     pub(crate) fn drop_dependent(&self, multipliers: &mut [f64]) {
         for (i, multiplier) in multipliers.iter_mut().enumerate() {

@@ -218,6 +218,11 @@ impl Corrector {
         }
     }
 
+    /// How many constraints were independent where the last Jacobian was evaluated.
+    pub(super) fn rank(&self) -> usize {
+        self.linear.rank()
+    }
+
     /// Forgets the kept Jacobian.
     pub(super) fn forget_jacobian(&mut self) {
         self.kept = None;

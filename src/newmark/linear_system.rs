@@ -126,6 +126,11 @@ impl LinearSystem {
         }
     }
 
+    /// How many constraints are independent where it was factorised.
+    pub(super) fn rank(&self) -> usize {
+        if let Self::Saddle(saddle) = self { saddle.rank() } else { 0 }
+    }
+
     fn is_finite(&self) -> bool {
         match self {
             Self::Dense { jacobian, .. } | Self::Blocks { jacobian, .. } => {

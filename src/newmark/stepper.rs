@@ -96,6 +96,8 @@ pub struct Stepper {
     impacts: Impacts,
     /// Where the trial would end if nothing acted.
     straight_on: Vec<f64>,
+    /// How many constraints held independently of the others in the last step; all before the first one.
+    rank: usize,
     started: bool,
     status: Option<Status>,
 }
@@ -158,6 +160,7 @@ impl Stepper {
             has_corners: false,
             impacts: Impacts::default(),
             straight_on: Vec::new(),
+            rank: 0,
             started: false,
             status: None,
             options: options.clone(),
@@ -204,6 +207,7 @@ impl Stepper {
     fn prepare<S: System + ?Sized>(&mut self, system: &S) {
         self.corrector.prepare(system);
         (self.has_contact, self.has_corners) = (system.has_contact(), system.has_corners());
+        self.rank = system.constraints();
         let unknowns = self.q.len() + system.constraints();
         for values in [&mut self.a, &mut self.a_old, &mut self.guessed, &mut self.trial.a] {
             values.resize(unknowns, 0.0);
@@ -552,16 +556,20 @@ impl Stepper {
             trial.v_base[i] = v[i] + step.velocity[0] * a + step.velocity[1] * s;
         }
         self.trial.t = t_new;
-        if !self.changes_size {
-            return self.correct(system, h);
-        }
+        self.forgets = false;
         let solved = self.correct(system, h)?;
-        if solved.is_ok() && system.constraints() > 0 {
+        if system.constraints() == 0 || solved.is_err() {
+            return Ok(solved);
+        }
+        // A row that begins to hold has been open by what it did not hold before. Closed within one step this is a blow, whose
+        // velocity would stay.
+        let begins_to_hold = self.corrector.rank() > self.rank;
+        if self.changes_size || begins_to_hold {
             // Velocities and accelerations of a step with constraints on displacements have errors normal to these, which cancel
             // while the step keeps its size. Divided by that of a shorter step they would grow the more it is shortened
             // (Arnold, Bruels and Cardona 2015).
             let Trial { t, q, v, a, .. } = &mut self.trial;
-            system.fit_to_constraints(*t, q, v, a)?;
+            self.forgets |= system.fit_to_constraints(*t, q, v, a, begins_to_hold)? && begins_to_hold;
         }
         Ok(solved)
     }
@@ -664,6 +672,7 @@ impl Stepper {
     /// Takes the trial as the new state.
     fn accept(&mut self, t_new: f64, h: f64) {
         self.touches = self.will_touch;
+        self.rank = self.corrector.rank();
         if self.options.predictor == Predictor::Best {
             self.guess = self.best_guess(h);
         }
@@ -770,6 +779,7 @@ impl Stepper {
         tape.below(STEPS_AFTER_STOP + 1, &mut self.unsettled);
         tape.flag(&mut self.touches);
         self.impacts.carry(tape);
+        tape.count(&mut self.rank);
         tape.flag(&mut self.started);
         self.corrector.carry(system, tape);
     }

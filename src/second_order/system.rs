@@ -91,13 +91,14 @@ pub trait System {
 
     /// Changes velocities by the smallest kinetic energy that makes them satisfy the constraints, and sets accelerations and
     /// multipliers to those of that state. `a` has n + m entries. Returns whether it could; near singular positions it leaves
-    /// everything as it was. Allocates.
+    /// everything as it was, unless it shall `even_singular`. Allocates.
     fn fit_to_constraints(
         &mut self,
         _t: f64,
         _q: &[f64],
         _v: &mut [f64],
         _a: &mut [f64],
+        _even_singular: bool,
     ) -> Result<bool, Interrupted> {
         unreachable!("the system has no constraints");
     }
@@ -426,11 +427,13 @@ impl<M: Model + ?Sized> System for FreeMotion<'_, M> {
         q: &[f64],
         v: &mut [f64],
         a: &mut [f64],
+        even_singular: bool,
     ) -> Result<bool, Interrupted> {
         self.0.set_time(t)?;
         let (mut fitted, mut found) = (v.to_vec(), a.to_vec());
-        let is_regular = projection::fit_velocities(self.0, q, &mut fitted)
-            .is_ok_and(|fit| !fit.is_nearly_singular() && fitted.iter().all(|v| v.is_finite()));
+        let is_regular = projection::fit_velocities(self.0, q, &mut fitted).is_ok_and(|fit| {
+            (even_singular || !fit.is_nearly_singular()) && fitted.iter().all(|v| v.is_finite())
+        });
         if !is_regular || self.constrained_start(t, q, &fitted, &mut found)?.is_err() {
             return Ok(false);
         }

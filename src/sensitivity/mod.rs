@@ -100,12 +100,12 @@ impl Course<'_> {
         (self.t[step], [&self.q[of.clone()], &self.v[of.clone()], &self.a[of]])
     }
 
-    /// The steps that fixed steps of the scheme made, with their sizes.
-    fn steps<M: Model + ?Sized>(&self, model: &M, scheme: Scheme) -> Vec<(f64, Step)> {
+    /// The steps that fixed steps of the scheme made.
+    fn steps<M: Model + ?Sized>(&self, model: &M, scheme: Scheme) -> Vec<Step> {
         let step_to = |i: usize| {
             let [t, end] = [self.t[i - 1], self.t[i]];
             let before = i.checked_sub(2).map(|before| self.t[before]);
-            (end - t, scheme.step(end - t, memory(|cell| model.corner(cell), before, [t, end])))
+            scheme.step(end - t, memory(|cell| model.corner(cell), before, [t, end]))
         };
         (1..self.t.len()).map(step_to).collect()
     }

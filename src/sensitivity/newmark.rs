@@ -109,7 +109,7 @@ pub(super) fn forward<M: Model + ?Sized, F: Model + ?Sized>(
     let mut s = a.clone();
     kept.add([&q, &v]);
     for step in 1..course.t.len() {
-        let (h, Step { weights, displacement, velocity, rest, gain }) = steps[step - 1];
+        let Step { made_for: (h, _), weights, displacement, velocity, rest, gain } = steps[step - 1];
         for i in 0..n * p {
             let (a, s) = (a[i], s[i]);
             q_base[i] = q[i] + h * v[i] + displacement[0] * a + displacement[1] * s;
@@ -172,7 +172,8 @@ pub(super) fn adjoint<M: Model + ?Sized, F: Model + ?Sized>(
             }
         }
         if step > 0 {
-            let (h, Step { weights: of_a, displacement, velocity, rest, gain }) = steps[step - 1];
+            let Step { made_for: (h, _), weights: of_a, displacement, velocity, rest, gain } =
+                steps[step - 1];
             system.end(course, step, of_a, true)?;
             for i in 0..n {
                 lambda[i] = -(on_a[i] + of_a[0] * on_q[i] + of_a[1] * on_v[i] + gain * on_s[i]);

@@ -14,6 +14,9 @@ const NEGLIGIBLE: f64 = 1e-4;
 /// The range of a sine over the mean of its magnitude, about.
 const RANGE_OF_MEAN: f64 = 3.0;
 
+/// Of a pulse that is that much lower than the others of its table nothing is resolved.
+const FAINT: f64 = 1e-7;
+
 /// Relative change of the slope that is rounding.
 const STRAIGHT: f64 = 1e-9;
 
@@ -51,7 +54,16 @@ impl<const N: usize> Table<N> {
         }
         // A short pulse is high and a small part of a mean; among others it may be low, and yet all that there is.
         let mean = self.impulse / self.support.max(cell.end - cell.start);
-        self.corner_beyond(self.range.min(RANGE_OF_MEAN * mean), cell)
+        let largest = self.range.min(RANGE_OF_MEAN * mean);
+        self.corner_beyond(self.largest_within(cell).clamp(FAINT * largest, largest), cell)
+    }
+
+    /// Largest magnitude of a component in the rest of the step.
+    fn largest_within(&self, Cell { t, end, .. }: Cell) -> f64 {
+        let first = self.times.partition_point(|&time| time <= t);
+        let last = self.times.partition_point(|&time| time < end).max(first);
+        let ends = [self.at(t), self.at(end)];
+        ends.iter().chain(&self.values[first..last]).flatten().fold(0.0, |most: f64, x| most.max(x.abs()))
     }
 
     /// The same for tables in which something jumps at corners: steps that do not resolve the table end at each of them.
@@ -156,6 +168,13 @@ mod tests {
         let table =
             Table::new(times.clone(), [0.0, 0.0, 1.0, 0.0, 0.0, 2e3, 0.0].map(|x| [x]).to_vec()).unwrap();
         assert_eq!(corners(&table, 0.01, 14), times[1..4]);
+        // A millionth of another one that steps resolve.
+        let late =
+            (1..=200).map(|i| (0.1 + 1e-3 * i as f64, 1e6 * (0.005 * std::f64::consts::PI * i as f64).sin()));
+        let early = [(0.0, 0.0), (0.0521, 0.0), (0.0535, 1.0), (0.0549, 0.0), (0.1, 0.0)];
+        let (times, values): (Vec<f64>, Vec<f64>) = early.into_iter().chain(late).unzip();
+        let table = Table::new(times, values.into_iter().map(|x| [x]).collect()).unwrap();
+        assert_eq!(corners(&table, 0.01, 9), [0.0521, 0.0535, 0.0549]);
         // Short ones in every step.
         let comb = |i: usize| (0.5 + i as f64) * 1e-3;
         let times: Vec<f64> = (0..1000).flat_map(|i| [0.0, 5e-9, 1e-8].map(|x| comb(i) + x)).collect();
