@@ -12,6 +12,7 @@
 //! assert!((turned.y - 1.0).abs() < 1e-15);
 //! ```
 
+#[cfg(test)]
 mod counted;
 mod geometry;
 mod instructions;
@@ -26,7 +27,8 @@ mod symmetric;
 mod twist;
 mod vector;
 
-pub use counted::{Counted, products};
+#[cfg(test)]
+pub(crate) use counted::products;
 pub use geometry::{Cross, Geometry, SecondMoment, VectorSpace};
 pub use instructions::{Instructions, Sweep, run_portably};
 pub use pack::{LANES, Lanes, Pack, weighted_sum};

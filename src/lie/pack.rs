@@ -101,7 +101,7 @@ impl<const FUSED: bool> Mul for Pack<FUSED> {
     #[inline(always)]
     fn mul(self, other: Self) -> Self {
         #[cfg(test)]
-        note(1);
+        note();
         self.zip(other, |a, b| a * b)
     }
 }
@@ -111,7 +111,7 @@ impl<const FUSED: bool> Mul<f64> for Pack<FUSED> {
     #[inline(always)]
     fn mul(self, factor: f64) -> Self {
         #[cfg(test)]
-        note(1);
+        note();
         self.map(|a| a * factor)
     }
 }
@@ -132,7 +132,7 @@ impl<const FUSED: bool> Scalar for Pack<FUSED> {
     #[inline(always)]
     fn mul_add(self, factor: Self, addend: Self) -> Self {
         #[cfg(test)]
-        note(1);
+        note();
         let mut result = addend;
         for ((c, &a), &b) in result.0.iter_mut().zip(&self.0).zip(&factor.0) {
             *c = if FUSED { a.mul_add(b, *c) } else { a * b + *c };
@@ -142,7 +142,7 @@ impl<const FUSED: bool> Scalar for Pack<FUSED> {
     #[inline(always)]
     fn mul_sub_from(self, factor: Self, minuend: Self) -> Self {
         #[cfg(test)]
-        note(1);
+        note();
         let mut result = minuend;
         for ((c, &a), &b) in result.0.iter_mut().zip(&self.0).zip(&factor.0) {
             *c = if FUSED { (-a).mul_add(b, *c) } else { *c - a * b };

@@ -16,9 +16,8 @@ use super::plan::actuation::Line;
 use super::plan::point::Place;
 use super::state::tangent::Tangent;
 use super::sweeps::Sweeps;
-use super::tell::cost_of_loops::of_loops;
 use super::tell::loops::tell_redundant;
-use super::tell::{Explanation, Multiplications, cost, cost_of_actuators};
+use super::tell::{Explanation, Multiplications, cost};
 use crate::actuator::Actuator;
 use crate::body::Body;
 use crate::constraint::one_sided::{TAKEN_UP, TAUT};
@@ -399,8 +398,8 @@ impl RobotModel {
         let cost = self.multiplications();
         on_sweeps!(sweeps, typed => {
             let plan = typed.plan();
-            let (links, actuators) = (cost::of_links(plan, *solve), cost_of_actuators::of_actuators(plan));
-            let (nodes, loops) = (plan.nodes(), of_loops(plan));
+            let (links, actuators) = (cost::of_links(plan, *solve), cost::of_actuators(plan));
+            let (nodes, loops) = (plan.nodes(), cost::of_loops(plan));
             Explanation::new(robot, sweeps.kernel(), *solve, &nodes, &cost, &links, &actuators, &loops)
         })
     }
@@ -417,7 +416,7 @@ impl RobotModel {
         explanation
     }
 
-    /// Numbers of multiplications of each kind of evaluation.
+    /// Estimated numbers of multiplications of each kind of evaluation.
     pub fn multiplications(&self) -> Multiplications {
         *self.multiplications.get_or_init(
             || on_sweeps!(&self.sweeps, sweeps => cost::multiplications(sweeps.plan(), self.solve)),

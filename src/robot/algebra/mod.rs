@@ -1,4 +1,4 @@
-//! Inertias and linear responses about the origin; distances; numbers of products.
+//! Inertias and linear responses about the origin; distances.
 
 pub(crate) mod convex_mesh;
 pub(crate) mod distance;
@@ -8,7 +8,6 @@ pub(crate) mod elliptic_tube;
 pub(crate) mod height_field;
 pub(crate) mod inertia;
 pub(crate) mod obstacle;
-pub(crate) mod products;
 pub(crate) mod response;
 pub(crate) mod tie;
 pub(crate) mod touch;

@@ -14,7 +14,6 @@ use super::support::Supports;
 use crate::lie::{Sweep, Wrench};
 use crate::model::Energy;
 use crate::robot::algebra::inertia::Gyroscope;
-use crate::robot::algebra::products::Products;
 use crate::robot::algebra::response::Response;
 use crate::robot::plan::Plan;
 use crate::robot::plan::piece::PiecePlan;
@@ -256,18 +255,4 @@ pub(crate) fn dissipated_power<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) 
 /// [`Effect::supplied_power`]: the sum.
 pub(crate) fn supplied_power<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -> f64 {
     sum_of_effects!(Kind => <Kind as Effect<G>>::supplied_power(plan, work))
-}
-
-/// [`Effect::products_of_action`]: the sum.
-pub(crate) fn products_of_action<G: Turning>(plan: &Plan<G>, piece: &PiecePlan<G>) -> Products {
-    sum_of_effects!(Kind => <Kind as Effect<G>>::products_of_action(plan, piece))
-}
-
-/// [`Effect::products_of_response`]: the sum.
-pub(crate) fn products_of_response<G: Turning>(
-    plan: &Plan<G>,
-    piece: &PiecePlan<G>,
-    is_mass_only: bool,
-) -> Products {
-    sum_of_effects!(Kind => <Kind as Effect<G>>::products_of_response(plan, piece, is_mass_only))
 }

@@ -17,9 +17,8 @@
 //! `Y_r = Y + ad_Psi U` and A_k by `Z - ad_V Y - ad_Psi (0; g)`.
 
 use super::Effect;
-use crate::lie::{Counted, Cross, Geometry, Lanes, Scalar, Twist, VectorSpace, Wrench, products};
+use crate::lie::{Cross, Geometry, Lanes, Scalar, Twist, VectorSpace, Wrench};
 use crate::model::Energy;
-use crate::robot::algebra::products::Products;
 use crate::robot::algebra::response::{Linear, Response};
 use crate::robot::plan::Plan;
 use crate::robot::plan::immersion::{Drag, Immersion};
@@ -320,43 +319,4 @@ impl<G: Turning> Effect<G> for FluidAround {
     fn supplied_power(plan: &Plan<G>, work: &Workspace<G>) -> f64 {
         exchange(plan, work).supplied
     }
-
-    fn products_of_action(plan: &Plan<G>, piece: &PiecePlan<G>) -> Products {
-        let mut count = Products::default();
-        let Some(immersion) = plan.immersion.as_ref().filter(|_| piece.immersed.is_some()) else {
-            return count;
-        };
-        let (stream, drag) = (counted::<G>(), COUNTED_DRAG);
-        let (vector, twist) = (VectorSpace::zero(), Twist::zero());
-        if immersion.has_added_mass {
-            count.packs += products(|| stream.added_force(Counted, vector, twist, twist));
-        }
-        if immersion.has_drag {
-            count.packs += products(|| stream.drag_force(&drag, twist));
-        }
-        count.packs *= piece.packs as u64;
-        count
-    }
-
-    fn products_of_response(_: &Plan<G>, piece: &PiecePlan<G>, is_mass_only: bool) -> Products {
-        if piece.immersed.is_none() {
-            return Products::default();
-        }
-        let (stream, drag) = (counted::<G>(), COUNTED_DRAG);
-        let of_node = if is_mass_only {
-            products(|| Counted * Counted) + products(|| stream.inertia(Counted))
-        } else {
-            let weighted = products(|| (Counted * Counted, drag.weighted(Counted)));
-            weighted + products(|| stream.response(Counted, &drag, VectorSpace::zero(), Twist::zero()))
-        };
-        Products { packs: piece.packs as u64 * of_node, singles: 0 }
-    }
 }
-
-/// Fluid and pose at a node with counted numbers.
-fn counted<G: Turning>() -> Stream<G, Counted> {
-    let vector = VectorSpace::zero();
-    Stream { axis: vector, position: vector, current: vector, crossing: Counted }
-}
-
-const COUNTED_DRAG: Drag<Counted> = Drag { viscous: [Counted; 2], quadratic: [Counted; 2] };

@@ -1,11 +1,10 @@
 //! Loads: forces and moments at points, or distributed along a part of the rod.
 
 use super::Effect;
-use crate::lie::{Counted, LANES, Lanes, Twist, VectorSpace, Wrench, products};
+use crate::lie::{LANES, Lanes, Twist, VectorSpace, Wrench};
 use crate::load::Frame;
 use crate::model::Energy;
 use crate::robot::algebra::inertia::Gyroscope;
-use crate::robot::algebra::products::Products;
 use crate::robot::plan::Plan;
 use crate::robot::plan::load::{LoadPlan, Spread};
 use crate::robot::plan::piece::PiecePlan;
@@ -203,35 +202,4 @@ impl<G: Turning> Effect<G> for Loads {
         }
         power
     }
-
-    fn products_of_action(plan: &Plan<G>, piece: &PiecePlan<G>) -> Products {
-        let (wrench, place) = (Wrench::<G, Counted>::zero(), VectorSpace::zero());
-        let moved = products(|| wrench.at(place));
-        let at_points = plan.points[piece.points.all()].iter().map(|point| point.loads.len() as u64);
-        let mut count = Products { packs: 0, singles: at_points.sum::<u64>() * moved };
-        for spread in &piece.spread {
-            count.packs += piece.packs as u64 * (products_of_spread::<G>(spread.is_dead(plan)) + moved);
-        }
-        count
-    }
-
-    fn products_of_response(plan: &Plan<G>, piece: &PiecePlan<G>, is_mass_only: bool) -> Products {
-        if is_mass_only {
-            return Products::default();
-        }
-        let wrench = Wrench::<G, Counted>::zero();
-        let dead = piece.spread.iter().filter(|spread| spread.is_dead(plan)).count();
-        let weighted = products(|| Gyroscope::of_dead_load(wrench * Counted, VectorSpace::zero()));
-        Products {
-            packs: (dead * piece.packs) as u64 * (products_of_spread::<G>(true) + weighted),
-            singles: 0,
-        }
-    }
-}
-
-/// Products for the wrench of a distributed load at a pack of nodes.
-fn products_of_spread<G: Turning>(is_dead: bool) -> u64 {
-    let wrench = Wrench::<G, Counted>::zero();
-    let scaled = products(|| wrench * Counted);
-    if is_dead { scaled } else { scaled + products(|| wrench.rotated(&G::unrotated())) }
 }

@@ -14,7 +14,6 @@ pub(crate) mod support;
 use crate::lie::Wrench;
 use crate::model::Energy;
 use crate::robot::algebra::inertia::Gyroscope;
-use crate::robot::algebra::products::Products;
 use crate::robot::algebra::response::Response;
 use crate::robot::plan::Plan;
 use crate::robot::plan::piece::PiecePlan;
@@ -162,15 +161,5 @@ pub(crate) trait Effect<G: Turning> {
     /// Power that it supplies without having a potential.
     fn supplied_power(plan: &Plan<G>, work: &Workspace<G>) -> f64 {
         0.0
-    }
-
-    /// Products of its forces for a piece and its points.
-    fn products_of_action(plan: &Plan<G>, piece: &PiecePlan<G>) -> Products {
-        Products::default()
-    }
-
-    /// Products of its derivatives for a piece: dead wrenches and responses.
-    fn products_of_response(plan: &Plan<G>, piece: &PiecePlan<G>, is_mass_only: bool) -> Products {
-        Products::default()
     }
 }

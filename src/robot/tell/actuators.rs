@@ -1,6 +1,6 @@
 //! Explanations of actuators.
 
-use super::cost_of_actuators::OfActuator;
+use super::cost::{OfActuator, Share};
 use super::text::{counted, listed};
 use crate::actuator::{ActiveStrain, Actuator, Along, Chamber, Drive, Motor, MotorCommand, Tendon};
 use crate::robot::description::Robot;
@@ -111,7 +111,7 @@ fn of_tendon(robot: &Robot, tendon: &Tendon, of_actuator: &OfActuator) -> Vec<Pa
         }
     };
     let along: Vec<&Along> = tendon.path.iter().filter_map(|part| part.along()).collect();
-    let &OfActuator { nodes, lines, couples_pieces, coordinates, .. } = of_actuator;
+    let &OfActuator { share: Share { nodes, coordinates, .. }, lines, couples_pieces } = of_actuator;
     vec![
         first(force),
         part("along rods", nodes > 0, || {

@@ -5,9 +5,7 @@ use std::fmt::{self, Write as _};
 
 use super::actuators;
 use super::contacts;
-use super::cost::{Multiplications, OfLink};
-use super::cost_of_actuators::OfActuator;
-use super::cost_of_loops::OfLoop;
+use super::cost::{Multiplications, OfActuator, Share};
 use super::loops;
 use super::text::{counted, grouped, listed, percent};
 use crate::actuator::Actuator;
@@ -55,9 +53,9 @@ impl Explanation {
         solve: Solve,
         nodes: &[usize],
         cost: &Multiplications,
-        of_links: &[OfLink],
+        of_links: &[Share],
         of_actuators: &[OfActuator],
-        of_loops: &[OfLoop],
+        of_loops: &[Share],
     ) -> Self {
         let what = match robot.is_rod() {
             true => format!("Rod of {}", counted(robot.segments().count(), "segment")),
@@ -451,24 +449,14 @@ fn costs(cost: &Multiplications) -> Vec<(String, String)> {
     .into()
 }
 
-/// Size of the computation for a link or an actuator, and its share of the products.
-#[derive(Clone, Copy)]
-struct Share {
-    coordinates: usize,
-    nodes: usize,
-    residual: u64,
-    tangent: u64,
-}
-
 /// Links by name (if there are several), each with its share of the products.
-fn costs_of_links(robot: &Robot, of_links: &[OfLink], all: &Multiplications) -> Vec<(String, String)> {
+fn costs_of_links(robot: &Robot, of_links: &[Share], all: &Multiplications) -> Vec<(String, String)> {
     if of_links.len() < 2 {
         return Vec::new();
     }
-    let own = |(link, of_link): (&Link, &OfLink)| {
-        let &OfLink { nodes, residual, tangent, .. } = of_link;
-        // Driven coordinates are computed, but are not coordinates of the robot.
-        (link.name.clone(), Share { coordinates: link.coordinates(), nodes, residual, tangent })
+    // Driven coordinates are computed, but are not coordinates of the robot.
+    let own = |(link, share): (&Link, &Share)| {
+        (link.name.clone(), Share { coordinates: link.coordinates(), ..*share })
     };
     shares(robot.links.iter().zip(of_links).map(own).collect(), "link", all)
 }
@@ -479,19 +467,13 @@ fn costs_of_actuators(
     of_actuators: &[OfActuator],
     all: &Multiplications,
 ) -> Vec<(String, String)> {
-    let own = |(actuator, of_actuator): (&Actuator, &OfActuator)| {
-        let &OfActuator { nodes, coordinates, residual, tangent, .. } = of_actuator;
-        (actuator.name().to_owned(), Share { coordinates, nodes, residual, tangent })
-    };
+    let own = |(actuator, of): (&Actuator, &OfActuator)| (actuator.name().to_owned(), of.share);
     shares(robot.actuators.iter().zip(of_actuators).map(own).collect(), "actuator", all)
 }
 
 /// Loops by name, each with its share of the products; solving with their constraints is part of the total.
-fn costs_of_loops(robot: &Robot, of_loops: &[OfLoop], all: &Multiplications) -> Vec<(String, String)> {
-    let own = |(closed, of_loop): (&Loop, &OfLoop)| {
-        let &OfLoop { coordinates, residual, tangent, .. } = of_loop;
-        (closed.name.clone(), Share { coordinates, nodes: 0, residual, tangent })
-    };
+fn costs_of_loops(robot: &Robot, of_loops: &[Share], all: &Multiplications) -> Vec<(String, String)> {
+    let own = |(closed, share): (&Loop, &Share)| (closed.name.clone(), *share);
     shares(robot.loops.iter().zip(of_loops).map(own).collect(), "loop", all)
 }
 

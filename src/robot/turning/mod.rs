@@ -6,7 +6,6 @@ mod planar;
 mod spatial;
 
 use crate::lie::Geometry;
-use crate::robot::algebra::products::Products;
 use crate::robot::plan::material::Component;
 use crate::robot::plan::piece::PiecePlan;
 use crate::robot::plan::space::{Passage, Space};
@@ -30,9 +29,6 @@ pub(crate) trait Turning: Space {
         orientation: Self::Orientation,
         rotations: &mut [Self::Rotation<Self::Pack>],
     ) -> Self::Orientation;
-
-    /// The cost of [`Self::turn`].
-    fn products_of_turn(piece: &PiecePlan<Self>) -> Products;
 
     /// Precomputes the passage between two places of a piece, given as fractions of its length.
     fn passage(piece: &PiecePlan<Self>, from: f64, to: f64) -> Passage;

@@ -1,8 +1,7 @@
 //! Rotations in the plane: sums of angles.
 
 use super::{Turning, angular_degrees, integrals_between};
-use crate::lie::{Counted, Planar, PlaneRotation, Scalar, products};
-use crate::robot::algebra::products::Products;
+use crate::lie::{Planar, PlaneRotation, Scalar};
 use crate::robot::plan::material::Component;
 use crate::robot::plan::packed;
 use crate::robot::plan::piece::PiecePlan;
@@ -65,13 +64,6 @@ impl<const FUSED: bool> Turning for Planar<FUSED> {
             mean += mean_of_basis * q;
         }
         orientation + piece.length * mean
-    }
-
-    fn products_of_turn(piece: &PiecePlan<Self>) -> Products {
-        let modes = piece.components.iter().find(|component| component.index == 0).map_or(0, |c| c.modes);
-        let turned = modes as u64 + products(|| PlaneRotation::by(Counted));
-        let singles = piece.turning.means.len() as u64 + 1;
-        Products { packs: piece.packs as u64 * turned, singles }
     }
 
     fn passage(piece: &PiecePlan<Self>, from: f64, to: f64) -> Passage {

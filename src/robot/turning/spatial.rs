@@ -1,8 +1,7 @@
 //! Rotations in space, by Magnus steps.
 
 use super::{Turning, angular_degrees, integrals_between};
-use crate::lie::{Counted, Geometry, LANES, Pack, Quaternion, Rotation, Scalar, Spatial, Vector, products};
-use crate::robot::algebra::products::Products;
+use crate::lie::{Geometry, LANES, Pack, Quaternion, Rotation, Scalar, Spatial, Vector};
 use crate::robot::plan::material::Component;
 use crate::robot::plan::packed;
 use crate::robot::plan::piece::PiecePlan;
@@ -184,20 +183,6 @@ impl<const FUSED: bool> Turning for Spatial<FUSED> {
         let kappa = curvatures(piece, q, basis, |point| vector_at(&magnus.last_reference, point));
         let last = Quaternion::exp(magnus_step(magnus.last_step, kappa));
         orientation.times(last).normalised()
-    }
-
-    fn products_of_turn(piece: &PiecePlan<Self>) -> Products {
-        let q = vec![0.0; piece.first + piece.n];
-        let here = Quaternion { w: Counted, v: Vector::zero() };
-        let step = products(|| {
-            Quaternion::exp(magnus_step(Counted, curvatures(piece, &q, |_, _| Counted, |_| Vector::zero())))
-        });
-        let composed = products(|| here.times(here));
-        let [packs, nodes] = [piece.packs, piece.packs * LANES].map(|number| number as u64);
-        Products {
-            packs: packs * (step + products(|| here.normalised().rotation())),
-            singles: (nodes + 1) * composed + step + products(|| here.normalised()),
-        }
     }
 
     fn passage(piece: &PiecePlan<Self>, from: f64, to: f64) -> Passage {
