@@ -49,7 +49,7 @@ impl AtRest<'_> {
             unconstrained = get(self.model);
         }
         let mut untouched = unconstrained.clone();
-        if self.model.has_contact() {
+        if self.model.facts().has_contact {
             self.model.leave_contact(true);
             untouched = get(self.model);
             self.model.leave_contact(false);
@@ -110,13 +110,14 @@ impl AtRest<'_> {
 
     /// Coordinates of parts that nothing couples.
     fn parts(&self) -> Vec<std::ops::Range<usize>> {
-        let parts = match self.model.parts() {
-            parts if parts.is_empty() => vec![self.q.len()],
+        let whole = [self.q.len()];
+        let parts = match &self.model.facts().parts[..] {
+            [] => &whole,
             parts => parts,
         };
         let mut first = 0;
         parts
-            .into_iter()
+            .iter()
             .map(|part| {
                 first += part;
                 first - part..first
@@ -220,7 +221,7 @@ impl AtRest<'_> {
 
     /// Tensions of tendons of a commanded length.
     fn tensions(&mut self) -> Vec<f64> {
-        let mut cords = Cords::new(self.model.cords(), self.q.len());
+        let mut cords = Cords::new(self.model.facts().cords, self.q.len());
         if cords.stiffness.is_empty() {
             return Vec::new();
         }

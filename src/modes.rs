@@ -77,10 +77,10 @@ pub fn modes(model: &mut dyn Model, q: &[f64]) -> Result<Modes, NoModes> {
 
 /// Small motions about rest that keep the loops closed, and `|s R|` in joules. Allocates.
 pub(crate) fn motions(model: &mut dyn Model, q: &[f64]) -> Result<(SmallMotions, f64), NoModes> {
-    let rest = vec![0.0; model.n()];
+    let rest = vec![0.0; model.facts().n];
     let [mut sizes, mut residual] = [rest.clone(), rest.clone()];
     model.sizes(q, &mut sizes);
-    let mut multipliers = vec![0.0; model.constraints()];
+    let mut multipliers = vec![0.0; model.facts().constraints()];
     if !multipliers.is_empty() {
         one_sided::multipliers(model, [q, &rest, &rest], &mut multipliers)
             .map_err(|_| NoModes::SingularMass)?;

@@ -70,17 +70,16 @@ impl Spectrum {
     /// `None` if the mass matrix is not positive definite, a number is not finite, or a function of time
     /// fails. About 40 n^3 flops.
     pub(crate) fn new<M: Model>(model: &mut M, t: f64, q0: &[f64], v0: &[f64]) -> Option<Self> {
-        let n = model.n();
+        let n = model.facts().n;
         model.set_time(t).ok()?;
         let mut a0 = vec![0.0; n];
-        let mut multipliers = vec![0.0; model.constraints()];
+        let mut multipliers = vec![0.0; model.facts().constraints()];
         if multipliers.is_empty() {
             model.forward_dynamics(q0, v0, &mut a0, &mut ForwardScratch::new(n)).ok()?;
         } else {
             one_sided::accelerations(model, q0, v0, &mut a0, &mut multipliers).ok()?;
         }
-        let mut sizes = vec![0.0; n];
-        model.typical_coordinates(&mut sizes);
+        let sizes = model.facts().typical_coordinates.clone();
         let motions = small_motions(model, q0, &sizes, 1.0, &multipliers)?;
         let modal = motions.modal()?;
         let mut shapes = motions.basis * &modal.shapes;

@@ -168,7 +168,7 @@ impl Problem {
         }
         check.positive(options.tol, "tol", "a part of the length of what carries a target, and radians");
         if let Some(q0) = &options.q0
-            && check.length(q0, model.n(), "q0")
+            && check.length(q0, model.facts().n, "q0")
         {
             check.finite(q0, "q0");
         }
@@ -245,7 +245,7 @@ fn search(
         model.set_time(options.time)
     });
     let mut never = || Ok(());
-    let near = options.q0.clone().unwrap_or_else(|| vec![0.0; model.n()]);
+    let near = options.q0.clone().unwrap_or_else(|| vec![0.0; model.facts().n]);
     let mut of_targets = Misfit::new(&mut seen, targets, &near, Vec::new(), &mut never);
     let conclude = |of_targets: &mut Misfit<'_, '_>, end: Ending| {
         let Ending { u, q, status, held, lost, slack, verdict, counters, equilibria } = end;

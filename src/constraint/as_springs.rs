@@ -6,7 +6,7 @@
 
 use crate::error::{Interrupted, InvalidInput};
 use crate::linalg::Matrix;
-use crate::model::{Discretised, Elastic, Energy, Flaw, InTime, Model, Switch, Tied};
+use crate::model::{Discretised, Elastic, Energy, Facts, Flaw, InTime, Model, Switch, Tied};
 use crate::signal::{Cell, Jumps};
 use crate::springs::Springs;
 
@@ -16,6 +16,7 @@ const STIFF: f64 = 1e12;
 /// A model whose loops are held by springs.
 pub(crate) struct AsSprings<'a> {
     model: &'a mut dyn Model,
+    facts: Facts,
     /// Of every constraint.
     stiffness: Vec<f64>,
     /// The largest energy of the model at the sizes of its coordinates, twice, and these.
@@ -30,7 +31,8 @@ pub(crate) struct AsSprings<'a> {
 impl<'a> AsSprings<'a> {
     /// With springs that are stiff beside what a model is near a shape.
     pub(crate) fn new(model: &'a mut dyn Model, q: &[f64]) -> Self {
-        let (n, m) = (q.len(), model.constraints());
+        let (n, m) = (q.len(), model.facts().constraints());
+        let facts = facts_with_springs(model.facts());
         let (mut sizes, rest) = (vec![0.0; n], vec![0.0; n]);
         model.sizes(q, &mut sizes);
         let (mut elastic, mut tangent) = (Matrix::zeros(n, n), Matrix::zeros(n, n));
@@ -49,6 +51,7 @@ impl<'a> AsSprings<'a> {
             stiffness: vec![STIFF * largest; m],
             largest,
             sizes,
+            facts,
             model,
             held: None,
             multipliers: vec![0.0; m],
@@ -104,6 +107,20 @@ impl<'a> AsSprings<'a> {
     }
 }
 
+/// Those of a model whose constraints are springs. All of them act between whatever parts there are, and as the only cords.
+fn facts_with_springs(of_model: &Facts) -> Facts {
+    Facts {
+        gap_sizes: Vec::new(),
+        springs: of_model.springs + of_model.constraints(),
+        cords: 0,
+        parts: Vec::new(),
+        turns: vec![true; of_model.n],
+        section_places: Vec::new(),
+        free_lengths: 0,
+        ..of_model.clone()
+    }
+}
+
 impl Elastic for AsSprings<'_> {
     fn elastic_forces(&mut self, q: &[f64], tau: &mut [f64]) {
         self.model.elastic_forces(q, tau);
@@ -133,12 +150,8 @@ impl Elastic for AsSprings<'_> {
         self.add_stiffness(q, 1.0, tangent);
     }
 
-    fn springs(&self) -> usize {
-        self.model.springs() + self.stiffness.len()
-    }
-
     fn linearise_springs(&mut self, q: &[f64], springs: &mut Springs) {
-        let (n, before, m) = (q.len(), self.model.springs(), self.stiffness.len());
+        let (n, before, m) = (q.len(), self.model.facts().springs, self.stiffness.len());
         let mut own = Springs::new(before, n);
         if before > 0 {
             self.model.linearise_springs(q, &mut own);
@@ -167,7 +180,7 @@ impl Elastic for AsSprings<'_> {
     }
 
     fn hold_springs(&mut self, forces: Option<&[f64]>) {
-        let before = self.model.springs();
+        let before = self.model.facts().springs;
         self.model.hold_springs(forces.map(|forces| &forces[..before]).filter(|_| before > 0));
         self.held = forces.map(|forces| forces[before..].iter().map(|force| -force).collect());
     }
@@ -175,35 +188,15 @@ impl Elastic for AsSprings<'_> {
     fn sizes(&mut self, q: &[f64], sizes: &mut [f64]) {
         self.model.sizes(q, sizes);
     }
-
-    fn typical_coordinates(&self, sizes: &mut [f64]) {
-        self.model.typical_coordinates(sizes);
-    }
 }
 
 impl InTime for AsSprings<'_> {
-    fn varies_in_time(&self) -> bool {
-        self.model.varies_in_time()
-    }
-
     fn set_time(&mut self, t: f64) -> Result<(), Interrupted> {
         self.model.set_time(t)
     }
 
-    fn inputs(&self) -> usize {
-        self.model.inputs()
-    }
-
-    fn default_inputs(&self) -> Vec<f64> {
-        self.model.default_inputs()
-    }
-
     fn set_inputs(&mut self, u: &[f64]) {
         self.model.set_inputs(u);
-    }
-
-    fn time_span(&self) -> [f64; 2] {
-        self.model.time_span()
     }
 
     fn horizon(&self, t: f64) -> f64 {
@@ -234,20 +227,12 @@ impl InTime for AsSprings<'_> {
         self.model.pass_jump(t);
     }
 
-    fn shortest_period(&self) -> f64 {
-        self.model.shortest_period()
-    }
-
     fn not_finite(&self) -> Option<String> {
         self.model.not_finite()
     }
 }
 
 impl Discretised for AsSprings<'_> {
-    fn is_discretised(&self) -> bool {
-        self.model.is_discretised()
-    }
-
     fn flaw(&mut self, q: &[f64]) -> Option<Flaw> {
         self.model.flaw(q)
     }
@@ -259,10 +244,6 @@ impl Discretised for AsSprings<'_> {
 
 /// Its loops are springs. Those that hold one way only do so still; their multipliers are the opposite of the springs' forces.
 impl Tied for AsSprings<'_> {
-    fn is_one_sided(&self) -> bool {
-        self.model.is_one_sided()
-    }
-
     fn held(&self) -> Vec<bool> {
         self.model.held()
     }
@@ -282,8 +263,8 @@ impl Tied for AsSprings<'_> {
 }
 
 impl Model for AsSprings<'_> {
-    fn n(&self) -> usize {
-        self.model.n()
+    fn facts(&self) -> &Facts {
+        &self.facts
     }
 
     fn inverse_dynamics(&mut self, q: &[f64], qd: &[f64], qdd: &[f64], tau: &mut [f64]) {
@@ -304,10 +285,6 @@ impl Model for AsSprings<'_> {
         self.model.weighted_tangent(q, qd, qdd, weights, tangent);
         self.release();
         self.add_stiffness(q, weights[0], tangent);
-    }
-
-    fn rotation_vectors(&self) -> &[usize] {
-        self.model.rotation_vectors()
     }
 
     fn tangent_cost(&self) -> f64 {
@@ -338,22 +315,6 @@ impl Model for AsSprings<'_> {
         self.model.places(q, places);
     }
 
-    fn length(&self) -> f64 {
-        self.model.length()
-    }
-
-    fn is_damped(&self) -> bool {
-        self.model.is_damped()
-    }
-
-    fn has_tendon_friction(&self) -> bool {
-        self.model.has_tendon_friction()
-    }
-
-    fn has_velocity_forces(&self) -> bool {
-        self.model.has_velocity_forces()
-    }
-
     fn supplied_power(&mut self, q: &[f64], qd: &[f64], qdd: &[f64]) -> f64 {
         self.model.supplied_power(q, qd, qdd)
     }
@@ -380,17 +341,5 @@ impl Model for AsSprings<'_> {
 
     fn sunk(&mut self, q: &[f64]) -> Option<Flaw> {
         self.model.sunk(q)
-    }
-
-    fn has_contact(&self) -> bool {
-        self.model.has_contact()
-    }
-
-    fn is_driven(&self) -> bool {
-        self.model.is_driven()
-    }
-
-    fn is_carried(&self) -> bool {
-        self.model.is_carried()
     }
 }

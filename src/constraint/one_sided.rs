@@ -6,7 +6,7 @@ use super::saddle::{self, MassSaddle};
 use crate::model::{Model, SingularMass, Switch};
 
 /// In a given state, an inextensible tendon counts as taut if it is shorter than its length by less than this
-/// part of the length of what it joins ([`gap_sizes`](crate::model::Tied::gap_sizes)): more than the error of a method, less than
+/// part of the length of what it joins ([`gap_sizes`](crate::model::Facts::gap_sizes)): more than the error of a method, less than
 /// anyone notices. For the rates of lengths, the same per second.
 pub(crate) const TAUT: f64 = 1e-7;
 
@@ -63,7 +63,7 @@ fn until_settled<M: Model + ?Sized>(
 ) -> Result<(), SingularMass> {
     find(model, multipliers)?;
     for _ in 0..most_switches(multipliers.len()) {
-        if !model.is_one_sided() || model.switch(q, multipliers) == Switch::Nothing {
+        if !model.facts().is_one_sided || model.switch(q, multipliers) == Switch::Nothing {
             break;
         }
         find(model, multipliers)?;
@@ -107,14 +107,12 @@ pub(crate) fn change(
     released: Option<usize>,
 ) -> Result<Changed, Unsettled> {
     model.keep_held(false);
-    let (n, m) = (q.len(), model.constraints());
+    let (n, m) = (q.len(), model.facts().constraints());
     let (mut q, mut v, mut a) = (q.to_vec(), v.to_vec(), vec![0.0; n + m]);
     let passed = model.passed(&q, &v);
     let first = m - passed.len();
-    let mut sizes = vec![1.0; m];
-    model.gap_sizes(&mut sizes);
-    let sizes = &sizes[first..];
-    let farthest = passed.iter().zip(sizes).max_by(|([a, _], _), ([b, _], _)| a.total_cmp(b));
+    let sizes = model.facts().gap_sizes[first..].to_vec();
+    let farthest = passed.iter().zip(&sizes).max_by(|([a, _], _), ([b, _], _)| a.total_cmp(b));
     if let Some(([by, _], size)) = farthest.filter(|([by, _], _)| *by > TAUT) {
         return Err(Unsettled::Passed(by * size));
     }

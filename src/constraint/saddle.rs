@@ -119,7 +119,7 @@ impl MassSaddle {
         q: &[f64],
         metric: &Matrix,
     ) -> Result<Self, SingularMass> {
-        let (n, m) = (q.len(), model.constraints());
+        let (n, m) = (q.len(), model.facts().constraints());
         let mut gap_jacobian = Matrix::zeros(m, n);
         model.gap_jacobian(q, &mut gap_jacobian);
         let lower = metric.clone().cholesky().ok_or(SingularMass)?.l();

@@ -258,7 +258,7 @@ pub fn poses(
     let n = simulation.n;
     let mut poses = Vec::with_capacity(places.len() * (simulation.t.len() - from));
     for (i, &t) in simulation.t.iter().enumerate().skip(from) {
-        if model.varies_in_time() {
+        if model.facts().varies_in_time {
             model.set_time(t)?;
         }
         let q = &simulation.q[i * n..][..n];

@@ -5,11 +5,6 @@ use crate::error::InvalidInput;
 
 /// A finite number of modes and quadrature nodes. The defaults are for models without discretisation.
 pub trait Discretised {
-    /// Whether a finite number of modes approximates infinitely many.
-    fn is_discretised(&self) -> bool {
-        false
-    }
-
     /// Numbers of modes of all series whose coefficients are coordinates, in order, empty series included;
     /// `None` for a system that is not discretised by hierarchical series (where a longer series contains the
     /// shorter one).

@@ -11,11 +11,6 @@ pub trait Elastic {
     /// The derivative of [`Self::elastic_forces`], symmetric.
     fn elastic_tangent(&mut self, q: &[f64], tangent: &mut Matrix);
 
-    /// Number of forces of the springs to the world.
-    fn springs(&self) -> usize {
-        0
-    }
-
     /// Springs in a shape, with their forces there. Costs several evaluations of the forces per spring; not
     /// for step loops.
     fn linearise_springs(&mut self, _q: &[f64], _springs: &mut Springs) {}
@@ -23,11 +18,6 @@ pub trait Elastic {
     /// Replaces the springs' forces, in forces and tangents at rest for any shape, by these values; `None`
     /// undoes that.
     fn hold_springs(&mut self, _forces: Option<&[f64]>) {}
-
-    /// Number of tendons of a commanded length, elastic and inextensible ones, without friction.
-    fn cords(&self) -> usize {
-        0
-    }
 
     /// These tendons in a shape.
     fn linearise_cords(&mut self, _q: &[f64], _cords: &mut Cords) {}
@@ -42,21 +32,8 @@ pub trait Elastic {
         forces.fill(0.0);
     }
 
-    /// Whether a coordinate turns something: others only shift.
-    fn turns(&self, _coordinate: usize) -> bool {
-        true
-    }
-
     /// Sizes of the coordinates in a shape, all > 0: of steps that change a lot, in which rotations are turns. One radian of what a
     /// coordinate turns most; where it only shifts something, a strain of one, or the extent of what it shifts. No
     /// part that a coordinate does not move has a say. Allocates; not for step loops.
-    fn sizes(&mut self, _q: &[f64], sizes: &mut [f64]) {
-        self.typical_coordinates(sizes);
-    }
-
-    /// Large changes of the coordinates, all > 0, to compare coordinates of different units in error norms of runs: the same
-    /// in all shapes, by the length of the whole model.
-    fn typical_coordinates(&self, sizes: &mut [f64]) {
-        sizes.fill(1.0);
-    }
+    fn sizes(&mut self, q: &[f64], sizes: &mut [f64]);
 }

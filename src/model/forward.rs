@@ -51,9 +51,9 @@ impl ForwardScratch {
         match model.tree() {
             Some(Tree { mass, .. }) => {
                 let lu = TreeLu::new(&mass);
-                Self { bias: vec![0.0; model.n()], mass: Mass::Tree { matrix: mass, lu } }
+                Self { bias: vec![0.0; model.facts().n], mass: Mass::Tree { matrix: mass, lu } }
             }
-            None => Self::new(model.n()),
+            None => Self::new(model.facts().n),
         }
     }
 }

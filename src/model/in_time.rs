@@ -6,36 +6,14 @@ use crate::signal::{Cell, Jumps};
 /// Explicit time dependence of a model, through varying loads or a moving base. The defaults are for models
 /// without time dependence.
 pub trait InTime {
-    /// Whether the model depends on time explicitly, so that [`Self::set_time`] must be called before any
-    /// evaluation.
-    fn varies_in_time(&self) -> bool {
-        false
-    }
-
     /// Sets the time, in seconds, at which varying loads and a moving base are evaluated. Fails if a
     /// user-defined function of time fails.
     fn set_time(&mut self, _t: f64) -> Result<(), Interrupted> {
         Ok(())
     }
 
-    /// Number of inputs u.
-    fn inputs(&self) -> usize {
-        0
-    }
-
-    /// Their default values.
-    fn default_inputs(&self) -> Vec<f64> {
-        Vec::new()
-    }
-
     /// Sets u. If the model varies in time, the time must be set again before any evaluation.
     fn set_inputs(&mut self, _u: &[f64]) {}
-
-    /// Interval of time, in seconds, on which the model is defined; outside, its time-dependent parts are
-    /// NaN.
-    fn time_span(&self) -> [f64; 2] {
-        [f64::NEG_INFINITY, f64::INFINITY]
-    }
 
     /// Latest end of a step from `t` that cannot miss a feature of the excitation: adaptive methods end a
     /// step there. Infinite without excitation, or if nothing is known about it.
@@ -72,11 +50,6 @@ pub trait InTime {
 
     /// From now on, what jumps at this time, but for rounding, is as it is after the jump.
     fn pass_jump(&mut self, _t: f64) {}
-
-    /// Shortest period of the excitation, in seconds.
-    fn shortest_period(&self) -> f64 {
-        f64::INFINITY
-    }
 
     /// Name of a part of the model that is not finite at the time last set; `None` if all parts are finite.
     fn not_finite(&self) -> Option<String> {

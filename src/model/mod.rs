@@ -15,6 +15,7 @@ pub(crate) mod chart;
 mod discretised;
 mod elastic;
 mod energy;
+mod facts;
 mod flaw;
 pub(crate) mod forward;
 mod in_time;
@@ -27,6 +28,7 @@ use crate::linalg::{Matrix, TreeMatrix};
 pub use discretised::Discretised;
 pub use elastic::Elastic;
 pub use energy::Energy;
+pub use facts::Facts;
 pub(crate) use flaw::at_least;
 pub use flaw::{Flaw, Holder, Radius};
 pub use forward::{ForwardScratch, SingularMass, Tree};
@@ -55,8 +57,8 @@ pub type InertiaMatrix = [[f64; 6]; 6];
 /// from the time last set, all methods are pure functions of their arguments, and none allocates. Slices of
 /// the wrong length are a programming error and panic; the bindings check lengths first.
 pub trait Model: Elastic + InTime + Discretised + Tied {
-    /// Number of generalised coordinates.
-    fn n(&self) -> usize;
+    /// What does not change during a run.
+    fn facts(&self) -> &Facts;
 
     /// Generalised forces `tau` of a motion.
     fn inverse_dynamics(&mut self, q: &[f64], qd: &[f64], qdd: &[f64], tau: &mut [f64]);
@@ -72,12 +74,6 @@ pub trait Model: Elastic + InTime + Discretised + Tied {
         tangent: &mut Matrix,
     );
 
-    /// Index of the first component of each rotation vector in q. Integrators and their results keep rotation
-    /// vectors no longer than pi.
-    fn rotation_vectors(&self) -> &[usize] {
-        &[]
-    }
-
     /// Approximate cost of a weighted tangent in units of inverse dynamics; determines when an implicit step
     /// updates its Jacobian.
     fn tangent_cost(&self) -> f64 {
@@ -87,14 +83,9 @@ pub trait Model: Elastic + InTime + Discretised + Tied {
     /// The derivative of `tau` with respect to the inputs, n x m, exact.
     fn input_tangent(&mut self, _q: &[f64], _qd: &[f64], _qdd: &[f64], _tangent: &mut Matrix) {}
 
-    /// Sections whose inertia affects only the forces along rods; empty if other quantities depend on it, or
-    /// if coordinates are prescribed. Allocates.
-    fn section_places(&self) -> Vec<SectionPlace> {
-        Vec::new()
-    }
-
     /// Adds the derivatives of the power `rates . tau` with respect to the inertia matrices per length (of a twist in the
-    /// section's axes, (angular; linear)) at each of the [`Self::section_places`]. Allocates.
+    /// section's axes, (angular; linear)) at each of the
+    /// [`section_places`](Facts::section_places). Allocates.
     fn add_power_by_inertia(
         &mut self,
         _q: &[f64],
@@ -105,14 +96,8 @@ pub trait Model: Elastic + InTime + Discretised + Tied {
     ) {
     }
 
-    /// Number of leading segments whose lengths affect nothing except their rods: all segments, or none if
-    /// other quantities depend on a length, such as the place of a load inside a rod.
-    fn free_lengths(&self) -> usize {
-        0
-    }
-
     /// Adds the derivatives of the power `rates . tau` with respect to the length of each of the
-    /// [`Self::free_lengths`] segments. Allocates.
+    /// [`free_lengths`](Facts::free_lengths) segments. Allocates.
     fn add_power_by_length(
         &mut self,
         _q: &[f64],
@@ -130,12 +115,6 @@ pub trait Model: Elastic + InTime + Discretised + Tied {
     /// are cheaper. Allocates; not for step loops.
     fn tree(&self) -> Option<Tree> {
         None
-    }
-
-    /// The numbers of coordinates, one after another, of parts that move by themselves unless something couples them, such as
-    /// contact; none where all is one. Allocates; not for step loops.
-    fn parts(&self) -> Vec<usize> {
-        Vec::new()
     }
 
     /// [`Self::weighted_tangent`] of a model that is a chain.
@@ -180,43 +159,6 @@ pub trait Model: Elastic + InTime + Discretised + Tied {
         let square = |(a, b): (&[f64; 3], &[f64; 3])| (0..3).map(|i| (a[i] - b[i]).powi(2)).sum::<f64>();
         let largest = |most: f64, square: f64| if square <= most { most } else { square };
         from.iter().zip(to).map(square).fold(0.0, largest).sqrt()
-    }
-
-    /// Length of the model, in metres: the reference for relative errors of the tip.
-    fn length(&self) -> f64;
-
-    /// False if [`Self::dissipated_power`] is always zero, so that a run need not integrate it.
-    fn is_damped(&self) -> bool {
-        true
-    }
-
-    /// Whether forces other than material damping depend on velocities: drag, a current, a moving base. The
-    /// stability of an equilibrium then follows from the whole linearised motion, because a current adds an
-    /// unsymmetric part to the stiffness and a rotating base a negative part.
-    fn has_velocity_forces(&self) -> bool {
-        false
-    }
-
-    /// Whether tendons rub where they bend: how much is lost by that depends on the way, so that such forces have no potential.
-    fn has_tendon_friction(&self) -> bool {
-        false
-    }
-
-    /// Whether the model has contacts, whose forces set in abruptly, so that very fast vibrations must be
-    /// damped.
-    fn has_contact(&self) -> bool {
-        false
-    }
-
-    /// Whether some forces act only in part of the state space: contacts, joint stops, slack tendons,
-    /// saturated motors.
-    fn has_one_sided_forces(&self) -> bool {
-        self.has_contact()
-    }
-
-    /// Whether a joint has stops, or a tendon has a stiffness and can become slack: springs that act one way only.
-    fn has_stops(&self) -> bool {
-        false
     }
 
     /// By how much each of these springs is deformed in a shape, negative where it does not act.
@@ -309,16 +251,6 @@ pub trait Model: Elastic + InTime + Discretised + Tied {
     /// watts. Accelerations matter only for a moving base.
     fn supplied_power(&mut self, _q: &[f64], _qd: &[f64], _qdd: &[f64]) -> f64 {
         0.0
-    }
-
-    /// False if [`Self::supplied_power`] is always zero, so that a run need not integrate it.
-    fn is_driven(&self) -> bool {
-        false
-    }
-
-    /// Whether the base or coordinates move as functions of time prescribe.
-    fn is_carried(&self) -> bool {
-        false
     }
 
     /// Accelerations of the free motion: solves `M qdd = -tau(q, qd, 0)` for `tau(q, qd, qdd) = 0`, by

@@ -1,7 +1,6 @@
 //! Constraints of a model, such as closed loops.
 
 use super::Flaw;
-use crate::error::InvalidInput;
 use crate::linalg::Matrix;
 
 /// Change of the set of active constraints.
@@ -18,35 +17,12 @@ pub enum Switch {
 /// Constraints on the coordinates of a model: m equations `g(q, t) = 0` with multipliers in `tau + G^T lambda
 /// = 0`, where `G = dg/dq`. The defaults are for models without constraints.
 pub trait Tied {
-    /// Number of constraints m.
-    fn constraints(&self) -> usize {
-        0
-    }
-
     /// Adds the constraint forces `G^T lambda` to inverse dynamics and their tangents. Zero initially.
     fn set_multipliers(&mut self, _multipliers: &[f64]) {}
 
-    /// Rejects models with constraints, on behalf of a method that does not support them.
-    fn check_untied(&self, what: &str) -> Result<(), InvalidInput> {
-        if self.constraints() == 0 {
-            return Ok(());
-        }
-        let (found, expected) = match self.is_one_sided() {
-            true => ("one with tendons that do not stretch", "tendons with a `stiffness`"),
-            false => ("one with closed loops", "a robot without closed loops"),
-        };
-        Err(InvalidInput::new("model", found, format!("{expected}: {what} does not hold them yet")))
-    }
-
-    /// Whether constraints are one-sided: `g <= 0` with non-negative multipliers. Inactive constraints have
-    /// zero gaps, zero rows of G and zero multipliers.
-    fn is_one_sided(&self) -> bool {
-        false
-    }
-
     /// Which constraints are active.
     fn held(&self) -> Vec<bool> {
-        vec![true; self.constraints()]
+        Vec::new()
     }
 
     /// Makes exactly the constraints with non-zero multipliers active.
@@ -66,12 +42,6 @@ pub trait Tied {
     /// nothing), or no longer. A method that finds itself when they change keeps them within a step.
     fn keep_held(&mut self, _is_kept: bool) {}
 
-    /// What gaps are compared with, all > 0, in their units: the lengths of what the constraints join, or one for differences of
-    /// cosines and for angles. The same in all shapes.
-    fn gap_sizes(&self, sizes: &mut [f64]) {
-        sizes.fill(1.0);
-    }
-
     /// The gaps evaluated last, with the opposite sign for angles between directions that should be the same and are more than a right
     /// angle apart: towards half a turn these gaps fall, too, although nothing is closed there. Returns by how much the lowest
     /// cosine of such an angle is below 1; zero if there is none.
@@ -80,7 +50,7 @@ pub trait Tied {
     }
 
     /// How far those are passed that hold one way only, and the rates of that: whether they hold or not, in units of
-    /// [`Self::gap_sizes`], to the right of corners in time. Their rows are the last ones. Allocates.
+    /// [`gap_sizes`](super::Facts::gap_sizes), to the right of corners in time. Their rows are the last ones. Allocates.
     fn passed(&mut self, _q: &[f64], _qd: &[f64]) -> Vec<[f64; 2]> {
         Vec::new()
     }

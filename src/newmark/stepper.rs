@@ -174,7 +174,7 @@ impl Stepper {
         system.wrap(&mut self.q, &mut self.v, &mut []);
         if let Some(a0) = &self.options.initial_acceleration {
             self.a[..a0.len()].copy_from_slice(a0);
-        } else if system.constraints() > 0 {
+        } else if system.facts().constraints() > 0 {
             let Self { t, q, v, a, .. } = self;
             if let Err(failure) = system.constrained_start(*t, q, v, a)? {
                 self.status = Some(Status::NoInitialAcceleration(failure));
@@ -203,8 +203,8 @@ impl Stepper {
     /// Memory for the unknowns of a step: accelerations, and multipliers of constraints.
     fn prepare<S: System + ?Sized>(&mut self, system: &S) {
         self.corrector.prepare(system);
-        (self.has_contact, self.has_corners) = (system.has_contact(), system.has_corners());
-        let unknowns = self.q.len() + system.constraints();
+        (self.has_contact, self.has_corners) = (system.facts().has_contact, system.facts().varies_in_time);
+        let unknowns = self.q.len() + system.facts().constraints();
         for values in [&mut self.a, &mut self.a_old, &mut self.guessed, &mut self.trial.a] {
             values.resize(unknowns, 0.0);
         }
@@ -259,7 +259,7 @@ impl Stepper {
             let (t_new, h) = self.grid.step(self.fixed_steps, self.t_end);
             (t_new, h, true)
         };
-        let solved = if self.has_contact || system.is_one_sided() {
+        let solved = if self.has_contact || system.facts().is_one_sided {
             self.step_into_contact(system, t_new, h)?
         } else {
             let solved = self.attempt(system, t_new, h)?;
@@ -424,7 +424,7 @@ impl Stepper {
     fn is_jolted<S: System + ?Sized>(&mut self, system: &mut S, h: f64) -> Result<bool, Interrupted> {
         let Trial { t, q, v, a, .. } = &self.trial;
         let (before, motion) = ([&self.q[..], &self.v[..]], [&q[..], &v[..], &a[..]]);
-        let has_stopped = self.has_stopped && system.is_one_sided();
+        let has_stopped = self.has_stopped && system.facts().is_one_sided;
         if !self.has_contact {
             return Ok(has_stopped);
         }
@@ -562,7 +562,7 @@ impl Stepper {
             return self.correct(system, h);
         }
         let solved = self.correct(system, h)?;
-        if solved.is_ok() && system.constraints() > 0 {
+        if solved.is_ok() && system.facts().constraints() > 0 {
             // Velocities and accelerations of a step with constraints on displacements have errors normal to these, which cancel
             // while the step keeps its size. Divided by that of a shorter step they would grow the more it is shortened
             // (Arnold, Bruels and Cardona 2015).
@@ -627,7 +627,7 @@ impl Stepper {
         if self.has_contact {
             system.take_touched();
         }
-        let solved = if system.is_one_sided() {
+        let solved = if system.facts().is_one_sided {
             self.correct_one_sided(system, h)
         } else {
             let Self { corrector, trial, guessed, a, counters, .. } = self;
@@ -652,7 +652,7 @@ impl Stepper {
         for (guess, last) in guessed[n..].iter_mut().zip(&a[n..]) {
             *guess = if *last == 0.0 { 0.0 } else { *guess };
         }
-        for _ in 0..most_switches(system.constraints()) {
+        for _ in 0..most_switches(system.facts().constraints()) {
             if let Err(failure) = corrector.solve(system, trial, guessed, a, h, counters)? {
                 return Ok(Err(failure));
             }

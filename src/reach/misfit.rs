@@ -66,7 +66,7 @@ impl<'a, 'b> Misfit<'a, 'b> {
         rotation_vectors: Vec<usize>,
         monitor: Monitor<'b>,
     ) -> Self {
-        let n = model.n();
+        let n = model.facts().n;
         let goal = |target: &Target| {
             let rotation = target.rotation();
             let is_counted = |i: usize| {

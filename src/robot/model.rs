@@ -4,10 +4,11 @@ use std::sync::{Arc, OnceLock};
 
 use super::choice::{Kernel, Solve};
 use super::compile;
-use super::description::{Robot, Rod, Spans};
+use super::description::{Robot, Rod};
 use super::driven::Coordinates;
 use super::effect::contact::told::{Hardest, Touching};
 use super::effect::support::Held;
+use super::facts;
 use super::kernel::kinematics::Pose;
 use super::kernel::momentum::Momentum;
 use super::kernel::sizes::{self, Extent};
@@ -19,7 +20,6 @@ use super::sweeps::Sweeps;
 use super::tell::cost_of_loops::of_loops;
 use super::tell::loops::tell_redundant;
 use super::tell::{Explanation, Multiplications, cost, cost_of_actuators};
-use crate::actuator::Actuator;
 use crate::body::Body;
 use crate::constraint::one_sided::{TAKEN_UP, TAUT};
 use crate::constraint::{Independent, one_sided};
@@ -28,8 +28,8 @@ use crate::lie::{Instructions, Planar, Plane, Spatial, Vector};
 use crate::linalg::{Matrix, TreeMatrix, symmetric_eigen};
 use crate::loops::{Loop, Tie};
 use crate::model::{
-    Beside, Discretised, Elastic, Energy, Flaw, ForwardScratch, Holder, Impact, InTime, InertiaMatrix, Model,
-    Radius, SectionPlace, SingularMass, Switch, Tied, Tree, chart, forward,
+    Beside, Discretised, Elastic, Energy, Facts, Flaw, ForwardScratch, Holder, Impact, InTime, InertiaMatrix,
+    Model, Radius, SingularMass, Switch, Tied, Tree, chart, forward,
 };
 use crate::rod::{MAX_NODES, STRAINS, piece};
 use crate::signal::{Cell, Jumps};
@@ -66,9 +66,7 @@ pub struct RobotModel {
     /// Counted when it is asked for.
     multiplications: OnceLock<Multiplications>,
     robot: Arc<Robot>,
-    rotation_vectors: Arc<[usize]>,
-    /// What gaps of constraints are compared with.
-    gap_sizes: Arc<[f64]>,
+    facts: Arc<Facts>,
     /// Places at which accuracy is measured.
     marks: Arc<[Mark]>,
     /// Values that replace the forces of the supports' springs.
@@ -183,6 +181,12 @@ impl AnySweeps {
         }
     }
 
+    /// Whether derivatives with respect to lengths are compiled. Portable packs are only for old machines: there these derivatives
+    /// use differences of models, to keep wheels small.
+    fn follow_lengths(&self) -> bool {
+        matches!(self, Self::Planar(_) | Self::Spatial(_))
+    }
+
     fn kernel(&self) -> Kernel {
         match self {
             Self::Planar(_) => Kernel::Planar,
@@ -275,12 +279,10 @@ impl RobotModel {
             false => solve.unwrap_or_else(|| Solve::cheapest(robot)),
         };
         let unloaded = (!robot.supports.is_empty()).then(|| Box::new(sweeps.with_robot(&robot.unloaded())));
-        let spans = Spans::new(robot);
-        let span = |held: Holder| match held {
-            Holder::Loop(i) => spans.of_loop(&robot.loops[i]),
-            Holder::Tendon(i) => spans.of_tendon(&robot.actuators[i]),
-        };
-        let gap_sizes = on_sweeps!(&sweeps, sweeps => sizes::of_gaps(sweeps.plan(), span)).into();
+        let mut facts = on_sweeps!(&sweeps, sweeps => facts::of(robot, sweeps, &coordinates));
+        if !sweeps.follow_lengths() {
+            facts.free_lengths = 0;
+        }
         let mut model = Self {
             sweeps,
             unloaded,
@@ -289,8 +291,7 @@ impl RobotModel {
             solve,
             multiplications: OnceLock::new(),
             robot: Arc::new(robot.clone()),
-            rotation_vectors: robot.rotation_vectors().into(),
-            gap_sizes,
+            facts: Arc::new(facts),
             marks: Arc::new([]),
             held: None,
             steps: f64::NAN,
@@ -410,7 +411,7 @@ impl RobotModel {
     pub fn full_explanation(&mut self) -> Explanation {
         let mut explanation = self.explanation();
         let rest = vec![0.0; self.robot.coordinates()];
-        if self.constraints() > 0 && !self.varies_in_time() && self.open_loop(&rest).is_none() {
+        if self.facts.constraints() > 0 && !self.facts.varies_in_time && self.open_loop(&rest).is_none() {
             let redundant = self.redundant_constraints(&rest);
             tell_redundant(&self.robot, &redundant, &mut explanation);
         }
@@ -573,7 +574,7 @@ impl RobotModel {
     /// coordinate. If constraints are redundant, the minimum-norm solution. `None` if the mass matrix is
     /// singular. Allocates.
     pub fn loop_forces(&mut self, q: &[f64], qd: &[f64], qdd: &[f64]) -> Option<Vec<[f64; 6]>> {
-        let mut multipliers = vec![0.0; self.constraints()];
+        let mut multipliers = vec![0.0; self.facts.constraints()];
         one_sided::multipliers(self, [q, qd, qdd], &mut multipliers).ok()?;
         let (mut ties, mut gears) = (0, multipliers.len() - self.slack().len() - self.gears());
         let robot = Arc::clone(&self.robot);
@@ -604,10 +605,10 @@ impl RobotModel {
 
     /// Calls with the multipliers that a motion requires; zero if they are not determined.
     fn with_loops_held<T>(&mut self, state: [&[f64]; 3], of: impl FnOnce(&mut Self) -> T) -> T {
-        if self.constraints() == 0 {
+        if self.facts.constraints() == 0 {
             return of(self);
         }
-        let mut multipliers = vec![0.0; self.constraints()];
+        let mut multipliers = vec![0.0; self.facts.constraints()];
         // They remain zero if the mass matrix is singular.
         let _ = one_sided::multipliers(self, state, &mut multipliers);
         self.set_multipliers(&multipliers);
@@ -620,7 +621,7 @@ impl RobotModel {
     /// Closed loops of a robot at rest: their contribution to the stiffness, n x n, and the derivatives of
     /// the gaps, m x n.
     pub fn loops_at_rest(&mut self, q: &[f64]) -> [Matrix; 2] {
-        let (n, m) = (q.len(), self.constraints());
+        let (n, m) = (q.len(), self.facts.constraints());
         let rest = vec![0.0; n];
         let [mut stiffness, mut without, mut jacobian] =
             [Matrix::zeros(n, n), Matrix::zeros(n, n), Matrix::zeros(m, n)];
@@ -642,7 +643,7 @@ impl RobotModel {
         qdd: Option<&[f64]>,
         actuator: usize,
     ) -> Option<f64> {
-        let mut multipliers = vec![0.0; self.constraints()];
+        let mut multipliers = vec![0.0; self.facts.constraints()];
         match qdd {
             Some(qdd) => one_sided::multipliers(self, [q, qd, qdd], &mut multipliers),
             None => one_sided::accelerations(self, q, qd, &mut vec![0.0; q.len()], &mut multipliers),
@@ -667,7 +668,7 @@ impl RobotModel {
     /// Number of redundant constraints of every loop, followed by those of every inextensible tendon, in a
     /// shape.
     pub fn redundant_constraints(&mut self, q: &[f64]) -> Vec<usize> {
-        let (m, n) = (self.constraints(), q.len());
+        let (m, n) = (self.facts.constraints(), q.len());
         let (mut jacobian, mut mass) = (Matrix::zeros(m, n), Matrix::zeros(n, n));
         self.gap_jacobian(q, &mut jacobian);
         self.mass_matrix(q, &mut mass);
@@ -748,12 +749,6 @@ impl RobotModel {
 }
 
 impl RobotModel {
-    /// Whether the inertia of sections affects only the forces along their rods.
-    fn has_separate_sections(&self) -> bool {
-        let Robot { base_motion, fluid, contacts, .. } = &*self.robot;
-        base_motion.is_none() && fluid.is_none() && contacts.is_empty() && self.coordinates.are_own()
-    }
-
     /// Which inextensible tendons are slack.
     fn slack(&self) -> Vec<bool> {
         on_sweeps!(&self.sweeps, sweeps => sweeps.slack().to_vec())
@@ -772,7 +767,7 @@ impl RobotModel {
     /// By virtual work: generalised forces that balance a unit of each force.
     fn find_jacobian_of_springs(&mut self, q: &[f64], jacobian: &mut Matrix) {
         self.place_unloaded();
-        let length = self.robot.length();
+        let length = self.facts.length;
         let Self { sweeps, unloaded, coordinates, held, .. } = self;
         let Some(unloaded) = unloaded.as_deref_mut() else { return };
         coordinates.columns(q, jacobian, |q, jacobian| {
@@ -829,8 +824,8 @@ fn check_machine() -> Result<(), InvalidInput> {
 }
 
 impl Model for RobotModel {
-    fn n(&self) -> usize {
-        self.coordinates.own(on_sweeps!(&self.sweeps, sweeps => sweeps.plan().n))
+    fn facts(&self) -> &Facts {
+        &self.facts
     }
 
     fn inverse_dynamics(&mut self, q: &[f64], qd: &[f64], qdd: &[f64], tau: &mut [f64]) {
@@ -853,27 +848,6 @@ impl Model for RobotModel {
             let tangent = Tangent::Dense(tangent);
             on_sweeps!(sweeps, sweeps => sweeps.weighted_tangent(state, weights, tangent));
         });
-    }
-
-    fn section_places(&self) -> Vec<SectionPlace> {
-        if !self.has_separate_sections() {
-            return Vec::new();
-        }
-        on_sweeps!(&self.sweeps, sweeps => sweeps.section_places())
-    }
-
-    fn free_lengths(&self) -> usize {
-        if !self.has_separate_sections() || !self.robot.has_all_at_tips() {
-            return 0;
-        }
-        // Portable packs are only for old machines: there, derivatives with respect to lengths use
-        // differences of models, and the sweep is not compiled to keep wheels small.
-        match &self.sweeps {
-            AnySweeps::Planar(sweeps) => sweeps.free_lengths(),
-            AnySweeps::Spatial(sweeps) => sweeps.free_lengths(),
-            #[cfg(feature = "portable")]
-            AnySweeps::PortablePlanar(_) | AnySweeps::PortableSpatial(_) => 0,
-        }
     }
 
     fn add_power_by_length(
@@ -921,14 +895,10 @@ impl Model for RobotModel {
         qdd: &mut [f64],
         scratch: &mut ForwardScratch,
     ) -> Result<(), SingularMass> {
-        match self.constraints() {
+        match self.facts.constraints() {
             0 => forward::solve(self, q, qd, qdd, scratch),
             m => one_sided::accelerations(self, q, qd, qdd, &mut vec![0.0; m]),
         }
-    }
-
-    fn rotation_vectors(&self) -> &[usize] {
-        &self.rotation_vectors
     }
 
     /// Ratio of the products of both, including the factorisation.
@@ -953,10 +923,6 @@ impl Model for RobotModel {
                 Tree { tangent: tree::tangent(plan), mass: tree::mass(plan) }
             })
         })
-    }
-
-    fn parts(&self) -> Vec<usize> {
-        self.robot.parts()
     }
 
     fn tree_tangent(
@@ -1006,24 +972,6 @@ impl Model for RobotModel {
         });
     }
 
-    fn length(&self) -> f64 {
-        self.robot.length()
-    }
-
-    fn is_damped(&self) -> bool {
-        on_sweeps!(&self.sweeps, sweeps => sweeps.is_damped())
-    }
-
-    fn has_velocity_forces(&self) -> bool {
-        self.coordinates.vary_in_time() || on_sweeps!(&self.sweeps, sweeps => sweeps.has_velocity_forces())
-    }
-
-    fn has_tendon_friction(&self) -> bool {
-        on_sweeps!(&self.sweeps, sweeps => {
-            sweeps.plan().actuation.actuators.iter().any(|actuator| actuator.friction.is_some())
-        })
-    }
-
     /// Power of follower loads, of varying loads, of moments (a moment fixed in space has no potential), of a
     /// moving base, and of prescribed joints.
     fn supplied_power(&mut self, q: &[f64], qd: &[f64], qdd: &[f64]) -> f64 {
@@ -1038,7 +986,7 @@ impl Model for RobotModel {
             power + of_joints
         };
         // Constraint forces do no work, but prescribed joints, a moving base and winches work against them.
-        let is_against = self.robot.is_tied_to_world() || self.is_one_sided();
+        let is_against = self.robot.is_tied_to_world() || self.facts.is_one_sided;
         match self.coordinates.vary_in_time() || is_against {
             true => self.with_loops_held(state, power),
             false => power(self),
@@ -1063,13 +1011,13 @@ impl Model for RobotModel {
     }
 
     fn may_touch(&self) -> bool {
-        self.has_contact() && on_sweeps!(&self.sweeps, sweeps => sweeps.may_touch())
+        self.facts.has_contact && on_sweeps!(&self.sweeps, sweeps => sweeps.may_touch())
     }
 
     /// By a part of what moves that no error of a step is which resolves its impacts.
     fn gains_energy(&mut self, [q, qd]: [&[f64]; 2], motion: [&[f64]; 3], h: f64, beside: Beside) -> bool {
         // What moves the robot from outside is seen at one time alone.
-        if self.is_carried() {
+        if self.facts.is_carried {
             return false;
         }
         let [q_after, qd_after, qdd] = motion;
@@ -1080,7 +1028,8 @@ impl Model for RobotModel {
         let (before, of_overlaps) = (self.noted.energy, self.noted.of_overlaps);
         self.note_energy([q_after, qd_after]);
         let (after, of_overlaps) = (self.noted.energy, self.noted.of_overlaps.max(of_overlaps));
-        let supplied = if self.is_driven() { h * self.supplied_power(q_after, qd_after, qdd) } else { 0.0 };
+        let supplied =
+            if self.facts.is_driven { h * self.supplied_power(q_after, qd_after, qdd) } else { 0.0 };
         let gain = after.total() - before.total() - supplied.max(0.0);
         match beside {
             Beside::Motion => {
@@ -1098,7 +1047,7 @@ impl Model for RobotModel {
         let at_start = self.noted.energy;
         self.note_energy([q, qd]);
         let at_end = self.noted.energy;
-        let supplied = if self.is_driven() { self.supplied_power(q, qd, qdd).abs() } else { 0.0 };
+        let supplied = if self.facts.is_driven { self.supplied_power(q, qd, qdd).abs() } else { 0.0 };
         // In a step of the backward Euler method forces do the work of its end.
         let lost = at_start.total() - at_end.total() - h * (self.dissipated_power(q, qd) + supplied);
         let Self { sweeps, coordinates, .. } = self;
@@ -1156,14 +1105,14 @@ impl Model for RobotModel {
     }
 
     fn shifts_of_contact(&mut self, q: &[f64]) -> Matrix {
-        if q.is_empty() || !self.has_contact() {
+        if q.is_empty() || !self.facts.has_contact {
             return Matrix::zeros(0, q.len());
         }
-        let Self { sweeps, coordinates, rotation_vectors, .. } = self;
+        let Self { sweeps, coordinates, facts, .. } = self;
         on_sweeps!(sweeps, sweeps => {
             let (motions, numbers) = coordinates.all([q], |[q]| sweeps.motions_of_contact(q));
             let mut rows = coordinates.own_columns(motions.rows(sweeps.plan().n));
-            chart::rows(rotation_vectors, q, &mut rows);
+            chart::rows(&facts.rotation_vectors, q, &mut rows);
             let mut shifts = Matrix::zeros(numbers.len(), q.len());
             let mut first = 0;
             for (p, number) in numbers.into_iter().enumerate() {
@@ -1189,29 +1138,9 @@ impl Model for RobotModel {
         on_sweeps!(&mut self.sweeps, sweeps => sweeps.follow_friction(length));
     }
 
-    fn has_contact(&self) -> bool {
-        !self.robot.contacts.is_empty()
-    }
-
-    fn has_one_sided_forces(&self) -> bool {
-        self.has_contact() || self.has_stops() || self.robot.actuators.iter().any(Actuator::is_one_sided)
-    }
-
-    fn has_stops(&self) -> bool {
-        on_sweeps!(&self.sweeps, sweeps => sweeps.has_stops())
-    }
-
     fn beyond_stops(&mut self, q: &[f64], beyond: &mut Vec<f64>) {
         let Self { sweeps, coordinates, .. } = self;
         coordinates.all([q], |[q]| on_sweeps!(sweeps, sweeps => sweeps.beyond_stops(q, beyond)));
-    }
-
-    fn is_driven(&self) -> bool {
-        self.coordinates.vary_in_time() || on_sweeps!(&self.sweeps, sweeps => sweeps.is_driven())
-    }
-
-    fn is_carried(&self) -> bool {
-        self.coordinates.vary_in_time() || self.robot.base_motion.is_some()
     }
 }
 
@@ -1237,11 +1166,6 @@ impl Elastic for RobotModel {
         });
     }
 
-    /// Moment and force of every support, in the axes of the base.
-    fn springs(&self) -> usize {
-        6 * self.robot.supports.len()
-    }
-
     fn linearise_springs(&mut self, q: &[f64], springs: &mut Springs) {
         let Self { sweeps, coordinates, .. } = self;
         let found = coordinates.all([q], |[q]| on_sweeps!(sweeps, sweeps => sweeps.springs(q)));
@@ -1262,10 +1186,6 @@ impl Elastic for RobotModel {
         if let Some(unloaded) = &mut self.unloaded {
             on_sweeps!(&mut **unloaded, sweeps => sweeps.hold_springs(forces));
         }
-    }
-
-    fn cords(&self) -> usize {
-        on_sweeps!(&self.sweeps, sweeps => sweeps.cords().count())
     }
 
     fn linearise_cords(&mut self, q: &[f64], cords: &mut Cords) {
@@ -1292,42 +1212,25 @@ impl Elastic for RobotModel {
         forces.copy_from(&coordinates.own_columns(of_all).transpose());
     }
 
-    fn turns(&self, coordinate: usize) -> bool {
-        let of_all = self.coordinates.place(coordinate);
-        on_sweeps!(&self.sweeps, sweeps => elasticity::turns(sweeps.plan(), of_all))
-    }
-
     fn sizes(&mut self, q: &[f64], sizes: &mut [f64]) {
         if q.is_empty() {
             return;
         }
-        let fallback = self.robot.length();
+        let fallback = self.facts.length;
         let bodies = self.bodies();
-        let Self { sweeps, coordinates, rotation_vectors, .. } = self;
+        let Self { sweeps, coordinates, facts, .. } = self;
         on_sweeps!(sweeps, sweeps => {
             let motions = coordinates.all([q], |[q]| sweeps.motions(q, &bodies));
             let plan = sweeps.plan();
             let mut rows = coordinates.own_columns(motions.rows(plan.n));
-            chart::rows(rotation_vectors, q, &mut rows);
+            chart::rows(&facts.rotation_vectors, q, &mut rows);
             let are_strains = coordinates.own_of(&sizes::are_strains(plan));
             motions.sizes(&rows, &are_strains, fallback, sizes);
-        });
-    }
-
-    /// One radian over the length of the rods or for a joint, and a stretch or shear of one.
-    fn typical_coordinates(&self, sizes: &mut [f64]) {
-        let reach = self.robot.length();
-        self.coordinates.pick(sizes, |sizes| {
-            on_sweeps!(&self.sweeps, sweeps => elasticity::typical_coordinates(sweeps.plan(), reach, sizes));
         });
     }
 }
 
 impl Tied for RobotModel {
-    fn constraints(&self) -> usize {
-        on_sweeps!(&self.sweeps, sweeps => sweeps.plan().loops.rows)
-    }
-
     fn set_multipliers(&mut self, multipliers: &[f64]) {
         on_sweeps!(&mut self.sweeps, sweeps => sweeps.set_multipliers(multipliers));
     }
@@ -1360,17 +1263,9 @@ impl Tied for RobotModel {
         on_sweeps!(&self.sweeps, sweeps => sweeps.away_from_half_turns(gaps))
     }
 
-    fn gap_sizes(&self, sizes: &mut [f64]) {
-        sizes.copy_from_slice(&self.gap_sizes);
-    }
-
-    fn is_one_sided(&self) -> bool {
-        on_sweeps!(&self.sweeps, sweeps => !sweeps.slack().is_empty())
-    }
-
     fn held(&self) -> Vec<bool> {
         let slack = self.slack();
-        let loops = self.constraints() - slack.len();
+        let loops = self.facts.constraints() - slack.len();
         std::iter::repeat_n(true, loops).chain(slack.into_iter().map(|is_slack| !is_slack)).collect()
     }
 
@@ -1382,7 +1277,7 @@ impl Tied for RobotModel {
     }
 
     fn release_open(&mut self, q: &[f64], qd: Option<&[f64]>) {
-        if self.slack_is_kept || !self.is_one_sided() {
+        if self.slack_is_kept || !self.facts.is_one_sided {
             return;
         }
         let opens = |[by, rate]: [f64; 2]| by < -TAUT || (qd.is_some() && by < TAUT && rate < -TAUT);
@@ -1425,14 +1320,14 @@ impl Tied for RobotModel {
 
     fn passed(&mut self, q: &[f64], qd: &[f64]) -> Vec<[f64; 2]> {
         let excesses = self.excesses(q, qd);
-        let sizes = &self.gap_sizes[self.gap_sizes.len() - excesses.len()..];
+        let sizes = &self.facts.gap_sizes[self.facts.constraints() - excesses.len()..];
         excesses.into_iter().zip(sizes).map(|(excess, size)| excess.map(|x| x / size)).collect()
     }
 
     fn open_loop(&mut self, q: &[f64]) -> Option<Flaw> {
-        let Self { sweeps, coordinates, gap_sizes, .. } = self;
-        let (held, gap, size) =
-            coordinates.all([q], |[q]| on_sweeps!(sweeps, sweeps => sweeps.widest_gap(q, gap_sizes)))?;
+        let Self { sweeps, coordinates, facts, .. } = self;
+        let (held, gap, size) = coordinates
+            .all([q], |[q]| on_sweeps!(sweeps, sweeps => sweeps.widest_gap(q, &facts.gap_sizes)))?;
         // NaN counts as open.
         (gap.is_nan() || gap > LARGEST_GAP * size).then_some(Flaw::Open { held, gap })
     }
@@ -1473,29 +1368,9 @@ impl InTime for RobotModel {
         on_sweeps!(&mut self.sweeps, sweeps => sweeps.pass_jump(t));
     }
 
-    fn shortest_period(&self) -> f64 {
-        self.robot.shortest_period()
-    }
-
-    fn time_span(&self) -> [f64; 2] {
-        self.robot.time_span()
-    }
-
-    fn varies_in_time(&self) -> bool {
-        self.coordinates.vary_in_time() || on_sweeps!(&self.sweeps, sweeps => sweeps.plan().varies_in_time)
-    }
-
     fn not_finite(&self) -> Option<String> {
         let t = on_sweeps!(&self.sweeps, sweeps => sweeps.time_without_loads())?;
         self.robot.not_finite(t)
-    }
-
-    fn inputs(&self) -> usize {
-        on_sweeps!(&self.sweeps, sweeps => sweeps.inputs().len())
-    }
-
-    fn default_inputs(&self) -> Vec<f64> {
-        self.description().inputs().defaults().to_vec()
     }
 
     fn set_inputs(&mut self, u: &[f64]) {
@@ -1505,7 +1380,7 @@ impl InTime for RobotModel {
 
     #[inline]
     fn set_time(&mut self, t: f64) -> Result<(), Interrupted> {
-        if !self.varies_in_time() {
+        if !self.facts.varies_in_time {
             return Ok(());
         }
         self.noted.forget();
@@ -1521,14 +1396,10 @@ impl Discretised for RobotModel {
         on_sweeps!(&self.sweeps, sweeps => validity::flaw(sweeps.plan(), q)).or_else(|| self.collapsed(own))
     }
 
-    fn is_discretised(&self) -> bool {
-        self.robot.segments().any(|segment| segment.coordinates() > 0)
-    }
-
     /// Numbers of modes of the six strains of every segment, if its basis is hierarchical.
     fn modes(&self) -> Option<Vec<usize>> {
         let is_nested = self.robot.segments().all(|segment| segment.basis.is_nested());
-        (is_nested && self.is_discretised())
+        (is_nested && self.facts.is_discretised)
             .then(|| self.robot.segments().flat_map(|segment| segment.modes).collect())
     }
 

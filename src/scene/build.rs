@@ -85,7 +85,7 @@ fn check_contacts(
     if document.contact.is_empty() || !document.r#loop.is_empty() || !shape.problems.is_empty() {
         return;
     }
-    if model.set_time(t0).is_err() || q0.len() != model.n() {
+    if model.set_time(t0).is_err() || q0.len() != model.facts().n {
         return;
     }
     if let Some(Flaw::Sunk { contact, overlap }) = model.sunk(q0) {

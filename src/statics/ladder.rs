@@ -78,12 +78,12 @@ fn forces_on_contacts(model: &mut dyn Model, q: &[f64]) -> Vec<f64> {
     let mut loads = Matrix::zeros(n, 3);
     model.turned_loads(q, &mut loads);
     for mut column in loads.column_iter_mut() {
-        chart::forces(model.rotation_vectors(), q, column.as_mut_slice());
+        chart::forces(&model.facts().rotation_vectors, q, column.as_mut_slice());
     }
     let material = natural::material(model, &vec![0.0; n], &vec![1.0; n]);
     let shifts = model.shifts_of_contact(q);
     let work = |k: usize| {
-        let bent = if model.turns(k) { material[(k, k)].abs() * sizes[k] } else { 0.0 };
+        let bent = if model.facts().turns[k] { material[(k, k)].abs() * sizes[k] } else { 0.0 };
         let strained: f64 = (0..n).map(|j| (material[(k, j)] * q[j]).abs()).sum();
         (loads.row(k).norm() + bent + strained) * sizes[k]
     };

@@ -184,7 +184,7 @@ pub(super) fn message(
     verdict: Option<Verdict>,
     path: &Path,
 ) -> String {
-    let mut message = status.message(end, model.is_discretised());
+    let mut message = status.message(end, model.facts().is_discretised);
     if status == Status::Finished || !status.is_success() {
         return message;
     }

@@ -101,7 +101,7 @@ pub(super) fn approach(
     options: &Options,
     monitor: Monitor<'_>,
 ) -> Result<Approached, Halted> {
-    let (n, m) = (q0.len(), model.constraints());
+    let (n, m) = (q0.len(), model.facts().constraints());
     let (mut sizes, rest) = (vec![0.0; n], vec![0.0; n]);
     model.sizes(q0, &mut sizes);
     let (mut tangent, mut gap_jacobian) = (Matrix::zeros(n, n), Matrix::zeros(m, n));
@@ -178,7 +178,8 @@ impl Approached {
     /// The equilibrium, if the method converged, loops are closed, the shape is valid and the stiffness alone
     /// decides stability; otherwise `None`. Allocates.
     pub(super) fn judged(&self, model: &mut dyn Model, options: &Options) -> Option<Equilibrium> {
-        let is_plain = model.springs() == 0 && !model.has_velocity_forces() && !model.has_contact();
+        let is_plain =
+            model.facts().springs == 0 && !model.facts().has_velocity_forces && !model.facts().has_contact;
         let is_right = is_plain
             && self.has_converged
             && model.open_loop(&self.q).is_none()
@@ -188,7 +189,7 @@ impl Approached {
         }
         let (verdict, lowest) = verdict(model, &self.q, &self.multipliers, options)?;
         let (mut q, mut rest) = (self.q.clone(), vec![0.0; self.q.len()]);
-        rotation_vectors::wrap(model.rotation_vectors(), &mut q, &mut rest, &mut []);
+        rotation_vectors::wrap(&model.facts().rotation_vectors, &mut q, &mut rest, &mut []);
         let (status, path) = (Status::Converged, Path::default());
         Some(Equilibrium {
             message: outcome::message(model, status, 1.0, options.stability, verdict, &path),

@@ -125,8 +125,7 @@ impl Changes {
         let (passed, mut held) = (model.passed(q, v), model.held());
         let first = held.len() - passed.len();
         held.drain(..first);
-        let [mut multipliers, mut sizes] = [0.0, 1.0].map(|x| vec![x; first + passed.len()]);
-        model.gap_sizes(&mut sizes);
+        let (mut multipliers, sizes) = (vec![0.0; first + passed.len()], model.facts().gap_sizes.clone());
         if held.contains(&true) {
             // A singular mass is reported by the step itself.
             let _ = saddle::accelerations(model, q, v, &mut vec![0.0; q.len()], &mut multipliers);

@@ -2,7 +2,7 @@
 //! tests/python/reference/pendulum.py.
 
 use lissom::linalg::Matrix;
-use lissom::model::{Discretised, Elastic, Energy, ForwardScratch, InTime, Model, SingularMass, Tied};
+use lissom::model::{Discretised, Elastic, Energy, Facts, ForwardScratch, InTime, Model, SingularMass, Tied};
 use lissom::pendulum::SpringPendulum;
 use proptest::prelude::*;
 
@@ -10,8 +10,8 @@ use proptest::prelude::*;
 struct Generic(SpringPendulum);
 
 impl Model for Generic {
-    fn n(&self) -> usize {
-        self.0.n()
+    fn facts(&self) -> &Facts {
+        self.0.facts()
     }
     fn inverse_dynamics(&mut self, q: &[f64], qd: &[f64], qdd: &[f64], tau: &mut [f64]) {
         self.0.inverse_dynamics(q, qd, qdd, tau);
@@ -28,9 +28,6 @@ impl Model for Generic {
     fn tip(&mut self, q: &[f64]) -> [f64; 3] {
         self.0.tip(q)
     }
-    fn length(&self) -> f64 {
-        self.0.length()
-    }
     fn dissipated_power(&mut self, q: &[f64], qd: &[f64]) -> f64 {
         self.0.dissipated_power(q, qd)
     }
@@ -42,6 +39,9 @@ impl Elastic for Generic {
     }
     fn elastic_tangent(&mut self, q: &[f64], tangent: &mut Matrix) {
         self.0.elastic_tangent(q, tangent);
+    }
+    fn sizes(&mut self, q: &[f64], sizes: &mut [f64]) {
+        self.0.sizes(q, sizes);
     }
 }
 
