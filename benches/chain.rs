@@ -4,7 +4,7 @@ use std::hint::black_box;
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use lissom::linalg::{Lu, Matrix, TreeLu};
-use lissom::model::{Model, Tree};
+use lissom::model::{Dynamics, Tree};
 use lissom::newmark;
 use lissom::robot::{RobotModel, Rod, Solve};
 use lissom::rod::Segment;

@@ -7,7 +7,7 @@ use std::hint::black_box;
 
 use lissom::actuator::{Actuator, Along, Drive, Part, Tendon};
 use lissom::linalg::{Matrix, TreeLu};
-use lissom::model::{ForwardScratch, Model, Tree};
+use lissom::model::{Dynamics, ForwardScratch, Model, Tree};
 use lissom::newmark;
 use lissom::ode::{self, FirstOrder};
 use lissom::pendulum::SpringPendulum;

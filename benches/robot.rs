@@ -6,7 +6,7 @@ use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use lissom::body::Body;
 use lissom::joint::{Joint, JointForces};
 use lissom::linalg::{Lu, Matrix};
-use lissom::model::Model;
+use lissom::model::Dynamics;
 use lissom::newmark;
 use lissom::robot::{Link, Robot, RobotModel, Solve};
 use lissom::rod::Segment;

@@ -9,7 +9,7 @@ use std::time::Duration;
 use criterion::measurement::WallTime;
 use criterion::{BenchmarkGroup, Criterion, Throughput, criterion_group, criterion_main};
 use lissom::linalg::Matrix;
-use lissom::model::{ForwardScratch, Model};
+use lissom::model::{Dynamics, ForwardScratch};
 use lissom::newmark;
 use lissom::robot::{RobotModel, Rod, Solve};
 use lissom::rod::Segment;

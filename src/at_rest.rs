@@ -1,7 +1,7 @@
 //! Forces and stiffnesses of a model at rest, how large what they are sums of is, and what is missing of equilibrium.
 
 use crate::linalg::{Matrix, norm};
-use crate::model::Model;
+use crate::model::Static;
 use crate::natural::{self, DISPLACEMENT_ROUNDING, scaled};
 use crate::springs::Cords;
 
@@ -27,7 +27,7 @@ pub(crate) struct Sum {
 /// Forces and stiffnesses of a model at rest, in scaled coordinates, as sums over what they come from: gravity may balance a
 /// contact or a loop, so that nothing is left but rounding.
 pub(crate) struct AtRest<'a> {
-    pub(crate) model: &'a mut dyn Model,
+    pub(crate) model: &'a mut dyn Static,
     pub(crate) q: &'a [f64],
     pub(crate) sizes: &'a [f64],
     pub(crate) load_factor: f64,
@@ -36,7 +36,7 @@ pub(crate) struct AtRest<'a> {
 
 impl AtRest<'_> {
     /// Calls this on the model as it is; without what its constraints do; and also without its contacts.
-    fn each<T: Clone>(&mut self, mut get: impl FnMut(&mut dyn Model) -> T) -> [T; 3] {
+    fn each<T: Clone>(&mut self, mut get: impl FnMut(&mut dyn Static) -> T) -> [T; 3] {
         let whole = {
             if !self.multipliers.is_empty() {
                 self.model.set_multipliers(self.multipliers);

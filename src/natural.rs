@@ -8,7 +8,7 @@
 //! forces, which follow from the last linear solve, so that the step size no longer depends on stiffness.
 
 use crate::linalg::{Matrix, full_svd, norm};
-use crate::model::Model;
+use crate::model::Static;
 use crate::springs::Springs;
 
 /// Steps below this size are within the rounding of coordinates and positions, in coordinates divided by
@@ -218,7 +218,7 @@ impl Natural {
 }
 
 /// Tangent of a model's material, in coordinates divided by `sizes`.
-pub(crate) fn material(model: &mut dyn Model, q: &[f64], sizes: &[f64]) -> Matrix {
+pub(crate) fn material(model: &mut dyn Static, q: &[f64], sizes: &[f64]) -> Matrix {
     let no_forces = vec![0.0; model.facts().springs];
     model.hold_springs(Some(&no_forces));
     let mut tangent = Matrix::zeros(q.len(), q.len());
@@ -265,7 +265,7 @@ pub(crate) fn reference(elastic: &Matrix, tangent: &Matrix, forces: &[f64], part
 }
 
 /// What weight and loads could do along a size of each coordinate, whatever their directions are, in joules.
-pub(crate) fn work_of_loads(model: &mut dyn Model, q: &[f64], sizes: &[f64]) -> Vec<f64> {
+pub(crate) fn work_of_loads(model: &mut dyn Static, q: &[f64], sizes: &[f64]) -> Vec<f64> {
     let mut turned = Matrix::zeros(q.len(), 3);
     model.turned_loads(q, &mut turned);
     let mut work: Vec<f64> = turned.row_iter().zip(sizes).map(|(row, size)| row.abs().sum() * size).collect();
@@ -274,7 +274,7 @@ pub(crate) fn work_of_loads(model: &mut dyn Model, q: &[f64], sizes: &[f64]) -> 
 }
 
 /// What contacts and actuators could do along a size of each coordinate, in joules.
-pub(crate) fn work_of_interactions(model: &mut dyn Model, q: &[f64], sizes: &[f64]) -> Vec<f64> {
+pub(crate) fn work_of_interactions(model: &mut dyn Static, q: &[f64], sizes: &[f64]) -> Vec<f64> {
     let mut work = vec![0.0; q.len()];
     model.work_of_interactions(q, &mut work);
     work.iter_mut().zip(sizes).for_each(|(work, size)| *work *= size);
@@ -301,7 +301,7 @@ pub(crate) fn scaled(mut a: Matrix, sizes: &[f64]) -> Matrix {
 }
 
 /// Springs of a model in a shape, in coordinates divided by `sizes`; `None` for a model without springs.
-pub(crate) fn linearised(model: &mut dyn Model, q: &[f64], sizes: &[f64]) -> Option<Springs> {
+pub(crate) fn linearised(model: &mut dyn Static, q: &[f64], sizes: &[f64]) -> Option<Springs> {
     let m = model.facts().springs;
     (m > 0).then(|| {
         let mut springs = Springs::new(m, q.len());
@@ -314,7 +314,7 @@ pub(crate) fn linearised(model: &mut dyn Model, q: &[f64], sizes: &[f64]) -> Opt
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::Elastic as _;
+    use crate::model::{Dynamics as _, Sprung as _};
     use crate::robot::{RobotModel, Rod};
     use crate::rod::Segment;
     use crate::support::Support;

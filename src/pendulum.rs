@@ -1,7 +1,7 @@
 //! The spring pendulum: a point mass on a massless spring that swings in a vertical plane.
 //!
 //! ```
-//! use lissom::model::Model;
+//! use lissom::model::Dynamics;
 //! use lissom::pendulum::SpringPendulum;
 //!
 //! let mut pendulum = SpringPendulum::new(1.0, 1.0, 10.0, 9.81)?;
@@ -13,7 +13,9 @@
 use crate::error::{Checker, InvalidInput};
 use crate::lie::sine_cosine;
 use crate::linalg::Matrix;
-use crate::model::{Discretised, Elastic, Energy, Facts, ForwardScratch, InTime, Model, SingularMass, Tied};
+use crate::model::{
+    Autonomous, Dynamics, Elastic, Energy, Facts, Flaw, ForwardScratch, SingularMass, Smooth,
+};
 
 /// A point mass `m` at the end of a spring of rest length `l` and stiffness `k`, hinged at the origin, in gravity `g`.
 ///
@@ -88,7 +90,7 @@ impl SpringPendulum {
     }
 }
 
-impl Model for SpringPendulum {
+impl Dynamics for SpringPendulum {
     fn facts(&self) -> &Facts {
         &self.facts
     }
@@ -153,6 +155,14 @@ impl Model for SpringPendulum {
         0.0
     }
 
+    fn supplied_power(&mut self, _q: &[f64], _qd: &[f64], _qdd: &[f64]) -> f64 {
+        0.0
+    }
+
+    fn flaw(&mut self, _q: &[f64]) -> Option<Flaw> {
+        None
+    }
+
     /// In closed form: the mass matrix is diagonal.
     #[inline]
     fn forward_dynamics(
@@ -181,13 +191,16 @@ impl Elastic for SpringPendulum {
         tangent[(1, 1)] = self.stiffness;
     }
 
+    /// Sizes of coordinates need no help by those of the loads.
+    fn turned_loads(&mut self, _q: &[f64], forces: &mut Matrix) {
+        forces.fill(0.0);
+    }
+
     fn sizes(&mut self, _q: &[f64], sizes: &mut [f64]) {
         sizes.copy_from_slice(&self.facts.typical_coordinates);
     }
 }
 
-impl InTime for SpringPendulum {}
+impl Autonomous for SpringPendulum {}
 
-impl Discretised for SpringPendulum {}
-
-impl Tied for SpringPendulum {}
+impl Smooth for SpringPendulum {}

@@ -5,7 +5,7 @@ use nalgebra::DVector;
 use crate::at_rest::{APART, AtRest};
 use crate::constraint::inverse_length;
 use crate::linalg::{Complex, Matrix, eigen_both, full_svd, symmetric_eigen, symmetric_part};
-use crate::model::Model;
+use crate::model::Static;
 use crate::natural::{self, Natural, scaled};
 use crate::pencil::{self, Eigenpairs};
 
@@ -312,7 +312,7 @@ impl Modal {
 /// Small motions of a model about rest at `q` under this fraction of its loads, which keep its constraints. These are held by the
 /// multipliers, of which a model without constraints has none. `None` if a number is not finite.
 pub(crate) fn small_motions(
-    model: &mut dyn Model,
+    model: &mut dyn Static,
     q: &[f64],
     sizes: &[f64],
     load_factor: f64,

@@ -1,7 +1,7 @@
 //! Springs to the world: their forces in a shape, and the derivatives of these forces.
 //!
 //! ```
-//! use lissom::model::Model;
+//! use lissom::model::Dynamics;
 //! use lissom::robot::{Rod, RobotModel};
 //! use lissom::rod::Segment;
 //! use lissom::support::Support;

@@ -7,7 +7,7 @@ use std::cell::Cell;
 use lissom::body::Body;
 use lissom::linalg::{Matrix, TreeLu};
 use lissom::load::{Extent, Frame, Load};
-use lissom::model::{ForwardScratch, InTime as _, Model, Tree};
+use lissom::model::{Dynamics, ForwardScratch, InTime as _, Tree};
 use lissom::newmark;
 use lissom::ode::{self, FirstOrder};
 use lissom::radau;

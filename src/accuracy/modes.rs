@@ -6,7 +6,7 @@ use super::request::Request;
 use super::run::{Plan, Run};
 use crate::error::{Checker, Interrupted, InvalidInput, Number};
 use crate::linalg::Matrix;
-use crate::model::{InTime as _, Model};
+use crate::model::{Dynamics as _, InTime as _};
 use crate::robot::{Robot, RobotModel};
 use crate::rod::{MAX_MODES, STRAINS};
 use crate::simulate::{Simulation, Status};

@@ -3,7 +3,7 @@
 use crate::constraint::{one_sided, saddle::Saddle};
 use crate::error::{Interrupted, Unfinished};
 use crate::linalg::Matrix;
-use crate::model::{InTime as _, Model as _, Tied as _};
+use crate::model::{Dynamics as _, InTime as _, Tied as _};
 use crate::robot::RobotModel;
 use crate::statics::{
     Continuation, ContinuationOptions, CriticalKind, InputPath, Monitor, Status, continuation,

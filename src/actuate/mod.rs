@@ -52,7 +52,7 @@ pub use outcome::{Found, Status};
 use crate::actuator::{Actuator, Drive, Tendon};
 use crate::error::{Checker, Interrupted, InvalidInput, Number, Unfinished};
 use crate::linalg::{Matrix, full_svd, norm};
-use crate::model::{Discretised as _, InTime as _, Model as _};
+use crate::model::{Dynamics as _, InTime as _};
 use crate::reach::Target;
 use crate::reach::misfit::Misfit;
 use crate::robot::RobotModel;

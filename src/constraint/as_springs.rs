@@ -4,18 +4,20 @@
 //! results do not depend on the stiffness. The springs' deflection, force over stiffness, is at the level of
 //! rounding.
 
-use crate::error::{Interrupted, InvalidInput};
+use crate::error::Interrupted;
 use crate::linalg::Matrix;
-use crate::model::{Discretised, Elastic, Energy, Facts, Flaw, InTime, Model, Switch, Tied};
-use crate::signal::{Cell, Jumps};
-use crate::springs::Springs;
+use crate::model::{
+    Dynamics, Elastic, Energy, Facts, Flaw, InContact, InTime, OneSided, Radius, Sprung, Static, Switch,
+    Untied,
+};
+use crate::springs::{Cords, Springs};
 
 /// Stiffness of the springs in units of the largest one of the model: what they give then is rounding of displacements.
 const STIFF: f64 = 1e12;
 
 /// A model whose loops are held by springs.
 pub(crate) struct AsSprings<'a> {
-    model: &'a mut dyn Model,
+    model: &'a mut dyn Static,
     facts: Facts,
     /// Of every constraint.
     stiffness: Vec<f64>,
@@ -30,7 +32,7 @@ pub(crate) struct AsSprings<'a> {
 
 impl<'a> AsSprings<'a> {
     /// With springs that are stiff beside what a model is near a shape.
-    pub(crate) fn new(model: &'a mut dyn Model, q: &[f64]) -> Self {
+    pub(crate) fn new(model: &'a mut dyn Static, q: &[f64]) -> Self {
         let (n, m) = (q.len(), model.facts().constraints());
         let facts = facts_with_springs(model.facts());
         let (mut sizes, rest) = (vec![0.0; n], vec![0.0; n]);
@@ -150,6 +152,16 @@ impl Elastic for AsSprings<'_> {
         self.add_stiffness(q, 1.0, tangent);
     }
 
+    fn turned_loads(&mut self, _q: &[f64], forces: &mut Matrix) {
+        forces.fill(0.0);
+    }
+
+    fn sizes(&mut self, q: &[f64], sizes: &mut [f64]) {
+        self.model.sizes(q, sizes);
+    }
+}
+
+impl Sprung for AsSprings<'_> {
     fn linearise_springs(&mut self, q: &[f64], springs: &mut Springs) {
         let (n, before, m) = (q.len(), self.model.facts().springs, self.stiffness.len());
         let mut own = Springs::new(before, n);
@@ -185,9 +197,9 @@ impl Elastic for AsSprings<'_> {
         self.held = forces.map(|forces| forces[before..].iter().map(|force| -force).collect());
     }
 
-    fn sizes(&mut self, q: &[f64], sizes: &mut [f64]) {
-        self.model.sizes(q, sizes);
-    }
+    fn linearise_cords(&mut self, _q: &[f64], _cords: &mut Cords) {}
+
+    fn hold_cords(&mut self, _tensions: Option<&[f64]>) {}
 }
 
 impl InTime for AsSprings<'_> {
@@ -199,51 +211,19 @@ impl InTime for AsSprings<'_> {
         self.model.set_inputs(u);
     }
 
-    fn horizon(&self, t: f64) -> f64 {
-        self.model.horizon(t)
-    }
-
-    fn corner(&self, cell: Cell) -> Option<f64> {
-        self.model.corner(cell)
-    }
-
-    fn set_steps(&mut self, dt: f64) {
-        self.model.set_steps(dt);
-    }
-
-    fn jumps(&self) -> Jumps {
-        self.model.jumps()
-    }
-
-    fn jump_near(&self, t: f64) -> Option<f64> {
-        self.model.jump_near(t)
-    }
-
-    fn set_time_in_jump(&mut self, t: f64) -> Result<(), Interrupted> {
-        self.model.set_time_in_jump(t)
-    }
-
-    fn pass_jump(&mut self, t: f64) {
-        self.model.pass_jump(t);
-    }
-
     fn not_finite(&self) -> Option<String> {
         self.model.not_finite()
     }
-}
 
-impl Discretised for AsSprings<'_> {
-    fn flaw(&mut self, q: &[f64]) -> Option<Flaw> {
-        self.model.flaw(q)
-    }
-
-    fn check_shape(&mut self, q: &[f64], place: &str) -> Result<(), InvalidInput> {
-        self.model.check_shape(q, place)
+    fn input_tangent(&mut self, q: &[f64], qd: &[f64], qdd: &[f64], tangent: &mut Matrix) {
+        self.model.input_tangent(q, qd, qdd, tangent);
     }
 }
+
+impl Untied for AsSprings<'_> {}
 
 /// Its loops are springs. Those that hold one way only do so still; their multipliers are the opposite of the springs' forces.
-impl Tied for AsSprings<'_> {
+impl OneSided for AsSprings<'_> {
     fn held(&self) -> Vec<bool> {
         self.model.held()
     }
@@ -260,9 +240,54 @@ impl Tied for AsSprings<'_> {
         }
         switch
     }
+
+    fn release_open(&mut self, _q: &[f64], _qd: Option<&[f64]>) {}
+
+    fn keep_held(&mut self, _is_kept: bool) {}
+
+    fn passed(&mut self, _q: &[f64], _qd: &[f64]) -> Vec<[f64; 2]> {
+        Vec::new()
+    }
 }
 
-impl Model for AsSprings<'_> {
+/// Passing of surfaces is not looked for.
+impl InContact for AsSprings<'_> {
+    fn leave_contact(&mut self, is_left: bool) {
+        self.model.leave_contact(is_left);
+    }
+
+    fn soften_contact(&mut self, forces: Option<&[f64]>) -> bool {
+        self.model.soften_contact(forces)
+    }
+
+    fn deepest_overlap(&mut self, q: &[f64]) -> f64 {
+        self.model.deepest_overlap(q)
+    }
+
+    fn shifts_of_contact(&mut self, q: &[f64]) -> Matrix {
+        self.model.shifts_of_contact(q)
+    }
+
+    fn work_of_interactions(&mut self, q: &[f64], work: &mut [f64]) {
+        self.model.work_of_interactions(q, work);
+    }
+
+    fn sunk(&mut self, q: &[f64]) -> Option<Flaw> {
+        self.model.sunk(q)
+    }
+
+    fn note_surfaces(&mut self, _q: &[f64]) {}
+
+    fn have_passed(&mut self, _q: &[f64], _radius: Radius) -> bool {
+        false
+    }
+
+    fn is_touched(&self) -> bool {
+        false
+    }
+}
+
+impl Dynamics for AsSprings<'_> {
     fn facts(&self) -> &Facts {
         &self.facts
     }
@@ -291,10 +316,6 @@ impl Model for AsSprings<'_> {
         self.model.tangent_cost()
     }
 
-    fn input_tangent(&mut self, q: &[f64], qd: &[f64], qdd: &[f64], tangent: &mut Matrix) {
-        self.model.input_tangent(q, qd, qdd, tangent);
-    }
-
     fn mass_matrix(&mut self, q: &[f64], mass: &mut Matrix) {
         self.model.mass_matrix(q, mass);
     }
@@ -319,27 +340,7 @@ impl Model for AsSprings<'_> {
         self.model.supplied_power(q, qd, qdd)
     }
 
-    fn leave_contact(&mut self, is_left: bool) {
-        self.model.leave_contact(is_left);
-    }
-
-    fn work_of_interactions(&mut self, q: &[f64], work: &mut [f64]) {
-        self.model.work_of_interactions(q, work);
-    }
-
-    fn soften_contact(&mut self, forces: Option<&[f64]>) -> bool {
-        self.model.soften_contact(forces)
-    }
-
-    fn deepest_overlap(&mut self, q: &[f64]) -> f64 {
-        self.model.deepest_overlap(q)
-    }
-
-    fn shifts_of_contact(&mut self, q: &[f64]) -> Matrix {
-        self.model.shifts_of_contact(q)
-    }
-
-    fn sunk(&mut self, q: &[f64]) -> Option<Flaw> {
-        self.model.sunk(q)
+    fn flaw(&mut self, q: &[f64]) -> Option<Flaw> {
+        self.model.flaw(q)
     }
 }

@@ -15,7 +15,7 @@
 //! grad^2 g_i`.
 
 use crate::linalg::{Matrix, dot, norm, symmetric_eigen, symmetric_part, thin_svd};
-use crate::model::{Model, chart};
+use crate::model::{Static, chart};
 
 /// Gaps below this part of their sizes are rounding.
 const ROUNDING: f64 = 1e-13;
@@ -63,13 +63,13 @@ struct Ended {
 /// Moves a shape until constraints hold; those that hold one way only do so where they are not open. Of closed shapes that are
 /// found, the one of least energy. Returns the largest gap that is left, in [`gap_sizes`](crate::model::Facts::gap_sizes): not
 /// small where constraints conflict or where steps no longer come nearer. Allocates.
-pub(crate) fn close<M: Model + ?Sized>(model: &mut M, q: &mut [f64]) -> f64 {
+pub(crate) fn close<M: Static + ?Sized>(model: &mut M, q: &mut [f64]) -> f64 {
     let gap = find(model, q);
     model.release_open(q, None);
     gap
 }
 
-fn find<M: Model + ?Sized>(model: &mut M, q: &mut [f64]) -> f64 {
+fn find<M: Static + ?Sized>(model: &mut M, q: &mut [f64]) -> f64 {
     let mut gaps = Vec::new();
     let left = violated(model, q, &mut gaps);
     if left <= ROUNDING || !left.is_finite() || q.is_empty() {
@@ -115,7 +115,7 @@ enum Load {
 }
 
 /// Closed shapes found from both sides of a shape, if the closing force buckles it.
-fn on_both_sides<M: Model + ?Sized>(model: &mut M, q: &[f64], load: Load) -> Vec<Ended> {
+fn on_both_sides<M: Static + ?Sized>(model: &mut M, q: &[f64], load: Load) -> Vec<Ended> {
     let Some(step) = buckling(model, q, load) else { return Vec::new() };
     let side = |sign: f64| {
         let mut beside = q.to_vec();
@@ -130,7 +130,7 @@ fn on_both_sides<M: Model + ?Sized>(model: &mut M, q: &[f64], load: Load) -> Vec
 }
 
 /// Of closed shapes the one of least energy, valid ones first; if there is none, the first of all.
-fn of_least_energy<'a, M: Model + ?Sized>(model: &mut M, ended: &'a [Ended]) -> &'a Ended {
+fn of_least_energy<'a, M: Static + ?Sized>(model: &mut M, ended: &'a [Ended]) -> &'a Ended {
     let rest = vec![0.0; model.facts().n];
     let mut best: Option<(&Ended, bool, f64)> = None;
     for other in ended.iter().filter(|ended| ended.gap <= CLOSED) {
@@ -150,7 +150,7 @@ fn of_least_energy<'a, M: Model + ?Sized>(model: &mut M, ended: &'a [Ended]) -> 
 }
 
 /// Gauss and Newton's method from one shape to the best one on its way, as long as it comes nearer.
-fn approach<M: Model + ?Sized>(model: &mut M, mut q: Vec<f64>) -> Ended {
+fn approach<M: Static + ?Sized>(model: &mut M, mut q: Vec<f64>) -> Ended {
     let mut gaps = Vec::new();
     let mut best = Ended { q: q.clone(), gap: f64::INFINITY };
     let (mut without_progress, mut last, mut is_whole) = (0, f64::INFINITY, false);
@@ -183,7 +183,7 @@ fn approach<M: Model + ?Sized>(model: &mut M, mut q: Vec<f64>) -> Ended {
 
 /// Gaps over their sizes, of constraints that hold one way only if they are violated; those hold from then on. Returns the
 /// largest one.
-fn violated<M: Model + ?Sized>(model: &mut M, q: &[f64], gaps: &mut Vec<f64>) -> f64 {
+fn violated<M: Static + ?Sized>(model: &mut M, q: &[f64], gaps: &mut Vec<f64>) -> f64 {
     let m = model.facts().constraints();
     let rest = vec![0.0; q.len()];
     let passed = model.passed(q, &rest);
@@ -247,7 +247,7 @@ impl Rows {
 }
 
 impl Natural {
-    fn new<M: Model + ?Sized>(model: &mut M, q: &[f64]) -> Self {
+    fn new<M: Static + ?Sized>(model: &mut M, q: &[f64]) -> Self {
         let n = q.len();
         let mut sizes = vec![0.0; n];
         model.sizes(q, &mut sizes);
@@ -273,7 +273,7 @@ impl Natural {
     }
 
     /// Derivatives of gaps over their sizes, m x n, with respect to natural coordinates and to sizes.
-    fn jacobian<M: Model + ?Sized>(&self, model: &mut M, q: &[f64]) -> [Matrix; 2] {
+    fn jacobian<M: Static + ?Sized>(&self, model: &mut M, q: &[f64]) -> [Matrix; 2] {
         let mut rows = Matrix::zeros(model.facts().constraints(), q.len());
         model.gap_jacobian(q, &mut rows);
         chart::rows(&model.facts().rotation_vectors, q, &mut rows);
@@ -287,7 +287,7 @@ impl Natural {
         })
     }
 
-    fn rows<M: Model + ?Sized>(&self, model: &mut M, q: &[f64], relative: Relative) -> Option<Rows> {
+    fn rows<M: Static + ?Sized>(&self, model: &mut M, q: &[f64], relative: Relative) -> Option<Rows> {
         let [natural, in_sizes] = self.jacobian(model, q);
         let mut columns = natural.transpose();
         let factors: Vec<f64> = columns
@@ -311,7 +311,7 @@ impl Natural {
     }
 
     /// The step that closes gaps to first order. Tendons that it would make too long hold, too.
-    fn closing<M: Model + ?Sized>(&self, model: &mut M, q: &[f64], gaps: &mut [f64]) -> Option<Vec<f64>> {
+    fn closing<M: Static + ?Sized>(&self, model: &mut M, q: &[f64], gaps: &mut [f64]) -> Option<Vec<f64>> {
         loop {
             let rows = self.rows(model, q, Relative::ToRates)?;
             let scaled = rows.scaled(gaps);
@@ -328,7 +328,7 @@ impl Natural {
     }
 
     /// Holds tendons that are slack and that a step would make too long, to first order; whether there are any.
-    fn holds_more<M: Model + ?Sized>(
+    fn holds_more<M: Static + ?Sized>(
         &self,
         model: &mut M,
         q: &[f64],
@@ -360,7 +360,7 @@ impl Natural {
 
 /// The lowest buckling mode of the force that would close the gaps of a shape, so large that it closes them by about half; `None`
 /// if that force does not buckle it, or does not count.
-fn buckling<M: Model + ?Sized>(model: &mut M, q: &[f64], load: Load) -> Option<Vec<f64>> {
+fn buckling<M: Static + ?Sized>(model: &mut M, q: &[f64], load: Load) -> Option<Vec<f64>> {
     let (n, mut gaps) = (q.len(), Vec::new());
     violated(model, q, &mut gaps);
     let natural = Natural::new(model, q);
@@ -416,7 +416,7 @@ fn buckling<M: Model + ?Sized>(model: &mut M, q: &[f64], load: Load) -> Option<V
 }
 
 /// `sum_i lambda_i grad^2 g_i` along steps: what forces and tangent are more with multipliers than without.
-fn second_derivative<M: Model + ?Sized>(model: &mut M, q: &[f64], multipliers: &[f64]) -> Matrix {
+fn second_derivative<M: Static + ?Sized>(model: &mut M, q: &[f64], multipliers: &[f64]) -> Matrix {
     let n = q.len();
     let (rest, mut without) = (vec![0.0; n], Matrix::zeros(n, n));
     let mut with = without.clone();
@@ -435,7 +435,7 @@ fn second_derivative<M: Model + ?Sized>(model: &mut M, q: &[f64], multipliers: &
 }
 
 /// For each coordinate, the first one of the part that it belongs to: parts that constraints join are one.
-fn joined<M: Model + ?Sized>(model: &mut M, q: &[f64]) -> Vec<usize> {
+fn joined<M: Static + ?Sized>(model: &mut M, q: &[f64]) -> Vec<usize> {
     let n = q.len();
     let mut first_of = vec![0; n];
     let mut first = 0;

@@ -1,7 +1,7 @@
 //! Projection of states onto constraints.
 
 use super::saddle::MassSaddle;
-use crate::model::{Model, SingularMass};
+use crate::model::{SingularMass, Static};
 
 /// Gaps below this part of the lengths of what constraints join are rounding.
 const CLOSED: f64 = 1e-13;
@@ -31,7 +31,7 @@ fn largest(gaps: &[f64], sizes: &[f64]) -> f64 {
 
 /// Moves a shape that nearly satisfies its constraints until they hold, by as little kinetic energy as can be. Returns the largest
 /// gap that is left, in [`gap_sizes`](crate::model::Facts::gap_sizes). Allocates.
-pub(crate) fn close<M: Model + ?Sized>(model: &mut M, q: &mut [f64]) -> Result<f64, SingularMass> {
+pub(crate) fn close<M: Static + ?Sized>(model: &mut M, q: &mut [f64]) -> Result<f64, SingularMass> {
     let m = model.facts().constraints();
     let (sizes, gap_sizes) = (model.facts().typical_coordinates.clone(), model.facts().gap_sizes.clone());
     let mut gaps = vec![0.0; m];
@@ -90,7 +90,7 @@ impl Fit {
 
 /// Changes velocities by the smallest kinetic energy that makes them fit the constraints: as an impulse of what holds these
 /// would. Allocates.
-pub(crate) fn fit_velocities<M: Model + ?Sized>(
+pub(crate) fn fit_velocities<M: Static + ?Sized>(
     model: &mut M,
     q: &[f64],
     v: &mut [f64],

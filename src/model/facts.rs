@@ -51,9 +51,9 @@ pub struct Facts {
     /// stability of an equilibrium then follows from the whole linearised motion, because a current adds an
     /// unsymmetric part to the stiffness and a rotating base a negative part.
     pub has_velocity_forces: bool,
-    /// False if [`Model::dissipated_power`](super::Model::dissipated_power) is always zero, so that a run need not integrate it.
+    /// False if [`Dynamics::dissipated_power`](super::Dynamics::dissipated_power) is always zero, so that a run need not integrate it.
     pub is_damped: bool,
-    /// False if [`Model::supplied_power`](super::Model::supplied_power) is always zero, so that a run need not integrate it.
+    /// False if [`Dynamics::supplied_power`](super::Dynamics::supplied_power) is always zero, so that a run need not integrate it.
     pub is_driven: bool,
     /// Whether the base or coordinates move as functions of time prescribe.
     pub is_carried: bool,

@@ -1,6 +1,6 @@
 //! Detection of surfaces and stops that are met during a step, unseen at its ends.
 
-use super::{Model, Radius};
+use super::{Model, Radius, Static};
 use crate::error::Interrupted;
 use crate::hermite;
 
@@ -35,7 +35,7 @@ const SHALLOW: f64 = 1e-4;
 const MOST_LOOKS: usize = 256;
 
 /// Whether surfaces of a model pass through each other along a path given by times and shapes.
-pub(crate) fn have_passed<'a, M: Model + ?Sized>(
+pub(crate) fn have_passed<'a, M: Static + ?Sized>(
     model: &mut M,
     way: impl Iterator<Item = (f64, &'a [f64])>,
     radius: Radius,

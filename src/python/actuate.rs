@@ -14,7 +14,7 @@ use super::record::{self, ReadOnly, Reduced};
 use super::robot::PyRobot;
 use super::statics::run;
 use crate::actuate::{self as core, Found, Options};
-use crate::model::Model as _;
+use crate::model::Dynamics as _;
 use crate::robot::Robot;
 use crate::stability::Stability;
 use crate::statics::Monitor;

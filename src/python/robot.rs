@@ -31,7 +31,7 @@ use crate::linalg::Matrix;
 use crate::load::described::Load;
 use crate::load::is_on_rod;
 use crate::loops::Tie;
-use crate::model::{InTime as _, Model as _, Tied as _};
+use crate::model::{Dynamics as _, InTime as _, Tied as _};
 use crate::robot::{Kernel, Multiplications, Named, Place, Robot, RobotModel, Touching};
 use crate::support::described::Support;
 use crate::world::{Fluid, described::BaseMotion};

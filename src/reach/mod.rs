@@ -32,7 +32,7 @@ pub use preference::Preference;
 pub use target::Target;
 
 use crate::error::{Checker, Interrupted, InvalidInput, Number, Unfinished};
-use crate::model::{Discretised as _, Elastic as _, Model as _, rotation_vectors};
+use crate::model::{Dynamics as _, Elastic as _, rotation_vectors};
 use crate::robot::{Origin, Robot, RobotModel, origin};
 use crate::roots::least_squares::{self, Bounds, Counters, End, Form, Outcome, solve};
 use crate::statics::Monitor;

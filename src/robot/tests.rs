@@ -15,7 +15,7 @@ use crate::joint::{Joint, JointForces};
 use crate::lie::{Quaternion, Spatial, Vector};
 use crate::linalg::Matrix;
 use crate::load::{Extent, Load};
-use crate::model::Model as _;
+use crate::model::Dynamics as _;
 use crate::rod::diagonal;
 use crate::rod::{Section, Segment};
 use crate::support::Support;

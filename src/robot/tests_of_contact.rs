@@ -7,7 +7,7 @@ use crate::contact::{Contact, Obstacle, Surface};
 use crate::joint::{Joint, JointForces};
 use crate::lie::Vector;
 use crate::linalg::Matrix;
-use crate::model::Model as _;
+use crate::model::Dynamics as _;
 use crate::rod::{Section, Segment};
 
 /// Two thick rods and a floating body, one behind the other.

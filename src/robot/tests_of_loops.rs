@@ -7,7 +7,7 @@ use crate::body::Body;
 use crate::joint::{Joint, JointForces};
 use crate::linalg::Matrix;
 use crate::loops::{Loop, LoopEnd, Tie};
-use crate::model::{InTime as _, Model as _, Tied as _};
+use crate::model::{Dynamics as _, InTime as _, Tied as _};
 use crate::rod::Segment;
 use crate::signal::{Harmonic, Signal};
 use crate::world::base_motion::{BaseMotion, BaseRotation};

@@ -3,7 +3,7 @@
 
 use crate::accuracy;
 use crate::error::{Checker, InvalidInput, Number};
-use crate::model::{Discretised as _, Flaw, InTime as _, Model as _};
+use crate::model::{Dynamics as _, Flaw, InContact as _, InTime as _};
 use crate::pendulum::SpringPendulum;
 use crate::robot;
 use crate::simulate::check_step;

@@ -119,7 +119,7 @@ pub trait System {
         false
     }
 
-    /// Selects the linearisation of friction for an iteration ([`Model::follow_friction`]).
+    /// Selects the linearisation of friction for an iteration ([`InImpact::follow_friction`](crate::model::InImpact::follow_friction)).
     fn follow_friction(&mut self, _length: Option<f64>) {}
 
     /// Whether an impact is too hard to be resolved by a step of size `h` from the displacements and
@@ -225,7 +225,7 @@ pub trait System {
         f64::INFINITY
     }
 
-    /// The next time at which a step of fixed size must end ([`InTime::corner`](crate::model::InTime::corner)).
+    /// The next time at which a step of fixed size must end ([`Excitation::corner`](crate::model::Excitation::corner)).
     fn corner(&self, _cell: Cell) -> Option<f64> {
         None
     }

@@ -3,7 +3,7 @@
 use super::Simulation;
 use crate::actuator::{Actuator, Drive, Tendon};
 use crate::error::{Interrupted, Number};
-use crate::model::{InTime as _, Model as _};
+use crate::model::{Dynamics as _, InTime as _};
 use crate::robot::RobotModel;
 
 /// A tendon that was slack, or had a negative tension command.

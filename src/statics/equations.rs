@@ -3,7 +3,7 @@
 use super::growth::Growth;
 use crate::error::Interrupted;
 use crate::linalg::{Matrix, dot, norm};
-use crate::model::{Flaw, Model, Radius, Switch, rotation_vectors};
+use crate::model::{Flaw, Radius, Static, Switch, rotation_vectors};
 use crate::natural::{self, Natural, scaled};
 use crate::small_motions::small_motions;
 use crate::springs::Springs;
@@ -40,7 +40,7 @@ impl std::ops::Add for Counters {
 /// R_i` (joules) with the typical sizes s of the model; these are called *scaled* below. Systems are solved
 /// in natural coordinates (see [`crate::springs`]), at forces of the springs that are part of the state.
 pub(super) struct Equations<'a> {
-    pub(super) model: &'a mut dyn Model,
+    pub(super) model: &'a mut dyn Static,
     monitor: &'a mut dyn FnMut() -> Result<(), Interrupted>,
     pub(super) sizes: Vec<f64>,
     pub(super) counters: Counters,
@@ -172,7 +172,7 @@ impl<'a> Equations<'a> {
     /// Near a shape, which sets the sizes of the coordinates. `monitor` is called before every evaluation of forces and may stop
     /// the search.
     pub(super) fn new(
-        model: &'a mut dyn Model,
+        model: &'a mut dyn Static,
         growth: Growth,
         near: &[f64],
         monitor: &'a mut dyn FnMut() -> Result<(), Interrupted>,

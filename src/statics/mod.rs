@@ -53,7 +53,7 @@ use stability::Stiffness;
 use crate::constraint::AsSprings;
 use crate::error::{Interrupted, InvalidInput, Unfinished};
 use crate::linalg::{Matrix, norm};
-use crate::model::{Model, chart};
+use crate::model::{Static, chart};
 use crate::roots;
 pub use crate::stability::{Stability, Verdict};
 
@@ -66,7 +66,7 @@ pub type Monitor<'a> = &'a mut dyn FnMut() -> Result<(), Interrupted>;
 ///
 /// Fails before any evaluation if an option is invalid, or if the model does not resolve the start.
 pub fn equilibrium(
-    model: &mut dyn Model,
+    model: &mut dyn Static,
     options: &Options,
     monitor: Monitor<'_>,
 ) -> Result<Result<Equilibrium, Unfinished<Equilibrium>>, InvalidInput> {
@@ -85,7 +85,7 @@ pub fn equilibrium(
 }
 
 fn sought(
-    model: &mut dyn Model,
+    model: &mut dyn Static,
     options: &Options,
     monitor: Monitor<'_>,
 ) -> Result<Result<Equilibrium, Halted>, InvalidInput> {
@@ -131,7 +131,7 @@ fn sought(
 ///
 /// Fails before any evaluation if an option is invalid, or if the model does not resolve the start.
 pub fn continuation(
-    model: &mut dyn Model,
+    model: &mut dyn Static,
     options: &ContinuationOptions,
     monitor: Monitor<'_>,
 ) -> Result<Result<Continuation, Unfinished<Continuation>>, InvalidInput> {
@@ -260,7 +260,7 @@ const BALANCED: f64 = 1e-4;
 
 /// Follows the path of growing loads; if the path ends early, releases the model there.
 fn load(
-    model: &mut dyn Model,
+    model: &mut dyn Static,
     stops: &[f64],
     options: &Options,
     monitor: Monitor<'_>,
@@ -305,7 +305,7 @@ fn load(
 
 /// Adds stability of the last point of a path of loads, and to that point.
 fn judged_at_end(
-    model: &mut dyn Model,
+    model: &mut dyn Static,
     found: Found,
     path: Path,
     counters: Counters,
@@ -352,7 +352,7 @@ fn follow_loads(
 }
 
 /// Whether all forces of a shape balance, by moments that do not vanish where coordinates are singular.
-fn is_balanced(model: &mut dyn Model, q: &[f64], monitor: Monitor<'_>) -> Result<bool, Interrupted> {
+fn is_balanced(model: &mut dyn Static, q: &[f64], monitor: Monitor<'_>) -> Result<bool, Interrupted> {
     // Only rotation vectors are singular anywhere, and only constraints may push.
     let is_regular = model.facts().rotation_vectors.is_empty() && model.facts().constraints() == 0;
     Ok(is_regular || search::error_of_balance(model, q, monitor)? <= BALANCED)
@@ -360,7 +360,7 @@ fn is_balanced(model: &mut dyn Model, q: &[f64], monitor: Monitor<'_>) -> Result
 
 /// Searches the equilibrium to which a shape comes to rest; saddles are left if it has to be a stable one.
 fn release(
-    model: &mut dyn Model,
+    model: &mut dyn Static,
     q0: &[f64],
     options: &Options,
     is_stable: bool,
@@ -412,7 +412,7 @@ fn release(
 /// Descent under loads without a potential, such as those that follow the rod. Its end is judged by true moments: at a turn of
 /// 2 pi the forces along rotation vectors vanish whatever acts, and the descent goes on from the same shape.
 fn without_potential(
-    model: &mut dyn Model,
+    model: &mut dyn Static,
     q0: &[f64],
     options: &Options,
     monitor: Monitor<'_>,
@@ -434,10 +434,10 @@ fn without_potential(
 
 /// Calls a search until its end is in equilibrium: from the folded shape at which it wrongly ended.
 fn until_balanced(
-    model: &mut dyn Model,
+    model: &mut dyn Static,
     q0: &[f64],
     monitor: Monitor<'_>,
-    mut search: impl FnMut(&mut dyn Model, &[f64], Monitor<'_>) -> Result<Equilibrium, Halted>,
+    mut search: impl FnMut(&mut dyn Static, &[f64], Monitor<'_>) -> Result<Equilibrium, Halted>,
 ) -> Result<Equilibrium, Halted> {
     /// A search need not come to such a shape again.
     const TIMES: usize = 4;
@@ -463,7 +463,7 @@ fn until_balanced(
 
 /// Finds the equilibrium nearest to a shape, stable or not, by Newton's method.
 fn near(
-    model: &mut dyn Model,
+    model: &mut dyn Static,
     q0: &[f64],
     options: &Options,
     monitor: Monitor<'_>,
@@ -632,7 +632,7 @@ impl Found {
 
 /// The equations under full loads near a shape.
 fn judging<'a>(
-    model: &'a mut dyn Model,
+    model: &'a mut dyn Static,
     near: &[f64],
     options: &Options,
     monitor: Monitor<'a>,
@@ -681,7 +681,7 @@ impl Halted {
     }
 
     /// The result until the interruption, with what is left of the forces. Evaluates them once.
-    fn unfinished(self, model: &mut dyn Model, start: &Start) -> Unfinished<Equilibrium> {
+    fn unfinished(self, model: &mut dyn Static, start: &Start) -> Unfinished<Equilibrium> {
         let n = model.facts().n;
         let Reached { q, load_factor, path, counters } = self.0.map_or_else(
             || Reached {
@@ -714,7 +714,7 @@ impl Halted {
 
 /// Adds stability, of a model with constraints by motions that keep them.
 fn judged(
-    model: &mut dyn Model,
+    model: &mut dyn Static,
     found: Found,
     path: Path,
     counters: Counters,

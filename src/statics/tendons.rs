@@ -3,7 +3,7 @@
 
 use crate::actuator::{Actuator, Drive, Tendon};
 use crate::error::Interrupted;
-use crate::model::Model as _;
+use crate::model::Dynamics as _;
 use crate::robot::RobotModel;
 use crate::signal::Signal;
 

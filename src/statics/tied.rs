@@ -4,7 +4,7 @@ use super::{Continuation, ContinuationOptions, Equilibrium, Monitor, Options, St
 use crate::constraint::{AsSprings, closing};
 use crate::error::{InvalidInput, Unfinished};
 use crate::linalg::{symmetric_eigenvalues, symmetric_part};
-use crate::model::Model;
+use crate::model::Static;
 use crate::small_motions::{SmallMotions, small_motions};
 use crate::{modes, stability};
 
@@ -12,14 +12,14 @@ use crate::{modes, stability};
 const CLOSED_AT_REST: f64 = 1e-9;
 
 /// Whether all loops are closed at zero coordinates.
-pub(super) fn is_closed_at_rest(model: &mut dyn Model) -> bool {
+pub(super) fn is_closed_at_rest(model: &mut dyn Static) -> bool {
     let rest = vec![0.0; model.facts().n];
     model.release_open(&rest, None);
     widest(model, &rest) <= CLOSED_AT_REST
 }
 
 /// A shape near `q0` with closed loops. Rejects a shape from which there is none.
-pub(super) fn closed(model: &mut dyn Model, q0: &[f64]) -> Result<Vec<f64>, InvalidInput> {
+pub(super) fn closed(model: &mut dyn Static, q0: &[f64]) -> Result<Vec<f64>, InvalidInput> {
     let mut q = q0.to_vec();
     if model.facts().constraints() == 0 {
         return Ok(q);
@@ -39,7 +39,7 @@ pub(super) fn closed(model: &mut dyn Model, q0: &[f64]) -> Result<Vec<f64>, Inva
 /// against almost rigid springs are so fast that rounding decides whether they grow. Multipliers that are not known are those
 /// without accelerations.
 pub(super) fn judged(
-    model: &mut dyn Model,
+    model: &mut dyn Static,
     found: Equilibrium,
     multipliers: Option<&[f64]>,
     options: &Options,
@@ -78,7 +78,7 @@ pub(super) fn lowest(motions: &SmallMotions) -> Option<f64> {
     Some(values.first().map_or(1.0, |value| value.min(1.0)))
 }
 
-fn widest(model: &mut dyn Model, q: &[f64]) -> f64 {
+fn widest(model: &mut dyn Static, q: &[f64]) -> f64 {
     let mut gaps = vec![0.0; model.facts().constraints()];
     model.gaps(q, &mut gaps);
     let gaps = gaps.into_iter().zip(&model.facts().gap_sizes).map(|(gap, size)| gap / size);
@@ -87,7 +87,7 @@ fn widest(model: &mut dyn Model, q: &[f64]) -> f64 {
 
 /// Implements [`super::continuation`].
 pub(super) fn continuation(
-    model: &mut dyn Model,
+    model: &mut dyn Static,
     options: &ContinuationOptions,
     monitor: Monitor<'_>,
 ) -> Result<Result<Continuation, Unfinished<Continuation>>, InvalidInput> {

@@ -7,7 +7,7 @@ use lissom::body::Body;
 use lissom::joint::{Joint, JointForces};
 use lissom::linalg::{Matrix, TreeMatrix};
 use lissom::load::{Frame, Load};
-use lissom::model::{InTime as _, Model, Tree};
+use lissom::model::{Dynamics, InTime as _, Tree};
 use lissom::robot::{Driven, Kernel, Link, Robot, RobotModel, Rod, Solve};
 use lissom::rod::{Profile, Segment, diagonal};
 use lissom::signal::{Input, Signal};

@@ -5,7 +5,7 @@ use lissom::contact::{Contact, Obstacle, Surface};
 use lissom::error::Interrupted;
 use lissom::joint::{Joint, JointForces};
 use lissom::linalg::{Lu, Matrix};
-use lissom::model::{Facts, Model};
+use lissom::model::{Dynamics, Facts};
 use lissom::newmark::{METHODS, Options, Parameters, Predictor, Scheme, StepSize, Stepper, solve};
 use lissom::ode::Tolerance;
 use lissom::pendulum::SpringPendulum;

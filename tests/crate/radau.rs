@@ -2,7 +2,7 @@
 
 use lissom::error::Interrupted;
 use lissom::linalg::Matrix;
-use lissom::model::{Facts, Model};
+use lissom::model::{Dynamics, Facts, Model};
 use lissom::ode::{self, FirstOrder, Output};
 use lissom::pendulum::SpringPendulum;
 use lissom::radau::{Options, Stepper, solve};

@@ -3,7 +3,7 @@
 use lissom::body::Body;
 use lissom::linalg::Matrix;
 use lissom::load::{Extent, Frame, Load};
-use lissom::model::{ForwardScratch, Model};
+use lissom::model::{Dynamics, ForwardScratch};
 use lissom::robot::{Kernel, RobotModel, Rod, Solve};
 use lissom::rod::{Basis, GivenSection, Profile, STRAIGHT, Section, SectionProperties, Segment, Shape};
 use proptest::prelude::*;

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 
 use lissom::error::Interrupted;
 use lissom::linalg::Matrix;
-use lissom::model::{Elastic as _, Model};
+use lissom::model::{Dynamics, Elastic as _};
 use lissom::pendulum::SpringPendulum;
 use lissom::robot::{RobotModel, Rod};
 use lissom::rod::{Section, Segment};

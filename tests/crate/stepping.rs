@@ -2,7 +2,7 @@
 
 use lissom::error::{Interrupted, InvalidInput};
 use lissom::linalg::Matrix;
-use lissom::model::{Discretised, Elastic, Energy, Facts, InTime, Model, Tied};
+use lissom::model::{Differentiable, Dynamics, Elastic, Energy, Facts, Flaw, InTime, InertiaMatrix, Smooth};
 use lissom::newmark::{self, Parameters, Scheme, StepSize};
 use lissom::simulate::{Control, Simulation, simulate, simulate_controlled};
 use lissom::stepping::{Method, Run};
@@ -44,6 +44,9 @@ impl Elastic for Oscillator {
     fn elastic_tangent(&mut self, q: &[f64], tangent: &mut Matrix) {
         tangent[(0, 0)] = self.stiffness + 3.0 * self.cubic * q[0].powi(2);
     }
+    fn turned_loads(&mut self, _: &[f64], forces: &mut Matrix) {
+        forces.fill(0.0);
+    }
     fn sizes(&mut self, _: &[f64], sizes: &mut [f64]) {
         sizes[0] = 1.0;
     }
@@ -57,13 +60,22 @@ impl InTime for Oscillator {
     fn set_inputs(&mut self, inputs: &[f64]) {
         self.input = inputs[0];
     }
+    fn input_tangent(&mut self, _: &[f64], _: &[f64], _: &[f64], tangent: &mut Matrix) {
+        tangent.fill(-1.0);
+    }
+    fn not_finite(&self) -> Option<String> {
+        None
+    }
 }
 
-impl Discretised for Oscillator {}
+impl Differentiable for Oscillator {
+    fn add_power_by_inertia(&mut self, _: &[f64], _: &[f64], _: &[f64], _: &[f64], _: &mut [InertiaMatrix]) {}
+    fn add_power_by_length(&mut self, _: &[f64], _: &[f64], _: &[f64], _: &[f64], _: &mut [f64]) {}
+}
 
-impl Tied for Oscillator {}
+impl Smooth for Oscillator {}
 
-impl Model for Oscillator {
+impl Dynamics for Oscillator {
     fn facts(&self) -> &Facts {
         &self.facts
     }
@@ -87,6 +99,9 @@ impl Model for Oscillator {
     }
     fn supplied_power(&mut self, _: &[f64], qd: &[f64], _: &[f64]) -> f64 {
         self.force() * qd[0]
+    }
+    fn flaw(&mut self, _: &[f64]) -> Option<Flaw> {
+        None
     }
     fn tip(&mut self, q: &[f64]) -> [f64; 3] {
         [q[0], 0.0, 0.0]

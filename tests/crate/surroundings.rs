@@ -2,7 +2,7 @@
 
 use lissom::linalg::Matrix;
 use lissom::load::{Frame, Load};
-use lissom::model::{Elastic as _, ForwardScratch, InTime as _, Model, Tree};
+use lissom::model::{Dynamics, Elastic as _, ForwardScratch, InTime as _, Tree};
 use lissom::robot::{Kernel, RobotModel, Rod, Solve};
 use lissom::rod::{Section, Segment};
 use lissom::signal::{Harmonic, Signal};

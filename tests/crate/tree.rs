@@ -2,7 +2,7 @@
 
 use lissom::error::Interrupted;
 use lissom::linalg::{Lu, Matrix, Singular, TreeLu, TreeMatrix};
-use lissom::model::{Facts, ForwardScratch, Model, Tree};
+use lissom::model::{Dynamics, Facts, ForwardScratch, Tree};
 use lissom::newmark;
 use lissom::robot::{RobotModel, Rod, Solve};
 use lissom::rod::{Section, Segment};

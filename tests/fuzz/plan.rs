@@ -5,7 +5,7 @@ use lissom::body::Body;
 use lissom::error::Interrupted;
 use lissom::linalg::Matrix;
 use lissom::load::{Extent, Frame, Load};
-use lissom::model::{Discretised as _, Elastic as _, ForwardScratch, InTime as _, Model};
+use lissom::model::{Dynamics, Elastic as _, ForwardScratch, InTime as _, Refinable as _};
 use lissom::robot::{RobotModel, Rod};
 use lissom::rod::{
     Basis, GivenSection, Profile, STRAIGHT, Section, Segment, Shape, ShearCorrection, diagonal,

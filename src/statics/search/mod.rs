@@ -17,7 +17,7 @@ use super::{Counters, Halted, Monitor, Path, Reached};
 use crate::constraint::closing;
 use crate::error::Interrupted;
 use crate::linalg::{Matrix, dot, norm};
-use crate::model::{Flaw, Model, Radius, chart};
+use crate::model::{Flaw, Radius, Static, chart};
 
 use end::{Balance, Reduced};
 use problem::{Problem, Shape, add_transposed, times};
@@ -127,7 +127,7 @@ pub(super) struct Goal {
 
 /// Searches an equilibrium from a shape, at first from the nearest one in which loops and cords are closed.
 pub(super) fn search(
-    model: &mut dyn Model,
+    model: &mut dyn Static,
     q0: &[f64],
     goal: Goal,
     monitor: Monitor<'_>,
@@ -151,7 +151,7 @@ pub(super) fn search(
 
 /// How far from equilibrium a shape is: the largest relative change of its forces that would balance them. The shape is not changed.
 pub(super) fn error_of_balance(
-    model: &mut dyn Model,
+    model: &mut dyn Static,
     q: &[f64],
     monitor: Monitor<'_>,
 ) -> Result<f64, Interrupted> {
@@ -159,7 +159,7 @@ pub(super) fn error_of_balance(
 }
 
 /// Whether a shape is not near one in which its loops are closed, and its taut cords as long as they are. The shape is not changed.
-pub(super) fn is_open(model: &mut dyn Model, q: &[f64]) -> bool {
+pub(super) fn is_open(model: &mut dyn Static, q: &[f64]) -> bool {
     let (m, n) = (model.facts().constraints(), q.len());
     let (mut gaps, mut sizes) = (vec![0.0; m], vec![0.0; n]);
     model.gaps(q, &mut gaps);
@@ -188,7 +188,7 @@ struct Search<'a> {
 }
 
 impl<'a> Search<'a> {
-    fn new(model: &'a mut dyn Model, q: Vec<f64>, monitor: Monitor<'a>) -> Result<Self, Interrupted> {
+    fn new(model: &'a mut dyn Static, q: Vec<f64>, monitor: Monitor<'a>) -> Result<Self, Interrupted> {
         let mut problem = Problem::new(model, monitor);
         let shape = problem.shape(q)?;
         let scale = Scale::new(&mut problem, &shape.q);

@@ -4,7 +4,7 @@
 use super::super::equations::Counters;
 use crate::error::Interrupted;
 use crate::linalg::{Matrix, dot};
-use crate::model::{Model, chart};
+use crate::model::{Static, chart};
 use crate::natural;
 use crate::springs::{Cords, Springs};
 
@@ -21,7 +21,7 @@ pub(super) type Monitor<'a> = &'a mut dyn FnMut() -> Result<(), Interrupted>;
 
 /// A model at rest, and what of it is the same in all shapes.
 pub(super) struct Problem<'a> {
-    pub(super) model: &'a mut dyn Model,
+    pub(super) model: &'a mut dyn Static,
     monitor: Monitor<'a>,
     pub(super) counters: Counters,
     /// First components of rotation vectors.
@@ -69,7 +69,7 @@ pub(super) struct Shape {
 }
 
 impl<'a> Problem<'a> {
-    pub(super) fn new(model: &'a mut dyn Model, monitor: Monitor<'a>) -> Self {
+    pub(super) fn new(model: &'a mut dyn Static, monitor: Monitor<'a>) -> Self {
         let n = model.facts().n;
         let rest = vec![0.0; n];
         let (cords, springs) = (model.facts().cords, model.facts().springs);

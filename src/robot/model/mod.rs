@@ -6,12 +6,11 @@ use super::choice::{Kernel, Solve};
 use super::compile;
 use super::description::{Robot, Rod};
 use super::driven::Coordinates;
-use super::effect::contact::told::{Hardest, Touching};
-use super::effect::support::Held;
+use super::effect::contact::told::Touching;
 use super::facts;
 use super::kernel::kinematics::Pose;
 use super::kernel::momentum::Momentum;
-use super::kernel::sizes::{self, Extent};
+use super::kernel::sizes::Extent;
 use super::kernel::{elasticity, tree, validity};
 use super::plan::actuation::Line;
 use super::plan::point::Place;
@@ -21,19 +20,17 @@ use super::tell::cost_of_loops::of_loops;
 use super::tell::loops::tell_redundant;
 use super::tell::{Explanation, Multiplications, cost, cost_of_actuators};
 use crate::body::Body;
-use crate::constraint::one_sided::{TAKEN_UP, TAUT};
+use crate::constraint::one_sided::TAUT;
 use crate::constraint::{Independent, one_sided};
-use crate::error::{Checker, Interrupted, InvalidInput};
+use crate::error::{Checker, InvalidInput};
 use crate::lie::{Instructions, Planar, Plane, Spatial, Vector};
 use crate::linalg::{Matrix, TreeMatrix, symmetric_eigen};
 use crate::loops::{Loop, Tie};
 use crate::model::{
-    Beside, Discretised, Elastic, Energy, Facts, Flaw, ForwardScratch, Holder, Impact, InTime, InertiaMatrix,
-    Model, Radius, SingularMass, Switch, Tied, Tree, chart, forward,
+    Dynamics, Energy, Facts, Flaw, ForwardScratch, Holder, OneSided as _, SingularMass, Tied as _, Tree,
+    forward,
 };
-use crate::rod::{MAX_NODES, STRAINS, piece};
-use crate::signal::{Cell, Jumps};
-use crate::springs::{Cords, Springs};
+use crate::rod::STRAINS;
 
 /// Gaps of loops above this part of the length of what they join, or above this difference of cosines, count as open: far
 /// above the errors of methods that enforce constraints, and far below visible gaps.
@@ -213,6 +210,12 @@ macro_rules! on_sweeps {
     };
 }
 
+mod contact;
+mod elastic;
+mod refine;
+mod ties;
+mod time;
+
 impl RobotModel {
     /// Compiles a robot for the simplest kernel, the best instruction set of this machine and the cheapest
     /// solver. An invalid robot is rejected with all its problems.
@@ -303,7 +306,7 @@ impl RobotModel {
         Ok(model)
     }
 
-    /// Places for [`Model::places`] on links with a rod or a body; the tip of the robot if there are none. If
+    /// Places for [`Dynamics::places`] on links with a rod or a body; the tip of the robot if there are none. If
     /// loops may hold tips, also the middles of rods.
     fn marks_of_links(&self) -> Vec<Mark> {
         let mut marks = Vec::new();
@@ -457,7 +460,7 @@ impl RobotModel {
         on_sweeps!(&self.sweeps, sweeps => sweeps.place(link, x))
     }
 
-    /// Place of [`Model::tip`]: the tip of the last link.
+    /// Place of [`Dynamics::tip`]: the tip of the last link.
     fn tip_place(&self) -> Place {
         self.place_on(self.robot.links.len() - 1, None)
     }
@@ -823,7 +826,7 @@ fn check_machine() -> Result<(), InvalidInput> {
     Err(InvalidInput::new("this machine", "one without fused multiply-add", expected))
 }
 
-impl Model for RobotModel {
+impl Dynamics for RobotModel {
     fn facts(&self) -> &Facts {
         &self.facts
     }
@@ -850,42 +853,10 @@ impl Model for RobotModel {
         });
     }
 
-    fn add_power_by_length(
-        &mut self,
-        q: &[f64],
-        qd: &[f64],
-        qdd: &[f64],
-        rates: &[f64],
-        by_length: &mut [f64],
-    ) {
-        let state = [q, qd, qdd];
-        match &mut self.sweeps {
-            AnySweeps::Planar(sweeps) => sweeps.add_power_by_length(state, rates, by_length),
-            AnySweeps::Spatial(sweeps) => sweeps.add_power_by_length(state, rates, by_length),
-            #[cfg(feature = "portable")]
-            AnySweeps::PortablePlanar(_) | AnySweeps::PortableSpatial(_) => {
-                unreachable!("no length is free")
-            }
-        }
-    }
-
-    fn add_power_by_inertia(
-        &mut self,
-        q: &[f64],
-        qd: &[f64],
-        qdd: &[f64],
-        rates: &[f64],
-        by_inertia: &mut [InertiaMatrix],
-    ) {
-        let sweeps = &mut self.sweeps;
-        on_sweeps!(sweeps, sweeps => sweeps.add_power_by_inertia([q, qd, qdd], rates, by_inertia));
-    }
-
-    fn input_tangent(&mut self, q: &[f64], qd: &[f64], qdd: &[f64], tangent: &mut Matrix) {
-        let Self { sweeps, coordinates, .. } = self;
-        coordinates.rows([q, qd, qdd], tangent, |state, tangent| {
-            on_sweeps!(sweeps, sweeps => sweeps.input_tangent(state, tangent));
-        });
+    fn flaw(&mut self, q: &[f64]) -> Option<Flaw> {
+        let own = q;
+        let q = self.coordinates.only_own(q);
+        on_sweeps!(&self.sweeps, sweeps => validity::flaw(sweeps.plan(), q)).or_else(|| self.collapsed(own))
     }
 
     fn forward_dynamics(
@@ -991,452 +962,5 @@ impl Model for RobotModel {
             true => self.with_loops_held(state, power),
             false => power(self),
         }
-    }
-
-    fn is_jolted(&mut self, before: [&[f64]; 2], motion: [&[f64]; 3], h: f64) -> bool {
-        let Self { sweeps, coordinates, .. } = self;
-        let ([q, _, qdd], [_, qd_before]) = (motion, before);
-        let is_touched = coordinates
-            .all([q, qd_before, qdd], |motion| on_sweeps!(&mut *sweeps, sweeps => sweeps.note_rates(motion)));
-        is_touched
-            && coordinates.all(motion, |motion| on_sweeps!(sweeps, sweeps => sweeps.is_jolted(motion, h)))
-    }
-
-    fn is_touched(&self) -> bool {
-        on_sweeps!(&self.sweeps, sweeps => sweeps.is_touched())
-    }
-
-    fn take_touched(&mut self) -> bool {
-        on_sweeps!(&mut self.sweeps, sweeps => sweeps.take_touched())
-    }
-
-    fn may_touch(&self) -> bool {
-        self.facts.has_contact && on_sweeps!(&self.sweeps, sweeps => sweeps.may_touch())
-    }
-
-    /// By a part of what moves that no error of a step is which resolves its impacts.
-    fn gains_energy(&mut self, [q, qd]: [&[f64]; 2], motion: [&[f64]; 3], h: f64, beside: Beside) -> bool {
-        // What moves the robot from outside is seen at one time alone.
-        if self.facts.is_carried {
-            return false;
-        }
-        let [q_after, qd_after, qdd] = motion;
-        // The end of the step last: what is asked about touches afterwards is asked there. A step begins where one ended.
-        if !self.noted.is_of([q, qd]) {
-            self.note_energy([q, qd]);
-        }
-        let (before, of_overlaps) = (self.noted.energy, self.noted.of_overlaps);
-        self.note_energy([q_after, qd_after]);
-        let (after, of_overlaps) = (self.noted.energy, self.noted.of_overlaps.max(of_overlaps));
-        let supplied =
-            if self.facts.is_driven { h * self.supplied_power(q_after, qd_after, qdd) } else { 0.0 };
-        let gain = after.total() - before.total() - supplied.max(0.0);
-        match beside {
-            Beside::Motion => {
-                gain > (LARGEST_GAIN * after.kinetic.max(before.kinetic)).max(AT_REST * of_overlaps)
-            }
-            Beside::All => gain > EXPLOSION * (after.kinetic + after.elastic),
-        }
-    }
-
-    fn impact(&mut self, before: [&[f64]; 2], motion: [&[f64]; 3], h: f64) -> Option<Impact> {
-        let ([q, qd, qdd], [_, qd_before]) = (motion, before);
-        if !self.noted.is_of(before) {
-            self.note_energy(before);
-        }
-        let at_start = self.noted.energy;
-        self.note_energy([q, qd]);
-        let at_end = self.noted.energy;
-        let supplied = if self.facts.is_driven { self.supplied_power(q, qd, qdd).abs() } else { 0.0 };
-        // In a step of the backward Euler method forces do the work of its end.
-        let lost = at_start.total() - at_end.total() - h * (self.dissipated_power(q, qd) + supplied);
-        let Self { sweeps, coordinates, .. } = self;
-        coordinates
-            .all([q, qd_before, qdd], |motion| on_sweeps!(&mut *sweeps, sweeps => sweeps.note_rates(motion)));
-        let Hardest { contact, rebound, longest } =
-            coordinates.all(motion, |motion| on_sweeps!(sweeps, sweeps => sweeps.hardest_impact(motion)))?;
-        Some(Impact {
-            contact,
-            lost: lost.max(0.0) * rebound * rebound,
-            kinetic: at_start.kinetic,
-            elastic: at_end.elastic,
-            longest,
-        })
-    }
-
-    fn sunk(&mut self, q: &[f64]) -> Option<Flaw> {
-        if self.robot.contacts.is_empty() {
-            return None;
-        }
-        let Self { sweeps, coordinates, .. } = self;
-        let (contact, overlap) =
-            coordinates.all([q, q], |[q, _]| on_sweeps!(sweeps, sweeps => sweeps.sunk(q)))?;
-        Some(Flaw::Sunk { contact, overlap })
-    }
-
-    fn overlaps(&mut self, q: &[f64]) -> bool {
-        let Self { sweeps, coordinates, .. } = self;
-        coordinates.all([q, q], |[q, _]| on_sweeps!(sweeps, sweeps => sweeps.overlaps(q)))
-    }
-
-    fn note_surfaces(&mut self, q: &[f64]) {
-        let Self { sweeps, coordinates, .. } = self;
-        coordinates.all([q, q], |[q, _]| on_sweeps!(sweeps, sweeps => sweeps.note_surfaces(q)));
-    }
-
-    fn have_passed(&mut self, q: &[f64], radius: Radius) -> bool {
-        let Self { sweeps, coordinates, .. } = self;
-        coordinates.all([q, q], |[q, _]| on_sweeps!(sweeps, sweeps => sweeps.have_passed(q, radius)))
-    }
-
-    fn leave_contact(&mut self, is_left: bool) {
-        self.noted.forget();
-        on_sweeps!(&mut self.sweeps, sweeps => sweeps.leave_contact(is_left));
-    }
-
-    fn soften_contact(&mut self, forces: Option<&[f64]>) -> bool {
-        self.noted.forget();
-        on_sweeps!(&mut self.sweeps, sweeps => sweeps.soften_contact(forces))
-    }
-
-    fn deepest_overlap(&mut self, q: &[f64]) -> f64 {
-        let Self { sweeps, coordinates, .. } = self;
-        coordinates.all([q], |[q]| on_sweeps!(sweeps, sweeps => sweeps.deepest_overlap(q)))
-    }
-
-    fn shifts_of_contact(&mut self, q: &[f64]) -> Matrix {
-        if q.is_empty() || !self.facts.has_contact {
-            return Matrix::zeros(0, q.len());
-        }
-        let Self { sweeps, coordinates, facts, .. } = self;
-        on_sweeps!(sweeps, sweeps => {
-            let (motions, numbers) = coordinates.all([q], |[q]| sweeps.motions_of_contact(q));
-            let mut rows = coordinates.own_columns(motions.rows(sweeps.plan().n));
-            chart::rows(&facts.rotation_vectors, q, &mut rows);
-            let mut shifts = Matrix::zeros(numbers.len(), q.len());
-            let mut first = 0;
-            for (p, number) in numbers.into_iter().enumerate() {
-                for k in 0..q.len() {
-                    let rate = |i: usize| rows.fixed_view::<3, 1>(3 * i, k).norm();
-                    shifts[(p, k)] = (first..first + number).map(rate).fold(0.0, f64::max);
-                }
-                first += number;
-            }
-            shifts
-        })
-    }
-
-    fn work_of_interactions(&mut self, q: &[f64], work: &mut [f64]) {
-        let Self { sweeps, coordinates, .. } = self;
-        let of_all = coordinates.all([q], |[q]| on_sweeps!(sweeps, sweeps => sweeps.work_of_interactions(q)));
-        // A row for each coordinate: those that follow another one add to it, whichever way they turn.
-        let own = coordinates.own_columns(Matrix::from_diagonal(&of_all.into()));
-        work.iter_mut().zip(own.column_iter()).for_each(|(work, column)| *work = column.abs().sum());
-    }
-
-    fn follow_friction(&mut self, length: Option<f64>) {
-        on_sweeps!(&mut self.sweeps, sweeps => sweeps.follow_friction(length));
-    }
-
-    fn beyond_stops(&mut self, q: &[f64], beyond: &mut Vec<f64>) {
-        let Self { sweeps, coordinates, .. } = self;
-        coordinates.all([q], |[q]| on_sweeps!(sweeps, sweeps => sweeps.beyond_stops(q, beyond)));
-    }
-}
-
-impl Elastic for RobotModel {
-    /// `K q`, and forces of the supports.
-    fn elastic_forces(&mut self, q: &[f64], tau: &mut [f64]) {
-        self.place_unloaded();
-        let Self { sweeps, unloaded, coordinates, .. } = self;
-        coordinates.forces([q], tau, |[q], tau| match unloaded.as_deref_mut() {
-            Some(unloaded) => on_sweeps!(unloaded, sweeps => sweeps.forces_at_rest(q, tau)),
-            None => on_sweeps!(&*sweeps, sweeps => elasticity::forces(sweeps.plan(), q, tau)),
-        });
-    }
-
-    fn elastic_tangent(&mut self, q: &[f64], tangent: &mut Matrix) {
-        self.place_unloaded();
-        let Self { sweeps, unloaded, coordinates, .. } = self;
-        coordinates.matrix([q], tangent, |[q], tangent| match unloaded.as_deref_mut() {
-            Some(unloaded) => {
-                on_sweeps!(unloaded, sweeps => sweeps.tangent_at_rest(q, Tangent::Dense(tangent)));
-            }
-            None => on_sweeps!(&*sweeps, sweeps => elasticity::stiffness(sweeps.plan(), q, tangent)),
-        });
-    }
-
-    fn linearise_springs(&mut self, q: &[f64], springs: &mut Springs) {
-        let Self { sweeps, coordinates, .. } = self;
-        let found = coordinates.all([q], |[q]| on_sweeps!(sweeps, sweeps => sweeps.springs(q)));
-        springs.energy = found.iter().map(|held| held.energy).sum();
-        for (a, Held { forces, stiffness, firm, .. }) in found.into_iter().enumerate() {
-            for half in 0..2 {
-                let first = 6 * a + 3 * half;
-                springs.forces[first..first + 3].copy_from_slice(&forces[half].to_array());
-                elasticity::write_roots(&stiffness[half], firm[half], first, springs);
-            }
-        }
-        self.find_jacobian_of_springs(q, &mut springs.jacobian);
-    }
-
-    fn hold_springs(&mut self, forces: Option<&[f64]>) {
-        self.held = forces.map(<[f64]>::to_vec);
-        on_sweeps!(&mut self.sweeps, sweeps => sweeps.hold_springs(forces));
-        if let Some(unloaded) = &mut self.unloaded {
-            on_sweeps!(&mut **unloaded, sweeps => sweeps.hold_springs(forces));
-        }
-    }
-
-    fn linearise_cords(&mut self, q: &[f64], cords: &mut Cords) {
-        let Self { sweeps, coordinates, .. } = self;
-        let mut of_all = Cords::new(cords.stiffness.len(), on_sweeps!(&*sweeps, sweeps => sweeps.plan().n));
-        coordinates
-            .all([q], |[q]| on_sweeps!(&mut *sweeps, sweeps => sweeps.linearise_cords(q, &mut of_all)));
-        cords.jacobian = coordinates.own_columns(of_all.jacobian);
-        cords.reach = coordinates.own_columns(of_all.reach);
-        cords.stiffness = of_all.stiffness;
-        cords.excesses = of_all.excesses;
-        cords.spans = of_all.spans;
-    }
-
-    fn hold_cords(&mut self, tensions: Option<&[f64]>) {
-        self.noted.forget();
-        on_sweeps!(&mut self.sweeps, sweeps => sweeps.hold_cords(tensions));
-    }
-
-    fn turned_loads(&mut self, q: &[f64], forces: &mut Matrix) {
-        let Self { sweeps, coordinates, .. } = self;
-        let mut of_all = Matrix::zeros(3, on_sweeps!(&*sweeps, sweeps => sweeps.plan().n));
-        coordinates.all([q], |[q]| on_sweeps!(&mut *sweeps, sweeps => sweeps.turned_loads(q, &mut of_all)));
-        forces.copy_from(&coordinates.own_columns(of_all).transpose());
-    }
-
-    fn sizes(&mut self, q: &[f64], sizes: &mut [f64]) {
-        if q.is_empty() {
-            return;
-        }
-        let fallback = self.facts.length;
-        let bodies = self.bodies();
-        let Self { sweeps, coordinates, facts, .. } = self;
-        on_sweeps!(sweeps, sweeps => {
-            let motions = coordinates.all([q], |[q]| sweeps.motions(q, &bodies));
-            let plan = sweeps.plan();
-            let mut rows = coordinates.own_columns(motions.rows(plan.n));
-            chart::rows(&facts.rotation_vectors, q, &mut rows);
-            let are_strains = coordinates.own_of(&sizes::are_strains(plan));
-            motions.sizes(&rows, &are_strains, fallback, sizes);
-        });
-    }
-}
-
-impl Tied for RobotModel {
-    fn set_multipliers(&mut self, multipliers: &[f64]) {
-        on_sweeps!(&mut self.sweeps, sweeps => sweeps.set_multipliers(multipliers));
-    }
-
-    fn gaps(&mut self, q: &[f64], gaps: &mut [f64]) {
-        let Self { sweeps, coordinates, .. } = self;
-        coordinates.all([q], |[q]| on_sweeps!(sweeps, sweeps => sweeps.gaps(q, gaps)));
-    }
-
-    fn gap_rates(&mut self, q: &[f64], qd: &[f64], rates: &mut [f64]) {
-        let Self { sweeps, coordinates, .. } = self;
-        coordinates.all([q, qd], |[q, qd]| on_sweeps!(sweeps, sweeps => sweeps.gap_rates(q, qd, rates)));
-    }
-
-    fn gap_accelerations(&mut self, q: &[f64], qd: &[f64], qdd: &[f64], accelerations: &mut [f64]) {
-        let Self { sweeps, coordinates, .. } = self;
-        coordinates.all([q, qd, qdd], |state| {
-            on_sweeps!(sweeps, sweeps => sweeps.gap_accelerations(state, accelerations));
-        });
-    }
-
-    fn gap_jacobian(&mut self, q: &[f64], jacobian: &mut Matrix) {
-        let Self { sweeps, coordinates, .. } = self;
-        coordinates.columns(q, jacobian, |q, jacobian| {
-            on_sweeps!(sweeps, sweeps => sweeps.gap_jacobian(q, jacobian));
-        });
-    }
-
-    fn away_from_half_turns(&mut self, gaps: &mut [f64]) -> f64 {
-        on_sweeps!(&self.sweeps, sweeps => sweeps.away_from_half_turns(gaps))
-    }
-
-    fn held(&self) -> Vec<bool> {
-        let slack = self.slack();
-        let loops = self.facts.constraints() - slack.len();
-        std::iter::repeat_n(true, loops).chain(slack.into_iter().map(|is_slack| !is_slack)).collect()
-    }
-
-    fn release(&mut self, multipliers: &[f64]) {
-        let mut slack = self.slack();
-        let own = &multipliers[multipliers.len() - slack.len()..];
-        slack.iter_mut().zip(own).for_each(|(is_slack, multiplier)| *is_slack = *multiplier == 0.0);
-        self.set_slack(&slack);
-    }
-
-    fn release_open(&mut self, q: &[f64], qd: Option<&[f64]>) {
-        if self.slack_is_kept || !self.facts.is_one_sided {
-            return;
-        }
-        let opens = |[by, rate]: [f64; 2]| by < -TAUT || (qd.is_some() && by < TAUT && rate < -TAUT);
-        let rest = vec![0.0; q.len()];
-        let slack: Vec<bool> = self.passed(q, qd.unwrap_or(&rest)).into_iter().map(opens).collect();
-        self.set_slack(&slack);
-    }
-
-    fn switch(&mut self, q: &[f64], multipliers: &mut [f64]) -> Switch {
-        if self.slack_is_kept {
-            return Switch::Nothing;
-        }
-        let mut slack = self.slack();
-        let mut has_taken_up = false;
-        let rest = vec![0.0; q.len()];
-        for (is_slack, [by, _]) in slack.iter_mut().zip(self.passed(q, &rest)) {
-            if *is_slack && by > TAKEN_UP {
-                (*is_slack, has_taken_up) = (false, true);
-            }
-        }
-        let first = multipliers.len() - slack.len();
-        let lowest =
-            (0..slack.len()).min_by(|&i, &j| multipliers[first + i].total_cmp(&multipliers[first + j]));
-        let switch = match lowest.filter(|&i| multipliers[first + i] < 0.0) {
-            _ if has_taken_up => Switch::TakenUp,
-            None => return Switch::Nothing,
-            Some(lowest) => {
-                slack[lowest] = true;
-                multipliers[first + lowest] = 0.0;
-                Switch::LetGo
-            }
-        };
-        self.set_slack(&slack);
-        switch
-    }
-
-    fn keep_held(&mut self, is_kept: bool) {
-        self.slack_is_kept = is_kept;
-    }
-
-    fn passed(&mut self, q: &[f64], qd: &[f64]) -> Vec<[f64; 2]> {
-        let excesses = self.excesses(q, qd);
-        let sizes = &self.facts.gap_sizes[self.facts.constraints() - excesses.len()..];
-        excesses.into_iter().zip(sizes).map(|(excess, size)| excess.map(|x| x / size)).collect()
-    }
-
-    fn open_loop(&mut self, q: &[f64]) -> Option<Flaw> {
-        let Self { sweeps, coordinates, facts, .. } = self;
-        let (held, gap, size) = coordinates
-            .all([q], |[q]| on_sweeps!(sweeps, sweeps => sweeps.widest_gap(q, &facts.gap_sizes)))?;
-        // NaN counts as open.
-        (gap.is_nan() || gap > LARGEST_GAP * size).then_some(Flaw::Open { held, gap })
-    }
-}
-
-impl InTime for RobotModel {
-    fn horizon(&self, t: f64) -> f64 {
-        self.robot.horizon(t)
-    }
-
-    fn corner(&self, cell: Cell) -> Option<f64> {
-        self.robot.corner(cell)
-    }
-
-    fn set_steps(&mut self, dt: f64) {
-        self.noted.forget();
-        self.steps = dt;
-        on_sweeps!(&mut self.sweeps, sweeps => sweeps.set_steps(dt));
-    }
-
-    fn jumps(&self) -> Jumps {
-        self.robot.jumps(self.steps)
-    }
-
-    fn jump_near(&self, t: f64) -> Option<f64> {
-        self.robot.jump_near(t, self.steps)
-    }
-
-    fn set_time_in_jump(&mut self, t: f64) -> Result<(), Interrupted> {
-        self.noted.forget();
-        self.coordinates.set_time_in_jump(t)?;
-        on_sweeps!(&mut self.sweeps, sweeps => sweeps.set_time_in_jump(t))
-    }
-
-    fn pass_jump(&mut self, t: f64) {
-        self.noted.forget();
-        self.coordinates.pass_jump(t);
-        on_sweeps!(&mut self.sweeps, sweeps => sweeps.pass_jump(t));
-    }
-
-    fn not_finite(&self) -> Option<String> {
-        let t = on_sweeps!(&self.sweeps, sweeps => sweeps.time_without_loads())?;
-        self.robot.not_finite(t)
-    }
-
-    fn set_inputs(&mut self, u: &[f64]) {
-        self.noted.forget();
-        on_sweeps!(&mut self.sweeps, sweeps => sweeps.set_inputs(u));
-    }
-
-    #[inline]
-    fn set_time(&mut self, t: f64) -> Result<(), Interrupted> {
-        if !self.facts.varies_in_time {
-            return Ok(());
-        }
-        self.noted.forget();
-        self.coordinates.set_time(t)?;
-        on_sweeps!(&mut self.sweeps, sweeps => sweeps.set_time(t))
-    }
-}
-
-impl Discretised for RobotModel {
-    fn flaw(&mut self, q: &[f64]) -> Option<Flaw> {
-        let own = q;
-        let q = self.coordinates.only_own(q);
-        on_sweeps!(&self.sweeps, sweeps => validity::flaw(sweeps.plan(), q)).or_else(|| self.collapsed(own))
-    }
-
-    /// Numbers of modes of the six strains of every segment, if its basis is hierarchical.
-    fn modes(&self) -> Option<Vec<usize>> {
-        let is_nested = self.robot.segments().all(|segment| segment.basis.is_nested());
-        (is_nested && self.facts.is_discretised)
-            .then(|| self.robot.segments().flat_map(|segment| segment.modes).collect())
-    }
-
-    fn coordinates_between(&self) -> Vec<usize> {
-        let mut between = vec![0];
-        for link in &self.robot.links {
-            let last = between.len() - 1;
-            between[last] += link.joint_coordinates().len();
-            between.extend(std::iter::repeat_n(0, STRAINS * link.rod.len()));
-        }
-        between
-    }
-
-    fn with_modes(&self, modes: &[usize]) -> Option<Self> {
-        const MORE_NODES: usize = 8;
-        let mut other = Robot::clone(&self.robot);
-        for ((segment, modes), nodes) in
-            other.segments_mut().zip(modes.as_chunks::<STRAINS>().0).zip(self.nodes())
-        {
-            let more = modes
-                .iter()
-                .max()
-                .copied()
-                .unwrap_or(0)
-                .saturating_sub(segment.modes.into_iter().max().unwrap_or(0));
-            segment.modes = *modes;
-            segment.nodes = Some((nodes / piece::number(segment) + MORE_NODES.max(more)).min(MAX_NODES));
-        }
-        Self::new(&other).ok()
-    }
-
-    fn with_nodes_times(&self, factor: usize) -> Option<Self> {
-        let mut finer = Robot::clone(&self.robot);
-        for (segment, nodes) in finer.segments_mut().zip(self.nodes()) {
-            let of_piece = nodes / piece::number(segment);
-            segment.nodes.get_or_insert(factor * of_piece);
-        }
-        (finer != *self.robot).then(|| Self::new(&finer).ok()).flatten()
     }
 }
