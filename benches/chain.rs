@@ -4,7 +4,7 @@ use std::hint::black_box;
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use lissom::linalg::{Lu, Matrix, TreeLu};
-use lissom::model::{Model, Tree};
+use lissom::model::{Dynamics, Tree};
 use lissom::newmark;
 use lissom::robot::{RobotModel, Rod, Solve};
 use lissom::rod::Segment;
@@ -30,7 +30,7 @@ fn residual(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("residual");
     for segments in SEGMENTS {
         let mut model = rod(segments, Solve::Tree);
-        let n = model.n();
+        let n = model.facts().n;
         let (mut q, qd, qdd, mut tau) = (vec![0.1; n], vec![0.2; n], vec![0.3; n], vec![0.0; n]);
         group.bench_function(BenchmarkId::from_parameter(segments), |bencher| {
             bencher.iter(|| {
@@ -46,7 +46,7 @@ fn tangent(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("tangent at a known state");
     for (segments, (solve, name)) in cases() {
         let mut model = rod(segments, solve);
-        let n = model.n();
+        let n = model.facts().n;
         let (q, qd, qdd) = (vec![0.1; n], vec![0.2; n], vec![0.3; n]);
         let Tree { tangent: mut chain, .. } = rod(segments, Solve::Tree).tree().unwrap();
         let mut dense = Matrix::zeros(n, n);
@@ -63,7 +63,7 @@ fn solve(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("factorisation and solution");
     for (segments, (solve, name)) in cases() {
         let mut model = rod(segments, Solve::Tree);
-        let n = model.n();
+        let n = model.facts().n;
         let Tree { tangent: mut chain, .. } = model.tree().unwrap();
         model.tree_tangent(&vec![0.1; n], &vec![0.2; n], &vec![0.3; n], WEIGHTS, &mut chain);
         let dense = chain.to_dense();
@@ -91,7 +91,7 @@ fn step(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("Newmark step");
     for (segments, (solve, name)) in cases() {
         let mut model = rod(segments, solve);
-        let zero = vec![0.0; model.n()];
+        let zero = vec![0.0; model.facts().n];
         let options = newmark::Options::new(1e-3);
         let mut system = FreeMotion(&mut model);
         let mut stepper = newmark::Stepper::new(zero.len(), (0.0, 1e9), &zero, &zero, &options).unwrap();

@@ -7,7 +7,7 @@ use std::hint::black_box;
 
 use lissom::actuator::{Actuator, Along, Drive, Part, Tendon};
 use lissom::linalg::{Matrix, TreeLu};
-use lissom::model::{ForwardScratch, Model, Tree};
+use lissom::model::{Dynamics, ForwardScratch, Model, Tree};
 use lissom::newmark;
 use lissom::ode::{self, FirstOrder};
 use lissom::pendulum::SpringPendulum;
@@ -79,7 +79,7 @@ fn shape(n: usize, i: usize) -> Vec<f64> {
 }
 
 fn residual(model: &mut RobotModel, count: usize) {
-    let n = model.n();
+    let n = model.facts().n;
     let (qd, qdd, mut tau) = (vec![0.2; n], vec![0.3; n], vec![0.0; n]);
     let shapes = [shape(n, 0), shape(n, 1)];
     for i in 0..count {
@@ -88,7 +88,7 @@ fn residual(model: &mut RobotModel, count: usize) {
 }
 
 fn tangent(model: &mut RobotModel, count: usize) {
-    let n = model.n();
+    let n = model.facts().n;
     let (q, qd, qdd, mut tangent) = (shape(n, 0), vec![0.2; n], vec![0.3; n], Matrix::zeros(n, n));
     for _ in 0..count {
         model.weighted_tangent(black_box(&q), &qd, &qdd, [1e-4, 1e-2, 1.0], &mut tangent);
@@ -96,7 +96,7 @@ fn tangent(model: &mut RobotModel, count: usize) {
 }
 
 fn forward(model: &mut RobotModel, count: usize) {
-    let n = model.n();
+    let n = model.facts().n;
     let (qd, mut qdd, mut scratch) = (vec![0.2; n], vec![0.0; n], ForwardScratch::of(model));
     let shapes = [shape(n, 0), shape(n, 1)];
     for i in 0..count {
@@ -108,7 +108,7 @@ fn forward(model: &mut RobotModel, count: usize) {
 
 /// A Newton iteration that evaluates a new Jacobian.
 fn newton(model: &mut RobotModel, count: usize) {
-    let n = model.n();
+    let n = model.facts().n;
     let (qd, qdd, mut tau) = (vec![0.2; n], vec![0.3; n], vec![0.0; n]);
     let shapes = [shape(n, 0), shape(n, 1)];
     let Tree { mut tangent, .. } = model.tree().expect("a chain");
@@ -134,14 +134,14 @@ fn newmark_steps<M: Model>(model: &mut M, q0: &[f64], count: usize) {
 
 /// A complete run of `count` steps, including recording and checks.
 fn run(model: RobotModel, count: usize) {
-    let zeros = vec![0.0; model.n()];
+    let zeros = vec![0.0; model.facts().n];
     let method = Method::Newmark(newmark::Options::new(1e-2));
     let span = (0.0, 1e-2 * count as f64);
     simulate(model, span, &zeros, &zeros, &method, None, &mut |_| Ok(())).expect("a valid run");
 }
 
 fn radau_steps(model: &mut RobotModel, count: usize) {
-    let zeros = vec![0.0; model.n()];
+    let zeros = vec![0.0; model.facts().n];
     let options = radau::Options { rtol: 1e-6.into(), atol: 1e-9.into(), ..radau::Options::default() };
     let mut stepper =
         radau::Stepper::new(zeros.len(), (0.0, 1e9), &zeros, &zeros, &options).expect("valid options");
@@ -179,14 +179,14 @@ fn main() {
         }
         ("newmark", _) => {
             let mut model = rod(name);
-            let q0 = vec![0.0; model.n()];
+            let q0 = vec![0.0; model.facts().n];
             newmark_steps(&mut model, &q0, count);
         }
         ("simulate", _) => run(rod(name), count),
         ("radau", _) => radau_steps(&mut rod(name), count),
         ("rk45" | "radau of first order", _) => {
             let model = rod(name);
-            let q0 = vec![0.0; model.n()];
+            let q0 = vec![0.0; model.facts().n];
             let method = if kind == "rk45" { ode::Method::Rk45 } else { ode::Method::Radau };
             first_order_steps(method, model, &q0, count);
         }

@@ -6,7 +6,7 @@ use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use lissom::body::Body;
 use lissom::joint::{Joint, JointForces};
 use lissom::linalg::{Lu, Matrix};
-use lissom::model::Model;
+use lissom::model::Dynamics;
 use lissom::newmark;
 use lissom::robot::{Link, Robot, RobotModel, Solve};
 use lissom::rod::Segment;
@@ -119,7 +119,7 @@ fn state(n: usize) -> [Vec<f64>; 3] {
 fn residual(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("residual");
     for (name, mut model) in cases() {
-        let n = model.n();
+        let n = model.facts().n;
         let ([mut q, qd, qdd], mut tau) = (state(n), vec![0.0; n]);
         group.bench_function(BenchmarkId::from_parameter(name), |bencher| {
             bencher.iter(|| {
@@ -134,7 +134,7 @@ fn residual(criterion: &mut Criterion) {
 fn tangent(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("tangent at a known state");
     for (name, mut model) in cases() {
-        let n = model.n();
+        let n = model.facts().n;
         let ([q, qd, qdd], mut tangent) = (state(n), Matrix::zeros(n, n));
         group.bench_function(BenchmarkId::from_parameter(name), |bencher| {
             bencher.iter(|| model.weighted_tangent(black_box(&q), &qd, &qdd, WEIGHTS, &mut tangent));
@@ -145,7 +145,7 @@ fn tangent(criterion: &mut Criterion) {
 fn solve(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("factorisation and solution");
     for (name, mut model) in cases() {
-        let n = model.n();
+        let n = model.facts().n;
         let ([q, qd, qdd], mut tangent) = (state(n), Matrix::zeros(n, n));
         model.weighted_tangent(&q, &qd, &qdd, WEIGHTS, &mut tangent);
         let (mut lu, mut x) = (Lu::new(n), vec![1.0; n]);
@@ -164,7 +164,7 @@ fn steps(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("hundred steps");
     group.sample_size(20);
     for (name, mut model) in cases().into_iter().chain(by_solve()) {
-        let n = model.n();
+        let n = model.facts().n;
         let ([q, _, _], v) = (state(n), vec![0.0; n]);
         let options = newmark::Options { rtol: 1e-6.into(), ..newmark::Options::new(STEP) };
         group.bench_function(BenchmarkId::from_parameter(name), |bencher| {

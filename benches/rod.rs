@@ -9,7 +9,7 @@ use std::time::Duration;
 use criterion::measurement::WallTime;
 use criterion::{BenchmarkGroup, Criterion, Throughput, criterion_group, criterion_main};
 use lissom::linalg::Matrix;
-use lissom::model::{ForwardScratch, Model};
+use lissom::model::{Dynamics, ForwardScratch};
 use lissom::newmark;
 use lissom::robot::{RobotModel, Rod, Solve};
 use lissom::rod::Segment;
@@ -52,7 +52,7 @@ fn chain(segments: usize, modes: usize) -> Rod {
 /// A residual at a new state, and a tangent at a known one.
 fn sweeps(group: &mut BenchmarkGroup<'_, WallTime>, name: &str, rod: &Rod) {
     let mut model = RobotModel::of_rod(rod).unwrap();
-    let n = model.n();
+    let n = model.facts().n;
     let (mut q, qd, qdd) = (vec![0.1; n], vec![0.2; n], vec![0.3; n]);
     let mut tau = vec![0.0; n];
     let mut tangent = Matrix::zeros(n, n);
@@ -80,7 +80,7 @@ fn sweeps(group: &mut BenchmarkGroup<'_, WallTime>, name: &str, rod: &Rod) {
 
 fn forward(group: &mut BenchmarkGroup<'_, WallTime>, name: &str, rod: &Rod) {
     let mut model = RobotModel::of_rod(rod).unwrap();
-    let n = model.n();
+    let n = model.facts().n;
     let (mut q, qd, mut qdd, mut scratch) =
         (vec![0.1; n], vec![0.2; n], vec![0.0; n], ForwardScratch::of(&model));
     let mut flip = 1.0;
@@ -95,7 +95,7 @@ fn forward(group: &mut BenchmarkGroup<'_, WallTime>, name: &str, rod: &Rod) {
 
 /// The first steps of a rod released from rest; later steps, near rest, are cheaper.
 fn newmark_steps(group: &mut BenchmarkGroup<'_, WallTime>, name: &str, mut model: RobotModel, steps: usize) {
-    let rest = vec![0.0; model.n()];
+    let rest = vec![0.0; model.facts().n];
     let options = newmark::Options::new(STEP);
     let t_span = (0.0, steps as f64 * STEP);
     group.throughput(Throughput::Elements(steps as u64));

@@ -1,7 +1,7 @@
 //! Forces and stiffnesses of a model at rest, how large what they are sums of is, and what is missing of equilibrium.
 
 use crate::linalg::{Matrix, norm};
-use crate::model::Model;
+use crate::model::Static;
 use crate::natural::{self, DISPLACEMENT_ROUNDING, scaled};
 use crate::springs::Cords;
 
@@ -27,7 +27,7 @@ pub(crate) struct Sum {
 /// Forces and stiffnesses of a model at rest, in scaled coordinates, as sums over what they come from: gravity may balance a
 /// contact or a loop, so that nothing is left but rounding.
 pub(crate) struct AtRest<'a> {
-    pub(crate) model: &'a mut dyn Model,
+    pub(crate) model: &'a mut dyn Static,
     pub(crate) q: &'a [f64],
     pub(crate) sizes: &'a [f64],
     pub(crate) load_factor: f64,
@@ -36,7 +36,7 @@ pub(crate) struct AtRest<'a> {
 
 impl AtRest<'_> {
     /// Calls this on the model as it is; without what its constraints do; and also without its contacts.
-    fn each<T: Clone>(&mut self, mut get: impl FnMut(&mut dyn Model) -> T) -> [T; 3] {
+    fn each<T: Clone>(&mut self, mut get: impl FnMut(&mut dyn Static) -> T) -> [T; 3] {
         let whole = {
             if !self.multipliers.is_empty() {
                 self.model.set_multipliers(self.multipliers);
@@ -49,7 +49,7 @@ impl AtRest<'_> {
             unconstrained = get(self.model);
         }
         let mut untouched = unconstrained.clone();
-        if self.model.has_contact() {
+        if self.model.facts().has_contact {
             self.model.leave_contact(true);
             untouched = get(self.model);
             self.model.leave_contact(false);
@@ -110,13 +110,14 @@ impl AtRest<'_> {
 
     /// Coordinates of parts that nothing couples.
     fn parts(&self) -> Vec<std::ops::Range<usize>> {
-        let parts = match self.model.parts() {
-            parts if parts.is_empty() => vec![self.q.len()],
+        let whole = [self.q.len()];
+        let parts = match &self.model.facts().parts[..] {
+            [] => &whole,
             parts => parts,
         };
         let mut first = 0;
         parts
-            .into_iter()
+            .iter()
             .map(|part| {
                 first += part;
                 first - part..first
@@ -220,7 +221,7 @@ impl AtRest<'_> {
 
     /// Tensions of tendons of a commanded length.
     fn tensions(&mut self) -> Vec<f64> {
-        let mut cords = Cords::new(self.model.cords(), self.q.len());
+        let mut cords = Cords::new(self.model.facts().cords, self.q.len());
         if cords.stiffness.is_empty() {
             return Vec::new();
         }

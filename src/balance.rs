@@ -57,7 +57,7 @@ impl Balance {
         u: &[f64],
         flow: &Flow,
     ) -> Result<Self, Interrupted> {
-        let n = model.n();
+        let n = model.facts().n;
         let inputs = u.len() / t.len().max(1);
         let energies = (0..t.len()).map(|i| {
             if inputs > 0 {
@@ -189,14 +189,14 @@ impl<'a> FlowMeter<'a> {
         t_eval: Option<&'a [f64]>,
     ) -> Option<Self> {
         // Methods that stop at impacts tell what is lost there.
-        let has_impacts = rule == Rule::Quintic && model.is_one_sided();
-        let (is_damped, is_driven) = (model.is_damped() || has_impacts, model.is_driven());
+        let has_impacts = rule == Rule::Quintic && model.facts().is_one_sided;
+        let (is_damped, is_driven) = (model.facts().is_damped || has_impacts, model.facts().is_driven);
         if !is_damped && !is_driven {
             return None;
         }
-        let n = model.n();
+        let n = model.facts().n;
         let mut a = vec![0.0; n];
-        if rule == Rule::Quintic || model.varies_in_time() {
+        if rule == Rule::Quintic || model.facts().varies_in_time {
             // If loads or accelerations cannot be evaluated, the run takes no step, and the meter is not
             // used.
             if model.set_time(t0).is_ok() {
@@ -237,14 +237,14 @@ impl<'a> FlowMeter<'a> {
         state: State<'_>,
     ) -> Result<(), Interrupted> {
         // Express the start of the step in the rotation vectors of its end.
-        rotation_vectors::wrap(model.rotation_vectors(), &mut self.q, &mut self.v, &mut [&mut self.a]);
+        rotation_vectors::wrap(&model.facts().rotation_vectors, &mut self.q, &mut self.v, &mut [&mut self.a]);
         let h = state.t - self.t;
         let before = self.total;
         // Between the ends of a step a tendon that does not stretch is shorter or longer than it is told.
-        let is_at_ends = self.rule == Rule::Mean && model.is_one_sided();
+        let is_at_ends = self.rule == Rule::Mean && model.facts().is_one_sided;
         let parts: &[(f64, f64)] = match self.rule {
             _ if is_at_ends => &[(0.0, 0.5), (1.0, 0.5)],
-            Rule::Mean if model.varies_in_time() => &[(0.0, 0.5), (1.0, 0.5)],
+            Rule::Mean if model.facts().varies_in_time => &[(0.0, 0.5), (1.0, 0.5)],
             Rule::Mean => &[(0.5, 1.0)],
             Rule::Quintic => &GAUSS,
         };

@@ -14,7 +14,7 @@
 
 use crate::constraint::one_sided;
 use crate::linalg::{Complex, Matrix};
-use crate::model::Model;
+use crate::model::Static;
 use crate::small_motions::{GROWING, Modal, SmallMotions, small_motions};
 use crate::stability::{Stability, verdict};
 
@@ -69,18 +69,18 @@ impl std::error::Error for NoModes {}
 /// Computes the vibrations of `model` about rest at `q`, at the time set last. With closed loops, only
 /// motions that keep the loops closed: one for each coordinate, minus independent constraints. Cost: about 10
 /// n^3 flops, or about 200 n^3 if damping couples the modes or loads have no potential.
-pub fn modes(model: &mut dyn Model, q: &[f64]) -> Result<Modes, NoModes> {
+pub fn modes(model: &mut dyn Static, q: &[f64]) -> Result<Modes, NoModes> {
     let (motions, residual_norm) = motions(model, q)?;
     let stability = verdict(&motions).map(|verdict| verdict.stability);
     Ok(Modes { residual_norm, stability, ..motions.modes()? })
 }
 
 /// Small motions about rest that keep the loops closed, and `|s R|` in joules. Allocates.
-pub(crate) fn motions(model: &mut dyn Model, q: &[f64]) -> Result<(SmallMotions, f64), NoModes> {
-    let rest = vec![0.0; model.n()];
+pub(crate) fn motions(model: &mut dyn Static, q: &[f64]) -> Result<(SmallMotions, f64), NoModes> {
+    let rest = vec![0.0; model.facts().n];
     let [mut sizes, mut residual] = [rest.clone(), rest.clone()];
     model.sizes(q, &mut sizes);
-    let mut multipliers = vec![0.0; model.constraints()];
+    let mut multipliers = vec![0.0; model.facts().constraints()];
     if !multipliers.is_empty() {
         one_sided::multipliers(model, [q, &rest, &rest], &mut multipliers)
             .map_err(|_| NoModes::SingularMass)?;

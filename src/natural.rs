@@ -8,7 +8,7 @@
 //! forces, which follow from the last linear solve, so that the step size no longer depends on stiffness.
 
 use crate::linalg::{Matrix, full_svd, norm};
-use crate::model::Model;
+use crate::model::Static;
 use crate::springs::Springs;
 
 /// Steps below this size are within the rounding of coordinates and positions, in coordinates divided by
@@ -218,8 +218,8 @@ impl Natural {
 }
 
 /// Tangent of a model's material, in coordinates divided by `sizes`.
-pub(crate) fn material(model: &mut dyn Model, q: &[f64], sizes: &[f64]) -> Matrix {
-    let no_forces = vec![0.0; model.springs()];
+pub(crate) fn material(model: &mut dyn Static, q: &[f64], sizes: &[f64]) -> Matrix {
+    let no_forces = vec![0.0; model.facts().springs];
     model.hold_springs(Some(&no_forces));
     let mut tangent = Matrix::zeros(q.len(), q.len());
     model.elastic_tangent(q, &mut tangent);
@@ -229,7 +229,8 @@ pub(crate) fn material(model: &mut dyn Model, q: &[f64], sizes: &[f64]) -> Matri
 
 /// Reference stiffnesses, all > 0: the elastic ones, and for coordinates without elasticity those of the tangent. `forces` are those
 /// of which the tangent is the derivative; a part without any stiffness, such as a body in free fall, gets their norm. `parts` are
-/// numbers of coordinates of parts that nothing couples ([`Model::parts`]), none of which is judged by the stiffness of another.
+/// numbers of coordinates of parts that nothing couples ([`parts`](crate::model::Facts::parts)), none of which is judged by the
+/// stiffness of another.
 pub(crate) fn reference(elastic: &Matrix, tangent: &Matrix, forces: &[f64], parts: &[usize]) -> Vec<f64> {
     /// Stiffnesses below this fraction of the largest one are rounding errors, such as of a free body on a floor; so
     /// are those below this fraction of the forces.
@@ -264,20 +265,20 @@ pub(crate) fn reference(elastic: &Matrix, tangent: &Matrix, forces: &[f64], part
 }
 
 /// What weight and loads could do along a size of each coordinate, whatever their directions are, in joules.
-pub(crate) fn work_of_loads(model: &mut dyn Model, q: &[f64], sizes: &[f64]) -> Vec<f64> {
+pub(crate) fn work_of_loads(model: &mut dyn Static, q: &[f64], sizes: &[f64]) -> Vec<f64> {
     let mut turned = Matrix::zeros(q.len(), 3);
     model.turned_loads(q, &mut turned);
     let mut work: Vec<f64> = turned.row_iter().zip(sizes).map(|(row, size)| row.abs().sum() * size).collect();
-    spread(model.rotation_vectors(), &mut work);
+    spread(&model.facts().rotation_vectors, &mut work);
     work
 }
 
 /// What contacts and actuators could do along a size of each coordinate, in joules.
-pub(crate) fn work_of_interactions(model: &mut dyn Model, q: &[f64], sizes: &[f64]) -> Vec<f64> {
+pub(crate) fn work_of_interactions(model: &mut dyn Static, q: &[f64], sizes: &[f64]) -> Vec<f64> {
     let mut work = vec![0.0; q.len()];
     model.work_of_interactions(q, &mut work);
     work.iter_mut().zip(sizes).for_each(|(work, size)| *work *= size);
-    spread(model.rotation_vectors(), &mut work);
+    spread(&model.facts().rotation_vectors, &mut work);
     work
 }
 
@@ -300,8 +301,8 @@ pub(crate) fn scaled(mut a: Matrix, sizes: &[f64]) -> Matrix {
 }
 
 /// Springs of a model in a shape, in coordinates divided by `sizes`; `None` for a model without springs.
-pub(crate) fn linearised(model: &mut dyn Model, q: &[f64], sizes: &[f64]) -> Option<Springs> {
-    let m = model.springs();
+pub(crate) fn linearised(model: &mut dyn Static, q: &[f64], sizes: &[f64]) -> Option<Springs> {
+    let m = model.facts().springs;
     (m > 0).then(|| {
         let mut springs = Springs::new(m, q.len());
         model.linearise_springs(q, &mut springs);
@@ -313,7 +314,7 @@ pub(crate) fn linearised(model: &mut dyn Model, q: &[f64], sizes: &[f64]) -> Opt
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::Elastic as _;
+    use crate::model::{Dynamics as _, Sprung as _};
     use crate::robot::{RobotModel, Rod};
     use crate::rod::Segment;
     use crate::support::Support;
@@ -336,7 +337,7 @@ mod tests {
         ];
         let rod = Rod { supports, tip_force: [1.0, 2.0, 3.0], ..Rod::new(vec![segment]) };
         let model = RobotModel::of_rod(&rod).unwrap();
-        let q = (0..model.n()).map(|i| 0.1 * (1.7 * i as f64).cos()).collect();
+        let q = (0..model.facts().n).map(|i| 0.1 * (1.7 * i as f64).cos()).collect();
         (model, q)
     }
 

@@ -1,7 +1,7 @@
 //! The spring pendulum: a point mass on a massless spring that swings in a vertical plane.
 //!
 //! ```
-//! use lissom::model::Model;
+//! use lissom::model::Dynamics;
 //! use lissom::pendulum::SpringPendulum;
 //!
 //! let mut pendulum = SpringPendulum::new(1.0, 1.0, 10.0, 9.81)?;
@@ -13,7 +13,9 @@
 use crate::error::{Checker, InvalidInput};
 use crate::lie::sine_cosine;
 use crate::linalg::Matrix;
-use crate::model::{Discretised, Elastic, Energy, ForwardScratch, InTime, Model, SingularMass, Tied};
+use crate::model::{
+    Autonomous, Dynamics, Elastic, Energy, Facts, Flaw, ForwardScratch, SingularMass, Smooth,
+};
 
 /// A point mass `m` at the end of a spring of rest length `l` and stiffness `k`, hinged at the origin, in gravity `g`.
 ///
@@ -32,12 +34,13 @@ pub struct SpringPendulum {
     mass: f64,
     stiffness: f64,
     gravity: f64,
+    facts: Facts,
 }
 
 impl Default for SpringPendulum {
     /// 1 m, 1 kg, 10 N/m, with standard gravity.
     fn default() -> Self {
-        Self { length: 1.0, mass: 1.0, stiffness: 10.0, gravity: 9.81 }
+        Self::of(1.0, 1.0, 10.0, 9.81)
     }
 }
 
@@ -56,7 +59,14 @@ impl SpringPendulum {
             "a finite number (metres per second squared)",
         );
         checker.finish()?;
-        Ok(Self { length, mass, stiffness, gravity })
+        Ok(Self::of(length, mass, stiffness, gravity))
+    }
+
+    fn of(length: f64, mass: f64, stiffness: f64, gravity: f64) -> Self {
+        // One radian, and the rest length of the spring.
+        let facts =
+            Facts { is_damped: false, typical_coordinates: vec![1.0, length], ..Facts::smooth(2, length) };
+        Self { length, mass, stiffness, gravity, facts }
     }
 
     /// Rest length of the spring, metres.
@@ -80,14 +90,14 @@ impl SpringPendulum {
     }
 }
 
-impl Model for SpringPendulum {
-    fn n(&self) -> usize {
-        2
+impl Dynamics for SpringPendulum {
+    fn facts(&self) -> &Facts {
+        &self.facts
     }
 
     #[inline]
     fn inverse_dynamics(&mut self, q: &[f64], qd: &[f64], qdd: &[f64], tau: &mut [f64]) {
-        let Self { length, mass: m, stiffness: k, gravity: g } = *self;
+        let Self { length, mass: m, stiffness: k, gravity: g, .. } = *self;
         let r = length + q[1];
         let (sin, cos) = sine_cosine(q[0]);
         tau[0] = m * r * (r * qdd[0] + 2.0 * qd[1] * qd[0] + g * cos);
@@ -103,7 +113,7 @@ impl Model for SpringPendulum {
         weights: [f64; 3],
         tangent: &mut Matrix,
     ) {
-        let Self { length, mass: m, stiffness: k, gravity: g } = *self;
+        let Self { length, mass: m, stiffness: k, gravity: g, .. } = *self;
         let [wq, wqd, wqdd] = weights;
         let r = length + q[1];
         let (sin, cos) = sine_cosine(q[0]);
@@ -141,16 +151,16 @@ impl Model for SpringPendulum {
         [r * cos, r * sin, 0.0]
     }
 
-    fn length(&self) -> f64 {
-        self.length
-    }
-
     fn dissipated_power(&mut self, _q: &[f64], _qd: &[f64]) -> f64 {
         0.0
     }
 
-    fn is_damped(&self) -> bool {
-        false
+    fn supplied_power(&mut self, _q: &[f64], _qd: &[f64], _qdd: &[f64]) -> f64 {
+        0.0
+    }
+
+    fn flaw(&mut self, _q: &[f64]) -> Option<Flaw> {
+        None
     }
 
     /// In closed form: the mass matrix is diagonal.
@@ -181,15 +191,16 @@ impl Elastic for SpringPendulum {
         tangent[(1, 1)] = self.stiffness;
     }
 
-    /// One radian, and the rest length of the spring.
-    fn typical_coordinates(&self, sizes: &mut [f64]) {
-        sizes[0] = 1.0;
-        sizes[1] = self.length;
+    /// Sizes of coordinates need no help by those of the loads.
+    fn turned_loads(&mut self, _q: &[f64], forces: &mut Matrix) {
+        forces.fill(0.0);
+    }
+
+    fn sizes(&mut self, _q: &[f64], sizes: &mut [f64]) {
+        sizes.copy_from_slice(&self.facts.typical_coordinates);
     }
 }
 
-impl InTime for SpringPendulum {}
+impl Autonomous for SpringPendulum {}
 
-impl Discretised for SpringPendulum {}
-
-impl Tied for SpringPendulum {}
+impl Smooth for SpringPendulum {}

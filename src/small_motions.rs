@@ -5,7 +5,7 @@ use nalgebra::DVector;
 use crate::at_rest::{APART, AtRest};
 use crate::constraint::inverse_length;
 use crate::linalg::{Complex, Matrix, eigen_both, full_svd, symmetric_eigen, symmetric_part};
-use crate::model::Model;
+use crate::model::Static;
 use crate::natural::{self, Natural, scaled};
 use crate::pencil::{self, Eigenpairs};
 
@@ -312,7 +312,7 @@ impl Modal {
 /// Small motions of a model about rest at `q` under this fraction of its loads, which keep its constraints. These are held by the
 /// multipliers, of which a model without constraints has none. `None` if a number is not finite.
 pub(crate) fn small_motions(
-    model: &mut dyn Model,
+    model: &mut dyn Static,
     q: &[f64],
     sizes: &[f64],
     load_factor: f64,
@@ -321,7 +321,7 @@ pub(crate) fn small_motions(
     let n = q.len();
     let material = natural::material(model, q, sizes);
     let own = natural::linearised(model, q, sizes);
-    let (of_loads, uncoupled) = (natural::work_of_loads(model, q, sizes), model.parts());
+    let (of_loads, uncoupled) = (natural::work_of_loads(model, q, sizes), model.facts().parts.clone());
     let reference = |stiffness: &Matrix| natural::reference(&material, stiffness, &of_loads, &uncoupled);
     let mut at_rest = AtRest { model, q, sizes, load_factor, multipliers };
     let (natural, forces) = match &own {
@@ -372,7 +372,7 @@ pub(crate) fn small_motions(
     }
     let (values, shapes) = symmetric_eigen(&symmetric_part(&kept.stiffness))?;
     at_rest.model.hold_springs(forces.as_deref());
-    if at_rest.model.is_discretised() {
+    if at_rest.model.facts().is_discretised {
         // The error of quadrature, and the rounding of the differences that tell it.
         let doubtful: Vec<usize> = (0..kept.n()).filter(|&k| values[k].abs() < SYMMETRIC).collect();
         let shapes = shapes.select_columns(&doubtful);

@@ -2,7 +2,7 @@
 
 use crate::constraint::one_sided;
 use crate::linalg::{Matrix, dot};
-use crate::model::{ForwardScratch, Model};
+use crate::model::{ForwardScratch, Static};
 use crate::small_motions::small_motions;
 
 /// Vibrations about the start, `M x'' + C x' + K x = 0`, ignoring coupling by damping. With closed loops,
@@ -39,7 +39,7 @@ impl Vibration {
     }
 
     /// Displacement of the tip of `model` from `q` for this modal amplitude, in metres; may be infinite.
-    pub(crate) fn reach<M: Model>(&self, model: &mut M, q: &[f64], size: f64) -> f64 {
+    pub(crate) fn reach<M: Static>(&self, model: &mut M, q: &[f64], size: f64) -> f64 {
         let moved: Vec<f64> = q.iter().zip(&self.shape).map(|(q, x)| q + x * size).collect();
         let by = model.moved(q, &moved);
         if by.is_nan() { f64::INFINITY } else { by }
@@ -59,7 +59,7 @@ impl Spectrum {
 
     /// Highest frequency, in rad/s, among vibrations that oscillate and move the tip by more than `distance`
     /// metres; zero if there are none.
-    pub(crate) fn highest_visible<M: Model>(&self, model: &mut M, q: &[f64], distance: f64) -> f64 {
+    pub(crate) fn highest_visible<M: Static>(&self, model: &mut M, q: &[f64], distance: f64) -> f64 {
         let visible = self
             .modes
             .iter()
@@ -69,18 +69,17 @@ impl Spectrum {
 
     /// `None` if the mass matrix is not positive definite, a number is not finite, or a function of time
     /// fails. About 40 n^3 flops.
-    pub(crate) fn new<M: Model>(model: &mut M, t: f64, q0: &[f64], v0: &[f64]) -> Option<Self> {
-        let n = model.n();
+    pub(crate) fn new<M: Static>(model: &mut M, t: f64, q0: &[f64], v0: &[f64]) -> Option<Self> {
+        let n = model.facts().n;
         model.set_time(t).ok()?;
         let mut a0 = vec![0.0; n];
-        let mut multipliers = vec![0.0; model.constraints()];
+        let mut multipliers = vec![0.0; model.facts().constraints()];
         if multipliers.is_empty() {
             model.forward_dynamics(q0, v0, &mut a0, &mut ForwardScratch::new(n)).ok()?;
         } else {
             one_sided::accelerations(model, q0, v0, &mut a0, &mut multipliers).ok()?;
         }
-        let mut sizes = vec![0.0; n];
-        model.typical_coordinates(&mut sizes);
+        let sizes = model.facts().typical_coordinates.clone();
         let motions = small_motions(model, q0, &sizes, 1.0, &multipliers)?;
         let modal = motions.modal()?;
         let mut shapes = motions.basis * &modal.shapes;

@@ -1,7 +1,7 @@
 //! Springs to the world: their forces in a shape, and the derivatives of these forces.
 //!
 //! ```
-//! use lissom::model::Elastic;
+//! use lissom::model::Dynamics;
 //! use lissom::robot::{Rod, RobotModel};
 //! use lissom::rod::Segment;
 //! use lissom::support::Support;
@@ -9,7 +9,7 @@
 //! let segment = Segment { modes: [0, 3, 0, 0, 0, 0], ..Segment::straight(1.0, 1e-3, 210e9, 80e9, 7800.0) };
 //! let prop = Support { stiffness: [0.0, 0.0, 100.0], ..Support::at_tip() };
 //! let model = RobotModel::of_rod(&Rod { supports: vec![prop], ..Rod::new(vec![segment]) })?;
-//! assert!(model.springs() > 0);
+//! assert!(model.facts().springs > 0);
 //! # Ok::<(), lissom::error::InvalidInput>(())
 //! ```
 

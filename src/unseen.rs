@@ -79,9 +79,9 @@ impl Unseen {
         [q0, v0]: [&[f64]; 2],
         dt: f64,
     ) -> Option<Self> {
-        let n = model.n();
+        let n = model.facts().n;
         // The spectrum describes a model with open loops and does not apply to closed ones.
-        if n > MOST_COORDINATES || model.constraints() > 0 {
+        if n > MOST_COORDINATES || model.facts().constraints() > 0 {
             return None;
         }
         let spectrum = Spectrum::new(model, t_span.0, q0, v0)?;
@@ -129,7 +129,7 @@ impl Unseen {
 
     /// A warning about the vibration with the largest error of the tip, if that error is large.
     pub(crate) fn verdict<M: Model>(&self, model: &mut M, q0: &[f64]) -> Option<String> {
-        let length = model.length();
+        let length = model.facts().length;
         let moved = |vibration: &Vibration| {
             let moved: Vec<f64> =
                 q0.iter().zip(&vibration.shape).map(|(q, x)| q + vibration.distance * x).collect();

@@ -7,7 +7,7 @@ use std::cell::Cell;
 use lissom::body::Body;
 use lissom::linalg::{Matrix, TreeLu};
 use lissom::load::{Extent, Frame, Load};
-use lissom::model::{ForwardScratch, InTime as _, Model, Tree};
+use lissom::model::{Dynamics, ForwardScratch, InTime as _, Tree};
 use lissom::newmark;
 use lissom::ode::{self, FirstOrder};
 use lissom::radau;
@@ -102,7 +102,7 @@ fn counting_works() {
 #[test]
 fn sweeps_allocate_nothing() {
     for mut model in models() {
-        let n = model.n();
+        let n = model.facts().n;
         let (q, qd, qdd) = (vec![0.1; n], vec![0.2; n], vec![0.3; n]);
         let mut tau = vec![0.0; n];
         let mut tangent = Matrix::zeros(n, n);
@@ -125,7 +125,7 @@ fn chains_allocate_nothing() {
     for mut model in models() {
         let Some(Tree { mut tangent, mut mass }) = model.tree() else { continue };
         chains += 1;
-        let n = model.n();
+        let n = model.facts().n;
         model.set_time(0.0).unwrap();
         let (q, qd, qdd) = (vec![0.1; n], vec![0.2; n], vec![0.3; n]);
         let mut x = vec![1.0; n];
@@ -150,7 +150,7 @@ fn chains_allocate_nothing() {
 #[test]
 fn implicit_steps_allocate_nothing() {
     for mut model in models() {
-        let n = model.n();
+        let n = model.facts().n;
         let zeros = vec![0.0; n];
         for options in [
             newmark::Options::new(1e-3),
@@ -176,7 +176,7 @@ fn implicit_steps_allocate_nothing() {
 #[test]
 fn radau_steps_allocate_nothing() {
     for mut model in models() {
-        let n = model.n();
+        let n = model.facts().n;
         let zeros = vec![0.0; n];
         let options = radau::Options { rtol: 1e-3.into(), atol: 1e-5.into(), ..radau::Options::default() };
         let mut stepper = radau::Stepper::new(n, (0.0, 10.0), &zeros, &zeros, &options).unwrap();
@@ -195,7 +195,7 @@ fn radau_steps_allocate_nothing() {
 #[test]
 fn steps_of_first_order_allocate_nothing() {
     for model in models() {
-        let zeros = vec![0.0; 2 * model.n()];
+        let zeros = vec![0.0; 2 * model.facts().n];
         let mut system = FirstOrder::new(model);
         for method in [ode::Method::Rk45, ode::Method::Dop853, ode::Method::Radau] {
             let options = ode::Options { method, ..ode::Options::default() };
@@ -224,7 +224,7 @@ fn runs_that_are_stepped_from_outside_allocate_nothing() {
         Method::FirstOrder { options: ode::Options::default(), dt, tells_steps: false },
     ];
     for model in models() {
-        let n = model.n();
+        let n = model.facts().n;
         let zeros = vec![0.0; n];
         for method in &methods {
             let mut run = Run::new(model.clone(), (0.0, dt), &zeros, &zeros, method).unwrap();

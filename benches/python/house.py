@@ -36,11 +36,12 @@ def lines(path: Path) -> int:
     return path.read_text(encoding="utf-8").count("\n")
 
 
-def methods(path: Path) -> int:
-    """Functions declared in the traits of a file or folder."""
+def methods(path: Path) -> list[tuple[int, int]]:
+    """Functions declared in each trait of a file or folder, and those of them that have a default."""
     text = "".join(file.read_text(encoding="utf-8") for file in sorted(path.rglob("*.rs")) or [path])
-    traits = re.findall(r"^pub(?:\([^)]*\))? trait [^{]*\{(.*?)^\}", text, re.MULTILINE | re.DOTALL)
-    return sum(len(re.findall(r"^    fn ", trait, re.MULTILINE)) for trait in traits)
+    traits = re.findall(r"^pub(?:\([^)]*\))? trait [^{]*\{\n(.*?)^\}", text, re.MULTILINE | re.DOTALL)
+    declared = (re.findall(r"^    fn (?:[^{;]|; \d)*[{;]", trait, re.MULTILINE) for trait in traits)
+    return [(len(heads), sum(head.endswith("{") for head in heads)) for heads in declared]
 
 
 def functions(path: Path) -> list[int]:
@@ -56,7 +57,10 @@ def main() -> None:
     for name, group in (("Rust", rust), ("Python package", python), ("tests", tests)):
         print(f"{name:<38} {sum(map(lines, group)):>7} lines in {len(group)} files")
     for name, place in TRAITS.items():
-        print(f"{'methods of traits of ' + name:<38} {methods(ROOT / place):>7}")
+        traits = methods(ROOT / place)
+        total, defaults = (sum(column) for column in zip(*traits, strict=True))
+        most = max(number for number, _ in traits)
+        print(f"{'methods of traits of ' + name:<38} {total:>7}, {defaults} with a default, {most} in the largest")
     for effect, words in EFFECTS.items():
         know = [
             path

@@ -70,7 +70,7 @@ impl Drive {
 /// force.
 fn softness<M: Model>(mode: &Vibration, model: &mut M, q0: &[f64]) -> f64 {
     let of_one = mode.frequency.powi(-2);
-    if of_one.is_finite() { mode.reach(model, q0, of_one) / model.length() } else { 0.0 }
+    if of_one.is_finite() { mode.reach(model, q0, of_one) / model.facts().length } else { 0.0 }
 }
 
 /// Number of samples in which the modal forces of a part would run through their whole range at their fastest

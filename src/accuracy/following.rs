@@ -66,9 +66,9 @@ impl Following {
         loosest: f64,
         monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
     ) -> Result<Self, Interrupted> {
-        let mut of_drive = model.shortest_period() / STEPS_OF_A_PERIOD;
+        let mut of_drive = model.facts().shortest_period / STEPS_OF_A_PERIOD;
         let mut sizes: Vec<f64> = spectrum.modes.iter().map(|mode| mode.size).collect();
-        if model.varies_in_time() {
+        if model.facts().varies_in_time {
             let drive = Drive::new(model, t_span, q0, spectrum, VISIBLE * loosest, monitor)?;
             for (size, driven) in sizes.iter_mut().zip(drive.sizes) {
                 *size = size.max(driven);
@@ -92,7 +92,7 @@ impl Following {
         let oscillates =
             |(mode, size): &(&Vibration, &f64)| mode.frequency > 0.0 && **size > 0.0 && !mode.is_overdamped();
         let followed = spectrum.modes.iter().zip(sizes).filter(oscillates).map(|(mode, &size)| {
-            let reach = (mode.reach(model, q, size) / model.length()).min(FARTHEST);
+            let reach = (mode.reach(model, q, size) / model.facts().length).min(FARTHEST);
             let life = 2.0 / (E * mode.damping.abs());
             Followed {
                 frequency: mode.frequency,

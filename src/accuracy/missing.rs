@@ -54,7 +54,7 @@ pub(super) struct Finer<M> {
 impl<M: Model> Finer<M> {
     /// Converts coordinates of the coarse model to coordinates of this model.
     pub(super) fn embed(&self, values: &[f64]) -> Vec<f64> {
-        embed(values, &self.places, self.model.n())
+        embed(values, &self.places, self.model.facts().n)
     }
 }
 
@@ -90,7 +90,7 @@ pub(super) fn finer<M: Model + Clone>(
 ) -> Result<Option<Finer<M>>, &'static str> {
     let Some(modes) = coarse.modes() else {
         let why = "its bases are made of pieces, to which no modes can be added";
-        return if coarse.is_discretised() { Err(why) } else { Ok(None) };
+        return if coarse.facts().is_discretised { Err(why) } else { Ok(None) };
     };
     let with_more = |of_some: usize, of_none: usize| -> Vec<usize> {
         modes.iter().map(|&modes| if modes == 0 { of_none } else { modes + of_some }).collect()
@@ -118,7 +118,7 @@ pub(super) fn finer<M: Model + Clone>(
             only[series] = number;
             let is_fast = missing.frequency(first) > FAST * resolved;
             let matters = missing.deforms(&of_modes(&only)) > MATTERS * tolerance
-                || longest(&moved(&only)) > MATTERS * tolerance * coarse.length();
+                || longest(&moved(&only)) > MATTERS * tolerance * coarse.facts().length;
             if is_fast || !matters {
                 fine[series] = 0;
             }
@@ -129,10 +129,11 @@ pub(super) fn finer<M: Model + Clone>(
         first += number;
     }
     let [found, of_slow, all] = [&fine, &slow, &richest].map(|modes| moved(modes));
-    let relative =
-        |to: &[[f64; 3]], from: &[[f64; 3]]| largest(&super::paths::distances(to, from)) / coarse.length();
+    let relative = |to: &[[f64; 3]], from: &[[f64; 3]]| {
+        largest(&super::paths::distances(to, from)) / coarse.facts().length
+    };
     let estimate = Estimate {
-        finds: longest(&found) / coarse.length(),
+        finds: longest(&found) / coarse.facts().length,
         leaves: relative(&of_slow, &found),
         fast: relative(&all, &of_slow),
     };
@@ -187,12 +188,11 @@ struct Missing {
 
 impl Missing {
     fn new<M: Model + Clone>(coarse: &M, richer: &mut M, places: &[usize], motion: &Simulation) -> Self {
-        let (n, all) = (motion.n, richer.n());
+        let (n, all) = (motion.n, richer.facts().n);
         let mut coarse = coarse.clone();
         let mut scratch = ForwardScratch::of(&coarse);
         let [mut stiffness, mut mass] = [(); 2].map(|()| Matrix::zeros(all, all));
-        let (rest, mut sizes) = (vec![0.0; all], vec![0.0; all]);
-        richer.typical_coordinates(&mut sizes);
+        let (rest, sizes) = (vec![0.0; all], richer.facts().typical_coordinates.clone());
         richer.elastic_tangent(&rest, &mut stiffness);
         richer.mass_matrix(&rest, &mut mass);
         let last = motion.t.len().saturating_sub(1);
@@ -206,7 +206,7 @@ impl Missing {
             if !is_known {
                 continue;
             }
-            let mut multipliers = vec![0.0; coarse.constraints()];
+            let mut multipliers = vec![0.0; coarse.facts().constraints()];
             if !multipliers.is_empty()
                 && one_sided::multipliers(&mut coarse, [q, v, &a], &mut multipliers).is_err()
             {

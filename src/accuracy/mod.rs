@@ -66,7 +66,7 @@ pub fn simulate_to_accuracy<M: Model + Clone>(
     monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
 ) -> Result<(Simulation, Option<M>), InvalidInput> {
     let clock = Instant::now();
-    let wanted = wanted(model.n(), t_span, [q0, v0], request, t_eval)?;
+    let wanted = wanted(model.facts().n, t_span, [q0, v0], request, t_eval)?;
     let start = fitted(&mut model, t_span.0, [q0, v0])?;
     let [q0, v0] = [&start.q[..], &start.v];
     let compared = paths::with_more_times(&wanted, t_span);
@@ -91,7 +91,7 @@ pub fn simulate_to_accuracy<M: Model + Clone>(
     }
     simulation.message.push(' ');
     simulation.message.push_str(&reason);
-    if model.constraints() > 0 && simulation.status.is_success() {
+    if model.facts().constraints() > 0 && simulation.status.is_success() {
         simulation.message.push_str(IN_LOOPS);
     }
     if start.moved > 0.0 {
@@ -109,7 +109,7 @@ const IN_LOOPS: &str = " The errors are those of places on the links; those of t
 
 /// Initial state projected onto closed loops.
 fn fitted<M: Model>(model: &mut M, t: f64, [q0, v0]: [&[f64]; 2]) -> Result<Start, InvalidInput> {
-    let n = model.n();
+    let n = model.facts().n;
     let is_sensible = [q0, v0].iter().all(|values| values.len() == n && values.iter().all(|x| x.is_finite()));
     match is_sensible {
         true => Start::fitted(model, t, q0, v0),
@@ -128,9 +128,9 @@ pub fn check<M: Model>(
     request: Request,
     t_eval: Option<&[f64]>,
 ) -> Result<Vec<f64>, InvalidInput> {
-    let times = wanted(model.n(), t_span, [q0, v0], request, t_eval)?;
+    let times = wanted(model.facts().n, t_span, [q0, v0], request, t_eval)?;
     second_order::check_times(&times, t_span)?;
-    check_span(model.time_span(), t_span)?;
+    check_span(model.facts().time_span, t_span)?;
     model.check_shape(q0, "q0")?;
     Ok(times)
 }

@@ -6,7 +6,7 @@ use super::request::Request;
 use super::run::{Plan, Run};
 use crate::error::{Checker, Interrupted, InvalidInput, Number};
 use crate::linalg::Matrix;
-use crate::model::{InTime as _, Model};
+use crate::model::{Dynamics as _, InTime as _};
 use crate::robot::{Robot, RobotModel};
 use crate::rod::{MAX_MODES, STRAINS};
 use crate::simulate::{Simulation, Status};
@@ -112,7 +112,7 @@ pub fn choose_modes(
         space_error = Some(error);
         if error <= request.rtol {
             let message = format!("The modes leave a space error of {error:.0e} of the length.");
-            if coarse.model.n() == 0 {
+            if coarse.model.facts().n == 0 {
                 return Ok(unmoved(robot, open, error, fine.simulation.status));
             }
             return Ok(Modes { robot: coarse.robot, space_error, status: fine.simulation.status, message });
@@ -190,7 +190,7 @@ impl Trials<'_> {
     ) -> Result<Result<Trial, Failed>, InvalidInput> {
         let robot = with_modes(robot, self.open, modes);
         let mut model = RobotModel::new(&robot)?;
-        let rest = vec![0.0; model.n()];
+        let rest = vec![0.0; model.facts().n];
         let tolerance = TRIAL_TOLERANCE * self.request.rtol;
         let request = Request { rtol: tolerance, ..self.request };
         let plan = Plan::new(&mut model, self.t_span, [&rest, &rest], request, None, self.monitor)?;
@@ -226,7 +226,7 @@ impl Trial {
     /// Largest displacement of the tip by each coordinate, to first order, in metres.
     fn moved(&self) -> Vec<f64> {
         let mut model = self.model.clone();
-        let n = model.n();
+        let n = model.facts().n;
         let tips = model.tips_of_rods();
         let mut jacobian = Matrix::zeros(6, n);
         let mut moved = vec![0.0_f64; n];

@@ -40,7 +40,7 @@ pub(super) fn tips<M: Model>(
         if i.is_multiple_of(TIPS_BETWEEN) {
             monitor(end)?;
         }
-        if model.varies_in_time() {
+        if model.facts().varies_in_time {
             model.set_time(simulation.t[i])?;
         }
         model.places(q, &mut tips);

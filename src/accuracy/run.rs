@@ -73,7 +73,7 @@ impl<'a, M: Model + Clone> Plan<'a, M> {
         let loosest = FIRST_TOLERANCE * request.rtol;
         let known = Spectrum::new(model, t_span.0, q0, v0).and_then(|spectrum| {
             let following = Following::new(model, t_span, q0, &spectrum, loosest, monitor).ok()?;
-            let has_loops = model.constraints() > 0;
+            let has_loops = model.facts().constraints() > 0;
             Some((Choice::new(&spectrum, &following, request.rtol, has_loops), following))
         });
         // Without accelerations, after a failure of a function of time or after a stop: the run will report
@@ -95,8 +95,7 @@ impl<'a, M: Model + Clone> Plan<'a, M> {
     ) -> Result<Run, InvalidInput> {
         let Choice { integrator, frequency, .. } = self.choice;
         let mut model = self.model.clone();
-        let mut sizes = vec![0.0; model.n()];
-        model.typical_coordinates(&mut sizes);
+        let sizes = model.facts().typical_coordinates.clone();
         let followed = self.following.longest_step(integrator, tolerance);
         let max_step = self.request.max_step.min(followed).min(longest_step);
         let fewest = self.duration() / max_step;

@@ -51,7 +51,7 @@ pub(super) fn add_error<M: Model + Clone>(
             }
             return unknown(run, "the run with more modes failed");
         }
-        let apart = largest(&distances(&other.tips, &run.tips)) / plan.model.length();
+        let apart = largest(&distances(&other.tips, &run.tips)) / plan.model.facts().length;
         let error = finer.estimate.error(apart);
         if error <= wanted || apart > CLEAR * tolerance || tolerance <= tightest {
             break error;
@@ -92,6 +92,6 @@ pub(super) fn with_nodes<M: Model + Clone>(
     // At the tolerance of the run: if errors multiply, errors of looser steps would be attributed to the
     // nodes.
     let other = other.run(run.tolerance, f64::INFINITY, monitor)?;
-    let changed = largest(&distances(&other.tips, &run.tips)) / plan.model.length();
+    let changed = largest(&distances(&other.tips, &run.tips)) / plan.model.facts().length;
     Ok((other.is_success() && changed > matters).then_some(model))
 }

@@ -115,7 +115,7 @@ fn error<M: Model + Clone>(plan: &Plan<'_, M>, run: &Run, looser: &Looser, gain:
     // difference.
     let share = if gain >= LEAST_GAIN && !grows(&apart) { SAFETY / gain.sqrt() } else { SAFETY };
     let missed = plan.following.lost(plan.choice.integrator, plan.duration() / run.steps().max(1.0));
-    let seen = share * largest(&apart) / plan.model.length();
+    let seen = share * largest(&apart) / plan.model.facts().length;
     (seen + missed + LUCK * run.tolerance).max(drained(plan, run))
 }
 
@@ -126,5 +126,5 @@ fn drained<M: Model + Clone>(plan: &Plan<'_, M>, run: &Run) -> f64 {
     let balance = run.simulation.balance(&mut plan.model.clone());
     let drift = balance.map_or(0.0, |balance| balance.drift());
     let lost = if drift > LARGE_DRIFT { 1.0 - (1.0 - drift.min(1.0)).sqrt() } else { 0.0 };
-    lost * range(&run.tips, run.simulation.t.len()) / plan.model.length()
+    lost * range(&run.tips, run.simulation.t.len()) / plan.model.facts().length
 }

@@ -3,7 +3,7 @@
 use crate::constraint::{one_sided, saddle::Saddle};
 use crate::error::{Interrupted, Unfinished};
 use crate::linalg::Matrix;
-use crate::model::{InTime as _, Model as _, Tied as _};
+use crate::model::{Dynamics as _, InTime as _, Tied as _};
 use crate::robot::RobotModel;
 use crate::statics::{
     Continuation, ContinuationOptions, CriticalKind, InputPath, Monitor, Status, continuation,
@@ -136,7 +136,7 @@ impl<'a, 'b> Equilibria<'a, 'b> {
         self.model.set_inputs(u);
         self.model.set_time(self.time)?;
         let rest = vec![0.0; n];
-        let constraints = self.model.constraints();
+        let constraints = self.model.facts().constraints();
         let mut multipliers = vec![0.0; constraints];
         if constraints > 0 && one_sided::multipliers(self.model, [q, &rest, &rest], &mut multipliers).is_err()
         {
@@ -174,7 +174,7 @@ impl<'a, 'b> Equilibria<'a, 'b> {
     /// (constraints, inputs).
     fn gaps_of_inputs(&mut self) -> Result<Matrix, Interrupted> {
         let State { u, q } = &self.latest;
-        let constraints = self.model.constraints();
+        let constraints = self.model.facts().constraints();
         let mut change = Matrix::zeros(constraints, u.len());
         if constraints == 0 {
             return Ok(change);

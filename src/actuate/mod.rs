@@ -52,7 +52,7 @@ pub use outcome::{Found, Status};
 use crate::actuator::{Actuator, Drive, Tendon};
 use crate::error::{Checker, Interrupted, InvalidInput, Number, Unfinished};
 use crate::linalg::{Matrix, full_svd, norm};
-use crate::model::{Discretised as _, InTime as _, Model as _};
+use crate::model::{Dynamics as _, InTime as _};
 use crate::reach::Target;
 use crate::reach::misfit::Misfit;
 use crate::robot::RobotModel;
@@ -168,7 +168,7 @@ impl Problem {
         }
         check.positive(options.tol, "tol", "a part of the length of what carries a target, and radians");
         if let Some(q0) = &options.q0
-            && check.length(q0, model.n(), "q0")
+            && check.length(q0, model.facts().n, "q0")
         {
             check.finite(q0, "q0");
         }
@@ -245,7 +245,7 @@ fn search(
         model.set_time(options.time)
     });
     let mut never = || Ok(());
-    let near = options.q0.clone().unwrap_or_else(|| vec![0.0; model.n()]);
+    let near = options.q0.clone().unwrap_or_else(|| vec![0.0; model.facts().n]);
     let mut of_targets = Misfit::new(&mut seen, targets, &near, Vec::new(), &mut never);
     let conclude = |of_targets: &mut Misfit<'_, '_>, end: Ending| {
         let Ending { u, q, status, held, lost, slack, verdict, counters, equilibria } = end;

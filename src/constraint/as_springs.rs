@@ -4,18 +4,21 @@
 //! results do not depend on the stiffness. The springs' deflection, force over stiffness, is at the level of
 //! rounding.
 
-use crate::error::{Interrupted, InvalidInput};
+use crate::error::Interrupted;
 use crate::linalg::Matrix;
-use crate::model::{Discretised, Elastic, Energy, Flaw, InTime, Model, Switch, Tied};
-use crate::signal::{Cell, Jumps};
-use crate::springs::Springs;
+use crate::model::{
+    Dynamics, Elastic, Energy, Facts, Flaw, InContact, InTime, OneSided, Radius, Sprung, Static, Switch,
+    Untied,
+};
+use crate::springs::{Cords, Springs};
 
 /// Stiffness of the springs in units of the largest one of the model: what they give then is rounding of displacements.
 const STIFF: f64 = 1e12;
 
 /// A model whose loops are held by springs.
 pub(crate) struct AsSprings<'a> {
-    model: &'a mut dyn Model,
+    model: &'a mut dyn Static,
+    facts: Facts,
     /// Of every constraint.
     stiffness: Vec<f64>,
     /// The largest energy of the model at the sizes of its coordinates, twice, and these.
@@ -29,8 +32,9 @@ pub(crate) struct AsSprings<'a> {
 
 impl<'a> AsSprings<'a> {
     /// With springs that are stiff beside what a model is near a shape.
-    pub(crate) fn new(model: &'a mut dyn Model, q: &[f64]) -> Self {
-        let (n, m) = (q.len(), model.constraints());
+    pub(crate) fn new(model: &'a mut dyn Static, q: &[f64]) -> Self {
+        let (n, m) = (q.len(), model.facts().constraints());
+        let facts = facts_with_springs(model.facts());
         let (mut sizes, rest) = (vec![0.0; n], vec![0.0; n]);
         model.sizes(q, &mut sizes);
         let (mut elastic, mut tangent) = (Matrix::zeros(n, n), Matrix::zeros(n, n));
@@ -49,6 +53,7 @@ impl<'a> AsSprings<'a> {
             stiffness: vec![STIFF * largest; m],
             largest,
             sizes,
+            facts,
             model,
             held: None,
             multipliers: vec![0.0; m],
@@ -104,6 +109,20 @@ impl<'a> AsSprings<'a> {
     }
 }
 
+/// Those of a model whose constraints are springs. All of them act between whatever parts there are, and as the only cords.
+fn facts_with_springs(of_model: &Facts) -> Facts {
+    Facts {
+        gap_sizes: Vec::new(),
+        springs: of_model.springs + of_model.constraints(),
+        cords: 0,
+        parts: Vec::new(),
+        turns: vec![true; of_model.n],
+        section_places: Vec::new(),
+        free_lengths: 0,
+        ..of_model.clone()
+    }
+}
+
 impl Elastic for AsSprings<'_> {
     fn elastic_forces(&mut self, q: &[f64], tau: &mut [f64]) {
         self.model.elastic_forces(q, tau);
@@ -133,12 +152,18 @@ impl Elastic for AsSprings<'_> {
         self.add_stiffness(q, 1.0, tangent);
     }
 
-    fn springs(&self) -> usize {
-        self.model.springs() + self.stiffness.len()
+    fn turned_loads(&mut self, _q: &[f64], forces: &mut Matrix) {
+        forces.fill(0.0);
     }
 
+    fn sizes(&mut self, q: &[f64], sizes: &mut [f64]) {
+        self.model.sizes(q, sizes);
+    }
+}
+
+impl Sprung for AsSprings<'_> {
     fn linearise_springs(&mut self, q: &[f64], springs: &mut Springs) {
-        let (n, before, m) = (q.len(), self.model.springs(), self.stiffness.len());
+        let (n, before, m) = (q.len(), self.model.facts().springs, self.stiffness.len());
         let mut own = Springs::new(before, n);
         if before > 0 {
             self.model.linearise_springs(q, &mut own);
@@ -167,102 +192,38 @@ impl Elastic for AsSprings<'_> {
     }
 
     fn hold_springs(&mut self, forces: Option<&[f64]>) {
-        let before = self.model.springs();
+        let before = self.model.facts().springs;
         self.model.hold_springs(forces.map(|forces| &forces[..before]).filter(|_| before > 0));
         self.held = forces.map(|forces| forces[before..].iter().map(|force| -force).collect());
     }
 
-    fn sizes(&mut self, q: &[f64], sizes: &mut [f64]) {
-        self.model.sizes(q, sizes);
-    }
+    fn linearise_cords(&mut self, _q: &[f64], _cords: &mut Cords) {}
 
-    fn typical_coordinates(&self, sizes: &mut [f64]) {
-        self.model.typical_coordinates(sizes);
-    }
+    fn hold_cords(&mut self, _tensions: Option<&[f64]>) {}
 }
 
 impl InTime for AsSprings<'_> {
-    fn varies_in_time(&self) -> bool {
-        self.model.varies_in_time()
-    }
-
     fn set_time(&mut self, t: f64) -> Result<(), Interrupted> {
         self.model.set_time(t)
-    }
-
-    fn inputs(&self) -> usize {
-        self.model.inputs()
-    }
-
-    fn default_inputs(&self) -> Vec<f64> {
-        self.model.default_inputs()
     }
 
     fn set_inputs(&mut self, u: &[f64]) {
         self.model.set_inputs(u);
     }
 
-    fn time_span(&self) -> [f64; 2] {
-        self.model.time_span()
-    }
-
-    fn horizon(&self, t: f64) -> f64 {
-        self.model.horizon(t)
-    }
-
-    fn corner(&self, cell: Cell) -> Option<f64> {
-        self.model.corner(cell)
-    }
-
-    fn set_steps(&mut self, dt: f64) {
-        self.model.set_steps(dt);
-    }
-
-    fn jumps(&self) -> Jumps {
-        self.model.jumps()
-    }
-
-    fn jump_near(&self, t: f64) -> Option<f64> {
-        self.model.jump_near(t)
-    }
-
-    fn set_time_in_jump(&mut self, t: f64) -> Result<(), Interrupted> {
-        self.model.set_time_in_jump(t)
-    }
-
-    fn pass_jump(&mut self, t: f64) {
-        self.model.pass_jump(t);
-    }
-
-    fn shortest_period(&self) -> f64 {
-        self.model.shortest_period()
-    }
-
     fn not_finite(&self) -> Option<String> {
         self.model.not_finite()
     }
-}
 
-impl Discretised for AsSprings<'_> {
-    fn is_discretised(&self) -> bool {
-        self.model.is_discretised()
-    }
-
-    fn flaw(&mut self, q: &[f64]) -> Option<Flaw> {
-        self.model.flaw(q)
-    }
-
-    fn check_shape(&mut self, q: &[f64], place: &str) -> Result<(), InvalidInput> {
-        self.model.check_shape(q, place)
+    fn input_tangent(&mut self, q: &[f64], qd: &[f64], qdd: &[f64], tangent: &mut Matrix) {
+        self.model.input_tangent(q, qd, qdd, tangent);
     }
 }
+
+impl Untied for AsSprings<'_> {}
 
 /// Its loops are springs. Those that hold one way only do so still; their multipliers are the opposite of the springs' forces.
-impl Tied for AsSprings<'_> {
-    fn is_one_sided(&self) -> bool {
-        self.model.is_one_sided()
-    }
-
+impl OneSided for AsSprings<'_> {
     fn held(&self) -> Vec<bool> {
         self.model.held()
     }
@@ -279,11 +240,56 @@ impl Tied for AsSprings<'_> {
         }
         switch
     }
+
+    fn release_open(&mut self, _q: &[f64], _qd: Option<&[f64]>) {}
+
+    fn keep_held(&mut self, _is_kept: bool) {}
+
+    fn passed(&mut self, _q: &[f64], _qd: &[f64]) -> Vec<[f64; 2]> {
+        Vec::new()
+    }
 }
 
-impl Model for AsSprings<'_> {
-    fn n(&self) -> usize {
-        self.model.n()
+/// Passing of surfaces is not looked for.
+impl InContact for AsSprings<'_> {
+    fn leave_contact(&mut self, is_left: bool) {
+        self.model.leave_contact(is_left);
+    }
+
+    fn soften_contact(&mut self, forces: Option<&[f64]>) -> bool {
+        self.model.soften_contact(forces)
+    }
+
+    fn deepest_overlap(&mut self, q: &[f64]) -> f64 {
+        self.model.deepest_overlap(q)
+    }
+
+    fn shifts_of_contact(&mut self, q: &[f64]) -> Matrix {
+        self.model.shifts_of_contact(q)
+    }
+
+    fn work_of_interactions(&mut self, q: &[f64], work: &mut [f64]) {
+        self.model.work_of_interactions(q, work);
+    }
+
+    fn sunk(&mut self, q: &[f64]) -> Option<Flaw> {
+        self.model.sunk(q)
+    }
+
+    fn note_surfaces(&mut self, _q: &[f64]) {}
+
+    fn have_passed(&mut self, _q: &[f64], _radius: Radius) -> bool {
+        false
+    }
+
+    fn is_touched(&self) -> bool {
+        false
+    }
+}
+
+impl Dynamics for AsSprings<'_> {
+    fn facts(&self) -> &Facts {
+        &self.facts
     }
 
     fn inverse_dynamics(&mut self, q: &[f64], qd: &[f64], qdd: &[f64], tau: &mut [f64]) {
@@ -306,16 +312,8 @@ impl Model for AsSprings<'_> {
         self.add_stiffness(q, weights[0], tangent);
     }
 
-    fn rotation_vectors(&self) -> &[usize] {
-        self.model.rotation_vectors()
-    }
-
     fn tangent_cost(&self) -> f64 {
         self.model.tangent_cost()
-    }
-
-    fn input_tangent(&mut self, q: &[f64], qd: &[f64], qdd: &[f64], tangent: &mut Matrix) {
-        self.model.input_tangent(q, qd, qdd, tangent);
     }
 
     fn mass_matrix(&mut self, q: &[f64], mass: &mut Matrix) {
@@ -338,59 +336,11 @@ impl Model for AsSprings<'_> {
         self.model.places(q, places);
     }
 
-    fn length(&self) -> f64 {
-        self.model.length()
-    }
-
-    fn is_damped(&self) -> bool {
-        self.model.is_damped()
-    }
-
-    fn has_tendon_friction(&self) -> bool {
-        self.model.has_tendon_friction()
-    }
-
-    fn has_velocity_forces(&self) -> bool {
-        self.model.has_velocity_forces()
-    }
-
     fn supplied_power(&mut self, q: &[f64], qd: &[f64], qdd: &[f64]) -> f64 {
         self.model.supplied_power(q, qd, qdd)
     }
 
-    fn leave_contact(&mut self, is_left: bool) {
-        self.model.leave_contact(is_left);
-    }
-
-    fn work_of_interactions(&mut self, q: &[f64], work: &mut [f64]) {
-        self.model.work_of_interactions(q, work);
-    }
-
-    fn soften_contact(&mut self, forces: Option<&[f64]>) -> bool {
-        self.model.soften_contact(forces)
-    }
-
-    fn deepest_overlap(&mut self, q: &[f64]) -> f64 {
-        self.model.deepest_overlap(q)
-    }
-
-    fn shifts_of_contact(&mut self, q: &[f64]) -> Matrix {
-        self.model.shifts_of_contact(q)
-    }
-
-    fn sunk(&mut self, q: &[f64]) -> Option<Flaw> {
-        self.model.sunk(q)
-    }
-
-    fn has_contact(&self) -> bool {
-        self.model.has_contact()
-    }
-
-    fn is_driven(&self) -> bool {
-        self.model.is_driven()
-    }
-
-    fn is_carried(&self) -> bool {
-        self.model.is_carried()
+    fn flaw(&mut self, q: &[f64]) -> Option<Flaw> {
+        self.model.flaw(q)
     }
 }

@@ -4,7 +4,7 @@
 //! + k_i / e)`: s_i are the sizes of the coordinates ([`sizes`](crate::model::Elastic::sizes)), `k_i = s_i^2 K_ii` twice the elastic
 //! energy of one size, and e is the softest of these among the coordinates that are joined. Bending closes a loop then, not
 //! stretching. Neither masses nor times nor lengths of other parts have a say, and units cancel: gaps are compared with the sizes of
-//! what they are gaps of ([`gap_sizes`](crate::model::Tied::gap_sizes)).
+//! what they are gaps of ([`gap_sizes`](crate::model::Facts::gap_sizes)).
 //!
 //! Each gap counts relative to how fast it can close. Where no motion closes all of them to first order, as on the way to bars that fold
 //! back onto each other, these weights would lead in circles, and gaps count relative to their sizes.
@@ -15,7 +15,7 @@
 //! grad^2 g_i`.
 
 use crate::linalg::{Matrix, dot, norm, symmetric_eigen, symmetric_part, thin_svd};
-use crate::model::{Model, chart};
+use crate::model::{Static, chart};
 
 /// Gaps below this part of their sizes are rounding.
 const ROUNDING: f64 = 1e-13;
@@ -61,22 +61,22 @@ struct Ended {
 }
 
 /// Moves a shape until constraints hold; those that hold one way only do so where they are not open. Of closed shapes that are
-/// found, the one of least energy. Returns the largest gap that is left, in [`gap_sizes`](crate::model::Tied::gap_sizes): not
+/// found, the one of least energy. Returns the largest gap that is left, in [`gap_sizes`](crate::model::Facts::gap_sizes): not
 /// small where constraints conflict or where steps no longer come nearer. Allocates.
-pub(crate) fn close<M: Model + ?Sized>(model: &mut M, q: &mut [f64]) -> f64 {
+pub(crate) fn close<M: Static + ?Sized>(model: &mut M, q: &mut [f64]) -> f64 {
     let gap = find(model, q);
     model.release_open(q, None);
     gap
 }
 
-fn find<M: Model + ?Sized>(model: &mut M, q: &mut [f64]) -> f64 {
+fn find<M: Static + ?Sized>(model: &mut M, q: &mut [f64]) -> f64 {
     let mut gaps = Vec::new();
     let left = violated(model, q, &mut gaps);
     if left <= ROUNDING || !left.is_finite() || q.is_empty() {
         return left;
     }
     let mut start = q.to_vec();
-    chart::fold(model.rotation_vectors(), &mut start);
+    chart::fold(&model.facts().rotation_vectors, &mut start);
     let mut ended = vec![approach(model, start.clone())];
     let is_closed = |ended: &[Ended]| ended.iter().any(|ended| ended.gap <= CLOSED);
     if left > CLOSED {
@@ -98,7 +98,7 @@ fn find<M: Model + ?Sized>(model: &mut M, q: &mut [f64]) -> f64 {
             .enumerate()
             .map(|(k, w)| BESIDE * w * (1.7 * k as f64 + attempt as f64).cos());
         let mut beside = start.clone();
-        chart::retract(model.rotation_vectors(), &mut beside, &step.collect::<Vec<_>>());
+        chart::retract(&model.facts().rotation_vectors, &mut beside, &step.collect::<Vec<_>>());
         ended.push(approach(model, beside));
     }
     let best = of_least_energy(model, &ended);
@@ -115,12 +115,12 @@ enum Load {
 }
 
 /// Closed shapes found from both sides of a shape, if the closing force buckles it.
-fn on_both_sides<M: Model + ?Sized>(model: &mut M, q: &[f64], load: Load) -> Vec<Ended> {
+fn on_both_sides<M: Static + ?Sized>(model: &mut M, q: &[f64], load: Load) -> Vec<Ended> {
     let Some(step) = buckling(model, q, load) else { return Vec::new() };
     let side = |sign: f64| {
         let mut beside = q.to_vec();
         chart::retract(
-            model.rotation_vectors(),
+            &model.facts().rotation_vectors,
             &mut beside,
             &step.iter().map(|x| sign * x).collect::<Vec<_>>(),
         );
@@ -130,8 +130,8 @@ fn on_both_sides<M: Model + ?Sized>(model: &mut M, q: &[f64], load: Load) -> Vec
 }
 
 /// Of closed shapes the one of least energy, valid ones first; if there is none, the first of all.
-fn of_least_energy<'a, M: Model + ?Sized>(model: &mut M, ended: &'a [Ended]) -> &'a Ended {
-    let rest = vec![0.0; model.n()];
+fn of_least_energy<'a, M: Static + ?Sized>(model: &mut M, ended: &'a [Ended]) -> &'a Ended {
+    let rest = vec![0.0; model.facts().n];
     let mut best: Option<(&Ended, bool, f64)> = None;
     for other in ended.iter().filter(|ended| ended.gap <= CLOSED) {
         let energy = model.energy(&other.q, &rest);
@@ -150,7 +150,7 @@ fn of_least_energy<'a, M: Model + ?Sized>(model: &mut M, ended: &'a [Ended]) -> 
 }
 
 /// Gauss and Newton's method from one shape to the best one on its way, as long as it comes nearer.
-fn approach<M: Model + ?Sized>(model: &mut M, mut q: Vec<f64>) -> Ended {
+fn approach<M: Static + ?Sized>(model: &mut M, mut q: Vec<f64>) -> Ended {
     let mut gaps = Vec::new();
     let mut best = Ended { q: q.clone(), gap: f64::INFINITY };
     let (mut without_progress, mut last, mut is_whole) = (0, f64::INFINITY, false);
@@ -175,7 +175,7 @@ fn approach<M: Model + ?Sized>(model: &mut M, mut q: Vec<f64>) -> Ended {
         }
         let part = (LONGEST / size).min(1.0);
         let step: Vec<f64> = step.iter().map(|x| part * x).collect();
-        chart::retract(model.rotation_vectors(), &mut q, &step);
+        chart::retract(&model.facts().rotation_vectors, &mut q, &step);
         (last, is_whole) = (gap, part == 1.0);
     }
     best
@@ -183,8 +183,8 @@ fn approach<M: Model + ?Sized>(model: &mut M, mut q: Vec<f64>) -> Ended {
 
 /// Gaps over their sizes, of constraints that hold one way only if they are violated; those hold from then on. Returns the
 /// largest one.
-fn violated<M: Model + ?Sized>(model: &mut M, q: &[f64], gaps: &mut Vec<f64>) -> f64 {
-    let m = model.constraints();
+fn violated<M: Static + ?Sized>(model: &mut M, q: &[f64], gaps: &mut Vec<f64>) -> f64 {
+    let m = model.facts().constraints();
     let rest = vec![0.0; q.len()];
     let passed = model.passed(q, &rest);
     if !passed.is_empty() {
@@ -196,14 +196,8 @@ fn violated<M: Model + ?Sized>(model: &mut M, q: &[f64], gaps: &mut Vec<f64>) ->
     model.gaps(q, gaps);
     // Gaps of angles grow on the way back from half a turn.
     let turned = model.away_from_half_turns(gaps);
-    gaps.iter_mut().zip(sizes_of_gaps(model)).for_each(|(gap, size)| *gap /= size);
+    gaps.iter_mut().zip(model.facts().gap_sizes.clone()).for_each(|(gap, size)| *gap /= size);
     gaps.iter().fold(turned, |largest: f64, gap| if gap.abs() <= largest { largest } else { gap.abs() })
-}
-
-fn sizes_of_gaps<M: Model + ?Sized>(model: &M) -> Vec<f64> {
-    let mut sizes = vec![1.0; model.constraints()];
-    model.gap_sizes(&mut sizes);
-    sizes
 }
 
 /// Natural coordinates at a shape.
@@ -253,13 +247,13 @@ impl Rows {
 }
 
 impl Natural {
-    fn new<M: Model + ?Sized>(model: &mut M, q: &[f64]) -> Self {
+    fn new<M: Static + ?Sized>(model: &mut M, q: &[f64]) -> Self {
         let n = q.len();
         let mut sizes = vec![0.0; n];
         model.sizes(q, &mut sizes);
         let mut stiffness = Matrix::zeros(n, n);
         model.elastic_tangent(q, &mut stiffness);
-        chart::hessian(model.rotation_vectors(), q, &vec![0.0; n], &mut stiffness);
+        chart::hessian(&model.facts().rotation_vectors, q, &vec![0.0; n], &mut stiffness);
         let stiffness: Vec<f64> =
             (0..n).map(|k| (stiffness[(k, k)] * sizes[k] * sizes[k]).max(0.0)).collect();
         let joined = joined(model, q);
@@ -279,11 +273,11 @@ impl Natural {
     }
 
     /// Derivatives of gaps over their sizes, m x n, with respect to natural coordinates and to sizes.
-    fn jacobian<M: Model + ?Sized>(&self, model: &mut M, q: &[f64]) -> [Matrix; 2] {
-        let mut rows = Matrix::zeros(model.constraints(), q.len());
+    fn jacobian<M: Static + ?Sized>(&self, model: &mut M, q: &[f64]) -> [Matrix; 2] {
+        let mut rows = Matrix::zeros(model.facts().constraints(), q.len());
         model.gap_jacobian(q, &mut rows);
-        chart::rows(model.rotation_vectors(), q, &mut rows);
-        for (mut row, size) in rows.row_iter_mut().zip(sizes_of_gaps(model)) {
+        chart::rows(&model.facts().rotation_vectors, q, &mut rows);
+        for (mut row, size) in rows.row_iter_mut().zip(model.facts().gap_sizes.clone()) {
             row /= size;
         }
         [&self.weights, &self.sizes].map(|sizes| {
@@ -293,7 +287,7 @@ impl Natural {
         })
     }
 
-    fn rows<M: Model + ?Sized>(&self, model: &mut M, q: &[f64], relative: Relative) -> Option<Rows> {
+    fn rows<M: Static + ?Sized>(&self, model: &mut M, q: &[f64], relative: Relative) -> Option<Rows> {
         let [natural, in_sizes] = self.jacobian(model, q);
         let mut columns = natural.transpose();
         let factors: Vec<f64> = columns
@@ -317,7 +311,7 @@ impl Natural {
     }
 
     /// The step that closes gaps to first order. Tendons that it would make too long hold, too.
-    fn closing<M: Model + ?Sized>(&self, model: &mut M, q: &[f64], gaps: &mut [f64]) -> Option<Vec<f64>> {
+    fn closing<M: Static + ?Sized>(&self, model: &mut M, q: &[f64], gaps: &mut [f64]) -> Option<Vec<f64>> {
         loop {
             let rows = self.rows(model, q, Relative::ToRates)?;
             let scaled = rows.scaled(gaps);
@@ -334,7 +328,7 @@ impl Natural {
     }
 
     /// Holds tendons that are slack and that a step would make too long, to first order; whether there are any.
-    fn holds_more<M: Model + ?Sized>(
+    fn holds_more<M: Static + ?Sized>(
         &self,
         model: &mut M,
         q: &[f64],
@@ -366,7 +360,7 @@ impl Natural {
 
 /// The lowest buckling mode of the force that would close the gaps of a shape, so large that it closes them by about half; `None`
 /// if that force does not buckle it, or does not count.
-fn buckling<M: Model + ?Sized>(model: &mut M, q: &[f64], load: Load) -> Option<Vec<f64>> {
+fn buckling<M: Static + ?Sized>(model: &mut M, q: &[f64], load: Load) -> Option<Vec<f64>> {
     let (n, mut gaps) = (q.len(), Vec::new());
     violated(model, q, &mut gaps);
     let natural = Natural::new(model, q);
@@ -392,7 +386,7 @@ fn buckling<M: Model + ?Sized>(model: &mut M, q: &[f64], load: Load) -> Option<V
     let multipliers: Vec<f64> = force
         .iter()
         .zip(&rows.factors)
-        .zip(sizes_of_gaps(model))
+        .zip(model.facts().gap_sizes.clone())
         .map(|((x, factor), size)| x * factor / size)
         .collect();
     let mut curvature = second_derivative(model, q, &multipliers);
@@ -422,7 +416,7 @@ fn buckling<M: Model + ?Sized>(model: &mut M, q: &[f64], load: Load) -> Option<V
 }
 
 /// `sum_i lambda_i grad^2 g_i` along steps: what forces and tangent are more with multipliers than without.
-fn second_derivative<M: Model + ?Sized>(model: &mut M, q: &[f64], multipliers: &[f64]) -> Matrix {
+fn second_derivative<M: Static + ?Sized>(model: &mut M, q: &[f64], multipliers: &[f64]) -> Matrix {
     let n = q.len();
     let (rest, mut without) = (vec![0.0; n], Matrix::zeros(n, n));
     let mut with = without.clone();
@@ -436,20 +430,20 @@ fn second_derivative<M: Model + ?Sized>(model: &mut M, q: &[f64], multipliers: &
     }
     with -= without;
     forces.iter_mut().zip(others).for_each(|(force, other)| *force -= other);
-    chart::hessian(model.rotation_vectors(), q, &forces, &mut with);
+    chart::hessian(&model.facts().rotation_vectors, q, &forces, &mut with);
     with
 }
 
 /// For each coordinate, the first one of the part that it belongs to: parts that constraints join are one.
-fn joined<M: Model + ?Sized>(model: &mut M, q: &[f64]) -> Vec<usize> {
+fn joined<M: Static + ?Sized>(model: &mut M, q: &[f64]) -> Vec<usize> {
     let n = q.len();
     let mut first_of = vec![0; n];
     let mut first = 0;
-    for size in model.parts() {
+    for &size in &model.facts().parts {
         first_of[first..first + size].fill(first);
         first += size;
     }
-    let mut rows = Matrix::zeros(model.constraints(), n);
+    let mut rows = Matrix::zeros(model.facts().constraints(), n);
     model.gap_jacobian(q, &mut rows);
     for row in rows.row_iter() {
         let mut moved = (0..n).filter(|&k| row[k] != 0.0).map(|k| first_of[k]).collect::<Vec<_>>();

@@ -3,10 +3,10 @@
 
 use super::projection;
 use super::saddle::{self, MassSaddle};
-use crate::model::{Model, SingularMass, Switch};
+use crate::model::{SingularMass, Static, Switch};
 
 /// In a given state, an inextensible tendon counts as taut if it is shorter than its length by less than this
-/// part of the length of what it joins ([`gap_sizes`](crate::model::Tied::gap_sizes)): more than the error of a method, less than
+/// part of the length of what it joins ([`gap_sizes`](crate::model::Facts::gap_sizes)): more than the error of a method, less than
 /// anyone notices. For the rates of lengths, the same per second.
 pub(crate) const TAUT: f64 = 1e-7;
 
@@ -30,7 +30,7 @@ pub(crate) fn most_switches(constraints: usize) -> usize {
 }
 
 /// Accelerations and multipliers ([`saddle::accelerations`]) of those that hold in a state. Allocates.
-pub(crate) fn accelerations<M: Model + ?Sized>(
+pub(crate) fn accelerations<M: Static + ?Sized>(
     model: &mut M,
     q: &[f64],
     v: &[f64],
@@ -44,7 +44,7 @@ pub(crate) fn accelerations<M: Model + ?Sized>(
 }
 
 /// What holds the constraints in a motion ([`saddle::multipliers`]). Allocates.
-pub(crate) fn multipliers<M: Model + ?Sized>(
+pub(crate) fn multipliers<M: Static + ?Sized>(
     model: &mut M,
     state: [&[f64]; 3],
     multipliers: &mut [f64],
@@ -55,7 +55,7 @@ pub(crate) fn multipliers<M: Model + ?Sized>(
 }
 
 /// Finds multipliers until it is clear which constraints hold in a shape.
-fn until_settled<M: Model + ?Sized>(
+fn until_settled<M: Static + ?Sized>(
     model: &mut M,
     q: &[f64],
     multipliers: &mut [f64],
@@ -63,7 +63,7 @@ fn until_settled<M: Model + ?Sized>(
 ) -> Result<(), SingularMass> {
     find(model, multipliers)?;
     for _ in 0..most_switches(multipliers.len()) {
-        if !model.is_one_sided() || model.switch(q, multipliers) == Switch::Nothing {
+        if !model.facts().is_one_sided || model.switch(q, multipliers) == Switch::Nothing {
             break;
         }
         find(model, multipliers)?;
@@ -99,22 +99,20 @@ pub(crate) struct Changed {
 }
 
 /// Finds the constraints that are active from this state on, and keeps them
-/// ([`keep_held`](crate::model::Tied::keep_held)). Constraints that are reached at a speed stop the motion by
+/// ([`keep_held`](crate::model::OneSided::keep_held)). Constraints that are reached at a speed stop the motion by
 /// impulses without rebound. `released` is a constraint that is no longer active. Allocates.
 pub(crate) fn change(
-    model: &mut dyn Model,
+    model: &mut dyn Static,
     [q, v]: [&[f64]; 2],
     released: Option<usize>,
 ) -> Result<Changed, Unsettled> {
     model.keep_held(false);
-    let (n, m) = (q.len(), model.constraints());
+    let (n, m) = (q.len(), model.facts().constraints());
     let (mut q, mut v, mut a) = (q.to_vec(), v.to_vec(), vec![0.0; n + m]);
     let passed = model.passed(&q, &v);
     let first = m - passed.len();
-    let mut sizes = vec![1.0; m];
-    model.gap_sizes(&mut sizes);
-    let sizes = &sizes[first..];
-    let farthest = passed.iter().zip(sizes).max_by(|([a, _], _), ([b, _], _)| a.total_cmp(b));
+    let sizes = model.facts().gap_sizes[first..].to_vec();
+    let farthest = passed.iter().zip(&sizes).max_by(|([a, _], _), ([b, _], _)| a.total_cmp(b));
     if let Some(([by, _], size)) = farthest.filter(|([by, _], _)| *by > TAUT) {
         return Err(Unsettled::Passed(by * size));
     }
@@ -156,7 +154,7 @@ pub(crate) fn change(
 
 /// Finds accelerations and multipliers of those that hold, and how fast those rise that are near. They hold from then on.
 fn accelerate(
-    model: &mut dyn Model,
+    model: &mut dyn Static,
     [q, v]: [&[f64]; 2],
     [may_hold, near]: [&[f64]; 2],
     first: usize,
@@ -175,7 +173,7 @@ fn accelerate(
 
 /// Velocities after impulses that stop what is passed at a speed, and the energy that is lost.
 fn impulses(
-    model: &mut dyn Model,
+    model: &mut dyn Static,
     [q, v]: [&[f64]; 2],
     may_hold: &[f64],
     first: usize,
@@ -196,13 +194,13 @@ fn impulses(
 }
 
 /// Multipliers, and how fast what may hold rises, of those that hold.
-type Find<'a> = dyn FnMut(&mut dyn Model, &mut [f64], &mut [f64]) -> Result<(), SingularMass> + 'a;
+type Find<'a> = dyn FnMut(&mut dyn Static, &mut [f64], &mut [f64]) -> Result<(), SingularMass> + 'a;
 
 /// Of constraints that may hold, from `first` on one way only, holds those with which no multiplier is below zero and nothing rises that
 /// does not hold: the first one that does not fit changes sides (Murty 1974, "Note on a Bard-type scheme for solving the
 /// complementarity problem"; it ends for independent constraints).
 fn hold_some(
-    model: &mut dyn Model,
+    model: &mut dyn Static,
     may_hold: &[f64],
     first: usize,
     find: &mut Find<'_>,

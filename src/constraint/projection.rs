@@ -1,7 +1,7 @@
 //! Projection of states onto constraints.
 
 use super::saddle::MassSaddle;
-use crate::model::{Model, SingularMass};
+use crate::model::{SingularMass, Static};
 
 /// Gaps below this part of the lengths of what constraints join are rounding.
 const CLOSED: f64 = 1e-13;
@@ -30,13 +30,11 @@ fn largest(gaps: &[f64], sizes: &[f64]) -> f64 {
 }
 
 /// Moves a shape that nearly satisfies its constraints until they hold, by as little kinetic energy as can be. Returns the largest
-/// gap that is left, in [`gap_sizes`](crate::model::Tied::gap_sizes). Allocates.
-pub(crate) fn close<M: Model + ?Sized>(model: &mut M, q: &mut [f64]) -> Result<f64, SingularMass> {
-    let m = model.constraints();
-    let mut sizes = vec![0.0; q.len()];
-    model.typical_coordinates(&mut sizes);
-    let [mut gaps, mut gap_sizes] = [vec![0.0; m], vec![1.0; m]];
-    model.gap_sizes(&mut gap_sizes);
+/// gap that is left, in [`gap_sizes`](crate::model::Facts::gap_sizes). Allocates.
+pub(crate) fn close<M: Static + ?Sized>(model: &mut M, q: &mut [f64]) -> Result<f64, SingularMass> {
+    let m = model.facts().constraints();
+    let (sizes, gap_sizes) = (model.facts().typical_coordinates.clone(), model.facts().gap_sizes.clone());
+    let mut gaps = vec![0.0; m];
     model.gaps(q, &mut gaps);
     let mut gap = largest(&gaps, &gap_sizes);
     let mut best = (gap, q.to_vec());
@@ -92,21 +90,20 @@ impl Fit {
 
 /// Changes velocities by the smallest kinetic energy that makes them fit the constraints: as an impulse of what holds these
 /// would. Allocates.
-pub(crate) fn fit_velocities<M: Model + ?Sized>(
+pub(crate) fn fit_velocities<M: Static + ?Sized>(
     model: &mut M,
     q: &[f64],
     v: &mut [f64],
 ) -> Result<Fit, SingularMass> {
-    let mut rates = vec![0.0; model.constraints()];
+    let mut rates = vec![0.0; model.facts().constraints()];
     model.gap_rates(q, v, &mut rates);
     let saddle = MassSaddle::new(model, q)?;
     let (step, multipliers) = saddle.closing(&rates);
     v.iter_mut().zip(&step).for_each(|(v, step)| *v -= step);
     // M x = -G^T lambda, and G x are the rates.
     let change = rates.iter().zip(&multipliers).map(|(rate, multiplier)| -rate * multiplier).sum();
-    let mut sizes = vec![0.0; v.len()];
-    model.typical_coordinates(&mut sizes);
-    let largest = step.iter().zip(&sizes).map(|(step, size)| (step / size).abs()).fold(0.0, f64::max);
+    let sizes = &model.facts().typical_coordinates;
+    let largest = step.iter().zip(sizes).map(|(step, size)| (step / size).abs()).fold(0.0, f64::max);
     Ok(Fit {
         change,
         largest,

@@ -2,7 +2,7 @@
 
 use super::{Independent, inverse_length};
 use crate::linalg::{Lu, Matrix, Singular, thin_svd};
-use crate::model::{Model, SingularMass};
+use crate::model::{SingularMass, Static};
 
 /// A tangent S and constraints G with the factors of both together, and memory for repeated use.
 #[derive(Clone, Debug)]
@@ -111,7 +111,7 @@ pub(crate) struct MassSaddle {
 
 impl MassSaddle {
     /// For a shape of a model. Allocates.
-    pub(crate) fn new<M: Model + ?Sized>(model: &mut M, q: &[f64]) -> Result<Self, SingularMass> {
+    pub(crate) fn new<M: Static + ?Sized>(model: &mut M, q: &[f64]) -> Result<Self, SingularMass> {
         let n = q.len();
         let mut mass = Matrix::zeros(n, n);
         model.mass_matrix(q, &mut mass);
@@ -119,12 +119,12 @@ impl MassSaddle {
     }
 
     /// With any positive definite metric for the mass.
-    pub(crate) fn with<M: Model + ?Sized>(
+    pub(crate) fn with<M: Static + ?Sized>(
         model: &mut M,
         q: &[f64],
         metric: &Matrix,
     ) -> Result<Self, SingularMass> {
-        let (n, m) = (q.len(), model.constraints());
+        let (n, m) = (q.len(), model.facts().constraints());
         let mut gap_jacobian = Matrix::zeros(m, n);
         model.gap_jacobian(q, &mut gap_jacobian);
         let lower = metric.clone().cholesky().ok_or(SingularMass)?.l();
@@ -208,7 +208,7 @@ impl MassSaddle {
 }
 
 /// The accelerations and the multipliers of a model with constraints. Allocates.
-pub(crate) fn accelerations<M: Model + ?Sized>(
+pub(crate) fn accelerations<M: Static + ?Sized>(
     model: &mut M,
     q: &[f64],
     v: &[f64],
@@ -230,7 +230,7 @@ pub(crate) fn accelerations<M: Model + ?Sized>(
 
 /// What holds the constraints in a motion: the smallest multipliers with `tau + G^T lambda = 0` in the metric of the mass.
 /// Allocates.
-pub(crate) fn multipliers<M: Model + ?Sized>(
+pub(crate) fn multipliers<M: Static + ?Sized>(
     model: &mut M,
     [q, v, a]: [&[f64]; 3],
     multipliers: &mut [f64],

@@ -35,7 +35,7 @@ use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
 use crate::error::{Interrupted, InvalidInput};
-use crate::model::{InTime as _, Model};
+use crate::model::{Dynamics, InTime as _, Model};
 use crate::parallel;
 use crate::robot::{Place, Pose, RobotModel};
 use crate::simulate::{Simulation, Slack, Statistics, Status};
@@ -258,7 +258,7 @@ pub fn poses(
     let n = simulation.n;
     let mut poses = Vec::with_capacity(places.len() * (simulation.t.len() - from));
     for (i, &t) in simulation.t.iter().enumerate().skip(from) {
-        if model.varies_in_time() {
+        if model.facts().varies_in_time {
             model.set_time(t)?;
         }
         let q = &simulation.q[i * n..][..n];
@@ -267,7 +267,7 @@ pub fn poses(
     Ok(poses)
 }
 
-/// Positions of the [tip](Model::tip) of a model, in its frame, at the times of a motion, starting with time
+/// Positions of the [tip](Dynamics::tip) of a model, in its frame, at the times of a motion, starting with time
 /// index `from`.
 pub fn tips<M: Model + ?Sized>(model: &mut M, simulation: &Simulation, from: usize) -> Vec<[f64; 3]> {
     let n = simulation.n;

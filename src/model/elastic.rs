@@ -1,62 +1,41 @@
 //! Elasticity and springs of a model, for equilibria and vibrations.
 
+use super::Dynamics;
 use crate::linalg::Matrix;
 use crate::springs::{Cords, Springs};
 
-/// The elasticity of a model, and its springs to the world.
-pub trait Elastic {
+/// The elasticity of a model.
+pub trait Elastic: Dynamics {
     /// The part of `tau` at rest without loads: elastic forces, `K q` for a rod without supports.
     fn elastic_forces(&mut self, q: &[f64], tau: &mut [f64]);
 
     /// The derivative of [`Self::elastic_forces`], symmetric.
     fn elastic_tangent(&mut self, q: &[f64], tangent: &mut Matrix);
 
-    /// Number of forces of the springs to the world.
-    fn springs(&self) -> usize {
-        0
-    }
-
-    /// Springs in a shape, with their forces there. Costs several evaluations of the forces per spring; not
-    /// for step loops.
-    fn linearise_springs(&mut self, _q: &[f64], _springs: &mut Springs) {}
-
-    /// Replaces the springs' forces, in forces and tangents at rest for any shape, by these values; `None`
-    /// undoes that.
-    fn hold_springs(&mut self, _forces: Option<&[f64]>) {}
-
-    /// Number of tendons of a commanded length, elastic and inextensible ones, without friction.
-    fn cords(&self) -> usize {
-        0
-    }
-
-    /// These tendons in a shape.
-    fn linearise_cords(&mut self, _q: &[f64], _cords: &mut Cords) {}
-
-    /// Replaces their tensions, in forces and tangents at rest for any shape, by these values, also by negative ones; `None`
-    /// undoes that.
-    fn hold_cords(&mut self, _tensions: Option<&[f64]>) {}
-
     /// Generalised forces, n x 3, of the weight and the loads if all of them acted along the first, second or third axis of the
     /// base: what they could do in a shape, whatever their directions are.
-    fn turned_loads(&mut self, _q: &[f64], forces: &mut Matrix) {
-        forces.fill(0.0);
-    }
-
-    /// Whether a coordinate turns something: others only shift.
-    fn turns(&self, _coordinate: usize) -> bool {
-        true
-    }
+    fn turned_loads(&mut self, q: &[f64], forces: &mut Matrix);
 
     /// Sizes of the coordinates in a shape, all > 0: of steps that change a lot, in which rotations are turns. One radian of what a
     /// coordinate turns most; where it only shifts something, a strain of one, or the extent of what it shifts. No
     /// part that a coordinate does not move has a say. Allocates; not for step loops.
-    fn sizes(&mut self, _q: &[f64], sizes: &mut [f64]) {
-        self.typical_coordinates(sizes);
-    }
+    fn sizes(&mut self, q: &[f64], sizes: &mut [f64]);
+}
 
-    /// Large changes of the coordinates, all > 0, to compare coordinates of different units in error norms of runs: the same
-    /// in all shapes, by the length of the whole model.
-    fn typical_coordinates(&self, sizes: &mut [f64]) {
-        sizes.fill(1.0);
-    }
+/// Springs of a model to the world, and its tendons of a commanded length, whose forces statics takes for unknowns of their own.
+pub trait Sprung: Elastic {
+    /// Springs in a shape, with their forces there. Costs several evaluations of the forces per spring; not
+    /// for step loops.
+    fn linearise_springs(&mut self, q: &[f64], springs: &mut Springs);
+
+    /// Replaces the springs' forces, in forces and tangents at rest for any shape, by these values; `None`
+    /// undoes that.
+    fn hold_springs(&mut self, forces: Option<&[f64]>);
+
+    /// These tendons in a shape.
+    fn linearise_cords(&mut self, q: &[f64], cords: &mut Cords);
+
+    /// Replaces their tensions, in forces and tangents at rest for any shape, by these values, also by negative ones; `None`
+    /// undoes that.
+    fn hold_cords(&mut self, tensions: Option<&[f64]>);
 }

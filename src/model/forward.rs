@@ -1,6 +1,6 @@
 //! Accelerations by a solve with the mass matrix.
 
-use super::Model;
+use super::Dynamics;
 use crate::linalg::{Cholesky, Matrix, TreeLu, TreeMatrix};
 
 /// The mass matrix is not positive definite (or not finite), so that accelerations do not exist.
@@ -18,13 +18,13 @@ impl std::error::Error for SingularMass {}
 /// Zero matrices with the sparsity structure of a chain.
 #[derive(Clone, Debug)]
 pub struct Tree {
-    /// Structure for [`Model::tree_tangent`].
+    /// Structure for [`Dynamics::tree_tangent`].
     pub tangent: TreeMatrix,
-    /// Structure for [`Model::tree_mass_matrix`].
+    /// Structure for [`Dynamics::tree_mass_matrix`].
     pub mass: TreeMatrix,
 }
 
-/// Memory for [`Model::forward_dynamics`].
+/// Memory for [`Dynamics::forward_dynamics`].
 #[derive(Clone, Debug)]
 pub struct ForwardScratch {
     bias: Vec<f64>,
@@ -47,19 +47,19 @@ impl ForwardScratch {
     }
 
     /// Scratch for `model`.
-    pub fn of<M: Model + ?Sized>(model: &M) -> Self {
+    pub fn of<M: Dynamics + ?Sized>(model: &M) -> Self {
         match model.tree() {
             Some(Tree { mass, .. }) => {
                 let lu = TreeLu::new(&mass);
-                Self { bias: vec![0.0; model.n()], mass: Mass::Tree { matrix: mass, lu } }
+                Self { bias: vec![0.0; model.facts().n], mass: Mass::Tree { matrix: mass, lu } }
             }
-            None => Self::new(model.n()),
+            None => Self::new(model.facts().n),
         }
     }
 }
 
-/// [`Model::forward_dynamics`] for models without constraints.
-pub(crate) fn solve<M: Model + ?Sized>(
+/// [`Dynamics::forward_dynamics`] for models without constraints.
+pub(crate) fn solve<M: Dynamics + ?Sized>(
     model: &mut M,
     q: &[f64],
     qd: &[f64],

@@ -1,85 +1,51 @@
 //! Time dependence of models.
 
+use super::Dynamics;
 use crate::error::Interrupted;
+use crate::linalg::Matrix;
 use crate::signal::{Cell, Jumps};
 
-/// Explicit time dependence of a model, through varying loads or a moving base. The defaults are for models
-/// without time dependence.
-pub trait InTime {
-    /// Whether the model depends on time explicitly, so that [`Self::set_time`] must be called before any
-    /// evaluation.
-    fn varies_in_time(&self) -> bool {
-        false
-    }
-
+/// Explicit time dependence of a model, through varying loads or a moving base, and its inputs.
+pub trait InTime: Dynamics {
     /// Sets the time, in seconds, at which varying loads and a moving base are evaluated. Fails if a
     /// user-defined function of time fails.
-    fn set_time(&mut self, _t: f64) -> Result<(), Interrupted> {
-        Ok(())
-    }
-
-    /// Number of inputs u.
-    fn inputs(&self) -> usize {
-        0
-    }
-
-    /// Their default values.
-    fn default_inputs(&self) -> Vec<f64> {
-        Vec::new()
-    }
+    fn set_time(&mut self, t: f64) -> Result<(), Interrupted>;
 
     /// Sets u. If the model varies in time, the time must be set again before any evaluation.
-    fn set_inputs(&mut self, _u: &[f64]) {}
+    fn set_inputs(&mut self, u: &[f64]);
 
-    /// Interval of time, in seconds, on which the model is defined; outside, its time-dependent parts are
-    /// NaN.
-    fn time_span(&self) -> [f64; 2] {
-        [f64::NEG_INFINITY, f64::INFINITY]
-    }
+    /// Name of a part of the model that is not finite at the time last set; `None` if all parts are finite.
+    fn not_finite(&self) -> Option<String>;
 
+    /// The derivative of `tau` with respect to the inputs, n x m, exact.
+    fn input_tangent(&mut self, q: &[f64], qd: &[f64], qdd: &[f64], tangent: &mut Matrix);
+}
+
+/// Edges of what moves a model as functions of time tell: prescribed motions, loads and commands.
+pub trait Excitation: InTime {
     /// Latest end of a step from `t` that cannot miss a feature of the excitation: adaptive methods end a
     /// step there. Infinite without excitation, or if nothing is known about it.
-    fn horizon(&self, _t: f64) -> f64 {
-        f64::INFINITY
-    }
+    fn horizon(&self, t: f64) -> f64;
 
     /// The next time at which a step of fixed size must end, because the excitation has a corner there that the
     /// step would not resolve.
-    fn corner(&self, _cell: Cell) -> Option<f64> {
-        None
-    }
+    fn corner(&self, cell: Cell) -> Option<f64>;
 
     /// From now on, the model moves in steps of the fixed size `dt` in seconds, or of sizes of their own if that is zero. Edges of
     /// tables that are narrower than the rounding of the times of such steps count as jumps.
-    fn set_steps(&mut self, _dt: f64) {}
+    fn set_steps(&mut self, dt: f64);
 
     /// What prescribed motions, loads and commands may let jump at some time.
-    fn jumps(&self) -> Jumps {
-        Jumps::Nothing
-    }
+    fn jumps(&self) -> Jumps;
 
     /// The time at which a prescribed velocity or acceleration, a load or a command jumps, if that is `t`, but for rounding. Until
     /// [`Self::pass_jump`] is called, models evaluated at that time have those before the jump.
-    fn jump_near(&self, _t: f64) -> Option<f64> {
-        None
-    }
+    fn jump_near(&self, t: f64) -> Option<f64>;
 
     /// Like [`Self::set_time`], with the change of prescribed velocities at this time added to prescribed
     /// accelerations.
-    fn set_time_in_jump(&mut self, t: f64) -> Result<(), Interrupted> {
-        self.set_time(t)
-    }
+    fn set_time_in_jump(&mut self, t: f64) -> Result<(), Interrupted>;
 
     /// From now on, what jumps at this time, but for rounding, is as it is after the jump.
-    fn pass_jump(&mut self, _t: f64) {}
-
-    /// Shortest period of the excitation, in seconds.
-    fn shortest_period(&self) -> f64 {
-        f64::INFINITY
-    }
-
-    /// Name of a part of the model that is not finite at the time last set; `None` if all parts are finite.
-    fn not_finite(&self) -> Option<String> {
-        None
-    }
+    fn pass_jump(&mut self, t: f64);
 }

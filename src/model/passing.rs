@@ -1,6 +1,6 @@
 //! Detection of surfaces and stops that are met during a step, unseen at its ends.
 
-use super::{Model, Radius};
+use super::{Model, Radius, Static};
 use crate::error::Interrupted;
 use crate::hermite;
 
@@ -35,7 +35,7 @@ const SHALLOW: f64 = 1e-4;
 const MOST_LOOKS: usize = 256;
 
 /// Whether surfaces of a model pass through each other along a path given by times and shapes.
-pub(crate) fn have_passed<'a, M: Model + ?Sized>(
+pub(crate) fn have_passed<'a, M: Static + ?Sized>(
     model: &mut M,
     way: impl Iterator<Item = (f64, &'a [f64])>,
     radius: Radius,
@@ -69,7 +69,7 @@ pub(crate) fn have_met_stops<M: Model + ?Sized>(
     memory: &mut Vec<f64>,
 ) -> Result<bool, Interrupted> {
     let h = t_new - t;
-    let missed = MISSED * model.length().max(1.0);
+    let missed = MISSED * model.facts().length.max(1.0);
     let mut looks = [const { Vec::new() }; LOOKS_AT_STOPS + 1];
     memory.resize(ends[0].len(), 0.0);
     for (look, beyond) in looks.iter_mut().enumerate() {
@@ -108,7 +108,7 @@ pub(crate) fn have_touched<M: Model + ?Sized>(
     let (n, h) = (ends[0].len(), t_new - t);
     memory.resize(2 * n, 0.0);
     let (q, sizes) = memory.split_at_mut(n);
-    model.typical_coordinates(sizes);
+    sizes.copy_from_slice(&model.facts().typical_coordinates);
     let changes = rates[0].iter().zip(rates[1]).zip(&*sizes);
     let bend = changes.map(|((leaving, coming), size)| (0.125 * h * (leaving - coming) / size).abs());
     let looks = (bend.fold(0.0, f64::max) / SHALLOW).sqrt().ceil().clamp(2.0, MOST_LOOKS as f64) as usize;

@@ -1,7 +1,6 @@
 //! Constraints of a model, such as closed loops.
 
-use super::Flaw;
-use crate::error::InvalidInput;
+use super::{Dynamics, Flaw};
 use crate::linalg::Matrix;
 
 /// Change of the set of active constraints.
@@ -16,90 +15,55 @@ pub enum Switch {
 }
 
 /// Constraints on the coordinates of a model: m equations `g(q, t) = 0` with multipliers in `tau + G^T lambda
-/// = 0`, where `G = dg/dq`. The defaults are for models without constraints.
-pub trait Tied {
-    /// Number of constraints m.
-    fn constraints(&self) -> usize {
-        0
-    }
-
+/// = 0`, where `G = dg/dq`.
+pub trait Tied: Dynamics {
     /// Adds the constraint forces `G^T lambda` to inverse dynamics and their tangents. Zero initially.
-    fn set_multipliers(&mut self, _multipliers: &[f64]) {}
-
-    /// Rejects models with constraints, on behalf of a method that does not support them.
-    fn check_untied(&self, what: &str) -> Result<(), InvalidInput> {
-        if self.constraints() == 0 {
-            return Ok(());
-        }
-        let (found, expected) = match self.is_one_sided() {
-            true => ("one with tendons that do not stretch", "tendons with a `stiffness`"),
-            false => ("one with closed loops", "a robot without closed loops"),
-        };
-        Err(InvalidInput::new("model", found, format!("{expected}: {what} does not hold them yet")))
-    }
-
-    /// Whether constraints are one-sided: `g <= 0` with non-negative multipliers. Inactive constraints have
-    /// zero gaps, zero rows of G and zero multipliers.
-    fn is_one_sided(&self) -> bool {
-        false
-    }
-
-    /// Which constraints are active.
-    fn held(&self) -> Vec<bool> {
-        vec![true; self.constraints()]
-    }
-
-    /// Makes exactly the constraints with non-zero multipliers active.
-    fn release(&mut self, _multipliers: &[f64]) {}
-
-    /// Makes exactly the constraints active that are not open in a shape and do not open with these
-    /// velocities.
-    fn release_open(&mut self, _q: &[f64], _qd: Option<&[f64]>) {}
-
-    /// Activates the constraints violated in a shape. If there are none, releases the one with the most
-    /// negative multiplier, and sets this multiplier to zero.
-    fn switch(&mut self, _q: &[f64], _multipliers: &mut [f64]) -> Switch {
-        Switch::Nothing
-    }
-
-    /// From now on those hold that do, whatever a shape or multipliers say ([`Self::release_open`] and [`Self::switch`] change
-    /// nothing), or no longer. A method that finds itself when they change keeps them within a step.
-    fn keep_held(&mut self, _is_kept: bool) {}
-
-    /// What gaps are compared with, all > 0, in their units: the lengths of what the constraints join, or one for differences of
-    /// cosines and for angles. The same in all shapes.
-    fn gap_sizes(&self, sizes: &mut [f64]) {
-        sizes.fill(1.0);
-    }
+    fn set_multipliers(&mut self, multipliers: &[f64]);
 
     /// The gaps evaluated last, with the opposite sign for angles between directions that should be the same and are more than a right
     /// angle apart: towards half a turn these gaps fall, too, although nothing is closed there. Returns by how much the lowest
     /// cosine of such an angle is below 1; zero if there is none.
-    fn away_from_half_turns(&mut self, _gaps: &mut [f64]) -> f64 {
-        0.0
-    }
-
-    /// How far those are passed that hold one way only, and the rates of that: whether they hold or not, in units of
-    /// [`Self::gap_sizes`], to the right of corners in time. Their rows are the last ones. Allocates.
-    fn passed(&mut self, _q: &[f64], _qd: &[f64]) -> Vec<[f64; 2]> {
-        Vec::new()
-    }
+    fn away_from_half_turns(&mut self, gaps: &mut [f64]) -> f64;
 
     /// How far loops are open, g(q): metres, or differences of cosines, or of a coordinate.
-    fn gaps(&mut self, _q: &[f64], _gaps: &mut [f64]) {}
+    fn gaps(&mut self, q: &[f64], gaps: &mut [f64]);
 
     /// `dg/dt`.
-    fn gap_rates(&mut self, _q: &[f64], _qd: &[f64], _rates: &mut [f64]) {}
+    fn gap_rates(&mut self, q: &[f64], qd: &[f64], rates: &mut [f64]);
 
     /// `d2g/dt2`.
-    fn gap_accelerations(&mut self, _q: &[f64], _qd: &[f64], _qdd: &[f64], _accelerations: &mut [f64]) {}
+    fn gap_accelerations(&mut self, q: &[f64], qd: &[f64], qdd: &[f64], accelerations: &mut [f64]);
 
     /// G, m x n.
-    fn gap_jacobian(&mut self, _q: &[f64], _jacobian: &mut Matrix) {}
+    fn gap_jacobian(&mut self, q: &[f64], jacobian: &mut Matrix);
 
     /// The constraint with the largest gap in a shape, if the gap exceeds the error of a method that enforces
     /// constraints.
-    fn open_loop(&mut self, _q: &[f64]) -> Option<Flaw> {
-        None
-    }
+    fn open_loop(&mut self, q: &[f64]) -> Option<Flaw>;
+}
+
+/// Constraints that hold one way only, the last ones of a model ([`is_one_sided`](super::Facts::is_one_sided)), such as tendons that
+/// do not stretch.
+pub trait OneSided: Dynamics {
+    /// Which constraints are active.
+    fn held(&self) -> Vec<bool>;
+
+    /// Makes exactly the constraints with non-zero multipliers active.
+    fn release(&mut self, multipliers: &[f64]);
+
+    /// Makes exactly the constraints active that are not open in a shape and do not open with these
+    /// velocities.
+    fn release_open(&mut self, q: &[f64], qd: Option<&[f64]>);
+
+    /// Activates the constraints violated in a shape. If there are none, releases the one with the most
+    /// negative multiplier, and sets this multiplier to zero.
+    fn switch(&mut self, q: &[f64], multipliers: &mut [f64]) -> Switch;
+
+    /// From now on those hold that do, whatever a shape or multipliers say ([`Self::release_open`] and [`Self::switch`] change
+    /// nothing), or no longer. A method that finds itself when they change keeps them within a step.
+    fn keep_held(&mut self, is_kept: bool);
+
+    /// How far those are passed that hold one way only, and the rates of that: whether they hold or not, in units of
+    /// [`gap_sizes`](super::Facts::gap_sizes), to the right of corners in time. Their rows are the last ones. Allocates.
+    fn passed(&mut self, q: &[f64], qd: &[f64]) -> Vec<[f64; 2]>;
 }

@@ -134,7 +134,7 @@ pub(super) struct Corrector {
     /// Where an increment begins that may be shortened, and its full length.
     start: Vec<f64>,
     direction: Vec<f64>,
-    /// Of the displacements and of the gaps: see [`System::typical_displacements`] and [`System::gap_sizes`].
+    /// Of the displacements and of the gaps: see [`Facts`](crate::model::Facts).
     sizes: Vec<f64>,
     /// One over the sizes of displacements, one where they are not known, and zero for multipliers.
     inverse_sizes: Vec<f64>,
@@ -198,14 +198,13 @@ impl Corrector {
     /// Prepares the memory for the Jacobians of `system`. Comes before the first solve.
     pub(super) fn prepare<S: System + ?Sized>(&mut self, system: &S) {
         self.linear = self.jacobian.linear_system(system);
-        let n = system.n();
-        system.typical_displacements(&mut self.sizes);
+        let n = system.facts().n;
+        self.sizes.clone_from(&system.facts().typical_coordinates);
         for (inverse, size) in self.inverse_sizes.iter_mut().zip(&self.sizes) {
             *inverse = if *size > 0.0 { size.recip() } else { 1.0 };
         }
-        self.gap_sizes.resize(system.constraints(), 1.0);
-        system.gap_sizes(&mut self.gap_sizes);
-        let unknowns = n + system.constraints();
+        self.gap_sizes.clone_from(&system.facts().gap_sizes);
+        let unknowns = n + system.facts().constraints();
         // Multipliers move nothing.
         self.inverse_sizes.resize(unknowns, 0.0);
         let Self { first, last_first, residual, increment, previous, start, direction, .. } = self;
@@ -474,7 +473,7 @@ impl Corrector {
             self.direction.copy_from_slice(&self.increment);
             // Forces of contact have a minimum along it; those of constraints do no work.
             let work =
-                if system.has_contact() { dot(&self.residual[..n], &self.direction[..n]) } else { 0.0 };
+                if system.facts().has_contact { dot(&self.residual[..n], &self.direction[..n]) } else { 0.0 };
             let mut search = Search::new(work);
             length = 1.0;
             let next = loop {

@@ -65,8 +65,8 @@ impl Jacobian {
     pub(super) fn cost<S: System + ?Sized>(&self, system: &S) -> f64 {
         match self.derivative {
             Derivative::Analytic => system.tangent_cost(),
-            Derivative::Forward => system.n() as f64,
-            Derivative::Central => 2.0 * system.n() as f64,
+            Derivative::Forward => system.facts().n as f64,
+            Derivative::Central => 2.0 * system.facts().n as f64,
         }
     }
 
@@ -89,7 +89,7 @@ impl Jacobian {
         self.of_forces(system, trial, residual, h, linear, counters)?;
         // Of the moments about the axes of bodies, not of the forces along rotation vectors.
         let [of_displacement, ..] = trial.weights;
-        for &first in system.rotation_vectors() {
+        for &first in &system.facts().rotation_vectors {
             let [v, forces] = [&trial.q[..], residual].map(|x| std::array::from_fn(|i| x[first + i]));
             let correction = correction_for_moments(v, forces);
             for (i, row) in correction.iter().enumerate() {

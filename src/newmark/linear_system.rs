@@ -40,13 +40,13 @@ impl LinearSystem {
 
     /// Memory for the Jacobian of a system; differences do not see whether it is a chain.
     pub(super) fn new<S: System + ?Sized>(system: &S, derivative: Derivative) -> Self {
-        if system.constraints() > 0 {
-            return Self::of_size(system.n(), system.constraints());
+        if system.facts().constraints() > 0 {
+            return Self::of_size(system.facts().n, system.facts().constraints());
         }
         let chain = if derivative == Derivative::Analytic { system.tree() } else { None };
         match chain {
             Some(jacobian) => Self::Tree { lu: TreeLu::new(&jacobian), jacobian },
-            None => Self::of_parts(&system.parts()).unwrap_or_else(|| Self::dense(system.n())),
+            None => Self::of_parts(&system.facts().parts).unwrap_or_else(|| Self::dense(system.facts().n)),
         }
     }
 
@@ -74,11 +74,11 @@ impl LinearSystem {
         /// The Jacobian and its factors, and where it has parts both kinds of factors.
         const SQUARE_MATRICES: [usize; 2] = [2, 3];
         let is_chain = derivative == Derivative::Analytic && system.tree().is_some();
-        let has_parts = system.parts().len() >= FEWEST_PARTS;
+        let has_parts = system.facts().parts.len() >= FEWEST_PARTS;
         let matrices = if is_chain { 0 } else { SQUARE_MATRICES[usize::from(has_parts)] };
         memory::check_square(
             matrices,
-            system.n(),
+            system.facts().n,
             "q0",
             "an explicit method of `solve_ivp` needs no matrices",
         )

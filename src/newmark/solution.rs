@@ -24,7 +24,7 @@ pub fn solve<S: System + ?Sized>(
     t_eval: Option<&[f64]>,
     monitor: &mut dyn FnMut(&mut S, &Stepper) -> Result<(), Interrupted>,
 ) -> Result<Solution, InvalidInput> {
-    let n = system.n();
+    let n = system.facts().n;
     let mut options = options.clone();
     if t_eval.is_none() && options.step_size != StepSize::Fixed {
         options.max_steps = options.max_steps.min(points_in_memory(n));

@@ -177,7 +177,7 @@ impl Stepper {
         system.wrap(&mut self.q, &mut self.v, &mut []);
         if let Some(a0) = &self.options.initial_acceleration {
             self.a[..a0.len()].copy_from_slice(a0);
-        } else if system.constraints() > 0 {
+        } else if system.facts().constraints() > 0 {
             let Self { t, q, v, a, .. } = self;
             if let Err(failure) = system.constrained_start(*t, q, v, a)? {
                 self.status = Some(Status::NoInitialAcceleration(failure));
@@ -206,9 +206,10 @@ impl Stepper {
     /// Memory for the unknowns of a step: accelerations, and multipliers of constraints.
     fn prepare<S: System + ?Sized>(&mut self, system: &S) {
         self.corrector.prepare(system);
-        (self.has_contact, self.has_corners) = (system.has_contact(), system.has_corners());
-        self.rank = system.constraints();
-        let unknowns = self.q.len() + system.constraints();
+        let facts = system.facts();
+        (self.has_contact, self.has_corners) = (facts.has_contact, facts.varies_in_time);
+        self.rank = facts.constraints();
+        let unknowns = self.q.len() + facts.constraints();
         for values in [&mut self.a, &mut self.a_old, &mut self.guessed, &mut self.trial.a] {
             values.resize(unknowns, 0.0);
         }
@@ -263,7 +264,7 @@ impl Stepper {
             let (t_new, h) = self.grid.step(self.fixed_steps, self.t_end);
             (t_new, h, true)
         };
-        let solved = if self.has_contact || system.is_one_sided() {
+        let solved = if self.has_contact || system.facts().is_one_sided {
             self.step_into_contact(system, t_new, h)?
         } else {
             let solved = self.attempt(system, t_new, h)?;
@@ -428,7 +429,7 @@ impl Stepper {
     fn is_jolted<S: System + ?Sized>(&mut self, system: &mut S, h: f64) -> Result<bool, Interrupted> {
         let Trial { t, q, v, a, .. } = &self.trial;
         let (before, motion) = ([&self.q[..], &self.v[..]], [&q[..], &v[..], &a[..]]);
-        let has_stopped = self.has_stopped && system.is_one_sided();
+        let has_stopped = self.has_stopped && system.facts().is_one_sided;
         if !self.has_contact {
             return Ok(has_stopped);
         }
@@ -558,7 +559,7 @@ impl Stepper {
         self.trial.t = t_new;
         self.forgets = false;
         let solved = self.correct(system, h)?;
-        if system.constraints() == 0 || solved.is_err() {
+        if system.facts().constraints() == 0 || solved.is_err() {
             return Ok(solved);
         }
         // A row that begins to hold has been open by what it did not hold before. Closed within one step this is a blow, whose
@@ -629,7 +630,7 @@ impl Stepper {
         if self.has_contact {
             system.take_touched();
         }
-        let solved = if system.is_one_sided() {
+        let solved = if system.facts().is_one_sided {
             self.correct_one_sided(system, h)
         } else {
             let Self { corrector, trial, guessed, a, counters, .. } = self;
@@ -654,7 +655,7 @@ impl Stepper {
         for (guess, last) in guessed[n..].iter_mut().zip(&a[n..]) {
             *guess = if *last == 0.0 { 0.0 } else { *guess };
         }
-        for _ in 0..most_switches(system.constraints()) {
+        for _ in 0..most_switches(system.facts().constraints()) {
             if let Err(failure) = corrector.solve(system, trial, guessed, a, h, counters)? {
                 return Ok(Err(failure));
             }

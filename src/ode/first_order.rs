@@ -40,7 +40,7 @@ pub struct FirstOrder<M> {
 impl<M: Model> FirstOrder<M> {
     /// System for the free motion of `model`.
     pub fn new(model: M) -> Self {
-        let n = model.n();
+        let n = model.facts().n;
         Self {
             n,
             scratch: ForwardScratch::of(&model),
@@ -60,10 +60,10 @@ impl<M: Model> FirstOrder<M> {
     /// where that changes more than errors do: at a singular position there are several ways to go on.
     pub(crate) fn hold(&mut self, t: f64, y: &mut [f64], dydt: &mut [f64]) -> Result<bool, Interrupted> {
         let Self { model, n, scratch, fastest, rank, .. } = self;
-        if model.constraints() == 0 {
+        if model.facts().constraints() == 0 {
             return Ok(true);
         }
-        if model.is_one_sided() {
+        if model.facts().is_one_sided {
             // Where what is told has a corner, this step fits what is told before.
             model.set_time(t.next_down())?;
         }
@@ -93,7 +93,7 @@ impl<M: Model> FirstOrder<M> {
     /// Whether a state is so close to a singular position that no step from there may be small enough.
     pub(crate) fn is_nearly_singular(&mut self, y: &[f64]) -> bool {
         let (q, v) = y.split_at(self.n);
-        self.model.constraints() > 0
+        self.model.facts().constraints() > 0
             && projection::fit_velocities(&mut self.model, q, &mut v.to_vec())
                 .is_ok_and(|fit| fit.rank < self.rank || fit.is_nearly_singular())
     }
@@ -122,7 +122,7 @@ impl<M: Model> System for FirstOrder<M> {
 
     fn wrap(&mut self, y: &mut [f64], dydt: &mut [f64]) -> bool {
         let ((q, v), (_, a)) = (y.split_at_mut(self.n), dydt.split_at_mut(self.n));
-        let has_wrapped = rotation_vectors::wrap(self.model.rotation_vectors(), q, v, &mut [a]);
+        let has_wrapped = rotation_vectors::wrap(&self.model.facts().rotation_vectors, q, v, &mut [a]);
         dydt[..self.n].copy_from_slice(v);
         has_wrapped
     }
@@ -135,10 +135,10 @@ impl<M: Model> System for FirstOrder<M> {
         let Self { n, model, memory, .. } = self;
         let [(t, start), _, (t_new, end)] = way;
         let [(q, v), (q_new, v_new)] = [start, end].map(|y| y.split_at(*n));
-        if model.has_stops() && have_met_stops(model, [t, t_new], [q, q_new], [v, v_new], memory)? {
+        if model.facts().has_stops && have_met_stops(model, [t, t_new], [q, q_new], [v, v_new], memory)? {
             return Ok(true);
         }
-        if !model.has_contact() {
+        if !model.facts().has_contact {
             return Ok(false);
         }
         Ok(have_passed(model, way.into_iter().map(|(t, y)| (t, &y[..*n])), Radius::Smaller)?
@@ -154,12 +154,12 @@ impl<M: Model> System for FirstOrder<M> {
             return Ok(true);
         }
         let h = t[1] - t[0];
-        Ok(model.has_contact()
+        Ok(model.facts().has_contact
             && model.gains_energy([q_before, v_before], [q, v, &dydt[1][*n..]], h, Beside::Motion))
     }
 
     fn may_miss(&self) -> bool {
-        self.model.has_contact() || self.model.has_stops()
+        self.model.facts().has_contact || self.model.facts().has_stops
     }
 
     fn jacobian_kind(&self) -> JacobianKind {

@@ -14,7 +14,7 @@ use super::record::{self, ReadOnly, Reduced};
 use super::robot::PyRobot;
 use super::statics::run;
 use crate::actuate::{self as core, Found, Options};
-use crate::model::InTime as _;
+use crate::model::Dynamics as _;
 use crate::robot::Robot;
 use crate::stability::Stability;
 use crate::statics::Monitor;
@@ -213,7 +213,7 @@ pub(crate) fn actuate<'py>(
         return Err(PyTypeError::new_err(format!("robot: expected a Robot or a Rod, got {found}")));
     };
     let mut model = of_python.get().model();
-    check_time(t, model.time_span())?;
+    check_time(t, model.facts().time_span)?;
     let robot = model.description().clone();
     let names = robot.inputs().names();
     let targets = targets_of(&robot, target)?;

@@ -448,7 +448,7 @@ impl Rows {
                 let step = self.inputs.step();
                 model.check(t_span, q0, v0, method, t_eval, step)?;
                 let of_run = |corner: &dyn Fn(Cell) -> Option<f64>| {
-                    times_of_run(model.n(), t_span, method, t_eval, step, corner)
+                    times_of_run(model.facts().n, t_span, method, t_eval, step, corner)
                 };
                 let own = of_run(&|cell| model.corner(cell))?;
                 let differs = times.is_some() && *times != own;

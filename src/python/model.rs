@@ -304,7 +304,7 @@ impl Clone for Memory {
 
 impl PyModel {
     pub(crate) fn new(model: impl Native + 'static) -> Self {
-        let (n, varies_in_time) = (model.n(), model.varies_in_time());
+        let (n, varies_in_time) = (model.facts().n, model.facts().varies_in_time);
         // A prescribed constant pose of the base is also applied by setting a time.
         let depends_on_time = model.robot().map_or(varies_in_time, Robot::depends_on_time);
         let forward = ForwardScratch::of(&model);
@@ -339,14 +339,14 @@ impl PyModel {
         evaluate: impl FnOnce(&mut Memory) -> T,
     ) -> PyResult<T> {
         let t = time_of_state(t, self.depends_on_time)?;
-        check_time(t, self.memory().model.time_span())?;
+        check_time(t, self.memory().model.facts().time_span)?;
         let u = u.map(|u| self.inputs_of(u)).transpose()?;
         if !self.varies_in_time {
             let mut memory = self.memory();
             let Some(u) = u else { return Ok(evaluate(&mut memory)) };
             memory.model.set_inputs(&u);
             let result = evaluate(&mut memory);
-            let defaults = memory.model.default_inputs();
+            let defaults = memory.model.facts().default_inputs.clone();
             memory.model.set_inputs(&defaults);
             return Ok(result);
         }
@@ -374,7 +374,7 @@ impl PyModel {
 
     /// Values for all inputs.
     pub(super) fn inputs_of(&self, u: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
-        convert::finite_vector_of(u, self.memory().model.inputs(), "u")
+        convert::finite_vector_of(u, self.memory().model.facts().inputs(), "u")
     }
 
     fn state(&self, value: &Bound<'_, PyAny>, name: &str) -> PyResult<Vec<f64>> {
@@ -462,7 +462,7 @@ impl PyModel {
             value.map_or_else(|| Ok(vec![0.0; self.n]), |value| self.state(value, name))
         };
         let (qd, qdd) = (or_zero(qd, "qd")?, or_zero(qdd, "qdd")?);
-        let mut tangent = Matrix::zeros(self.n, self.memory().model.inputs());
+        let mut tangent = Matrix::zeros(self.n, self.memory().model.facts().inputs());
         self.at(t, u, |memory| memory.model.input_tangent(&q, &qd, &qdd, &mut tangent))?;
         check_finite(tangent.as_slice(), "input_tangent")?;
         Ok(convert::matrix_out(py, &tangent))
@@ -733,7 +733,9 @@ impl PyModel {
             let qdd = qdd.unwrap_or_else(|| {
                 let mut free = vec![0.0; q.len()];
                 // If there are no accelerations, there is no free motion.
-                if model.varies_in_time() && model.forward_dynamics(&q, &qd, &mut free, forward).is_err() {
+                if model.facts().varies_in_time
+                    && model.forward_dynamics(&q, &qd, &mut free, forward).is_err()
+                {
                     free.fill(f64::NAN);
                 }
                 free

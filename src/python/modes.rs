@@ -118,7 +118,7 @@ pub(crate) fn modes<'py>(
     u: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<PyModesResult> {
     let mut model = native(model, t, u)?;
-    let q = convert::finite_vector_of(q, model.n(), "q")?;
+    let q = convert::finite_vector_of(q, model.facts().n, "q")?;
     model.check_shape(&q, "q")?;
     let n = q.len();
     let found = if n < background::LARGE {

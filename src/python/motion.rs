@@ -149,7 +149,7 @@ impl PyMotionResult {
             let model = self.model.as_ref().expect("all other runs solve for accelerations");
             let mut model = model.get().native();
             let (t, [q, v, u]) = self.states(py)?;
-            let dims = [t.len(), model.n()];
+            let dims = [t.len(), model.facts().n];
             let a = or_raised(py.detach(|| accelerations(&mut *model, &t, &q, &v, &u)))?;
             ReadOnly::new(a.into_pyarray(py).reshape(dims)?)
         })?;
@@ -219,7 +219,8 @@ impl PyMotionResult {
         }
         let of_model = model.as_ref().map_or(n, |model| model.get().n());
         check.require(of_model == n, "model", of_model, "a model of as many coordinates");
-        let of_model = model.as_ref().map_or(inputs, |model| model.get().look(|model| model.inputs()));
+        let of_model =
+            model.as_ref().map_or(inputs, |model| model.get().look(|model| model.facts().inputs()));
         check.require([0, of_model].contains(&inputs), "u", inputs, "the inputs of the model");
         check.finish()?;
         let (stats, success, status, message, slack, doubt) = outcome;

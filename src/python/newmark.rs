@@ -17,6 +17,7 @@ use super::ode::system::{SharedRaised, unpack};
 use super::simulate::word;
 use crate::error::Interrupted;
 use crate::linalg::Matrix;
+use crate::model::Facts;
 use crate::newmark::{Options, Parameters, Scheme, StepSize, Stepper, solve};
 use crate::roots::Derivative;
 use crate::second_order::{Failure, Status, System};
@@ -161,7 +162,8 @@ pub(crate) fn newmark<'py>(
     let has_own_jacobian = jac.is_some();
     let raised = SharedRaised::default();
     let args = args.map(unpack).transpose()?;
-    let mut system = Equations { n: q0.len(), residual, jac, args, raised: raised.clone() };
+    let mut system =
+        Equations { facts: Facts::of_equations(q0.len()), residual, jac, args, raised: raised.clone() };
     let mut monitor = |_: &mut Equations<'_, 'py>, stepper: &Stepper| {
         let Some(callback) = callback else { return Ok(()) };
         let (q, v, a) = (stepper.q(), stepper.v(), stepper.a());
@@ -202,7 +204,7 @@ fn derivative<'a, 'py>(
 
 /// Equations of motion given by Python functions.
 struct Equations<'a, 'py> {
-    n: usize,
+    facts: Facts,
     residual: &'a Bound<'py, PyAny>,
     jac: Option<&'a Bound<'py, PyAny>>,
     args: Option<Bound<'py, PyTuple>>,
@@ -232,13 +234,13 @@ impl<'py> Equations<'_, 'py> {
             PyTypeError::new_err(format!(
                 "jac: expected three ({n}, {n}) arrays, dr/dq, dr/dv, dr/da, got {}",
                 convert::describe(&value),
-                n = self.n
+                n = self.facts.n
             ))
         };
         let parts: Vec<Bound<'py, PyAny>> =
             value.try_iter().and_then(Iterator::collect).map_err(|_| wrong())?;
         let [dq, dv, da] = <[_; 3]>::try_from(parts).map_err(|_| wrong())?;
-        let shape = (self.n, self.n);
+        let shape = (self.facts.n, self.facts.n);
         Ok([
             matrix_of(&dq, shape, "jac[0], dr/dq")?,
             matrix_of(&dv, shape, "jac[1], dr/dv")?,
@@ -248,8 +250,8 @@ impl<'py> Equations<'_, 'py> {
 }
 
 impl System for Equations<'_, '_> {
-    fn n(&self) -> usize {
-        self.n
+    fn facts(&self) -> &Facts {
+        &self.facts
     }
 
     fn residual(

@@ -31,7 +31,7 @@ use crate::linalg::Matrix;
 use crate::load::described::Load;
 use crate::load::is_on_rod;
 use crate::loops::Tie;
-use crate::model::{InTime as _, Tied as _};
+use crate::model::{Dynamics as _, InTime as _, Tied as _};
 use crate::robot::{Kernel, Multiplications, Named, Place, Robot, RobotModel, Touching};
 use crate::support::described::Support;
 use crate::world::{Fluid, described::BaseMotion};
@@ -258,7 +258,7 @@ impl PyRobot {
         }
         let (number, py) = (number.flatten(), py.expect("coordinates are always given"));
         let times = self.times(t, number, depends_on_time)?;
-        let inputs = u.map(|u| inputs_of_states(u, model.inputs(), number)).transpose()?;
+        let inputs = u.map(|u| inputs_of_states(u, model.facts().inputs(), number)).transpose()?;
         let rows = number.unwrap_or(1);
         let mut values = Vec::new();
         for row in 0..rows {
@@ -266,7 +266,7 @@ impl PyRobot {
                 py.check_signals()?;
             }
             if let Some(inputs) = &inputs {
-                let m = model.inputs();
+                let m = model.facts().inputs();
                 model.set_inputs(inputs.get(row * m..(row + 1) * m).unwrap_or(inputs));
             }
             if takes_time {
@@ -285,7 +285,7 @@ impl PyRobot {
 
     /// The time interval over which the prescribed motions are defined.
     fn span(&self) -> [f64; 2] {
-        self.kinematics.lock().unwrap_or_else(PoisonError::into_inner).time_span()
+        self.kinematics.lock().unwrap_or_else(PoisonError::into_inner).facts().time_span
     }
 
     /// A copy of the spatial model.

@@ -103,7 +103,7 @@ pub(crate) fn sensitivities<'py>(
 ) -> PyResult<Bound<'py, PyTuple>> {
     let py = model.py();
     let mut native = model.get().native();
-    let n = native.n();
+    let n = native.facts().n;
     let given = Parameters { beta, gamma, alpha, rho_inf };
     let rule = match method {
         "radau" if given.is_empty() => Rule::Radau,
@@ -132,13 +132,13 @@ pub(crate) fn sensitivities<'py>(
         None => None,
     };
     let p = forces.len();
-    let places = native.section_places();
+    let places = native.facts().section_places.clone();
     let (dq0, dv0) = (convert::matrix_of(dq0, (n, p), "dq0")?, convert::matrix_of(dv0, (n, p), "dv0")?);
     let OfParameters { forces, sections, lengths } = of_parameters(&forces, n, &places)?;
     if !(sections.is_empty() && lengths.is_empty()) && weights.is_none() {
         return Err(PyValueError::new_err("forces: got sections or lengths, expected none without weights"));
     }
-    let free = native.free_lengths();
+    let free = native.facts().free_lengths;
     if let Some([_, segment]) = lengths.iter().find(|[_, segment]| *segment >= free) {
         return Err(PyValueError::new_err(format!(
             "forces: got the length of segment {segment}, expected one of {free} on which nothing else depends"
@@ -146,10 +146,10 @@ pub(crate) fn sensitivities<'py>(
     }
     let together =
         Together { sections: Sections::new(sections, places.len()), lengths: Lengths::new(lengths, free) };
-    let legs = legs_of(legs.unwrap_or_default(), t.len(), native.inputs())?;
+    let legs = legs_of(legs.unwrap_or_default(), t.len(), native.facts().inputs())?;
     let course = Course { t: &t, q: &q, v: &v, a: &a, rule, legs: &legs };
     let is_wrong = |force: &Force| match force {
-        Force::Input(leg, input) => *leg >= legs.len() || *input >= native.inputs(),
+        Force::Input(leg, input) => *leg >= legs.len() || *input >= native.facts().inputs(),
         _ => false,
     };
     if forces.iter().any(is_wrong) {
@@ -290,28 +290,28 @@ fn change_of_inertia(terms: &[(Segment, f64)], x: f64) -> InertiaMatrix {
 /// Whether the inertia of sections affects only the forces along their own rods.
 #[pyfunction]
 pub(crate) fn has_separate_sections(#[pyo3(from_py_with = model_of)] model: &Bound<'_, PyModel>) -> bool {
-    model.get().look(|model| !model.section_places().is_empty())
+    model.get().look(|model| !model.facts().section_places.is_empty())
 }
 
 /// Whether the lengths of segments affect only their own rods.
 #[pyfunction]
 pub(crate) fn has_free_lengths(#[pyo3(from_py_with = model_of)] model: &Bound<'_, PyModel>) -> bool {
-    model.get().look(|model| model.free_lengths() > 0)
+    model.get().look(|model| model.facts().free_lengths > 0)
 }
 
 /// Whether some forces may act only in part of the states.
 #[pyfunction]
 pub(crate) fn has_one_sided_forces(#[pyo3(from_py_with = model_of)] model: &Bound<'_, PyModel>) -> bool {
-    model.get().look(|model| model.has_one_sided_forces())
+    model.get().look(|model| model.facts().has_one_sided_forces)
 }
 
 fn of_models(terms: &Terms, n: usize) -> PyResult<Vec<(Box<dyn Native>, f64)>> {
     let natives = terms.iter().map(|(model, weight)| (model.get().native(), *weight));
     let natives: Vec<_> = natives.collect();
-    match natives.iter().find(|(model, _)| model.n() != n) {
+    match natives.iter().find(|(model, _)| model.facts().n != n) {
         Some((model, _)) => Err(PyTypeError::new_err(format!(
             "forces: got a model of {} coordinates, expected {n}: parameters must not change their number",
-            model.n()
+            model.facts().n
         ))),
         None => Ok(natives),
     }

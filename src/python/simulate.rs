@@ -222,7 +222,7 @@ impl Controller {
                 convert::describe(function)
             )));
         }
-        if model.get().look(|model| model.inputs() == 0) {
+        if model.get().look(|model| model.facts().inputs() == 0) {
             return Err(PyValueError::new_err(
                 "control: got a callable, expected nothing: this model has no inputs (give loads or actuators a lissom.Input)",
             ));
@@ -255,7 +255,7 @@ fn at_time(py: Python<'_>, error: PyErr, t: f64) -> PyErr {
 /// Whether the Newmark family needs numerical damping of infinite frequencies: for closed loops, and for
 /// contact, which starts abruptly.
 pub(super) fn needs_damping(model: &dyn Native) -> bool {
-    model.constraints() > 0 || model.has_contact()
+    model.facts().constraints() > 0 || model.facts().has_contact
 }
 
 /// The argument `method`.

@@ -364,13 +364,13 @@ pub(crate) fn statics<'py>(
 ) -> PyResult<PyStaticsResult> {
     let u = u.map(|u| inputs_of(model, u)).transpose()?;
     let mut model = native_with(model, t, u.as_deref())?;
-    let n = model.n();
+    let n = model.facts().n;
     let q0 = q0.map(|q0| convert::finite_vector_of(q0, n, "q0")).transpose()?;
     let defaults = Options::default();
     let start = match (method, q0) {
         // With growing loads, the path of equilibria has a kink at every new contact. Therefore the model is
         // released.
-        ("auto", None) if load_steps.is_none() && model.has_contact() => Start::Descent(vec![0.0; n]),
+        ("auto", None) if load_steps.is_none() && model.facts().has_contact => Start::Descent(vec![0.0; n]),
         ("auto" | "load_path", None) => Start::Unloaded { stops: stops(load_steps)? },
         ("auto", Some(q0)) => Start::Descent(q0),
         ("descent", q0) => Start::Descent(q0.unwrap_or_else(|| vec![0.0; n])),
@@ -392,7 +392,8 @@ pub(crate) fn statics<'py>(
             "load_steps: expected nothing: with `q0`, \"descent\" and \"newton\" the whole load acts from the start",
         ));
     }
-    let iterations = defaults.max_iter * if model.has_contact() { core::ITERATIONS_OF_CONTACT } else { 1 };
+    let iterations =
+        defaults.max_iter * if model.facts().has_contact { core::ITERATIONS_OF_CONTACT } else { 1 };
     let options = Options {
         start,
         tol: tol.unwrap_or(defaults.tol),
@@ -536,7 +537,7 @@ pub(crate) fn continuation<'py>(
     let of_model = model;
     let mut model = native_with(of_model, t, u.as_deref())?;
     let inputs = inputs.map(|inputs| input_path(of_model, u, inputs, t)).transpose()?;
-    let n = model.n();
+    let n = model.facts().n;
     let vector = |value: Option<&Bound<'py, PyAny>>, name| {
         value.map(|value| convert::finite_vector_of(value, n, name)).transpose()
     };
@@ -594,7 +595,7 @@ pub(super) fn native(
 /// As `native`, with validated inputs.
 pub(super) fn native_with(model: &Bound<'_, PyAny>, t: f64, u: Option<&[f64]>) -> PyResult<Box<dyn Native>> {
     let mut model = base(model)?.get().native();
-    check_time(t, model.time_span())?;
+    check_time(t, model.facts().time_span)?;
     if let Some(u) = u {
         model.set_inputs(u);
     }

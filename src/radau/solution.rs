@@ -21,7 +21,7 @@ pub fn solve<S: System + ?Sized>(
     t_eval: Option<&[f64]>,
     monitor: &mut dyn FnMut(&mut S, &Stepper) -> Result<(), Interrupted>,
 ) -> Result<Solution, InvalidInput> {
-    let n = system.n();
+    let n = system.facts().n;
     let mut options = options.clone();
     if t_eval.is_none() {
         options.max_steps = options.max_steps.min(points_in_memory(n));
@@ -43,6 +43,6 @@ pub(crate) fn check_memory<S: System + ?Sized>(system: &S) -> Result<(), Invalid
     if system.tree().is_some() {
         return Ok(());
     }
-    let unknowns = system.n() + system.constraints();
+    let unknowns = system.facts().n + system.facts().constraints();
     memory::check_square(SQUARE_MATRICES, unknowns, "q0", "an explicit method needs no matrices")
 }

@@ -101,8 +101,8 @@ pub(super) struct Stages {
 impl Stages {
     /// Memory for a system with constraints; `rtol` is the smallest relative tolerance.
     pub(super) fn of_system<S: System + ?Sized>(system: &S, rtol: f64) -> Self {
-        let mut stages = Self::new(system.n(), system.constraints(), rtol);
-        system.typical_displacements(&mut stages.sizes);
+        let mut stages = Self::new(system.facts().n, system.facts().constraints(), rtol);
+        stages.sizes.copy_from_slice(&system.facts().typical_coordinates);
         stages
     }
 
@@ -613,12 +613,12 @@ impl Stages {
             return Ok(false);
         }
         // Where what is told has a corner, this step fits what is told before.
-        let before = if system.is_one_sided() { t.next_down() } else { t };
+        let before = if system.facts().is_one_sided { t.next_down() } else { t };
         scratch[..n].fill(0.0);
         system.gap_rates(before, q, v, &mut scratch[n..])?;
         fitting.solve(scratch);
         let is_swift = |(change, size): (&f64, &f64)| change.abs() > SWIFT * size;
-        if system.is_one_sided() && scratch[..n].iter().zip(&*sizes).any(is_swift) {
+        if system.facts().is_one_sided && scratch[..n].iter().zip(&*sizes).any(is_swift) {
             return Ok(false);
         }
         v.iter_mut().zip(&*scratch).for_each(|(v, change)| *v -= change);

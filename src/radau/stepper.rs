@@ -129,7 +129,7 @@ impl Stepper {
 
     /// Memory for the multipliers of constraints, where there are any.
     fn prepare<S: System + ?Sized>(&mut self, system: &S) {
-        let (n, constraints) = (self.q.len(), system.constraints());
+        let (n, constraints) = (self.q.len(), system.facts().constraints());
         if self.stages.unknowns() != n + constraints {
             self.stages = Stages::of_system(system, self.smallest_rtol);
             self.a.resize(n + constraints, 0.0);
@@ -246,7 +246,7 @@ impl Stepper {
                 if has_missed(system, [start.t, t_new], ends, rates, &mut self.middle)?
                     || flawed < MOST_FLAWED
                         && (system.is_turned_too_far(t_new, ends[1])?
-                            || system.has_contact()
+                            || system.facts().has_contact
                                 && system.gains_energy(
                                     t_new,
                                     [ends[0], rates[0]],
@@ -485,7 +485,7 @@ fn has_missed<S: System + ?Sized>(
     if system.have_met_stops([t, t_new], ends, rates, middle)? {
         return Ok(true);
     }
-    if !system.has_contact() {
+    if !system.facts().has_contact {
         return Ok(false);
     }
     hermite::middle(t_new - t, ends, rates, middle);

@@ -4,7 +4,7 @@ use super::target::Target;
 use crate::error::Interrupted;
 use crate::lie::{Quaternion, Rotation, Vector, rotation_vector_rate};
 use crate::linalg::{Matrix, norm};
-use crate::model::{Discretised as _, Elastic as _, Flaw, Model as _, rotation_vectors};
+use crate::model::{Dynamics as _, Elastic as _, Flaw, rotation_vectors};
 use crate::robot::{Place, Pose, RobotModel};
 use crate::roots::System;
 use crate::roots::least_squares::LeastSquares;
@@ -66,7 +66,7 @@ impl<'a, 'b> Misfit<'a, 'b> {
         rotation_vectors: Vec<usize>,
         monitor: Monitor<'b>,
     ) -> Self {
-        let n = model.n();
+        let n = model.facts().n;
         let goal = |target: &Target| {
             let rotation = target.rotation();
             let is_counted = |i: usize| {

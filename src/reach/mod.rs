@@ -32,8 +32,7 @@ pub use preference::Preference;
 pub use target::Target;
 
 use crate::error::{Checker, Interrupted, InvalidInput, Number, Unfinished};
-use crate::model::{Discretised as _, Tied as _};
-use crate::model::{Elastic as _, Model as _, rotation_vectors};
+use crate::model::{Dynamics as _, Elastic as _, rotation_vectors};
 use crate::robot::{Origin, Robot, RobotModel, origin};
 use crate::roots::least_squares::{self, Bounds, Counters, End, Form, Outcome, solve};
 use crate::statics::Monitor;
@@ -84,13 +83,13 @@ pub fn reach(
     options: &Options,
     monitor: Monitor<'_>,
 ) -> Result<Result<Reached, Unfinished<Reached>>, InvalidInput> {
-    model.check_untied("`reach`")?;
+    model.facts().check_untied("`reach`")?;
     check(model.description(), targets, options)?;
     let bounds = limits(model.description(), options.bounds.as_ref())?;
-    let mut q0 = options.q0.clone().unwrap_or_else(|| vec![0.0; model.n()]);
+    let mut q0 = options.q0.clone().unwrap_or_else(|| vec![0.0; model.facts().n]);
     bounds.clip(&mut q0);
     model.check_shape(&q0, "q0")?;
-    let mut sizes = vec![1.0; model.n()];
+    let mut sizes = vec![1.0; model.facts().n];
     model.sizes(&q0, &mut sizes);
     let form = form_of(&options.prefer, model, &q0, &sizes)?;
     Ok(search(model, targets, options, (&q0, &bounds, form.as_ref()), monitor))

@@ -112,11 +112,6 @@ impl Coordinates {
         self.0.as_ref().map_or(all, |reduction| reduction.own.len())
     }
 
-    /// Index of an independent coordinate among all.
-    pub(crate) fn place(&self, own: usize) -> usize {
-        self.0.as_ref().map_or(own, |reduction| reduction.own[own])
-    }
-
     /// Whether all coordinates are independent.
     pub(crate) fn are_own(&self) -> bool {
         self.0.is_none()

@@ -29,6 +29,7 @@ mod compile;
 mod description;
 mod driven;
 mod effect;
+mod facts;
 mod kernel;
 mod model;
 mod plan;

@@ -225,11 +225,6 @@ impl<G: Turning> Sweeps<G> {
         }
     }
 
-    /// The inputs.
-    pub(crate) fn inputs(&self) -> &[f64] {
-        &self.work.inputs
-    }
-
     /// The time that is set, if a load or a command is not finite at this time; NaN if no time could be set.
     pub(crate) fn time_without_loads(&self) -> Option<f64> {
         let is_finite = |wrench: &Wrench<G, f64>| {

@@ -15,7 +15,7 @@ use crate::joint::{Joint, JointForces};
 use crate::lie::{Quaternion, Spatial, Vector};
 use crate::linalg::Matrix;
 use crate::load::{Extent, Load};
-use crate::model::Model as _;
+use crate::model::Dynamics as _;
 use crate::rod::diagonal;
 use crate::rod::{Section, Segment};
 use crate::support::Support;
@@ -282,7 +282,7 @@ fn driven_joints_are_solved_with_all_entries() {
     assert_eq!(RobotModel::new(&robot).unwrap().solve(), Solve::Tree);
     robot.links[7].driven = Some(Driven::Mimic { link: 20, multiplier: -1.0, offset: 0.0 });
     let model = RobotModel::with_solve(&robot, Solve::Tree).unwrap();
-    assert_eq!((model.solve(), model.n()), (Solve::Dense, 29));
+    assert_eq!((model.solve(), model.facts().n), (Solve::Dense, 29));
     assert!(model.tree().is_none());
     robot.links[20].driven = Some(Driven::Mimic { link: 99, multiplier: f64::NAN, offset: 0.0 });
     let error = RobotModel::new(&robot).unwrap_err();

@@ -7,7 +7,7 @@ use crate::contact::{Contact, Obstacle, Surface};
 use crate::joint::{Joint, JointForces};
 use crate::lie::Vector;
 use crate::linalg::Matrix;
-use crate::model::Model as _;
+use crate::model::Dynamics as _;
 use crate::rod::{Section, Segment};
 
 /// Two thick rods and a floating body, one behind the other.
@@ -55,7 +55,7 @@ fn bare_model() -> RobotModel {
 /// A ball on the body, and the surfaces that it and the arm touch in the tested state.
 fn pairs() -> Vec<(&'static str, [Surface; 2], f64)> {
     let mut bare = bare_model();
-    let q = state(bare.n(), 0.1);
+    let q = state(bare.facts().n, 0.1);
     let mut at = |link, x| {
         let place = bare.place_on(link, x);
         bare.pose_at(&q, &place).position.to_array()
@@ -198,7 +198,7 @@ const THICKNESS: f64 = 0.2;
 /// thickness.
 fn pairs_of_bodies() -> Vec<(&'static str, [Surface; 2], f64)> {
     let mut bare = bare_model();
-    let q = state(bare.n(), 0.1);
+    let q = state(bare.facts().n, 0.1);
     let mut pose_of = |link, at| {
         let place = bare.place_on(link, at);
         bare.pose_at(&q, &place)
@@ -281,7 +281,7 @@ fn tangents_are_derivatives_and_power_is_accounted_for() {
             }
             let mut model = with(surfaces.clone(), friction);
             let mut bare = RobotModel::new(&Robot::new(links())).unwrap();
-            let n = model.n();
+            let n = model.facts().n;
             let [q, v, a] = [0.1, 1.3, 2.9].map(|phase| state(n, phase));
             let mut contact = |q: &[f64], v: &[f64]| {
                 let [mut with, mut without] = [vec![0.0; n], vec![0.0; n]];

@@ -7,7 +7,7 @@ use crate::body::Body;
 use crate::joint::{Joint, JointForces};
 use crate::linalg::Matrix;
 use crate::loops::{Loop, LoopEnd, Tie};
-use crate::model::{InTime as _, Model as _, Tied as _};
+use crate::model::{Dynamics as _, InTime as _, Tied as _};
 use crate::rod::Segment;
 use crate::signal::{Harmonic, Signal};
 use crate::world::base_motion::{BaseMotion, BaseRotation};
@@ -100,7 +100,7 @@ fn moved(q: &[f64], by: &[f64], step: f64) -> Vec<f64> {
 #[test]
 fn gaps_and_their_derivatives_belong_together() {
     let mut model = RobotModel::new(&robot()).unwrap();
-    let (n, m) = (model.n(), model.constraints());
+    let (n, m) = (model.facts().n, model.facts().constraints());
     assert_eq!(m, 6 + 5 + 5 + 4 + 4 + 3 + 3 + 1 + 1 + 2);
     let [q, v, a] = [0.1, 1.3, 2.9].map(|phase| state(n, phase));
     let mut gaps = |q: &[f64]| {
@@ -129,7 +129,7 @@ fn gaps_and_their_derivatives_belong_together() {
 #[test]
 fn multipliers_act_by_the_derivatives_of_gaps_and_their_tangent_is_symmetric() {
     let mut model = RobotModel::new(&robot()).unwrap();
-    let (n, m) = (model.n(), model.constraints());
+    let (n, m) = (model.facts().n, model.facts().constraints());
     let [q, rest] = [state(n, 0.1), vec![0.0; n]];
     let multipliers: Vec<f64> = (0..m).map(|i| (0.9 * i as f64).sin()).collect();
     let none = vec![0.0; m];
@@ -180,7 +180,7 @@ fn gaps_to_a_world_that_the_base_moves_in_have_derivatives_in_time() {
     let motion = BaseMotion { translation: shaken([0.2, 0.1, -0.3], 1.3), rotation };
     let robot = Robot { base_motion: Some(motion), ..robot() };
     let mut model = RobotModel::new(&robot).unwrap();
-    let (n, m) = (model.n(), model.constraints());
+    let (n, m) = (model.facts().n, model.facts().constraints());
     let [q, v, a] = [0.1, 1.3, 2.9].map(|phase| state(n, phase));
     let (time, h) = (0.37, 1e-4);
     let mut at = |t: f64| {

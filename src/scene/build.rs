@@ -3,7 +3,7 @@
 
 use crate::accuracy;
 use crate::error::{Checker, InvalidInput, Number};
-use crate::model::{Discretised as _, Flaw, InTime as _, Model as _};
+use crate::model::{Dynamics as _, Flaw, InContact as _, InTime as _};
 use crate::pendulum::SpringPendulum;
 use crate::robot;
 use crate::simulate::check_step;
@@ -85,7 +85,7 @@ fn check_contacts(
     if document.contact.is_empty() || !document.r#loop.is_empty() || !shape.problems.is_empty() {
         return;
     }
-    if model.set_time(t0).is_err() || q0.len() != model.n() {
+    if model.set_time(t0).is_err() || q0.len() != model.facts().n {
         return;
     }
     if let Some(Flaw::Sunk { contact, overlap }) = model.sunk(q0) {

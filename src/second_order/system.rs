@@ -5,20 +5,16 @@ use crate::constraint::{one_sided, projection};
 use crate::error::Interrupted;
 use crate::linalg::{Matrix, TreeMatrix};
 use crate::model::{
-    Beside, Flaw, Impact, Model, Radius, Switch, have_met_stops, have_passed, have_touched, rotation_vectors,
+    Beside, Facts, Flaw, Impact, Model, Radius, Switch, have_met_stops, have_passed, have_touched,
+    rotation_vectors,
 };
 use crate::signal::Cell;
 
 /// Equations of motion `r(t, q, v, a) = 0` for displacements q, velocities v and accelerations a, n of each.
 pub trait System {
-    /// Number of coordinates n.
-    fn n(&self) -> usize;
-
-    /// Number of constraints m. With constraints, multipliers follow the accelerations passed to
+    /// What does not change during a run. With constraints, multipliers follow the accelerations passed to
     /// [`Self::residual`], and gaps follow the residual.
-    fn constraints(&self) -> usize {
-        0
-    }
+    fn facts(&self) -> &Facts;
 
     /// `residual <- r(t, q, v, a)`. Must set every entry. Non-finite values are allowed; they shorten the
     /// step, or end the integration with a status that says so.
@@ -56,11 +52,6 @@ pub trait System {
     /// Gaps of the constraints, m numbers, as at the end of [`Self::residual`].
     fn gaps(&mut self, _t: f64, _q: &[f64], _gaps: &mut [f64]) -> Result<(), Interrupted> {
         unreachable!("the system has no constraints");
-    }
-
-    /// What gaps are compared with, all > 0, in their units.
-    fn gap_sizes(&self, sizes: &mut [f64]) {
-        sizes.fill(1.0);
     }
 
     /// First time derivatives of the gaps.
@@ -103,21 +94,10 @@ pub trait System {
         unreachable!("the system has no constraints");
     }
 
-    /// Indices of the first components of rotation vectors among the coordinates.
-    fn rotation_vectors(&self) -> &[usize] {
-        &[]
-    }
-
     /// Structure of the tangent (zeros) if it is the matrix of a chain for which this form is cheaper;
     /// [`Self::tree_tangent`] is then called instead of [`Self::tangent`].
     fn tree(&self) -> Option<TreeMatrix> {
         None
-    }
-
-    /// The numbers of coordinates, one after another, of parts most pairs of which the tangent does not couple; none where it is
-    /// solved with as a whole. Allocates; not for step loops.
-    fn parts(&self) -> Vec<usize> {
-        Vec::new()
     }
 
     /// The tangent of a system that is a chain.
@@ -140,12 +120,7 @@ pub trait System {
         false
     }
 
-    /// Whether there are contacts, whose forces set in abruptly.
-    fn has_contact(&self) -> bool {
-        false
-    }
-
-    /// Selects the linearisation of friction for an iteration ([`Model::follow_friction`]).
+    /// Selects the linearisation of friction for an iteration ([`InImpact::follow_friction`](crate::model::InImpact::follow_friction)).
     fn follow_friction(&mut self, _length: Option<f64>) {}
 
     /// Whether an impact is too hard to be resolved by a step of size `h` from the displacements and
@@ -238,11 +213,6 @@ pub trait System {
         Ok(false)
     }
 
-    /// Whether constraints hold one way only ([`Tied::is_one_sided`](crate::model::Tied::is_one_sided)).
-    fn is_one_sided(&self) -> bool {
-        false
-    }
-
     /// Makes exactly the constraints with non-zero multipliers active.
     fn release(&mut self, _multipliers: &[f64]) {}
 
@@ -256,12 +226,7 @@ pub trait System {
         f64::INFINITY
     }
 
-    /// Whether [`Self::corner`] may ever be one.
-    fn has_corners(&self) -> bool {
-        false
-    }
-
-    /// The next time at which a step of fixed size must end ([`InTime::corner`](crate::model::InTime::corner)).
+    /// The next time at which a step of fixed size must end ([`Excitation::corner`](crate::model::Excitation::corner)).
     fn corner(&self, _cell: Cell) -> Option<f64> {
         None
     }
@@ -270,12 +235,6 @@ pub trait System {
     fn tangent_cost(&self) -> f64 {
         3.0
     }
-
-    /// Large changes of the displacements, which determine the rounding errors of quantities computed from
-    /// them even near zero. Zero if unknown.
-    fn typical_displacements(&self, sizes: &mut [f64]) {
-        sizes.fill(0.0);
-    }
 }
 
 /// Free motion of a model: zero inverse dynamics.
@@ -283,36 +242,21 @@ pub trait System {
 pub struct FreeMotion<'a, M: ?Sized>(pub &'a mut M);
 
 impl<M: Model + ?Sized> System for FreeMotion<'_, M> {
-    fn n(&self) -> usize {
-        self.0.n()
-    }
-
-    fn constraints(&self) -> usize {
-        self.0.constraints()
-    }
-
-    fn rotation_vectors(&self) -> &[usize] {
-        self.0.rotation_vectors()
+    #[inline]
+    fn facts(&self) -> &Facts {
+        self.0.facts()
     }
 
     fn wrap(&mut self, q: &mut [f64], v: &mut [f64], accelerations: &mut [&mut [f64]]) -> bool {
-        rotation_vectors::wrap(self.0.rotation_vectors(), q, v, accelerations)
+        rotation_vectors::wrap(&self.0.facts().rotation_vectors, q, v, accelerations)
     }
 
     fn horizon(&self, t: f64) -> f64 {
         self.0.horizon(t)
     }
 
-    fn has_corners(&self) -> bool {
-        self.0.varies_in_time()
-    }
-
     fn corner(&self, cell: Cell) -> Option<f64> {
         self.0.corner(cell)
-    }
-
-    fn has_contact(&self) -> bool {
-        self.0.has_contact()
     }
 
     fn follow_friction(&mut self, length: Option<f64>) {
@@ -344,7 +288,7 @@ impl<M: Model + ?Sized> System for FreeMotion<'_, M> {
         residual: &mut [f64],
     ) -> Result<(), Interrupted> {
         self.0.set_time(t)?;
-        if self.0.constraints() == 0 {
+        if self.0.facts().constraints() == 0 {
             self.0.inverse_dynamics(q, v, a, residual);
             return Ok(());
         }
@@ -488,7 +432,7 @@ impl<M: Model + ?Sized> System for FreeMotion<'_, M> {
     }
 
     fn have_passed(&mut self, way: &[(f64, &[f64])], radius: Radius) -> Result<bool, Interrupted> {
-        if !self.0.has_contact() {
+        if !self.0.facts().has_contact {
             return Ok(false);
         }
         have_passed(self.0, way.iter().copied(), radius)
@@ -511,11 +455,7 @@ impl<M: Model + ?Sized> System for FreeMotion<'_, M> {
         rates: [&[f64]; 2],
         memory: &mut Vec<f64>,
     ) -> Result<bool, Interrupted> {
-        Ok(self.0.has_stops() && have_met_stops(self.0, times, ends, rates, memory)?)
-    }
-
-    fn is_one_sided(&self) -> bool {
-        self.0.is_one_sided()
+        Ok(self.0.facts().has_stops && have_met_stops(self.0, times, ends, rates, memory)?)
     }
 
     fn release(&mut self, multipliers: &[f64]) {
@@ -525,10 +465,6 @@ impl<M: Model + ?Sized> System for FreeMotion<'_, M> {
     fn switch(&mut self, t: f64, q: &[f64], multipliers: &mut [f64]) -> Result<Switch, Interrupted> {
         self.0.set_time(t)?;
         Ok(self.0.switch(q, multipliers))
-    }
-
-    fn parts(&self) -> Vec<usize> {
-        self.0.parts()
     }
 
     fn tree(&self) -> Option<TreeMatrix> {
@@ -552,13 +488,5 @@ impl<M: Model + ?Sized> System for FreeMotion<'_, M> {
 
     fn tangent_cost(&self) -> f64 {
         self.0.tangent_cost()
-    }
-
-    fn typical_displacements(&self, sizes: &mut [f64]) {
-        self.0.typical_coordinates(sizes);
-    }
-
-    fn gap_sizes(&self, sizes: &mut [f64]) {
-        self.0.gap_sizes(sizes);
     }
 }

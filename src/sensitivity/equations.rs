@@ -52,7 +52,7 @@ pub(super) struct Equations<'a, M: ?Sized> {
 impl<'a, M: Model + ?Sized> Equations<'a, M> {
     pub(super) fn new(model: &'a mut M, legs: &'a [Leg]) -> Self {
         Self {
-            of_inputs: Matrix::zeros(model.n(), model.inputs()),
+            of_inputs: Matrix::zeros(model.facts().n, model.facts().inputs()),
             scratch: ForwardScratch::of(&*model),
             leg: 0,
             model,

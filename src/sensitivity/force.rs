@@ -33,7 +33,9 @@ impl<M: Model + ?Sized> ForceDerivative<M> {
         let mut derivative = Self { affine: None, tau: zeros.clone(), sum: zeros.clone(), terms };
         // One-sided forces may vanish in the sampled states and act in others.
         let changes = |model: &M| {
-            model.varies_in_time() || is_steered && model.inputs() > 0 || model.has_one_sided_forces()
+            model.facts().varies_in_time
+                || is_steered && model.facts().inputs() > 0
+                || model.facts().has_one_sided_forces
         };
         if derivative.terms.iter().any(|(model, _)| changes(model)) || !derivative.may_be_affine(n)? {
             return Ok(derivative);

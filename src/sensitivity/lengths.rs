@@ -10,7 +10,7 @@ pub struct Lengths {
 
 impl Lengths {
     /// Parameters with their segments, for a model with this number of [free
-    /// lengths](crate::model::Model::free_lengths).
+    /// lengths](crate::model::Facts::free_lengths).
     ///
     /// # Panics
     /// If the length of a segment is not free.

@@ -113,9 +113,9 @@ impl Course<'_> {
     /// The first state in which a rotation vector jumped from the previous state: rotation vectors longer
     /// than half a turn are replaced by the opposite ones.
     fn turned<M: Model + ?Sized>(&self, model: &M) -> Option<usize> {
-        let n = model.n();
+        let n = model.facts().n;
         let has_turned = |step: usize| {
-            model.rotation_vectors().iter().any(|&first| {
+            model.facts().rotation_vectors.iter().any(|&first| {
                 let change = |i: usize| self.q[step * n + first + i] - self.q[(step - 1) * n + first + i];
                 (0..3).map(|i| change(i) * change(i)).sum::<f64>() > PI * PI
             })
@@ -217,7 +217,7 @@ impl From<Interrupted> for Failure {
 
 /// Rejects models for which runs of this method, with states at the times `t`, cannot be differentiated.
 pub fn check<M: Model + ?Sized>(model: &mut M, rule: Rule, t: &[f64]) -> Result<(), InvalidInput> {
-    if model.has_contact() && matches!(rule, Rule::Newmark(_)) {
+    if model.facts().has_contact && matches!(rule, Rule::Newmark(_)) {
         let expected = "method \"radau\": steps of the Newmark family into contact are not all of one scheme";
         return Err(InvalidInput::new(
             "method",
@@ -241,7 +241,7 @@ pub fn check<M: Model + ?Sized>(model: &mut M, rule: Rule, t: &[f64]) -> Result<
         }
         _ => {}
     }
-    if model.constraints() > 0 {
+    if model.facts().constraints() > 0 {
         let expected = "a robot without them: their runs are not differentiated yet (multipliers would have to be differentiated too)";
         return Err(InvalidInput::new("model", "closed loops", expected));
     }

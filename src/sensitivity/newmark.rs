@@ -19,7 +19,7 @@ struct System<'a, M: ?Sized> {
 
 impl<'a, M: Model + ?Sized> System<'a, M> {
     fn new(model: &'a mut M, course: &Course<'a>) -> Self {
-        let n = model.n();
+        let n = model.facts().n;
         let equations = Equations::new(model, course.legs);
         Self { equations, at: Linearised::new(n), tangent: Matrix::zeros(n, n), lu: Lu::new(n) }
     }
@@ -94,7 +94,7 @@ pub(super) fn forward<M: Model + ?Sized, F: Model + ?Sized>(
     parameters: &mut Parameters<'_, F>,
     monitor: &mut Monitor<'_>,
 ) -> Result<Kept, Failure> {
-    let (n, p) = (model.n(), parameters.of.len());
+    let (n, p) = (model.facts().n, parameters.of.len());
     let steps = course.steps(model, scheme);
     let mut system = System::new(model, course);
     let (mut q, mut v) = (parameters.dq0.clone(), parameters.dv0.clone());
@@ -146,7 +146,7 @@ pub(super) fn adjoint<M: Model + ?Sized, F: Model + ?Sized>(
     together: &mut Together,
     monitor: &mut Monitor<'_>,
 ) -> Result<Vec<f64>, Failure> {
-    let n = model.n();
+    let n = model.facts().n;
     let mut gradient = vec![0.0; parameters.of.len()];
     let steps = course.steps(model, scheme);
     let mut system = System::new(model, course);

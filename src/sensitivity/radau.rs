@@ -40,7 +40,7 @@ struct Stages<'a, M: ?Sized> {
 
 impl<'a, M: Model + ?Sized> Stages<'a, M> {
     fn new(model: &'a mut M, course: &Course<'a>) -> Self {
-        let n = model.n();
+        let n = model.facts().n;
         Self {
             n,
             at: std::array::from_fn(|_| Linearised::new(n)),
@@ -131,7 +131,7 @@ pub(super) fn forward<M: Model + ?Sized, F: Model + ?Sized>(
     parameters: &mut Parameters<'_, F>,
     monitor: &mut Monitor<'_>,
 ) -> Result<Kept, Failure> {
-    let (n, p) = (model.n(), parameters.of.len());
+    let (n, p) = (model.facts().n, parameters.of.len());
     let mut stages = Stages::new(model, course);
     let (mut q, mut v) = (parameters.dq0.clone(), parameters.dv0.clone());
     let mut at_stage = q.clone();
@@ -176,7 +176,7 @@ pub(super) fn adjoint<M: Model + ?Sized, F: Model + ?Sized>(
     together: &mut Together,
     monitor: &mut Monitor<'_>,
 ) -> Result<Vec<f64>, Failure> {
-    let n = model.n();
+    let n = model.facts().n;
     let mut gradient = vec![0.0; parameters.of.len()];
     let mut stages = Stages::new(model, course);
     // Adjoint variables: derivatives of the function with respect to q and v of the current state.

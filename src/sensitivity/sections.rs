@@ -22,7 +22,7 @@ pub struct Sections {
 }
 
 impl Sections {
-    /// For a model with this number of [sections](crate::model::Model::section_places).
+    /// For a model with this number of [sections](crate::model::Facts::section_places).
     ///
     /// # Panics
     /// If a parameter affects other sections.

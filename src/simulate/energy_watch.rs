@@ -68,16 +68,16 @@ impl EnergyWatch {
         method: &Method,
     ) -> Option<Self> {
         let (dt, Method::Newmark(options)) = (method.fixed_step()?, method) else { return None };
-        if model.is_carried() {
+        if model.facts().is_carried {
             return None;
         }
-        let has_contact = model.has_contact();
-        let varies = model.varies_in_time();
+        let has_contact = model.facts().has_contact;
+        let varies = model.facts().varies_in_time;
         if varies && model.set_time(t0).is_err() {
             return None;
         }
-        let is_driven = model.is_driven() || varies;
-        let is_free = !has_contact && !model.is_damped() && !model.is_one_sided() && !is_driven;
+        let is_driven = model.facts().is_driven || varies;
+        let is_free = !has_contact && !model.facts().is_damped && !model.facts().is_one_sided && !is_driven;
         let (stride, lasting) = if has_contact { (1, LASTING) } else { (STRIDE, 1) };
         let largest = model.energy(q, v);
         let start = largest.total();
@@ -179,8 +179,7 @@ impl EnergyWatch {
 
 /// What the energy changes by if coordinates are off by rounding. Allocates.
 fn energy_of_rounding<M: Model>(model: &mut M, State { q, v, .. }: State<'_>) -> f64 {
-    let mut beside = vec![0.0; q.len()];
-    model.typical_coordinates(&mut beside);
+    let mut beside = model.facts().typical_coordinates.clone();
     beside.iter_mut().zip(q).for_each(|(x, q)| *x = q + ROUNDING_OF_PLACES * *x);
     (model.energy(&beside, v).total() - model.energy(q, v).total()).abs()
 }

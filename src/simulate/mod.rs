@@ -198,7 +198,7 @@ impl Order<'_> {
     /// Rejects invalid arguments before any evaluation of a motion.
     fn prepare<M: Model>(&self, model: M, control_step: Option<f64>) -> Result<Prepared<M>, InvalidInput> {
         let &Self { t_span, q0, v0, method, t_eval } = self;
-        let n = model.n();
+        let n = model.facts().n;
         second_order::check_start(n, t_span, q0, v0, method.dt())?;
         if let Some(step) = control_step {
             check_control(step, t_span)?;
@@ -221,7 +221,7 @@ impl Order<'_> {
         if times.is_none() {
             limit_steps(&mut method, n);
         }
-        check_span(model.time_span(), t_span)?;
+        check_span(model.facts().time_span, t_span)?;
         let first_leg = match control_step {
             // The first step of an adaptive method depends on the length of the first leg; choose it as in a
             // run stepped from outside.
@@ -268,7 +268,7 @@ pub fn check<M: Model>(
 /// Times of the result of a complete run of a model with `n` coordinates, with inputs set every
 /// `control_step` if given: the requested times, the grid of a method, or the ends of fixed steps. `None` if
 /// the method chooses its steps and returns all of them. `corner` tells where steps of fixed size must end
-/// ([`InTime::corner`](crate::model::InTime::corner)).
+/// ([`Excitation::corner`](crate::model::Excitation::corner)).
 ///
 /// The arguments must be valid; see [`check`].
 pub fn times_of_run(
@@ -327,7 +327,7 @@ fn by_steps<M: Model>(model: &M, method: &Method) -> Method {
     match method {
         Method::Newmark(_) => method.clone(),
         _ => Method::Newmark(newmark::Options::new(
-            method.dt().min(model.shortest_period() / STEPS_OF_A_PERIOD),
+            method.dt().min(model.facts().shortest_period / STEPS_OF_A_PERIOD),
         )),
     }
 }
@@ -391,7 +391,7 @@ impl Simulation {
 impl Simulation {
     /// The same motion with all rotation vectors no longer than pi.
     fn wrapped<M: Model + ?Sized>(mut self, model: &M) -> Self {
-        let first = model.rotation_vectors();
+        let first = &model.facts().rotation_vectors;
         if first.is_empty() || self.n == 0 {
             return self;
         }
@@ -436,7 +436,7 @@ pub(crate) fn accelerations<M: Model + ?Sized>(
     v: &[f64],
     u: &[f64],
 ) -> Result<Vec<f64>, Interrupted> {
-    let n = model.n();
+    let n = model.facts().n;
     let inputs = u.len() / t.len().max(1);
     let mut scratch = ForwardScratch::new(n);
     let mut a = vec![0.0; t.len() * n];

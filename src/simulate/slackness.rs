@@ -3,7 +3,7 @@
 use super::Simulation;
 use crate::actuator::{Actuator, Drive, Tendon};
 use crate::error::{Interrupted, Number};
-use crate::model::{InTime as _, Tied as _};
+use crate::model::{Dynamics as _, InTime as _};
 use crate::robot::RobotModel;
 
 /// A tendon that was slack, or had a negative tension command.
@@ -43,7 +43,7 @@ pub fn slackness(model: &mut RobotModel, simulation: &Simulation) -> Result<Vec<
             model.set_inputs(&u[k * inputs..][..inputs]);
         }
         model.set_time(t)?;
-        let slack_tendons = if model.is_one_sided() { model.slack_tendons(q) } else { Vec::new() };
+        let slack_tendons = if model.facts().is_one_sided { model.slack_tendons(q) } else { Vec::new() };
         for (found, (i, is_of_length, name)) in found.iter_mut().zip(&may_be_slack) {
             let told = if *is_of_length {
                 let is_inextensible = model.description().actuators[*i].is_inextensible();

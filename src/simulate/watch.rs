@@ -123,7 +123,7 @@ impl StiffnessWatch {
         }
         let spectrum = Spectrum::new(model, t, q, v)?;
         let rate = spectrum.rate();
-        let visible = spectrum.highest_visible(model, q, VISIBLE * model.length());
+        let visible = spectrum.highest_visible(model, q, VISIBLE * model.facts().length);
         if step * rate < LIMITED * self.limit || rate < MANY_TIMES * visible {
             return None;
         }

@@ -3,7 +3,7 @@
 use super::growth::Growth;
 use crate::error::Interrupted;
 use crate::linalg::{Matrix, dot, norm};
-use crate::model::{Flaw, Model, Radius, Switch, rotation_vectors};
+use crate::model::{Flaw, Radius, Static, Switch, rotation_vectors};
 use crate::natural::{self, Natural, scaled};
 use crate::small_motions::small_motions;
 use crate::springs::Springs;
@@ -40,7 +40,7 @@ impl std::ops::Add for Counters {
 /// R_i` (joules) with the typical sizes s of the model; these are called *scaled* below. Systems are solved
 /// in natural coordinates (see [`crate::springs`]), at forces of the springs that are part of the state.
 pub(super) struct Equations<'a> {
-    pub(super) model: &'a mut dyn Model,
+    pub(super) model: &'a mut dyn Static,
     monitor: &'a mut dyn FnMut() -> Result<(), Interrupted>,
     pub(super) sizes: Vec<f64>,
     pub(super) counters: Counters,
@@ -172,16 +172,16 @@ impl<'a> Equations<'a> {
     /// Near a shape, which sets the sizes of the coordinates. `monitor` is called before every evaluation of forces and may stop
     /// the search.
     pub(super) fn new(
-        model: &'a mut dyn Model,
+        model: &'a mut dyn Static,
         growth: Growth,
         near: &[f64],
         monitor: &'a mut dyn FnMut() -> Result<(), Interrupted>,
     ) -> Self {
-        let n = model.n();
+        let n = model.facts().n;
         let mut sizes = vec![0.0; n];
         model.sizes(near, &mut sizes);
         let rest = vec![0.0; n];
-        let material = (model.springs() > 0).then(|| natural::material(model, &rest, &sizes));
+        let material = (model.facts().springs > 0).then(|| natural::material(model, &rest, &sizes));
         let (counters, elastic) = (Counters::default(), rest.clone());
         Self {
             model,
@@ -216,12 +216,12 @@ impl<'a> Equations<'a> {
     /// Rewrites a shape with rotation vectors no longer than pi.
     pub(super) fn wrap(&self, q: &mut [f64]) {
         let mut rest = vec![0.0; q.len()];
-        rotation_vectors::wrap(self.model.rotation_vectors(), q, &mut rest, &mut []);
+        rotation_vectors::wrap(&self.model.facts().rotation_vectors, q, &mut rest, &mut []);
     }
 
     /// The same with rates of the coordinates; whether anything has changed.
     pub(super) fn fold(&self, q: &mut [f64], rates: &mut [f64]) -> bool {
-        rotation_vectors::wrap(self.model.rotation_vectors(), q, rates, &mut [])
+        rotation_vectors::wrap(&self.model.facts().rotation_vectors, q, rates, &mut [])
     }
 
     pub(super) fn n(&self) -> usize {
@@ -229,7 +229,7 @@ impl<'a> Equations<'a> {
     }
 
     pub(super) fn has_contact(&self) -> bool {
-        self.model.has_contact()
+        self.model.facts().has_contact
     }
 
     /// Problem of an invalid shape; `None` for a valid one.
@@ -242,7 +242,7 @@ impl<'a> Equations<'a> {
         /// Places move straight on within parts of this length: those of a link that turns by a tenth of a radian are off by
         /// a thousandth of its length.
         const PART: f64 = 0.1;
-        if !self.model.has_contact() || !length.is_finite() {
+        if !self.model.facts().has_contact || !length.is_finite() {
             return false;
         }
         self.model.note_surfaces(from);
@@ -276,7 +276,7 @@ impl<'a> Equations<'a> {
     /// Updates the active set of one-sided constraints: activates violated ones, or releases one that would
     /// have to push. Returns whether anything changed.
     pub(super) fn switch(&mut self, state: &mut State) -> Result<bool, Interrupted> {
-        if !self.model.is_one_sided() {
+        if !self.model.facts().is_one_sided {
             return Ok(false);
         }
         self.growth.set(self.model, state.load_factor)?;
@@ -306,7 +306,8 @@ impl<'a> Equations<'a> {
         state: &State,
         springs: Option<&Springs>,
     ) -> Result<Option<Vec<f64>>, Interrupted> {
-        let (Some(springs), Growth::Inputs(_), true) = (springs, &self.growth, self.model.is_one_sided())
+        let (Some(springs), Growth::Inputs(_), true) =
+            (springs, &self.growth, self.model.facts().is_one_sided)
         else {
             return Ok(None);
         };
@@ -458,7 +459,7 @@ impl<'a> Equations<'a> {
         let reference = || {
             let forces: Vec<f64> =
                 load.iter().zip(&residual).map(|(l, r): (&f64, &f64)| l.abs().max(r.abs())).collect();
-            natural::reference(material, &tangent, &forces, &self.model.parts())
+            natural::reference(material, &tangent, &forces, &self.model.facts().parts)
         };
         if matches!(self.growth, Growth::Inputs(_)) && self.reference.is_none() {
             self.reference = Some(reference());
@@ -495,7 +496,7 @@ impl<'a> Equations<'a> {
         for _ in 0..iterations {
             let Some(springs) = natural::linearised(self.model, &state.q, &self.sizes) else { return };
             let work = natural::work_of_loads(self.model, &state.q, &self.sizes);
-            let reference = || natural::reference(material, material, &work, &self.model.parts());
+            let reference = || natural::reference(material, material, &work, &self.model.facts().parts);
             let Some(natural) = Natural::new(material, Some(&springs), reference) else {
                 return;
             };

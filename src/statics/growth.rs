@@ -2,7 +2,7 @@
 
 use crate::error::{Checker, Interrupted};
 use crate::linalg::Matrix;
-use crate::model::Model;
+use crate::model::Static;
 
 /// Inputs along a straight path.
 #[derive(Clone, Debug, PartialEq)]
@@ -55,7 +55,7 @@ impl Growth {
     }
 
     /// Sets the inputs of a model, unless they are set already.
-    pub(super) fn set(&mut self, model: &mut dyn Model, load_factor: f64) -> Result<(), Interrupted> {
+    pub(super) fn set(&mut self, model: &mut dyn Static, load_factor: f64) -> Result<(), Interrupted> {
         let Self::Inputs(inputs) = self else { return Ok(()) };
         if inputs.at != load_factor {
             model.set_inputs(&inputs.at(load_factor));
@@ -77,7 +77,7 @@ impl Inputs {
     }
 
     /// Derivative of the generalised forces with respect to the load factor.
-    pub(super) fn load(&mut self, model: &mut dyn Model, q: &[f64], rest: &[f64], load: &mut [f64]) {
+    pub(super) fn load(&mut self, model: &mut dyn Static, q: &[f64], rest: &[f64], load: &mut [f64]) {
         model.input_tangent(q, rest, rest, &mut self.tangent);
         load.fill(0.0);
         for (column, change) in self.tangent.column_iter().zip(&self.change).filter(|(_, x)| **x != 0.0) {
@@ -90,7 +90,7 @@ impl Inputs {
 mod tests {
     use super::*;
     use crate::actuator::{Actuator, Along, Drive, Part, Tendon};
-    use crate::model::InTime as _;
+    use crate::model::{Dynamics as _, InTime as _};
     use crate::robot::{RobotModel, Rod};
     use crate::rod::Segment;
     use crate::signal::{Harmonic, Input, Signal};

@@ -6,7 +6,7 @@
 //! soft ones decide only where it starts.
 
 use crate::linalg::Matrix;
-use crate::model::{Model, chart};
+use crate::model::{Static, chart};
 use crate::natural;
 
 /// Stiffness of the softest contacts: with this part of it the forces would press surfaces into each other by their thickness.
@@ -43,12 +43,12 @@ pub(super) struct Ladder {
 }
 
 impl Ladder {
-    pub(super) fn new(model: &mut dyn Model, q: &[f64]) -> Self {
+    pub(super) fn new(model: &mut dyn Static, q: &[f64]) -> Self {
         Self { forces: forces_on_contacts(model, q), part: FIRST }
     }
 
     /// Softens the contacts for the next search. False if they are not softer than they are themselves.
-    pub(super) fn soften(&self, model: &mut dyn Model) -> bool {
+    pub(super) fn soften(&self, model: &mut dyn Static) -> bool {
         let limits: Vec<f64> = self.forces.iter().map(|force| self.part * force).collect();
         model.soften_contact(Some(&limits))
     }
@@ -71,19 +71,19 @@ impl Ladder {
 
 /// Size of the forces that press the surfaces of every pair together: what weight, loads and bending by a radian could do over the
 /// way on which surfaces move.
-fn forces_on_contacts(model: &mut dyn Model, q: &[f64]) -> Vec<f64> {
+fn forces_on_contacts(model: &mut dyn Static, q: &[f64]) -> Vec<f64> {
     let n = q.len();
     let mut sizes = vec![0.0; n];
     model.sizes(q, &mut sizes);
     let mut loads = Matrix::zeros(n, 3);
     model.turned_loads(q, &mut loads);
     for mut column in loads.column_iter_mut() {
-        chart::forces(model.rotation_vectors(), q, column.as_mut_slice());
+        chart::forces(&model.facts().rotation_vectors, q, column.as_mut_slice());
     }
     let material = natural::material(model, &vec![0.0; n], &vec![1.0; n]);
     let shifts = model.shifts_of_contact(q);
     let work = |k: usize| {
-        let bent = if model.turns(k) { material[(k, k)].abs() * sizes[k] } else { 0.0 };
+        let bent = if model.facts().turns[k] { material[(k, k)].abs() * sizes[k] } else { 0.0 };
         let strained: f64 = (0..n).map(|j| (material[(k, j)] * q[j]).abs()).sum();
         (loads.row(k).norm() + bent + strained) * sizes[k]
     };

@@ -53,7 +53,7 @@ use stability::Stiffness;
 use crate::constraint::AsSprings;
 use crate::error::{Interrupted, InvalidInput, Unfinished};
 use crate::linalg::{Matrix, norm};
-use crate::model::{Model, chart};
+use crate::model::{Static, chart};
 use crate::roots;
 pub use crate::stability::{Stability, Verdict};
 
@@ -66,30 +66,30 @@ pub type Monitor<'a> = &'a mut dyn FnMut() -> Result<(), Interrupted>;
 ///
 /// Fails before any evaluation if an option is invalid, or if the model does not resolve the start.
 pub fn equilibrium(
-    model: &mut dyn Model,
+    model: &mut dyn Static,
     options: &Options,
     monitor: Monitor<'_>,
 ) -> Result<Result<Equilibrium, Unfinished<Equilibrium>>, InvalidInput> {
-    options.check(model.n())?;
+    options.check(model.facts().n)?;
     if let Start::Descent(q0) | Start::Newton(q0) = &options.start {
         model.check_shape(q0, "q0")?;
     }
     let found = sought(model, options, monitor)?;
     Ok(found.map_err(|halted| {
-        if model.constraints() == 0 {
+        if model.facts().constraints() == 0 {
             return halted.unfinished(model, &options.start);
         }
-        let near = options.start.shape(model.n());
+        let near = options.start.shape(model.facts().n);
         halted.unfinished(&mut AsSprings::new(model, &near), &options.start)
     }))
 }
 
 fn sought(
-    model: &mut dyn Model,
+    model: &mut dyn Static,
     options: &Options,
     monitor: Monitor<'_>,
 ) -> Result<Result<Equilibrium, Halted>, InvalidInput> {
-    let rest = vec![0.0; model.n()];
+    let rest = vec![0.0; model.facts().n];
     match &options.start {
         Start::Unloaded { stops } if tied::is_closed_at_rest(model) => {
             Ok(load(model, stops, options, monitor))
@@ -106,7 +106,7 @@ fn sought(
             let mut tried = Counters::default();
             let mut first = None;
             // With tendons that may be slack or taut, only the search knows which of them hold.
-            if !model.is_one_sided() {
+            if !model.facts().is_one_sided {
                 match near(model, q0, options, &mut *monitor) {
                     Ok(found) if found.status.is_success() => return Ok(Ok(found)),
                     Ok(found) => (tried, first) = (found.counters, Some(found)),
@@ -131,18 +131,18 @@ fn sought(
 ///
 /// Fails before any evaluation if an option is invalid, or if the model does not resolve the start.
 pub fn continuation(
-    model: &mut dyn Model,
+    model: &mut dyn Static,
     options: &ContinuationOptions,
     monitor: Monitor<'_>,
 ) -> Result<Result<Continuation, Unfinished<Continuation>>, InvalidInput> {
-    options.check(model.n(), model.inputs())?;
+    options.check(model.facts().n, model.facts().inputs())?;
     if let Some(q0) = &options.q0 {
         model.check_shape(q0, "q0")?;
     }
-    if model.constraints() > 0 {
+    if model.facts().constraints() > 0 {
         return tied::continuation(model, options, monitor);
     }
-    let n = model.n();
+    let n = model.facts().n;
     let near = options.q0.clone().unwrap_or_else(|| vec![0.0; n]);
     let mut equations = Equations::new(model, Growth::Loads, &near, monitor);
     let grown = options.inputs.as_ref().map(|inputs| Growth::of_inputs(inputs, n));
@@ -260,15 +260,15 @@ const BALANCED: f64 = 1e-4;
 
 /// Follows the path of growing loads; if the path ends early, releases the model there.
 fn load(
-    model: &mut dyn Model,
+    model: &mut dyn Static,
     stops: &[f64],
     options: &Options,
     monitor: Monitor<'_>,
 ) -> Result<Equilibrium, Halted> {
-    let rest = vec![0.0; model.n()];
+    let rest = vec![0.0; model.facts().n];
     // Only the end of the path is judged: a verdict on each of its points would cost more than the points.
     let unjudged = Options { stability: false, ..options.clone() };
-    let followed = if model.constraints() > 0 {
+    let followed = if model.facts().constraints() > 0 {
         model.release_open(&rest, None);
         let mut held = AsSprings::new(model, &rest);
         let mut equations = judging(&mut held, &rest, &unjudged, &mut *monitor);
@@ -305,7 +305,7 @@ fn load(
 
 /// Adds stability of the last point of a path of loads, and to that point.
 fn judged_at_end(
-    model: &mut dyn Model,
+    model: &mut dyn Static,
     found: Found,
     path: Path,
     counters: Counters,
@@ -352,22 +352,22 @@ fn follow_loads(
 }
 
 /// Whether all forces of a shape balance, by moments that do not vanish where coordinates are singular.
-fn is_balanced(model: &mut dyn Model, q: &[f64], monitor: Monitor<'_>) -> Result<bool, Interrupted> {
+fn is_balanced(model: &mut dyn Static, q: &[f64], monitor: Monitor<'_>) -> Result<bool, Interrupted> {
     // Only rotation vectors are singular anywhere, and only constraints may push.
-    let is_regular = model.rotation_vectors().is_empty() && model.constraints() == 0;
+    let is_regular = model.facts().rotation_vectors.is_empty() && model.facts().constraints() == 0;
     Ok(is_regular || search::error_of_balance(model, q, monitor)? <= BALANCED)
 }
 
 /// Searches the equilibrium to which a shape comes to rest; saddles are left if it has to be a stable one.
 fn release(
-    model: &mut dyn Model,
+    model: &mut dyn Static,
     q0: &[f64],
     options: &Options,
     is_stable: bool,
     monitor: Monitor<'_>,
 ) -> Result<Equilibrium, Halted> {
     let mut tried = Counters::default();
-    if is_stable && model.springs() > 0 {
+    if is_stable && model.facts().springs > 0 {
         // Moments of supports that turn a lot have other second derivatives than the search assumes.
         let laid = without_potential(model, q0, options, &mut *monitor)?;
         if laid.status.is_success() {
@@ -375,7 +375,7 @@ fn release(
         }
         tried = laid.counters;
     }
-    if is_stable && model.has_tendon_friction() && !model.is_one_sided() {
+    if is_stable && model.facts().has_tendon_friction && !model.facts().is_one_sided {
         return without_potential(model, q0, options, monitor);
     }
     let goal = search::Goal { tolerance: options.tol, max_iter: options.max_iter, is_stable };
@@ -395,7 +395,7 @@ fn release(
             return Ok(laid);
         }
     };
-    if model.is_one_sided() {
+    if model.facts().is_one_sided {
         model.release(&multipliers);
     }
     let state = State { q, load_factor: 1.0, forces: Vec::new() };
@@ -412,18 +412,18 @@ fn release(
 /// Descent under loads without a potential, such as those that follow the rod. Its end is judged by true moments: at a turn of
 /// 2 pi the forces along rotation vectors vanish whatever acts, and the descent goes on from the same shape.
 fn without_potential(
-    model: &mut dyn Model,
+    model: &mut dyn Static,
     q0: &[f64],
     options: &Options,
     monitor: Monitor<'_>,
 ) -> Result<Equilibrium, Halted> {
     until_balanced(model, q0, monitor, |model, q, monitor| {
-        let has_contact = model.has_contact();
+        let has_contact = model.facts().has_contact;
         let of = |equations: &mut Equations<'_>| match has_contact {
             true => lay(equations, q, options),
             false => let_go(equations, q, options),
         };
-        if model.constraints() == 0 {
+        if model.facts().constraints() == 0 {
             return of(&mut judging(model, q, options, monitor));
         }
         let mut held = AsSprings::new(model, q);
@@ -434,17 +434,17 @@ fn without_potential(
 
 /// Calls a search until its end is in equilibrium: from the folded shape at which it wrongly ended.
 fn until_balanced(
-    model: &mut dyn Model,
+    model: &mut dyn Static,
     q0: &[f64],
     monitor: Monitor<'_>,
-    mut search: impl FnMut(&mut dyn Model, &[f64], Monitor<'_>) -> Result<Equilibrium, Halted>,
+    mut search: impl FnMut(&mut dyn Static, &[f64], Monitor<'_>) -> Result<Equilibrium, Halted>,
 ) -> Result<Equilibrium, Halted> {
     /// A search need not come to such a shape again.
     const TIMES: usize = 4;
     let mut q = q0.to_vec();
     let mut counters = Counters::default();
     for time in 1..=TIMES {
-        chart::fold(model.rotation_vectors(), &mut q);
+        chart::fold(&model.facts().rotation_vectors, &mut q);
         let found = search(model, &q, &mut *monitor)?;
         counters = counters + found.counters;
         let found = Equilibrium { counters, ..found };
@@ -463,13 +463,13 @@ fn until_balanced(
 
 /// Finds the equilibrium nearest to a shape, stable or not, by Newton's method.
 fn near(
-    model: &mut dyn Model,
+    model: &mut dyn Static,
     q0: &[f64],
     options: &Options,
     monitor: Monitor<'_>,
 ) -> Result<Equilibrium, Halted> {
     until_balanced(model, q0, &mut *monitor, |model, q, monitor| {
-        if model.constraints() == 0 {
+        if model.facts().constraints() == 0 {
             return newton(&mut judging(model, q, options, monitor), q, options);
         }
         // On shape and multipliers together, which closes the loops; from nearby this is sufficient.
@@ -632,7 +632,7 @@ impl Found {
 
 /// The equations under full loads near a shape.
 fn judging<'a>(
-    model: &'a mut dyn Model,
+    model: &'a mut dyn Static,
     near: &[f64],
     options: &Options,
     monitor: Monitor<'a>,
@@ -681,8 +681,8 @@ impl Halted {
     }
 
     /// The result until the interruption, with what is left of the forces. Evaluates them once.
-    fn unfinished(self, model: &mut dyn Model, start: &Start) -> Unfinished<Equilibrium> {
-        let n = model.n();
+    fn unfinished(self, model: &mut dyn Static, start: &Start) -> Unfinished<Equilibrium> {
+        let n = model.facts().n;
         let Reached { q, load_factor, path, counters } = self.0.map_or_else(
             || Reached {
                 q: start.shape(n),
@@ -714,7 +714,7 @@ impl Halted {
 
 /// Adds stability, of a model with constraints by motions that keep them.
 fn judged(
-    model: &mut dyn Model,
+    model: &mut dyn Static,
     found: Found,
     path: Path,
     counters: Counters,
@@ -722,7 +722,7 @@ fn judged(
     monitor: Monitor<'_>,
 ) -> Result<Equilibrium, Halted> {
     let (q, multipliers) = (found.state.q.clone(), found.multipliers.clone());
-    let equilibrium = if model.constraints() > 0 {
+    let equilibrium = if model.facts().constraints() > 0 {
         let mut held = AsSprings::new(model, &q);
         // Only motions that keep the loops closed tell.
         let quiet = Options { stability: false, ..options.clone() };

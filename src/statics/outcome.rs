@@ -2,7 +2,7 @@
 
 use super::equations::Counters;
 use super::path::{CriticalKind, Path};
-use crate::model::{Flaw, Model, at_least};
+use crate::model::{Flaw, Static, at_least};
 use crate::roots;
 use crate::stability::{Stability, Verdict};
 
@@ -177,14 +177,14 @@ pub struct Continuation {
 
 /// Describes the status, the stability (if it was judged) and critical points. `end` is the load factor at the end of the path.
 pub(super) fn message(
-    model: &dyn Model,
+    model: &dyn Static,
     status: Status,
     end: f64,
     is_judged: bool,
     verdict: Option<Verdict>,
     path: &Path,
 ) -> String {
-    let mut message = status.message(end, model.is_discretised());
+    let mut message = status.message(end, model.facts().is_discretised);
     if status == Status::Finished || !status.is_success() {
         return message;
     }

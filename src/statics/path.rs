@@ -303,7 +303,7 @@ impl<'a, 'b> Follower<'a, 'b> {
 
     fn longest_turn(&self, place: &Place) -> f64 {
         let turns = place.direction.scaled.iter().take(place.state.q.len()).enumerate();
-        let turns = turns.filter(|(k, _)| self.equations.model.turns(*k)).map(|(_, rate)| rate.abs());
+        let turns = turns.filter(|(k, _)| self.equations.model.facts().turns[*k]).map(|(_, rate)| rate.abs());
         LONGEST_TURN / turns.fold(0.0, f64::max)
     }
 

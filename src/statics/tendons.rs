@@ -3,7 +3,7 @@
 
 use crate::actuator::{Actuator, Drive, Tendon};
 use crate::error::Interrupted;
-use crate::model::{Model as _, Tied as _};
+use crate::model::Dynamics as _;
 use crate::robot::RobotModel;
 use crate::signal::Signal;
 
@@ -51,11 +51,11 @@ impl Tendons {
                 found.without_friction.push(name.clone());
             }
         }
-        if model.is_one_sided() {
+        if model.facts().is_one_sided {
             let slack = model.slack_tendons(q).into_iter();
             found.slack.extend(slack.map(|i| model.description().actuators[i].name().to_owned()));
         }
-        let rest = vec![0.0; model.n()];
+        let rest = vec![0.0; model.facts().n];
         let mut gradient = rest.clone();
         for i in of_given_length {
             let [_, _, tension] = model.actuator(q, &rest, i, &mut gradient);

@@ -4,7 +4,7 @@ use super::{Continuation, ContinuationOptions, Equilibrium, Monitor, Options, St
 use crate::constraint::{AsSprings, closing};
 use crate::error::{InvalidInput, Unfinished};
 use crate::linalg::{symmetric_eigenvalues, symmetric_part};
-use crate::model::Model;
+use crate::model::Static;
 use crate::small_motions::{SmallMotions, small_motions};
 use crate::{modes, stability};
 
@@ -12,16 +12,16 @@ use crate::{modes, stability};
 const CLOSED_AT_REST: f64 = 1e-9;
 
 /// Whether all loops are closed at zero coordinates.
-pub(super) fn is_closed_at_rest(model: &mut dyn Model) -> bool {
-    let rest = vec![0.0; model.n()];
+pub(super) fn is_closed_at_rest(model: &mut dyn Static) -> bool {
+    let rest = vec![0.0; model.facts().n];
     model.release_open(&rest, None);
     widest(model, &rest) <= CLOSED_AT_REST
 }
 
 /// A shape near `q0` with closed loops. Rejects a shape from which there is none.
-pub(super) fn closed(model: &mut dyn Model, q0: &[f64]) -> Result<Vec<f64>, InvalidInput> {
+pub(super) fn closed(model: &mut dyn Static, q0: &[f64]) -> Result<Vec<f64>, InvalidInput> {
     let mut q = q0.to_vec();
-    if model.constraints() == 0 {
+    if model.facts().constraints() == 0 {
         return Ok(q);
     }
     closing::close(model, &mut q);
@@ -39,12 +39,12 @@ pub(super) fn closed(model: &mut dyn Model, q0: &[f64]) -> Result<Vec<f64>, Inva
 /// against almost rigid springs are so fast that rounding decides whether they grow. Multipliers that are not known are those
 /// without accelerations.
 pub(super) fn judged(
-    model: &mut dyn Model,
+    model: &mut dyn Static,
     found: Equilibrium,
     multipliers: Option<&[f64]>,
     options: &Options,
 ) -> Equilibrium {
-    if !found.status.is_success() || model.constraints() == 0 {
+    if !found.status.is_success() || model.facts().constraints() == 0 {
         return found;
     }
     let status = match model.open_loop(&found.q) {
@@ -78,21 +78,20 @@ pub(super) fn lowest(motions: &SmallMotions) -> Option<f64> {
     Some(values.first().map_or(1.0, |value| value.min(1.0)))
 }
 
-fn widest(model: &mut dyn Model, q: &[f64]) -> f64 {
-    let [mut gaps, mut sizes] = [vec![0.0; model.constraints()], vec![1.0; model.constraints()]];
+fn widest(model: &mut dyn Static, q: &[f64]) -> f64 {
+    let mut gaps = vec![0.0; model.facts().constraints()];
     model.gaps(q, &mut gaps);
-    model.gap_sizes(&mut sizes);
-    let gaps = gaps.into_iter().zip(sizes).map(|(gap, size)| gap / size);
+    let gaps = gaps.into_iter().zip(&model.facts().gap_sizes).map(|(gap, size)| gap / size);
     gaps.fold(0.0, |widest, gap| if gap.abs() <= widest { widest } else { gap.abs() })
 }
 
 /// Implements [`super::continuation`].
 pub(super) fn continuation(
-    model: &mut dyn Model,
+    model: &mut dyn Static,
     options: &ContinuationOptions,
     monitor: Monitor<'_>,
 ) -> Result<Result<Continuation, Unfinished<Continuation>>, InvalidInput> {
-    let rest = vec![0.0; model.n()];
+    let rest = vec![0.0; model.facts().n];
     model.release_open(options.q0.as_deref().unwrap_or(&rest), None);
     let q0 = match &options.q0 {
         None if widest(model, &rest) <= CLOSED_AT_REST => None,

@@ -8,7 +8,7 @@ use super::{
 };
 use crate::error::Interrupted;
 use crate::linalg::{Matrix, norm};
-use crate::model::{Model, rotation_vectors};
+use crate::model::{Static, rotation_vectors};
 use crate::roots;
 use crate::small_motions::small_motions;
 use crate::stability;
@@ -19,7 +19,7 @@ const ROUNDING_OF_FORCES: f64 = 1e-10;
 /// The equations in dimensionless form: coordinates over their typical sizes, forces over the largest one of
 /// the model's stiffness, gaps over their change by a typical motion.
 struct Equations<'a, 'b> {
-    model: &'a mut dyn Model,
+    model: &'a mut dyn Static,
     monitor: Monitor<'b>,
     sizes: Vec<f64>,
     energy: f64,
@@ -96,12 +96,12 @@ pub(super) struct Approached {
 
 /// Approaches the equilibrium nearest to a shape. Allocates.
 pub(super) fn approach(
-    model: &mut dyn Model,
+    model: &mut dyn Static,
     q0: &[f64],
     options: &Options,
     monitor: Monitor<'_>,
 ) -> Result<Approached, Halted> {
-    let (n, m) = (q0.len(), model.constraints());
+    let (n, m) = (q0.len(), model.facts().constraints());
     let (mut sizes, rest) = (vec![0.0; n], vec![0.0; n]);
     model.sizes(q0, &mut sizes);
     let (mut tangent, mut gap_jacobian) = (Matrix::zeros(n, n), Matrix::zeros(m, n));
@@ -177,8 +177,9 @@ impl Approached {
 
     /// The equilibrium, if the method converged, loops are closed, the shape is valid and the stiffness alone
     /// decides stability; otherwise `None`. Allocates.
-    pub(super) fn judged(&self, model: &mut dyn Model, options: &Options) -> Option<Equilibrium> {
-        let is_plain = model.springs() == 0 && !model.has_velocity_forces() && !model.has_contact();
+    pub(super) fn judged(&self, model: &mut dyn Static, options: &Options) -> Option<Equilibrium> {
+        let is_plain =
+            model.facts().springs == 0 && !model.facts().has_velocity_forces && !model.facts().has_contact;
         let is_right = is_plain
             && self.has_converged
             && model.open_loop(&self.q).is_none()
@@ -188,7 +189,7 @@ impl Approached {
         }
         let (verdict, lowest) = verdict(model, &self.q, &self.multipliers, options)?;
         let (mut q, mut rest) = (self.q.clone(), vec![0.0; self.q.len()]);
-        rotation_vectors::wrap(model.rotation_vectors(), &mut q, &mut rest, &mut []);
+        rotation_vectors::wrap(&model.facts().rotation_vectors, &mut q, &mut rest, &mut []);
         let (status, path) = (Status::Converged, Path::default());
         Some(Equilibrium {
             message: outcome::message(model, status, 1.0, options.stability, verdict, &path),
@@ -208,7 +209,7 @@ impl Approached {
 /// Stability against disturbances that satisfy the constraints, if asked for, and the smallest eigenvalue of the constrained
 /// stiffness in natural coordinates: one where nothing can move. `None` if loads have no potential or a number is not finite.
 fn verdict(
-    model: &mut dyn Model,
+    model: &mut dyn Static,
     q: &[f64],
     multipliers: &[f64],
     options: &Options,

@@ -5,7 +5,7 @@
 use crate::constraint::one_sided::{LEAVES, TAKEN_UP, TAUT};
 use crate::constraint::saddle;
 use crate::error::Interrupted;
-use crate::model::Model;
+use crate::model::Static;
 use crate::roots::bracket::{Point, find_zero};
 use crate::tape::Tape;
 
@@ -117,7 +117,7 @@ impl Changes {
     /// Examines a state of the last step. Allocates.
     pub(super) fn look(
         &mut self,
-        model: &mut dyn Model,
+        model: &mut dyn Static,
         t: f64,
         [q, v]: [&[f64]; 2],
     ) -> Result<Look, Interrupted> {
@@ -125,8 +125,7 @@ impl Changes {
         let (passed, mut held) = (model.passed(q, v), model.held());
         let first = held.len() - passed.len();
         held.drain(..first);
-        let [mut multipliers, mut sizes] = [0.0, 1.0].map(|x| vec![x; first + passed.len()]);
-        model.gap_sizes(&mut sizes);
+        let (mut multipliers, sizes) = (vec![0.0; first + passed.len()], model.facts().gap_sizes.clone());
         if held.contains(&true) {
             // A singular mass is reported by the step itself.
             let _ = saddle::accelerations(model, q, v, &mut vec![0.0; q.len()], &mut multipliers);
@@ -145,7 +144,7 @@ impl Changes {
     }
 
     /// Data that persist from leg to leg.
-    pub(super) fn carry(&mut self, model: &mut dyn Model, tape: &mut Tape<'_>) {
+    pub(super) fn carry(&mut self, model: &mut dyn Static, tape: &mut Tape<'_>) {
         tape.flag(&mut self.has_begun);
         let number = |which: Option<usize>| which.map_or(0, |which| which + 1);
         let mut due = self.due.map(number);

@@ -29,13 +29,13 @@ impl<M: Model> Integrator<M> {
         v0: &[f64],
         method: &Method,
     ) -> Result<Self, InvalidInput> {
-        let n = model.n();
+        let n = model.facts().n;
         Ok(match method {
             Method::Newmark(options) => {
-                if model.constraints() > 0 {
+                if model.facts().constraints() > 0 {
                     check_holding(options)?;
                 }
-                if model.is_one_sided() && options.step_size != newmark::StepSize::Fixed {
+                if model.facts().is_one_sided && options.step_size != newmark::StepSize::Fixed {
                     let expected = "steps of one size, method \"radau\" or \"auto\", or tendons with a `stiffness`: this error estimate does not see \
                                     tendons that become taut";
                     return Err(InvalidInput::new("adaptive", "True", expected));
@@ -100,7 +100,7 @@ impl<M: Model> Integrator<M> {
 
     /// Whether constraints that hold one way only change between its steps, and not within.
     pub(super) fn changes_between_steps(&mut self) -> bool {
-        !matches!(self, Self::Newmark { .. }) && self.model().is_one_sided()
+        !matches!(self, Self::Newmark { .. }) && self.model().facts().is_one_sided
     }
 
     /// Takes back the last step.
@@ -134,7 +134,7 @@ impl<M: Model> Integrator<M> {
         match self {
             Self::Newmark { .. } => false,
             Self::Radau { model, stepper } => {
-                model.constraints() > 0
+                model.facts().constraints() > 0
                     && projection::fit_velocities(model, stepper.q(), &mut stepper.v().to_vec())
                         .is_ok_and(|fit| fit.is_singular())
             }
@@ -176,7 +176,7 @@ impl<M: Model> Integrator<M> {
     /// everything but what is prescribed, `M dv`, balance each other: `dv` is the change of the accelerations
     /// with the change of prescribed velocities, at the time `corner`, added to prescribed accelerations. Allocates.
     pub(super) fn after_jump(&mut self, corner: f64) -> Result<Option<[Vec<f64>; 3]>, Interrupted> {
-        let constraints = self.model().constraints();
+        let constraints = self.model().facts().constraints();
         self.observe(|model, state| {
             let (n, q) = (state.q.len(), state.q.to_vec());
             let mut scratch = ForwardScratch::of(&*model);

@@ -61,15 +61,15 @@ impl<M: Model> Run<M> {
         v0: &[f64],
         method: &Method,
     ) -> Result<Self, InvalidInput> {
-        let (n, dt) = (model.n(), method.dt());
+        let (n, dt) = (model.facts().n, method.dt());
         second_order::check_start(n, t_span, q0, v0, dt)?;
-        let known = model.time_span();
+        let known = model.facts().time_span;
         check_span(known, t_span)?;
         let start = Start::fitted(&mut model, t_span.0, q0, v0)?;
         let (q0, v0) = (&start.q[..], &start.v[..]);
         model.check_shape(q0, "q0")?;
         // What a function of time raises is met by the run.
-        if model.has_contact()
+        if model.facts().has_contact
             && model.set_time(t_span.0).is_ok()
             && let Some(flaw) = model.sunk(q0)
         {
@@ -77,9 +77,9 @@ impl<M: Model> Run<M> {
             return Err(InvalidInput::new("q0", format_args!("one in which the model {flaw}"), expected));
         }
         if let Some(dt) = method.fixed_step() {
-            check_step(dt, model.shortest_period())?;
+            check_step(dt, model.facts().shortest_period)?;
         }
-        let inputs = model.default_inputs();
+        let inputs = model.facts().default_inputs.clone();
         model.set_steps(method.fixed_step().unwrap_or(0.0));
         let (scratch, jumps) = (ForwardScratch::of(&model), model.jumps() != Jumps::Nothing);
         let mut integrator = Integrator::new(model, t_span, q0, v0, method)?;
@@ -342,7 +342,7 @@ impl<M: Model> Run<M> {
             if !model.energy(state.q, state.v).total().is_finite() {
                 return Ok(Some(Stop::without_energy(state.t)));
             }
-            if model.constraints() > 0 {
+            if model.facts().constraints() > 0 {
                 return Ok(None);
             }
             let found = model.forward_dynamics(state.q, state.v, jumped, scratch);
@@ -511,7 +511,7 @@ impl<M: Model> Run<M> {
         if is_finite && self.changes.is_some() {
             // Within a step, lengths are only as accurate as the step: taut tendons would seem slack.
             let model: &mut dyn Model = self.integrator.model();
-            let n = model.n();
+            let n = model.facts().n;
             for ((q, v), &t) in q.chunks_exact_mut(n).zip(v.chunks_exact_mut(n)).zip(times) {
                 model.set_time(t)?;
                 let _ = projection::close(model, q).and_then(|_| projection::fit_velocities(model, q, v));

@@ -25,10 +25,10 @@ impl Start {
     ) -> Result<Self, InvalidInput> {
         let (mut q, mut v) = (q0.to_vec(), v0.to_vec());
         // The run will report the failure of a function of time.
-        if model.constraints() == 0 || model.set_time(t).is_err() {
+        if model.facts().constraints() == 0 || model.set_time(t).is_err() {
             return Ok(Self { q, v, moved: 0.0 });
         }
-        let inputs = model.default_inputs();
+        let inputs = model.facts().default_inputs.clone();
         model.set_inputs(&inputs);
         let _ = model.set_time(t);
         closing::close(model, &mut q);
@@ -46,7 +46,7 @@ impl Start {
         let _ = projection::fit_velocities(model, &q, &mut v);
         let mut sizes = vec![0.0; q.len()];
         model.sizes(&q, &mut sizes);
-        let step = chart::step_between(model.rotation_vectors(), q0, &q);
+        let step = chart::step_between(&model.facts().rotation_vectors, q0, &q);
         let has_moved = step.iter().zip(sizes).any(|(step, size)| step.abs() > UNMOVED * size);
         let moved = if has_moved { model.moved(q0, &q) } else { 0.0 };
         Ok(Self { q, v, moved })

@@ -162,7 +162,7 @@ impl Stop {
     /// At a state that means nothing.
     pub(crate) fn where_flawed<M: Model + ?Sized>(model: &mut M, t: f64, q: &[f64]) -> Option<Self> {
         // Of a slack tendon nothing else becomes NaN.
-        if model.is_one_sided()
+        if model.facts().is_one_sided
             && let Some(what) = model.not_finite()
         {
             let message = format!("What acts must be finite: {what}. The last state says nothing.");

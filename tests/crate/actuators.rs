@@ -7,7 +7,7 @@ use lissom::body::Body;
 use lissom::joint::{Joint, JointForces};
 use lissom::linalg::{Matrix, TreeMatrix};
 use lissom::load::{Frame, Load};
-use lissom::model::{InTime as _, Model, Tree};
+use lissom::model::{Dynamics, InTime as _, Tree};
 use lissom::robot::{Driven, Kernel, Link, Robot, RobotModel, Rod, Solve};
 use lissom::rod::{Profile, Segment, diagonal};
 use lissom::signal::{Input, Signal};
@@ -139,7 +139,7 @@ fn assert_close(found: f64, wanted: f64, tolerance: f64, what: &str) {
 /// Compares the tangents with respect to coordinates, velocities and inputs with central differences.
 fn check_derivatives(model: &mut RobotModel) {
     const STEP: f64 = 1e-5;
-    let n = model.n();
+    let n = model.facts().n;
     let here = state(n);
     for order in 0..2 {
         let weights = [0, 1, 2].map(|i| if i == order { 1.0 } else { 0.0 });
@@ -197,7 +197,7 @@ fn powers_and_gradients_are_those_of_the_forces() {
     let robot = robot();
     let mut model = RobotModel::new(&robot).unwrap();
     let mut bare = RobotModel::new(&Robot { actuators: Vec::new(), ..robot.clone() }).unwrap();
-    let [q, qd, _] = state(model.n());
+    let [q, qd, _] = state(model.facts().n);
     let at_rest = vec![0.0; q.len()];
     let here = [q.clone(), qd.clone(), at_rest.clone()];
     let given: f64 = forces(&mut bare, &here)
@@ -241,7 +241,7 @@ fn tendons_in_a_plane_are_those_in_space() {
     let mut plane = RobotModel::new(&robot).unwrap();
     let mut space = RobotModel::spatial(&robot).unwrap();
     assert_eq!((plane.kernel(), space.kernel()), (Kernel::Planar, Kernel::Spatial));
-    let here = state(plane.n());
+    let here = state(plane.facts().n);
     let (a, b) = (forces(&mut plane, &here), forces(&mut space, &here));
     let size = a.iter().fold(0.0, |size: f64, x| size.max(x.abs()));
     a.iter().zip(&b).for_each(|(a, b)| assert_close(*a, *b, 1e-12 * size, "force"));
@@ -267,7 +267,7 @@ fn trees_have_the_tangents_of_tendons_that_couple_nothing() {
     robot.actuators.retain(|actuator| ["helix", "chamber", "servo", "muscle"].contains(&actuator.name()));
     let mut dense = RobotModel::with_solve(&robot, Solve::Dense).unwrap();
     let mut tree = RobotModel::with_solve(&robot, Solve::Tree).unwrap();
-    let [q, qd, qdd] = state(dense.n());
+    let [q, qd, qdd] = state(dense.facts().n);
     let weights = [1.0, 0.1, 0.01];
     let wanted = tangent(&mut dense, &[q.clone(), qd.clone(), qdd.clone()], weights);
     let Some(Tree { tangent: mut found, .. }) = tree.tree() else { panic!("it was asked for") };
@@ -286,7 +286,7 @@ fn a_long_path_is_as_long_as_its_parts() {
         pull([0.0, 0.13, 0.3, 0.41, 0.5].windows(2).map(|x| along(0, helix(), [x[0], x[1]])).collect());
     let mut lengths = [whole, parts].map(|actuators| {
         let mut model = RobotModel::of_rod(&Rod { actuators, ..rod.clone() }).unwrap();
-        let [q, qd, _] = state(model.n());
+        let [q, qd, _] = state(model.facts().n);
         let mut gradient = vec![0.0; q.len()];
         let numbers = model.actuator(&q, &qd, 0, &mut gradient);
         [numbers[0], numbers[1], gradient[3]]
@@ -306,7 +306,7 @@ fn inputs_stand_in_the_order_of_the_description() {
         "pressure", "angle", "muscle",
     ];
     assert_eq!(names, wanted);
-    assert_eq!(robot.inputs().defaults().len(), RobotModel::new(&robot).unwrap().inputs());
+    assert_eq!(robot.inputs().defaults().len(), RobotModel::new(&robot).unwrap().facts().inputs());
     let mut twice = robot.clone();
     twice.actuators.truncate(1);
     let Actuator::Tendon(other) = &mut twice.actuators[0] else { panic!("a tendon") };

@@ -4,6 +4,7 @@ use std::time::{Duration, Instant};
 
 use lissom::body::Body;
 use lissom::error::{Interrupted, InvalidInput};
+use lissom::model::Facts;
 use lissom::newmark;
 use lissom::ode::{self, Method, Options, Output, Status};
 use lissom::robot::{RobotModel, Rod};
@@ -226,19 +227,35 @@ fn what_does_not_fit_in_memory_is_refused() {
     let solved = ode::solve(system, (0.0, 1.0), &y0, &Options::default(), &output, &mut [], &mut |_| Ok(()));
     refused(solved.map(|_| ()), "t_eval: got 1000000 times");
     let options = newmark::Options::new(0.1);
-    let solved = newmark::solve(&mut Free(n), (0.0, 1.0), &y0, &y0, &options, None, &mut |_, _| Ok(()));
+    let solved = newmark::solve(
+        &mut Free(Facts::of_equations(n)),
+        (0.0, 1.0),
+        &y0,
+        &y0,
+        &options,
+        None,
+        &mut |_, _| Ok(()),
+    );
     refused(solved.map(|_| ()), "q0: got 300000 values");
     let options = lissom::radau::Options::default();
-    let solved = lissom::radau::solve(&mut Free(n), (0.0, 1.0), &y0, &y0, &options, None, &mut |_, _| Ok(()));
+    let solved = lissom::radau::solve(
+        &mut Free(Facts::of_equations(n)),
+        (0.0, 1.0),
+        &y0,
+        &y0,
+        &options,
+        None,
+        &mut |_, _| Ok(()),
+    );
     refused(solved.map(|_| ()), "q0: got 300000 values");
 }
 
 /// Masses without forces.
-struct Free(usize);
+struct Free(Facts);
 
 impl second_order::System for Free {
-    fn n(&self) -> usize {
-        self.0
+    fn facts(&self) -> &Facts {
+        &self.0
     }
     fn residual(
         &mut self,

@@ -5,7 +5,7 @@ use lissom::contact::{Contact, Obstacle, Surface};
 use lissom::error::Interrupted;
 use lissom::joint::{Joint, JointForces};
 use lissom::linalg::{Lu, Matrix};
-use lissom::model::Model;
+use lissom::model::{Dynamics, Facts};
 use lissom::newmark::{METHODS, Options, Parameters, Predictor, Scheme, StepSize, Stepper, solve};
 use lissom::ode::Tolerance;
 use lissom::pendulum::SpringPendulum;
@@ -17,6 +17,7 @@ use proptest::prelude::*;
 
 /// `M a + C v + K q = f(t)`, times `scale`.
 struct Linear {
+    facts: Facts,
     mass: Matrix,
     damping: Matrix,
     stiffness: Matrix,
@@ -37,13 +38,14 @@ impl Linear {
     }
 
     fn of(mass: Matrix, damping: Matrix, stiffness: Matrix) -> Self {
-        Self { mass, damping, stiffness, load: |_| 0.0, scale: 1.0, tangent_error: 1.0 }
+        let facts = Facts::of_equations(mass.nrows());
+        Self { facts, mass, damping, stiffness, load: |_| 0.0, scale: 1.0, tangent_error: 1.0 }
     }
 }
 
 impl System for Linear {
-    fn n(&self) -> usize {
-        self.mass.nrows()
+    fn facts(&self) -> &Facts {
+        &self.facts
     }
 
     fn residual(
@@ -81,11 +83,20 @@ impl System for Linear {
 }
 
 /// A scalar system given by a closure; its tangent is never used.
-struct Scalar<F>(F);
+struct Scalar<F> {
+    facts: Facts,
+    equation: F,
+}
+
+impl<F: FnMut(f64, f64, f64, f64) -> Result<f64, Interrupted>> Scalar<F> {
+    fn new(equation: F) -> Self {
+        Self { facts: Facts::of_equations(1), equation }
+    }
+}
 
 impl<F: FnMut(f64, f64, f64, f64) -> Result<f64, Interrupted>> System for Scalar<F> {
-    fn n(&self) -> usize {
-        1
+    fn facts(&self) -> &Facts {
+        &self.facts
     }
 
     fn residual(
@@ -96,7 +107,7 @@ impl<F: FnMut(f64, f64, f64, f64) -> Result<f64, Interrupted>> System for Scalar
         a: &[f64],
         r: &mut [f64],
     ) -> Result<(), Interrupted> {
-        r[0] = (self.0)(t, q[0], v[0], a[0])?;
+        r[0] = (self.equation)(t, q[0], v[0], a[0])?;
         Ok(())
     }
 
@@ -178,7 +189,7 @@ fn damped_oscillation(w: f64, zeta: f64, q0: f64, v0: f64, t: f64) -> [f64; 3] {
 
 #[test]
 fn constant_acceleration_is_exact() {
-    let mut falling = Scalar(|_t, _q, _v, a| Ok(a + 9.75));
+    let mut falling = Scalar::new(|_t, _q, _v, a| Ok(a + 9.75));
     for name in METHODS {
         let steps = 100;
         let options = Options { scheme: by_name(name), ..differenced(0.125) };
@@ -648,7 +659,8 @@ fn output_times() {
     assert!(at(&[]).t.is_empty());
     for wrong in [&[-0.1, 1.0][..], &[0.5, 0.5], &[1.0, 0.5], &[2.5], &[f64::NAN]] {
         let options = Options::new(0.01);
-        let mut never = Scalar(|_, _, _, _| -> Result<f64, Interrupted> { unreachable!("refused before") });
+        let mut never =
+            Scalar::new(|_, _, _, _| -> Result<f64, Interrupted> { unreachable!("refused before") });
         let result = solve(&mut never, (0.0, 2.0), &[1.0], &[0.0], &options, Some(wrong), &mut |_, _| Ok(()));
         assert!(result.unwrap_err().to_string().contains("t_eval["), "{wrong:?}");
     }
@@ -657,7 +669,7 @@ fn output_times() {
 #[test]
 fn failures_keep_what_was_computed() {
     // NaN from t = 0.5 on.
-    let mut nan = Scalar(|t, q, _v, a| Ok(if t > 0.5 { f64::NAN } else { a + q }));
+    let mut nan = Scalar::new(|t, q, _v, a| Ok(if t > 0.5 { f64::NAN } else { a + q }));
     let found = scalar_run(&mut nan, 1.0, (1.0, 0.0), &differenced(0.125));
     assert_eq!(found.status, Status::StepFailed(Failure::NonFinite));
     assert_eq!(found.status.name(), "non_finite");
@@ -665,7 +677,7 @@ fn failures_keep_what_was_computed() {
     assert!(found.message.contains("t = 0.5") && found.message.contains("dt"), "{}", found.message);
     assert!(found.q.iter().chain(&found.v).chain(&found.a).all(|x| x.is_finite()));
     // No real solution from t = 0.5 on.
-    let mut rootless = Scalar(|t, _q, _v, a| Ok(if t > 0.5 { a * a + 1.0 } else { a - 1.0 }));
+    let mut rootless = Scalar::new(|t, _q, _v, a| Ok(if t > 0.5 { a * a + 1.0 } else { a - 1.0 }));
     let found = scalar_run(&mut rootless, 1.0, (1.0, 0.0), &differenced(0.125));
     assert_eq!(found.status, Status::StepFailed(Failure::NotConverged));
     assert_eq!(found.t.len(), 5);
@@ -680,7 +692,7 @@ fn failures_keep_what_was_computed() {
     assert!(found.counters.unsolved > 10, "{:?}", found.counters);
     assert!(last(&found.t) <= 0.5 && last(&found.t) > 0.4999, "{}", last(&found.t));
     // The equations do not determine the accelerations.
-    let mut massless = Scalar(|t, q, _v, a| Ok(if t > 0.5 { q - 1.0 + 0.0 * a } else { a }));
+    let mut massless = Scalar::new(|t, q, _v, a| Ok(if t > 0.5 { q - 1.0 + 0.0 * a } else { a }));
     let central = Options { scheme: Scheme::CENTRAL_DIFFERENCE, ..differenced(0.125) };
     let found = scalar_run(&mut massless, 1.0, (2.0, 0.0), &central);
     assert_eq!(found.status, Status::StepFailed(Failure::SingularJacobian));
@@ -690,15 +702,15 @@ fn failures_keep_what_was_computed() {
 #[test]
 fn no_initial_acceleration() {
     let options = differenced(0.1);
-    let mut singular = Scalar(|_t, q, v, _a| Ok(q + v));
+    let mut singular = Scalar::new(|_t, q, v, _a| Ok(q + v));
     let found = scalar_run(&mut singular, 1.0, (1.0, 0.0), &options);
     assert_eq!(found.status, Status::NoInitialAcceleration(Failure::SingularJacobian));
     assert!(found.t.is_empty() && found.q.is_empty());
     assert!(found.message.contains("mass"), "{}", found.message);
-    let mut rootless = Scalar(|_t, _q, _v, a| Ok(a * a + 1.0));
+    let mut rootless = Scalar::new(|_t, _q, _v, a| Ok(a * a + 1.0));
     let found = scalar_run(&mut rootless, 1.0, (1.0, 0.0), &options);
     assert_eq!(found.status.name(), "no_initial_acceleration");
-    let mut nan = Scalar(|_t, _q, _v, _a| Ok(f64::NAN));
+    let mut nan = Scalar::new(|_t, _q, _v, _a| Ok(f64::NAN));
     let found = scalar_run(&mut nan, 1.0, (1.0, 0.0), &options);
     assert_eq!(found.status, Status::NoInitialAcceleration(Failure::NonFinite));
     // A given initial acceleration is used as it is, here for an equation of first order, q + v = 0.
@@ -719,7 +731,7 @@ fn interruptions_keep_what_was_computed() {
     .unwrap();
     assert_eq!(found.status, Status::Interrupted);
     assert_eq!(found.t.len(), 6);
-    let mut stopping = Scalar(|t, q, _v, a| if t > 0.45 { Err(Interrupted) } else { Ok(a + q) });
+    let mut stopping = Scalar::new(|t, q, _v, a| if t > 0.45 { Err(Interrupted) } else { Ok(a + q) });
     let found = scalar_run(&mut stopping, 1.0, (1.0, 0.0), &differenced(0.1));
     assert_eq!(found.status, Status::Interrupted);
     assert_eq!(found.t.len(), 5);
@@ -780,7 +792,7 @@ fn unstable_and_inconsistent_parameters_are_refused_with_the_reason() {
 
 #[test]
 fn bad_problems_are_refused_all_at_once_before_any_evaluation() {
-    let mut never = Scalar(|_, _, _, _| -> Result<f64, Interrupted> { unreachable!("refused before") });
+    let mut never = Scalar::new(|_, _, _, _| -> Result<f64, Interrupted> { unreachable!("refused before") });
     let mut refused = |t_span, q0: &[f64], v0: &[f64], options: &Options| {
         solve(&mut never, t_span, q0, v0, options, None, &mut |_, _| Ok(())).unwrap_err()
     };
@@ -804,10 +816,10 @@ fn bad_problems_are_refused_all_at_once_before_any_evaluation() {
 
 #[test]
 fn an_empty_system_is_integrated() {
-    struct Empty;
+    struct Empty(Facts);
     impl System for Empty {
-        fn n(&self) -> usize {
-            0
+        fn facts(&self) -> &Facts {
+            &self.0
         }
         fn residual(
             &mut self,
@@ -831,7 +843,7 @@ fn an_empty_system_is_integrated() {
             Ok(())
         }
     }
-    let found = run(&mut Empty, 1.0, &[], &[], &Options::new(0.1));
+    let found = run(&mut Empty(Facts::of_equations(0)), 1.0, &[], &[], &Options::new(0.1));
     assert_eq!((found.status, found.t.len()), (Status::Finished, 11));
 }
 
@@ -873,7 +885,7 @@ mod adaptive_steps {
         let refuse = |scheme| {
             let options = Options { scheme, ..adaptive(0.1, 1e-3) };
             let mut never =
-                Scalar(|_, _, _, _| -> Result<f64, Interrupted> { unreachable!("refused before") });
+                Scalar::new(|_, _, _, _| -> Result<f64, Interrupted> { unreachable!("refused before") });
             solve(&mut never, (0.0, 1.0), &[1.0], &[0.0], &options, None, &mut |_, _| Ok(()))
                 .unwrap_err()
                 .to_string()
@@ -918,7 +930,7 @@ mod adaptive_steps {
     /// A zero error estimate is no reason to increase the step.
     #[test]
     fn a_zero_estimate_does_not_let_the_step_grow() {
-        let mut falling = Scalar(|_t, _q, _v, a| Ok(a + 9.75));
+        let mut falling = Scalar::new(|_t, _q, _v, a| Ok(a + 9.75));
         let options = Options { derivative: Derivative::Forward, ..adaptive(0.125, 1e-6) };
         let found = scalar_run(&mut falling, 10.0, (0.0, 0.0), &options);
         assert_eq!(found.counters.steps, 80);
@@ -942,7 +954,7 @@ mod adaptive_steps {
     #[test]
     fn a_step_whose_equations_cannot_be_solved_is_cut() {
         // Newton's method has no root in long steps: the equations change abruptly beyond q = 1.5.
-        let mut wall = Scalar(|_t, q, _v, a| Ok(if q > 1.5 { f64::NAN } else { a + 4.0 * q }));
+        let mut wall = Scalar::new(|_t, q, _v, a| Ok(if q > 1.5 { f64::NAN } else { a + 4.0 * q }));
         let options = Options { derivative: Derivative::Forward, ..adaptive(1.0, 1e-4) };
         let found = scalar_run(&mut wall, 3.0, (0.0, 2.9), &options);
         assert!(found.status.is_success(), "{}", found.message);
@@ -957,16 +969,12 @@ mod adaptive_steps {
 /// A system whose tangent is divided into these parts.
 struct Divided<S> {
     system: S,
-    parts: Vec<usize>,
+    facts: Facts,
 }
 
 impl<S: System> System for Divided<S> {
-    fn n(&self) -> usize {
-        self.system.n()
-    }
-
-    fn parts(&self) -> Vec<usize> {
-        self.parts.clone()
+    fn facts(&self) -> &Facts {
+        &self.facts
     }
 
     fn residual(
@@ -992,20 +1000,12 @@ impl<S: System> System for Divided<S> {
         self.system.tangent(t, q, v, a, weights, tangent)
     }
 
-    fn has_contact(&self) -> bool {
-        self.system.has_contact()
-    }
-
     fn may_touch(&self) -> bool {
         self.system.may_touch()
     }
 
     fn follow_friction(&mut self, length: Option<f64>) {
         self.system.follow_friction(length);
-    }
-
-    fn typical_displacements(&self, sizes: &mut [f64]) {
-        self.system.typical_displacements(sizes);
     }
 }
 
@@ -1037,14 +1037,16 @@ fn rods_on_a_floor() -> RobotModel {
 #[test]
 fn parts_are_solved_for_as_the_whole_is() {
     let mut model = rods_on_a_floor();
-    let n = model.n();
-    assert_eq!(model.parts(), [10; 9]);
+    let n = model.facts().n;
+    assert_eq!(model.facts().parts, [10; 9]);
     let options = Options { rtol: 1e-9.into(), atol: 1e-12.into(), ..Options::new(1e-3) };
     let rest = vec![0.0; n];
     let pushed: Vec<f64> = (0..n).map(|k| 0.02 * (1.3 * k as f64).sin()).collect();
-    let parts = model.parts();
+    let facts = model.facts().clone();
+    let parts = facts.parts.clone();
     let mut run = |parts: &[usize]| {
-        let mut system = Divided { system: FreeMotion(&mut model), parts: parts.to_vec() };
+        let facts = Facts { parts: parts.to_vec(), ..facts.clone() };
+        let mut system = Divided { system: FreeMotion(&mut model), facts };
         let motion = solve(&mut system, (0.0, 0.03), &rest, &pushed, &options, None, &mut |_, _| Ok(()));
         let motion = motion.unwrap();
         assert!(motion.status.is_success(), "{}", motion.message);
@@ -1075,5 +1077,5 @@ fn parts_are_what_coordinates_move() {
         link("hand", Some(2), hinge()),
         link("stone", None, Joint::Free),
     ];
-    assert_eq!(RobotModel::new(&Robot::new(links)).unwrap().parts(), [2, 1, 1, 6]);
+    assert_eq!(RobotModel::new(&Robot::new(links)).unwrap().facts().parts, [2, 1, 1, 6]);
 }

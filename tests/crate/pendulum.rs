@@ -2,16 +2,18 @@
 //! tests/python/reference/pendulum.py.
 
 use lissom::linalg::Matrix;
-use lissom::model::{Discretised, Elastic, Energy, ForwardScratch, InTime, Model, SingularMass, Tied};
+use lissom::model::{
+    Autonomous, Dynamics, Elastic, Energy, Facts, Flaw, ForwardScratch, SingularMass, Smooth,
+};
 use lissom::pendulum::SpringPendulum;
 use proptest::prelude::*;
 
 /// The pendulum without its closed-form forward dynamics.
 struct Generic(SpringPendulum);
 
-impl Model for Generic {
-    fn n(&self) -> usize {
-        self.0.n()
+impl Dynamics for Generic {
+    fn facts(&self) -> &Facts {
+        self.0.facts()
     }
     fn inverse_dynamics(&mut self, q: &[f64], qd: &[f64], qdd: &[f64], tau: &mut [f64]) {
         self.0.inverse_dynamics(q, qd, qdd, tau);
@@ -28,11 +30,14 @@ impl Model for Generic {
     fn tip(&mut self, q: &[f64]) -> [f64; 3] {
         self.0.tip(q)
     }
-    fn length(&self) -> f64 {
-        self.0.length()
-    }
     fn dissipated_power(&mut self, q: &[f64], qd: &[f64]) -> f64 {
         self.0.dissipated_power(q, qd)
+    }
+    fn supplied_power(&mut self, _: &[f64], _: &[f64], _: &[f64]) -> f64 {
+        0.0
+    }
+    fn flaw(&mut self, _: &[f64]) -> Option<Flaw> {
+        None
     }
 }
 
@@ -43,13 +48,17 @@ impl Elastic for Generic {
     fn elastic_tangent(&mut self, q: &[f64], tangent: &mut Matrix) {
         self.0.elastic_tangent(q, tangent);
     }
+    fn turned_loads(&mut self, q: &[f64], forces: &mut Matrix) {
+        self.0.turned_loads(q, forces);
+    }
+    fn sizes(&mut self, q: &[f64], sizes: &mut [f64]) {
+        self.0.sizes(q, sizes);
+    }
 }
 
-impl InTime for Generic {}
+impl Autonomous for Generic {}
 
-impl Discretised for Generic {}
-
-impl Tied for Generic {}
+impl Smooth for Generic {}
 
 fn pendulums() -> impl Strategy<Value = SpringPendulum> {
     (0.5..3.0, 0.1..5.0, 0.0..100.0, -10.0..10.0)

@@ -2,7 +2,7 @@
 
 use lissom::error::Interrupted;
 use lissom::linalg::Matrix;
-use lissom::model::Model;
+use lissom::model::{Dynamics, Facts, Model};
 use lissom::ode::{self, FirstOrder, Output};
 use lissom::pendulum::SpringPendulum;
 use lissom::radau::{Options, Stepper, solve};
@@ -72,7 +72,7 @@ fn order_five_at_and_between_the_steps() {
 #[test]
 fn agrees_with_the_first_order_method_on_a_stiff_rod() {
     let mut model = two_segments();
-    let (n, t_end) = (model.n(), 0.5);
+    let (n, t_end) = (model.facts().n, 0.5);
     let times = [0.1, 0.25, t_end];
     let q0 = vec![0.0; n];
     let found = run(&mut model, t_end, &q0, &within(1e-8, 1e-10), &times);
@@ -96,7 +96,7 @@ fn agrees_with_the_first_order_method_on_a_stiff_rod() {
 #[test]
 fn the_error_follows_the_tolerance() {
     let mut model = two_segments();
-    let q0 = vec![0.0; model.n()];
+    let q0 = vec![0.0; model.facts().n];
     let exact = run(&mut model, 0.5, &q0, &within(1e-11, 1e-12), &[0.5]);
     let errors = [1e-3, 1e-5, 1e-7].map(|tolerance| {
         let found = run(&mut model, 0.5, &q0, &within(tolerance, 1e-2 * tolerance), &[0.5]);
@@ -110,7 +110,7 @@ fn the_error_follows_the_tolerance() {
 #[test]
 fn accelerations_balance_the_equations_of_motion() {
     let mut model = two_segments();
-    let n = model.n();
+    let n = model.facts().n;
     let q0 = vec![0.0; n];
     let found = run(&mut model, 0.3, &q0, &within(1e-9, 1e-11), &[0.3]);
     let mut acceleration = vec![0.0; n];
@@ -122,13 +122,14 @@ fn accelerations_balance_the_equations_of_motion() {
 
 /// `mass a + q = force`, with a mass and a force that may fail.
 struct Oscillator {
+    facts: Facts,
     mass: f64,
     force: fn(f64) -> f64,
 }
 
 impl System for Oscillator {
-    fn n(&self) -> usize {
-        1
+    fn facts(&self) -> &Facts {
+        &self.facts
     }
     fn residual(
         &mut self,
@@ -156,7 +157,7 @@ impl System for Oscillator {
 }
 
 fn status(mass: f64, force: fn(f64) -> f64, options: &Options) -> (&'static str, Option<f64>, String) {
-    let mut system = Oscillator { mass, force };
+    let mut system = Oscillator { facts: Facts::of_equations(1), mass, force };
     let found = solve(&mut system, (0.0, 10.0), &[1.0], &[0.0], options, None, &mut |_, _| Ok(())).unwrap();
     (found.status.name(), found.t.last().copied(), found.message)
 }
@@ -180,7 +181,7 @@ fn failures_are_statuses_with_what_to_do() {
 
 #[test]
 fn the_last_step_ends_at_the_end() {
-    let mut system = Oscillator { mass: 1.0, force: |_| 0.0 };
+    let mut system = Oscillator { facts: Facts::of_equations(1), mass: 1.0, force: |_| 0.0 };
     let found =
         solve(&mut system, (0.0, 10.0), &[1.0], &[0.0], &within(1e-10, 1e-10), None, &mut |_, _| Ok(()))
             .unwrap();
@@ -190,7 +191,7 @@ fn the_last_step_ends_at_the_end() {
 
 #[test]
 fn the_monitor_stops_the_run_and_keeps_what_was_computed() {
-    let mut system = Oscillator { mass: 1.0, force: |_| 0.0 };
+    let mut system = Oscillator { facts: Facts::of_equations(1), mass: 1.0, force: |_| 0.0 };
     let mut monitor =
         |_: &mut Oscillator, stepper: &Stepper| if stepper.t() > 2.0 { Err(Interrupted) } else { Ok(()) };
     let found =
@@ -201,7 +202,7 @@ fn the_monitor_stops_the_run_and_keeps_what_was_computed() {
 
 #[test]
 fn everything_wrong_is_said_before_any_evaluation() {
-    let mut system = Oscillator { mass: 1.0, force: |_| panic!("evaluated") };
+    let mut system = Oscillator { facts: Facts::of_equations(1), mass: 1.0, force: |_| panic!("evaluated") };
     let options = Options { first_step: Some(-1.0), max_step: 0.0, ..within(f64::NAN, -1.0) };
     let error = solve(&mut system, (0.0, 1.0), &[1.0], &[0.0], &options, None, &mut |_, _| Ok(()))
         .unwrap_err()
@@ -209,7 +210,7 @@ fn everything_wrong_is_said_before_any_evaluation() {
     for name in ["rtol", "atol", "first_step", "max_step"] {
         assert!(error.contains(name), "{name}: {error}");
     }
-    let mut none = Oscillator { mass: 1.0, force: |_| 0.0 };
+    let mut none = Oscillator { facts: Facts::of_equations(1), mass: 1.0, force: |_| 0.0 };
     let error = solve(&mut none, (1.0, 0.0), &[1.0], &[0.0], &Options::default(), None, &mut |_, _| Ok(()));
     assert!(error.unwrap_err().to_string().contains("t_span[1]"));
 }

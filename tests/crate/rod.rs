@@ -3,7 +3,7 @@
 use lissom::body::Body;
 use lissom::linalg::Matrix;
 use lissom::load::{Extent, Frame, Load};
-use lissom::model::{ForwardScratch, Model};
+use lissom::model::{Dynamics, ForwardScratch};
 use lissom::robot::{Kernel, RobotModel, Rod, Solve};
 use lissom::rod::{Basis, GivenSection, Profile, STRAIGHT, Section, SectionProperties, Segment, Shape};
 use proptest::prelude::*;
@@ -85,13 +85,13 @@ fn state(n: usize, scale: f64, phase: f64) -> Vec<f64> {
 }
 
 fn residual(model: &mut RobotModel, state: [&[f64]; 3]) -> Vec<f64> {
-    let mut tau = vec![0.0; model.n()];
+    let mut tau = vec![0.0; model.facts().n];
     model.inverse_dynamics(state[0], state[1], state[2], &mut tau);
     tau
 }
 
 fn central_difference(model: &mut RobotModel, state: [&[f64]; 3], which: usize) -> Matrix {
-    let n = model.n();
+    let n = model.facts().n;
     let mut jacobian = Matrix::zeros(n, n);
     let mut shifted = state.map(<[f64]>::to_vec);
     for k in 0..n {
@@ -115,7 +115,7 @@ fn relative_difference(a: &Matrix, b: &Matrix) -> f64 {
 #[test]
 fn tangents_agree_with_central_differences() {
     let mut model = RobotModel::of_rod(&rich_rod()).unwrap();
-    let n = model.n();
+    let n = model.facts().n;
     let (q, qd, qdd) = (state(n, 0.4, 0.3), state(n, 2.0, 1.0), state(n, 10.0, 2.0));
     let state = [&q[..], &qd[..], &qdd[..]];
     for which in 0..3 {
@@ -132,7 +132,7 @@ fn tangents_agree_with_central_differences() {
 #[test]
 fn a_weighted_tangent_is_the_weighted_sum() {
     let mut model = RobotModel::of_rod(&rich_rod()).unwrap();
-    let n = model.n();
+    let n = model.facts().n;
     let (q, qd, qdd) = (state(n, 0.4, 0.3), state(n, 2.0, 1.0), state(n, 10.0, 2.0));
     let weights = [0.7, -3.0, 0.2];
     let mut sum = Matrix::zeros(n, n);
@@ -150,7 +150,7 @@ fn a_weighted_tangent_is_the_weighted_sum() {
 #[test]
 fn the_mass_matrix_agrees_with_the_inverse_dynamics_column_by_column() {
     let mut model = RobotModel::of_rod(&rich_rod()).unwrap();
-    let n = model.n();
+    let n = model.facts().n;
     let (q, zero) = (state(n, 0.7, 0.3), vec![0.0; n]);
     let mut mass = Matrix::zeros(n, n);
     model.mass_matrix(&q, &mut mass);
@@ -171,7 +171,7 @@ fn the_mass_matrix_agrees_with_the_inverse_dynamics_column_by_column() {
 #[test]
 fn forward_dynamics_inverts_inverse_dynamics() {
     let mut model = RobotModel::of_rod(&rich_rod()).unwrap();
-    let n = model.n();
+    let n = model.facts().n;
     let (q, qd) = (state(n, 0.4, 0.3), state(n, 2.0, 1.0));
     let mut qdd = vec![0.0; n];
     model.forward_dynamics(&q, &qd, &mut qdd, &mut ForwardScratch::new(n)).unwrap();
@@ -184,7 +184,7 @@ fn forward_dynamics_inverts_inverse_dynamics() {
 #[test]
 fn power_of_the_residual_is_the_rate_of_the_energy() {
     let mut model = RobotModel::of_rod(&rich_rod()).unwrap();
-    let n = model.n();
+    let n = model.facts().n;
     let (q, qd, qdd) = (state(n, 0.3, 0.3), state(n, 1.0, 1.0), state(n, 5.0, 2.0));
     let power: f64 = residual(&mut model, [&q, &qd, &qdd]).iter().zip(&qd).map(|(tau, v)| tau * v).sum();
     let power = power + model.supplied_power(&q, &qd, &qdd);
@@ -206,7 +206,7 @@ fn power_of_the_residual_is_the_rate_of_the_energy() {
 /// Newton's method with the exact tangent from the straight rod, which suffices for these moderate
 /// equilibria.
 fn equilibrium(model: &mut RobotModel) -> Vec<f64> {
-    let n = model.n();
+    let n = model.facts().n;
     let zero = vec![0.0; n];
     let mut q = vec![0.0; n];
     let mut tangent = Matrix::zeros(n, n);
@@ -279,7 +279,7 @@ fn natural_frequencies_of_the_lab_rod() {
 #[test]
 fn the_same_call_gives_the_same_bits() {
     let mut model = RobotModel::of_rod(&rich_rod()).unwrap();
-    let n = model.n();
+    let n = model.facts().n;
     let (q, qd, qdd) = (state(n, 0.4, 0.3), state(n, 2.0, 1.0), state(n, 10.0, 2.0));
     let first = residual(&mut model, [&q, &qd, &qdd]);
     residual(&mut model, [&qd, &qdd, &q]);
@@ -548,7 +548,7 @@ fn assert_equal_to_rounding(a: &[f64], b: &[f64], what: &str) {
 /// Asserts that two models of one rod give the same results up to rounding errors.
 fn assert_same_rod(rod: &Rod, a: &mut RobotModel, b: &mut RobotModel, phase: f64) {
     assert_eq!(a.nodes(), b.nodes());
-    let n = a.n();
+    let n = a.facts().n;
     let (q, qd, qdd) = (state(n, 1.0, phase), state(n, 2.0, 1.0 + phase), state(n, 10.0, 2.0));
     assert_equal_to_rounding(&residual(a, [&q, &qd, &qdd]), &residual(b, [&q, &qd, &qdd]), "force");
     let [mut left, mut right] = [Matrix::zeros(n, n), Matrix::zeros(n, n)];
@@ -647,7 +647,7 @@ fn all_kernels_and_solves_agree_in_every_basis() {
         assert_same_rod(&rod, &mut best, &mut RobotModel::with_nothing_skipped(&(&rod).into()).unwrap(), 1.1);
 
         let mut chain = RobotModel::with_solve(&(&rod).into(), Solve::Tree).unwrap();
-        let n = chain.n();
+        let n = chain.facts().n;
         let (q, qd, qdd) = (state(n, 1.0, 0.2), state(n, 2.0, 1.2), state(n, 10.0, 2.0));
         let mut dense = Matrix::zeros(n, n);
         best.weighted_tangent(&q, &qd, &qdd, [1e-4, 1e-2, 1.0], &mut dense);

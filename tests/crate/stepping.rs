@@ -2,7 +2,7 @@
 
 use lissom::error::{Interrupted, InvalidInput};
 use lissom::linalg::Matrix;
-use lissom::model::{Discretised, Elastic, Energy, InTime, Model, Tied};
+use lissom::model::{Differentiable, Dynamics, Elastic, Energy, Facts, Flaw, InTime, InertiaMatrix, Smooth};
 use lissom::newmark::{self, Parameters, Scheme, StepSize};
 use lissom::simulate::{Control, Simulation, simulate, simulate_controlled};
 use lissom::stepping::{Method, Run};
@@ -17,15 +17,19 @@ struct Oscillator {
     forcing: f64,
     time: f64,
     input: f64,
+    facts: Facts,
 }
 
 impl Oscillator {
     fn linear() -> Self {
-        Self { damping: 0.2, stiffness: 9.0, cubic: 0.0, forcing: 0.0, time: 0.0, input: 0.0 }
+        let facts = Facts { is_driven: true, default_inputs: vec![0.0], ..Facts::smooth(1, 1.0) };
+        Self { damping: 0.2, stiffness: 9.0, cubic: 0.0, forcing: 0.0, time: 0.0, input: 0.0, facts }
     }
 
     fn duffing() -> Self {
-        Self { cubic: 30.0, forcing: 1.0, ..Self::linear() }
+        let linear = Self::linear();
+        let facts = Facts { varies_in_time: true, ..linear.facts.clone() };
+        Self { cubic: 30.0, forcing: 1.0, facts, ..linear }
     }
 
     fn force(&self) -> f64 {
@@ -40,34 +44,40 @@ impl Elastic for Oscillator {
     fn elastic_tangent(&mut self, q: &[f64], tangent: &mut Matrix) {
         tangent[(0, 0)] = self.stiffness + 3.0 * self.cubic * q[0].powi(2);
     }
+    fn turned_loads(&mut self, _: &[f64], forces: &mut Matrix) {
+        forces.fill(0.0);
+    }
+    fn sizes(&mut self, _: &[f64], sizes: &mut [f64]) {
+        sizes[0] = 1.0;
+    }
 }
 
 impl InTime for Oscillator {
-    fn varies_in_time(&self) -> bool {
-        self.forcing != 0.0
-    }
     fn set_time(&mut self, t: f64) -> Result<(), Interrupted> {
         self.time = t;
         Ok(())
     }
-    fn inputs(&self) -> usize {
-        1
-    }
-    fn default_inputs(&self) -> Vec<f64> {
-        vec![0.0]
-    }
     fn set_inputs(&mut self, inputs: &[f64]) {
         self.input = inputs[0];
     }
+    fn input_tangent(&mut self, _: &[f64], _: &[f64], _: &[f64], tangent: &mut Matrix) {
+        tangent.fill(-1.0);
+    }
+    fn not_finite(&self) -> Option<String> {
+        None
+    }
 }
 
-impl Discretised for Oscillator {}
+impl Differentiable for Oscillator {
+    fn add_power_by_inertia(&mut self, _: &[f64], _: &[f64], _: &[f64], _: &[f64], _: &mut [InertiaMatrix]) {}
+    fn add_power_by_length(&mut self, _: &[f64], _: &[f64], _: &[f64], _: &[f64], _: &mut [f64]) {}
+}
 
-impl Tied for Oscillator {}
+impl Smooth for Oscillator {}
 
-impl Model for Oscillator {
-    fn n(&self) -> usize {
-        1
+impl Dynamics for Oscillator {
+    fn facts(&self) -> &Facts {
+        &self.facts
     }
     fn inverse_dynamics(&mut self, q: &[f64], qd: &[f64], qdd: &[f64], tau: &mut [f64]) {
         self.elastic_forces(q, tau);
@@ -87,17 +97,14 @@ impl Model for Oscillator {
     fn dissipated_power(&mut self, _: &[f64], qd: &[f64]) -> f64 {
         self.damping * qd[0].powi(2)
     }
-    fn is_driven(&self) -> bool {
-        true
-    }
     fn supplied_power(&mut self, _: &[f64], qd: &[f64], _: &[f64]) -> f64 {
         self.force() * qd[0]
     }
+    fn flaw(&mut self, _: &[f64]) -> Option<Flaw> {
+        None
+    }
     fn tip(&mut self, q: &[f64]) -> [f64; 3] {
         [q[0], 0.0, 0.0]
-    }
-    fn length(&self) -> f64 {
-        1.0
     }
 }
 

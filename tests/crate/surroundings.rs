@@ -2,7 +2,7 @@
 
 use lissom::linalg::Matrix;
 use lissom::load::{Frame, Load};
-use lissom::model::{Elastic as _, ForwardScratch, InTime as _, Model, Tree};
+use lissom::model::{Dynamics, Elastic as _, ForwardScratch, InTime as _, Tree};
 use lissom::robot::{Kernel, RobotModel, Rod, Solve};
 use lissom::rod::{Section, Segment};
 use lissom::signal::{Harmonic, Signal};
@@ -29,7 +29,7 @@ fn state(n: usize, scale: f64, phase: f64) -> Vec<f64> {
 }
 
 fn residual(model: &mut RobotModel, state: [&[f64]; 3]) -> Vec<f64> {
-    let mut tau = vec![0.0; model.n()];
+    let mut tau = vec![0.0; model.facts().n];
     model.inverse_dynamics(state[0], state[1], state[2], &mut tau);
     tau
 }
@@ -157,7 +157,7 @@ fn rich_rods() -> [Rod; 4] {
 
 fn assert_tangents(rod: &Rod) {
     let mut model = set(RobotModel::of_rod(rod).unwrap());
-    let n = model.n();
+    let n = model.facts().n;
     let (q, qd, qdd) = (state(n, 0.4, 0.3), state(n, 2.0, 1.0), state(n, 10.0, 2.0));
     let state = [&q[..], &qd[..], &qdd[..]];
     for which in 0..3 {
@@ -182,7 +182,7 @@ fn tangents_agree_with_central_differences() {
 fn elastic_forces_are_the_gradient_of_the_elastic_energy() {
     for rod in rich_rods() {
         let mut model = set(RobotModel::of_rod(&rod).unwrap());
-        let n = model.n();
+        let n = model.facts().n;
         let (q, zero) = (state(n, 0.4, 0.3), vec![0.0; n]);
         let mut forces = vec![0.0; n];
         model.elastic_forces(&q, &mut forces);
@@ -219,7 +219,7 @@ fn elastic_forces_are_the_gradient_of_the_elastic_energy() {
 fn power_of_the_residual_is_the_rate_of_the_energy() {
     for rod in rich_rods() {
         let mut model = set(RobotModel::of_rod(&rod).unwrap());
-        let n = model.n();
+        let n = model.facts().n;
         let (q, qd, qdd) = (state(n, 0.3, 0.3), state(n, 1.0, 1.0), state(n, 5.0, 2.0));
         let forces = residual(&mut model, [&q, &qd, &qdd]);
         let power: f64 = forces.iter().zip(&qd).map(|(tau, v)| tau * v).sum();
@@ -241,7 +241,7 @@ fn power_of_the_residual_is_the_rate_of_the_energy() {
 
 /// Asserts that two models of one rod give the same results up to rounding errors.
 fn assert_same_rod(a: &mut RobotModel, b: &mut RobotModel, phase: f64) {
-    let n = a.n();
+    let n = a.facts().n;
     let (q, qd, qdd) = (state(n, 1.0, phase), state(n, 2.0, 1.0 + phase), state(n, 10.0, 2.0));
     assert_close(&residual(a, [&q, &qd, &qdd]), &residual(b, [&q, &qd, &qdd]), 1e-12, "force");
     let [mut left, mut right] = [Matrix::zeros(n, n), Matrix::zeros(n, n)];
@@ -383,7 +383,7 @@ proptest! {
     #[test]
     fn tangents_are_chains(rod in rods(), phase in 0.0..6.0) {
         let mut model = set(RobotModel::with_solve(&(&rod).into(), Solve::Tree).unwrap());
-        let n = model.n();
+        let n = model.facts().n;
         let (q, qd, qdd) = (state(n, 1.0, phase), state(n, 2.0, 1.0 + phase), state(n, 10.0, 2.0));
         let Tree { mut tangent, mut mass } = model.tree().unwrap();
         let mut dense = Matrix::zeros(n, n);
@@ -407,7 +407,7 @@ proptest! {
 fn the_mass_matrix_has_the_added_mass() {
     for rod in [rich_rod(), planar_rod()] {
         let mut model = RobotModel::of_rod(&rod).unwrap();
-        let n = model.n();
+        let n = model.facts().n;
         let (q, zero) = (state(n, 0.7, 0.3), vec![0.0; n]);
         let mut mass = Matrix::zeros(n, n);
         model.mass_matrix(&q, &mut mass);

@@ -2,7 +2,7 @@
 
 use lissom::error::Interrupted;
 use lissom::linalg::{Lu, Matrix, Singular, TreeLu, TreeMatrix};
-use lissom::model::{ForwardScratch, Model, Tree};
+use lissom::model::{Dynamics, Facts, ForwardScratch, Tree};
 use lissom::newmark;
 use lissom::robot::{RobotModel, Rod, Solve};
 use lissom::rod::{Section, Segment};
@@ -250,7 +250,7 @@ proptest! {
     #[test]
     fn tangents_of_random_rods_are_chains(rod in loaded_rods(), phase in 0.0..6.0) {
         let mut model = RobotModel::with_solve(&(&rod).into(), Solve::Tree).unwrap();
-        let n = model.n();
+        let n = model.facts().n;
         let (q, qd, qdd) = (state(n, 1.0, phase), state(n, 2.0, 1.0 + phase), state(n, 10.0, 2.0));
         let Tree { mut tangent, mut mass } = model.tree().unwrap();
         let mut dense = Matrix::zeros(n, n);
@@ -271,7 +271,7 @@ proptest! {
     #[test]
     fn random_rods_are_solved_as_chains_as_well_as_densely(rod in loaded_rods(), phase in 0.0..6.0) {
         let mut model = RobotModel::with_solve(&(&rod).into(), Solve::Tree).unwrap();
-        let n = model.n();
+        let n = model.facts().n;
         let (q, qd, qdd) = (state(n, 1.0, phase), state(n, 2.0, 1.0 + phase), state(n, 10.0, 2.0));
         let Tree { mut tangent, .. } = model.tree().unwrap();
         let mut chain_lu = TreeLu::new(&tangent);
@@ -292,7 +292,7 @@ proptest! {
     #[test]
     fn forward_dynamics_of_chains_balance_the_equations_of_motion(rod in loaded_rods(), phase in 0.0..6.0) {
         let mut model = RobotModel::with_solve(&(&rod).into(), Solve::Tree).unwrap();
-        let n = model.n();
+        let n = model.facts().n;
         let (q, qd, zero) = (state(n, 0.7, phase), state(n, 2.0, 1.0), vec![0.0; n]);
         let (mut qdd, mut tau) = (vec![0.0; n], vec![0.0; n]);
         model.inverse_dynamics(&q, &qd, &zero, &mut tau);
@@ -311,7 +311,7 @@ fn soft(modes: [usize; 6]) -> Segment {
 fn motion(rod: &Rod, solve: Solve, options: &newmark::Options) -> second_order::Solution {
     let mut model = RobotModel::with_solve(&rod.into(), solve).unwrap();
     assert_eq!(model.solve(), solve);
-    let zero = vec![0.0; model.n()];
+    let zero = vec![0.0; model.facts().n];
     newmark::solve(&mut FreeMotion(&mut model), (0.0, 0.3), &zero, &zero, options, None, &mut |_, _| Ok(()))
         .unwrap()
 }
@@ -343,7 +343,7 @@ fn a_hundred_segments_move_as_the_dense_solve_says() {
     let link = Segment { length: 0.02, ..soft([0, 1, 1, 0, 0, 0]) };
     let rod = Rod { tip_force: [0.0, 0.05, 0.0], ..Rod::new(vec![link; 100]) };
     let mut model = RobotModel::of_rod(&rod).unwrap();
-    let n = model.n();
+    let n = model.facts().n;
     let (q, qd, zero) = (state(n, 0.3, 0.1), state(n, 0.5, 1.0), vec![0.0; n]);
     let left = [ForwardScratch::new(n), ForwardScratch::of(&model)].map(|mut scratch| {
         let (mut qdd, mut tau) = (vec![0.0; n], vec![0.0; n]);
@@ -444,12 +444,13 @@ fn a_singular_schur_complement_of_a_regular_matrix_is_refused() {
 
 /// `a = f` for two coordinates with one block each; the tangent is `tangent` from t = 0.5 on.
 struct Two {
+    facts: Facts,
     tangent: TreeMatrix,
 }
 
 impl System for Two {
-    fn n(&self) -> usize {
-        2
+    fn facts(&self) -> &Facts {
+        &self.facts
     }
     fn residual(
         &mut self,
@@ -503,7 +504,7 @@ fn a_step_with_a_singular_chain_ends_with_a_status_that_says_so() {
     infinite.blocks[0][(0, 0)] = f64::INFINITY;
     for (tangent, failure) in [(zeros, Failure::SingularJacobian), (infinite, Failure::NonFinite)] {
         let options = newmark::Options { reuse_jacobian: false, ..newmark::Options::new(0.1) };
-        let mut system = Two { tangent };
+        let mut system = Two { facts: Facts::of_equations(2), tangent };
         let zero = [0.0; 2];
         let found = newmark::solve(&mut system, (0.0, 1.0), &zero, &zero, &options, None, &mut |_, _| Ok(()))
             .unwrap();

@@ -5,7 +5,7 @@ use lissom::body::Body;
 use lissom::error::Interrupted;
 use lissom::linalg::Matrix;
 use lissom::load::{Extent, Frame, Load};
-use lissom::model::{Discretised as _, Elastic as _, ForwardScratch, InTime as _, Model};
+use lissom::model::{Dynamics, Elastic as _, ForwardScratch, InTime as _, Refinable as _};
 use lissom::robot::{RobotModel, Rod};
 use lissom::rod::{
     Basis, GivenSection, Profile, STRAIGHT, Section, Segment, Shape, ShearCorrection, diagonal,
@@ -52,9 +52,9 @@ pub(crate) fn fuzz_plan(bytes: &[u8]) -> String {
             return format!("refused {}", kind(&error.problems[0].place));
         }
     };
-    assert_eq!(model.n(), rod.coordinates());
+    assert_eq!(model.facts().n, rod.coordinates());
     assert!(model.explanation().to_string().len() < 1_000_000);
-    let n = model.n();
+    let n = model.facts().n;
     if n == 0 || n > MOVED || model.nodes().iter().sum::<usize>() > NODES {
         return "compiled".to_owned();
     }
@@ -112,12 +112,12 @@ fn evaluate(model: &mut RobotModel, q: &[f64], v: &[f64]) {
     let mut a = vec![0.0; n];
     _ = model.forward_dynamics(q, v, &mut a, &mut scratch);
     _ = model.energy(q, v).total();
-    let mut by_inputs = Matrix::zeros(n, model.default_inputs().len());
+    let mut by_inputs = Matrix::zeros(n, model.facts().default_inputs.len());
     model.input_tangent(q, v, &vec![0.0; n], &mut by_inputs);
     let power = model.dissipated_power(q, v);
     assert!(power.is_nan() || power >= 0.0, "damping that does work: {power}");
     _ = model.supplied_power(q, v, &a);
-    for x in [0.0, 0.3 * model.length(), f64::INFINITY, f64::NAN] {
+    for x in [0.0, 0.3 * model.facts().length, f64::INFINITY, f64::NAN] {
         _ = model.pose(q, x);
         let place = model.place(x);
         _ = model.velocity_at(q, v, &place);
@@ -125,7 +125,7 @@ fn evaluate(model: &mut RobotModel, q: &[f64], v: &[f64]) {
     _ = model.tip(q);
     _ = model.base_wrench(q, v, &a);
     let mut sizes = vec![0.0; n];
-    model.typical_coordinates(&mut sizes);
+    sizes.copy_from_slice(&model.facts().typical_coordinates);
     assert!(sizes.iter().all(|size| *size > 0.0), "typical coordinates {sizes:?}");
     if let Some(modes) = model.modes() {
         _ = model.with_modes(&modes.iter().map(|modes| modes + 1).collect::<Vec<_>>());

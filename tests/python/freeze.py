@@ -142,7 +142,7 @@ def at_rest(name: str, model, q0, **options) -> Frozen:
     yield f"{name}/iterations", found.nit
     try:
         modes = lissom.modes(model, found.q)
-    except ValueError as error:
+    except (ValueError, lissom.LissomError) as error:
         yield f"{name}/no modes", str(error)
         return
     yield f"{name}/frequency", modes.frequency

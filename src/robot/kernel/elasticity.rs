@@ -130,15 +130,19 @@ pub(crate) fn typical_coordinates<G: Turning>(plan: &Plan<G>, reach: f64, sizes:
     }
 }
 
-/// Whether a coordinate turns something; others only shift, such as those of sliders, stretches and shears.
-pub(crate) fn turns<G: Turning>(plan: &Plan<G>, coordinate: usize) -> bool {
-    plan.pieces.iter().any(|piece| {
-        if piece.is_joint && piece.coordinates().contains(&coordinate) {
-            return piece.hinge.as_ref().is_none_or(|hinge| hinge.turns);
+/// Whether each coordinate turns something; others only shift, such as those of sliders, stretches and shears.
+pub(crate) fn turns<G: Turning>(plan: &Plan<G>) -> Vec<bool> {
+    let mut turns = vec![false; plan.n];
+    for piece in &plan.pieces {
+        if piece.is_joint {
+            turns[piece.coordinates()].fill(piece.hinge.as_ref().is_none_or(|hinge| hinge.turns));
+            continue;
         }
-        let mut turning = piece.components.iter().filter(|component| component.index < G::ANGULAR);
-        turning.any(|component| (component.first..component.first + component.modes).contains(&coordinate))
-    })
+        for component in piece.components.iter().filter(|component| component.index < G::ANGULAR) {
+            turns[component.first..component.first + component.modes].fill(true);
+        }
+    }
+    turns
 }
 
 /// Writes the stiffness of the three forces starting at index `first` as springs: principal values above

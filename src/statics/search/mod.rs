@@ -17,7 +17,7 @@ use super::{Counters, Halted, Monitor, Path, Reached};
 use crate::constraint::closing;
 use crate::error::Interrupted;
 use crate::linalg::{Matrix, dot, norm};
-use crate::model::{Flaw, Model, Radius, chart};
+use crate::model::{Flaw, Radius, Static, chart};
 
 use end::{Balance, Reduced};
 use problem::{Problem, Shape, add_transposed, times};
@@ -127,13 +127,13 @@ pub(super) struct Goal {
 
 /// Searches an equilibrium from a shape, at first from the nearest one in which loops and cords are closed.
 pub(super) fn search(
-    model: &mut dyn Model,
+    model: &mut dyn Static,
     q0: &[f64],
     goal: Goal,
     monitor: Monitor<'_>,
 ) -> Result<Found, Halted> {
     let mut q = q0.to_vec();
-    if model.constraints() > 0 {
+    if model.facts().constraints() > 0 {
         // A shape that stays open is told of at the end.
         closing::close(model, &mut q);
     }
@@ -151,7 +151,7 @@ pub(super) fn search(
 
 /// How far from equilibrium a shape is: the largest relative change of its forces that would balance them. The shape is not changed.
 pub(super) fn error_of_balance(
-    model: &mut dyn Model,
+    model: &mut dyn Static,
     q: &[f64],
     monitor: Monitor<'_>,
 ) -> Result<f64, Interrupted> {
@@ -159,18 +159,17 @@ pub(super) fn error_of_balance(
 }
 
 /// Whether a shape is not near one in which its loops are closed, and its taut cords as long as they are. The shape is not changed.
-pub(super) fn is_open(model: &mut dyn Model, q: &[f64]) -> bool {
-    let (m, n) = (model.constraints(), q.len());
-    let ([mut gaps, mut gap_sizes], mut sizes) = ([vec![0.0; m], vec![1.0; m]], vec![0.0; n]);
+pub(super) fn is_open(model: &mut dyn Static, q: &[f64]) -> bool {
+    let (m, n) = (model.facts().constraints(), q.len());
+    let (mut gaps, mut sizes) = (vec![0.0; m], vec![0.0; n]);
     model.gaps(q, &mut gaps);
-    model.gap_sizes(&mut gap_sizes);
     model.sizes(q, &mut sizes);
-    for (gap, size) in gaps.iter_mut().zip(&gap_sizes) {
+    for (gap, size) in gaps.iter_mut().zip(&model.facts().gap_sizes) {
         *gap = if gap.abs() > ROUNDING_OF_GAPS * size { *gap } else { 0.0 };
     }
     let mut rows = Matrix::zeros(m, n);
     model.gap_jacobian(q, &mut rows);
-    chart::rows(model.rotation_vectors(), q, &mut rows);
+    chart::rows(&model.facts().rotation_vectors, q, &mut rows);
     let held = Reduced::new(&problem::scaled(&rows, &sizes));
     norm(&times(&held.transform, &gaps)) > OPEN
 }
@@ -189,7 +188,7 @@ struct Search<'a> {
 }
 
 impl<'a> Search<'a> {
-    fn new(model: &'a mut dyn Model, q: Vec<f64>, monitor: Monitor<'a>) -> Result<Self, Interrupted> {
+    fn new(model: &'a mut dyn Static, q: Vec<f64>, monitor: Monitor<'a>) -> Result<Self, Interrupted> {
         let mut problem = Problem::new(model, monitor);
         let shape = problem.shape(q)?;
         let scale = Scale::new(&mut problem, &shape.q);
@@ -217,7 +216,7 @@ impl<'a> Search<'a> {
 
     /// Searches with soft contacts first, if there are any.
     fn climb(&mut self, goal: Goal) -> Result<Ended, Interrupted> {
-        if !self.problem.model.has_contact() || self.balance.error < NEAR {
+        if !self.problem.model.facts().has_contact || self.balance.error < NEAR {
             return self.descend(goal);
         }
         let start = self.shape.q.clone();
@@ -269,7 +268,7 @@ impl<'a> Search<'a> {
         let (mut radius, mut escapes) = (FIRST_RADIUS, if goal.is_stable { ESCAPES } else { 0 });
         let (mut before, mut last) = (f64::INFINITY, f64::INFINITY);
         // Contacts set in abruptly: steps are bounded by the shift of the second derivative, which leaves what is stiff alone.
-        let is_damped = self.problem.model.has_contact();
+        let is_damped = self.problem.model.facts().has_contact;
         let mut damping = 0.0;
         for _ in 0..goal.max_iter {
             self.problem.counters.iterations += 1;
@@ -471,7 +470,7 @@ impl<'a> Search<'a> {
         /// a thousandth of its length.
         const PART: f64 = 0.1;
         let Problem { model, turns, .. } = &mut self.problem;
-        if !model.has_contact() || !length.is_finite() {
+        if !model.facts().has_contact || !length.is_finite() {
             return false;
         }
         model.note_surfaces(&self.shape.q);

@@ -4,7 +4,7 @@
 use super::super::equations::Counters;
 use crate::error::Interrupted;
 use crate::linalg::{Matrix, dot};
-use crate::model::{Model, chart};
+use crate::model::{Static, chart};
 use crate::natural;
 use crate::springs::{Cords, Springs};
 
@@ -21,7 +21,7 @@ pub(super) type Monitor<'a> = &'a mut dyn FnMut() -> Result<(), Interrupted>;
 
 /// A model at rest, and what of it is the same in all shapes.
 pub(super) struct Problem<'a> {
-    pub(super) model: &'a mut dyn Model,
+    pub(super) model: &'a mut dyn Static,
     monitor: Monitor<'a>,
     pub(super) counters: Counters,
     /// First components of rotation vectors.
@@ -69,10 +69,10 @@ pub(super) struct Shape {
 }
 
 impl<'a> Problem<'a> {
-    pub(super) fn new(model: &'a mut dyn Model, monitor: Monitor<'a>) -> Self {
-        let n = model.n();
+    pub(super) fn new(model: &'a mut dyn Static, monitor: Monitor<'a>) -> Self {
+        let n = model.facts().n;
         let rest = vec![0.0; n];
-        let (cords, springs) = (model.cords(), model.springs());
+        let (cords, springs) = (model.facts().cords, model.facts().springs);
         let material = natural::material(model, &rest, &vec![1.0; n]);
         let mut of_cords = Cords::new(cords, n);
         if cords > 0 {
@@ -80,13 +80,13 @@ impl<'a> Problem<'a> {
         }
         let stiffness: Vec<f64> = of_cords.stiffness.into_iter().chain(vec![1.0; springs]).collect();
         let inextensible = stiffness.iter().filter(|stiffness| stiffness.is_infinite()).count();
-        let own = model.parts();
-        let mut gap_sizes = vec![1.0; model.constraints()];
-        model.gap_sizes(&mut gap_sizes);
+        let facts = model.facts();
+        let (turns, gap_sizes, own) =
+            (facts.rotation_vectors.clone(), facts.gap_sizes.clone(), facts.parts.clone());
         Self {
-            turns: model.rotation_vectors().to_vec(),
+            turns,
             rest,
-            loops: model.constraints() - inextensible,
+            loops: gap_sizes.len() - inextensible,
             cords,
             springs,
             gap_sizes,
@@ -122,7 +122,7 @@ impl<'a> Problem<'a> {
         chart::fold(&self.turns, &mut q);
         let raw_free_force = self.forces(&q)?;
         let mut contact_force = Vec::new();
-        if self.model.has_contact() && self.model.is_touched() {
+        if self.model.facts().has_contact && self.model.is_touched() {
             self.model.leave_contact(true);
             contact_force = self.forces(&q)?;
             self.model.leave_contact(false);
@@ -146,7 +146,7 @@ impl<'a> Problem<'a> {
             chart::forces(&self.turns, &q, force);
         }
         let (mut gaps, mut gap_rows) =
-            (vec![0.0; self.model.constraints()], Matrix::zeros(self.model.constraints(), n));
+            (vec![0.0; self.model.facts().constraints()], Matrix::zeros(self.model.facts().constraints(), n));
         if self.loops > 0 {
             self.model.gaps(&q, &mut gaps);
             self.model.gap_jacobian(&q, &mut gap_rows);
@@ -170,7 +170,7 @@ impl<'a> Problem<'a> {
             // Amplitudes a with the energy a^2 / 2 and the forces -G a.
             let amplitudes = &springs.inverse_root * nalgebra::DVector::from_column_slice(&springs.forces);
             let rows = springs.root.tr_mul(&springs.jacobian);
-            let size = self.model.length();
+            let size = self.model.facts().length;
             for i in 0..self.springs {
                 excess[self.cords + i] = -amplitudes[i];
                 spans[self.cords + i] = springs.root.column(i).norm() * size;
@@ -297,7 +297,7 @@ impl<'a> Problem<'a> {
         let n = self.n();
         let mut tangent = Matrix::zeros(n, n);
         self.counters.tangents += 1;
-        let mut all = vec![0.0; self.model.constraints()];
+        let mut all = vec![0.0; self.model.facts().constraints()];
         all[..self.loops].copy_from_slice(multipliers);
         let of_springs: Vec<f64> = shape.springs.as_ref().map_or_else(Vec::new, |springs| {
             let (amplitudes, m) = (&tensions[self.cords..], self.springs);

@@ -28,7 +28,7 @@ impl Scale {
         let softest =
             stiffness.iter().copied().filter(|k| *k > SOFTEST * largest).fold(f64::INFINITY, f64::min);
         let w = sizes.iter().zip(&stiffness).map(|(size, k)| size / (1.0 + k / softest).sqrt()).collect();
-        let turns = (0..n).map(|k| problem.model.turns(k)).collect();
+        let turns = problem.model.facts().turns.clone();
         let mut loads = Matrix::zeros(n, 3);
         problem.model.turned_loads(q, &mut loads);
         for mut column in loads.column_iter_mut() {

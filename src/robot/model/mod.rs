@@ -4,13 +4,13 @@ use std::sync::{Arc, OnceLock};
 
 use super::choice::{Kernel, Solve};
 use super::compile;
-use super::description::{Robot, Rod, Spans};
+use super::description::{Robot, Rod};
 use super::driven::Coordinates;
-use super::effect::contact::told::{Hardest, Touching};
-use super::effect::support::Held;
+use super::effect::contact::told::Touching;
+use super::facts;
 use super::kernel::kinematics::Pose;
 use super::kernel::momentum::Momentum;
-use super::kernel::sizes::{self, Extent};
+use super::kernel::sizes::Extent;
 use super::kernel::{elasticity, tree, validity};
 use super::plan::actuation::Line;
 use super::plan::point::Place;
@@ -18,21 +18,18 @@ use super::state::tangent::Tangent;
 use super::sweeps::Sweeps;
 use super::tell::loops::tell_redundant;
 use super::tell::{Explanation, Multiplications, cost};
-use crate::actuator::Actuator;
 use crate::body::Body;
-use crate::constraint::one_sided::{TAKEN_UP, TAUT};
+use crate::constraint::one_sided::TAUT;
 use crate::constraint::{Independent, one_sided};
-use crate::error::{Checker, Interrupted, InvalidInput};
+use crate::error::{Checker, InvalidInput};
 use crate::lie::{Instructions, Planar, Plane, Spatial, Vector};
 use crate::linalg::{Matrix, TreeMatrix, symmetric_eigen};
 use crate::loops::{Loop, Tie};
 use crate::model::{
-    Beside, Discretised, Elastic, Energy, Flaw, ForwardScratch, Holder, Impact, InTime, InertiaMatrix, Model,
-    Radius, SectionPlace, SingularMass, Switch, Tied, Tree, chart, forward,
+    Dynamics, Energy, Facts, Flaw, ForwardScratch, Holder, OneSided as _, SingularMass, Tied as _, Tree,
+    forward,
 };
-use crate::rod::{MAX_NODES, STRAINS, piece};
-use crate::signal::{Cell, Jumps};
-use crate::springs::{Cords, Springs};
+use crate::rod::STRAINS;
 
 /// Gaps of loops above this part of the length of what they join, or above this difference of cosines, count as open: far
 /// above the errors of methods that enforce constraints, and far below visible gaps.
@@ -65,9 +62,7 @@ pub struct RobotModel {
     /// Counted when it is asked for.
     multiplications: OnceLock<Multiplications>,
     robot: Arc<Robot>,
-    rotation_vectors: Arc<[usize]>,
-    /// What gaps of constraints are compared with.
-    gap_sizes: Arc<[f64]>,
+    facts: Arc<Facts>,
     /// Places at which accuracy is measured.
     marks: Arc<[Mark]>,
     /// Values that replace the forces of the supports' springs.
@@ -182,6 +177,12 @@ impl AnySweeps {
         }
     }
 
+    /// Whether derivatives with respect to lengths are compiled. Portable packs are only for old machines: there these derivatives
+    /// use differences of models, to keep wheels small.
+    fn follow_lengths(&self) -> bool {
+        matches!(self, Self::Planar(_) | Self::Spatial(_))
+    }
+
     fn kernel(&self) -> Kernel {
         match self {
             Self::Planar(_) => Kernel::Planar,
@@ -207,6 +208,12 @@ macro_rules! on_sweeps {
         }
     };
 }
+
+mod contact;
+mod elastic;
+mod refine;
+mod ties;
+mod time;
 
 impl RobotModel {
     /// Compiles a robot for the simplest kernel, the best instruction set of this machine and the cheapest
@@ -274,12 +281,10 @@ impl RobotModel {
             false => solve.unwrap_or_else(|| Solve::cheapest(robot)),
         };
         let unloaded = (!robot.supports.is_empty()).then(|| Box::new(sweeps.with_robot(&robot.unloaded())));
-        let spans = Spans::new(robot);
-        let span = |held: Holder| match held {
-            Holder::Loop(i) => spans.of_loop(&robot.loops[i]),
-            Holder::Tendon(i) => spans.of_tendon(&robot.actuators[i]),
-        };
-        let gap_sizes = on_sweeps!(&sweeps, sweeps => sizes::of_gaps(sweeps.plan(), span)).into();
+        let mut facts = on_sweeps!(&sweeps, sweeps => facts::of(robot, sweeps, &coordinates));
+        if !sweeps.follow_lengths() {
+            facts.free_lengths = 0;
+        }
         let mut model = Self {
             sweeps,
             unloaded,
@@ -288,8 +293,7 @@ impl RobotModel {
             solve,
             multiplications: OnceLock::new(),
             robot: Arc::new(robot.clone()),
-            rotation_vectors: robot.rotation_vectors().into(),
-            gap_sizes,
+            facts: Arc::new(facts),
             marks: Arc::new([]),
             held: None,
             steps: f64::NAN,
@@ -301,7 +305,7 @@ impl RobotModel {
         Ok(model)
     }
 
-    /// Places for [`Model::places`] on links with a rod or a body; the tip of the robot if there are none. If
+    /// Places for [`Dynamics::places`] on links with a rod or a body; the tip of the robot if there are none. If
     /// loops may hold tips, also the middles of rods.
     fn marks_of_links(&self) -> Vec<Mark> {
         let mut marks = Vec::new();
@@ -409,7 +413,7 @@ impl RobotModel {
     pub fn full_explanation(&mut self) -> Explanation {
         let mut explanation = self.explanation();
         let rest = vec![0.0; self.robot.coordinates()];
-        if self.constraints() > 0 && !self.varies_in_time() && self.open_loop(&rest).is_none() {
+        if self.facts.constraints() > 0 && !self.facts.varies_in_time && self.open_loop(&rest).is_none() {
             let redundant = self.redundant_constraints(&rest);
             tell_redundant(&self.robot, &redundant, &mut explanation);
         }
@@ -455,7 +459,7 @@ impl RobotModel {
         on_sweeps!(&self.sweeps, sweeps => sweeps.place(link, x))
     }
 
-    /// Place of [`Model::tip`]: the tip of the last link.
+    /// Place of [`Dynamics::tip`]: the tip of the last link.
     fn tip_place(&self) -> Place {
         self.place_on(self.robot.links.len() - 1, None)
     }
@@ -572,7 +576,7 @@ impl RobotModel {
     /// coordinate. If constraints are redundant, the minimum-norm solution. `None` if the mass matrix is
     /// singular. Allocates.
     pub fn loop_forces(&mut self, q: &[f64], qd: &[f64], qdd: &[f64]) -> Option<Vec<[f64; 6]>> {
-        let mut multipliers = vec![0.0; self.constraints()];
+        let mut multipliers = vec![0.0; self.facts.constraints()];
         one_sided::multipliers(self, [q, qd, qdd], &mut multipliers).ok()?;
         let (mut ties, mut gears) = (0, multipliers.len() - self.slack().len() - self.gears());
         let robot = Arc::clone(&self.robot);
@@ -603,10 +607,10 @@ impl RobotModel {
 
     /// Calls with the multipliers that a motion requires; zero if they are not determined.
     fn with_loops_held<T>(&mut self, state: [&[f64]; 3], of: impl FnOnce(&mut Self) -> T) -> T {
-        if self.constraints() == 0 {
+        if self.facts.constraints() == 0 {
             return of(self);
         }
-        let mut multipliers = vec![0.0; self.constraints()];
+        let mut multipliers = vec![0.0; self.facts.constraints()];
         // They remain zero if the mass matrix is singular.
         let _ = one_sided::multipliers(self, state, &mut multipliers);
         self.set_multipliers(&multipliers);
@@ -619,7 +623,7 @@ impl RobotModel {
     /// Closed loops of a robot at rest: their contribution to the stiffness, n x n, and the derivatives of
     /// the gaps, m x n.
     pub fn loops_at_rest(&mut self, q: &[f64]) -> [Matrix; 2] {
-        let (n, m) = (q.len(), self.constraints());
+        let (n, m) = (q.len(), self.facts.constraints());
         let rest = vec![0.0; n];
         let [mut stiffness, mut without, mut jacobian] =
             [Matrix::zeros(n, n), Matrix::zeros(n, n), Matrix::zeros(m, n)];
@@ -641,7 +645,7 @@ impl RobotModel {
         qdd: Option<&[f64]>,
         actuator: usize,
     ) -> Option<f64> {
-        let mut multipliers = vec![0.0; self.constraints()];
+        let mut multipliers = vec![0.0; self.facts.constraints()];
         match qdd {
             Some(qdd) => one_sided::multipliers(self, [q, qd, qdd], &mut multipliers),
             None => one_sided::accelerations(self, q, qd, &mut vec![0.0; q.len()], &mut multipliers),
@@ -666,7 +670,7 @@ impl RobotModel {
     /// Number of redundant constraints of every loop, followed by those of every inextensible tendon, in a
     /// shape.
     pub fn redundant_constraints(&mut self, q: &[f64]) -> Vec<usize> {
-        let (m, n) = (self.constraints(), q.len());
+        let (m, n) = (self.facts.constraints(), q.len());
         let (mut jacobian, mut mass) = (Matrix::zeros(m, n), Matrix::zeros(n, n));
         self.gap_jacobian(q, &mut jacobian);
         self.mass_matrix(q, &mut mass);
@@ -747,12 +751,6 @@ impl RobotModel {
 }
 
 impl RobotModel {
-    /// Whether the inertia of sections affects only the forces along their rods.
-    fn has_separate_sections(&self) -> bool {
-        let Robot { base_motion, fluid, contacts, .. } = &*self.robot;
-        base_motion.is_none() && fluid.is_none() && contacts.is_empty() && self.coordinates.are_own()
-    }
-
     /// Which inextensible tendons are slack.
     fn slack(&self) -> Vec<bool> {
         on_sweeps!(&self.sweeps, sweeps => sweeps.slack().to_vec())
@@ -771,7 +769,7 @@ impl RobotModel {
     /// By virtual work: generalised forces that balance a unit of each force.
     fn find_jacobian_of_springs(&mut self, q: &[f64], jacobian: &mut Matrix) {
         self.place_unloaded();
-        let length = self.robot.length();
+        let length = self.facts.length;
         let Self { sweeps, unloaded, coordinates, held, .. } = self;
         let Some(unloaded) = unloaded.as_deref_mut() else { return };
         coordinates.columns(q, jacobian, |q, jacobian| {
@@ -827,9 +825,9 @@ fn check_machine() -> Result<(), InvalidInput> {
     Err(InvalidInput::new("this machine", "one without fused multiply-add", expected))
 }
 
-impl Model for RobotModel {
-    fn n(&self) -> usize {
-        self.coordinates.own(on_sweeps!(&self.sweeps, sweeps => sweeps.plan().n))
+impl Dynamics for RobotModel {
+    fn facts(&self) -> &Facts {
+        &self.facts
     }
 
     fn inverse_dynamics(&mut self, q: &[f64], qd: &[f64], qdd: &[f64], tau: &mut [f64]) {
@@ -854,63 +852,10 @@ impl Model for RobotModel {
         });
     }
 
-    fn section_places(&self) -> Vec<SectionPlace> {
-        if !self.has_separate_sections() {
-            return Vec::new();
-        }
-        on_sweeps!(&self.sweeps, sweeps => sweeps.section_places())
-    }
-
-    fn free_lengths(&self) -> usize {
-        if !self.has_separate_sections() || !self.robot.has_all_at_tips() {
-            return 0;
-        }
-        // Portable packs are only for old machines: there, derivatives with respect to lengths use
-        // differences of models, and the sweep is not compiled to keep wheels small.
-        match &self.sweeps {
-            AnySweeps::Planar(sweeps) => sweeps.free_lengths(),
-            AnySweeps::Spatial(sweeps) => sweeps.free_lengths(),
-            #[cfg(feature = "portable")]
-            AnySweeps::PortablePlanar(_) | AnySweeps::PortableSpatial(_) => 0,
-        }
-    }
-
-    fn add_power_by_length(
-        &mut self,
-        q: &[f64],
-        qd: &[f64],
-        qdd: &[f64],
-        rates: &[f64],
-        by_length: &mut [f64],
-    ) {
-        let state = [q, qd, qdd];
-        match &mut self.sweeps {
-            AnySweeps::Planar(sweeps) => sweeps.add_power_by_length(state, rates, by_length),
-            AnySweeps::Spatial(sweeps) => sweeps.add_power_by_length(state, rates, by_length),
-            #[cfg(feature = "portable")]
-            AnySweeps::PortablePlanar(_) | AnySweeps::PortableSpatial(_) => {
-                unreachable!("no length is free")
-            }
-        }
-    }
-
-    fn add_power_by_inertia(
-        &mut self,
-        q: &[f64],
-        qd: &[f64],
-        qdd: &[f64],
-        rates: &[f64],
-        by_inertia: &mut [InertiaMatrix],
-    ) {
-        let sweeps = &mut self.sweeps;
-        on_sweeps!(sweeps, sweeps => sweeps.add_power_by_inertia([q, qd, qdd], rates, by_inertia));
-    }
-
-    fn input_tangent(&mut self, q: &[f64], qd: &[f64], qdd: &[f64], tangent: &mut Matrix) {
-        let Self { sweeps, coordinates, .. } = self;
-        coordinates.rows([q, qd, qdd], tangent, |state, tangent| {
-            on_sweeps!(sweeps, sweeps => sweeps.input_tangent(state, tangent));
-        });
+    fn flaw(&mut self, q: &[f64]) -> Option<Flaw> {
+        let own = q;
+        let q = self.coordinates.only_own(q);
+        on_sweeps!(&self.sweeps, sweeps => validity::flaw(sweeps.plan(), q)).or_else(|| self.collapsed(own))
     }
 
     fn forward_dynamics(
@@ -920,14 +865,10 @@ impl Model for RobotModel {
         qdd: &mut [f64],
         scratch: &mut ForwardScratch,
     ) -> Result<(), SingularMass> {
-        match self.constraints() {
+        match self.facts.constraints() {
             0 => forward::solve(self, q, qd, qdd, scratch),
             m => one_sided::accelerations(self, q, qd, qdd, &mut vec![0.0; m]),
         }
-    }
-
-    fn rotation_vectors(&self) -> &[usize] {
-        &self.rotation_vectors
     }
 
     /// Ratio of the products of both, including the factorisation.
@@ -952,10 +893,6 @@ impl Model for RobotModel {
                 Tree { tangent: tree::tangent(plan), mass: tree::mass(plan) }
             })
         })
-    }
-
-    fn parts(&self) -> Vec<usize> {
-        self.robot.parts()
     }
 
     fn tree_tangent(
@@ -1005,24 +942,6 @@ impl Model for RobotModel {
         });
     }
 
-    fn length(&self) -> f64 {
-        self.robot.length()
-    }
-
-    fn is_damped(&self) -> bool {
-        on_sweeps!(&self.sweeps, sweeps => sweeps.is_damped())
-    }
-
-    fn has_velocity_forces(&self) -> bool {
-        self.coordinates.vary_in_time() || on_sweeps!(&self.sweeps, sweeps => sweeps.has_velocity_forces())
-    }
-
-    fn has_tendon_friction(&self) -> bool {
-        on_sweeps!(&self.sweeps, sweeps => {
-            sweeps.plan().actuation.actuators.iter().any(|actuator| actuator.friction.is_some())
-        })
-    }
-
     /// Power of follower loads, of varying loads, of moments (a moment fixed in space has no potential), of a
     /// moving base, and of prescribed joints.
     fn supplied_power(&mut self, q: &[f64], qd: &[f64], qdd: &[f64]) -> f64 {
@@ -1037,534 +956,10 @@ impl Model for RobotModel {
             power + of_joints
         };
         // Constraint forces do no work, but prescribed joints, a moving base and winches work against them.
-        let is_against = self.robot.is_tied_to_world() || self.is_one_sided();
+        let is_against = self.robot.is_tied_to_world() || self.facts.is_one_sided;
         match self.coordinates.vary_in_time() || is_against {
             true => self.with_loops_held(state, power),
             false => power(self),
         }
-    }
-
-    fn is_jolted(&mut self, before: [&[f64]; 2], motion: [&[f64]; 3], h: f64) -> bool {
-        let Self { sweeps, coordinates, .. } = self;
-        let ([q, _, qdd], [_, qd_before]) = (motion, before);
-        let is_touched = coordinates
-            .all([q, qd_before, qdd], |motion| on_sweeps!(&mut *sweeps, sweeps => sweeps.note_rates(motion)));
-        is_touched
-            && coordinates.all(motion, |motion| on_sweeps!(sweeps, sweeps => sweeps.is_jolted(motion, h)))
-    }
-
-    fn is_touched(&self) -> bool {
-        on_sweeps!(&self.sweeps, sweeps => sweeps.is_touched())
-    }
-
-    fn take_touched(&mut self) -> bool {
-        on_sweeps!(&mut self.sweeps, sweeps => sweeps.take_touched())
-    }
-
-    fn may_touch(&self) -> bool {
-        self.has_contact() && on_sweeps!(&self.sweeps, sweeps => sweeps.may_touch())
-    }
-
-    /// By a part of what moves that no error of a step is which resolves its impacts.
-    fn gains_energy(&mut self, [q, qd]: [&[f64]; 2], motion: [&[f64]; 3], h: f64, beside: Beside) -> bool {
-        // What moves the robot from outside is seen at one time alone.
-        if self.is_carried() {
-            return false;
-        }
-        let [q_after, qd_after, qdd] = motion;
-        // The end of the step last: what is asked about touches afterwards is asked there. A step begins where one ended.
-        if !self.noted.is_of([q, qd]) {
-            self.note_energy([q, qd]);
-        }
-        let (before, of_overlaps) = (self.noted.energy, self.noted.of_overlaps);
-        self.note_energy([q_after, qd_after]);
-        let (after, of_overlaps) = (self.noted.energy, self.noted.of_overlaps.max(of_overlaps));
-        let supplied = if self.is_driven() { h * self.supplied_power(q_after, qd_after, qdd) } else { 0.0 };
-        let gain = after.total() - before.total() - supplied.max(0.0);
-        match beside {
-            Beside::Motion => {
-                gain > (LARGEST_GAIN * after.kinetic.max(before.kinetic)).max(AT_REST * of_overlaps)
-            }
-            Beside::All => gain > EXPLOSION * (after.kinetic + after.elastic),
-        }
-    }
-
-    fn impact(&mut self, before: [&[f64]; 2], motion: [&[f64]; 3], h: f64) -> Option<Impact> {
-        let ([q, qd, qdd], [_, qd_before]) = (motion, before);
-        if !self.noted.is_of(before) {
-            self.note_energy(before);
-        }
-        let at_start = self.noted.energy;
-        self.note_energy([q, qd]);
-        let at_end = self.noted.energy;
-        let supplied = if self.is_driven() { self.supplied_power(q, qd, qdd).abs() } else { 0.0 };
-        // In a step of the backward Euler method forces do the work of its end.
-        let lost = at_start.total() - at_end.total() - h * (self.dissipated_power(q, qd) + supplied);
-        let Self { sweeps, coordinates, .. } = self;
-        coordinates
-            .all([q, qd_before, qdd], |motion| on_sweeps!(&mut *sweeps, sweeps => sweeps.note_rates(motion)));
-        let Hardest { contact, rebound, longest } =
-            coordinates.all(motion, |motion| on_sweeps!(sweeps, sweeps => sweeps.hardest_impact(motion)))?;
-        Some(Impact {
-            contact,
-            lost: lost.max(0.0) * rebound * rebound,
-            kinetic: at_start.kinetic,
-            elastic: at_end.elastic,
-            longest,
-        })
-    }
-
-    fn sunk(&mut self, q: &[f64]) -> Option<Flaw> {
-        if self.robot.contacts.is_empty() {
-            return None;
-        }
-        let Self { sweeps, coordinates, .. } = self;
-        let (contact, overlap) =
-            coordinates.all([q, q], |[q, _]| on_sweeps!(sweeps, sweeps => sweeps.sunk(q)))?;
-        Some(Flaw::Sunk { contact, overlap })
-    }
-
-    fn overlaps(&mut self, q: &[f64]) -> bool {
-        let Self { sweeps, coordinates, .. } = self;
-        coordinates.all([q, q], |[q, _]| on_sweeps!(sweeps, sweeps => sweeps.overlaps(q)))
-    }
-
-    fn note_surfaces(&mut self, q: &[f64]) {
-        let Self { sweeps, coordinates, .. } = self;
-        coordinates.all([q, q], |[q, _]| on_sweeps!(sweeps, sweeps => sweeps.note_surfaces(q)));
-    }
-
-    fn have_passed(&mut self, q: &[f64], radius: Radius) -> bool {
-        let Self { sweeps, coordinates, .. } = self;
-        coordinates.all([q, q], |[q, _]| on_sweeps!(sweeps, sweeps => sweeps.have_passed(q, radius)))
-    }
-
-    fn leave_contact(&mut self, is_left: bool) {
-        self.noted.forget();
-        on_sweeps!(&mut self.sweeps, sweeps => sweeps.leave_contact(is_left));
-    }
-
-    fn soften_contact(&mut self, forces: Option<&[f64]>) -> bool {
-        self.noted.forget();
-        on_sweeps!(&mut self.sweeps, sweeps => sweeps.soften_contact(forces))
-    }
-
-    fn deepest_overlap(&mut self, q: &[f64]) -> f64 {
-        let Self { sweeps, coordinates, .. } = self;
-        coordinates.all([q], |[q]| on_sweeps!(sweeps, sweeps => sweeps.deepest_overlap(q)))
-    }
-
-    fn shifts_of_contact(&mut self, q: &[f64]) -> Matrix {
-        if q.is_empty() || !self.has_contact() {
-            return Matrix::zeros(0, q.len());
-        }
-        let Self { sweeps, coordinates, rotation_vectors, .. } = self;
-        on_sweeps!(sweeps, sweeps => {
-            let (motions, numbers) = coordinates.all([q], |[q]| sweeps.motions_of_contact(q));
-            let mut rows = coordinates.own_columns(motions.rows(sweeps.plan().n));
-            chart::rows(rotation_vectors, q, &mut rows);
-            let mut shifts = Matrix::zeros(numbers.len(), q.len());
-            let mut first = 0;
-            for (p, number) in numbers.into_iter().enumerate() {
-                for k in 0..q.len() {
-                    let rate = |i: usize| rows.fixed_view::<3, 1>(3 * i, k).norm();
-                    shifts[(p, k)] = (first..first + number).map(rate).fold(0.0, f64::max);
-                }
-                first += number;
-            }
-            shifts
-        })
-    }
-
-    fn work_of_interactions(&mut self, q: &[f64], work: &mut [f64]) {
-        let Self { sweeps, coordinates, .. } = self;
-        let of_all = coordinates.all([q], |[q]| on_sweeps!(sweeps, sweeps => sweeps.work_of_interactions(q)));
-        // A row for each coordinate: those that follow another one add to it, whichever way they turn.
-        let own = coordinates.own_columns(Matrix::from_diagonal(&of_all.into()));
-        work.iter_mut().zip(own.column_iter()).for_each(|(work, column)| *work = column.abs().sum());
-    }
-
-    fn follow_friction(&mut self, length: Option<f64>) {
-        on_sweeps!(&mut self.sweeps, sweeps => sweeps.follow_friction(length));
-    }
-
-    fn has_contact(&self) -> bool {
-        !self.robot.contacts.is_empty()
-    }
-
-    fn has_one_sided_forces(&self) -> bool {
-        self.has_contact() || self.has_stops() || self.robot.actuators.iter().any(Actuator::is_one_sided)
-    }
-
-    fn has_stops(&self) -> bool {
-        on_sweeps!(&self.sweeps, sweeps => sweeps.has_stops())
-    }
-
-    fn beyond_stops(&mut self, q: &[f64], beyond: &mut Vec<f64>) {
-        let Self { sweeps, coordinates, .. } = self;
-        coordinates.all([q], |[q]| on_sweeps!(sweeps, sweeps => sweeps.beyond_stops(q, beyond)));
-    }
-
-    fn is_driven(&self) -> bool {
-        self.coordinates.vary_in_time() || on_sweeps!(&self.sweeps, sweeps => sweeps.is_driven())
-    }
-
-    fn is_carried(&self) -> bool {
-        self.coordinates.vary_in_time() || self.robot.base_motion.is_some()
-    }
-}
-
-impl Elastic for RobotModel {
-    /// `K q`, and forces of the supports.
-    fn elastic_forces(&mut self, q: &[f64], tau: &mut [f64]) {
-        self.place_unloaded();
-        let Self { sweeps, unloaded, coordinates, .. } = self;
-        coordinates.forces([q], tau, |[q], tau| match unloaded.as_deref_mut() {
-            Some(unloaded) => on_sweeps!(unloaded, sweeps => sweeps.forces_at_rest(q, tau)),
-            None => on_sweeps!(&*sweeps, sweeps => elasticity::forces(sweeps.plan(), q, tau)),
-        });
-    }
-
-    fn elastic_tangent(&mut self, q: &[f64], tangent: &mut Matrix) {
-        self.place_unloaded();
-        let Self { sweeps, unloaded, coordinates, .. } = self;
-        coordinates.matrix([q], tangent, |[q], tangent| match unloaded.as_deref_mut() {
-            Some(unloaded) => {
-                on_sweeps!(unloaded, sweeps => sweeps.tangent_at_rest(q, Tangent::Dense(tangent)));
-            }
-            None => on_sweeps!(&*sweeps, sweeps => elasticity::stiffness(sweeps.plan(), q, tangent)),
-        });
-    }
-
-    /// Moment and force of every support, in the axes of the base.
-    fn springs(&self) -> usize {
-        6 * self.robot.supports.len()
-    }
-
-    fn linearise_springs(&mut self, q: &[f64], springs: &mut Springs) {
-        let Self { sweeps, coordinates, .. } = self;
-        let found = coordinates.all([q], |[q]| on_sweeps!(sweeps, sweeps => sweeps.springs(q)));
-        springs.energy = found.iter().map(|held| held.energy).sum();
-        for (a, Held { forces, stiffness, firm, .. }) in found.into_iter().enumerate() {
-            for half in 0..2 {
-                let first = 6 * a + 3 * half;
-                springs.forces[first..first + 3].copy_from_slice(&forces[half].to_array());
-                elasticity::write_roots(&stiffness[half], firm[half], first, springs);
-            }
-        }
-        self.find_jacobian_of_springs(q, &mut springs.jacobian);
-    }
-
-    fn hold_springs(&mut self, forces: Option<&[f64]>) {
-        self.held = forces.map(<[f64]>::to_vec);
-        on_sweeps!(&mut self.sweeps, sweeps => sweeps.hold_springs(forces));
-        if let Some(unloaded) = &mut self.unloaded {
-            on_sweeps!(&mut **unloaded, sweeps => sweeps.hold_springs(forces));
-        }
-    }
-
-    fn cords(&self) -> usize {
-        on_sweeps!(&self.sweeps, sweeps => sweeps.cords().count())
-    }
-
-    fn linearise_cords(&mut self, q: &[f64], cords: &mut Cords) {
-        let Self { sweeps, coordinates, .. } = self;
-        let mut of_all = Cords::new(cords.stiffness.len(), on_sweeps!(&*sweeps, sweeps => sweeps.plan().n));
-        coordinates
-            .all([q], |[q]| on_sweeps!(&mut *sweeps, sweeps => sweeps.linearise_cords(q, &mut of_all)));
-        cords.jacobian = coordinates.own_columns(of_all.jacobian);
-        cords.reach = coordinates.own_columns(of_all.reach);
-        cords.stiffness = of_all.stiffness;
-        cords.excesses = of_all.excesses;
-        cords.spans = of_all.spans;
-    }
-
-    fn hold_cords(&mut self, tensions: Option<&[f64]>) {
-        self.noted.forget();
-        on_sweeps!(&mut self.sweeps, sweeps => sweeps.hold_cords(tensions));
-    }
-
-    fn turned_loads(&mut self, q: &[f64], forces: &mut Matrix) {
-        let Self { sweeps, coordinates, .. } = self;
-        let mut of_all = Matrix::zeros(3, on_sweeps!(&*sweeps, sweeps => sweeps.plan().n));
-        coordinates.all([q], |[q]| on_sweeps!(&mut *sweeps, sweeps => sweeps.turned_loads(q, &mut of_all)));
-        forces.copy_from(&coordinates.own_columns(of_all).transpose());
-    }
-
-    fn turns(&self, coordinate: usize) -> bool {
-        let of_all = self.coordinates.place(coordinate);
-        on_sweeps!(&self.sweeps, sweeps => elasticity::turns(sweeps.plan(), of_all))
-    }
-
-    fn sizes(&mut self, q: &[f64], sizes: &mut [f64]) {
-        if q.is_empty() {
-            return;
-        }
-        let fallback = self.robot.length();
-        let bodies = self.bodies();
-        let Self { sweeps, coordinates, rotation_vectors, .. } = self;
-        on_sweeps!(sweeps, sweeps => {
-            let motions = coordinates.all([q], |[q]| sweeps.motions(q, &bodies));
-            let plan = sweeps.plan();
-            let mut rows = coordinates.own_columns(motions.rows(plan.n));
-            chart::rows(rotation_vectors, q, &mut rows);
-            let are_strains = coordinates.own_of(&sizes::are_strains(plan));
-            motions.sizes(&rows, &are_strains, fallback, sizes);
-        });
-    }
-
-    /// One radian over the length of the rods or for a joint, and a stretch or shear of one.
-    fn typical_coordinates(&self, sizes: &mut [f64]) {
-        let reach = self.robot.length();
-        self.coordinates.pick(sizes, |sizes| {
-            on_sweeps!(&self.sweeps, sweeps => elasticity::typical_coordinates(sweeps.plan(), reach, sizes));
-        });
-    }
-}
-
-impl Tied for RobotModel {
-    fn constraints(&self) -> usize {
-        on_sweeps!(&self.sweeps, sweeps => sweeps.plan().loops.rows)
-    }
-
-    fn set_multipliers(&mut self, multipliers: &[f64]) {
-        on_sweeps!(&mut self.sweeps, sweeps => sweeps.set_multipliers(multipliers));
-    }
-
-    fn gaps(&mut self, q: &[f64], gaps: &mut [f64]) {
-        let Self { sweeps, coordinates, .. } = self;
-        coordinates.all([q], |[q]| on_sweeps!(sweeps, sweeps => sweeps.gaps(q, gaps)));
-    }
-
-    fn gap_rates(&mut self, q: &[f64], qd: &[f64], rates: &mut [f64]) {
-        let Self { sweeps, coordinates, .. } = self;
-        coordinates.all([q, qd], |[q, qd]| on_sweeps!(sweeps, sweeps => sweeps.gap_rates(q, qd, rates)));
-    }
-
-    fn gap_accelerations(&mut self, q: &[f64], qd: &[f64], qdd: &[f64], accelerations: &mut [f64]) {
-        let Self { sweeps, coordinates, .. } = self;
-        coordinates.all([q, qd, qdd], |state| {
-            on_sweeps!(sweeps, sweeps => sweeps.gap_accelerations(state, accelerations));
-        });
-    }
-
-    fn gap_jacobian(&mut self, q: &[f64], jacobian: &mut Matrix) {
-        let Self { sweeps, coordinates, .. } = self;
-        coordinates.columns(q, jacobian, |q, jacobian| {
-            on_sweeps!(sweeps, sweeps => sweeps.gap_jacobian(q, jacobian));
-        });
-    }
-
-    fn away_from_half_turns(&mut self, gaps: &mut [f64]) -> f64 {
-        on_sweeps!(&self.sweeps, sweeps => sweeps.away_from_half_turns(gaps))
-    }
-
-    fn gap_sizes(&self, sizes: &mut [f64]) {
-        sizes.copy_from_slice(&self.gap_sizes);
-    }
-
-    fn is_one_sided(&self) -> bool {
-        on_sweeps!(&self.sweeps, sweeps => !sweeps.slack().is_empty())
-    }
-
-    fn held(&self) -> Vec<bool> {
-        let slack = self.slack();
-        let loops = self.constraints() - slack.len();
-        std::iter::repeat_n(true, loops).chain(slack.into_iter().map(|is_slack| !is_slack)).collect()
-    }
-
-    fn release(&mut self, multipliers: &[f64]) {
-        let mut slack = self.slack();
-        let own = &multipliers[multipliers.len() - slack.len()..];
-        slack.iter_mut().zip(own).for_each(|(is_slack, multiplier)| *is_slack = *multiplier == 0.0);
-        self.set_slack(&slack);
-    }
-
-    fn release_open(&mut self, q: &[f64], qd: Option<&[f64]>) {
-        if self.slack_is_kept || !self.is_one_sided() {
-            return;
-        }
-        let opens = |[by, rate]: [f64; 2]| by < -TAUT || (qd.is_some() && by < TAUT && rate < -TAUT);
-        let rest = vec![0.0; q.len()];
-        let slack: Vec<bool> = self.passed(q, qd.unwrap_or(&rest)).into_iter().map(opens).collect();
-        self.set_slack(&slack);
-    }
-
-    fn switch(&mut self, q: &[f64], multipliers: &mut [f64]) -> Switch {
-        if self.slack_is_kept {
-            return Switch::Nothing;
-        }
-        let mut slack = self.slack();
-        let mut has_taken_up = false;
-        let rest = vec![0.0; q.len()];
-        for (is_slack, [by, _]) in slack.iter_mut().zip(self.passed(q, &rest)) {
-            if *is_slack && by > TAKEN_UP {
-                (*is_slack, has_taken_up) = (false, true);
-            }
-        }
-        let first = multipliers.len() - slack.len();
-        let lowest =
-            (0..slack.len()).min_by(|&i, &j| multipliers[first + i].total_cmp(&multipliers[first + j]));
-        let switch = match lowest.filter(|&i| multipliers[first + i] < 0.0) {
-            _ if has_taken_up => Switch::TakenUp,
-            None => return Switch::Nothing,
-            Some(lowest) => {
-                slack[lowest] = true;
-                multipliers[first + lowest] = 0.0;
-                Switch::LetGo
-            }
-        };
-        self.set_slack(&slack);
-        switch
-    }
-
-    fn keep_held(&mut self, is_kept: bool) {
-        self.slack_is_kept = is_kept;
-    }
-
-    fn passed(&mut self, q: &[f64], qd: &[f64]) -> Vec<[f64; 2]> {
-        let excesses = self.excesses(q, qd);
-        let sizes = &self.gap_sizes[self.gap_sizes.len() - excesses.len()..];
-        excesses.into_iter().zip(sizes).map(|(excess, size)| excess.map(|x| x / size)).collect()
-    }
-
-    fn open_loop(&mut self, q: &[f64]) -> Option<Flaw> {
-        let Self { sweeps, coordinates, gap_sizes, .. } = self;
-        let (held, gap, size) =
-            coordinates.all([q], |[q]| on_sweeps!(sweeps, sweeps => sweeps.widest_gap(q, gap_sizes)))?;
-        // NaN counts as open.
-        (gap.is_nan() || gap > LARGEST_GAP * size).then_some(Flaw::Open { held, gap })
-    }
-}
-
-impl InTime for RobotModel {
-    fn horizon(&self, t: f64) -> f64 {
-        self.robot.horizon(t)
-    }
-
-    fn corner(&self, cell: Cell) -> Option<f64> {
-        self.robot.corner(cell)
-    }
-
-    fn set_steps(&mut self, dt: f64) {
-        self.noted.forget();
-        self.steps = dt;
-        on_sweeps!(&mut self.sweeps, sweeps => sweeps.set_steps(dt));
-    }
-
-    fn jumps(&self) -> Jumps {
-        self.robot.jumps(self.steps)
-    }
-
-    fn jump_near(&self, t: f64) -> Option<f64> {
-        self.robot.jump_near(t, self.steps)
-    }
-
-    fn set_time_in_jump(&mut self, t: f64) -> Result<(), Interrupted> {
-        self.noted.forget();
-        self.coordinates.set_time_in_jump(t)?;
-        on_sweeps!(&mut self.sweeps, sweeps => sweeps.set_time_in_jump(t))
-    }
-
-    fn pass_jump(&mut self, t: f64) {
-        self.noted.forget();
-        self.coordinates.pass_jump(t);
-        on_sweeps!(&mut self.sweeps, sweeps => sweeps.pass_jump(t));
-    }
-
-    fn shortest_period(&self) -> f64 {
-        self.robot.shortest_period()
-    }
-
-    fn time_span(&self) -> [f64; 2] {
-        self.robot.time_span()
-    }
-
-    fn varies_in_time(&self) -> bool {
-        self.coordinates.vary_in_time() || on_sweeps!(&self.sweeps, sweeps => sweeps.plan().varies_in_time)
-    }
-
-    fn not_finite(&self) -> Option<String> {
-        let t = on_sweeps!(&self.sweeps, sweeps => sweeps.time_without_loads())?;
-        self.robot.not_finite(t)
-    }
-
-    fn inputs(&self) -> usize {
-        on_sweeps!(&self.sweeps, sweeps => sweeps.inputs().len())
-    }
-
-    fn default_inputs(&self) -> Vec<f64> {
-        self.description().inputs().defaults().to_vec()
-    }
-
-    fn set_inputs(&mut self, u: &[f64]) {
-        self.noted.forget();
-        on_sweeps!(&mut self.sweeps, sweeps => sweeps.set_inputs(u));
-    }
-
-    #[inline]
-    fn set_time(&mut self, t: f64) -> Result<(), Interrupted> {
-        if !self.varies_in_time() {
-            return Ok(());
-        }
-        self.noted.forget();
-        self.coordinates.set_time(t)?;
-        on_sweeps!(&mut self.sweeps, sweeps => sweeps.set_time(t))
-    }
-}
-
-impl Discretised for RobotModel {
-    fn flaw(&mut self, q: &[f64]) -> Option<Flaw> {
-        let own = q;
-        let q = self.coordinates.only_own(q);
-        on_sweeps!(&self.sweeps, sweeps => validity::flaw(sweeps.plan(), q)).or_else(|| self.collapsed(own))
-    }
-
-    fn is_discretised(&self) -> bool {
-        self.robot.segments().any(|segment| segment.coordinates() > 0)
-    }
-
-    /// Numbers of modes of the six strains of every segment, if its basis is hierarchical.
-    fn modes(&self) -> Option<Vec<usize>> {
-        let is_nested = self.robot.segments().all(|segment| segment.basis.is_nested());
-        (is_nested && self.is_discretised())
-            .then(|| self.robot.segments().flat_map(|segment| segment.modes).collect())
-    }
-
-    fn coordinates_between(&self) -> Vec<usize> {
-        let mut between = vec![0];
-        for link in &self.robot.links {
-            let last = between.len() - 1;
-            between[last] += link.joint_coordinates().len();
-            between.extend(std::iter::repeat_n(0, STRAINS * link.rod.len()));
-        }
-        between
-    }
-
-    fn with_modes(&self, modes: &[usize]) -> Option<Self> {
-        const MORE_NODES: usize = 8;
-        let mut other = Robot::clone(&self.robot);
-        for ((segment, modes), nodes) in
-            other.segments_mut().zip(modes.as_chunks::<STRAINS>().0).zip(self.nodes())
-        {
-            let more = modes
-                .iter()
-                .max()
-                .copied()
-                .unwrap_or(0)
-                .saturating_sub(segment.modes.into_iter().max().unwrap_or(0));
-            segment.modes = *modes;
-            segment.nodes = Some((nodes / piece::number(segment) + MORE_NODES.max(more)).min(MAX_NODES));
-        }
-        Self::new(&other).ok()
-    }
-
-    fn with_nodes_times(&self, factor: usize) -> Option<Self> {
-        let mut finer = Robot::clone(&self.robot);
-        for (segment, nodes) in finer.segments_mut().zip(self.nodes()) {
-            let of_piece = nodes / piece::number(segment);
-            segment.nodes.get_or_insert(factor * of_piece);
-        }
-        (finer != *self.robot).then(|| Self::new(&finer).ok()).flatten()
     }
 }

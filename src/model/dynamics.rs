@@ -1,0 +1,130 @@
+//! Forces, inertia and energies of a mechanical system.
+
+use super::flaw::{Flaw, at_least};
+use super::forward::{self, ForwardScratch, SingularMass, Tree};
+use super::{Energy, Facts};
+use crate::error::InvalidInput;
+use crate::linalg::{Matrix, TreeMatrix};
+
+/// A mechanical system with generalised coordinates `q` (n of them), velocities `qd`, accelerations `qdd`.
+///
+/// `tau(q, qd, qdd)` is the generalised force that a motion requires, including elasticity, damping and dead
+/// loads; it is zero in free motion. A model owns its scratch memory, hence `&mut self`. Apart from that, and
+/// from the time last set, all methods are pure functions of their arguments, and none allocates. Slices of
+/// the wrong length are a programming error and panic; the bindings check lengths first.
+pub trait Dynamics {
+    /// What does not change during a run.
+    fn facts(&self) -> &Facts;
+
+    /// Generalised forces `tau` of a motion.
+    fn inverse_dynamics(&mut self, q: &[f64], qd: &[f64], qdd: &[f64], tau: &mut [f64]);
+
+    /// `weights[0] dtau/dq + weights[1] dtau/dqd + weights[2] dtau/dqdd`, exact, in one sweep: the Jacobian
+    /// of an implicit step for its weights.
+    fn weighted_tangent(
+        &mut self,
+        q: &[f64],
+        qd: &[f64],
+        qdd: &[f64],
+        weights: [f64; 3],
+        tangent: &mut Matrix,
+    );
+
+    /// Approximate cost of a weighted tangent in units of inverse dynamics; determines when an implicit step
+    /// updates its Jacobian.
+    fn tangent_cost(&self) -> f64 {
+        3.0
+    }
+
+    /// The symmetric positive definite mass matrix.
+    fn mass_matrix(&mut self, q: &[f64], mass: &mut Matrix);
+
+    /// Structure of tangent and mass matrix for long chains, for which sparse evaluation and factorisation
+    /// are cheaper. Allocates; not for step loops.
+    fn tree(&self) -> Option<Tree> {
+        None
+    }
+
+    /// [`Self::weighted_tangent`] of a model that is a chain.
+    fn tree_tangent(
+        &mut self,
+        _q: &[f64],
+        _qd: &[f64],
+        _qdd: &[f64],
+        _weights: [f64; 3],
+        _tangent: &mut TreeMatrix,
+    ) {
+        unreachable!("the model is no chain");
+    }
+
+    /// [`Self::mass_matrix`] for a chain; symmetric to rounding.
+    fn tree_mass_matrix(&mut self, _q: &[f64], _mass: &mut TreeMatrix) {
+        unreachable!("the model is no chain");
+    }
+
+    /// The energies of a state.
+    fn energy(&mut self, q: &[f64], qd: &[f64]) -> Energy;
+
+    /// Power dissipated by damping, in watts, never negative.
+    fn dissipated_power(&mut self, q: &[f64], qd: &[f64]) -> f64;
+
+    /// Position of the tip in the frame of the model, in metres, at which accuracy is measured.
+    fn tip(&mut self, q: &[f64]) -> [f64; 3];
+
+    /// Appends the positions at which accuracy is measured, in the frame of the model, in metres; their
+    /// number is constant. Default: the tip.
+    fn places(&mut self, q: &[f64], places: &mut Vec<[f64; 3]>) {
+        places.push(self.tip(q));
+    }
+
+    /// Largest displacement of these positions between two states, in metres. Allocates; not for step loops.
+    fn moved(&mut self, from: &[f64], to: &[f64]) -> f64 {
+        let mut places = Vec::new();
+        self.places(from, &mut places);
+        let number = places.len();
+        self.places(to, &mut places);
+        let (from, to) = places.split_at(number);
+        let square = |(a, b): (&[f64; 3], &[f64; 3])| (0..3).map(|i| (a[i] - b[i]).powi(2)).sum::<f64>();
+        let largest = |most: f64, square: f64| if square <= most { most } else { square };
+        from.iter().zip(to).map(square).fold(0.0, largest).sqrt()
+    }
+
+    /// Power of forces without a potential (moments of fixed direction, varying loads, a moving base), in
+    /// watts. Accelerations matter only for a moving base.
+    fn supplied_power(&mut self, q: &[f64], qd: &[f64], qdd: &[f64]) -> f64;
+
+    /// Reason why results for this shape are meaningless; `None` for a valid shape.
+    fn flaw(&mut self, q: &[f64]) -> Option<Flaw>;
+
+    /// Rejects an invalid shape; `place` is the name of `q`.
+    fn check_shape(&mut self, q: &[f64], place: &str) -> Result<(), InvalidInput> {
+        let Some(flaw) = self.flaw(q) else { return Ok(()) };
+        let expected = match flaw {
+            Flaw::Unresolved { shortage } => format!(
+                "a shape that the nodes resolve: smaller curvatures, more segments, or more `nodes`{}",
+                at_least(shortage)
+            ),
+            Flaw::Inverted { .. } => {
+                "a stretch (reference strain and modes together) > 0 all along".to_owned()
+            }
+            Flaw::Open { .. } => "one in which the loops are closed, or can be from there".to_owned(),
+            Flaw::Sunk { .. } => "surfaces that overlap by less than a radius".to_owned(),
+            Flaw::Collapsed { .. } => {
+                "points apart from each other where a tendon pulls between them".to_owned()
+            }
+        };
+        Err(InvalidInput::new(place, format_args!("a rod that {flaw}"), expected))
+    }
+
+    /// Accelerations of the free motion: solves `M qdd = -tau(q, qd, 0)` for `tau(q, qd, qdd) = 0`, by
+    /// Cholesky factorisation or by the factorisation of a chain. `scratch` must belong to this model.
+    fn forward_dynamics(
+        &mut self,
+        q: &[f64],
+        qd: &[f64],
+        qdd: &mut [f64],
+        scratch: &mut ForwardScratch,
+    ) -> Result<(), SingularMass> {
+        forward::solve(self, q, qd, qdd, scratch)
+    }
+}

@@ -1,0 +1,68 @@
+//! Surfaces and springs of a model that act one way only.
+
+use super::{Beside, Dynamics, Flaw, Impact, Radius};
+use crate::linalg::Matrix;
+
+/// Contacts of a model, as statics asks for them.
+pub trait InContact: Dynamics {
+    /// Disables contact forces, or enables them again.
+    fn leave_contact(&mut self, is_left: bool);
+
+    /// Softens contacts: surfaces are no stiffer than those that such a force, in newtons for every pair of [`Self::shifts_of_contact`],
+    /// presses into each other by their thickness. `None` undoes that. Returns whether any are softer than they are.
+    fn soften_contact(&mut self, forces: Option<&[f64]>) -> bool;
+
+    /// The largest overlap in a shape over the thickness of the thinner surface; zero if nothing touches.
+    fn deepest_overlap(&mut self, q: &[f64]) -> f64;
+
+    /// For every pair of surfaces that may touch, a row: how far either of them moves at most for a unit of each coordinate, along
+    /// steps from the shape. Allocates.
+    fn shifts_of_contact(&mut self, q: &[f64]) -> Matrix;
+
+    /// What contacts and actuators could do for a unit of each coordinate, in a shape at rest, in newtons or newton metres, if the
+    /// motions of both surfaces and of the places at which they touch added up, and those of both ends of tendons: magnitudes to which
+    /// the rounding of their forces and of their stiffness is relative.
+    fn work_of_interactions(&mut self, q: &[f64], work: &mut [f64]);
+
+    /// A contact whose surfaces overlap by more than a radius, if any.
+    fn sunk(&mut self, q: &[f64]) -> Option<Flaw>;
+
+    /// Takes down where surfaces are in a shape: [`Self::have_passed`] goes on from there.
+    fn note_surfaces(&mut self, q: &[f64]);
+
+    /// Whether surfaces pass through each other, or overlap by more than half of the given radius, on the
+    /// straight path from the stored shape to `q`. Stores `q` afterwards.
+    fn have_passed(&mut self, q: &[f64], radius: Radius) -> bool;
+
+    /// Whether surfaces touch in the state evaluated last.
+    fn is_touched(&self) -> bool;
+}
+
+/// Contacts and stops of a model, as steps ask for them.
+pub trait InImpact: InContact {
+    /// By how much each [stop](super::Facts::has_stops) is deformed in a shape, negative where it does not act.
+    fn beyond_stops(&mut self, q: &[f64], beyond: &mut Vec<f64>);
+
+    /// Selects the linearisation of friction for an iteration: at its start, or after a step that took this
+    /// fraction of the last increment. `None` selects exact tangents.
+    fn follow_friction(&mut self, length: Option<f64>);
+
+    /// Whether any surfaces overlap in a shape.
+    fn overlaps(&mut self, q: &[f64]) -> bool;
+
+    /// Whether an impact in a step of size `h`, in seconds, from the coordinates and velocities `before` to
+    /// the given motion is too hard to be resolved by that step.
+    fn is_jolted(&mut self, before: [&[f64]; 2], motion: [&[f64]; 3], h: f64) -> bool;
+
+    /// Whether surfaces have touched in any state evaluated since the last call.
+    fn take_touched(&mut self) -> bool;
+
+    /// Whether surfaces in the state evaluated last are so close that they may touch in the next one.
+    fn may_touch(&self) -> bool;
+
+    /// Whether such a step ends with more energy than it began with, by more than errors of steps that see their impacts.
+    fn gains_energy(&mut self, before: [&[f64]; 2], motion: [&[f64]; 3], h: f64, beside: Beside) -> bool;
+
+    /// What an impact in such a step, which stops what meets, has taken out of the motion.
+    fn impact(&mut self, before: [&[f64]; 2], motion: [&[f64]; 3], h: f64) -> Option<Impact>;
+}

@@ -1,0 +1,58 @@
+//! What is known of a robot before a run.
+
+use super::description::{Robot, Spans};
+use super::driven::Coordinates;
+use super::kernel::{elasticity, sizes};
+use super::sweeps::Sweeps;
+use super::turning::Turning;
+use crate::actuator::Actuator;
+use crate::model::{Facts, Holder};
+
+/// Facts of a compiled robot.
+pub(super) fn of<G: Turning>(robot: &Robot, sweeps: &Sweeps<G>, coordinates: &Coordinates) -> Facts {
+    let plan = sweeps.plan();
+    let (n, length) = (coordinates.own(plan.n), robot.length());
+    let mut typical_coordinates = vec![0.0; n];
+    coordinates
+        .pick(&mut typical_coordinates, |of_all| elasticity::typical_coordinates(plan, length, of_all));
+    let spans = Spans::new(robot);
+    let gap_sizes = sizes::of_gaps(plan, |held| match held {
+        Holder::Loop(i) => spans.of_loop(&robot.loops[i]),
+        Holder::Tendon(i) => spans.of_tendon(&robot.actuators[i]),
+    });
+    let (has_contact, has_stops) = (!robot.contacts.is_empty(), sweeps.has_stops());
+    let Robot { base_motion, fluid, .. } = robot;
+    // The inertia of sections affects only the forces along their rods.
+    let are_sections_separate =
+        base_motion.is_none() && fluid.is_none() && !has_contact && coordinates.are_own();
+    let are_lengths_free = are_sections_separate && robot.has_all_at_tips();
+    let vary_coordinates = coordinates.vary_in_time();
+    Facts {
+        n,
+        length,
+        typical_coordinates,
+        turns: coordinates.own_of(&elasticity::turns(plan)),
+        rotation_vectors: robot.rotation_vectors(),
+        parts: robot.parts(),
+        is_discretised: robot.segments().any(|segment| segment.coordinates() > 0),
+        gap_sizes,
+        is_one_sided: !sweeps.slack().is_empty(),
+        has_contact,
+        has_stops,
+        has_one_sided_forces: has_contact || has_stops || robot.actuators.iter().any(Actuator::is_one_sided),
+        has_tendon_friction: plan.actuation.actuators.iter().any(|actuator| actuator.friction.is_some()),
+        has_velocity_forces: vary_coordinates || sweeps.has_velocity_forces(),
+        is_damped: sweeps.is_damped(),
+        is_driven: vary_coordinates || sweeps.is_driven(),
+        is_carried: vary_coordinates || base_motion.is_some(),
+        varies_in_time: vary_coordinates || plan.varies_in_time,
+        time_span: robot.time_span(),
+        shortest_period: robot.shortest_period(),
+        default_inputs: robot.inputs().defaults().to_vec(),
+        // Moment and force of every support, in the axes of the base.
+        springs: 6 * robot.supports.len(),
+        cords: sweeps.cords().count(),
+        section_places: if are_sections_separate { sweeps.section_places() } else { Vec::new() },
+        free_lengths: if are_lengths_free { sweeps.free_lengths() } else { 0 },
+    }
+}

@@ -1,0 +1,160 @@
+//! Contacts and stops of a robot.
+
+use super::{AT_REST, AnySweeps, EXPLOSION, LARGEST_GAIN, RobotModel};
+use crate::linalg::Matrix;
+use crate::model::{Beside, Dynamics as _, Flaw, Impact, InContact, InImpact, Radius, chart};
+use crate::robot::effect::contact::told::Hardest;
+
+impl InContact for RobotModel {
+    fn leave_contact(&mut self, is_left: bool) {
+        self.noted.forget();
+        on_sweeps!(&mut self.sweeps, sweeps => sweeps.leave_contact(is_left));
+    }
+
+    fn soften_contact(&mut self, forces: Option<&[f64]>) -> bool {
+        self.noted.forget();
+        on_sweeps!(&mut self.sweeps, sweeps => sweeps.soften_contact(forces))
+    }
+
+    fn deepest_overlap(&mut self, q: &[f64]) -> f64 {
+        let Self { sweeps, coordinates, .. } = self;
+        coordinates.all([q], |[q]| on_sweeps!(sweeps, sweeps => sweeps.deepest_overlap(q)))
+    }
+
+    fn shifts_of_contact(&mut self, q: &[f64]) -> Matrix {
+        if q.is_empty() || !self.facts.has_contact {
+            return Matrix::zeros(0, q.len());
+        }
+        let Self { sweeps, coordinates, facts, .. } = self;
+        on_sweeps!(sweeps, sweeps => {
+            let (motions, numbers) = coordinates.all([q], |[q]| sweeps.motions_of_contact(q));
+            let mut rows = coordinates.own_columns(motions.rows(sweeps.plan().n));
+            chart::rows(&facts.rotation_vectors, q, &mut rows);
+            let mut shifts = Matrix::zeros(numbers.len(), q.len());
+            let mut first = 0;
+            for (p, number) in numbers.into_iter().enumerate() {
+                for k in 0..q.len() {
+                    let rate = |i: usize| rows.fixed_view::<3, 1>(3 * i, k).norm();
+                    shifts[(p, k)] = (first..first + number).map(rate).fold(0.0, f64::max);
+                }
+                first += number;
+            }
+            shifts
+        })
+    }
+
+    fn work_of_interactions(&mut self, q: &[f64], work: &mut [f64]) {
+        let Self { sweeps, coordinates, .. } = self;
+        let of_all = coordinates.all([q], |[q]| on_sweeps!(sweeps, sweeps => sweeps.work_of_interactions(q)));
+        // A row for each coordinate: those that follow another one add to it, whichever way they turn.
+        let own = coordinates.own_columns(Matrix::from_diagonal(&of_all.into()));
+        work.iter_mut().zip(own.column_iter()).for_each(|(work, column)| *work = column.abs().sum());
+    }
+
+    fn sunk(&mut self, q: &[f64]) -> Option<Flaw> {
+        if self.robot.contacts.is_empty() {
+            return None;
+        }
+        let Self { sweeps, coordinates, .. } = self;
+        let (contact, overlap) =
+            coordinates.all([q, q], |[q, _]| on_sweeps!(sweeps, sweeps => sweeps.sunk(q)))?;
+        Some(Flaw::Sunk { contact, overlap })
+    }
+
+    fn note_surfaces(&mut self, q: &[f64]) {
+        let Self { sweeps, coordinates, .. } = self;
+        coordinates.all([q, q], |[q, _]| on_sweeps!(sweeps, sweeps => sweeps.note_surfaces(q)));
+    }
+
+    fn have_passed(&mut self, q: &[f64], radius: Radius) -> bool {
+        let Self { sweeps, coordinates, .. } = self;
+        coordinates.all([q, q], |[q, _]| on_sweeps!(sweeps, sweeps => sweeps.have_passed(q, radius)))
+    }
+
+    fn is_touched(&self) -> bool {
+        on_sweeps!(&self.sweeps, sweeps => sweeps.is_touched())
+    }
+}
+
+impl InImpact for RobotModel {
+    fn beyond_stops(&mut self, q: &[f64], beyond: &mut Vec<f64>) {
+        let Self { sweeps, coordinates, .. } = self;
+        coordinates.all([q], |[q]| on_sweeps!(sweeps, sweeps => sweeps.beyond_stops(q, beyond)));
+    }
+
+    fn follow_friction(&mut self, length: Option<f64>) {
+        on_sweeps!(&mut self.sweeps, sweeps => sweeps.follow_friction(length));
+    }
+
+    fn overlaps(&mut self, q: &[f64]) -> bool {
+        let Self { sweeps, coordinates, .. } = self;
+        coordinates.all([q, q], |[q, _]| on_sweeps!(sweeps, sweeps => sweeps.overlaps(q)))
+    }
+
+    fn is_jolted(&mut self, before: [&[f64]; 2], motion: [&[f64]; 3], h: f64) -> bool {
+        let Self { sweeps, coordinates, .. } = self;
+        let ([q, _, qdd], [_, qd_before]) = (motion, before);
+        let is_touched = coordinates
+            .all([q, qd_before, qdd], |motion| on_sweeps!(&mut *sweeps, sweeps => sweeps.note_rates(motion)));
+        is_touched
+            && coordinates.all(motion, |motion| on_sweeps!(sweeps, sweeps => sweeps.is_jolted(motion, h)))
+    }
+
+    fn take_touched(&mut self) -> bool {
+        on_sweeps!(&mut self.sweeps, sweeps => sweeps.take_touched())
+    }
+
+    fn may_touch(&self) -> bool {
+        self.facts.has_contact && on_sweeps!(&self.sweeps, sweeps => sweeps.may_touch())
+    }
+
+    /// By a part of what moves that no error of a step is which resolves its impacts.
+    fn gains_energy(&mut self, [q, qd]: [&[f64]; 2], motion: [&[f64]; 3], h: f64, beside: Beside) -> bool {
+        // What moves the robot from outside is seen at one time alone.
+        if self.facts.is_carried {
+            return false;
+        }
+        let [q_after, qd_after, qdd] = motion;
+        // The end of the step last: what is asked about touches afterwards is asked there. A step begins where one ended.
+        if !self.noted.is_of([q, qd]) {
+            self.note_energy([q, qd]);
+        }
+        let (before, of_overlaps) = (self.noted.energy, self.noted.of_overlaps);
+        self.note_energy([q_after, qd_after]);
+        let (after, of_overlaps) = (self.noted.energy, self.noted.of_overlaps.max(of_overlaps));
+        let supplied =
+            if self.facts.is_driven { h * self.supplied_power(q_after, qd_after, qdd) } else { 0.0 };
+        let gain = after.total() - before.total() - supplied.max(0.0);
+        match beside {
+            Beside::Motion => {
+                gain > (LARGEST_GAIN * after.kinetic.max(before.kinetic)).max(AT_REST * of_overlaps)
+            }
+            Beside::All => gain > EXPLOSION * (after.kinetic + after.elastic),
+        }
+    }
+
+    fn impact(&mut self, before: [&[f64]; 2], motion: [&[f64]; 3], h: f64) -> Option<Impact> {
+        let ([q, qd, qdd], [_, qd_before]) = (motion, before);
+        if !self.noted.is_of(before) {
+            self.note_energy(before);
+        }
+        let at_start = self.noted.energy;
+        self.note_energy([q, qd]);
+        let at_end = self.noted.energy;
+        let supplied = if self.facts.is_driven { self.supplied_power(q, qd, qdd).abs() } else { 0.0 };
+        // In a step of the backward Euler method forces do the work of its end.
+        let lost = at_start.total() - at_end.total() - h * (self.dissipated_power(q, qd) + supplied);
+        let Self { sweeps, coordinates, .. } = self;
+        coordinates
+            .all([q, qd_before, qdd], |motion| on_sweeps!(&mut *sweeps, sweeps => sweeps.note_rates(motion)));
+        let Hardest { contact, rebound, longest } =
+            coordinates.all(motion, |motion| on_sweeps!(sweeps, sweeps => sweeps.hardest_impact(motion)))?;
+        Some(Impact {
+            contact,
+            lost: lost.max(0.0) * rebound * rebound,
+            kinetic: at_start.kinetic,
+            elastic: at_end.elastic,
+            longest,
+        })
+    }
+}

@@ -1,0 +1,97 @@
+//! Elasticity of a robot.
+
+use super::{AnySweeps, RobotModel};
+use crate::linalg::Matrix;
+use crate::model::{Elastic, Sprung, chart};
+use crate::robot::effect::support::Held;
+use crate::robot::kernel::{elasticity, sizes};
+use crate::robot::state::tangent::Tangent;
+use crate::springs::{Cords, Springs};
+
+impl Sprung for RobotModel {
+    fn linearise_springs(&mut self, q: &[f64], springs: &mut Springs) {
+        let Self { sweeps, coordinates, .. } = self;
+        let found = coordinates.all([q], |[q]| on_sweeps!(sweeps, sweeps => sweeps.springs(q)));
+        springs.energy = found.iter().map(|held| held.energy).sum();
+        for (a, Held { forces, stiffness, firm, .. }) in found.into_iter().enumerate() {
+            for half in 0..2 {
+                let first = 6 * a + 3 * half;
+                springs.forces[first..first + 3].copy_from_slice(&forces[half].to_array());
+                elasticity::write_roots(&stiffness[half], firm[half], first, springs);
+            }
+        }
+        self.find_jacobian_of_springs(q, &mut springs.jacobian);
+    }
+
+    fn hold_springs(&mut self, forces: Option<&[f64]>) {
+        self.held = forces.map(<[f64]>::to_vec);
+        on_sweeps!(&mut self.sweeps, sweeps => sweeps.hold_springs(forces));
+        if let Some(unloaded) = &mut self.unloaded {
+            on_sweeps!(&mut **unloaded, sweeps => sweeps.hold_springs(forces));
+        }
+    }
+
+    fn linearise_cords(&mut self, q: &[f64], cords: &mut Cords) {
+        let Self { sweeps, coordinates, .. } = self;
+        let mut of_all = Cords::new(cords.stiffness.len(), on_sweeps!(&*sweeps, sweeps => sweeps.plan().n));
+        coordinates
+            .all([q], |[q]| on_sweeps!(&mut *sweeps, sweeps => sweeps.linearise_cords(q, &mut of_all)));
+        cords.jacobian = coordinates.own_columns(of_all.jacobian);
+        cords.reach = coordinates.own_columns(of_all.reach);
+        cords.stiffness = of_all.stiffness;
+        cords.excesses = of_all.excesses;
+        cords.spans = of_all.spans;
+    }
+
+    fn hold_cords(&mut self, tensions: Option<&[f64]>) {
+        self.noted.forget();
+        on_sweeps!(&mut self.sweeps, sweeps => sweeps.hold_cords(tensions));
+    }
+}
+
+impl Elastic for RobotModel {
+    /// `K q`, and forces of the supports.
+    fn elastic_forces(&mut self, q: &[f64], tau: &mut [f64]) {
+        self.place_unloaded();
+        let Self { sweeps, unloaded, coordinates, .. } = self;
+        coordinates.forces([q], tau, |[q], tau| match unloaded.as_deref_mut() {
+            Some(unloaded) => on_sweeps!(unloaded, sweeps => sweeps.forces_at_rest(q, tau)),
+            None => on_sweeps!(&*sweeps, sweeps => elasticity::forces(sweeps.plan(), q, tau)),
+        });
+    }
+
+    fn elastic_tangent(&mut self, q: &[f64], tangent: &mut Matrix) {
+        self.place_unloaded();
+        let Self { sweeps, unloaded, coordinates, .. } = self;
+        coordinates.matrix([q], tangent, |[q], tangent| match unloaded.as_deref_mut() {
+            Some(unloaded) => {
+                on_sweeps!(unloaded, sweeps => sweeps.tangent_at_rest(q, Tangent::Dense(tangent)));
+            }
+            None => on_sweeps!(&*sweeps, sweeps => elasticity::stiffness(sweeps.plan(), q, tangent)),
+        });
+    }
+
+    fn turned_loads(&mut self, q: &[f64], forces: &mut Matrix) {
+        let Self { sweeps, coordinates, .. } = self;
+        let mut of_all = Matrix::zeros(3, on_sweeps!(&*sweeps, sweeps => sweeps.plan().n));
+        coordinates.all([q], |[q]| on_sweeps!(&mut *sweeps, sweeps => sweeps.turned_loads(q, &mut of_all)));
+        forces.copy_from(&coordinates.own_columns(of_all).transpose());
+    }
+
+    fn sizes(&mut self, q: &[f64], sizes: &mut [f64]) {
+        if q.is_empty() {
+            return;
+        }
+        let fallback = self.facts.length;
+        let bodies = self.bodies();
+        let Self { sweeps, coordinates, facts, .. } = self;
+        on_sweeps!(sweeps, sweeps => {
+            let motions = coordinates.all([q], |[q]| sweeps.motions(q, &bodies));
+            let plan = sweeps.plan();
+            let mut rows = coordinates.own_columns(motions.rows(plan.n));
+            chart::rows(&facts.rotation_vectors, q, &mut rows);
+            let are_strains = coordinates.own_of(&sizes::are_strains(plan));
+            motions.sizes(&rows, &are_strains, fallback, sizes);
+        });
+    }
+}

@@ -1,0 +1,111 @@
+//! Constraints of a robot.
+
+use super::{AnySweeps, LARGEST_GAP, RobotModel};
+use crate::constraint::one_sided::{TAKEN_UP, TAUT};
+use crate::linalg::Matrix;
+use crate::model::{Flaw, OneSided, Switch, Tied};
+
+impl Tied for RobotModel {
+    fn set_multipliers(&mut self, multipliers: &[f64]) {
+        on_sweeps!(&mut self.sweeps, sweeps => sweeps.set_multipliers(multipliers));
+    }
+
+    fn away_from_half_turns(&mut self, gaps: &mut [f64]) -> f64 {
+        on_sweeps!(&self.sweeps, sweeps => sweeps.away_from_half_turns(gaps))
+    }
+
+    fn gaps(&mut self, q: &[f64], gaps: &mut [f64]) {
+        let Self { sweeps, coordinates, .. } = self;
+        coordinates.all([q], |[q]| on_sweeps!(sweeps, sweeps => sweeps.gaps(q, gaps)));
+    }
+
+    fn gap_rates(&mut self, q: &[f64], qd: &[f64], rates: &mut [f64]) {
+        let Self { sweeps, coordinates, .. } = self;
+        coordinates.all([q, qd], |[q, qd]| on_sweeps!(sweeps, sweeps => sweeps.gap_rates(q, qd, rates)));
+    }
+
+    fn gap_accelerations(&mut self, q: &[f64], qd: &[f64], qdd: &[f64], accelerations: &mut [f64]) {
+        let Self { sweeps, coordinates, .. } = self;
+        coordinates.all([q, qd, qdd], |state| {
+            on_sweeps!(sweeps, sweeps => sweeps.gap_accelerations(state, accelerations));
+        });
+    }
+
+    fn gap_jacobian(&mut self, q: &[f64], jacobian: &mut Matrix) {
+        let Self { sweeps, coordinates, .. } = self;
+        coordinates.columns(q, jacobian, |q, jacobian| {
+            on_sweeps!(sweeps, sweeps => sweeps.gap_jacobian(q, jacobian));
+        });
+    }
+
+    fn open_loop(&mut self, q: &[f64]) -> Option<Flaw> {
+        let Self { sweeps, coordinates, facts, .. } = self;
+        let (held, gap, size) = coordinates
+            .all([q], |[q]| on_sweeps!(sweeps, sweeps => sweeps.widest_gap(q, &facts.gap_sizes)))?;
+        // NaN counts as open.
+        (gap.is_nan() || gap > LARGEST_GAP * size).then_some(Flaw::Open { held, gap })
+    }
+}
+
+impl OneSided for RobotModel {
+    fn held(&self) -> Vec<bool> {
+        let slack = self.slack();
+        let loops = self.facts.constraints() - slack.len();
+        std::iter::repeat_n(true, loops).chain(slack.into_iter().map(|is_slack| !is_slack)).collect()
+    }
+
+    fn release(&mut self, multipliers: &[f64]) {
+        let mut slack = self.slack();
+        let own = &multipliers[multipliers.len() - slack.len()..];
+        slack.iter_mut().zip(own).for_each(|(is_slack, multiplier)| *is_slack = *multiplier == 0.0);
+        self.set_slack(&slack);
+    }
+
+    fn release_open(&mut self, q: &[f64], qd: Option<&[f64]>) {
+        if self.slack_is_kept || !self.facts.is_one_sided {
+            return;
+        }
+        let opens = |[by, rate]: [f64; 2]| by < -TAUT || (qd.is_some() && by < TAUT && rate < -TAUT);
+        let rest = vec![0.0; q.len()];
+        let slack: Vec<bool> = self.passed(q, qd.unwrap_or(&rest)).into_iter().map(opens).collect();
+        self.set_slack(&slack);
+    }
+
+    fn switch(&mut self, q: &[f64], multipliers: &mut [f64]) -> Switch {
+        if self.slack_is_kept {
+            return Switch::Nothing;
+        }
+        let mut slack = self.slack();
+        let mut has_taken_up = false;
+        let rest = vec![0.0; q.len()];
+        for (is_slack, [by, _]) in slack.iter_mut().zip(self.passed(q, &rest)) {
+            if *is_slack && by > TAKEN_UP {
+                (*is_slack, has_taken_up) = (false, true);
+            }
+        }
+        let first = multipliers.len() - slack.len();
+        let lowest =
+            (0..slack.len()).min_by(|&i, &j| multipliers[first + i].total_cmp(&multipliers[first + j]));
+        let switch = match lowest.filter(|&i| multipliers[first + i] < 0.0) {
+            _ if has_taken_up => Switch::TakenUp,
+            None => return Switch::Nothing,
+            Some(lowest) => {
+                slack[lowest] = true;
+                multipliers[first + lowest] = 0.0;
+                Switch::LetGo
+            }
+        };
+        self.set_slack(&slack);
+        switch
+    }
+
+    fn keep_held(&mut self, is_kept: bool) {
+        self.slack_is_kept = is_kept;
+    }
+
+    fn passed(&mut self, q: &[f64], qd: &[f64]) -> Vec<[f64; 2]> {
+        let excesses = self.excesses(q, qd);
+        let sizes = &self.facts.gap_sizes[self.facts.constraints() - excesses.len()..];
+        excesses.into_iter().zip(sizes).map(|(excess, size)| excess.map(|x| x / size)).collect()
+    }
+}

@@ -1,0 +1,72 @@
+//! Time and inputs of a robot.
+
+use super::{AnySweeps, RobotModel};
+use crate::error::Interrupted;
+use crate::linalg::Matrix;
+use crate::model::{Excitation, InTime};
+use crate::signal::{Cell, Jumps};
+
+impl InTime for RobotModel {
+    #[inline]
+    fn set_time(&mut self, t: f64) -> Result<(), Interrupted> {
+        if !self.facts.varies_in_time {
+            return Ok(());
+        }
+        self.noted.forget();
+        self.coordinates.set_time(t)?;
+        on_sweeps!(&mut self.sweeps, sweeps => sweeps.set_time(t))
+    }
+
+    fn set_inputs(&mut self, u: &[f64]) {
+        self.noted.forget();
+        on_sweeps!(&mut self.sweeps, sweeps => sweeps.set_inputs(u));
+    }
+
+    fn not_finite(&self) -> Option<String> {
+        let t = on_sweeps!(&self.sweeps, sweeps => sweeps.time_without_loads())?;
+        self.robot.not_finite(t)
+    }
+
+    fn input_tangent(&mut self, q: &[f64], qd: &[f64], qdd: &[f64], tangent: &mut Matrix) {
+        let Self { sweeps, coordinates, .. } = self;
+        coordinates.rows([q, qd, qdd], tangent, |state, tangent| {
+            on_sweeps!(sweeps, sweeps => sweeps.input_tangent(state, tangent));
+        });
+    }
+}
+
+impl Excitation for RobotModel {
+    fn horizon(&self, t: f64) -> f64 {
+        self.robot.horizon(t)
+    }
+
+    fn corner(&self, cell: Cell) -> Option<f64> {
+        self.robot.corner(cell)
+    }
+
+    fn set_steps(&mut self, dt: f64) {
+        self.noted.forget();
+        self.steps = dt;
+        on_sweeps!(&mut self.sweeps, sweeps => sweeps.set_steps(dt));
+    }
+
+    fn jumps(&self) -> Jumps {
+        self.robot.jumps(self.steps)
+    }
+
+    fn jump_near(&self, t: f64) -> Option<f64> {
+        self.robot.jump_near(t, self.steps)
+    }
+
+    fn set_time_in_jump(&mut self, t: f64) -> Result<(), Interrupted> {
+        self.noted.forget();
+        self.coordinates.set_time_in_jump(t)?;
+        on_sweeps!(&mut self.sweeps, sweeps => sweeps.set_time_in_jump(t))
+    }
+
+    fn pass_jump(&mut self, t: f64) {
+        self.noted.forget();
+        self.coordinates.pass_jump(t);
+        on_sweeps!(&mut self.sweeps, sweeps => sweeps.pass_jump(t));
+    }
+}
