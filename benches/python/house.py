@@ -60,7 +60,9 @@ def main() -> None:
         traits = methods(ROOT / place)
         total, defaults = (sum(column) for column in zip(*traits, strict=True))
         most = max(number for number, _ in traits)
-        print(f"{'methods of traits of ' + name:<38} {total:>7}, {defaults} with a default, {most} in the largest")
+        print(
+            f"{'methods of traits of ' + name:<38} {total:>7}, {defaults} with a default, {most} in the largest"
+        )
     for effect, words in EFFECTS.items():
         know = [
             path

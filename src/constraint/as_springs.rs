@@ -109,7 +109,8 @@ impl<'a> AsSprings<'a> {
     }
 }
 
-/// Those of a model whose constraints are springs. All of them act between whatever parts there are, and as the only cords.
+/// Facts of a model whose constraints are springs. These couple its parts, its tendons are no longer cords, and all coordinates count
+/// as turning.
 fn facts_with_springs(of_model: &Facts) -> Facts {
     Facts {
         gap_sizes: Vec::new(),

@@ -21,9 +21,9 @@ pub struct Facts {
     pub length: f64,
     /// Large changes of the coordinates, to compare coordinates of different units in error norms of runs: the same in all
     /// shapes, by the length of the whole model. They also determine the rounding errors of quantities computed from coordinates
-    /// near zero. All > 0; zero, unknown, only for [equations](Facts::of_equations).
+    /// near zero. n numbers > 0; zero, unknown, only for [equations](Facts::of_equations).
     pub typical_coordinates: Vec<f64>,
-    /// Whether each coordinate turns something: others only shift.
+    /// Whether each coordinate turns something: others only shift. n flags.
     pub turns: Vec<bool>,
     /// Index of the first component of each rotation vector among the coordinates. Integrators and their results keep rotation
     /// vectors no longer than pi.
