@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from ._lissom import Input as Input
     from ._lissom import JacobianCheck as JacobianCheck
     from ._lissom import Joint as Joint
+    from ._lissom import Link as Link
     from ._lissom import LissomError as LissomError
     from ._lissom import Load as Load
     from ._lissom import Loop as Loop
@@ -104,7 +105,6 @@ if TYPE_CHECKING:
     from .keeping import load as load
     from .linear import LinearModel as LinearModel
     from .linear import linearise as linearise
-    from .links import Link as Link
     from .measurements import NaturalFrequencies as NaturalFrequencies
     from .measurements import StaticShapes as StaticShapes
     from .sensitivities import SensitivityResult as SensitivityResult
@@ -143,6 +143,7 @@ else:
             "Input",
             "JacobianCheck",
             "Joint",
+            "Link",
             "LissomError",
             "Load",
             "Loop",
@@ -210,7 +211,6 @@ else:
         "fits": ("FitResult", "fit"),
         "keeping": ("load",),
         "linear": ("LinearModel", "linearise"),
-        "links": ("Link",),
         "measurements": ("NaturalFrequencies", "StaticShapes"),
         "sensitivities": ("SensitivityResult", "sensitivity"),
         "sweeps": ("sweep",),

@@ -18,6 +18,7 @@ from ._lissom import (
     Cylindrical,
     Distance,
     Gear,
+    Link,
     Loop,
     LoopEnd,
     Planar,
@@ -29,7 +30,6 @@ from ._lissom import (
     Weld,
 )
 from .joint_marks import JointMark, Pose, joint_marks
-from .links import Link
 
 Array = NDArray[np.float64]
 

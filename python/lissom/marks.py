@@ -13,11 +13,10 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from ._lissom import Body, Harmonic, Input, Load, Robot, Support, Weld
+from ._lissom import Body, Harmonic, Input, Link, Load, Robot, Support, Weld
 from .actuator_marks import ActuatorMark, actuator_marks
 from .contact_marks import NOTHING_TOUCHES, Touching, contact_marks
 from .joint_marks import JointMark, Pose, joint_marks
-from .links import Link
 from .loop_marks import LoopMark, loop_marks
 
 Array = NDArray[np.float64]

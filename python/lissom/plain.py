@@ -75,22 +75,3 @@ def with_number(thing: object, *names: str) -> None:
     """Convert attributes to floats."""
     for name in names:
         _set(thing, name, number(name, getattr(thing, name)))
-
-
-def with_text(thing: object, *names: str) -> None:
-    """Check that attributes are text."""
-    from ._lissom import as_text
-
-    for name in names:
-        _set(thing, name, as_text(getattr(thing, name), name))
-
-
-def in_floats(thing: object, *names: str) -> None:
-    """Convert attributes to tuples of floats."""
-    from ._lissom import as_scalar_or_vector
-
-    for name in names:
-        values, is_number = as_scalar_or_vector(getattr(thing, name), name)
-        if is_number:
-            raise TypeError(f"{name}: expected a sequence of numbers, got {getattr(thing, name)!r:.80}")
-        _set(thing, name, tuple(values))

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import singledispatch
 from typing import TYPE_CHECKING, Any
 
-from ._lissom import Robot, Rod, Scene, SpringPendulum
+from ._lissom import Robot, Rod, Scene, SpringPendulum, Weld
 from .plain import path_of, text
 from .sweeps.paths import toml
 
@@ -19,8 +20,6 @@ if TYPE_CHECKING:
 
 #: The lists of a scene's actuators.
 _ACTUATORS = {"Tendon": "tendon", "Chamber": "chamber", "Motor": "motor", "ActiveStrain": "active_strain"}
-
-_UNTURNED = (1.0, 0.0, 0.0, 0.0)
 
 
 def to_scene(
@@ -104,22 +103,10 @@ def _around(robot: Robot) -> list[str]:
 def _links(robot: Robot, states: dict[str, list[float]]) -> list[str]:
     blocks = []
     for link in robot.links:
-        keys: dict[str, Any] = {"name": link.name}
-        if link.parent is not None:
-            keys["parent"] = link.parent
-        if link.at is not None:
-            keys["at"] = link.at
-        keys |= {
-            key: list(value)
-            for key, value, usual in (
-                ("position", link.position, (0.0, 0.0, 0.0)),
-                ("orientation", link.orientation, _UNTURNED),
-            )
-            if tuple(value) != usual
-        }
-        keys |= {key: state[robot.slice(link.name)] for key, state in states.items()}
-        blocks.append(_keys(keys, "[[link]]"))
         where = f"links[{link.name!r}]"
+        # The rest is easier to read in tables of its own.
+        keys = _part("[[link]]", replace(link, joint=Weld(), rod=None, body=None), where)
+        blocks.append(keys + _lines({key: state[robot.slice(link.name)] for key, state in states.items()}))
         kind = type(link.joint).__name__.lower()
         if kind != "weld":
             text = _text(link.joint, f"{where}.joint")
@@ -174,7 +161,11 @@ def _text(part: Any, where: str) -> str:
 
 
 def _keys(keys: dict[str, Any], header: str) -> str:
-    return "".join([header, "\n", *(f"{key} = {toml(value)}\n" for key, value in keys.items())])
+    return f"{header}\n{_lines(keys)}"
+
+
+def _lines(keys: dict[str, Any]) -> str:
+    return "".join(f"{key} = {toml(value)}\n" for key, value in keys.items())
 
 
 def save(scene: Scene, path: str | os.PathLike[str]) -> None:

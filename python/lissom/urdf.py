@@ -23,8 +23,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import disk
-from ._lissom import Body, Free, Joint, Mimic, Planar, Prismatic, Revolute, Robot, Weld
-from .links import Link
+from ._lissom import Body, Free, Joint, Link, Mimic, Planar, Prismatic, Revolute, Robot, Weld
 from .plain import path_of
 
 #: Maximum number of problems in a message, and maximum lengths of a key and of its sentence.

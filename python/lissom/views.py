@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from ._lissom import Body, Load, Model, Robot, Rod, Segment, SpringPendulum
 
 if TYPE_CHECKING:
-    from .links import Link as Joined
+    from ._lissom import Link as Joined
     from .marks import Marks
 
 Array = NDArray[np.float64]

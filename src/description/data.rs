@@ -200,6 +200,8 @@ pub struct Schema {
     pub is_nested: bool,
     /// Whether Python has a dict in its place.
     pub is_dict: bool,
+    /// Whether Python has its only field, a list, in its place.
+    pub is_list: bool,
     /// Whether it is checked by the part that holds it, and not when it is made.
     pub is_checked_later: bool,
     /// Whether Python also takes its arguments in its place, as a tuple or a dict, and None for none.
@@ -234,6 +236,7 @@ impl Schema {
             positional,
             is_nested: false,
             is_dict: false,
+            is_list: false,
             is_checked_later: false,
             is_short: false,
             is_brief: false,
@@ -291,6 +294,11 @@ impl Schema {
     /// Python has a dict in its place.
     pub const fn dict(self) -> Self {
         Self { is_dict: true, ..self }
+    }
+
+    /// Python has its only field, a list, in its place.
+    pub const fn list(self) -> Self {
+        Self { is_list: true, ..self }
     }
 
     /// The part that holds it checks it.

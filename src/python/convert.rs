@@ -500,12 +500,6 @@ pub(crate) mod of_python {
     pub(crate) fn as_text(value: &Bound<'_, PyAny>, name: &str) -> PyResult<String> {
         text(value, name).map(str::to_owned)
     }
-
-    /// Numbers in a sequence, or a single number, and whether it was a single one.
-    #[pyfunction]
-    pub(crate) fn as_scalar_or_vector(value: &Bound<'_, PyAny>, name: &str) -> PyResult<(Vec<f64>, bool)> {
-        scalar_or_vector(value, name)
-    }
 }
 
 /// A square matrix of `N` rows, or its diagonal.

@@ -6,7 +6,8 @@ use pyo3::exceptions::{PyOSError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 
-use super::link::links_of;
+use super::part::parts_of;
+use super::signal::Functions;
 use crate::scene::{FileProblem, Imported, Imports, Refusal, Request};
 
 /// Reads files relative to a folder, or returns contents read earlier.
@@ -55,7 +56,8 @@ impl Files {
         options.set_item("mend_inertia", mend_inertia)?;
         let read = py.import("lissom.urdf")?.getattr("imported_from")?;
         let imported = read.call((name, PyBytes::new(py, &content)), Some(&options))?;
-        let (links, _) = links_of(&imported.getattr("links")?)?;
+        // Files have no functions.
+        let links = parts_of(&imported.getattr("links")?, "links", &mut Functions::default())?;
         let is_complete = imported.getattr("not_taken")?.is_empty()?;
         let not_taken = if is_complete { None } else { Some(imported.str()?.to_string()) };
         Ok(Imported { links, content, not_taken })

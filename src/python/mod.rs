@@ -59,13 +59,11 @@ mod _lissom {
     #[pymodule_export]
     use super::convert::finite_array;
     #[pymodule_export]
-    use super::convert::of_python::{as_flag, as_number, as_scalar_or_vector, as_text, as_whole};
+    use super::convert::of_python::{as_flag, as_number, as_text, as_whole};
     #[pymodule_export]
     use super::ensemble::{PyEnsembleResult, simulate_many};
     #[pymodule_export]
     use super::errors::{AccuracyWarning, ConvergenceError, LissomError};
-    #[pymodule_export]
-    use super::link::check_link;
     #[pymodule_export]
     use super::machine::machine;
     #[pymodule_export]

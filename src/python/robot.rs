@@ -15,16 +15,15 @@ use super::callback::or_raised;
 use super::contact::{contact_index, contacts_of, contacts_out};
 use super::convert;
 use super::errors::check_finite;
-use super::link::{index_of, links_of};
+use super::link::index_of;
 use super::loops::{loop_index, loops_of, loops_out};
 use super::model::{PyModel, check_time, time_of_state};
-use super::part::{object_of, optional_part, parts_of, resolved, wrapped};
+use super::part::{optional_part, parts_of, resolved, wrapped};
 use super::reach::{self, PyReachResult};
-use super::segment::segments_out;
 use super::signal::Functions;
 use crate::actuator::Actuator;
 use crate::body::described::Body;
-use crate::description::{Data as _, LinkName, Reader};
+use crate::description::{LinkName, Reader};
 use crate::error::InvalidInput;
 use crate::lie::Vector;
 use crate::linalg::Matrix;
@@ -32,7 +31,8 @@ use crate::load::described::Load;
 use crate::load::is_on_rod;
 use crate::loops::Tie;
 use crate::model::{Dynamics as _, InTime as _, Tied as _};
-use crate::robot::{Kernel, Multiplications, Named, Place, Robot, RobotModel, Touching};
+use crate::robot::described::Link;
+use crate::robot::{Kernel, LinkNames, Multiplications, Named, Place, Robot, RobotModel, Touching};
 use crate::support::described::Support;
 use crate::world::{Fluid, described::BaseMotion};
 
@@ -341,7 +341,12 @@ impl PyRobot {
     ) -> PyResult<PyClassInitializer<Self>> {
         let py = links.py();
         // The arguments own the functions until the robot does; iterators keep none of what they give.
-        let (links, mut functions) = links_of(links)?;
+        let mut functions = Functions::default();
+        let links: Vec<Link> = parts_of(links, "links", &mut functions)?;
+        let names = LinkNames::new(links.iter().map(|link| link.name.as_str()), false);
+        let mut place = 0..;
+        let links =
+            resolved(py, "links", &links, |link, reader| Some(names.resolved(place.next()?, link, reader)))?;
         let mut robot = Robot::new(links);
         if let Some(gravity) = gravity {
             robot.gravity = convert::array_of(gravity, "gravity")?;
@@ -413,21 +418,8 @@ impl PyRobot {
     /// The links, parents before their children.
     #[getter]
     fn links<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
-        let class = py.import("lissom")?.getattr("Link")?;
-        let links = self.description.links.iter().map(|link| {
-            let arguments = PyDict::new(py);
-            if !link.rod.is_empty() {
-                arguments.set_item("rod", segments_out(py, &link.rod)?)?;
-            }
-            let body = link.body.as_ref().map(|body| wrapped(py, Arc::new(body.described(None))));
-            arguments.set_item("body", body.transpose()?)?;
-            arguments.set_item("joint", object_of(py, &self.description.described_joint(link).write())?)?;
-            arguments.set_item("parent", link.parent.map(|parent| &self.description.links[parent].name))?;
-            arguments.set_item("at", link.at)?;
-            arguments.set_item("position", <(f64, f64, f64)>::from(link.position))?;
-            arguments.set_item("orientation", <(f64, f64, f64, f64)>::from(link.orientation))?;
-            class.call((&link.name,), Some(&arguments))
-        });
+        let robot = &self.description;
+        let links = robot.links.iter().map(|link| wrapped(py, Arc::new(robot.described_link(link))));
         PyTuple::new(py, links.collect::<PyResult<Vec<_>>>()?)
     }
 

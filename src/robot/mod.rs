@@ -45,8 +45,8 @@ mod tests_of_loops;
 mod turning;
 
 pub use choice::{Kernel, Solve};
-pub use description::{Driven, Inputs, Link, MAX_COORDINATES, Robot, Rod};
-pub(crate) use description::{Named, Origin, Spans, number_default_names, origin};
+pub use description::{Driven, Inputs, Link, MAX_COORDINATES, Robot, Rod, described};
+pub(crate) use description::{LinkNames, Named, Origin, Spans, number_default_names, origin};
 pub use effect::contact::told::Touching;
 pub use kernel::kinematics::Pose;
 pub use kernel::momentum::Momentum;

@@ -12,18 +12,18 @@ use crate::actuator::described as actuator;
 use crate::body::described as body;
 use crate::contact::described as contact;
 use crate::description::{
-    AnyPart, Data, Fault, Field, Kind, Limits, Part as _, Problem, Reader, Schema, Sign, Value,
-    expected_one_of,
+    AnyPart, Data, Fault, Field, Kind, Limits, Part, Problem, Reader, Schema, Sign, Value, expected_one_of,
 };
 use crate::joint::described as joint;
 use crate::load::described as load;
 use crate::loops::described as loops;
+use crate::robot::described as robot;
 use crate::rod::described as rod;
 use crate::support::described as support;
 use crate::world::{self, described::BaseMotion};
 
 /// The parts that are described by tables, those that others hold first.
-pub(crate) const PARTS: [&Schema; 38] = [
+pub(crate) const PARTS: [&Schema; 39] = [
     rod::Circle::SCHEMA,
     rod::HollowCircle::SCHEMA,
     rod::Rectangle::SCHEMA,
@@ -58,6 +58,7 @@ pub(crate) const PARTS: [&Schema; 38] = [
     joint::Planar::SCHEMA,
     joint::Spherical::SCHEMA,
     joint::Free::SCHEMA,
+    robot::Link::SCHEMA,
     loops::LoopEnd::SCHEMA,
     loops::Distance::SCHEMA,
     loops::Gear::SCHEMA,
@@ -74,11 +75,9 @@ pub(super) struct Written<T> {
 }
 
 impl<T> Written<T> {
-    /// What is written at a key, if it is right.
-    pub(super) fn key<D: Data>(&self, key: &str) -> Option<D> {
-        let mut reader = Reader::default();
-        let found = D::read(&value_of(self.value.get(key)?), &mut reader);
-        found.filter(|_| reader.problems().is_empty())
+    /// The table.
+    pub(super) fn value(&self) -> &toml::Value {
+        &self.value
     }
 
     /// The text of a key.
@@ -87,22 +86,29 @@ impl<T> Written<T> {
     }
 }
 
-/// Kinds of keys of tables that serde reads, which are no parts.
-const OTHERS: [Kind; 1] = [<joint::Joint as Data>::KIND];
-
-/// The name of the definition of a part, a signal or words.
-fn definition_of(kind: &Kind) -> &'static str {
-    match kind {
-        Kind::Part(schema) => schema.name,
-        Kind::OneOf(name, _) => name,
-        _ => unreachable!("tables that serde reads hold parts, or one of some"),
-    }
+/// What is written in a table of a part at this key, if it is right by itself.
+pub(super) fn key_of<T: Part, D: Data>(table: &toml::Value, key: &str) -> Option<D> {
+    let field = T::SCHEMA.index(key).map(|i| &T::SCHEMA.fields[i]);
+    right_in(table.get(key)?, field.map_or(&Limits::NONE, |field| &field.limits))
 }
 
-/// Whether values of this definition of the schema are read here.
+/// What is written, if it is right.
+pub(super) fn right<D: Data>(value: &toml::Value) -> Option<D> {
+    right_in(value, &Limits::NONE)
+}
+
+fn right_in<D: Data>(value: &toml::Value, limits: &Limits) -> Option<D> {
+    let mut reader = Reader::default();
+    let found = D::read(&value_of(value), &mut reader)?;
+    found.check(limits, &mut reader);
+    reader.problems().is_empty().then_some(found)
+}
+
+/// Whether values of this definition of the schema are read here as they are. Links have more keys in scenes.
 pub(super) fn is_described(name: &str) -> bool {
-    let is_other = |kind: &Kind| definition_of(kind) == name;
-    PARTS.iter().any(|part| part.name == name) || OTHERS.iter().any(is_other)
+    const JOINT: Kind = joint::Joint::KIND;
+    let is_part = |part: &&Schema| part.name == name && !std::ptr::eq(*part, robot::Link::SCHEMA);
+    PARTS.iter().any(is_part) || matches!(JOINT, Kind::OneOf(known, _) if known == name)
 }
 
 /// The value written at this place, checked by itself; `None` after reporting problems.
@@ -115,7 +121,7 @@ pub(super) fn read_with<T: Data>(
     written: &Written<T>,
     here: &str,
     shape: &mut Shape,
-    place: impl Fn(String) -> String,
+    mut place: impl FnMut(String) -> String,
 ) -> Option<T> {
     let mut reader = Reader::default();
     let found = T::read(&value_of(&written.value), &mut reader);
@@ -137,7 +143,7 @@ pub(super) fn made<T>(
 }
 
 /// Reports problems at this place; `None` if there are some.
-fn reported(problems: Vec<Problem>, here: &str, shape: &mut Shape) -> Option<()> {
+pub(super) fn reported(problems: Vec<Problem>, here: &str, shape: &mut Shape) -> Option<()> {
     let is_right = problems.is_empty();
     problems.into_iter().for_each(|problem| report(problem, here, shape));
     is_right.then_some(())
@@ -274,13 +280,13 @@ fn inline(value: &Value) -> Option<String> {
 
 impl<T: Data> JsonSchema for Written<T> {
     fn schema_name() -> Cow<'static, str> {
-        definition_of(&T::KIND).into()
+        T::KIND.schema().expect("tables that serde reads are parts").name.into()
     }
 
     fn json_schema(generator: &mut SchemaGenerator) -> JsonSchemaOf {
         let mut definitions = Map::new();
         of_kind(&T::KIND, &Limits::NONE, &mut definitions);
-        let own = definitions[Self::schema_name().as_ref()].clone();
+        let own = definitions.remove(Self::schema_name().as_ref()).expect("a part has a definition");
         generator.definitions_mut().extend(definitions);
         own.try_into().expect("an object is a schema")
     }
@@ -290,7 +296,7 @@ impl<T: Data> JsonSchema for Written<T> {
 #[cfg(feature = "python")]
 pub(crate) fn definitions() -> Map<String, Json> {
     let mut found = Map::new();
-    for kind in PARTS.iter().copied().map(Kind::Part).chain(OTHERS) {
+    for kind in PARTS.iter().copied().map(Kind::Part) {
         of_kind(&kind, &Limits::NONE, &mut found);
     }
     found

@@ -13,9 +13,9 @@ use super::described::Written;
 use crate::actuator::described::{ActiveStrain, Chamber, Motor, Tendon};
 use crate::body::described::Body;
 use crate::contact::described::Contact;
-use crate::joint::described::Joint;
 use crate::load::described::Load;
 use crate::loops::described::Loop;
+use crate::robot::described;
 use crate::rod::described::Segment;
 use crate::support::described::Support;
 use crate::world::{Fluid, described::BaseMotion};
@@ -146,31 +146,12 @@ pub(super) struct Import {
     pub(super) v0: Option<Vec<f64>>,
 }
 
-/// A joint followed by a rod, a rigid body, or a frame alone.
+// The keys of its description, and more; unknown keys are refused before it is read.
 #[derive(Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
+#[schemars(deny_unknown_fields)]
 pub(super) struct Link {
-    /// Name by which other parts of the scene and results refer to the link.
-    #[schemars(example = &"link")]
-    pub(super) name: String,
-    /// Name of the link that carries it, which stands before it. Default: the world.
-    pub(super) parent: Option<String>,
-    /// Arc length of the parent's unstretched rod at which the link is attached, in metres. Default: the tip, or the parent's body.
-    #[schemars(range(min = 0.0))]
-    pub(super) at: Option<f64>,
-    /// Position of the joint's frame on the parent, in metres, in the axes of the section or body there. Default: [0, 0, 0].
-    #[serde(default)]
-    pub(super) position: [f64; 3],
-    /// Orientation of the joint's frame: unit quaternion [w, x, y, z] that turns its axes into those of the parent. A rod
-    /// leaves along the x axis. Default: [1, 0, 0, 0].
-    #[serde(default = "unturned")]
-    pub(super) orientation: [f64; 4],
-    /// Joint to the parent. Default: a rigid connection.
-    pub(super) joint: Option<Written<Joint>>,
-    /// Rod of the link, instead of a body.
-    pub(super) rod: Option<LinkRod>,
-    /// Rigid body of the link, instead of a rod.
-    pub(super) body: Option<Written<Body>>,
+    #[serde(flatten)]
+    pub(super) described: Written<described::Link>,
     /// Further rigid bodies, fixed to the link; at is an arc length of its rod.
     #[serde(default)]
     pub(super) fixed_body: Vec<Written<Body>>,
@@ -184,19 +165,6 @@ pub(super) struct Link {
     pub(super) q0: Option<Vec<f64>>,
     /// Initial velocities, the derivatives of the link's coordinates. Default: at rest.
     pub(super) v0: Option<Vec<f64>>,
-}
-
-fn unturned() -> [f64; 4] {
-    [1.0, 0.0, 0.0, 0.0]
-}
-
-/// The rod of a link.
-#[derive(Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(super) struct LinkRod {
-    /// Segments from base to tip; each one starts where the previous one ends.
-    #[schemars(length(min = 1), example = NO_SEGMENTS)]
-    pub(super) segment: Vec<Written<Segment>>,
 }
 
 /// Pose of a clamped end.

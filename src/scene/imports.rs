@@ -1,6 +1,6 @@
 //! Imports of scenes: links of a robot from another file, which the caller reads.
 
-use crate::robot::Link;
+use crate::robot::described::Link;
 
 /// An import requested by a scene.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,20 +1,18 @@
 //! Links of a robot from their tables.
 
-use std::collections::HashMap;
-
 use super::actuators::actuators;
 use super::contacts::{contacts, key_of_contact};
-use super::described::{Written, key_of_item, read, read_all};
-use super::document::{Document, Import, Link};
+use super::described::{Written, key_of, key_of_item, read, read_all, read_with, reported, right};
+use super::document::{Document, Import};
 use super::imports::{Imported, Imports, Refusal, Request};
 use super::loops;
 use super::parts;
 use super::shape::{Shape, report};
-use crate::body::{self, described::Body};
-use crate::description::{LISTED, LinkName, expected_name, quoted};
+use crate::description::Reader;
 use crate::error::Checker;
-use crate::joint::{self as joints, JointForces, described::Joint};
-use crate::robot::{self, Driven, Named, Robot};
+use crate::joint::{self as joints, JointForces};
+use crate::robot::described::{Link, LinkRod};
+use crate::robot::{self, LinkNames, Named, Robot};
 
 /// The imported links; `None` after reporting a problem.
 pub(super) fn import(written: &Import, imports: &mut dyn Imports, shape: &mut Shape) -> Option<Imported> {
@@ -41,34 +39,6 @@ pub(super) fn import(written: &Import, imports: &mut dyn Imports, shape: &mut Sh
     None
 }
 
-/// Names of the links of a scene.
-struct Names<'a> {
-    /// All names in the order of the robot: imported links precede the others.
-    all: Vec<&'a str>,
-    /// Number of imported links.
-    imported: usize,
-    /// The first link of each name.
-    places: HashMap<&'a str, usize>,
-    /// Whether there are further links that could not be read.
-    are_incomplete: bool,
-}
-
-impl<'a> Names<'a> {
-    fn new(document: &'a Document, imported: Option<&'a Imported>) -> Self {
-        let of_file = imported.iter().flat_map(|imported| &imported.links);
-        let mut all: Vec<_> = of_file.map(|link| link.name.as_str()).collect();
-        let imported_links = all.len();
-        all.extend(document.link.iter().map(|link| link.name.as_str()));
-        let places = all.iter().enumerate().rev().map(|(place, &name)| (name, place)).collect();
-        let are_incomplete = document.import.is_some() && imported.is_none();
-        Self { all, imported: imported_links, places, are_incomplete }
-    }
-
-    fn place(&self, name: &str) -> Option<usize> {
-        self.places.get(name).copied()
-    }
-}
-
 /// The robot from the tables of its links, which follow the imported ones, and its initial coordinates and
 /// velocities.
 pub(super) fn robot(
@@ -77,13 +47,10 @@ pub(super) fn robot(
     shape: &mut Shape,
 ) -> Option<(Robot, [Vec<f64>; 2])> {
     let written = &document.link;
-    let names = Names::new(document, imported);
-    let before = names.imported;
-    let of_file = imported.map_or(&[][..], |imported| &imported.links);
-    let mut links = of_file.to_vec();
-    for (i, written) in written.iter().enumerate() {
-        links.push(link(document, &names, i, written, shape));
-    }
+    let before = imported.map_or(0, |imported| imported.links.len());
+    // Unknown names may be those of links that could not be imported.
+    let are_incomplete = document.import.is_some() && imported.is_none();
+    let links = links(document, imported, are_incomplete, shape);
     // Loads, supports and further bodies are tables of their links: collect their keys in the file.
     let (mut loads, mut load_keys) = (Vec::new(), Vec::new());
     let (mut supports, mut support_keys) = (Vec::new(), Vec::new());
@@ -110,14 +77,13 @@ pub(super) fn robot(
         ..Robot::new(links)
     };
     let mut robot = Robot { gravity: document.scene.gravity.unwrap_or(robot.gravity), ..robot };
-    let named = Named::incomplete(&robot, names.are_incomplete);
+    let named = Named::incomplete(&robot, are_incomplete);
     let (actuators, actuator_keys) = actuators(document, &named, shape);
     robot.actuators = actuators;
-    let (closed, loop_keys) = loops::loops(document, &robot, names.are_incomplete, shape);
+    let (closed, loop_keys) = loops::loops(document, &robot, are_incomplete, shape);
     robot.loops = closed;
     loops::check_jacobian(document, shape);
-    let (touching, contact_places) =
-        contacts(document, &Named::incomplete(&robot, names.are_incomplete), shape);
+    let (touching, contact_places) = contacts(document, &Named::incomplete(&robot, are_incomplete), shape);
     robot.contacts = touching;
     let key = |place: &str| {
         let known = key_of_contact(place, &document.contact, &contact_places);
@@ -129,9 +95,9 @@ pub(super) fn robot(
             ("loops", &loop_keys),
         ];
         let known = known.or_else(|| key_of_item(place, &lists));
-        known.unwrap_or_else(|| key_of(&key_of_link(place, before)))
+        known.unwrap_or_else(|| key_in_file(&key_of_link(place, before)))
     };
-    if names.are_incomplete {
+    if are_incomplete {
         // Their connections are unknown; check each link separately.
         for (i, link) in robot.links.iter().enumerate() {
             report(link.validate(), shape, |place| key(&format!("links[{i}].{place}")));
@@ -182,64 +148,86 @@ fn state(document: &Document, robot: &Robot, before: usize, key: &str, shape: &m
     state
 }
 
-fn link(document: &Document, names: &Names<'_>, i: usize, written: &Link, shape: &mut Shape) -> robot::Link {
-    let here = format!("link[{i}]");
-    let place = names.imported + i;
-    let parent = written.parent.as_ref().and_then(|name| {
-        let found = names.place(name);
-        let is_known = found.is_some() || !names.are_incomplete;
-        if found.is_none_or(|parent| parent >= place) && is_known {
-            let before = &names.all[..place];
-            let wrong = match found {
-                None => format!("no link is called \"{name}\""),
-                Some(parent) if parent == place => "a link cannot carry itself".to_owned(),
-                Some(_) => format!("\"{name}\" stands behind the link that it carries"),
-            };
-            let right = match before.len() {
-                0 => "remove it: the first link hangs on the world".to_owned(),
-                1..=LISTED => format!("expected one of the links before: {}", quoted(before, ", ")),
-                _ => expected_name(name, before, "link"),
-            };
-            shape.refuse(&format!("{here}.parent"), wrong, right);
+/// The imported links, and those of the scene.
+fn links(
+    document: &Document,
+    imported: Option<&Imported>,
+    are_incomplete: bool,
+    shape: &mut Shape,
+) -> Vec<robot::Link> {
+    let mut all = imported.map_or_else(Vec::new, |imported| imported.links.clone());
+    let before = all.len();
+    for (i, link) in document.link.iter().enumerate() {
+        all.push(described(&link.described, &format!("link[{i}]"), shape));
+    }
+    let names = LinkNames::new(all.iter().map(|link| link.name.as_str()), are_incomplete);
+    let resolved = |(i, described)| {
+        let mut reader = Reader::default();
+        let link = names.resolved(i, described, &mut reader);
+        let here = key_of_link(&format!("links[{i}]"), before);
+        reported(reader.finish(), &here, shape);
+        if let Some(driven) = &link.driven {
+            let here = format!("{here}.joint.motion");
+            parts::check_span(driven.span(), &here, &document.simulation, shape);
         }
-        found.filter(|&parent| parent < place)
+        link
+    };
+    all.iter().enumerate().map(resolved).collect()
+}
+
+/// The link written at `here`; after reporting problems one that is like it as far as it could be read, so that the rest can
+/// be checked.
+fn described(written: &Written<Link>, here: &str, shape: &mut Shape) -> Link {
+    let (table, segments) = (written.value(), parts::of_link(written));
+    let mut wrong = Vec::new();
+    let found = read_with(written, here, shape, |place| {
+        wrong.push(format!("{here}.{}", owner(&place)));
+        in_file(place, segments)
     });
-    let segments = written.rod.iter().flat_map(|rod| &rod.segment).enumerate();
-    let rod = segments
-        .map(|(j, segment)| parts::segment(segment, &format!("{here}.rod.segment[{j}]"), shape))
-        .collect();
-    let joint = written.joint.as_ref();
-    let joint = joint.map(|written| joint_of(document, names, written, &format!("{here}.joint"), shape));
-    let (joint, driven) = joint.unwrap_or((joints::Joint::Weld, None));
-    robot::Link {
-        parent,
-        // Without a known parent, the place on it cannot be checked.
-        at: written.at.filter(|_| parent.is_some() || written.parent.is_none()),
-        position: written.position,
-        orientation: written.orientation,
-        joint,
-        driven,
-        rod,
-        body: written.body.as_ref().and_then(|body| body_of(body, &format!("{here}.body"), shape)),
-        ..robot::Link::new(&written.name)
+    if let Some(found) = found {
+        return found;
+    }
+    shape.replaced.extend(wrong);
+    let segment = |table| right(table).unwrap_or_else(|| parts::stand_in(table).described());
+    let rod = LinkRod { segment: segments.iter().map(segment).collect() };
+    let usual = Link::new(String::new());
+    Link {
+        name: key_of::<Link, _>(table, "name").unwrap_or(usual.name),
+        rod: Some(rod).filter(|rod| !rod.segment.is_empty()),
+        body: key_of::<Link, _>(table, "body"),
+        joint: key_of::<Link, _>(table, "joint").unwrap_or_else(|| stand_in(table).described()),
+        parent: key_of::<Link, _>(table, "parent"),
+        at: key_of::<Link, _>(table, "at"),
+        position: key_of::<Link, _>(table, "position").unwrap_or(usual.position),
+        orientation: key_of::<Link, _>(table, "orientation").unwrap_or(usual.orientation),
     }
 }
 
-/// The body of a link, at the place of its table.
-fn body_of(written: &Written<Body>, here: &str, shape: &mut Shape) -> Option<body::Body> {
-    let body = read(written, here, shape)?;
-    if body.at.is_some() {
-        let right = "remove it: the body of a link is in the origin of its axes";
-        shape.refuse(&format!("{here}.at"), "the body of a link does not take it", right);
-    }
-    Some(body.resolved(0))
+/// What a place in a link belongs to: a segment, or what is at a key.
+fn owner(place: &str) -> &str {
+    let end = match place.starts_with("rod.segment[") {
+        true => place.find(']').map(|end| end + 1),
+        false => place.find(['.', '[']),
+    };
+    &place[..end.unwrap_or(place.len())]
 }
 
-/// A valid joint of this type, so that the rest can be checked.
-fn stand_in(kind: Option<&str>) -> joints::Joint {
+/// The place in the file of a place in a link with these segments.
+fn in_file(place: String, segments: &[toml::Value]) -> String {
+    let in_segment = place.strip_prefix("rod.segment[").and_then(|rest| rest.split_once("]."));
+    let Some((i, rest)) = in_segment else { return place };
+    let segment = i.parse::<usize>().ok().and_then(|i| segments.get(i));
+    segment.map_or_else(
+        || place.clone(),
+        |segment| format!("rod.segment[{i}].{}", parts::in_section(segment, rest.to_owned())),
+    )
+}
+
+/// A valid joint of the type in the table of its link, so that the rest can be checked.
+fn stand_in(link: &toml::Value) -> joints::Joint {
     let (axis, axes) = ([1.0, 0.0, 0.0], [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
     let forces = JointForces::default();
-    match kind {
+    match link.get("joint").and_then(|joint| joint.get("type")?.as_str()) {
         Some("revolute") => joints::Joint::Revolute { axis, forces },
         Some("prismatic") => joints::Joint::Prismatic { axis, forces },
         Some("cylindrical") => joints::Joint::Cylindrical { axis },
@@ -249,36 +237,6 @@ fn stand_in(kind: Option<&str>) -> joints::Joint {
         Some("free") => joints::Joint::Free,
         _ => joints::Joint::Weld,
     }
-}
-
-/// The joint written at `here` and what drives it; a valid stand-in after reporting a problem.
-fn joint_of(
-    document: &Document,
-    names: &Names<'_>,
-    written: &Written<Joint>,
-    here: &str,
-    shape: &mut Shape,
-) -> (joints::Joint, Option<Driven>) {
-    let Some(joint) = read(written, here, shape) else {
-        shape.replaced.insert(here.to_owned());
-        return (stand_in(written.text("type")), None);
-    };
-    let driven = match Driven::of(&joint) {
-        Some((Driven::Mimic { multiplier, offset, .. }, Some(LinkName(link)))) => {
-            let found = names.place(link);
-            if found.is_none() && !names.are_incomplete {
-                let right = expected_name(link, &names.all, "link");
-                shape.refuse(&format!("{here}.mimic.link"), format!("no link is called \"{link}\""), right);
-            }
-            found.map(|link| Driven::Mimic { link, multiplier, offset })
-        }
-        Some((driven, _)) => {
-            parts::check_span(driven.span(), &format!("{here}.motion"), &document.simulation, shape);
-            Some(driven)
-        }
-        None => None,
-    };
-    (joint.resolved(), driven)
 }
 
 /// Key in the file for a link of a [`Robot`], or for a place in it, if `before` links are imported.
@@ -294,7 +252,7 @@ pub(super) fn key_of_link(place: &str, before: usize) -> String {
 }
 
 /// Key in the file for any place in a [`Robot`], with links numbered as in the file.
-fn key_of(place: &str) -> String {
+fn key_in_file(place: &str) -> String {
     match place {
         "links" => "link".to_owned(),
         _ if place.starts_with("gravity") => format!("scene.{place}"),

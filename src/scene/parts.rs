@@ -1,48 +1,61 @@
 //! Common parts of rods and links: segments, commands, base motions.
 
-use super::described::{Written, read, read_with};
+use super::described::{Written, key_of, read, read_with};
 use super::document::{Document, Simulation as Settings};
 use super::shape::Shape;
 use crate::description::Kind;
-use crate::rod::described::{Modes, Section, Segment};
+use crate::robot::described::Link;
+use crate::rod::described::{Modes, Segment};
 use crate::rod::{self, STRAINS};
 use crate::signal::covers;
 use crate::world::{self, described::BaseMotion};
 
 /// All segments with their keys, link by link.
-pub(super) fn segments(document: &Document) -> Vec<(String, &Written<Segment>)> {
+pub(super) fn segments(document: &Document) -> Vec<(String, &toml::Value)> {
     let of_rod = document.rod.first().into_iter().flat_map(|rod| {
-        rod.segment.iter().enumerate().map(|(i, segment)| (format!("rod[0].segment[{i}]"), segment))
+        rod.segment.iter().enumerate().map(|(i, segment)| (format!("rod[0].segment[{i}]"), segment.value()))
     });
     let of_links = document.link.iter().enumerate().flat_map(|(l, link)| {
-        let segments = link.rod.iter().flat_map(|rod| &rod.segment).enumerate();
+        let segments = of_link(&link.described).iter().enumerate();
         segments.map(move |(i, segment)| (format!("link[{l}].rod.segment[{i}]"), segment))
     });
     of_rod.chain(of_links).collect()
 }
 
+/// The segments of a link.
+pub(super) fn of_link(link: &Written<Link>) -> &[toml::Value] {
+    let segments = link.value().get("rod").and_then(|rod| rod.get("segment")?.as_array());
+    segments.map_or(&[], Vec::as_slice)
+}
+
 /// Indices of segments with open modes, counted link by link.
 pub(super) fn open_modes(document: &Document) -> Vec<usize> {
-    let is_open = |segment: &Written<Segment>| segment.text("modes") == Some(Kind::OPEN);
+    let is_open =
+        |segment: &toml::Value| segment.get("modes").and_then(toml::Value::as_str) == Some(Kind::OPEN);
     let segments = segments(document).into_iter().enumerate();
     segments.filter(|(_, (_, segment))| is_open(segment)).map(|(i, _)| i).collect()
 }
 
 /// The segment written at `here`; one of the same length and modes after reporting problems.
 pub(super) fn segment(written: &Written<Segment>, here: &str, shape: &mut Shape) -> rod::Segment {
-    // A circle may stand in a table of its own.
-    let is_table = written.key::<Section>("section").is_some();
-    let found = read_with(written, here, shape, |place| match place.starts_with("radius") && is_table {
-        true => format!("section.{place}"),
-        false => place,
-    });
-    if let Some(found) = found {
+    if let Some(found) = read_with(written, here, shape, |place| in_section(written.value(), place)) {
         return found.resolved();
     }
     shape.replaced.insert(here.to_owned());
-    let length = written.key("length").filter(|length: &f64| length.is_finite() && *length > 0.0);
-    let modes = written.key("modes").map_or([0; STRAINS], |modes: Modes| modes.counts());
-    rod::Segment { modes, ..rod::Segment::straight(length.unwrap_or(1.0), 1.0, 1.0, 0.5, 1.0) }
+    stand_in(written.value())
+}
+
+/// The place in the file of a place in the segment that this table describes: a circle may stand in a table of its own.
+pub(super) fn in_section(segment: &toml::Value, place: String) -> String {
+    let is_inside = place.starts_with("radius") && segment.get("radius").is_none();
+    if is_inside { format!("section.{place}") } else { place }
+}
+
+/// A segment of the length and the modes in this table, so that the rest can be checked.
+pub(super) fn stand_in(segment: &toml::Value) -> rod::Segment {
+    let length = key_of::<Segment, _>(segment, "length").unwrap_or(1.0);
+    let modes = key_of::<Segment, Modes>(segment, "modes").map_or([0; STRAINS], |modes| modes.counts());
+    rod::Segment { modes, ..rod::Segment::straight(length, 1.0, 1.0, 0.5, 1.0) }
 }
 
 /// The motion written at `here`; rest after reporting a problem.

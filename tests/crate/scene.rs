@@ -2,7 +2,7 @@
 
 use lissom::body::Body;
 use lissom::joint::{Joint, JointForces};
-use lissom::robot::{Driven, Link};
+use lissom::robot::{Driven, described::Link};
 use lissom::scene::{
     FileProblem, Imported, Imports, Jacobian, Method, Model, Quantity, Refusal, Request, Scene,
 };
@@ -854,10 +854,10 @@ impl Imports for TwoLinks {
             };
             return Err(Refusal::Wrong(vec![problem(3, "z"), problem(4, "a")]));
         }
-        let joint = Joint::Revolute { axis: [0.0, 1.0, 0.0], forces: JointForces::default() };
-        let arm = Link { joint, body: Some(Body::point(0.1)), position: [0.0; 3], ..Link::new("arm") };
-        let arm = Link { body: Some(Body { centre: [0.1, 0.0, 0.0], ..Body::point(0.1) }), ..arm };
-        let links = vec![Link::new("stand"), Link { parent: Some(0), ..arm }];
+        let joint = Joint::Revolute { axis: [0.0, 1.0, 0.0], forces: JointForces::default() }.described();
+        let body = Body { centre: [0.1, 0.0, 0.0], ..Body::point(0.1) }.described(None);
+        let arm = Link { joint, body: Some(body), parent: Some("stand".into()), ..Link::new("arm") };
+        let links = vec![Link::new("stand"), arm];
         Ok(Imported { links, content: b"<robot/>".to_vec(), not_taken: None })
     }
 }

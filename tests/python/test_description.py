@@ -2,6 +2,7 @@
 
 import copy
 import dataclasses
+import gc
 import inspect
 import json
 import math
@@ -34,6 +35,7 @@ from lissom import (
     Harmonic,
     HeightField,
     Input,
+    Link,
     Load,
     Loop,
     LoopEnd,
@@ -79,6 +81,8 @@ END = """
 [simulation]
 t_end = 0.1
 """
+
+SOFT = Segment(0.3, 0.01, 3e5, poisson_ratio=0.4, density=1070, modes={"bend_y": 2})
 
 #: A tetrahedron.
 CORNERS = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)]
@@ -134,6 +138,10 @@ EACH = [
     LoopEnd("arm", 0.1, (0, 0, 1)),
     Distance(0.1),
     Gear(-2, offset=0.1),
+    Link("frame"),
+    Link("hand", body=Body(0.2, inertia=(1, 1, 1)), joint=Free(), parent="arm", at=0.2),
+    Link("tail", rod=[SOFT, SOFT], joint=Planar((0, 0, 1)), position=(0, 0, 1), orientation=(0, 1, 0, 0)),
+    Link("wheel", body=Body(0.2, inertia=(1, 1, 1)), joint=Revolute((1, 0, 0), mimic=Mimic("arm", offset=1))),
     Loop("arm", None, Weld()),
     Loop(("arm", 0.1), {"position": (0, 0, 1)}, Distance(0.1), name="bar"),
     Loop("arm.angle", "block.x", Gear()),
@@ -153,6 +161,8 @@ def test_the_stub_is_that_of_the_tables():
 def test_the_schema_has_the_definitions_of_the_tables():
     written = json.loads(lissom.Scene.schema())["definitions"]
     tables = json.loads(_lissom._schema_of_parts())
+    # Scenes have more keys of links.
+    assert tables.pop("Link")["properties"].items() <= written["Link"]["properties"].items()
     assert {"Ball", "Box", "Contact", "HalfSpace", "Surface"} <= set(tables)
     assert {name: written[name] for name in tables} == tables
 
@@ -549,6 +559,117 @@ def test_joints_share_a_base():
         lissom.Joint()
 
 
+def test_all_problems_of_a_link_come_at_once():
+    with pytest.raises(ValueError, match="name") as caught:
+        Link(
+            "",
+            rod=[],
+            body=Body(1, at=0.1, link="arm"),
+            at=-1,
+            position=(0, math.nan, 0),
+            orientation=(2, 0, 0, 0),
+        )
+    places = [line.split(":")[0] for line in str(caught.value).splitlines()]
+    assert places == ["at", "position[1]", "name", "rod", "body", "body.at", "body.link", "orientation"]
+    with pytest.raises(TypeError, match=r"rod\[1\]: expected lissom.Segment, got int"):
+        Link("arm", rod=[SOFT, 3])
+    with pytest.raises(TypeError, match="takes 1 positional arguments but 2 were given"):
+        Link("arm", [SOFT])
+
+
+def test_the_joint_of_a_link_is_a_weld_by_default():
+    parameters = inspect.signature(Link).parameters
+    assert parameters["joint"].default == Weld() == Link("frame").joint
+    assert str(inspect.signature(Link)).startswith("(name, *, rod=None, body=None, joint=Weld(), parent=None")
+    assert repr(Link("frame", parent="arm")) == "Link(name='frame', parent='arm')"
+    assert Link("arm", rod=iter([SOFT, SOFT])).rod == (SOFT, SOFT)
+    # Of a robot, too.
+    assert lissom.Robot([Link("arm", rod=[SOFT])]).links == (Link("arm", rod=[SOFT]),)
+
+
+@pytest.mark.parametrize("link", [part for part in EACH if isinstance(part, Link)], ids=str)
+def test_links_are_written_to_scenes_and_back(link):
+    scene = lissom.Scene.loads(f"{LINKS}[[link]]\n{link.to_toml()}{END}")
+    assert scene.model.links[-1] == link
+
+
+def test_links_hold_what_their_joints_and_scenes_cannot():
+    links = (Link("cart", body=Body(1), joint=Prismatic((1, 0, 0), motion=lambda t: t**3)) for _ in range(1))
+    robot = lissom.Robot([*links, Link("bob", body=Body(0.1), joint=Prismatic((0, 0, 1)), parent="cart")])
+    gc.collect()
+    assert robot.links[0].joint.motion(2.0) == 8.0
+    assert robot.pose([0.0], t=2.0, link="bob")[0, 3] == 8.0
+    with pytest.raises(ValueError, match="a function of Python cannot be written to a scene"):
+        robot.links[0].to_toml()
+
+
+def test_robots_report_all_names_that_no_link_has():
+    wheel = Link("wheel", body=Body(0.2), joint=Prismatic((1, 0, 0), mimic=Mimic("arn")))
+    with pytest.raises(ValueError, match="parent") as caught:
+        lissom.Robot([Link("arm", rod=[SOFT]), wheel, Link("a", parent="arn"), Link("b", parent="b")])
+    before = "expected the name of a link that stands before this one"
+    assert str(caught.value).splitlines() == [
+        "links[1].joint.mimic.link: got 'arn', expected one of the links: 'arm', 'wheel', 'a', 'b'; "
+        "did you mean 'arm'?",
+        f"links[2].parent: got 'arn', {before}; did you mean 'arm'?",
+        f"links[3].parent: got 'b', {before}",
+    ]
+
+
+def test_scenes_report_all_problems_of_a_link_with_their_keys():
+    table = """
+[[link]]
+name = "hand"
+parent = "am"
+at = -1
+position = [0, nan, 0]
+orientation = [2, 0, 0, 0]
+joint = { type = "revolute", axis = [0, 0, 0], mimic = { link = "arn" } }
+body = { mass = -1, at = 0.1 }
+fixed_body = [{ mass = -1 }]
+[[link.rod.segment]]
+length = 0.1
+section = { shape = "circle", radius = -1 }
+young_modulus = 3e5
+poisson_ratio = 0.4
+density = -1
+modes = { bend_y = 2 }
+[[link.rod.segment]]
+length = 0.1
+q1 = 3
+[[link]]
+name = "tool"
+parent = "hand"
+at = 0.3
+mass = 1
+[[contact]]
+a = "hand"
+b = { kind = "half_space" }
+"""
+    text = LINKS + table + END
+    with pytest.raises(lissom.SceneError) as refused:
+        lissom.Scene.loads(text)
+    problems = {problem.key: problem for problem in refused.value.problems}
+    here = "link[2]"
+    assert problems.keys() == {
+        *(f"{here}.{key}" for key in ("parent", "at", "position[1]", "orientation", "joint.axis", "body")),
+        *(f"{here}.{key}" for key in ("body.mass", "body.at", "fixed_body[0].mass")),
+        *(f"{here}.rod.segment[0].{key}" for key in ("section.radius", "density")),
+        *(f"{here}.rod.segment[1]", f"{here}.rod.segment[1].q1"),
+        *("link[3].at", "link[3].mass"),
+    }
+    assert text.splitlines()[problems["link[3].at"].line - 1] == "at = 0.3"
+    assert 'one of the links before: "arm", "block"' in problems[f"{here}.parent"].right
+
+
+def test_dates_are_no_texts():
+    text = LINKS.replace(
+        '{ type = "free" }', '{ type = "prismatic", axis = [0, 0, 1], mimic = { link = 1979-05-27 } }'
+    )
+    with pytest.raises(lissom.SceneError, match=r"link\[1\].joint.mimic.link: got a date"):
+        lissom.Scene.loads(f"{text}[[link]]\nname = '1979-05-27'\n{END}")
+
+
 def test_all_problems_of_a_joint_come_at_once():
     with pytest.raises(ValueError, match="axis") as caught:
         Revolute((0, 0, 0), stiffness=-1, limits=(1, -1), armature=math.nan)
@@ -634,7 +755,7 @@ def test_python_reports_all_problems_of_loads_and_bodies():
 
 def test_a_link_is_where_its_body_is():
     text = f"{LINKS.replace('body = {', 'body = { at = 0.1,')}{END}"
-    with pytest.raises(lissom.SceneError, match=r"link\[1\]\.body\.at: the body of a link does not take it"):
+    with pytest.raises(lissom.SceneError, match=r"link\[1\]\.body\.at: the body of a link is at its base"):
         lissom.Scene.loads(text)
 
 

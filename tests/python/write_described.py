@@ -57,7 +57,10 @@ def main():
     definitions = json.loads(_lissom._schema_of_parts())
     for path in SCHEMAS:
         schema = json.loads(path.read_text(encoding="utf-8"))
+        more = schema["definitions"]["Link"]["properties"]
         schema["definitions"] |= definitions
+        # Scenes have more keys of links.
+        schema["definitions"]["Link"]["properties"] = more | definitions["Link"]["properties"]
         schema["definitions"] = used(schema)
         text = json.dumps(schema, indent=2, sort_keys=True, ensure_ascii=False)
         path.write_text(text + "\n", encoding="utf-8")

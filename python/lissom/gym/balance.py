@@ -9,8 +9,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from .._lissom import Body, Input, Motor, Prismatic, Revolute, Robot, Segment
-from ..links import Link
+from .._lissom import Body, Input, Link, Motor, Prismatic, Revolute, Robot, Segment
 from .task import Array, Outcome, Start, States, Task
 
 #: Maximum force on the cart, newtons.

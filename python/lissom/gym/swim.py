@@ -10,8 +10,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from .._lissom import ActiveStrain, Fluid, Input, Planar, Robot, Segment
-from ..links import Link
+from .._lissom import ActiveStrain, Fluid, Input, Link, Planar, Robot, Segment
 from .task import Array, Outcome, Start, States, Task
 
 #: Length of the body, metres.

@@ -80,16 +80,6 @@ pub(super) fn parts_of<T: Item>(
     Ok(<Vec<T>>::read(&value, &mut Reader::default()).expect("these parts have been read before"))
 }
 
-/// A part, or one of some; its functions are added to those of its owner.
-pub(super) fn part_of<T: Item>(
-    object: &Bound<'_, PyAny>,
-    name: &str,
-    functions: &mut Functions,
-) -> PyResult<T> {
-    let value = value_of(object, name, &T::KIND, functions)?;
-    Ok(T::read(&value, &mut Reader::default()).expect("this part has been read before"))
-}
-
 /// What is made of the items of a list of a robot; raises all problems of all of them. The first exception of a user's
 /// function is raised as it is, with a note of its place.
 pub(super) fn resolved<T, R>(
@@ -398,7 +388,6 @@ fn class<'py>(
     items.set_item("_schema", PySchema(schema))?;
     let positional = schema.names().take(schema.positional);
     items.set_item("__match_args__", PyTuple::new(py, positional.collect::<Vec<_>>())?)?;
-    items.set_item("__dataclass_fields__", PyFields(dataclass_fields(py, schema)?.cast_into()?.unbind()))?;
     if schema.base.starts_with('_') {
         // Documentation shows what follows from a part in its own class.
         for (name, method) in base.getattr("__dict__")?.call_method0("copy")?.cast_into::<PyDict>()? {
@@ -435,6 +424,23 @@ fn dataclass_fields<'py>(py: Python<'py>, schema: &'static Schema) -> PyResult<B
     let likeness =
         dataclasses.getattr("make_dataclass")?.call((schema.name, specification), Some(&options))?;
     likeness.getattr("__dataclass_fields__")
+}
+
+/// The signature of a class with a default that texts of signatures cannot hold.
+fn signature_of<'py>(schema: &Schema, fields: &Bound<'py, PyDict>) -> PyResult<Bound<'py, PyAny>> {
+    let py = fields.py();
+    let inspect = py.import("inspect")?;
+    let parameter = inspect.getattr("Parameter")?;
+    let parameters = schema.fields.iter().enumerate().map(|(i, field)| {
+        let kind = if i < schema.positional { "POSITIONAL_OR_KEYWORD" } else { "KEYWORD_ONLY" };
+        let options = PyDict::new(py);
+        if !field.is_required() {
+            let known = fields.get_item(field.name)?.expect("each field of the table is one");
+            options.set_item("default", known.getattr("default")?)?;
+        }
+        parameter.call((field.name, parameter.getattr(kind)?), Some(&options))
+    });
+    inspect.getattr("Signature")?.call1((parameters.collect::<PyResult<Vec<_>>>()?,))
 }
 
 /// The base class of this name, which is made when it is first asked for.
@@ -475,7 +481,15 @@ pub(super) fn add_classes(module: &Bound<'_, PyModule>) -> PyResult<()> {
             classes.push(class.unbind());
         }
     }
-    CLASSES.get_or_init(py, || classes);
+    // Defaults may be parts.
+    for (schema, class) in PARTS.iter().chain(&METHODS).zip(CLASSES.get_or_init(py, || classes)) {
+        let fields: Bound<'_, PyDict> = dataclass_fields(py, schema)?.cast_into()?;
+        let has_part = |field: &Field| matches!(field.default.map(|default| default()), Some(Value::Part(_)));
+        if schema.fields.iter().any(|field| !field.is_required() && has_part(field)) {
+            class.bind(py).setattr("__signature__", signature_of(schema, &fields)?)?;
+        }
+        class.bind(py).setattr("__dataclass_fields__", PyFields(fields.unbind()))?;
+    }
     module.add("_methods", methods)
 }
 

@@ -25,6 +25,8 @@ fn literal(value: &Value) -> String {
             let row = |row: &[f64]| literal(&Value::List(row.iter().copied().map(Value::Number).collect()));
             format!("({})", numbers.chunks((*columns).max(1)).map(row).collect::<Vec<_>>().join(", "))
         }
+        // Signatures have the part itself.
+        Value::Part(_) => "...".to_owned(),
         other => other.to_string(),
     }
 }
@@ -38,6 +40,13 @@ fn default_of(field: &Field) -> Option<String> {
         }
         (_, default) => Some(literal(&default)),
     }
+}
+
+/// The class of Python from which all of these parts derive, if there is one.
+fn base_of(kinds: &[Kind]) -> Option<&'static str> {
+    let mut bases = kinds.iter().map(|kind| kind.schema().map_or("", |schema| schema.base));
+    let first = bases.next().filter(|base| !base.is_empty())?;
+    bases.all(|base| base == first).then_some(first)
 }
 
 /// The type of an argument, or of an attribute.
@@ -68,13 +77,17 @@ pub(super) fn annotation(kind: &Kind, is_argument: bool) -> String {
         Kind::OneOf(_, [each @ Kind::OneOrEach(_), word]) if !is_argument => {
             format!("float | {} | {}", inner(each), inner(word))
         }
-        Kind::OneOf(_, kinds) => {
-            let mut kinds: Vec<_> = kinds.iter().map(inner).collect();
-            kinds.dedup();
-            kinds.join(" | ")
-        }
+        Kind::OneOf(_, kinds) => match base_of(kinds) {
+            Some(base) => base.to_owned(),
+            None => {
+                let mut kinds: Vec<_> = kinds.iter().map(inner).collect();
+                kinds.dedup();
+                kinds.join(" | ")
+            }
+        },
         Kind::Open(kind) => inner(kind),
         Kind::Part(schema) if schema.is_dict => "dict[str, int]".to_owned(),
+        Kind::Part(schema) if schema.is_list => inner(&schema.fields[0].kind),
         Kind::Part(schema) if is_argument && schema.is_short => {
             format!("{} | Sequence[object] | Mapping[str, object] | None", schema.name)
         }
@@ -112,6 +125,7 @@ fn words(kind: &Kind) -> String {
         Kind::OneOrEach(count) => format!("float or array_like, shape ({count},)"),
         Kind::OneOrMany => "float or array_like, shape (n,)".to_owned(),
         Kind::Optional(kind) => format!("{}, optional", words(kind)),
+        Kind::OneOf(_, kinds) if base_of(kinds).is_some() => annotation(kind, true),
         Kind::OneOf(_, kinds) => {
             let mut kinds: Vec<_> = kinds.iter().map(words).collect();
             kinds.dedup();
@@ -127,6 +141,7 @@ fn words(kind: &Kind) -> String {
         Kind::Profile(values, _) => format!("{}; or (stations, values), callable or Profile", words(values)),
         Kind::Part(schema) if schema.is_short => format!("{}, tuple, dict or None", schema.name),
         Kind::Part(schema) if schema.is_dict => "dict of str to int".to_owned(),
+        Kind::Part(schema) if schema.is_list => words(&schema.fields[0].kind),
         Kind::Open(kind) => words(kind),
         kind => annotation(kind, true),
     }

@@ -9,7 +9,7 @@ use pyo3::types::{PyBool, PyDict, PyFloat, PyMapping, PySequence, PyString, PyTu
 
 use super::{PyPart, arguments, wrapped};
 use crate::actuator::AlongRod;
-use crate::description::{AnyPart, Data as _, Kind, Schema, Value};
+use crate::description::{AnyPart, Data as _, Field, Kind, Schema, Value};
 use crate::python::convert;
 use crate::python::errors::at_place;
 use crate::python::profile::{along_rod, along_rod_out, along_segment, along_segment_out};
@@ -65,6 +65,9 @@ pub(super) fn value_of(
             (values, false) => numbers(values),
         }),
         Kind::Optional(_) if object.is_none() => Ok(Value::None),
+        Kind::Optional(inner @ Kind::Part(schema)) if schema.is_list => {
+            value_of(object, name, inner, functions)
+        }
         Kind::Optional(inner @ (Kind::Part(_) | Kind::OneOf(_, [Kind::Part(_), ..]))) => {
             let inner = if let Kind::OneOf(_, kinds) = inner { kinds } else { std::slice::from_ref(*inner) };
             one_of(object, name, inner, kind, functions)
@@ -84,6 +87,11 @@ pub(super) fn value_of(
         Kind::OneOf(_, kinds) => one_of(object, name, kinds, kind, functions),
         Kind::Open(inner) => value_of(object, name, inner, functions),
         Kind::Part(schema) if schema.is_dict => dict_of(object, name, schema),
+        Kind::Part(schema) if schema.is_list => {
+            let Field { name: key, kind, .. } = &schema.fields[0];
+            let list = value_of(object, name, kind, functions)?;
+            Ok(Value::Table(vec![((*key).into(), list)]))
+        }
         Kind::Part(_) => one_of(object, name, std::slice::from_ref(kind), kind, functions),
         Kind::AlongRod(_) => Ok(along_rod(object, name, functions)?.write()),
         // Functions are sampled where the length is known.
@@ -336,6 +344,7 @@ pub(in crate::python) fn object_of<'py>(py: Python<'py>, value: &Value) -> PyRes
             }
             Ok(made.into_any())
         }
+        Value::Part(part) if part.schema().is_list => object_of(py, &part.field(0)),
         Value::Part(part) => match value.part::<AlongRod>() {
             Some(along) => along_rod_out(py, along),
             None => on_signal!(value, signal => signal_out(py, signal), wrapped(py, part.clone())),

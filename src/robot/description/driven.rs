@@ -28,20 +28,20 @@ pub enum Driven {
     Base(BaseMotion),
 }
 
-/// Stands for the mimicked link until all links are known.
-const UNKNOWN: usize = usize::MAX;
-
 impl Driven {
-    /// The source of the coordinates of a joint, and the name of the link that it mimics.
-    pub(crate) fn of(joint: &described::Joint) -> Option<(Self, Option<&LinkName>)> {
+    /// The source of the coordinates of a joint; `None` if there is none, or if nothing is known of the link that it mimics.
+    pub(crate) fn of(
+        joint: &described::Joint,
+        index: impl FnOnce(&LinkName) -> Option<usize>,
+    ) -> Option<Self> {
         if let described::Joint::Free(described::Free { motion }) = joint {
-            return motion.as_ref().map(|motion| (Self::Base(motion.resolved()), None));
+            return motion.as_ref().map(|motion| Self::Base(motion.resolved()));
         }
         match joint.of_coordinate() {
-            (Some(Drive(motion)), _) => Some((Self::Coordinate(motion.clone()), None)),
+            (Some(Drive(motion)), _) => Some(Self::Coordinate(motion.clone())),
             (None, Some(described::Mimic { link, multiplier, offset })) => {
                 let (multiplier, offset) = (*multiplier, *offset);
-                Some((Self::Mimic { link: UNKNOWN, multiplier, offset }, Some(link)))
+                Some(Self::Mimic { link: index(link)?, multiplier, offset })
             }
             (None, None) => None,
         }

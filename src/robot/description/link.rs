@@ -1,5 +1,7 @@
 //! A link: a joint followed by a rod, a rigid body, or only a frame.
 
+pub mod described;
+
 use super::driven::Driven;
 use crate::body::Body;
 use crate::error::{Checker, InvalidInput};

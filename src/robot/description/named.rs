@@ -3,17 +3,29 @@
 use std::cell::OnceCell;
 use std::collections::HashMap;
 
-use super::link::Link;
+use super::driven::Driven;
+use super::link::{Link, described as links};
 use super::robot::Robot;
 use crate::actuator::{
     ActiveStrain, Actuator, Along, AlongRod, Chamber, Motor, Part, Tendon, Via,
     described::{self, PathPart},
 };
-use crate::description::{Fault, LISTED, LinkName, Reader, expected_name, similar};
+use crate::description::{Fault, LISTED, LinkName, Reader, expected_name, quoted, similar};
 use crate::loops::{
     Loop, LoopEnd, Tie,
     described::{self as loops, Loop as Looped, LoopKind, LoopPlace},
 };
+
+/// Links that are found by their names.
+#[derive(Debug)]
+pub(crate) struct LinkNames<'a> {
+    /// All names in the order of the robot.
+    all: Vec<&'a str>,
+    /// The first link of each name; robots refuse a second one.
+    places: HashMap<&'a str, usize>,
+    /// Whether there are further links that could not be read: unknown names may be theirs.
+    are_incomplete: bool,
+}
 
 /// A robot whose links and coordinates are found by their names, for as many searches as it has parts.
 #[derive(Debug)]
@@ -21,9 +33,7 @@ pub(crate) struct Named<'a> {
     robot: &'a Robot,
     /// Whether the model is a rod, on which everything is that names no link.
     is_rod: bool,
-    /// Whether there are further links that could not be read: unknown names may be theirs.
-    are_incomplete: bool,
-    links: HashMap<&'a str, usize>,
+    links: LinkNames<'a>,
     coordinates: OnceCell<HashMap<String, usize>>,
     /// Whether names of coordinates are unknown, because something could not be read.
     are_coordinates_unknown: bool,
@@ -47,21 +57,69 @@ fn unknown(what: &'static str, name: Option<&str>, names: &[&str], expected: &st
     Fault::Name { python: [found, expected], scene: [wrong, expected_name(word, names, what)] }
 }
 
+impl<'a> LinkNames<'a> {
+    /// Names of links in their order; of more links, if `are_incomplete`, that could not be read.
+    pub(crate) fn new(all: impl Iterator<Item = &'a str>, are_incomplete: bool) -> Self {
+        let all: Vec<_> = all.collect();
+        let mut places = HashMap::with_capacity(all.len());
+        for (i, &name) in all.iter().enumerate() {
+            places.entry(name).or_insert(i);
+        }
+        Self { all, places, are_incomplete }
+    }
+
+    /// A name that no link has; or none, where one is needed.
+    pub(crate) fn unknown(&self, name: Option<&str>) -> Fault {
+        unknown("link", name, &self.all, "")
+    }
+
+    /// Index of the link with this name; `None` after reporting a problem at the key.
+    fn link(&self, key: &str, LinkName(name): &LinkName, reader: &mut Reader) -> Option<usize> {
+        let found = self.places.get(name.as_str()).copied();
+        if found.is_none() && !self.are_incomplete {
+            reader.refuse(key, self.unknown(Some(name)));
+        }
+        found
+    }
+
+    /// Index of the parent of the link with this index; `None` after reporting a problem.
+    fn parent(&self, link: usize, LinkName(name): &LinkName, reader: &mut Reader) -> Option<usize> {
+        let found = self.places.get(name.as_str()).copied();
+        let wrong = match found {
+            Some(parent) if parent < link => return found,
+            Some(parent) if parent == link => "a link cannot carry itself".to_owned(),
+            Some(_) => format!("\"{name}\" stands behind the link that it carries"),
+            None if self.are_incomplete => return None,
+            None => format!("no link is called \"{name}\""),
+        };
+        let before = &self.all[..link];
+        let right = match before.len() {
+            0 => "remove it: the first link hangs on the world".to_owned(),
+            1..=LISTED => format!("expected one of the links before: {}", quoted(before, ", ")),
+            _ => expected_name(name, before, "link"),
+        };
+        let meant = similar(name, before).filter(|_| found.is_none());
+        let meant = meant.map_or_else(String::new, |meant| format!("; did you mean '{meant}'?"));
+        let expected = format!("the name of a link that stands before this one{meant}");
+        reader
+            .refuse("parent", Fault::Name { python: [format!("'{name}'"), expected], scene: [wrong, right] });
+        None
+    }
+
+    /// The link with this index of a robot, as far as the links are known that it names; reports those that are not.
+    pub(crate) fn resolved(&self, link: usize, described: &links::Link, reader: &mut Reader) -> Link {
+        let parent = described.parent.as_ref().and_then(|name| self.parent(link, name, reader));
+        let driven = Driven::of(&described.joint, |name| {
+            reader.at_key("joint", |reader| reader.at_key("mimic", |reader| self.link("link", name, reader)))
+        });
+        described.resolved(parent, driven)
+    }
+}
+
 impl<'a> Named<'a> {
     /// The names of a robot.
     pub(crate) fn of(robot: &'a Robot) -> Self {
-        let mut links = HashMap::with_capacity(robot.links.len());
-        for (i, link) in robot.links.iter().enumerate() {
-            links.entry(link.name.as_str()).or_insert(i);
-        }
-        Self {
-            robot,
-            is_rod: false,
-            are_incomplete: false,
-            links,
-            coordinates: OnceCell::new(),
-            are_coordinates_unknown: false,
-        }
+        Self::incomplete(robot, false)
     }
 
     /// Those of a rod, which is the only link of this robot.
@@ -71,7 +129,13 @@ impl<'a> Named<'a> {
 
     /// Those of a robot with further links, if `are_incomplete`, that could not be read.
     pub(crate) fn incomplete(robot: &'a Robot, are_incomplete: bool) -> Self {
-        Self { are_incomplete, ..Self::of(robot) }
+        Self {
+            robot,
+            is_rod: false,
+            links: LinkNames::new(robot.links.iter().map(|link| link.name.as_str()), are_incomplete),
+            coordinates: OnceCell::new(),
+            are_coordinates_unknown: false,
+        }
     }
 
     /// Without names of coordinates, if something could not be read that determines them.
@@ -97,25 +161,17 @@ impl<'a> Named<'a> {
     }
 
     /// Index of the link with this name; `None` after reporting a problem at the key.
-    pub(crate) fn link(&self, key: &str, LinkName(name): &LinkName, reader: &mut Reader) -> Option<usize> {
-        let found = self.links.get(name.as_str()).copied();
-        if found.is_none() && !self.are_incomplete {
-            reader.refuse(key, unknown("link", Some(name), &self.names(), ""));
-        }
-        found
-    }
-
-    fn names(&self) -> Vec<&'a str> {
-        self.robot.links.iter().map(|link| link.name.as_str()).collect()
+    pub(crate) fn link(&self, key: &str, name: &LinkName, reader: &mut Reader) -> Option<usize> {
+        self.links.link(key, name, reader)
     }
 
     /// Likewise; without a name the only link.
     pub(crate) fn only_link(&self, key: &str, name: Option<&LinkName>, reader: &mut Reader) -> Option<usize> {
         match name {
             Some(name) => self.link(key, name, reader),
-            None if self.robot.links.len() == 1 && !self.are_incomplete => Some(0),
+            None if self.robot.links.len() == 1 && !self.links.are_incomplete => Some(0),
             None => {
-                reader.refuse(key, unknown("link", None, &self.names(), ""));
+                reader.refuse(key, self.links.unknown(None));
                 None
             }
         }
@@ -128,7 +184,7 @@ impl<'a> Named<'a> {
     /// The link and the joint coordinate that a motor moves; `None` after reporting a problem.
     fn motor(&self, joint: &str, reader: &mut Reader) -> Option<(usize, usize)> {
         let found = self.robot.motor_coordinate(joint);
-        if found.is_none() && !self.are_incomplete {
+        if found.is_none() && !self.links.are_incomplete {
             let (known, places) = (self.robot.motor_coordinates(), self.robot.motor_places());
             let places: Vec<_> = places.iter().map(String::as_str).collect();
             let fault = match known.is_empty() {
@@ -269,6 +325,11 @@ impl Robot {
             Some(driven) => driven.described(&link.joint, |link| self.name_and_length(link).0),
             None => link.joint.described(),
         }
+    }
+
+    /// The description of a link of this robot.
+    pub fn described_link(&self, link: &Link) -> links::Link {
+        link.described(link.parent.map(|parent| self.name_and_length(parent).0), self.described_joint(link))
     }
 
     /// Name of a link, and its length; empty for no link.

@@ -10,9 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from ..._lissom import Body, Free, MotionResult, Prismatic, Revolute, Robot, Segment
+from ..._lissom import Body, Free, Link, MotionResult, Prismatic, Revolute, Robot, Segment
 from ...contacts import Ball, Box, Capsule, Contact, HalfSpace
-from ...links import Link
 from . import judge
 from .cell import Cell, Group, Outcome
 
