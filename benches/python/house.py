@@ -61,7 +61,7 @@ def main() -> None:
         total, defaults = (sum(column) for column in zip(*traits, strict=True))
         most = max(number for number, _ in traits)
         print(
-            f"{'methods of traits of ' + name:<38} {total:>7}, {defaults} with a default, {most} in the largest"
+            f"{'methods of traits of ' + name:<38} {total:>7}, {defaults} with a default, {most} in one"
         )
     for effect, words in EFFECTS.items():
         know = [
