@@ -88,7 +88,7 @@ test-oldest: $(VENV)/test.stamp ## some tests with the oldest Python packages th
 		pytest pytest-timeout pytest-xdist hypothesis pyyaml control
 	uv pip install --quiet --python target/oldest/venv --no-deps target/oldest/*.whl
 	uv pip list --python target/oldest/venv
-	target/oldest/venv/bin/python -m pytest -n $(JOBS) -W ignore::DeprecationWarning $(OLDEST_TESTS:%=tests/python/test_%.py)
+	target/oldest/venv/bin/python -m pytest -n $(JOBS) -W ignore::DeprecationWarning $(OLDEST_TESTS:%=tests/python/*/test_%.py)
 
 RUST_VERSION = $(shell sed -n 's/^rust-version = "\([0-9.]*\)".*/\1/p' Cargo.toml)
 test-msrv: $(VENV)/demo.stamp ## compile everything with the oldest Rust that Cargo.toml allows (rustup toolchain install it)
@@ -157,7 +157,7 @@ docs: build $(VENV)/docs.stamp ## build the site into results/site
 
 docs-check: docs ## the site, the links within it and its examples
 	$(BIN)/python docs/extensions/local_links.py "$(RESULTS)/site"
-	$(BIN)/python -m pytest --quiet tests/python/test_docs.py tests/python/test_site.py
+	$(BIN)/python -m pytest --quiet tests/python/project/test_docs.py tests/python/project/test_site.py
 
 links: build $(VENV)/docs.stamp ## links from the site to the outside (needs the network)
 	$(BIN)/sphinx-build --quiet -b linkcheck docs "$(RESULTS)/links"

@@ -9,7 +9,7 @@ from collections import Counter
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
-sys.path.insert(0, str(ROOT / "tests" / "python"))
+sys.path.insert(0, str(ROOT / "tests" / "python" / "project"))
 
 #: Traits whose methods every implementation must know, by the file that defines them.
 TRAITS = {
@@ -60,9 +60,7 @@ def main() -> None:
         traits = methods(ROOT / place)
         total, defaults = (sum(column) for column in zip(*traits, strict=True))
         most = max(number for number, _ in traits)
-        print(
-            f"{'methods of traits of ' + name:<38} {total:>7}, {defaults} with a default, {most} in one"
-        )
+        print(f"{'methods of traits of ' + name:<38} {total:>7}, {defaults} with a default, {most} in one")
     for effect, words in EFFECTS.items():
         know = [
             path

@@ -1,5 +1,5 @@
 //! Statics in Rust, where Python's tests cannot reach. Shapes and numbers are compared in
-//! tests/python/test_statics.py.
+//! tests/python/equilibria/test_statics.py.
 
 use std::f64::consts::PI;
 

@@ -1,0 +1,217 @@
+"""The rooms of the source, listed in CONTRIBUTING.md, and their allowed dependencies in `use` lines."""
+
+import ast
+import re
+from graphlib import TopologicalSorter
+from itertools import pairwise
+from pathlib import Path
+
+import pytest
+
+from lissom import cli
+
+ROOT = Path(__file__).parents[3]
+SOURCE = ROOT / "src"
+
+#: At most two files may use each other, such as a general case and the special one that it calls.
+LARGEST_CIRCLE = 2
+
+
+def modules():
+    """The code of every module by its path, such as ("robot", "plan"), without comments and tests."""
+    found = {}
+    for file in sorted(SOURCE.rglob("*.rs")):
+        path = file.relative_to(SOURCE).with_suffix("").parts
+        code = re.sub(r"^\s*//.*$", "", file.read_text(encoding="utf-8"), flags=re.MULTILINE)
+        found[path[:-1] if path[-1] == "mod" else path] = code.split("#[cfg(test)]\nmod tests")[0]
+    found[()] = found.pop(("lib",))
+    return found
+
+
+def leaves(tree):
+    """The paths of a use tree: ``a::{b, c::d}`` are ``a::b`` and ``a::c::d``."""
+    tree = " ".join(tree.split())
+    match = re.fullmatch(r"([^{]*)\{(.*)\}", tree)
+    if not match:
+        return [tree.split(" as ")[0].strip()]
+    head, inner = match.groups()
+    # Commas within inner braces separate other trees.
+    parts, depth, start = [], 0, 0
+    for i, letter in enumerate(inner + ","):
+        depth += (letter == "{") - (letter == "}")
+        if letter == "," and depth == 0:
+            parts.append(inner[start:i])
+            start = i + 1
+    return [head + leaf for part in parts if part.strip() for leaf in leaves(part.strip())]
+
+
+class House:
+    """Modules and their dependencies."""
+
+    def __init__(self, code):
+        self.code = code
+        self.handed_on = {module: {} for module in code}
+        for module, text in code.items():
+            for tree in re.findall(r"\bpub(?:\([^)]*\))? use ([^;]+);", text):
+                for path in map(lambda leaf, module=module: self.absolute(module, leaf), leaves(tree)):
+                    if path:
+                        self.handed_on[module][path[-1]] = path
+        self.uses = {module: self.used_by(module) for module in code}
+
+    def absolute(self, module, path):
+        """A path from the root of the crate; None if it leads outside."""
+        parts = path.split("::")
+        if parts[0] == "crate":
+            return tuple(parts[1:])
+        up = 0
+        while parts and parts[0] == "super":
+            parts, up = parts[1:], up + 1
+        if up:
+            return module[: len(module) - up] + tuple(parts)
+        if parts[0] == "self":
+            return module + tuple(parts[1:])
+        return module + tuple(parts) if (*module, parts[0]) in self.code else None
+
+    def home(self, path):
+        """The module to which a path leads, through all re-exports."""
+        for end in range(len(path), -1, -1):
+            module = path[:end]
+            if module in self.code:
+                rest = path[end:]
+                if rest and rest[0] in self.handed_on[module]:
+                    return self.home(self.handed_on[module][rest[0]] + rest[1:])
+                return module
+        raise AssertionError(path)
+
+    def used_by(self, module):
+        text = self.code[module]
+        paths = [
+            leaf
+            for tree in re.findall(r"^(?:    )*use ([^;]+);", text, re.MULTILINE)
+            for leaf in leaves(tree)
+        ]
+        paths += re.findall(r"\b(?:crate|super)(?:::\w+)+", re.sub(r"\buse [^;]+;", "", text))
+        homes = {self.home(path) for path in (self.absolute(module, leaf) for leaf in paths) if path}
+        return homes - {module, ()}
+
+    def circles(self):
+        """Modules that use each other, directly or through others: strongly connected ones (Tarjan 1972)."""
+        order, low, stack, circles = {}, {}, [], []
+
+        def visit(module):
+            order[module] = low[module] = len(order)
+            stack.append(module)
+            for other in self.uses[module]:
+                if other not in order:
+                    visit(other)
+                    low[module] = min(low[module], low[other])
+                elif other in stack:
+                    low[module] = min(low[module], order[other])
+            if low[module] == order[module]:
+                at = stack.index(module)
+                circles.append(stack[at:])
+                del stack[at:]
+
+        for module in self.code:
+            if module not in order:
+                visit(module)
+        return circles
+
+
+@pytest.fixture(scope="module")
+def house():
+    return House(modules())
+
+
+def rooms():
+    """The rooms from the bottom up, as listed in CONTRIBUTING.md."""
+    text = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
+    section = text.split("## Rooms of the crate")[1].split("\n## ")[0]
+    rows = re.findall(r"^\| ((?:`[\w/]+`(?:, )?)+) +\|", section, re.MULTILINE)
+    return [tuple(name.split("/")) for row in rows for name in re.findall(r"`([\w/]+)`", row)]
+
+
+def room_of(module, rooms):
+    """The most specific room that contains a module."""
+    return max((room for room in rooms if module[: len(room)] == room), key=len, default=None)
+
+
+def test_every_module_lies_in_a_room(house):
+    known = rooms()
+    assert [module for module in house.code if module and room_of(module, known) is None] == []
+    assert [room for room in known if room not in house.code] == []
+
+
+def test_rooms_use_only_lower_ones(house):
+    known = rooms()
+    floor = {room: at for at, room in enumerate(known)}
+    upwards = [
+        ("/".join(module), "/".join(other))
+        for module, others in house.uses.items()
+        if module
+        for other in others
+        if floor[room_of(other, known)] > floor[room_of(module, known)]
+    ]
+    assert upwards == []
+
+
+def test_no_more_than_two_files_make_a_circle(house):
+    assert [circle for circle in house.circles() if len(circle) > LARGEST_CIRCLE] == []
+
+
+def test_the_simulator_imports_nothing_of_its_evidence():
+    package = ROOT / "python" / "lissom"
+    for file in package.rglob("*.py"):
+        if file.relative_to(package).parts[0] in ("cli", "evidence"):
+            continue
+        assert "evidence" not in file.read_text(encoding="utf-8"), file
+
+
+def python_imports():
+    """The modules of the package by name, and their imports at any place."""
+    package = ROOT / "python"
+    files = {
+        ".".join(file.relative_to(package).with_suffix("").parts).removesuffix(".__init__"): file
+        for file in package.rglob("*.py")
+    }
+    found = {}
+    for name, file in files.items():
+        found[name] = set()
+        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+            if not isinstance(node, ast.ImportFrom) or not node.level:
+                continue
+            up = node.level - (file.name == "__init__.py")
+            base = ".".join([*name.split(".")[: len(name.split(".")) - up], *filter(None, [node.module])])
+            found[name] |= {f"{base}.{alias.name}" for alias in node.names} & files.keys() or {
+                base
+            } & files.keys()
+        # The package itself re-exports what lies below all of them.
+        found[name] -= {"lissom", name}
+    return found
+
+
+def test_python_modules_import_each_other_in_one_direction():
+    found = python_imports()
+    # The command line imports a command by its name when it is called.
+    found["lissom.cli"] |= {f"lissom.cli.{name}" for name in cli.COMMANDS}
+    assert "lissom.views" in found["lissom.results"]
+    assert "lissom.cli.saving" in found["lissom.cli.run"]
+    order = list(TopologicalSorter(found).static_order())
+    assert order.index("lissom.views") < order.index("lissom.report.motion") < order.index("lissom.cli")
+
+
+def test_circles_and_paths_are_found():
+    code = {
+        (): "",
+        ("a",): "use crate::b::{self, Thing};",
+        ("b",): "pub use inner::Thing;",
+        ("b", "inner"): "use super::super::c::deep;",
+        ("c",): "fn f() { crate::a::f() }",
+    }
+    house = House(code)
+    assert house.uses[("a",)] == {("b",), ("b", "inner")}
+    assert {frozenset(circle) for circle in house.circles() if len(circle) > 1} == {
+        frozenset({("a",), ("b", "inner"), ("c",)})
+    }
+    assert leaves("a::{b, c::{d, e as f}}") == ["a::b", "a::c::d", "a::c::e"]
+    assert all(x != y for x, y in pairwise(rooms()))

@@ -1,0 +1,158 @@
+"""`Model.to_scene` and `Scene.save`: models made in Python as scene files."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+
+import lissom
+from lissom import Body, Contact, Free, Link, Load, Loop, Motor, Prismatic, Revolute, Robot, Spherical
+
+ROOT = Path(__file__).parents[3]
+SCENES = sorted((ROOT / "scenes").glob("*.toml"))
+PARTS = ("gravity", "links", "base_motion", "fluid", "loops", "contacts")
+OF_LINKS = ("loads", "bodies", "supports")
+KINDS = ("Tendon", "Chamber", "Motor", "ActiveStrain")
+
+pytestmark = pytest.mark.filterwarnings("ignore::lissom.urdf.UrdfWarning")
+
+
+def assert_same(found, model):
+    assert type(found) is type(model)
+    if isinstance(model, lissom.SpringPendulum):
+        for key in ("length", "mass", "stiffness", "gravity"):
+            assert getattr(found, key) == getattr(model, key)
+        return
+    for key in PARTS:
+        one, other = getattr(found, key), getattr(model, key)
+        assert np.array_equal(one, other) if key == "gravity" else one == other, key
+    places = {link.name: i for i, link in enumerate(model.links)}
+    for key in OF_LINKS:
+        parts = sorted(getattr(model, key), key=lambda part: places.get(part.link, 0))
+        assert [str(part) for part in getattr(found, key)] == [str(part) for part in parts], key
+    actuators = sorted(model.actuators, key=lambda part: KINDS.index(type(part).__name__))
+    assert list(found.actuators) == actuators
+    if isinstance(model, lissom.Rod):
+        assert found.segments == model.segments
+        for key in ("base_position", "base_orientation", "tip_force", "tip_moment", "tip_mass"):
+            assert_array_equal(getattr(found, key), getattr(model, key))
+
+
+@pytest.mark.parametrize("path", SCENES, ids=lambda path: path.stem)
+def test_models_of_the_gallery_are_read_back_equal(path):
+    scene = lissom.Scene.load(path)
+    back = scene.model.to_scene(t_end=scene.simulation.t_end, q0=scene.q0, v0=scene.v0)
+    assert_same(back.model, scene.model)
+    assert_array_equal(back.q0, scene.q0)
+    assert_array_equal(back.v0, scene.v0)
+    # The text of a text is itself.
+    again = back.model.to_scene(t_end=scene.simulation.t_end, q0=scene.q0, v0=scene.v0)
+    assert again.text == back.text
+
+
+def hose(name, **options):
+    segment = lissom.Segment(0.4, 0.01, 1e6, 4e5, 1000.0, {"torsion": 1, "bend_y": 2, "bend_z": 2})
+    return Link(name, rod=[segment], **options)
+
+
+def gripper():
+    """Parts in another order than that of scenes, and at all places."""
+    times, lengths = [0.0, 1.0], [0.41, 0.39]
+    links = [
+        Link("carriage", joint=Prismatic((1, 0, 0), damping=2.0), body=Body(2.0, inertia=np.eye(3) * 1e-2)),
+        hose("left", parent="carriage", joint=Revolute((0, 1, 0), stiffness=1.0)),
+        hose(
+            "right", parent="carriage", position=(0, 0.1, 0), orientation=(np.sqrt(0.5), 0, 0, np.sqrt(0.5))
+        ),
+        Link("ball", joint=Free(), body=Body(0.1, inertia=np.eye(3) * 1e-5), position=(0.2, 0, -0.5)),
+        Link("camera", parent="left", at=0.1, body=Body(0.02), position=(0, 0, 0.02)),
+    ]
+    return Robot(
+        links,
+        gravity=(0, 1, -9.0),
+        loads=[
+            Load(link="right", force=(0, 0.1, 0), along=(0.1, 0.2)),
+            Load(link="carriage", force=lissom.Harmonic(amplitude=(1, 0, 0), frequency=2.0)),
+            Load(link="left", moment=([0.0, 0.5], [[0, 0, 0], [0, 0.01, 0]]), at=0.3, frame="body"),
+        ],
+        bodies=[Body(0.01, link="right", at=0.2), Body(0.03, link="carriage", centre=(0, 0, 0.1))],
+        supports=[lissom.Support(link="left", at=0.2, stiffness=(1, 2, 3), position=(0.2, 0, 0))],
+        actuators=[
+            Motor("left", torque=lissom.Input("knee", 0.1)),
+            lissom.Tendon("pull", [lissom.Along("left", (0, 0.005))], length=(times, lengths), stiffness=1e4),
+            lissom.ActiveStrain("left", "bend_y", amount=lissom.Input("muscle")),
+        ],
+        loops=[Loop(("right", 0.4), ("ball", None, (0, 0, 0.1)), Spherical(), name="grip")],
+        contacts=[
+            Contact("left", lissom.Box((0, 0, -1), (1, 1, 0.1)), stiffness=1e4),
+            Contact(lissom.Ball("ball", 0.05), lissom.HalfSpace((0, 0, -2)), stiffness=1e5),
+        ],
+        fluid=lissom.Fluid(1000.0, velocity=(0.1, 0, 0)),
+        base_motion=lissom.BaseMotion(
+            translation=([0, 1, 2, 3], [[0, 0, 0], [0.1, 0, 0], [0, 0.1, 0], [0, 0, 0]])
+        ),
+    )
+
+
+def test_robots_are_read_back_equal_and_move_alike(tmp_path):
+    robot = gripper()
+    scene = robot.to_scene(t_end=0.01, dt=1e-3, name="gripper", method="newmark")
+    assert_same(scene.model, robot)
+    assert scene.name == "gripper"
+    assert sorted(scene.model.inputs) == sorted(robot.inputs)
+    order = [robot.inputs.index(name) for name in scene.model.inputs]
+    assert_allclose(scene.model.u0, robot.u0[order])
+    q = np.random.default_rng(0).normal(size=(3, robot.n)) * 0.1
+    found, expected = (model.inverse_dynamics(*q, t=0.3) for model in (scene.model, robot))
+    assert_allclose(found, expected, rtol=1e-12, atol=1e-12 * abs(expected).max())
+    file = tmp_path / "gripper.toml"
+    scene.save(file)
+    assert lissom.Scene.load(file).text == scene.text
+
+
+def test_what_files_cannot_hold_is_named():
+    slider = Link("slider", joint=Prismatic((1, 0, 0)), body=Body(1.0))
+    functions = {
+        r"loads\[1\]: .*function of Python": {
+            "loads": [Load(force=(0, 0, 1)), Load(force=lambda t: (t, 0, 0))]
+        },
+        r"actuators\[0\]: .*function": {"actuators": [Motor("slider", torque=lambda t: t)]},
+        r"base_motion: .*function": {"base_motion": lissom.BaseMotion(translation=lambda t: (t, 0, 0))},
+    }
+    for message, parts in functions.items():
+        with pytest.raises(ValueError, match=message):
+            Robot([slider], **parts).to_scene()
+    moved = Link("moved", joint=Prismatic((1, 0, 0), motion=np.sin), body=Body(1.0))
+    with pytest.raises(ValueError, match=r"links\['moved'\]\.joint: .*function"):
+        Robot([moved, Link("mass", joint=Prismatic((0, 1, 0)), body=Body(1.0))]).to_scene()
+    with pytest.raises(ValueError, match=r"q0: got shape \(2,\), expected \(1,\)"):
+        Robot([slider]).to_scene(q0=[0, 1])
+    with pytest.raises(TypeError, match=r"q0: expected 1 numbers, got 'up'"):
+        Robot([slider]).to_scene(q0="up")
+    with pytest.raises(
+        TypeError, match=r"output\.every: expected a number, a text.*got builtin_function_or_method"
+    ):
+        Robot([slider]).to_scene(output={"every": max})
+    with pytest.raises(TypeError, match="name: expected a str, got int"):
+        Robot([slider]).to_scene(name=3)
+    with pytest.raises(lissom.SceneError, match="t_and"):
+        Robot([slider]).to_scene(t_and=3.0)
+
+
+def test_imported_files_are_saved_beside(tmp_path):
+    scene = lissom.Scene.load(ROOT / "scenes" / "arm.toml")
+    file = tmp_path / "new" / "arm.toml"
+    file.parent.mkdir()
+    scene.save(file)
+    back = lissom.Scene.load(file)
+    assert back.text == scene.text
+    assert back.imports == scene.imports
+    scene.save(file)
+    (file.parent / next(iter(scene.imports))).write_text("other", encoding="utf-8")
+    with pytest.raises(FileExistsError, match="another file of this name"):
+        scene.save(file)
+    # The model of a URDF file needs no file.
+    whole = scene.model.to_scene(q0=scene.q0)
+    assert not whole.imports
+    assert_same(whole.model, scene.model)
