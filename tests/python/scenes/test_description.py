@@ -760,8 +760,22 @@ def test_a_link_is_where_its_body_is():
 
 
 def test_records_of_versions_in_which_parts_had_other_constructors_are_read():
-    tree = json.dumps({"made": ["Body", None, [0.5], {"at": 0.1, "centre": {"tuple": [0, 0, 1]}}]}).encode()
-    assert records.read(len(tree).to_bytes(8, "little") + tree) == Body(0.5, at=0.1, centre=(0, 0, 1))
+    frame = {"name": "frame", "rod": None, "body": None, "joint": {"made": ["Weld", None, [], {}]}}
+    place = {
+        "parent": "arm",
+        "at": 0.1,
+        "position": {"tuple": [0, 0, 1]},
+        "orientation": {"tuple": [1, 0, 0, 0]},
+    }
+    for node, part in (
+        (
+            {"made": ["Body", None, [0.5], {"at": 0.1, "centre": {"tuple": [0, 0, 1]}}]},
+            Body(0.5, at=0.1, centre=(0, 0, 1)),
+        ),
+        ({"fields": ["Link", frame | place]}, Link("frame", parent="arm", at=0.1, position=(0, 0, 1))),
+    ):
+        tree = json.dumps(node).encode()
+        assert records.read(len(tree).to_bytes(8, "little") + tree) == part
 
 
 def test_tables_leave_out_what_is_the_default():
