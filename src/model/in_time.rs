@@ -42,7 +42,7 @@ pub trait Excitation: InTime {
     /// [`Self::pass_jump`] is called, models evaluated at that time have those before the jump.
     fn jump_near(&self, t: f64) -> Option<f64>;
 
-    /// Like [`Self::set_time`], with the change of prescribed velocities at this time added to prescribed
+    /// Like [`InTime::set_time`], with the change of prescribed velocities at this time added to prescribed
     /// accelerations.
     fn set_time_in_jump(&mut self, t: f64) -> Result<(), Interrupted>;
 

@@ -28,8 +28,11 @@ const STEPS_AFTER_STOP: usize = 2;
 /// larger forces, which cost some digits of sixteen.
 const TIGHT: f64 = 1e-10;
 
-/// How often a step into contact that cannot be made is halved at most.
+/// How often a step into contact, or of a mechanism with constraints, that cannot be made is halved at most.
 const MOST_HALVINGS: usize = 8;
+
+/// Makes a step to a time, of a size.
+type Part<S> = fn(&mut Stepper, &mut S, f64, f64) -> Result<Result<(), Failure>, Interrupted>;
 
 /// What the accelerations of the next step are guessed to be.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -267,11 +270,13 @@ impl Stepper {
         let solved = if self.has_contact || system.facts().is_one_sided {
             self.step_into_contact(system, t_new, h)?
         } else {
-            let solved = self.attempt(system, t_new, h)?;
-            if solved.is_ok() {
-                self.accept(t_new, h);
+            match self.whole_step(system, t_new, h)? {
+                // Mechanisms that come near a singular position, such as a rope that cracks, may take shorter steps there.
+                Err(failure) if system.facts().constraints() > 0 => {
+                    self.halved_steps(system, t_new, Self::whole_step)?.map_err(|_| failure)
+                }
+                solved => solved,
             }
-            solved
         };
         match solved {
             Ok(()) => {
@@ -282,6 +287,19 @@ impl Stepper {
             }
             Err(failure) => Ok(Some(Status::StepFailed(failure))),
         }
+    }
+
+    fn whole_step<S: System + ?Sized>(
+        &mut self,
+        system: &mut S,
+        t_new: f64,
+        h: f64,
+    ) -> Result<Result<(), Failure>, Interrupted> {
+        let solved = self.attempt(system, t_new, h)?;
+        if solved.is_ok() {
+            self.accept(t_new, h);
+        }
+        Ok(solved)
     }
 
     /// A step at whose end surfaces may have met, or slack tendons become taut. Where it does not see the impact rise and fall,
@@ -305,7 +323,8 @@ impl Stepper {
         if self.sound_step_without_memory(system, t_new, h)?.is_ok() {
             return Ok(Ok(()));
         }
-        if self.halved_steps(system, t_new)?.is_ok() {
+        if self.halved_steps(system, t_new, Self::sound_step_without_memory)?.is_ok() {
+            self.unsettled = self.unsettled.max(1);
             return Ok(Ok(()));
         }
         let solved = self.attempt_without_memory(system, t_new, h)?;
@@ -362,22 +381,24 @@ impl Stepper {
         Ok(())
     }
 
-    /// Steps without memory of half the size, and of half of that where these cannot be made either: the shorter a step, the
+    /// Steps of half the size, made by `part`, and of half of that where these cannot be made either: the shorter a step, the
     /// more what moves outweighs what presses. To the outside they are one step; where it fails the state is as before.
     /// Allocates.
     fn halved_steps<S: System + ?Sized>(
         &mut self,
         system: &mut S,
         t_new: f64,
+        part: Part<S>,
     ) -> Result<Result<(), Failure>, Interrupted> {
         let start = (self.t, self.q.clone(), self.v.clone(), self.a.clone());
         let before = (self.t_old, self.q_old.clone(), self.v_old.clone(), self.a_old.clone());
         let (memory, unsettled) = ((self.s.clone(), self.h_of_s, self.guess), self.unsettled);
         let (touches, steps, impacts) = (self.touches, self.counters.steps, self.impacts);
-        let solved = self.halves(system, t_new, MOST_HALVINGS);
+        let changes_size = std::mem::replace(&mut self.changes_size, true);
+        let solved = self.halves(system, t_new, MOST_HALVINGS, part);
+        self.changes_size = changes_size;
         if matches!(solved, Ok(Ok(()))) {
             (self.t_old, self.q_old, self.v_old, self.a_old) = start;
-            self.unsettled = self.unsettled.max(1);
         } else {
             (self.t, self.q, self.v, self.a) = start;
             (self.t_old, self.q_old, self.v_old, self.a_old) = before;
@@ -394,15 +415,16 @@ impl Stepper {
         system: &mut S,
         t_new: f64,
         halvings: usize,
+        part: Part<S>,
     ) -> Result<Result<(), Failure>, Interrupted> {
         for end in [0.5 * (self.t + t_new), t_new] {
             self.corrector.forget_jacobian();
             let h = end - self.t;
-            let Err(failure) = self.sound_step_without_memory(system, end, h)? else { continue };
+            let Err(failure) = part(self, system, end, h)? else { continue };
             if halvings == 1 {
                 return Ok(Err(failure));
             }
-            if let Err(failure) = self.halves(system, end, halvings - 1)? {
+            if let Err(failure) = self.halves(system, end, halvings - 1, part)? {
                 return Ok(Err(failure));
             }
         }
