@@ -7,7 +7,8 @@ from functools import singledispatch
 from typing import TYPE_CHECKING, Any
 
 from ._lissom import Robot, Rod, Scene, SpringPendulum, Weld
-from .plain import path_of, text
+from .plain import number, path_of, text
+from .studies import vector
 from .sweeps.paths import toml
 
 if TYPE_CHECKING:
@@ -33,9 +34,12 @@ def to_scene(
 ) -> Scene:
     """`Model.to_scene`."""
     name = text("name", name)
-    settings = {key: _plain(value, key) for key, value in ({"t_end": t_end} | simulation).items()}
+    settings = {"t_end": number("t_end", t_end)}
+    settings |= {key: _plain(value, key) for key, value in simulation.items()}
     states = {
-        key: _state(given, key, model.n) for key, given in (("q0", q0), ("v0", v0)) if given is not None
+        key: vector(key, given, model.n).tolist()
+        for key, given in (("q0", q0), ("v0", v0))
+        if given is not None
     }
     blocks = ["version = 1\n", *_of_model(model, name, states), _keys(settings, "[simulation]")]
     return Scene.loads("\n".join(blocks), name)
@@ -52,19 +56,6 @@ def _plain(value: Any, key: str) -> Any:
     if isinstance(value, dict):
         return {str(inner): _plain(part, f"{key}.{inner}") for inner, part in value.items()}
     raise TypeError(f"{key}: expected a number, a text, a list or a dictionary, got {type(value).__name__}")
-
-
-def _state(given: ArrayLike, key: str, n: int) -> list[float]:
-    import numpy as np
-
-    try:
-        state = np.asarray(given, dtype=float)
-    except (TypeError, ValueError):
-        raise TypeError(f"{key}: expected {n} numbers, got {given!r:.60}") from None
-    if state.shape != (n,):
-        raise ValueError(f"{key}: got shape {state.shape}, expected ({n},)")
-    numbers: list[float] = state.tolist()
-    return numbers
 
 
 @singledispatch

@@ -16,7 +16,6 @@ import lissom
 sys.path.insert(0, str(Path(__file__).parents[1]))
 sys.path.insert(0, str(Path(__file__).parents[3] / "tests" / "python" / "loops"))
 import machine
-
 import test_loops_shooting as wires
 
 ROUNDS = 12

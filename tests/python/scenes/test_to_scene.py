@@ -126,9 +126,9 @@ def test_what_files_cannot_hold_is_named():
     moved = Link("moved", joint=Prismatic((1, 0, 0), motion=np.sin), body=Body(1.0))
     with pytest.raises(ValueError, match=r"links\['moved'\]\.joint: .*function"):
         Robot([moved, Link("mass", joint=Prismatic((0, 1, 0)), body=Body(1.0))]).to_scene()
-    with pytest.raises(ValueError, match=r"q0: got shape \(2,\), expected \(1,\)"):
+    with pytest.raises(ValueError, match="q0: expected 1 values, got 2"):
         Robot([slider]).to_scene(q0=[0, 1])
-    with pytest.raises(TypeError, match=r"q0: expected 1 numbers, got 'up'"):
+    with pytest.raises(TypeError, match="q0: expected a one-dimensional array of real numbers, got str"):
         Robot([slider]).to_scene(q0="up")
     with pytest.raises(
         TypeError, match=r"output\.every: expected a number, a text.*got builtin_function_or_method"

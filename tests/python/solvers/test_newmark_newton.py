@@ -141,7 +141,7 @@ def test_a_knocked_rod_between_clamps_moves_as_radau_says(force, method):
     times = [0.0, 0.05]
     wanted = lissom.simulate(robot, 0.05, method="radau", rtol=1e-7, atol=1e-10, t_eval=times)
     place = robot.pose(wanted.q[-1], 0.5, link="rod")[1:3, 3]
-    for dt in (5e-5, 1e-4, 1.5e-4, 2.5e-4, 3e-4, 5e-4, 7e-4, 1e-3, 1.3e-3, 2e-3, 2.5e-3, 3e-3, 5e-3):
+    for dt in (1e-4, 1.5e-4, 2.5e-4, 3e-4, 5e-4, 7e-4, 1e-3, 1.3e-3, 2e-3, 2.5e-3, 3e-3, 5e-3):
         run = lissom.simulate(robot, 0.05, dt=dt, t_eval=times, method=method)
         assert run.success, run.message
         assert run.doubt is None
