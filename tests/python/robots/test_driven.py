@@ -801,3 +801,25 @@ def test_links_cost_only_their_own_coordinates():
     costs = Robot(links).explain().split("cost of links")[1]
     assert "1 coordinate" in costs.splitlines()[1]
     assert "0 coordinates" in costs.splitlines()[2]
+
+
+@pytest.mark.parametrize("method", ["radau", "rk45", "dop853"])
+@pytest.mark.parametrize("start", [0.0, 0.1, 0.25])
+def test_adaptive_steps_pass_a_jump_of_the_acceleration_of_a_function(start, method):
+    """The smooth step of robotics, and what hangs on it by a spring: a particular solution and a vibration."""
+    w, rise, stroke = 4.0, 0.5, 0.1
+
+    def motion(t):
+        s = min(max((t - start) / rise, 0.0), 1.0)
+        return stroke * s * s * (3 - 2 * s)
+
+    carriage = Link("carriage", body=Body(1.0), joint=Prismatic((1, 0, 0), motion=motion))
+    load = Link("load", parent="carriage", body=Body(1.0), joint=Prismatic((1, 0, 0), stiffness=w * w))
+    run = lissom.simulate(Robot([carriage, load], gravity=(0, 0, 0)), 1.0, method=method)
+    assert run.success, run.message
+    # x'' + w^2 x = -f'' with f'' = a + b t in the rise, from rest; x is linear in t and a vibration.
+    a, b = 6 * stroke / rise**2, -12 * stroke / rise**3
+    x = a / w**2 * np.cos(w * rise) + b / w**3 * np.sin(w * rise) - (a + b * rise) / w**2
+    v = -a / w * np.sin(w * rise) + b / w**2 * np.cos(w * rise) - b / w**2
+    rest = 1.0 - start - rise
+    assert_allclose(run.q[-1, 0], x * np.cos(w * rest) + v / w * np.sin(w * rest), rtol=0, atol=5e-6)
