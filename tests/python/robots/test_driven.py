@@ -806,7 +806,7 @@ def test_links_cost_only_their_own_coordinates():
 @pytest.mark.parametrize("method", ["radau", "rk45", "dop853"])
 @pytest.mark.parametrize("start", [0.0, 0.1, 0.25])
 def test_adaptive_steps_pass_a_jump_of_the_acceleration_of_a_function(start, method):
-    """The smooth step of robotics, and what hangs on it by a spring: a particular solution and a vibration."""
+    """The smooth step of robotics, and what hangs on it: a particular solution and a vibration."""
     w, rise, stroke = 4.0, 0.5, 0.1
 
     def motion(t):
