@@ -272,7 +272,7 @@ impl Stepper {
         } else {
             match self.whole_step(system, t_new, h)? {
                 // Mechanisms that come near a singular position, such as a rope that cracks, may take shorter steps there.
-                Err(failure) if system.facts().constraints() > 0 => {
+                Err(failure) if self.a.len() > self.q.len() => {
                     self.halved_steps(system, t_new, Self::whole_step)?.map_err(|_| failure)
                 }
                 solved => solved,
@@ -562,26 +562,33 @@ impl Stepper {
         t_new: f64,
         h: f64,
     ) -> Result<Result<(), Failure>, Interrupted> {
-        let memory = if self.scheme.is_plain() { Some(1.0) } else { self.memory(system, t_new) };
+        let is_plain = self.scheme.is_plain();
+        let memory = if is_plain { Some(1.0) } else { self.memory(system, t_new, h) };
         if self.step.made_for != (h, memory) {
             self.step = self.scheme.step(h, memory);
         }
         let Self { step, q, v, a, s, s_of_trial, trial, .. } = self;
-        let s = match s_of_trial.is_empty() {
-            _ if self.scheme.is_plain() => &*a,
-            true => s,
-            false => s_of_trial,
-        };
         trial.weights = step.weights;
-        for i in 0..q.len() {
-            let (a, s) = (a[i], s[i]);
-            trial.q_base[i] = q[i] + h * v[i] + step.displacement[0] * a + step.displacement[1] * s;
-            trial.v_base[i] = v[i] + step.velocity[0] * a + step.velocity[1] * s;
+        let ends = trial.q_base.iter_mut().zip(&mut trial.v_base);
+        let motion = q.iter().zip(v.iter().zip(&*a));
+        if is_plain {
+            let ([_, bq], [_, bv]) = (step.displacement, step.velocity);
+            for ((q_base, v_base), (q, (v, a))) in ends.zip(motion) {
+                *q_base = q + h * v + bq * a;
+                *v_base = v + bv * a;
+            }
+        } else {
+            let s = if s_of_trial.is_empty() { s } else { s_of_trial };
+            for (((q_base, v_base), (q, (v, a))), s) in ends.zip(motion).zip(&*s) {
+                *q_base = q + h * v + step.displacement[0] * a + step.displacement[1] * s;
+                *v_base = v + step.velocity[0] * a + step.velocity[1] * s;
+            }
         }
         self.trial.t = t_new;
         self.forgets = false;
         let solved = self.correct(system, h)?;
-        if system.facts().constraints() == 0 || solved.is_err() {
+        // Without constraints there are no multipliers behind the accelerations.
+        if self.a.len() == self.q.len() || solved.is_err() {
             return Ok(solved);
         }
         // A row that begins to hold has been open by what it did not hold before. Closed within one step this is a blow, whose
@@ -598,12 +605,12 @@ impl Stepper {
     }
 
     /// What the step from here to `t_new` keeps of algorithmic accelerations ([`Scheme::step`]).
-    fn memory<S: System + ?Sized>(&self, system: &S, t_new: f64) -> Option<f64> {
+    fn memory<S: System + ?Sized>(&self, system: &S, t_new: f64, h: f64) -> Option<f64> {
         if !self.s_of_trial.is_empty() {
             // Those of an adaptive step are made for its size.
             return Some(1.0);
         }
-        let stretch = stretch(t_new - self.t, self.h_of_s);
+        let stretch = stretch(h, self.h_of_s);
         if stretch.is_none() || !self.has_corners {
             return stretch;
         }

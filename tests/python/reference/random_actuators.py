@@ -79,8 +79,16 @@ def carrier(links, name, at=None):
     if name is None:
         return None
     link = next(link for link in links if link["name"] == name)
-    if any(segment["modes"] for segment in link.get("rod", [])):
-        return name, at
+    if "rod" in link:
+        ends = np.cumsum([0.0, *(segment["length"] for segment in link["rod"])])
+        place = ends[-1] if at is None else at
+        # Segments without modes move with the section at which they begin.
+        for segment, start in reversed(list(zip(link["rod"], ends[:-1], strict=True))):
+            if start < place and segment["modes"]:
+                break
+            place = min(place, start)
+        if place > 0.0:
+            return name, place
     is_welded = link.get("joint", {"type": "weld"})["type"] == "weld"
     return carrier(links, link.get("parent"), link.get("at")) if is_welded else (name, None)
 
