@@ -12,10 +12,10 @@ import numpy as np
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
-from drawing import draw, frame
 from PIL import Image, ImageChops
 
 import lissom
+from drawing import draw, frame
 from lissom.views import View, view
 
 HERE = Path(__file__).parent

@@ -11,10 +11,10 @@ import numpy as np
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
-from drawing import draw, frame
 from PIL import Image
 
 import lissom
+from drawing import draw, frame
 from lissom.views import view
 
 HERE = Path(__file__).parent

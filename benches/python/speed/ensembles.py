@@ -19,6 +19,7 @@ import lissom
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 import machine
+
 from rods import KERNELS, rod, soft
 
 ROUNDS = 7
