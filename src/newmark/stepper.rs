@@ -393,7 +393,7 @@ impl Stepper {
         let start = (self.t, self.q.clone(), self.v.clone(), self.a.clone());
         let before = (self.t_old, self.q_old.clone(), self.v_old.clone(), self.a_old.clone());
         let (memory, unsettled) = ((self.s.clone(), self.h_of_s, self.guess), self.unsettled);
-        let (touches, steps, impacts) = (self.touches, self.counters.steps, self.impacts);
+        let (touches, steps, impacts, rank) = (self.touches, self.counters.steps, self.impacts, self.rank);
         let changes_size = std::mem::replace(&mut self.changes_size, true);
         let solved = self.halves(system, t_new, MOST_HALVINGS, part);
         self.changes_size = changes_size;
@@ -404,7 +404,7 @@ impl Stepper {
             (self.t_old, self.q_old, self.v_old, self.a_old) = before;
             ((self.s, self.h_of_s, self.guess), self.unsettled) = (memory, unsettled);
             (self.touches, self.forgets, self.counters.steps) = (touches, false, steps);
-            self.impacts = impacts;
+            (self.impacts, self.rank) = (impacts, rank);
         }
         self.corrector.forget_jacobian();
         solved
