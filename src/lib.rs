@@ -25,54 +25,23 @@
 //! All units are SI. Invalid input returns an [`error::InvalidInput`] that lists every mistake; the outcome
 //! of a computation is a status in its result.
 
-pub mod accuracy;
-pub mod actuate;
-pub mod actuator;
-mod at_rest;
-pub mod balance;
-pub mod body;
-mod constraint;
-pub mod contact;
-mod derivatives;
-pub mod description;
-pub mod ensemble;
+mod analysis;
+mod description;
 pub mod error;
-mod hermite;
-pub mod joint;
-pub mod lie;
-pub mod linalg;
-pub mod load;
-pub mod loops;
-mod memory;
-pub mod methods;
+mod integrators;
 pub mod model;
-pub mod modes;
-mod natural;
-pub mod newmark;
-pub mod ode;
-pub mod parallel;
-mod pencil;
-pub mod pendulum;
+mod numerics;
 #[cfg(feature = "python")]
 mod python;
-pub mod radau;
-pub mod reach;
 pub mod robot;
-pub mod rod;
-pub mod roots;
 #[cfg(feature = "scene")]
 pub mod scene;
-pub mod second_order;
-pub mod sensitivity;
-pub mod signal;
-pub mod simulate;
-mod small_motions;
-mod spectrum;
-pub mod springs;
-pub mod stability;
-pub mod statics;
-pub mod stepping;
-pub mod support;
-mod tape;
-mod unseen;
-pub mod world;
+mod simulation;
+
+pub use analysis::{actuate, modes, reach, stability, statics};
+pub use description::{body, joint, rod, schema, signal, world};
+pub use integrators::{newmark, ode, radau, second_order};
+pub use model::{pendulum, springs};
+pub use numerics::{lie, linalg, parallel, roots};
+pub use robot::effects::{actuator, contact, fluid, load, loops, support};
+pub use simulation::{accuracy, balance, ensemble, methods, sensitivity, simulate, stepping};

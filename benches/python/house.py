@@ -14,8 +14,8 @@ sys.path.insert(0, str(ROOT / "tests" / "python" / "project"))
 #: Traits whose methods every implementation must know, by the file that defines them.
 TRAITS = {
     "model": "src/model",
-    "second-order systems": "src/second_order/system.rs",
-    "effects": "src/robot/effect/mod.rs",
+    "second-order systems": "src/integrators/second_order/system.rs",
+    "effects": "src/robot/effects/mod.rs",
 }
 #: Effects, and the words by which files know them.
 EFFECTS = {

@@ -1,5 +1,5 @@
 //! `#[derive(Described)]`: from a struct its table of fields, reading, checking and writing; from an enum of structs the
-//! choice among them, and from an enum without fields its words. What needs no knowledge of the type is in `lissom::description`, so that little is generated.
+//! choice among them, and from an enum without fields its words. What needs no knowledge of the type is in `lissom::description::schema`, so that little is generated.
 
 use proc_macro2::TokenStream;
 use quote::{ToTokens, format_ident, quote};
@@ -49,10 +49,10 @@ fn doc(attributes: &[Attribute]) -> String {
     lines.map(|line| line.strip_prefix(' ').unwrap_or(&line).to_owned()).collect::<Vec<_>>().join("\n")
 }
 
-/// Options of structs are the functions of `description::Schema`, and `complete = function`, which fills in what was left
+/// Options of structs are the functions of `schema::Schema`, and `complete = function`, which fills in what was left
 /// out, `check = function`, which checks fields against each other, and `derived = function`, which says what follows for a
 /// field that is not given. Options of fields are `default`,
-/// `default = value`, `key = "name"` where users know another name, and the functions of `description::Limits`.
+/// `default = value`, `key = "name"` where users know another name, and the functions of `schema::Limits`.
 #[proc_macro_derive(Described, attributes(part))]
 pub fn described(input: proc_macro::TokenStream) -> proc_macro::TokenStream {
     let input = parse_macro_input!(input as DeriveInput);
@@ -97,7 +97,7 @@ fn of_struct(input: &DeriveInput, fields: &Fields) -> Result<TokenStream> {
     let places: Vec<_> = (0..names.len()).collect();
     let found: Vec<_> = places.iter().map(|i| format_ident!("field_{i}")).collect();
     Ok(quote! { const _: () = {
-        use crate::description::{AnyPart, Data, Field, Item, Kind, Limits, Part, Reader, Schema, Value};
+        use crate::description::schema::{AnyPart, Data, Field, Item, Kind, Limits, Part, Reader, Schema, Value};
         static FIELDS: &[Field] = &[#(#table),*];
         static SCHEMA: Schema = Schema::new(#name, #text, FIELDS, |values, reader| {
             reader.check_given(&SCHEMA, values);
@@ -152,7 +152,7 @@ fn of_enum<'a>(this: &Ident, variants: impl Iterator<Item = (&'a Ident, &'a Fiel
         variants.flat_map(|(name, fields)| fields.iter().map(move |field| (name, &field.ty))).unzip();
     let places = 0..names.len();
     quote! { const _: () = {
-        use crate::description::{Data, Item, Kind, Limits, Reader, Value};
+        use crate::description::schema::{Data, Item, Kind, Limits, Reader, Value};
         impl Item for #this {}
         #(impl From<#types> for #this { fn from(value: #types) -> Self { Self::#names(value) } })*
         impl Data for #this {
@@ -182,7 +182,7 @@ fn of_words(this: &Ident, variants: Vec<&Ident>) -> TokenStream {
     let words: Vec<_> = variants.iter().map(word).collect();
     let places = 0..variants.len();
     quote! { const _: () = {
-        use crate::description::{Data, Kind, Limits, Reader, Value};
+        use crate::description::schema::{Data, Kind, Limits, Reader, Value};
         impl Data for #this {
             const KIND: Kind = Kind::Word(stringify!(#this), &[#(#words),*]);
             fn read(value: &Value, reader: &mut Reader) -> Option<Self> {

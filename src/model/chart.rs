@@ -13,10 +13,10 @@
 use nalgebra::Matrix3;
 
 use super::rotation_vectors;
-use crate::lie::{
+use crate::numerics::lie::{
     Quaternion, Vector, moment_of_rotation_vector, moment_of_rotation_vector_slopes, rotation_vector_rate,
 };
-use crate::linalg::Matrix;
+use crate::numerics::linalg::Matrix;
 
 /// Replaces rotation vectors by the equivalent ones no longer than pi.
 pub(crate) fn fold(first: &[usize], q: &mut [f64]) {

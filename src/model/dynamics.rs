@@ -4,7 +4,7 @@ use super::flaw::{Flaw, at_least};
 use super::forward::{self, ForwardScratch, SingularMass, Tree};
 use super::{Energy, Facts};
 use crate::error::InvalidInput;
-use crate::linalg::{Matrix, TreeMatrix};
+use crate::numerics::linalg::{Matrix, TreeMatrix};
 
 /// A mechanical system with generalised coordinates `q` (n of them), velocities `qd`, accelerations `qdd`.
 ///

@@ -1,8 +1,8 @@
 //! Elasticity and springs of a model, for equilibria and vibrations.
 
 use super::Dynamics;
-use crate::linalg::Matrix;
-use crate::springs::{Cords, Springs};
+use crate::model::springs::{Cords, Springs};
+use crate::numerics::linalg::Matrix;
 
 /// The elasticity of a model.
 pub trait Elastic: Dynamics {

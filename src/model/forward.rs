@@ -1,7 +1,7 @@
 //! Accelerations by a solve with the mass matrix.
 
 use super::Dynamics;
-use crate::linalg::{Cholesky, Matrix, TreeLu, TreeMatrix};
+use crate::numerics::linalg::{Cholesky, Matrix, TreeLu, TreeMatrix};
 
 /// The mass matrix is not positive definite (or not finite), so that accelerations do not exist.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

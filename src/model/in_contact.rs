@@ -1,7 +1,7 @@
 //! Surfaces and springs of a model that act one way only.
 
 use super::{Beside, Dynamics, Flaw, Impact, Radius};
-use crate::linalg::Matrix;
+use crate::numerics::linalg::Matrix;
 
 /// Contacts of a model, as statics asks for them.
 pub trait InContact: Dynamics {

@@ -1,9 +1,9 @@
 //! Time dependence of models.
 
 use super::Dynamics;
+use crate::description::signal::{Cell, Jumps};
 use crate::error::Interrupted;
-use crate::linalg::Matrix;
-use crate::signal::{Cell, Jumps};
+use crate::numerics::linalg::Matrix;
 
 /// Explicit time dependence of a model, through varying loads or a moving base, and its inputs.
 pub trait InTime: Dynamics {

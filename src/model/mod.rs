@@ -12,6 +12,7 @@
 //! ```
 
 pub(crate) mod chart;
+pub(crate) mod constraint;
 mod differentiable;
 mod dynamics;
 mod elastic;
@@ -22,9 +23,11 @@ pub(crate) mod forward;
 mod in_contact;
 mod in_time;
 mod passing;
+pub mod pendulum;
 mod refinable;
 pub(crate) mod rotation_vectors;
 mod smooth;
+pub mod springs;
 mod tied;
 
 pub use differentiable::Differentiable;

@@ -2,7 +2,7 @@
 
 use super::{Model, Radius, Static};
 use crate::error::Interrupted;
-use crate::hermite;
+use crate::numerics::hermite;
 
 /// An impact in a step that does not resolve it.
 #[derive(Clone, Copy, Debug)]

@@ -53,7 +53,7 @@ fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::lie::{Quaternion, Vector};
+    use crate::numerics::lie::{Quaternion, Vector};
 
     /// The vector after a time of motion with constant second derivative.
     fn moved([phi, rate, second]: [[f64; 3]; 3], t: f64) -> [f64; 3] {

@@ -4,10 +4,10 @@ use super::{
     Beside, Differentiable, Dynamics, Elastic, Excitation, Flaw, Impact, InContact, InImpact, InTime,
     InertiaMatrix, OneSided, Radius, Refinable, Sprung, Switch, Tied,
 };
+use crate::description::signal::{Cell, Jumps};
 use crate::error::Interrupted;
-use crate::linalg::Matrix;
-use crate::signal::{Cell, Jumps};
-use crate::springs::{Cords, Springs};
+use crate::model::springs::{Cords, Springs};
+use crate::numerics::linalg::Matrix;
 
 /// A model that depends on neither time nor inputs, and has no rods by whose parameters runs are differentiated: it is [`InTime`] and
 /// [`Differentiable`] without any work. Such [`Facts`](super::Facts) are those of [`smooth`](super::Facts::smooth).

@@ -1,7 +1,7 @@
 //! Constraints of a model, such as closed loops.
 
 use super::{Dynamics, Flaw};
-use crate::linalg::Matrix;
+use crate::numerics::linalg::Matrix;
 
 /// Change of the set of active constraints.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

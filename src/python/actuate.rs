@@ -13,11 +13,12 @@ use super::reach::{Given, Targets};
 use super::record::{self, ReadOnly, Reduced};
 use super::robot::PyRobot;
 use super::statics::run;
-use crate::actuate::{self as core, Found, Options};
+use crate::analysis::actuate as core;
+use crate::analysis::actuate::{Found, Options};
+use crate::analysis::stability::Stability;
+use crate::analysis::statics::Monitor;
 use crate::model::Dynamics as _;
 use crate::robot::Robot;
-use crate::stability::Stability;
-use crate::statics::Monitor;
 
 /// Result of `actuate`.
 ///

@@ -5,9 +5,9 @@ use pyo3::types::PyTuple;
 
 use super::part::{object_of, parts_of, resolved};
 use super::signal::Functions;
-use crate::actuator::{Actuator, described};
-use crate::description::{Data as _, suggestion};
+use crate::description::schema::{Data as _, suggestion};
 use crate::error::InvalidInput;
+use crate::robot::effects::actuator::{Actuator, described};
 use crate::robot::{Named, Robot, number_default_names};
 
 /// The actuators of a sequence.

@@ -6,9 +6,9 @@ use pyo3::types::PyDict;
 
 use super::convert;
 use super::record::ReadOnly;
-use crate::balance::Balance;
 use crate::error::Checker;
 use crate::model::Energy;
+use crate::simulation::balance::Balance;
 
 /// Energy balance of a motion: energies at each output time, in joules, and the energy that left or entered the system.
 ///

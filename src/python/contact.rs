@@ -8,8 +8,8 @@ use pyo3::types::PyTuple;
 use super::loops::index_of_one;
 use super::part::{parts_of, resolved, wrapped};
 use super::signal::Functions;
-use crate::contact::{Contact, described};
-use crate::description::LinkName;
+use crate::description::schema::LinkName;
+use crate::robot::effects::contact::{Contact, described};
 use crate::robot::{Named, Robot, number_default_names};
 
 /// The contacts of a sequence.

@@ -11,11 +11,11 @@ use pyo3::types::{PyBool, PyBytes, PyDict, PyFloat, PyInt, PyList, PyString, PyT
 
 use super::arguments;
 use super::callback::Nested;
+use crate::description::rod::diagonal;
 use crate::error::{Checker, InvalidInput, Number};
-use crate::lie::Rotation;
-use crate::linalg::Matrix;
+use crate::numerics::lie::Rotation;
+use crate::numerics::linalg::Matrix;
 use crate::robot::Pose;
-use crate::rod::diagonal;
 
 impl From<InvalidInput> for PyErr {
     fn from(error: InvalidInput) -> Self {

@@ -19,15 +19,16 @@ use super::record::{self, ReadOnly, Reduced};
 use super::robot::PyRobot;
 use super::rows::{Vectors, each, of_row, threads};
 use super::simulate::{Given, MethodOf, method, needs_damping, with_python_names};
-use crate::ensemble::{self, Ensemble, Keep, Monitor, Outcome, Refusal, Run, Size};
+use crate::description::signal::Cell;
 use crate::error::{Interrupted, InvalidInput};
-use crate::lie::{Quaternion, Vector};
-use crate::methods::Way;
-use crate::newmark::Parameters;
+use crate::integrators::newmark::Parameters;
+use crate::integrators::second_order::number_of_steps;
+use crate::numerics::lie::{Quaternion, Vector};
 use crate::robot::{Place, Pose};
-use crate::second_order::number_of_steps;
-use crate::signal::Cell;
-use crate::simulate::{Control, Simulation, slackness, times_of_run};
+use crate::simulation::ensemble;
+use crate::simulation::ensemble::{Ensemble, Keep, Monitor, Outcome, Refusal, Run, Size};
+use crate::simulation::methods::Way;
+use crate::simulation::simulate::{Control, Simulation, slackness, times_of_run};
 
 /// Simulate many motions in parallel: of many models, or of one model with many initial states or inputs.
 ///
@@ -206,7 +207,7 @@ pub(crate) fn simulate_many<'py>(
 }
 
 /// Default memory limit of results, bytes.
-const MEMORY_LIMIT: f64 = crate::memory::LARGEST_RESULT as f64;
+const MEMORY_LIMIT: f64 = crate::numerics::memory::LARGEST_RESULT as f64;
 
 fn keep_of(keep: &str) -> PyResult<Keep> {
     match keep {
@@ -601,7 +602,7 @@ fn check_memory(size: Size, keep: Keep, inputs: usize, workers: usize, limit: f6
             bytes / 1e9
         )));
     }
-    Ok(crate::memory::check(numbers, "keep", found, instead)?)
+    Ok(crate::numerics::memory::check(numbers, "keep", found, instead)?)
 }
 
 /// Receiver of the number of finished runs.
@@ -871,7 +872,7 @@ fn statistics<'py>(py: Python<'py>, outcomes: &[Option<Outcome>]) -> PyResult<Bo
         let values = outcomes.iter().map(|outcome| outcome.as_ref().and_then(of).unwrap_or(f64::NAN));
         values.collect::<Vec<_>>().into_pyarray(py)
     };
-    let counts = |of: &dyn Fn(&crate::second_order::Counters) -> usize| {
+    let counts = |of: &dyn Fn(&crate::integrators::second_order::Counters) -> usize| {
         let values = outcomes
             .iter()
             .map(|outcome| outcome.as_ref().map_or(0, |outcome| of(&outcome.statistics.counters) as i64));

@@ -7,7 +7,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyMapping;
 
 use super::convert;
-use crate::description::suggestion;
+use crate::description::schema::suggestion;
 use crate::error::{Checker, Number, shortened};
 
 /// Indices in u of the input with this name: one entry, or three for a vector.

@@ -3,7 +3,7 @@
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
-use crate::description::{Problem, suggestion};
+use crate::description::schema::{Problem, suggestion};
 use crate::error::InvalidInput;
 use crate::robot::{LinkNames, Robot};
 

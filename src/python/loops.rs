@@ -8,8 +8,8 @@ use super::errors::at_place;
 use super::link::unknown;
 use super::part::{object_of, parts_of, resolved};
 use super::signal::Functions;
-use crate::description::Data as _;
-use crate::loops::{Loop, described};
+use crate::description::schema::Data as _;
+use crate::robot::effects::loops::{Loop, described};
 use crate::robot::{Named, Robot, number_default_names};
 
 /// The loops of a sequence.

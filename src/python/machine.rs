@@ -2,8 +2,8 @@
 
 use pyo3::prelude::*;
 
-use crate::lie::Instructions;
-use crate::parallel;
+use crate::numerics::lie::Instructions;
+use crate::numerics::parallel;
 
 /// The instruction set used by the sweeps on this machine, and the number of processors available to this
 /// process.

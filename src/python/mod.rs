@@ -112,7 +112,7 @@ mod _lissom {
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
-        if !crate::lie::Instructions::of_machine().are_compiled() {
+        if !crate::numerics::lie::Instructions::of_machine().are_compiled() {
             return Err(PyImportError::new_err(
                 "lissom was built for machines with AVX2 and FMA, which this one has not: install it here by \"pip \
                  install .\", which builds it for all machines",

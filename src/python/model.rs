@@ -13,17 +13,19 @@ use super::callback::or_raised;
 use super::convert;
 use super::errors::{LissomError, check_finite};
 use super::record::{self, Reduced};
-use crate::accuracy;
-use crate::balance::State;
+use crate::analysis::statics::Tendons;
+use crate::description::signal::covers;
 use crate::error::{Interrupted, InvalidInput};
-use crate::linalg::Matrix;
+use crate::integrators::ode;
+use crate::integrators::ode::FirstOrder;
 use crate::model::{self, ForwardScratch};
-use crate::ode::{self, FirstOrder};
+use crate::numerics::linalg::Matrix;
 use crate::robot::{Robot, RobotModel};
-use crate::signal::covers;
-use crate::simulate::{self, Control, Simulation};
-use crate::statics::Tendons;
-use crate::stepping::{Run, Status};
+use crate::simulation::accuracy;
+use crate::simulation::balance::State;
+use crate::simulation::simulate;
+use crate::simulation::simulate::{Control, Simulation};
+use crate::simulation::stepping::{Run, Status};
 
 /// A native model as a trait object.
 ///

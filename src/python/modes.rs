@@ -8,8 +8,9 @@ use super::errors::LissomError;
 use super::record::{self, ReadOnly, Reduced};
 use super::statics::native;
 use super::{background, convert};
-use crate::modes::{self as core, Modes, NoModes};
-use crate::stability::Stability;
+use crate::analysis::modes as core;
+use crate::analysis::modes::{Modes, NoModes};
+use crate::analysis::stability::Stability;
 
 /// Natural vibrations about an equilibrium, slowest first.
 ///

@@ -14,11 +14,11 @@ use super::convert;
 use super::errors::AccuracyWarning;
 use super::model::PyModel;
 use super::record::{self, ReadOnly, Reduced};
-use crate::balance::{Balance, Flow};
 use crate::error::{Checker, Interrupted};
+use crate::simulation::balance::{Balance, Flow};
 
-use crate::second_order::Counters;
-use crate::simulate::{Simulation, Slack, Statistics, accelerations};
+use crate::integrators::second_order::Counters;
+use crate::simulation::simulate::{Simulation, Slack, Statistics, accelerations};
 
 /// Result of `simulate` and `newmark`. After a failure or interruption it contains everything computed until then.
 ///

@@ -16,13 +16,13 @@ use super::ode::options::tolerance;
 use super::ode::system::{SharedRaised, unpack};
 use super::simulate::word;
 use crate::error::Interrupted;
-use crate::linalg::Matrix;
+use crate::integrators::newmark::{Options, Parameters, Scheme, StepSize, Stepper, solve};
+use crate::integrators::second_order::{Failure, Status, System};
 use crate::model::Facts;
-use crate::newmark::{Options, Parameters, Scheme, StepSize, Stepper, solve};
-use crate::roots::Derivative;
-use crate::second_order::{Failure, Status, System};
-use crate::simulate::Simulation;
-use crate::stepping;
+use crate::numerics::linalg::Matrix;
+use crate::numerics::roots::Derivative;
+use crate::simulation::simulate::Simulation;
+use crate::simulation::stepping;
 
 /// Integrate second-order equations of motion ``residual(t, q, v, a) = 0`` with the Newmark family.
 ///

@@ -4,7 +4,7 @@ use pyo3::prelude::*;
 
 use super::arguments;
 use super::model::PyModel;
-use crate::pendulum::SpringPendulum;
+use crate::model::pendulum::SpringPendulum;
 
 /// A point mass on a massless spring, hinged at the origin, that swings in a vertical plane.
 ///

@@ -10,10 +10,10 @@ use super::arguments;
 use super::callback::call;
 use super::convert::{self, Numbers};
 use super::signal::{Functions, callable_of};
-use crate::actuator::{AlongRod, AlongRodTable};
-use crate::description::{Data as _, Kind, Symmetric, Value};
+use crate::description::rod::{Parts, Profile, Unsampled};
+use crate::description::schema::{Data as _, Kind, Symmetric, Value};
 use crate::error::{Checker, InvalidInput};
-use crate::rod::{Parts, Profile, Unsampled};
+use crate::robot::effects::actuator::{AlongRod, AlongRodTable};
 
 /// A function of the arc length of a segment, as `Segment` creates it from a table or a callable.
 ///

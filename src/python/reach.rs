@@ -9,11 +9,12 @@ use super::convert::{self, Numbers};
 use super::link::index_of;
 use super::record::{self, ReadOnly, Reduced};
 use super::statics::run;
+use crate::analysis::reach as core;
+use crate::analysis::reach::{Options, Preference, Reached, Target};
+use crate::analysis::statics::Monitor;
 use crate::error::{InvalidInput, Problem};
-use crate::lie::{QUATERNION_TOLERANCE, Quaternion, Rotation};
-use crate::reach::{self as core, Options, Preference, Reached, Target};
+use crate::numerics::lie::{QUATERNION_TOLERANCE, Quaternion, Rotation};
 use crate::robot::{Robot, RobotModel};
-use crate::statics::Monitor;
 
 /// Allowed deviation of the last row of a homogeneous transformation from (0, 0, 0, 1), for rounding errors
 /// of its computation.

@@ -14,13 +14,14 @@ use super::part::{parts_of, wrapped};
 use super::robot::{PyRobot, optional_fluid, optional_motion};
 use super::segment::{segments_of, segments_out};
 use super::signal::Functions;
-use crate::body::described::Body;
-use crate::description::LinkName;
+use crate::description::body::described::Body;
+use crate::description::schema::LinkName;
+use crate::description::world::Fluid;
+use crate::description::world::described::BaseMotion;
 use crate::error::InvalidInput;
-use crate::load::described::Load;
+use crate::robot::effects::load::described::Load;
+use crate::robot::effects::support::described::Support;
 use crate::robot::{Named, Robot, Rod};
-use crate::support::described::Support;
-use crate::world::{Fluid, described::BaseMotion};
 
 /// A Cosserat rod that is clamped at its base: a sequence of segments with loads and rigid bodies.
 ///

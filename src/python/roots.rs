@@ -12,8 +12,8 @@ use super::convert::{count, describe, matrix_out, numbers, scalar_or_vector, vec
 use super::errors::ConvergenceError;
 use super::record::{self, ReadOnly, Reduced};
 use crate::error::{Checker, Interrupted, InvalidInput, Unfinished};
-use crate::linalg::Matrix;
-use crate::roots::{
+use crate::numerics::linalg::Matrix;
+use crate::numerics::roots::{
     Derivative, Differences, Iterate, Method, Newton, Options, Reuse, StepTolerance, System, check_jacobian,
 };
 

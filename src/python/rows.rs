@@ -5,7 +5,7 @@ use pyo3::prelude::*;
 
 use super::convert;
 use super::model::PyModel;
-use crate::parallel;
+use crate::numerics::parallel;
 
 /// One vector for all rows, or a vector for each.
 pub(super) struct Vectors {

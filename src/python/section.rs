@@ -7,7 +7,8 @@ use pyo3::types::{PyDict, PyTuple, PyType};
 
 use super::arguments;
 use super::part::PyPart;
-use crate::rod::{self, Shape, described};
+use crate::description::rod;
+use crate::description::rod::{Shape, described};
 
 /// Cross-section of a segment: a shape filled with its material, or given stiffness and inertia.
 ///

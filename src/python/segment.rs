@@ -12,7 +12,7 @@ use super::arguments;
 use super::convert;
 use super::part::{PyPart, parts_of, wrapped};
 use super::signal::Functions;
-use crate::rod::{SectionProperties, Segment, described, generalised_stiffness};
+use crate::description::rod::{SectionProperties, Segment, described, generalised_stiffness};
 
 /// Base class of segments, with what follows from their parameters.
 #[pyclass(name = "_Segment", module = "lissom._lissom", extends = PyPart, subclass, frozen)]

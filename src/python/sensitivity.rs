@@ -12,13 +12,14 @@ use super::errors::LissomError;
 use super::model::{Native, PyModel};
 use super::motion::Ticker;
 use super::segment::PySegment;
+use crate::description::rod::{SectionProperties, Segment};
 use crate::error::Interrupted;
-use crate::linalg::Matrix;
+use crate::integrators::newmark::{Parameters, Scheme};
 use crate::model::{InertiaMatrix, SectionPlace};
-use crate::newmark::{Parameters, Scheme};
-use crate::rod::{SectionProperties, Segment};
-use crate::sensitivity::{
-    self, Course, Failure, ForceDerivative, Leg, Lengths, OfInertia, Parameter, Rule, Sections, Together,
+use crate::numerics::linalg::Matrix;
+use crate::simulation::sensitivity;
+use crate::simulation::sensitivity::{
+    Course, Failure, ForceDerivative, Leg, Lengths, OfInertia, Parameter, Rule, Sections, Together,
 };
 
 /// Models with a varied parameter, with their weights in the derivative with respect to it.

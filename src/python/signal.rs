@@ -14,13 +14,15 @@ use super::arguments;
 use super::callback::{call, keep, none_is_kept};
 use super::convert;
 use super::ode::function::read_vector;
-use crate::actuator::{Actuator, AlongRod};
-use crate::description::{AnyPart, Value};
+use crate::description::schema::{AnyPart, Value};
+use crate::description::signal::{
+    Drive, Evaluate, Function, Harmonic, Input, Interpolation, Motion, Signal, Table,
+};
+use crate::description::world::{BaseMotion, BaseRotation, quaternion_motion};
 use crate::error::{Checker, Interrupted};
-use crate::load::Load;
+use crate::robot::effects::actuator::{Actuator, AlongRod};
+use crate::robot::effects::load::Load;
 use crate::robot::{Driven, Robot};
-use crate::signal::{Drive, Evaluate, Function, Harmonic, Input, Interpolation, Motion, Signal, Table};
-use crate::world::{BaseMotion, BaseRotation, quaternion_motion};
 
 /// A harmonic signal: ``mean + rate * t + amplitude * sin(2 * pi * frequency * t + phase)``.
 ///

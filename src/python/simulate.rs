@@ -15,13 +15,13 @@ use super::ode::options::tolerance;
 use super::part::PyPart;
 use super::robot::PyRobot;
 use super::rod::PyRod;
-use crate::accuracy;
-use crate::description::{Data, Kind, Reader, Value};
+use crate::description::schema::{Data, Kind, Reader, Value};
 use crate::error::{Interrupted, InvalidInput};
-use crate::methods::{Auto, Dop853, Integration, Jacobian, Newmark, Radau, Rk45, Way};
-use crate::newmark::{ATOL, Parameters, Predictor, RTOL};
+use crate::integrators::newmark::{ATOL, Parameters, Predictor, RTOL};
 use crate::robot::Robot;
-use crate::simulate::{Control, slackness};
+use crate::simulation::accuracy;
+use crate::simulation::methods::{Auto, Dop853, Integration, Jacobian, Newmark, Radau, Rk45, Way};
+use crate::simulation::simulate::{Control, slackness};
 
 /// Value of `t_eval` that requests all accepted steps.
 const EVERY_STEP: &str = "steps";

@@ -16,11 +16,12 @@ use super::inputs;
 use super::model::{Native, PyModel, check_time};
 use super::motion::Ticker;
 use super::record::{self, ReadOnly, Reduced};
-use crate::error::{Interrupted, InvalidInput, Unfinished};
-use crate::statics::{
-    self as core, ContinuationOptions, Counters, CriticalPoint, Equilibrium, InputPath, Monitor, Options,
-    Path, Stability, Start, Tendons,
+use crate::analysis::statics as core;
+use crate::analysis::statics::{
+    ContinuationOptions, Counters, CriticalPoint, Equilibrium, InputPath, Monitor, Options, Path, Stability,
+    Start, Tendons,
 };
+use crate::error::{Interrupted, InvalidInput, Unfinished};
 
 /// A point of a path of equilibria at which the tangent stiffness is singular.
 ///

@@ -1,12 +1,12 @@
 //! Choice of the kernel and the linear solver of a robot.
 
 use super::description::{Link, Robot};
-use crate::actuator::{Actuator, Via};
-use crate::contact::{Contact, Obstacle, Surface};
-use crate::joint::Motion;
-use crate::lie::{Plane, Quaternion};
-use crate::loops::{Loop, LoopEnd};
-use crate::rod::{STRAIGHT, piece};
+use crate::description::joint::Motion;
+use crate::description::rod::{STRAIGHT, piece};
+use crate::numerics::lie::{Plane, Quaternion};
+use crate::robot::effects::actuator::{Actuator, Via};
+use crate::robot::effects::contact::{Contact, Obstacle, Surface};
+use crate::robot::effects::loops::{Loop, LoopEnd};
 
 /// Kernel of a robot: the geometry of its recursions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -128,7 +128,7 @@ fn moves_in(plane: &Plane, link: &Link) -> bool {
 pub enum Solve {
     /// Dense factorisation, at the cost n^3.
     Dense,
-    /// Recursions over segments and links ([`crate::linalg::TreeLu`]), at a cost linear in their number.
+    /// Recursions over segments and links ([`crate::numerics::linalg::TreeLu`]), at a cost linear in their number.
     Tree,
 }
 

@@ -6,10 +6,10 @@
 //! `J_all G`. The sweeps treat all coordinates alike; robots without driven joints skip this step.
 
 use super::description::{Driven, Robot, origin};
+use crate::description::world::base_motion::MovingBase;
+use crate::description::world::smooth::Smooth;
 use crate::error::Interrupted;
-use crate::linalg::Matrix;
-use crate::world::base_motion::MovingBase;
-use crate::world::smooth::Smooth;
+use crate::numerics::linalg::Matrix;
 
 /// Map from the robot's independent coordinates to all coordinates, and its transpose for dual quantities.
 #[derive(Clone, Debug)]

@@ -5,8 +5,8 @@ use super::driven::Coordinates;
 use super::kernel::{elasticity, sizes};
 use super::sweeps::Sweeps;
 use super::turning::Turning;
-use crate::actuator::Actuator;
 use crate::model::{Facts, Holder};
+use crate::robot::effects::actuator::Actuator;
 
 /// Facts of a compiled robot.
 pub(super) fn of<G: Turning>(robot: &Robot, sweeps: &Sweeps<G>, coordinates: &Coordinates) -> Facts {

@@ -28,14 +28,14 @@ mod choice;
 mod compile;
 mod description;
 mod driven;
-mod effect;
+pub(crate) mod effects;
+pub(crate) mod explain;
 mod facts;
 mod kernel;
 mod model;
 mod plan;
 mod state;
 mod sweeps;
-mod tell;
 #[cfg(test)]
 mod tests;
 #[cfg(test)]
@@ -44,12 +44,12 @@ mod tests_of_contact;
 mod tests_of_loops;
 mod turning;
 
+pub use crate::robot::effects::contact::query::Touching;
+pub use crate::robot::explain::{Explanation, Multiplications};
 pub use choice::{Kernel, Solve};
 pub use description::{Driven, Inputs, Link, MAX_COORDINATES, Robot, Rod, described};
 pub(crate) use description::{LinkNames, Named, Origin, Spans, number_default_names, origin};
-pub use effect::contact::told::Touching;
 pub use kernel::kinematics::Pose;
 pub use kernel::momentum::Momentum;
 pub use model::RobotModel;
 pub use plan::point::Place;
-pub use tell::{Explanation, Multiplications};

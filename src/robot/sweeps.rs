@@ -5,12 +5,6 @@ use std::sync::Arc;
 use super::algebra::tie::Row;
 use super::compile;
 use super::description::Robot;
-use super::effect::actuation;
-use super::effect::all as effects;
-use super::effect::contact::told::{self, Touching};
-use super::effect::contact::{self, find, passing};
-use super::effect::joint_forces;
-use super::effect::support::Held;
 use super::kernel::by_length::ByLength;
 use super::kernel::kinematics::Pose;
 use super::kernel::momentum::Momentum;
@@ -20,19 +14,25 @@ use super::kernel::{
     loops, momentum, section, sizes, tangent, time,
 };
 use super::plan::Plan;
-use super::plan::actuation::Law;
 use super::plan::point::Place;
 use super::state::Workspace;
 use super::state::tangent::{Tangent, TangentWorkspace};
 use super::turning::Turning;
 use super::turning::place;
+use crate::description::rod::STRAINS;
+use crate::description::world::base_motion::Base;
 use crate::error::Interrupted;
-use crate::lie::{Cross, Sweep, Vector, VectorSpace, Wrench};
-use crate::linalg::Matrix;
+use crate::model::springs::Cords;
 use crate::model::{Energy, Holder, InertiaMatrix, Radius, SectionPlace};
-use crate::rod::STRAINS;
-use crate::springs::Cords;
-use crate::world::base_motion::Base;
+use crate::numerics::lie::{Cross, Sweep, Vector, VectorSpace, Wrench};
+use crate::numerics::linalg::Matrix;
+use crate::robot::effects::actuator::force as actuation;
+use crate::robot::effects::actuator::plan::Law;
+use crate::robot::effects::all as effects;
+use crate::robot::effects::contact::query::Touching;
+use crate::robot::effects::contact::{force as contact, narrow_phase, query, tunnelling};
+use crate::robot::effects::joint_forces;
+use crate::robot::effects::support::force::Held;
 
 /// A rod compiled for one geometry, with its memory.
 #[derive(Clone, Debug)]
@@ -208,7 +208,7 @@ impl<G: Turning> Sweeps<G> {
         if self.plan.varies_in_time { time::set_in_jump(&self.plan, &mut self.work, t) } else { Ok(()) }
     }
 
-    /// From now on, tables are seen in steps of the size `dt`, as in [`Sight`](crate::signal::Sight).
+    /// From now on, tables are seen in steps of the size `dt`, as in [`Sight`](crate::description::signal::Sight).
     pub(crate) fn set_steps(&mut self, dt: f64) {
         time::set_steps(&mut self.work, dt);
     }
@@ -696,7 +696,7 @@ impl<G: Turning> Sweeps<G> {
         if !self.plan.contacts.pairs.is_empty() {
             // Usually nothing is near, and the shape is sufficient.
             self.update_kinematics(q);
-            find::see_near(&self.plan, &mut self.work);
+            narrow_phase::see_near(&self.plan, &mut self.work);
             if !effects::may_dissipate(&self.plan, &self.work) {
                 return power;
             }
@@ -751,20 +751,20 @@ impl<G: Turning> Sweeps<G> {
             return false;
         }
         self.update_motion(motion);
-        told::note_rates(&mut self.work);
+        query::note_rates(&mut self.work);
         !self.work.contact.touches.is_empty()
     }
 
     /// Whether an impact is too hard for a step of size `h` that ends in a motion of the same shape.
     pub(crate) fn is_jolted(&mut self, motion: [&[f64]; 3], h: f64) -> bool {
         self.update_motion(motion);
-        told::is_jolted(&self.plan, &self.work, h)
+        query::is_jolted(&self.plan, &self.work, h)
     }
 
     /// The hardest impact in a step that ends in a motion of the same shape.
-    pub(crate) fn hardest_impact(&mut self, motion: [&[f64]; 3]) -> Option<told::Hardest> {
+    pub(crate) fn hardest_impact(&mut self, motion: [&[f64]; 3]) -> Option<query::Hardest> {
         self.update_motion(motion);
-        told::hardest_impact(&self.plan, &self.work)
+        query::hardest_impact(&self.plan, &self.work)
     }
 
     /// Whether surfaces touch in the state evaluated last.
@@ -786,20 +786,20 @@ impl<G: Turning> Sweeps<G> {
     pub(crate) fn note_surfaces(&mut self, q: &[f64]) {
         // With a moving base the world moves even if the shape does not.
         let is_noted = self.plan.world.motion.is_none() && is_same_shape(&self.work.contact.noted.of, q);
-        if passing::is_possible(&self.plan) && !is_noted {
+        if tunnelling::is_possible(&self.plan) && !is_noted {
             self.see_surfaces(q);
-            passing::note(&mut self.work);
+            tunnelling::note(&mut self.work);
         }
     }
 
     /// Whether surfaces have passed through each other on the straight path to a shape, which is then stored.
     pub(crate) fn have_passed(&mut self, q: &[f64], radius: Radius) -> bool {
-        if self.work.contact.is_left || !passing::is_possible(&self.plan) {
+        if self.work.contact.is_left || !tunnelling::is_possible(&self.plan) {
             return false;
         }
         self.see_surfaces(q);
-        let have_passed = passing::has_passed(&self.plan, &mut self.work, radius);
-        passing::note(&mut self.work);
+        let have_passed = tunnelling::has_passed(&self.plan, &mut self.work, radius);
+        tunnelling::note(&mut self.work);
         have_passed
     }
 
@@ -807,18 +807,18 @@ impl<G: Turning> Sweeps<G> {
         if !is_same_shape(&self.work.kinematics_of, q) {
             self.update_kinematics(q);
         }
-        find::see(&self.plan, &mut self.work);
+        narrow_phase::see(&self.plan, &mut self.work);
     }
 
     /// A contact whose surfaces overlap by more than a radius, and its overlap.
     pub(crate) fn sunk(&mut self, q: &[f64]) -> Option<(usize, f64)> {
         self.find_touches(q);
-        told::sunk(&self.plan, &self.work)
+        query::sunk(&self.plan, &self.work)
     }
 
     /// Energy of the overlaps in the shape that was looked at last.
     pub(crate) fn overlap_energy(&self) -> f64 {
-        told::overlap_energy(&self.work)
+        query::overlap_energy(&self.work)
     }
 
     /// Whether any surfaces overlap.
@@ -837,7 +837,7 @@ impl<G: Turning> Sweeps<G> {
     /// Contact points in a state.
     pub(crate) fn touches(&mut self, q: &[f64], qd: &[f64]) -> Vec<Touching> {
         self.update_velocities(q, qd);
-        told::told(&self.plan, &self.work).collect()
+        query::told(&self.plan, &self.work).collect()
     }
 
     /// Moment and force that the base exerts on the rod, in world axes.
@@ -872,10 +872,10 @@ impl<G: Turning> Sweeps<G> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::lie::{Instructions, Planar, Plane, Spatial};
+    use crate::description::rod::{Section, Segment};
+    use crate::description::world::Fluid;
+    use crate::numerics::lie::{Instructions, Planar, Plane, Spatial};
     use crate::robot::description::{Robot, Rod};
-    use crate::rod::{Section, Segment};
-    use crate::world::Fluid;
 
     /// A fixed state.
     fn state(n: usize) -> [Vec<f64>; 3] {

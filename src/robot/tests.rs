@@ -9,17 +9,17 @@ use super::plan::Plan;
 use super::plan::tree::Weld;
 use super::state::tangent::Tangent;
 use super::sweeps::Sweeps;
-use super::tell::cost;
-use crate::body::Body;
-use crate::joint::{Joint, JointForces};
-use crate::lie::{Quaternion, Spatial, Vector};
-use crate::linalg::Matrix;
-use crate::load::{Extent, Load};
+use crate::description::body::Body;
+use crate::description::joint::{Joint, JointForces};
+use crate::description::rod::diagonal;
+use crate::description::rod::{Section, Segment};
+use crate::description::world::Fluid;
 use crate::model::Dynamics as _;
-use crate::rod::diagonal;
-use crate::rod::{Section, Segment};
-use crate::support::Support;
-use crate::world::Fluid;
+use crate::numerics::lie::{Quaternion, Spatial, Vector};
+use crate::numerics::linalg::Matrix;
+use crate::robot::effects::load::{Extent, Load};
+use crate::robot::effects::support::Support;
+use crate::robot::explain::cost;
 
 type Space = Spatial<true>;
 
@@ -173,7 +173,7 @@ fn masses_of_joints_are_the_derivatives_of_their_forces() {
         let mut mass = Matrix::from_element(n, n, f64::NAN);
         sweeps.mass_matrix(&q, Tangent::Dense(&mut mass));
         assert_eq!(mass, mass.transpose());
-        assert!(crate::linalg::Cholesky::new(n).factorise(&mass).is_ok());
+        assert!(crate::numerics::linalg::Cholesky::new(n).factorise(&mass).is_ok());
         let mut by_links = tree::mass(sweeps.plan());
         sweeps.mass_matrix(&q, Tangent::Tree(&mut by_links));
         assert!(largest(&(&mass - by_links.to_dense())) < 1e-14 * largest(&mass));
@@ -194,7 +194,7 @@ fn masses_of_branches_are_positive_and_nothing_couples_different_ones() {
     let mut mass = Matrix::from_element(n, n, f64::NAN);
     sweeps.mass_matrix(&q, Tangent::Dense(&mut mass));
     assert_eq!(mass, mass.transpose());
-    assert!(crate::linalg::Cholesky::new(n).factorise(&mass).is_ok());
+    assert!(crate::numerics::linalg::Cholesky::new(n).factorise(&mass).is_ok());
     // The mass matrix is the derivative of these forces with respect to the accelerations.
     let rest = forces(&mut sweeps, &[q.clone(), qd.clone(), vec![0.0; n]]);
     let moving = forces(&mut sweeps, &[q.clone(), qd, qdd.clone()]);

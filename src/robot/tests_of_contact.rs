@@ -2,13 +2,13 @@
 
 use super::description::{Link, Robot};
 use super::model::RobotModel;
-use crate::body::Body;
-use crate::contact::{Contact, Obstacle, Surface};
-use crate::joint::{Joint, JointForces};
-use crate::lie::Vector;
-use crate::linalg::Matrix;
+use crate::description::body::Body;
+use crate::description::joint::{Joint, JointForces};
+use crate::description::rod::{Section, Segment};
 use crate::model::Dynamics as _;
-use crate::rod::{Section, Segment};
+use crate::numerics::lie::Vector;
+use crate::numerics::linalg::Matrix;
+use crate::robot::effects::contact::{Contact, Obstacle, Surface};
 
 /// Two thick rods and a floating body, one behind the other.
 fn links() -> Vec<Link> {

@@ -2,15 +2,15 @@
 
 use super::description::{Link, Robot};
 use super::model::RobotModel;
-use crate::actuator::{Actuator, Along, Drive, Part, Tendon, Via};
-use crate::body::Body;
-use crate::joint::{Joint, JointForces};
-use crate::linalg::Matrix;
-use crate::loops::{Loop, LoopEnd, Tie};
+use crate::description::body::Body;
+use crate::description::joint::{Joint, JointForces};
+use crate::description::rod::Segment;
+use crate::description::signal::{Harmonic, Signal};
+use crate::description::world::base_motion::{BaseMotion, BaseRotation};
 use crate::model::{Dynamics as _, InTime as _, Tied as _};
-use crate::rod::Segment;
-use crate::signal::{Harmonic, Signal};
-use crate::world::base_motion::{BaseMotion, BaseRotation};
+use crate::numerics::linalg::Matrix;
+use crate::robot::effects::actuator::{Actuator, Along, Drive, Part, Tendon, Via};
+use crate::robot::effects::loops::{Loop, LoopEnd, Tie};
 
 /// Two rods and a body, with loops of every kind between them and the world, none of them closed.
 fn robot() -> Robot {

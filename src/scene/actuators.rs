@@ -3,8 +3,8 @@
 use super::described::{Written, made, read};
 use super::document::Document;
 use super::shape::Shape;
-use crate::actuator::{Actuator, described};
-use crate::description::Data;
+use crate::description::schema::Data;
+use crate::robot::effects::actuator::{Actuator, described};
 use crate::robot::{Named, number_default_names};
 
 /// Actuators of a scene with their keys in the file: tendons, then chambers, motors and active strains. Omits those with

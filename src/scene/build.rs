@@ -1,12 +1,12 @@
 //! Builds a scene from a document. The constructors of the crate check the physics, and their messages are
 //! mapped to lines of the file.
 
-use crate::accuracy;
 use crate::error::{Checker, InvalidInput, Number};
+use crate::model::pendulum::SpringPendulum;
 use crate::model::{Dynamics as _, Flaw, InContact as _, InTime as _};
-use crate::pendulum::SpringPendulum;
 use crate::robot;
-use crate::simulate::check_step;
+use crate::simulation::accuracy;
+use crate::simulation::simulate::check_step;
 
 use super::actuators::actuators;
 use super::contacts::{contacts, key_of_contact};

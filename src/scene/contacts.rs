@@ -3,7 +3,7 @@
 use super::described::{Written, made, read};
 use super::document::Document;
 use super::shape::Shape;
-use crate::contact::{Contact, described};
+use crate::robot::effects::contact::{Contact, described};
 use crate::robot::{Named, number_default_names};
 
 /// Contacts of a scene with their indices in the file. Omits those with problems, and those on unknown links.

@@ -8,19 +8,20 @@ use serde::Deserialize;
 use serde_json::{Map, Value as Json, json};
 
 use super::shape::Shape;
-use crate::actuator::described as actuator;
-use crate::body::described as body;
-use crate::contact::described as contact;
-use crate::description::{
+use crate::description::body::described as body;
+use crate::description::joint::described as joint;
+use crate::description::rod::described as rod;
+use crate::description::schema::{
     AnyPart, Data, Fault, Field, Kind, Limits, Part, Problem, Reader, Schema, Sign, Value, expected_one_of,
 };
-use crate::joint::described as joint;
-use crate::load::described as load;
-use crate::loops::described as loops;
+use crate::description::world;
+use crate::description::world::described::BaseMotion;
 use crate::robot::described as robot;
-use crate::rod::described as rod;
-use crate::support::described as support;
-use crate::world::{self, described::BaseMotion};
+use crate::robot::effects::actuator::described as actuator;
+use crate::robot::effects::contact::described as contact;
+use crate::robot::effects::load::described as load;
+use crate::robot::effects::loops::described as loops;
+use crate::robot::effects::support::described as support;
 
 /// The parts that are described by tables, those that others hold first.
 pub(crate) const PARTS: [&Schema; 39] = [

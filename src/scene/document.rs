@@ -10,15 +10,16 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::described::Written;
-use crate::actuator::described::{ActiveStrain, Chamber, Motor, Tendon};
-use crate::body::described::Body;
-use crate::contact::described::Contact;
-use crate::load::described::Load;
-use crate::loops::described::Loop;
+use crate::description::body::described::Body;
+use crate::description::rod::described::Segment;
+use crate::description::world::Fluid;
+use crate::description::world::described::BaseMotion;
 use crate::robot::described;
-use crate::rod::described::Segment;
-use crate::support::described::Support;
-use crate::world::{Fluid, described::BaseMotion};
+use crate::robot::effects::actuator::described::{ActiveStrain, Chamber, Motor, Tendon};
+use crate::robot::effects::contact::described::Contact;
+use crate::robot::effects::load::described::Load;
+use crate::robot::effects::loops::described::Loop;
+use crate::robot::effects::support::described::Support;
 
 /// Segments in place of those that could not be read.
 const NO_SEGMENTS: [u8; 0] = [];

@@ -8,9 +8,10 @@ use super::imports::{Imported, Imports, Refusal, Request};
 use super::loops;
 use super::parts;
 use super::shape::{Shape, report};
-use crate::description::Reader;
+use crate::description::joint as joints;
+use crate::description::joint::JointForces;
+use crate::description::schema::Reader;
 use crate::error::Checker;
-use crate::joint::{self as joints, JointForces};
 use crate::robot::described::{Link, LinkRod};
 use crate::robot::{self, LinkNames, Named, Robot};
 

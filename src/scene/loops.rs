@@ -3,7 +3,7 @@
 use super::described::{made, read};
 use super::document::{Document, Jacobian, Simulation as Settings};
 use super::shape::Shape;
-use crate::loops::{Loop, described};
+use crate::robot::effects::loops::{Loop, described};
 use crate::robot::{Named, Robot, number_default_names};
 
 /// Loops of a scene with their keys in the file. Omits those with problems.

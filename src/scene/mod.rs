@@ -44,10 +44,11 @@ mod words;
 
 use toml::de::{DeTable, DeValue};
 
-use crate::accuracy::{self, Modes};
 use crate::error::{Interrupted, InvalidInput};
-use crate::pendulum::SpringPendulum;
+use crate::model::pendulum::SpringPendulum;
 use crate::robot;
+use crate::simulation::accuracy;
+use crate::simulation::accuracy::Modes;
 
 #[cfg(feature = "python")]
 pub(crate) use described::PARTS;

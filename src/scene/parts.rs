@@ -3,12 +3,14 @@
 use super::described::{Written, key_of, read, read_with};
 use super::document::{Document, Simulation as Settings};
 use super::shape::Shape;
-use crate::description::Kind;
+use crate::description::rod;
+use crate::description::rod::STRAINS;
+use crate::description::rod::described::{Modes, Segment};
+use crate::description::schema::Kind;
+use crate::description::signal::covers;
+use crate::description::world;
+use crate::description::world::described::BaseMotion;
 use crate::robot::described::Link;
-use crate::rod::described::{Modes, Segment};
-use crate::rod::{self, STRAINS};
-use crate::signal::covers;
-use crate::world::{self, described::BaseMotion};
 
 /// All segments with their keys, link by link.
 pub(super) fn segments(document: &Document) -> Vec<(String, &toml::Value)> {

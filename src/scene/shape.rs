@@ -16,7 +16,7 @@ use super::described::is_described;
 use super::diagnostics::{Elsewhere, SceneProblem};
 use super::imports::FileProblem;
 use super::words::{self, OldWord};
-use crate::description::{expected_one_of, quoted, suggestion};
+use crate::description::schema::{expected_one_of, quoted, suggestion};
 use crate::error::InvalidInput;
 
 /// What scene files may hold, by which they are checked. A test keeps the file equal to what `document` says: generating it

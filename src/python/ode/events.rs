@@ -9,7 +9,7 @@ use pyo3::types::PyTuple;
 use super::super::convert;
 use super::function::Function;
 use super::system::SharedRaised;
-use crate::ode::{Direction, Event};
+use crate::integrators::ode::{Direction, Event};
 
 /// The events of the argument `events`: a callable or a sequence of callables, with SciPy's attributes
 /// `terminal` and `direction`.

@@ -8,7 +8,7 @@ use pyo3::types::{PyFloat, PyInt, PyList, PyTuple};
 
 use super::super::callback::call;
 use super::super::convert;
-use crate::linalg::Matrix;
+use crate::numerics::linalg::Matrix;
 
 /// Calls `fun(t, y, *args)`. Every call gets a new array: creating it is cheaper than checking whether the
 /// previous one was kept.

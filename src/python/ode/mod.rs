@@ -18,7 +18,7 @@ use super::arguments;
 use super::callback::{wants_to_stop, with_result};
 use super::convert;
 use crate::error::{Interrupted, InvalidInput};
-use crate::ode::{Event, Options, Output, Solution, Stepper, solve};
+use crate::integrators::ode::{Event, Options, Output, Solution, Stepper, solve};
 use function::Function;
 use system::{Parts, PySystem, SharedRaised};
 

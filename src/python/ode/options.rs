@@ -6,7 +6,7 @@ use pyo3::types::{PyFloat, PyString, PyType};
 
 use super::super::convert;
 use super::stepper::{PyDop853, PyRadau, PyRk45};
-use crate::ode::{Controller, Method, Sparsity, Tolerance};
+use crate::integrators::ode::{Controller, Method, Sparsity, Tolerance};
 
 const METHODS: &str = "'rk45', 'dop853' or 'radau' (or one of the classes RK45, DOP853 and Radau)";
 

@@ -10,7 +10,7 @@ use pyo3::types::PyList;
 
 use super::super::convert;
 use super::super::record::{self, ReadOnly, Reduced};
-use crate::ode::{DenseOutput, DenseParts, Occurrences, Solution, Status};
+use crate::integrators::ode::{DenseOutput, DenseParts, Occurrences, Solution, Status};
 
 /// Result of `solve_ivp`.
 ///

@@ -11,7 +11,7 @@ use super::super::arguments;
 use super::options;
 use super::result::PyDenseOutput;
 use super::system::{Parts, PySystem, SharedRaised};
-use crate::ode::{Method, Options, Status, Stepper, System, tableau};
+use crate::integrators::ode::{Method, Options, Status, Stepper, System, tableau};
 use crate::python::convert;
 
 /// A step-by-step integration: the base class of `RK45`, `DOP853` and `Radau`.
@@ -103,7 +103,7 @@ impl PyOdeSolver {
         }
     }
 
-    fn counter(&self, counter: impl Fn(crate::ode::Counters) -> usize) -> PyResult<usize> {
+    fn counter(&self, counter: impl Fn(crate::integrators::ode::Counters) -> usize) -> PyResult<usize> {
         Ok(counter(self.memory()?.stepper.counters()))
     }
 }

@@ -14,8 +14,8 @@ use super::super::model::PyModel;
 use super::super::motion::Ticker;
 use super::function::{Function, matrix_of, read_column, read_matrix, read_vector};
 use crate::error::Interrupted;
-use crate::linalg::Matrix;
-use crate::ode::{JacobianKind, Method, System};
+use crate::integrators::ode::{JacobianKind, Method, System};
+use crate::numerics::linalg::Matrix;
 
 /// The exception that stopped an integration, shared by the system, the events and the monitor.
 #[derive(Clone, Debug, Default)]

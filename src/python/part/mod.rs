@@ -19,10 +19,10 @@ use super::callback::raised_by_function;
 use super::convert;
 use super::profile;
 use super::signal::Functions;
-use crate::description::{AnyPart, Data, Fault, Field, Item, Part, Problem, Reader, Schema, Value};
+use crate::description::schema::{AnyPart, Data, Fault, Field, Item, Part, Problem, Reader, Schema, Value};
 use crate::error::InvalidInput;
-use crate::methods::{Auto, Dop853, Newmark, Radau, Rk45};
 use crate::scene::{self, PARTS};
+use crate::simulation::methods::{Auto, Dop853, Newmark, Radau, Rk45};
 
 pub(super) use values::object_of;
 use values::{attribute_of, field_of, value_of};

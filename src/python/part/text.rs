@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use crate::description::{Field, Kind, Schema, Value};
+use crate::description::schema::{Field, Kind, Schema, Value};
 
 /// The longest line of docstrings.
 const WIDTH: usize = 105;

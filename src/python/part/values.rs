@@ -8,13 +8,13 @@ use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyFloat, PyMapping, PySequence, PyString, PyTuple};
 
 use super::{PyPart, arguments, wrapped};
-use crate::actuator::AlongRod;
-use crate::description::{AnyPart, Data as _, Field, Kind, Schema, Value};
+use crate::description::schema::{AnyPart, Data as _, Field, Kind, Schema, Value};
+use crate::description::signal::{Drive, Signal};
 use crate::python::convert;
 use crate::python::errors::at_place;
 use crate::python::profile::{along_rod, along_rod_out, along_segment, along_segment_out};
 use crate::python::signal::{Functions, on_signal, signal_of, signal_out};
-use crate::signal::{Drive, Signal};
+use crate::robot::effects::actuator::AlongRod;
 
 /// The value of an argument, whose functions are added to those of its owner.
 pub(super) fn value_of(

@@ -8,7 +8,7 @@ use super::super::model::{PyModel, Stepped};
 use super::super::motion::signals;
 use super::super::simulate::with_python_names;
 use crate::error::{InvalidInput, Number};
-use crate::stepping::{Method, Status};
+use crate::simulation::stepping::{Method, Status};
 
 /// Maximum number of steps of a model of one coordinate in a call before other threads may run: about 0.1 ms.
 /// To reacquire the interpreter may take longer than a short call.

@@ -16,9 +16,9 @@ use super::super::model::{PyEnergy, PyModel};
 use super::super::record::{self, Reduced};
 use super::super::simulate::{Given, MethodOf, method as method_of, needs_damping};
 use super::memory::{Memory, Outcome, READY, Start, start};
-use crate::methods::Way;
-use crate::newmark::Parameters;
-use crate::simulate::Method;
+use crate::integrators::newmark::Parameters;
+use crate::simulation::methods::Way;
+use crate::simulation::simulate::Method;
 
 /// A simulation that you advance step by step, with inputs.
 ///

@@ -20,8 +20,8 @@ use super::super::rows::{Vectors, check_alike, each, of_row, threads};
 use super::memory::{Memory, Outcome, STEPS_WITH_INTERPRETER, Start, check_start_time};
 use super::simulation::PySimulation;
 use crate::error::Interrupted;
-use crate::parallel;
-use crate::simulate::Method;
+use crate::numerics::parallel;
+use crate::simulation::simulate::Method;
 
 /// Memory of the smallest row, in numbers: measured as 1.4 kB for a spring pendulum.
 const NUMBERS_OF_A_ROW: usize = 170;
@@ -263,7 +263,7 @@ fn models_of(model: &Bound<'_, PyAny>, count: Option<i64>) -> PyResult<Vec<Py<Py
         let Some(count) = count else {
             return Err(PyTypeError::new_err("count: missing, expected the number of rows of one model"));
         };
-        crate::memory::check(count.saturating_mul(NUMBERS_OF_A_ROW), "count", count, "take fewer")?;
+        crate::numerics::memory::check(count.saturating_mul(NUMBERS_OF_A_ROW), "count", count, "take fewer")?;
         return Ok((0..count).map(|_| model.clone().unbind()).collect());
     }
     let models = each(model)?;

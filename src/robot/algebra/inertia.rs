@@ -1,7 +1,7 @@
 //! Inertia about the origin of the inertial frame, `N = Ad_g^-T M Ad_g^-1`: of sections, of bodies, and of
 //! everything beyond a station; and changes of wrenches under rotations of the body.
 
-use crate::lie::{Cross, Geometry, LANES, Lanes, Scalar, SecondMoment, Twist, VectorSpace, Wrench};
+use crate::numerics::lie::{Cross, Geometry, LANES, Lanes, Scalar, SecondMoment, Twist, VectorSpace, Wrench};
 
 /// Inertia per length of an axisymmetric section, about the origin.
 #[derive(Clone, Copy, Debug)]

@@ -1,7 +1,7 @@
 //! Linear responses to displacement, velocity and acceleration other than those of rigid bodies: springs to
 //! the world, and the fluid around a section.
 
-use crate::lie::{Geometry, Scalar, Twist, Wrench};
+use crate::numerics::lie::{Geometry, Scalar, Twist, Wrench};
 
 /// A wrench that is linear in a twist: a matrix stored by columns. A plane uses only the first
 /// [`Geometry::COMPONENTS`].

@@ -7,7 +7,7 @@
 //! d2g/dt2 = c . (w2' - w1') + e . (v2' - v1' - w1' x d - w1 x (v2 - v1)) + c' . (w2 - w1) + e' . (v2 - v1 - w1 x d)
 //! ```
 
-use crate::lie::{Rotation, Vector};
+use crate::numerics::lie::{Rotation, Vector};
 
 /// A frame in space.
 #[derive(Clone, Copy, Debug)]

@@ -1,7 +1,9 @@
 //! Compiles joints to pieces of a plan.
 
-use crate::joint::{JointForces, Motion};
-use crate::lie::{Twist, VectorSpace};
+use crate::description::joint::{JointForces, Motion};
+use crate::description::rod::piece::Piece;
+use crate::description::rod::{Gauss, GivenSection, STRAINS, Segment};
+use crate::numerics::lie::{Twist, VectorSpace};
 use crate::robot::compile::piece;
 use crate::robot::plan::hinge::Hinge;
 use crate::robot::plan::material::Moments;
@@ -9,8 +11,6 @@ use crate::robot::plan::piece::PiecePlan;
 use crate::robot::plan::point::Points;
 use crate::robot::plan::tree::Joined;
 use crate::robot::turning::Turning;
-use crate::rod::piece::Piece;
-use crate::rod::{Gauss, GivenSection, STRAINS, Segment};
 
 /// Number of nodes of a piece with a rotation vector: its integrals of products of sines of the angle are
 /// exact to rounding up to a full turn (the error of the rule, Davis and Rabinowitz 1984, eq. 2.7.12, is

@@ -1,7 +1,8 @@
 //! Compiles the links of a robot to connected pieces of a plan.
 
 use super::{joint, piece};
-use crate::lie::{Quaternion, Vector};
+use crate::description::rod::piece as part;
+use crate::numerics::lie::{Quaternion, Vector};
 use crate::robot::description::{Link, Robot};
 use crate::robot::plan::link::LinkPlan;
 use crate::robot::plan::piece::PiecePlan;
@@ -9,7 +10,6 @@ use crate::robot::plan::point::{Offset, Place};
 use crate::robot::plan::tree::{Joined, Weld};
 use crate::robot::turning::Turning;
 use crate::robot::turning::place;
-use crate::rod::piece as part;
 
 /// Pieces and their connections.
 pub(crate) struct Tree<G: Turning> {

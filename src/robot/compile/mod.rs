@@ -1,26 +1,20 @@
 //! Compiles the description of a robot to a plan.
 
-mod actuation;
-mod anchor;
-pub(crate) mod contact;
-mod immersion;
 mod joint;
-mod links;
-mod load;
-mod loops;
+pub(crate) mod links;
 mod piece;
 mod points;
 
 use self::links::Tree;
-use crate::lie::Instructions;
-use crate::load::Frame;
+use crate::numerics::lie::Instructions;
 use crate::robot::description::{Inputs, Robot};
-use crate::robot::effect::all as effects;
+use crate::robot::effects::actuator::plan::ActuatorPlan;
+use crate::robot::effects::contact::plan::Contacts;
+use crate::robot::effects::load::Frame;
+use crate::robot::effects::load::plan::LoadPlan;
+use crate::robot::effects::loops::plan::Loops;
+use crate::robot::effects::{actuator, all as effects, contact, fluid, load, loops, support};
 use crate::robot::plan::Plan;
-use crate::robot::plan::actuation::ActuatorPlan;
-use crate::robot::plan::contact::Contacts;
-use crate::robot::plan::load::LoadPlan;
-use crate::robot::plan::loops::Loops;
 use crate::robot::plan::world::World;
 use crate::robot::turning::Turning;
 
@@ -40,18 +34,18 @@ fn plan_of<G: Turning>(robot: &Robot, frame: G::Frame, mut tree: Tree<G>) -> Pla
     let inputs = Inputs::of(robot);
     let loads: Vec<LoadPlan<G>> = robot
         .acting_loads()
-        .map(|load| load::plan(load.clone(), frame, &world.base.rotation, is_moving, &inputs))
+        .map(|load| load::compile::plan(load.clone(), frame, &world.base.rotation, is_moving, &inputs))
         .collect();
-    load::compile(&mut tree, &loads);
-    let straight = actuation::straight(robot, &tree);
+    load::compile::compile(&mut tree, &loads);
+    let straight = actuator::compile::straight(robot, &tree);
     let pulled: Vec<_> =
         straight.iter().flat_map(|line| &line.ends).map(|end| end.place().cloned()).collect();
-    let tied = loops::places(robot, &tree);
-    let surfaces = contact::places(robot, &tree);
+    let tied = loops::compile::places(robot, &tree);
+    let surfaces = contact::compile::places(robot, &tree);
     let (points, supported) = points::compile(frame, &mut tree, &loads, [&pulled, &tied, &surfaces], robot);
     let stations = tree.stations();
     let Tree { pieces, links, n, packs, hinges, .. } = tree;
-    let actuation = actuation::compile(robot, &pieces, &links, &inputs, straight);
+    let actuation = actuator::compile::compile(robot, &pieces, &links, &inputs, straight);
     let mut plan = Plan {
         n,
         stations,
@@ -81,14 +75,14 @@ fn plan_of<G: Turning>(robot: &Robot, frame: G::Frame, mut tree: Tree<G>) -> Pla
         world,
     };
     plan.find_families();
-    actuation::attach(&mut plan);
-    plan.loops = loops::compile(&plan, robot);
-    plan.contacts = contact::compile(&plan, robot);
+    actuator::compile::attach(&mut plan);
+    plan.loops = loops::compile::compile(&plan, robot);
+    plan.contacts = contact::compile::compile(&plan, robot);
     if !robot.supports.is_empty() {
-        plan.anchors = anchor::compile(&plan, &robot.supports, &supported);
+        plan.anchors = support::compile::compile(&plan, &robot.supports, &supported);
     }
     if let Some(fluid) = &robot.fluid {
-        immersion::compile(&mut plan, robot, fluid);
+        fluid::compile::compile(&mut plan, robot, fluid);
     }
     plan.has_responses = effects::responds(&plan);
     plan

@@ -1,6 +1,9 @@
 //! Compiles a piece of a segment to a part of a plan.
 
-use crate::lie::{LANES, Lanes, VectorSpace};
+use crate::description::rod::STRAINS;
+use crate::description::rod::piece::Piece;
+use crate::description::rod::{STRAIGHT, SectionProperties, nodes, stiffness};
+use crate::numerics::lie::{LANES, Lanes, VectorSpace};
 use crate::robot::algebra::inertia;
 use crate::robot::algebra::inertia::Inertia;
 use crate::robot::plan;
@@ -10,9 +13,6 @@ use crate::robot::plan::point::Points;
 use crate::robot::plan::stretch::Stretch;
 use crate::robot::plan::tree::Joined;
 use crate::robot::turning::Turning;
-use crate::rod::STRAINS;
-use crate::rod::piece::Piece;
-use crate::rod::{STRAIGHT, SectionProperties, nodes, stiffness};
 
 pub(crate) fn plan<G: Turning>(
     piece: Piece,

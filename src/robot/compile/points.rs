@@ -1,13 +1,13 @@
 //! Compiles concentrated loads, bodies and supports to points of a plan.
 
-use super::immersion;
 use super::links::Tree;
-use crate::body::{Body, Hull};
-use crate::lie::Vector;
-use crate::load::{Extent, Frame};
+use crate::description::body::{Body, Hull};
+use crate::numerics::lie::Vector;
 use crate::robot::algebra::inertia::Inertia;
 use crate::robot::description::Robot;
-use crate::robot::plan::load::LoadPlan;
+use crate::robot::effects::fluid::compile as immersion;
+use crate::robot::effects::load::plan::LoadPlan;
+use crate::robot::effects::load::{Extent, Frame};
 use crate::robot::plan::packed;
 use crate::robot::plan::piece::PiecePlan;
 use crate::robot::plan::point::{Inside, Offset, Place, Point, Points};

@@ -7,13 +7,13 @@ use super::carriers::{Carrier, Carriers};
 use super::driven::Driven;
 use super::link::Link;
 use super::robot::{Robot, check_name};
-use crate::actuator::{Actuator, Along, Motor, Part, Tendon, Via};
-use crate::description::Item as _;
+use crate::description::joint::Joint;
+use crate::description::rod::arc_length::check_place;
+use crate::description::rod::{STRAIN_NAMES, Segment};
+use crate::description::schema::Item as _;
+use crate::description::signal::Input;
 use crate::error::{Checker, Number};
-use crate::joint::Joint;
-use crate::load::check_place;
-use crate::rod::{STRAIN_NAMES, Segment};
-use crate::signal::Input;
+use crate::robot::effects::actuator::{Actuator, Along, Motor, Part, Tendon, Via};
 
 /// Suffixes of vector inputs.
 const AXES: [&str; 3] = ["x", "y", "z"];

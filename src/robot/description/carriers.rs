@@ -1,7 +1,7 @@
 //! What the places of a robot move with: welds, and parts of rods without modes, add nothing that moves.
 
 use super::link::Link;
-use crate::joint::Joint;
+use crate::description::joint::Joint;
 
 /// What a place moves with.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,12 +1,13 @@
 //! Driven joints: prescribed as a function of time, or coupled to another joint.
 
 use super::link::Link;
-use crate::description::LinkName;
+use crate::description::joint::{Joint, described};
+use crate::description::schema::LinkName;
+use crate::description::signal::{Cell, Drive, Jumps, Signal};
+use crate::description::world::BaseMotion;
+use crate::description::world::smooth;
+use crate::description::world::smooth::{check_smooth, span};
 use crate::error::{Checker, InvalidInput, Number};
-use crate::joint::{Joint, described};
-use crate::signal::{Cell, Drive, Jumps, Signal};
-use crate::world::BaseMotion;
-use crate::world::smooth::{self, check_smooth, span};
 
 /// Source of the coordinates of a driven joint, which adds no coordinates to the robot.
 #[derive(Clone, Debug, PartialEq)]

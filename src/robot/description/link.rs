@@ -3,11 +3,11 @@
 pub mod described;
 
 use super::driven::Driven;
-use crate::body::Body;
+use crate::description::body::Body;
+use crate::description::joint::Joint;
+use crate::description::rod::{STRAIN_NAMES, Segment, piece};
 use crate::error::{Checker, InvalidInput};
-use crate::joint::Joint;
-use crate::lie::QUATERNION_TOLERANCE;
-use crate::rod::{STRAIN_NAMES, Segment, piece};
+use crate::numerics::lie::QUATERNION_TOLERANCE;
 
 /// A joint followed by a rod or a rigid body. The joint's frame has `position` and `orientation` in the axes
 /// of the parent's section or body; the joint moves the base of the link relative to this frame. A rod starts
@@ -88,7 +88,7 @@ impl Link {
         check.require(!self.name.is_empty(), "name", "''", "a name");
         if let Some(at) = self.at {
             // Only the robot knows the length of the parent's rod.
-            crate::load::check_place(&mut check, at, "at", f64::INFINITY);
+            crate::description::rod::arc_length::check_place(&mut check, at, "at", f64::INFINITY);
         }
         check.finite(&self.position, "position");
         check_orientation(&mut check, &self.orientation, "orientation");

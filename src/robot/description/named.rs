@@ -6,15 +6,13 @@ use std::collections::HashMap;
 use super::driven::Driven;
 use super::link::{Link, described as links};
 use super::robot::Robot;
-use crate::actuator::{
-    ActiveStrain, Actuator, Along, AlongRod, Chamber, Motor, Part, Tendon, Via,
-    described::{self, PathPart},
+use crate::description::schema::{Fault, LISTED, LinkName, Reader, expected_name, quoted, similar};
+use crate::robot::effects::actuator::described::PathPart;
+use crate::robot::effects::actuator::{
+    ActiveStrain, Actuator, Along, AlongRod, Chamber, Motor, Part, Tendon, Via, described,
 };
-use crate::description::{Fault, LISTED, LinkName, Reader, expected_name, quoted, similar};
-use crate::loops::{
-    Loop, LoopEnd, Tie,
-    described::{self as loops, Loop as Looped, LoopKind, LoopPlace},
-};
+use crate::robot::effects::loops::described::{Loop as Looped, LoopKind, LoopPlace};
+use crate::robot::effects::loops::{Loop, LoopEnd, Tie, described as loops};
 
 /// Links that are found by their names.
 #[derive(Debug)]
@@ -320,7 +318,7 @@ impl<'a> Named<'a> {
 
 impl Robot {
     /// The description of the joint of a link of this robot.
-    pub fn described_joint(&self, link: &Link) -> crate::joint::described::Joint {
+    pub fn described_joint(&self, link: &Link) -> crate::description::joint::described::Joint {
         match &link.driven {
             Some(driven) => driven.described(&link.joint, |link| self.name_and_length(link).0),
             None => link.joint.described(),

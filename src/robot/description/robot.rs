@@ -6,18 +6,19 @@ use super::carriers::{Carrier, Carriers};
 use super::driven::{Driven, check_mimics};
 use super::link::Link;
 use super::rod::Rod;
-use crate::actuator::{Actuator, Along, Drive};
-use crate::body::Body;
-use crate::contact::{Contact, Surface};
-use crate::description::Item as _;
+use crate::description::body::Body;
+use crate::description::joint::Joint;
+use crate::description::rod::arc_length::check_end;
+use crate::description::rod::{Section, Segment};
+use crate::description::schema::Item as _;
+use crate::description::signal::{Cell, Jumps, Signal};
+use crate::description::world::{BaseMotion, Fluid};
 use crate::error::{Checker, InvalidInput, Number};
-use crate::joint::Joint;
-use crate::load::{Extent, Load, check_end};
-use crate::loops::{Loop, Tie};
-use crate::rod::{Section, Segment};
-use crate::signal::{Cell, Jumps, Signal};
-use crate::support::Support;
-use crate::world::{BaseMotion, Fluid};
+use crate::robot::effects::actuator::{Actuator, Along, Drive};
+use crate::robot::effects::contact::{Contact, Surface};
+use crate::robot::effects::load::{Extent, Load};
+use crate::robot::effects::loops::{Loop, Tie};
+use crate::robot::effects::support::Support;
 
 /// Maximum number of entries of a robot's integration matrices, summed squares of the numbers of nodes: 1 GiB
 /// in two matrices.
@@ -234,7 +235,7 @@ impl Robot {
     }
 
     /// Latest end of a step from `t` that cannot miss a feature of loads and prescribed motions
-    /// ([`crate::signal::Signal::horizon`]).
+    /// ([`crate::description::signal::Signal::horizon`]).
     pub fn horizon(&self, t: f64) -> f64 {
         let of_base = self.base_motion.iter().map(|motion| motion.horizon(t));
         let of_joints = self.driven().map(|driven| driven.horizon(t));
@@ -430,7 +431,7 @@ impl Robot {
             let found = format_args!("{at} on \"{}\", which has no rod", parent.name);
             check.require(false, &place, found, "none: the link is attached to the parent's body");
         } else {
-            crate::load::check_place(check, at, &place, parent.length());
+            crate::description::rod::arc_length::check_place(check, at, &place, parent.length());
         }
     }
 

@@ -3,14 +3,14 @@
 use super::carriers::Carriers;
 use super::link::check_orientation;
 use super::robot::{MAX_COORDINATES, Robot, check_integration, check_surroundings};
-use crate::actuator::Actuator;
-use crate::body::Body;
-use crate::contact::Contact;
+use crate::description::body::Body;
+use crate::description::rod::{Section, Segment};
+use crate::description::world::{BaseMotion, Fluid};
 use crate::error::{Checker, InvalidInput};
-use crate::load::Load;
-use crate::rod::{Section, Segment};
-use crate::support::Support;
-use crate::world::{BaseMotion, Fluid};
+use crate::robot::effects::actuator::Actuator;
+use crate::robot::effects::contact::Contact;
+use crate::robot::effects::load::Load;
+use crate::robot::effects::support::Support;
 
 /// A rod: a sequence of segments, clamped at its base, with loads and rigid bodies.
 #[derive(Clone, Debug, PartialEq)]

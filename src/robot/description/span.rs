@@ -1,8 +1,8 @@
 //! Lengths of what constraints join: what their gaps are compared with.
 
 use super::{Robot, link::Link};
-use crate::actuator::Actuator;
-use crate::loops::{Loop, LoopEnd, Tie};
+use crate::robot::effects::actuator::Actuator;
+use crate::robot::effects::loops::{Loop, LoopEnd, Tie};
 
 /// Lengths of what moves the ends of loops and tendons, in metres: from the first joint or rod that moves an end to this end,
 /// along the chain of links that carries it. Neither other links count, nor where the chain begins.

@@ -1,7 +1,7 @@
 //! Accelerations of places.
 
 use super::kinematics::position;
-use crate::lie::{Cross, LANES, Lanes, Twist, Vector};
+use crate::numerics::lie::{Cross, LANES, Lanes, Twist, Vector};
 use crate::robot::plan::Plan;
 use crate::robot::plan::point::Place;
 use crate::robot::state::surroundings::Surroundings;

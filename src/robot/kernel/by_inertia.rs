@@ -1,7 +1,7 @@
 //! Derivative of the virtual power of inertial forces with respect to the inertia of sections.
 
-use crate::lie::{Cross as _, LANES, Lanes, Twist, Vector};
 use crate::model::{InertiaMatrix, SectionPlace};
+use crate::numerics::lie::{Cross as _, LANES, Lanes, Twist, Vector};
 use crate::robot::plan::Plan;
 use crate::robot::plan::piece::PiecePlan;
 use crate::robot::state::Workspace;

@@ -24,7 +24,9 @@
 
 use super::inverse_dynamics::carried;
 use super::tangent::gyroscopes;
-use crate::lie::{Cross as _, LANES, Lanes, Scalar as _, Sweep, Twist, VectorSpace, Wrench, weighted_sum};
+use crate::numerics::lie::{
+    Cross as _, LANES, Lanes, Scalar as _, Sweep, Twist, VectorSpace, Wrench, weighted_sum,
+};
 use crate::robot::algebra::inertia::{General, Gyroscope, Inertia, Round, Sections, Seen as _};
 use crate::robot::plan::Plan;
 use crate::robot::plan::material::Moments;

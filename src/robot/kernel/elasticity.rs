@@ -1,12 +1,12 @@
 //! Elastic and damping forces of a rod: `K q + D qd`, with energy and dissipation.
 
-use crate::lie::{Symmetric, VectorSpace};
-use crate::linalg::{Matrix, symmetric_eigen};
-use crate::robot::effect::joint_forces;
+use crate::model::springs::Springs;
+use crate::numerics::lie::{Symmetric, VectorSpace};
+use crate::numerics::linalg::{Matrix, symmetric_eigen};
+use crate::robot::effects::joint_forces;
 use crate::robot::plan::Plan;
 use crate::robot::plan::piece::PiecePlan;
 use crate::robot::turning::Turning;
-use crate::springs::Springs;
 
 /// `K q`, and forces of the springs and stops of joints.
 pub(crate) fn forces<G: Turning>(plan: &Plan<G>, q: &[f64], tau: &mut [f64]) {

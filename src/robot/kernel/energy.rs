@@ -1,9 +1,9 @@
 //! Energies of a state, and the supplied power.
 
 use super::elasticity;
-use crate::lie::{Lanes, Scalar, Twist, VectorSpace};
 use crate::model::Energy;
-use crate::robot::effect::all as effects;
+use crate::numerics::lie::{Lanes, Scalar, Twist, VectorSpace};
+use crate::robot::effects::all as effects;
 use crate::robot::plan::Plan;
 use crate::robot::plan::material::Moments;
 use crate::robot::state::Workspace;

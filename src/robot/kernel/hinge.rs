@@ -3,8 +3,8 @@
 //! `A + S qdd + ad_V (S qd)`, and the force of the coordinate is `S . F`.
 
 use super::inverse_dynamics::carried;
-use crate::lie::{LANES, Lanes, Scalar, Twist, Wrench, sine_cosine};
-use crate::robot::effect::joint_forces;
+use crate::numerics::lie::{LANES, Lanes, Scalar, Twist, Wrench, sine_cosine};
+use crate::robot::effects::joint_forces;
 use crate::robot::plan::Plan;
 use crate::robot::plan::hinge::Hinge;
 use crate::robot::plan::piece::PiecePlan;

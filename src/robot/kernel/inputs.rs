@@ -4,14 +4,15 @@
 //! a unit load are computed by the usual backward sweep, with no other forces at nodes and points.
 
 use super::{inverse_dynamics, lines};
-use crate::lie::{VectorSpace, Wrench};
-use crate::linalg::Matrix;
-use crate::robot::effect::Effect;
-use crate::robot::effect::actuation;
-use crate::robot::effect::load::Loads;
-use crate::robot::plan::{Plan, load};
+use crate::numerics::lie::{VectorSpace, Wrench};
+use crate::numerics::linalg::Matrix;
+use crate::robot::effects::Effect;
+use crate::robot::effects::actuator::force as actuation;
+use crate::robot::effects::actuator::state::{ActuationTangent, Force};
+use crate::robot::effects::load::force::Loads;
+use crate::robot::effects::load::plan as load;
+use crate::robot::plan::Plan;
 use crate::robot::state::Workspace;
-use crate::robot::state::actuation::{ActuationTangent, Force};
 use crate::robot::turning::Turning;
 
 /// Writes the derivative, n x m. The motion must be up to date, and is invalid afterwards.

@@ -5,11 +5,11 @@
 //! V = int S qd, A = -(0; g) + int [S qdd + ad_V (S qd)], F = int (N A - ad_V^T N V - loads), Q_j = int S_j . F.
 
 use super::{hinge, points};
-use crate::lie::{Cross, Lanes, Scalar, Sweep, Twist, Wrench, weighted_sum};
+use crate::numerics::lie::{Cross, Lanes, Scalar, Sweep, Twist, Wrench, weighted_sum};
 use crate::robot::algebra::inertia::Seen as _;
 use crate::robot::algebra::inertia::{General, Round, Sections};
-use crate::robot::effect::all as effects;
-use crate::robot::effect::contact;
+use crate::robot::effects::all as effects;
+use crate::robot::effects::contact::force as contact;
 use crate::robot::plan::Plan;
 use crate::robot::plan::material::Moments;
 use crate::robot::plan::piece::PiecePlan;

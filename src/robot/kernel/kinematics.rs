@@ -1,8 +1,10 @@
 //! Kinematics of rods: rotations from the curvature, positions by integration.
 
 use super::{hinge, points};
-use crate::lie::{Cross, LANES, Lanes, Rotation, Scalar, Sweep, Twist, Vector, VectorSpace, weighted_sum};
-use crate::linalg::Matrix;
+use crate::numerics::lie::{
+    Cross, LANES, Lanes, Rotation, Scalar, Sweep, Twist, Vector, VectorSpace, weighted_sum,
+};
+use crate::numerics::linalg::Matrix;
 use crate::robot::plan::Plan;
 use crate::robot::plan::packed;
 use crate::robot::plan::piece::PiecePlan;

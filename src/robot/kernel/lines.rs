@@ -1,11 +1,11 @@
 //! Motion of the straight parts of tendons with the coordinates.
 
-use crate::lie::Vector;
-use crate::robot::effect::actuation::line;
+use crate::numerics::lie::Vector;
+use crate::robot::effects::actuator::force::line;
+use crate::robot::effects::actuator::plan::End;
+use crate::robot::effects::actuator::state::ActuationTangent;
 use crate::robot::plan::Plan;
-use crate::robot::plan::actuation::End;
 use crate::robot::state::Workspace;
-use crate::robot::state::actuation::ActuationTangent;
 use crate::robot::turning::{Turning, columns};
 
 /// Computes the relative displacements of the ends of all straight parts per unit coordinate, and the

@@ -1,15 +1,15 @@
 //! Gaps of closed loops and inextensible tendons, and their derivatives.
 
-use crate::lie::{Sweep, Twist, Vector};
-use crate::linalg::Matrix;
+use crate::numerics::lie::{Sweep, Twist, Vector};
+use crate::numerics::linalg::Matrix;
 use crate::robot::algebra::tie::{Frame, Motion};
-use crate::robot::effect::actuation;
-use crate::robot::effect::loops::{frames, held};
+use crate::robot::effects::actuator::force as actuation;
+use crate::robot::effects::actuator::state::ActuationTangent;
+use crate::robot::effects::loops::force::{frames, held};
+use crate::robot::effects::loops::plan::TiePlan;
+use crate::robot::effects::loops::state::LoopTangent;
 use crate::robot::plan::Plan;
-use crate::robot::plan::loops::TiePlan;
 use crate::robot::state::Workspace;
-use crate::robot::state::actuation::ActuationTangent;
-use crate::robot::state::loops::LoopTangent;
 use crate::robot::turning::{Turning, columns};
 
 /// Writes g(q, t), with the kinematics up to date, and also the motion if there are inextensible tendons.

@@ -1,7 +1,7 @@
 //! Mass, centre of mass and momentum of the robot.
 
-use crate::lie::{Cross, Lanes, Vector, VectorSpace, Wrench};
-use crate::robot::effect::hulls::{force_at, hulls, velocity_at};
+use crate::numerics::lie::{Cross, Lanes, Vector, VectorSpace, Wrench};
+use crate::robot::effects::fluid::around_bodies::{force_at, hulls, velocity_at};
 use crate::robot::plan::Plan;
 use crate::robot::plan::material::Moments;
 use crate::robot::state::Workspace;

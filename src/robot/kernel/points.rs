@@ -5,8 +5,8 @@
 //! quadrature weights w_l: node l carries the share u_l / w_l of it. Therefore the piece need not be divided
 //! at X, the load is not smeared, and the summation by parts of the tangent remains exact.
 
-use crate::lie::{Lanes, Twist, VectorSpace, Wrench};
-use crate::robot::effect::all as effects;
+use crate::numerics::lie::{Lanes, Twist, VectorSpace, Wrench};
+use crate::robot::effects::all as effects;
 use crate::robot::plan::Plan;
 use crate::robot::plan::piece::PiecePlan;
 use crate::robot::plan::point::Inside;

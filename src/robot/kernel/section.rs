@@ -7,8 +7,9 @@
 //! the balance at every place as the number of modes increases. Active strains are part of xi_0. The forces
 //! of embedded tendons and chambers are part of the balance, but not of the material.
 
-use crate::lie::{LANES, Lanes, Wrench};
-use crate::robot::effect::all as effects;
+use crate::description::rod::STRAINS;
+use crate::numerics::lie::{LANES, Lanes, Wrench};
+use crate::robot::effects::all as effects;
 use crate::robot::plan::Plan;
 use crate::robot::plan::piece::PiecePlan;
 use crate::robot::plan::point::Place;
@@ -16,11 +17,10 @@ use crate::robot::plan::space::Space;
 use crate::robot::state::Workspace;
 use crate::robot::turning::Turning;
 use crate::robot::turning::place::rotation_at;
-use crate::rod::STRAINS;
 
 use super::{kinematics, points};
 
-/// Strain at a place of a rod, in the order of [`STRAIN_NAMES`](crate::rod::STRAIN_NAMES).
+/// Strain at a place of a rod, in the order of [`STRAIN_NAMES`](crate::description::rod::STRAIN_NAMES).
 pub(crate) fn strain<G: Space>(plan: &Plan<G>, q: &[f64], place: &Place) -> [f64; STRAINS] {
     let piece = &plan.pieces[place.piece];
     let reference = piece.part().reference(place.x);

@@ -1,17 +1,17 @@
 //! What coordinates move: turns and shifts of sections, bodies, and ends of tendons, loops and contacts, for a unit of each
 //! coordinate; and the sizes of coordinates that follow from this.
 
-use crate::lie::{Twist, Vector};
-use crate::linalg::Matrix;
 use crate::model::Holder;
+use crate::numerics::lie::{Twist, Vector};
+use crate::numerics::linalg::Matrix;
 use crate::robot::algebra::tie::Row;
-use crate::robot::effect::loops::frames;
+use crate::robot::effects::contact::plan::Side;
+use crate::robot::effects::contact::state::Standing;
+use crate::robot::effects::loops::force::frames;
 use crate::robot::kernel::{kinematics, lines, loops};
 use crate::robot::plan::Plan;
-use crate::robot::plan::contact::Side;
 use crate::robot::plan::point::Place;
 use crate::robot::state::Workspace;
-use crate::robot::state::contact::Standing;
 use crate::robot::state::tangent::TangentWorkspace;
 use crate::robot::turning::{Turning, columns, place};
 

@@ -1,12 +1,13 @@
 //! Evaluation of time-dependent quantities: the base, the world seen from it, and varying loads.
 
+use crate::description::signal::Sight;
+use crate::description::world::base_motion::Base;
 use crate::error::Interrupted;
-use crate::robot::plan::{Plan, load};
+use crate::robot::effects::load::plan as load;
+use crate::robot::plan::Plan;
 use crate::robot::state::surroundings::Surroundings;
 use crate::robot::state::{Workspace, surroundings};
 use crate::robot::turning::Turning;
-use crate::signal::Sight;
-use crate::world::base_motion::Base;
 
 /// Moves a rod without base motion to the pose of another base, at rest.
 pub(crate) fn place<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, base: &Base) {

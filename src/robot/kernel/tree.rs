@@ -5,8 +5,8 @@
 //! components of Y and of the displacement (see `tangent`). In the inertial frame these quantities do not
 //! change on the way. Pieces attached inside another piece use the values of its coordinates at that point.
 
-use crate::lie::{Geometry, Twist, Wrench};
-use crate::linalg::TreeMatrix;
+use crate::numerics::lie::{Geometry, Twist, Wrench};
+use crate::numerics::linalg::TreeMatrix;
 use crate::robot::plan::Plan;
 use crate::robot::plan::tree::Carrying;
 use crate::robot::state::tangent::TangentWorkspace;

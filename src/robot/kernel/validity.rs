@@ -2,8 +2,8 @@
 
 use std::f64::consts::PI;
 
-use crate::lie::{LANES, Lanes, Twist, VectorSpace};
 use crate::model::Flaw;
+use crate::numerics::lie::{LANES, Lanes, Twist, VectorSpace};
 use crate::robot::plan::Plan;
 use crate::robot::plan::piece::PiecePlan;
 use crate::robot::turning::Turning;

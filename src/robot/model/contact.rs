@@ -1,9 +1,9 @@
 //! Contacts and stops of a robot.
 
 use super::{AT_REST, AnySweeps, EXPLOSION, LARGEST_GAIN, RobotModel};
-use crate::linalg::Matrix;
 use crate::model::{Beside, Dynamics as _, Flaw, Impact, InContact, InImpact, Radius, chart};
-use crate::robot::effect::contact::told::Hardest;
+use crate::numerics::linalg::Matrix;
+use crate::robot::effects::contact::query::Hardest;
 
 impl InContact for RobotModel {
     fn leave_contact(&mut self, is_left: bool) {

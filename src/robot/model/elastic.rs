@@ -1,12 +1,12 @@
 //! Elasticity of a robot.
 
 use super::{AnySweeps, RobotModel};
-use crate::linalg::Matrix;
+use crate::model::springs::{Cords, Springs};
 use crate::model::{Elastic, Sprung, chart};
-use crate::robot::effect::support::Held;
+use crate::numerics::linalg::Matrix;
+use crate::robot::effects::support::force::Held;
 use crate::robot::kernel::{elasticity, sizes};
 use crate::robot::state::tangent::Tangent;
-use crate::springs::{Cords, Springs};
 
 impl Sprung for RobotModel {
     fn linearise_springs(&mut self, q: &[f64], springs: &mut Springs) {

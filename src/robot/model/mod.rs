@@ -6,30 +6,30 @@ use super::choice::{Kernel, Solve};
 use super::compile;
 use super::description::{Robot, Rod};
 use super::driven::Coordinates;
-use super::effect::contact::told::Touching;
 use super::facts;
 use super::kernel::kinematics::Pose;
 use super::kernel::momentum::Momentum;
 use super::kernel::sizes::Extent;
 use super::kernel::{elasticity, tree, validity};
-use super::plan::actuation::Line;
 use super::plan::point::Place;
 use super::state::tangent::Tangent;
 use super::sweeps::Sweeps;
-use super::tell::loops::tell_redundant;
-use super::tell::{Explanation, Multiplications, cost};
-use crate::body::Body;
-use crate::constraint::one_sided::TAUT;
-use crate::constraint::{Independent, one_sided};
+use crate::description::body::Body;
+use crate::description::rod::STRAINS;
 use crate::error::{Checker, InvalidInput};
-use crate::lie::{Instructions, Planar, Plane, Spatial, Vector};
-use crate::linalg::{Matrix, TreeMatrix, symmetric_eigen};
-use crate::loops::{Loop, Tie};
+use crate::model::constraint::one_sided::TAUT;
+use crate::model::constraint::{Independent, one_sided};
 use crate::model::{
     Dynamics, Energy, Facts, Flaw, ForwardScratch, Holder, OneSided as _, SingularMass, Tied as _, Tree,
     forward,
 };
-use crate::rod::STRAINS;
+use crate::numerics::lie::{Instructions, Planar, Plane, Spatial, Vector};
+use crate::numerics::linalg::{Matrix, TreeMatrix, symmetric_eigen};
+use crate::robot::effects::actuator::plan::Line;
+use crate::robot::effects::contact::query::Touching;
+use crate::robot::effects::loops::explain::explain_redundant;
+use crate::robot::effects::loops::{Loop, Tie};
+use crate::robot::explain::{Explanation, Multiplications, cost};
 
 /// Gaps of loops above this part of the length of what they join, or above this difference of cosines, count as open: far
 /// above the errors of methods that enforce constraints, and far below visible gaps.
@@ -415,7 +415,7 @@ impl RobotModel {
         let rest = vec![0.0; self.robot.coordinates()];
         if self.facts.constraints() > 0 && !self.facts.varies_in_time && self.open_loop(&rest).is_none() {
             let redundant = self.redundant_constraints(&rest);
-            tell_redundant(&self.robot, &redundant, &mut explanation);
+            explain_redundant(&self.robot, &redundant, &mut explanation);
         }
         explanation
     }
@@ -503,7 +503,7 @@ impl RobotModel {
         })
     }
 
-    /// Strain at a place of a rod, in the order of [`STRAIN_NAMES`](crate::rod::STRAIN_NAMES), including the
+    /// Strain at a place of a rod, in the order of [`STRAIN_NAMES`](crate::description::rod::STRAIN_NAMES), including the
     /// reference strain.
     pub fn strain_at(&mut self, q: &[f64], place: &Place) -> [f64; STRAINS] {
         let Self { sweeps, coordinates, .. } = self;

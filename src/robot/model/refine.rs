@@ -1,9 +1,9 @@
 //! Parameters and numbers of modes of a robot.
 
 use super::{AnySweeps, RobotModel};
+use crate::description::rod::{MAX_NODES, STRAINS, piece};
 use crate::model::{Differentiable, InertiaMatrix, Refinable};
 use crate::robot::description::Robot;
-use crate::rod::{MAX_NODES, STRAINS, piece};
 
 impl Differentiable for RobotModel {
     fn add_power_by_inertia(

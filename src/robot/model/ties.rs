@@ -1,9 +1,9 @@
 //! Constraints of a robot.
 
 use super::{AnySweeps, LARGEST_GAP, RobotModel};
-use crate::constraint::one_sided::{TAKEN_UP, TAUT};
-use crate::linalg::Matrix;
+use crate::model::constraint::one_sided::{TAKEN_UP, TAUT};
 use crate::model::{Flaw, OneSided, Switch, Tied};
+use crate::numerics::linalg::Matrix;
 
 impl Tied for RobotModel {
     fn set_multipliers(&mut self, multipliers: &[f64]) {

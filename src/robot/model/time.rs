@@ -1,10 +1,10 @@
 //! Time and inputs of a robot.
 
 use super::{AnySweeps, RobotModel};
+use crate::description::signal::{Cell, Jumps};
 use crate::error::Interrupted;
-use crate::linalg::Matrix;
 use crate::model::{Excitation, InTime};
-use crate::signal::{Cell, Jumps};
+use crate::numerics::linalg::Matrix;
 
 impl InTime for RobotModel {
     #[inline]

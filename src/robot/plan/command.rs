@@ -1,8 +1,8 @@
 //! Commands of loads and actuators.
 
+use crate::description::signal::{Sight, Signal};
 use crate::error::Interrupted;
 use crate::robot::description::Inputs;
-use crate::signal::{Sight, Signal};
 
 /// N numbers given as functions of time or as inputs.
 #[derive(Clone, Debug)]

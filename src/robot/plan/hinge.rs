@@ -1,8 +1,8 @@
 //! A compiled joint with one coordinate: everything beyond it moves along one twist.
 
 use super::space::Space;
-use crate::joint::JointForces;
-use crate::lie::Twist;
+use crate::description::joint::JointForces;
+use crate::numerics::lie::Twist;
 
 /// A joint of one coordinate.
 #[derive(Clone, Debug)]

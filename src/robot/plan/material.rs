@@ -1,7 +1,7 @@
 //! Material of a piece: stiffness and mass.
 
 use super::space::Space;
-use crate::linalg::Matrix;
+use crate::numerics::linalg::Matrix;
 use crate::robot::algebra::inertia::Inertia;
 
 /// A strain component that has modes in a piece.

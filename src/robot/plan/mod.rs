@@ -1,14 +1,8 @@
 //! A compiled robot: everything that does not depend on the state, computed once.
 
-pub(crate) mod actuation;
-pub(crate) mod anchor;
 pub(crate) mod command;
-pub(crate) mod contact;
 pub(crate) mod hinge;
-pub(crate) mod immersion;
 pub(crate) mod link;
-pub(crate) mod load;
-pub(crate) mod loops;
 pub(crate) mod material;
 pub(crate) mod piece;
 pub(crate) mod point;
@@ -19,23 +13,23 @@ pub(crate) mod world;
 
 use std::ops::Range;
 
-use crate::lie::{Instructions, LANES, Lanes};
-use crate::linalg::Matrix;
+use crate::description::rod::STRAINS;
+use crate::numerics::lie::{Instructions, LANES, Lanes};
+use crate::numerics::linalg::Matrix;
 use crate::robot::description::Inputs;
-use crate::robot::plan::actuation::Actuation;
-use crate::robot::plan::anchor::Anchor;
-use crate::robot::plan::contact::Contacts;
-use crate::robot::plan::immersion::Immersion;
+use crate::robot::effects::actuator::plan::Actuation;
+use crate::robot::effects::contact::plan::Contacts;
+use crate::robot::effects::fluid::plan::Immersion;
+use crate::robot::effects::load::plan::LoadPlan;
+use crate::robot::effects::loops::plan::Loops;
+use crate::robot::effects::support::plan::Anchor;
 use crate::robot::plan::link::LinkPlan;
-use crate::robot::plan::load::LoadPlan;
-use crate::robot::plan::loops::Loops;
 use crate::robot::plan::material::Component;
 use crate::robot::plan::piece::PiecePlan;
 use crate::robot::plan::point::{Inside, Point};
 use crate::robot::plan::space::Space;
 use crate::robot::plan::tree::{Carrying, Families};
 use crate::robot::plan::world::World;
-use crate::rod::STRAINS;
 
 /// A compiled robot, in the frame of its first link's joint: with the origin and the axes of that frame.
 #[derive(Clone, Debug)]

@@ -1,18 +1,18 @@
 //! A compiled piece of a rod, or a compiled joint.
 
 use super::hinge::Hinge;
-use super::immersion::Immersed;
-use super::load::Spread;
 use super::material::{Component, Coupling, Moments};
 use super::point::Points;
 use super::space::Space;
 use super::stretch::Stretch;
 use super::tree::Joined;
-use crate::lie::{LANES, Scalar, Twist};
-use crate::linalg::Matrix;
+use crate::description::rod::Gauss;
+use crate::description::rod::piece::Piece;
+use crate::numerics::lie::{LANES, Scalar, Twist};
+use crate::numerics::linalg::Matrix;
 use crate::robot::algebra::inertia::Inertia;
-use crate::rod::Gauss;
-use crate::rod::piece::Piece;
+use crate::robot::effects::fluid::plan::Immersed;
+use crate::robot::effects::load::plan::Spread;
 
 /// A piece of a [`Plan`](super::Plan): a piece of a rod, a joint, or a rigid part between joints. A joint
 /// with one coordinate and a rigid part have no nodes. A spherical joint is a massless piece of length one

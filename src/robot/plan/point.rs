@@ -7,11 +7,11 @@
 
 use std::ops::Range;
 
-use super::immersion::Hull;
 use super::space::Passage;
 use super::space::Space;
-use crate::lie::{Quaternion, Vector};
+use crate::numerics::lie::{Quaternion, Vector};
 use crate::robot::algebra::inertia::Inertia;
+use crate::robot::effects::fluid::plan::Hull;
 
 /// Pose relative to a place, in the axes there.
 #[derive(Clone, Copy, Debug)]

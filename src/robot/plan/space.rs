@@ -1,6 +1,8 @@
 //! Planar and spatial geometry for rods, with precomputed data of rotations per piece.
 
-use crate::lie::{Geometry, Planar, Plane, PlaneRotation, Quaternion, Rotation, Spatial, Turn, Vector};
+use crate::numerics::lie::{
+    Geometry, Planar, Plane, PlaneRotation, Quaternion, Rotation, Spatial, Turn, Vector,
+};
 
 /// A geometry with the additional data for a rod's plan.
 pub(crate) trait Space: Geometry {

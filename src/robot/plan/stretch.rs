@@ -1,7 +1,7 @@
 //! The stretch of a piece, which must remain positive.
 
-use crate::rod::Gauss;
-use crate::rod::piece::Piece;
+use crate::description::rod::Gauss;
+use crate::description::rod::piece::Piece;
 
 /// Index of the stretch among the strains.
 const STRETCH: usize = 3;

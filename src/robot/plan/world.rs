@@ -1,9 +1,9 @@
 //! Time-independent data of the base and the world.
 
-use crate::lie::Vector;
-use crate::load::{Extent, Frame};
+use crate::description::world::base_motion::{Base, MovingBase};
+use crate::numerics::lie::Vector;
 use crate::robot::description::{Link, Robot};
-use crate::world::base_motion::{Base, MovingBase};
+use crate::robot::effects::load::{Extent, Frame};
 
 /// Base and world, independent of time.
 #[derive(Clone, Debug)]

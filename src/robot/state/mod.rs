@@ -1,22 +1,19 @@
 //! Working memory of all sweeps, sized by the plan; nothing is allocated after construction.
 
-pub(crate) mod actuation;
-pub(crate) mod contact;
-pub(crate) mod loops;
 pub(crate) mod point;
 pub(crate) mod surroundings;
 pub(crate) mod tangent;
 
-use crate::lie::{LANES, Scalar, Twist, VectorSpace, Wrench};
+use crate::description::signal::Sight;
+use crate::numerics::lie::{LANES, Scalar, Twist, VectorSpace, Wrench};
+use crate::robot::effects::actuator::state::ActuationState;
+use crate::robot::effects::contact::state::ContactState;
+use crate::robot::effects::loops::state::LoopState;
+use crate::robot::effects::support::plan::Anchor;
 use crate::robot::plan::Plan;
-use crate::robot::plan::anchor::Anchor;
 use crate::robot::plan::space::Space;
-use crate::robot::state::actuation::ActuationState;
-use crate::robot::state::contact::ContactState;
-use crate::robot::state::loops::LoopState;
 use crate::robot::state::point::PointState;
 use crate::robot::state::surroundings::Surroundings;
-use crate::signal::Sight;
 
 /// Orientation, position and motion of a station, where a piece begins or ends.
 #[derive(Clone, Copy, Debug)]
@@ -53,7 +50,7 @@ impl<G: Space> Station<G> {
     }
 }
 
-/// Quantities at the nodes (all pieces in sequence, [`crate::lie::LANES`] nodes per pack) and at the stations
+/// Quantities at the nodes (all pieces in sequence, [`crate::numerics::lie::LANES`] nodes per pack) and at the stations
 /// between pieces, in the frame of the plan.
 #[derive(Clone, Debug)]
 pub(crate) struct Workspace<G: Space> {

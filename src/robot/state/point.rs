@@ -1,6 +1,6 @@
 //! State of a point.
 
-use crate::lie::{Twist, VectorSpace, Wrench};
+use crate::numerics::lie::{Twist, VectorSpace, Wrench};
 use crate::robot::algebra::inertia::Inertia;
 use crate::robot::plan::space::Space;
 

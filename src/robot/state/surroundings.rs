@@ -1,13 +1,13 @@
 //! The world relative to the base, at a time.
 
-use super::loops::WorldEnd;
-use crate::lie::{Twist, Vector, VectorSpace};
+use crate::description::world::base_motion::Base;
+use crate::numerics::lie::{Twist, Vector, VectorSpace};
 use crate::robot::algebra::tie::Frame;
+use crate::robot::effects::loops::state::WorldEnd;
+use crate::robot::effects::support::plan::Anchor;
 use crate::robot::plan::Plan;
-use crate::robot::plan::anchor::Anchor;
 use crate::robot::plan::space::Space;
 use crate::robot::plan::world::World;
-use crate::world::base_motion::Base;
 
 /// The world relative to the base.
 #[derive(Clone, Copy, Debug)]

@@ -1,17 +1,17 @@
 //! Working memory of the tangent: effects of coordinates outside their own pieces, and sums over what lies
 //! beyond a place.
 
-use crate::lie::{Geometry, Twist, VectorSpace, Wrench};
-use crate::linalg::{Matrix, TreeMatrix};
+use crate::numerics::lie::{Geometry, Twist, VectorSpace, Wrench};
+use crate::numerics::linalg::{Matrix, TreeMatrix};
 use crate::robot::algebra::inertia::{Gyroscope, Inertia};
 use crate::robot::algebra::response::Response;
+use crate::robot::effects::actuator::state::ActuationTangent;
+use crate::robot::effects::contact::state::ContactTangent;
+use crate::robot::effects::loops::state::LoopTangent;
 use crate::robot::plan::Plan;
 use crate::robot::plan::piece::PiecePlan;
 use crate::robot::plan::point::Point;
 use crate::robot::plan::space::Space;
-use crate::robot::state::actuation::ActuationTangent;
-use crate::robot::state::contact::ContactTangent;
-use crate::robot::state::loops::LoopTangent;
 
 /// Effect of a coordinate outside its own piece.
 #[derive(Clone, Copy, Debug)]

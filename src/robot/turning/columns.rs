@@ -2,7 +2,7 @@
 //! with the coordinates.
 
 use super::Turning;
-use crate::lie::{Cross, Geometry, Twist, VectorSpace};
+use crate::numerics::lie::{Cross, Geometry, Twist, VectorSpace};
 use crate::robot::plan::Plan;
 use crate::robot::plan::piece::PiecePlan;
 use crate::robot::state::Workspace;

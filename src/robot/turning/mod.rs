@@ -5,12 +5,12 @@ pub(crate) mod place;
 mod planar;
 mod spatial;
 
-use crate::lie::Geometry;
+use crate::description::rod::Gauss;
+use crate::description::rod::piece::Piece;
+use crate::numerics::lie::Geometry;
 use crate::robot::plan::material::Component;
 use crate::robot::plan::piece::PiecePlan;
 use crate::robot::plan::space::{Passage, Space};
-use crate::rod::Gauss;
-use crate::rod::piece::Piece;
 
 /// A geometry whose rotations can be computed from the curvature.
 pub(crate) trait Turning: Space {

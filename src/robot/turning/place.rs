@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::Turning;
-use crate::lie::{LANES, Lanes};
+use crate::numerics::lie::{LANES, Lanes};
 use crate::robot::plan::link::LinkPlan;
 use crate::robot::plan::piece::PiecePlan;
 use crate::robot::plan::point::Place;

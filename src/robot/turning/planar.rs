@@ -1,13 +1,13 @@
 //! Rotations in the plane: sums of angles.
 
 use super::{Turning, angular_degrees, integrals_between};
-use crate::lie::{Planar, PlaneRotation, Scalar};
+use crate::description::rod::Gauss;
+use crate::description::rod::piece::Piece;
+use crate::numerics::lie::{Planar, PlaneRotation, Scalar};
 use crate::robot::plan::material::Component;
 use crate::robot::plan::packed;
 use crate::robot::plan::piece::PiecePlan;
 use crate::robot::plan::space::{Angles, Passage};
-use crate::rod::Gauss;
-use crate::rod::piece::Piece;
 
 /// The bending component, if the piece has one.
 fn bend<const FUSED: bool>(piece: &PiecePlan<Planar<FUSED>>) -> Option<&Component> {

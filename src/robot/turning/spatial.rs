@@ -1,13 +1,13 @@
 //! Rotations in space, by Magnus steps.
 
 use super::{Turning, angular_degrees, integrals_between};
-use crate::lie::{Geometry, LANES, Pack, Quaternion, Rotation, Scalar, Spatial, Vector};
+use crate::description::rod::Gauss;
+use crate::description::rod::piece::Piece;
+use crate::numerics::lie::{Geometry, LANES, Pack, Quaternion, Rotation, Scalar, Spatial, Vector};
 use crate::robot::plan::material::Component;
 use crate::robot::plan::packed;
 use crate::robot::plan::piece::PiecePlan;
 use crate::robot::plan::space::{MagnusSteps, Passage};
-use crate::rod::Gauss;
-use crate::rod::piece::Piece;
 
 /// Offsets of the three Gauss points of a Magnus step of order six (Blanes, Casas, Oteo and Ros 2009, section 5.4).
 fn magnus_points() -> [f64; 3] {

@@ -126,7 +126,7 @@ def house():
 def rooms():
     """The rooms from the bottom up, as listed in CONTRIBUTING.md."""
     text = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
-    section = text.split("## Rooms of the crate")[1].split("\n## ")[0]
+    section = text.split("## Rooms of the crate")[1].split("\nInside `robot`")[0]
     rows = re.findall(r"^\| ((?:`[\w/]+`(?:, )?)+) +\|", section, re.MULTILINE)
     return [tuple(name.split("/")) for row in rows for name in re.findall(r"`([\w/]+)`", row)]
 

@@ -1,11 +1,11 @@
 //! Links as users describe them: on links with these names.
 
 use super::{Driven, Link as Resolved};
-use crate::body::described::Body;
-use crate::description::{Described, LinkName, Reader};
+use crate::description::body::described::Body;
+use crate::description::joint::described::{Joint, Weld};
+use crate::description::rod::described::Segment;
+use crate::description::schema::{Described, LinkName, Reader};
 use crate::error::Number;
-use crate::joint::described::{Joint, Weld};
-use crate::rod::described::Segment;
 
 /// The rod of a link.
 #[derive(Clone, Debug, PartialEq, Described)]
@@ -99,7 +99,7 @@ impl Link {
 impl Resolved {
     /// The description of this link on a parent of this name, with its joint as described.
     pub(crate) fn described(&self, parent: Option<LinkName>, joint: Joint) -> Link {
-        let segments = self.rod.iter().map(crate::rod::Segment::described);
+        let segments = self.rod.iter().map(crate::description::rod::Segment::described);
         Link {
             name: self.name.clone(),
             rod: (!self.rod.is_empty()).then(|| LinkRod { segment: segments.collect() }),

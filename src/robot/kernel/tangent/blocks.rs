@@ -1,8 +1,8 @@
 //! Entries of the tangent: the block of one piece, and blocks between different pieces.
 
 use super::scope::Scope;
-use crate::lie::{Lanes, Scalar, Twist, VectorSpace, Wrench};
-use crate::linalg::Matrix;
+use crate::numerics::lie::{Lanes, Scalar, Twist, VectorSpace, Wrench};
+use crate::numerics::linalg::Matrix;
 use crate::robot::plan::Plan;
 use crate::robot::plan::tree::Relatives;
 use crate::robot::state::tangent::{TangentWorkspace, Weights};

@@ -3,7 +3,7 @@
 
 use super::responses;
 use super::scope::Scope;
-use crate::lie::{Scalar, Twist, VectorSpace, Wrench, weighted_sum};
+use crate::numerics::lie::{Scalar, Twist, VectorSpace, Wrench, weighted_sum};
 use crate::robot::plan::piece::PiecePlan;
 use crate::robot::state::tangent::{Coordinate, Rest, Shift, TangentWorkspace};
 use crate::robot::turning::Turning;

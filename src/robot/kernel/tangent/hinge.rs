@@ -1,8 +1,8 @@
 //! Tangent of joints with one coordinate: columns without nodes.
 
 use super::scope::Scope;
-use crate::lie::{Scalar, Sweep};
-use crate::robot::effect::joint_forces;
+use crate::numerics::lie::{Scalar, Sweep};
+use crate::robot::effects::joint_forces;
 use crate::robot::kernel::hinge;
 use crate::robot::plan::hinge::Hinge;
 use crate::robot::state::tangent::{Coordinate, Rest, TangentWorkspace};

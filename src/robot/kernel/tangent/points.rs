@@ -1,9 +1,9 @@
 //! Contributions of points to the tangent: additional places at which Psi is known and forces change.
 
-use crate::lie::{Twist, Wrench};
+use crate::numerics::lie::{Twist, Wrench};
 use crate::robot::algebra::inertia::Gyroscope;
 use crate::robot::algebra::response::Response;
-use crate::robot::effect::all as effects;
+use crate::robot::effects::all as effects;
 use crate::robot::plan::Plan;
 use crate::robot::plan::piece::PiecePlan;
 use crate::robot::state::Workspace;

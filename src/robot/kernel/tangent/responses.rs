@@ -1,7 +1,7 @@
 //! Contributions of responses at the nodes to the tangent. Each of these sweeps is a separate call, because
 //! few robots have responses.
 
-use crate::lie::{Scalar, Sweep, Twist, Wrench};
+use crate::numerics::lie::{Scalar, Sweep, Twist, Wrench};
 use crate::robot::algebra::response::Response;
 use crate::robot::state::tangent::{Row, Weights};
 use crate::robot::turning::Turning;

@@ -2,7 +2,7 @@
 
 use super::responses;
 use super::scope::Scope;
-use crate::lie::{Lanes, VectorSpace, Wrench};
+use crate::numerics::lie::{Lanes, VectorSpace, Wrench};
 use crate::robot::state::tangent::{Rest, Row, TangentWorkspace};
 use crate::robot::turning::Turning;
 

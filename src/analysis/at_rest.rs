@@ -1,0 +1,239 @@
+//! Forces and stiffnesses of a model at rest, how large what they are sums of is, and what is missing of equilibrium.
+
+use crate::analysis::natural;
+use crate::analysis::natural::{DISPLACEMENT_ROUNDING, scaled};
+use crate::model::Static;
+use crate::model::springs::Cords;
+use crate::numerics::linalg::{Matrix, norm};
+
+/// Forces that are out of balance are part of the error of a stiffness, up to this fraction of all forces: ten times the tolerance of
+/// equilibria. Beyond that, the shape is none.
+const OUT_OF_BALANCE: f64 = 1e-9;
+
+/// No force can do work along a coordinate along which the forces of the same part could do less than this part of what they can do
+/// along others: what is missing there is rounding.
+const NOTHING: f64 = 1e-5;
+
+/// Central differences of eighth order (Fornberg 1988, table 1), and their distance in sizes: what they leave out, the eighth power of
+/// it over 630, is then rounding.
+const DIFFERENCES: [f64; 4] = [4.0 / 5.0, -1.0 / 5.0, 4.0 / 105.0, -1.0 / 280.0];
+pub(crate) const APART: f64 = 0.03;
+
+/// A sum of matrices, and the sum of the magnitudes of their entries.
+pub(crate) struct Sum {
+    pub(crate) total: Matrix,
+    pub(crate) magnitudes: Matrix,
+}
+
+/// Forces and stiffnesses of a model at rest, in scaled coordinates, as sums over what they come from: gravity may balance a
+/// contact or a loop, so that nothing is left but rounding.
+pub(crate) struct AtRest<'a> {
+    pub(crate) model: &'a mut dyn Static,
+    pub(crate) q: &'a [f64],
+    pub(crate) sizes: &'a [f64],
+    pub(crate) load_factor: f64,
+    pub(crate) multipliers: &'a [f64],
+}
+
+impl AtRest<'_> {
+    /// Calls this on the model as it is; without what its constraints do; and also without its contacts.
+    fn each<T: Clone>(&mut self, mut get: impl FnMut(&mut dyn Static) -> T) -> [T; 3] {
+        let whole = {
+            if !self.multipliers.is_empty() {
+                self.model.set_multipliers(self.multipliers);
+            }
+            get(self.model)
+        };
+        let mut unconstrained = whole.clone();
+        if !self.multipliers.is_empty() {
+            self.model.set_multipliers(&vec![0.0; self.multipliers.len()]);
+            unconstrained = get(self.model);
+        }
+        let mut untouched = unconstrained.clone();
+        if self.model.facts().has_contact {
+            self.model.leave_contact(true);
+            untouched = get(self.model);
+            self.model.leave_contact(false);
+        }
+        [whole, unconstrained, untouched]
+    }
+
+    /// `own + load_factor loads + constraints`.
+    fn under_load(&self, own: f64, unconstrained: f64, whole: f64) -> f64 {
+        let loads = self.load_factor;
+        if loads == 1.0 { whole } else { own + loads * (unconstrained - own) + (whole - unconstrained) }
+    }
+
+    pub(crate) fn tangent(&mut self, weights: [f64; 3]) -> Matrix {
+        let Self { q, sizes, .. } = *self;
+        let rest = vec![0.0; q.len()];
+        let [whole, ..] = self.each(|model| {
+            let mut tangent = Matrix::zeros(q.len(), q.len());
+            model.weighted_tangent(q, &rest, &rest, weights, &mut tangent);
+            tangent
+        });
+        scaled(whole, sizes)
+    }
+
+    pub(crate) fn stiffness(&mut self, material: &Matrix) -> Sum {
+        let Self { q, sizes, .. } = *self;
+        let rest = vec![0.0; q.len()];
+        let mut elastic = Matrix::zeros(q.len(), q.len());
+        self.model.elastic_tangent(q, &mut elastic);
+        let elastic = scaled(elastic, sizes);
+        let parts = self.each(|model| {
+            let mut tangent = Matrix::zeros(q.len(), q.len());
+            model.weighted_tangent(q, &rest, &rest, [1.0, 0.0, 0.0], &mut tangent);
+            scaled(tangent, sizes)
+        });
+        let work = natural::work_of_loads(self.model, q, sizes);
+        let between = natural::work_of_interactions(self.model, q, sizes);
+        let (mut total, mut magnitudes) = (material.abs(), material.abs());
+        for k in 0..total.len() {
+            let [whole, unconstrained, untouched] = [0, 1, 2].map(|part| parts[part][k]);
+            let own = elastic[k];
+            total[k] = self.under_load(own, unconstrained, whole);
+            magnitudes[k] +=
+                self.magnitude((own - material[k]).abs(), own, [whole, unconstrained, untouched]);
+        }
+        // Entries of loads are sums of products that may cancel: each is at most what the loads could do, however they point.
+        for range in self.parts() {
+            for (i, j) in range.clone().flat_map(|i| range.clone().map(move |j| (i, j))) {
+                magnitudes[(i, j)] += self.load_factor.abs() * work[i].min(work[j]);
+            }
+        }
+        // Contacts and tendons couple parts.
+        for (i, j) in (0..q.len()).flat_map(|i| (0..q.len()).map(move |j| (i, j))) {
+            magnitudes[(i, j)] += self.load_factor.abs() * between[i].min(between[j]);
+        }
+        Sum { total, magnitudes }
+    }
+
+    /// Coordinates of parts that nothing couples.
+    fn parts(&self) -> Vec<std::ops::Range<usize>> {
+        let whole = [self.q.len()];
+        let parts = match &self.model.facts().parts[..] {
+            [] => &whole,
+            parts => parts,
+        };
+        let mut first = 0;
+        parts
+            .iter()
+            .map(|part| {
+                first += part;
+                first - part..first
+            })
+            .collect()
+    }
+
+    /// Generalised forces times sizes, and the work that what they come from could do along these.
+    pub(crate) fn forces(&mut self) -> [Vec<f64>; 2] {
+        let Self { q, sizes, .. } = *self;
+        let rest = vec![0.0; q.len()];
+        let mut elastic = rest.clone();
+        self.model.elastic_forces(q, &mut elastic);
+        let parts = self.each(|model| {
+            let mut forces = rest.clone();
+            model.inverse_dynamics(q, &rest, &rest, &mut forces);
+            forces
+        });
+        let of_loads = natural::work_of_loads(self.model, q, sizes);
+        let between = natural::work_of_interactions(self.model, q, sizes);
+        let [mut total, mut work] = [rest.clone(), rest.clone()];
+        for (k, size) in sizes.iter().enumerate() {
+            let [whole, unconstrained, untouched] = [0, 1, 2].map(|part| parts[part][k]);
+            total[k] = size * self.under_load(elastic[k], unconstrained, whole);
+            work[k] = size * self.magnitude(elastic[k].abs(), elastic[k], [whole, unconstrained, untouched])
+                + self.load_factor.abs() * (of_loads[k] + between[k]);
+        }
+        [total, work]
+    }
+
+    /// The sum of the magnitudes of what elasticity, loads, contacts and constraints add.
+    fn magnitude(&self, elastic: f64, own: f64, [whole, unconstrained, untouched]: [f64; 3]) -> f64 {
+        let by_loads = (untouched - own).abs() + (unconstrained - untouched).abs();
+        elastic + self.load_factor.abs() * by_loads + (whole - unconstrained).abs()
+    }
+
+    /// The forces that are missing for equilibrium, as far as tolerance and rounding of coordinates explain them: beyond that, the shape
+    /// is none.
+    pub(crate) fn missing(&self, residual: &[f64], work: &[f64], magnitudes: &Matrix) -> Vec<f64> {
+        let most = |k: usize| {
+            OUT_OF_BALANCE * work[k] + DISPLACEMENT_ROUNDING * magnitudes.row(k).iter().sum::<f64>()
+        };
+        residual.iter().enumerate().map(|(k, force)| force.min(most(k)).max(-most(k))).collect()
+    }
+
+    /// What these could change the stiffness by: no more than themselves, as a turn about one axis changes moments about another one by
+    /// half of that about the third; and the shape is one of equilibrium under forces that differ by the part of them that is
+    /// missing (Rigal and Gaches 1967), as their stiffness then does. Parts that nothing couples have no part in each other's.
+    pub(crate) fn imbalance(&self, missing: &[f64], work: &[f64]) -> Matrix {
+        let mut imbalance = Matrix::zeros(missing.len(), missing.len());
+        for range in self.parts() {
+            let least = NOTHING * range.clone().map(|k| work[k]).fold(0.0, f64::max);
+            let part = |k: usize| if missing[k] == 0.0 { 0.0 } else { missing[k].abs() / work[k].max(least) };
+            let (size, part) = (norm(&missing[range.clone()]), range.clone().map(part).fold(0.0, f64::max));
+            for (i, j) in range.clone().flat_map(|i| range.clone().map(move |j| (i, j))) {
+                imbalance[(i, j)] = size.min(part * work[i].min(work[j]));
+            }
+        }
+        imbalance
+    }
+
+    /// What the change of forces along directions, in columns, is more than the stiffness tells, in scaled coordinates: the error of
+    /// quadrature along rods, for which forces are no exact derivative of each other. Contacts are left out and springs and tendons
+    /// keep their forces: their stiffness is exact.
+    pub(crate) fn mismatch(&mut self, directions: &Matrix) -> Matrix {
+        let Self { q, sizes, load_factor, multipliers, .. } = *self;
+        let (n, rest) = (q.len(), vec![0.0; q.len()]);
+        let under_load = |own: f64, whole: f64| own + load_factor * (whole - own);
+        let tensions = self.tensions();
+        let model = &mut *self.model;
+        if !multipliers.is_empty() {
+            model.set_multipliers(multipliers);
+        }
+        model.hold_cords(Some(&tensions));
+        model.leave_contact(true);
+        let [mut own, mut whole] = [Matrix::zeros(n, n), Matrix::zeros(n, n)];
+        model.elastic_tangent(q, &mut own);
+        model.weighted_tangent(q, &rest, &rest, [1.0, 0.0, 0.0], &mut whole);
+        let mut mismatch = -(scaled(own.zip_map(&whole, under_load), sizes) * directions);
+        let [mut own, mut whole] = [rest.clone(), rest.clone()];
+        for (along, mut mismatch) in directions.column_iter().zip(mismatch.column_iter_mut()) {
+            let step = APART / along.amax();
+            let weighted = DIFFERENCES.into_iter().zip([1.0, 2.0, 3.0, 4.0]);
+            for (weight, distance) in weighted.flat_map(|(weight, k)| [(weight, k), (-weight, -k)]) {
+                let moved = q.iter().zip(sizes).zip(along.iter());
+                let moved: Vec<f64> = moved.map(|((q, size), x)| q + size * (distance * step * x)).collect();
+                model.elastic_forces(&moved, &mut own);
+                model.inverse_dynamics(&moved, &rest, &rest, &mut whole);
+                for k in 0..n {
+                    mismatch[k] += weight * sizes[k] * under_load(own[k], whole[k]) / step;
+                }
+            }
+        }
+        model.leave_contact(false);
+        model.hold_cords(None);
+        if !multipliers.is_empty() {
+            model.set_multipliers(&vec![0.0; multipliers.len()]);
+        }
+        mismatch
+    }
+
+    /// Tensions of tendons of a commanded length.
+    fn tensions(&mut self) -> Vec<f64> {
+        let mut cords = Cords::new(self.model.facts().cords, self.q.len());
+        if cords.stiffness.is_empty() {
+            return Vec::new();
+        }
+        self.model.linearise_cords(self.q, &mut cords);
+        let rigid = cords.stiffness.iter().filter(|stiffness| stiffness.is_infinite()).count();
+        // Multipliers of those that do not stretch follow the ones of loops.
+        let mut of_rigid = self.multipliers.iter().skip(self.multipliers.len().saturating_sub(rigid));
+        let tension = |(stiffness, excess): (&f64, &f64)| match stiffness.is_infinite() {
+            true => of_rigid.next().copied().unwrap_or(0.0),
+            false => stiffness * excess.max(0.0),
+        };
+        cords.stiffness.iter().zip(&cords.excesses).map(tension).collect()
+    }
+}

@@ -1,0 +1,12 @@
+//! Equilibria, vibrations, and what is needed to reach a pose.
+
+pub mod actuate;
+pub(crate) mod at_rest;
+pub mod modes;
+pub(crate) mod natural;
+pub mod reach;
+pub(crate) mod small_motions;
+pub(crate) mod spectrum;
+pub mod stability;
+pub mod statics;
+pub(crate) mod unseen;

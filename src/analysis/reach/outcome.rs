@@ -1,0 +1,160 @@
+//! The result of a search for a shape.
+
+use super::misfit::Error;
+use crate::model::{Flaw, at_least};
+use crate::numerics::roots::least_squares::{Counters, End};
+use crate::robot::{Pose, Robot};
+
+/// Status of the search.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Status {
+    /// All targets are reached, by the preferred shape if there is a preference.
+    Reached,
+    /// All targets are reached, but the search for the preferred shape did not converge.
+    NotSettled,
+    /// A local minimum of the errors, by first and second derivatives.
+    Nearest,
+    /// A local minimum with coordinates at their limits; without the limits the errors would decrease.
+    AtLimits,
+    /// The limit of iterations was reached.
+    IterationLimit,
+    /// No step, however short, reduces the errors.
+    Stalled,
+    /// The search leads to invalid shapes.
+    Flawed(Flaw),
+    /// The monitor asked to stop.
+    Interrupted,
+}
+
+impl Status {
+    pub(super) fn of(end: End, is_held: bool, flaw: Option<Flaw>) -> Self {
+        match end {
+            End::Root => Self::Reached,
+            End::Minimum if is_held => Self::AtLimits,
+            End::Minimum => Self::Nearest,
+            End::IterationLimit => Self::IterationLimit,
+            End::Stalled | End::NonFinite => flaw.map_or(Self::Stalled, Self::Flawed),
+            End::Interrupted => Self::Interrupted,
+        }
+    }
+
+    /// True if all targets are reached by the preferred shape.
+    pub fn is_success(self) -> bool {
+        self == Self::Reached
+    }
+
+    /// Stable name in lower case.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Reached => "reached",
+            Self::NotSettled => "not_settled",
+            Self::Nearest => "nearest",
+            Self::AtLimits => "at_limits",
+            Self::IterationLimit => "iteration_limit",
+            Self::Stalled => "stalled",
+            Self::Flawed(Flaw::Unresolved { .. }) => "unresolved",
+            Self::Flawed(Flaw::Inverted { .. }) => "inverted",
+            Self::Flawed(Flaw::Collapsed { .. }) => "collapsed",
+            Self::Flawed(Flaw::Open { .. }) => "loop_open",
+            Self::Flawed(Flaw::Sunk { .. }) => "sunk",
+            Self::Interrupted => "interrupted",
+        }
+    }
+}
+
+/// A shape and the remaining errors of the targets.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Reached {
+    /// Coordinates, with rotation vectors of at most half a turn: of the best shape found if the targets are
+    /// not reached.
+    pub q: Vec<f64>,
+    /// How the search ended.
+    pub status: Status,
+    /// Status in words, with numbers and advice.
+    pub message: String,
+    /// Error of each target.
+    pub errors: Vec<Error>,
+    /// Poses of the targets' sections and bodies.
+    pub poses: Vec<Pose>,
+    /// Indices of coordinates at limits that prevent smaller errors.
+    pub held: Vec<usize>,
+    /// Number of starts.
+    pub starts: usize,
+    /// Total counts of all starts.
+    pub counters: Counters,
+}
+
+/// Describes the result; `flaw` is the problem of the last invalid shape of the search.
+pub(super) fn message(
+    status: Status,
+    robot: &Robot,
+    errors: impl Iterator<Item = (usize, Error)>,
+    held: &[usize],
+    starts: usize,
+    flaw: Option<Flaw>,
+) -> String {
+    let from = if starts == 1 { "one start".to_owned() } else { format!("{starts} starts") };
+    let said = match status {
+        Status::Reached => return "All targets are reached.".to_owned(),
+        Status::NotSettled => {
+            let reached = "All targets are reached, but the search for the preferred shape among those that reach \
+                           them did not converge";
+            return match flaw {
+                Some(flaw) => format!("{reached}: it leads to shapes in which a rod {flaw}. Start elsewhere."),
+                None => format!(
+                    "{reached}. At the edge of the workspace there is nothing to choose: leave `prefer` out; \
+                     otherwise start elsewhere."
+                ),
+            };
+        }
+        Status::Nearest => format!(
+            "The targets are not reached. No small change of this shape brings the links nearer; it is the best \
+             one found from {from}. Another q0 or more `restarts` may find a better one, if there is any."
+        ),
+        Status::AtLimits => {
+            let names = robot.coordinate_names();
+            let held: Vec<&str> = held.iter().map(|&k| names[k].as_str()).collect();
+            format!(
+                "The targets are not reached. Within the limits, no small change of this shape brings the links \
+                 nearer; it is the best one found from {from}. {} held back.",
+                are(&held)
+            )
+        }
+        Status::IterationLimit => {
+            "The limit of iterations was reached. Allow more `max_iter`, or start elsewhere.".to_owned()
+        }
+        Status::Stalled => {
+            "No step, however short, brings the links nearer, although the derivatives predict it. Start elsewhere."
+                .to_owned()
+        }
+        Status::Interrupted => format!("The search was interrupted; this is the best shape from {from} until then."),
+        Status::Flawed(flaw) => {
+            let nodes = match flaw {
+                Flaw::Unresolved { shortage } => format!(" It needs more `nodes`{}.", at_least(shortage)),
+                Flaw::Inverted { .. } | Flaw::Collapsed { .. } | Flaw::Open { .. } | Flaw::Sunk { .. } => {
+                    String::new()
+                }
+            };
+            format!("The search ended at a shape in which a rod {flaw}.{nodes} Start elsewhere.")
+        }
+    };
+    let left = errors.map(|(link, error)| {
+        let Error { position, orientation } = error;
+        format!("'{}' is off by {position:.3e} m and {orientation:.3e} rad", robot.links[link].name)
+    });
+    format!("{said} Remaining error: {}.", left.collect::<Vec<_>>().join(", "))
+}
+
+/// "a is", "a, b and 7 others are".
+fn are(names: &[&str]) -> String {
+    /// Longer lists would not be read.
+    const MOST: usize = 5;
+    match names {
+        [one] => format!("{one} is"),
+        _ if names.len() <= MOST => {
+            let (last, others) = names.split_last().expect("there are some");
+            format!("{} and {last} are", others.join(", "))
+        }
+        _ => format!("{} and {} others are", names[..MOST].join(", "), names.len() - MOST),
+    }
+}

@@ -1,0 +1,106 @@
+//! Vibrations about a state: their frequencies, and the amplitudes with which the state excites them.
+
+use crate::analysis::small_motions::small_motions;
+use crate::model::constraint::one_sided;
+use crate::model::{ForwardScratch, Static};
+use crate::numerics::linalg::{Matrix, dot};
+
+/// Vibrations about the start, `M x'' + C x' + K x = 0`, ignoring coupling by damping. With closed loops,
+/// only motions that keep them closed.
+#[derive(Clone, Debug)]
+pub(crate) struct Spectrum {
+    pub(crate) modes: Vec<Vibration>,
+}
+
+/// A vibration mode.
+#[derive(Clone, Debug)]
+pub(crate) struct Vibration {
+    /// Natural frequency in rad/s; zero if the motion diverges.
+    pub(crate) frequency: f64,
+    /// Modal damping over modal mass, in 1/s.
+    pub(crate) damping: f64,
+    /// Mode shape, mass-normalised.
+    pub(crate) shape: Vec<f64>,
+    /// Modal velocity of the state.
+    pub(crate) velocity: f64,
+    /// Modal amplitude that the state excites under constant loads.
+    pub(crate) size: f64,
+}
+
+impl Vibration {
+    /// Magnitude of the faster of both eigenvalues, in 1/s, which limits explicit steps.
+    pub(crate) fn rate(&self) -> f64 {
+        let half = 0.5 * self.damping.abs();
+        if self.is_overdamped() {
+            half + (half * half - self.frequency.powi(2)).sqrt()
+        } else {
+            self.frequency
+        }
+    }
+
+    /// Displacement of the tip of `model` from `q` for this modal amplitude, in metres; may be infinite.
+    pub(crate) fn reach<M: Static>(&self, model: &mut M, q: &[f64], size: f64) -> f64 {
+        let moved: Vec<f64> = q.iter().zip(&self.shape).map(|(q, x)| q + x * size).collect();
+        let by = model.moved(q, &moved);
+        if by.is_nan() { f64::INFINITY } else { by }
+    }
+
+    /// Returns to rest without oscillation.
+    pub(crate) fn is_overdamped(&self) -> bool {
+        0.5 * self.damping.abs() > self.frequency
+    }
+}
+
+impl Spectrum {
+    /// Largest rate, in 1/s, which limits explicit steps.
+    pub(crate) fn rate(&self) -> f64 {
+        self.modes.iter().map(Vibration::rate).fold(0.0, f64::max)
+    }
+
+    /// Highest frequency, in rad/s, among vibrations that oscillate and move the tip by more than `distance`
+    /// metres; zero if there are none.
+    pub(crate) fn highest_visible<M: Static>(&self, model: &mut M, q: &[f64], distance: f64) -> f64 {
+        let visible = self
+            .modes
+            .iter()
+            .filter(|mode| !mode.is_overdamped() && mode.reach(model, q, mode.size) > distance);
+        visible.map(|mode| mode.frequency).fold(0.0, f64::max)
+    }
+
+    /// `None` if the mass matrix is not positive definite, a number is not finite, or a function of time
+    /// fails. About 40 n^3 flops.
+    pub(crate) fn new<M: Static>(model: &mut M, t: f64, q0: &[f64], v0: &[f64]) -> Option<Self> {
+        let n = model.facts().n;
+        model.set_time(t).ok()?;
+        let mut a0 = vec![0.0; n];
+        let mut multipliers = vec![0.0; model.facts().constraints()];
+        if multipliers.is_empty() {
+            model.forward_dynamics(q0, v0, &mut a0, &mut ForwardScratch::new(n)).ok()?;
+        } else {
+            one_sided::accelerations(model, q0, v0, &mut a0, &mut multipliers).ok()?;
+        }
+        let sizes = model.facts().typical_coordinates.clone();
+        let motions = small_motions(model, q0, &sizes, 1.0, &multipliers)?;
+        let modal = motions.modal()?;
+        let mut shapes = motions.basis * &modal.shapes;
+        for (mut row, size) in shapes.row_iter_mut().zip(&sizes) {
+            row *= *size;
+        }
+        let mut mass = Matrix::zeros(n, n);
+        model.mass_matrix(q0, &mut mass);
+        let with_mass = mass * &shapes;
+        let modes = modal.squares.iter().enumerate().map(|(k, &square)| {
+            let frequency = square.max(0.0).sqrt();
+            let [shape, momentum]: [Vec<f64>; 2] =
+                [&shapes, &with_mass].map(|a| a.column(k).iter().copied().collect());
+            let velocity = dot(&momentum, v0);
+            let size = if frequency > 0.0 {
+                dot(&momentum, &a0).abs() / square + velocity.abs() / frequency
+            } else {
+                0.0
+            };
+            Vibration { frequency, damping: modal.damping[(k, k)], shape, velocity, size }
+        });
+        Some(Self { modes: modes.collect() })
+    }
+}

@@ -1,0 +1,779 @@
+//! Statics: equilibria of models, and their stability.
+//!
+//! [`equilibrium`] finds an equilibrium by following the path of growing loads, by a search from a shape, or
+//! by Newton's method nearby. [`continuation`] follows paths through limit points and from bifurcations. Both
+//! report stability.
+//!
+//! `equations` contains the forces under a part of the load (`growth`), `corrector` Newton's method that
+//! stays on its path, `path` continuation, `search` the search for equilibria from a shape, `descent` that under
+//! loads without a potential, `stability` the search for critical points, `tendons` the detection of slack
+//! tendons, and `tied` and `tied_newton` models with closed loops.
+//! [`crate::analysis::stability`] judges stability.
+//!
+//! ```
+//! use lissom::robot::{Rod, RobotModel};
+//! use lissom::rod::Segment;
+//! use lissom::statics::{Options, equilibrium};
+//!
+//! let segment = Segment { modes: [0, 3, 0, 0, 0, 0], ..Segment::straight(1.0, 1e-3, 210e9, 80e9, 7800.0) };
+//! let mut wire = RobotModel::of_rod(&Rod::new(vec![segment]))?;
+//! let sagging = equilibrium(&mut wire, &Options::default(), &mut || Ok(()))?.expect("nothing interrupts it");
+//! assert!((sagging.q[0] - 0.238_212).abs() < 1e-5); // radians per metre
+//! # Ok::<(), lissom::error::InvalidInput>(())
+//! ```
+
+mod corrector;
+mod descent;
+mod equations;
+mod growth;
+mod ladder;
+mod options;
+mod outcome;
+mod path;
+mod search;
+mod stability;
+mod tendons;
+mod tied;
+mod tied_newton;
+
+pub use equations::Counters;
+pub use growth::InputPath;
+pub use options::{ContinuationOptions, ITERATIONS_OF_CONTACT, MAX_STOPS, Options, Start};
+pub use outcome::{Continuation, Equilibrium, Status};
+pub use path::{CriticalKind, CriticalPoint, Path};
+pub use tendons::Tendons;
+
+use descent::Descent;
+use equations::{Equations, State};
+use growth::Growth;
+use path::{Course, End, Follower};
+use search::Ended;
+use stability::Stiffness;
+
+pub use crate::analysis::stability::{Stability, Verdict};
+use crate::error::{Interrupted, InvalidInput, Unfinished};
+use crate::model::constraint::AsSprings;
+use crate::model::{Static, chart};
+use crate::numerics::linalg::{Matrix, norm};
+use crate::numerics::roots;
+
+/// Called before every evaluation; may stop a search.
+pub type Monitor<'a> = &'a mut dyn FnMut() -> Result<(), Interrupted>;
+
+/// Finds an equilibrium of `model`, at the time set last. Costs tens of evaluations of forces and tangent for
+/// moderate bending, hundreds for very large bending. On failure the result holds the last valid state. An
+/// interruption carries the last state and the path until then.
+///
+/// Fails before any evaluation if an option is invalid, or if the model does not resolve the start.
+pub fn equilibrium(
+    model: &mut dyn Static,
+    options: &Options,
+    monitor: Monitor<'_>,
+) -> Result<Result<Equilibrium, Unfinished<Equilibrium>>, InvalidInput> {
+    options.check(model.facts().n)?;
+    if let Start::Descent(q0) | Start::Newton(q0) = &options.start {
+        model.check_shape(q0, "q0")?;
+    }
+    let found = sought(model, options, monitor)?;
+    Ok(found.map_err(|halted| {
+        if model.facts().constraints() == 0 {
+            return halted.unfinished(model, &options.start);
+        }
+        let near = options.start.shape(model.facts().n);
+        halted.unfinished(&mut AsSprings::new(model, &near), &options.start)
+    }))
+}
+
+fn sought(
+    model: &mut dyn Static,
+    options: &Options,
+    monitor: Monitor<'_>,
+) -> Result<Result<Equilibrium, Halted>, InvalidInput> {
+    let rest = vec![0.0; model.facts().n];
+    match &options.start {
+        Start::Unloaded { stops } if tied::is_closed_at_rest(model) => {
+            Ok(load(model, stops, options, monitor))
+        }
+        Start::Unloaded { .. } => {
+            let start = tied::closed(model, &rest)?;
+            Ok(release(model, &start, options, true, monitor))
+        }
+        Start::Descent(q0) => {
+            let start = tied::closed(model, q0)?;
+            Ok(release(model, &start, options, true, monitor))
+        }
+        Start::Newton(q0) => {
+            let mut tried = Counters::default();
+            let mut first = None;
+            // With tendons that may be slack or taut, only the search knows which of them hold.
+            if !model.facts().is_one_sided {
+                match near(model, q0, options, &mut *monitor) {
+                    Ok(found) if found.status.is_success() => return Ok(Ok(found)),
+                    Ok(found) => (tried, first) = (found.counters, Some(found)),
+                    Err(halted) => return Ok(Err(halted)),
+                }
+            }
+            let start = tied::closed(model, q0)?;
+            Ok(release(model, &start, options, false, monitor).map(|searched| {
+                let counters = tried + searched.counters;
+                let found = match first {
+                    Some(first) if !searched.status.is_success() => first,
+                    _ => searched,
+                };
+                Equilibrium { counters, ..found }
+            }))
+        }
+    }
+}
+
+/// Follows the path of equilibria of `model` over the load factor, at the time set last. If inputs grow, the
+/// model is left with those of the last point. An interruption carries the path until then.
+///
+/// Fails before any evaluation if an option is invalid, or if the model does not resolve the start.
+pub fn continuation(
+    model: &mut dyn Static,
+    options: &ContinuationOptions,
+    monitor: Monitor<'_>,
+) -> Result<Result<Continuation, Unfinished<Continuation>>, InvalidInput> {
+    options.check(model.facts().n, model.facts().inputs())?;
+    if let Some(q0) = &options.q0 {
+        model.check_shape(q0, "q0")?;
+    }
+    if model.facts().constraints() > 0 {
+        return tied::continuation(model, options, monitor);
+    }
+    let n = model.facts().n;
+    let near = options.q0.clone().unwrap_or_else(|| vec![0.0; n]);
+    let mut equations = Equations::new(model, Growth::Loads, &near, monitor);
+    let grown = options.inputs.as_ref().map(|inputs| Growth::of_inputs(inputs, n));
+    Ok(follow(&mut equations, options, grown))
+}
+
+/// Shape to which loads growing from zero lead, at the inputs of a load factor.
+fn loaded(
+    equations: &mut Equations<'_>,
+    options: &ContinuationOptions,
+) -> Result<Option<Vec<f64>>, Interrupted> {
+    let search = Options { tol: options.tol, max_steps: options.max_steps, ..Options::default() };
+    let Some(followed) = follow_loads(equations, &[1.0], &search).map_err(|_| Interrupted)? else {
+        return let_go_from(equations, vec![0.0; equations.n()], &search);
+    };
+    match followed.end {
+        End::UpperBound => Ok(Some(followed.found.state.q)),
+        _ => let_go_from(equations, followed.found.state.q, &search),
+    }
+}
+
+fn let_go_from(
+    equations: &mut Equations<'_>,
+    q: Vec<f64>,
+    options: &Options,
+) -> Result<Option<Vec<f64>>, Interrupted> {
+    let found = let_go(equations, &q, options).map_err(|_| Interrupted)?;
+    Ok(found.status.is_success().then_some(found.q))
+}
+
+fn follow(
+    equations: &mut Equations<'_>,
+    options: &ContinuationOptions,
+    inputs: Option<Growth>,
+) -> Result<Continuation, Unfinished<Continuation>> {
+    let mut path = Path::default();
+    let (status, load_factor) =
+        follow_along(&mut path, equations, options, inputs).unwrap_or_else(|Interrupted| {
+            (Status::Interrupted, path.load_factor.last().copied().unwrap_or(options.load_factor))
+        });
+    let message = outcome::message(equations.model, status, load_factor, true, None, &path);
+    let followed = Continuation { path, status, message, counters: equations.counters };
+    if status == Status::Interrupted { Err(Unfinished::new(followed)) } else { Ok(followed) }
+}
+
+/// Fills a path as far as it can be followed; returns how it ends, and its last load factor.
+fn follow_along(
+    path: &mut Path,
+    equations: &mut Equations<'_>,
+    options: &ContinuationOptions,
+    inputs: Option<Growth>,
+) -> Result<(Status, f64), Interrupted> {
+    let course = Course {
+        bounds: options.bounds,
+        stops: vec![options.bounds[1]],
+        max_step: options.max_step,
+        max_steps: options.max_steps,
+        tolerance: options.tol,
+    };
+    let mut q = options.q0.clone().unwrap_or_else(|| vec![0.0; equations.n()]);
+    if let Some(mut inputs) = inputs {
+        equations.set_inputs_of(&mut inputs, options.load_factor)?;
+        if options.q0.is_none()
+            && let Some(loaded) = loaded(equations, options)?
+        {
+            q = loaded;
+        }
+        equations.grow(inputs);
+    }
+    let start = equations.state(q, options.load_factor)?;
+    let mut follower = Follower::new(equations, course);
+    let end = follow_from(&mut follower, start, options);
+    *path = follower.path;
+    end
+}
+
+fn follow_from(
+    follower: &mut Follower<'_, '_>,
+    start: State,
+    options: &ContinuationOptions,
+) -> Result<(Status, f64), Interrupted> {
+    let mut place = follower.start(start.clone(), options.direction.as_deref())?;
+    if place.is_none() && options.q0.is_none() && follower.flaw.is_none() {
+        // Newton's method alone does not find springs at rest beyond stops, from before these.
+        let mut settled = start;
+        let max_iter = Options::default().max_iter;
+        let ended = descent::descend(follower.equations, &mut settled, options.tol, max_iter)?;
+        if matches!(ended, Descent::Converged { .. }) {
+            place = follower.start(settled, options.direction.as_deref())?;
+        }
+    }
+    Ok(match place {
+        None => (follower.flaw.map_or(Status::NoStart, Status::Flawed), options.load_factor),
+        Some(mut place) => {
+            let end = follower.follow(&mut place)?;
+            (Status::of_continuation(end), place.state.load_factor)
+        }
+    })
+}
+
+impl Status {
+    fn of_continuation(end: End) -> Self {
+        match end {
+            End::UpperBound | End::LowerBound => Self::Finished,
+            End::StepTooSmall => Self::StepTooSmall,
+            End::TooManySteps => Self::TooManySteps,
+            End::Flawed(flaw) => Self::Flawed(flaw),
+        }
+    }
+}
+
+/// Largest relative change of forces that balances them in an equilibrium: above what tolerances leave, 1e-10 of the largest forces,
+/// along directions in which no force does work (`search::end`), and below a force that is missing.
+const BALANCED: f64 = 1e-4;
+
+/// Follows the path of growing loads; if the path ends early, releases the model there.
+fn load(
+    model: &mut dyn Static,
+    stops: &[f64],
+    options: &Options,
+    monitor: Monitor<'_>,
+) -> Result<Equilibrium, Halted> {
+    let rest = vec![0.0; model.facts().n];
+    // Only the end of the path is judged: a verdict on each of its points would cost more than the points.
+    let unjudged = Options { stability: false, ..options.clone() };
+    let followed = if model.facts().constraints() > 0 {
+        model.release_open(&rest, None);
+        let mut held = AsSprings::new(model, &rest);
+        let mut equations = judging(&mut held, &rest, &unjudged, &mut *monitor);
+        follow_loads(&mut equations, stops, options)?
+    } else {
+        let mut equations = judging(model, &rest, &unjudged, &mut *monitor);
+        follow_loads(&mut equations, stops, options)?
+    };
+    // Without loads the shape is not unique, as for a pendulum: it is released under the full load.
+    let Some(Followed { found, end, path, counters }) = followed else {
+        return release(model, &rest, options, true, monitor);
+    };
+    let reached = found.state.load_factor;
+    let mut state = found.state.clone();
+    if end == End::UpperBound {
+        if is_balanced(model, &state.q, &mut *monitor)? {
+            return judged_at_end(model, found, path, counters, options, monitor);
+        }
+        // Such as one at which a tendon would have to push.
+        state.load_factor = 1.0;
+    }
+    let released =
+        release(model, &state.q, options, true, &mut *monitor).map_err(|halted| halted.along(&path))?;
+    if released.status.is_success() {
+        let status = if end == End::UpperBound { Status::Converged } else { Status::LetGo };
+        let message = outcome::message(model, status, reached, options.stability, released.verdict, &path);
+        return Ok(Equilibrium { status, message, path, counters: counters + released.counters, ..released });
+    }
+    if end == End::UpperBound {
+        return Ok(Equilibrium { path, counters: counters + released.counters, ..released });
+    }
+    judged_at_end(model, found, path, counters + released.counters, options, monitor)
+}
+
+/// Adds stability of the last point of a path of loads, and to that point.
+fn judged_at_end(
+    model: &mut dyn Static,
+    found: Found,
+    path: Path,
+    counters: Counters,
+    options: &Options,
+    monitor: Monitor<'_>,
+) -> Result<Equilibrium, Halted> {
+    let mut equilibrium = judged(model, found, path, counters, options, monitor)?;
+    if let Some(last) = equilibrium.path.stability.last_mut() {
+        *last = equilibrium.verdict.map(|verdict| verdict.stability);
+    }
+    Ok(equilibrium)
+}
+
+/// The end of a path of loads.
+struct Followed {
+    found: Found,
+    end: End,
+    path: Path,
+    counters: Counters,
+}
+
+/// Follows the path of growing loads to its end; `None` if there is no unique shape without loads.
+fn follow_loads(
+    equations: &mut Equations<'_>,
+    stops: &[f64],
+    options: &Options,
+) -> Result<Option<Followed>, Halted> {
+    let course = Course {
+        bounds: [f64::NEG_INFINITY, 1.0],
+        stops: stops.to_vec(),
+        max_step: f64::INFINITY,
+        max_steps: options.max_steps,
+        tolerance: options.tol,
+    };
+    let start = equations.state(vec![0.0; equations.n()], 0.0)?;
+    let mut follower = Follower::new(equations, course);
+    let Some(mut place) = follower.start(start, None)? else { return Ok(None) };
+    let followed = follower.follow(&mut place);
+    let path = follower.path;
+    let end = followed.map_err(|Interrupted| Halted::at(&place.state, &path, equations))?;
+    let status = if end == End::UpperBound { Status::Converged } else { Status::of_continuation(end) };
+    let found = Found::new(status, place.state, place.corrected.step_norm, place.corrected.residual_norm);
+    Ok(Some(Followed { found, end, path, counters: equations.counters }))
+}
+
+/// Whether all forces of a shape balance, by moments that do not vanish where coordinates are singular.
+fn is_balanced(model: &mut dyn Static, q: &[f64], monitor: Monitor<'_>) -> Result<bool, Interrupted> {
+    // Only rotation vectors are singular anywhere, and only constraints may push.
+    let is_regular = model.facts().rotation_vectors.is_empty() && model.facts().constraints() == 0;
+    Ok(is_regular || search::error_of_balance(model, q, monitor)? <= BALANCED)
+}
+
+/// Searches the equilibrium to which a shape comes to rest; saddles are left if it has to be a stable one.
+fn release(
+    model: &mut dyn Static,
+    q0: &[f64],
+    options: &Options,
+    is_stable: bool,
+    monitor: Monitor<'_>,
+) -> Result<Equilibrium, Halted> {
+    let mut tried = Counters::default();
+    if is_stable && model.facts().springs > 0 {
+        // Moments of supports that turn a lot have other second derivatives than the search assumes.
+        let laid = without_potential(model, q0, options, &mut *monitor)?;
+        if laid.status.is_success() {
+            return Ok(laid);
+        }
+        tried = laid.counters;
+    }
+    if is_stable && model.facts().has_tendon_friction && !model.facts().is_one_sided {
+        return without_potential(model, q0, options, monitor);
+    }
+    let goal = search::Goal { tolerance: options.tol, max_iter: options.max_iter, is_stable };
+    let search::Found { q, ended, step_norm, residual_norm, multipliers, counters } =
+        search::search(model, q0, goal, &mut *monitor)?;
+    let counters = tried + counters;
+    let status = match ended {
+        Ended::Converged => Status::Converged,
+        Ended::IterationLimit => Status::IterationLimit,
+        Ended::Stalled => Status::Stalled,
+        Ended::Unheld => Status::Unheld,
+        Ended::Flawed(flaw) => Status::Flawed(flaw),
+        Ended::NonFinite => Status::NonFinite,
+        Ended::WithoutPotential => {
+            let mut laid = without_potential(model, &q, options, monitor)?;
+            laid.counters = counters + laid.counters;
+            return Ok(laid);
+        }
+    };
+    if model.facts().is_one_sided {
+        model.release(&multipliers);
+    }
+    let state = State { q, load_factor: 1.0, forces: Vec::new() };
+    judged(
+        model,
+        Found { multipliers: Some(multipliers), ..Found::new(status, state, step_norm, residual_norm) },
+        Path::default(),
+        counters,
+        options,
+        monitor,
+    )
+}
+
+/// Descent under loads without a potential, such as those that follow the rod. Its end is judged by true moments: at a turn of
+/// 2 pi the forces along rotation vectors vanish whatever acts, and the descent goes on from the same shape.
+fn without_potential(
+    model: &mut dyn Static,
+    q0: &[f64],
+    options: &Options,
+    monitor: Monitor<'_>,
+) -> Result<Equilibrium, Halted> {
+    until_balanced(model, q0, monitor, |model, q, monitor| {
+        let has_contact = model.facts().has_contact;
+        let of = |equations: &mut Equations<'_>| match has_contact {
+            true => lay(equations, q, options),
+            false => let_go(equations, q, options),
+        };
+        if model.facts().constraints() == 0 {
+            return of(&mut judging(model, q, options, monitor));
+        }
+        let mut held = AsSprings::new(model, q);
+        let found = of(&mut judging(&mut held, q, options, monitor))?;
+        Ok(tied::judged(model, found, None, options))
+    })
+}
+
+/// Calls a search until its end is in equilibrium: from the folded shape at which it wrongly ended.
+fn until_balanced(
+    model: &mut dyn Static,
+    q0: &[f64],
+    monitor: Monitor<'_>,
+    mut search: impl FnMut(&mut dyn Static, &[f64], Monitor<'_>) -> Result<Equilibrium, Halted>,
+) -> Result<Equilibrium, Halted> {
+    /// A search need not come to such a shape again.
+    const TIMES: usize = 4;
+    let mut q = q0.to_vec();
+    let mut counters = Counters::default();
+    for time in 1..=TIMES {
+        chart::fold(&model.facts().rotation_vectors, &mut q);
+        let found = search(model, &q, &mut *monitor)?;
+        counters = counters + found.counters;
+        let found = Equilibrium { counters, ..found };
+        if !found.status.is_success() || is_balanced(model, &found.q, &mut *monitor)? {
+            return Ok(found);
+        }
+        if time == TIMES {
+            let message =
+                outcome::message(model, Status::Stalled, found.load_factor, true, None, &found.path);
+            return Ok(Equilibrium { status: Status::Stalled, message, ..found });
+        }
+        q = found.q;
+    }
+    unreachable!("the last search is returned")
+}
+
+/// Finds the equilibrium nearest to a shape, stable or not, by Newton's method.
+fn near(
+    model: &mut dyn Static,
+    q0: &[f64],
+    options: &Options,
+    monitor: Monitor<'_>,
+) -> Result<Equilibrium, Halted> {
+    until_balanced(model, q0, &mut *monitor, |model, q, monitor| {
+        if model.facts().constraints() == 0 {
+            return newton(&mut judging(model, q, options, monitor), q, options);
+        }
+        // On shape and multipliers together, which closes the loops; from nearby this is sufficient.
+        let approached = tied_newton::approach(model, q, options, &mut *monitor)?;
+        if let Some(found) = approached.judged(model, options) {
+            return Ok(found);
+        }
+        let counters = approached.counters();
+        judged(model, approached.into(), Path::default(), counters, options, monitor)
+    })
+}
+
+/// Number of descent iterations before Newton's method is tried, and the factor between successive tries.
+const FIRST_LEG: usize = 50;
+const LONGER_LEG: usize = 4;
+
+/// Newton's result counts as the equilibrium of the descent if it is no farther away than this, in scaled
+/// coordinates.
+const NEARBY: f64 = 0.1;
+
+/// Descent onto surfaces, with occasional attempts of Newton's method. If nothing determines where on a floor
+/// a body lies, descent alone is slow. If the descent stalls, as it can at kinks when work is computed from
+/// forces, it is repeated with the energies of overlaps, which handle kinks but are consistent with the
+/// forces only up to the error of their integrals.
+fn lay(equations: &mut Equations<'_>, q0: &[f64], options: &Options) -> Result<Equilibrium, Halted> {
+    let has_ended = |found: &Equilibrium| !matches!(found.status, Status::Stalled | Status::IterationLimit);
+    let mut first = None;
+    for knows_overlaps in [false, true] {
+        equations.knows_overlaps = knows_overlaps;
+        let (mut q, mut left, mut leg) = (q0.to_vec(), options.max_iter, FIRST_LEG);
+        loop {
+            let max_iter = leg.min(left);
+            let laid = let_go(equations, &q, &Options { max_iter, ..options.clone() })?;
+            if has_ended(&laid) {
+                return Ok(laid);
+            }
+            let nearby = newton(equations, &laid.q, options)?;
+            let moved =
+                nearby.q.iter().zip(&laid.q).zip(&equations.sizes).map(|((a, b), size)| (a - b) / size);
+            let is_near = norm(&moved.collect::<Vec<_>>()) <= NEARBY;
+            // Other equilibria are left to the descent.
+            let mut is_free = || -> Result<bool, Interrupted> {
+                let state = equations.state(nearby.q.clone(), 1.0)?;
+                let verdict = equations.verdict(&state)?;
+                Ok(verdict.is_some_and(|verdict| verdict.stability == Stability::Neutral))
+            };
+            let is_at_end = laid.status == Status::Stalled || max_iter == left;
+            if nearby.status.is_success() && (is_at_end || is_near && is_free()?) {
+                return Ok(nearby);
+            }
+            (left, leg) = (left - max_iter, LONGER_LEG * leg);
+            q.copy_from_slice(&laid.q);
+            if is_at_end {
+                first.get_or_insert(laid);
+                break;
+            }
+        }
+    }
+    Ok(first.expect("both ways end"))
+}
+
+/// Descent from a shape.
+fn let_go(equations: &mut Equations<'_>, q0: &[f64], options: &Options) -> Result<Equilibrium, Halted> {
+    let mut state = equations.state(q0.to_vec(), 1.0)?;
+    let descent = descent::descend(equations, &mut state, options.tol, options.max_iter)
+        .map_err(|Interrupted| Halted::at(&state, &Path::default(), equations))?;
+    let (status, step_norm, residual_norm) = match descent {
+        Descent::Converged { step_norm, residual_norm } => (Status::Converged, step_norm, residual_norm),
+        Descent::IterationLimit => (Status::IterationLimit, f64::NAN, f64::NAN),
+        Descent::Stalled => (Status::Stalled, f64::NAN, f64::NAN),
+        Descent::Flawed(flaw) => (Status::Flawed(flaw), f64::NAN, f64::NAN),
+        Descent::NonFinite => (Status::NonFinite, f64::NAN, f64::NAN),
+    };
+    judge(equations, Found::new(status, state, step_norm, residual_norm), Path::default())
+}
+
+/// The equations at a fixed load factor, in scaled coordinates, as a system for [`roots::Newton`].
+struct Nearby<'a, 'b> {
+    equations: &'a mut Equations<'b>,
+    q: Vec<f64>,
+    load: Vec<f64>,
+}
+
+impl Nearby<'_, '_> {
+    fn set(&mut self, x: &[f64]) {
+        for i in 0..x.len() {
+            self.q[i] = x[i] * self.equations.sizes[i];
+        }
+    }
+}
+
+impl roots::System for Nearby<'_, '_> {
+    fn unknowns(&self) -> usize {
+        self.load.len()
+    }
+
+    fn residual(&mut self, x: &[f64], residual: &mut [f64]) -> Result<(), Interrupted> {
+        self.set(x);
+        self.equations.residual(&self.q, 1.0, residual, &mut self.load)
+    }
+
+    fn jacobian(&mut self, x: &[f64], jacobian: &mut Matrix) -> Result<(), Interrupted> {
+        self.set(x);
+        self.equations.tangent(&self.q, 1.0, jacobian)
+    }
+}
+
+/// Finds the nearest equilibrium, stable or not.
+fn newton(equations: &mut Equations<'_>, q0: &[f64], options: &Options) -> Result<Equilibrium, Halted> {
+    let n = equations.n();
+    let search = roots::Options {
+        method: roots::Method::TrustRegion,
+        residual_tolerance: 0.0,
+        step_tolerance: roots::StepTolerance { absolute: options.tol / (n as f64).sqrt(), relative: 0.0 },
+        max_iter: options.max_iter,
+        ..roots::Options::default()
+    };
+    let mut x: Vec<f64> = q0.iter().zip(&equations.sizes).map(|(q, size)| q / size).collect();
+    let mut system = Nearby { equations, q: q0.to_vec(), load: vec![0.0; n] };
+    let solved = roots::Newton::new(n, n).solve(&mut system, &mut x, &search);
+    system.set(&x);
+    let mut state = State { q: system.q, load_factor: 1.0, forces: Vec::new() };
+    let outcome = solved.map_err(|unfinished| {
+        equations.counters.iterations += unfinished.into_inner().iterations;
+        Halted::at(&state, &Path::default(), equations)
+    })?;
+    state = equations.state(state.q, 1.0)?;
+    equations.counters.iterations += outcome.iterations;
+    let mut step_norm = if outcome.iterations == 0 { 0.0 } else { outcome.step_norm };
+    let mut status =
+        if outcome.status.is_success() { Status::Converged } else { Status::Newton(outcome.status) };
+    if !status.is_success()
+        && let Some(linear) = equations.linearise(&state)?
+        && let Some(next) = corrector::newton_step(&linear)
+        && next <= options.tol
+    {
+        // With stiff tendons and joints, rounding of the shape causes forces that no step can reduce.
+        (status, step_norm) = (Status::Converged, next);
+    }
+    // Rounding of the shape decides the forces of stiff springs: those of the state tell the residual.
+    let residual_norm = if state.forces.is_empty() { outcome.residual_norm } else { f64::NAN };
+    judge(equations, Found::new(status, state, step_norm, residual_norm), Path::default())
+}
+
+/// Result of a search, before stability is judged.
+struct Found {
+    status: Status,
+    state: State,
+    step_norm: f64,
+    residual_norm: f64,
+    /// Of constraints, where they are known.
+    multipliers: Option<Vec<f64>>,
+}
+
+impl Found {
+    fn new(status: Status, state: State, step_norm: f64, residual_norm: f64) -> Self {
+        Self { status, state, step_norm, residual_norm, multipliers: None }
+    }
+}
+
+/// The equations under full loads near a shape.
+fn judging<'a>(
+    model: &'a mut dyn Static,
+    near: &[f64],
+    options: &Options,
+    monitor: Monitor<'a>,
+) -> Equations<'a> {
+    let mut equations = Equations::new(model, Growth::Loads, near, monitor);
+    equations.judges = options.stability;
+    equations
+}
+
+/// An interrupted search, and what it had reached by then, if anything.
+struct Halted(Option<Box<Reached>>);
+
+struct Reached {
+    q: Vec<f64>,
+    load_factor: f64,
+    path: Path,
+    counters: Counters,
+}
+
+impl From<Interrupted> for Halted {
+    fn from(_: Interrupted) -> Self {
+        Self(None)
+    }
+}
+
+impl Halted {
+    fn at(state: &State, path: &Path, equations: &Equations<'_>) -> Self {
+        let mut q = state.q.clone();
+        equations.wrap(&mut q);
+        let (path, counters) = (path.clone(), equations.counters);
+        Self::with(Reached { q, load_factor: state.load_factor, path, counters })
+    }
+
+    fn with(reached: Reached) -> Self {
+        Self(Some(Box::new(reached)))
+    }
+
+    /// The same after another search.
+    fn after(self, counters: Counters) -> Self {
+        Self(self.0.map(|reached| Box::new(Reached { counters: counters + reached.counters, ..*reached })))
+    }
+
+    /// The same after a path of loads.
+    fn along(self, path: &Path) -> Self {
+        Self(self.0.map(|reached| Box::new(Reached { path: path.clone(), ..*reached })))
+    }
+
+    /// The result until the interruption, with what is left of the forces. Evaluates them once.
+    fn unfinished(self, model: &mut dyn Static, start: &Start) -> Unfinished<Equilibrium> {
+        let n = model.facts().n;
+        let Reached { q, load_factor, path, counters } = self.0.map_or_else(
+            || Reached {
+                q: start.shape(n),
+                load_factor: if matches!(start, Start::Unloaded { .. }) { 0.0 } else { 1.0 },
+                path: Path::default(),
+                counters: Counters::default(),
+            },
+            |reached| *reached,
+        );
+        let mut never = || Ok(());
+        let mut equations = Equations::new(model, Growth::Loads, &q, &mut never);
+        let [mut residual, mut load] = [vec![0.0; n], vec![0.0; n]];
+        // A function of time that has failed is not called again.
+        let evaluated = equations.residual(&q, load_factor, &mut residual, &mut load);
+        Unfinished::new(Equilibrium {
+            message: outcome::message(model, Status::Interrupted, load_factor, true, None, &path),
+            q,
+            load_factor,
+            status: Status::Interrupted,
+            residual_norm: evaluated.map_or(f64::NAN, |()| norm(&residual)),
+            step_norm: f64::NAN,
+            verdict: None,
+            lowest: f64::NAN,
+            path,
+            counters,
+        })
+    }
+}
+
+/// Adds stability, of a model with constraints by motions that keep them.
+fn judged(
+    model: &mut dyn Static,
+    found: Found,
+    path: Path,
+    counters: Counters,
+    options: &Options,
+    monitor: Monitor<'_>,
+) -> Result<Equilibrium, Halted> {
+    let (q, multipliers) = (found.state.q.clone(), found.multipliers.clone());
+    let equilibrium = if model.facts().constraints() > 0 {
+        let mut held = AsSprings::new(model, &q);
+        // Only motions that keep the loops closed tell.
+        let quiet = Options { stability: false, ..options.clone() };
+        judge(&mut judging(&mut held, &q, &quiet, monitor), found, path)
+    } else {
+        judge(&mut judging(model, &q, options, monitor), found, path)
+    };
+    let equilibrium = equilibrium.map_err(|halted| halted.after(counters))?;
+    let counters = counters + equilibrium.counters;
+    Ok(Equilibrium { counters, ..tied::judged(model, equilibrium, multipliers.as_deref(), options) })
+}
+
+/// Adds stability from the tangent.
+fn judge(equations: &mut Equations<'_>, found: Found, path: Path) -> Result<Equilibrium, Halted> {
+    let Found { mut status, mut state, step_norm, residual_norm, .. } = found;
+    if state.forces.is_empty() {
+        let q = state.q.clone();
+        state = equations.state(state.q, state.load_factor).map_err(|Interrupted| {
+            Halted::with(Reached {
+                q,
+                load_factor: state.load_factor,
+                path: path.clone(),
+                counters: Counters::default(),
+            })
+        })?;
+    }
+    if status.is_success()
+        && let Some(flaw) = equations.flaw(&state.q).or_else(|| equations.sunk(&state.q))
+    {
+        status = Status::Flawed(flaw);
+    }
+    let linear = equations.linearise(&state).map_err(|Interrupted| Halted::at(&state, &path, equations))?;
+    let stiffness = linear.as_ref().map(Stiffness::new);
+    let verdict = if status.is_success() {
+        equations.judgement(&state).map_err(|Interrupted| Halted::at(&state, &path, equations))?
+    } else {
+        None
+    };
+    let State { mut q, load_factor, .. } = state;
+    equations.wrap(&mut q);
+    let own_norm = linear.as_ref().map_or(f64::NAN, |linear| linear.residual_norm);
+    Ok(Equilibrium {
+        message: outcome::message(equations.model, status, load_factor, equations.judges, verdict, &path),
+        load_factor,
+        q,
+        status,
+        residual_norm: if residual_norm.is_nan() { own_norm } else { residual_norm },
+        step_norm,
+        verdict,
+        lowest: stiffness.map_or(f64::NAN, |stiffness| stiffness.lowest),
+        path,
+        counters: equations.counters,
+    })
+}

@@ -1,0 +1,195 @@
+//! What holds a shape, and how far it is from equilibrium: multipliers of loops, tensions, and the backward error of the
+//! balance of forces.
+
+use super::problem::{Problem, Shape, add_transposed, scaled, times};
+use super::scale::Scale;
+use crate::model::chart;
+use crate::numerics::linalg::{Matrix, bounded_least_squares, norm, thin_svd};
+
+/// Rows of which less than this part is left beside the others follow from these.
+const REDUNDANT: f64 = 1e-9;
+
+/// A cord that does not stretch is taut if it lacks less than this part of its span.
+const TAUT: f64 = 1e-9;
+
+/// Rounding of a length relative to its span.
+const ROUNDING_OF_LENGTHS: f64 = 2e-15;
+
+/// No force can do work along a coordinate along which the forces of the same part could do less than this part of what they can
+/// do along others.
+const NOTHING: f64 = 1e-5;
+
+/// Forces below this part of what the material resists a coordinate's size with are compared with that: near shapes without any
+/// forces nothing else is left to compare them with.
+const UNSTRAINED: f64 = 1e-4;
+
+/// Independent rows: `G p = -g` becomes `V p = -T g` with orthonormal rows `V = T G`.
+#[derive(Clone, Debug)]
+pub(super) struct Reduced {
+    pub(super) rows: Matrix,
+    pub(super) transform: Matrix,
+}
+
+impl Reduced {
+    pub(super) fn new(rows: &Matrix) -> Self {
+        let (m, n) = rows.shape();
+        let none = Self { rows: Matrix::zeros(0, n), transform: Matrix::zeros(0, m) };
+        if m == 0 {
+            return none;
+        }
+        let lengths: Vec<f64> =
+            rows.row_iter().map(|row| if row.norm() > 0.0 { row.norm() } else { 1.0 }).collect();
+        let of_length_one = Matrix::from_fn(m, n, |i, j| rows[(i, j)] / lengths[i]);
+        let Some((left, values, right)) = thin_svd(&of_length_one) else { return none };
+        let largest = values.first().copied().unwrap_or(0.0);
+        let rank = values.iter().filter(|&&value| value > REDUNDANT * largest).count();
+        Self {
+            rows: Matrix::from_fn(rank, n, |i, j| right[(j, i)]),
+            transform: Matrix::from_fn(rank, m, |i, k| left[(k, i)] / values[i] / lengths[k]),
+        }
+    }
+
+    /// What is left of a force outside the range of the rows.
+    pub(super) fn free(&self, force: &[f64]) -> Vec<f64> {
+        let mut left = force.to_vec();
+        let held: Vec<f64> = times(&self.rows, force).into_iter().map(|x| -x).collect();
+        add_transposed(&self.rows, &held, &mut left);
+        left
+    }
+}
+
+/// The balance of forces in a shape.
+pub(super) struct Balance {
+    /// Multipliers of the loops.
+    pub(super) multipliers: Vec<f64>,
+    /// Tensions of cords, not negative, and amplitudes of springs.
+    pub(super) tensions: Vec<f64>,
+    /// What is left of the forces, along coordinates and along steps.
+    pub(super) raw_gradient: Vec<f64>,
+    pub(super) gradient: Vec<f64>,
+    /// What all forces could do along each coordinate, whatever their directions are.
+    pub(super) work: Vec<f64>,
+    /// The largest relative change of the forces that would balance them.
+    pub(super) error: f64,
+}
+
+impl Balance {
+    pub(super) fn new(problem: &Problem<'_>, shape: &Shape, scale: &Scale) -> Self {
+        let w = &scale.w;
+        let held = Reduced::new(&scaled(&shape.gap_rows, w));
+        let tensions = tensions(problem, shape, w, &held);
+        let mut force = shape.force.clone();
+        add_transposed(&shape.rows, &tensions, &mut force);
+        let along: Vec<f64> = force.iter().zip(w).map(|(force, w)| force * w).collect();
+        let parts: Vec<f64> = times(&held.rows, &along).into_iter().map(|x| -x).collect();
+        let mut multipliers = vec![0.0; shape.gaps.len()];
+        add_transposed(&held.transform, &parts, &mut multipliers);
+        let raw_gradient = problem.raw_gradient(shape, &multipliers, &tensions);
+        let mut gradient = raw_gradient.clone();
+        chart::forces(&problem.turns, &shape.q, &mut gradient);
+        let work = work(problem, shape, &multipliers, &tensions, scale);
+        let error = gradient
+            .iter()
+            .zip(&work)
+            .map(|(force, work)| if *work > 0.0 { force.abs() / work } else { force.abs() })
+            .fold(0.0, |most: f64, x| if x <= most { most } else { x });
+        Self { multipliers, tensions, raw_gradient, gradient, work, error }
+    }
+}
+
+/// By their lengths, as far as rounding of these decides; of those that do not stretch and are taut by the smallest balance that is
+/// left.
+fn tensions(problem: &Problem<'_>, shape: &Shape, w: &[f64], held: &Reduced) -> Vec<f64> {
+    let m = shape.excess.len();
+    let mut tensions = problem.tensions(&shape.excess);
+    if m == 0 {
+        return tensions;
+    }
+    let free =
+        |force: &[f64]| held.free(&force.iter().zip(w).map(|(force, w)| force * w).collect::<Vec<_>>());
+    let left = |tensions: &[f64]| {
+        let mut force = shape.force.clone();
+        add_transposed(&shape.rows, tensions, &mut force);
+        free(&force)
+    };
+    let columns = |rows: &[usize], size: &dyn Fn(usize) -> f64| {
+        let mut columns = Matrix::zeros(w.len(), rows.len());
+        for (k, &row) in rows.iter().enumerate() {
+            let own: Vec<f64> = shape.rows.row(row).iter().map(|x| x * size(row)).collect();
+            columns.column_mut(k).copy_from_slice(&free(&own));
+        }
+        columns
+    };
+    let taut: Vec<usize> =
+        (0..m).filter(|&row| problem.is_rigid(row) && shape.excess[row] > -TAUT * shape.spans[row]).collect();
+    if !taut.is_empty() {
+        let missing = left(&tensions);
+        let size = norm(&missing);
+        if size > 0.0 && size.is_finite() {
+            let wanted: Vec<f64> = missing.iter().map(|x| -x / size).collect();
+            let bounds = [vec![0.0; taut.len()], vec![f64::INFINITY; taut.len()]];
+            let found = bounded_least_squares(&columns(&taut, &|_| 1.0), &wanted, &bounds[0], &bounds[1]);
+            taut.iter().zip(found).for_each(|(&row, tension)| tensions[row] = tension * size);
+        }
+    }
+    let rounding = |row: usize| {
+        let most = problem.stiffness[row] * ROUNDING_OF_LENGTHS * shape.spans[row];
+        if problem.is_cord(row) { most.min(tensions[row]) } else { most }
+    };
+    let stiff: Vec<usize> = (0..m)
+        .filter(|&row| !problem.is_rigid(row) && rounding(row) > 10.0 * f64::EPSILON * tensions[row].abs())
+        .filter(|&row| rounding(row) > 0.0)
+        .collect();
+    let missing = left(&tensions);
+    let size = norm(&missing);
+    if !stiff.is_empty() && size > 0.0 && size.is_finite() {
+        let wanted: Vec<f64> = missing.iter().map(|x| -x / size).collect();
+        let changes = columns(&stiff, &|row| rounding(row) / size);
+        let bounds = [vec![-1.0; stiff.len()], vec![1.0; stiff.len()]];
+        let found = bounded_least_squares(&changes, &wanted, &bounds[0], &bounds[1]);
+        let changes: Vec<(usize, f64)> =
+            stiff.iter().zip(found).map(|(&row, part)| (row, part * rounding(row))).collect();
+        changes.into_iter().for_each(|(row, change)| tensions[row] += change);
+    }
+    tensions
+}
+
+/// What all forces could do along each coordinate: weight and loads in any direction, the material, loops, cords and springs, and
+/// contacts as much as along any coordinate of the same part.
+fn work(
+    problem: &Problem<'_>,
+    shape: &Shape,
+    multipliers: &[f64],
+    tensions: &[f64],
+    scale: &Scale,
+) -> Vec<f64> {
+    let (n, sizes) = (problem.n(), &scale.sizes);
+    let mut work: Vec<f64> = (0..n)
+        .map(|j| {
+            let of_material: f64 = (0..n).map(|k| problem.material[(j, k)].abs() * shape.q[k].abs()).sum();
+            let of_loops: f64 =
+                multipliers.iter().enumerate().map(|(i, x)| (x * shape.gap_rows[(i, j)]).abs()).sum();
+            let of_cords: f64 =
+                tensions.iter().enumerate().map(|(i, x)| (x * shape.reach[(i, j)]).abs()).sum();
+            let least = UNSTRAINED * problem.material[(j, j)].abs() * sizes[j];
+            (scale.loads[j] + of_material + shape.force[j].abs() + of_loops + of_cords).max(least)
+        })
+        .collect();
+    let mut first = 0;
+    for &part in &problem.parts {
+        let own = first..first + part;
+        if let Some(forces) = shape.contact_force.get(own.clone()) {
+            let most =
+                forces.iter().zip(&sizes[own.clone()]).map(|(x, size)| (x * size).abs()).fold(0.0, f64::max);
+            own.clone().for_each(|k| work[k] += most / sizes[k]);
+        }
+        let most = own.clone().map(|k| work[k] * sizes[k]).fold(0.0, f64::max);
+        own.for_each(|k| work[k] = work[k].max(NOTHING * most / sizes[k]));
+        first += part;
+    }
+    for &k in &problem.turns {
+        let most = work[k..k + 3].iter().copied().fold(0.0, f64::max);
+        work[k..k + 3].fill(most);
+    }
+    work
+}

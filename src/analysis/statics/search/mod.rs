@@ -1,0 +1,502 @@
+//! The search for equilibria: a trust-region Newton method that stays on its constraints.
+//!
+//! Steps are measured by what coordinates move ([`sizes`](crate::model::Elastic::sizes)), rotations live on the group
+//! ([`crate::model::chart`]), cords are inequalities of the quadratic problem of a step ([`quadratic`]), and the end is judged by forces
+//! over what those forces could do ([`end`]). Every shape on the way satisfies loops and cords, so that no weight between energy and
+//! gaps has to be chosen (Absil, Baker and Gallivan 2007, "Trust-region methods on Riemannian manifolds"). Energies are compared by
+//! work along steps; nothing depends on masses, times or units.
+
+mod end;
+mod problem;
+mod quadratic;
+mod scale;
+mod step;
+
+use super::ladder::{DEEP, LONGEST, LOOSE, Ladder, Rung};
+use super::{Counters, Halted, Monitor, Path, Reached};
+use crate::error::Interrupted;
+use crate::model::constraint::closing;
+use crate::model::{Flaw, Radius, Static, chart};
+use crate::numerics::linalg::{Matrix, dot, norm};
+
+use end::{Balance, Reduced};
+use problem::{Problem, Shape, add_transposed, times};
+use quadratic::Linearised;
+use scale::Scale;
+use step::{Bounds, FIRST_SHIFT};
+
+/// First radius, in sizes of coordinates: half a radian.
+const FIRST_RADIUS: f64 = 0.5;
+
+/// A radius below this one is rounding.
+const SMALLEST_RADIUS: f64 = 1e-14;
+
+/// A step that does this part of the predicted work is accepted; from `GOOD` on the radius may grow by `GROWTH`, below `POOR`
+/// it is half the step; after a refused one it shrinks by `CUT` (Conn, Gould and Toint 2000, section 6.1).
+const TAKEN: f64 = 0.05;
+const GOOD: f64 = 0.7;
+const POOR: f64 = 0.25;
+const GROWTH: f64 = 3.0;
+const CUT: f64 = 0.3;
+
+/// With contacts the radius grows to this multiple of a step; the shift of the second derivative changes by these factors after a step
+/// that is refused, and after one that is accepted (Levenberg 1944; Marquardt 1963).
+const GROWTH_OF_STEPS: f64 = 4.0;
+const MORE_DAMPING: f64 = 4.0;
+const LESS_DAMPING: f64 = 1.0 / 16.0;
+
+/// A refused step below this part of the radius was limited by the shift, not by the radius: the shift grows, and the radius becomes
+/// `1 / CUT` times the step. Smaller than `CUT`, so that rounding cannot lead to the same step and radius again.
+const WELL_WITHIN: f64 = 0.25;
+
+/// A start whose forces balance to this part is nearly an equilibrium; contacts need not be softened on the way to it.
+const NEAR: f64 = 1e-2;
+
+/// Work below this part of the energies is rounding.
+const ROUNDING_OF_WORK: f64 = 1e-11;
+
+/// Forces balance to rounding.
+const BALANCED: f64 = 1e-13;
+
+/// Where no step is short enough to come nearer, forces that balance to this part are in equilibrium to rounding.
+const NEARLY_BALANCED: f64 = 1e-8;
+
+/// Or Newton's steps of this length, in sizes.
+const NEARLY_THERE: f64 = 1e-9;
+
+/// After a step below the rounding of coordinates, in sizes, what is left of forces below this part is the rounding of stiff
+/// contacts.
+const ROUNDING_OF_STEPS: f64 = 1e-13;
+const ROUNDING_OF_FORCES: f64 = 1e-6;
+
+/// Steps that are so short leave an error of their square.
+const SHORT: f64 = 1e-7;
+
+/// A shape that is farther than this, in sizes, from one in which its gaps are closed is not closed, however small they are: near
+/// shapes that cannot come nearer, such as an exactly straight rope, gaps are squares of distances. Gaps below the other number are
+/// rounding, in parts of what gaps are compared with.
+const OPEN: f64 = 1e-7;
+const ROUNDING_OF_GAPS: f64 = 1e-13;
+
+/// Nothing holds what moves by so many sizes in a step, or by fewer while no force changes by this part: places farther away round
+/// gaps of loops.
+const UNHELD: f64 = 1e9;
+const FAR: f64 = 1e6;
+const UNCHANGED: f64 = 1e-9;
+
+/// How often a saddle is left.
+const ESCAPES: usize = 5;
+const ESCAPING_RADIUS: f64 = 0.1;
+
+/// How a search has ended.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Ended {
+    Converged,
+    IterationLimit,
+    Stalled,
+    /// Steps grow without end.
+    Unheld,
+    Flawed(Flaw),
+    NonFinite,
+    /// The forces have no potential in the last shape.
+    WithoutPotential,
+}
+
+/// The last shape of a search.
+#[derive(Clone, Debug)]
+pub(super) struct Found {
+    pub(super) q: Vec<f64>,
+    pub(super) ended: Ended,
+    /// Length of the next Newton step, or of the last one, in sizes.
+    pub(super) step_norm: f64,
+    /// Norm of what is left of the forces, times sizes: joules.
+    pub(super) residual_norm: f64,
+    /// Multipliers of loops, followed by those of cords that do not stretch.
+    pub(super) multipliers: Vec<f64>,
+    pub(super) counters: Counters,
+}
+
+/// What a search should find.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Goal {
+    pub(super) tolerance: f64,
+    pub(super) max_iter: usize,
+    /// Whether saddles are left.
+    pub(super) is_stable: bool,
+}
+
+/// Searches an equilibrium from a shape, at first from the nearest one in which loops and cords are closed.
+pub(super) fn search(
+    model: &mut dyn Static,
+    q0: &[f64],
+    goal: Goal,
+    monitor: Monitor<'_>,
+) -> Result<Found, Halted> {
+    let mut q = q0.to_vec();
+    if model.facts().constraints() > 0 {
+        // A shape that stays open is told of at the end.
+        closing::close(model, &mut q);
+    }
+    let mut search = Search::new(model, q, monitor)?;
+    let ended = search.climb(goal);
+    search.problem.model.soften_contact(None);
+    match ended {
+        Ok(ended) => Ok(search.found(ended)),
+        Err(Interrupted) => {
+            let (q, counters) = (search.shape.q, search.problem.counters);
+            Err(Halted::with(Reached { q, load_factor: 1.0, path: Path::default(), counters }))
+        }
+    }
+}
+
+/// How far from equilibrium a shape is: the largest relative change of its forces that would balance them. The shape is not changed.
+pub(super) fn error_of_balance(
+    model: &mut dyn Static,
+    q: &[f64],
+    monitor: Monitor<'_>,
+) -> Result<f64, Interrupted> {
+    Ok(Search::new(model, q.to_vec(), monitor)?.balance.error)
+}
+
+/// Whether a shape is not near one in which its loops are closed, and its taut cords as long as they are. The shape is not changed.
+pub(super) fn is_open(model: &mut dyn Static, q: &[f64]) -> bool {
+    let (m, n) = (model.facts().constraints(), q.len());
+    let (mut gaps, mut sizes) = (vec![0.0; m], vec![0.0; n]);
+    model.gaps(q, &mut gaps);
+    model.sizes(q, &mut sizes);
+    for (gap, size) in gaps.iter_mut().zip(&model.facts().gap_sizes) {
+        *gap = if gap.abs() > ROUNDING_OF_GAPS * size { *gap } else { 0.0 };
+    }
+    let mut rows = Matrix::zeros(m, n);
+    model.gap_jacobian(q, &mut rows);
+    chart::rows(&model.facts().rotation_vectors, q, &mut rows);
+    let held = Reduced::new(&problem::scaled(&rows, &sizes));
+    norm(&times(&held.transform, &gaps)) > OPEN
+}
+
+struct Search<'a> {
+    problem: Problem<'a>,
+    shape: Shape,
+    scale: Scale,
+    balance: Balance,
+    is_cord: Vec<bool>,
+    /// Sizes moved since the scale was found.
+    moved: f64,
+    step_norm: f64,
+    /// The largest overlap of softened contacts so far, over the thickness of the surfaces; `None` if contacts are as stiff as they are.
+    deepest: Option<f64>,
+}
+
+impl<'a> Search<'a> {
+    fn new(model: &'a mut dyn Static, q: Vec<f64>, monitor: Monitor<'a>) -> Result<Self, Interrupted> {
+        let mut problem = Problem::new(model, monitor);
+        let shape = problem.shape(q)?;
+        let scale = Scale::new(&mut problem, &shape.q);
+        let balance = Balance::new(&problem, &shape, &scale);
+        let is_cord = (0..shape.excess.len()).map(|row| problem.is_cord(row)).collect();
+        Ok(Self { problem, shape, scale, balance, is_cord, moved: 0.0, step_norm: f64::NAN, deepest: None })
+    }
+
+    fn found(self, ended: Ended) -> Found {
+        let Self { problem, shape, scale, balance, step_norm, .. } = self;
+        let residual: f64 =
+            balance.gradient.iter().zip(&scale.sizes).map(|(force, size)| (force * size).powi(2)).sum();
+        let rigid = (0..shape.excess.len()).filter(|&row| problem.is_rigid(row));
+        let multipliers =
+            balance.multipliers.iter().copied().chain(rigid.map(|row| balance.tensions[row])).collect();
+        Found {
+            ended,
+            step_norm,
+            residual_norm: residual.sqrt(),
+            multipliers,
+            counters: problem.counters,
+            q: shape.q,
+        }
+    }
+
+    /// Searches with soft contacts first, if there are any.
+    fn climb(&mut self, goal: Goal) -> Result<Ended, Interrupted> {
+        if !self.problem.model.facts().has_contact || self.balance.error < NEAR {
+            return self.descend(goal);
+        }
+        let start = self.shape.q.clone();
+        let mut ladder = Ladder::new(&mut *self.problem.model, &start);
+        let mut left = goal.max_iter;
+        while ladder.soften(&mut *self.problem.model) && left > 0 {
+            self.deepest = Some(0.0);
+            self.look_again()?;
+            let before = self.problem.counters.iterations;
+            // Half of the iterations are for what follows.
+            let loose = Goal { tolerance: LOOSE, max_iter: LONGEST.min(left.div_ceil(2)), ..goal };
+            let ended = self.descend(loose)?;
+            if ended == Ended::WithoutPotential {
+                return Ok(ended);
+            }
+            left = left.saturating_sub(self.problem.counters.iterations - before);
+            let overlap = self.problem.model.deepest_overlap(&self.shape.q);
+            let deepest = match ended {
+                Ended::Converged | Ended::IterationLimit => self.deepest.unwrap_or(0.0),
+                _ => f64::INFINITY,
+            };
+            match ladder.climb(overlap, deepest, ended == Ended::Converged) {
+                Rung::Start => {}
+                Rung::Free => break,
+                Rung::Dropped => self.shape.q.clone_from(&start),
+            }
+        }
+        self.problem.model.soften_contact(None);
+        self.deepest = None;
+        self.look_again()?;
+        self.descend(Goal { max_iter: left, ..goal })
+    }
+
+    /// Evaluates the shape again, after contacts have changed.
+    fn look_again(&mut self) -> Result<(), Interrupted> {
+        self.shape = self.problem.shape(std::mem::take(&mut self.shape.q))?;
+        self.scale = Scale::new(&mut self.problem, &self.shape.q);
+        self.balance = Balance::new(&self.problem, &self.shape, &self.scale);
+        self.moved = 0.0;
+        Ok(())
+    }
+
+    /// Whether softened surfaces overlap so far that those of obstacles do not tell on which side they are.
+    fn is_deep(&mut self) -> bool {
+        self.deepest.is_some() && self.problem.model.deepest_overlap(&self.shape.q) > DEEP
+    }
+
+    fn descend(&mut self, goal: Goal) -> Result<Ended, Interrupted> {
+        let (mut radius, mut escapes) = (FIRST_RADIUS, if goal.is_stable { ESCAPES } else { 0 });
+        let (mut before, mut last) = (f64::INFINITY, f64::INFINITY);
+        // Contacts set in abruptly: steps are bounded by the shift of the second derivative, which leaves what is stiff alone.
+        let is_damped = self.problem.model.facts().has_contact;
+        let mut damping = 0.0;
+        for _ in 0..goal.max_iter {
+            self.problem.counters.iterations += 1;
+            let mut error = self.balance.error;
+            if !error.is_finite() {
+                return Ok(Ended::NonFinite);
+            }
+            let Some(hessian) = self.problem.hessian(
+                &self.shape,
+                &self.balance.raw_gradient,
+                &self.balance.multipliers,
+                &self.balance.tensions,
+                &self.scale.sizes,
+                &self.balance.work,
+            ) else {
+                let is_finite = self.shape.force.iter().all(|force| force.is_finite());
+                return Ok(if is_finite { Ended::WithoutPotential } else { Ended::NonFinite });
+            };
+            let n = self.problem.n();
+            let w = &self.scale.w;
+            let hessian = Matrix::from_fn(n, n, |i, j| hessian[(i, j)] * w[i] * w[j]);
+            let of_loops = Reduced::new(&self.scale.rows(&self.shape.gap_rows));
+            let rows = self.scale.rows(&self.shape.rows);
+            let gradient = self.gradient();
+            let taut: Vec<bool> = self.balance.tensions.iter().map(|tension| *tension > 0.0).collect();
+            let (excess, stiffness) = (self.shape.excess.clone(), self.problem.stiffness.clone());
+            let is_cord = self.is_cord.clone();
+            let linearised = Linearised {
+                gradient: &gradient,
+                held: &of_loops,
+                rows: &rows,
+                excess: &excess,
+                stiffness: &stiffness,
+                is_cord: &is_cord,
+            };
+            let regularisation = self.scale.regularisation(error.max(1e-10), &self.balance.work);
+            let is_pressed = !self.shape.contact_force.is_empty() && damping == 0.0;
+            if last < ROUNDING_OF_STEPS && error < if is_pressed { NEAR } else { ROUNDING_OF_FORCES } {
+                return Ok(Ended::Converged);
+            }
+            if error <= goal.tolerance.max(BALANCED) {
+                let next = linearised.solve(&hessian, &taut);
+                let metric = self.scale.metric(radius);
+                let next = next.map_or(f64::INFINITY, |next| step::length(&next.x, &metric));
+                let is_end =
+                    error <= BALANCED || next <= goal.tolerance || error > 0.1 * before || last < SHORT;
+                if is_end {
+                    self.step_norm = next.min(last);
+                    if escapes == 0 || !self.is_saddle(&linearised, &hessian, &regularisation, &taut) {
+                        return Ok(Ended::Converged);
+                    }
+                    escapes -= 1;
+                    (radius, error) = (ESCAPING_RADIUS, 1.0);
+                }
+            }
+            let size = self.problem.energies(&self.shape.q) + self.problem.spring_energy(&self.shape);
+            let mut flaw = None;
+            let is_leaving = radius == ESCAPING_RADIUS && error == 1.0;
+            let (mut good, mut length) = (0.0, 0.0);
+            let (mut accepted, mut is_unheld) = (None, false);
+            while radius > SMALLEST_RADIUS {
+                let solution = if is_damped && !is_leaving {
+                    let bounds = Bounds { scale: &self.scale, radius };
+                    step::damped(&linearised, &hessian, &regularisation, bounds, &taut, &mut damping)
+                } else {
+                    step::within(&linearised, &hessian, &regularisation, &self.scale, radius, &taut)
+                };
+                let Some(solution) = solution else {
+                    break;
+                };
+                length = step::length(&solution.x, &self.scale.metric(radius));
+                let new = step::retracted(
+                    &mut self.problem,
+                    &self.shape,
+                    &self.scale,
+                    &linearised,
+                    &solution,
+                    &of_loops,
+                    length,
+                )?;
+                if let Some(new) = new
+                    && new.force.iter().all(|force| force.is_finite())
+                {
+                    flaw =
+                        self.problem.model.flaw(&new.q).filter(|flaw| matches!(flaw, Flaw::Inverted { .. }));
+                    let have_passed = flaw.is_none() && self.have_passed(&new, length);
+                    if have_passed && self.is_deep() {
+                        return Ok(Ended::Stalled);
+                    }
+                    if flaw.is_none() && !have_passed {
+                        let fall = predicted(&linearised, &hessian, &solution.x);
+                        let done = self.problem.work(&self.shape, &new)?;
+                        let balance = Balance::new(&self.problem, &new, &self.scale);
+                        good = if fall > ROUNDING_OF_WORK * size {
+                            done / fall
+                        } else if balance.error < 2.0 * error || done > 0.0 {
+                            1.0
+                        } else {
+                            0.0
+                        };
+                        if good > TAKEN {
+                            let straight = -dot(&gradient, &solution.x);
+                            is_unheld = length > UNHELD
+                                || length > FAR && (fall - straight).abs() < UNCHANGED * straight.abs();
+                            accepted = Some((new, balance, self.scale.shift(&solution.x)));
+                            break;
+                        }
+                    }
+                }
+                if is_damped && !is_leaving && length < WELL_WITHIN * radius {
+                    damping = MORE_DAMPING
+                        * damping.max(FIRST_SHIFT * linearised.steepest(&self.scale.metric(radius)));
+                    radius = radius.min(length / CUT);
+                } else {
+                    radius = CUT * radius.min(length);
+                }
+            }
+            damping *= LESS_DAMPING;
+            let Some((shape, balance, shift)) = accepted else {
+                // Rounding of the shape causes forces of stiff contacts and stops that no step can reduce.
+                let next = linearised.solve(&hessian, &taut);
+                let next = next.map_or(f64::INFINITY, |next| step::length(&next.x, &self.scale.metric(1.0)));
+                if next < NEARLY_THERE || error < NEARLY_BALANCED {
+                    self.step_norm = next.min(last);
+                }
+                return Ok(match flaw {
+                    _ if next < NEARLY_THERE || error < NEARLY_BALANCED => Ended::Converged,
+                    Some(flaw) => Ended::Flawed(flaw),
+                    None => Ended::Stalled,
+                });
+            };
+            let may_grow = radius < 1.0 || shift > 0.5 * radius;
+            if good < POOR {
+                radius = 0.5 * length;
+            } else if is_damped && may_grow {
+                // Steps were short where surfaces began to touch, and need not be so afterwards.
+                radius = radius.max(GROWTH_OF_STEPS * length);
+            } else if good > GOOD && length > 0.8 * radius && may_grow {
+                radius *= GROWTH;
+            }
+            if is_unheld {
+                return Ok(Ended::Unheld);
+            }
+            (before, last) = (error, length);
+            (self.shape, self.balance) = (shape, balance);
+            if let Some(deepest) = &mut self.deepest {
+                *deepest = deepest.max(self.problem.model.deepest_overlap(&self.shape.q));
+            }
+            self.step_norm = length;
+            self.rescale(length);
+        }
+        Ok(Ended::IterationLimit)
+    }
+
+    /// Gradient along natural coordinates, without what elastic cords and springs add. What is left of forces by rounding moves
+    /// nothing: along directions without stiffness it would move much.
+    fn gradient(&self) -> Vec<f64> {
+        let Balance { gradient, work, .. } = &self.balance;
+        let is_rounding = |(force, work): &(&f64, &f64)| force.abs() <= BALANCED * **work;
+        let mut gradient: Vec<f64> =
+            gradient.iter().zip(work).map(|x| if is_rounding(&x) { 0.0 } else { *x.0 }).collect();
+        let back: Vec<f64> = self.balance.tensions.iter().map(|tension| -tension).collect();
+        add_transposed(&self.shape.rows, &back, &mut gradient);
+        gradient.iter().zip(&self.scale.w).map(|(force, w)| force * w).collect()
+    }
+
+    /// Sizes change with the shape, but slowly.
+    fn rescale(&mut self, length: f64) {
+        const LONG: f64 = 0.3;
+        self.moved += length;
+        if self.moved > LONG {
+            self.moved = 0.0;
+            self.scale = Scale::new(&mut self.problem, &self.shape.q);
+            self.balance = Balance::new(&self.problem, &self.shape, &self.scale);
+        }
+    }
+
+    /// Whether the energy falls to second order in a direction that nothing holds.
+    fn is_saddle(
+        &self,
+        linearised: &Linearised<'_>,
+        hessian: &Matrix,
+        regularisation: &[f64],
+        taut: &[bool],
+    ) -> bool {
+        let mut regular = hessian.clone();
+        regularisation.iter().enumerate().for_each(|(k, x)| regular[(k, k)] += x);
+        let none = vec![0.0; linearised.gradient.len()];
+        let holds = |row: usize| taut[row] || !linearised.is_cord[row];
+        let excess: Vec<f64> =
+            (0..taut.len()).map(|row| if holds(row) { 0.0 } else { f64::NEG_INFINITY }).collect();
+        let at_rest = Linearised { gradient: &none, excess: &excess, ..*linearised };
+        at_rest.solve(&regular, taut).is_none()
+    }
+
+    /// Whether surfaces pass through each other on the way to a shape.
+    fn have_passed(&mut self, to: &Shape, length: f64) -> bool {
+        /// Places move straight on within parts of this length: those of a link that turns by a tenth of a radian are off by
+        /// a thousandth of its length.
+        const PART: f64 = 0.1;
+        let Problem { model, turns, .. } = &mut self.problem;
+        if !model.facts().has_contact || !length.is_finite() {
+            return false;
+        }
+        model.note_surfaces(&self.shape.q);
+        let step = chart::step_between(turns, &self.shape.q, &to.q);
+        let parts = (length / PART).ceil().clamp(1.0, 1e4) as usize;
+        (1..=parts).any(|part| {
+            let mut q = self.shape.q.clone();
+            let part: Vec<f64> = step.iter().map(|x| x * part as f64 / parts as f64).collect();
+            chart::retract(turns, &mut q, &part);
+            model.have_passed(&q, Radius::Smaller)
+        })
+    }
+}
+
+/// Energy that a step takes away by its quadratic problem.
+fn predicted(linearised: &Linearised<'_>, hessian: &Matrix, x: &[f64]) -> f64 {
+    let moved = times(linearised.rows, x);
+    let of_row = |row: usize| {
+        let (k, c) = (linearised.stiffness[row], linearised.excess[row]);
+        if k.is_infinite() {
+            return 0.0;
+        }
+        let there = c + moved[row];
+        let (here, there) = if linearised.is_cord[row] { (c.max(0.0), there.max(0.0)) } else { (c, there) };
+        0.5 * k * (here - there) * (here + there)
+    };
+    -(dot(linearised.gradient, x) + 0.5 * dot(x, &times(hessian, x)))
+        + (0..moved.len()).map(of_row).sum::<f64>()
+}

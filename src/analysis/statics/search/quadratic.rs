@@ -1,0 +1,344 @@
+//! The quadratic problem of a step: the least energy of a linearised model whose loops stay closed, whose cords pull or are
+//! slack, and whose springs may be as stiff as they like.
+
+use super::end::Reduced;
+use super::problem::{add_transposed, times};
+use crate::numerics::linalg::{Cholesky, Matrix, bounded_least_squares, dot, full_svd, norm};
+
+/// A pivot below this one of a matrix with ones on its diagonal is rounding, and the matrix not positive definite.
+const SMALLEST_PIVOT: f64 = 1e-14;
+
+/// Springs stretch nothing along directions whose singular value is below this part of the largest one.
+const UNSTRETCHED: f64 = 1e-13;
+
+/// A cord that would have to push is let go if more than this part of the forces is left without it.
+const PUSHES: f64 = 1e-7;
+
+/// Elongations below this part of what they are the sum of are rounding.
+const ROUNDING: f64 = 1e-13;
+
+/// Changes of the active set before only one row at a time changes.
+const TOGETHER: usize = 12;
+
+/// Factors of a symmetric matrix scaled to ones on its diagonal.
+struct Factors {
+    scale: Vec<f64>,
+    cholesky: Cholesky,
+}
+
+impl Factors {
+    /// `None` unless the matrix is positive definite.
+    fn new(a: &Matrix) -> Option<Self> {
+        let n = a.nrows();
+        let scale: Vec<f64> = (0..n).map(|i| a[(i, i)].abs().max(f64::MIN_POSITIVE).sqrt().recip()).collect();
+        let of_one = Matrix::from_fn(n, n, |i, j| a[(i, j)] * scale[i] * scale[j]);
+        let mut cholesky = Cholesky::new(n);
+        cholesky.factorise(&of_one).ok()?;
+        (cholesky.smallest_pivot() > SMALLEST_PIVOT).then_some(Self { scale, cholesky })
+    }
+
+    fn solve(&self, x: &mut [f64]) {
+        x.iter_mut().zip(&self.scale).for_each(|(x, scale)| *x *= scale);
+        self.cholesky.solve(x);
+        x.iter_mut().zip(&self.scale).for_each(|(x, scale)| *x *= scale);
+    }
+
+    fn solve_columns(&self, a: &mut Matrix) {
+        a.column_iter_mut().for_each(|mut column| self.solve(column.as_mut_slice()));
+    }
+}
+
+/// `min g'p + p'K p / 2 + sum (e + A p)^2 / 2` with `V p = -a`: what springs stretch and what they do not are separate unknowns,
+/// so that stiff springs round nothing else away. Rows of A are those of springs of stiffness one.
+pub(super) struct Saddle {
+    held: Reduced,
+    hessian: Matrix,
+    /// Stretched and free directions.
+    stretched: Matrix,
+    free: Option<Matrix>,
+    rows: Matrix,
+    of_stretched: Matrix,
+    inner: Factors,
+    /// `(Z'K Z)^-1 Z'K Y`.
+    coupling: Matrix,
+    outer: Factors,
+}
+
+impl Saddle {
+    /// `None` unless the problem is convex.
+    fn new(hessian: &Matrix, held: Reduced, rows: Matrix) -> Option<Self> {
+        let n = hessian.nrows();
+        let kept = if held.rows.nrows() == 0 { None } else { Some(complement(&held.rows)?) };
+        let (stretched, free) = if rows.nrows() == 0 {
+            (Matrix::zeros(n, 0), kept)
+        } else {
+            let along = match &kept {
+                Some(kept) => &rows * kept,
+                None => rows.clone(),
+            };
+            let (_, values, right) = full_svd(&along)?;
+            let largest = values.first().copied().unwrap_or(0.0);
+            let rank = values.iter().filter(|&&value| value > UNSTRETCHED * largest && value > 0.0).count();
+            let [stretched, free] = [(0, rank), (rank, right.ncols() - rank)]
+                .map(|(first, number)| right.columns(first, number).into_owned());
+            match kept {
+                Some(kept) => (&kept * stretched, Some(kept * free)),
+                None => (stretched, Some(free)),
+            }
+        };
+        let of_free = free.as_ref().map(|free| free.tr_mul(&(hessian * free)));
+        let inner = Factors::new(of_free.as_ref().unwrap_or(hessian))?;
+        let with_stretched = hessian * &stretched;
+        let couples = match &free {
+            Some(free) => free.tr_mul(&with_stretched),
+            None => with_stretched.clone(),
+        };
+        let mut coupling = couples.clone();
+        inner.solve_columns(&mut coupling);
+        let of_stretched = &rows * &stretched;
+        let outer = stretched.tr_mul(&with_stretched) - couples.tr_mul(&coupling)
+            + of_stretched.tr_mul(&of_stretched);
+        let outer = Factors::new(&outer)?;
+        Some(Self {
+            held,
+            hessian: hessian.clone(),
+            stretched,
+            free,
+            rows,
+            of_stretched,
+            inner,
+            coupling,
+            outer,
+        })
+    }
+
+    /// The solution for a gradient, gaps of the independent rows, and elongations.
+    pub(super) fn solve(&self, gradient: &[f64], gaps: &[f64], elongations: &[f64]) -> Vec<f64> {
+        let n = gradient.len();
+        let mut x = vec![0.0; n];
+        let closing: Vec<f64> = gaps.iter().map(|gap| -gap).collect();
+        add_transposed(&self.held.rows, &closing, &mut x);
+        let mut force = gradient.to_vec();
+        if !gaps.is_empty() {
+            times(&self.hessian, &x).into_iter().zip(&mut force).for_each(|(more, force)| *force += more);
+        }
+        let mut z = self.onto_free(&force);
+        if self.stretched.ncols() == 0 {
+            self.inner.solve(&mut z);
+            self.add_free(&z, -1.0, &mut x);
+            return x;
+        }
+        let mut y = transposed_times(&self.stretched, &force);
+        let mut part = transposed_times(&self.coupling, &z);
+        y.iter_mut().zip(&part).for_each(|(y, part)| *y -= part);
+        let stretch: Vec<f64> =
+            elongations.iter().zip(times(&self.rows, &x)).map(|(e, more)| e + more).collect();
+        part = transposed_times(&self.of_stretched, &stretch);
+        y.iter_mut().zip(&part).for_each(|(y, part)| *y += part);
+        self.outer.solve(&mut y);
+        y.iter_mut().for_each(|y| *y = -*y);
+        times(&self.stretched, &y).into_iter().zip(&mut x).for_each(|(more, x)| *x += more);
+        self.inner.solve(&mut z);
+        times(&self.coupling, &y).into_iter().zip(&mut z).for_each(|(more, z)| *z += more);
+        self.add_free(&z, -1.0, &mut x);
+        x
+    }
+
+    fn onto_free(&self, force: &[f64]) -> Vec<f64> {
+        self.free.as_ref().map_or_else(|| force.to_vec(), |free| transposed_times(free, force))
+    }
+
+    fn add_free(&self, z: &[f64], factor: f64, x: &mut [f64]) {
+        match &self.free {
+            None => x.iter_mut().zip(z).for_each(|(x, z)| *x += factor * z),
+            Some(free) => {
+                times(free, z).into_iter().zip(x).for_each(|(z, x)| *x += factor * z);
+            }
+        }
+    }
+
+    /// A direction of about the least curvature among those that nothing holds or stretches, of length one; `None` if there are no
+    /// such directions.
+    pub(super) fn least_curved(&self) -> Option<Vec<f64>> {
+        const ITERATIONS: usize = 4;
+        let n = self.hessian.nrows();
+        let free = self.free.as_ref().map_or(n, Matrix::ncols);
+        if free == 0 {
+            return None;
+        }
+        let mut z: Vec<f64> = (0..free).map(|k| (1.0 + k as f64).cos()).collect();
+        for _ in 0..ITERATIONS {
+            self.inner.solve(&mut z);
+            let size = norm(&z);
+            z.iter_mut().for_each(|z| *z /= size);
+        }
+        let mut x = vec![0.0; n];
+        self.add_free(&z, 1.0, &mut x);
+        Some(x)
+    }
+}
+
+/// Orthonormal columns that complete orthonormal rows.
+fn complement(rows: &Matrix) -> Option<Matrix> {
+    let (_, _, right) = full_svd(rows)?;
+    let rank = rows.nrows().min(rows.ncols());
+    Some(right.columns(rank, rows.ncols() - rank).into_owned())
+}
+
+fn transposed_times(a: &Matrix, x: &[f64]) -> Vec<f64> {
+    a.column_iter().map(|column| dot(column.as_slice(), x)).collect()
+}
+
+/// What a quadratic problem consists of besides its second derivative: the gradient, independent rows of closed loops, and rows
+/// of cords and springs with their excesses and stiffnesses.
+pub(super) struct Linearised<'a> {
+    pub(super) gradient: &'a [f64],
+    pub(super) held: &'a Reduced,
+    pub(super) rows: &'a Matrix,
+    pub(super) excess: &'a [f64],
+    pub(super) stiffness: &'a [f64],
+    /// Rows that act on one side only; the others always act.
+    pub(super) is_cord: &'a [bool],
+}
+
+/// A solution.
+pub(super) struct Solution {
+    pub(super) x: Vec<f64>,
+    pub(super) taut: Vec<bool>,
+    pub(super) saddle: Saddle,
+    /// Taut rows that do not stretch, and those that do.
+    pub(super) rigid: Vec<usize>,
+    pub(super) elastic: Vec<usize>,
+    /// Maps gaps of the loops' independent rows, followed by excesses of taut rows that do not stretch, to those of the saddle.
+    pub(super) transform: Matrix,
+}
+
+impl Linearised<'_> {
+    /// Elongations of elastic rows in units in which their stiffness is one.
+    pub(super) fn in_own_units(&self, elastic: &[usize], excess: impl Fn(usize) -> f64) -> Vec<f64> {
+        elastic.iter().map(|&row| self.stiffness[row].sqrt() * excess(row)).collect()
+    }
+
+    /// Length of the gradient in a diagonal metric.
+    pub(super) fn steepest(&self, metric: &[f64]) -> f64 {
+        self.gradient.iter().zip(metric).map(|(g, b)| g * g / b).sum::<f64>().sqrt()
+    }
+
+    /// Solves from this active set, or from none.
+    pub(super) fn attempt(&self, hessian: &Matrix, taut: &[bool]) -> Option<Solution> {
+        let from = |taut: &[bool]| self.solve(hessian, taut);
+        let is_any = taut.iter().any(|taut| *taut);
+        from(taut).or_else(|| if is_any { from(&vec![false; taut.len()]) } else { None })
+    }
+
+    /// Solves with one-sided rows: `A p <= -c` for those that do not stretch, and the energies `k max(0, c + A p)^2 / 2` of the
+    /// others, by a primal-dual active set from `taut` (Hintermueller, Ito and Kunisch 2003). If a set comes back, one row changes at
+    /// a time. `None` if the problem is not convex, or no set fits.
+    pub(super) fn solve(&self, hessian: &Matrix, taut: &[bool]) -> Option<Solution> {
+        let m = self.excess.len();
+        let mut taut: Vec<bool> = taut.iter().zip(self.is_cord).map(|(taut, cord)| *taut || !cord).collect();
+        let mut seen: Vec<Vec<bool>> = Vec::new();
+        for attempt in 0..4 * (TOGETHER + m) {
+            let solution = self.with_active(hessian, &taut)?;
+            let wrong = self.wrong(&solution, hessian);
+            if !wrong.iter().any(|wrong| *wrong) {
+                return Some(solution);
+            }
+            let mut next: Vec<bool> = taut.iter().zip(&wrong).map(|(taut, wrong)| taut != wrong).collect();
+            seen.push(taut.clone());
+            if seen.contains(&next) || attempt > TOGETHER {
+                let last = wrong.iter().rposition(|wrong| *wrong).unwrap_or(0);
+                next = taut;
+                next[last] = !next[last];
+            }
+            taut = next;
+        }
+        None
+    }
+
+    fn with_active(&self, hessian: &Matrix, taut: &[bool]) -> Option<Solution> {
+        let active = |is_rigid: bool| -> Vec<usize> {
+            (0..taut.len())
+                .filter(|&row| taut[row] && self.stiffness[row].is_infinite() == is_rigid)
+                .collect()
+        };
+        let (rigid, elastic) = (active(true), active(false));
+        let loops = self.held.rows.nrows();
+        let (held, transform) = if rigid.is_empty() {
+            (self.held.clone(), Matrix::identity(loops, loops))
+        } else {
+            let n = self.gradient.len();
+            let all = Matrix::from_fn(loops + rigid.len(), n, |i, j| match i.checked_sub(loops) {
+                None => self.held.rows[(i, j)],
+                Some(i) => self.rows[(rigid[i], j)],
+            });
+            let all = Reduced::new(&all);
+            let transform = all.transform.clone();
+            (all, transform)
+        };
+        let rows = Matrix::from_fn(elastic.len(), self.gradient.len(), |i, j| {
+            self.stiffness[elastic[i]].sqrt() * self.rows[(elastic[i], j)]
+        });
+        let saddle = Saddle::new(hessian, held, rows)?;
+        let gaps: Vec<f64> =
+            vec![0.0; loops].into_iter().chain(rigid.iter().map(|&row| self.excess[row])).collect();
+        let elongations = self.in_own_units(&elastic, |row| self.excess[row]);
+        let x = saddle.solve(self.gradient, &times(&transform, &gaps), &elongations);
+        x.iter().all(|x| x.is_finite()).then_some(Solution {
+            x,
+            taut: taut.to_vec(),
+            saddle,
+            rigid,
+            elastic,
+            transform,
+        })
+    }
+
+    /// Which rows push although they are active, or are exceeded although they are not.
+    fn wrong(&self, solution: &Solution, hessian: &Matrix) -> Vec<bool> {
+        let Solution { x, taut, rigid, .. } = solution;
+        let m = self.excess.len();
+        let mut wrong = vec![false; m];
+        if !self.is_cord.iter().any(|cord| *cord) {
+            return wrong;
+        }
+        let moved = times(self.rows, x);
+        let mut elastic_force: Vec<f64> = vec![0.0; m];
+        for row in 0..m {
+            let length = self.excess[row] + moved[row];
+            let size: f64 = self.excess[row].abs()
+                + (0..x.len()).map(|j| (self.rows[(row, j)] * x[j]).abs()).sum::<f64>();
+            if !taut[row] {
+                wrong[row] = length > ROUNDING * size;
+            } else if self.stiffness[row].is_finite() {
+                wrong[row] = self.is_cord[row] && length < 0.0;
+                elastic_force[row] = self.stiffness[row] * length;
+            }
+        }
+        if !rigid.is_empty() {
+            let mut force: Vec<f64> =
+                self.gradient.iter().zip(times(hessian, x)).map(|(g, more)| g + more).collect();
+            add_transposed(self.rows, &elastic_force, &mut force);
+            let force = self.held.free(&force);
+            let size = norm(&force);
+            if size > 1e-12 * norm(self.gradient) {
+                let mut columns = Matrix::zeros(x.len(), rigid.len());
+                for (k, &row) in rigid.iter().enumerate() {
+                    let own: Vec<f64> = self.rows.row(row).iter().copied().collect();
+                    columns.column_mut(k).copy_from_slice(&self.held.free(&own));
+                }
+                let wanted: Vec<f64> = force.iter().map(|x| -x / size).collect();
+                let bounds = [vec![0.0; rigid.len()], vec![f64::INFINITY; rigid.len()]];
+                let tensions = bounded_least_squares(&columns, &wanted, &bounds[0], &bounds[1]);
+                let held = times(&columns, &tensions);
+                let left: Vec<f64> = held.iter().zip(&wanted).map(|(held, wanted)| held - wanted).collect();
+                if norm(&left) > PUSHES {
+                    for (&row, tension) in rigid.iter().zip(tensions) {
+                        wrong[row] |= tension == 0.0;
+                    }
+                }
+            }
+        }
+        wrong
+    }
+}

@@ -1,0 +1,70 @@
+//! Scales of a shape: sizes of coordinates, natural coordinates, and what loads could do.
+
+use super::problem::{Problem, scaled};
+use crate::model::chart;
+use crate::numerics::linalg::Matrix;
+
+/// Stiffness below this part of the largest one is none.
+const SOFTEST: f64 = 1e-14;
+
+/// Sizes of coordinates in a shape, and natural coordinates x, `dq = w x`, in which soft coordinates move more than stiff ones.
+pub(super) struct Scale {
+    pub(super) sizes: Vec<f64>,
+    pub(super) w: Vec<f64>,
+    /// Which coordinates turn something.
+    pub(super) turns: Vec<bool>,
+    /// What weight and loads could do along each coordinate, whatever their directions are.
+    pub(super) loads: Vec<f64>,
+}
+
+impl Scale {
+    pub(super) fn new(problem: &mut Problem<'_>, q: &[f64]) -> Self {
+        let n = problem.n();
+        let mut sizes = vec![0.0; n];
+        problem.model.sizes(q, &mut sizes);
+        let stiffness: Vec<f64> =
+            (0..n).map(|k| problem.material[(k, k)].abs() * sizes[k] * sizes[k]).collect();
+        let largest = stiffness.iter().copied().fold(0.0, f64::max);
+        let softest =
+            stiffness.iter().copied().filter(|k| *k > SOFTEST * largest).fold(f64::INFINITY, f64::min);
+        let w = sizes.iter().zip(&stiffness).map(|(size, k)| size / (1.0 + k / softest).sqrt()).collect();
+        let turns = problem.model.facts().turns.clone();
+        let mut loads = Matrix::zeros(n, 3);
+        problem.model.turned_loads(q, &mut loads);
+        for mut column in loads.column_iter_mut() {
+            chart::forces(&problem.turns, q, column.as_mut_slice());
+        }
+        let loads = loads.row_iter().map(|row| row.norm()).collect();
+        Self { sizes, w, turns, loads }
+    }
+
+    /// The diagonal metric in which natural coordinates are steps in sizes. Turns are never longer than a radian, however large the
+    /// radius is.
+    pub(super) fn metric(&self, radius: f64) -> Vec<f64> {
+        let more = radius.max(1.0).powi(2);
+        (0..self.w.len())
+            .map(|k| (self.w[k] / self.sizes[k]).powi(2) * if self.turns[k] { more } else { 1.0 })
+            .collect()
+    }
+
+    /// Derivatives along natural coordinates.
+    pub(super) fn rows(&self, rows: &Matrix) -> Matrix {
+        scaled(rows, &self.w)
+    }
+
+    /// Step along coordinates.
+    pub(super) fn coordinates(&self, x: &[f64]) -> Vec<f64> {
+        x.iter().zip(&self.w).map(|(x, w)| x * w).collect()
+    }
+
+    /// Length of what only shifts, in sizes.
+    pub(super) fn shift(&self, x: &[f64]) -> f64 {
+        let of = |k: usize| if self.turns[k] { 0.0 } else { (x[k] * self.w[k] / self.sizes[k]).powi(2) };
+        (0..x.len()).map(of).sum::<f64>().sqrt()
+    }
+
+    /// Curvature along natural coordinates that missing balance of forces could make up.
+    pub(super) fn regularisation(&self, error: f64, work: &[f64]) -> Vec<f64> {
+        (0..self.w.len()).map(|k| error * work[k] * self.w[k] * self.w[k] / self.sizes[k]).collect()
+    }
+}

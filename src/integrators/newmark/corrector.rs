@@ -1,0 +1,768 @@
+//! Newton's method for the accelerations at the end of a step, with a Jacobian that is reused while it
+//! converges.
+//!
+//! Increments, not residuals, decide when the iteration stops: they have the units of the unknowns, for any
+//! units and scales of the equations. The error remaining after an increment is estimated from the
+//! contraction rate. A second iteration measures this rate; after the first iteration it is predicted from
+//! measurements in earlier steps ([`Contraction`]). The prediction saves an iteration that would only confirm
+//! the previous one, and reveals wrong Jacobians.
+//!
+//! Sizes of increments are relative to single accelerations, since errors of accelerations add up from step to step. An
+//! acceleration near zero may therefore hide all others, and its rate theirs: what counts is the larger rate of these sizes and of
+//! how far the increments move coordinates.
+
+use super::contraction::{Contraction, SLOWEST_RATE, iterations_needed, remaining_error};
+use super::jacobian::Jacobian;
+use super::linear_system::LinearSystem;
+use super::options::Options;
+use super::search::Search;
+use super::trial::Trial;
+use crate::error::Interrupted;
+use crate::integrators::second_order::{Counters, Failure, System};
+use crate::numerics::linalg::dot;
+use crate::numerics::tape::Tape;
+
+/// Iterations before a solve is started anew on the next rung of the ladder, and before it is given up.
+const MAX_ITERATIONS: usize = 20;
+const MAX_FULL_ITERATIONS: usize = 25;
+
+/// The error that a step leaves must be that much smaller than the tolerances: these errors have the same sign step after
+/// step, so that they add up.
+const SAFETY: f64 = 0.1;
+
+/// An increment of that fraction of what is tolerated is believed without a contraction rate.
+const NEGLIGIBLE: f64 = 1e-3;
+
+/// Increments that do not contract may be rounding errors if they move coordinates by no more than that part of the relative
+/// tolerance (RADAU5 stops there: Hairer and Wanner 1996, section IV.8).
+const TOLERABLE_MOTION: f64 = 0.05;
+
+/// They are if in a step of the usual size they would move coordinates by less than that part of their sizes: gaps of loops and
+/// forces are multiples of spacings of floating-point numbers, which some hundred spacings of a coordinate need not change.
+const SPACINGS: f64 = 4096.0 * f64::EPSILON;
+
+/// What is continuous hardly changes over that part of an increment, whatever the Jacobian and wherever surfaces meet; the larger one
+/// where the smaller one would be a few spacings only.
+const NEARBY: f64 = 1.0 / 64.0;
+const FARTHEST: f64 = 1.0 / 16.0;
+
+/// Rounding changes by at least that part of itself, and single entries by that part.
+const ROUNDING_CHANGES: f64 = 0.25;
+const ONE_CHANGES: f64 = 0.01;
+
+/// An increment of more than that part of the accelerations makes these other ones, to which tolerances are then relative: a robot that
+/// starts from rest has none.
+const FAR: f64 = 0.1;
+
+/// Rows of constraints that others determine where the Jacobian was evaluated may be rows of their own at the trial: a rod between
+/// clamps that is straight is held against twist as soon as it bends. Their gaps are then larger than that part of their sizes,
+/// which is rounding, and than what an increment so far from there leaves of rows that do depend on others. That is the product of
+/// its size and that distance, times second derivatives of gaps in units of sizes, which are of order one, summed over
+/// coordinates. Knocked rods between clamps move alike with 0.1 to 64; with 1000 gaps that open are overlooked.
+const OPEN: f64 = 64.0 * f64::EPSILON;
+const CURVATURE: f64 = 16.0;
+
+/// Nothing closes gaps of rows that others determine at the trial as well: these are told by how much wider they become. Rounding
+/// changes what stays open by less than a binary digit; from 1 to 100 the same rods take the same iterations.
+const WIDER: f64 = 2.0;
+
+/// A first increment that differs from the one of the last step by up to that fraction of it makes the steps similar. A
+/// Jacobian that jumps (contact, dry friction) makes a larger difference.
+const SIMILAR: f64 = 0.5;
+
+/// Tolerances are not below that (without `atol`, where accelerations are guessed to be zero): the squares of
+/// increments in units of them must not overflow. Rounding then ends the iteration.
+const SMALLEST_TOLERANCE: f64 = 1e-100;
+
+/// Increments are not shortened to less than that (NLEQ1's default for highly nonlinear problems; Nowak and Weimann
+/// 1991).
+const SHORTEST_INCREMENT: f64 = 1e-4;
+
+/// The last Jacobian of a step that took more of them than that is not kept for the next step.
+const MOST_KEPT: usize = 2;
+
+/// About as many iterations does a fresh Jacobian need.
+const FRESH_ITERATIONS: f64 = 2.0;
+
+/// The error that is left after an increment of that size. Where surfaces may touch, what touches in the place that it leads to
+/// is not in any rate: the last increment itself must be small.
+fn left_after<S: System + ?Sized>(system: &S, size: f64, rate: f64) -> f64 {
+    if system.may_touch() { size } else { remaining_error(size, rate) }
+}
+
+/// The history of the factorised Jacobian.
+#[derive(Clone, Copy, Debug)]
+struct Kept {
+    /// The weights it belongs to.
+    weights: [f64; 3],
+    /// Steps solved with it, and what they have cost in residual evaluations, its own evaluation included.
+    steps: f64,
+    cost: f64,
+}
+
+impl Kept {
+    /// A Jacobian should be replaced when a step costs more with it than the average of those that it has served, its own
+    /// evaluation included: a fresh one lowers the average.
+    fn is_beaten_by(&self, cost: f64) -> bool {
+        cost * self.steps > self.cost
+    }
+}
+
+/// Newton's method with its memory for systems of one size.
+#[derive(Clone, Debug)]
+pub(super) struct Corrector {
+    jacobian: Jacobian,
+    reuse: bool,
+    /// The usual size of a step.
+    dt: f64,
+    kept: Option<Kept>,
+    /// Whether surfaces might touch at the end of the last solve. The system may have been asked about another state since.
+    might_touch: bool,
+    linear: LinearSystem,
+    /// Where the Jacobian was evaluated.
+    q_jacobian: Vec<f64>,
+    v_jacobian: Vec<f64>,
+    contraction: Contraction,
+    /// The first increment of this step, of the last one, and its size.
+    first: Vec<f64>,
+    last_first: Vec<f64>,
+    first_size: f64,
+    residual: Vec<f64>,
+    increment: Vec<f64>,
+    /// The increment before.
+    previous: Vec<f64>,
+    /// Where an increment begins that may be shortened, and its full length.
+    start: Vec<f64>,
+    direction: Vec<f64>,
+    /// Of the displacements and of the gaps: see [`Facts`](crate::model::Facts).
+    sizes: Vec<f64>,
+    /// One over the sizes of displacements, one where they are not known, and zero for multipliers.
+    inverse_sizes: Vec<f64>,
+    /// How far an acceleration moves a coordinate in the step, or its velocity within it.
+    reach: f64,
+    /// Root mean square of how far the increment moves coordinates, in units of their typical sizes.
+    moved: f64,
+    gap_sizes: Vec<f64>,
+    /// The gaps, in units of these, that the Jacobian has left out where it was evaluated.
+    left_open: f64,
+    /// How far an acceleration moves a coordinate, in units of its size ([`Self::set_displacements`]).
+    displacements: Vec<f64>,
+    /// An increment that may be rounding, and where it was computed.
+    judged: Vec<f64>,
+    place: Vec<f64>,
+    rtol: Vec<f64>,
+    atol: Vec<f64>,
+    /// One over what is tolerated in each acceleration, and the size of increments that are [`FAR`].
+    inverse_tolerance: Vec<f64>,
+    far: f64,
+}
+
+impl Corrector {
+    pub(super) fn new(options: &Options, rtol: Vec<f64>, atol: Vec<f64>) -> Self {
+        let n = rtol.len();
+        let loosest = rtol.iter().copied().fold(0.0, f64::max);
+        Self {
+            jacobian: Jacobian::new(options.derivative, &rtol, &atol),
+            reuse: options.reuse_jacobian,
+            dt: options.dt,
+            kept: None,
+            might_touch: false,
+            linear: LinearSystem::empty(),
+            q_jacobian: vec![0.0; n],
+            v_jacobian: vec![0.0; n],
+            contraction: Contraction::unknown(),
+            first: vec![0.0; n],
+            last_first: vec![0.0; n],
+            first_size: f64::INFINITY,
+            residual: vec![0.0; n],
+            increment: vec![0.0; n],
+            previous: vec![0.0; n],
+            start: vec![0.0; n],
+            direction: vec![0.0; n],
+            sizes: vec![0.0; n],
+            inverse_sizes: vec![1.0; n],
+            reach: 0.0,
+            moved: 0.0,
+            gap_sizes: Vec::new(),
+            left_open: 0.0,
+            displacements: vec![0.0; n],
+            judged: vec![0.0; n],
+            place: vec![0.0; n],
+            rtol,
+            atol,
+            inverse_tolerance: vec![0.0; n],
+            far: FAR / (SAFETY * loosest),
+        }
+    }
+
+    /// Prepares the memory for the Jacobians of `system`. Comes before the first solve.
+    pub(super) fn prepare<S: System + ?Sized>(&mut self, system: &S) {
+        self.linear = self.jacobian.linear_system(system);
+        let n = system.facts().n;
+        self.sizes.clone_from(&system.facts().typical_coordinates);
+        for (inverse, size) in self.inverse_sizes.iter_mut().zip(&self.sizes) {
+            *inverse = if *size > 0.0 { size.recip() } else { 1.0 };
+        }
+        self.gap_sizes.clone_from(&system.facts().gap_sizes);
+        let unknowns = n + system.facts().constraints();
+        // Multipliers move nothing.
+        self.inverse_sizes.resize(unknowns, 0.0);
+        let Self { first, last_first, residual, increment, previous, start, direction, .. } = self;
+        for values in [first, last_first, residual, increment, previous, start, direction] {
+            values.resize(unknowns, 0.0);
+        }
+        let Self { inverse_tolerance, judged, place, .. } = self;
+        for values in [inverse_tolerance, judged, place] {
+            values.resize(unknowns, 0.0);
+        }
+    }
+
+    /// How many constraints were independent where the last Jacobian was evaluated.
+    pub(super) fn rank(&self) -> usize {
+        self.linear.rank()
+    }
+
+    /// Forgets the kept Jacobian.
+    pub(super) fn forget_jacobian(&mut self) {
+        self.kept = None;
+    }
+
+    /// What acts has jumped: the kept Jacobian may serve worse than its distance tells.
+    pub(super) fn doubt_jacobian(&mut self) {
+        self.contraction.doubt();
+    }
+
+    /// What goes on from one solve to the next: the kept Jacobian and what is known of it.
+    pub(super) fn carry<S: System + ?Sized>(&mut self, system: &S, tape: &mut Tape<'_>) {
+        let blank = Kept { weights: [0.0; 3], steps: 0.0, cost: 0.0 };
+        tape.optional(&mut self.kept, blank, |tape, kept| {
+            tape.numbers(&mut kept.weights);
+            tape.number(&mut kept.steps);
+            tape.number(&mut kept.cost);
+        });
+        tape.flag(&mut self.might_touch);
+        if tape.reads() {
+            self.prepare(system);
+        }
+        if self.kept.is_some() {
+            self.linear.carry(tape);
+            if tape.reads() && self.linear.factorise().is_err() {
+                self.kept = None;
+            }
+        }
+        self.contraction.carry(tape);
+        tape.number(&mut self.first_size);
+        for values in [&mut self.q_jacobian, &mut self.v_jacobian, &mut self.last_first] {
+            tape.numbers(values);
+        }
+    }
+
+    /// One over what was tolerated in each acceleration in the last solve.
+    pub(super) fn inverse_tolerances(&self) -> &[f64] {
+        &self.inverse_tolerance
+    }
+
+    /// Finds the accelerations of `trial` at which the residual vanishes, starting from `guess`. `last` are those at
+    /// the start of the step: the larger ones of both tell what is tolerated. `h` is the step size. On failure the
+    /// trial is left anywhere.
+    ///
+    /// The ladder: the kept Jacobian, one of this step, increments that may be shortened, failure.
+    pub(super) fn solve<S: System + ?Sized>(
+        &mut self,
+        system: &mut S,
+        trial: &mut Trial,
+        guess: &[f64],
+        last: &[f64],
+        h: f64,
+        counters: &mut Counters,
+    ) -> Result<Result<(), Failure>, Interrupted> {
+        trial.set(guess);
+        let [of_displacement, of_velocity, _] = trial.weights;
+        let reach = of_displacement.max(h * of_velocity);
+        self.reach = if reach > 0.0 { reach } else { h * h };
+        self.set_tolerances(&[guess, last]);
+        let is_kept = self.kept.is_some_and(|kept| kept.weights == trial.weights);
+        if !is_kept {
+            self.kept = None;
+        }
+        if is_kept || self.reuse && !self.might_touch {
+            if self.with_kept_jacobian(system, trial, [guess, last], h, counters)?.is_ok() {
+                self.might_touch = system.may_touch();
+                return Ok(Ok(()));
+            }
+            counters.reuse_failures += usize::from(is_kept);
+            self.contraction = Contraction::unknown();
+            trial.set(guess);
+        }
+        let outcome = self.with_fresh_jacobians(system, trial, [guess, last], h, counters);
+        system.follow_friction(None);
+        self.might_touch = system.may_touch();
+        outcome
+    }
+
+    /// Newton's method with the kept Jacobian, or with one of this step where there is none or it is too slow.
+    fn with_kept_jacobian<S: System + ?Sized>(
+        &mut self,
+        system: &mut S,
+        trial: &mut Trial,
+        [guess, last_accelerations]: [&[f64]; 2],
+        h: f64,
+        counters: &mut Counters,
+    ) -> Result<Result<(), Failure>, Interrupted> {
+        let jacobian_cost = self.jacobian.cost(system);
+        let mut cost = 0.0;
+        let mut renew = !self.kept_jacobian_pays(system, trial, h);
+        let mut is_fresh = false;
+        // Size of the increment before with the same Jacobian, and how far it moved coordinates.
+        let mut last: Option<[f64; 2]> = None;
+        // Size of the first increment, and whether it is like that of the last step.
+        let mut first = None;
+        for iteration in 0..MAX_ITERATIONS {
+            self.evaluate_residual(system, trial, counters)?;
+            cost += 1.0;
+            let mut size = f64::NAN;
+            let mut measured_rate = None;
+            if !renew {
+                std::mem::swap(&mut self.previous, &mut self.increment);
+                size = self.compute_increment();
+                renew = self.is_blind(trial);
+            }
+            if let Some([last_size, last_moved]) = last
+                && !renew
+            {
+                if !size.is_finite() {
+                    return Ok(Err(Failure::NonFinite));
+                }
+                let of_size = size / last_size;
+                if of_size >= 1.0 || is_fresh && of_size > SLOWEST_RATE {
+                    self.set_displacements(trial, h);
+                    if self.is_rounding(system, trial, h, counters)? {
+                        self.count_step(cost);
+                        return Ok(Ok(()));
+                    }
+                    if of_size >= 1.0 {
+                        return Ok(Err(Failure::NotConverged));
+                    }
+                }
+                let rate = larger_rate(of_size, [last_moved, self.moved]);
+                measured_rate = Some(rate);
+                let distance = self.distance_from_jacobian(trial, h);
+                // Where surfaces touch every step is measured, also next to where the Jacobian was evaluated. There the rate is that
+                // of what the tangent neglects, and says nothing about places that are farther away.
+                let is_bound = size <= NEGLIGIBLE || is_fresh && system.may_touch();
+                self.contraction.measured(rate, distance, is_bound);
+                let needed = iterations_needed(left_after(system, size, rate), rate);
+                renew = match self.kept {
+                    _ if needed == 1.0 => false,
+                    // What begins to touch in a step makes the first rate poor; the next one is that of the Jacobian.
+                    _ if iteration == 1 && system.may_touch() => false,
+                    Some(kept) if !is_fresh => kept.is_beaten_by(cost - 1.0 + needed),
+                    _ => needed > jacobian_cost + FRESH_ITERATIONS,
+                };
+            }
+            if renew {
+                if let Err(failure) = self.renew_jacobian(system, trial, h, counters)? {
+                    return Ok(Err(failure));
+                }
+                cost += jacobian_cost;
+                size = self.size_of_increment();
+                measured_rate = None;
+                renew = false;
+                is_fresh = true;
+            }
+            if !size.is_finite() {
+                return Ok(Err(Failure::NonFinite));
+            }
+            trial.subtract(&self.increment);
+            if size > self.far {
+                self.set_tolerances(&[guess, last_accelerations, &trial.a]);
+                size = self.size_of_increment();
+            }
+            let (first_size, is_similar) = match first {
+                Some(first) => first,
+                None => {
+                    self.first.copy_from_slice(&self.increment);
+                    *first.insert((size, self.is_similar_to_last_step()))
+                }
+            };
+            let rate = match measured_rate {
+                Some(rate) => rate,
+                // A step that begins unlike the last one may be of another kind.
+                None if is_similar && !system.may_touch() => {
+                    self.contraction.bound(self.distance_from_jacobian(trial, h))
+                }
+                None => f64::INFINITY,
+            };
+            if size <= NEGLIGIBLE || left_after(system, size, rate) <= 1.0 {
+                if measured_rate.is_none() {
+                    self.contraction.not_measured();
+                }
+                self.accept(first_size, cost);
+                return Ok(Ok(()));
+            }
+            last = Some([size, self.moved]);
+        }
+        Ok(Err(Failure::NotConverged))
+    }
+
+    /// Whether the first increment is nearly that of the last step, or both are tolerable.
+    fn is_similar_to_last_step(&self) -> bool {
+        let differences = self.first.iter().zip(&self.last_first).map(|(first, last)| first - last);
+        let difference = self.size_of(differences);
+        difference <= SIMILAR * self.first_size.max(1.0) && self.first_size.is_finite()
+    }
+
+    /// Whether a kept Jacobian is expected to be cheaper than a fresh one in a step that begins like the last one.
+    fn kept_jacobian_pays<S: System + ?Sized>(&self, system: &S, trial: &Trial, h: f64) -> bool {
+        self.kept.is_some_and(|kept| {
+            let iterations = |distance| {
+                let rate = self.contraction.expect(distance);
+                iterations_needed(left_after(system, self.first_size, rate), rate)
+            };
+            let needed = iterations(self.distance_from_jacobian(trial, h));
+            self.first_size <= NEGLIGIBLE || needed <= iterations(0.0) || !kept.is_beaten_by(needed)
+        })
+    }
+
+    /// Counts a step that was solved with the kept Jacobian.
+    fn count_step(&mut self, cost: f64) {
+        if let Some(kept) = &mut self.kept {
+            kept.steps += 1.0;
+            kept.cost += cost;
+        }
+    }
+
+    /// Newton's method with increments that are shortened until the next one with the same Jacobian would be smaller (restricted
+    /// natural monotonicity test, Deuflhard 2011, section 3.3), or, where surfaces touch, until little of their work is left
+    /// ([`Search`]). A Jacobian serves further iterations where that is cheaper than a fresh one.
+    fn with_fresh_jacobians<S: System + ?Sized>(
+        &mut self,
+        system: &mut S,
+        trial: &mut Trial,
+        [guess, last]: [&[f64]; 2],
+        h: f64,
+        counters: &mut Counters,
+    ) -> Result<Result<(), Failure>, Interrupted> {
+        let jacobian_cost = self.jacobian.cost(system);
+        let n = trial.q.len();
+        self.kept = None;
+        self.evaluate_residual(system, trial, counters)?;
+        let mut length = 0.0;
+        let mut renew = true;
+        let (mut jacobians, mut is_full) = (0, false);
+        for _ in 0..MAX_FULL_ITERATIONS {
+            if renew {
+                system.follow_friction(Some(length));
+                if let Err(failure) = self.evaluate_jacobian(system, trial, h, counters)? {
+                    return Ok(Err(failure));
+                }
+                jacobians += 1;
+                // One more is a refresh.
+                if jacobians > 1 && !std::mem::replace(&mut is_full, true) {
+                    counters.full_newton += 1;
+                }
+            }
+            self.set_displacements(trial, h);
+            // On the way accelerations may be far larger than those it begins from.
+            self.set_tolerances(&[guess, last, &trial.a]);
+            let (size, moved) = (self.size_of_increment(), self.displacement());
+            if !size.is_finite() {
+                return Ok(Err(Failure::NonFinite));
+            }
+            self.start.copy_from_slice(&trial.a);
+            self.direction.copy_from_slice(&self.increment);
+            // Forces of contact have a minimum along it; those of constraints do no work.
+            let work =
+                if system.facts().has_contact { dot(&self.residual[..n], &self.direction[..n]) } else { 0.0 };
+            let mut search = Search::new(work);
+            length = 1.0;
+            let next = loop {
+                for (increment, direction) in self.increment.iter_mut().zip(&self.direction) {
+                    *increment = length * direction;
+                }
+                trial.set(&self.start);
+                trial.subtract(&self.increment);
+                if size <= NEGLIGIBLE {
+                    self.keep(trial, jacobians);
+                    return Ok(Ok(()));
+                }
+                self.evaluate_residual(system, trial, counters)?;
+                let next_size = self.compute_increment();
+                let work = dot(&self.residual[..n], &self.direction[..n]);
+                let next_moved = self.displacement();
+                if self.is_blind(trial) {
+                    break None;
+                }
+                if next_size > SLOWEST_RATE * size {
+                    // Two increments are within what is tolerated, or below what can be computed.
+                    for (previous, direction) in self.previous.iter_mut().zip(&self.direction) {
+                        *previous = length * direction;
+                    }
+                    if length == 1.0 && size <= 1.0 && next_size <= 1.0
+                        || self.is_rounding(system, trial, h, counters)?
+                    {
+                        self.keep(trial, jacobians);
+                        return Ok(Ok(()));
+                    }
+                }
+                if next_moved <= (1.0 - 0.25 * length) * moved || search.is_done(work) {
+                    break Some([next_size, next_moved]);
+                }
+                // A Jacobian of another place says nothing about how long its increments may be.
+                if !renew {
+                    trial.set(&self.start);
+                    self.evaluate_residual(system, trial, counters)?;
+                    break None;
+                }
+                if !std::mem::replace(&mut is_full, true) {
+                    counters.full_newton += 1;
+                }
+                length = search.shorter(length, work);
+                if length < SHORTEST_INCREMENT {
+                    return Ok(Err(Failure::NotConverged));
+                }
+            };
+            let Some([next_size, next_moved]) = next else {
+                renew = true;
+                continue;
+            };
+            let rate = larger_rate(next_size / size, [moved, next_moved]);
+            // The next increment is known: taking it costs nothing.
+            if length == 1.0 && left_after(system, next_size, rate) <= 1.0 {
+                trial.subtract(&self.increment);
+                self.keep(trial, jacobians);
+                return Ok(Ok(()));
+            }
+            // Where surfaces touch, rates of one iteration do not hold for many.
+            let patience = FRESH_ITERATIONS + if system.may_touch() { 0.0 } else { jacobian_cost };
+            renew = length < 1.0 || iterations_needed(left_after(system, next_size, rate), rate) > patience;
+        }
+        Ok(Err(Failure::NotConverged))
+    }
+
+    /// Keeps the Jacobian for the next step, unless it changes so much within a step that it took several of them.
+    fn keep(&mut self, trial: &Trial, jacobians: usize) {
+        if self.reuse && jacobians <= MOST_KEPT {
+            self.kept = Some(Kept { weights: trial.weights, steps: 0.0, cost: 0.0 });
+        }
+    }
+
+    fn evaluate_residual<S: System + ?Sized>(
+        &mut self,
+        system: &mut S,
+        trial: &Trial,
+        counters: &mut Counters,
+    ) -> Result<(), Interrupted> {
+        counters.nfev += 1;
+        counters.newton_iterations += 1;
+        system.residual(trial.t, &trial.q, &trial.v, &trial.a, &mut self.residual)?;
+        per_acceleration(trial, &mut self.residual);
+        Ok(())
+    }
+
+    /// A Jacobian that is kept from now on.
+    fn renew_jacobian<S: System + ?Sized>(
+        &mut self,
+        system: &mut S,
+        trial: &Trial,
+        h: f64,
+        counters: &mut Counters,
+    ) -> Result<Result<(), Failure>, Interrupted> {
+        let outcome = self.evaluate_jacobian(system, trial, h, counters)?;
+        if outcome.is_ok() {
+            self.kept = Some(Kept { weights: trial.weights, steps: 0.0, cost: 0.0 });
+        }
+        Ok(outcome)
+    }
+
+    /// Ends a step whose Newton iteration with a kept Jacobian has converged.
+    fn accept(&mut self, first_size: f64, cost: f64) {
+        self.first_size = first_size;
+        std::mem::swap(&mut self.first, &mut self.last_first);
+        self.count_step(cost);
+    }
+
+    /// Whether constraints are open at `trial`, where the residual has been evaluated, that the increment does not close since the
+    /// Jacobian leaves them out.
+    fn is_blind(&self, trial: &Trial) -> bool {
+        if self.gap_sizes.is_empty() {
+            return false;
+        }
+        let left = self.left_open(trial);
+        left > OPEN.max(WIDER * self.left_open) && left > self.left_by_dependent_rows(trial)
+    }
+
+    /// The largest gap that the increment at `trial` leaves, in rows that the Jacobian leaves out.
+    fn left_open(&self, trial: &Trial) -> f64 {
+        let LinearSystem::Saddle(saddle) = &self.linear else { return 0.0 };
+        let [of_displacement, ..] = trial.weights;
+        let gaps = &self.residual[trial.q.len()..];
+        of_displacement * saddle.left_open(gaps, &self.increment, &self.gap_sizes)
+    }
+
+    /// The gaps that the increment leaves in rows that depend on others, which do so a little differently where the Jacobian was
+    /// evaluated.
+    fn left_by_dependent_rows(&self, trial: &Trial) -> f64 {
+        let [reach, ..] = trial.weights;
+        let (mut moved, mut distance) = (0.0, 0.0);
+        for (i, size) in self.sizes.iter().enumerate() {
+            moved += (reach * self.increment[i] / size).powi(2);
+            distance += ((trial.q[i] - self.q_jacobian[i]) / size).powi(2);
+        }
+        CURVATURE * (moved * distance).sqrt()
+    }
+
+    /// Evaluates and factorises the Jacobian at a trial whose residual has been evaluated, and computes the increment.
+    fn evaluate_jacobian<S: System + ?Sized>(
+        &mut self,
+        system: &mut S,
+        trial: &Trial,
+        h: f64,
+        counters: &mut Counters,
+    ) -> Result<Result<(), Failure>, Interrupted> {
+        self.jacobian.evaluate(system, trial, &self.residual, h, &mut self.linear, counters)?;
+        self.q_jacobian.copy_from_slice(&trial.q);
+        self.v_jacobian.copy_from_slice(&trial.v);
+        counters.nlu += 1;
+        if let Err(failure) = self.linear.factorise() {
+            return Ok(Err(failure));
+        }
+        self.compute_increment();
+        self.left_open = self.left_open(trial);
+        Ok(Ok(()))
+    }
+
+    /// Computes the next increment from the residual; returns its size.
+    fn compute_increment(&mut self) -> f64 {
+        self.increment.copy_from_slice(&self.residual);
+        self.linear.solve(&mut self.increment);
+        self.size_of_increment()
+    }
+
+    /// Root mean square of the increment in units of what is tolerated; not finite where the increment is not. Sets
+    /// [`Self::moved`].
+    fn size_of_increment(&mut self) -> f64 {
+        let Self { increment, inverse_tolerance, inverse_sizes, .. } = self;
+        let (mut size, mut moved) = (0.0, 0.0);
+        for ((a, w), inverse_size) in increment.iter().zip(inverse_tolerance).zip(inverse_sizes) {
+            size += (a * *w) * (a * *w);
+            moved += (a * *inverse_size) * (a * *inverse_size);
+        }
+        let n = self.rtol.len().max(1) as f64;
+        self.moved = self.reach * (moved / n).sqrt();
+        (size / n).sqrt()
+    }
+
+    fn size_of(&self, accelerations: impl Iterator<Item = f64>) -> f64 {
+        let sum: f64 = accelerations.zip(&self.inverse_tolerance).map(|(a, w)| (a * w) * (a * w)).sum();
+        (sum / self.rtol.len().max(1) as f64).sqrt()
+    }
+
+    /// Whether the increment at `trial`, where [`Self::previous`] has led, is rounding errors: it moves nothing by more than what is
+    /// tolerated, and is another one a little before. What is continuous is nearly the same there, be it large since the Jacobian is wrong
+    /// or since surfaces have met. Overwrites the residual.
+    fn is_rounding<S: System + ?Sized>(
+        &mut self,
+        system: &mut S,
+        trial: &mut Trial,
+        h: f64,
+        counters: &mut Counters,
+    ) -> Result<bool, Interrupted> {
+        let step = self.displacement_of(&self.previous);
+        let largest = self.displacement().max(step);
+        // Steps that are cut until they move nothing are not solved by that.
+        let spacings = SPACINGS * (h / self.dt).powi(2).min(1.0);
+        if largest <= spacings {
+            return Ok(true);
+        }
+        let rtol = self.rtol.iter().copied().fold(1.0, f64::min);
+        if largest.is_nan() || largest > TOLERABLE_MOTION * rtol {
+            return Ok(false);
+        }
+        self.judged.copy_from_slice(&self.increment);
+        self.place.copy_from_slice(&trial.a);
+        let back = -(spacings / step).clamp(NEARBY, FARTHEST);
+        for (increment, previous) in self.increment.iter_mut().zip(&self.previous) {
+            *increment = back * previous;
+        }
+        trial.subtract(&self.increment);
+        counters.nfev += 1;
+        system.residual(trial.t, &trial.q, &trial.v, &trial.a, &mut self.residual)?;
+        per_acceleration(trial, &mut self.residual);
+        self.compute_increment();
+        trial.set(&self.place);
+        let Self { increment, judged, inverse_tolerance, .. } = self;
+        let mut of_all = [0.0, 0.0];
+        let mut is_one_by_one = true;
+        for ((increment, judged), w) in increment.iter_mut().zip(judged).zip(inverse_tolerance) {
+            let [size, change] = [judged.abs() * *w, (*increment - *judged).abs() * *w];
+            is_one_by_one &= ONE_CHANGES * size <= ONE_CHANGES.max(change);
+            of_all = [of_all[0] + size * size, of_all[1] + change * change];
+            *increment = *judged;
+        }
+        Ok(is_one_by_one && ROUNDING_CHANGES * of_all[0].sqrt() <= of_all[1].sqrt())
+    }
+
+    /// How far accelerations move coordinates in a step, or velocities within it, in units of the larger of a coordinate and its
+    /// typical size; where that is not known, of the largest coordinate.
+    fn set_displacements(&mut self, trial: &Trial, h: f64) {
+        let reach = self.reach;
+        let moved = |i: usize| trial.q[i].abs().max(h * trial.v[i].abs()).max(reach * trial.a[i].abs());
+        let largest = (0..trial.q.len()).map(moved).fold(0.0, f64::max);
+        for (i, (to, size)) in self.displacements.iter_mut().zip(&self.sizes).enumerate() {
+            let size = if *size > 0.0 { moved(i).max(*size) } else { largest };
+            *to = reach / size.max(SMALLEST_TOLERANCE);
+        }
+    }
+
+    /// Root mean square of how far the increment moves coordinates, in units of their sizes.
+    fn displacement(&self) -> f64 {
+        self.displacement_of(&self.increment)
+    }
+
+    fn displacement_of(&self, increment: &[f64]) -> f64 {
+        let moved = increment.iter().zip(&self.displacements).map(|(a, w)| (a * w) * (a * w));
+        (moved.sum::<f64>() / self.displacements.len().max(1) as f64).sqrt()
+    }
+
+    /// How far displacements, and what velocities move in a step, are from where the Jacobian was evaluated, in units of their sizes
+    /// where these are known.
+    fn distance_from_jacobian(&self, trial: &Trial, h: f64) -> f64 {
+        let Self { q_jacobian, v_jacobian, inverse_sizes, .. } = self;
+        let from = q_jacobian.iter().zip(v_jacobian).zip(inverse_sizes);
+        let (mut displacement, mut velocity) = (0.0, 0.0);
+        for ((q, v), ((q_jacobian, v_jacobian), inverse_size)) in trial.q.iter().zip(&trial.v).zip(from) {
+            displacement += ((q - q_jacobian) * inverse_size).powi(2);
+            velocity += ((v - v_jacobian) * inverse_size).powi(2);
+        }
+        (displacement + h * h * velocity).sqrt()
+    }
+
+    /// Tolerances are relative to the largest of these accelerations.
+    fn set_tolerances<const N: usize>(&mut self, accelerations: &[&[f64]; N]) {
+        // Multipliers follow from the accelerations: nothing is asked of them.
+        let Self { rtol, atol, inverse_tolerance, .. } = self;
+        for (i, (inverse, (rtol, atol))) in
+            inverse_tolerance.iter_mut().zip(rtol.iter().zip(atol)).enumerate()
+        {
+            let size = accelerations.iter().fold(0.0, |size: f64, a| size.max(a[i].abs()));
+            let tolerance = SAFETY * (*atol + rtol * size);
+            *inverse = 1.0 / tolerance.max(SMALLEST_TOLERANCE);
+        }
+    }
+}
+
+/// The contraction rate of two increments that move coordinates so far: that of their sizes, or of what they move if that is more than
+/// rounding.
+fn larger_rate(of_size: f64, [last_moved, moved]: [f64; 2]) -> f64 {
+    if moved > SPACINGS.max(of_size * last_moved) { moved / last_moved } else { of_size }
+}
+
+/// Makes of constraints on displacements ones on accelerations: however small the step is, what is solved is of one size
+/// (Bottasso, Dopico and Trainelli 2008).
+fn per_acceleration(trial: &Trial, residual: &mut [f64]) {
+    let [of_displacement, ..] = trial.weights;
+    for gap in &mut residual[trial.q.len()..] {
+        *gap /= of_displacement;
+    }
+}

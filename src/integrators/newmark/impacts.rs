@@ -1,0 +1,72 @@
+//! Impacts that fixed steps have not resolved: what these would have given back is lost.
+
+use crate::error::Number;
+use crate::model::Impact;
+use crate::numerics::tape::Tape;
+
+/// Losses of more than this part of the largest kinetic energy cause a doubt. What stops at once loses all of it; a rod that comes to
+/// lie on a floor meets it bit by bit and loses a tenth.
+const LOSS: f64 = 0.25;
+
+/// So they do if they exceed this part of the elastic energy too: what is pressed slowly has hardly any kinetic energy to lose.
+const AT_REST: f64 = 0.1;
+
+/// The impacts of a run.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Impacts {
+    /// Energy that resolved impacts would have given back, in joules: of all, and of the worst one.
+    lost: f64,
+    worst: f64,
+    /// When that was, the contact it was in, and the steps that would have resolved it.
+    at: f64,
+    contact: usize,
+    longest: f64,
+    /// The largest kinetic and elastic energies at impacts.
+    kinetic: f64,
+    elastic: f64,
+}
+
+impl Impacts {
+    pub(super) fn count(&mut self, t: f64, impact: &Impact) {
+        self.kinetic = self.kinetic.max(impact.kinetic);
+        self.elastic = self.elastic.max(impact.elastic);
+        // Only what moved can rebound: what is pressed slowly loses energy to friction and bases.
+        let lost = impact.lost.min(impact.kinetic);
+        self.lost += lost;
+        if lost > self.worst {
+            (self.worst, self.at) = (lost, t);
+            (self.contact, self.longest) = (impact.contact, impact.longest);
+        }
+    }
+
+    /// Why a motion with steps of this size may be wrong, if they have lost much.
+    pub(super) fn doubt(&self, dt: f64) -> Option<String> {
+        let &Self { lost, worst, at, contact, longest, kinetic, elastic } = self;
+        if kinetic == 0.0 || lost <= (LOSS * kinetic).max(AT_REST * elastic) {
+            return None;
+        }
+        let softer = (longest / dt).powi(2);
+        Some(format!(
+            "Impacts are shorter than steps of {} s, which stop what should rebound: they take {} J out of the motion, {:.0} % of \
+             its largest kinetic energy, {} J of these in contacts[{contact}] at t = {at:.3} s. Take `dt={longest:.1e}` or less, \
+             {softer:.0e} times that `stiffness`, or method \"radau\".",
+            Number(dt),
+            energy(lost),
+            100.0 * lost / kinetic,
+            energy(worst)
+        ))
+    }
+
+    pub(super) fn carry(&mut self, tape: &mut Tape<'_>) {
+        let Self { lost, worst, at, contact, longest, kinetic, elastic } = self;
+        for number in [lost, worst, at, longest, kinetic, elastic] {
+            tape.number(number);
+        }
+        tape.count(contact);
+    }
+}
+
+/// With four digits.
+fn energy(joules: f64) -> String {
+    if (0.1..1e4).contains(&joules) { format!("{joules:.3}") } else { format!("{joules:.3e}") }
+}

@@ -1,0 +1,212 @@
+//! Jacobian of a step: the derivative of its residual with respect to the accelerations.
+
+use super::linear_system::LinearSystem;
+use super::trial::Trial;
+use crate::error::Interrupted;
+use crate::integrators::second_order::{Counters, System};
+use crate::model::chart::correction_for_moments;
+use crate::numerics::linalg::{Matrix, norm_inf};
+use crate::numerics::roots;
+use crate::numerics::roots::{CENTRAL_INCREMENT, Derivative, Differences, FORWARD_INCREMENT};
+
+/// Jacobians of one kind, with memory for repeated use at one size.
+#[derive(Clone, Debug)]
+pub(super) struct Jacobian {
+    derivative: Derivative,
+    /// Relative increment of the differences.
+    increment: f64,
+    differences: Differences,
+    shifted: Trial,
+    zeros: Vec<f64>,
+    scale: Vec<f64>,
+    /// Smallest sizes that count: where the absolute tolerance takes over from the relative one. Increments of that size
+    /// are not above the absolute tolerance.
+    smallest: Vec<f64>,
+}
+
+/// Differences change accelerations by at most this fraction of the largest one: equations that are not linear in them
+/// have a derivative there, too.
+const LARGEST_CHANGE: f64 = 0.1;
+
+/// The size of what is zero and has no absolute tolerance (MINPACK's choice in `fdjac1`).
+const SIZE_OF_ZERO: f64 = 1.0;
+
+/// Sizes below that, over the relative increment, would make increments that underflow.
+const SMALLEST_SIZE: f64 = 1e-290;
+
+/// Differences are repeated with larger increments while the residual changes by less than that fraction of its size,
+/// which is little more than its rounding: the 3/4th power of the rounding unit (Salane 1986).
+const VISIBLE_CHANGE: f64 = 1.8e-12;
+
+/// That often at most; increments then are larger by the square of the usual relative one.
+const ENLARGEMENTS: usize = 2;
+
+impl Jacobian {
+    pub(super) fn new(derivative: Derivative, rtol: &[f64], atol: &[f64]) -> Self {
+        let n = rtol.len();
+        let memory = if derivative == Derivative::Analytic { 0 } else { n };
+        let increment = if derivative == Derivative::Central { CENTRAL_INCREMENT } else { FORWARD_INCREMENT };
+        Self {
+            derivative,
+            increment,
+            differences: Differences::new(memory, memory),
+            shifted: Trial::new(memory),
+            zeros: vec![0.0; memory],
+            scale: vec![0.0; memory],
+            smallest: rtol.iter().zip(atol).map(|(rtol, atol)| atol / rtol.max(increment)).collect(),
+        }
+    }
+
+    /// Memory for the Jacobians of `system`.
+    pub(super) fn linear_system<S: System + ?Sized>(&self, system: &S) -> LinearSystem {
+        LinearSystem::new(system, self.derivative)
+    }
+
+    /// The cost of an evaluation, in residual evaluations.
+    pub(super) fn cost<S: System + ?Sized>(&self, system: &S) -> f64 {
+        match self.derivative {
+            Derivative::Analytic => system.tangent_cost(),
+            Derivative::Forward => system.facts().n as f64,
+            Derivative::Central => 2.0 * system.facts().n as f64,
+        }
+    }
+
+    /// `dr/da` at `trial`, where the residual is `residual`; for rotation vectors that of moments ([`correction_for_moments`]).
+    ///
+    /// Differences move the accelerations so that displacements, or velocities times `h`, move by the usual fraction
+    /// of a displacement's size, but not by more than [`LARGEST_CHANGE`]. The size of a displacement is at least what
+    /// it moves within `h`; no size is below `self.smallest`. Where forces are so large that the residual hides the
+    /// change, it is enlarged.
+    pub(super) fn evaluate<S: System + ?Sized>(
+        &mut self,
+        system: &mut S,
+        trial: &Trial,
+        residual: &[f64],
+        h: f64,
+        linear: &mut LinearSystem,
+        counters: &mut Counters,
+    ) -> Result<(), Interrupted> {
+        counters.njev += 1;
+        self.of_forces(system, trial, residual, h, linear, counters)?;
+        // Of the moments about the axes of bodies, not of the forces along rotation vectors.
+        let [of_displacement, ..] = trial.weights;
+        for &first in &system.facts().rotation_vectors {
+            let [v, forces] = [&trial.q[..], residual].map(|x| std::array::from_fn(|i| x[first + i]));
+            let correction = correction_for_moments(v, forces);
+            for (i, row) in correction.iter().enumerate() {
+                for (j, entry) in row.iter().enumerate() {
+                    *linear.entry(first + i, first + j) += of_displacement * entry;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The derivative of the residual itself.
+    #[inline(always)]
+    fn of_forces<S: System + ?Sized>(
+        &mut self,
+        system: &mut S,
+        trial: &Trial,
+        residual: &[f64],
+        h: f64,
+        linear: &mut LinearSystem,
+        counters: &mut Counters,
+    ) -> Result<(), Interrupted> {
+        let Trial { t, q, v, a, weights, .. } = trial;
+        let jacobian = match linear {
+            LinearSystem::Tree { jacobian, .. } => {
+                return system.tree_tangent(*t, q, v, a, *weights, jacobian);
+            }
+            LinearSystem::Saddle(saddle) => {
+                system.tangent(*t, q, v, a, *weights, &mut saddle.tangent)?;
+                return system.constraint_jacobian(*t, q, &mut saddle.constraints);
+            }
+            LinearSystem::Dense { jacobian, .. } | LinearSystem::Blocks { jacobian, .. }
+                if self.derivative == Derivative::Analytic =>
+            {
+                return system.tangent(*t, q, v, a, *weights, jacobian);
+            }
+            LinearSystem::Dense { jacobian, .. } | LinearSystem::Blocks { jacobian, .. } => jacobian,
+        };
+        let [wq, wv, _] = trial.weights;
+        // How far displacements, or velocities times h, move with the accelerations.
+        let reach = wq.max(h * wv);
+        let reach = if reach > 0.0 { reach } else { h * h };
+        let increment = self.increment;
+        let largest_acceleration = norm_inf(&trial.a);
+        for i in 0..trial.a.len() {
+            let moved = trial.q[i].abs().max(h * trial.v[i].abs()).max(h * h * trial.a[i].abs());
+            let size = moved.max(self.smallest[i]);
+            let size = if size < SMALLEST_SIZE { SIZE_OF_ZERO } else { size };
+            // Accelerations of zero are a guess and say nothing about their size.
+            let largest = if largest_acceleration > 0.0 {
+                LARGEST_CHANGE * largest_acceleration.max(self.smallest[i]) / increment
+            } else {
+                f64::INFINITY
+            };
+            self.scale[i] = (size / reach).min(largest);
+        }
+        let visible = VISIBLE_CHANGE * norm_inf(residual);
+        let mut moved = Moved { system, trial, shifted: &mut self.shifted, evaluations: 0 };
+        moved.shifted.t = trial.t;
+        let mut result = Ok(());
+        for _ in 0..=ENLARGEMENTS {
+            result = match self.derivative {
+                Derivative::Central => {
+                    self.differences.central(&mut moved, &self.zeros, &self.scale, jacobian)
+                }
+                _ => self.differences.forward(&mut moved, &self.zeros, residual, &self.scale, jacobian),
+            };
+            let is_lost = increment * largest_change(jacobian, &self.scale) < visible;
+            if result.is_err() || !is_lost {
+                break;
+            }
+            self.scale.iter_mut().for_each(|scale| *scale /= increment);
+        }
+        counters.nfev_jacobian += moved.evaluations;
+        result
+    }
+}
+
+/// The largest change of a residual whose unknowns move by `scale`, one at a time; infinite where it is not finite.
+fn largest_change(jacobian: &Matrix, scale: &[f64]) -> f64 {
+    let mut largest = 0.0_f64;
+    for (column, scale) in jacobian.column_iter().zip(scale) {
+        for entry in column.iter() {
+            let change = (entry * scale).abs();
+            largest = if change.is_finite() { largest.max(change) } else { f64::INFINITY };
+        }
+    }
+    largest
+}
+
+/// The residual of a step as a function of how far the accelerations have moved from a trial.
+struct Moved<'a, S: ?Sized> {
+    system: &'a mut S,
+    trial: &'a Trial,
+    shifted: &'a mut Trial,
+    evaluations: usize,
+}
+
+impl<S: System + ?Sized> roots::System for Moved<'_, S> {
+    fn unknowns(&self) -> usize {
+        self.trial.a.len()
+    }
+
+    fn residual(&mut self, x: &[f64], residual: &mut [f64]) -> Result<(), Interrupted> {
+        let [wq, wv, wa] = self.trial.weights;
+        for (i, x) in x.iter().enumerate() {
+            self.shifted.q[i] = self.trial.q[i] + wq * x;
+            self.shifted.v[i] = self.trial.v[i] + wv * x;
+            self.shifted.a[i] = self.trial.a[i] + wa * x;
+        }
+        self.evaluations += 1;
+        let Trial { t, q, v, a, .. } = &*self.shifted;
+        self.system.residual(*t, q, v, a, residual)
+    }
+
+    fn jacobian(&mut self, _x: &[f64], _jacobian: &mut Matrix) -> Result<(), Interrupted> {
+        unreachable!("differences evaluate residuals only")
+    }
+}

@@ -1,0 +1,155 @@
+//! Linear systems of Newton's method: a Jacobian with its factors.
+
+use crate::error::InvalidInput;
+use crate::integrators::second_order::{Failure, System};
+use crate::model::constraint::Saddle;
+use crate::numerics::linalg::{BlockLu, Lu, Matrix, Singular, TreeLu, TreeMatrix};
+use crate::numerics::memory;
+use crate::numerics::roots::Derivative;
+use crate::numerics::tape::Tape;
+
+/// With fewer parts there is nothing to gain: even where none is coupled with another, factors are a small part of a step.
+const FEWEST_PARTS: usize = 4;
+
+/// A Jacobian and its factorisation, with memory for repeated use.
+#[derive(Clone, Debug)]
+#[allow(clippy::large_enum_variant, reason = "there is one for an integration, and it is not moved")]
+pub(crate) enum LinearSystem {
+    Dense {
+        jacobian: Matrix,
+        lu: Lu,
+    },
+    /// Of parts most pairs of which are not coupled.
+    Blocks {
+        jacobian: Matrix,
+        lu: BlockLu,
+    },
+    Tree {
+        jacobian: TreeMatrix,
+        lu: TreeLu,
+    },
+    /// With constraints.
+    Saddle(Box<Saddle>),
+}
+
+impl LinearSystem {
+    /// Memory for a system of no coordinates.
+    pub(super) fn empty() -> Self {
+        Self::dense(0)
+    }
+
+    /// Memory for the Jacobian of a system; differences do not see whether it is a chain.
+    pub(super) fn new<S: System + ?Sized>(system: &S, derivative: Derivative) -> Self {
+        if system.facts().constraints() > 0 {
+            return Self::of_size(system.facts().n, system.facts().constraints());
+        }
+        let chain = if derivative == Derivative::Analytic { system.tree() } else { None };
+        match chain {
+            Some(jacobian) => Self::Tree { lu: TreeLu::new(&jacobian), jacobian },
+            None => Self::of_parts(&system.facts().parts).unwrap_or_else(|| Self::dense(system.facts().n)),
+        }
+    }
+
+    /// That of so many unknowns each, where there are enough parts.
+    fn of_parts(sizes: &[usize]) -> Option<Self> {
+        let n = sizes.iter().sum();
+        (sizes.len() >= FEWEST_PARTS)
+            .then(|| Self::Blocks { jacobian: Matrix::zeros(n, n), lu: BlockLu::new(sizes) })
+    }
+
+    /// An entry of the Jacobian, of two coordinates of one link.
+    pub(super) fn entry(&mut self, i: usize, j: usize) -> &mut f64 {
+        match self {
+            Self::Dense { jacobian, .. } | Self::Blocks { jacobian, .. } => &mut jacobian[(i, j)],
+            Self::Tree { jacobian, .. } => jacobian.entry_of_block(i, j),
+            Self::Saddle(saddle) => &mut saddle.tangent[(i, j)],
+        }
+    }
+
+    /// Refuses a system whose matrices do not fit in memory.
+    pub(crate) fn check_memory<S: System + ?Sized>(
+        system: &S,
+        derivative: Derivative,
+    ) -> Result<(), InvalidInput> {
+        /// The Jacobian and its factors, and where it has parts both kinds of factors.
+        const SQUARE_MATRICES: [usize; 2] = [2, 3];
+        let is_chain = derivative == Derivative::Analytic && system.tree().is_some();
+        let has_parts = system.facts().parts.len() >= FEWEST_PARTS;
+        let matrices = if is_chain { 0 } else { SQUARE_MATRICES[usize::from(has_parts)] };
+        memory::check_square(
+            matrices,
+            system.facts().n,
+            "q0",
+            "an explicit method of `solve_ivp` needs no matrices",
+        )
+    }
+
+    /// Memory for dense matrices of `n` coordinates and so many constraints.
+    pub(crate) fn of_size(n: usize, constraints: usize) -> Self {
+        match constraints {
+            0 => Self::dense(n),
+            m => Self::Saddle(Box::new(Saddle::new(n, m))),
+        }
+    }
+
+    fn dense(n: usize) -> Self {
+        Self::Dense { jacobian: Matrix::zeros(n, n), lu: Lu::new(n) }
+    }
+
+    /// Factorises the Jacobian.
+    pub(crate) fn factorise(&mut self) -> Result<(), Failure> {
+        let factorised = match self {
+            Self::Dense { jacobian, lu } => lu.factorise(jacobian),
+            Self::Blocks { jacobian, lu } => lu.factorise(jacobian),
+            Self::Tree { jacobian, lu } => lu.factorise(jacobian),
+            Self::Saddle(saddle) => saddle.factorise(),
+        };
+        factorised
+            .map_err(|Singular| if self.is_finite() { Failure::SingularJacobian } else { Failure::NonFinite })
+    }
+
+    /// The Jacobian. Its factors follow from that.
+    pub(super) fn carry(&mut self, tape: &mut Tape<'_>) {
+        match self {
+            Self::Dense { jacobian, .. } | Self::Blocks { jacobian, .. } => {
+                tape.numbers(jacobian.as_mut_slice());
+            }
+            Self::Tree { jacobian, .. } => {
+                for matrix in jacobian.parts_mut() {
+                    tape.numbers(matrix.as_mut_slice());
+                }
+            }
+            Self::Saddle(saddle) => {
+                tape.numbers(saddle.tangent.as_mut_slice());
+                tape.numbers(saddle.constraints.as_mut_slice());
+            }
+        }
+    }
+
+    /// How many constraints are independent where it was factorised.
+    pub(super) fn rank(&self) -> usize {
+        if let Self::Saddle(saddle) = self { saddle.rank() } else { 0 }
+    }
+
+    fn is_finite(&self) -> bool {
+        match self {
+            Self::Dense { jacobian, .. } | Self::Blocks { jacobian, .. } => {
+                jacobian.iter().all(|entry| entry.is_finite())
+            }
+            Self::Tree { jacobian, .. } => jacobian.is_finite(),
+            Self::Saddle(saddle) => {
+                saddle.tangent.iter().chain(saddle.constraints.iter()).all(|entry| entry.is_finite())
+            }
+        }
+    }
+
+    /// Solves with the factors, in place.
+    pub(crate) fn solve(&mut self, b: &mut [f64]) {
+        match self {
+            Self::Dense { lu, .. } => lu.solve(b),
+            Self::Blocks { lu, .. } => lu.solve(b),
+            Self::Tree { lu, .. } => lu.solve(b),
+            Self::Saddle(saddle) => saddle.solve(b),
+        }
+    }
+}

@@ -1,0 +1,68 @@
+//! Integration over an interval, with states at requested times.
+
+use super::linear_system::LinearSystem;
+use super::options::{Options, StepSize};
+use super::stepper::Stepper;
+use crate::error::{Interrupted, InvalidInput};
+use crate::integrators::second_order::{
+    Counters, Solution, Status, Steps, System, check_points, check_times, collect, points_in_memory,
+};
+
+/// Integrates the equations of motion over `t_span` from displacements `q0` and velocities `v0`. `t_eval` are
+/// the increasing times of the result; `None` records all steps. `monitor` is called with the system and the
+/// stepper after every accepted step and may stop the integration, as may the system; the status is then
+/// [`Status::Interrupted`].
+///
+/// Fails before any evaluation if an argument is invalid. Cost: see [`Counters`]. Memory: `1 + 3 n` numbers
+/// for every point of the output.
+pub fn solve<S: System + ?Sized>(
+    system: &mut S,
+    t_span: (f64, f64),
+    q0: &[f64],
+    v0: &[f64],
+    options: &Options,
+    t_eval: Option<&[f64]>,
+    monitor: &mut dyn FnMut(&mut S, &Stepper) -> Result<(), Interrupted>,
+) -> Result<Solution, InvalidInput> {
+    let n = system.facts().n;
+    let mut options = options.clone();
+    if t_eval.is_none() && options.step_size != StepSize::Fixed {
+        options.max_steps = options.max_steps.min(points_in_memory(n));
+    }
+    let mut stepper = Stepper::new(n, t_span, q0, v0, &options)?;
+    LinearSystem::check_memory(system, options.derivative)?;
+    let points = match t_eval {
+        Some(times) => {
+            check_times(times, t_span)?;
+            times.len()
+        }
+        None if options.step_size == StepSize::Fixed => stepper.fixed_steps().saturating_add(1),
+        None => 1,
+    };
+    check_points(points, n)?;
+    Ok(collect(system, &mut stepper, n, points, t_eval, monitor))
+}
+
+impl<S: System + ?Sized> Steps<S> for Stepper {
+    fn start(&mut self, system: &mut S) -> Result<Option<Status>, Interrupted> {
+        self.start(system)
+    }
+    fn step(&mut self, system: &mut S) -> Result<Option<Status>, Interrupted> {
+        self.step(system)
+    }
+    fn t(&self) -> f64 {
+        self.t()
+    }
+    fn state(&self) -> [&[f64]; 3] {
+        [self.q(), self.v(), self.a()]
+    }
+    fn interpolate(&self, t: f64, q: &mut [f64], v: &mut [f64], a: &mut [f64]) {
+        self.interpolate(t, q, v, a);
+    }
+    fn counters(&self) -> Counters {
+        self.counters()
+    }
+    fn explain(&self, status: Status) -> String {
+        self.explain(status)
+    }
+}

@@ -1,0 +1,66 @@
+//! State at the end of a step as a function of its accelerations.
+
+use crate::numerics::linalg::with_size;
+
+/// A state that is affine in its accelerations: `q = q_base + weights[0] a`, `v = v_base + weights[1] a`.
+#[derive(Clone, Debug)]
+pub(super) struct Trial {
+    pub(super) t: f64,
+    /// Derivatives of q, v and a with respect to a; the last one is 1.
+    pub(super) weights: [f64; 3],
+    pub(super) q_base: Vec<f64>,
+    pub(super) v_base: Vec<f64>,
+    pub(super) q: Vec<f64>,
+    pub(super) v: Vec<f64>,
+    pub(super) a: Vec<f64>,
+}
+
+impl Trial {
+    pub(super) fn new(n: usize) -> Self {
+        Self {
+            t: 0.0,
+            weights: [0.0; 3],
+            q_base: vec![0.0; n],
+            v_base: vec![0.0; n],
+            q: vec![0.0; n],
+            v: vec![0.0; n],
+            a: vec![0.0; n],
+        }
+    }
+
+    /// Takes `a` as the accelerations.
+    pub(super) fn set(&mut self, a: &[f64]) {
+        self.a.copy_from_slice(a);
+        self.update();
+    }
+
+    /// Subtracts `da` from the accelerations.
+    pub(super) fn subtract(&mut self, da: &[f64]) {
+        with_size!(subtract(self.a.len(), &mut self.a, da));
+        self.update();
+    }
+
+    fn update(&mut self) {
+        let Self { weights: [of_q, of_v, _], q_base, v_base, q, v, a, .. } = self;
+        with_size!(combine(q.len(), q, q_base, *of_q, a));
+        with_size!(combine(v.len(), v, v_base, *of_v, a));
+    }
+}
+
+/// `x <- x - y`.
+#[inline(always)]
+fn subtract(n: usize, x: &mut [f64], y: &[f64]) {
+    let (x, y) = (&mut x[..n], &y[..n]);
+    for i in 0..n {
+        x[i] -= y[i];
+    }
+}
+
+/// `x <- base + weight a`.
+#[inline(always)]
+fn combine(n: usize, x: &mut [f64], base: &[f64], weight: f64, a: &[f64]) {
+    let (x, base, a) = (&mut x[..n], &base[..n], &a[..n]);
+    for i in 0..n {
+        x[i] = base[i] + weight * a[i];
+    }
+}

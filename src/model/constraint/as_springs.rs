@@ -1,0 +1,347 @@
+//! A model whose constraints are replaced by almost rigid springs, for statics and vibrations.
+//!
+//! Statics and vibrations treat the forces of springs as separate unknowns (see [`crate::analysis::natural`]), so that
+//! results do not depend on the stiffness. The springs' deflection, force over stiffness, is at the level of
+//! rounding.
+
+use crate::error::Interrupted;
+use crate::model::springs::{Cords, Springs};
+use crate::model::{
+    Dynamics, Elastic, Energy, Facts, Flaw, InContact, InTime, OneSided, Radius, Sprung, Static, Switch,
+    Untied,
+};
+use crate::numerics::linalg::Matrix;
+
+/// Stiffness of the springs in units of the largest one of the model: what they give then is rounding of displacements.
+const STIFF: f64 = 1e12;
+
+/// A model whose loops are held by springs.
+pub(crate) struct AsSprings<'a> {
+    model: &'a mut dyn Static,
+    facts: Facts,
+    /// Of every constraint.
+    stiffness: Vec<f64>,
+    /// The largest energy of the model at the sizes of its coordinates, twice, and these.
+    largest: f64,
+    sizes: Vec<f64>,
+    /// What is taken for the multipliers, the opposite of the springs' forces.
+    held: Option<Vec<f64>>,
+    multipliers: Vec<f64>,
+    gap_jacobian: Matrix,
+}
+
+impl<'a> AsSprings<'a> {
+    /// With springs that are stiff beside what a model is near a shape.
+    pub(crate) fn new(model: &'a mut dyn Static, q: &[f64]) -> Self {
+        let (n, m) = (q.len(), model.facts().constraints());
+        let facts = facts_with_springs(model.facts());
+        let (mut sizes, rest) = (vec![0.0; n], vec![0.0; n]);
+        model.sizes(q, &mut sizes);
+        let (mut elastic, mut tangent) = (Matrix::zeros(n, n), Matrix::zeros(n, n));
+        model.set_multipliers(&vec![0.0; m]);
+        model.elastic_tangent(q, &mut elastic);
+        model.weighted_tangent(q, &rest, &rest, [1.0, 0.0, 0.0], &mut tangent);
+        let energy = |a: &Matrix| {
+            (0..n)
+                .map(|k| (a[(k, k)] * sizes[k] * sizes[k]).abs())
+                .filter(|x| x.is_finite())
+                .fold(0.0, f64::max)
+        };
+        let largest = energy(&elastic).max(energy(&tangent));
+        let largest = if largest > 0.0 { largest } else { 1.0 };
+        let mut springs = Self {
+            stiffness: vec![STIFF * largest; m],
+            largest,
+            sizes,
+            facts,
+            model,
+            held: None,
+            multipliers: vec![0.0; m],
+            gap_jacobian: Matrix::zeros(m, n),
+        };
+        springs.stiffen(q);
+        springs
+    }
+
+    /// Makes the springs of the constraints that hold in a shape as stiff as they are there.
+    fn stiffen(&mut self, q: &[f64]) {
+        self.model.gap_jacobian(q, &mut self.gap_jacobian);
+        for (stiffness, row) in self.stiffness.iter_mut().zip(self.gap_jacobian.row_iter()) {
+            let square = row.iter().zip(&self.sizes).map(|(x, size)| (x * size).powi(2)).sum::<f64>();
+            if square > 0.0 && square.is_finite() {
+                *stiffness = STIFF * self.largest / square;
+            }
+        }
+    }
+
+    /// The model takes the multipliers that are held, or those of its gaps; the Jacobian of these is found where they are not
+    /// held.
+    fn answer(&mut self, q: &[f64]) {
+        match &self.held {
+            Some(held) => self.multipliers.copy_from_slice(held),
+            None => {
+                self.model.gaps(q, &mut self.multipliers);
+                self.multipliers
+                    .iter_mut()
+                    .zip(&self.stiffness)
+                    .for_each(|(gap, stiffness)| *gap *= stiffness);
+            }
+        }
+        self.model.set_multipliers(&self.multipliers);
+    }
+
+    fn release(&mut self) {
+        self.multipliers.fill(0.0);
+        self.model.set_multipliers(&self.multipliers);
+    }
+
+    /// Adds the stiffness of springs whose forces are their own.
+    fn add_stiffness(&mut self, q: &[f64], weight: f64, tangent: &mut Matrix) {
+        if self.held.is_some() || weight == 0.0 {
+            return;
+        }
+        self.model.gap_jacobian(q, &mut self.gap_jacobian);
+        let mut weighted = self.gap_jacobian.clone();
+        for (mut row, stiffness) in weighted.row_iter_mut().zip(&self.stiffness) {
+            row *= weight * stiffness;
+        }
+        *tangent += self.gap_jacobian.tr_mul(&weighted);
+    }
+}
+
+/// Facts of a model whose constraints are springs. These couple its parts, its tendons are no longer cords, and all coordinates count
+/// as turning.
+fn facts_with_springs(of_model: &Facts) -> Facts {
+    Facts {
+        gap_sizes: Vec::new(),
+        springs: of_model.springs + of_model.constraints(),
+        cords: 0,
+        parts: Vec::new(),
+        turns: vec![true; of_model.n],
+        section_places: Vec::new(),
+        free_lengths: 0,
+        ..of_model.clone()
+    }
+}
+
+impl Elastic for AsSprings<'_> {
+    fn elastic_forces(&mut self, q: &[f64], tau: &mut [f64]) {
+        self.model.elastic_forces(q, tau);
+        self.answer(q);
+        self.model.gap_jacobian(q, &mut self.gap_jacobian);
+        for (j, tau) in tau.iter_mut().enumerate() {
+            *tau += (0..self.multipliers.len())
+                .map(|i| self.gap_jacobian[(i, j)] * self.multipliers[i])
+                .sum::<f64>();
+        }
+        self.release();
+    }
+
+    /// That of the multipliers is what the tangent is more with them than without.
+    fn elastic_tangent(&mut self, q: &[f64], tangent: &mut Matrix) {
+        self.model.elastic_tangent(q, tangent);
+        self.answer(q);
+        if self.multipliers.iter().any(|&multiplier| multiplier != 0.0) {
+            let rest = vec![0.0; q.len()];
+            let mut part = Matrix::zeros(q.len(), q.len());
+            self.model.weighted_tangent(q, &rest, &rest, [1.0, 0.0, 0.0], &mut part);
+            *tangent += &part;
+            self.release();
+            self.model.weighted_tangent(q, &rest, &rest, [1.0, 0.0, 0.0], &mut part);
+            *tangent -= &part;
+        }
+        self.add_stiffness(q, 1.0, tangent);
+    }
+
+    fn turned_loads(&mut self, _q: &[f64], forces: &mut Matrix) {
+        forces.fill(0.0);
+    }
+
+    fn sizes(&mut self, q: &[f64], sizes: &mut [f64]) {
+        self.model.sizes(q, sizes);
+    }
+}
+
+impl Sprung for AsSprings<'_> {
+    fn linearise_springs(&mut self, q: &[f64], springs: &mut Springs) {
+        let (n, before, m) = (q.len(), self.model.facts().springs, self.stiffness.len());
+        let mut own = Springs::new(before, n);
+        if before > 0 {
+            self.model.linearise_springs(q, &mut own);
+        }
+        springs.forces[..before].copy_from_slice(&own.forces);
+        springs.jacobian.view_mut((0, 0), (before, n)).copy_from(&own.jacobian);
+        let square = ((0, 0), (before, before));
+        springs.root.fill(0.0);
+        springs.inverse_root.fill(0.0);
+        springs.rest.fill(0.0);
+        springs.root.view_mut(square.0, square.1).copy_from(&own.root);
+        springs.inverse_root.view_mut(square.0, square.1).copy_from(&own.inverse_root);
+        springs.rest.view_mut(square.0, square.1).copy_from(&own.rest);
+        springs.energy = own.energy;
+        let mut gaps = vec![0.0; m];
+        self.model.gaps(q, &mut gaps);
+        self.model.gap_jacobian(q, &mut self.gap_jacobian);
+        springs.jacobian.view_mut((before, 0), (m, n)).copy_from(&self.gap_jacobian);
+        for (i, (gap, stiffness)) in gaps.into_iter().zip(&self.stiffness).enumerate() {
+            let k = before + i;
+            springs.forces[k] = -stiffness * gap;
+            springs.root[(k, k)] = stiffness.sqrt();
+            springs.inverse_root[(k, k)] = 1.0 / stiffness.sqrt();
+            springs.energy += 0.5 * stiffness * gap * gap;
+        }
+    }
+
+    fn hold_springs(&mut self, forces: Option<&[f64]>) {
+        let before = self.model.facts().springs;
+        self.model.hold_springs(forces.map(|forces| &forces[..before]).filter(|_| before > 0));
+        self.held = forces.map(|forces| forces[before..].iter().map(|force| -force).collect());
+    }
+
+    fn linearise_cords(&mut self, _q: &[f64], _cords: &mut Cords) {}
+
+    fn hold_cords(&mut self, _tensions: Option<&[f64]>) {}
+}
+
+impl InTime for AsSprings<'_> {
+    fn set_time(&mut self, t: f64) -> Result<(), Interrupted> {
+        self.model.set_time(t)
+    }
+
+    fn set_inputs(&mut self, u: &[f64]) {
+        self.model.set_inputs(u);
+    }
+
+    fn not_finite(&self) -> Option<String> {
+        self.model.not_finite()
+    }
+
+    fn input_tangent(&mut self, q: &[f64], qd: &[f64], qdd: &[f64], tangent: &mut Matrix) {
+        self.model.input_tangent(q, qd, qdd, tangent);
+    }
+}
+
+impl Untied for AsSprings<'_> {}
+
+/// Its loops are springs. Those that hold one way only do so still; their multipliers are the opposite of the springs' forces.
+impl OneSided for AsSprings<'_> {
+    fn held(&self) -> Vec<bool> {
+        self.model.held()
+    }
+
+    fn release(&mut self, multipliers: &[f64]) {
+        self.model.release(multipliers);
+    }
+
+    fn switch(&mut self, q: &[f64], multipliers: &mut [f64]) -> Switch {
+        let before = multipliers.len() - self.stiffness.len();
+        let switch = self.model.switch(q, &mut multipliers[before..]);
+        if switch == Switch::TakenUp {
+            self.stiffen(q);
+        }
+        switch
+    }
+
+    fn release_open(&mut self, _q: &[f64], _qd: Option<&[f64]>) {}
+
+    fn keep_held(&mut self, _is_kept: bool) {}
+
+    fn passed(&mut self, _q: &[f64], _qd: &[f64]) -> Vec<[f64; 2]> {
+        Vec::new()
+    }
+}
+
+/// Passing of surfaces is not looked for.
+impl InContact for AsSprings<'_> {
+    fn leave_contact(&mut self, is_left: bool) {
+        self.model.leave_contact(is_left);
+    }
+
+    fn soften_contact(&mut self, forces: Option<&[f64]>) -> bool {
+        self.model.soften_contact(forces)
+    }
+
+    fn deepest_overlap(&mut self, q: &[f64]) -> f64 {
+        self.model.deepest_overlap(q)
+    }
+
+    fn shifts_of_contact(&mut self, q: &[f64]) -> Matrix {
+        self.model.shifts_of_contact(q)
+    }
+
+    fn work_of_interactions(&mut self, q: &[f64], work: &mut [f64]) {
+        self.model.work_of_interactions(q, work);
+    }
+
+    fn sunk(&mut self, q: &[f64]) -> Option<Flaw> {
+        self.model.sunk(q)
+    }
+
+    fn note_surfaces(&mut self, _q: &[f64]) {}
+
+    fn have_passed(&mut self, _q: &[f64], _radius: Radius) -> bool {
+        false
+    }
+
+    fn is_touched(&self) -> bool {
+        false
+    }
+}
+
+impl Dynamics for AsSprings<'_> {
+    fn facts(&self) -> &Facts {
+        &self.facts
+    }
+
+    fn inverse_dynamics(&mut self, q: &[f64], qd: &[f64], qdd: &[f64], tau: &mut [f64]) {
+        self.answer(q);
+        self.model.inverse_dynamics(q, qd, qdd, tau);
+        self.release();
+    }
+
+    fn weighted_tangent(
+        &mut self,
+        q: &[f64],
+        qd: &[f64],
+        qdd: &[f64],
+        weights: [f64; 3],
+        tangent: &mut Matrix,
+    ) {
+        self.answer(q);
+        self.model.weighted_tangent(q, qd, qdd, weights, tangent);
+        self.release();
+        self.add_stiffness(q, weights[0], tangent);
+    }
+
+    fn tangent_cost(&self) -> f64 {
+        self.model.tangent_cost()
+    }
+
+    fn mass_matrix(&mut self, q: &[f64], mass: &mut Matrix) {
+        self.model.mass_matrix(q, mass);
+    }
+
+    fn energy(&mut self, q: &[f64], qd: &[f64]) -> Energy {
+        self.model.energy(q, qd)
+    }
+
+    fn dissipated_power(&mut self, q: &[f64], qd: &[f64]) -> f64 {
+        self.model.dissipated_power(q, qd)
+    }
+
+    fn tip(&mut self, q: &[f64]) -> [f64; 3] {
+        self.model.tip(q)
+    }
+
+    fn places(&mut self, q: &[f64], places: &mut Vec<[f64; 3]>) {
+        self.model.places(q, places);
+    }
+
+    fn supplied_power(&mut self, q: &[f64], qd: &[f64], qdd: &[f64]) -> f64 {
+        self.model.supplied_power(q, qd, qdd)
+    }
+
+    fn flaw(&mut self, q: &[f64]) -> Option<Flaw> {
+        self.model.flaw(q)
+    }
+}

@@ -1,0 +1,258 @@
+//! Sums over all effects.
+
+use std::marker::PhantomData;
+
+use super::Effect;
+use super::joint_forces::OnJoints;
+use crate::model::Energy;
+use crate::numerics::lie::{Sweep, Wrench};
+use crate::robot::algebra::inertia::Gyroscope;
+use crate::robot::algebra::response::Response;
+use crate::robot::effects::actuator::force::Actuators;
+use crate::robot::effects::contact::force::Touching;
+use crate::robot::effects::fluid::along_rods::FluidAround;
+use crate::robot::effects::fluid::around_bodies::FluidAroundBodies;
+use crate::robot::effects::load::force::Loads;
+use crate::robot::effects::loops::force::ClosedLoops;
+use crate::robot::effects::support::force::Supports;
+use crate::robot::plan::Plan;
+use crate::robot::plan::piece::PiecePlan;
+use crate::robot::plan::point::{Place, Point};
+use crate::robot::state::Workspace;
+use crate::robot::state::point::PointState;
+use crate::robot::state::tangent::{Tangent, TangentWorkspace, Weights};
+use crate::robot::turning::Turning;
+
+/// Executes code for every effect, in the order of this list.
+macro_rules! for_every_effect {
+    ($effect:ident => $call:expr) => {
+        for_every_effect!($effect in [Loads, Supports, FluidAround, FluidAroundBodies, OnJoints, Actuators, ClosedLoops, Touching] => $call)
+    };
+    ($effect:ident in [$($kind:ty),*] => $call:expr) => {
+        $({
+            type $effect = $kind;
+            $call
+        })*
+    };
+}
+
+/// Whether a predicate holds for any effect.
+macro_rules! any_effect {
+    ($effect:ident => $call:expr) => {{
+        let mut is_any = false;
+        for_every_effect!($effect => is_any |= $call);
+        is_any
+    }};
+}
+
+/// Sum of a quantity over all effects.
+macro_rules! sum_of_effects {
+    ($effect:ident => $call:expr) => {{
+        let mut sum = Default::default();
+        for_every_effect!($effect => sum += $call);
+        sum
+    }};
+}
+
+/// [`Effect::act_at`].
+#[inline(always)]
+pub(crate) fn act_at<G: Turning>(
+    plan: &Plan<G>,
+    work: &Workspace<G>,
+    point: &Point<G>,
+    state: &mut PointState<G>,
+) {
+    for_every_effect!(Kind => <Kind as Effect<G>>::act_at(plan, work, point, state));
+}
+
+/// [`Effect::dead_at`]: the sum.
+#[inline(always)]
+pub(crate) fn dead_at<G: Turning>(
+    plan: &Plan<G>,
+    work: &Workspace<G>,
+    point: &Point<G>,
+    state: &PointState<G>,
+) -> Gyroscope<G, f64> {
+    let mut sum = Gyroscope::zero();
+    for_every_effect!(Kind => <Kind as Effect<G>>::dead_at(plan, work, point, state, &mut sum));
+    sum
+}
+
+/// [`Effect::respond_at`]: the sum, if there is any.
+#[inline(always)]
+pub(crate) fn respond_at<G: Turning>(
+    plan: &Plan<G>,
+    work: &Workspace<G>,
+    point: &Point<G>,
+    state: &PointState<G>,
+) -> Option<Response<G, f64>> {
+    let mut sum = responds_at(point).then(Response::zero)?;
+    for_every_effect!(Kind => <Kind as Effect<G>>::respond_at(plan, work, point, state, &mut sum));
+    Some(sum)
+}
+
+struct ActAlong<'a, G: Turning, E> {
+    plan: &'a Plan<G>,
+    piece: &'a PiecePlan<G>,
+    work: &'a mut Workspace<G>,
+    effect: PhantomData<E>,
+}
+
+impl<G: Turning, E: Effect<G>> Sweep for ActAlong<'_, G, E> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        E::act_along(self.plan, self.piece, self.work);
+    }
+}
+
+/// [`Effect::act_along`].
+#[inline(always)]
+pub(crate) fn act_along<G: Turning>(plan: &Plan<G>, piece: &PiecePlan<G>, work: &mut Workspace<G>) {
+    for_every_effect!(Kind => if <Kind as Effect<G>>::acts_along(plan, piece) {
+        let sweep = ActAlong { plan, piece, work: &mut *work, effect: PhantomData::<Kind> };
+        plan.instructions.run_apart::<G::Pack, _>(sweep);
+    });
+}
+
+/// [`Effect::beyond`]: the sum.
+pub(crate) fn beyond<G: Turning>(
+    plan: &Plan<G>,
+    piece: &PiecePlan<G>,
+    work: &Workspace<G>,
+    place: &Place,
+) -> Wrench<G, f64> {
+    let mut sum = Wrench::zero();
+    for_every_effect!(Kind => sum += <Kind as Effect<G>>::beyond(plan, piece, work, place));
+    sum
+}
+
+/// [`Effect::is_dead_along`].
+#[inline(always)]
+pub(crate) fn is_dead_along<G: Turning>(plan: &Plan<G>, piece: &PiecePlan<G>) -> bool {
+    any_effect!(Kind => <Kind as Effect<G>>::is_dead_along(plan, piece))
+}
+
+/// [`Effect::dead_along`]: the sums.
+#[inline(always)]
+pub(crate) fn dead_along<G: Turning>(
+    plan: &Plan<G>,
+    piece: &PiecePlan<G>,
+    work: &Workspace<G>,
+    sums: &mut [Gyroscope<G, G::Pack>],
+) {
+    sums.fill(Gyroscope::zero());
+    for_every_effect!(Kind => <Kind as Effect<G>>::dead_along(plan, piece, work, sums));
+}
+
+struct RespondAlong<'a, G: Turning, E> {
+    plan: &'a Plan<G>,
+    piece: &'a PiecePlan<G>,
+    work: &'a Workspace<G>,
+    is_mass_only: bool,
+    sums: &'a mut [Response<G, G::Pack>],
+    effect: PhantomData<E>,
+}
+
+impl<G: Turning, E: Effect<G>> Sweep for RespondAlong<'_, G, E> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        E::respond_along(self.plan, self.piece, self.work, self.is_mass_only, self.sums);
+    }
+}
+
+/// Whether anything [responds along](Effect::responds_along) a piece.
+#[inline(always)]
+pub(crate) fn responds_along<G: Turning>(piece: &PiecePlan<G>) -> bool {
+    any_effect!(Kind => <Kind as Effect<G>>::responds_along(piece))
+}
+
+/// [`Effect::respond_along`]: the sums.
+#[inline(always)]
+pub(crate) fn respond_along<G: Turning>(
+    plan: &Plan<G>,
+    piece: &PiecePlan<G>,
+    work: &Workspace<G>,
+    is_mass_only: bool,
+    sums: &mut [Response<G, G::Pack>],
+) {
+    sums.fill(Response::zero());
+    for_every_effect!(Kind => if <Kind as Effect<G>>::responds_along(piece) {
+        let effect = PhantomData::<Kind>;
+        let sweep = RespondAlong { plan, piece, work, is_mass_only, sums: &mut *sums, effect };
+        plan.instructions.run_apart::<G::Pack, _>(sweep);
+    });
+}
+
+/// Whether anything [responds at](Effect::responds_at) a point.
+#[inline(always)]
+pub(crate) fn responds_at<G: Turning>(point: &Point<G>) -> bool {
+    any_effect!(Kind => <Kind as Effect<G>>::responds_at(point))
+}
+
+/// Whether anything responds anywhere.
+pub(crate) fn responds<G: Turning>(plan: &Plan<G>) -> bool {
+    plan.points.iter().any(responds_at) || plan.pieces.iter().any(responds_along)
+}
+
+/// [`Effect::prepare`].
+#[inline(always)]
+pub(crate) fn prepare<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, q: &[f64], qd: &[f64]) {
+    for_every_effect!(Kind => <Kind as Effect<G>>::prepare(plan, work, q, qd));
+}
+
+/// [`Effect::push`].
+#[inline(always)]
+pub(crate) fn push<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, tau: &mut [f64]) {
+    for_every_effect!(Kind => <Kind as Effect<G>>::push(plan, work, tau));
+}
+
+/// [`Effect::stiffen`].
+#[inline(always)]
+pub(crate) fn stiffen<G: Turning>(
+    plan: &Plan<G>,
+    work: &Workspace<G>,
+    memory: &mut TangentWorkspace<G>,
+    weights: Weights,
+    tangent: &mut Tangent<'_>,
+) {
+    for_every_effect!(Kind => <Kind as Effect<G>>::stiffen(plan, work, memory, weights, tangent));
+}
+
+/// [`Effect::dissipates`].
+pub(crate) fn dissipates<G: Turning>(plan: &Plan<G>) -> bool {
+    any_effect!(Kind => <Kind as Effect<G>>::dissipates(plan))
+}
+
+/// [`Effect::may_dissipate`].
+pub(crate) fn may_dissipate<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -> bool {
+    any_effect!(Kind => <Kind as Effect<G>>::may_dissipate(plan, work))
+}
+
+/// [`Effect::drives`].
+pub(crate) fn drives<G: Turning>(plan: &Plan<G>) -> bool {
+    any_effect!(Kind => <Kind as Effect<G>>::drives(plan))
+}
+
+/// [`Effect::depends_on_velocity`].
+pub(crate) fn depends_on_velocity<G: Turning>(plan: &Plan<G>) -> bool {
+    any_effect!(Kind => <Kind as Effect<G>>::depends_on_velocity(plan))
+}
+
+/// [`Effect::add_energy`].
+pub(crate) fn add_energy<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, energy: &mut Energy) {
+    for_every_effect!(Kind => <Kind as Effect<G>>::add_energy(plan, work, energy));
+}
+
+/// [`Effect::dissipated_power`]: the sum.
+pub(crate) fn dissipated_power<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -> f64 {
+    sum_of_effects!(Kind => <Kind as Effect<G>>::dissipated_power(plan, work))
+}
+
+/// [`Effect::supplied_power`]: the sum.
+pub(crate) fn supplied_power<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -> f64 {
+    sum_of_effects!(Kind => <Kind as Effect<G>>::supplied_power(plan, work))
+}

@@ -1,0 +1,473 @@
+//! Compiles contacts to parts of a plan.
+
+mod bodies;
+
+use std::f64::consts::{FRAC_PI_4, PI};
+use std::ops::Range;
+use std::sync::Arc;
+
+use crate::numerics::lie::{LANES, Lanes as _, Quaternion, Rotation, Vector};
+use crate::robot::compile::links::Tree;
+use crate::robot::description::{Link, Robot};
+use crate::robot::effects::contact::plan::{
+    Ball, Contacts, Curve, Fixed, Fixture, MOST_CHANGES, MOST_INTERVALS, NODES, PLACES, Pair, Sample, Side,
+};
+use crate::robot::effects::contact::shapes::convex_mesh::ConvexMesh;
+use crate::robot::effects::contact::shapes::height_field::HeightField;
+use crate::robot::effects::contact::shapes::obstacle::Solid;
+use crate::robot::effects::contact::shapes::touch::Law;
+use crate::robot::effects::contact::{Contact, Obstacle, Surface};
+use crate::robot::kernel::kinematics;
+use crate::robot::plan::point::Place;
+use crate::robot::plan::{Plan, packed};
+use crate::robot::turning::{Turning, place};
+
+/// Sections of a rod do not touch each other if their distance along it is within this multiple of its
+/// largest radius: twice half the circumference of the tightest possible ring.
+const NEIGHBOURHOOD: f64 = 2.0 * PI;
+
+/// Sections whose half extents differ by less than this fraction are round.
+const ROUND: f64 = 1e-12;
+
+/// Places of all surfaces fixed to links, in the order of contacts and their surfaces.
+pub(crate) fn places<G: Turning>(robot: &Robot, tree: &Tree<G>) -> Vec<Option<Place>> {
+    let place_of = |surface: &Surface| match surface {
+        Surface::Ball { link, at, .. } | Surface::Solid { link, at, .. } => {
+            Some(Some(place::on_link(&tree.pieces, &tree.links[*link], *at)))
+        }
+        Surface::Rod { .. } | Surface::Obstacle(_) => None,
+    };
+    robot.contacts.iter().flat_map(|contact| &contact.surfaces).filter_map(place_of).collect()
+}
+
+/// Compiles the contacts of a plan whose points are known: `surfaces` of its points lists the surfaces fixed
+/// to each.
+pub(crate) fn compile<G: Turning>(plan: &Plan<G>, robot: &Robot) -> Contacts<G> {
+    let mut contacts = Contacts::none();
+    let mut curves_of: Vec<Option<Range<usize>>> = vec![None; robot.links.len()];
+    let mut number = 0;
+    for (c, contact) in robot.contacts.iter().enumerate() {
+        let axes = contact.surfaces.each_ref().map(|surface| match surface {
+            Surface::Ball { link, at, .. } | Surface::Solid { link, at, .. } => {
+                number += 1;
+                Axes::on_link(&mut contacts, plan, number - 1, *link, *at)
+            }
+            Surface::Rod { .. } | Surface::Obstacle(_) => {
+                Axes::in_world(&mut contacts, plan, &robot.links[0])
+            }
+        });
+        let [a, b] = &contact.surfaces;
+        if let Some(pairs) = bodies::meet([a, b], &axes, &mut contacts) {
+            for (is_turned, sides) in pairs {
+                let pair = pair(plan, &contacts, (c, law(contact, robot)), contact, is_turned, sides);
+                contacts.pairs.push(pair);
+            }
+            continue;
+        }
+        let forms = [Form::beside(a, b), Form::beside(b, a)];
+        let mut sides: [Vec<Side>; 2] = std::array::from_fn(|s| match &forms[s] {
+            Form::Rod { link } => {
+                let known = curves_of[*link].clone();
+                let own = known.unwrap_or_else(|| add_rod(&mut contacts, plan, *link));
+                curves_of[*link] = Some(own.clone());
+                vec![Side::Rod(own)]
+            }
+            Form::Balls { centres, radius, thickness } => {
+                let first = contacts.balls.len();
+                contacts.balls.extend(centres.iter().map(|&centre| Ball {
+                    on: axes[s].on,
+                    centre: axes[s].place(centre),
+                    radius: *radius,
+                    thickness: *thickness,
+                }));
+                (first..contacts.balls.len()).map(Side::Ball).collect()
+            }
+            Form::Solid(shape) => {
+                contacts.solids.push(Fixed { on: axes[s].on, solid: solid(shape, &axes[s]) });
+                vec![Side::Solid(contacts.solids.len() - 1)]
+            }
+        });
+        let rank = |sides: &[Side]| match sides[0] {
+            Side::Rod(_) => 0,
+            Side::Ball(_) => 1,
+            Side::Body(_) | Side::Solid(_) => 2,
+        };
+        let is_turned = rank(&sides[1]) < rank(&sides[0]);
+        if is_turned {
+            sides.reverse();
+        }
+        let [first, second] = sides;
+        let second = second.into_iter().next().expect("the second side is one");
+        for first in first {
+            let sides = [first, second.clone()];
+            let pair = pair(plan, &contacts, (c, law(contact, robot)), contact, is_turned, sides);
+            contacts.pairs.push(pair);
+        }
+    }
+    contacts.rods = curves_of.into_iter().flatten().collect();
+    contacts.capacity = contacts.pairs.iter().map(|pair| places_of(&contacts, &pair.sides)).sum();
+    contacts
+}
+
+fn law(contact: &Contact, robot: &Robot) -> Law {
+    let Contact { dissipation, friction, slip_velocity, patch_radius, .. } = *contact;
+    Law { stiffness: stiffness(contact, robot), dissipation, friction, slip_velocity, patch_radius }
+}
+
+/// The pair of two sides of a contact.
+fn pair<G: Turning>(
+    plan: &Plan<G>,
+    contacts: &Contacts<G>,
+    (number, law): (usize, Law),
+    contact: &Contact,
+    is_turned: bool,
+    sides: [Side; 2],
+) -> Pair {
+    let neighbourhood = match &sides {
+        [Side::Rod(a), Side::Rod(b)] if a == b => NEIGHBOURHOOD * thickest(contacts, a),
+        _ => 0.0,
+    };
+    Pair {
+        contact: number,
+        is_turned,
+        law,
+        thickness: thickness(contacts, contact, &sides),
+        power: power(contact),
+        neighbourhood,
+        reaches: reaches(plan, contacts, &sides),
+        sides,
+    }
+}
+
+/// Thickness of the thinner one of two surfaces.
+fn thickness<G: Turning>(contacts: &Contacts<G>, contact: &Contact, sides: &[Side; 2]) -> f64 {
+    let of_rod = |side: &Side| {
+        let Side::Rod(curves) = side else { return f64::INFINITY };
+        let samples = contacts.curves[curves.clone()].iter().flat_map(|curve| &curve.samples);
+        samples.flat_map(|sample| sample.half_extents).fold(f64::INFINITY, f64::min)
+    };
+    let of_surface = |surface: &Surface| surface.shape().map_or(f64::INFINITY, bodies::thickness);
+    let of_ball = |surface: &Surface| {
+        if let Surface::Ball { radius, .. } = surface { *radius } else { f64::INFINITY }
+    };
+    let surfaces = contact.surfaces.iter().map(|surface| of_surface(surface).min(of_ball(surface)));
+    surfaces.chain(sides.iter().map(of_rod)).fold(f64::INFINITY, f64::min)
+}
+
+/// The power of lengths in the unit of a contact's stiffness: along rods it is one per length.
+fn power(contact: &Contact) -> i32 {
+    let is_rod = |surface: &Surface| matches!(surface, Surface::Rod { .. });
+    if contact.surfaces.iter().any(is_rod) { 2 } else { 1 }
+}
+
+/// Number of points of a first side that can touch the second.
+fn places_of<G: Turning>(contacts: &Contacts<G>, [side, other]: &[Side; 2]) -> usize {
+    let has_features = |solid: &usize| contacts.solids[*solid].solid.has_features();
+    let is_divided = if let Side::Solid(solid) = other { has_features(solid) } else { false };
+    let divided = if is_divided { MOST_CHANGES + 1 } else { 1 };
+    match side {
+        Side::Rod(curves) => {
+            let parts = contacts.curves[curves.clone()].iter().map(|curve| curve.samples.len() - 1);
+            parts.map(|parts| PLACES * MOST_INTERVALS * divided * parts).sum()
+        }
+        Side::Body(body) => {
+            let body = &contacts.bodies[*body];
+            body.corners.len() + body.edges.len()
+        }
+        Side::Ball(_) | Side::Solid(_) => 1,
+    }
+}
+
+fn thickest<G: Turning>(contacts: &Contacts<G>, curves: &Range<usize>) -> f64 {
+    let samples = contacts.curves[curves.clone()].iter().flat_map(|curve| &curve.samples);
+    samples.map(|sample| sample.radius).fold(0.0, f64::max)
+}
+
+/// Coordinates that move any of two sides, as ranges of consecutive ones.
+fn reaches<G: Turning>(plan: &Plan<G>, contacts: &Contacts<G>, sides: &[Side; 2]) -> Vec<Range<usize>> {
+    let moving = |on: Option<usize>| {
+        let moved_by = on.map_or(&[][..], |fixture| &contacts.fixtures[fixture].moved_by);
+        moved_by.iter().map(|(piece, _)| *piece)
+    };
+    let mut pieces: Vec<usize> = Vec::new();
+    for side in sides {
+        match side {
+            Side::Rod(curves) => {
+                for curve in &contacts.curves[curves.clone()] {
+                    pieces.extend(curve.moved_by.iter().map(|(piece, _)| *piece));
+                }
+            }
+            Side::Ball(ball) => pieces.extend(moving(contacts.balls[*ball].on)),
+            Side::Body(body) => pieces.extend(moving(contacts.bodies[*body].on)),
+            Side::Solid(solid) => pieces.extend(moving(contacts.solids[*solid].on)),
+        }
+    }
+    let mut reaches: Vec<usize> = pieces.into_iter().flat_map(|s| plan.pieces[s].coordinates()).collect();
+    reaches.sort_unstable();
+    reaches.dedup();
+    let mut runs: Vec<Range<usize>> = Vec::new();
+    for k in reaches {
+        match runs.last_mut() {
+            Some(run) if run.end == k => run.end += 1,
+            _ => runs.push(k..k + 1),
+        }
+    }
+    runs
+}
+
+/// Adds the curves of a link's rod; returns their indices.
+fn add_rod<G: Turning>(contacts: &mut Contacts<G>, plan: &Plan<G>, link: usize) -> Range<usize> {
+    let first = contacts.curves.len();
+    // A plane intersects sections along one of their axes, and only this half extent matters.
+    let is_seen = [Vector::new(0.0, 1.0, 0.0), Vector::new(0.0, 0.0, 1.0)].map(|axis| {
+        let kept = G::in_space(plan.frame, G::vector_of(plan.frame, axis));
+        kept.dot(kept) > 0.5
+    });
+    let seen = |[y, z]: [f64; 2]| match is_seen {
+        [true, false] => [y; 2],
+        [false, true] => [z; 2],
+        _ => [y, z],
+    };
+    let mut start = 0.0;
+    for s in plan.links[link].rod.clone() {
+        let piece = &plan.pieces[s];
+        let nodes = piece.gauss.nodes.len();
+        let integral = piece.gauss.integral();
+        // Node spacing is so small that shapes of the piece's degree hardly rotate twice between nodes.
+        let samples: Vec<_> = std::iter::once(0.0)
+            .chain(piece.gauss.nodes.iter().copied())
+            .chain([1.0])
+            .map(|x| {
+                let half_extents = seen(piece.part().half_extents(x));
+                Sample { x, radius: half_extents[0].max(half_extents[1]), half_extents }
+            })
+            .collect();
+        let is_round = samples.iter().all(|sample| {
+            let [y, z] = sample.half_extents;
+            (y - z).abs() <= ROUND * sample.radius
+        });
+        let whole = samples
+            .windows(2)
+            .map(|ends| {
+                NODES.map(|node| {
+                    let up_to = integral.weights_up_to(ends[0].x + (ends[1].x - ends[0].x) * node);
+                    packed(nodes, |l| piece.length * up_to[l])
+                })
+            })
+            .collect();
+        let moved_by = kinematics::moved_by(plan, &place::at_fraction(&plan.pieces, s, 1.0));
+        let expansion: Vec<_> = integral.expansion().iter().map(|row| packed(nodes, |l| row[l])).collect();
+        let first_coefficient = contacts.curves.iter().map(|curve| curve.expansion.len()).sum();
+        let first_term = contacts.curves.iter().map(Curve::terms).sum();
+        let first_sample = contacts.curves.iter().map(|curve| curve.samples.len()).sum();
+        let inverse_weights = packed(nodes, |l| 1.0 / (piece.length * piece.gauss.weights[l]));
+        contacts.packs = contacts.packs.max(piece.packs);
+        contacts.curves.push(Curve {
+            piece: s,
+            length: piece.length,
+            start,
+            is_round,
+            whole,
+            samples,
+            largest_gap: piece.length * piece.gauss.largest_gap(),
+            first_sample,
+            expansion,
+            first_coefficient,
+            first_term,
+            integral,
+            inverse_weights,
+            moved_by,
+        });
+        start += piece.length;
+    }
+    first..contacts.curves.len()
+}
+
+/// Representation of a surface in the computation.
+enum Form<'a> {
+    Rod {
+        link: usize,
+    },
+    /// A ball; or the corners of a body or the ends of a capsule, which are the points that can touch a
+    /// half-space first.
+    Balls {
+        centres: Vec<[f64; 3]>,
+        radius: f64,
+        thickness: f64,
+    },
+    Solid(&'a Obstacle),
+}
+
+impl<'a> Form<'a> {
+    fn beside(surface: &'a Surface, other: &Surface) -> Self {
+        let ball =
+            |centre: [f64; 3], radius: f64| Self::Balls { centres: vec![centre], radius, thickness: radius };
+        let other = other.shape();
+        match surface {
+            Surface::Rod { link } => Self::Rod { link: *link },
+            Surface::Ball { position, radius, .. } => ball(*position, *radius),
+            Surface::Solid { shape, .. } | Surface::Obstacle(shape) => match (shape, other) {
+                // Other shapes meet spheres as solids.
+                (Obstacle::Sphere { centre, radius }, Some(_)) => ball(*centre, *radius),
+                (Obstacle::HalfSpace { .. }, _) | (_, None) => Self::Solid(shape),
+                (_, Some(Obstacle::HalfSpace { .. })) => Self::corners(shape),
+                _ => Self::Solid(shape),
+            },
+        }
+    }
+
+    fn corners(shape: &'a Obstacle) -> Self {
+        match shape {
+            Obstacle::Capsule { ends, radius } => {
+                Self::Balls { centres: ends.to_vec(), radius: *radius, thickness: *radius }
+            }
+            Obstacle::Cuboid { centre, half_extents, orientation } => {
+                let corners = bodies::corners_of_box(*centre, *half_extents, *orientation);
+                let centres = corners.iter().map(|corner| corner.to_array()).collect();
+                Self::Balls { centres, radius: 0.0, thickness: bodies::thickness(shape) }
+            }
+            Obstacle::ConvexMesh { points, radius, .. } => {
+                let thickness = bodies::thickness(shape);
+                Self::Balls { centres: points.clone(), radius: *radius, thickness }
+            }
+            Obstacle::HalfSpace { .. } | Obstacle::Sphere { .. } | Obstacle::HeightField { .. } => {
+                Self::Solid(shape)
+            }
+        }
+    }
+}
+
+/// Axes in which a surface is computed, and its pose in these axes.
+struct Axes {
+    /// Index of the fixture; `None` is the frame of the plan.
+    on: Option<usize>,
+    /// Pose of the axes in which the surface is given.
+    rotation: Rotation<f64>,
+    position: Vector<f64>,
+    /// Whether that pose is to be inverted.
+    is_inverse: bool,
+}
+
+impl Axes {
+    /// The frame of the plan, which is that of the first link's joint; for a moving base, the frame fixed in
+    /// the world.
+    fn in_world<G: Turning>(contacts: &mut Contacts<G>, plan: &Plan<G>, root: &Link) -> Self {
+        let on = plan.world.motion.is_some().then(|| fixture(contacts, plan, None));
+        let rotation = Quaternion::from_array(root.orientation).rotation();
+        Self { on, rotation, position: Vector::from(root.position), is_inverse: true }
+    }
+
+    /// Axes of the point that carries surface number `surface` among those on links.
+    fn on_link<G: Turning>(
+        contacts: &mut Contacts<G>,
+        plan: &Plan<G>,
+        number: usize,
+        link: usize,
+        at: Option<f64>,
+    ) -> Self {
+        let point = plan.points.iter().position(|point| point.surfaces.contains(&number));
+        let point = point.expect("every surface on a link is at a point");
+        let on = Some(fixture(contacts, plan, Some(point)));
+        // Links that are welded together share a point.
+        let beside = place::on_link(&plan.pieces, &plan.links[link], at).beside;
+        let (rotation, position) = beside.map_or_else(
+            || (Rotation::identity(), Vector::zero()),
+            |beside| (beside.orientation.rotation(), beside.position),
+        );
+        Self { on, rotation, position, is_inverse: false }
+    }
+
+    fn turn(&self, v: Vector<f64>) -> Vector<f64> {
+        if self.is_inverse { self.rotation.apply_transposed(v) } else { self.rotation.apply(v) }
+    }
+
+    fn place(&self, point: [f64; 3]) -> Vector<f64> {
+        let point = Vector::from(point);
+        if self.is_inverse { self.turn(point - self.position) } else { self.position + self.turn(point) }
+    }
+}
+
+/// The fixture at a point; created if it does not exist yet.
+fn fixture<G: Turning>(contacts: &mut Contacts<G>, plan: &Plan<G>, point: Option<usize>) -> usize {
+    let known = contacts.fixtures.iter().position(|fixture| fixture.point == point);
+    known.unwrap_or_else(|| {
+        let moved_by =
+            point.map_or_else(Vec::new, |point| kinematics::moved_by(plan, &plan.points[point].place));
+        let turned_by = turned_by(plan, &moved_by);
+        contacts.fixtures.push(Fixture { point, moved_by, turned_by });
+        contacts.fixtures.len() - 1
+    })
+}
+
+/// Angular coordinates of pieces that rotate what these pieces move, each with the largest rotation per unit.
+fn turned_by<G: Turning>(plan: &Plan<G>, moved_by: &[(usize, Vec<G::Pack>)]) -> Vec<(usize, f64)> {
+    let mut found = Vec::new();
+    for (p, weights) in moved_by {
+        let piece = &plan.pieces[*p];
+        if let Some(hinge) = &piece.hinge {
+            found.extend(hinge.turns.then_some((piece.first, 1.0)));
+            continue;
+        }
+        for component in piece.components.iter().filter(|component| component.index < G::ANGULAR) {
+            for (degree, basis) in piece.basis.chunks_exact(piece.packs).take(component.modes).enumerate() {
+                let products = weights.iter().zip(basis).map(|(&weight, &basis)| weight * basis);
+                let sizes = products.flat_map(|pack| (0..LANES).map(move |lane| pack.lane(lane).abs()));
+                found.push((component.first + degree, sizes.sum()));
+            }
+        }
+    }
+    found
+}
+
+/// A shape in the axes of its computation.
+fn solid(shape: &Obstacle, axes: &Axes) -> Solid {
+    let seen = |point: &[f64; 3]| axes.place(*point);
+    let axes_of = |orientation: &[f64; 4]| {
+        let Rotation { x, y, z } = Quaternion::from_array(*orientation).rotation();
+        Rotation { x: axes.turn(x), y: axes.turn(y), z: axes.turn(z) }
+    };
+    match shape {
+        Obstacle::HalfSpace { point, normal } => {
+            let normal = Vector::from(crate::description::joint::unit(*normal));
+            Solid::HalfSpace { point: seen(point), normal: axes.turn(normal) }
+        }
+        Obstacle::Sphere { centre, radius } => Solid::Ball { centre: seen(centre), radius: *radius },
+        Obstacle::Capsule { ends: [start, end], radius } => {
+            Solid::Capsule { ends: [seen(start), seen(end)], radius: *radius }
+        }
+        Obstacle::Cuboid { centre, half_extents, orientation } => {
+            let axes = axes_of(orientation);
+            let half_extents = Vector::from(*half_extents);
+            Solid::Cuboid { centre: seen(centre), axes, half_extents, radius: 0.0 }
+        }
+        Obstacle::HeightField { heights, shape, spacing, corner, orientation } => {
+            let axes = axes_of(orientation);
+            Solid::HeightField(Arc::new(HeightField::new(heights, *shape, *spacing, seen(corner), axes)))
+        }
+        Obstacle::ConvexMesh { points, faces, radius } => {
+            let points: Vec<_> = points.iter().map(seen).collect();
+            Solid::ConvexMesh(Arc::new(ConvexMesh::new(&points, faces, *radius)))
+        }
+    }
+}
+
+/// The given stiffness, or that of the material: a cylinder pressed into a half-space has `pi / 4 E*` per
+/// metre and overlap, with `E* = E / (1 - nu^2)` (Popov 2010, eq. 5.33); two cylinders act in series.
+pub(crate) fn stiffness(contact: &Contact, robot: &Robot) -> f64 {
+    if let Some(stiffness) = contact.stiffness {
+        return stiffness;
+    }
+    let of_rod = |surface: &Surface| match surface {
+        Surface::Rod { link } => robot.links[*link]
+            .rod
+            .iter()
+            .map(|segment| {
+                let nu = segment.poisson_ratio();
+                (1.0 - nu * nu) / segment.young_modulus
+            })
+            .reduce(f64::max),
+        _ => None,
+    };
+    let compliance: f64 = contact.surfaces.iter().filter_map(of_rod).sum();
+    FRAC_PI_4 / compliance
+}

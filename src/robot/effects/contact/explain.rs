@@ -1,0 +1,103 @@
+//! Explanations of contacts.
+
+use crate::robot::description::Robot;
+use crate::robot::effects::contact::compile::stiffness;
+use crate::robot::effects::contact::{Contact, Obstacle, Surface};
+use crate::robot::explain::text::counted;
+
+/// Explains what is computed for the contacts of a robot.
+pub(crate) fn explain(robot: &Robot) -> Vec<(bool, String, String)> {
+    if robot.contacts.is_empty() {
+        return vec![(false, "contact".to_owned(), "none".to_owned())];
+    }
+    let told = |contact: &Contact| (true, format!("contact {}", contact.name), pair(robot, contact));
+    let mut said: Vec<_> = robot.contacts.iter().map(told).collect();
+    let pairs = counted(robot.contacts.len(), "pair");
+    let why = format!("{pairs}, in every step; Newmark's method is generalised alpha with rho_inf = 0.8");
+    said.push((true, "contact".to_owned(), why));
+    said
+}
+
+/// Describes a pair of surfaces with its stiffness and friction.
+fn pair(robot: &Robot, contact: &Contact) -> String {
+    let [a, b] = &contact.surfaces;
+    let between = match (a, b) {
+        (Surface::Rod { link: a }, Surface::Rod { link: b }) if a == b => {
+            format!("the rod of {} and itself", robot.links[*a].name)
+        }
+        _ => format!("{} and {}", surface(robot, a), surface(robot, b)),
+    };
+    let unit = match (contact.is_spread(), contact.stiffness) {
+        (false, _) => "N/m",
+        (true, Some(_)) => "N/m^2",
+        (true, None) => "N/m^2 of the material",
+    };
+    let stiffness = stiffness(contact, robot);
+    let friction = match contact.friction {
+        [0.0, 0.0, 0.0] => "no friction".to_owned(),
+        [forward, backward, sideways] if forward == backward && forward == sideways => {
+            format!("friction {forward}")
+        }
+        [forward, backward, sideways] => {
+            format!("friction {forward} forward, {backward} backward, {sideways} sideways")
+        }
+    };
+    let spinning = match contact.patch_radius {
+        0.0 => String::new(),
+        radius => format!(", against spinning over a patch of {radius} m"),
+    };
+    format!("{between}: {stiffness:.3e} {unit}, {friction}{spinning}")
+}
+
+fn surface(robot: &Robot, surface: &Surface) -> String {
+    match surface {
+        Surface::Rod { link } => format!("the rod of {}", robot.links[*link].name),
+        Surface::Ball { link, radius, .. } => format!("a ball of {radius} m on {}", robot.links[*link].name),
+        Surface::Solid { link, shape, .. } => format!("{} on {}", told(shape), robot.links[*link].name),
+        Surface::Obstacle(shape) => told(shape),
+    }
+}
+
+fn told(shape: &Obstacle) -> String {
+    match shape {
+        Obstacle::HalfSpace { .. } => "a half space".to_owned(),
+        Obstacle::Sphere { radius, .. } => format!("a sphere of {radius} m"),
+        Obstacle::Capsule { radius, .. } => format!("a capsule of {radius} m"),
+        Obstacle::Cuboid { .. } => "a box".to_owned(),
+        Obstacle::HeightField { shape: [rows, columns], .. } => {
+            format!("a height field of {rows} x {columns}")
+        }
+        Obstacle::ConvexMesh { points, .. } => format!("a convex mesh of {} points", points.len()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::description::rod::Segment;
+    use crate::robot::description::{Link, Robot};
+    use crate::robot::effects::contact::{Contact, Obstacle, Surface};
+    use crate::robot::model::RobotModel;
+
+    #[test]
+    fn contacts_are_told_with_what_they_press_and_rub_with() {
+        let segment = Segment { modes: [0, 2, 0, 0, 0, 0], ..Segment::straight(0.5, 0.01, 1e6, 4e5, 1000.0) };
+        let rod = Link { rod: vec![segment], ..Link::new("rod") };
+        let floor =
+            Surface::Obstacle(Obstacle::HalfSpace { point: [0.0, 0.0, -1.0], normal: [0.0, 0.0, 1.0] });
+        let contact = Contact {
+            friction: [0.5, 0.6, 0.7],
+            ..Contact::between("floor", [Surface::Rod { link: 0 }, floor])
+        };
+        let robot = Robot { contacts: vec![contact], ..Robot::new(vec![rod]) };
+        let told = |robot: &Robot| RobotModel::new(robot).unwrap().full_explanation().to_string();
+        let touching = told(&robot);
+        // pi/4 E / (1 - nu^2) with nu = 0.25
+        for wanted in [
+            "contact floor",
+            "the rod of rod and a half space: 8.378e5 N/m^2 of the material, friction 0.5 forward",
+        ] {
+            assert!(touching.contains(wanted), "{wanted}: {touching}");
+        }
+        assert!(!told(&Robot { contacts: Vec::new(), ..robot }).contains("half space"));
+    }
+}

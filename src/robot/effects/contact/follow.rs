@@ -1,0 +1,67 @@
+//! Linearisation of friction in the tangents of an iteration.
+//!
+//! Friction per unit normal force is `mu v / s` with `s = sqrt(|v|^2 + v_s^2)`. Newton's method for this
+//! equation oscillates about the velocity at which friction reverses. It converges if instead `s w = mu v` is
+//! linearised, with the friction w as a separate unknown: w then changes by little where v changes by much
+//! (Chan, Golub and Mulet 1999, who solve for the same function of a gradient). After elimination of w the
+//! residual is unchanged, and the tangent is that of friction with w instead of `mu v / s` in the derivative
+//! of `1/s`. This tangent is exact at the solution, so that convergence is quadratic.
+
+use crate::numerics::lie::Vector;
+use crate::robot::effects::contact::state::{Followed, Rubbing, Standing, Touch};
+
+/// Friction at a touch that is linearised exactly.
+fn exact(touch: &Touch) -> Rubbing {
+    let (curve, x) = match touch.sides[0] {
+        Standing::Along { curve, x } => (curve, x),
+        _ => (0, 0.0),
+    };
+    Rubbing { of: [touch.pair, curve], x, pressing: touch.pressing, linearised: touch.pressing.rubbing }
+}
+
+/// Finds how friction is linearised at each touch. Both these and those before are in order of pairs, curves and places on them.
+pub(super) fn follow(touches: &[Touch], followed: &mut Followed) {
+    let Followed { length, is_new, now, before } = followed;
+    std::mem::swap(now, before);
+    now.clear();
+    now.extend(touches.iter().map(exact));
+    let Some(length) = *length else { return };
+    if std::mem::replace(is_new, false) {
+        before.clear();
+    }
+    let mut known = before.iter().peekable();
+    let mut nearest: Option<&Rubbing> = None;
+    for (rubbing, touch) in now.iter_mut().zip(touches) {
+        // That of the same curve which is nearest on it.
+        while let Some(&next) = known.peek()
+            && next.of <= rubbing.of
+        {
+            let is_further = |last: &Rubbing| {
+                last.of == rubbing.of
+                    && next.of == rubbing.of
+                    && (next.x - rubbing.x).abs() > (last.x - rubbing.x).abs()
+            };
+            if nearest.is_some_and(is_further) {
+                break;
+            }
+            nearest = known.next();
+        }
+        rubbing.linearised = match nearest.filter(|last| last.of == rubbing.of) {
+            Some(last) => turned(last, touch, length),
+            // What begins to touch has no friction yet: it is linearised as drag.
+            None => Vector::zero(),
+        };
+    }
+}
+
+/// How friction is linearised at a touch, by how it was where that was seen last, if it has come that part of the way to where
+/// this led.
+fn turned(last: &Rubbing, touch: &Touch, length: f64) -> Vector<f64> {
+    let turned = last.pressing.turned(last.linearised, &touch.pressing, length);
+    let normal = touch.meeting.normal;
+    let turned = turned - normal * normal.dot(turned);
+    // There is no more friction than that; with more the tangent would not resist all motions.
+    let most = touch.meeting.law.friction.into_iter().fold(0.0, f64::max);
+    let size = turned.dot(turned).sqrt();
+    if size > most { turned * (most / size) } else { turned }
+}

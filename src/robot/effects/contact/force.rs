@@ -1,0 +1,355 @@
+//! Contact forces between overlapping surfaces, at places that depend on the motion.
+//!
+//! Such a place along a rod is treated like a point (see `kernel::points`): node l carries the share
+//! `u_l / w_l` of the wrench. The tangent is computed entirely in [`Effect::stiffen`]: let `W` be the wrench
+//! that a side requires about its centre, and y the rotation of the side; then the wrench changes by `dW`
+//! and, relative to the material, by `-(m x y; f x y)` as a wrench with a fixed direction.
+
+use crate::model::Energy;
+use crate::numerics::lie::{LANES, Lanes, Scalar, Sweep, Twist, Vector, Wrench};
+use crate::numerics::linalg::Matrix;
+use crate::robot::algebra::tie::Motion;
+use crate::robot::effects::Effect;
+use crate::robot::effects::contact::state::{ContactState, ContactTangent, Standing, Touch};
+use crate::robot::plan::Plan;
+use crate::robot::plan::piece::PiecePlan;
+use crate::robot::plan::point::Place;
+use crate::robot::state::Workspace;
+use crate::robot::state::tangent::{Tangent, TangentWorkspace, Weights};
+use crate::robot::turning::{Turning, columns};
+
+/// What touches of a plan.
+pub(crate) struct Touching;
+
+/// What the two sides of a touch need against it, about the origin.
+fn needs<G: Turning>(plan: &Plan<G>, touch: &Touch) -> [Wrench<G, f64>; 2] {
+    let wrenches = touch.meeting.wrenches(&touch.pressing);
+    std::array::from_fn(|s| {
+        let [moment, force] = wrenches[s];
+        let moment = moment + touch.centres[s].cross(force);
+        Wrench { moment: G::axial_of(plan.frame, -moment), force: G::vector_of(plan.frame, -force) }
+    })
+}
+
+/// Links the places along each piece where it is touched.
+fn link<G: Turning>(plan: &Plan<G>, contact: &mut ContactState<G::Pack>) {
+    let ContactState { touches, first_along, next_along, .. } = contact;
+    first_along.fill(None);
+    for (t, touch) in touches.iter().enumerate().rev() {
+        for (s, standing) in touch.sides.iter().enumerate().rev() {
+            let Standing::Along { curve, .. } = *standing else { continue };
+            let first = &mut first_along[plan.pieces[plan.contacts.curves[curve].piece].first_pack];
+            next_along[2 * t + s] = first.replace(2 * t + s);
+        }
+    }
+}
+
+/// Adds what the places along a piece where it is touched need to the internal wrench at its nodes; returns their sum.
+#[inline(always)]
+pub(crate) fn carry<G: Turning>(
+    plan: &Plan<G>,
+    piece: &PiecePlan<G>,
+    work: &mut Workspace<G>,
+) -> Wrench<G, f64> {
+    let mut sum = Wrench::zero();
+    if work.contact.touches.is_empty() {
+        return sum;
+    }
+    let Workspace { contact, internal, .. } = work;
+    let mut next = contact.first_along[piece.first_pack];
+    while let Some(place) = next {
+        let (t, s) = (place / 2, place % 2);
+        let touch = &contact.touches[t];
+        if let Standing::Along { curve, .. } = touch.sides[s] {
+            let need = needs(plan, touch)[s];
+            sum += need;
+            let need = need.splat();
+            let inverse_weights = &plan.contacts.curves[curve].inverse_weights;
+            let shares = contact.reach(plan.contacts.packs, t, s).iter().zip(inverse_weights);
+            for (internal, (&up_to, &inverse_weight)) in internal[piece.node_packs()].iter_mut().zip(shares) {
+                *internal += need * (up_to * inverse_weight);
+            }
+        }
+        next = contact.next_along[place];
+    }
+    sum
+}
+
+impl<G: Turning> Effect<G> for Touching {
+    #[inline(always)]
+    fn prepare(plan: &Plan<G>, work: &mut Workspace<G>, _: &[f64], _: &[f64]) {
+        if plan.contacts.pairs.is_empty() {
+            return;
+        }
+        if work.contact.is_left {
+            work.contact.touches.clear();
+            return;
+        }
+        super::narrow_phase::find(plan, work);
+        link(plan, &mut work.contact);
+        for touch in &work.contact.touches {
+            for (standing, need) in touch.sides.iter().zip(needs(plan, touch)) {
+                if let Standing::On(fixture) = *standing
+                    && let Some(point) = plan.contacts.fixtures[fixture].point
+                {
+                    work.points[point].force += need;
+                }
+            }
+        }
+    }
+
+    /// Places along a rod where it is touched act like points. They are in no nodal integral.
+    fn beyond(plan: &Plan<G>, piece: &PiecePlan<G>, work: &Workspace<G>, place: &Place) -> Wrench<G, f64> {
+        let mut sum = Wrench::zero();
+        let contact = &work.contact;
+        if contact.touches.is_empty() || piece.packs == 0 {
+            return sum;
+        }
+        let mut next = contact.first_along[piece.first_pack];
+        while let Some(at) = next {
+            let (touch, s) = (&contact.touches[at / 2], at % 2);
+            if matches!(touch.sides[s], Standing::Along { x, .. } if x >= place.x) {
+                sum += needs(plan, touch)[s];
+            }
+            next = contact.next_along[at];
+        }
+        sum
+    }
+
+    #[inline(always)]
+    fn stiffen(
+        plan: &Plan<G>,
+        work: &Workspace<G>,
+        memory: &mut TangentWorkspace<G>,
+        weights: Weights,
+        tangent: &mut Tangent<'_>,
+    ) {
+        // What couples branches is solved with all entries.
+        let Tangent::Dense(matrix) = tangent else { return };
+        if weights.is_mass_only {
+            return;
+        }
+        super::follow::follow(&work.contact.touches, &mut memory.contact.followed);
+        memory.contact.is_known.fill(false);
+        for touch in 0..work.contact.touches.len() {
+            let sweep = Stiffen { plan, work, memory: &mut memory.contact, weights, matrix, touch };
+            plan.instructions.run_apart::<G::Pack, _>(sweep);
+        }
+    }
+
+    fn dissipates(plan: &Plan<G>) -> bool {
+        plan.contacts.pairs.iter().any(|pair| pair.law.dissipation > 0.0 || pair.law.friction != [0.0; 3])
+    }
+
+    fn may_dissipate(plan: &Plan<G>, work: &Workspace<G>) -> bool {
+        <Self as Effect<G>>::dissipates(plan) && may_touch(&work.contact)
+    }
+
+    fn add_energy(_: &Plan<G>, work: &Workspace<G>, energy: &mut Energy) {
+        energy.elastic += super::query::overlap_energy(work);
+    }
+
+    fn dissipated_power(_: &Plan<G>, work: &Workspace<G>) -> f64 {
+        work.contact.touches.iter().map(|touch| touch.pressing.dissipated_power()).sum()
+    }
+}
+
+/// Whether surfaces may touch in the shape that was looked at last.
+pub(crate) fn may_touch<P>(contact: &ContactState<P>) -> bool {
+    contact.is_rigid_near || contact.is_near.contains(&true)
+}
+
+/// Adds the derivative of the forces of a touch. Cost: 6 products for each entry and side that its row moves.
+struct Stiffen<'a, G: Turning> {
+    plan: &'a Plan<G>,
+    work: &'a Workspace<G>,
+    memory: &'a mut ContactTangent<G>,
+    weights: Weights,
+    matrix: &'a mut Matrix,
+    touch: usize,
+}
+
+/// How a place at the centre of a side moves for a unit rate of a coordinate, and how its motion changes with it, from the
+/// twist Psi there and `int ad_V S` (see `line::changes`).
+#[inline(always)]
+fn changes<G: Turning>(
+    plan: &Plan<G>,
+    centre: Vector<f64>,
+    velocity: Twist<G, f64>,
+    [psi, psi_rate]: [Twist<G, f64>; 2],
+) -> [Motion; 2] {
+    let at = |twist: Twist<G, f64>| {
+        let angular = G::axial_in_space(plan.frame, twist.angular);
+        [angular, G::in_space(plan.frame, twist.linear) + angular.cross(centre)]
+    };
+    let moved = at(psi);
+    let mut change = at(psi.bracket(velocity) + psi_rate);
+    change[1] += G::axial_in_space(plan.frame, velocity.angular).cross(moved[1]);
+    [moved, change]
+}
+
+impl<G: Turning> Sweep for Stiffen<'_, G> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        let Self { plan, work, memory, weights, matrix, touch: t } = self;
+        let touch = &work.contact.touches[t];
+        let pair = &plan.contacts.pairs[touch.pair];
+        let ContactTangent { is_known, firsts, at_nodes, moved, faster, answers, followed } = memory;
+        for component in moved.iter_mut().chain(&mut *faster) {
+            for rows in &pair.reaches {
+                component[rows.clone()].fill(0.0);
+            }
+        }
+        for (s, standing) in touch.sides.iter().enumerate() {
+            let centre = touch.centres[s];
+            let (velocity, moved_by, reach) = match *standing {
+                Standing::Still => continue,
+                Standing::On(fixture) => {
+                    let fixture = &plan.contacts.fixtures[fixture];
+                    let Some(point) = fixture.point else { continue };
+                    (work.points[point].velocity, fixture.moved_by.as_slice(), None)
+                }
+                Standing::Along { curve, .. } => {
+                    let curve = &plan.contacts.curves[curve];
+                    let piece = &plan.pieces[curve.piece];
+                    let reach = &work.contact.reach(plan.contacts.packs, t, s)[..piece.packs];
+                    let mut velocity = Twist::zero();
+                    for (&weight, &rate) in reach.iter().zip(&work.rate[piece.node_packs()]) {
+                        velocity += rate * weight;
+                    }
+                    let velocity = work.stations[piece.joined.begin].velocity + velocity.sum();
+                    (velocity, curve.moved_by.as_slice(), Some((curve.piece, reach)))
+                }
+            };
+            for (p, weights) in moved_by {
+                let piece = &plan.pieces[*p];
+                let at_nodes = &mut at_nodes[firsts[*p]..firsts[*p + 1]];
+                if !std::mem::replace(&mut is_known[*p], true) {
+                    columns::write_at_nodes(piece, work, at_nodes);
+                }
+                let weights = reach.filter(|(own, _)| own == p).map_or(&weights[..], |(_, reach)| reach);
+                let at = |c: usize, pack: usize| at_nodes[c * piece.packs + pack];
+                columns::visit_piece(work, piece, weights, at, &mut |k, column| {
+                    let [displacement, change] = changes(plan, centre, velocity, column);
+                    for (motions, motion) in [(&mut *moved, displacement), (&mut *faster, change)] {
+                        for (component, x) in motions[6 * s..][..6].iter_mut().zip(six(motion)) {
+                            component[k] = x;
+                        }
+                    }
+                });
+            }
+        }
+        for rows in &pair.reaches {
+            // The last pack may hold coordinates behind the range: their answers are not used, or found later.
+            for first in rows.clone().step_by(LANES) {
+                let motions = [motions::<G::Pack>(moved, first), motions(faster, first)];
+                let answered = answer(touch, followed.now[t].linearised, weights, motions);
+                for (s, &motion) in answered.iter().enumerate() {
+                    for (component, x) in answers[6 * s..][..6].iter_mut().zip(six(motion)) {
+                        for lane in 0..LANES {
+                            component[first + lane] = x.lane(lane);
+                        }
+                    }
+                }
+            }
+        }
+        let n = plan.n;
+        for rows in &pair.reaches {
+            for (s, components) in moved.as_chunks::<6>().0.iter().enumerate() {
+                let components = components.each_ref().map(|component| &component[rows.clone()]);
+                // Coordinates that move the other side alone feel nothing of this one, and the world does not answer.
+                if components.iter().all(|component| component.iter().all(|x| *x == 0.0)) {
+                    continue;
+                }
+                let answers = &answers.as_chunks::<6>().0[s];
+                for k in pair.reaches.iter().cloned().flatten() {
+                    let entries = &mut matrix.as_mut_slice()[k * n..][rows.clone()];
+                    add_products::<G::Pack>(entries, components, answers.each_ref().map(|answer| answer[k]));
+                }
+            }
+        }
+    }
+}
+
+/// The motions of both sides for a pack of coordinates.
+#[inline(always)]
+fn motions<P: Lanes>(components: &[Vec<f64>; 12], first: usize) -> [Motion<P>; 2] {
+    let [of_first, of_second] = components.as_chunks::<6>().0 else { unreachable!("twelve are twice six") };
+    [motion(of_first, first), motion(of_second, first)]
+}
+
+/// Of one side.
+#[inline(always)]
+fn motion<P: Lanes>([a, b, c, d, e, f]: &[Vec<f64>; 6], first: usize) -> Motion<P> {
+    [
+        Vector::new(pack(a, first), pack(b, first), pack(c, first)),
+        Vector::new(pack(d, first), pack(e, first), pack(f, first)),
+    ]
+}
+
+#[inline(always)]
+fn pack<P: Lanes>(numbers: &[f64], first: usize) -> P {
+    P::from_lanes(numbers[first..].as_chunks().0[0])
+}
+
+/// The wrenches that both sides answer, about their centres, for displacements and changes of their motion.
+#[inline(always)]
+fn answer<T: Scalar>(
+    touch: &Touch,
+    rubbing: Vector<f64>,
+    weights: Weights,
+    [moved, faster]: [[Motion<T>; 2]; 2],
+) -> [Motion<T>; 2] {
+    let [q, v] = [T::splat(weights.q), T::splat(weights.v)];
+    // Written out: `array::map` and `from_fn` are not always inlined, and took a fifth of the time of a pile.
+    let [first, second] = [scaled(moved[0], q), scaled(moved[1], q)];
+    let rates = [rate(moved[0], faster[0], [q, v]), rate(moved[1], faster[1], [q, v])];
+    let change = touch.meeting.change(&touch.pressing, rubbing, [first, second], rates);
+    let wrenches = touch.meeting.wrenches(&touch.pressing);
+    [answered(change[0], wrenches[0], first[0]), answered(change[1], wrenches[1], second[0])]
+}
+
+#[inline(always)]
+fn scaled<T: Scalar>([turn, shift]: Motion<T>, q: T) -> Motion<T> {
+    [turn * q, shift * q]
+}
+
+#[inline(always)]
+fn rate<T: Scalar>([turn, shift]: Motion<T>, [spin, velocity]: Motion<T>, [q, v]: [T; 2]) -> Motion<T> {
+    [turn * v + spin * q, shift * v + velocity * q]
+}
+
+/// What a side answers, from the change of its wrench and its rotation.
+#[inline(always)]
+fn answered<T: Scalar>([moment, force]: Motion<T>, wrench: Motion, turn: Vector<T>) -> Motion<T> {
+    [-Vector::all(wrench[0]).cross_add(turn, moment), -Vector::all(wrench[1]).cross_add(turn, force)]
+}
+
+/// The components of a motion or a wrench.
+#[inline(always)]
+fn six<T: Scalar>([angular, linear]: Motion<T>) -> [T; 6] {
+    [angular.x, angular.y, angular.z, linear.x, linear.y, linear.z]
+}
+
+/// Adds to each entry the sum of the factors times what belongs to it: those of the turn, then those of the shift.
+#[inline(always)]
+fn add_products<P: Lanes>(entries: &mut [f64], of: [&[f64]; 6], factors: [f64; 6]) {
+    let (packs, rest) = entries.as_chunks_mut::<LANES>();
+    for (i, pack) in packs.iter_mut().enumerate() {
+        let mut sum = P::from_lanes(*pack);
+        for (of, factor) in of.iter().zip(factors) {
+            sum = P::from_lanes(of.as_chunks().0[i]).mul_add(P::splat(factor), sum);
+        }
+        for (lane, entry) in pack.iter_mut().enumerate() {
+            *entry = sum.lane(lane);
+        }
+    }
+    let first = packs.len() * LANES;
+    for (i, entry) in rest.iter_mut().enumerate() {
+        for (of, factor) in of.iter().zip(factors) {
+            *entry += of[first + i] * factor;
+        }
+    }
+}

@@ -1,0 +1,267 @@
+//! Intervals of a curve in which a gap is negative, and points at which it is not smooth.
+
+use crate::robot::effects::contact::plan::{MOST_CHANGES, MOST_INTERVALS};
+
+/// Steps of regula falsi, and places between two samples at which an overlap is looked for.
+const MOST_STEPS: usize = 60;
+
+/// Places between two others are that part of the way from these, at least.
+const BESIDE_ENDS: f64 = 0.02;
+
+/// Where one end sees nothing, pieces of less than that part of the way between two samples are not divided.
+const HIDDEN: f64 = 1e-3;
+
+/// A place where another part of a solid becomes the nearest one is known to that part of what is divided there.
+const NARROW: f64 = 1e-10;
+
+/// Places closer than that part of the way between two samples are one.
+pub(super) const SAME_PLACE: f64 = 1e-13;
+
+/// Parts of a curve in which a gap is negative, in ascending order.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Intervals {
+    own: [[f64; 2]; MOST_INTERVALS],
+    number: usize,
+}
+
+impl Intervals {
+    fn push(&mut self, interval: [f64; 2]) {
+        self.own[self.number] = interval;
+        self.number += 1;
+    }
+
+    /// Takes out the last one if there is no room for more, and returns where it began.
+    fn reopen(&mut self) -> Option<f64> {
+        if self.number < MOST_INTERVALS {
+            return None;
+        }
+        self.number -= 1;
+        Some(self.own[self.number][0])
+    }
+
+    pub(super) fn as_slice(&self) -> &[[f64; 2]] {
+        &self.own[..self.number]
+    }
+}
+
+/// Where between two places something changes, in ascending order; what comes back between two of a few samples is not seen.
+pub(super) fn changes(
+    feature: impl Fn(f64) -> [usize; 3],
+    [from, to]: [f64; 2],
+) -> [Option<f64>; MOST_CHANGES] {
+    const SAMPLES: usize = 4;
+    let mut found = [None; MOST_CHANGES];
+    let mut number = 0;
+    let (mut begin, mut at_begin) = (from, feature(from));
+    for sample in 1..=SAMPLES {
+        let end = if sample == SAMPLES { to } else { from + (to - from) * sample as f64 / SAMPLES as f64 };
+        let at_end = feature(end);
+        while at_begin != at_end && number < MOST_CHANGES {
+            let (mut before, mut after, mut at_after) = (begin, end, at_end);
+            while after - before > NARROW * (to - from) {
+                let middle = 0.5 * (before + after);
+                let at = feature(middle);
+                if at == at_begin {
+                    before = middle;
+                } else {
+                    (after, at_after) = (middle, at);
+                }
+            }
+            found[number] = Some(after);
+            number += 1;
+            (begin, at_begin) = (after, at_after);
+        }
+        (begin, at_begin) = (end, at_end);
+    }
+    found
+}
+
+/// A gap between 0 and 1 that bends down by no more than `bend`: with `bend x^2 / 2` added to it, it is convex.
+///
+/// The distance of a point from a convex solid is convex, and along a curve it bends down by no more than the second derivative
+/// of the curve; beside a smooth surface that is not convex, by its curvature more. Between two places such a gap lies above the
+/// two parabolas that its values and slopes there begin (cutting planes: Kelley 1960), and below the one through both values:
+/// overlaps are excluded by a bound.
+pub(super) struct Gap<F> {
+    /// Value and slope at a place.
+    pub(super) at: F,
+    pub(super) bend: f64,
+    /// Overlaps of no more than that are none.
+    pub(super) negligible: f64,
+}
+
+/// A place with its gap and the slope of the gap.
+#[derive(Clone, Copy)]
+struct Place {
+    x: f64,
+    value: f64,
+    slope: f64,
+    is_touched: bool,
+}
+
+impl Place {
+    fn new(x: f64, (value, slope): (f64, f64)) -> Self {
+        Self { x, value, slope, is_touched: value < 0.0 }
+    }
+}
+
+/// Where a gap is negative, so far.
+struct Search {
+    found: Intervals,
+    /// Where the interval begins that has not ended yet.
+    begin: Option<f64>,
+    /// How many more places may be looked at.
+    left: usize,
+}
+
+impl<F: Fn(f64) -> (f64, f64)> Gap<F> {
+    /// Where it is negative, by its values and slopes at 0 and 1. `hints` are places in ascending order where it may be low although
+    /// nothing at the ends says so, because it is the smallest of several gaps.
+    pub(super) fn touched(&self, ends: [(f64, f64); 2], hints: &[f64]) -> Intervals {
+        let [start, end] = [Place::new(0.0, ends[0]), Place::new(1.0, ends[1])];
+        let begin = start.is_touched.then_some(0.0);
+        let mut search = Search { found: Intervals::default(), begin, left: MOST_STEPS };
+        let mut before = start;
+        for &x in hints {
+            let here = Place::new(x, (self.at)(x));
+            self.divide(before, here, &mut search);
+            before = here;
+        }
+        self.divide(before, end, &mut search);
+        if let Some(begin) = search.begin {
+            search.found.push([begin, 1.0]);
+        }
+        search.found
+    }
+
+    /// Finds where the sign changes between two places.
+    fn divide(&self, a: Place, b: Place, search: &mut Search) {
+        if b.x - a.x <= SAME_PLACE {
+            return if a.is_touched != b.is_touched {
+                search.change(b.x);
+            };
+        }
+        if a.is_touched == b.is_touched {
+            if search.left == 0 {
+                return;
+            }
+            let between = if a.is_touched { self.opens_at(a, b) } else { self.closes_at(a, b) };
+            if let Some(x) = between {
+                search.left -= 1;
+                let here = Place::new(x, (self.at)(x));
+                self.divide(a, here, search);
+                self.divide(here, b, search);
+            }
+            return;
+        }
+        let zero = self.zero(a, b);
+        let side = |is_touched| Place { is_touched, ..zero };
+        self.divide(a, side(a.is_touched), search);
+        search.change(zero.x);
+        self.divide(side(b.is_touched), b, search);
+    }
+
+    /// Where to look for an overlap between two places without one: where both bounds from below are equally low, if that is below
+    /// zero.
+    fn closes_at(&self, a: Place, b: Place) -> Option<f64> {
+        let (h, bend) = (b.x - a.x, self.bend);
+        if !(a.value.is_finite() && b.value.is_finite()) {
+            // One end sees nothing: the bound of the other one reaches there.
+            let towards = if a.value.is_finite() { a.slope } else { -b.slope };
+            let lowest = a.value.min(b.value) + (towards - 0.5 * bend * h) * h;
+            return (lowest < -self.negligible && h > HIDDEN).then_some(a.x + 0.5 * h);
+        }
+        let growth = b.slope - a.slope + bend * h;
+        if growth <= 0.0 {
+            return None;
+        }
+        let t = ((a.value - b.value + (b.slope + 0.5 * bend * h) * h) / growth).clamp(0.0, h);
+        let lowest = a.value + (a.slope - 0.5 * bend * t) * t;
+        (lowest < -self.negligible).then_some(a.x + inside(t, h))
+    }
+
+    /// Where to look for a gap between two places that overlap: where the bound from above is highest, if that is above zero.
+    fn opens_at(&self, a: Place, b: Place) -> Option<f64> {
+        let (h, bend) = (b.x - a.x, self.bend);
+        if bend <= 0.0 {
+            return None;
+        }
+        let rise = (b.value - a.value) / h;
+        let t = (0.5 * h + rise / bend).clamp(0.0, h);
+        let highest = a.value + rise * t + 0.5 * bend * t * (h - t);
+        (highest > self.negligible).then_some(a.x + inside(t, h))
+    }
+
+    /// Where it is zero between two places of different signs.
+    fn zero(&self, a: Place, b: Place) -> Place {
+        let slope = std::cell::Cell::new(0.0);
+        let value = |x: f64| {
+            let (value, at) = (self.at)(x);
+            slope.set(at);
+            value
+        };
+        let x = zero(value, [a.x, b.x], [a.value, b.value]);
+        Place { x, value: 0.0, slope: slope.get(), is_touched: false }
+    }
+}
+
+impl Search {
+    /// The sign changes at a place. Intervals that are too many are joined to the last one: gaps in it do not press.
+    fn change(&mut self, x: f64) {
+        match self.begin.take() {
+            Some(begin) => self.found.push([begin, x]),
+            None => self.begin = Some(self.found.reopen().unwrap_or(x)),
+        }
+    }
+}
+
+/// A place between 0 and h, but not at these.
+fn inside(t: f64, h: f64) -> f64 {
+    t.clamp(BESIDE_ENDS * h, (1.0 - BESIDE_ENDS) * h)
+}
+
+/// A zero between two places with values of different signs: regula falsi, Illinois variant (Dowell and Jarratt 1971).
+fn zero(f: impl Fn(f64) -> f64, [mut a, mut b]: [f64; 2], [mut at_a, mut at_b]: [f64; 2]) -> f64 {
+    let mut side = 0;
+    for _ in 0..MOST_STEPS {
+        if !(at_a.is_finite() && at_b.is_finite()) {
+            // What is not seen from one end: halve.
+            let middle = 0.5 * (a + b);
+            let at = f(middle);
+            if (at < 0.0) == (at_a < 0.0) {
+                (a, at_a) = (middle, at);
+            } else {
+                (b, at_b) = (middle, at);
+            }
+            if (b - a).abs() <= SAME_PLACE {
+                break;
+            }
+            continue;
+        }
+        let x = (a * at_b - b * at_a) / (at_b - at_a);
+        let at = f(x);
+        if at == 0.0 || (b - a).abs() <= SAME_PLACE {
+            return x;
+        }
+        if (at < 0.0) == (at_a < 0.0) {
+            if (x - a).abs() <= SAME_PLACE {
+                return x;
+            }
+            (a, at_a) = (x, at);
+            if side == -1 {
+                at_b *= 0.5;
+            }
+            side = -1;
+        } else {
+            if (x - b).abs() <= SAME_PLACE {
+                return x;
+            }
+            (b, at_b) = (x, at);
+            if side == 1 {
+                at_a *= 0.5;
+            }
+            side = 1;
+        }
+    }
+    if at_a.abs() < at_b.abs() { a } else { b }
+}

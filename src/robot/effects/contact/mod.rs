@@ -1,0 +1,233 @@
+//! Contacts as robots hold them: surfaces of links by their indices, obstacles, and the forces between them.
+//! [`described`] is what users describe, and checks all that needs no robot.
+//!
+//! ```
+//! use lissom::contact::{Contact, Obstacle, Surface};
+//!
+//! let floor = Surface::Obstacle(Obstacle::HalfSpace { point: [0.0; 3], normal: [0.0, 0.0, 1.0] });
+//! let contact = Contact { friction: [0.4; 3], ..Contact::between("floor", [Surface::Rod { link: 0 }, floor]) };
+//! assert!(contact.validate(&|_| Some(1.0)).is_ok());
+//! ```
+
+pub(crate) mod broad_phase;
+pub(crate) mod compile;
+pub(crate) mod curve;
+pub mod described;
+pub(crate) mod explain;
+pub(crate) mod follow;
+pub(crate) mod force;
+pub(crate) mod intervals;
+mod mesh;
+pub(crate) mod narrow_phase;
+pub(crate) mod plan;
+pub(crate) mod query;
+pub(crate) mod shapes;
+pub(crate) mod state;
+pub(crate) mod tunnelling;
+
+use crate::description::rod::arc_length::check_place;
+use crate::description::schema::{Item as _, LinkName};
+use crate::error::{Checker, InvalidInput, Number};
+
+/// A shape for contacts, fixed in the world or to a link, in the axes of the world or of the link.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Obstacle {
+    /// The half-space behind a plane.
+    HalfSpace {
+        /// A point of the plane, metres.
+        point: [f64; 3],
+        /// Outward normal; normalised on use.
+        normal: [f64; 3],
+    },
+    /// A ball.
+    Sphere {
+        /// Metres.
+        centre: [f64; 3],
+        /// Metres.
+        radius: f64,
+    },
+    /// All points within `radius` of a straight segment.
+    Capsule {
+        /// Ends of the segment, metres.
+        ends: [[f64; 3]; 2],
+        /// Metres.
+        radius: f64,
+    },
+    /// A box with sharp edges.
+    Cuboid {
+        /// Centre, metres.
+        centre: [f64; 3],
+        /// Half the edge lengths along the axes of the box, metres.
+        half_extents: [f64; 3],
+        /// Orientation of these axes: unit quaternion (w, x, y, z).
+        orientation: [f64; 4],
+    },
+    /// The region below a smooth surface over a rectangle: a natural cubic spline through heights in both
+    /// directions, extended linearly beyond the rectangle.
+    HeightField {
+        /// Heights along the field's z axis, metres, in row-major order: neighbours along y are adjacent.
+        heights: Vec<f64>,
+        /// Number of heights along the x axis and along the y axis.
+        shape: [usize; 2],
+        /// Distance between neighbours along the x axis and along the y axis, metres.
+        spacing: [f64; 2],
+        /// Position of the first height's base point, metres.
+        corner: [f64; 3],
+        /// Orientation of the field's axes: unit quaternion (w, x, y, z).
+        orientation: [f64; 4],
+    },
+    /// All points within `radius` of a convex polyhedron.
+    ConvexMesh {
+        /// Corners of the polyhedron, metres.
+        points: Vec<[f64; 3]>,
+        /// Triangles as indices of corners, in any order; together they enclose the polyhedron.
+        faces: Vec<[usize; 3]>,
+        /// Radius of the rounded edges, metres; zero means sharp edges.
+        radius: f64,
+    },
+}
+
+impl Obstacle {
+    /// Whether the shape has corners; the ends of a capsule count as corners.
+    pub(crate) fn has_corners(&self) -> bool {
+        matches!(self, Self::Capsule { .. } | Self::Cuboid { .. } | Self::ConvexMesh { .. })
+    }
+}
+
+/// One of the two surfaces of a contact.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Surface {
+    /// Surface of a link's rod. Sections are ellipses with the half extents of the section; against another
+    /// rod they are circles with the larger half extent.
+    Rod {
+        /// Index of the link in the robot.
+        link: usize,
+    },
+    /// A ball fixed to a link.
+    Ball {
+        /// Index of the link in the robot.
+        link: usize,
+        /// Arc length from the base of the link's rod, in metres; `None` is the tip, or the base of a rigid
+        /// link.
+        at: Option<f64>,
+        /// Centre of the ball relative to the section or body, in its axes, metres.
+        position: [f64; 3],
+        /// Metres.
+        radius: f64,
+    },
+    /// A shape fixed to a link.
+    Solid {
+        /// Index of the link in the robot.
+        link: usize,
+        /// Arc length from the base of the link's rod, in metres; `None` is the tip, or the base of a rigid link.
+        at: Option<f64>,
+        /// The shape, in the axes of that section or body.
+        shape: Obstacle,
+    },
+    /// A shape fixed in the world.
+    Obstacle(Obstacle),
+}
+
+impl Surface {
+    /// Index of the link that carries the surface; `None` for an obstacle.
+    pub fn link(&self) -> Option<usize> {
+        match self {
+            Self::Rod { link } | Self::Ball { link, .. } | Self::Solid { link, .. } => Some(*link),
+            Self::Obstacle(_) => None,
+        }
+    }
+
+    /// Shape of the surface; `None` for rods and balls.
+    pub(crate) fn shape(&self) -> Option<&Obstacle> {
+        match self {
+            Self::Rod { .. } | Self::Ball { .. } => None,
+            Self::Solid { shape, .. } | Self::Obstacle(shape) => Some(shape),
+        }
+    }
+
+    /// Whether the link has the place of the surface.
+    fn check(&self, check: &mut Checker, place: &str, length: &dyn Fn(usize) -> Option<f64>) {
+        let Some(link) = self.link() else { return };
+        let Some(length) = length(link) else {
+            check.require(false, &format!("{place}.link"), link, "a link of the robot");
+            return;
+        };
+        if let Self::Ball { at: Some(x), .. } | Self::Solid { at: Some(x), .. } = self {
+            let place_at = format!("{place}.at");
+            if length > 0.0 {
+                check_place(check, *x, &place_at, length);
+            } else {
+                check.require(false, &place_at, Number(*x), "none: the link has no rod");
+            }
+        }
+        let expected = "a link with a rod, or a Ball on it (or another shape)";
+        let has_rod = length > 0.0 || !matches!(self, Self::Rod { .. });
+        check.require(has_rod, place, "a link without a rod", expected);
+    }
+}
+
+/// A pair of surfaces with a contact force where they overlap.
+///
+/// Along a rod the normal force per metre is `f = k d max(0, 1 + c d')` at the overlap d; a ball has one such
+/// force at its point of contact (Hunt and Crossley 1975). Boxes, meshes and capsules have one such force at
+/// each corner or end in contact with a half-space; between two of these bodies the closest points of edges
+/// carry forces too. Friction is `-mu f v / sqrt(|v|^2 + v_s^2)` with the sliding velocity v.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Contact {
+    /// Its name in messages and results.
+    pub name: String,
+    /// The surfaces; the first one is not an obstacle.
+    pub surfaces: [Surface; 2],
+    /// k, in N/m^2 along rods, in N/m for balls and for each corner and edge of bodies; `None` takes the
+    /// stiffness of the rod's material.
+    pub stiffness: Option<f64>,
+    /// c, in s/m.
+    pub dissipation: f64,
+    /// mu of the first surface for sliding forward along its rod, backward, and sideways; balls use one value
+    /// for all three.
+    pub friction: [f64; 3],
+    /// v_s, in m/s. Sticking surfaces creep at less than this velocity.
+    pub slip_velocity: f64,
+    /// r, in metres: friction resists spin with a moment of up to the sideways coefficient times the normal
+    /// force times r.
+    pub patch_radius: f64,
+}
+
+impl Contact {
+    /// Default dissipation in s/m: an impact at 0.1 m/s loses about 7 percent of its speed, as rubber does.
+    pub const DISSIPATION: f64 = 1.0;
+    /// Default slip velocity in m/s, far below the velocities of robots.
+    pub const SLIP_VELOCITY: f64 = 1e-4;
+
+    /// A contact with the stiffness of the material and without friction.
+    pub fn between(name: &str, surfaces: [Surface; 2]) -> Self {
+        Self {
+            name: name.to_owned(),
+            surfaces,
+            stiffness: None,
+            dissipation: Self::DISSIPATION,
+            friction: [0.0; 3],
+            slip_velocity: Self::SLIP_VELOCITY,
+            patch_radius: 0.0,
+        }
+    }
+
+    /// Whether forces are distributed along a rod.
+    pub fn is_spread(&self) -> bool {
+        self.surfaces.iter().any(|surface| matches!(surface, Surface::Rod { .. }))
+    }
+
+    /// Reports every problem of the contact on a robot whose links have these lengths (zero for rigid links,
+    /// `None` for indices without a link).
+    pub fn validate(&self, length: &dyn Fn(usize) -> Option<f64>) -> Result<(), InvalidInput> {
+        let mut check = Checker::new();
+        check.require(!self.name.is_empty(), "name", "''", "a name");
+        for (surface, place) in self.surfaces.iter().zip(["a", "b"]) {
+            surface.check(&mut check, place, length);
+        }
+        // Here only whether links are equal matters, not how they are called.
+        let described = self.described(&|link| LinkName(link.to_string()));
+        check.all(described.validate());
+        check.finish()
+    }
+}

@@ -1,0 +1,1044 @@
+//! Contact detection: where surfaces touch.
+//!
+//! A rod has contact forces along its whole overlap with another surface: `int k d ds`. Between two samples
+//! of its curve, the zeros of the gap bound the overlapping part, over which Gaussian quadrature is used.
+//! Forces thus follow the ends of a contact continuously along the rod, without an influence of the nodes.
+
+use std::ops::Range;
+
+use super::curve::{self, BESIDE, LONGER, Part, Shape, expand, part};
+use super::intervals::{Gap, SAME_PLACE, changes};
+use crate::numerics::lie::{LANES, Lanes, Rotation, Sweep, Symmetric, Twist, Vector, VectorSpace};
+use crate::robot::effects::contact::broad_phase;
+use crate::robot::effects::contact::plan::{Ball, Body, Curve, Fixed, NODES, Pair, Side, WEIGHTS};
+use crate::robot::effects::contact::shapes::distance;
+use crate::robot::effects::contact::shapes::distance::Distance;
+use crate::robot::effects::contact::shapes::edge;
+use crate::robot::effects::contact::shapes::ellipse;
+use crate::robot::effects::contact::shapes::ellipse::{Nearest as Rim, Rolling};
+use crate::robot::effects::contact::shapes::elliptic_tube;
+use crate::robot::effects::contact::shapes::elliptic_tube::Section;
+use crate::robot::effects::contact::shapes::obstacle::{Placed, Pose, Solid};
+use crate::robot::effects::contact::shapes::touch::{Law, Meeting};
+use crate::robot::effects::contact::state::{ContactState, Span, Standing, Term, Touch};
+use crate::robot::plan::Plan;
+use crate::robot::state::Workspace;
+use crate::robot::turning::Turning;
+
+/// Overlaps of less than that part of the radius of a rod need not be found: they press by as little.
+const NEGLIGIBLE: f64 = 1e-9;
+
+/// Places of a part that are looked at because parts of another rod are near, at most, and how far apart they are at least.
+const MOST_HINTS: usize = 8;
+const SAME_HINT: f64 = 0.02;
+
+/// Finds all touches of a state whose motion is up to date.
+pub(crate) fn find<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>) {
+    let mut state = std::mem::take(&mut work.contact);
+    plan.instructions.run_apart::<G::Pack, _>(Find { plan, work, state: &mut state });
+    work.contact = state;
+}
+
+/// Finds where the samples of curves, balls, bodies and solids are in a shape, and no touches.
+pub(crate) fn see<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>) {
+    let mut state = std::mem::take(&mut work.contact);
+    look(plan, work, &mut state);
+    work.contact = state;
+}
+
+/// The same, and which curves may touch anything there.
+pub(crate) fn see_near<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>) {
+    let mut state = std::mem::take(&mut work.contact);
+    look_around(plan, work, &mut state);
+    work.contact = state;
+}
+
+/// Where all surfaces are, and which curves may touch anything.
+#[inline(always)]
+fn look_around<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, state: &mut ContactState<G::Pack>) {
+    look(plan, work, state);
+    find_near(plan, work, state);
+    mark_near(plan, work, state);
+}
+
+struct Find<'a, G: Turning> {
+    plan: &'a Plan<G>,
+    work: &'a Workspace<G>,
+    state: &'a mut ContactState<G::Pack>,
+}
+
+impl<G: Turning> Sweep for Find<'_, G> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        let Self { plan, work, state } = self;
+        look_around(plan, work, state);
+        expand(plan, work, state);
+        let ContactState {
+            terms,
+            axes,
+            bends,
+            samples,
+            spans,
+            bounds,
+            chords,
+            is_near,
+            near,
+            near_of,
+            centres,
+            corners,
+            poses,
+            touches,
+            has_touched,
+            stiffest,
+            up_to,
+            weights,
+            polynomials,
+            ..
+        } = state;
+        touches.clear();
+        let near = Near { curves: near, of_pairs: near_of };
+        let scene = Scene {
+            plan,
+            work,
+            terms,
+            axes,
+            bends,
+            samples,
+            spans,
+            bounds,
+            chords,
+            is_near,
+            near,
+            centres,
+            corners,
+            poses,
+            stiffest,
+        };
+        let mut found = Found { touches, up_to, weights, polynomials };
+        for (p, pair) in plan.contacts.pairs.iter().enumerate() {
+            scene.meet(p, pair, &mut found);
+        }
+        *has_touched |= !found.touches.is_empty();
+    }
+}
+
+/// Where the samples of all curves are, bounds of these, centres of all balls, corners of all bodies, and axes of all solids.
+#[inline(always)]
+fn look<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, state: &mut ContactState<G::Pack>) {
+    state.is_seen.fill(false);
+    for (curve, bound) in plan.contacts.curves.iter().zip(&mut state.bounds) {
+        let piece = &plan.pieces[curve.piece];
+        let own = &mut state.samples[curve.first_sample..][..curve.samples.len()];
+        let last = own.len() - 1;
+        let mut fastest: f64 = 0.0;
+        for (nodes, node) in own[1..last].chunks_mut(LANES).zip(piece.node_packs()) {
+            let squares = work.slope[node].dot(work.slope[node]);
+            for (lane, [position, _]) in nodes.iter_mut().enumerate() {
+                *position = in_lane::<G>(plan.frame, &work.position[node], lane);
+                fastest = fastest.max(squares.lane(lane));
+            }
+        }
+        for (i, station) in [(0, piece.joined.begin), (last, piece.joined.end)] {
+            own[i][0] = G::in_space(plan.frame, work.stations[station].position);
+        }
+        let centre = own[own.len() / 2][0];
+        let (mut away, mut thickest) = (0.0_f64, 0.0_f64);
+        for ([position, _], sample) in own.iter().zip(&curve.samples) {
+            let way = *position - centre;
+            away = away.max(way.dot(way));
+            thickest = thickest.max(sample.radius);
+        }
+        let stretched = if piece.is_extensible { LONGER * fastest.sqrt() } else { 1.0 };
+        let around_samples = (centre, away.sqrt() + stretched * curve.largest_gap + thickest);
+        // A curve is as far from both of its ends together as it is long at most.
+        let around_ends = ((own[0][0] + own[last][0]) * 0.5, 0.5 * stretched * curve.length + thickest);
+        *bound = if around_ends.1 < around_samples.1 { around_ends } else { around_samples };
+    }
+    for (ball, centre) in plan.contacts.balls.iter().zip(&mut state.centres) {
+        let Some(fixture) = ball.on else {
+            *centre = ball.centre;
+            continue;
+        };
+        let Some(point) = plan.contacts.fixtures[fixture].point else {
+            *centre = pose_of(plan, work, None).place(ball.centre);
+            continue;
+        };
+        let point = &work.points[point];
+        let beside = G::rotate(&point.rotation, G::vector_of(plan.frame, ball.centre));
+        *centre = G::in_space(plan.frame, point.position + beside);
+    }
+    for body in &plan.contacts.bodies {
+        let pose = body
+            .on
+            .map_or_else(Pose::unmoved, |fixture| pose_of(plan, work, plan.contacts.fixtures[fixture].point));
+        let corners = &mut state.corners[body.first_corner..][..body.corners.len()];
+        for (corner, own) in corners.iter_mut().zip(&body.corners) {
+            *corner = pose.place(*own);
+        }
+    }
+    for (fixed, pose) in plan.contacts.solids.iter().zip(&mut state.poses) {
+        if let Some(fixture) = fixed.on {
+            *pose = pose_of(plan, work, plan.contacts.fixtures[fixture].point);
+        }
+    }
+}
+
+/// Where the axes of a point are; of none, those of the frame at rest, as a base that moves sees them.
+fn pose_of<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, point: Option<usize>) -> Pose {
+    if let Some(point) = point {
+        let point = &work.points[point];
+        return Pose {
+            rotation: G::rotation_in_space(plan.frame, &point.rotation),
+            position: G::in_space(plan.frame, point.position),
+        };
+    }
+    let (base, at_rest) = (&work.surroundings.base, &plan.world.base);
+    let seen = |axis| base.rotation.apply_transposed(at_rest.rotation.axis(axis));
+    let [position, _] = base.sees(Vector::zero(), at_rest);
+    Pose { rotation: Rotation { x: seen(0), y: seen(1), z: seen(2) }, position }
+}
+
+/// A solid where it is.
+pub(super) fn placed<'a, G: Turning>(plan: &'a Plan<G>, poses: &'a [Pose], solid: usize) -> Placed<'a> {
+    let Fixed { on, solid: own } = &plan.contacts.solids[solid];
+    Placed { solid: own, pose: on.map(|_| &poses[solid]) }
+}
+
+/// One of the vectors that a pack holds, in space.
+#[inline(always)]
+fn in_lane<G: Turning>(frame: G::Frame, vectors: &G::Vector<G::Pack>, lane: usize) -> Vector<f64> {
+    G::in_space(frame, G::map_vector(vectors, |pack: &G::Pack| pack.lane(lane)))
+}
+
+/// Finds the slopes of a curve at its samples, and what it and its parts lie in, unless that has been done in this state.
+pub(super) fn look_closely<G: Turning>(
+    plan: &Plan<G>,
+    slopes: &[G::Vector<G::Pack>],
+    state: &mut ContactState<G::Pack>,
+    c: usize,
+) {
+    if std::mem::replace(&mut state.is_seen[c], true) {
+        return;
+    }
+    let curve = &plan.contacts.curves[c];
+    let piece = &plan.pieces[curve.piece];
+    let own = &mut state.samples[curve.first_sample..][..curve.samples.len()];
+    let last = own.len() - 1;
+    for (nodes, node) in own[1..last].chunks_mut(LANES).zip(piece.node_packs()) {
+        for (lane, [_, slope]) in nodes.iter_mut().enumerate() {
+            *slope = in_lane::<G>(plan.frame, &slopes[node], lane) * curve.length;
+        }
+    }
+    own[0][1] = own[1][1];
+    own[last][1] = own[last - 1][1];
+    let ends = [own[0][0], own[last][0]];
+    let aside = own.iter().map(|[position, _]| distance::to_segment(*position, ends)).fold(0.0, f64::max);
+    let spans = &mut state.spans[curve.first_sample..][..last];
+    let mut widest: f64 = 0.0;
+    for ((span, seen), samples) in spans.iter_mut().zip(own.windows(2)).zip(curve.samples.windows(2)) {
+        let part = samples[1].x - samples[0].x;
+        let ends = [0, 1].map(|i| [seen[i][0], seen[i][1] * part]);
+        *span = curve::span(ends, samples[0].radius.max(samples[1].radius));
+        widest = widest.max(span.width());
+    }
+    state.chords[c] = Span::new(ends, aside + widest);
+}
+
+/// Finds the curves of rods that may touch each other.
+fn find_near<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, state: &mut ContactState<G::Pack>) {
+    let (mut near, mut near_of) = (std::mem::take(&mut state.near), std::mem::take(&mut state.near_of));
+    broad_phase::enclose(&plan.contacts, &state.bounds, &mut state.branches);
+    near.clear();
+    for (pair, of_pair) in plan.contacts.pairs.iter().zip(&mut near_of) {
+        let first = near.len();
+        if let [Side::Rod(rod), Side::Rod(other)] = &pair.sides {
+            let contacts = &plan.contacts;
+            broad_phase::gather(contacts, pair, [rod, other], &state.branches, &mut near);
+            let mut kept = first;
+            for i in first..near.len() {
+                let [c, o] = near[i];
+                look_closely(plan, &work.slope, state, c);
+                look_closely(plan, &work.slope, state, o);
+                let is_near = state.chords[c].meets(&state.chords[o])
+                    && (pair.neighbourhood == 0.0 || parts_are_near(plan, state, [c, o], pair.neighbourhood));
+                if is_near {
+                    near[kept] = [c, o];
+                    kept += 1;
+                }
+            }
+            near.truncate(kept);
+            if rod == other {
+                for i in first..kept {
+                    let [c, o] = near[i];
+                    if c != o {
+                        near.push([o, c]);
+                    }
+                }
+            }
+            near[first..].sort_unstable();
+        }
+        *of_pair = first..near.len();
+    }
+    (state.near, state.near_of) = (near, near_of);
+}
+
+/// Whether parts of two curves of a rod that are no neighbours come as near to each other as their radius. The chords of curves that
+/// follow each other always meet.
+fn parts_are_near<G: Turning>(
+    plan: &Plan<G>,
+    state: &ContactState<G::Pack>,
+    [c, o]: [usize; 2],
+    neighbourhood: f64,
+) -> bool {
+    let parts = |c: usize| {
+        let curve = &plan.contacts.curves[c];
+        let spans = &state.spans[curve.first_sample..][..curve.samples.len() - 1];
+        let radius = |index: usize| curve.samples[index].radius.max(curve.samples[index + 1].radius);
+        spans.iter().enumerate().map(move |(index, span)| (span, curve.arcs(index), radius(index)))
+    };
+    parts(c).any(|(span, [from, to], radius)| {
+        let around = span.widened(radius);
+        around.meets(&state.chords[o])
+            && parts(o).any(|(other, [begin, end], _)| {
+                !(begin < to + neighbourhood && end > from - neighbourhood) && around.meets(other)
+            })
+    })
+}
+
+/// Marks the curves that may touch anything.
+fn mark_near<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, state: &mut ContactState<G::Pack>) {
+    let ContactState { bounds, is_near, near, centres, poses, .. } = state;
+    is_near.fill(false);
+    for &[c, o] in &*near {
+        is_near[c] = true;
+        is_near[o] = true;
+    }
+    for pair in &plan.contacts.pairs {
+        let Side::Rod(curves) = &pair.sides[0] else { continue };
+        for c in curves.clone() {
+            let (centre, radius) = bounds[c];
+            match &pair.sides[1] {
+                Side::Solid(solid) => {
+                    is_near[c] |= placed(plan, poses, *solid).distance(centre).value <= radius;
+                }
+                Side::Ball(ball) => {
+                    let reach = radius + plan.contacts.balls[*ball].radius;
+                    is_near[c] |= distance::between(centre, centres[*ball]) <= reach;
+                }
+                Side::Rod(_) | Side::Body(_) => {}
+            }
+        }
+    }
+    state.is_rigid_near = plan.contacts.pairs.iter().any(|pair| is_rigid_near(plan, state, pair));
+    for c in 0..state.is_near.len() {
+        if state.is_near[c] {
+            look_closely(plan, &work.slope, state, c);
+        }
+    }
+}
+
+/// Whether a pair's ball or body is near the other side: by its own size, so that no increment of a step leads past.
+fn is_rigid_near<G: Turning>(plan: &Plan<G>, state: &ContactState<G::Pack>, pair: &Pair) -> bool {
+    let ContactState { bounds, centres, corners, poses, .. } = state;
+    let contacts = &plan.contacts;
+    let around_ball = |ball: usize| (centres[ball], 2.0 * contacts.balls[ball].radius);
+    let (centre, reach) = match &pair.sides[0] {
+        Side::Ball(ball) => around_ball(*ball),
+        Side::Body(body) => {
+            let Body { first_corner, radius, size, .. } = contacts.bodies[*body];
+            (corners[first_corner], 2.0 * (radius + size))
+        }
+        Side::Rod(_) | Side::Solid(_) => return false,
+    };
+    let is_in_reach =
+        |(other, radius): (Vector<f64>, f64)| distance::between(centre, other) <= reach + radius;
+    match &pair.sides[1] {
+        Side::Solid(solid) => placed(plan, poses, *solid).distance(centre).value <= reach,
+        Side::Ball(ball) => is_in_reach(around_ball(*ball)),
+        Side::Rod(curves) => bounds[curves.clone()].iter().copied().any(is_in_reach),
+        Side::Body(_) => true,
+    }
+}
+
+/// Curves of rods that may touch each other.
+#[derive(Clone, Copy)]
+struct Near<'a> {
+    curves: &'a [[usize; 2]],
+    of_pairs: &'a [Range<usize>],
+}
+
+impl<'a> Near<'a> {
+    /// Of a pair.
+    fn of_pair(&self, p: usize) -> &'a [[usize; 2]] {
+        &self.curves[self.of_pairs[p].clone()]
+    }
+}
+
+/// Those of the second rod that a curve may touch.
+fn others<'a>(near: &'a [[usize; 2]], curve: usize) -> impl Iterator<Item = usize> + use<'a> {
+    let first = near.partition_point(|&[c, _]| c < curve);
+    near[first..].iter().take_while(move |&&[c, _]| c == curve).map(|&[_, o]| o)
+}
+
+/// What is known of all that may touch.
+struct Scene<'a, G: Turning> {
+    plan: &'a Plan<G>,
+    work: &'a Workspace<G>,
+    terms: &'a [Term],
+    axes: &'a [[Vector<f64>; 2]],
+    bends: &'a [f64],
+    samples: &'a [[Vector<f64>; 2]],
+    spans: &'a [Span],
+    bounds: &'a [(Vector<f64>, f64)],
+    chords: &'a [Span],
+    is_near: &'a [bool],
+    near: Near<'a>,
+    centres: &'a [Vector<f64>],
+    corners: &'a [Vector<f64>],
+    poses: &'a [Pose],
+    /// Largest stiffness of every pair.
+    stiffest: &'a [f64],
+}
+
+/// Where touches go.
+struct Found<'a, P> {
+    touches: &'a mut Vec<Touch>,
+    up_to: &'a mut [P],
+    weights: &'a mut [f64],
+    polynomials: &'a mut [f64],
+}
+
+/// What a curve or a ball may meet.
+#[derive(Clone, Copy)]
+enum Other<'a> {
+    Solid {
+        solid: Placed<'a>,
+        on: Standing,
+        /// Of a ball.
+        centre: Option<Vector<f64>>,
+    },
+    /// The curves of a rod, but for those places that are neighbours of one of the same rod.
+    Rod { pair: &'a Pair, first: usize, end: usize, near: &'a [[usize; 2]] },
+}
+
+/// What is nearest to a point.
+#[derive(Clone, Copy)]
+struct Nearest {
+    distance: Distance,
+    on: Standing,
+    /// Its centre, where it is known.
+    centre: Option<Vector<f64>>,
+    /// From its centre to its surface.
+    radius: f64,
+    /// Whether it turns the normal with it, as sections do that are not round: its centre is then that of the first side.
+    is_carried: bool,
+}
+
+/// A first side that may touch: where it is, and how much of the stiffness there is.
+struct First {
+    on: Standing,
+    centre: Vector<f64>,
+    radius: f64,
+    thickness: f64,
+    rolling: Option<Rolling>,
+    weight: f64,
+    axis: Vector<f64>,
+}
+
+/// Of two semi-axes.
+fn smaller(semi_axes: [Vector<f64>; 2]) -> f64 {
+    semi_axes.map(|axis| axis.dot(axis)).into_iter().fold(f64::INFINITY, f64::min).sqrt()
+}
+
+impl<'a, G: Turning> Scene<'a, G> {
+    /// A part of a curve.
+    #[inline(always)]
+    fn part(&self, c: usize, index: usize) -> Part<'_> {
+        let curve = &self.plan.contacts.curves[c];
+        let seen = &self.samples[curve.first_sample..][..curve.samples.len()];
+        part(curve, index, Shape::new(curve, self.terms, self.axes), self.bends[c], seen)
+    }
+
+    /// What the parts of a curve lie in.
+    fn spans(&self, c: usize) -> &[Span] {
+        let curve = &self.plan.contacts.curves[c];
+        &self.spans[curve.first_sample..][..curve.samples.len() - 1]
+    }
+
+    /// Finds where the two of a pair touch.
+    fn meet(&self, p: usize, pair: &Pair, found: &mut Found<'_, G::Pack>) {
+        let round;
+        let other = match &pair.sides[1] {
+            Side::Solid(solid) => {
+                let on = Standing::of(self.plan.contacts.solids[*solid].on);
+                Other::Solid { solid: placed(self.plan, self.poses, *solid), on, centre: None }
+            }
+            Side::Ball(ball) => {
+                let Ball { on, radius, .. } = self.plan.contacts.balls[*ball];
+                let centre = self.centres[*ball];
+                round = Solid::Ball { centre, radius };
+                let solid = Placed { solid: &round, pose: None };
+                Other::Solid { solid, on: Standing::of(on), centre: Some(centre) }
+            }
+            Side::Rod(curves) => {
+                Other::Rod { pair, first: curves.start, end: curves.end, near: self.near.of_pair(p) }
+            }
+            Side::Body(_) => return,
+        };
+        match &pair.sides[0] {
+            Side::Ball(ball) => {
+                let Ball { on, radius, thickness, .. } = self.plan.contacts.balls[*ball];
+                let centre = self.centres[*ball];
+                if let Some(nearest) = self.nearest(&other, centre, None) {
+                    let first = First {
+                        on: Standing::of(on),
+                        centre,
+                        radius,
+                        thickness,
+                        rolling: None,
+                        weight: 1.0,
+                        axis: Vector::zero(),
+                    };
+                    self.press(p, &first, &nearest, found);
+                }
+            }
+            Side::Rod(curves) => {
+                for c in curves.clone().filter(|&c| self.may_meet(c, &other)) {
+                    let mut seen = None;
+                    for index in 0..self.spans(c).len() {
+                        if self.part_may_meet(c, index, &other) {
+                            self.meet_along(p, c, &self.part(c, index), &other, &mut seen, found);
+                        }
+                    }
+                }
+            }
+            Side::Body(body) => {
+                if let Other::Solid { solid, on, .. } = other {
+                    self.meet_body(p, &self.plan.contacts.bodies[*body], &solid, on, found);
+                }
+            }
+            Side::Solid(_) => {}
+        }
+    }
+
+    /// Adds the touches of the corners and edges of a body.
+    #[inline(never)]
+    fn meet_body(
+        &self,
+        p: usize,
+        body: &Body,
+        solid: &Placed<'_>,
+        on: Standing,
+        found: &mut Found<'_, G::Pack>,
+    ) {
+        let corners = &self.corners[body.first_corner..][..body.corners.len()];
+        let Body { radius, thickness, .. } = *body;
+        let mut press = |centre, distance, rolling| {
+            let standing = Standing::of(body.on);
+            let axis = Vector::zero();
+            let first = First { on: standing, centre, radius, thickness, rolling, weight: 1.0, axis };
+            let is_carried = matches!(on, Standing::On(_));
+            self.press(p, &first, &Nearest { distance, on, centre: None, radius: 0.0, is_carried }, found);
+        };
+        if solid.distance(corners[0]).value > radius + body.size {
+            return;
+        }
+        for &corner in corners {
+            press(corner, solid.distance(corner), None);
+        }
+        for &ends in &body.edges {
+            if let Some(edge::Nearest { place, distance, rolling }) =
+                edge::nearest(solid, ends.map(|end| corners[end]), radius)
+            {
+                press(place, distance, rolling);
+            }
+        }
+    }
+
+    /// Whether a curve can be near the other.
+    fn may_meet(&self, c: usize, other: &Other<'_>) -> bool {
+        let Other::Rod { near, .. } = *other else { return self.is_near[c] };
+        others(near, c).next().is_some()
+    }
+
+    /// Whether a part of a curve can be near the other.
+    fn part_may_meet(&self, c: usize, index: usize, other: &Other<'_>) -> bool {
+        let Other::Rod { pair, near, .. } = *other else { return true };
+        self.near_parts(c, index, pair, near).next().is_some()
+    }
+
+    /// What the parts of another rod lie in that can be near a part of a curve.
+    fn near_parts<'n>(
+        &'n self,
+        c: usize,
+        index: usize,
+        pair: &Pair,
+        near: &'n [[usize; 2]],
+    ) -> impl Iterator<Item = &'n Span> {
+        let (spans, chords, neighbourhood) = (self.spans, self.chords, pair.neighbourhood);
+        let curves = &self.plan.contacts.curves;
+        let span = &spans[curves[c].first_sample + index];
+        let [from, to] = curves[c].arcs(index);
+        others(near, c).filter(move |&o| span.meets(&chords[o])).flat_map(move |o| {
+            let curve = &curves[o];
+            let parts = spans[curve.first_sample..][..curve.samples.len() - 1].iter().enumerate();
+            parts.filter_map(move |(i, there)| {
+                let [begin, end] = curve.arcs(i);
+                let is_neighbour =
+                    neighbourhood > 0.0 && begin < to + neighbourhood && end > from - neighbourhood;
+                (!is_neighbour && span.meets(there)).then_some(there)
+            })
+        })
+    }
+
+    /// Adds the touches of a part of a curve. `seen` is what is nearest to the end of the part with that number.
+    fn meet_along(
+        &self,
+        p: usize,
+        c: usize,
+        part: &Part<'_>,
+        other: &Other<'_>,
+        seen: &mut Option<(usize, Option<Nearest>)>,
+        found: &mut Found<'_, G::Pack>,
+    ) {
+        if part.half_extents.is_some() {
+            self.meet_along_ellipses(p, c, part, other, found);
+            return;
+        }
+        let widening = part.radii[1] - part.radii[0];
+        let nearest =
+            |x: f64, place: Vector<f64>| self.nearest(other, place, Some(part.arc + part.length * x));
+        let gap_to = |x: f64, slope: Vector<f64>, nearest: Option<Nearest>| {
+            nearest.map_or(
+                (f64::INFINITY, 0.0),
+                |Nearest { distance: Distance { value, normal, .. }, .. }| {
+                    (value - part.radius(x), normal.dot(slope) - widening)
+                },
+            )
+        };
+        let [[start, start_slope], [end, end_slope]] = part.ends;
+        let at_start = match seen.take() {
+            Some((index, seen)) if index + 1 == part.index => seen,
+            _ => nearest(0.0, start),
+        };
+        let at_end = nearest(1.0, end);
+        *seen = Some((part.index, at_end));
+        let ends = [gap_to(0.0, start_slope, at_start), gap_to(1.0, end_slope, at_end)];
+        if ends[0].0 + ends[1].0 >= part.reach() {
+            return;
+        }
+        let gap = |x: f64| {
+            let [position, slope, _] = part.at(x);
+            gap_to(x, slope, nearest(x, position))
+        };
+        let negligible = NEGLIGIBLE * part.radii[0].max(part.radii[1]);
+        let gap = Gap { at: gap, bend: part.bend + self.bend_of(other, c, part), negligible };
+        let mut hints = [0.0; MOST_HINTS];
+        for &interval in gap.touched(ends, self.hints(c, part, other, &mut hints)).as_slice() {
+            self.meet_features(p, c, part, interval, other, found);
+        }
+    }
+
+    /// Adds the touches of a part of a curve whose sections are not round.
+    #[inline(never)]
+    fn meet_along_ellipses(
+        &self,
+        p: usize,
+        c: usize,
+        part: &Part<'_>,
+        other: &Other<'_>,
+        found: &mut Found<'_, G::Pack>,
+    ) {
+        let thickest = part.radii[0].max(part.radii[1]);
+        // Seen from the middle of the sections, as thick rods.
+        let [[start, _], [end, _]] = part.ends;
+        let [start, end] = [(0.0, start), (1.0, end)]
+            .map(|(x, place)| self.distance(other, part, x, place).value - thickest);
+        if start + end >= part.reach() {
+            return;
+        }
+        let value = |x: f64| {
+            let semi = part.semi_axes(x).unwrap_or_default();
+            self.rim(other, part, x, part.at(x)[0], semi).distance.value
+        };
+        // Sections turn along the rod: the slope is that of neighbours.
+        let gap = |x: f64| {
+            let [before, after] = [(x - BESIDE).max(0.0), (x + BESIDE).min(1.0)];
+            (value(x), (value(after) - value(before)) / (after - before))
+        };
+        let ends = [gap(0.0), gap(1.0)];
+        let gap = Gap {
+            at: gap,
+            bend: part.bend + part.turn() + self.bend_of(other, c, part),
+            negligible: NEGLIGIBLE * thickest,
+        };
+        let mut hints = [0.0; MOST_HINTS];
+        for &interval in gap.touched(ends, self.hints(c, part, other, &mut hints)).as_slice() {
+            self.meet_features(p, c, part, interval, other, found);
+        }
+    }
+
+    /// How much the gap between a part of a curve and the other bends down because the other is not convex, at distances of up
+    /// to half of its radius of curvature.
+    fn bend_of(&self, other: &Other<'_>, c: usize, part: &Part<'_>) -> f64 {
+        let curvature = match *other {
+            Other::Solid { solid, .. } => solid.solid.hollowness(),
+            Other::Rod { near, .. } => others(near, c)
+                .map(|o| self.bends[o] / self.plan.contacts.curves[o].length.powi(2))
+                .fold(0.0, f64::max),
+        };
+        let [[_, a], [_, b]] = part.ends;
+        2.0 * curvature * a.dot(a).max(b.dot(b))
+    }
+
+    /// Where a part of a curve may come near the other although the gaps at its ends do not tell: a rod is the union of its parts,
+    /// each of which is nearest to the chord of this one somewhere.
+    fn hints<'b>(
+        &self,
+        c: usize,
+        part: &Part<'_>,
+        other: &Other<'_>,
+        hints: &'b mut [f64; MOST_HINTS],
+    ) -> &'b [f64] {
+        let Other::Rod { pair, near, .. } = *other else { return &[] };
+        let span = &self.spans(c)[part.index];
+        let mut number = 0;
+        for there in self.near_parts(c, part.index, pair, near) {
+            let x = span.nearest_to(there);
+            let is_known = hints[..number].iter().any(|known| (known - x).abs() < SAME_HINT);
+            if x > SAME_HINT && x < 1.0 - SAME_HINT && !is_known && number < MOST_HINTS {
+                hints[number] = x;
+                number += 1;
+            }
+        }
+        hints[..number].sort_unstable_by(f64::total_cmp);
+        &hints[..number]
+    }
+
+    /// Adds the touches of what lies between two places of a part of a curve, divided where another part of a solid becomes the
+    /// nearest one: there the gap is not smooth.
+    fn meet_features(
+        &self,
+        p: usize,
+        c: usize,
+        part: &Part<'_>,
+        [from, to]: [f64; 2],
+        other: &Other<'_>,
+        found: &mut Found<'_, G::Pack>,
+    ) {
+        let Other::Solid { solid, .. } = other else {
+            return self.meet_between(p, c, part, [from, to], other, found);
+        };
+        if !solid.solid.has_features() {
+            return self.meet_between(p, c, part, [from, to], other, found);
+        }
+        let feature = |x: f64| {
+            let centre = part.at(x)[0];
+            let semi = part.semi_axes(x);
+            solid.feature(semi.map_or(centre, |semi| ellipse::nearest(solid, centre, semi).place))
+        };
+        let mut begin = from;
+        for place in changes(feature, [from, to]).into_iter().flatten() {
+            self.meet_between(p, c, part, [begin, place], other, found);
+            begin = place;
+        }
+        self.meet_between(p, c, part, [begin, to], other, found);
+    }
+
+    /// Adds the touches of what lies between two places of a part of a curve.
+    fn meet_between(
+        &self,
+        p: usize,
+        c: usize,
+        part: &Part<'_>,
+        [from, to]: [f64; 2],
+        other: &Other<'_>,
+        found: &mut Found<'_, G::Pack>,
+    ) {
+        let is_whole = from == 0.0 && to == 1.0;
+        for (i, (node, weight)) in NODES.into_iter().zip(WEIGHTS).enumerate() {
+            let x = from + (to - from) * node;
+            let at = part.from + part.part * x;
+            let on = Standing::Along { curve: c, x: at };
+            let weight = weight * (to - from) * part.length;
+            let axis = self.axis(p, c, part, x, found);
+            let known = is_whole.then(|| &self.plan.contacts.curves[c].whole[part.index][i][..]);
+            let centre = self.reach((c, at), known, found, 0);
+            let arc = part.arc + part.length * x;
+            if let Some(semi) = part.semi_axes(x) {
+                let Rim { place, distance, rolling } = self.rim(other, part, x, centre, semi);
+                let Some(nearest) = self.nearest(other, place, Some(arc)) else { continue };
+                let thickness = smaller(semi);
+                let rolling = Some(rolling);
+                let first = First { on, centre: place, radius: 0.0, thickness, rolling, weight, axis };
+                self.press(p, &first, &Nearest { distance, ..nearest }, found);
+                continue;
+            }
+            if let Some(nearest) = self.nearest(other, centre, Some(arc)) {
+                let radius = part.radius(x);
+                let first = First { on, centre, radius, thickness: radius, rolling: None, weight, axis };
+                self.press(p, &first, &nearest, found);
+            }
+        }
+    }
+
+    /// How far the other is from a point that belongs to a place of a part; infinitely far where there is nothing but neighbours.
+    fn distance(&self, other: &Other<'_>, part: &Part<'_>, x: f64, point: Vector<f64>) -> Distance {
+        let nowhere =
+            Distance { value: f64::INFINITY, normal: Vector::zero(), curvature: Symmetric::diagonal(0.0) };
+        self.nearest(other, point, Some(part.arc + part.length * x))
+            .map_or(nowhere, |nearest| nearest.distance)
+    }
+
+    /// The place of the edge of a section of a part, with this centre and these semi-axes, that is nearest to the other.
+    fn rim(
+        &self,
+        other: &Other<'_>,
+        part: &Part<'_>,
+        x: f64,
+        centre: Vector<f64>,
+        semi: [Vector<f64>; 2],
+    ) -> Rim {
+        match other {
+            Other::Solid { solid, .. } => ellipse::nearest(solid, centre, semi),
+            Other::Rod { .. } => {
+                ellipse::nearest_to(|place| self.distance(other, part, x, place), centre, semi)
+            }
+        }
+    }
+
+    /// The axis of the section at a place, where it matters how that lies.
+    fn axis(
+        &self,
+        p: usize,
+        c: usize,
+        part: &Part<'_>,
+        x: f64,
+        found: &mut Found<'_, G::Pack>,
+    ) -> Vector<f64> {
+        if self.plan.contacts.pairs[p].law.is_even() {
+            return Vector::zero();
+        }
+        let curve = &self.plan.contacts.curves[c];
+        let piece = &self.plan.pieces[curve.piece];
+        let weights = &mut found.weights[..piece.packs * LANES];
+        curve.integral.write_weights_at(part.from + part.part * x, weights, found.polynomials);
+        let mut axis = G::Vector::<G::Pack>::zero();
+        for (lanes, rotation) in weights.chunks_exact(LANES).zip(&self.work.rotation[piece.node_packs()]) {
+            let weight = G::Pack::from_lanes(std::array::from_fn(|lane| lanes[lane]));
+            axis += G::rod_axis(self.plan.frame, rotation) * weight;
+        }
+        let axis = G::in_space(self.plan.frame, G::map_vector(&axis, |pack: &G::Pack| pack.sum()));
+        let length = axis.dot(axis).sqrt();
+        if length > 0.0 { axis * length.recip() } else { axis }
+    }
+
+    /// What of the other is nearest to a point, which is at that arc length of its rod.
+    fn nearest(&self, other: &Other<'_>, point: Vector<f64>, arc: Option<f64>) -> Option<Nearest> {
+        match other {
+            Other::Solid { solid, on, centre } => {
+                let distance = solid.distance(point);
+                let is_carried = matches!(on, Standing::On(_)) && centre.is_none();
+                Some(Nearest { distance, on: *on, centre: *centre, radius: solid.round(), is_carried })
+            }
+            Other::Rod { pair, first, end, .. } => {
+                let arc = if pair.neighbourhood > 0.0 { arc } else { None };
+                self.nearest_on_rod(*first..*end, point, arc.map(|arc| (arc, pair.neighbourhood)))
+            }
+        }
+    }
+
+    /// The nearest place of the curves of a rod, but for neighbours.
+    fn nearest_on_rod(
+        &self,
+        curves: Range<usize>,
+        point: Vector<f64>,
+        but: Option<(f64, f64)>,
+    ) -> Option<Nearest> {
+        let is_neighbour = |c: usize, index: usize| {
+            but.is_some_and(|(arc, near)| {
+                let [begin, end] = self.plan.contacts.curves[c].arcs(index);
+                begin < arc + near && end > arc - near
+            })
+        };
+        // The part that may come nearest is the first one, and leaves few others to be looked at.
+        let mut hope = (f64::INFINITY, curves.start, 0);
+        let is_nearer = |c: usize, than: f64| {
+            let (centre, radius) = self.bounds[c];
+            self.is_near[c] && distance::between(point, centre) - radius < than
+        };
+        for c in curves.clone() {
+            if !is_nearer(c, hope.0) {
+                continue;
+            }
+            for (index, span) in self.spans(c).iter().enumerate() {
+                let least = span.distance(point);
+                if least < hope.0 && !is_neighbour(c, index) {
+                    hope = (least, c, index);
+                }
+            }
+        }
+        if hope.0 == f64::INFINITY {
+            return None;
+        }
+        let look = |c: usize, index: usize| {
+            let part = self.part(c, index);
+            let x = part.nearest_to(point);
+            (distance::between(point, part.at(x)[0]) - part.radius(x), c, part, x)
+        };
+        let (_, c, index) = hope;
+        let mut best = look(c, index);
+        for o in curves.clone() {
+            if !is_nearer(o, best.0) {
+                continue;
+            }
+            for (i, span) in self.spans(o).iter().enumerate() {
+                if (o, i) != (c, index) && span.distance(point) < best.0 && !is_neighbour(o, i) {
+                    let other = look(o, i);
+                    if other.0 < best.0 {
+                        best = other;
+                    }
+                }
+            }
+        }
+        let (_, c, part, x) = best;
+        // What is nearest may be the end of what is looked at, beyond which there are neighbours.
+        let (arc, is_end) = (part.arc + part.length * x, x == 0.0 || x == 1.0);
+        let adjoins = |o: usize, i: usize| {
+            let beyond = self.plan.contacts.curves[o].arcs(i)[if x == 0.0 { 1 } else { 0 }];
+            (arc - beyond).abs() <= SAME_PLACE * part.length.max(arc) && is_neighbour(o, i)
+        };
+        if is_end && but.is_some() && curves.clone().any(|o| (0..self.spans(o).len()).any(|i| adjoins(o, i)))
+        {
+            return None;
+        }
+        let [position, slope, bend] = part.at(x);
+        let way = point - position;
+        let radius = part.radius(x);
+        let on = Standing::Along { curve: c, x: part.from + part.part * x };
+        // As seen from the point the surface bends about the axis, unless the place is an end.
+        let square = slope.dot(slope);
+        let is_inside = slope.dot(way).abs() <= 1e-6 * (square * way.dot(way)).sqrt();
+        let stretch = (1.0 - way.dot(bend) / square.max(f64::MIN_POSITIVE)).max(0.1);
+        let along = slope * square.max(f64::MIN_POSITIVE).sqrt().recip();
+        if let Some(semi_axes) = part.semi_axes(x) {
+            let section = Section { centre: position, along, semi_axes };
+            let course = is_inside.then(|| part.course(x));
+            let distance = elliptic_tube::distance(point, &section, course.as_ref());
+            return Some(Nearest {
+                distance,
+                on,
+                centre: None,
+                radius: smaller(semi_axes),
+                is_carried: true,
+            });
+        }
+        let distance = Distance::from_curve(way, radius, is_inside.then_some((along, stretch)));
+        Some(Nearest { distance, on, centre: None, radius, is_carried: false })
+    }
+
+    /// A place of a curve, in space and the frame of the plan; tells how the nodes reach it, which may be known, in the memory
+    /// of the next touch.
+    fn reach(
+        &self,
+        (curve, x): (usize, f64),
+        known: Option<&[G::Pack]>,
+        found: &mut Found<'_, G::Pack>,
+        side: usize,
+    ) -> Vector<f64> {
+        let curve: &Curve<G::Pack> = &self.plan.contacts.curves[curve];
+        let piece = &self.plan.pieces[curve.piece];
+        let stride = self.plan.contacts.packs;
+        let own = &mut found.up_to[(2 * found.touches.len() + side) * stride..][..piece.packs];
+        if let Some(known) = known {
+            own.copy_from_slice(known);
+        } else {
+            let weights = &mut found.weights[..piece.packs * LANES];
+            curve.integral.write_weights_up_to(x, weights, found.polynomials);
+            for (own, lanes) in own.iter_mut().zip(weights.chunks_exact(LANES)) {
+                *own = G::Pack::from_lanes(std::array::from_fn(|lane| lanes[lane] * curve.length));
+            }
+        }
+        let mut way = G::Vector::<G::Pack>::zero();
+        for (&own, &slope) in own.iter().zip(&self.work.slope[piece.node_packs()]) {
+            way += slope * own;
+        }
+        let begin = self.work.stations[piece.joined.begin].position;
+        let way = G::map_vector(&way, |pack: &G::Pack| pack.sum());
+        G::in_space(self.plan.frame, begin + way)
+    }
+
+    /// Angular velocity and velocity of a side, whose nodes are told of in the memory of the next touch.
+    fn motion(
+        &self,
+        on: Standing,
+        centre: Vector<f64>,
+        found: &Found<'_, G::Pack>,
+        side: usize,
+    ) -> [Vector<f64>; 2] {
+        let twist = match on {
+            Standing::Along { curve, .. } => {
+                let piece = &self.plan.pieces[self.plan.contacts.curves[curve].piece];
+                let stride = self.plan.contacts.packs;
+                let own = &found.up_to[(2 * found.touches.len() + side) * stride..][..piece.packs];
+                let mut change = Twist::zero();
+                for (&weight, &rate) in own.iter().zip(&self.work.rate[piece.node_packs()]) {
+                    change += rate * weight;
+                }
+                self.work.stations[piece.joined.begin].velocity + change.sum()
+            }
+            Standing::On(fixture) => match self.plan.contacts.fixtures[fixture].point {
+                Some(point) => self.work.points[point].velocity,
+                // What rests in the world goes the other way than the frame.
+                None => Twist { angular: VectorSpace::zero(), linear: -self.work.surroundings.velocity },
+            },
+            Standing::Still => return [Vector::zero(); 2],
+        };
+        let angular = G::axial_in_space(self.plan.frame, twist.angular);
+        [angular, G::in_space(self.plan.frame, twist.linear) + angular.cross(centre)]
+    }
+
+    /// Adds a touch, if there is one; the memory of the next touch knows how its first side is reached.
+    fn press(&self, p: usize, first: &First, nearest: &Nearest, found: &mut Found<'_, G::Pack>) {
+        let pair = &self.plan.contacts.pairs[p];
+        let &First { on, centre, radius, thickness, rolling, weight, axis } = first;
+        let overlap = radius - nearest.distance.value;
+        if overlap <= 0.0 || found.touches.len() == self.plan.contacts.capacity {
+            return;
+        }
+        let sides = [on, nearest.on];
+        let is_carried = nearest.is_carried;
+        let of_other = match (nearest.on, nearest.centre) {
+            (Standing::Along { curve, x }, _) => {
+                let middle = self.reach((curve, x), None, found, 1);
+                if is_carried { centre } else { middle }
+            }
+            (Standing::Still, _) => Vector::zero(),
+            (Standing::On(_), Some(of_other)) => of_other,
+            (Standing::On(_), None) => centre,
+        };
+        let centres = [centre, of_other];
+        let motions = [0, 1].map(|s| self.motion(sides[s], centres[s], found, s));
+        // What touches itself is met twice, from both sides.
+        let weight = if pair.neighbourhood > 0.0 { 0.5 * weight } else { weight };
+        let Distance { normal, curvature, .. } = nearest.distance;
+        let radii = [radius, nearest.radius];
+        let meeting = Meeting {
+            law: Law { stiffness: pair.law.stiffness.min(self.stiffest[p]), ..pair.law },
+            weight,
+            overlap,
+            normal,
+            curvature,
+            radii,
+            is_carried,
+            rolling,
+            thickness,
+            motions,
+            axis,
+        };
+        let pressing = meeting.pressing();
+        found.touches.push(Touch { pair: p, sides, centres, meeting, pressing });
+    }
+}

@@ -1,0 +1,202 @@
+//! Reports about contacts: places, forces, and whether steps resolve them.
+
+use std::f64::consts::PI;
+
+use crate::numerics::lie::{Cross, Twist, Vector};
+use crate::robot::effects::contact::narrow_phase;
+use crate::robot::effects::contact::plan::{Body, Side};
+use crate::robot::effects::contact::shapes::touch::Law;
+use crate::robot::effects::contact::state::{ContactState, Standing, Touch};
+use crate::robot::plan::Plan;
+use crate::robot::state::Workspace;
+use crate::robot::turning::Turning;
+
+/// Impacts of up to that many radians of `omega h`, squared, a step are resolved: they take three steps or more, and the first
+/// one takes no more than that part of the speed.
+const UNRESOLVED: f64 = 1.5;
+const MOST_LOST: f64 = 0.7;
+
+/// A contact whose surfaces overlap by more than the radius of one, and by how much.
+pub(crate) fn sunk<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -> Option<(usize, f64)> {
+    let is_sunk = |touch: &&Touch| {
+        let (first, [_, second]) = (touch.meeting.thickness, touch.meeting.radii);
+        let smallest = if second > 0.0 { first.min(second) } else { first };
+        touch.meeting.overlap > smallest
+    };
+    if let Some(touch) = work.contact.touches.iter().find(is_sunk) {
+        return Some((plan.contacts.pairs[touch.pair].contact, touch.meeting.overlap));
+    }
+    // Bodies that are in each other up to their middles need not touch with a corner or an edge.
+    plan.contacts.pairs.iter().find_map(|pair| {
+        let [Side::Body(body), Side::Solid(solid)] = pair.sides else { return None };
+        let Body { first_corner, corners, thickness, .. } = &plan.contacts.bodies[body];
+        let mut middle = Vector::zero();
+        for &corner in &work.contact.corners[*first_corner..][..corners.len()] {
+            middle += corner * (corners.len() as f64).recip();
+        }
+        let depth = -narrow_phase::placed(plan, &work.contact.poses, solid).distance(middle).value;
+        (depth > 0.0).then_some((pair.contact, thickness + depth))
+    })
+}
+
+/// Energy of the overlaps.
+pub(crate) fn overlap_energy<G: Turning>(work: &Workspace<G>) -> f64 {
+    work.contact.touches.iter().map(|touch| touch.meeting.energy(&touch.pressing)).sum()
+}
+
+/// Takes down how fast the surfaces that touch approach each other, the motion up to date.
+pub(crate) fn note_rates<G: Turning>(work: &mut Workspace<G>) {
+    let ContactState { touches, rates, .. } = &mut work.contact;
+    rates.clear();
+    rates.extend(touches.iter().map(|touch| touch.pressing.rate));
+}
+
+/// Whether surfaces meet, or push each other apart, so fast that a step of size `h` does not see it, the motion at its end up
+/// to date; noted are the rates of their distances with the velocities at its beginning.
+///
+/// Surfaces that have met within the step, which two rates tell, must not have lost much of their speed. All have a stiffness
+/// over the mass that their overlap d and the acceleration a with which it opens tell of, `omega^2 = a / d`; their
+/// impact takes `pi / omega`.
+pub(crate) fn is_jolted<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, h: f64) -> bool {
+    let touches = work.contact.touches.iter().zip(&work.contact.rates);
+    touches.enumerate().any(|(t, (touch, &before))| {
+        let (overlap, after) = (touch.meeting.overlap, touch.pressing.rate);
+        let has_met = overlap + 0.5 * h * (before + after) < 0.0;
+        if has_met && after - before > MOST_LOST * before.abs() {
+            return true;
+        }
+        let [first, second] = [0, 1].map(|side| acceleration(plan, work, t, side));
+        let opening = touch.meeting.normal.dot(first - second);
+        h * h * opening > UNRESOLVED * overlap * touch.pressing.stiffening().max(1.0)
+    })
+}
+
+/// The hardest of the impacts in a step.
+pub(crate) struct Hardest {
+    /// The contact, by its place among those of the robot.
+    pub(crate) contact: usize,
+    /// Speed of the rebound over that of the approach.
+    pub(crate) rebound: f64,
+    /// Size of steps that resolve it, in seconds.
+    pub(crate) longest: f64,
+}
+
+/// The impact of the surfaces that have approached each other fastest; its motion and rates are as for [`is_jolted`].
+pub(crate) fn hardest_impact<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -> Option<Hardest> {
+    /// Steps of an impact, which takes `pi / omega`: they give back more than nine tenths of its energy.
+    const STEPS: f64 = 20.0;
+    let touches = work.contact.touches.iter().zip(&work.contact.rates).enumerate();
+    let (t, (touch, &before)) = touches.min_by(|(_, (_, a)), (_, (_, b))| a.total_cmp(b))?;
+    let [first, second] = [0, 1].map(|side| acceleration(plan, work, t, side));
+    let opening = touch.meeting.normal.dot(first - second);
+    if before >= 0.0 || opening <= 0.0 {
+        return None;
+    }
+    let Law { dissipation, .. } = touch.meeting.law;
+    Some(Hardest {
+        contact: plan.contacts.pairs[touch.pair].contact,
+        rebound: rebound(-dissipation * before),
+        longest: PI / STEPS * (touch.meeting.overlap * touch.pressing.stiffening() / opening).sqrt(),
+    })
+}
+
+/// Speed of the rebound over that of the approach, by the product of the latter and the dissipation.
+///
+/// From `m x'' = -k x (1 + c x')` in the overlap x: `int u / (1 + c u) du` over the speed u is the same before and after (Hunt and
+/// Crossley 1975).
+fn rebound(approach: f64) -> f64 {
+    const HALVINGS: usize = 40;
+    if approach <= 0.0 {
+        return 1.0;
+    }
+    let before = approach - approach.ln_1p();
+    let (mut slow, mut fast) = (0.0, approach.min(1.0));
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (slow + fast);
+        if -middle - (-middle).ln_1p() < before {
+            slow = middle;
+        } else {
+            fast = middle;
+        }
+    }
+    slow / approach
+}
+
+/// How the centre of a side of a touch accelerates, in the frame of the plan (see `kernel::acceleration`).
+fn acceleration<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, t: usize, side: usize) -> Vector<f64> {
+    let touch = &work.contact.touches[t];
+    let (velocity, acceleration) = match touch.sides[side] {
+        Standing::Still => return Vector::zero(),
+        Standing::On(fixture) => {
+            // The frame is inertial: what rests in the world is not accelerated in it.
+            let Some(point) = plan.contacts.fixtures[fixture].point else { return Vector::zero() };
+            (work.points[point].velocity, work.points[point].acceleration)
+        }
+        Standing::Along { curve, .. } => {
+            let piece = &plan.pieces[plan.contacts.curves[curve].piece];
+            let begin = &work.stations[piece.joined.begin];
+            let reach = work.contact.reach(plan.contacts.packs, t, side).iter().zip(piece.node_packs());
+            let (mut velocity, mut acceleration) = (Twist::zero(), Twist::zero());
+            for (&weight, node) in reach {
+                velocity += work.rate[node] * weight;
+                acceleration += work.acceleration_rate[node] * weight;
+            }
+            (begin.velocity + velocity.sum(), begin.acceleration + acceleration.sum())
+        }
+    };
+    let centre = G::vector_of(plan.frame, touch.centres[side]);
+    let of_centre = velocity.linear + velocity.angular.cross(centre);
+    let gravity = work.surroundings.gravity;
+    let linear = acceleration.linear
+        + gravity
+        + acceleration.angular.cross(centre)
+        + velocity.angular.cross(of_centre);
+    G::in_space(plan.frame, linear)
+}
+
+/// A place where two surfaces touch, as a robot tells it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Touching {
+    /// The contact, by its place among those of the robot.
+    pub contact: usize,
+    /// On the first surface, metres.
+    pub position: Vector<f64>,
+    /// From the second surface to the first.
+    pub normal: Vector<f64>,
+    /// On the first surface, newtons, friction included.
+    pub force: Vector<f64>,
+    /// Metres.
+    pub overlap: f64,
+    /// Velocity of the first surface along the second, m/s.
+    pub sliding: Vector<f64>,
+    /// Arc lengths of the rods of both surfaces, metres; of what is no rod there is none.
+    pub along: [Option<f64>; 2],
+}
+
+/// The touches that have been found, as a robot tells them: in its own order of surfaces, in the world.
+pub(crate) fn told<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -> impl Iterator<Item = Touching> {
+    let base = &work.surroundings.base;
+    work.contact.touches.iter().map(move |touch| {
+        let pair = &plan.contacts.pairs[touch.pair];
+        let (first, sign) = if pair.is_turned { (1, -1.0) } else { (0, 1.0) };
+        let [[_, force], _] = touch.meeting.wrenches(&touch.pressing);
+        let turned = |v: Vector<f64>| base.rotation.apply(v);
+        let position = touch.centres[first] + touch.meeting.arms()[first];
+        let along = |s: usize| match touch.sides[s] {
+            Standing::Along { curve, x } => {
+                let curve = &plan.contacts.curves[curve];
+                Some(curve.start + x * curve.length)
+            }
+            _ => None,
+        };
+        Touching {
+            contact: pair.contact,
+            position: base.position + turned(position),
+            normal: turned(touch.meeting.normal * sign),
+            force: turned(force * sign),
+            overlap: touch.meeting.overlap,
+            sliding: turned(touch.pressing.sliding * sign),
+            along: [along(first), along(1 - first)],
+        }
+    })
+}

@@ -1,0 +1,10 @@
+//! Shapes of obstacles, and distances of curves and bodies to them.
+
+pub(crate) mod convex_mesh;
+pub(crate) mod distance;
+pub(crate) mod edge;
+pub(crate) mod ellipse;
+pub(crate) mod elliptic_tube;
+pub(crate) mod height_field;
+pub(crate) mod obstacle;
+pub(crate) mod touch;

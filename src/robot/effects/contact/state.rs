@@ -1,0 +1,321 @@
+//! State of contacts.
+
+use std::ops::Range;
+
+use crate::numerics::lie::{Geometry, LANES, Lanes, Twist, Vector};
+use crate::robot::effects::contact::plan::{Contacts, Curve};
+use crate::robot::effects::contact::shapes::distance;
+use crate::robot::effects::contact::shapes::obstacle::Pose;
+use crate::robot::effects::contact::shapes::touch::{Meeting, Pressing};
+use crate::robot::plan::Plan;
+use crate::robot::plan::space::Space;
+
+/// State of contacts, moved out of the workspace while contacts are evaluated.
+#[derive(Clone, Debug)]
+pub(crate) struct ContactState<P> {
+    /// Chebyshev coefficients of all curves.
+    pub(crate) terms: Vec<Term>,
+    /// Chebyshev coefficients of the sections' y and z axes, for curves that are not round; empty if there
+    /// are none.
+    pub(crate) axes: Vec<[Vector<f64>; 2]>,
+    /// Upper bounds of the second derivatives of curves, with respect to the fraction of their length; up to date like `terms`.
+    pub(crate) bends: Vec<f64>,
+    /// Position and slope at the samples of all curves. Slopes are computed only for curves examined closely;
+    /// for other curves the slopes at the ends are those at the adjacent nodes.
+    pub(crate) samples: Vec<[Vector<f64>; 2]>,
+    /// Bounding volumes of the parts of closely examined curves between samples, each with the index of its
+    /// first sample.
+    pub(crate) spans: Vec<Span>,
+    /// For every curve, centre and radius of a bounding ball, and whether anything may touch it.
+    pub(crate) bounds: Vec<(Vector<f64>, f64)>,
+    pub(crate) is_near: Vec<bool>,
+    /// Whether any ball or body is near what it may touch.
+    pub(crate) is_rigid_near: bool,
+    /// Whether curves were seen closely in this state, and what these lie in around their chords.
+    pub(crate) is_seen: Vec<bool>,
+    pub(crate) chords: Vec<Span>,
+    /// Bounding balls of branches of rods (see `effect::contact::near`).
+    pub(crate) branches: Vec<(Vector<f64>, f64)>,
+    /// Pairs of curves of two rods that may touch, by pair of surfaces in ascending order; and the range of
+    /// each pair of surfaces.
+    pub(crate) near: Vec<[usize; 2]>,
+    pub(crate) near_of: Vec<Range<usize>>,
+    /// Centres of the balls, corners of the bodies, and poses of the solids.
+    pub(crate) centres: Vec<Vector<f64>>,
+    pub(crate) corners: Vec<Vector<f64>>,
+    pub(crate) poses: Vec<Pose>,
+    /// Positions of surfaces in a stored shape.
+    pub(crate) noted: Noted,
+    /// Whether contact forces are disabled.
+    pub(crate) is_left: bool,
+    /// Largest stiffness of every pair: infinite unless contacts are softened.
+    pub(crate) stiffest: Vec<f64>,
+    /// Contact points; the memory suffices for the maximum number.
+    pub(crate) touches: Vec<Touch>,
+    /// Whether there have been any since this was asked last.
+    pub(crate) has_touched: bool,
+    /// Contact points along pieces as linked lists: of the piece whose nodes begin with this pack, the first one;
+    /// and the next one of the same piece. Points and sides are counted as in `up_to`.
+    pub(crate) first_along: Vec<Option<usize>>,
+    pub(crate) next_along: Vec<Option<usize>>,
+    /// Growth rates of the distances at the contact points of another motion.
+    pub(crate) rates: Vec<f64>,
+    /// For every contact point and side, integration weights of the piece's nodes.
+    pub(crate) up_to: Vec<P>,
+    /// Memory for weights of nodes, and for polynomials.
+    pub(crate) weights: Vec<f64>,
+    pub(crate) polynomials: Vec<f64>,
+}
+
+/// Positions of surfaces in a shape.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Noted {
+    /// Coordinates of the shape.
+    pub(crate) of: Vec<f64>,
+    /// Samples and bounds of all curves, centres of all balls, corners of all bodies, and axes of all solids,
+    /// in this order.
+    pub(crate) places: Vec<Vector<f64>>,
+    pub(crate) bounds: Vec<(Vector<f64>, f64)>,
+    pub(crate) centres: Vec<Vector<f64>>,
+    pub(crate) corners: Vec<Vector<f64>>,
+    pub(crate) poses: Vec<Pose>,
+    /// Upper bounds of the curves' displacements since then; bounding balls of the volumes that curves and
+    /// branches of rods sweep.
+    pub(crate) moved: Vec<f64>,
+    pub(crate) swept: Vec<(Vector<f64>, f64)>,
+    pub(crate) branches: Vec<(Vector<f64>, f64)>,
+}
+
+/// Coefficient of one Chebyshev polynomial in the position of a curve, and in its first and second
+/// derivatives with respect to the fraction of its length.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Term {
+    pub(crate) position: Vector<f64>,
+    pub(crate) slope: Vector<f64>,
+    pub(crate) bend: Vector<f64>,
+}
+
+/// All points within a distance of a segment.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Span {
+    ends: [Vector<f64>; 2],
+    width: f64,
+    /// Bounding ball.
+    centre: Vector<f64>,
+    radius: f64,
+}
+
+impl Span {
+    pub(crate) fn new(ends: [Vector<f64>; 2], width: f64) -> Self {
+        let radius = width + 0.5 * distance::between(ends[0], ends[1]);
+        Self { ends, width, centre: (ends[0] + ends[1]) * 0.5, radius }
+    }
+
+    pub(crate) fn width(&self) -> f64 {
+        self.width
+    }
+
+    /// The volume enlarged by a distance.
+    pub(crate) fn widened(&self, by: f64) -> Self {
+        Self { width: self.width + by, radius: self.radius + by, ..*self }
+    }
+
+    /// Lower bound of the distance of a point from the volume.
+    pub(crate) fn distance(&self, point: Vector<f64>) -> f64 {
+        distance::to_segment(point, self.ends) - self.width
+    }
+
+    /// At which fraction of the segment it is nearest to that of another volume.
+    pub(crate) fn nearest_to(&self, other: &Self) -> f64 {
+        distance::nearest_of_segments(self.ends, other.ends)[0]
+    }
+
+    /// Whether two volumes may overlap.
+    pub(crate) fn meets(&self, other: &Self) -> bool {
+        let (way, reach) = (self.centre - other.centre, self.radius + other.radius);
+        way.dot(way) <= reach * reach
+            && distance::of_segments(self.ends, other.ends) <= self.width + other.width
+    }
+}
+
+/// A contact point of two sides.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Touch {
+    pub(crate) pair: usize,
+    pub(crate) sides: [Standing; 2],
+    /// Centres, in space and the frame of the plan.
+    pub(crate) centres: [Vector<f64>; 2],
+    pub(crate) meeting: Meeting,
+    pub(crate) pressing: Pressing,
+}
+
+/// Location of one side of a contact point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Standing {
+    /// At a fraction of a curve's length.
+    Along { curve: usize, x: f64 },
+    /// On a fixture.
+    On(usize),
+    /// At rest in the frame of the plan.
+    Still,
+}
+
+impl Standing {
+    /// Location of a surface on a fixture, or at rest without one.
+    pub(crate) fn of(on: Option<usize>) -> Self {
+        on.map_or(Self::Still, Self::On)
+    }
+}
+
+impl<P> Default for ContactState<P> {
+    /// An empty state without memory.
+    fn default() -> Self {
+        Self {
+            terms: Vec::new(),
+            axes: Vec::new(),
+            bends: Vec::new(),
+            samples: Vec::new(),
+            spans: Vec::new(),
+            bounds: Vec::new(),
+            is_near: Vec::new(),
+            is_seen: Vec::new(),
+            chords: Vec::new(),
+            branches: Vec::new(),
+            near: Vec::new(),
+            near_of: Vec::new(),
+            centres: Vec::new(),
+            corners: Vec::new(),
+            poses: Vec::new(),
+            noted: Noted::default(),
+            is_rigid_near: false,
+            is_left: false,
+            stiffest: Vec::new(),
+            touches: Vec::new(),
+            has_touched: false,
+            first_along: Vec::new(),
+            next_along: Vec::new(),
+            rates: Vec::new(),
+            up_to: Vec::new(),
+            weights: Vec::new(),
+            polynomials: Vec::new(),
+        }
+    }
+}
+
+impl<P: Lanes> ContactState<P> {
+    /// State of contacts of a plan with this number of packs.
+    pub(crate) fn new<G: Space<Pack = P>>(contacts: &Contacts<G>, packs: usize) -> Self {
+        let samples = contacts.curves.iter().map(|curve| curve.samples.len()).sum();
+        let coefficients = contacts.curves.iter().map(|curve| curve.expansion.len()).sum();
+        let terms = contacts.curves.iter().map(Curve::terms).sum();
+        let is_round = contacts.curves.iter().all(|curve| curve.is_round);
+        let nodes = contacts.packs * LANES;
+        Self {
+            terms: vec![
+                Term { position: Vector::zero(), slope: Vector::zero(), bend: Vector::zero() };
+                terms
+            ],
+            axes: vec![[Vector::zero(); 2]; if is_round { 0 } else { coefficients }],
+            bends: vec![0.0; contacts.curves.len()],
+            samples: vec![[Vector::zero(); 2]; samples],
+            spans: vec![Span::new([Vector::zero(); 2], 0.0); samples],
+            bounds: vec![(Vector::zero(), 0.0); contacts.curves.len()],
+            is_near: vec![false; contacts.curves.len()],
+            is_seen: vec![false; contacts.curves.len()],
+            chords: vec![Span::new([Vector::zero(); 2], 0.0); contacts.curves.len()],
+            branches: vec![(Vector::zero(), 0.0); 2 * contacts.curves.len()],
+            near: Vec::new(),
+            near_of: vec![0..0; contacts.pairs.len()],
+            centres: vec![Vector::zero(); contacts.balls.len()],
+            corners: vec![Vector::zero(); contacts.bodies.iter().map(|body| body.corners.len()).sum()],
+            poses: vec![Pose::unmoved(); contacts.solids.len()],
+            noted: Noted::default(),
+            is_rigid_near: false,
+            is_left: false,
+            stiffest: vec![f64::INFINITY; contacts.pairs.len()],
+            touches: Vec::with_capacity(contacts.capacity),
+            has_touched: false,
+            first_along: vec![None; packs],
+            next_along: vec![None; 2 * contacts.capacity],
+            rates: Vec::with_capacity(contacts.capacity),
+            up_to: vec![P::splat(0.0); 2 * contacts.capacity * contacts.packs],
+            weights: vec![0.0; nodes],
+            polynomials: vec![0.0; nodes + 1],
+        }
+    }
+
+    /// Integration weights of a side of a contact point: up to the point, times length.
+    pub(crate) fn reach(&self, packs: usize, touch: usize, side: usize) -> &[P] {
+        &self.up_to[(2 * touch + side) * packs..][..packs]
+    }
+}
+
+/// Memory for the tangent of contacts.
+#[derive(Clone, Debug)]
+pub(crate) struct ContactTangent<G: Geometry> {
+    /// S and ad_V S at the nodes of pieces that move contact points (see `turning::columns`): whether those of a
+    /// piece are up to date, and where they begin.
+    pub(crate) is_known: Vec<bool>,
+    pub(crate) firsts: Vec<usize>,
+    pub(crate) at_nodes: Vec<[Twist<G, G::Pack>; 2]>,
+    /// Displacements of both sides of the current contact point per unit coordinate, changes of their motion,
+    /// and the wrenches that they answer: each component by component, angular and linear ones of the first side,
+    /// then of the second. A pack fits behind the last coordinate.
+    pub(crate) moved: [Vec<f64>; 12],
+    pub(crate) faster: [Vec<f64>; 12],
+    pub(crate) answers: [Vec<f64>; 12],
+    pub(crate) followed: Followed,
+}
+
+/// Linearisation of friction in an iteration (see `effect::contact::follow`).
+#[derive(Clone, Debug)]
+pub(crate) struct Followed {
+    /// Fraction of the last increment that was taken; `None` for exact tangents.
+    pub(crate) length: Option<f64>,
+    /// Whether the iteration is at its start.
+    pub(crate) is_new: bool,
+    /// Friction at the contact points of the current tangent, and of the previous one in the iteration.
+    pub(crate) now: Vec<Rubbing>,
+    pub(crate) before: Vec<Rubbing>,
+}
+
+/// Linearised friction at a contact point.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Rubbing {
+    /// Indices of the pair and of the first side's curve.
+    pub(crate) of: [usize; 2],
+    /// Position along this curve.
+    pub(crate) x: f64,
+    pub(crate) pressing: Pressing,
+    /// Friction per unit normal force, on the second side.
+    pub(crate) linearised: Vector<f64>,
+}
+
+impl<G: Space> ContactTangent<G> {
+    pub(crate) fn new(plan: &Plan<G>) -> Self {
+        let contacts = &plan.contacts;
+        let has_contact = !contacts.pairs.is_empty();
+        let numbers = if has_contact { plan.n + LANES } else { 0 };
+        let components = || std::array::from_fn(|_| vec![0.0; numbers]);
+        let pieces = if has_contact { &plan.pieces[..] } else { &[] };
+        let mut firsts = vec![0];
+        firsts.extend(pieces.iter().scan(0, |first, piece| {
+            *first += piece.packs * piece.components.len();
+            Some(*first)
+        }));
+        Self {
+            is_known: vec![false; pieces.len()],
+            at_nodes: vec![[Twist::zero(); 2]; firsts[pieces.len()]],
+            firsts,
+            moved: components(),
+            faster: components(),
+            answers: components(),
+            followed: Followed {
+                length: None,
+                is_new: true,
+                now: Vec::with_capacity(contacts.capacity),
+                before: Vec::with_capacity(contacts.capacity),
+            },
+        }
+    }
+}

@@ -1,0 +1,561 @@
+//! Detection of surfaces that pass through each other between two shapes, although they are apart in both.
+//!
+//! Places move along straight lines between the shapes. The part of a rod between two samples sweeps a
+//! bilinear patch, which lies in the convex hull of its corners: if their bounding ball is clear of an
+//! obstacle, so is the patch; otherwise the patch is halved. Two moving parts are checked by conservative
+//! advancement (Mirtich 1996): within a time that follows from their distance and their speeds they cannot
+//! meet.
+//!
+//! A moving solid is considered in its own axes. While these rotate by the rotation vector a and a place
+//! relative to their origin moves from d to d + e, the place follows a curve in these axes whose second
+//! derivative is at most `a^2 |d| + 2 a |e|`. The path is divided until its pieces are almost straight; their
+//! remaining curvature counts as depth. If the rotation is so large that the axes do not determine it, the
+//! solid counts as having passed through everything within its reach.
+
+use crate::model::Radius;
+use crate::numerics::lie::{Quaternion, Rotation, Vector};
+use crate::robot::effects::contact::plan::{Body, Fixed, Pair, Side};
+use crate::robot::effects::contact::shapes::distance::{
+    between as distance, of_segments as distance_of_segments,
+};
+use crate::robot::effects::contact::shapes::obstacle::{Placed, Pose, Solid};
+use crate::robot::effects::contact::state::{ContactState, Noted, Span};
+use crate::robot::effects::contact::{broad_phase, narrow_phase};
+use crate::robot::plan::Plan;
+use crate::robot::state::Workspace;
+use crate::robot::turning::Turning;
+
+/// What passes through each other overlaps on the way by more than that part of a radius.
+const DEEP: f64 = 0.5;
+
+/// What touches on the way overlaps by more than [`DEEP`] of that part of a radius.
+const TOUCHED: f64 = 0.04;
+
+/// Ways and patches of less than that part of it hide nothing so deep.
+const SHALLOW: f64 = 0.2;
+
+/// Pieces of a way may bend by that part of it, and there are so many of them at most.
+const STRAIGHT: f64 = 0.05;
+const MOST_PIECES: usize = 64;
+
+/// Two poses tell of turns by less than half a revolution only: beyond that angle, in radians, steps are shortened.
+const LARGEST_TURN: f64 = 2.0;
+
+/// Whether there is anything that has two sides.
+pub(crate) fn is_possible<G: Turning>(plan: &Plan<G>) -> bool {
+    plan.contacts.pairs.iter().any(|pair| match pair.sides[1] {
+        Side::Solid(solid) => can_be_passed(&plan.contacts.solids[solid].solid),
+        _ => true,
+    })
+}
+
+/// Takes down where surfaces are, as was seen last.
+pub(crate) fn note<G: Turning>(work: &mut Workspace<G>) {
+    let contact = &mut work.contact;
+    let Noted { of, places, bounds, centres, corners, poses, .. } = &mut contact.noted;
+    of.clear();
+    of.extend_from_slice(&work.kinematics_of);
+    places.clear();
+    places.extend(contact.samples.iter().map(|[place, _]| *place));
+    bounds.clone_from(&contact.bounds);
+    centres.clone_from(&contact.centres);
+    corners.clone_from(&contact.corners);
+    poses.clone_from(&contact.poses);
+}
+
+/// Finds how far the curves have moved since that.
+fn measure_ways<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>) {
+    let ContactState { noted: Noted { places, moved, .. }, samples, .. } = &mut work.contact;
+    moved.clear();
+    moved.extend(plan.contacts.curves.iter().map(|curve| {
+        let own = curve.first_sample..curve.first_sample + curve.samples.len();
+        let ways = places[own.clone()].iter().zip(&samples[own]);
+        ways.map(|(before, [now, _])| distance(*before, *now)).fold(0.0, f64::max)
+    }));
+    let ContactState { noted, bounds: now, .. } = &mut work.contact;
+    let Noted { bounds, swept, branches, .. } = noted;
+    swept.clear();
+    swept.extend(bounds.iter().zip(&*now).map(|(&(before, of_before), &(now, of_now))| {
+        ((before + now) * 0.5, 0.5 * distance(before, now) + of_before.max(of_now))
+    }));
+    branches.resize(2 * swept.len(), (Vector::zero(), 0.0));
+    broad_phase::enclose(&plan.contacts, swept, branches);
+}
+
+/// Whether any pair has passed through each other between what was noted and what was seen last.
+pub(crate) fn has_passed<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, measure: Radius) -> bool {
+    measure_ways(plan, work);
+    if have_rods_crossed(plan, work, measure) {
+        return true;
+    }
+    let ways = Ways { plan, q: &work.kinematics_of, contact: &work.contact, measure };
+    plan.contacts.pairs.iter().any(|pair| match &pair.sides {
+        [Side::Rod(_), Side::Rod(_)] => false,
+        [Side::Rod(curves), Side::Ball(ball)] => {
+            let (there, other) = (ways.of_ball(*ball), plan.contacts.balls[*ball].radius);
+            let solid = Solid::Ball { centre: Vector::zero(), radius: other };
+            curves.clone().any(|c| {
+                ways.parts(c).any(|part| {
+                    Patch::beside(part.ways, there).is_deep_in(
+                        &solid,
+                        part.thin,
+                        measure.of(part.thin, other),
+                    )
+                })
+            })
+        }
+        [Side::Rod(curves), Side::Solid(solid)] => {
+            if let Some(moving) = ways.moving(*solid) {
+                return can_be_passed(moving.solid)
+                    && curves
+                        .clone()
+                        .any(|c| ways.parts(c).any(|part| moving.meets(part.ways, part.thin, measure)));
+            }
+            let solid = &plan.contacts.solids[*solid].solid;
+            curves.clone().any(|c| {
+                let (centre, radius) = ways.bound(c);
+                can_be_passed(solid)
+                    && solid.distance(centre).value <= radius
+                    && ways.parts(c).any(|part| {
+                        Patch(part.ways).is_deep_in(solid, part.thin, measure.of(part.thin, round(solid)))
+                    })
+            })
+        }
+        [Side::Ball(ball), second] => {
+            let (way, radius) = (ways.of_ball(*ball), plan.contacts.balls[*ball].radius);
+            match second {
+                Side::Ball(other) => {
+                    let (there, other) = (ways.of_ball(*other), plan.contacts.balls[*other].radius);
+                    let solid = Solid::Ball { centre: Vector::zero(), radius: other };
+                    Patch::beside([way; 2], there).is_deep_in(&solid, radius, measure.of(radius, other))
+                }
+                Side::Solid(solid) => {
+                    if let Some(moving) = ways.moving(*solid) {
+                        return can_be_passed(moving.solid) && moving.meets([way; 2], radius, measure);
+                    }
+                    let solid = &plan.contacts.solids[*solid].solid;
+                    can_be_passed(solid)
+                        && Patch([way; 2]).is_deep_in(solid, radius, measure.of(radius, round(solid)))
+                }
+                Side::Rod(_) | Side::Body(_) => unreachable!("what meets solids is the first side"),
+            }
+        }
+        [Side::Body(body), Side::Solid(solid)] => ways.has_body_passed(&plan.contacts.bodies[*body], *solid),
+        [Side::Solid(_), _] | [_, Side::Body(_)] | [Side::Body(_), _] => false,
+    })
+}
+
+/// Whether rods have passed through each other, or through themselves.
+fn have_rods_crossed<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, measure: Radius) -> bool {
+    let mut state = std::mem::take(&mut work.contact);
+    let mut near = std::mem::take(&mut state.near);
+    let have_crossed = plan.contacts.pairs.iter().any(|pair| {
+        let [Side::Rod(rod), Side::Rod(other)] = &pair.sides else { return false };
+        near.clear();
+        broad_phase::gather(&plan.contacts, pair, [rod, other], &state.noted.branches, &mut near);
+        near.iter().any(|&[c, o]| {
+            for curve in [c, o] {
+                narrow_phase::look_closely(plan, &work.slope, &mut state, curve);
+            }
+            let ways = Ways { plan, q: &work.kinematics_of, contact: &state, measure };
+            ways.swept(c).meets(&ways.swept(o)) && ways.have_crossed(pair, c, o)
+        })
+    });
+    state.near = near;
+    work.contact = state;
+    have_crossed
+}
+
+/// What is on the other side of a half-space is in it.
+fn can_be_passed(solid: &Solid) -> bool {
+    !matches!(solid, Solid::HalfSpace { .. })
+}
+
+/// The radius of what is round all over, zero of others.
+fn round(solid: &Solid) -> f64 {
+    Placed { solid, pose: None }.round()
+}
+
+impl Radius {
+    fn of(self, first: f64, second: f64) -> f64 {
+        let smaller = if second > 0.0 { first.min(second) } else { first };
+        match self {
+            Self::Smaller | Self::Touching => self.part() * smaller,
+            Self::Larger => first.max(second),
+        }
+    }
+
+    /// The part of a measure that counts.
+    fn part(self) -> f64 {
+        if self == Self::Touching { TOUCHED } else { 1.0 }
+    }
+}
+
+/// Where a place was, and where it is.
+type Way = [Vector<f64>; 2];
+
+/// A part of a curve between two samples, and how its ends have moved.
+struct Part {
+    ways: [Way; 2],
+    radius: f64,
+    /// How far it reaches in the direction in which that is least: what passes through it gets nearer than that.
+    thin: f64,
+    arc: f64,
+    length: f64,
+}
+
+impl Part {
+    /// A ball around all that it sweeps.
+    fn bound(&self) -> (Vector<f64>, f64) {
+        let (centre, radius) = Patch(self.ways).bound();
+        (centre, radius + self.radius)
+    }
+}
+
+struct Ways<'a, G: Turning> {
+    plan: &'a Plan<G>,
+    /// Coordinates now.
+    q: &'a [f64],
+    contact: &'a ContactState<G::Pack>,
+    measure: Radius,
+}
+
+impl<G: Turning> Ways<'_, G> {
+    /// A ball around all that a curve sweeps.
+    fn bound(&self, curve: usize) -> (Vector<f64>, f64) {
+        self.contact.noted.swept[curve]
+    }
+
+    /// All that a curve sweeps, around its chord.
+    fn swept(&self, curve: usize) -> Span {
+        self.contact.chords[curve].widened(self.contact.noted.moved[curve])
+    }
+
+    fn of_ball(&self, ball: usize) -> Way {
+        [self.contact.noted.centres[ball], self.contact.centres[ball]]
+    }
+
+    /// A solid that moves in the frame, and how.
+    fn moving(&self, solid: usize) -> Option<Moving<'_>> {
+        let Fixed { on, solid: own } = &self.plan.contacts.solids[solid];
+        let Self { q, contact, .. } = self;
+        on.map(|fixture| {
+            let turned_by = &self.plan.contacts.fixtures[fixture].turned_by;
+            let change = |k: usize| (q[k] - contact.noted.of[k]).abs();
+            let most_turn = turned_by.iter().map(|&(k, rate)| rate * change(k)).sum();
+            Moving::new(own, contact.noted.poses[solid], contact.poses[solid], most_turn)
+        })
+    }
+
+    /// Whether the corners and edges of a body have come so deep into a solid that its surface does not tell any more where they entered.
+    fn has_body_passed(&self, body: &Body, solid: usize) -> bool {
+        let own = body.first_corner..body.first_corner + body.corners.len();
+        let corners =
+            || self.contact.noted.corners[own.clone()].iter().zip(&self.contact.corners[own.clone()]);
+        let way = |corner: usize| {
+            let k = body.first_corner + corner;
+            [self.contact.noted.corners[k], self.contact.corners[k]]
+        };
+        let (radius, measure) = (body.radius, self.measure.part() * body.measure);
+        let fixed = &self.plan.contacts.solids[solid].solid;
+        let fastest = corners().map(|(before, now)| distance(*before, *now)).fold(0.0, f64::max);
+        let moving = self.moving(solid);
+        let is_deep = |ways: [Way; 2]| match &moving {
+            Some(moving) => moving.goes_deep(ways, radius, measure),
+            None => Patch(ways).is_deep_in(fixed, radius, measure),
+        };
+        if moving.is_none() {
+            let [before, now] = way(0);
+            let nearest = fixed.distance(now).value.min(fixed.distance(before).value);
+            if nearest > radius + body.size + fastest {
+                return false;
+            }
+        }
+        body.edges.iter().any(|ends| is_deep(ends.map(way)))
+            || (body.edges.is_empty() && (0..body.corners.len()).any(|k| is_deep([way(k); 2])))
+    }
+
+    fn parts(&self, c: usize) -> impl Iterator<Item = Part> + '_ {
+        let curve = &self.plan.contacts.curves[c];
+        let seen = curve.first_sample..curve.first_sample + curve.samples.len();
+        let places = &self.contact.noted.places[seen.clone()];
+        let samples = &self.contact.samples[seen];
+        curve.samples.windows(2).enumerate().map(move |(i, ends)| Part {
+            ways: [i, i + 1].map(|i| [places[i], samples[i][0]]),
+            radius: 0.5 * (ends[0].radius + ends[1].radius),
+            thin: ends.iter().map(|end| 0.5 * end.half_extents[0].min(end.half_extents[1])).sum(),
+            arc: curve.start + ends[0].x * curve.length,
+            length: (ends[1].x - ends[0].x) * curve.length,
+        })
+    }
+
+    /// Whether parts of two curves that may be near each other have passed through each other.
+    fn have_crossed(&self, pair: &Pair, c: usize, o: usize) -> bool {
+        self.parts(c).any(|part| {
+            let (centre, radius) = part.bound();
+            self.parts(o).any(|other| {
+                // Both orders of what touches itself are met: one is enough.
+                let is_far =
+                    pair.neighbourhood == 0.0 || other.arc > part.arc + part.length + pair.neighbourhood;
+                let (there, of_other) = other.bound();
+                is_far
+                    && distance(centre, there) <= radius + of_other
+                    && have_crossed(&part, &other, self.measure)
+            })
+        })
+    }
+}
+
+/// A solid whose axes move straight on and turn evenly.
+struct Moving<'a> {
+    solid: &'a Solid,
+    poses: [Pose; 2],
+    /// The rotation vector of their turn, in the axes themselves.
+    turn: Vector<f64>,
+    /// In radians; it may have turned by more than the poses tell, but not by more than that.
+    most_turn: f64,
+}
+
+impl<'a> Moving<'a> {
+    fn new(solid: &'a Solid, before: Pose, now: Pose, most_turn: f64) -> Self {
+        let seen = |axis: usize| before.rotation.apply_transposed(now.rotation.axis(axis));
+        let Quaternion { w, v } = Quaternion::of_rotation(&Rotation { x: seen(0), y: seen(1), z: seen(2) });
+        let sine = v.dot(v).sqrt();
+        // Of two quaternions the one of the shorter turn.
+        let angle = 2.0 * sine.atan2(w.abs()) * if w < 0.0 { -1.0 } else { 1.0 };
+        let turn = if sine > 0.0 { v * (angle / sine) } else { Vector::zero() };
+        Self { solid, poses: [before, now], turn, most_turn }
+    }
+
+    /// Where a place on a way is in the axes, at a part of the way.
+    fn see(&self, [from, to]: Way, x: f64) -> Vector<f64> {
+        let [before, now] = &self.poses;
+        if x >= 1.0 {
+            return now.see(to);
+        }
+        let beside = from + (to - from) * x - (before.position + (now.position - before.position) * x);
+        let seen = before.rotation.apply_transposed(beside);
+        Quaternion::exp(self.turn * x).rotation().apply_transposed(seen)
+    }
+
+    /// Whether a rod or a ball of a radius on these ways meets it as deep as it did not begin.
+    fn meets(&self, ways: [Way; 2], radius: f64, measure: Radius) -> bool {
+        self.goes_deep(ways, radius, measure.of(radius, round(self.solid)))
+    }
+
+    /// Whether it comes deeper than half of a measure, as it did not begin.
+    fn goes_deep(&self, ways: [Way; 2], radius: f64, measure: f64) -> bool {
+        let [before, now] = &self.poses;
+        let mut bend: f64 = 0.0;
+        let angle = self.turn.dot(self.turn).sqrt();
+        for [from, to] in ways {
+            let [from, to] = [from - before.position, to - now.position];
+            let away = from.dot(from).max(to.dot(to)).sqrt();
+            bend = bend.max(angle * (angle * away + 2.0 * distance(from, to)));
+        }
+        if self.most_turn > LARGEST_TURN {
+            // It may have been all around.
+            let beside = |[from, to]: Way| [from - before.position, to - now.position];
+            let (centre, around) = Patch(ways.map(beside)).bound();
+            return measure > 0.0 && centre.dot(centre).sqrt() < self.solid.reach() + radius + around;
+        }
+        // A curve is no further from its chord than an eighth of its second derivative.
+        bend /= 8.0;
+        let whole = Patch(ways.map(|way| [self.see(way, 0.0), self.see(way, 1.0)]));
+        let (centre, around) = whole.bound();
+        if measure <= 0.0 || self.solid.distance(centre).value >= radius + around + bend {
+            return false;
+        }
+        let pieces = ((bend / (STRAIGHT * measure)).sqrt().ceil() as usize).clamp(1, MOST_PIECES);
+        let left = bend / (pieces * pieces) as f64;
+        let deep = radius - DEEP * measure + left;
+        let [way, _] = whole.extents();
+        if way + 2.0 * bend <= SHALLOW * measure {
+            return false;
+        }
+        let Some(deep) = deeper(whole.begins(self.solid), deep) else { return false };
+        (0..pieces).any(|i| {
+            let [from, to] = [i, i + 1].map(|i| i as f64 / pieces as f64);
+            let piece = Patch(ways.map(|way| [self.see(way, from), self.see(way, to)]));
+            piece.comes_nearer(self.solid, deep, SHALLOW * measure)
+        })
+    }
+}
+
+/// Distance of which a way must not come nearer that begins at this distance. What begins deep already may go on by half of
+/// what is left to the middle, but not through it; `None` if it begins beyond that.
+fn deeper(start: f64, deep: f64) -> Option<f64> {
+    if start >= deep {
+        Some(deep)
+    } else if start > 0.0 {
+        Some(DEEP * start)
+    } else {
+        None
+    }
+}
+
+/// What lies between two ways, in space or beside what moves.
+struct Patch([Way; 2]);
+
+impl Patch {
+    /// What two ways are beside a third one.
+    fn beside(ways: [Way; 2], there: Way) -> Self {
+        Self(ways.map(|way| [way[0] - there[0], way[1] - there[1]]))
+    }
+
+    /// A ball that it lies in.
+    fn bound(&self) -> (Vector<f64>, f64) {
+        let [[a, b], [c, d]] = self.0;
+        let centre = (a + b + c + d) * 0.25;
+        (centre, [a, b, c, d].into_iter().map(|corner| distance(centre, corner)).fold(0.0, f64::max))
+    }
+
+    /// How far it goes along its ways, and across.
+    fn extents(&self) -> [f64; 2] {
+        let [[a, b], [c, d]] = self.0;
+        [distance(a, b).max(distance(c, d)), distance(a, c).max(distance(b, d))]
+    }
+
+    /// Whether a rod or a ball of a radius that moves along it comes so deep into a solid, by a radius to measure that with, as it did
+    /// not begin.
+    fn is_deep_in(&self, solid: &Solid, radius: f64, measure: f64) -> bool {
+        let [way, _] = self.extents();
+        if measure <= 0.0 || way <= SHALLOW * measure {
+            return false;
+        }
+        deeper(self.begins(solid), radius - DEEP * measure)
+            .is_some_and(|deep| self.comes_nearer(solid, deep, SHALLOW * measure))
+    }
+
+    /// Distance from a solid at the start.
+    fn begins(&self, solid: &Solid) -> f64 {
+        let [[a, _], [c, _]] = self.0;
+        let places = [a, (a + c) * 0.5, c].into_iter();
+        places.map(|place| solid.distance(place).value).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Whether it comes nearer to a solid than that, as far as patches of that size tell.
+    fn comes_nearer(&self, solid: &Solid, deep: f64, size: f64) -> bool {
+        let (centre, radius) = self.bound();
+        let value = solid.distance(centre).value;
+        if value >= deep + radius {
+            return false;
+        }
+        if value < deep {
+            return true;
+        }
+        radius > size && self.halves().iter().any(|half| half.comes_nearer(solid, deep, size))
+    }
+
+    fn halves(&self) -> [Self; 2] {
+        let [[a, b], [c, d]] = self.0;
+        let [along, across] = self.extents();
+        if along > across {
+            let [ab, cd] = [(a + b) * 0.5, (c + d) * 0.5];
+            [Self([[a, ab], [c, cd]]), Self([[ab, b], [cd, d]])]
+        } else {
+            let [ac, bd] = [(a + c) * 0.5, (b + d) * 0.5];
+            [Self([[a, b], [ac, bd]]), Self([[ac, bd], [c, d]])]
+        }
+    }
+}
+
+/// Whether two parts of rods come so near to each other on their ways as they did not begin.
+fn have_crossed(part: &Part, other: &Part, measure: Radius) -> bool {
+    let measure = measure.of(part.thin, other.thin);
+    let moved = |way: Way| way[1] - way[0];
+    let mut fastest: f64 = 0.0;
+    for way in part.ways {
+        for there in other.ways {
+            fastest = fastest.max(distance(moved(way), moved(there)));
+        }
+    }
+    let shallow = SHALLOW * measure;
+    if measure <= 0.0 || fastest <= shallow {
+        return false;
+    }
+    let at = |ways: [Way; 2], x: f64| ways.map(|[from, to]| from + (to - from) * x);
+    let between = |x: f64| distance_of_segments(at(part.ways, x), at(other.ways, x));
+    let start = between(0.0);
+    let Some(deep) = deeper(start, part.thin + other.thin - DEEP * measure) else { return false };
+    let mut x = (start - deep + shallow) / fastest;
+    while x < 1.0 {
+        let left = between(x) - deep;
+        if left < 0.0 {
+            return true;
+        }
+        x += (left + shallow) / fastest;
+    }
+    false
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn vector() -> impl Strategy<Value = Vector<f64>> {
+        (-1.0..1.0, -1.0..1.0, -1.0..1.0).prop_map(|(x, y, z)| Vector::new(x, y, z))
+    }
+
+    fn way() -> impl Strategy<Value = Way> {
+        (vector(), vector()).prop_map(|(a, b)| [a, b])
+    }
+
+    fn on(ways: [Way; 2], s: f64, x: f64) -> Vector<f64> {
+        let [a, b] = ways.map(|[from, to]| from + (to - from) * x);
+        a + (b - a) * s
+    }
+
+    /// The smallest of a function at places between 0 and 1.
+    fn least(number: usize, f: impl Fn(f64) -> f64) -> f64 {
+        (0..=number).map(|i| f(i as f64 / number as f64)).fold(f64::INFINITY, f64::min)
+    }
+
+    proptest! {
+        #[test]
+        fn segments_are_as_near_as_their_nearest_places(a in way(), b in way()) {
+            let found = distance_of_segments(a, b);
+            let tried = least(60, |x| {
+                let place = a[0] + (a[1] - a[0]) * x;
+                least(60, |y| distance(place, b[0] + (b[1] - b[0]) * y))
+            });
+            prop_assert!(found <= tried + 1e-12 && tried <= found + 0.06, "{found} {tried}");
+        }
+
+        #[test]
+        fn patches_that_go_through_a_ball_are_seen(ways in (way(), way()), centre in vector(), radius in 0.01..0.2) {
+            let (ways, solid) = ([ways.0, ways.1], Solid::Ball { centre, radius });
+            let thick = 0.05;
+            let smallest = Radius::Smaller.of(thick, radius);
+            let overlap = |s: f64, x: f64| thick - solid.distance(on(ways, s, x)).value;
+            let deepest = -least(200, |x| least(200, |s| -overlap(s, x)));
+            let at_start = -least(200, |s| -overlap(s, 0.0));
+            let found = Patch(ways).is_deep_in(&solid, thick, smallest);
+            if at_start < DEEP * smallest && deepest > (DEEP + 2.0 * SHALLOW) * smallest {
+                prop_assert!(found);
+            }
+            if deepest < (DEEP - 0.3) * smallest - 0.02 {
+                prop_assert!(!found);
+            }
+        }
+
+        #[test]
+        fn rods_that_cross_are_seen(a in (way(), way()), b in (way(), way())) {
+            let part = |ways: (Way, Way)| Part { ways: [ways.0, ways.1], radius: 0.05, thin: 0.05, arc: 0.0, length: 1.0 };
+            let (a, b) = (part(a), part(b));
+            let nearest = |x: f64| {
+                let at = |part: &Part| part.ways.map(|[from, to]| from + (to - from) * x);
+                distance_of_segments(at(&a), at(&b))
+            };
+            let deep = 2.0 * 0.05 - DEEP * 0.05;
+            let found = have_crossed(&a, &b, Radius::Smaller);
+            if nearest(0.0) > deep && least(2000, nearest) < deep - 2.0 * SHALLOW * 0.05 {
+                prop_assert!(found);
+            }
+            if least(2000, nearest) > deep + 0.01 {
+                prop_assert!(!found);
+            }
+        }
+    }
+}

@@ -1,0 +1,68 @@
+//! Choice between the explicit and the implicit method, from the largest rate of the model and the required
+//! accuracy.
+
+use std::f64::consts::TAU;
+
+use super::following::Following;
+use super::integrator::{DOP853, Integrator, RADAU};
+use crate::analysis::spectrum::Spectrum;
+
+/// The chosen method, and the reason.
+#[derive(Clone, Debug)]
+pub(super) struct Choice {
+    pub(super) integrator: &'static Integrator,
+    /// Highest frequency to be resolved, in rad/s; infinite if unknown.
+    pub(super) resolved: f64,
+    /// Scale between errors of velocities and of coordinates, in rad/s: between the lowest frequency and the
+    /// highest one to be resolved.
+    pub(super) frequency: f64,
+    /// Reason in one sentence.
+    pub(super) reason: String,
+}
+
+impl Choice {
+    /// The implicit method, for models without a spectrum.
+    pub(super) fn implicit() -> Self {
+        let reason = "Method: radau.".to_owned();
+        Self { integrator: &RADAU, resolved: f64::INFINITY, frequency: 1.0, reason }
+    }
+
+    /// Compares the costs of one second of motion. Models with closed loops use Radau, which includes the
+    /// constraints in the equations of its steps, whereas explicit methods project after each step.
+    pub(super) fn new(spectrum: &Spectrum, following: &Following, tolerance: f64, has_loops: bool) -> Self {
+        let slowest = spectrum.modes.iter().map(|mode| mode.frequency).filter(|&w| w > 0.0);
+        let slowest = slowest.fold(f64::INFINITY, f64::min);
+        if has_loops {
+            let reason = "Method: radau, because it holds constraints as equations of its steps.";
+            let moves = slowest.is_finite();
+            let resolved = if moves { following.highest(tolerance).max(slowest) } else { f64::INFINITY };
+            let frequency = if moves { (slowest * resolved).sqrt() } else { 1.0 };
+            return Self { integrator: &RADAU, resolved, frequency, reason: reason.to_owned() };
+        }
+        if !slowest.is_finite() {
+            let reason = "Method: dop853, because nothing in the model is stiff.".to_owned();
+            return Self { integrator: &DOP853, resolved: f64::INFINITY, frequency: 1.0, reason };
+        }
+        let resolved = following.highest(tolerance).max(slowest);
+        let step = |integrator: &Integrator| {
+            let of_accuracy = integrator.step * integrator.shorter(tolerance) / resolved;
+            of_accuracy.min(following.longest_step(integrator, tolerance))
+        };
+        let stable = DOP853.stability / spectrum.rate();
+        let (explicit, implicit) = (step(&DOP853).min(stable), step(&RADAU));
+        let (highest, wanted) = (spectrum.rate() / TAU, resolved / TAU);
+        let frequency = (slowest * resolved).sqrt();
+        if DOP853.cost / explicit <= RADAU.cost / implicit {
+            let reason = format!(
+                "Method: dop853, because its largest rate, {highest:.3} Hz, allows explicit steps of {stable:.1e} s, and the \
+                 accuracy takes steps of {explicit:.1e} s anyway, for vibrations of up to {wanted:.3} Hz."
+            );
+            return Self { integrator: &DOP853, resolved, frequency, reason };
+        }
+        let reason = format!(
+            "Method: radau, because its largest rate, {highest:.3} Hz, limits explicit steps to {stable:.1e} s, while the \
+             accuracy takes implicit ones of {implicit:.1e} s, for vibrations of up to {wanted:.3} Hz."
+        );
+        Self { integrator: &RADAU, resolved, frequency, reason }
+    }
+}

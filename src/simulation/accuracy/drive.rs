@@ -1,0 +1,191 @@
+//! Vibrations about the start that loads and the base motion excite: the response of each mode, uncoupled
+//! from the others, to modal forces that are linear between sample times.
+
+use crate::analysis::spectrum::{Spectrum, Vibration};
+use crate::error::Interrupted;
+use crate::model::Model;
+
+/// Minimum number of samples of the excitation over the whole time.
+const LOOKS: f64 = 2000.0;
+
+/// Minimum number of samples of each part between known features of the excitation.
+const LOOKS_OF_A_PART: f64 = 4.0;
+
+/// After this number of samples (some tenths of a second of work), parts shorter than the resolution of
+/// `LOOKS` are merged.
+const MOST_LOOKS: usize = 20_000;
+
+/// Excitation of a model.
+pub(super) struct Drive {
+    /// Largest modal amplitude of each vibration.
+    pub(super) sizes: Vec<f64>,
+    /// Longest step, in seconds, that misses no feature of the excitation.
+    pub(super) longest_step: f64,
+}
+
+impl Drive {
+    /// Excitation of a model in the state `q0` over `t_span`. Changes that move the tip by less than
+    /// `visible`, relative to the length, do not limit steps. `monitor` is called regularly with the start
+    /// time and may stop the search.
+    pub(super) fn new<M: Model>(
+        model: &mut M,
+        t_span: (f64, f64),
+        q0: &[f64],
+        spectrum: &Spectrum,
+        visible: f64,
+        monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
+    ) -> Result<Self, Interrupted> {
+        let (t0, t_end) = t_span;
+        let modes = &spectrum.modes;
+        let between_looks = (t_end - t0) / LOOKS;
+        let softness: Vec<f64> = modes.iter().map(|mode| softness(mode, model, q0)).collect();
+        let mut forces = Forces::new(q0);
+        let mut motion: Vec<Oscillation> = modes.iter().map(Oscillation::new).collect();
+        let (mut t, mut looks, mut longest_step) = (t0, 0, f64::INFINITY);
+        let mut before = forces.at(model, modes, t)?;
+        while t < t_end {
+            let shortest = if looks < MOST_LOOKS { 0.0 } else { LOOKS_OF_A_PART * between_looks };
+            let end = model.horizon(t).max(t + shortest).min(t_end);
+            let number = ((end - t) / between_looks).ceil().max(LOOKS_OF_A_PART);
+            let step = (end - t) / number;
+            let mut part = vec![before];
+            for i in 1..=number as usize {
+                monitor(t0)?;
+                let here = forces.at(model, modes, (t + step * i as f64).min(end))?;
+                for (k, (oscillation, mode)) in motion.iter_mut().zip(modes).enumerate() {
+                    oscillation.step(mode, step, [part[i - 1][k], here[k]]);
+                }
+                part.push(here);
+            }
+            looks += part.len();
+            longest_step = longest_step.min(step * steps_of_change(&part, &softness, visible));
+            before = part.pop().expect("there was one at the start");
+            t = end;
+        }
+        Ok(Self { sizes: motion.into_iter().map(|oscillation| oscillation.largest).collect(), longest_step })
+    }
+}
+
+/// Displacement of the tip under a unit modal force, relative to the length; zero for modes without restoring
+/// force.
+fn softness<M: Model>(mode: &Vibration, model: &mut M, q0: &[f64]) -> f64 {
+    let of_one = mode.frequency.powi(-2);
+    if of_one.is_finite() { mode.reach(model, q0, of_one) / model.facts().length } else { 0.0 }
+}
+
+/// Number of samples in which the modal forces of a part would run through their whole range at their fastest
+/// rate of change. Infinite if the forces are linear, which methods that stop at the ends of parts resolve,
+/// or if the deviation has no visible effect on the tip.
+fn steps_of_change(part: &[Vec<f64>], softness: &[f64], visible: f64) -> f64 {
+    let last = part.len() - 1;
+    let mut fewest = f64::INFINITY;
+    for (k, softness) in softness.iter().enumerate() {
+        let force = |i: usize| part[i][k];
+        let line = |i: usize| force(0) + (force(last) - force(0)) * (i as f64 / last as f64);
+        let bend = (0..=last).map(|i| (force(i) - line(i)).abs()).fold(0.0, f64::max);
+        if bend * softness > visible {
+            let (lowest, highest) = (0..=last)
+                .map(force)
+                .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)));
+            let steepest = (0..last).map(|i| (force(i + 1) - force(i)).abs()).fold(0.0, f64::max);
+            fewest = fewest.min((highest - lowest) / steepest);
+        }
+    }
+    fewest
+}
+
+/// Modal forces on a model at rest in its initial shape.
+struct Forces<'a> {
+    q0: &'a [f64],
+    rest: Vec<f64>,
+    tau: Vec<f64>,
+}
+
+impl<'a> Forces<'a> {
+    fn new(q0: &'a [f64]) -> Self {
+        Self { q0, rest: vec![0.0; q0.len()], tau: vec![0.0; q0.len()] }
+    }
+
+    fn at<M: Model>(&mut self, model: &mut M, modes: &[Vibration], t: f64) -> Result<Vec<f64>, Interrupted> {
+        model.set_time(t)?;
+        model.inverse_dynamics(self.q0, &self.rest, &self.rest, &mut self.tau);
+        let along = |mode: &Vibration| -mode.shape.iter().zip(&self.tau).map(|(x, tau)| x * tau).sum::<f64>();
+        Ok(modes.iter().map(along).collect())
+    }
+}
+
+/// `x'' + c x' + w^2 x = f(t)`.
+struct Oscillation {
+    x: f64,
+    v: f64,
+    /// Largest amplitude about the static displacement under the force.
+    largest: f64,
+}
+
+impl Oscillation {
+    fn new(mode: &Vibration) -> Self {
+        Self { x: 0.0, v: mode.velocity, largest: 0.0 }
+    }
+
+    /// Exact step for a force linear in time.
+    fn step(&mut self, mode: &Vibration, h: f64, [from, to]: [f64; 2]) {
+        if mode.frequency == 0.0 || mode.is_overdamped() {
+            return;
+        }
+        let (square, half) = (mode.frequency.powi(2), 0.5 * mode.damping);
+        let slope = (to - from) / h / square;
+        let held = from / square - mode.damping / square * slope;
+        let (x, v) = (self.x - held, self.v - slope);
+        self.largest = self.largest.max(x.hypot(v / mode.frequency));
+        let frequency = (square - half * half).sqrt();
+        let (sine, cosine) = (frequency * h).sin_cos();
+        let decay = (-half * h).exp();
+        let sine = if frequency > 0.0 { sine / frequency } else { h };
+        self.x = decay * (x * cosine + (v + half * x) * sine) + held + slope * h;
+        self.v = decay * (v * cosine - (square * x + half * v) * sine) + slope;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const STEPS: usize = 1000;
+
+    fn vibration() -> Vibration {
+        Vibration { frequency: 3.0, damping: 0.4, shape: vec![1.0], velocity: 0.2, size: 0.0 }
+    }
+
+    #[test]
+    fn an_oscillation_under_a_straight_line_is_exact() {
+        let (mode, force) = (vibration(), |t: f64| 1.0 + 2.0 * t);
+        let (mut whole, mut parts) = (Oscillation::new(&mode), Oscillation::new(&mode));
+        whole.step(&mode, 2.0, [force(0.0), force(2.0)]);
+        for i in 0..STEPS {
+            let t = |i: usize| 2.0 * i as f64 / STEPS as f64;
+            parts.step(&mode, t(1), [force(t(i)), force(t(i + 1))]);
+        }
+        assert!((whole.x - parts.x).abs() < 1e-12 && (whole.v - parts.v).abs() < 1e-12);
+        // The differential equation itself, by finite differences.
+        let h = 1e-4;
+        let at = |t: f64| {
+            let mut motion = Oscillation::new(&mode);
+            motion.step(&mode, t, [force(0.0), force(t)]);
+            motion
+        };
+        let (before, here, after) = (at(1.0 - h), at(1.0), at(1.0 + h));
+        assert!(((after.x - before.x) / (2.0 * h) - here.v).abs() < 1e-6);
+        let a = (after.v - before.v) / (2.0 * h);
+        assert!((a + mode.damping * here.v + mode.frequency.powi(2) * here.x - force(1.0)).abs() < 1e-6);
+    }
+
+    #[test]
+    fn pulses_shorten_steps_and_straight_lines_do_not() {
+        let pulse: Vec<Vec<f64>> =
+            (0..=100).map(|i| vec![if (40..60).contains(&i) { (i - 40) as f64 } else { 0.0 }]).collect();
+        let line: Vec<Vec<f64>> = (0..=100).map(|i| vec![i as f64]).collect();
+        assert_eq!(steps_of_change(&pulse, &[1.0], 1.0), 1.0);
+        assert_eq!(steps_of_change(&pulse, &[1e-6], 1.0), f64::INFINITY);
+        assert_eq!(steps_of_change(&line, &[1.0], 1.0), f64::INFINITY);
+    }
+}

@@ -1,0 +1,139 @@
+//! Vibrations that steps must resolve, and the step sizes that resolve them.
+//!
+//! An implicit method damps vibrations that its steps do not resolve, without any sign in its error estimate:
+//! two runs that both miss a vibration agree with each other, but not with the exact motion. Therefore
+//! vibrations visible at the tip are resolved from the start. They are known beforehand: those excited by the
+//! initial state, and those excited by loads and the base motion, by the linear response of each mode.
+
+use std::f64::consts::E;
+
+use super::drive::Drive;
+use super::integrator::Integrator;
+use crate::analysis::spectrum::{Spectrum, Vibration};
+use crate::error::Interrupted;
+use crate::model::Model;
+
+/// Vibrations that move the tip by less than this fraction of the tolerance need not be resolved.
+const VISIBLE: f64 = 0.1;
+
+/// Fraction of the tolerance of a run that each vibration may use.
+const SHARE: f64 = 0.5;
+
+/// Upper bound of the tip error, relative to the length.
+const FARTHEST: f64 = 2.0;
+
+/// Minimum number of steps per known period of the excitation.
+const STEPS_OF_A_PERIOD: f64 = 4.0;
+
+/// A vibration that must be resolved.
+#[derive(Clone, Copy, Debug)]
+struct Followed {
+    /// Frequency in rad/s.
+    frequency: f64,
+    /// Amplitude at the tip, relative to the length.
+    reach: f64,
+    /// Radians over which its error accumulates: during the whole time, or until the vibration has decayed.
+    radians: f64,
+}
+
+/// Vibrations to be resolved, and other limits of the step.
+#[derive(Clone, Debug)]
+pub(super) struct Following {
+    /// Vibrations of each state examined so far.
+    vibrations: Vec<Vec<Followed>>,
+    /// Longest step, in seconds, that misses no feature of the excitation.
+    of_drive: f64,
+    /// Largest rate, in 1/s. The error estimate of an explicit method tolerates steps beyond the stability
+    /// limit, which cause errors in the long run.
+    rate: f64,
+    /// Tolerance of the first run.
+    loosest: f64,
+}
+
+impl Following {
+    /// No limits.
+    pub(super) fn nothing() -> Self {
+        Self { vibrations: Vec::new(), of_drive: f64::INFINITY, rate: 0.0, loosest: 0.0 }
+    }
+
+    /// Vibrations about `q0` that the initial state and the excitation over `t_span` cause. `loosest` is the
+    /// tolerance of the first run. `monitor` is called regularly with the start time and may stop the search.
+    pub(super) fn new<M: Model>(
+        model: &mut M,
+        t_span: (f64, f64),
+        q0: &[f64],
+        spectrum: &Spectrum,
+        loosest: f64,
+        monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
+    ) -> Result<Self, Interrupted> {
+        let mut of_drive = model.facts().shortest_period / STEPS_OF_A_PERIOD;
+        let mut sizes: Vec<f64> = spectrum.modes.iter().map(|mode| mode.size).collect();
+        if model.facts().varies_in_time {
+            let drive = Drive::new(model, t_span, q0, spectrum, VISIBLE * loosest, monitor)?;
+            for (size, driven) in sizes.iter_mut().zip(drive.sizes) {
+                *size = size.max(driven);
+            }
+            of_drive = of_drive.min(drive.longest_step);
+        }
+        let mut following = Self { vibrations: Vec::new(), of_drive, rate: spectrum.rate(), loosest };
+        following.add(model, t_span.1 - t_span.0, q0, spectrum, &sizes);
+        Ok(following)
+    }
+
+    /// Adds the vibrations that a later state of the motion contains.
+    pub(super) fn look<M: Model>(&mut self, model: &mut M, t: f64, duration: f64, [q, v]: [&[f64]; 2]) {
+        if let Some(spectrum) = Spectrum::new(model, t, q, v) {
+            let sizes: Vec<f64> = spectrum.modes.iter().map(|mode| mode.size).collect();
+            self.add(model, duration, q, &spectrum, &sizes);
+        }
+    }
+
+    fn add<M: Model>(&mut self, model: &mut M, duration: f64, q: &[f64], spectrum: &Spectrum, sizes: &[f64]) {
+        let oscillates =
+            |(mode, size): &(&Vibration, &f64)| mode.frequency > 0.0 && **size > 0.0 && !mode.is_overdamped();
+        let followed = spectrum.modes.iter().zip(sizes).filter(oscillates).map(|(mode, &size)| {
+            let reach = (mode.reach(model, q, size) / model.facts().length).min(FARTHEST);
+            let life = 2.0 / (E * mode.damping.abs());
+            Followed {
+                frequency: mode.frequency,
+                reach,
+                radians: (mode.frequency * duration.min(life)).max(1.0),
+            }
+        });
+        self.vibrations.push(followed.collect());
+    }
+
+    /// Error of all vibrations together for steps of this size, relative to the length. Unresolved vibrations
+    /// are lost completely, in every run alike.
+    pub(super) fn lost(&self, integrator: &Integrator, step: f64) -> f64 {
+        let part = |vibration: &Followed| {
+            let of_a_radian = integrator.error_of_a_radian(vibration.frequency, step);
+            vibration.reach * (vibration.radians * of_a_radian).min(1.0)
+        };
+        let of_state = |vibrations: &Vec<Followed>| vibrations.iter().map(part).sum();
+        self.vibrations.iter().map(of_state).fold(0.0, f64::max)
+    }
+
+    /// Highest visible frequency at this tolerance, in rad/s; zero if there is none.
+    pub(super) fn highest(&self, tolerance: f64) -> f64 {
+        self.visible(tolerance).map(|vibration| vibration.frequency).fold(0.0, f64::max)
+    }
+
+    /// Longest step, in seconds, for which the error of each vibration stays within its share of `tolerance`.
+    pub(super) fn longest_step(&self, integrator: &Integrator, tolerance: f64) -> f64 {
+        // Two runs must not have the same steps, whatever limits the steps: they would have the same errors.
+        let shorter = integrator.shorter((tolerance / self.loosest).min(1.0));
+        let of_vibration = |vibration: &Followed| {
+            let allowed = SHARE * tolerance / (vibration.reach * vibration.radians);
+            integrator.step_of_error(allowed).min(integrator.longest * shorter) / vibration.frequency
+        };
+        let of_all = self.of_drive.min(integrator.stability / self.rate) * shorter;
+        self.visible(tolerance).map(of_vibration).fold(of_all, f64::min)
+    }
+
+    /// The same vibrations for all runs of a request, to make the runs comparable.
+    fn visible(&self, tolerance: f64) -> impl Iterator<Item = &Followed> {
+        let visible = VISIBLE * tolerance.max(self.loosest);
+        self.vibrations.iter().flatten().filter(move |vibration| vibration.reach > visible)
+    }
+}

@@ -1,0 +1,152 @@
+//! Motions to a requested accuracy: chooses method and step sizes, and estimates the error that was reached.
+//!
+//! The error is measured at the tip: the largest distance, over the returned times, between the computed and
+//! the exact position of the tip, relative to the length of the model. It has two parts: the error of the
+//! steps in time, and the error of the finite number of modes and nodes in space.
+//!
+//! The time error is measured: every run is compared with a run at a tolerance five times tighter, and the
+//! difference estimates the error (tolerance proportionality; Hairer, Norsett and Wanner 1993, section II.4).
+//! Tolerances are tightened until the estimate meets the request. Vibrations that both runs would miss are
+//! resolved by both, or included in the estimate. The space error is the difference to a run with two more
+//! modes of every strain and more nodes, plus an estimate of what the finer model lacks. If additional nodes
+//! alone change the motion, the number of nodes is increased.
+//!
+//! ```
+//! use lissom::accuracy::{Request, simulate_to_accuracy};
+//! use lissom::pendulum::SpringPendulum;
+//!
+//! let pendulum = SpringPendulum::new(1.0, 1.0, 10.0, 9.81)?;
+//! let request = Request::new(1e-4, 0.1);
+//! let (motion, _) =
+//!     simulate_to_accuracy(pendulum, (0.0, 1.0), &[-0.7, 0.5], &[0.0, 0.0], request, None, &mut |_| Ok(()))?;
+//! assert!(motion.statistics.time_error.is_some_and(|error| error <= 1e-4));
+//! # Ok::<(), lissom::error::InvalidInput>(())
+//! ```
+
+mod choice;
+mod drive;
+mod following;
+mod integrator;
+mod missing;
+mod modes;
+mod paths;
+mod request;
+mod run;
+mod space;
+mod time;
+
+use std::time::Instant;
+
+use crate::error::{Interrupted, InvalidInput};
+use crate::model::Model;
+
+use crate::integrators::second_order;
+use crate::simulation::simulate::{Simulation, grid};
+use crate::simulation::stepping::{Start, check_span};
+
+pub use modes::{Modes, choose_modes};
+pub use request::{DEFAULT_MAX_STEPS, DEFAULT_RTOL, Request};
+
+use run::Plan;
+
+/// Computes the free motion of `model` from `q0`, `v0` over `t_span` to an accuracy. Also returns a model
+/// with more quadrature nodes, if the number of nodes was open and the accuracy required more. `t_eval` are
+/// the increasing times of the result. `monitor` is called with the time after every accepted step of every
+/// run and may stop the computation.
+///
+/// The statistics contain the estimated errors and the counters of the returned run; the wall time includes
+/// all runs. If the accuracy was not reached, the status says so.
+pub fn simulate_to_accuracy<M: Model + Clone>(
+    mut model: M,
+    t_span: (f64, f64),
+    q0: &[f64],
+    v0: &[f64],
+    request: Request,
+    t_eval: Option<&[f64]>,
+    monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
+) -> Result<(Simulation, Option<M>), InvalidInput> {
+    let clock = Instant::now();
+    let wanted = wanted(model.facts().n, t_span, [q0, v0], request, t_eval)?;
+    let start = fitted(&mut model, t_span.0, [q0, v0])?;
+    let [q0, v0] = [&start.q[..], &start.v];
+    let compared = paths::with_more_times(&wanted, t_span);
+    let original = model.clone();
+    let mut factor = 1;
+    let (mut simulation, reason) = loop {
+        let mut plan = Plan::new(&mut model, t_span, [q0, v0], request, Some(&compared), monitor)?;
+        let mut run = time::to_accuracy(&mut plan, monitor)?;
+        if run.is_success() {
+            space::add_error(&plan, &mut run, monitor)?;
+        }
+        match space::with_nodes(&plan, &run, (&original, 2 * factor), monitor)? {
+            Some(more_nodes) => {
+                factor *= 2;
+                model = more_nodes;
+            }
+            None => break (run.simulation, plan.choice.reason),
+        }
+    };
+    if factor > 1 {
+        simulation.message.push_str(&format!(" It takes {factor} times as many nodes as by default."));
+    }
+    simulation.message.push(' ');
+    simulation.message.push_str(&reason);
+    if model.facts().constraints() > 0 && simulation.status.is_success() {
+        simulation.message.push_str(IN_LOOPS);
+    }
+    if start.moved > 0.0 {
+        simulation.message.push_str(&Start::sentence(start.moved));
+    }
+    simulation.statistics.wall_time = clock.elapsed().as_secs_f64();
+    if compared.len() > wanted.len() {
+        simulation.keep(&wanted);
+    }
+    Ok((simulation, (factor > 1).then_some(model)))
+}
+
+/// What is not estimated of a motion with closed loops, or with tendons that do not stretch.
+const IN_LOOPS: &str = " The errors are those of places on the links; those of the forces in closed loops and of tensions are not estimated.";
+
+/// Initial state projected onto closed loops.
+fn fitted<M: Model>(model: &mut M, t: f64, [q0, v0]: [&[f64]; 2]) -> Result<Start, InvalidInput> {
+    let n = model.facts().n;
+    let is_sensible = [q0, v0].iter().all(|values| values.len() == n && values.iter().all(|x| x.is_finite()));
+    match is_sensible {
+        true => Start::fitted(model, t, q0, v0),
+        // Validation reports the problem.
+        false => Ok(Start { q: q0.to_vec(), v: v0.to_vec(), moved: 0.0 }),
+    }
+}
+
+/// Rejects all arguments that [`simulate_to_accuracy`] would reject, before any evaluation of a motion;
+/// returns the times of its result.
+pub fn check<M: Model>(
+    model: &mut M,
+    t_span: (f64, f64),
+    q0: &[f64],
+    v0: &[f64],
+    request: Request,
+    t_eval: Option<&[f64]>,
+) -> Result<Vec<f64>, InvalidInput> {
+    let times = wanted(model.facts().n, t_span, [q0, v0], request, t_eval)?;
+    second_order::check_times(&times, t_span)?;
+    check_span(model.facts().time_span, t_span)?;
+    model.check_shape(q0, "q0")?;
+    Ok(times)
+}
+
+/// Times of the result.
+fn wanted(
+    n: usize,
+    t_span: (f64, f64),
+    [q0, v0]: [&[f64]; 2],
+    request: Request,
+    t_eval: Option<&[f64]>,
+) -> Result<Vec<f64>, InvalidInput> {
+    request.validate()?;
+    second_order::check_start(n, t_span, q0, v0, request.dt)?;
+    match t_eval {
+        Some(times) => Ok(times.to_vec()),
+        None => grid(n, t_span, request.dt),
+    }
+}

@@ -1,0 +1,97 @@
+//! Error due to the finite number of modes and nodes, measured by a run of a model with more of both.
+
+use super::missing::finer;
+use super::paths::{distances, largest};
+use super::request::Request;
+use super::run::{Plan, Run};
+use super::time::TIGHTENING;
+use crate::error::{Interrupted, InvalidInput};
+use crate::model::Model;
+use crate::simulation::simulate::Status;
+
+/// Tolerance of the tightest run of a finer model, relative to the requested accuracy.
+const TIGHTEST: f64 = 0.1;
+
+/// Tolerance of the first run of a finer model, and the multiple of the tolerance that identifies an error.
+/// Space errors are usually large, and a cheap run finds them.
+const FIRST: f64 = 1e-3;
+const CLEAR: f64 = 3.0;
+
+/// Change by additional nodes that requires them, relative to the requested accuracy.
+const NODES: f64 = 0.3;
+
+/// Adds the space error to a run, or the reason why it is unknown. Simulates a finer model, with the method
+/// that suits that model, only as accurately as needed to distinguish errors of modes from errors of steps.
+pub(super) fn add_error<M: Model + Clone>(
+    plan: &Plan<'_, M>,
+    run: &mut Run,
+    monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
+) -> Result<(), InvalidInput> {
+    let wanted = plan.request.rtol;
+    let unknown = |run: &mut Run, why: &str| {
+        run.simulation.message.push_str(&format!(" The space error is unknown: {why}."));
+        Ok(())
+    };
+    let mut finer = match finer(plan.model, &run.simulation, plan.choice.resolved, wanted) {
+        Ok(Some(finer)) => finer,
+        Ok(None) => return Ok(()),
+        Err(why) => return unknown(run, why),
+    };
+    let [q0, v0] = plan.start.map(|values| finer.embed(values));
+    let tightest = run.tolerance.min(TIGHTEST * wanted);
+    let mut tolerance = FIRST.max(run.tolerance);
+    let error = loop {
+        let request = Request { rtol: tolerance, ..plan.request };
+        let fine = Plan::new(&mut finer.model, plan.t_span, [&q0, &v0], request, plan.t_eval, monitor)?;
+        let other = fine.run(tolerance, f64::INFINITY, monitor)?;
+        if !other.is_success() {
+            if other.simulation.status.name() == "interrupted" {
+                run.interrupt();
+                return Ok(());
+            }
+            return unknown(run, "the run with more modes failed");
+        }
+        let apart = largest(&distances(&other.tips, &run.tips)) / plan.model.facts().length;
+        let error = finer.estimate.error(apart);
+        if error <= wanted || apart > CLEAR * tolerance || tolerance <= tightest {
+            break error;
+        }
+        tolerance = (tolerance / TIGHTENING).max(tightest);
+    };
+    run.simulation.statistics.space_error = Some(error);
+    let verdict = if error <= wanted {
+        format!(" The space error is {error:.0e}.")
+    } else {
+        format!(" The modes of the model leave a space error of {error:.0e}: give it more, or more segments.")
+    };
+    run.simulation.message.push_str(&verdict);
+    Ok(())
+}
+
+/// The model with `factor` times as many nodes, if its motion differs in an otherwise identical run. Called
+/// only if the space error is too large or unknown.
+pub(super) fn with_nodes<M: Model + Clone>(
+    plan: &Plan<'_, M>,
+    run: &Run,
+    (original, factor): (&M, usize),
+    monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
+) -> Result<Option<M>, InvalidInput> {
+    let wanted = plan.request.rtol;
+    let is_unresolved = run.simulation.status == Status::Unresolved;
+    let is_met = run.simulation.statistics.space_error.is_some_and(|error| error <= wanted);
+    if !is_unresolved && (!run.is_success() || is_met) {
+        return Ok(None);
+    }
+    let Some(model) = original.with_nodes_times(factor) else { return Ok(None) };
+    if is_unresolved {
+        return Ok(Some(model));
+    }
+    let (choice, following) = (plan.choice.clone(), plan.following.clone());
+    let matters = NODES * wanted;
+    let other = Plan { model: &model, choice, following, ..*plan };
+    // At the tolerance of the run: if errors multiply, errors of looser steps would be attributed to the
+    // nodes.
+    let other = other.run(run.tolerance, f64::INFINITY, monitor)?;
+    let changed = largest(&distances(&other.tips, &run.tips)) / plan.model.facts().length;
+    Ok((other.is_success() && changed > matters).then_some(model))
+}

@@ -1,0 +1,130 @@
+//! Error of the time steps, measured by pairs of runs and reduced to the requested accuracy.
+
+use super::paths::{distances, grows, largest, range};
+use super::run::{FIRST_TOLERANCE, Plan, Run};
+use crate::error::{Interrupted, InvalidInput};
+use crate::model::Model;
+use crate::simulation::simulate::Status;
+
+/// Ratio of the tolerances of two runs that are compared.
+pub(super) const TIGHTENING: f64 = 5.0;
+
+/// If the accuracy was not met, the next run aims at this fraction of it, with a tolerance reduced at most by
+/// `SMALLEST_FACTOR`.
+const AIM: f64 = 0.5;
+const SMALLEST_FACTOR: f64 = 1e-3;
+
+/// Two runs are comparable if the expected gain in accuracy, from their numbers of steps, is at least this:
+/// then their difference bounds the error of the better run. Otherwise the better run is repeated with enough
+/// steps for `ENOUGH_GAIN`.
+const LEAST_GAIN: f64 = 2.0;
+const ENOUGH_GAIN: f64 = 4.0;
+
+/// The estimated error of the better of two runs is this factor times their difference, over the square root
+/// of the expected gain. The estimate is not less than the median by proportionality, and not less than the
+/// true error in 99 of 100 random motions (`benches/python/accuracy/honesty.py`).
+const SAFETY: f64 = 2.5;
+
+/// Smallest error attributed to a run, relative to its tolerance; closer agreement is chance.
+const LUCK: f64 = 0.05;
+
+/// A run whose energy drifts by this fraction of the moved energy is not trusted, whatever it agrees with.
+const LARGE_DRIFT: f64 = 0.1;
+
+/// Maximum number of runs, for motions that multiply every error.
+const RUNS: usize = 6;
+
+/// Tightest tolerance of a run; below, rounding errors dominate.
+const SMALLEST_RUN_TOLERANCE: f64 = 1e-13;
+
+/// A looser run for comparison.
+struct Looser {
+    tolerance: f64,
+    steps: f64,
+    tips: Vec<[f64; 3]>,
+}
+
+impl From<Run> for Looser {
+    fn from(run: Run) -> Self {
+        Self { tolerance: run.tolerance, steps: run.steps(), tips: run.tips }
+    }
+}
+
+/// Runs with decreasing tolerances until the estimated error is below the requested one. The result contains
+/// the estimate, a message and a status.
+pub(super) fn to_accuracy<M: Model + Clone>(
+    plan: &mut Plan<'_, M>,
+    monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
+) -> Result<Run, InvalidInput> {
+    let wanted = plan.request.rtol;
+    let mut tolerance = FIRST_TOLERANCE * wanted;
+    let mut longest_step = f64::INFINITY;
+    let mut previous: Option<Looser> = None;
+    let mut runs = 0;
+    loop {
+        let mut run = plan.run(tolerance, longest_step, monitor)?;
+        runs += 1;
+        if !run.is_success() {
+            return Ok(run);
+        }
+        let Some(looser) = previous.take() else {
+            // A run that did not resolve a vibration which it excited itself cannot be compared with.
+            if runs > 1 || plan.follows(&run) {
+                previous = Some(run.into());
+                tolerance = (tolerance / TIGHTENING).max(SMALLEST_RUN_TOLERANCE);
+            }
+            continue;
+        };
+        let integrator = plan.choice.integrator;
+        let gain = integrator.gain([(looser.tolerance, looser.steps), (tolerance, run.steps())]);
+        if gain < LEAST_GAIN && runs < RUNS {
+            // Steps limited by something other than the tolerance have the same errors in both runs.
+            longest_step = plan.duration() / looser.steps * integrator.shorter(1.0 / ENOUGH_GAIN);
+            previous = Some(looser);
+            continue;
+        }
+        let error = error(plan, &run, &looser, gain);
+        let is_met = error <= wanted;
+        if is_met || runs >= RUNS || tolerance <= SMALLEST_RUN_TOLERANCE || !error.is_finite() {
+            run.simulation.statistics.time_error = Some(error);
+            run.simulation.message = if is_met {
+                format!("The time error is {error:.0e} of the length, {wanted:.0e} was asked for.")
+            } else {
+                run.simulation.status = Status::AccuracyNotReached;
+                format!(
+                    "The accuracy of {wanted:.0e} was not reached: after {runs} runs the time error is {error:.0e} \
+                     of the length. The motion multiplies errors, as chaotic ones do: shorten the time, or compare \
+                     energies (`balance`) instead of states."
+                )
+            };
+            return Ok(run);
+        }
+        // The next run is compared with this one, whose error is smaller than the estimate by this gain.
+        let gain = (error / (AIM * wanted)).powi(2) / gain;
+        let factor = gain.powf(-1.0 / integrator.exponent).clamp(SMALLEST_FACTOR, 1.0 / TIGHTENING);
+        previous = Some(run.into());
+        tolerance = (tolerance * factor).max(SMALLEST_RUN_TOLERANCE);
+    }
+}
+
+/// Estimated error of a run compared with a looser one, relative to the length: the difference of the tips,
+/// plus errors common to both runs, and at least the error that corresponds to the energy drift.
+fn error<M: Model + Clone>(plan: &Plan<'_, M>, run: &Run, looser: &Looser, gain: f64) -> f64 {
+    let apart = distances(&run.tips, &looser.tips);
+    // If errors multiply, or the steps were hardly shorter, the remaining error need not be smaller than the
+    // difference.
+    let share = if gain >= LEAST_GAIN && !grows(&apart) { SAFETY / gain.sqrt() } else { SAFETY };
+    let missed = plan.following.lost(plan.choice.integrator, plan.duration() / run.steps().max(1.0));
+    let seen = share * largest(&apart) / plan.model.facts().length;
+    (seen + missed + LUCK * run.tolerance).max(drained(plan, run))
+}
+
+/// Tip error that corresponds to a large energy drift of a run, as for a vibration, whose amplitude is
+/// proportional to the square root of its energy. Smaller drifts are ignored: the balance itself has errors
+/// where loads jump. Methods that damp unresolved vibrations lose most of the energy.
+fn drained<M: Model + Clone>(plan: &Plan<'_, M>, run: &Run) -> f64 {
+    let balance = run.simulation.balance(&mut plan.model.clone());
+    let drift = balance.map_or(0.0, |balance| balance.drift());
+    let lost = if drift > LARGE_DRIFT { 1.0 - (1.0 - drift.min(1.0)).sqrt() } else { 0.0 };
+    lost * range(&run.tips, run.simulation.t.len()) / plan.model.facts().length
+}

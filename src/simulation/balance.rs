@@ -1,0 +1,378 @@
+//! Energy balance of a motion: energies over time, and the energy that left or entered the system.
+//!
+//! ```
+//! use lissom::newmark;
+//! use lissom::pendulum::SpringPendulum;
+//! use lissom::simulate::{Method, simulate};
+//!
+//! let mut pendulum = SpringPendulum::new(1.0, 1.0, 10.0, 9.81)?;
+//! let method = Method::Newmark(newmark::Options::new(1e-3));
+//! let (q0, v0) = ([-0.7, 0.5], [0.0, 0.0]);
+//! let motion = simulate(pendulum.clone(), (0.0, 1.0), &q0, &v0, &method, None, &mut |_| Ok(()))?;
+//! let balance = motion.balance(&mut pendulum).expect("no function of time that could fail");
+//! assert!(balance.drift() < 1e-3);
+//! # Ok::<(), lissom::error::InvalidInput>(())
+//! ```
+
+use crate::error::Interrupted;
+use crate::model::{Energy, ForwardScratch, Model, rotation_vectors};
+use crate::numerics::hermite::{Quintic, cubic};
+
+/// Relative change, with respect to the largest part, below which energies count as constant.
+const ROUNDING: f64 = 1e3 * f64::EPSILON;
+
+/// Nodes on [0, 1] and weights of the Gauss-Legendre formula of order 6.
+const GAUSS: [(f64, f64); 3] =
+    [(0.112_701_665_379_258_31, 5.0 / 18.0), (0.5, 8.0 / 18.0), (0.887_298_334_620_741_7, 5.0 / 18.0)];
+
+/// Accumulated energy flows of a motion since its start, in joules, at each of its times. A vector is empty
+/// if the model has no such flow.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Flow {
+    /// What damping, and impacts of tendons that do not stretch, have taken out.
+    pub dissipated: Vec<f64>,
+    /// Work of loads without a potential, such as moments of fixed direction.
+    pub work: Vec<f64>,
+}
+
+/// Energies in joules at each time of a motion.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Balance {
+    /// Energies of the states.
+    pub energies: Vec<Energy>,
+    /// Energy dissipated by damping so far.
+    pub dissipated: Vec<f64>,
+    /// Work of loads without a potential so far.
+    pub work: Vec<f64>,
+}
+
+impl Balance {
+    /// Computes the balance of a motion with the states (q, v), n numbers each, for given inputs and flows.
+    /// Evaluates the energy once per state.
+    pub fn new<M: Model + ?Sized>(
+        model: &mut M,
+        t: &[f64],
+        q: &[f64],
+        v: &[f64],
+        u: &[f64],
+        flow: &Flow,
+    ) -> Result<Self, Interrupted> {
+        let n = model.facts().n;
+        let inputs = u.len() / t.len().max(1);
+        let energies = (0..t.len()).map(|i| {
+            if inputs > 0 {
+                model.set_inputs(&u[i * inputs..][..inputs]);
+            }
+            model.set_time(t[i])?;
+            Ok(model.energy(&q[i * n..][..n], &v[i * n..][..n]))
+        });
+        let energies = energies.collect::<Result<Vec<Energy>, Interrupted>>()?;
+        let flow_of = |flow: &[f64]| if flow.is_empty() { vec![0.0; energies.len()] } else { flow.to_vec() };
+        Ok(Self { dissipated: flow_of(&flow.dissipated), work: flow_of(&flow.work), energies })
+    }
+
+    /// Kinetic + elastic + gravitational + loads + dissipated - work, at each time: constant for an exact
+    /// motion.
+    pub fn total(&self) -> Vec<f64> {
+        let flows = self.dissipated.iter().zip(&self.work);
+        self.energies.iter().zip(flows).map(|(energy, (out, work))| energy.total() + out - work).collect()
+    }
+
+    /// Energy scale in joules: the largest kinetic energy, or the largest range of another part.
+    pub fn scale(&self) -> f64 {
+        let parts: [&dyn Fn(usize) -> f64; 5] = [
+            &|i| self.energies[i].elastic,
+            &|i| self.energies[i].gravitational,
+            &|i| self.energies[i].loads,
+            &|i| self.dissipated[i],
+            &|i| self.work[i],
+        ];
+        let range = |part: &dyn Fn(usize) -> f64| {
+            let values = || (0..self.energies.len()).map(part);
+            // A motion without times has no energies to compare.
+            if self.energies.is_empty() { 0.0 } else { largest(values()) + largest(values().map(|x| -x)) }
+        };
+        let kinetic = self.energies.iter().map(|energy| energy.kinetic.abs());
+        largest(parts.into_iter().map(range).chain(kinetic).chain([0.0]))
+    }
+
+    /// False if all changes of the energies are rounding errors. NaN counts as a change.
+    pub fn moves(&self) -> bool {
+        let size = |energy: &Energy| {
+            [energy.kinetic, energy.elastic, energy.gravitational, energy.loads].map(f64::abs)
+        };
+        let rounding = ROUNDING * largest(self.energies.iter().flat_map(size).chain([0.0]));
+        let scale = self.scale();
+        !scale.is_finite() || !rounding.is_finite() || scale > rounding
+    }
+
+    /// Largest change of the total, relative to [`Balance::scale`]; zero if nothing moved, NaN if an energy
+    /// is not finite.
+    pub fn drift(&self) -> f64 {
+        let total = self.total();
+        let Some(first) = total.first().filter(|_| self.moves()) else { return 0.0 };
+        largest(total.iter().map(|value| (value - first).abs())) / self.scale()
+    }
+}
+
+fn mean((before, after): (&f64, &f64)) -> f64 {
+    0.5 * (before + after)
+}
+
+/// The velocity that leads from one place to the other within `h`; that of the rates at both ends if the step is so short that they
+/// agree to the rounding of the places.
+fn mean_velocity(places: (&f64, &f64), rates: (&f64, &f64), h: f64) -> f64 {
+    let (way, by_rates) = (places.1 - places.0, mean(rates));
+    let rounding = f64::EPSILON * (places.0.abs() + places.1.abs());
+    if (way - h * by_rates).abs() <= rounding { by_rates } else { way / h }
+}
+
+/// Maximum of the values; NaN if one of them is NaN, which `f64::max` would ignore.
+fn largest(values: impl Iterator<Item = f64>) -> f64 {
+    values.fold(f64::NEG_INFINITY, |most, value| if most >= value || most.is_nan() { most } else { value })
+}
+
+/// How flows are integrated over a step.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Rule {
+    /// One evaluation of the power, in the mean of the shapes at both ends of the step and with the velocities that lead from
+    /// one to the other; if loads vary in time, the mean of the powers of those at both ends. For the average-acceleration rule without varying loads,
+    /// the balance of a linear system is then exact. With one-sided constraints always the powers at both
+    /// ends, where the constraints hold.
+    Mean,
+    /// Gauss-Legendre with three evaluations along the quintic polynomial through the states at both ends:
+    /// order 5.
+    Quintic,
+}
+
+/// State of a motion at a time.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct State<'a> {
+    pub(crate) t: f64,
+    pub(crate) q: &'a [f64],
+    pub(crate) v: &'a [f64],
+    pub(crate) a: &'a [f64],
+}
+
+/// Integrates dissipated power and power of loads along a motion, step by step. Skips flows that the model
+/// lacks.
+#[derive(Clone, Debug)]
+pub(crate) struct FlowMeter<'a> {
+    is_damped: bool,
+    is_driven: bool,
+    rule: Rule,
+    t_eval: Option<&'a [f64]>,
+    t: f64,
+    q: Vec<f64>,
+    v: Vec<f64>,
+    a: Vec<f64>,
+    q_between: Vec<f64>,
+    v_between: Vec<f64>,
+    a_between: Vec<f64>,
+    /// Dissipated energy and work so far.
+    total: [f64; 2],
+    /// How far the work may be off: powers between the ends of a step are not known better than by how they change from one
+    /// evaluation to the next.
+    uncertain: f64,
+    power: f64,
+    flow: Flow,
+}
+
+impl<'a> FlowMeter<'a> {
+    /// Creates a meter at the start `t0` of a motion that records the flow at the times `t_eval`, or after
+    /// every step; `None` for a model without flows.
+    pub(crate) fn new<M: Model + ?Sized>(
+        model: &mut M,
+        rule: Rule,
+        t0: f64,
+        [q0, v0]: [&[f64]; 2],
+        t_eval: Option<&'a [f64]>,
+    ) -> Option<Self> {
+        // Methods that stop at impacts tell what is lost there.
+        let has_impacts = rule == Rule::Quintic && model.facts().is_one_sided;
+        let (is_damped, is_driven) = (model.facts().is_damped || has_impacts, model.facts().is_driven);
+        if !is_damped && !is_driven {
+            return None;
+        }
+        let n = model.facts().n;
+        let mut a = vec![0.0; n];
+        if rule == Rule::Quintic || model.facts().varies_in_time {
+            // If loads or accelerations cannot be evaluated, the run takes no step, and the meter is not
+            // used.
+            if model.set_time(t0).is_ok() {
+                let _ = model.forward_dynamics(q0, v0, &mut a, &mut ForwardScratch::new(n));
+            }
+        }
+        let [q_between, v_between, a_between] = [(); 3].map(|()| vec![0.0; n]);
+        let mut meter = Self {
+            is_damped,
+            is_driven,
+            rule,
+            t_eval,
+            t: t0,
+            q: q0.to_vec(),
+            v: v0.to_vec(),
+            a,
+            q_between,
+            v_between,
+            a_between,
+            total: [0.0; 2],
+            uncertain: 0.0,
+            power: 0.0,
+            flow: Flow::default(),
+        };
+        let points = t_eval.map_or(0, <[f64]>::len);
+        meter.flow.dissipated.reserve(points);
+        meter.flow.work.reserve(points);
+        if t_eval.is_none_or(|times| times.first() == Some(&t0)) {
+            meter.record([0.0; 2]);
+        }
+        Some(meter)
+    }
+
+    /// Integrates over an accepted step to this state.
+    pub(crate) fn step<M: Model + ?Sized>(
+        &mut self,
+        model: &mut M,
+        state: State<'_>,
+    ) -> Result<(), Interrupted> {
+        // Express the start of the step in the rotation vectors of its end.
+        rotation_vectors::wrap(&model.facts().rotation_vectors, &mut self.q, &mut self.v, &mut [&mut self.a]);
+        let h = state.t - self.t;
+        let before = self.total;
+        // Between the ends of a step a tendon that does not stretch is shorter or longer than it is told.
+        let is_at_ends = self.rule == Rule::Mean && model.facts().is_one_sided;
+        let parts: &[(f64, f64)] = match self.rule {
+            _ if is_at_ends => &[(0.0, 0.5), (1.0, 0.5)],
+            Rule::Mean if model.facts().varies_in_time => &[(0.0, 0.5), (1.0, 0.5)],
+            Rule::Mean => &[(0.5, 1.0)],
+            Rule::Quintic => &GAUSS,
+        };
+        for &(x, weight) in parts {
+            if is_at_ends {
+                let end =
+                    if x == 0.0 { [&self.q[..], &self.v, &self.a] } else { [state.q, state.v, state.a] };
+                let between = [&mut self.q_between, &mut self.v_between, &mut self.a_between];
+                between.into_iter().zip(end).for_each(|(between, end)| between.copy_from_slice(end));
+            } else if self.rule == Rule::Mean {
+                let places = self.q.iter().zip(state.q);
+                let rates = self.v.iter().zip(state.v);
+                for ((q, v), (places, rates)) in
+                    self.q_between.iter_mut().zip(&mut self.v_between).zip(places.zip(rates))
+                {
+                    *q = mean(places);
+                    *v = mean_velocity(places, rates, h);
+                }
+                for (a, ends) in self.a_between.iter_mut().zip(self.a.iter().zip(state.a)) {
+                    *a = mean(ends);
+                }
+            } else {
+                let quintic = Quintic::at(x, h);
+                for i in 0..self.q.len() {
+                    let start = [self.q[i], self.v[i], self.a[i]];
+                    let [q, v, a] = quintic.motion(start, [state.q[i], state.v[i], state.a[i]]);
+                    (self.q_between[i], self.v_between[i], self.a_between[i]) = (q, v, a);
+                }
+            }
+            let powers =
+                self.powers(model, self.t + x * h, [&self.q_between, &self.v_between, &self.a_between])?;
+            for (total, power) in self.total.iter_mut().zip(powers) {
+                *total += h * weight * power;
+            }
+            let [_, power] = powers;
+            self.uncertain += h * weight * (power - std::mem::replace(&mut self.power, power)).abs();
+        }
+        match self.t_eval {
+            None => self.record(self.total),
+            Some(times) => self.record_up_to(model, times, &state, before)?,
+        }
+        self.t = state.t;
+        self.q.copy_from_slice(state.q);
+        self.v.copy_from_slice(state.v);
+        self.a.copy_from_slice(state.a);
+        Ok(())
+    }
+
+    /// Takes note of a jump, of inputs or by an impact: accelerations have jumped, and energies by what was dissipated and by
+    /// this work.
+    pub(crate) fn jump(&mut self, state: State<'_>, [dissipated, work]: [f64; 2]) {
+        // As it is written now: rotation vectors may have changed.
+        self.q.copy_from_slice(state.q);
+        self.v.copy_from_slice(state.v);
+        self.a.copy_from_slice(state.a);
+        self.total[0] += dissipated;
+        self.total[1] += work;
+    }
+
+    /// The energy that loads have supplied so far at most.
+    pub(crate) fn supplied(&self) -> f64 {
+        self.total[1] + self.uncertain
+    }
+
+    /// Flow at the first `points` of the requested times.
+    pub(crate) fn into_flow(mut self, points: usize) -> Flow {
+        // A run stopped during the integration over its last step has no entry for that step.
+        let flows = [
+            (self.is_damped, &mut self.flow.dissipated, self.total[0]),
+            (self.is_driven, &mut self.flow.work, self.total[1]),
+        ];
+        for (_, flow, total) in flows.into_iter().filter(|(is_there, ..)| *is_there) {
+            flow.resize(points, total);
+        }
+        self.flow
+    }
+
+    /// Dissipated power and power of loads without a potential, in watts.
+    fn powers<M: Model + ?Sized>(
+        &self,
+        model: &mut M,
+        t: f64,
+        [q, v, a]: [&[f64]; 3],
+    ) -> Result<[f64; 2], Interrupted> {
+        model.set_time(t)?;
+        let dissipated = if self.is_damped { model.dissipated_power(q, v) } else { 0.0 };
+        let supplied = if self.is_driven { model.supplied_power(q, v, a) } else { 0.0 };
+        Ok([dissipated, supplied])
+    }
+
+    fn record(&mut self, total: [f64; 2]) {
+        if self.is_damped {
+            self.flow.dissipated.push(total[0]);
+        }
+        if self.is_driven {
+            self.flow.work.push(total[1]);
+        }
+    }
+
+    /// Records the requested times within the step to `state`, by cubic interpolation of energies and powers.
+    fn record_up_to<M: Model + ?Sized>(
+        &mut self,
+        model: &mut M,
+        times: &[f64],
+        state: &State<'_>,
+        before: [f64; 2],
+    ) -> Result<(), Interrupted> {
+        let mut powers = None;
+        let recorded = |meter: &Self| meter.flow.dissipated.len().max(meter.flow.work.len());
+        while let Some(&t) = times.get(recorded(self))
+            && t <= state.t
+        {
+            if t == state.t {
+                self.record(self.total);
+                continue;
+            }
+            let [start, end] = match powers {
+                Some(known) => known,
+                None => *powers.insert([
+                    self.powers(model, self.t, [&self.q, &self.v, &self.a])?,
+                    self.powers(model, state.t, [state.q, state.v, state.a])?,
+                ]),
+            };
+            let h = state.t - self.t;
+            let x = (t - self.t) / h;
+            let total = self.total;
+            self.record(std::array::from_fn(|i| cubic(x, h, [before[i], total[i]], [start[i], end[i]])));
+        }
+        Ok(())
+    }
+}

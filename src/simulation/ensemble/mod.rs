@@ -1,0 +1,360 @@
+//! Many runs in threads, and their stored results.
+//!
+//! A row is one run. The assignment of rows to threads is not deterministic, but the results are: each row
+//! writes to its own part, and statistics over rows are accumulated in groups that depend only on the number
+//! of rows, and merged in order.
+//!
+//! ```
+//! use lissom::ensemble::{Keep, Refusal, Run, Runs, Size, simulate_many};
+//! use lissom::newmark;
+//! use lissom::robot::{Rod, RobotModel};
+//! use lissom::rod::Segment;
+//! use lissom::simulate::{Method, simulate};
+//!
+//! let segment = Segment { modes: [0, 3, 0, 0, 0, 0], ..Segment::straight(1.0, 1e-3, 210e9, 80e9, 7800.0) };
+//! let wire = RobotModel::of_rod(&Rod::new(vec![segment]))?;
+//! let method = Method::Newmark(newmark::Options::new(1e-2));
+//! // Every row is released from another curvature.
+//! let run: &Runs<'_> = &|row, monitor| {
+//!     let q0 = [0.1 * row as f64, 0.0, 0.0];
+//!     let simulation = simulate(wire.clone(), (0.0, 0.1), &q0, &[0.0; 3], &method, None, monitor)
+//!         .map_err(Refusal::Input)?;
+//!     Ok(Run { simulation, slack: Vec::new(), poses: Vec::new() })
+//! };
+//! let size = Size { count: 8, times: 11, n: 3, places: 0 };
+//! let (ensemble, ended) = simulate_many(size, Keep::Final, 2, run, &mut |_| Ok(()));
+//! assert!(ended.is_ok() && ensemble.q.len() == 8 * 3);
+//! # Ok::<(), lissom::error::InvalidInput>(())
+//! ```
+
+mod kept;
+mod spread;
+
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::{Mutex, PoisonError};
+use std::time::Instant;
+
+use crate::error::{Interrupted, InvalidInput};
+use crate::model::{Dynamics, InTime as _, Model};
+use crate::numerics::parallel;
+use crate::robot::{Place, Pose, RobotModel};
+use crate::simulation::simulate::{Simulation, Slack, Statistics, Status};
+
+use self::kept::{Group, groups};
+
+pub use self::spread::Spread;
+
+/// Data stored of the runs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Keep {
+    /// The states at all times.
+    States,
+    /// The last state.
+    Final,
+    /// The last state, the minimum and maximum of the coordinates, and mean and variance of the places over
+    /// all rows.
+    Summary,
+}
+
+/// Dimensions of an ensemble.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Size {
+    /// Number of rows.
+    pub count: usize,
+    /// Number of times of the states.
+    pub times: usize,
+    /// Number of coordinates.
+    pub n: usize,
+    /// Number of recorded places.
+    pub places: usize,
+}
+
+/// Number of entries of a homogeneous matrix.
+pub const POSE: usize = 16;
+
+/// Indices of the position in a row-major homogeneous matrix.
+const POSITION: [usize; 3] = [3, 7, 11];
+
+/// Maximum number of groups with separate means: enough for the threads of a large machine, with negligible
+/// memory.
+const GROUPS: usize = 256;
+
+impl Size {
+    /// Number of times at which a row stores its states.
+    fn kept_times(&self, keep: Keep) -> usize {
+        if keep == Keep::States { self.times } else { 1 }
+    }
+
+    /// Number of values stored per row.
+    fn of_row(&self, keep: Keep) -> usize {
+        let extremes = if keep == Keep::Summary { 2 * self.n } else { 0 };
+        let of_time = POSE.saturating_mul(self.places).saturating_add(2 * self.n);
+        self.kept_times(keep).saturating_mul(of_time).saturating_add(extremes)
+    }
+
+    /// Maximum number of values of an ensemble with this number of threads: stored data plus runs in
+    /// progress.
+    pub fn numbers(&self, keep: Keep, inputs: usize, workers: usize) -> usize {
+        /// Additional values: times, coordinates, velocities, accelerations and energy flow.
+        const BESIDE: usize = 3;
+        let of_run = self.times.saturating_mul(3 * self.n + inputs + BESIDE);
+        let means = if keep == Keep::Summary { self.rows_of_groups().1 } else { 0 };
+        let means = means.saturating_mul(2 * self.width_of_means());
+        let rows = self.count.saturating_mul(self.of_row(keep));
+        rows.saturating_add(means).saturating_add(of_run.saturating_mul(workers.min(self.count)))
+    }
+
+    fn width_of_means(&self) -> usize {
+        self.times.saturating_mul(3 * self.places)
+    }
+
+    /// Rows per group and number of groups for means.
+    fn rows_of_groups(&self) -> (usize, usize) {
+        let rows = self.count.div_ceil(GROUPS).max(1);
+        (rows, self.count.div_ceil(rows))
+    }
+}
+
+/// Run of a row.
+#[derive(Clone, Debug)]
+pub struct Run {
+    /// Result of the run.
+    pub simulation: Simulation,
+    /// Slack tendons during the run.
+    pub slack: Vec<Slack>,
+    /// Row-major homogeneous matrices of the places, at all times or at the last ones.
+    pub poses: Vec<f64>,
+}
+
+/// Outcome of a run.
+#[derive(Clone, Debug)]
+pub struct Outcome {
+    /// Status.
+    pub status: Status,
+    /// Status in words.
+    pub message: String,
+    /// Reason to doubt the motion, if any.
+    pub doubt: Option<String>,
+    /// Slack tendons during the run.
+    pub slack: Vec<Slack>,
+    /// Counts of steps, iterations and evaluations.
+    pub statistics: Statistics,
+    /// Last time that was reached; NaN if none was.
+    pub reached: f64,
+}
+
+/// Stored results of many runs. Missing values are NaN.
+#[derive(Clone, Debug)]
+pub struct Ensemble {
+    /// Dimensions.
+    pub size: Size,
+    /// Coordinates, row by row: all times in sequence, or the last time.
+    pub q: Vec<f64>,
+    /// Velocities, in the same layout.
+    pub v: Vec<f64>,
+    /// Homogeneous matrices of the places, in the same layout.
+    pub poses: Vec<f64>,
+    /// Minimum and maximum of each coordinate over the times of each row, if requested.
+    pub extremes: Option<[Vec<f64>; 2]>,
+    /// Positions of the places at all times over the successful rows, if statistics are requested.
+    pub spread: Option<Spread>,
+    /// Outcomes of the runs; `None` for runs that were not started.
+    pub outcomes: Vec<Option<Outcome>>,
+    /// Wall-clock time of all runs, in seconds.
+    pub wall_time: f64,
+}
+
+/// Called with the time of a run after every step; may stop the run.
+pub type Monitor<'a> = dyn FnMut(f64) -> Result<(), Interrupted> + 'a;
+
+/// Computes the run of a row, in any thread.
+pub type Runs<'a> = dyn Fn(usize, &mut Monitor<'_>) -> Result<Run, Refusal> + Sync + 'a;
+
+/// Computes the runs of all rows in `workers` threads.
+///
+/// `run` computes one row and calls its monitor after every step. `watch` is called with the number of
+/// finished runs about twenty times a second and may stop the ensemble: runs in progress then have the status
+/// "interrupted", and rows that were not started have no outcome. A rejected or stopped run also stops the
+/// ensemble; the refusal is returned with its row, beside the results so far.
+pub fn simulate_many(
+    size: Size,
+    keep: Keep,
+    workers: usize,
+    run: &Runs<'_>,
+    watch: &mut dyn FnMut(usize) -> Result<(), Interrupted>,
+) -> (Ensemble, Result<(), (usize, InvalidInput)>) {
+    let start = Instant::now();
+    let Size { count, n, places, .. } = size;
+    let times = size.kept_times(keep);
+    let of = |width: usize| vec![0.0; count * width];
+    let is_summary = keep == Keep::Summary;
+    let mut ensemble = Ensemble {
+        size,
+        q: of(times * n),
+        v: of(times * n),
+        poses: of(times * places * POSE),
+        extremes: is_summary.then(|| [of(n), of(n)]),
+        spread: None,
+        outcomes: vec![None; count],
+        wall_time: 0.0,
+    };
+    let done = AtomicUsize::new(0);
+    let refused = Mutex::new(None);
+    let mut all = groups(&mut ensemble, keep);
+    let work = |group: &mut Group<'_>, is_over: &AtomicBool| {
+        let mut go_on = |_| if is_over.load(Ordering::Relaxed) { Err(Interrupted) } else { Ok(()) };
+        for i in 0..group.rows() {
+            go_on(0.0)?;
+            match run(group.first + i, &mut go_on) {
+                Ok(run) => group.keep(i, run),
+                Err(Refusal::Input(error)) => {
+                    refused
+                        .lock()
+                        .unwrap_or_else(PoisonError::into_inner)
+                        .get_or_insert((group.first + i, error));
+                    return Err(Interrupted);
+                }
+                Err(Refusal::Ended(run)) => {
+                    group.keep(i, *run);
+                    return Err(Interrupted);
+                }
+            }
+            done.fetch_add(1, Ordering::Relaxed);
+        }
+        Ok(())
+    };
+    // The caller of `watch` knows the reason; outcomes show which rows are missing.
+    let _ = parallel::for_each(&mut all, workers, work, &mut || watch(done.load(Ordering::Relaxed)));
+    let spread = is_summary.then(|| {
+        let mut spread = Spread::new(size.width_of_means());
+        all.iter().for_each(|group| spread.merge(group.spread()));
+        spread
+    });
+    all.iter_mut().for_each(Group::forget_what_was_not_begun);
+    drop(all);
+    ensemble.spread = spread;
+    ensemble.wall_time = start.elapsed().as_secs_f64();
+    let refused = refused.into_inner().unwrap_or_else(PoisonError::into_inner);
+    (ensemble, refused.map_or(Ok(()), Err))
+}
+
+/// Reason to stop the ensemble after a run.
+#[derive(Debug)]
+pub enum Refusal {
+    /// The input of the run is invalid.
+    Input(InvalidInput),
+    /// A callback stopped the run; contains the results so far.
+    Ended(Box<Run>),
+}
+
+/// Poses of the places of a robot at the times of a motion, starting with time index `from`; the same number
+/// of poses for each time. Only a function of time can fail.
+pub fn poses(
+    model: &mut RobotModel,
+    simulation: &Simulation,
+    places: &[Place],
+    from: usize,
+) -> Result<Vec<Pose>, Interrupted> {
+    let n = simulation.n;
+    let mut poses = Vec::with_capacity(places.len() * (simulation.t.len() - from));
+    for (i, &t) in simulation.t.iter().enumerate().skip(from) {
+        if model.facts().varies_in_time {
+            model.set_time(t)?;
+        }
+        let q = &simulation.q[i * n..][..n];
+        poses.extend(places.iter().map(|place| model.pose_at(q, place)));
+    }
+    Ok(poses)
+}
+
+/// Positions of the [tip](Dynamics::tip) of a model, in its frame, at the times of a motion, starting with time
+/// index `from`.
+pub fn tips<M: Model + ?Sized>(model: &mut M, simulation: &Simulation, from: usize) -> Vec<[f64; 3]> {
+    let n = simulation.n;
+    (from..simulation.t.len()).map(|i| model.tip(&simulation.q[i * n..][..n])).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::integrators::newmark;
+    use crate::model::pendulum::SpringPendulum;
+    use crate::simulation::simulate::{Method, simulate};
+
+    const TIMES: usize = 11;
+
+    fn size(count: usize) -> Size {
+        Size { count, times: TIMES, n: 2, places: 1 }
+    }
+
+    /// A pendulum whose amplitude increases with the row; its place is its tip.
+    fn run_of(row: usize, monitor: &mut Monitor<'_>) -> Result<Run, Refusal> {
+        let mut pendulum = SpringPendulum::new(1.0, 1.0, 50.0, 9.81).unwrap();
+        let start = [0.01 * row as f64, 0.1];
+        let method = Method::Newmark(newmark::Options::new(1e-2));
+        let simulation = simulate(pendulum.clone(), (0.0, 0.1), &start, &[0.0; 2], &method, None, monitor)
+            .map_err(Refusal::Input)?;
+        let matrices = tips(&mut pendulum, &simulation, 0).into_iter().flat_map(|[x, y, z]| {
+            let mut matrix = [0.0; POSE];
+            POSITION.iter().zip([x, y, z]).for_each(|(&i, x)| matrix[i] = x);
+            matrix
+        });
+        let poses = matrices.collect();
+        Ok(Run { simulation, slack: Vec::new(), poses })
+    }
+
+    fn all(count: usize, keep: Keep, workers: usize) -> Ensemble {
+        let (ensemble, refused) = simulate_many(size(count), keep, workers, &run_of, &mut |_| Ok(()));
+        refused.unwrap();
+        ensemble
+    }
+
+    #[test]
+    fn a_summary_is_that_of_the_states_whatever_the_threads() {
+        for count in [1, 5, 600] {
+            let states = all(count, Keep::States, 2);
+            let summary = all(count, Keep::Summary, 1);
+            let [lowest, highest] = summary.extremes.clone().unwrap();
+            for (row, q) in states.q.chunks_exact(2 * TIMES).enumerate() {
+                assert_eq!(q[2 * (TIMES - 1)..], summary.q[2 * row..][..2]);
+                for i in 0..2 {
+                    let path = q.iter().skip(i).step_by(2).copied();
+                    assert_eq!(path.clone().fold(f64::INFINITY, f64::min), lowest[2 * row + i]);
+                    assert_eq!(path.fold(f64::NEG_INFINITY, f64::max), highest[2 * row + i]);
+                }
+            }
+            let spread = summary.spread.as_ref().unwrap();
+            assert_eq!((spread.samples(), spread.mean().len()), (count, 3 * TIMES));
+            for workers in [2, 7] {
+                let other = all(count, Keep::Summary, workers);
+                assert_eq!((other.spread.as_ref(), other.q), (Some(spread), summary.q.clone()));
+            }
+        }
+    }
+
+    #[test]
+    fn a_run_that_is_refused_ends_the_others_and_tells_its_row() {
+        let run = |row: usize, monitor: &mut Monitor<'_>| match row {
+            3 => Err(Refusal::Input(InvalidInput::new("q0", "nothing", "something"))),
+            _ => run_of(row, monitor),
+        };
+        let (ensemble, refused) = simulate_many(size(9), Keep::States, 1, &run, &mut |_| Ok(()));
+        assert_eq!(refused.unwrap_err().0, 3);
+        let begun: Vec<bool> = ensemble.outcomes.iter().map(Option::is_some).collect();
+        assert_eq!(begun, [true, true, true, false, false, false, false, false, false]);
+        let known: Vec<bool> = ensemble.q.chunks_exact(2 * TIMES).map(|q| q[0].is_finite()).collect();
+        assert_eq!(known, begun);
+    }
+
+    #[test]
+    fn the_numbers_of_an_ensemble_are_those_that_it_has() {
+        for keep in [Keep::States, Keep::Final, Keep::Summary] {
+            let Ensemble { q, v, poses, extremes, .. } = all(40, keep, 1);
+            let kept =
+                q.len() + v.len() + poses.len() + extremes.iter().flatten().map(Vec::len).sum::<usize>();
+            assert_eq!(size(40).of_row(keep) * 40, kept);
+            assert!(size(40).numbers(keep, 0, 2) >= kept);
+        }
+        assert_eq!(size(usize::MAX).numbers(Keep::States, 0, 1), usize::MAX);
+    }
+}

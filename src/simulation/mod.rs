@@ -1,0 +1,9 @@
+//! Runs of models: to an end or step by step, to an accuracy, many at once, with derivatives.
+
+pub mod accuracy;
+pub mod balance;
+pub mod ensemble;
+pub mod methods;
+pub mod sensitivity;
+pub mod simulate;
+pub mod stepping;

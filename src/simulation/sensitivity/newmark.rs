@@ -1,0 +1,194 @@
+//! Derivatives of runs of the Newmark family.
+
+use super::equations::{Equations, Linearised};
+use super::{Course, Failure, Kept, Monitor, Parameters, Together};
+use crate::integrators::newmark::{Scheme, Step};
+use crate::model::Model;
+use crate::numerics::linalg::{Lu, Matrix, Singular};
+
+/// Weights of a state whose accelerations follow from forward dynamics: the start of the run or of a leg.
+const SOLVED: [f64; 3] = [0.0, 0.0, 1.0];
+
+/// The matrix `S = w_q K + w_v D + M` of a step.
+struct System<'a, M: ?Sized> {
+    equations: Equations<'a, M>,
+    at: Linearised,
+    tangent: Matrix,
+    lu: Lu,
+}
+
+impl<'a, M: Model + ?Sized> System<'a, M> {
+    fn new(model: &'a mut M, course: &Course<'a>) -> Self {
+        let n = model.facts().n;
+        let equations = Equations::new(model, course.legs);
+        Self { equations, at: Linearised::new(n), tangent: Matrix::zeros(n, n), lu: Lu::new(n) }
+    }
+
+    /// Linearises a state whose accelerations follow from forward dynamics.
+    fn begin(&mut self, course: &Course<'_>, step: usize, is_transposed: bool) -> Result<(), Failure> {
+        let (t, state) = course.state(step, self.at.q.len());
+        self.at.place(t, state);
+        self.linearise(step, SOLVED, is_transposed)
+    }
+
+    /// Linearises the end of a step, given the weights of its accelerations.
+    fn end(
+        &mut self,
+        course: &Course<'_>,
+        step: usize,
+        weights: [f64; 3],
+        is_transposed: bool,
+    ) -> Result<(), Failure> {
+        let (t, state) = course.state(step, self.at.q.len());
+        self.at.place(t, state);
+        if course.leg_from(step).is_some() {
+            // The recorded accelerations belong to the next leg.
+            self.equations.solve(&mut self.at, step)?;
+        }
+        self.linearise(step, weights, is_transposed)
+    }
+
+    fn linearise(&mut self, step: usize, weights: [f64; 3], is_transposed: bool) -> Result<(), Failure> {
+        self.equations.linearise(&mut self.at, weights, &mut self.tangent)?;
+        if is_transposed {
+            self.tangent.transpose_mut();
+        }
+        self.lu.factorise(&self.tangent).map_err(|Singular| Failure::Singular(step))
+    }
+
+    /// Derivatives of the accelerations `da = -S^-1 (K dq + D dv + dr/dp)` with respect to all parameters, n
+    /// x p.
+    fn accelerations<F: Model + ?Sized>(
+        &mut self,
+        of: [&Matrix; 2],
+        parameters: &mut Parameters<'_, F>,
+        da: &mut Matrix,
+    ) -> Result<(), Failure> {
+        self.equations.change(&self.at, of, parameters.of, da)?;
+        if !da.is_empty() {
+            da.as_mut_slice().chunks_exact_mut(self.at.q.len()).for_each(|column| self.lu.solve(column));
+        }
+        Ok(())
+    }
+
+    /// Solves `S^T lambda = lambda` in place and adds the contributions of `lambda` to the gradient and to
+    /// the adjoint of coordinates and velocities.
+    fn back<F: Model + ?Sized>(
+        &mut self,
+        lambda: &mut [f64],
+        parameters: &mut Parameters<'_, F>,
+        [gradient, on_q, on_v]: [&mut [f64]; 3],
+        together: &mut Together,
+    ) -> Result<(), Failure> {
+        self.lu.solve(lambda);
+        self.equations.gather(&self.at, lambda, parameters.of, gradient, together)?;
+        self.at.add_transposed(lambda, [on_q, on_v]);
+        Ok(())
+    }
+}
+
+/// Derivatives of coordinates and velocities of all states with respect to all parameters.
+pub(super) fn forward<M: Model + ?Sized, F: Model + ?Sized>(
+    model: &mut M,
+    (course, scheme): (&Course<'_>, Scheme),
+    parameters: &mut Parameters<'_, F>,
+    monitor: &mut Monitor<'_>,
+) -> Result<Kept, Failure> {
+    let (n, p) = (model.facts().n, parameters.of.len());
+    let steps = course.steps(model, scheme);
+    let mut system = System::new(model, course);
+    let (mut q, mut v) = (parameters.dq0.clone(), parameters.dv0.clone());
+    let [mut a, mut before] = [0; 2].map(|_| Matrix::zeros(n, p));
+    let (mut q_base, mut v_base) = (q.clone(), v.clone());
+    let mut kept = Kept::new(course.t.len() * n * p);
+
+    system.equations.hold(0, parameters.of);
+    system.begin(course, 0, false)?;
+    system.accelerations([&q, &v], parameters, &mut a)?;
+    monitor()?;
+    let mut s = a.clone();
+    kept.add([&q, &v]);
+    for step in 1..course.t.len() {
+        let Step { made_for: (h, _), weights, displacement, velocity, rest, gain } = steps[step - 1];
+        for i in 0..n * p {
+            let (a, s) = (a[i], s[i]);
+            q_base[i] = q[i] + h * v[i] + displacement[0] * a + displacement[1] * s;
+            v_base[i] = v[i] + velocity[0] * a + velocity[1] * s;
+        }
+        s.iter_mut().zip(a.iter()).for_each(|(s, a)| *s = rest[0] * a + rest[1] * *s);
+        system.end(course, step, weights, false)?;
+        system.accelerations([&q_base, &v_base], parameters, &mut a)?;
+        for i in 0..n * p {
+            q[i] = q_base[i] + weights[0] * a[i];
+            v[i] = v_base[i] + weights[1] * a[i];
+            s[i] += gain * a[i];
+        }
+        if let Some(leg) = course.leg_from(step) {
+            system.equations.hold(leg, parameters.of);
+            system.begin(course, step, false)?;
+            before.copy_from(&a);
+            system.accelerations([&q, &v], parameters, &mut a)?;
+            // Inputs jump, but the lead of the method's own accelerations over the true ones stays the same.
+            s += &a - &before;
+        }
+        monitor()?;
+        kept.add([&q, &v]);
+    }
+    Ok(kept)
+}
+
+/// Gradient with respect to all parameters.
+pub(super) fn adjoint<M: Model + ?Sized, F: Model + ?Sized>(
+    model: &mut M,
+    (course, scheme): (&Course<'_>, Scheme),
+    weights: [&[f64]; 2],
+    parameters: &mut Parameters<'_, F>,
+    together: &mut Together,
+    monitor: &mut Monitor<'_>,
+) -> Result<Vec<f64>, Failure> {
+    let n = model.facts().n;
+    let mut gradient = vec![0.0; parameters.of.len()];
+    let steps = course.steps(model, scheme);
+    let mut system = System::new(model, course);
+    // Adjoint variables: derivatives of the function with respect to q, v, a and s of the current state.
+    let [mut on_q, mut on_v, mut on_a, mut on_s] = [0; 4].map(|_| vec![0.0; n]);
+    let mut lambda = vec![0.0; n];
+    system.equations.hold(course.last_leg(), parameters.of);
+    for step in (0..course.t.len()).rev() {
+        for i in 0..n {
+            on_q[i] += weights[0][step * n + i];
+            on_v[i] += weights[1][step * n + i];
+        }
+        let begins = if step == 0 { Some(0) } else { course.leg_from(step) };
+        if let Some(leg) = begins {
+            system.begin(course, step, true)?;
+            for i in 0..n {
+                lambda[i] = -(on_a[i] + on_s[i]);
+                on_a[i] = -on_s[i];
+            }
+            system.back(&mut lambda, parameters, [&mut gradient, &mut on_q, &mut on_v], together)?;
+            if leg > 0 {
+                system.equations.hold(leg - 1, parameters.of);
+            }
+        }
+        if step > 0 {
+            let Step { made_for: (h, _), weights: of_a, displacement, velocity, rest, gain } =
+                steps[step - 1];
+            system.end(course, step, of_a, true)?;
+            for i in 0..n {
+                lambda[i] = -(on_a[i] + of_a[0] * on_q[i] + of_a[1] * on_v[i] + gain * on_s[i]);
+            }
+            system.back(&mut lambda, parameters, [&mut gradient, &mut on_q, &mut on_v], together)?;
+            for i in 0..n {
+                let (q, v, s) = (on_q[i], on_v[i], on_s[i]);
+                let of = |k: usize| displacement[k] * q + velocity[k] * v + rest[k] * s;
+                on_v[i] += h * q;
+                on_a[i] = of(0);
+                on_s[i] = of(1);
+            }
+        }
+        monitor()?;
+    }
+    parameters.add_starts([&on_q, &on_v], &mut gradient);
+    Ok(gradient)
+}

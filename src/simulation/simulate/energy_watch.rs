@@ -1,0 +1,185 @@
+//! Energy that fixed steps add to a motion, or take out of it. An exact motion gains none unless something supplies it, and
+//! loses none unless something dissipates it: where it does, the steps are too long for what moves, such as a free body that
+//! turns by a radian within one of them. What loads supply counts, and so does how far it is known.
+
+use crate::error::{Interrupted, Number};
+use crate::integrators::newmark::Scheme;
+use crate::model::{Energy, Model};
+use crate::simulation::balance::State;
+use crate::simulation::stepping::Method;
+
+/// Energies above that of the start by this part of the largest kinetic one cause a warning: speeds off by half a percent.
+const GAIN: f64 = 1e-2;
+
+/// So do rises by this part after losses. An impact of six steps takes 28 percent out of a body and gives back 2.5 where it
+/// lets go.
+const RISE: f64 = 3e-2;
+
+/// So do losses by this part, where nothing dissipates.
+const LOSS: f64 = 3e-2;
+
+/// Changes must exceed this part of the elastic energy too, that of overlaps included: what is nearly at rest vibrates by less
+/// than a hundredth of how far it is deformed, and its kinetic energy is no measure.
+const AT_REST: f64 = 1e-4;
+
+/// The same for the weight, whose energy counts from an origin anywhere: errors of Newton's method are far smaller.
+const ROUNDING: f64 = 1e-9;
+
+/// And what coordinates hold that are off by this part of their typical sizes: a robot that cannot move trembles by roundings.
+const ROUNDING_OF_PLACES: f64 = 1e-12;
+
+/// Steps from one look to the next where nothing touches: the shortest steps take as long as four energies.
+const STRIDE: usize = 8;
+
+/// Looks for which a rise must last in a model with contact: within an impact the energy rises and falls again, because what a
+/// step sees of the overlap is its end.
+const LASTING: usize = 3;
+
+/// The energy over a run with fixed steps.
+pub(super) struct EnergyWatch {
+    dt: f64,
+    /// Whether loads vary in time.
+    varies: bool,
+    /// Whether neither the model nor the method takes energy out.
+    keeps_energy: bool,
+    stride: usize,
+    /// The last energies, as many as a rise must last.
+    last: Vec<f64>,
+    start: f64,
+    /// The largest rise above the start, the largest loss since then, and when that was.
+    gain: f64,
+    loss: (f64, f64),
+    /// The lowest energy so far and its time.
+    lowest: (f64, f64),
+    /// The largest rise above the lowest energy before it, and when it began and ended.
+    rise: f64,
+    during: (f64, f64),
+    /// The largest parts so far.
+    largest: Energy,
+}
+
+impl EnergyWatch {
+    /// `None` for methods that choose their steps, and for models that a base or prescribed coordinates carry: what these do is
+    /// known at the ends of steps only, where it may be far larger than what moves.
+    pub(super) fn new<M: Model>(
+        model: &mut M,
+        t0: f64,
+        [q, v]: [&[f64]; 2],
+        method: &Method,
+    ) -> Option<Self> {
+        let (dt, Method::Newmark(options)) = (method.fixed_step()?, method) else { return None };
+        if model.facts().is_carried {
+            return None;
+        }
+        let has_contact = model.facts().has_contact;
+        let varies = model.facts().varies_in_time;
+        if varies && model.set_time(t0).is_err() {
+            return None;
+        }
+        let is_driven = model.facts().is_driven || varies;
+        let is_free = !has_contact && !model.facts().is_damped && !model.facts().is_one_sided && !is_driven;
+        let (stride, lasting) = if has_contact { (1, LASTING) } else { (STRIDE, 1) };
+        let largest = model.energy(q, v);
+        let start = largest.total();
+        Some(Self {
+            dt,
+            varies,
+            keeps_energy: is_free && options.scheme == Scheme::AVERAGE_ACCELERATION,
+            stride,
+            last: vec![start; lasting],
+            start,
+            gain: 0.0,
+            loss: (0.0, t0),
+            lowest: (start, t0),
+            rise: 0.0,
+            during: (t0, t0),
+            largest,
+        })
+    }
+
+    /// Looks at the state after the `accepted`-th step, if it is one to be looked at.
+    /// `supplied` is what loads may have supplied at most.
+    pub(super) fn step<M: Model>(
+        &mut self,
+        model: &mut M,
+        state: State<'_>,
+        supplied: f64,
+        accepted: usize,
+    ) -> Result<(), Interrupted> {
+        if accepted.is_multiple_of(self.stride) { self.look(model, state, supplied) } else { Ok(()) }
+    }
+
+    fn look<M: Model>(
+        &mut self,
+        model: &mut M,
+        State { t, q, v, .. }: State<'_>,
+        supplied: f64,
+    ) -> Result<(), Interrupted> {
+        if self.varies {
+            model.set_time(t)?;
+        }
+        let energy = model.energy(q, v);
+        let total = energy.total() - supplied;
+        let Energy { kinetic, elastic, gravitational, loads } = &mut self.largest;
+        let parts = [(kinetic, energy.kinetic), (elastic, energy.elastic)];
+        let of_loads = [(gravitational, energy.gravitational), (loads, energy.loads)];
+        parts.into_iter().chain(of_loads).for_each(|(most, part)| *most = most.max(part.abs()));
+        self.last.rotate_left(1);
+        *self.last.last_mut().expect("as many as a rise must last") = total;
+        let lasting = self.last.iter().copied().fold(f64::INFINITY, f64::min);
+        self.gain = self.gain.max(lasting - self.start);
+        if self.start - total > self.loss.0 {
+            self.loss = (self.start - total, t);
+        }
+        if total < self.lowest.0 {
+            self.lowest = (total, t);
+        } else if lasting - self.lowest.0 > self.rise {
+            (self.rise, self.during) = (lasting - self.lowest.0, (self.lowest.1, t));
+        }
+        Ok(())
+    }
+
+    /// A warning if the energy has changed, the state being the last of the run.
+    pub(super) fn verdict<M: Model>(
+        mut self,
+        model: &mut M,
+        end: State<'_>,
+        supplied: f64,
+    ) -> Option<String> {
+        self.look(model, end, supplied).ok()?;
+        let Self { keeps_energy, gain, loss: (loss, at), rise, during: (from, to), largest, .. } = self;
+        let of_weight = ROUNDING * (largest.gravitational + largest.loads);
+        let hidden = (AT_REST * largest.elastic).max(of_weight);
+        let exceeds = |change: f64, part: f64| change > (part * largest.kinetic).max(hidden);
+        let percent = |change: f64| 100.0 * change / largest.kinetic;
+        let found = if exceeds(gain, GAIN) || exceeds(rise, RISE) {
+            format!(
+                "Between t = {from:.3} s and {to:.3} s the energy rises by {:.1} % of the largest kinetic energy, though nothing \
+                 supplies any",
+                percent(rise)
+            )
+        } else if keeps_energy && exceeds(loss, LOSS) {
+            format!(
+                "Until t = {at:.3} s the energy falls by {:.1} % of the largest kinetic energy, though nothing dissipates any",
+                percent(loss)
+            )
+        } else {
+            return None;
+        };
+        let change = gain.max(rise).max(if keeps_energy { loss } else { 0.0 });
+        if change <= energy_of_rounding(model, end) {
+            return None;
+        }
+        Some(format!(
+            "{found}: steps of {} s are too long for this motion. Take shorter steps, adaptive ones, or method \"auto\".",
+            Number(self.dt)
+        ))
+    }
+}
+
+/// What the energy changes by if coordinates are off by rounding. Allocates.
+fn energy_of_rounding<M: Model>(model: &mut M, State { q, v, .. }: State<'_>) -> f64 {
+    let mut beside = model.facts().typical_coordinates.clone();
+    beside.iter_mut().zip(q).for_each(|(x, q)| *x = q + ROUNDING_OF_PLACES * *x);
+    (model.energy(&beside, v).total() - model.energy(q, v).total()).abs()
+}

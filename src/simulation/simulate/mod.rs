@@ -1,0 +1,468 @@
+//! Motions of models over an interval, by the implicit Newmark family, Radau IIA or an explicit Runge-Kutta method.
+//!
+//! ```
+//! use lissom::newmark;
+//! use lissom::robot::{Rod, RobotModel};
+//! use lissom::rod::Segment;
+//! use lissom::simulate::{Method, simulate};
+//!
+//! let segment = Segment { modes: [0, 3, 0, 0, 0, 0], ..Segment::straight(1.0, 1e-3, 210e9, 80e9, 7800.0) };
+//! let wire = RobotModel::of_rod(&Rod::new(vec![segment]))?;
+//! let method = Method::Newmark(newmark::Options::new(1e-2));
+//! let motion = simulate(wire, (0.0, 0.1), &[0.0; 3], &[0.0; 3], &method, None, &mut |_| Ok(()))?;
+//! assert_eq!(motion.t.len(), 11);
+//! # Ok::<(), lissom::error::InvalidInput>(())
+//! ```
+
+mod course;
+mod energy_watch;
+mod recorder;
+mod slackness;
+mod watch;
+
+use std::time::Instant;
+
+use self::course::Course;
+use self::recorder::Recorder;
+
+use crate::description::signal::Cell;
+use crate::error::{Checker, Interrupted, InvalidInput, Number};
+use crate::integrators::newmark;
+use crate::integrators::newmark::StepSize;
+use crate::integrators::second_order;
+use crate::integrators::second_order::{
+    Grid, check_points, check_times, is_whole, number_of_steps, points_in_memory,
+};
+use crate::model::{ForwardScratch, Model, rotation_vectors};
+use crate::simulation::balance::{Balance, Flow, FlowMeter};
+use crate::simulation::stepping::Run;
+
+pub use self::slackness::{Slack, slackness};
+pub use crate::simulation::stepping::{Method, Status};
+
+use crate::simulation::stepping::check_span;
+pub(crate) use crate::simulation::stepping::check_step;
+
+/// A controller that sets the inputs of a model at equal intervals; inputs are constant in between.
+pub struct Control<'a> {
+    /// Interval in seconds; the first call is at the start of the run.
+    pub step: f64,
+    /// Computes the inputs from time, coordinates and velocities. The caller must ensure that they are
+    /// finite.
+    pub inputs: &'a mut Inputs<'a>,
+}
+
+/// Inputs as a function of time, coordinates and velocities.
+pub type Inputs<'a> = dyn FnMut(f64, &[f64], &[f64], &mut [f64]) -> Result<(), Interrupted> + 'a;
+
+impl std::fmt::Debug for Control<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Control").field("step", &self.step).finish_non_exhaustive()
+    }
+}
+
+/// The cost of a run. Counters that do not apply to the method are zero.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Statistics {
+    /// Wall-clock time of the run, in seconds.
+    pub wall_time: f64,
+    /// Estimated error of the tip due to time steps, relative to the model's length; only for runs to an
+    /// accuracy.
+    pub time_error: Option<f64>,
+    /// Estimated error of the tip due to the number of modes and nodes, relative to the model's length; only
+    /// for runs to an accuracy of models with modes.
+    pub space_error: Option<f64>,
+    /// Counters. For first-order methods, `nfev` counts forward dynamics.
+    pub counters: second_order::Counters,
+}
+
+/// A computed motion with its status. States computed before a failure or an interruption are kept.
+#[derive(Clone, Debug)]
+pub struct Simulation {
+    /// Times: the requested ones that were reached; otherwise those of all steps, or a grid ([`Method`]).
+    pub t: Vec<f64>,
+    /// Coordinates at these times, n numbers each.
+    pub q: Vec<f64>,
+    /// Velocities at these times, n numbers each.
+    pub v: Vec<f64>,
+    /// Accelerations at these times; `None` if the method does not solve for them: use
+    /// [`Self::accelerations`].
+    pub a: Option<Vec<f64>>,
+    /// Inputs from each of these times on, one number for each input of the model.
+    pub u: Vec<f64>,
+    /// Number of coordinates n.
+    pub n: usize,
+    /// Energy flow out of and into the motion up to each time, integrated along the run.
+    pub flow: Flow,
+    /// Counts of steps, iterations and evaluations.
+    pub statistics: Statistics,
+    /// Status.
+    pub status: Status,
+    /// Status in words, with advice unless the run succeeded.
+    pub message: String,
+    /// Reason why the motion may be inaccurate although the method succeeded; the message ends with it.
+    pub doubt: Option<String>,
+}
+
+impl Simulation {
+    /// Accelerations of this motion of `model`: those of the run, or from one forward dynamics per time.
+    pub fn accelerations<M: Model + ?Sized>(&self, model: &mut M) -> Result<Vec<f64>, Interrupted> {
+        match &self.a {
+            Some(a) => Ok(a.clone()),
+            None => accelerations(model, &self.t, &self.q, &self.v, &self.u),
+        }
+    }
+
+    /// Keeps only these increasing times; a run that ended early has the first of them.
+    pub(crate) fn keep(&mut self, times: &[f64]) {
+        let is_kept: Vec<bool> =
+            self.t.iter().map(|t| times.binary_search_by(|time| time.total_cmp(t)).is_ok()).collect();
+        let n = self.n;
+        let inputs = self.u.len() / self.t.len().max(1);
+        let keep = |values: &mut Vec<f64>, n: usize| {
+            let mut of_all = is_kept.iter().flat_map(|&is_kept| std::iter::repeat_n(is_kept, n));
+            values.retain(|_| of_all.next() == Some(true));
+        };
+        for values in [&mut self.q, &mut self.v].into_iter().chain(&mut self.a) {
+            keep(values, n);
+        }
+        keep(&mut self.u, inputs);
+        for values in [&mut self.t, &mut self.flow.dissipated, &mut self.flow.work] {
+            keep(values, 1);
+        }
+    }
+
+    /// Energy balance of this motion of `model`. Evaluates the energy once per time.
+    pub fn balance<M: Model + ?Sized>(&self, model: &mut M) -> Result<Balance, Interrupted> {
+        Balance::new(model, &self.t, &self.q, &self.v, &self.u, &self.flow)
+    }
+}
+
+/// Steps per period of the excitation for models without free coordinates: the trapezoidal rule is then
+/// accurate to 1e-3.
+const STEPS_OF_A_PERIOD: f64 = 100.0;
+
+/// Computes the free motion of `model` from `q0`, `v0` over `t_span`. `t_eval` are the increasing times of
+/// the result. `monitor` is called with the time after every accepted step and may stop the run; the status
+/// then says so. Inputs keep their defaults.
+///
+/// Fails before any evaluation if an argument is invalid, if the model does not resolve `q0`, or if the
+/// result would not fit in memory.
+pub fn simulate<M: Model>(
+    model: M,
+    t_span: (f64, f64),
+    q0: &[f64],
+    v0: &[f64],
+    method: &Method,
+    t_eval: Option<&[f64]>,
+    monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
+) -> Result<Simulation, InvalidInput> {
+    let order = Order { t_span, q0, v0, method, t_eval };
+    order.run(model, None, monitor)
+}
+
+/// Like [`simulate`], with inputs set by `control`. Steps end at the times of the controller: a method with
+/// fixed steps divides the interval into equal steps of at most `dt`. Work is computed with constant inputs
+/// in between; jumps of the energy with the inputs count as work too.
+#[allow(clippy::too_many_arguments, reason = "those of `simulate`, and one")]
+pub fn simulate_controlled<M: Model>(
+    model: M,
+    t_span: (f64, f64),
+    q0: &[f64],
+    v0: &[f64],
+    method: &Method,
+    t_eval: Option<&[f64]>,
+    control: Control<'_>,
+    monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
+) -> Result<Simulation, InvalidInput> {
+    let order = Order { t_span, q0, v0, method, t_eval };
+    order.run(model, Some(control), monitor)
+}
+
+/// Arguments of a run.
+struct Order<'a> {
+    t_span: (f64, f64),
+    q0: &'a [f64],
+    v0: &'a [f64],
+    method: &'a Method,
+    t_eval: Option<&'a [f64]>,
+}
+
+/// A validated run before its start.
+struct Prepared<M> {
+    run: Run<M>,
+    method: Method,
+    times: Option<Vec<f64>>,
+    points: usize,
+}
+
+impl Order<'_> {
+    /// Rejects invalid arguments before any evaluation of a motion.
+    fn prepare<M: Model>(&self, model: M, control_step: Option<f64>) -> Result<Prepared<M>, InvalidInput> {
+        let &Self { t_span, q0, v0, method, t_eval } = self;
+        let n = model.facts().n;
+        second_order::check_start(n, t_span, q0, v0, method.dt())?;
+        if let Some(step) = control_step {
+            check_control(step, t_span)?;
+        }
+        let times = match (t_eval, method) {
+            (Some(times), _) => Some(times.to_vec()),
+            (None, method) if method.tells_steps() => None,
+            (None, _) => Some(grid(n, t_span, method.dt())?),
+        };
+        if let Some(times) = &times {
+            check_times(times, t_span)?;
+        }
+        let points = match (&times, method.fixed_step()) {
+            (Some(times), _) => times.len(),
+            (None, Some(dt)) => all_steps(t_span, dt, control_step).saturating_add(1),
+            (None, None) => 1,
+        };
+        check_points(points, n)?;
+        let mut method = if n == 0 { by_steps(&model, method) } else { method.clone() };
+        if times.is_none() {
+            limit_steps(&mut method, n);
+        }
+        check_span(model.facts().time_span, t_span)?;
+        let first_leg = match control_step {
+            // The first step of an adaptive method depends on the length of the first leg; choose it as in a
+            // run stepped from outside.
+            Some(_) => (t_span.0, t_span.1.min(t_span.0 + method.dt())),
+            None => t_span,
+        };
+        let run = Run::new(model, first_leg, q0, v0, &method)?;
+        Ok(Prepared { run, method, times, points })
+    }
+
+    fn run<M: Model>(
+        self,
+        model: M,
+        control: Option<Control<'_>>,
+        monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
+    ) -> Result<Simulation, InvalidInput> {
+        let start = Instant::now();
+        let control_step = control.as_ref().map(|control| control.step);
+        let Prepared { run, method, times, points } = self.prepare(model, control_step)?;
+        let Self { t_span, q0, .. } = self;
+        let recorder = Recorder::new(&run, points, times.as_deref());
+        let mut course = Course::new(run, recorder, t_span, control);
+        let status = course.finish(&method, times.as_deref(), monitor);
+        let mut simulation = Simulation::of(course, status, q0);
+        simulation.statistics.wall_time = start.elapsed().as_secs_f64();
+        Ok(simulation)
+    }
+}
+
+/// Rejects all arguments that [`simulate`] or, with a control step, [`simulate_controlled`] would reject.
+pub fn check<M: Model>(
+    model: M,
+    t_span: (f64, f64),
+    q0: &[f64],
+    v0: &[f64],
+    method: &Method,
+    t_eval: Option<&[f64]>,
+    control_step: Option<f64>,
+) -> Result<(), InvalidInput> {
+    let order = Order { t_span, q0, v0, method, t_eval };
+    order.prepare(model, control_step).map(|_| ())
+}
+
+/// Times of the result of a complete run of a model with `n` coordinates, with inputs set every
+/// `control_step` if given: the requested times, the grid of a method, or the ends of fixed steps. `None` if
+/// the method chooses its steps and returns all of them. `corner` tells where steps of fixed size must end
+/// ([`Excitation::corner`](crate::model::Excitation::corner)).
+///
+/// The arguments must be valid; see [`check`].
+pub fn times_of_run(
+    n: usize,
+    t_span: (f64, f64),
+    method: &Method,
+    t_eval: Option<&[f64]>,
+    control_step: Option<f64>,
+    corner: &dyn Fn(Cell) -> Option<f64>,
+) -> Result<Option<Vec<f64>>, InvalidInput> {
+    if let Some(times) = t_eval {
+        return Ok(Some(times.to_vec()));
+    }
+    if !method.tells_steps() {
+        return grid(n, t_span, method.dt()).map(Some);
+    }
+    let (Some(dt), (mut t, t_end)) = (method.fixed_step(), t_span) else { return Ok(None) };
+    let legs = control_step.map_or(1, |step| number_of_steps(t_end - t, step).max(1));
+    let mut times = vec![t];
+    // Grids of the integrator and of the ends of legs, as in `Run::end_of`.
+    let (mut steps, mut ends) = (Grid::new(t, dt), Grid::new(t, dt));
+    for leg in 1..=legs {
+        let (end, last) = match control_step {
+            Some(step) => {
+                ends = ends.at(t).unwrap_or_else(|| Grid::new(t, dt));
+                let whole = number_of_steps(step, dt);
+                let end = if is_whole(step, whole, dt) { ends.after(whole) } else { t + step };
+                let end = if leg == legs { t_end } else { end };
+                (end, steps.set_out(t, end, dt))
+            }
+            None => (t_end, number_of_steps(t_end - t, dt)),
+        };
+        while t < end {
+            let (step_end, _, is_on_grid) = steps.step_to_corner(last, (t, end), corner);
+            t = step_end;
+            if is_on_grid {
+                steps.count();
+            }
+            times.push(t);
+        }
+    }
+    Ok(Some(times))
+}
+
+/// Number of steps of a run with steps of at most this size.
+fn all_steps((t0, t_end): (f64, f64), dt: f64, control_step: Option<f64>) -> usize {
+    match control_step {
+        Some(step) => number_of_steps(t_end - t0, step).saturating_mul(number_of_steps(step, dt)),
+        None => number_of_steps(t_end - t0, dt),
+    }
+}
+
+/// Without free coordinates there is no error estimate to choose steps; fixed steps resolve the excitation
+/// and its work.
+fn by_steps<M: Model>(model: &M, method: &Method) -> Method {
+    match method {
+        Method::Newmark(_) => method.clone(),
+        _ => Method::Newmark(newmark::Options::new(
+            method.dt().min(model.facts().shortest_period / STEPS_OF_A_PERIOD),
+        )),
+    }
+}
+
+/// Limits the number of steps to what fits into a result with all steps.
+fn limit_steps(method: &mut Method, n: usize) {
+    let max_steps = match method {
+        Method::Newmark(options) if options.step_size == StepSize::Fixed => return,
+        Method::Newmark(options) => &mut options.max_steps,
+        Method::Radau { options, .. } => &mut options.max_steps,
+        Method::FirstOrder { options, .. } => &mut options.max_steps,
+    };
+    *max_steps = points_in_memory(n).min(*max_steps);
+}
+
+fn check_control(step: f64, (t0, t_end): (f64, f64)) -> Result<(), InvalidInput> {
+    let mut check = Checker::new();
+    if check.positive(step, "control_step", "seconds") {
+        let is_visible = t_end == t0 || t0 + step > t0 && t_end - step < t_end;
+        let expected = "a step that rounding of the time does not swallow";
+        check.require(is_visible, "control_step", Number(step), expected);
+    }
+    check.finish()
+}
+
+impl Simulation {
+    /// Final state and records of a run.
+    fn of<M: Model>(course: Course<'_, '_, M>, status: Status, q0: &[f64]) -> Self {
+        let Course { mut run, recorder, meter, watch, stop, .. } = course;
+        let Recorder { t, q, v, a, u, .. } = recorder;
+        let supplied = meter.as_ref().map_or(0.0, FlowMeter::supplied);
+        let flow = meter.map_or_else(Flow::default, |meter| meter.into_flow(t.len()));
+        let mut message = stop.map_or_else(|| run.explain(status), |stop| stop.message);
+        let is_success = status.is_success();
+        let of_impacts = run.doubt();
+        let doubt = if is_success {
+            run.observe(|model, end| watch.doubt(model, q0, end, supplied)).or(of_impacts)
+        } else {
+            None
+        };
+        if let Some(doubt) = &doubt {
+            message = format!("{message} {doubt}");
+        }
+        let simulation = Self {
+            t,
+            q,
+            v,
+            a: run.knows_accelerations().then_some(a),
+            u,
+            n: q0.len(),
+            flow,
+            statistics: Statistics { counters: run.counters(), ..Statistics::default() },
+            status,
+            message,
+            doubt,
+        };
+        run.observe(|model, _| simulation.wrapped(model))
+    }
+}
+
+impl Simulation {
+    /// The same motion with all rotation vectors no longer than pi.
+    fn wrapped<M: Model + ?Sized>(mut self, model: &M) -> Self {
+        let first = &model.facts().rotation_vectors;
+        if first.is_empty() || self.n == 0 {
+            return self;
+        }
+        let states = self.q.chunks_exact_mut(self.n).zip(self.v.chunks_exact_mut(self.n));
+        let mut accelerations = self.a.as_mut().map(|a| a.chunks_exact_mut(self.n));
+        for (q, v) in states {
+            match accelerations.as_mut().and_then(Iterator::next) {
+                Some(a) => _ = rotation_vectors::wrap(first, q, v, &mut [a]),
+                None => _ = rotation_vectors::wrap(first, q, v, &mut []),
+            }
+        }
+        self
+    }
+}
+
+impl From<second_order::Solution> for Simulation {
+    /// A motion without a model, and hence without energy flow.
+    fn from(solution: second_order::Solution) -> Self {
+        let second_order::Solution { t, q, v, a, n, counters, status, message } = solution;
+        Self {
+            t,
+            q,
+            v,
+            a: Some(a),
+            u: Vec::new(),
+            n,
+            flow: Flow::default(),
+            statistics: Statistics { counters, ..Statistics::default() },
+            status: Status::SecondOrder(status),
+            message,
+            doubt: None,
+        }
+    }
+}
+
+/// Accelerations of the free motion at these times and states, n numbers each; NaN if the mass matrix is
+/// singular.
+pub(crate) fn accelerations<M: Model + ?Sized>(
+    model: &mut M,
+    t: &[f64],
+    q: &[f64],
+    v: &[f64],
+    u: &[f64],
+) -> Result<Vec<f64>, Interrupted> {
+    let n = model.facts().n;
+    let inputs = u.len() / t.len().max(1);
+    let mut scratch = ForwardScratch::new(n);
+    let mut a = vec![0.0; t.len() * n];
+    for (i, &t) in t.iter().enumerate() {
+        let here = i * n..(i + 1) * n;
+        if inputs > 0 {
+            model.set_inputs(&u[i * inputs..][..inputs]);
+        }
+        model.set_time(t)?;
+        if model
+            .forward_dynamics(&q[here.clone()], &v[here.clone()], &mut a[here.clone()], &mut scratch)
+            .is_err()
+        {
+            a[here].fill(f64::NAN);
+        }
+    }
+    Ok(a)
+}
+
+/// Times `t0`, `t0 + dt`, `t0 + 2 dt`, ... and `t_end`.
+pub(crate) fn grid(n: usize, (t0, t_end): (f64, f64), dt: f64) -> Result<Vec<f64>, InvalidInput> {
+    let steps = number_of_steps(t_end - t0, dt);
+    check_points(steps.saturating_add(1), n)?;
+    let mut times: Vec<f64> = (0..steps).map(|i| t0 + i as f64 * dt).collect();
+    times.push(t_end);
+    Ok(times)
+}

@@ -1,0 +1,138 @@
+//! Checks of a run beyond those of its method.
+
+use crate::analysis::spectrum::Spectrum;
+use crate::analysis::unseen::Unseen;
+use crate::error::Interrupted;
+use crate::integrators::ode;
+use crate::model::Model;
+use crate::simulation::balance::State;
+use crate::simulation::stepping::{Method, Status, Stop};
+
+use super::energy_watch::EnergyWatch;
+
+/// Number of steps that a stability limit may require of an explicit method, unless the caller sets a limit:
+/// some seconds of work.
+const STIFF_STEPS: usize = 100_000;
+
+/// Accepted steps before the first check.
+const FIRST_LOOK: usize = 256;
+
+/// Steps longer than this fraction of the stability limit are limited by the largest rate, either for
+/// stability or because they resolve that rate.
+const LIMITED: f64 = 0.1;
+
+/// Resolving the largest rate is not intended if it exceeds the highest frequency that is visible at the tip
+/// by `MANY_TIMES`. A vibration is visible if it moves the tip by `VISIBLE` times the length.
+const MANY_TIMES: f64 = 10.0;
+const VISIBLE: f64 = 1e-5;
+
+/// Check made during a run.
+pub(super) enum Watch {
+    Nothing,
+    /// For fixed steps: unresolved vibrations, and energy that changes.
+    Resolution {
+        vibrations: Option<Unseen>,
+        energy: Option<EnergyWatch>,
+    },
+    /// For explicit methods: steps limited by stability.
+    Stiffness(StiffnessWatch),
+}
+
+impl Watch {
+    pub(super) fn new<M: Model>(
+        model: &mut M,
+        t_span: (f64, f64),
+        start: [&[f64]; 2],
+        method: &Method,
+        is_controlled: bool,
+    ) -> Self {
+        if let Method::FirstOrder { options, .. } = method {
+            return StiffnessWatch::new(options, t_span).map_or(Self::Nothing, Self::Stiffness);
+        }
+        let Some(dt) = method.fixed_step() else { return Self::Nothing };
+        let vibrations = Unseen::new(model, t_span, start, dt);
+        let energy = if is_controlled { None } else { EnergyWatch::new(model, t_span.0, start, method) };
+        Self::Resolution { vibrations, energy }
+    }
+
+    /// Checks the step that led to this state, the `accepted`-th one. `supplied` is the energy that loads may have supplied so far.
+    pub(super) fn look<M: Model>(
+        &mut self,
+        model: &mut M,
+        state: State<'_>,
+        supplied: f64,
+        accepted: usize,
+    ) -> Result<Option<Stop>, Interrupted> {
+        Ok(match self {
+            Self::Nothing => None,
+            Self::Resolution { vibrations, energy } => {
+                if let Some(vibrations) = vibrations {
+                    vibrations.step(state.t, state.a);
+                }
+                if let Some(energy) = energy {
+                    energy.step(model, state, supplied, accepted)?;
+                }
+                None
+            }
+            Self::Stiffness(watch) => watch.look(model, state, accepted),
+        })
+    }
+
+    /// Reason why a run from `q0` that is completed with this state may be inaccurate.
+    pub(super) fn doubt<M: Model>(
+        self,
+        model: &mut M,
+        q0: &[f64],
+        end: State<'_>,
+        supplied: f64,
+    ) -> Option<String> {
+        let Self::Resolution { vibrations, energy } = self else { return None };
+        let of_vibrations = vibrations.and_then(|vibrations| vibrations.verdict(model, q0));
+        of_vibrations.or_else(|| energy?.verdict(model, end, supplied))
+    }
+}
+
+/// Checks from time to time whether stability limits the steps of an explicit run, and how many steps remain.
+pub(super) struct StiffnessWatch {
+    limit: f64,
+    t_end: f64,
+    allowed: usize,
+    /// Accepted steps and time at the last check, and accepted steps at the next one.
+    last: (usize, f64),
+    next: usize,
+}
+
+impl StiffnessWatch {
+    fn new(options: &ode::Options, (t0, t_end): (f64, f64)) -> Option<Self> {
+        let limit = ode::stability_limit(options.method)?;
+        let allowed = if options.max_steps == usize::MAX { STIFF_STEPS } else { options.max_steps };
+        Some(Self { limit, t_end, allowed, last: (0, t0), next: FIRST_LOOK })
+    }
+
+    fn look<M: Model>(&mut self, model: &mut M, state: State<'_>, accepted: usize) -> Option<Stop> {
+        let State { t, q, v, .. } = state;
+        if accepted < self.next {
+            return None;
+        }
+        let step = (t - self.last.1) / (accepted - self.last.0) as f64;
+        self.last = (accepted, t);
+        self.next = 2 * accepted;
+        let left = ((self.t_end - t) / step).ceil();
+        if accepted as f64 + left <= self.allowed as f64 {
+            return None;
+        }
+        let spectrum = Spectrum::new(model, t, q, v)?;
+        let rate = spectrum.rate();
+        let visible = spectrum.highest_visible(model, q, VISIBLE * model.facts().length);
+        if step * rate < LIMITED * self.limit || rate < MANY_TIMES * visible {
+            return None;
+        }
+        let message = format!(
+            "The model is stiff: its largest rate at t = {t:.1e} s, {rate:.1e} per second, limits explicit steps to {:.1e} s for stability, \
+             and the remaining time would take about {left:.0} of them. Use method \"radau\", which no rate limits, or \"auto\", or allow \
+             that many `max_steps`.",
+            self.limit / rate
+        );
+        Some(Stop { status: Status::Stiff, message })
+    }
+}

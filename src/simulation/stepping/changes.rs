@@ -1,0 +1,344 @@
+//! Changes of one-sided constraints, for methods that locate them in time. The set of taut tendons is constant
+//! within a step: a step in which a slack tendon exceeds its length, or a taut one would have to push, ends at
+//! the time where this begins.
+
+use crate::error::Interrupted;
+use crate::model::Static;
+use crate::model::constraint::one_sided::{LEAVES, TAKEN_UP, TAUT};
+use crate::model::constraint::saddle;
+use crate::numerics::roots::bracket::{Point, find_zero};
+use crate::numerics::tape::Tape;
+
+/// Each step is examined at this many times after its start, and at more if no tendon is taut: free motions are integrated
+/// in long steps, and their looks need no tensions.
+const LOOKS: usize = 4;
+const LOOKS_WITHOUT_TENSION: usize = 16;
+
+/// A tendon is released if it pushes by more than this part of the largest tension so far; less is rounding.
+const PUSHES: f64 = 1e-10;
+
+/// At the end of a step that was planned to release a tendon, its tension must be below this part of the largest
+/// tension.
+const HARDLY_PULLS: f64 = 1e-4;
+
+/// A step to a change ends within this distance of it, in units of the length of what the tendon joins, after at most
+/// [`MOST_CORRECTIONS`] corrections.
+const ON_THE_SPOT: f64 = 1e-12;
+const MOST_CORRECTIONS: usize = 8;
+
+/// If a taut tendon misses its length by more than this within a step, in the same units, the step
+/// is too long for the prescribed length.
+const ASTRAY: f64 = 1e-3;
+
+/// [`MOST_QUICK`] changes in a row, each within this part of the leg after the one before, are chattering.
+const QUICK: f64 = 1e-6;
+const MOST_QUICK: usize = 100;
+
+/// A one-sided constraint becomes active or inactive.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Event {
+    pub(super) t: f64,
+    /// Index among the one-sided constraints, and whether it is released.
+    pub(super) which: usize,
+    pub(super) is_let_go: bool,
+}
+
+/// What to do after a step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Verdict {
+    /// The step is over.
+    Done,
+    /// The step is over, and the active set changes at its end; this constraint, if any, is released.
+    Change(Option<usize>),
+    /// The active set already changes at the start of the step.
+    ChangeAtStart(Option<usize>),
+    /// Repeat the step so that it ends at this event.
+    EndAt(Event),
+    /// A taut tendon misses its length by this much within the step, in metres: shorten the step.
+    Astray(f64),
+}
+
+/// The changes of a run.
+#[derive(Clone, Debug)]
+pub(super) struct Changes {
+    /// Start and end of the leg.
+    pub(super) t_span: (f64, f64),
+    pub(super) has_begun: bool,
+    /// Set if the active set changes at the current state; the constraint inside, if any, is released.
+    pub(super) due: Option<Option<usize>>,
+    /// Energy lost in changes and work done in them since they were last taken.
+    pub(super) flow: Option<[f64; 2]>,
+    /// Time of the last change, and the number of quick changes in a row.
+    last: f64,
+    quick: usize,
+    largest_tension: f64,
+}
+
+/// How close the constraints are to a change at a given time.
+pub(super) struct Look {
+    /// For each constraint, positive after its change: the violation, or the push relative to the largest tension.
+    values: Vec<f64>,
+    /// The largest of these values, and its index.
+    nearest: Point,
+    which: usize,
+    held: Vec<bool>,
+    passed: Vec<[f64; 2]>,
+    /// Largest error of the active constraints, here or earlier in the step: relative, and in metres.
+    astray: [f64; 2],
+}
+
+/// Evaluates [`Look`] at a time within the last step.
+pub(super) type Looks<'a> = dyn FnMut(f64) -> Result<Look, Interrupted> + 'a;
+
+impl Changes {
+    pub(super) fn new(t_span: (f64, f64)) -> Self {
+        Self {
+            t_span,
+            has_begun: false,
+            due: None,
+            flow: None,
+            last: f64::NEG_INFINITY,
+            quick: 0,
+            largest_tension: 0.0,
+        }
+    }
+
+    /// Records a change. Returns false if the constraints chatter.
+    pub(super) fn count(&mut self, t: f64, flow: [f64; 2]) -> bool {
+        let (from, to) = self.t_span;
+        let is_quick = t - self.last <= QUICK * (to - from);
+        self.quick = if is_quick { self.quick + 1 } else { 0 };
+        self.last = t;
+        let before = self.flow.unwrap_or_default();
+        self.flow = Some([before[0] + flow[0], before[1] + flow[1]]);
+        self.quick <= MOST_QUICK
+    }
+
+    /// Examines a state of the last step. Allocates.
+    pub(super) fn look(
+        &mut self,
+        model: &mut dyn Static,
+        t: f64,
+        [q, v]: [&[f64]; 2],
+    ) -> Result<Look, Interrupted> {
+        model.set_time(t)?;
+        let (passed, mut held) = (model.passed(q, v), model.held());
+        let first = held.len() - passed.len();
+        held.drain(..first);
+        let (mut multipliers, sizes) = (vec![0.0; first + passed.len()], model.facts().gap_sizes.clone());
+        if held.contains(&true) {
+            // A singular mass is reported by the step itself.
+            let _ = saddle::accelerations(model, q, v, &mut vec![0.0; q.len()], &mut multipliers);
+        }
+        let tensions = &multipliers[first..];
+        self.largest_tension =
+            tensions.iter().fold(self.largest_tension, |largest, tension| largest.max(tension.abs()));
+        let largest = self.largest_tension.max(f64::MIN_POSITIVE);
+        let tendons = held.iter().zip(&passed).zip(tensions);
+        let value = |((&is_held, [by, _]), tension): ((&bool, &[f64; 2]), &f64)| match is_held {
+            true => -tension / largest - PUSHES,
+            false => by - TAKEN_UP,
+        };
+        let values = tendons.map(value).collect();
+        Ok(Look::new(t, values, held, passed, &sizes[first..]))
+    }
+
+    /// Data that persist from leg to leg.
+    pub(super) fn carry(&mut self, model: &mut dyn Static, tape: &mut Tape<'_>) {
+        tape.flag(&mut self.has_begun);
+        let number = |which: Option<usize>| which.map_or(0, |which| which + 1);
+        let mut due = self.due.map(number);
+        tape.optional(&mut due, 0, Tape::count);
+        self.due = due.map(|due| due.checked_sub(1));
+        tape.number(&mut self.last);
+        tape.count(&mut self.quick);
+        tape.number(&mut self.largest_tension);
+        let mut held = model.held();
+        held.iter_mut().for_each(|is_held| tape.flag(is_held));
+        if tape.reads() && self.has_begun {
+            let held: Vec<f64> = held.into_iter().map(|is_held| f64::from(u8::from(is_held))).collect();
+            model.keep_held(false);
+            model.release(&held);
+            model.keep_held(true);
+        }
+    }
+}
+
+/// Judges a step between two times of a leg that ends at `t_end`. `planned` is the event at which the step was
+/// planned to end, with the number of corrections made so far.
+pub(super) fn judge(
+    [t_old, t]: [f64; 2],
+    t_end: f64,
+    planned: Option<(Event, usize)>,
+    look: &mut Looks<'_>,
+) -> Result<Verdict, Interrupted> {
+    let (found, end) = search([t_old, t], look)?;
+    let (planned, corrections) = planned.map_or((None, 0), |(event, corrections)| (Some(event), corrections));
+    let planned = planned.filter(|event| event.t == t);
+    let is_planned = |event: Event| planned.is_some_and(|planned| planned.which == event.which);
+    let event = match (found, planned) {
+        (Some(event), _) if event.is_let_go && is_planned(event) => Event { t, ..event },
+        (Some(event), _) => event,
+        (None, Some(event)) if event.is_let_go && end.values[event.which] > -HARDLY_PULLS => event,
+        (None, Some(event)) if event.is_let_go => return Ok(at_end(&end)),
+        (None, Some(event)) => {
+            let [by, rate] = end.passed[event.which];
+            if rate <= 0.0 {
+                return Ok(at_end(&end));
+            }
+            Event { t: if by.abs() <= ON_THE_SPOT { t } else { t - by / rate }, ..event }
+        }
+        (None, None) if end.astray[0] > ASTRAY => return Ok(Verdict::Astray(end.astray[1])),
+        (None, None) => return Ok(at_end(&end)),
+    };
+    let without = event.is_let_go.then_some(event.which);
+    Ok(if event.t <= t_old {
+        Verdict::ChangeAtStart(without)
+    } else if event.t == t || corrections >= MOST_CORRECTIONS {
+        Verdict::Change(without)
+    } else if event.t >= t_end {
+        Verdict::Done
+    } else {
+        Verdict::EndAt(event)
+    })
+}
+
+/// The first event in a step, and the constraints at its end.
+fn search([t_old, t]: [f64; 2], look: &mut Looks<'_>) -> Result<(Option<Event>, Look), Interrupted> {
+    let mut before = look(t_old)?;
+    if before.nearest.value > 0.0 {
+        let event = before.event();
+        return Ok((Some(event), before));
+    }
+    let looks = if before.held.contains(&true) { LOOKS } else { LOOKS_WITHOUT_TENSION };
+    for k in 1..=looks {
+        let time = if k == looks { t } else { t_old + (t - t_old) * (k as f64 / looks as f64) };
+        let mut after = look(time)?;
+        if after.nearest.value <= 0.0
+            && let Some(top) = highest(&before, &after)
+        {
+            let there = look(top)?;
+            if there.nearest.value > 0.0 {
+                after = there;
+            }
+        }
+        if after.nearest.value > 0.0 {
+            let at = find_zero(before.nearest, after.nearest, |t| Ok(look(t)?.nearest.value))?;
+            let found = look(at)?;
+            let mut event = found.event();
+            if !event.is_let_go {
+                let [by, rate] = found.passed[event.which];
+                event.t = if rate > 0.0 { (at - by / rate).clamp(t_old, t) } else { at };
+            }
+            return Ok((Some(event), after));
+        }
+        after.astray = if before.astray[0] > after.astray[0] { before.astray } else { after.astray };
+        before = after;
+    }
+    Ok((None, before))
+}
+
+/// At a corner of a prescribed length, a taut tendon stops the motion or becomes slack.
+fn at_end(end: &Look) -> Verdict {
+    let is_left = |(&is_held, [_, rate]): (&bool, &[f64; 2])| is_held && rate.abs() > LEAVES;
+    if end.held.iter().zip(&end.passed).any(is_left) { Verdict::Change(None) } else { Verdict::Done }
+}
+
+impl Look {
+    fn new(t: f64, values: Vec<f64>, held: Vec<bool>, passed: Vec<[f64; 2]>, sizes: &[f64]) -> Self {
+        let (mut nearest, mut which, mut astray) = (f64::NEG_INFINITY, 0, [0.0_f64; 2]);
+        for (i, &value) in values.iter().enumerate() {
+            (nearest, which) = if value > nearest { (value, i) } else { (nearest, which) };
+            let by = passed[i][0].abs();
+            astray = if held[i] && by > astray[0] { [by, by * sizes[i]] } else { astray };
+        }
+        Self { values, nearest: Point { t, value: nearest }, which, held, passed, astray }
+    }
+
+    fn event(&self) -> Event {
+        Event { t: self.nearest.t, which: self.which, is_let_go: self.held[self.which] }
+    }
+}
+
+/// The time between two looks at which a slack tendon is longest, if it peaks between them and may be too long.
+fn highest(before: &Look, after: &Look) -> Option<f64> {
+    let tendons = before.passed.iter().zip(&after.passed).zip(&before.held);
+    let peaks =
+        tendons.filter(|(([_, rises], [_, falls]), is_held)| !**is_held && *rises > 0.0 && *falls < 0.0);
+    let h = after.nearest.t - before.nearest.t;
+    // The vertex of the parabola with these slopes.
+    let peak = |(([by, rises], [_, falls]), _): (([f64; 2], [f64; 2]), bool)| {
+        let x = rises / (rises - falls);
+        (by + 0.5 * rises * x * h, before.nearest.t + x * h)
+    };
+    let peaks = peaks.map(|((a, b), held)| peak(((*a, *b), *held)));
+    peaks.filter(|(height, _)| *height > -TAUT).max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, t)| t)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Judges a step with a slack tendon that exceeds its length by this much, at this rate.
+    fn judge_slack(
+        excess: impl Fn(f64) -> [f64; 2],
+        times: [f64; 2],
+        planned: Option<(Event, usize)>,
+    ) -> Verdict {
+        let mut look = |t: f64| {
+            let passed = vec![excess(t)];
+            Ok(Look::new(t, vec![passed[0][0] - TAKEN_UP], vec![false], passed, &[1.0]))
+        };
+        judge(times, 10.0, planned, &mut look).expect("nothing interrupts it")
+    }
+
+    #[test]
+    fn steps_end_where_a_slack_tendon_is_as_long_as_it_is_told() {
+        let fall = |t: f64| [t * t - 4.0, 2.0 * t];
+        assert_eq!(judge_slack(fall, [0.0, 1.9], None), Verdict::Done);
+        let Verdict::EndAt(event) = judge_slack(fall, [0.0, 3.0], None) else { panic!("it was passed") };
+        assert!((event.t - 2.0).abs() < 1e-9 && !event.is_let_go);
+        assert_eq!(
+            judge_slack(fall, [0.0, 2.0], Some((Event { t: 2.0, ..event }, 1))),
+            Verdict::Change(None)
+        );
+        // Too early: the same again, a little later.
+        let Verdict::EndAt(corrected) =
+            judge_slack(fall, [0.0, 1.999], Some((Event { t: 1.999, ..event }, 1)))
+        else {
+            panic!("it was not there yet")
+        };
+        assert!((corrected.t - 2.0).abs() < 1e-6);
+    }
+
+    #[test]
+    fn an_end_that_is_reached_and_left_within_a_step_is_seen() {
+        let throw = |t: f64| [1e-6 - (t - 0.47) * (t - 0.47), -2.0 * (t - 0.47)];
+        let Verdict::EndAt(event) = judge_slack(throw, [0.0, 1.0], None) else { panic!("it was passed") };
+        assert!((event.t - 0.469).abs() < 1e-6);
+    }
+
+    #[test]
+    fn steps_end_where_a_taut_tendon_would_push() {
+        let judge_taut = |by: f64, times: [f64; 2], planned: Option<(Event, usize)>| {
+            let mut look = |t: f64| Ok(Look::new(t, vec![t - 2.0], vec![true], vec![[by, 0.0]], &[1.0]));
+            judge(times, 10.0, planned, &mut look).expect("nothing interrupts it")
+        };
+        assert_eq!(judge_taut(0.0, [0.0, 1.9], None), Verdict::Done);
+        let Verdict::EndAt(event) = judge_taut(0.0, [0.0, 3.0], None) else { panic!("it would push") };
+        assert!((event.t - 2.0).abs() < 1e-12 && event.is_let_go);
+        let reached = |t: f64| judge_taut(0.0, [0.0, t], Some((Event { t, ..event }, 1)));
+        assert_eq!(reached(2.0 - 1e-6), Verdict::Change(Some(0)));
+        assert_eq!(reached(1.5), Verdict::Done);
+        // The prescribed length changes faster than the step follows.
+        assert_eq!(judge_taut(-0.01, [0.0, 1.9], None), Verdict::Astray(0.01));
+    }
+
+    #[test]
+    fn changes_that_follow_each_other_quickly_are_a_chatter_and_others_are_not() {
+        let mut changes = Changes::new((0.0, 1.0));
+        assert!((0..10 * MOST_QUICK).all(|k| changes.count(1e-3 * k as f64, [0.0; 2])));
+        let quick = (0..2 * MOST_QUICK).take_while(|_| changes.count(20.0, [1.0, 0.0])).count();
+        assert_eq!(quick, MOST_QUICK + 1);
+    }
+}

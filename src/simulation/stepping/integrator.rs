@@ -1,0 +1,378 @@
+//! A model with the stepper of a method: the common interface of all methods.
+
+use super::method::Method;
+use super::status::Status;
+use crate::error::{Checker, Interrupted, InvalidInput};
+use crate::integrators::newmark;
+use crate::integrators::ode;
+use crate::integrators::ode::FirstOrder;
+use crate::integrators::radau;
+use crate::integrators::second_order;
+use crate::integrators::second_order::{Counters, Failure, FreeMotion, System};
+use crate::model::constraint::projection;
+use crate::model::{ForwardScratch, Model};
+use crate::numerics::roots::Derivative;
+use crate::numerics::tape::Tape;
+use crate::simulation::balance::State;
+
+#[derive(Clone, Debug)]
+pub(super) enum Integrator<M> {
+    Newmark { model: M, stepper: Box<newmark::Stepper> },
+    Radau { model: M, stepper: Box<radau::Stepper> },
+    FirstOrder { system: Box<FirstOrder<M>>, stepper: Box<ode::Stepper>, n: usize },
+}
+
+impl<M: Model> Integrator<M> {
+    /// From `q0`, `v0` over `t_span`. Evaluates nothing yet.
+    pub(super) fn new(
+        mut model: M,
+        t_span: (f64, f64),
+        q0: &[f64],
+        v0: &[f64],
+        method: &Method,
+    ) -> Result<Self, InvalidInput> {
+        let n = model.facts().n;
+        Ok(match method {
+            Method::Newmark(options) => {
+                if model.facts().constraints() > 0 {
+                    check_holding(options)?;
+                }
+                if model.facts().is_one_sided && options.step_size != newmark::StepSize::Fixed {
+                    let expected = "steps of one size, method \"radau\" or \"auto\", or tendons with a `stiffness`: this error estimate does not see \
+                                    tendons that become taut";
+                    return Err(InvalidInput::new("adaptive", "True", expected));
+                }
+                let stepper = newmark::Stepper::new(n, t_span, q0, v0, options)?;
+                newmark::LinearSystem::check_memory(&FreeMotion(&mut model), options.derivative)?;
+                Self::Newmark { model, stepper: Box::new(stepper) }
+            }
+            Method::Radau { options, .. } => {
+                radau::check_memory(&FreeMotion(&mut model))?;
+                let stepper = radau::Stepper::new(n, t_span, q0, v0, options)?;
+                Self::Radau { model, stepper: Box::new(stepper) }
+            }
+            Method::FirstOrder { options, .. } => {
+                let state = [q0, v0].concat();
+                let stepper = ode::Stepper::new(2 * n, t_span, &state, options)?;
+                let system = Box::new(FirstOrder::new(model));
+                Self::FirstOrder { system, stepper: Box::new(stepper), n }
+            }
+        })
+    }
+
+    pub(super) fn model(&mut self) -> &mut M {
+        match self {
+            Self::Newmark { model, .. } | Self::Radau { model, .. } => model,
+            Self::FirstOrder { system, .. } => system.model(),
+        }
+    }
+
+    /// Finds the accelerations at the start; `Some(status)` where there are none.
+    pub(super) fn start(&mut self) -> Result<Option<Status>, Interrupted> {
+        match self {
+            Self::Newmark { model, stepper } => of_second_order(stepper.start(&mut FreeMotion(model))),
+            Self::Radau { model, stepper } => of_second_order(stepper.start(&mut FreeMotion(model))),
+            Self::FirstOrder { system, stepper, .. } => stepper.start(&mut **system).map(|()| None),
+        }
+    }
+
+    /// Makes one accepted step; `Some(status)` where the way is over.
+    pub(super) fn step(&mut self) -> Result<Option<Status>, Interrupted> {
+        match self {
+            Self::Newmark { model, stepper } => of_second_order(stepper.step(&mut FreeMotion(model))),
+            Self::Radau { model, stepper } => of_second_order(stepper.step(&mut FreeMotion(model))),
+            Self::FirstOrder { system, stepper, .. } => {
+                stepper.step(&mut **system).map(|status| status.map(Status::FirstOrder))
+            }
+        }
+    }
+
+    /// Closes loops that the last step has opened by its error. False where there are several ways to go on.
+    pub(super) fn hold(&mut self) -> Result<bool, Interrupted> {
+        match self {
+            // Constraints are equations of their steps.
+            Self::Newmark { .. } | Self::Radau { .. } => Ok(true),
+            Self::FirstOrder { system, stepper, .. } => {
+                let t = stepper.t();
+                let [y, rate] = stepper.state_mut();
+                system.hold(t, y, rate)
+            }
+        }
+    }
+
+    /// Whether constraints that hold one way only change between its steps, and not within.
+    pub(super) fn changes_between_steps(&mut self) -> bool {
+        !matches!(self, Self::Newmark { .. }) && self.model().facts().is_one_sided
+    }
+
+    /// Takes back the last step.
+    pub(super) fn take_back(&mut self) {
+        match self {
+            Self::Newmark { .. } => unreachable!("constraints change within its steps"),
+            Self::Radau { stepper, .. } => stepper.take_back(),
+            Self::FirstOrder { stepper, .. } => stepper.take_back(),
+        }
+    }
+
+    /// Goes on from this state, in which constraints have changed or velocities have jumped; `a` are accelerations, and
+    /// multipliers behind them.
+    pub(super) fn restart(&mut self, [q, v, a]: [&[f64]; 3]) -> Result<(), Interrupted> {
+        match self {
+            Self::Newmark { stepper, .. } => {
+                stepper.restart([q, v, a]);
+                Ok(())
+            }
+            Self::Radau { model, stepper } => stepper.restart(&mut FreeMotion(model), [q, v, a]),
+            Self::FirstOrder { system, stepper, .. } => {
+                system.forget_rank();
+                stepper.restart([q, v]);
+                stepper.start(&mut **system)
+            }
+        }
+    }
+
+    /// Whether loops are so near to a singular position that no step of a method that chooses them may be small enough.
+    pub(super) fn is_nearly_singular(&mut self) -> bool {
+        match self {
+            Self::Newmark { .. } => false,
+            Self::Radau { model, stepper } => {
+                model.facts().constraints() > 0
+                    && projection::fit_velocities(model, stepper.q(), &mut stepper.v().to_vec())
+                        .is_ok_and(|fit| fit.is_singular())
+            }
+            Self::FirstOrder { system, stepper, .. } => {
+                let [y, _] = stepper.state_mut();
+                system.is_nearly_singular(y)
+            }
+        }
+    }
+
+    /// Goes on to a later end, whatever the status was.
+    pub(super) fn go_on(&mut self, t_end: f64) {
+        match self {
+            Self::Newmark { stepper, .. } => stepper.go_on(t_end),
+            Self::Radau { stepper, .. } => stepper.go_on(t_end),
+            Self::FirstOrder { stepper, .. } => stepper.go_on(t_end),
+        }
+    }
+
+    /// Goes on in other coordinates where those at hand come near a singularity.
+    pub(super) fn settle(&mut self) {
+        match self {
+            Self::Newmark { model, stepper } => stepper.settle(&mut FreeMotion(model)),
+            Self::Radau { model, stepper } => stepper.settle(&mut FreeMotion(model)),
+            Self::FirstOrder { system, stepper, .. } => stepper.settle(&mut **system),
+        }
+    }
+
+    /// Takes these accelerations for the current ones.
+    pub(super) fn jump(&mut self, a: &[f64]) {
+        match self {
+            Self::Newmark { stepper, .. } => stepper.jump(a),
+            Self::Radau { stepper, .. } => stepper.jump(a),
+            Self::FirstOrder { stepper, .. } => stepper.rate_mut()[a.len()..].copy_from_slice(a),
+        }
+    }
+
+    /// Velocities after a jump of prescribed velocities, and accelerations and multipliers then. The impulses of
+    /// everything but what is prescribed, `M dv`, balance each other: `dv` is the change of the accelerations
+    /// with the change of prescribed velocities, at the time `corner`, added to prescribed accelerations. Allocates.
+    pub(super) fn after_jump(&mut self, corner: f64) -> Result<Option<[Vec<f64>; 3]>, Interrupted> {
+        let constraints = self.model().facts().constraints();
+        self.observe(|model, state| {
+            let (n, q) = (state.q.len(), state.q.to_vec());
+            let mut scratch = ForwardScratch::of(&*model);
+            let [mut before, mut within] = [(); 2].map(|()| vec![0.0; n]);
+            let mut v = state.v.to_vec();
+            model.set_time(corner)?;
+            let is_known = model.forward_dynamics(&q, &v, &mut before, &mut scratch).is_ok();
+            model.set_time_in_jump(corner)?;
+            if !is_known || model.forward_dynamics(&q, &v, &mut within, &mut scratch).is_err() {
+                return Ok(None);
+            }
+            v.iter_mut()
+                .zip(within.iter().zip(&before))
+                .for_each(|(v, (within, before))| *v += within - before);
+            model.pass_jump(corner);
+            let mut a = vec![0.0; n + constraints];
+            let is_known = if constraints > 0 {
+                FreeMotion(model).constrained_start(state.t, &q, &v, &mut a)?.is_ok()
+            } else {
+                model.set_time(state.t)?;
+                model.forward_dynamics(&q, &v, &mut a, &mut scratch).is_ok()
+            };
+            Ok((is_known && v.iter().chain(&a).all(|x| x.is_finite())).then_some([q, v, a]))
+        })
+    }
+
+    pub(super) fn t(&self) -> f64 {
+        match self {
+            Self::Newmark { stepper, .. } => stepper.t(),
+            Self::Radau { stepper, .. } => stepper.t(),
+            Self::FirstOrder { stepper, .. } => stepper.t(),
+        }
+    }
+
+    /// Where the last step began.
+    pub(super) fn t_old(&self) -> f64 {
+        match self {
+            Self::Newmark { stepper, .. } => stepper.t_old(),
+            Self::Radau { stepper, .. } => stepper.t_old(),
+            Self::FirstOrder { stepper, .. } => stepper.t_old(),
+        }
+    }
+
+    /// What `observe` makes of the model and of its state now.
+    pub(super) fn observe<T>(&mut self, observe: impl FnOnce(&mut M, State<'_>) -> T) -> T {
+        match self {
+            Self::Newmark { model, stepper } => {
+                let state = State { t: stepper.t(), q: stepper.q(), v: stepper.v(), a: stepper.a() };
+                observe(model, state)
+            }
+            Self::Radau { model, stepper } => {
+                let state = State { t: stepper.t(), q: stepper.q(), v: stepper.v(), a: stepper.a() };
+                observe(model, state)
+            }
+            Self::FirstOrder { system, stepper, n } => {
+                let (q, v) = stepper.y().split_at(*n);
+                observe(system.model(), State { t: stepper.t(), q, v, a: &stepper.rate()[*n..] })
+            }
+        }
+    }
+
+    /// Displacements, velocities and accelerations.
+    pub(super) fn state(&self) -> [&[f64]; 3] {
+        match self {
+            Self::Newmark { stepper, .. } => [stepper.q(), stepper.v(), stepper.a()],
+            Self::Radau { stepper, .. } => [stepper.q(), stepper.v(), stepper.a()],
+            Self::FirstOrder { stepper, n, .. } => {
+                let (q, v) = stepper.y().split_at(*n);
+                [q, v, &stepper.rate()[*n..]]
+            }
+        }
+    }
+
+    /// The states at these times within the last step, one after another; accelerations if the method knows them there. False
+    /// where they are not finite.
+    pub(super) fn interpolate(
+        &mut self,
+        times: &[f64],
+        [q, v, a]: [&mut [f64]; 3],
+    ) -> Result<bool, Interrupted> {
+        let n = self.state()[0].len();
+        let here = |k: usize| k * n..(k + 1) * n;
+        match self {
+            Self::Newmark { stepper, .. } => {
+                for (k, &t) in times.iter().enumerate() {
+                    stepper.interpolate(t, &mut q[here(k)], &mut v[here(k)], &mut a[here(k)]);
+                }
+            }
+            Self::Radau { stepper, .. } => {
+                for (k, &t) in times.iter().enumerate() {
+                    stepper.interpolate(t, &mut q[here(k)], &mut v[here(k)], &mut a[here(k)]);
+                }
+            }
+            Self::FirstOrder { system, stepper, .. } => {
+                let Some(step) = stepper.last_step(&mut **system)? else {
+                    q.fill(f64::NAN);
+                    v.fill(f64::NAN);
+                    return Ok(false);
+                };
+                for (k, &t) in times.iter().enumerate() {
+                    step.evaluate_from(0, t, &mut q[here(k)]);
+                    step.evaluate_from(n, t, &mut v[here(k)]);
+                }
+            }
+        }
+        Ok(true)
+    }
+
+    /// Whether the method knows accelerations between the ends of its steps.
+    pub(super) fn knows_accelerations(&self) -> bool {
+        !matches!(self, Self::FirstOrder { .. })
+    }
+
+    pub(super) fn counters(&self) -> Counters {
+        match self {
+            Self::Newmark { stepper, .. } => stepper.counters(),
+            Self::Radau { stepper, .. } => stepper.counters(),
+            Self::FirstOrder { stepper, .. } => {
+                let ode::Counters { accepted, rejected, nfev, nfev_jacobian, njev, nlu } = stepper.counters();
+                let steps = accepted;
+                Counters { steps, rejected, nfev, nfev_jacobian, njev, nlu, ..Counters::default() }
+            }
+        }
+    }
+
+    /// A status of this method in words.
+    pub(super) fn explain(&self, status: Status) -> String {
+        match (self, status) {
+            (Self::Newmark { stepper, .. }, Status::SecondOrder(status)) => stepper.explain(status),
+            (Self::Radau { stepper, .. }, Status::SecondOrder(status)) => stepper.explain(status),
+            (Self::FirstOrder { stepper, .. }, Status::FirstOrder(status)) => stepper.explain(status),
+            _ => unreachable!("the status is of another method"),
+        }
+    }
+
+    /// Why the motion so far may be wrong although all steps were made.
+    pub(super) fn doubt(&self) -> Option<String> {
+        if let Self::Newmark { stepper, .. } = self { stepper.doubt() } else { None }
+    }
+
+    /// Accepted steps so far.
+    pub(super) fn steps(&self) -> usize {
+        match self {
+            Self::Newmark { stepper, .. } => stepper.counters().steps,
+            Self::Radau { stepper, .. } => stepper.counters().steps,
+            Self::FirstOrder { stepper, .. } => stepper.counters().accepted,
+        }
+    }
+
+    /// The status of a run that has no accelerations after a jump.
+    pub(super) fn no_acceleration(&self, failure: Failure) -> Status {
+        match self {
+            Self::Newmark { .. } | Self::Radau { .. } => {
+                Status::SecondOrder(second_order::Status::NoInitialAcceleration(failure))
+            }
+            Self::FirstOrder { .. } => Status::FirstOrder(ode::Status::NonFinite),
+        }
+    }
+
+    /// The status of a run that was asked to stop.
+    pub(super) fn interrupted(&self) -> Status {
+        match self {
+            Self::Newmark { .. } | Self::Radau { .. } => {
+                Status::SecondOrder(second_order::Status::Interrupted)
+            }
+            Self::FirstOrder { .. } => Status::FirstOrder(ode::Status::Interrupted),
+        }
+    }
+
+    /// What goes on from step to step.
+    pub(super) fn carry(&mut self, tape: &mut Tape<'_>) {
+        match self {
+            Self::Newmark { model, stepper } => stepper.carry(&FreeMotion(model), tape),
+            Self::Radau { model, stepper } => stepper.carry(&FreeMotion(model), tape),
+            Self::FirstOrder { stepper, .. } => stepper.carry(tape),
+        }
+    }
+}
+
+/// Refuses members of the Newmark family that cannot hold constraints: without damping of what is infinitely fast,
+/// multipliers swing more from step to step (Cardona and Geradin 1989); without displacements that follow the accelerations
+/// there is nothing to hold them by.
+fn check_holding(options: &newmark::Options) -> Result<(), InvalidInput> {
+    let (scheme, mut check) = (options.scheme, Checker::new());
+    let expected = "a method that damps what is infinitely fast: \"generalised_alpha\" with rho_inf < 1, \"hht\" with alpha < 0, \
+                    or \"newmark\" with gamma > 0.5; the forces in closed loops swing ever more with others";
+    check.require(scheme.damps() && scheme.beta() > 0.0, "method", "one without damping", expected);
+    let expected = "\"analytic\": closed loops are held by exact derivatives";
+    check.require(options.derivative == Derivative::Analytic, "jac", "differences", expected);
+    check.finish()
+}
+
+fn of_second_order(
+    status: Result<Option<second_order::Status>, Interrupted>,
+) -> Result<Option<Status>, Interrupted> {
+    status.map(|status| status.map(Status::SecondOrder))
+}

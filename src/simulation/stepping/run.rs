@@ -1,0 +1,576 @@
+//! A simulation that the caller advances step by step.
+
+use super::changes::{Changes, Verdict, judge};
+use super::integrator::Integrator;
+use super::method::{Method, check_span, check_step};
+use super::start::Start;
+use super::status::{Status, Stop};
+use crate::description::signal::{Jumps, covers};
+use crate::error::{Interrupted, InvalidInput, Number};
+use crate::integrators::ode;
+use crate::integrators::second_order;
+use crate::integrators::second_order::{Counters, Failure, Grid, is_whole, number_of_steps};
+use crate::model::constraint::one_sided;
+use crate::model::constraint::one_sided::Unsettled;
+use crate::model::constraint::projection;
+use crate::model::{Energy, ForwardScratch, Model, SingularMass};
+use crate::numerics::tape::Tape;
+use crate::simulation::balance::State;
+
+/// A step of this part of the leg is not shortened further if a taut tendon misses its length: the length jumps.
+const SHORTEST: f64 = 1e-9;
+
+/// A motion of a model that goes on as far as it is told, with inputs that are held on the way: state in, inputs in, steps,
+/// state out. It has a model of its own. All its memory is there after [`Self::begin`].
+///
+/// The part of a run from one call of [`Self::set_out`] to its end time is a leg. Methods with adaptive steps
+/// end a step there; fixed steps divide the leg into equal steps of size `dt`, or shorter if `dt` does not
+/// divide the leg. Runs over the same legs agree bit for bit.
+#[derive(Clone, Debug)]
+pub struct Run<M> {
+    integrator: Integrator<M>,
+    dt: f64,
+    /// Interval of time in seconds on which the model is defined.
+    known: [f64; 2],
+    /// End times of single steps.
+    grid: Grid,
+    inputs: Vec<f64>,
+    inputs_have_jumped: bool,
+    /// Accelerations after a jump of the inputs.
+    jumped: Vec<f64>,
+    scratch: ForwardScratch,
+    /// Whether prescribed velocities or accelerations, loads or commands may jump, the time of their last jump, and the work done in jumps since it was last asked for.
+    jumps: bool,
+    jumped_at: Option<f64>,
+    work: Option<f64>,
+    /// Whether the mass at the start is known to be regular.
+    has_mass: bool,
+    /// Distance in metres by which the start was moved to close loops.
+    moved: f64,
+    /// Present if the active set of one-sided constraints changes only between steps.
+    changes: Option<Box<Changes>>,
+    stop: Option<Stop>,
+}
+
+impl<M: Model> Run<M> {
+    /// Creates a run of `model` from `q0`, `v0`, whose first leg is `t_span`. Evaluates no motion.
+    ///
+    /// Fails if an argument is invalid, or if the model does not resolve `q0`.
+    pub fn new(
+        mut model: M,
+        t_span: (f64, f64),
+        q0: &[f64],
+        v0: &[f64],
+        method: &Method,
+    ) -> Result<Self, InvalidInput> {
+        let (n, dt) = (model.facts().n, method.dt());
+        second_order::check_start(n, t_span, q0, v0, dt)?;
+        let known = model.facts().time_span;
+        check_span(known, t_span)?;
+        let start = Start::fitted(&mut model, t_span.0, q0, v0)?;
+        let (q0, v0) = (&start.q[..], &start.v[..]);
+        model.check_shape(q0, "q0")?;
+        // What a function of time raises is met by the run.
+        if model.facts().has_contact
+            && model.set_time(t_span.0).is_ok()
+            && let Some(flaw) = model.sunk(q0)
+        {
+            let expected = "a start in which surfaces overlap by less than a radius";
+            return Err(InvalidInput::new("q0", format_args!("one in which the model {flaw}"), expected));
+        }
+        if let Some(dt) = method.fixed_step() {
+            check_step(dt, model.facts().shortest_period)?;
+        }
+        let inputs = model.facts().default_inputs.clone();
+        model.set_steps(method.fixed_step().unwrap_or(0.0));
+        let (scratch, jumps) = (ForwardScratch::of(&model), model.jumps() != Jumps::Nothing);
+        let mut integrator = Integrator::new(model, t_span, q0, v0, method)?;
+        let changes = integrator.changes_between_steps().then(|| Box::new(Changes::new(t_span)));
+        Ok(Self {
+            integrator,
+            dt,
+            known,
+            grid: Grid::new(t_span.0, dt),
+            inputs,
+            inputs_have_jumped: false,
+            jumped: vec![0.0; n],
+            scratch,
+            jumps,
+            jumped_at: None,
+            work: None,
+            has_mass: false,
+            moved: start.moved,
+            changes,
+            stop: None,
+        })
+    }
+
+    /// End of a leg of this duration from now; default: `dt`. Whole multiples of `dt` end at the same time as
+    /// that number of single legs.
+    ///
+    /// Fails if this is not a later time, or if the model is not defined there.
+    pub fn end_of(&self, duration: Option<f64>) -> Result<f64, InvalidInput> {
+        let (t, way) = (self.t(), duration.unwrap_or(self.dt));
+        let place = if duration.is_some() { "duration" } else { "dt" };
+        if !(way.is_finite() && way > 0.0) {
+            return Err(InvalidInput::new(place, Number(way), "a finite number > 0 (seconds)"));
+        }
+        let steps = number_of_steps(way, self.dt);
+        let end = if is_whole(way, steps, self.dt) { self.grid_now().after(steps) } else { t + way };
+        if !(end > t && end.is_finite()) {
+            let expected = "one that rounding of the time does not swallow";
+            return Err(InvalidInput::new(place, Number(way), expected));
+        }
+        if !covers(self.known, end) {
+            let [from, to] = self.known;
+            let found = format_args!("a step from {} to {}", Number(t), Number(end)).to_string();
+            let expected = format!(
+                "one that ends within [{from}, {to}] (seconds), where all prescribed motion is known"
+            );
+            return Err(InvalidInput::new(place, found, expected));
+        }
+        Ok(end)
+    }
+
+    /// Begins a leg that ends at this time, which must be later than the current one.
+    pub fn set_out(&mut self, t_end: f64) {
+        self.grid = self.grid_now();
+        self.stop = None;
+        if let Some(changes) = &mut self.changes {
+            changes.t_span = (self.integrator.t(), t_end);
+        }
+        self.integrator.go_on(t_end);
+    }
+
+    /// End times of single steps from now on.
+    fn grid_now(&self) -> Grid {
+        let t = self.t();
+        self.grid.at(t).unwrap_or_else(|| Grid::new(t, self.dt))
+    }
+
+    /// Sets the inputs from now on.
+    ///
+    /// # Panics
+    /// If their number differs from the number of the model's inputs.
+    pub fn set_inputs(&mut self, inputs: &[f64]) {
+        if self.inputs != inputs {
+            self.inputs.copy_from_slice(inputs);
+            self.integrator.model().set_inputs(inputs);
+            self.inputs_have_jumped = true;
+        }
+    }
+
+    /// Computes the accelerations at the start, or after a jump of the inputs. [`Self::step`] calls this if
+    /// necessary. Returns `Some(status)` if there are none.
+    ///
+    /// A run that begins before its first inputs are set agrees bit for bit with [`simulate_controlled`].
+    /// Inputs set before belong to the start, for which an adaptive method may choose another first step.
+    ///
+    /// [`simulate_controlled`]: crate::simulation::simulate::simulate_controlled
+    pub fn begin(&mut self) -> Result<Option<Status>, Interrupted> {
+        if !self.has_mass
+            && let Some(status) = self.find_mass()?
+        {
+            return Ok(Some(status));
+        }
+        if self.changes.as_ref().is_some_and(|changes| !changes.has_begun)
+            && let Some(status) = self.find_held()?
+        {
+            return Ok(Some(status));
+        }
+        if let Some(status) = self.integrator.start()? {
+            return Ok(Some(status));
+        }
+        if !self.inputs_have_jumped {
+            return Ok(None);
+        }
+        if let Some(changes) = &mut self.changes {
+            let without = changes.due.take().flatten();
+            self.inputs_have_jumped = false;
+            return self.change(without);
+        }
+        let Self { integrator, jumped, scratch, .. } = self;
+        let found = integrator.observe(|model, state| {
+            model.set_time(state.t)?;
+            Ok(model.forward_dynamics(state.q, state.v, jumped, scratch))
+        })?;
+        let failure = match found {
+            Err(SingularMass) => Failure::SingularJacobian,
+            Ok(()) if !self.jumped.iter().all(|a| a.is_finite()) => Failure::NonFinite,
+            Ok(()) => {
+                self.integrator.jump(&self.jumped);
+                self.inputs_have_jumped = false;
+                return Ok(None);
+            }
+        };
+        Ok(Some(self.integrator.no_acceleration(failure)))
+    }
+
+    /// Makes one accepted step of this leg. Returns `Some(status)` if the leg has ended: its end was reached,
+    /// or no step could be made, which leaves the state unchanged. After an interruption the state is that of
+    /// the last accepted step, and the step can be repeated.
+    ///
+    /// A step to an invalid shape is made, and ends the leg. Where inextensible tendons become taut or slack, the
+    /// change is made instead of a step; so are jumps of velocities where prescribed velocities jump.
+    ///
+    /// # Panics
+    /// If the leg had already ended.
+    pub fn step(&mut self) -> Result<Option<Status>, Interrupted> {
+        if let Some(status) = self.begin()? {
+            return Ok(Some(status));
+        }
+        if self.jumps {
+            let t = self.t();
+            if let Some(corner) = self.integrator.model().jump_near(t)
+                && self.jumped_at != Some(corner)
+            {
+                return self.jump(corner);
+            }
+        }
+        match self.changes {
+            None => self.single_step(),
+            Some(_) => self.step_to_change(),
+        }
+    }
+
+    /// Makes velocities and accelerations jump with prescribed ones, loads and commands. What prescribes them does the work that the energies gain.
+    fn jump(&mut self, corner: f64) -> Result<Option<Status>, Interrupted> {
+        let before = self.observe(|model, state| -> Result<f64, Interrupted> {
+            // An earlier run of the model may have passed it.
+            model.pass_jump(f64::NAN);
+            model.set_time(corner)?;
+            Ok(model.energy(state.q, state.v).total())
+        })?;
+        let Some([q, v, a]) = self.integrator.after_jump(corner)? else {
+            return Ok(Some(self.integrator.no_acceleration(Failure::SingularJacobian)));
+        };
+        self.jumped_at = Some(corner);
+        self.integrator.restart([&q, &v, &a])?;
+        let work = self.energy()?.total() - before;
+        self.work = Some(self.work.unwrap_or(0.0) + work);
+        Ok(None)
+    }
+
+    fn single_step(&mut self) -> Result<Option<Status>, Interrupted> {
+        let steps = self.integrator.steps();
+        let status = self.integrator.step()?;
+        if self.integrator.steps() > steps {
+            self.stop = match self.integrator.hold()? {
+                true => self.integrator.observe(|model, state| Stop::where_flawed(model, state.t, state.q)),
+                false if self.changes.is_some() => Some(Stop::at_jump_or_singular_position(self.t())),
+                false => Some(Stop::at_singular_position(self.t())),
+            };
+        } else if matches!(
+            status,
+            Some(
+                Status::FirstOrder(ode::Status::StepTooSmall)
+                    | Status::SecondOrder(second_order::Status::StepTooSmall)
+            )
+        ) && self.integrator.is_nearly_singular()
+        {
+            self.stop = Some(Stop::at_singular_position(self.t()));
+        }
+        Ok(self.stop.as_ref().map(|stop| stop.status).or(status))
+    }
+
+    /// Makes a step that ends at the latest where the active set of one-sided constraints changes.
+    fn step_to_change(&mut self) -> Result<Option<Status>, Interrupted> {
+        let Some(changes) = &mut self.changes else { unreachable!("they change within steps") };
+        if let Some(without) = changes.due.take() {
+            return self.change(without);
+        }
+        let (t_end, mut planned, mut corrections) = (changes.t_span.1, None, 0);
+        loop {
+            let steps = self.integrator.steps();
+            let status = self.single_step()?;
+            let Self { integrator, changes: Some(changes), stop: None, .. } = self else { return Ok(status) };
+            if integrator.steps() == steps {
+                return Ok(status);
+            }
+            let times = [integrator.t_old(), integrator.t()];
+            let n = integrator.state()[0].len();
+            let mut states = [vec![0.0; n], vec![0.0; n], vec![0.0; n]];
+            let planned_so = planned.map(|event| (event, corrections));
+            let verdict = judge(times, t_end, planned_so, &mut |t| {
+                let [q, v, a] = &mut states;
+                if t == times[1] {
+                    let [at_end, rate, _] = integrator.state();
+                    q.copy_from_slice(at_end);
+                    v.copy_from_slice(rate);
+                } else {
+                    integrator.interpolate(&[t], [q, v, a])?;
+                }
+                changes.look(integrator.model(), t, [q, v])
+            })?;
+            match verdict {
+                Verdict::Done => {}
+                Verdict::Change(without) => changes.due = Some(without),
+                Verdict::ChangeAtStart(without) => {
+                    integrator.take_back();
+                    return self.change(without);
+                }
+                Verdict::EndAt(event) => {
+                    integrator.take_back();
+                    integrator.go_on(event.t);
+                    (planned, corrections) = (Some(event), corrections + 1);
+                    continue;
+                }
+                Verdict::Astray(by) => {
+                    integrator.take_back();
+                    let middle = 0.5 * (times[0] + times[1]);
+                    if times[1] - times[0] <= SHORTEST * (t_end - times[0]) {
+                        return Ok(self.unsettled(Unsettled::Passed(by)));
+                    }
+                    integrator.go_on(middle);
+                    planned = None;
+                    continue;
+                }
+            }
+            if times[1] == t_end {
+                return Ok(status);
+            }
+            integrator.go_on(t_end);
+            return Ok(None);
+        }
+    }
+
+    /// Ends the leg before its first step where the mass is singular. Factors of such a matrix may exist by rounding, and the
+    /// accelerations from these mean nothing, however large. With constraints all methods factorise it themselves.
+    fn find_mass(&mut self) -> Result<Option<Status>, Interrupted> {
+        let Self { integrator, jumped, scratch, .. } = self;
+        let found = integrator.observe(|model, state| {
+            model.set_time(state.t)?;
+            // Whatever comes of states whose squares overflow, no balance could be told.
+            if !model.energy(state.q, state.v).total().is_finite() {
+                return Ok(Some(Stop::without_energy(state.t)));
+            }
+            if model.facts().constraints() > 0 {
+                return Ok(None);
+            }
+            let found = model.forward_dynamics(state.q, state.v, jumped, scratch);
+            Ok(found.err().map(|SingularMass| Stop::without_mass(state.t)))
+        })?;
+        self.has_mass = found.is_none();
+        Ok(found.map(|stop| self.stop.insert(stop).status))
+    }
+
+    /// Finds the active constraints at the start.
+    fn find_held(&mut self) -> Result<Option<Status>, Interrupted> {
+        let found = self.integrator.observe(|model, state| {
+            model.set_time(state.t)?;
+            Ok(one_sided::change(model, [state.q, state.v], None))
+        })?;
+        if let Some(changes) = &mut self.changes {
+            changes.has_begun = true;
+        }
+        Ok(found.err().and_then(|why| self.unsettled(why)))
+    }
+
+    /// Changes the active set here; `without` is released, if given.
+    fn change(&mut self, without: Option<usize>) -> Result<Option<Status>, Interrupted> {
+        let found = self.integrator.observe(|model, state| {
+            model.set_time(state.t)?;
+            Ok(one_sided::change(model, [state.q, state.v], without))
+        })?;
+        let changed = match found {
+            Ok(changed) => changed,
+            Err(why) => {
+                let status = self.unsettled(why);
+                let none = self.integrator.no_acceleration(Failure::SingularJacobian);
+                return Ok(Some(status.unwrap_or(none)));
+            }
+        };
+        let t = self.integrator.t();
+        let Some(changes) = &mut self.changes else { unreachable!("they change within steps") };
+        self.integrator.go_on(changes.t_span.1);
+        self.integrator.restart([&changed.q, &changed.v, &changed.a])?;
+        if changes.count(t, changed.flow) {
+            return Ok(None);
+        }
+        Ok(Some(self.stop.insert(Stop::at_chatter(t)).status))
+    }
+
+    /// Ends the leg if no active set was found; `None` if the mass is singular.
+    fn unsettled(&mut self, why: Unsettled) -> Option<Status> {
+        let t = self.t();
+        let stop = match why {
+            Unsettled::Passed(by) => Stop::where_too_long(t, by),
+            Unsettled::Undecided => Stop::at_conflict(t),
+            Unsettled::SingularMass => return None,
+        };
+        Some(self.stop.insert(stop).status)
+    }
+
+    /// Energy lost in changes of the active set, and work done in them and in jumps of prescribed velocities, in joules,
+    /// since the last call; `None` if there was neither.
+    pub(crate) fn take_flow(&mut self) -> Option<[f64; 2]> {
+        let of_changes = self.changes.as_mut().and_then(|changes| changes.flow.take());
+        let of_jump = self.work.take().map(|work| [0.0, work]);
+        of_changes
+            .into_iter()
+            .chain(of_jump)
+            .reduce(|[lost, work], [more_lost, more]| [lost + more_lost, work + more])
+    }
+
+    /// Writes the state with rotation vectors no longer than pi, where a step has passed that. The next step would.
+    pub fn settle(&mut self) {
+        self.integrator.settle();
+    }
+
+    /// Makes steps to the end of this leg, [settles](Self::settle), and returns the status. `monitor` is
+    /// called with the time after every step and may interrupt the leg.
+    pub fn finish(
+        &mut self,
+        monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
+    ) -> Result<Status, Interrupted> {
+        loop {
+            if let Some(status) = self.step()? {
+                self.settle();
+                return Ok(status);
+            }
+            monitor(self.t())?;
+        }
+    }
+
+    /// Current time.
+    pub fn t(&self) -> f64 {
+        self.integrator.t()
+    }
+
+    /// Current coordinates.
+    pub fn q(&self) -> &[f64] {
+        self.integrator.state()[0]
+    }
+
+    /// Current velocities.
+    pub fn v(&self) -> &[f64] {
+        self.integrator.state()[1]
+    }
+
+    /// Current accelerations; at the end of a leg, with the inputs of this leg until the next one begins.
+    pub fn a(&self) -> &[f64] {
+        self.integrator.state()[2]
+    }
+
+    /// Current inputs.
+    pub fn inputs(&self) -> &[f64] {
+        &self.inputs
+    }
+
+    /// Energies of the current state.
+    pub fn energy(&mut self) -> Result<Energy, Interrupted> {
+        self.observe(|model, state| {
+            model.set_time(state.t)?;
+            Ok(model.energy(state.q, state.v))
+        })
+    }
+
+    /// Cost of the run so far.
+    pub fn counters(&self) -> Counters {
+        self.integrator.counters()
+    }
+
+    /// Why the motion so far may be wrong although all steps were made: impacts that fixed steps do not resolve.
+    pub fn doubt(&self) -> Option<String> {
+        self.integrator.doubt()
+    }
+
+    /// Describes a status of this run, with advice unless it is a success.
+    pub fn explain(&mut self, status: Status) -> String {
+        if let Some(stop) = &self.stop {
+            return stop.message.clone();
+        }
+        let mut message = self.integrator.explain(status);
+        if self.moved > 0.0 {
+            message.push_str(&Start::sentence(self.moved));
+        }
+        if !status.is_success()
+            && let Some(what) = self.integrator.model().not_finite()
+        {
+            message.push_str(&format!(" The cause: {what}."));
+        }
+        message
+    }
+
+    /// Status of an interrupted run.
+    pub(crate) fn interrupted(&self) -> Status {
+        self.integrator.interrupted()
+    }
+
+    /// Calls `observe` with the model and its current state.
+    pub(crate) fn observe<T>(&mut self, observe: impl FnOnce(&mut M, State<'_>) -> T) -> T {
+        self.integrator.observe(observe)
+    }
+
+    /// Writes the states at these times within the last step, one after another; false where they are not finite. Accelerations are
+    /// those of methods that [know them](Self::knows_accelerations).
+    pub(crate) fn interpolate(
+        &mut self,
+        times: &[f64],
+        [q, v, a]: [&mut [f64]; 3],
+    ) -> Result<bool, Interrupted> {
+        let is_finite = self.integrator.interpolate(times, [&mut *q, &mut *v, a])?;
+        if is_finite && self.changes.is_some() {
+            // Within a step, lengths are only as accurate as the step: taut tendons would seem slack.
+            let model: &mut dyn Model = self.integrator.model();
+            let n = model.facts().n;
+            for ((q, v), &t) in q.chunks_exact_mut(n).zip(v.chunks_exact_mut(n)).zip(times) {
+                model.set_time(t)?;
+                let _ = projection::close(model, q).and_then(|_| projection::fit_velocities(model, q, v));
+            }
+        }
+        Ok(is_finite)
+    }
+
+    /// Whether the method knows accelerations between the ends of its steps.
+    pub(crate) fn knows_accelerations(&self) -> bool {
+        self.integrator.knows_accelerations()
+    }
+
+    /// Current time, coordinates, velocities and accelerations.
+    pub(crate) fn state(&self) -> (f64, [&[f64]; 3]) {
+        (self.t(), self.integrator.state())
+    }
+
+    /// Accepted steps so far.
+    pub(crate) fn steps(&self) -> usize {
+        self.integrator.steps()
+    }
+
+    /// All data that persist from leg to leg, as numbers.
+    pub fn memory(&mut self) -> Vec<f64> {
+        let mut numbers = Vec::new();
+        self.carry(&mut Tape::writing(&mut numbers));
+        numbers
+    }
+
+    /// Restores the [memory](Self::memory) of a run of the same model with the same method; the run then
+    /// continues as that one does, bit for bit.
+    ///
+    /// Fails for an invalid memory; this run is then invalid.
+    pub fn recall(&mut self, memory: &[f64]) -> Result<(), InvalidInput> {
+        let mut tape = Tape::reading(memory);
+        self.carry(&mut tape);
+        let is_right = tape.is_right() && self.t().is_finite();
+        let model = self.integrator.model();
+        model.set_inputs(&self.inputs);
+        model.pass_jump(self.jumped_at.unwrap_or(f64::NAN));
+        if is_right {
+            return Ok(());
+        }
+        let found = format_args!("{} numbers", memory.len()).to_string();
+        Err(InvalidInput::new("memory", found, "those of a run of the same model by the same method"))
+    }
+
+    fn carry(&mut self, tape: &mut Tape<'_>) {
+        tape.numbers(&mut self.inputs);
+        tape.flag(&mut self.inputs_have_jumped);
+        tape.optional(&mut self.jumped_at, 0.0, Tape::number);
+        self.grid.carry(tape);
+        self.integrator.carry(tape);
+        self.has_mass |= self.integrator.steps() > 0;
+        if let Some(changes) = &mut self.changes {
+            changes.carry(self.integrator.model(), tape);
+        }
+    }
+}

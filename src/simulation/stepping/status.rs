@@ -1,0 +1,202 @@
+//! Status of a run.
+
+use crate::error::Number;
+use crate::integrators::ode;
+use crate::integrators::second_order;
+use crate::model::{Flaw, Model, at_least};
+
+/// Reason why a run, or a part of it, ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Status {
+    /// Status of the Newmark family or of Radau IIA.
+    SecondOrder(second_order::Status),
+    /// Status of a first-order method.
+    FirstOrder(ode::Status),
+    /// The end was reached, but not the requested accuracy.
+    AccuracyNotReached,
+    /// The motion reached a shape that the quadrature nodes do not resolve.
+    Unresolved,
+    /// The motion turned the rod inside out.
+    Inverted,
+    /// A tendon pulled two points together, so that its force has no direction.
+    Collapsed,
+    /// A closed loop opened.
+    Open,
+    /// Surfaces sank into each other, or passed through each other.
+    Sunk,
+    /// Closed loops are at a singular position that the method cannot pass.
+    Singular,
+    /// Tendons that do not stretch become taut and slack again without an end.
+    Chattering,
+    /// Stability would force more steps on an explicit method than are sensible.
+    Stiff,
+}
+
+impl Status {
+    /// True if the end of the interval was reached.
+    pub fn is_success(self) -> bool {
+        match self {
+            Self::SecondOrder(status) => status.is_success(),
+            Self::FirstOrder(status) => status.is_success(),
+            Self::AccuracyNotReached
+            | Self::Unresolved
+            | Self::Inverted
+            | Self::Collapsed
+            | Self::Open
+            | Self::Sunk
+            | Self::Singular
+            | Self::Chattering
+            | Self::Stiff => false,
+        }
+    }
+
+    /// True if the run was asked to stop.
+    pub fn is_interrupted(self) -> bool {
+        matches!(
+            self,
+            Self::SecondOrder(second_order::Status::Interrupted) | Self::FirstOrder(ode::Status::Interrupted)
+        )
+    }
+
+    /// The status as one word, such as `finished` or `interrupted`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::SecondOrder(status) => status.name(),
+            Self::FirstOrder(status) => status.name(),
+            Self::AccuracyNotReached => "accuracy_not_reached",
+            Self::Unresolved => "unresolved",
+            Self::Inverted => "inverted",
+            Self::Collapsed => "collapsed",
+            Self::Open => "loop_open",
+            Self::Sunk => "sunk",
+            Self::Singular => "singular_position",
+            Self::Chattering => "chattering",
+            Self::Stiff => "stiff",
+        }
+    }
+}
+
+/// Reason to end a run although its method could continue.
+#[derive(Clone, Debug)]
+pub(crate) struct Stop {
+    pub(crate) status: Status,
+    pub(crate) message: String,
+}
+
+impl Stop {
+    /// At a start whose mass matrix is singular.
+    pub(crate) fn without_mass(t: f64) -> Self {
+        let message = format!(
+            "The accelerations at t = {} could not be found: the mass matrix is singular, or not finite, at the start. Change the \
+             initial state (coordinates of a universal joint, or of hinges in a row, may be singular there), or give every \
+             coordinate a mass.",
+            Number(t),
+        );
+        let failure = second_order::Failure::SingularJacobian;
+        Self { status: Status::SecondOrder(second_order::Status::NoInitialAcceleration(failure)), message }
+    }
+
+    /// At a start whose energies overflow.
+    pub(crate) fn without_energy(t: f64) -> Self {
+        let message = format!(
+            "The motion cannot begin at t = {}: energies there are beyond what double precision holds. Check the units of the \
+             initial state.",
+            Number(t),
+        );
+        let failure = second_order::Failure::NonFinite;
+        Self { status: Status::SecondOrder(second_order::Status::NoInitialAcceleration(failure)), message }
+    }
+
+    /// At a singular position, where an explicit method cannot choose between branches.
+    pub(crate) fn at_singular_position(t: f64) -> Self {
+        let message = format!(
+            "Near t = {} the loops pass a singular position, where there are several ways to go on: the last state says \
+             nothing about the motion. Take `method=\"generalised_alpha\"`, whose steps go on as the motion did.",
+            Number(t),
+        );
+        Self { status: Status::Singular, message }
+    }
+
+    /// The same with tendons that do not stretch.
+    pub(crate) fn at_jump_or_singular_position(t: f64) -> Self {
+        let message = format!(
+            "Near t = {} the length of a tendon that does not stretch jumps, or constraints pass a singular position, where there \
+             are several ways to go on: the last state says nothing about the motion. Change lengths gradually, give the \
+             tendon a `stiffness`, or take `method=\"generalised_alpha\"`.",
+            Number(t),
+        );
+        Self { status: Status::Singular, message }
+    }
+
+    /// Where a tendon of given length is longer by so much, although no step was.
+    pub(crate) fn where_too_long(t: f64, by: f64) -> Self {
+        let message = format!(
+            "At t = {} the length of a tendon that does not stretch jumps, by {by:.1e} m away from the length of its path: no finite force \
+             moves it there at once. Change lengths gradually, give the tendon a `stiffness`, or take \
+             `method=\"generalised_alpha\"`, which follows within a step.",
+            Number(t),
+        );
+        Self { status: Status::Open, message }
+    }
+
+    /// Where tendons of given length, with closed loops, leave no motion.
+    pub(crate) fn at_conflict(t: f64) -> Self {
+        let message = format!(
+            "At t = {} no motion keeps all tendons that do not stretch as short as they are told: their lengths, or those and \
+             closed loops, conflict there.",
+            Number(t),
+        );
+        Self { status: Status::Open, message }
+    }
+
+    /// Where tendons become taut and slack again without an end.
+    pub(crate) fn at_chatter(t: f64) -> Self {
+        let message = format!(
+            "Near t = {} tendons that do not stretch become taut and slack again ever faster. Take \
+             `method=\"generalised_alpha\"`, which does not resolve it, or give the tendons a `stiffness`.",
+            Number(t),
+        );
+        Self { status: Status::Chattering, message }
+    }
+
+    /// At a state that means nothing.
+    pub(crate) fn where_flawed<M: Model + ?Sized>(model: &mut M, t: f64, q: &[f64]) -> Option<Self> {
+        // Of a slack tendon nothing else becomes NaN.
+        if model.facts().is_one_sided
+            && let Some(what) = model.not_finite()
+        {
+            let message = format!("What acts must be finite: {what}. The last state says nothing.");
+            return Some(Self { status: Status::FirstOrder(ode::Status::NonFinite), message });
+        }
+        let flaw = model.flaw(q).or_else(|| model.open_loop(q)).or_else(|| model.sunk(q))?;
+        let (status, cure) = match flaw {
+            Flaw::Unresolved { shortage } => (
+                Status::Unresolved,
+                format!("; if that ends here too, give the segment more `nodes`{}", at_least(shortage)),
+            ),
+            Flaw::Collapsed { .. } => (
+                Status::Collapsed,
+                "; if that ends here too, pull less, or keep the points apart with a joint that has `limits`"
+                    .to_owned(),
+            ),
+            Flaw::Open { .. } => (
+                Status::Open,
+                "; if that ends here too, the loops conflict there: the mechanism cannot go on, as at the end of its travel"
+                    .to_owned(),
+            ),
+            Flaw::Sunk { .. } => (
+                Status::Sunk,
+                "; if that ends here too, give the contact more `stiffness`".to_owned(),
+            ),
+            Flaw::Inverted { .. } => (
+                Status::Inverted,
+                "; if that ends here too, linear elasticity in the stretch does not hold".to_owned(),
+            ),
+        };
+        let message = format!(
+            "At t = {} the model {flaw}: the last state says nothing about the motion. Take shorter steps{cure}.",
+            Number(t),
+        );
+        Some(Self { status, message })
+    }
+}
