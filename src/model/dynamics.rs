@@ -1,10 +1,10 @@
 //! Forces, inertia and energies of a mechanical system.
 
 use super::flaw::{Flaw, at_least};
-use super::forward::{self, ForwardScratch, SingularMass, Tree};
+use super::forward::{ForwardScratch, Mass, SingularMass, Tree};
 use super::{Energy, Facts};
 use crate::error::InvalidInput;
-use crate::numerics::linalg::{Matrix, TreeMatrix};
+use crate::numerics::linalg::{Matrix, TreeLu, TreeMatrix};
 
 /// A mechanical system with generalised coordinates `q` (n of them), velocities `qd`, accelerations `qdd`.
 ///
@@ -125,6 +125,48 @@ pub trait Dynamics {
         qdd: &mut [f64],
         scratch: &mut ForwardScratch,
     ) -> Result<(), SingularMass> {
-        forward::solve(self, q, qd, qdd, scratch)
+        forward_dynamics(self, q, qd, qdd, scratch)
     }
+}
+
+impl ForwardScratch {
+    /// Scratch for `model`.
+    pub fn of<M: Dynamics + ?Sized>(model: &M) -> Self {
+        match model.tree() {
+            Some(Tree { mass, .. }) => {
+                let lu = TreeLu::new(&mass);
+                Self { bias: vec![0.0; model.facts().n], mass: Mass::Tree { matrix: mass, lu } }
+            }
+            None => Self::new(model.facts().n),
+        }
+    }
+}
+
+/// [`Dynamics::forward_dynamics`] for models without constraints.
+pub(crate) fn forward_dynamics<M: Dynamics + ?Sized>(
+    model: &mut M,
+    q: &[f64],
+    qd: &[f64],
+    qdd: &mut [f64],
+    scratch: &mut ForwardScratch,
+) -> Result<(), SingularMass> {
+    let ForwardScratch { bias, mass } = scratch;
+    qdd.fill(0.0);
+    model.inverse_dynamics(q, qd, qdd, bias);
+    for (acceleration, bias) in qdd.iter_mut().zip(bias) {
+        *acceleration = -*bias;
+    }
+    match mass {
+        Mass::Dense { matrix, cholesky } => {
+            model.mass_matrix(q, matrix);
+            cholesky.factorise(matrix).map_err(|_| SingularMass)?;
+            cholesky.solve(qdd);
+        }
+        Mass::Tree { matrix, lu } => {
+            model.tree_mass_matrix(q, matrix);
+            lu.factorise(matrix).map_err(|_| SingularMass)?;
+            lu.solve(qdd);
+        }
+    }
+    Ok(())
 }

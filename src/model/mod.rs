@@ -19,7 +19,7 @@ mod elastic;
 mod energy;
 mod facts;
 mod flaw;
-pub(crate) mod forward;
+mod forward;
 mod in_contact;
 mod in_time;
 mod passing;
@@ -32,6 +32,7 @@ mod tied;
 
 pub use differentiable::Differentiable;
 pub use dynamics::Dynamics;
+pub(crate) use dynamics::forward_dynamics;
 pub use elastic::{Elastic, Sprung};
 pub use energy::Energy;
 pub use facts::Facts;

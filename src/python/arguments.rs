@@ -6,11 +6,15 @@
 
 use std::path::PathBuf;
 
+use numpy::{IntoPyArray, PyArrayDyn, PyArrayMethods};
+use pyo3::exceptions::PyValueError;
 use pyo3::exceptions::{PyOSError, PyTypeError};
 use pyo3::prelude::*;
+use pyo3::types::PyFloat;
 use pyo3::types::PyString;
 
 use super::convert;
+use crate::error::Number;
 
 /// A module with an extractor for each name, which passes the name to a function of `convert`.
 macro_rules! extractors {
@@ -102,4 +106,29 @@ pub(super) fn path(value: &Bound<'_, PyAny>) -> PyResult<PathBuf> {
         }
         PyTypeError::new_err(format!("path: expected a str or a path, got {}", convert::describe(value)))
     })
+}
+
+/// An array of finite numbers with any shape, for arguments of functions written in Python.
+#[pyfunction]
+pub(crate) fn finite_array<'py>(
+    value: &Bound<'py, PyAny>,
+    #[pyo3(from_py_with = text::name)] name: &str,
+) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+    let convert::Numbers { values, shape } = match value.cast::<PyFloat>() {
+        Ok(number) => convert::Numbers { values: vec![number.value()], shape: Vec::new() },
+        Err(_) => convert::numbers(value, name, "real numbers")?,
+    };
+    if let Some(index) = values.iter().position(|x| !x.is_finite()) {
+        let mut place = Vec::new();
+        let mut rest = index;
+        for &size in shape.iter().rev() {
+            place.push((rest % size).to_string());
+            rest /= size;
+        }
+        place.reverse();
+        let place = if place.is_empty() { String::new() } else { format!("[{}]", place.join(", ")) };
+        let found = Number(values[index]);
+        return Err(PyValueError::new_err(format!("{name}{place}: got {found}, expected a finite number")));
+    }
+    values.into_pyarray(value.py()).reshape(shape)
 }

@@ -1,18 +1,15 @@
 //! Conversion of arrays, with messages that name the argument.
 
-use numpy::{
-    IntoPyArray, PyArray2, PyArrayDyn, PyArrayMethods, PyUntypedArray, PyUntypedArrayMethods, ToPyArray,
-};
+use numpy::{PyArray2, PyArrayDyn, PyArrayMethods, PyUntypedArray, PyUntypedArrayMethods, ToPyArray};
 use pyo3::PyTypeCheck;
 use pyo3::exceptions::{PyOverflowError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::{PyBool, PyBytes, PyDict, PyFloat, PyInt, PyList, PyString, PyTuple, PyType};
 
-use super::arguments;
 use super::callback::Nested;
 use crate::description::rod::diagonal;
-use crate::error::{Checker, InvalidInput, Number};
+use crate::error::{Checker, InvalidInput};
 use crate::numerics::lie::Rotation;
 use crate::numerics::linalg::Matrix;
 use crate::robot::Pose;
@@ -373,31 +370,6 @@ pub(crate) fn finite_rows_of(
         }
         _ => Err(PyTypeError::new_err(format!("{name}: expected {EXPECTED}, got {}", describe(value)))),
     }
-}
-
-/// An array of finite numbers with any shape, for arguments of functions written in Python.
-#[pyfunction]
-pub(crate) fn finite_array<'py>(
-    value: &Bound<'py, PyAny>,
-    #[pyo3(from_py_with = arguments::text::name)] name: &str,
-) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
-    let Numbers { values, shape } = match value.cast::<PyFloat>() {
-        Ok(number) => Numbers { values: vec![number.value()], shape: Vec::new() },
-        Err(_) => numbers(value, name, "real numbers")?,
-    };
-    if let Some(index) = values.iter().position(|x| !x.is_finite()) {
-        let mut place = Vec::new();
-        let mut rest = index;
-        for &size in shape.iter().rev() {
-            place.push((rest % size).to_string());
-            rest /= size;
-        }
-        place.reverse();
-        let place = if place.is_empty() { String::new() } else { format!("[{}]", place.join(", ")) };
-        let found = Number(values[index]);
-        return Err(PyValueError::new_err(format!("{name}{place}: got {found}, expected a finite number")));
-    }
-    values.into_pyarray(value.py()).reshape(shape)
 }
 
 const MATRIX: &str = "a two-dimensional array of real numbers";

@@ -55,9 +55,9 @@ mod _lissom {
     #[pymodule_export]
     use super::actuate::{PyActuateResult, actuate};
     #[pymodule_export]
-    use super::balance::PyBalance;
+    use super::arguments::finite_array;
     #[pymodule_export]
-    use super::convert::finite_array;
+    use super::balance::PyBalance;
     #[pymodule_export]
     use super::convert::of_python::{as_flag, as_number, as_text, as_whole};
     #[pymodule_export]

@@ -6,7 +6,7 @@ use super::description::{Driven, Link, Robot, Rod};
 use super::kernel::tree;
 use super::model::RobotModel;
 use super::plan::Plan;
-use super::plan::tree::Weld;
+use super::plan::joined::Weld;
 use super::state::tangent::Tangent;
 use super::sweeps::Sweeps;
 use crate::description::body::Body;

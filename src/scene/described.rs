@@ -8,63 +8,10 @@ use serde::Deserialize;
 use serde_json::{Map, Value as Json, json};
 
 use super::shape::Shape;
-use crate::description::body::described as body;
-use crate::description::joint::described as joint;
-use crate::description::rod::described as rod;
+use super::tables::PARTS;
 use crate::description::schema::{
     AnyPart, Data, Fault, Field, Kind, Limits, Part, Problem, Reader, Schema, Sign, Value, expected_one_of,
 };
-use crate::description::world;
-use crate::description::world::described::BaseMotion;
-use crate::robot::described as robot;
-use crate::robot::effects::actuator::described as actuator;
-use crate::robot::effects::contact::described as contact;
-use crate::robot::effects::load::described as load;
-use crate::robot::effects::loops::described as loops;
-use crate::robot::effects::support::described as support;
-
-/// The parts that are described by tables, those that others hold first.
-pub(crate) const PARTS: [&Schema; 39] = [
-    rod::Circle::SCHEMA,
-    rod::HollowCircle::SCHEMA,
-    rod::Rectangle::SCHEMA,
-    rod::Ellipse::SCHEMA,
-    rod::Given::SCHEMA,
-    rod::Segment::SCHEMA,
-    contact::Ball::SCHEMA,
-    contact::HalfSpace::SCHEMA,
-    contact::Sphere::SCHEMA,
-    contact::Capsule::SCHEMA,
-    contact::Cuboid::SCHEMA,
-    contact::HeightField::SCHEMA,
-    contact::ConvexMesh::SCHEMA,
-    contact::Contact::SCHEMA,
-    load::Load::SCHEMA,
-    body::Body::SCHEMA,
-    support::Support::SCHEMA,
-    world::Fluid::SCHEMA,
-    BaseMotion::SCHEMA,
-    actuator::Along::SCHEMA,
-    actuator::Via::SCHEMA,
-    actuator::Tendon::SCHEMA,
-    actuator::Chamber::SCHEMA,
-    actuator::Motor::SCHEMA,
-    actuator::ActiveStrain::SCHEMA,
-    joint::Weld::SCHEMA,
-    joint::Mimic::SCHEMA,
-    joint::Revolute::SCHEMA,
-    joint::Prismatic::SCHEMA,
-    joint::Cylindrical::SCHEMA,
-    joint::Universal::SCHEMA,
-    joint::Planar::SCHEMA,
-    joint::Spherical::SCHEMA,
-    joint::Free::SCHEMA,
-    robot::Link::SCHEMA,
-    loops::LoopEnd::SCHEMA,
-    loops::Distance::SCHEMA,
-    loops::Gear::SCHEMA,
-    loops::Loop::SCHEMA,
-];
 
 /// A value that the tables of `description` describe, as it stands in the file.
 #[derive(Clone, Debug, Deserialize)]
@@ -103,13 +50,6 @@ fn right_in<D: Data>(value: &toml::Value, limits: &Limits) -> Option<D> {
     let found = D::read(&value_of(value), &mut reader)?;
     found.check(limits, &mut reader);
     reader.problems().is_empty().then_some(found)
-}
-
-/// Whether values of this definition of the schema are read here as they are. Links have more keys in scenes.
-pub(super) fn is_described(name: &str) -> bool {
-    const JOINT: Kind = joint::Joint::KIND;
-    let is_part = |part: &&Schema| part.name == name && !std::ptr::eq(*part, robot::Link::SCHEMA);
-    PARTS.iter().any(is_part) || matches!(JOINT, Kind::OneOf(known, _) if known == name)
 }
 
 /// The value written at this place, checked by itself; `None` after reporting problems.

@@ -40,6 +40,7 @@ mod links;
 mod loops;
 mod parts;
 mod shape;
+mod tables;
 mod words;
 
 use toml::de::{DeTable, DeValue};
@@ -50,12 +51,12 @@ use crate::robot;
 use crate::simulation::accuracy;
 use crate::simulation::accuracy::Modes;
 
-#[cfg(feature = "python")]
-pub(crate) use described::PARTS;
 pub use described::to_toml;
 pub use diagnostics::{Elsewhere, SceneError, SceneProblem};
 pub use document::{Jacobian, Method, Quantity};
 pub use imports::{FileProblem, Imported, Imports, NoImports, Refusal, Request};
+#[cfg(feature = "python")]
+pub(crate) use tables::PARTS;
 
 use shape::{SCHEMA, Shape};
 

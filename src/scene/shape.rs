@@ -12,9 +12,9 @@ use serde_json::Value as Json;
 use toml::Spanned;
 use toml::de::{DeFloat, DeInteger, DeTable, DeValue};
 
-use super::described::is_described;
 use super::diagnostics::{Elsewhere, SceneProblem};
 use super::imports::FileProblem;
+use super::tables::is_described;
 use super::words::{self, OldWord};
 use crate::description::schema::{expected_one_of, quoted, suggestion};
 use crate::error::InvalidInput;

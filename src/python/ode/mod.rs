@@ -2,6 +2,7 @@
 
 mod events;
 pub(super) mod function;
+mod method;
 pub(super) mod options;
 mod result;
 mod stepper;
@@ -146,7 +147,7 @@ pub(super) fn solve_ivp<'py>(
     let y0 = options::initial_state(y0)?;
     let default = PyString::new(py, "rk45").into_any();
     let mut options = Options {
-        method: options::method(method.unwrap_or(&default))?,
+        method: method::method(method.unwrap_or(&default))?,
         first_step,
         max_step: max_step.unwrap_or(f64::INFINITY),
         min_step,

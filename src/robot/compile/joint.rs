@@ -6,10 +6,10 @@ use crate::description::rod::{Gauss, GivenSection, STRAINS, Segment};
 use crate::numerics::lie::{Twist, VectorSpace};
 use crate::robot::compile::piece;
 use crate::robot::plan::hinge::Hinge;
+use crate::robot::plan::joined::Joined;
 use crate::robot::plan::material::Moments;
 use crate::robot::plan::piece::PiecePlan;
 use crate::robot::plan::point::Points;
-use crate::robot::plan::tree::Joined;
 use crate::robot::turning::Turning;
 
 /// Number of nodes of a piece with a rotation vector: its integrals of products of sines of the angle are

@@ -4,10 +4,10 @@ use super::{joint, piece};
 use crate::description::rod::piece as part;
 use crate::numerics::lie::{Quaternion, Vector};
 use crate::robot::description::{Link, Robot};
+use crate::robot::plan::joined::{Joined, Weld};
 use crate::robot::plan::link::LinkPlan;
 use crate::robot::plan::piece::PiecePlan;
 use crate::robot::plan::point::{Offset, Place};
-use crate::robot::plan::tree::{Joined, Weld};
 use crate::robot::turning::Turning;
 use crate::robot::turning::place;
 

@@ -7,11 +7,11 @@ use crate::numerics::lie::{LANES, Lanes, VectorSpace};
 use crate::robot::algebra::inertia;
 use crate::robot::algebra::inertia::Inertia;
 use crate::robot::plan;
+use crate::robot::plan::joined::Joined;
 use crate::robot::plan::material::{Component, Coupling, Moments};
 use crate::robot::plan::piece::PiecePlan;
 use crate::robot::plan::point::Points;
 use crate::robot::plan::stretch::Stretch;
-use crate::robot::plan::tree::Joined;
 use crate::robot::turning::Turning;
 
 pub(crate) fn plan<G: Turning>(

@@ -5,6 +5,7 @@ mod actuation;
 mod carriers;
 mod driven;
 mod link;
+mod mimic;
 mod named;
 mod names;
 mod robot;
@@ -13,8 +14,8 @@ mod span;
 
 pub use actuation::Inputs;
 pub use driven::Driven;
-pub(crate) use driven::{Origin, origin};
 pub use link::{Link, described};
+pub(crate) use mimic::{Origin, origin};
 pub(crate) use named::{LinkNames, Named};
 pub(crate) use names::number_default_names;
 pub use robot::{MAX_COORDINATES, Robot};

@@ -3,9 +3,9 @@
 use std::collections::HashSet;
 
 use super::carriers::{Carrier, Carriers};
-use super::driven::{Driven, check_mimics};
+use super::driven::Driven;
 use super::link::Link;
-use super::rod::Rod;
+use super::mimic::check_mimics;
 use crate::description::body::Body;
 use crate::description::joint::Joint;
 use crate::description::rod::arc_length::check_end;
@@ -628,30 +628,4 @@ pub(super) fn check_surroundings(check: &mut Checker, motion: Option<&BaseMotion
         check.nested("base_motion", motion.validate());
     }
     check.finite(&gravity, "gravity");
-}
-
-impl From<&Rod> for Robot {
-    /// Converts a rod to a robot's link; tip force, tip moment and tip mass follow the other loads and
-    /// bodies.
-    fn from(rod: &Rod) -> Self {
-        let link = Link {
-            position: rod.base_position,
-            orientation: rod.base_orientation,
-            rod: rod.segments.clone(),
-            ..Link::new("rod")
-        };
-        let tip = Load { force: rod.tip_force.into(), moment: rod.tip_moment.into(), ..Load::at_tip() };
-        Self {
-            links: vec![link],
-            base_motion: rod.base_motion.clone(),
-            gravity: rod.gravity,
-            loads: rod.loads.iter().cloned().chain([tip]).collect(),
-            bodies: rod.bodies.iter().cloned().chain([Body::point(rod.tip_mass)]).collect(),
-            supports: rod.supports.clone(),
-            fluid: rod.fluid.clone(),
-            actuators: rod.actuators.clone(),
-            loops: Vec::new(),
-            contacts: rod.contacts.clone(),
-        }
-    }
 }

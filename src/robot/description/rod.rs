@@ -1,7 +1,7 @@
 //! A rod as plain data: a sequence of segments, a base, loads and bodies.
 
 use super::carriers::Carriers;
-use super::link::check_orientation;
+use super::link::{Link, check_orientation};
 use super::robot::{MAX_COORDINATES, Robot, check_integration, check_surroundings};
 use crate::description::body::Body;
 use crate::description::rod::{Section, Segment};
@@ -131,5 +131,31 @@ impl Rod {
         robot.check_actuators(&mut check, &carriers);
         robot.check_contacts(&mut check, &carriers);
         check.finish()
+    }
+}
+
+impl From<&Rod> for Robot {
+    /// Converts a rod to a robot's link; tip force, tip moment and tip mass follow the other loads and
+    /// bodies.
+    fn from(rod: &Rod) -> Self {
+        let link = Link {
+            position: rod.base_position,
+            orientation: rod.base_orientation,
+            rod: rod.segments.clone(),
+            ..Link::new("rod")
+        };
+        let tip = Load { force: rod.tip_force.into(), moment: rod.tip_moment.into(), ..Load::at_tip() };
+        Self {
+            links: vec![link],
+            base_motion: rod.base_motion.clone(),
+            gravity: rod.gravity,
+            loads: rod.loads.iter().cloned().chain([tip]).collect(),
+            bodies: rod.bodies.iter().cloned().chain([Body::point(rod.tip_mass)]).collect(),
+            supports: rod.supports.clone(),
+            fluid: rod.fluid.clone(),
+            actuators: rod.actuators.clone(),
+            loops: Vec::new(),
+            contacts: rod.contacts.clone(),
+        }
     }
 }

@@ -91,13 +91,10 @@ impl Explanation {
         }
         explanation.loads(robot);
         explanation.fluid(robot);
-        for (is_computed, what, why) in actuators::explain(robot, of_actuators) {
-            explanation.add(is_computed, what, why);
-        }
-        if !robot.is_rod() || robot.constraints() > 0 {
-            loops::explain(robot, &mut explanation);
-        }
-        for (is_computed, what, why) in contacts::explain(robot) {
+        let of_loops =
+            if robot.is_rod() && robot.constraints() == 0 { Vec::new() } else { loops::explain(robot) };
+        let of_effects = actuators::explain(robot, of_actuators).into_iter().chain(of_loops);
+        for (is_computed, what, why) in of_effects.chain(contacts::explain(robot)) {
             explanation.add(is_computed, what, why);
         }
         explanation.solve(solve, robot, of_actuators);

@@ -1,5 +1,8 @@
 //! Formatting of numbers and lists.
 
+/// Whether something is computed or skipped, its name, and why.
+pub(crate) type Explained = (bool, String, String);
+
 /// `1 link`, `2 links`.
 pub(crate) fn counted(number: usize, what: &str) -> String {
     format!("{number} {what}{}", if number == 1 { "" } else { "s" })

@@ -22,7 +22,7 @@
 //!
 //! so that one forward and one backward sweep serve all segments.
 
-use super::inverse_dynamics::carried;
+use super::adjoint::carried;
 use super::tangent::gyroscopes;
 use crate::numerics::lie::{
     Cross as _, LANES, Lanes, Scalar as _, Sweep, Twist, VectorSpace, Wrench, weighted_sum,

@@ -2,7 +2,7 @@
 //! twist s in the axes of the preceding place and S = Ad_g s, everything beyond it moves by `V + S qd` and
 //! `A + S qdd + ad_V (S qd)`, and the force of the coordinate is `S . F`.
 
-use super::inverse_dynamics::carried;
+use super::adjoint::carried;
 use crate::numerics::lie::{LANES, Lanes, Scalar, Twist, Wrench, sine_cosine};
 use crate::robot::effects::joint_forces;
 use crate::robot::plan::Plan;

@@ -4,6 +4,7 @@
 //! In the inertial frame the recursions along the rod are plain integrals (`docs/rod.md`):
 //! V = int S qd, A = -(0; g) + int [S qdd + ad_V (S qd)], F = int (N A - ad_V^T N V - loads), Q_j = int S_j . F.
 
+use super::adjoint::carried;
 use super::{hinge, points};
 use crate::numerics::lie::{Cross, Lanes, Scalar, Sweep, Twist, Wrench, weighted_sum};
 use crate::robot::algebra::inertia::Seen as _;
@@ -15,22 +16,6 @@ use crate::robot::plan::material::Moments;
 use crate::robot::plan::piece::PiecePlan;
 use crate::robot::state::{Station, Workspace};
 use crate::robot::turning::Turning;
-
-/// Twist of a body-frame strain at a place: `Ad_g (angular; linear)`.
-#[inline(always)]
-pub(crate) fn carried<G: Turning, T: Scalar>(
-    rotation: &G::Rotation<T>,
-    position: G::Vector<T>,
-    strain: Twist<G, T>,
-    is_extensible: bool,
-) -> Twist<G, T> {
-    let angular = G::rotate_axial(rotation, strain.angular);
-    let mut linear = position.cross(angular);
-    if is_extensible {
-        linear += G::rotate(rotation, strain.linear);
-    }
-    Twist { angular, linear }
-}
 
 /// Updates motion and internal wrench of a state whose kinematics are up to date, if necessary.
 #[inline(always)]

@@ -6,10 +6,10 @@ use crate::numerics::lie::{
 };
 use crate::numerics::linalg::Matrix;
 use crate::robot::plan::Plan;
+use crate::robot::plan::joined::Weld;
 use crate::robot::plan::packed;
 use crate::robot::plan::piece::PiecePlan;
 use crate::robot::plan::point::Place;
-use crate::robot::plan::tree::Weld;
 use crate::robot::state::{Placement, Workspace};
 use crate::robot::turning::Turning;
 use crate::robot::turning::{columns, place};

@@ -1,6 +1,7 @@
 //! The recursions along a rod.
 
 pub(crate) mod acceleration;
+mod adjoint;
 pub(crate) mod by_inertia;
 pub(crate) mod by_length;
 pub(crate) mod elasticity;

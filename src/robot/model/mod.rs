@@ -21,7 +21,7 @@ use crate::model::constraint::one_sided::TAUT;
 use crate::model::constraint::{Independent, one_sided};
 use crate::model::{
     Dynamics, Energy, Facts, Flaw, ForwardScratch, Holder, OneSided as _, SingularMass, Tied as _, Tree,
-    forward,
+    forward_dynamics,
 };
 use crate::numerics::lie::{Instructions, Planar, Plane, Spatial, Vector};
 use crate::numerics::linalg::{Matrix, TreeMatrix, symmetric_eigen};
@@ -415,7 +415,8 @@ impl RobotModel {
         let rest = vec![0.0; self.robot.coordinates()];
         if self.facts.constraints() > 0 && !self.facts.varies_in_time && self.open_loop(&rest).is_none() {
             let redundant = self.redundant_constraints(&rest);
-            explain_redundant(&self.robot, &redundant, &mut explanation);
+            let (is_computed, what, why) = explain_redundant(&self.robot, &redundant);
+            explanation.add(is_computed, what, why);
         }
         explanation
     }
@@ -866,7 +867,7 @@ impl Dynamics for RobotModel {
         scratch: &mut ForwardScratch,
     ) -> Result<(), SingularMass> {
         match self.facts.constraints() {
-            0 => forward::solve(self, q, qd, qdd, scratch),
+            0 => forward_dynamics(self, q, qd, qdd, scratch),
             m => one_sided::accelerations(self, q, qd, qdd, &mut vec![0.0; m]),
         }
     }

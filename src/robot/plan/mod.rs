@@ -2,6 +2,7 @@
 
 pub(crate) mod command;
 pub(crate) mod hinge;
+pub(crate) mod joined;
 pub(crate) mod link;
 pub(crate) mod material;
 pub(crate) mod piece;
@@ -80,7 +81,7 @@ impl<G: Space> Plan<G> {
     pub(crate) fn find_families(&mut self) {
         let families = Families::of(&self.pieces, &self.points, self.stations);
         self.has_branches = !families.is_chain;
-        self.carrying = families.tell(&mut self.pieces);
+        self.carrying = families.assign_to(&mut self.pieces);
     }
 
     /// Places inside pieces at which others are attached.

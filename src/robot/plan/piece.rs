@@ -1,11 +1,11 @@
 //! A compiled piece of a rod, or a compiled joint.
 
 use super::hinge::Hinge;
+use super::joined::Joined;
 use super::material::{Component, Coupling, Moments};
 use super::point::Points;
 use super::space::Space;
 use super::stretch::Stretch;
-use super::tree::Joined;
 use crate::description::rod::Gauss;
 use crate::description::rod::piece::Piece;
 use crate::numerics::lie::{LANES, Scalar, Twist};

@@ -1,6 +1,7 @@
 //! Storage for the results of rows.
 
-use super::{Ensemble, Keep, Outcome, POSE, POSITION, Run, Spread};
+use super::spread::Spread;
+use super::stored::{Ensemble, Keep, Outcome, POSE, POSITION, Run};
 
 /// Consecutive rows with their part of the kept data.
 pub(super) struct Group<'a> {

@@ -1,6 +1,6 @@
 //! A run in progress.
 
-use super::Control;
+use super::control::Control;
 use super::recorder::Recorder;
 use super::watch::Watch;
 use crate::error::Interrupted;

@@ -14,6 +14,7 @@
 //! # Ok::<(), lissom::error::InvalidInput>(())
 //! ```
 
+mod control;
 mod course;
 mod energy_watch;
 mod recorder;
@@ -37,29 +38,12 @@ use crate::model::{ForwardScratch, Model, rotation_vectors};
 use crate::simulation::balance::{Balance, Flow, FlowMeter};
 use crate::simulation::stepping::Run;
 
+pub use self::control::{Control, Inputs};
 pub use self::slackness::{Slack, slackness};
 pub use crate::simulation::stepping::{Method, Status};
 
 use crate::simulation::stepping::check_span;
 pub(crate) use crate::simulation::stepping::check_step;
-
-/// A controller that sets the inputs of a model at equal intervals; inputs are constant in between.
-pub struct Control<'a> {
-    /// Interval in seconds; the first call is at the start of the run.
-    pub step: f64,
-    /// Computes the inputs from time, coordinates and velocities. The caller must ensure that they are
-    /// finite.
-    pub inputs: &'a mut Inputs<'a>,
-}
-
-/// Inputs as a function of time, coordinates and velocities.
-pub type Inputs<'a> = dyn FnMut(f64, &[f64], &[f64], &mut [f64]) -> Result<(), Interrupted> + 'a;
-
-impl std::fmt::Debug for Control<'_> {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Control").field("step", &self.step).finish_non_exhaustive()
-    }
-}
 
 /// The cost of a run. Counters that do not apply to the method are zero.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

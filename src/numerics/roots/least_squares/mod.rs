@@ -9,12 +9,14 @@
 //! `model` is the quadratic model with its steps within the bounds, `region` minimises it in a ball, and
 //! `preferred` selects among roots.
 
+mod bounds;
 mod model;
 mod preferred;
 mod region;
 
 pub(crate) use self::preferred::Form;
 
+pub use self::bounds::Bounds;
 use self::model::{Model, Step};
 use super::System;
 use crate::error::{Interrupted, Unfinished};
@@ -52,34 +54,6 @@ const NO_PUSH: f64 = 1e-7;
 pub trait LeastSquares: System {
     /// Replaces an iterate by an equivalent better one, such as a shorter rotation vector.
     fn renew(&mut self, _x: &mut [f64]) {}
-}
-
-/// Lower and upper bounds of the unknowns; infinite without a bound, equal for a fixed unknown.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Bounds {
-    /// Lower bounds, not greater than `upper`.
-    pub lower: Vec<f64>,
-    /// Upper bounds, not less than `lower`.
-    pub upper: Vec<f64>,
-}
-
-impl Bounds {
-    /// Infinite bounds for this number of unknowns.
-    pub fn none(unknowns: usize) -> Self {
-        Self { lower: vec![f64::NEG_INFINITY; unknowns], upper: vec![f64::INFINITY; unknowns] }
-    }
-
-    /// Value of an unknown within its bounds closest to `x`.
-    pub fn nearest(&self, unknown: usize, x: f64) -> f64 {
-        x.max(self.lower[unknown]).min(self.upper[unknown])
-    }
-
-    /// Clips all unknowns to their bounds.
-    pub fn clip(&self, x: &mut [f64]) {
-        for (i, x) in x.iter_mut().enumerate() {
-            *x = self.nearest(i, *x);
-        }
-    }
 }
 
 /// Options of a search.

@@ -1,6 +1,6 @@
 //! The quadratic model of `|R|^2 / 2` at an iterate, and its steps within bounds.
 
-use super::Bounds;
+use super::bounds::Bounds;
 use super::region::Spectrum;
 use crate::numerics::linalg::{Matrix, dot, norm, norm_inf};
 

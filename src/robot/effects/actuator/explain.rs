@@ -5,16 +5,13 @@ use crate::robot::effects::actuator::{
     ActiveStrain, Actuator, Along, Chamber, Drive, Motor, MotorCommand, Tendon,
 };
 use crate::robot::explain::cost::{OfActuator, Share};
-use crate::robot::explain::text::{counted, listed};
+use crate::robot::explain::text::{Explained, counted, listed};
 
 /// Maximum number of actuators with the same text that are all named; of more, only the first and the last.
 const LISTED_NAMES: usize = 3;
 
-/// Whether something is computed or skipped, its name, and the text.
-pub(crate) type Told = (bool, String, String);
-
 /// Texts for the actuators and inputs of a robot; one text for actuators with identical text.
-pub(crate) fn explain(robot: &Robot, of_actuators: &[OfActuator]) -> Vec<Told> {
+pub(crate) fn explain(robot: &Robot, of_actuators: &[OfActuator]) -> Vec<Explained> {
     let mut groups: Vec<Group> = Vec::new();
     for (actuator, of_actuator) in robot.actuators.iter().zip(of_actuators) {
         let (kind, parts) = parts(robot, actuator, of_actuator);
@@ -23,7 +20,7 @@ pub(crate) fn explain(robot: &Robot, of_actuators: &[OfActuator]) -> Vec<Told> {
             None => groups.push(Group { kind, names: vec![actuator.name()], parts }),
         }
     }
-    let mut told: Vec<Told> = groups.iter().flat_map(Group::told).collect();
+    let mut told: Vec<Explained> = groups.iter().flat_map(Group::told).collect();
     if told.is_empty() {
         told.push((false, "actuators".into(), "none".into()));
     }
@@ -54,13 +51,13 @@ impl Group<'_> {
         }
     }
 
-    fn told(&self) -> Vec<Told> {
+    fn told(&self) -> Vec<Explained> {
         let name = self.name();
         let present = |part: &Part| {
             let what = if part.name.is_empty() { name.clone() } else { format!("{name}, {}", part.name) };
             Some((true, what, part.text.clone()?))
         };
-        let mut told: Vec<Told> = self.parts.iter().filter_map(present).collect();
+        let mut told: Vec<Explained> = self.parts.iter().filter_map(present).collect();
         let absent = self.parts.iter().filter(|part| part.text.is_none());
         let absent: Vec<&str> = absent.map(|part| part.name).collect();
         if !absent.is_empty() {

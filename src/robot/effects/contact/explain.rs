@@ -3,10 +3,10 @@
 use crate::robot::description::Robot;
 use crate::robot::effects::contact::compile::stiffness;
 use crate::robot::effects::contact::{Contact, Obstacle, Surface};
-use crate::robot::explain::text::counted;
+use crate::robot::explain::text::{Explained, counted};
 
 /// Explains what is computed for the contacts of a robot.
-pub(crate) fn explain(robot: &Robot) -> Vec<(bool, String, String)> {
+pub(crate) fn explain(robot: &Robot) -> Vec<Explained> {
     if robot.contacts.is_empty() {
         return vec![(false, "contact".to_owned(), "none".to_owned())];
     }

@@ -3,25 +3,22 @@
 use crate::robot::description::Robot;
 use crate::robot::effects::actuator::Actuator;
 use crate::robot::effects::loops::{Loop, Tie};
-use crate::robot::explain::explanation::Explanation;
-use crate::robot::explain::text::{counted, listed};
+use crate::robot::explain::text::{Explained, counted, listed};
 
 /// Explains what is computed for the loops of a robot.
-pub(crate) fn explain(robot: &Robot, explanation: &mut Explanation) {
+pub(crate) fn explain(robot: &Robot) -> Vec<Explained> {
+    let mut explained = Vec::new();
+    let mut add = |is_computed, what: String, why| explained.push((is_computed, what, why));
     if robot.loops.is_empty() {
-        explanation.add(false, "closed loops", "none");
+        add(false, "closed loops".into(), "none".into());
     }
     if robot.constraints() == 0 {
-        return;
+        return explained;
     }
     let names = robot.coordinate_names();
     for closed in &robot.loops {
         let rows = counted(closed.tie.rows(), "constraint");
-        explanation.add(
-            true,
-            format!("loop {}", closed.name),
-            format!("{rows}: {}", kind(robot, closed, &names)),
-        );
+        add(true, format!("loop {}", closed.name), format!("{rows}: {}", kind(robot, closed, &names)));
     }
     let rows = robot.constraints();
     let n = robot.coordinates();
@@ -30,7 +27,8 @@ pub(crate) fn explain(robot: &Robot, explanation: &mut Explanation) {
         counted(rows, "constraint"),
         counted(n + rows, "unknown"),
     );
-    explanation.add(true, if robot.loops.is_empty() { "constraints" } else { "closed loops" }, why);
+    add(true, if robot.loops.is_empty() { "constraints" } else { "closed loops" }.into(), why);
+    explained
 }
 
 /// Describes the constraint of a loop.
@@ -54,8 +52,8 @@ fn kind(robot: &Robot, closed: &Loop, names: &[String]) -> String {
     }
 }
 
-/// Adds which constraints are redundant at zero coordinates, loop by loop.
-pub(crate) fn explain_redundant(robot: &Robot, redundant: &[usize], explanation: &mut Explanation) {
+/// Which constraints are redundant at zero coordinates, loop by loop.
+pub(crate) fn explain_redundant(robot: &Robot, redundant: &[usize]) -> Explained {
     let of_loops = robot.loops.iter().map(|closed| closed.name.as_str());
     let names = of_loops.chain(robot.inextensible_tendons().map(Actuator::name));
     let named = names.zip(redundant).filter(|(_, number)| **number > 0);
@@ -67,7 +65,7 @@ pub(crate) fn explain_redundant(robot: &Robot, redundant: &[usize], explanation:
             (true, format!("{}, {why}", listed(named)))
         }
     };
-    explanation.add(is_there, "redundant constraints", why);
+    (is_there, "redundant constraints".into(), why)
 }
 
 #[cfg(test)]

@@ -4,7 +4,7 @@ use super::scope::Scope;
 use crate::numerics::lie::{Lanes, Scalar, Twist, VectorSpace, Wrench};
 use crate::numerics::linalg::Matrix;
 use crate::robot::plan::Plan;
-use crate::robot::plan::tree::Relatives;
+use crate::robot::plan::joined::Relatives;
 use crate::robot::state::tangent::{TangentWorkspace, Weights};
 use crate::robot::turning::Turning;
 
