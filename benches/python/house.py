@@ -15,7 +15,7 @@ sys.path.insert(0, str(ROOT / "tests" / "python" / "project"))
 TRAITS = {
     "model": "src/model",
     "second-order systems": "src/integrators/second_order/system.rs",
-    "effects": "src/robot/effects/mod.rs",
+    "effects": "src/robot/effects/kinds.rs",
 }
 #: Effects, and the words by which files know them.
 EFFECTS = {

@@ -2,8 +2,11 @@
 
 use std::marker::PhantomData;
 
-use super::Effect;
 use super::joint_forces::OnJoints;
+use super::kinds::{
+    CoordinateForce, DeadLineWrench, DeadPointWrench, Dissipation, LineResponse, LineWrench, PartialWrench,
+    PointResponse, PointWrench, StoredEnergy, Supply, VelocityDependence,
+};
 use crate::model::Energy;
 use crate::numerics::lie::{Sweep, Wrench};
 use crate::robot::algebra::inertia::Gyroscope;
@@ -54,7 +57,7 @@ macro_rules! sum_of_effects {
     }};
 }
 
-/// [`Effect::act_at`].
+/// [`PointWrench::act_at`].
 #[inline(always)]
 pub(crate) fn act_at<G: Turning>(
     plan: &Plan<G>,
@@ -62,10 +65,10 @@ pub(crate) fn act_at<G: Turning>(
     point: &Point<G>,
     state: &mut PointState<G>,
 ) {
-    for_every_effect!(Kind => <Kind as Effect<G>>::act_at(plan, work, point, state));
+    for_every_effect!(Kind => <Kind as PointWrench<G>>::act_at(plan, work, point, state));
 }
 
-/// [`Effect::dead_at`]: the sum.
+/// [`DeadPointWrench::dead_at`]: the sum.
 #[inline(always)]
 pub(crate) fn dead_at<G: Turning>(
     plan: &Plan<G>,
@@ -74,11 +77,11 @@ pub(crate) fn dead_at<G: Turning>(
     state: &PointState<G>,
 ) -> Gyroscope<G, f64> {
     let mut sum = Gyroscope::zero();
-    for_every_effect!(Kind => <Kind as Effect<G>>::dead_at(plan, work, point, state, &mut sum));
+    for_every_effect!(Kind => <Kind as DeadPointWrench<G>>::dead_at(plan, work, point, state, &mut sum));
     sum
 }
 
-/// [`Effect::respond_at`]: the sum, if there is any.
+/// [`PointResponse::respond_at`]: the sum, if there is any.
 #[inline(always)]
 pub(crate) fn respond_at<G: Turning>(
     plan: &Plan<G>,
@@ -87,7 +90,7 @@ pub(crate) fn respond_at<G: Turning>(
     state: &PointState<G>,
 ) -> Option<Response<G, f64>> {
     let mut sum = responds_at(point).then(Response::zero)?;
-    for_every_effect!(Kind => <Kind as Effect<G>>::respond_at(plan, work, point, state, &mut sum));
+    for_every_effect!(Kind => <Kind as PointResponse<G>>::respond_at(plan, work, point, state, &mut sum));
     Some(sum)
 }
 
@@ -98,7 +101,7 @@ struct ActAlong<'a, G: Turning, E> {
     effect: PhantomData<E>,
 }
 
-impl<G: Turning, E: Effect<G>> Sweep for ActAlong<'_, G, E> {
+impl<G: Turning, E: LineWrench<G>> Sweep for ActAlong<'_, G, E> {
     type Output = ();
 
     #[inline(always)]
@@ -107,16 +110,16 @@ impl<G: Turning, E: Effect<G>> Sweep for ActAlong<'_, G, E> {
     }
 }
 
-/// [`Effect::act_along`].
+/// [`LineWrench::act_along`].
 #[inline(always)]
 pub(crate) fn act_along<G: Turning>(plan: &Plan<G>, piece: &PiecePlan<G>, work: &mut Workspace<G>) {
-    for_every_effect!(Kind => if <Kind as Effect<G>>::acts_along(plan, piece) {
+    for_every_effect!(Kind => if <Kind as LineWrench<G>>::acts_along(plan, piece) {
         let sweep = ActAlong { plan, piece, work: &mut *work, effect: PhantomData::<Kind> };
         plan.instructions.run_apart::<G::Pack, _>(sweep);
     });
 }
 
-/// [`Effect::beyond`]: the sum.
+/// [`PartialWrench::beyond`]: the sum.
 pub(crate) fn beyond<G: Turning>(
     plan: &Plan<G>,
     piece: &PiecePlan<G>,
@@ -124,17 +127,17 @@ pub(crate) fn beyond<G: Turning>(
     place: &Place,
 ) -> Wrench<G, f64> {
     let mut sum = Wrench::zero();
-    for_every_effect!(Kind => sum += <Kind as Effect<G>>::beyond(plan, piece, work, place));
+    for_every_effect!(Kind => sum += <Kind as PartialWrench<G>>::beyond(plan, piece, work, place));
     sum
 }
 
-/// [`Effect::is_dead_along`].
+/// [`DeadLineWrench::is_dead_along`].
 #[inline(always)]
 pub(crate) fn is_dead_along<G: Turning>(plan: &Plan<G>, piece: &PiecePlan<G>) -> bool {
-    any_effect!(Kind => <Kind as Effect<G>>::is_dead_along(plan, piece))
+    any_effect!(Kind => <Kind as DeadLineWrench<G>>::is_dead_along(plan, piece))
 }
 
-/// [`Effect::dead_along`]: the sums.
+/// [`DeadLineWrench::dead_along`]: the sums.
 #[inline(always)]
 pub(crate) fn dead_along<G: Turning>(
     plan: &Plan<G>,
@@ -143,7 +146,7 @@ pub(crate) fn dead_along<G: Turning>(
     sums: &mut [Gyroscope<G, G::Pack>],
 ) {
     sums.fill(Gyroscope::zero());
-    for_every_effect!(Kind => <Kind as Effect<G>>::dead_along(plan, piece, work, sums));
+    for_every_effect!(Kind => <Kind as DeadLineWrench<G>>::dead_along(plan, piece, work, sums));
 }
 
 struct RespondAlong<'a, G: Turning, E> {
@@ -155,7 +158,7 @@ struct RespondAlong<'a, G: Turning, E> {
     effect: PhantomData<E>,
 }
 
-impl<G: Turning, E: Effect<G>> Sweep for RespondAlong<'_, G, E> {
+impl<G: Turning, E: LineResponse<G>> Sweep for RespondAlong<'_, G, E> {
     type Output = ();
 
     #[inline(always)]
@@ -164,13 +167,13 @@ impl<G: Turning, E: Effect<G>> Sweep for RespondAlong<'_, G, E> {
     }
 }
 
-/// Whether anything [responds along](Effect::responds_along) a piece.
+/// Whether anything [responds along](LineResponse::responds_along) a piece.
 #[inline(always)]
 pub(crate) fn responds_along<G: Turning>(piece: &PiecePlan<G>) -> bool {
-    any_effect!(Kind => <Kind as Effect<G>>::responds_along(piece))
+    any_effect!(Kind => <Kind as LineResponse<G>>::responds_along(piece))
 }
 
-/// [`Effect::respond_along`]: the sums.
+/// [`LineResponse::respond_along`]: the sums.
 #[inline(always)]
 pub(crate) fn respond_along<G: Turning>(
     plan: &Plan<G>,
@@ -180,17 +183,17 @@ pub(crate) fn respond_along<G: Turning>(
     sums: &mut [Response<G, G::Pack>],
 ) {
     sums.fill(Response::zero());
-    for_every_effect!(Kind => if <Kind as Effect<G>>::responds_along(piece) {
+    for_every_effect!(Kind => if <Kind as LineResponse<G>>::responds_along(piece) {
         let effect = PhantomData::<Kind>;
         let sweep = RespondAlong { plan, piece, work, is_mass_only, sums: &mut *sums, effect };
         plan.instructions.run_apart::<G::Pack, _>(sweep);
     });
 }
 
-/// Whether anything [responds at](Effect::responds_at) a point.
+/// Whether anything [responds at](PointResponse::responds_at) a point.
 #[inline(always)]
 pub(crate) fn responds_at<G: Turning>(point: &Point<G>) -> bool {
-    any_effect!(Kind => <Kind as Effect<G>>::responds_at(point))
+    any_effect!(Kind => <Kind as PointResponse<G>>::responds_at(point))
 }
 
 /// Whether anything responds anywhere.
@@ -198,19 +201,19 @@ pub(crate) fn responds<G: Turning>(plan: &Plan<G>) -> bool {
     plan.points.iter().any(responds_at) || plan.pieces.iter().any(responds_along)
 }
 
-/// [`Effect::prepare`].
+/// [`CoordinateForce::prepare`].
 #[inline(always)]
 pub(crate) fn prepare<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, q: &[f64], qd: &[f64]) {
-    for_every_effect!(Kind => <Kind as Effect<G>>::prepare(plan, work, q, qd));
+    for_every_effect!(Kind => <Kind as CoordinateForce<G>>::prepare(plan, work, q, qd));
 }
 
-/// [`Effect::push`].
+/// [`CoordinateForce::push`].
 #[inline(always)]
 pub(crate) fn push<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, tau: &mut [f64]) {
-    for_every_effect!(Kind => <Kind as Effect<G>>::push(plan, work, tau));
+    for_every_effect!(Kind => <Kind as CoordinateForce<G>>::push(plan, work, tau));
 }
 
-/// [`Effect::stiffen`].
+/// [`CoordinateForce::stiffen`].
 #[inline(always)]
 pub(crate) fn stiffen<G: Turning>(
     plan: &Plan<G>,
@@ -219,40 +222,40 @@ pub(crate) fn stiffen<G: Turning>(
     weights: Weights,
     tangent: &mut Tangent<'_>,
 ) {
-    for_every_effect!(Kind => <Kind as Effect<G>>::stiffen(plan, work, memory, weights, tangent));
+    for_every_effect!(Kind => <Kind as CoordinateForce<G>>::stiffen(plan, work, memory, weights, tangent));
 }
 
-/// [`Effect::dissipates`].
+/// [`Dissipation::dissipates`].
 pub(crate) fn dissipates<G: Turning>(plan: &Plan<G>) -> bool {
-    any_effect!(Kind => <Kind as Effect<G>>::dissipates(plan))
+    any_effect!(Kind => <Kind as Dissipation<G>>::dissipates(plan))
 }
 
-/// [`Effect::may_dissipate`].
+/// [`Dissipation::may_dissipate`].
 pub(crate) fn may_dissipate<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -> bool {
-    any_effect!(Kind => <Kind as Effect<G>>::may_dissipate(plan, work))
+    any_effect!(Kind => <Kind as Dissipation<G>>::may_dissipate(plan, work))
 }
 
-/// [`Effect::drives`].
+/// [`Supply::drives`].
 pub(crate) fn drives<G: Turning>(plan: &Plan<G>) -> bool {
-    any_effect!(Kind => <Kind as Effect<G>>::drives(plan))
+    any_effect!(Kind => <Kind as Supply<G>>::drives(plan))
 }
 
-/// [`Effect::depends_on_velocity`].
+/// [`VelocityDependence::depends_on_velocity`].
 pub(crate) fn depends_on_velocity<G: Turning>(plan: &Plan<G>) -> bool {
-    any_effect!(Kind => <Kind as Effect<G>>::depends_on_velocity(plan))
+    any_effect!(Kind => <Kind as VelocityDependence<G>>::depends_on_velocity(plan))
 }
 
-/// [`Effect::add_energy`].
+/// [`StoredEnergy::add_energy`].
 pub(crate) fn add_energy<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, energy: &mut Energy) {
-    for_every_effect!(Kind => <Kind as Effect<G>>::add_energy(plan, work, energy));
+    for_every_effect!(Kind => <Kind as StoredEnergy<G>>::add_energy(plan, work, energy));
 }
 
-/// [`Effect::dissipated_power`]: the sum.
+/// [`Dissipation::dissipated_power`]: the sum.
 pub(crate) fn dissipated_power<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -> f64 {
-    sum_of_effects!(Kind => <Kind as Effect<G>>::dissipated_power(plan, work))
+    sum_of_effects!(Kind => <Kind as Dissipation<G>>::dissipated_power(plan, work))
 }
 
-/// [`Effect::supplied_power`]: the sum.
+/// [`Supply::supplied_power`]: the sum.
 pub(crate) fn supplied_power<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -> f64 {
-    sum_of_effects!(Kind => <Kind as Effect<G>>::supplied_power(plan, work))
+    sum_of_effects!(Kind => <Kind as Supply<G>>::supplied_power(plan, work))
 }

@@ -3,9 +3,11 @@
 //! These are forces on coordinates rather than wrenches at places: the hinge evaluates them and their
 //! derivatives.
 
-use super::Effect;
 use crate::description::joint::JointForces;
 use crate::model::Energy;
+use crate::robot::effects::kinds::{
+    Dissipation, NoCoordinateForce, NoSupply, NoVelocityDependence, NotAlongRods, NotAtPoints, StoredEnergy,
+};
 use crate::robot::plan::Plan;
 use crate::robot::state::Workspace;
 use crate::robot::turning::Turning;
@@ -88,15 +90,7 @@ pub(crate) fn all<G: Turning>(plan: &Plan<G>) -> impl Iterator<Item = (usize, &J
 /// Forces on all joints.
 pub(crate) struct OnJoints;
 
-impl<G: Turning> Effect<G> for OnJoints {
-    fn dissipates(plan: &Plan<G>) -> bool {
-        let dissipates = |forces: &JointForces| {
-            let of_stops = forces.limit_stiffness * forces.limit_dissipation;
-            [forces.damping, forces.friction, of_stops].into_iter().any(|x| x > 0.0)
-        };
-        all(plan).any(|(_, forces)| dissipates(forces))
-    }
-
+impl<G: Turning> StoredEnergy<G> for OnJoints {
     fn add_energy(plan: &Plan<G>, work: &Workspace<G>, energy: &mut Energy) {
         for (k, forces) in all(plan) {
             let (q, qd) = (work.motion_of[k], work.motion_of[plan.n + k]);
@@ -105,6 +99,16 @@ impl<G: Turning> Effect<G> for OnJoints {
                 0.5 * (forces.stiffness * turn * turn + forces.limit_stiffness * beyond * beyond);
             energy.kinetic += 0.5 * forces.armature * qd * qd;
         }
+    }
+}
+
+impl<G: Turning> Dissipation<G> for OnJoints {
+    fn dissipates(plan: &Plan<G>) -> bool {
+        let dissipates = |forces: &JointForces| {
+            let of_stops = forces.limit_stiffness * forces.limit_dissipation;
+            [forces.damping, forces.friction, of_stops].into_iter().any(|x| x > 0.0)
+        };
+        all(plan).any(|(_, forces)| dissipates(forces))
     }
 
     fn dissipated_power(plan: &Plan<G>, work: &Workspace<G>) -> f64 {
@@ -115,3 +119,9 @@ impl<G: Turning> Effect<G> for OnJoints {
         all(plan).map(power).sum()
     }
 }
+
+impl NotAlongRods for OnJoints {}
+impl NotAtPoints for OnJoints {}
+impl NoCoordinateForce for OnJoints {}
+impl NoSupply for OnJoints {}
+impl NoVelocityDependence for OnJoints {}

@@ -1,7 +1,7 @@
 //! Contact forces between overlapping surfaces, at places that depend on the motion.
 //!
 //! Such a place along a rod is treated like a point (see `kernel::points`): node l carries the share
-//! `u_l / w_l` of the wrench. The tangent is computed entirely in [`Effect::stiffen`]: let `W` be the wrench
+//! `u_l / w_l` of the wrench. The tangent is computed entirely in [`CoordinateForce::stiffen`]: let `W` be the wrench
 //! that a side requires about its centre, and y the rotation of the side; then the wrench changes by `dW`
 //! and, relative to the material, by `-(m x y; f x y)` as a wrench with a fixed direction.
 
@@ -9,8 +9,11 @@ use crate::model::Energy;
 use crate::numerics::lie::{LANES, Lanes, Scalar, Sweep, Twist, Vector, Wrench};
 use crate::numerics::linalg::Matrix;
 use crate::robot::algebra::tie::Motion;
-use crate::robot::effects::Effect;
 use crate::robot::effects::contact::state::{ContactState, ContactTangent, Standing, Touch};
+use crate::robot::effects::kinds::{
+    CoordinateForce, Dissipation, NoDeadLineWrench, NoLineResponse, NoLineWrench, NoSupply,
+    NoVelocityDependence, NotAtPoints, PartialWrench, StoredEnergy,
+};
 use crate::robot::plan::Plan;
 use crate::robot::plan::piece::PiecePlan;
 use crate::robot::plan::point::Place;
@@ -75,7 +78,27 @@ pub(crate) fn carry<G: Turning>(
     sum
 }
 
-impl<G: Turning> Effect<G> for Touching {
+impl<G: Turning> PartialWrench<G> for Touching {
+    /// Places along a rod where it is touched act like points. They are in no nodal integral.
+    fn beyond(plan: &Plan<G>, piece: &PiecePlan<G>, work: &Workspace<G>, place: &Place) -> Wrench<G, f64> {
+        let mut sum = Wrench::zero();
+        let contact = &work.contact;
+        if contact.touches.is_empty() || piece.packs == 0 {
+            return sum;
+        }
+        let mut next = contact.first_along[piece.first_pack];
+        while let Some(at) = next {
+            let (touch, s) = (&contact.touches[at / 2], at % 2);
+            if matches!(touch.sides[s], Standing::Along { x, .. } if x >= place.x) {
+                sum += needs(plan, touch)[s];
+            }
+            next = contact.next_along[at];
+        }
+        sum
+    }
+}
+
+impl<G: Turning> CoordinateForce<G> for Touching {
     #[inline(always)]
     fn prepare(plan: &Plan<G>, work: &mut Workspace<G>, _: &[f64], _: &[f64]) {
         if plan.contacts.pairs.is_empty() {
@@ -98,23 +121,9 @@ impl<G: Turning> Effect<G> for Touching {
         }
     }
 
-    /// Places along a rod where it is touched act like points. They are in no nodal integral.
-    fn beyond(plan: &Plan<G>, piece: &PiecePlan<G>, work: &Workspace<G>, place: &Place) -> Wrench<G, f64> {
-        let mut sum = Wrench::zero();
-        let contact = &work.contact;
-        if contact.touches.is_empty() || piece.packs == 0 {
-            return sum;
-        }
-        let mut next = contact.first_along[piece.first_pack];
-        while let Some(at) = next {
-            let (touch, s) = (&contact.touches[at / 2], at % 2);
-            if matches!(touch.sides[s], Standing::Along { x, .. } if x >= place.x) {
-                sum += needs(plan, touch)[s];
-            }
-            next = contact.next_along[at];
-        }
-        sum
-    }
+    /// Nothing: pieces carry its wrenches ([`carry`]).
+    #[inline(always)]
+    fn push(_: &Plan<G>, _: &Workspace<G>, _: &mut [f64]) {}
 
     #[inline(always)]
     fn stiffen(
@@ -136,23 +145,34 @@ impl<G: Turning> Effect<G> for Touching {
             plan.instructions.run_apart::<G::Pack, _>(sweep);
         }
     }
+}
 
+impl<G: Turning> StoredEnergy<G> for Touching {
+    fn add_energy(_: &Plan<G>, work: &Workspace<G>, energy: &mut Energy) {
+        energy.elastic += super::query::overlap_energy(work);
+    }
+}
+
+impl<G: Turning> Dissipation<G> for Touching {
     fn dissipates(plan: &Plan<G>) -> bool {
         plan.contacts.pairs.iter().any(|pair| pair.law.dissipation > 0.0 || pair.law.friction != [0.0; 3])
     }
 
     fn may_dissipate(plan: &Plan<G>, work: &Workspace<G>) -> bool {
-        <Self as Effect<G>>::dissipates(plan) && may_touch(&work.contact)
-    }
-
-    fn add_energy(_: &Plan<G>, work: &Workspace<G>, energy: &mut Energy) {
-        energy.elastic += super::query::overlap_energy(work);
+        <Self as Dissipation<G>>::dissipates(plan) && may_touch(&work.contact)
     }
 
     fn dissipated_power(_: &Plan<G>, work: &Workspace<G>) -> f64 {
         work.contact.touches.iter().map(|touch| touch.pressing.dissipated_power()).sum()
     }
 }
+
+impl NotAtPoints for Touching {}
+impl NoLineWrench for Touching {}
+impl NoDeadLineWrench for Touching {}
+impl NoLineResponse for Touching {}
+impl NoSupply for Touching {}
+impl NoVelocityDependence for Touching {}
 
 /// Whether surfaces may touch in the shape that was looked at last.
 pub(crate) fn may_touch<P>(contact: &ContactState<P>) -> bool {

@@ -19,8 +19,11 @@
 use crate::model::Energy;
 use crate::numerics::lie::{Cross, Geometry, Lanes, Scalar, Twist, VectorSpace, Wrench};
 use crate::robot::algebra::response::{Linear, Response};
-use crate::robot::effects::Effect;
 use crate::robot::effects::fluid::plan::{Drag, Immersion};
+use crate::robot::effects::kinds::{
+    Dissipation, LineResponse, LineWrench, NoCoordinateForce, NoDeadLineWrench, NoPartialWrench, NotAtPoints,
+    StoredEnergy, Supply, VelocityDependence,
+};
 use crate::robot::plan::Plan;
 use crate::robot::plan::piece::PiecePlan;
 use crate::robot::state::Workspace;
@@ -240,7 +243,7 @@ fn exchange<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -> Exchange {
 /// The fluid around a robot.
 pub(crate) struct FluidAround;
 
-impl<G: Turning> Effect<G> for FluidAround {
+impl<G: Turning> LineWrench<G> for FluidAround {
     #[inline(always)]
     fn acts_along(_: &Plan<G>, piece: &PiecePlan<G>) -> bool {
         piece.immersed.is_some()
@@ -263,7 +266,9 @@ impl<G: Turning> Effect<G> for FluidAround {
             }
         }
     }
+}
 
+impl<G: Turning> LineResponse<G> for FluidAround {
     #[inline(always)]
     fn responds_along(piece: &PiecePlan<G>) -> bool {
         piece.immersed.is_some()
@@ -292,31 +297,44 @@ impl<G: Turning> Effect<G> for FluidAround {
             }
         }
     }
+}
 
-    fn dissipates(plan: &Plan<G>) -> bool {
-        plan.immersion.is_some_and(|fluid| fluid.has_drag)
-    }
-
-    fn drives(plan: &Plan<G>) -> bool {
-        plan.immersion.is_some_and(|fluid| fluid.has_drag && plan.world.has_current())
-    }
-
-    fn depends_on_velocity(plan: &Plan<G>) -> bool {
-        let flows = |fluid: Immersion| fluid.has_drag || (fluid.has_added_mass && plan.world.has_current());
-        plan.immersion.is_some_and(flows)
-    }
-
+impl<G: Turning> StoredEnergy<G> for FluidAround {
     fn add_energy(plan: &Plan<G>, work: &Workspace<G>, energy: &mut Energy) {
         let exchange = exchange(plan, work);
         energy.kinetic += exchange.kinetic;
         energy.loads += exchange.potential;
     }
+}
+
+impl<G: Turning> Dissipation<G> for FluidAround {
+    fn dissipates(plan: &Plan<G>) -> bool {
+        plan.immersion.is_some_and(|fluid| fluid.has_drag)
+    }
 
     fn dissipated_power(plan: &Plan<G>, work: &Workspace<G>) -> f64 {
         exchange(plan, work).dissipated
+    }
+}
+
+impl<G: Turning> Supply<G> for FluidAround {
+    fn drives(plan: &Plan<G>) -> bool {
+        plan.immersion.is_some_and(|fluid| fluid.has_drag && plan.world.has_current())
     }
 
     fn supplied_power(plan: &Plan<G>, work: &Workspace<G>) -> f64 {
         exchange(plan, work).supplied
     }
 }
+
+impl<G: Turning> VelocityDependence<G> for FluidAround {
+    fn depends_on_velocity(plan: &Plan<G>) -> bool {
+        let flows = |fluid: Immersion| fluid.has_drag || (fluid.has_added_mass && plan.world.has_current());
+        plan.immersion.is_some_and(flows)
+    }
+}
+
+impl NotAtPoints for FluidAround {}
+impl NoPartialWrench for FluidAround {}
+impl NoDeadLineWrench for FluidAround {}
+impl NoCoordinateForce for FluidAround {}

@@ -7,8 +7,11 @@
 use crate::model::Energy;
 use crate::numerics::lie::{Cross, Twist, VectorSpace, Wrench};
 use crate::robot::algebra::response::{Linear, Response};
-use crate::robot::effects::Effect;
 use crate::robot::effects::fluid::plan::Hull;
+use crate::robot::effects::kinds::{
+    Dissipation, NoCoordinateForce, NoDeadPointWrench, NotAlongRods, PointResponse, PointWrench,
+    StoredEnergy, Supply, VelocityDependence,
+};
 use crate::robot::plan::Plan;
 use crate::robot::plan::point::Point;
 use crate::robot::state::Workspace;
@@ -124,7 +127,7 @@ fn has_drag<G: Turning>(plan: &Plan<G>) -> bool {
     hulls.any(|hull| hull.viscous > 0.0 || hull.quadratic > 0.0)
 }
 
-impl<G: Turning> Effect<G> for FluidAroundBodies {
+impl<G: Turning> PointWrench<G> for FluidAroundBodies {
     #[inline(always)]
     fn act_at(_: &Plan<G>, work: &Workspace<G>, point: &Point<G>, state: &mut PointState<G>) {
         for hull in &point.hulls {
@@ -132,7 +135,9 @@ impl<G: Turning> Effect<G> for FluidAroundBodies {
             state.force += force_at::<G>(force, hull.position(state));
         }
     }
+}
 
+impl<G: Turning> PointResponse<G> for FluidAroundBodies {
     #[inline(always)]
     fn responds_at(point: &Point<G>) -> bool {
         !point.hulls.is_empty()
@@ -150,19 +155,9 @@ impl<G: Turning> Effect<G> for FluidAroundBodies {
             sum.add(hull.response(work, state));
         }
     }
+}
 
-    fn dissipates(plan: &Plan<G>) -> bool {
-        has_drag(plan)
-    }
-
-    fn drives(plan: &Plan<G>) -> bool {
-        has_drag(plan) && plan.world.has_current()
-    }
-
-    fn depends_on_velocity(plan: &Plan<G>) -> bool {
-        has_drag(plan)
-    }
-
+impl<G: Turning> StoredEnergy<G> for FluidAroundBodies {
     /// The potential of the buoyancy. The added mass has no weight.
     fn add_energy(plan: &Plan<G>, work: &Workspace<G>, energy: &mut Energy) {
         let surroundings = &work.surroundings;
@@ -173,12 +168,34 @@ impl<G: Turning> Effect<G> for FluidAroundBodies {
             energy.loads -= hull.displaced * of_unit_mass;
         }
     }
+}
+
+impl<G: Turning> Dissipation<G> for FluidAroundBodies {
+    fn dissipates(plan: &Plan<G>) -> bool {
+        has_drag(plan)
+    }
 
     fn dissipated_power(plan: &Plan<G>, work: &Workspace<G>) -> f64 {
         powers(plan, work)[0]
+    }
+}
+
+impl<G: Turning> Supply<G> for FluidAroundBodies {
+    fn drives(plan: &Plan<G>) -> bool {
+        has_drag(plan) && plan.world.has_current()
     }
 
     fn supplied_power(plan: &Plan<G>, work: &Workspace<G>) -> f64 {
         powers(plan, work)[1]
     }
 }
+
+impl<G: Turning> VelocityDependence<G> for FluidAroundBodies {
+    fn depends_on_velocity(plan: &Plan<G>) -> bool {
+        has_drag(plan)
+    }
+}
+
+impl NotAlongRods for FluidAroundBodies {}
+impl NoDeadPointWrench for FluidAroundBodies {}
+impl NoCoordinateForce for FluidAroundBodies {}

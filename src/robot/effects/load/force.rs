@@ -3,7 +3,10 @@
 use crate::model::Energy;
 use crate::numerics::lie::{LANES, Lanes, Twist, VectorSpace, Wrench};
 use crate::robot::algebra::inertia::Gyroscope;
-use crate::robot::effects::Effect;
+use crate::robot::effects::kinds::{
+    DeadLineWrench, DeadPointWrench, LineWrench, NoCoordinateForce, NoDissipation, NoLineResponse,
+    NoPointResponse, NoVelocityDependence, PartialWrench, PointWrench, StoredEnergy, Supply,
+};
 use crate::robot::effects::load::Frame;
 use crate::robot::effects::load::plan::{LoadPlan, Spread};
 use crate::robot::plan::Plan;
@@ -87,14 +90,16 @@ fn work_of_dead_forces<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -> f64 {
     sum
 }
 
-impl<G: Turning> Effect<G> for Loads {
+impl<G: Turning> PointWrench<G> for Loads {
     #[inline(always)]
     fn act_at(plan: &Plan<G>, work: &Workspace<G>, point: &Point<G>, state: &mut PointState<G>) {
         for &load in &point.loads {
             state.force = state.force - at_point(load, plan, work, state).at(state.position);
         }
     }
+}
 
+impl<G: Turning> DeadPointWrench<G> for Loads {
     #[inline(always)]
     fn dead_at(
         plan: &Plan<G>,
@@ -107,7 +112,9 @@ impl<G: Turning> Effect<G> for Loads {
             sum.add(Gyroscope::of_dead_load(work.acting[load], state.position));
         }
     }
+}
 
+impl<G: Turning> LineWrench<G> for Loads {
     #[inline(always)]
     fn acts_along(_: &Plan<G>, piece: &PiecePlan<G>) -> bool {
         !piece.spread.is_empty()
@@ -123,7 +130,9 @@ impl<G: Turning> Effect<G> for Loads {
             }
         }
     }
+}
 
+impl<G: Turning> PartialWrench<G> for Loads {
     fn beyond(plan: &Plan<G>, piece: &PiecePlan<G>, work: &Workspace<G>, place: &Place) -> Wrench<G, f64> {
         let mut sum = Wrench::zero();
         for spread in &piece.spread {
@@ -144,7 +153,9 @@ impl<G: Turning> Effect<G> for Loads {
         }
         sum
     }
+}
 
+impl<G: Turning> DeadLineWrench<G> for Loads {
     #[inline(always)]
     fn is_dead_along(plan: &Plan<G>, piece: &PiecePlan<G>) -> bool {
         piece.spread.iter().any(|spread| spread.is_dead(plan))
@@ -165,13 +176,17 @@ impl<G: Turning> Effect<G> for Loads {
             }
         }
     }
+}
 
-    fn drives(plan: &Plan<G>) -> bool {
-        plan.loads.iter().any(|load| !load.has_potential || load.has_moment)
-    }
-
+impl<G: Turning> StoredEnergy<G> for Loads {
     fn add_energy(plan: &Plan<G>, work: &Workspace<G>, energy: &mut Energy) {
         energy.loads += work.surroundings.load_potential - work_of_dead_forces(plan, work);
+    }
+}
+
+impl<G: Turning> Supply<G> for Loads {
+    fn drives(plan: &Plan<G>) -> bool {
+        plan.loads.iter().any(|load| !load.has_potential || load.has_moment)
     }
 
     fn supplied_power(plan: &Plan<G>, work: &Workspace<G>) -> f64 {
@@ -203,3 +218,9 @@ impl<G: Turning> Effect<G> for Loads {
         power
     }
 }
+
+impl NoPointResponse for Loads {}
+impl NoLineResponse for Loads {}
+impl NoCoordinateForce for Loads {}
+impl NoDissipation for Loads {}
+impl NoVelocityDependence for Loads {}

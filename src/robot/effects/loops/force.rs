@@ -1,12 +1,15 @@
 //! Closed loops: the wrenches of multipliers, on the second end of a tie and opposite on the first one. With
-//! fixed directions they are dead loads, which the sweeps handle; [`Effect::stiffen`] adds the effect of
+//! fixed directions they are dead loads, which the sweeps handle; [`CoordinateForce::stiffen`] adds the effect of
 //! changing directions to the tangent.
 
 use crate::numerics::lie::{Sweep, Vector, Wrench};
 use crate::numerics::linalg::Matrix;
 use crate::robot::algebra::inertia::Gyroscope;
 use crate::robot::algebra::tie::Frame;
-use crate::robot::effects::Effect;
+use crate::robot::effects::kinds::{
+    CoordinateForce, DeadPointWrench, NoDissipation, NoPointResponse, NoPointWrench, NoStoredEnergy,
+    NoSupply, NoVelocityDependence, NotAlongRods,
+};
 use crate::robot::effects::loops::plan::TiePlan;
 use crate::robot::effects::loops::state::LoopTangent;
 use crate::robot::plan::Plan;
@@ -63,20 +66,7 @@ fn needed_at<G: Turning>(
     (wrench, G::vector_of(plan.frame, frames[end].position))
 }
 
-impl<G: Turning> Effect<G> for ClosedLoops {
-    #[inline(always)]
-    fn prepare(plan: &Plan<G>, work: &mut Workspace<G>, _: &[f64], _: &[f64]) {
-        for (i, tie) in plan.loops.ties.iter().enumerate() {
-            work.loops.frames[i] = frames(plan, work, tie);
-            for (e, end) in tie.ends.iter().enumerate() {
-                if let Some(on) = &end.on {
-                    let (wrench, position) = needed_at(plan, work, 2 * i + e);
-                    work.points[on.point].force += wrench.at(position);
-                }
-            }
-        }
-    }
-
+impl<G: Turning> DeadPointWrench<G> for ClosedLoops {
     #[inline(always)]
     fn dead_at(
         plan: &Plan<G>,
@@ -88,6 +78,21 @@ impl<G: Turning> Effect<G> for ClosedLoops {
         for &tied in &point.tied {
             let (Wrench { moment, force }, position) = needed_at(plan, work, tied);
             sum.add(Gyroscope::of_dead_load(Wrench { moment: -moment, force: -force }, position));
+        }
+    }
+}
+
+impl<G: Turning> CoordinateForce<G> for ClosedLoops {
+    #[inline(always)]
+    fn prepare(plan: &Plan<G>, work: &mut Workspace<G>, _: &[f64], _: &[f64]) {
+        for (i, tie) in plan.loops.ties.iter().enumerate() {
+            work.loops.frames[i] = frames(plan, work, tie);
+            for (e, end) in tie.ends.iter().enumerate() {
+                if let Some(on) = &end.on {
+                    let (wrench, position) = needed_at(plan, work, 2 * i + e);
+                    work.points[on.point].force += wrench.at(position);
+                }
+            }
         }
     }
 
@@ -122,6 +127,14 @@ impl<G: Turning> Effect<G> for ClosedLoops {
         }
     }
 }
+
+impl NotAlongRods for ClosedLoops {}
+impl NoPointWrench for ClosedLoops {}
+impl NoPointResponse for ClosedLoops {}
+impl NoStoredEnergy for ClosedLoops {}
+impl NoDissipation for ClosedLoops {}
+impl NoSupply for ClosedLoops {}
+impl NoVelocityDependence for ClosedLoops {}
 
 /// Adds the derivative of the forces of a tie. Cost: 12 products per entry.
 struct Stiffen<'a, G: Turning> {

@@ -4,7 +4,10 @@
 use crate::model::Energy;
 use crate::numerics::lie::{Cross, Rotation, Symmetric, Twist, Vector, Wrench};
 use crate::robot::algebra::response::{Linear, Response};
-use crate::robot::effects::Effect;
+use crate::robot::effects::kinds::{
+    Dissipation, NoCoordinateForce, NoDeadPointWrench, NoSupply, NoVelocityDependence, NotAlongRods,
+    PointResponse, PointWrench, StoredEnergy,
+};
 use crate::robot::effects::support::plan::Anchor;
 use crate::robot::plan::Plan;
 use crate::robot::plan::point::Point;
@@ -137,7 +140,7 @@ impl Anchor {
         }
     }
 
-    /// Potential energy of the springs.
+    /// StoredEnergy energy of the springs.
     pub(crate) fn energy<G: Turning>(&self, frame: G::Frame, state: &PointState<G>) -> f64 {
         let section = self.section(frame, state);
         let mut energy = 0.5 * section.offset.dot(self.stiffness.times(section.offset));
@@ -171,14 +174,16 @@ fn held<'a, G: Turning>(
     })
 }
 
-impl<G: Turning> Effect<G> for Supports {
+impl<G: Turning> PointWrench<G> for Supports {
     #[inline(always)]
     fn act_at(plan: &Plan<G>, work: &Workspace<G>, point: &Point<G>, state: &mut PointState<G>) {
         for &anchor in &point.anchors {
             state.force = state.force - work.anchors[anchor].wrench(plan.frame, state).at(state.position);
         }
     }
+}
 
+impl<G: Turning> PointResponse<G> for Supports {
     #[inline(always)]
     fn responds_at(point: &Point<G>) -> bool {
         !point.anchors.is_empty()
@@ -196,18 +201,28 @@ impl<G: Turning> Effect<G> for Supports {
             sum.add(work.anchors[anchor].response(plan.frame, state));
         }
     }
+}
 
-    fn dissipates(plan: &Plan<G>) -> bool {
-        plan.anchors.iter().any(Anchor::is_damped)
-    }
-
+impl<G: Turning> StoredEnergy<G> for Supports {
     fn add_energy(plan: &Plan<G>, work: &Workspace<G>, energy: &mut Energy) {
         for (anchor, state) in held(plan, work) {
             energy.elastic += anchor.energy(plan.frame, state);
         }
+    }
+}
+
+impl<G: Turning> Dissipation<G> for Supports {
+    fn dissipates(plan: &Plan<G>) -> bool {
+        plan.anchors.iter().any(Anchor::is_damped)
     }
 
     fn dissipated_power(plan: &Plan<G>, work: &Workspace<G>) -> f64 {
         held(plan, work).map(|(anchor, state)| anchor.dissipated_power(plan.frame, state)).sum()
     }
 }
+
+impl NotAlongRods for Supports {}
+impl NoDeadPointWrench for Supports {}
+impl NoCoordinateForce for Supports {}
+impl NoSupply for Supports {}
+impl NoVelocityDependence for Supports {}

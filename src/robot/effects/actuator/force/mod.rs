@@ -10,9 +10,12 @@ use self::law::Potential;
 use crate::model::Energy;
 use crate::numerics::lie::Sweep;
 use crate::robot::algebra::inertia::Gyroscope;
-use crate::robot::effects::Effect;
 use crate::robot::effects::actuator::plan::{ActuatorPlan, Law};
 use crate::robot::effects::actuator::state::{ActuationState, ActuationTangent, Force};
+use crate::robot::effects::kinds::{
+    CoordinateForce, DeadPointWrench, Dissipation, NoPointResponse, NoPointWrench, NoVelocityDependence,
+    NotAlongRods, StoredEnergy, Supply,
+};
 use crate::robot::plan::Plan;
 use crate::robot::plan::point::Point;
 use crate::robot::state::Workspace;
@@ -348,7 +351,22 @@ pub(crate) fn add_input_tangent<G: Turning>(
     }
 }
 
-impl<G: Turning> Effect<G> for Actuators {
+impl<G: Turning> DeadPointWrench<G> for Actuators {
+    #[inline(always)]
+    fn dead_at(
+        plan: &Plan<G>,
+        work: &Workspace<G>,
+        point: &Point<G>,
+        _: &PointState<G>,
+        sum: &mut Gyroscope<G, f64>,
+    ) {
+        for (wrench, position) in line::dead_at(plan, work, &point.pulled) {
+            sum.add(Gyroscope::of_dead_load(wrench, position));
+        }
+    }
+}
+
+impl<G: Turning> CoordinateForce<G> for Actuators {
     #[inline(always)]
     fn prepare(plan: &Plan<G>, work: &mut Workspace<G>, q: &[f64], qd: &[f64]) {
         if !plan.actuation.actuators.is_empty() {
@@ -368,19 +386,6 @@ impl<G: Turning> Effect<G> for Actuators {
             }
             distribute(plan, state, q, qd);
             line::pull(plan, work);
-        }
-    }
-
-    #[inline(always)]
-    fn dead_at(
-        plan: &Plan<G>,
-        work: &Workspace<G>,
-        point: &Point<G>,
-        _: &PointState<G>,
-        sum: &mut Gyroscope<G, f64>,
-    ) {
-        for (wrench, position) in line::dead_at(plan, work, &point.pulled) {
-            sum.add(Gyroscope::of_dead_load(wrench, position));
         }
     }
 
@@ -410,18 +415,9 @@ impl<G: Turning> Effect<G> for Actuators {
             plan.instructions.run_apart::<G::Pack, _>(sweep);
         }
     }
+}
 
-    fn dissipates(plan: &Plan<G>) -> bool {
-        plan.actuation
-            .actuators
-            .iter()
-            .any(|actuator| actuator.has_potential && law::dissipates(actuator.law))
-    }
-
-    fn drives(plan: &Plan<G>) -> bool {
-        !plan.actuation.actuators.iter().all(|actuator| actuator.has_potential)
-    }
-
+impl<G: Turning> StoredEnergy<G> for Actuators {
     fn add_energy(plan: &Plan<G>, work: &Workspace<G>, energy: &mut Energy) {
         let state = &work.actuation;
         for (i, actuator) in plan.actuation.actuators.iter().enumerate() {
@@ -433,6 +429,15 @@ impl<G: Turning> Effect<G> for Actuators {
                 }
             }
         }
+    }
+}
+
+impl<G: Turning> Dissipation<G> for Actuators {
+    fn dissipates(plan: &Plan<G>) -> bool {
+        plan.actuation
+            .actuators
+            .iter()
+            .any(|actuator| actuator.has_potential && law::dissipates(actuator.law))
     }
 
     fn dissipated_power(plan: &Plan<G>, work: &Workspace<G>) -> f64 {
@@ -446,6 +451,12 @@ impl<G: Turning> Effect<G> for Actuators {
         };
         plan.actuation.actuators.iter().enumerate().map(power).sum()
     }
+}
+
+impl<G: Turning> Supply<G> for Actuators {
+    fn drives(plan: &Plan<G>) -> bool {
+        !plan.actuation.actuators.iter().all(|actuator| actuator.has_potential)
+    }
 
     fn supplied_power(plan: &Plan<G>, work: &Workspace<G>) -> f64 {
         let state = &work.actuation;
@@ -455,3 +466,8 @@ impl<G: Turning> Effect<G> for Actuators {
         plan.actuation.actuators.iter().enumerate().map(power).sum()
     }
 }
+
+impl NotAlongRods for Actuators {}
+impl NoPointWrench for Actuators {}
+impl NoPointResponse for Actuators {}
+impl NoVelocityDependence for Actuators {}
