@@ -5,6 +5,7 @@ use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
 use lissom::body::Body;
+use lissom::fluid::Fluid;
 use lissom::linalg::{Matrix, TreeLu};
 use lissom::load::{Extent, Frame, Load};
 use lissom::model::{Dynamics, ForwardScratch, InTime as _, Tree};
@@ -17,7 +18,7 @@ use lissom::second_order::FreeMotion;
 use lissom::signal::{Harmonic, Signal};
 use lissom::stepping::{Method, Run};
 use lissom::support::Support;
-use lissom::world::{BaseMotion, Fluid};
+use lissom::world::BaseMotion;
 
 thread_local! {
     static ALLOCATIONS: Cell<usize> = const { Cell::new(0) };

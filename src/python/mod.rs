@@ -77,7 +77,7 @@ mod _lissom {
     #[pymodule_export]
     use super::ode::{PyDenseOutput, PyDop853, PyOdeResult, PyOdeSolver, PyRadau, PyRk45, solve_ivp};
     #[pymodule_export]
-    use super::part::{_schema_of_parts, _stub_of_methods, _stub_of_parts, PyPart};
+    use super::part::{_stub_of_methods, _stub_of_parts, PyPart};
     #[pymodule_export]
     use super::pendulum::PySpringPendulum;
     #[pymodule_export]

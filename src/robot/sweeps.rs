@@ -873,9 +873,9 @@ impl<G: Turning> Sweeps<G> {
 mod tests {
     use super::*;
     use crate::description::rod::{Section, Segment};
-    use crate::description::world::Fluid;
     use crate::numerics::lie::{Instructions, Planar, Plane, Spatial};
     use crate::robot::description::{Robot, Rod};
+    use crate::robot::effects::fluid::Fluid;
 
     /// A fixed state.
     fn state(n: usize) -> [Vec<f64>; 3] {

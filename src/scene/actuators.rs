@@ -1,8 +1,9 @@
 //! Actuators from their tables, which follow the rod or the links on which they act.
 
-use super::described::{Written, made, read};
+use super::described::{made, read};
 use super::document::Document;
 use super::shape::Shape;
+use super::written::Written;
 use crate::description::schema::Data;
 use crate::robot::effects::actuator::{Actuator, described};
 use crate::robot::{Named, number_default_names};

@@ -104,10 +104,13 @@ fn check_open_modes(document: &Document, shape: &mut Shape) {
             shape.refuse(&place, "\"auto\", but the method is another", right);
         }
         let owner = place.split('.').next().unwrap_or_default().to_owned();
-        let given =
-            document.rod.iter().map(|rod| (&rod.q0, &rod.v0)).chain(
-                document.link.iter().filter(|_| document.rod.is_empty()).map(|link| (&link.q0, &link.v0)),
-            );
+        let given = document.rod.iter().map(|rod| (&rod.q0, &rod.v0)).chain(
+            document
+                .link
+                .iter()
+                .filter(|_| document.rod.is_empty())
+                .map(|link| (&link.below.q0, &link.below.v0)),
+        );
         let of_owner = owner.split(['[', ']']).nth(1).and_then(|i| i.parse::<usize>().ok());
         if let Some((q0, v0)) = of_owner.and_then(|i| given.into_iter().nth(i)) {
             for (key, values) in [("q0", q0), ("v0", v0)] {

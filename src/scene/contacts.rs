@@ -1,8 +1,9 @@
 //! Contacts from their tables.
 
-use super::described::{Written, made, read};
+use super::described::{made, read};
 use super::document::Document;
 use super::shape::Shape;
+use super::written::Written;
 use crate::robot::effects::contact::{Contact, described};
 use crate::robot::{Named, number_default_names};
 

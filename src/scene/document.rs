@@ -1,84 +1,73 @@
 //! The structure of a scene file: plain structs, from which the JSON Schema, the reader and the documentation of
 //! every key are derived. Descriptions end up in editors, so they name units and defaults.
-//!
-//! An `example` on a required key is shown by editors, and stands in for a value that could not be read, so that
-//! the rest of the file can still be checked.
+//! What stands in for a required key that could not be read lets the rest of the file be checked.
 
-use std::collections::BTreeMap;
-
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
-
-use super::described::Written;
+use super::written::Written;
 use crate::description::body::described::Body;
 use crate::description::rod::described::Segment;
-use crate::description::world::Fluid;
+use crate::description::schema::{
+    AnyPart as _, Data, Described, Field, Item, Kind, Limits, Part, Reader, Schema, Value,
+};
 use crate::description::world::described::BaseMotion;
 use crate::robot::described;
 use crate::robot::effects::actuator::described::{ActiveStrain, Chamber, Motor, Tendon};
 use crate::robot::effects::contact::described::Contact;
+use crate::robot::effects::fluid::Fluid;
 use crate::robot::effects::load::described::Load;
 use crate::robot::effects::loops::described::Loop;
 use crate::robot::effects::support::described::Support;
 
-/// Segments in place of those that could not be read.
-const NO_SEGMENTS: [u8; 0] = [];
-
 /// The only version of the format so far.
-pub(super) const VERSION: u64 = 1;
+pub(super) const VERSION: usize = 1;
 
 /// A lissom scene: one rod, one robot or one spring pendulum, and how to simulate it. SI units, angles in radians.
-#[derive(Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-#[schemars(title = "lissom scene")]
+#[derive(Clone, Debug, PartialEq, Described)]
 pub(super) struct Document {
     /// Version of the format: 1.
-    #[schemars(range(min = 1, max = 1), example = VERSION)]
-    #[expect(dead_code, reason = "checked on the raw table, before anything else is read")]
-    pub(super) version: u64,
+    // Checked on the raw table, before anything else is read.
+    pub(super) version: usize,
     /// What all bodies share.
-    #[serde(default)]
+    #[part(default)]
     pub(super) scene: General,
     /// The rod. Written as an array of tables; one per scene for now.
-    #[serde(default)]
+    #[part(default)]
     pub(super) rod: Vec<Rod>,
     /// A file with links of a robot, which stand before those of this scene.
     pub(super) import: Option<Import>,
     /// The links of a robot, instead of a rod: parents before their children.
-    #[serde(default)]
+    #[part(default)]
     pub(super) link: Vec<Link>,
     /// Closed loops: additional joints between two links, or a link and the world.
-    #[serde(default)]
+    #[part(default, key = "loop")]
     pub(super) r#loop: Vec<Written<Loop>>,
     /// Pairs of surfaces of the rod, of links or of obstacles, which press on each other where they overlap.
-    #[serde(default)]
+    #[part(default)]
     pub(super) contact: Vec<Written<Contact>>,
     /// Motion of everything fixed to the world, about the frame of the first link's joint. Default: it is at rest.
     pub(super) base_motion: Option<Written<BaseMotion>>,
     /// Fluid around the rods and bodies of a robot. Default: none.
     pub(super) fluid: Option<Written<Fluid>>,
     /// Tendons that pull along their paths, on the rod or between the links of a robot.
-    #[serde(default)]
+    #[part(default)]
     pub(super) tendon: Vec<Written<Tendon>>,
     /// Fluidic chambers along rods.
-    #[serde(default)]
+    #[part(default)]
     pub(super) chamber: Vec<Written<Chamber>>,
     /// Motors on the joints of a robot.
-    #[serde(default)]
+    #[part(default)]
     pub(super) motor: Vec<Written<Motor>>,
     /// Actuated reference strains, such as muscles.
-    #[serde(default)]
+    #[part(default)]
     pub(super) active_strain: Vec<Written<ActiveStrain>>,
     /// A spring pendulum, instead of a rod.
     pub(super) pendulum: Option<Pendulum>,
     /// Duration, method and output of the simulation.
-    #[schemars(example = Simulation::example())]
+    #[part(stand_in = Simulation::stand_in)]
     pub(super) simulation: Simulation,
 }
 
 /// What all bodies share.
-#[derive(Debug, Default, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
+#[derive(Clone, Debug, Default, PartialEq, Described)]
 pub(super) struct General {
     /// Name of the scene, shown in reports. Default: the name of the file.
     pub(super) name: Option<String>,
@@ -87,31 +76,30 @@ pub(super) struct General {
 }
 
 /// A rod that is clamped at its base: a sequence of segments with loads and rigid bodies.
-#[derive(Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
+#[derive(Clone, Debug, PartialEq, Described)]
 pub(super) struct Rod {
     /// Pose of the clamped end.
-    #[serde(default)]
+    #[part(default)]
     pub(super) base: Base,
     /// Motion of the base relative to this pose, as a function of time. Default: it is fixed.
     pub(super) base_motion: Option<Written<BaseMotion>>,
     /// Dead force at the tip, in world axes, in newtons. Default: [0, 0, 0].
-    #[serde(default)]
+    #[part(default)]
     pub(super) tip_force: [f64; 3],
     /// Dead moment at the tip, in world axes, in newton metres. Default: [0, 0, 0].
-    #[serde(default)]
+    #[part(default)]
     pub(super) tip_moment: [f64; 3],
     /// Point mass at the tip, in kilograms. Default: 0.
-    #[serde(default)]
+    #[part(default)]
     pub(super) tip_mass: f64,
     /// Additional forces and moments, anywhere on the rod.
-    #[serde(default)]
+    #[part(default)]
     pub(super) load: Vec<Written<Load>>,
     /// Additional rigid bodies, anywhere on the rod.
-    #[serde(default)]
+    #[part(default)]
     pub(super) body: Vec<Written<Body>>,
     /// Springs and dampers to the world, anywhere on the rod.
-    #[serde(default)]
+    #[part(default)]
     pub(super) support: Vec<Written<Support>>,
     /// Fluid around the rod. Default: none.
     pub(super) fluid: Option<Written<Fluid>>,
@@ -121,25 +109,24 @@ pub(super) struct Rod {
     /// Initial generalised velocities, in the order of q0. Default: at rest.
     pub(super) v0: Option<Vec<f64>>,
     /// Segments from base to tip; each one starts where the previous one ends.
-    #[schemars(length(min = 1), example = NO_SEGMENTS)]
+    #[part(stand_in = || Value::List(Vec::new()))]
     pub(super) segment: Vec<Written<Segment>>,
 }
 
 /// Links of a robot from a file. Unsupported content is listed when the scene is read.
-#[derive(Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
+#[derive(Clone, Debug, PartialEq, Described)]
 pub(super) struct Import {
     /// A URDF file, seen from the folder of the scene.
-    #[schemars(example = &"robot.urdf")]
+    #[part(stand_in = || Value::Text("robot.urdf".to_owned()))]
     pub(super) urdf: String,
     /// Whether the root link moves freely. Default: false, it is welded to the world.
-    #[serde(default)]
+    #[part(default)]
     pub(super) floating: bool,
     /// Stiffness of the stops at joint limits, in N m/rad or N/m. Default: limits are not imported.
-    #[schemars(extend("exclusiveMinimum" = 0))]
+    #[part(positive)]
     pub(super) limit_stiffness: Option<f64>,
     /// Whether impossible moments of inertia are replaced by the nearest possible ones. Default: false, they are an error.
-    #[serde(default)]
+    #[part(default)]
     pub(super) mend_inertia: bool,
     /// Initial coordinates of the joints, in the order of the robot's coordinates. Default: all zero.
     pub(super) q0: Option<Vec<f64>>,
@@ -147,20 +134,24 @@ pub(super) struct Import {
     pub(super) v0: Option<Vec<f64>>,
 }
 
-// The keys of its description, and more; unknown keys are refused before it is read.
-#[derive(Debug, Deserialize, JsonSchema)]
-#[schemars(deny_unknown_fields)]
+/// A link with what stands in tables below it.
+#[derive(Clone, Debug, PartialEq)]
 pub(super) struct Link {
-    #[serde(flatten)]
     pub(super) described: Written<described::Link>,
+    pub(super) below: BelowLink,
+}
+
+/// What stands in tables below a link.
+#[derive(Clone, Debug, PartialEq, Described)]
+pub(super) struct BelowLink {
     /// Further rigid bodies, fixed to the link; at is an arc length of its rod.
-    #[serde(default)]
+    #[part(default)]
     pub(super) fixed_body: Vec<Written<Body>>,
     /// Forces and moments on the link; at and along are arc lengths of its rod.
-    #[serde(default)]
+    #[part(default)]
     pub(super) load: Vec<Written<Load>>,
     /// Springs and dampers between the link and the world; at is an arc length of its rod.
-    #[serde(default)]
+    #[part(default)]
     pub(super) support: Vec<Written<Support>>,
     /// Initial coordinates of the link: those of the joint, then the modes of the rod. Default: all zero.
     pub(super) q0: Option<Vec<f64>>,
@@ -168,11 +159,49 @@ pub(super) struct Link {
     pub(super) v0: Option<Vec<f64>>,
 }
 
+/// The keys of a link in scenes: first those of its description.
+static LINK: Schema = Schema { fields: &LINK_FIELDS, ..*described::Link::SCHEMA };
+static LINK_FIELDS: [Field; DESCRIBED + BELOW] = {
+    let (described, below) = (described::Link::SCHEMA.fields, BelowLink::SCHEMA.fields);
+    let mut all = [described[0]; DESCRIBED + BELOW];
+    let mut i = 0;
+    while i < DESCRIBED + BELOW {
+        all[i] = if i < DESCRIBED { described[i] } else { below[i - DESCRIBED] };
+        i += 1;
+    }
+    all
+};
+const DESCRIBED: usize = described::Link::SCHEMA.fields.len();
+const BELOW: usize = BelowLink::SCHEMA.fields.len();
+
+impl Item for Link {}
+
+impl Data for Link {
+    const KIND: Kind = Kind::Part(&LINK);
+
+    fn read(value: &Value, reader: &mut Reader) -> Option<Self> {
+        let mut values = reader.open(&LINK, value)?;
+        let below = BelowLink::of_fields(&values.split_off(DESCRIBED), reader)?;
+        let given =
+            LINK_FIELDS.iter().zip(values).filter_map(|(field, value)| Some((field.name.into(), value?)));
+        Some(Self { described: Written::new(Value::Table(given.collect())), below })
+    }
+
+    fn check(&self, _: &Limits, _: &mut Reader) {}
+
+    fn write(&self) -> Value {
+        let Value::Table(mut pairs) = self.described.write() else { return Value::None };
+        let below = BelowLink::SCHEMA.fields.iter().enumerate();
+        pairs.extend(below.map(|(i, field)| (field.name.into(), self.below.field(i))));
+        Value::Table(pairs)
+    }
+}
+
 /// Pose of a clamped end.
-#[derive(Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
+#[derive(Clone, Debug, PartialEq, Described)]
 pub(super) struct Base {
     /// Position in the world, in metres. Default: [0, 0, 0].
+    #[part(default)]
     pub(super) position: [f64; 3],
     /// Orientation: unit quaternion [w, x, y, z] that turns body axes into world axes; the rod leaves along its
     /// body x axis. Default: [1, 0, 0, 0], along world x.
@@ -186,17 +215,16 @@ impl Default for Base {
 }
 
 /// A point mass on a massless spring that swings in a vertical plane.
-#[derive(Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
+#[derive(Clone, Debug, PartialEq, Described)]
 pub(super) struct Pendulum {
     /// Length of the unstretched spring, in metres. Default: 1.
-    #[schemars(extend("exclusiveMinimum" = 0))]
+    #[part(positive)]
     pub(super) length: Option<f64>,
     /// Mass in kilograms. Default: 1.
-    #[schemars(extend("exclusiveMinimum" = 0))]
+    #[part(positive)]
     pub(super) mass: Option<f64>,
     /// Stiffness of the spring in N/m. Default: 10.
-    #[schemars(extend("exclusiveMinimum" = 0))]
+    #[part(positive)]
     pub(super) stiffness: Option<f64>,
     /// Gravity along -y, in m/s^2. Default: 9.81.
     pub(super) gravity: Option<f64>,
@@ -207,46 +235,47 @@ pub(super) struct Pendulum {
 }
 
 /// Duration, method and output of the simulation.
-#[derive(Debug, Deserialize, Serialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
+#[derive(Clone, Debug, PartialEq, Described)]
 pub(super) struct Simulation {
     /// End of the simulation, in seconds.
-    #[schemars(example = 1.0)]
+    #[part(stand_in = || Value::Number(1.0))]
     pub(super) t_end: f64,
     /// Start of the simulation, in seconds. Default: 0.
-    #[serde(default)]
+    #[part(default)]
     pub(super) t0: f64,
-    /// Time integrator. Default: "newmark".
-    #[serde(default)]
+    /// Time integrator. Default: "newmark". With a fixed step dt: "newmark", the average acceleration, which conserves energy;
+    /// "hht" and "generalised_alpha", which damp vibrations that the step does not resolve. Adaptive: "rk45" and "dop853",
+    /// explicit Runge-Kutta methods of orders 5 and 8; "radau", implicit, for stiff models; "auto", whichever suits the model,
+    /// with the accuracy rtol.
+    #[part(default)]
     pub(super) method: Method,
     /// Step size of the methods with a fixed step, in seconds. Default: 0.01. The other methods are adaptive.
-    #[schemars(extend("exclusiveMinimum" = 0))]
+    #[part(positive)]
     pub(super) dt: Option<f64>,
     /// Jacobian of the equations of a fixed step. Default: "analytic".
-    #[serde(default)]
+    #[part(default)]
     pub(super) jac: Jacobian,
     /// Relative tolerance: of an adaptive step's error, of Newton's iteration within a fixed step. Default: 1e-6. With
     /// method "auto" the accuracy that is wanted, the largest error of the tip relative to the length of the model.
     /// Default then: 1e-4.
-    #[schemars(range(min = 0.0))]
+    #[part(non_negative)]
     pub(super) rtol: Option<f64>,
     /// Absolute tolerance, for values near zero. Default: 1e-9. Not with method "auto".
-    #[schemars(range(min = 0.0))]
+    #[part(non_negative)]
     pub(super) atol: Option<f64>,
     /// Output of the run.
-    #[serde(default)]
+    #[part(default)]
     pub(super) output: Output,
 }
 
 impl Simulation {
-    fn example() -> BTreeMap<&'static str, f64> {
-        BTreeMap::from([("t_end", 1.0)])
+    fn stand_in() -> Value {
+        Value::Table(vec![("t_end".into(), Value::Number(1.0))])
     }
 }
 
 /// Time integrator.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Described)]
 pub enum Method {
     /// Newmark's implicit average-acceleration method with a fixed step: unconditionally stable, conserves energy.
     #[default]
@@ -273,8 +302,7 @@ impl Method {
 }
 
 /// Where the Jacobian of an implicit step comes from.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
-#[serde(rename_all = "lowercase")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Described)]
 pub enum Jacobian {
     /// The model's exact tangent.
     #[default]
@@ -286,11 +314,10 @@ pub enum Jacobian {
 }
 
 /// Output of the run.
-#[derive(Debug, Default, Deserialize, Serialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
+#[derive(Clone, Debug, Default, PartialEq, Described)]
 pub(super) struct Output {
     /// Interval of the output times, in seconds. Default: the simulation's dt.
-    #[schemars(extend("exclusiveMinimum" = 0))]
+    #[part(positive)]
     pub(super) dt: Option<f64>,
     /// Quantities written besides the coordinates: any of "velocity", "acceleration", "energy", "shape".
     /// Default: all of them.
@@ -298,8 +325,7 @@ pub(super) struct Output {
 }
 
 /// A quantity in results besides the coordinates.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Deserialize, Serialize, JsonSchema)]
-#[serde(rename_all = "lowercase")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Described)]
 pub enum Quantity {
     /// Generalised velocities.
     Velocity,
@@ -311,55 +337,4 @@ pub enum Quantity {
     Shape,
 }
 
-#[cfg(test)]
-mod tests {
-    use schemars::{Schema, generate::SchemaSettings};
-
-    use super::*;
-
-    /// Set it to write the file anew.
-    const UPDATE: &str = "UPDATE_SCHEMA";
-
-    #[test]
-    fn the_schema_in_the_repository_is_that_of_the_document() {
-        let generated = super::super::pretty(schema().as_value());
-        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/src/scene/schema.json");
-        if std::env::var_os(UPDATE).is_some() {
-            std::fs::write(path, &generated).expect("the schema is written");
-        }
-        let committed = std::fs::read_to_string(path).expect("the schema is read");
-        assert!(generated == committed, "{path} is old: run `{UPDATE}=1 cargo test --lib schema`");
-    }
-
-    /// The JSON Schema of a scene file.
-    fn schema() -> Schema {
-        let settings =
-            SchemaSettings::draft07().with_transform(schemars::transform::RecursiveTransform(without_null));
-        settings.into_generator().into_root_schema_for::<Document>()
-    }
-
-    /// TOML has no null: an optional key is left out.
-    fn without_null(schema: &mut Schema) {
-        let Some(object) = schema.as_object_mut() else { return };
-        if let Some(serde_json::Value::Array(types)) = object.get_mut("type") {
-            types.retain(|name| name != "null");
-            if let [only] = types.as_slice() {
-                let only = only.clone();
-                object.insert("type".to_owned(), only);
-            }
-        }
-        if let Some(serde_json::Value::Array(branches)) = object.get_mut("anyOf") {
-            branches.retain(|branch| branch.get("type").is_none_or(|name| name != "null"));
-            if let [only] = branches.as_slice() {
-                let only = only.clone();
-                object.remove("anyOf");
-                if let serde_json::Value::Object(only) = only {
-                    object.extend(only);
-                }
-            }
-        }
-        if object.get("default").is_some_and(serde_json::Value::is_null) {
-            object.remove("default");
-        }
-    }
-}
+impl Item for Quantity {}

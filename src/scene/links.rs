@@ -2,15 +2,16 @@
 
 use super::actuators::actuators;
 use super::contacts::{contacts, key_of_contact};
-use super::described::{Written, key_of, key_of_item, read, read_all, read_with, reported, right};
+use super::described::{key_of, key_of_item, read, read_all, read_with, reported, right};
 use super::document::{Document, Import};
 use super::imports::{Imported, Imports, Refusal, Request};
 use super::loops;
 use super::parts;
 use super::shape::{Shape, report};
+use super::written::Written;
 use crate::description::joint as joints;
 use crate::description::joint::JointForces;
-use crate::description::schema::Reader;
+use crate::description::schema::{Reader, Value};
 use crate::error::Checker;
 use crate::robot::described::{Link, LinkRod};
 use crate::robot::{self, LinkNames, Named, Robot};
@@ -57,13 +58,13 @@ pub(super) fn robot(
     let (mut supports, mut support_keys) = (Vec::new(), Vec::new());
     let (mut bodies, mut body_keys) = (Vec::new(), Vec::new());
     for (i, link) in written.iter().enumerate() {
-        let (of_link, keys) = read_all(&link.load, &format!("link[{i}].load"), shape);
+        let (of_link, keys) = read_all(&link.below.load, &format!("link[{i}].load"), shape);
         loads.extend(of_link.iter().map(|load| load.resolved(before + i)));
         load_keys.extend(keys);
-        let (of_link, keys) = read_all(&link.fixed_body, &format!("link[{i}].fixed_body"), shape);
+        let (of_link, keys) = read_all(&link.below.fixed_body, &format!("link[{i}].fixed_body"), shape);
         bodies.extend(of_link.iter().map(|body| body.resolved(before + i)));
         body_keys.extend(keys);
-        let (of_link, keys) = read_all(&link.support, &format!("link[{i}].support"), shape);
+        let (of_link, keys) = read_all(&link.below.support, &format!("link[{i}].support"), shape);
         supports.extend(of_link.iter().map(|support| support.resolved(before + i)));
         support_keys.extend(keys);
     }
@@ -135,7 +136,7 @@ fn state(document: &Document, robot: &Robot, before: usize, key: &str, shape: &m
     }
     for (i, (written, link)) in document.link.iter().zip(&robot.links[before..]).enumerate() {
         let n = link.coordinates();
-        let given = if key == "q0" { &written.q0 } else { &written.v0 };
+        let given = if key == "q0" { &written.below.q0 } else { &written.below.v0 };
         let values = given.clone().unwrap_or_else(|| vec![0.0; n]);
         let mut check = Checker::new();
         if !has_open_modes {
@@ -214,7 +215,7 @@ fn owner(place: &str) -> &str {
 }
 
 /// The place in the file of a place in a link with these segments.
-fn in_file(place: String, segments: &[toml::Value]) -> String {
+fn in_file(place: String, segments: &[Value]) -> String {
     let in_segment = place.strip_prefix("rod.segment[").and_then(|rest| rest.split_once("]."));
     let Some((i, rest)) = in_segment else { return place };
     let segment = i.parse::<usize>().ok().and_then(|i| segments.get(i));
@@ -225,10 +226,10 @@ fn in_file(place: String, segments: &[toml::Value]) -> String {
 }
 
 /// A valid joint of the type in the table of its link, so that the rest can be checked.
-fn stand_in(link: &toml::Value) -> joints::Joint {
+fn stand_in(link: &Value) -> joints::Joint {
     let (axis, axes) = ([1.0, 0.0, 0.0], [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
     let forces = JointForces::default();
-    match link.get("joint").and_then(|joint| joint.get("type")?.as_str()) {
+    match link.get("joint").and_then(|joint| joint.get("type")?.text()) {
         Some("revolute") => joints::Joint::Revolute { axis, forces },
         Some("prismatic") => joints::Joint::Prismatic { axis, forces },
         Some("cylindrical") => joints::Joint::Cylindrical { axis },

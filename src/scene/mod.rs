@@ -1,7 +1,7 @@
 //! Scene files: TOML descriptions of a model and a simulation, read and validated.
 //!
-//! `document` is the file's shape in plain structs, from which `schema.json` is generated; `shape` checks a file
-//! against that schema, for which `words` knows the old names of keys; `build`, with `parts` that rods and the `links` of
+//! `document` is the file's structure in plain structs, whose tables are what is read and the JSON Schema; `shape` has the
+//! values of a file with their places, for which `words` knows the old names of keys; `build`, with `parts` that rods and the `links` of
 //! robots have in common, and with `actuators`, `loops` and `contacts`, turns it into a model with the
 //! constructors that everybody uses; `diagnostics` says what is wrong, where. A scene never executes anything.
 //!
@@ -30,18 +30,21 @@
 //! ```
 
 mod actuators;
+mod advice;
 mod build;
 mod contacts;
 mod described;
 mod diagnostics;
 mod document;
 mod imports;
+mod json_schema;
 mod links;
 mod loops;
 mod parts;
 mod shape;
 mod tables;
 mod words;
+mod written;
 
 use toml::de::{DeTable, DeValue};
 
@@ -58,7 +61,7 @@ pub use imports::{FileProblem, Imported, Imports, NoImports, Refusal, Request};
 #[cfg(feature = "python")]
 pub(crate) use tables::PARTS;
 
-use shape::{SCHEMA, Shape};
+use shape::Shape;
 
 /// A validated scene: the simulator accepts all of its values.
 #[derive(Clone, Debug)]
@@ -202,9 +205,10 @@ impl Scene {
         if !shape.problems.is_empty() {
             return Err(fail(shape.problems));
         }
-        let mut shape = Shape::check(&table, &SCHEMA);
-        let document: document::Document =
-            shape.table.clone().try_into().expect("a table that fits the schema deserialises");
+        let mut shape = Shape::of(&table);
+        let Some(document) = described::document::<document::Document>(&mut shape) else {
+            return Err(fail(shape.problems));
+        };
         let imported = document.import.as_ref().and_then(|import| links::import(import, imports, &mut shape));
         let built = build::build(&document, imported.as_ref(), &mut shape);
         match built {
@@ -282,23 +286,12 @@ impl Scene {
     /// JSON Schema of scene files for editors, in which old keys are marked as deprecated; identical to the
     /// file in `scenes/`.
     pub fn schema() -> String {
-        let mut schema = SCHEMA.clone();
+        let mut schema = json_schema::json_schema();
         words::add_old_words(&mut schema);
-        pretty(&schema)
+        let mut text = serde_json::to_string_pretty(&schema).expect("a value is JSON");
+        text.push('\n');
+        text
     }
-}
-
-/// The definitions of the JSON Schema that follow from the tables of parts.
-#[cfg(feature = "python")]
-pub(crate) fn schema_of_parts() -> String {
-    pretty(&serde_json::Value::Object(described::definitions()))
-}
-
-/// JSON as it is written to files.
-fn pretty(json: &serde_json::Value) -> String {
-    let mut text = serde_json::to_string_pretty(json).expect("a value is JSON");
-    text.push('\n');
-    text
 }
 
 /// Keys of another version mean something else, so the version is checked before anything else is read.

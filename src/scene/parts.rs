@@ -1,19 +1,20 @@
 //! Common parts of rods and links: segments, commands, base motions.
 
-use super::described::{Written, key_of, read, read_with};
+use super::described::{key_of, read, read_with};
 use super::document::{Document, Simulation as Settings};
 use super::shape::Shape;
+use super::written::Written;
 use crate::description::rod;
 use crate::description::rod::STRAINS;
 use crate::description::rod::described::{Modes, Segment};
-use crate::description::schema::Kind;
+use crate::description::schema::{Kind, Value};
 use crate::description::signal::covers;
 use crate::description::world;
 use crate::description::world::described::BaseMotion;
 use crate::robot::described::Link;
 
 /// All segments with their keys, link by link.
-pub(super) fn segments(document: &Document) -> Vec<(String, &toml::Value)> {
+pub(super) fn segments(document: &Document) -> Vec<(String, &Value)> {
     let of_rod = document.rod.first().into_iter().flat_map(|rod| {
         rod.segment.iter().enumerate().map(|(i, segment)| (format!("rod[0].segment[{i}]"), segment.value()))
     });
@@ -25,15 +26,16 @@ pub(super) fn segments(document: &Document) -> Vec<(String, &toml::Value)> {
 }
 
 /// The segments of a link.
-pub(super) fn of_link(link: &Written<Link>) -> &[toml::Value] {
-    let segments = link.value().get("rod").and_then(|rod| rod.get("segment")?.as_array());
-    segments.map_or(&[], Vec::as_slice)
+pub(super) fn of_link(link: &Written<Link>) -> &[Value] {
+    match link.value().get("rod").and_then(|rod| rod.get("segment")) {
+        Some(Value::List(segments)) => segments,
+        _ => &[],
+    }
 }
 
 /// Indices of segments with open modes, counted link by link.
 pub(super) fn open_modes(document: &Document) -> Vec<usize> {
-    let is_open =
-        |segment: &toml::Value| segment.get("modes").and_then(toml::Value::as_str) == Some(Kind::OPEN);
+    let is_open = |segment: &Value| segment.get("modes").and_then(Value::text) == Some(Kind::OPEN);
     let segments = segments(document).into_iter().enumerate();
     segments.filter(|(_, (_, segment))| is_open(segment)).map(|(i, _)| i).collect()
 }
@@ -48,13 +50,13 @@ pub(super) fn segment(written: &Written<Segment>, here: &str, shape: &mut Shape)
 }
 
 /// The place in the file of a place in the segment that this table describes: a circle may stand in a table of its own.
-pub(super) fn in_section(segment: &toml::Value, place: String) -> String {
+pub(super) fn in_section(segment: &Value, place: String) -> String {
     let is_inside = place.starts_with("radius") && segment.get("radius").is_none();
     if is_inside { format!("section.{place}") } else { place }
 }
 
 /// A segment of the length and the modes in this table, so that the rest can be checked.
-pub(super) fn stand_in(segment: &toml::Value) -> rod::Segment {
+pub(super) fn stand_in(segment: &Value) -> rod::Segment {
     let length = key_of::<Segment, _>(segment, "length").unwrap_or(1.0);
     let modes = key_of::<Segment, Modes>(segment, "modes").map_or([0; STRAINS], |modes| modes.counts());
     rod::Segment { modes, ..rod::Segment::straight(length, 1.0, 1.0, 0.5, 1.0) }

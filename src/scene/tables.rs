@@ -3,12 +3,12 @@
 use crate::description::body::described as body;
 use crate::description::joint::described as joint;
 use crate::description::rod::described as rod;
-use crate::description::schema::{Data, Kind, Part, Schema};
-use crate::description::world;
+use crate::description::schema::{Part, Schema};
 use crate::description::world::described::BaseMotion;
 use crate::robot::described as robot;
 use crate::robot::effects::actuator::described as actuator;
 use crate::robot::effects::contact::described as contact;
+use crate::robot::effects::fluid::Fluid;
 use crate::robot::effects::load::described as load;
 use crate::robot::effects::loops::described as loops;
 use crate::robot::effects::support::described as support;
@@ -32,7 +32,7 @@ pub(crate) const PARTS: [&Schema; 39] = [
     load::Load::SCHEMA,
     body::Body::SCHEMA,
     support::Support::SCHEMA,
-    world::Fluid::SCHEMA,
+    Fluid::SCHEMA,
     BaseMotion::SCHEMA,
     actuator::Along::SCHEMA,
     actuator::Via::SCHEMA,
@@ -55,10 +55,3 @@ pub(crate) const PARTS: [&Schema; 39] = [
     loops::Gear::SCHEMA,
     loops::Loop::SCHEMA,
 ];
-
-/// Whether values of this definition of the schema are read here as they are. Links have more keys in scenes.
-pub(super) fn is_described(name: &str) -> bool {
-    const JOINT: Kind = joint::Joint::KIND;
-    let is_part = |part: &&Schema| part.name == name && !std::ptr::eq(*part, robot::Link::SCHEMA);
-    PARTS.iter().any(is_part) || matches!(JOINT, Kind::OneOf(known, _) if known == name)
-}

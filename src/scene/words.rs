@@ -1,7 +1,13 @@
 //! Deprecated keys of the format, which are still read with a note about the new name.
 
+use std::borrow::Cow;
+
 use serde_json::{Value as Json, json};
-use toml::Table;
+
+use crate::description::schema::{Data as _, Reader, Value};
+
+/// The values of a table by their keys.
+type Pairs = Vec<(Cow<'static, str>, Value)>;
 
 /// A renamed key.
 #[derive(Debug)]
@@ -16,7 +22,7 @@ pub(super) struct OldWord {
     pub(super) instead: &'static str,
     /// Converts the table, in which the value already has its new name, to the meaning of the old key; an
     /// error contains what is wrong and what would be right.
-    pub(super) adapt: fn(&mut Table) -> Result<(), [&'static str; 2]>,
+    pub(super) adapt: fn(&mut Pairs) -> Result<(), [&'static str; 2]>,
 }
 
 /// All renamed keys. The names in Python are the current ones.
@@ -27,9 +33,15 @@ pub(super) const OLD_WORDS: [OldWord; 5] = [
         new: "t_end",
         instead: "write t_end, the time at the end: duration later than t0",
         adapt: |settings| {
-            let number = |key: &str| settings.get(key).and_then(toml::Value::as_float);
-            let t_end = number("t_end").unwrap_or_default() + number("t0").unwrap_or_default();
-            settings.insert("t_end".to_owned(), t_end.into());
+            let number = |key: &str| {
+                let (_, value) = settings.iter().find(|(name, _)| name == key)?;
+                f64::read(value, &mut Reader::default())
+            };
+            if let Some(t_end) = number("t_end") {
+                let t_end = t_end + number("t0").unwrap_or_default();
+                settings.retain(|(name, _)| name != "t_end");
+                settings.push(("t_end".into(), Value::Number(t_end)));
+            }
             Ok(())
         },
     },
@@ -42,9 +54,14 @@ pub(super) const OLD_WORDS: [OldWord; 5] = [
         instead: "write rtol, with method = \"auto\"",
         // The old key also selected the method.
         adapt: |settings| {
-            let method = settings.entry("method").or_insert_with(|| "auto".into());
+            let auto = Value::Text("auto".to_owned());
+            let method = settings.iter().find(|(name, _)| name == "method").map(|(_, value)| value);
+            let is_auto = method.is_none_or(|method| *method == auto);
+            if method.is_none() {
+                settings.push(("method".into(), auto));
+            }
             let right = "remove the method, or write rtol and atol, which it does take";
-            (method.as_str() == Some("auto")).then_some(()).ok_or(["the method does not take it", right])
+            is_auto.then_some(()).ok_or(["the method does not take it", right])
         },
     },
     OldWord { table: "simulation.output", old: "step", new: "dt", instead: "write dt", ..SAME },

@@ -1,5 +1,6 @@
 //! Surroundings of a rod: elastic supports and a fluid, also on moving bases.
 
+use lissom::fluid::Fluid;
 use lissom::linalg::Matrix;
 use lissom::load::{Frame, Load};
 use lissom::model::{Dynamics, Elastic as _, ForwardScratch, InTime as _, Tree};
@@ -7,7 +8,7 @@ use lissom::robot::{Kernel, RobotModel, Rod, Solve};
 use lissom::rod::{Section, Segment};
 use lissom::signal::{Harmonic, Signal};
 use lissom::support::Support;
-use lissom::world::{BaseMotion, BaseRotation, Fluid};
+use lissom::world::{BaseMotion, BaseRotation};
 use proptest::prelude::*;
 
 /// The time of all evaluations.

@@ -3,6 +3,7 @@
 use lissom::actuator::{ActiveStrain, Actuator, Along, Chamber, Drive, Part, Strain, Tendon, Via};
 use lissom::body::Body;
 use lissom::error::Interrupted;
+use lissom::fluid::Fluid;
 use lissom::linalg::Matrix;
 use lissom::load::{Extent, Frame, Load};
 use lissom::model::{Dynamics, Elastic as _, ForwardScratch, InTime as _, Refinable as _};
@@ -13,7 +14,7 @@ use lissom::rod::{
 use lissom::second_order;
 use lissom::signal::{Harmonic, Input, Signal, Table};
 use lissom::support::Support;
-use lissom::world::{BaseMotion, BaseRotation, Fluid};
+use lissom::world::{BaseMotion, BaseRotation};
 use lissom::{newmark, statics};
 
 use super::source::Source;

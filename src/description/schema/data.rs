@@ -39,6 +39,17 @@ pub enum Value {
 }
 
 impl Value {
+    /// The value at a key of a table.
+    pub fn get(&self, key: &str) -> Option<&Self> {
+        let Self::Table(pairs) = self else { return None };
+        pairs.iter().find(|(name, _)| name == key).map(|(_, value)| value)
+    }
+
+    /// The text, if it is one.
+    pub fn text(&self) -> Option<&str> {
+        if let Self::Text(text) = self { Some(text) } else { None }
+    }
+
     /// The part, if it is one of this type.
     pub fn part<T: 'static>(&self) -> Option<&T> {
         if let Self::Part(part) = self { (part.as_ref() as &dyn Any).downcast_ref() } else { None }
@@ -108,6 +119,10 @@ pub enum Kind {
 impl Kind {
     /// The word by which scenes leave a value open.
     pub const OPEN: &str = "auto";
+    /// What is expected of a part.
+    pub const TABLE: &str = "a table";
+    /// What is expected of a list of parts.
+    pub const TABLES: &str = "an array of tables";
 
     /// What is expected, in words of scene files.
     pub fn words(&self) -> String {
@@ -124,7 +139,8 @@ impl Kind {
             Self::Array(Self::AlongRod(_), count) => format!("an array of {count} entries"),
             Self::Array(_, count) => format!("an array of {count} rows"),
             Self::List(Self::Number) => "an array of numbers".to_owned(),
-            Self::List(Self::Part(_) | Self::OneOf(..)) => "an array of tables".to_owned(),
+            Self::List(Self::Part(_) | Self::OneOf(..)) => Self::TABLES.to_owned(),
+            Self::List(Self::Word(_, words)) => format!("an array of words out of {}", words.join(", ")),
             Self::List(_) => "an array of rows".to_owned(),
             Self::OneOrEach(count) => format!("a number or an array of {count} numbers"),
             Self::OneOrMany => "a number or an array of numbers".to_owned(),
@@ -134,7 +150,7 @@ impl Kind {
                 words.dedup();
                 words.join(" or ")
             }
-            Self::Part(_) => "a table".to_owned(),
+            Self::Part(_) => Self::TABLE.to_owned(),
             Self::Signal("", ..) => "a table".to_owned(),
             Self::Signal(_, constant, _) => format!("{} or a table", constant.words()),
             Self::AlongRod(_) => "a number or an array of 2 numbers or a table".to_owned(),
@@ -353,7 +369,7 @@ impl Schema {
 }
 
 /// A field of a struct.
-#[derive(Debug)]
+#[derive(Clone, Copy, Debug)]
 pub struct Field {
     /// Its name, in Rust, Python and scenes.
     pub name: &'static str,
@@ -414,6 +430,8 @@ pub struct Limits {
     pub is_explicit: bool,
     /// Whether all valid parts have it, although it may be left out.
     pub is_always: bool,
+    /// What readers that go on after problems put in place of a required field.
+    pub stand_in: Option<fn() -> Value>,
 }
 
 /// Which signs numbers may have.
@@ -438,6 +456,7 @@ impl Limits {
         is_by_place: false,
         is_explicit: false,
         is_always: false,
+        stand_in: None,
     };
 
     /// With a unit.
@@ -478,6 +497,11 @@ impl Limits {
     /// All valid parts have it, given or derived.
     pub const fn always(self) -> Self {
         Self { is_always: true, ..self }
+    }
+
+    /// What stands for it after problems.
+    pub const fn stand_in(self, stand_in: fn() -> Value) -> Self {
+        Self { stand_in: Some(stand_in), ..self }
     }
 
     /// The field is given only together with this one.

@@ -179,6 +179,8 @@ pub struct Reader {
     problems: Vec<Problem>,
     /// The parts among which the one that is read next was chosen.
     alternatives: &'static [Kind],
+    /// Places of fields in whose place something else stands, if the reader goes on after problems.
+    replaced: Option<Vec<String>>,
 }
 
 /// The key by which tables choose among parts, if any of them has a tag.
@@ -187,6 +189,17 @@ fn tag_key(kinds: &[Kind]) -> Option<&'static str> {
 }
 
 impl Reader {
+    /// A reader that puts the default, or what [stands](Limits::stand_in) for it, in place of a field that it cannot read, so
+    /// that others can be read.
+    pub fn lenient() -> Self {
+        Self { replaced: Some(Vec::new()), ..Self::default() }
+    }
+
+    /// All problems of a lenient reader, and the places where something else stands.
+    pub fn finish_leniently(self) -> (Vec<Problem>, Vec<String>) {
+        (self.problems, self.replaced.unwrap_or_default())
+    }
+
     /// The problems found so far.
     pub fn problems(&self) -> &[Problem] {
         &self.problems
@@ -267,11 +280,23 @@ impl Reader {
 
     /// Reads a field; a value that is absent is the default.
     pub fn field<T: Data>(&mut self, field: &'static Field, value: Option<&Value>) -> Option<T> {
-        match (value, field.default) {
+        let found = match (value, field.default) {
             (Some(value), _) => self.at(Step::Key(field.name), |reader| T::read(value, reader)),
             (None, Some(default)) => T::read(&default(), self),
             (None, None) => None,
+        };
+        if found.is_none() && self.replaced.is_some() {
+            self.replace(field.name);
+            let stand_in = field.limits.stand_in.or(field.default)?;
+            return T::read(&stand_in(), self);
         }
+        found
+    }
+
+    /// Notes that something else stands at a key.
+    fn replace(&mut self, key: &str) {
+        let place = self.place_of(key);
+        self.replaced.iter_mut().for_each(|replaced| replaced.push(place.clone()));
     }
 
     /// Checks a field.
@@ -369,7 +394,10 @@ impl Reader {
                     self.refuse(key, Fault::NotTaken { part: schema, taken: taken().collect() });
                 } else {
                     let known: Vec<_> = taken().chain(tag_key).collect();
-                    meant.extend(suggestion(key, known.iter().copied()));
+                    let similar = suggestion(key, known.iter().copied());
+                    // Neither the misspelt key nor the intended one can be checked further.
+                    similar.into_iter().chain([key.as_ref()]).for_each(|key| self.replace(key));
+                    meant.extend(similar);
                     self.refuse(key, Fault::Unknown { known });
                 }
             }

@@ -504,9 +504,3 @@ pub(crate) fn _stub_of_parts() -> String {
 pub(crate) fn _stub_of_methods() -> String {
     text::stub(&METHODS)
 }
-
-/// The definitions of the parts as they stand in the JSON Schema of scenes.
-#[pyfunction]
-pub(crate) fn _schema_of_parts() -> String {
-    scene::schema_of_parts()
-}

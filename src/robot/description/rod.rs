@@ -5,10 +5,11 @@ use super::link::{Link, check_orientation};
 use super::robot::{MAX_COORDINATES, Robot, check_integration, check_surroundings};
 use crate::description::body::Body;
 use crate::description::rod::{Section, Segment};
-use crate::description::world::{BaseMotion, Fluid};
+use crate::description::world::BaseMotion;
 use crate::error::{Checker, InvalidInput};
 use crate::robot::effects::actuator::Actuator;
 use crate::robot::effects::contact::Contact;
+use crate::robot::effects::fluid::Fluid;
 use crate::robot::effects::load::Load;
 use crate::robot::effects::support::Support;
 

@@ -332,7 +332,6 @@ mod tests {
     use super::*;
     use crate::description::body::Body;
     use crate::description::rod::{Section, Segment};
-    use crate::description::world::Fluid;
     use crate::numerics::lie::{LANES, Planar, Plane, Spatial, products};
     use crate::numerics::linalg::Matrix;
     use crate::robot::compile;
@@ -340,6 +339,7 @@ mod tests {
     use crate::robot::effects::actuator::{
         ActiveStrain, Actuator, Along, Chamber, Drive, Part, Strain, Tendon, Via,
     };
+    use crate::robot::effects::fluid::Fluid;
     use crate::robot::effects::load::{Extent, Frame, Load};
     use crate::robot::effects::support::Support;
     use crate::robot::kernel::{inverse_dynamics, kinematics, tangent as exact_tangent};

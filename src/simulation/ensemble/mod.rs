@@ -158,6 +158,7 @@ pub fn tips<M: Model + ?Sized>(model: &mut M, simulation: &Simulation, from: usi
 
 #[cfg(test)]
 mod tests {
+    use super::stored::POSITION;
     use super::*;
     use crate::integrators::newmark;
     use crate::model::pendulum::SpringPendulum;

@@ -90,6 +90,7 @@ class House:
             for tree in re.findall(r"^(?:    )*use ([^;]+);", text, re.MULTILINE)
             for leaf in leaves(tree)
         ]
+        paths += re.findall(r"^pub(?:\([^)]*\))? use (crate::[^;]+);", text, re.MULTILINE)
         paths += re.findall(r"\b(?:crate|super)(?:::\w+)+", re.sub(r"\buse [^;]+;", "", text))
         homes = {self.home(path) for path in (self.absolute(module, leaf) for leaf in paths) if path}
         return homes - {module, ()}

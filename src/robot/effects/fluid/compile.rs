@@ -1,9 +1,9 @@
 //! Compiles the fluid to parts of a plan.
 
 use crate::description::body;
-use crate::description::world::Fluid;
 use crate::numerics::lie::Vector;
 use crate::robot::description::Robot;
+use crate::robot::effects::fluid::Fluid;
 use crate::robot::effects::fluid::plan::{Drag, Hull, Immersed, Immersion};
 use crate::robot::effects::load::Extent;
 use crate::robot::effects::load::compile as load;
