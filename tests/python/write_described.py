@@ -1,4 +1,7 @@
-"""Writes what follows from the tables of described parts, with the extension built: classes of the stubs, the JSON Schema."""
+"""Writes what follows from the tables of described parts: classes of the stubs, the JSON Schema.
+
+Run it with the extension built.
+"""
 
 from pathlib import Path
 
