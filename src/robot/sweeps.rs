@@ -30,7 +30,7 @@ use crate::robot::effects::actuator::force as actuation;
 use crate::robot::effects::actuator::plan::Law;
 use crate::robot::effects::all as effects;
 use crate::robot::effects::contact::query::Touching;
-use crate::robot::effects::contact::{force as contact, narrow_phase, query, tunnelling};
+use crate::robot::effects::contact::{detection, force as contact, query, tunnelling};
 use crate::robot::effects::joint_forces;
 use crate::robot::effects::support::force::Held;
 
@@ -696,7 +696,7 @@ impl<G: Turning> Sweeps<G> {
         if !self.plan.contacts.pairs.is_empty() {
             // Usually nothing is near, and the shape is sufficient.
             self.update_kinematics(q);
-            narrow_phase::see_near(&self.plan, &mut self.work);
+            detection::see_near(&self.plan, &mut self.work);
             if !effects::may_dissipate(&self.plan, &self.work) {
                 return power;
             }
@@ -807,7 +807,7 @@ impl<G: Turning> Sweeps<G> {
         if !is_same_shape(&self.work.kinematics_of, q) {
             self.update_kinematics(q);
         }
-        narrow_phase::see(&self.plan, &mut self.work);
+        detection::see(&self.plan, &mut self.work);
     }
 
     /// A contact whose surfaces overlap by more than a radius, and its overlap.

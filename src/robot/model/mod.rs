@@ -2,29 +2,25 @@
 
 use std::sync::{Arc, OnceLock};
 
+use self::any_sweeps::AnySweeps;
 use super::choice::{Kernel, Solve};
-use super::compile;
 use super::description::{Robot, Rod};
 use super::driven::Coordinates;
 use super::facts;
+use super::kernel::elasticity;
 use super::kernel::kinematics::Pose;
 use super::kernel::momentum::Momentum;
 use super::kernel::sizes::Extent;
-use super::kernel::{elasticity, tree, validity};
 use super::plan::point::Place;
 use super::state::tangent::Tangent;
-use super::sweeps::Sweeps;
 use crate::description::body::Body;
 use crate::description::rod::STRAINS;
 use crate::error::{Checker, InvalidInput};
 use crate::model::constraint::one_sided::TAUT;
 use crate::model::constraint::{Independent, one_sided};
-use crate::model::{
-    Dynamics, Energy, Facts, Flaw, ForwardScratch, Holder, OneSided as _, SingularMass, Tied as _, Tree,
-    forward_dynamics,
-};
-use crate::numerics::lie::{Instructions, Planar, Plane, Spatial, Vector};
-use crate::numerics::linalg::{Matrix, TreeMatrix, symmetric_eigen};
+use crate::model::{Dynamics, Energy, Facts, Flaw, Holder, OneSided as _, Tied as _};
+use crate::numerics::lie::{Instructions, Plane, Vector};
+use crate::numerics::linalg::{Matrix, symmetric_eigen};
 use crate::robot::effects::actuator::plan::Line;
 use crate::robot::effects::contact::query::Touching;
 use crate::robot::effects::loops::explain::explain_redundant;
@@ -100,101 +96,6 @@ struct Mark {
     offset: Option<Vector<f64>>,
 }
 
-#[derive(Clone, Debug)]
-enum AnySweeps {
-    Planar(Sweeps<Planar<true>>),
-    Spatial(Sweeps<Spatial<true>>),
-    #[cfg(feature = "portable")]
-    PortablePlanar(Sweeps<Planar<false>>),
-    #[cfg(feature = "portable")]
-    PortableSpatial(Sweeps<Spatial<false>>),
-}
-
-impl AnySweeps {
-    /// Sweeps for a valid robot, in the given plane if any, with fused or, if they are compiled, with
-    /// portable packs.
-    fn new(robot: &Robot, plane: Option<Plane>, is_fused: bool) -> Self {
-        #[cfg(feature = "portable")]
-        if !is_fused {
-            return match plane {
-                Some(plane) => Self::PortablePlanar(Sweeps::new(compile::plan(robot, plane))),
-                None => Self::PortableSpatial(Sweeps::new(compile::plan(robot, ()))),
-            };
-        }
-        let _ = is_fused;
-        match plane {
-            Some(plane) => Self::Planar(Sweeps::new(compile::plan(robot, plane))),
-            None => Self::Spatial(Sweeps::new(compile::plan(robot, ()))),
-        }
-    }
-
-    /// Sweeps of the same kind for another robot.
-    fn with_robot(&self, robot: &Robot) -> Self {
-        match self {
-            Self::Planar(sweeps) => Self::Planar(sweeps.with_robot(robot)),
-            Self::Spatial(sweeps) => Self::Spatial(sweeps.with_robot(robot)),
-            #[cfg(feature = "portable")]
-            Self::PortablePlanar(sweeps) => Self::PortablePlanar(sweeps.with_robot(robot)),
-            #[cfg(feature = "portable")]
-            Self::PortableSpatial(sweeps) => Self::PortableSpatial(sweeps.with_robot(robot)),
-        }
-    }
-
-    /// Sweeps of the same robot with one piece per link.
-    fn taken_apart(&self, robot: &Robot) -> Self {
-        match self {
-            Self::Planar(sweeps) => Self::Planar(sweeps.taken_apart(robot)),
-            Self::Spatial(sweeps) => Self::Spatial(sweeps.taken_apart(robot)),
-            #[cfg(feature = "portable")]
-            Self::PortablePlanar(sweeps) => Self::PortablePlanar(sweeps.taken_apart(robot)),
-            #[cfg(feature = "portable")]
-            Self::PortableSpatial(sweeps) => Self::PortableSpatial(sweeps.taken_apart(robot)),
-        }
-    }
-
-    /// Copies the time of other sweeps of the same kind.
-    fn take_time(&mut self, other: &Self) {
-        match (self, other) {
-            (Self::Planar(sweeps), Self::Planar(other)) => sweeps.take_time(other),
-            (Self::Spatial(sweeps), Self::Spatial(other)) => sweeps.take_time(other),
-            #[cfg(feature = "portable")]
-            (Self::PortablePlanar(sweeps), Self::PortablePlanar(other)) => sweeps.take_time(other),
-            #[cfg(feature = "portable")]
-            (Self::PortableSpatial(sweeps), Self::PortableSpatial(other)) => sweeps.take_time(other),
-            _ => unreachable!("sweeps of one robot are of one kind"),
-        }
-    }
-
-    /// The same sweeps without skipping anything.
-    fn with_nothing_skipped(&self) -> Self {
-        match self {
-            Self::Spatial(sweeps) => Self::Spatial(Sweeps::new(sweeps.plan().clone().with_nothing_skipped())),
-            #[cfg(feature = "portable")]
-            Self::PortableSpatial(sweeps) => {
-                Self::PortableSpatial(Sweeps::new(sweeps.plan().clone().with_nothing_skipped()))
-            }
-            _ => unreachable!("in a plane, something is skipped"),
-        }
-    }
-
-    /// Whether derivatives with respect to lengths are compiled. Portable packs are only for old machines: there these derivatives
-    /// use differences of models, to keep wheels small.
-    fn follow_lengths(&self) -> bool {
-        matches!(self, Self::Planar(_) | Self::Spatial(_))
-    }
-
-    fn kernel(&self) -> Kernel {
-        match self {
-            Self::Planar(_) => Kernel::Planar,
-            Self::Spatial(_) => Kernel::Spatial,
-            #[cfg(feature = "portable")]
-            Self::PortablePlanar(_) => Kernel::Planar,
-            #[cfg(feature = "portable")]
-            Self::PortableSpatial(_) => Kernel::Spatial,
-        }
-    }
-}
-
 /// Calls a method of the sweeps, whatever their kind.
 macro_rules! on_sweeps {
     ($model:expr, $sweeps:ident => $call:expr) => {
@@ -209,7 +110,9 @@ macro_rules! on_sweeps {
     };
 }
 
+mod any_sweeps;
 mod contact;
+mod dynamics;
 mod elastic;
 mod refine;
 mod ties;
@@ -824,143 +727,4 @@ fn check_machine() -> Result<(), InvalidInput> {
     }
     let expected = "one with AVX2 and FMA, or a build with the feature `portable`";
     Err(InvalidInput::new("this machine", "one without fused multiply-add", expected))
-}
-
-impl Dynamics for RobotModel {
-    fn facts(&self) -> &Facts {
-        &self.facts
-    }
-
-    fn inverse_dynamics(&mut self, q: &[f64], qd: &[f64], qdd: &[f64], tau: &mut [f64]) {
-        let Self { sweeps, coordinates, .. } = self;
-        coordinates.forces([q, qd, qdd], tau, |state, tau| {
-            on_sweeps!(sweeps, sweeps => sweeps.inverse_dynamics(state, tau));
-        });
-    }
-
-    fn weighted_tangent(
-        &mut self,
-        q: &[f64],
-        qd: &[f64],
-        qdd: &[f64],
-        weights: [f64; 3],
-        tangent: &mut Matrix,
-    ) {
-        let Self { sweeps, coordinates, .. } = self;
-        coordinates.matrix([q, qd, qdd], tangent, |state, tangent| {
-            let tangent = Tangent::Dense(tangent);
-            on_sweeps!(sweeps, sweeps => sweeps.weighted_tangent(state, weights, tangent));
-        });
-    }
-
-    fn flaw(&mut self, q: &[f64]) -> Option<Flaw> {
-        let own = q;
-        let q = self.coordinates.only_own(q);
-        on_sweeps!(&self.sweeps, sweeps => validity::flaw(sweeps.plan(), q)).or_else(|| self.collapsed(own))
-    }
-
-    fn forward_dynamics(
-        &mut self,
-        q: &[f64],
-        qd: &[f64],
-        qdd: &mut [f64],
-        scratch: &mut ForwardScratch,
-    ) -> Result<(), SingularMass> {
-        match self.facts.constraints() {
-            0 => forward_dynamics(self, q, qd, qdd, scratch),
-            m => one_sided::accelerations(self, q, qd, qdd, &mut vec![0.0; m]),
-        }
-    }
-
-    /// Ratio of the products of both, including the factorisation.
-    fn tangent_cost(&self) -> f64 {
-        let Multiplications { residual, tangent, factorisation, .. } = self.multiplications();
-        (tangent + factorisation) as f64 / residual.max(1) as f64
-    }
-
-    /// `M = int Psi^T N Psi`, the tangent with respect to `qdd`. Symmetric to rounding, because summation by
-    /// parts is exact for the quadrature; therefore only half of it is computed.
-    fn mass_matrix(&mut self, q: &[f64], mass: &mut Matrix) {
-        let Self { sweeps, coordinates, .. } = self;
-        coordinates.matrix([q], mass, |[q], mass| {
-            on_sweeps!(sweeps, sweeps => sweeps.mass_matrix(q, Tangent::Dense(mass)));
-        });
-    }
-
-    fn tree(&self) -> Option<Tree> {
-        (self.solve == Solve::Tree).then(|| {
-            on_sweeps!(&self.sweeps, sweeps => {
-                let plan = sweeps.plan();
-                Tree { tangent: tree::tangent(plan), mass: tree::mass(plan) }
-            })
-        })
-    }
-
-    fn tree_tangent(
-        &mut self,
-        q: &[f64],
-        qd: &[f64],
-        qdd: &[f64],
-        weights: [f64; 3],
-        tangent: &mut TreeMatrix,
-    ) {
-        let tangent = Tangent::Tree(tangent);
-        on_sweeps!(&mut self.sweeps, sweeps => sweeps.weighted_tangent([q, qd, qdd], weights, tangent));
-    }
-
-    fn tree_mass_matrix(&mut self, q: &[f64], mass: &mut TreeMatrix) {
-        on_sweeps!(&mut self.sweeps, sweeps => sweeps.mass_matrix(q, Tangent::Tree(mass)));
-    }
-
-    fn energy(&mut self, q: &[f64], qd: &[f64]) -> Energy {
-        if !q.is_empty() && self.noted.is_of([q, qd]) {
-            return self.noted.energy;
-        }
-        let Self { sweeps, coordinates, .. } = self;
-        coordinates.all([q, qd], |[q, qd]| on_sweeps!(sweeps, sweeps => sweeps.energy(q, qd)))
-    }
-
-    fn dissipated_power(&mut self, q: &[f64], qd: &[f64]) -> f64 {
-        let Self { sweeps, coordinates, .. } = self;
-        coordinates.all([q, qd], |[q, qd]| on_sweeps!(sweeps, sweeps => sweeps.dissipated_power(q, qd)))
-    }
-
-    fn tip(&mut self, q: &[f64]) -> [f64; 3] {
-        let tip = self.tip_place();
-        let Self { sweeps, coordinates, .. } = self;
-        coordinates.all([q], |[q]| on_sweeps!(sweeps, sweeps => sweeps.position(q, &tip))).to_array()
-    }
-
-    /// Tips of rods; for rigid links three points around the centre of mass, at the distance of the radius of
-    /// gyration.
-    fn places(&mut self, q: &[f64], places: &mut Vec<[f64; 3]>) {
-        let Self { sweeps, coordinates, marks, .. } = self;
-        coordinates.all([q], |[q]| {
-            for mark in &**marks {
-                let position = on_sweeps!(&mut *sweeps, sweeps => sweeps.beside(q, &mark.place, mark.offset));
-                places.push(position.to_array());
-            }
-        });
-    }
-
-    /// Power of follower loads, of varying loads, of moments (a moment fixed in space has no potential), of a
-    /// moving base, and of prescribed joints.
-    fn supplied_power(&mut self, q: &[f64], qd: &[f64], qdd: &[f64]) -> f64 {
-        let state = [q, qd, qdd];
-        let power = |model: &mut Self| {
-            let Self { sweeps, coordinates, .. } = model;
-            let power = coordinates
-                .all(state, |state| on_sweeps!(&mut *sweeps, sweeps => sweeps.supplied_power(state)));
-            let of_joints = coordinates.power(state, |state, tau| {
-                on_sweeps!(&mut *sweeps, sweeps => sweeps.inverse_dynamics(state, tau));
-            });
-            power + of_joints
-        };
-        // Constraint forces do no work, but prescribed joints, a moving base and winches work against them.
-        let is_against = self.robot.is_tied_to_world() || self.facts.is_one_sided;
-        match self.coordinates.vary_in_time() || is_against {
-            true => self.with_loops_held(state, power),
-            false => power(self),
-        }
-    }
 }

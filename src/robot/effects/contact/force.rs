@@ -108,7 +108,7 @@ impl<G: Turning> CoordinateForce<G> for Touching {
             work.contact.touches.clear();
             return;
         }
-        super::narrow_phase::find(plan, work);
+        super::detection::find(plan, work);
         link(plan, &mut work.contact);
         for touch in &work.contact.touches {
             for (standing, need) in touch.sides.iter().zip(needs(plan, touch)) {

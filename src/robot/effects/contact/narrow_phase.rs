@@ -1,15 +1,12 @@
-//! Contact detection: where surfaces touch.
+//! The narrow phase of contact detection: where the surfaces of a pair touch.
 //!
 //! A rod has contact forces along its whole overlap with another surface: `int k d ds`. Between two samples
 //! of its curve, the zeros of the gap bound the overlapping part, over which Gaussian quadrature is used.
 //! Forces thus follow the ends of a contact continuously along the rod, without an influence of the nodes.
 
-use std::ops::Range;
-
-use super::curve::{self, BESIDE, LONGER, Part, Shape, expand, part};
+use super::curve::{BESIDE, Part, Shape, part};
 use super::intervals::{Gap, SAME_PLACE, changes};
-use crate::numerics::lie::{LANES, Lanes, Rotation, Sweep, Symmetric, Twist, Vector, VectorSpace};
-use crate::robot::effects::contact::broad_phase;
+use crate::numerics::lie::{LANES, Lanes, Symmetric, Twist, Vector, VectorSpace};
 use crate::robot::effects::contact::plan::{Ball, Body, Curve, Fixed, NODES, Pair, Side, WEIGHTS};
 use crate::robot::effects::contact::shapes::distance;
 use crate::robot::effects::contact::shapes::distance::Distance;
@@ -20,10 +17,11 @@ use crate::robot::effects::contact::shapes::elliptic_tube;
 use crate::robot::effects::contact::shapes::elliptic_tube::Section;
 use crate::robot::effects::contact::shapes::obstacle::{Placed, Pose, Solid};
 use crate::robot::effects::contact::shapes::touch::{Law, Meeting};
-use crate::robot::effects::contact::state::{ContactState, Span, Standing, Term, Touch};
+use crate::robot::effects::contact::state::{Span, Standing, Term, Touch};
 use crate::robot::plan::Plan;
 use crate::robot::state::Workspace;
 use crate::robot::turning::Turning;
+use std::ops::Range;
 
 /// Overlaps of less than that part of the radius of a rod need not be found: they press by as little.
 const NEGLIGIBLE: f64 = 1e-9;
@@ -32,341 +30,17 @@ const NEGLIGIBLE: f64 = 1e-9;
 const MOST_HINTS: usize = 8;
 const SAME_HINT: f64 = 0.02;
 
-/// Finds all touches of a state whose motion is up to date.
-pub(crate) fn find<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>) {
-    let mut state = std::mem::take(&mut work.contact);
-    plan.instructions.run_apart::<G::Pack, _>(Find { plan, work, state: &mut state });
-    work.contact = state;
-}
-
-/// Finds where the samples of curves, balls, bodies and solids are in a shape, and no touches.
-pub(crate) fn see<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>) {
-    let mut state = std::mem::take(&mut work.contact);
-    look(plan, work, &mut state);
-    work.contact = state;
-}
-
-/// The same, and which curves may touch anything there.
-pub(crate) fn see_near<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>) {
-    let mut state = std::mem::take(&mut work.contact);
-    look_around(plan, work, &mut state);
-    work.contact = state;
-}
-
-/// Where all surfaces are, and which curves may touch anything.
-#[inline(always)]
-fn look_around<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, state: &mut ContactState<G::Pack>) {
-    look(plan, work, state);
-    find_near(plan, work, state);
-    mark_near(plan, work, state);
-}
-
-struct Find<'a, G: Turning> {
-    plan: &'a Plan<G>,
-    work: &'a Workspace<G>,
-    state: &'a mut ContactState<G::Pack>,
-}
-
-impl<G: Turning> Sweep for Find<'_, G> {
-    type Output = ();
-
-    #[inline(always)]
-    fn call(self) {
-        let Self { plan, work, state } = self;
-        look_around(plan, work, state);
-        expand(plan, work, state);
-        let ContactState {
-            terms,
-            axes,
-            bends,
-            samples,
-            spans,
-            bounds,
-            chords,
-            is_near,
-            near,
-            near_of,
-            centres,
-            corners,
-            poses,
-            touches,
-            has_touched,
-            stiffest,
-            up_to,
-            weights,
-            polynomials,
-            ..
-        } = state;
-        touches.clear();
-        let near = Near { curves: near, of_pairs: near_of };
-        let scene = Scene {
-            plan,
-            work,
-            terms,
-            axes,
-            bends,
-            samples,
-            spans,
-            bounds,
-            chords,
-            is_near,
-            near,
-            centres,
-            corners,
-            poses,
-            stiffest,
-        };
-        let mut found = Found { touches, up_to, weights, polynomials };
-        for (p, pair) in plan.contacts.pairs.iter().enumerate() {
-            scene.meet(p, pair, &mut found);
-        }
-        *has_touched |= !found.touches.is_empty();
-    }
-}
-
-/// Where the samples of all curves are, bounds of these, centres of all balls, corners of all bodies, and axes of all solids.
-#[inline(always)]
-fn look<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, state: &mut ContactState<G::Pack>) {
-    state.is_seen.fill(false);
-    for (curve, bound) in plan.contacts.curves.iter().zip(&mut state.bounds) {
-        let piece = &plan.pieces[curve.piece];
-        let own = &mut state.samples[curve.first_sample..][..curve.samples.len()];
-        let last = own.len() - 1;
-        let mut fastest: f64 = 0.0;
-        for (nodes, node) in own[1..last].chunks_mut(LANES).zip(piece.node_packs()) {
-            let squares = work.slope[node].dot(work.slope[node]);
-            for (lane, [position, _]) in nodes.iter_mut().enumerate() {
-                *position = in_lane::<G>(plan.frame, &work.position[node], lane);
-                fastest = fastest.max(squares.lane(lane));
-            }
-        }
-        for (i, station) in [(0, piece.joined.begin), (last, piece.joined.end)] {
-            own[i][0] = G::in_space(plan.frame, work.stations[station].position);
-        }
-        let centre = own[own.len() / 2][0];
-        let (mut away, mut thickest) = (0.0_f64, 0.0_f64);
-        for ([position, _], sample) in own.iter().zip(&curve.samples) {
-            let way = *position - centre;
-            away = away.max(way.dot(way));
-            thickest = thickest.max(sample.radius);
-        }
-        let stretched = if piece.is_extensible { LONGER * fastest.sqrt() } else { 1.0 };
-        let around_samples = (centre, away.sqrt() + stretched * curve.largest_gap + thickest);
-        // A curve is as far from both of its ends together as it is long at most.
-        let around_ends = ((own[0][0] + own[last][0]) * 0.5, 0.5 * stretched * curve.length + thickest);
-        *bound = if around_ends.1 < around_samples.1 { around_ends } else { around_samples };
-    }
-    for (ball, centre) in plan.contacts.balls.iter().zip(&mut state.centres) {
-        let Some(fixture) = ball.on else {
-            *centre = ball.centre;
-            continue;
-        };
-        let Some(point) = plan.contacts.fixtures[fixture].point else {
-            *centre = pose_of(plan, work, None).place(ball.centre);
-            continue;
-        };
-        let point = &work.points[point];
-        let beside = G::rotate(&point.rotation, G::vector_of(plan.frame, ball.centre));
-        *centre = G::in_space(plan.frame, point.position + beside);
-    }
-    for body in &plan.contacts.bodies {
-        let pose = body
-            .on
-            .map_or_else(Pose::unmoved, |fixture| pose_of(plan, work, plan.contacts.fixtures[fixture].point));
-        let corners = &mut state.corners[body.first_corner..][..body.corners.len()];
-        for (corner, own) in corners.iter_mut().zip(&body.corners) {
-            *corner = pose.place(*own);
-        }
-    }
-    for (fixed, pose) in plan.contacts.solids.iter().zip(&mut state.poses) {
-        if let Some(fixture) = fixed.on {
-            *pose = pose_of(plan, work, plan.contacts.fixtures[fixture].point);
-        }
-    }
-}
-
-/// Where the axes of a point are; of none, those of the frame at rest, as a base that moves sees them.
-fn pose_of<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, point: Option<usize>) -> Pose {
-    if let Some(point) = point {
-        let point = &work.points[point];
-        return Pose {
-            rotation: G::rotation_in_space(plan.frame, &point.rotation),
-            position: G::in_space(plan.frame, point.position),
-        };
-    }
-    let (base, at_rest) = (&work.surroundings.base, &plan.world.base);
-    let seen = |axis| base.rotation.apply_transposed(at_rest.rotation.axis(axis));
-    let [position, _] = base.sees(Vector::zero(), at_rest);
-    Pose { rotation: Rotation { x: seen(0), y: seen(1), z: seen(2) }, position }
-}
-
 /// A solid where it is.
 pub(super) fn placed<'a, G: Turning>(plan: &'a Plan<G>, poses: &'a [Pose], solid: usize) -> Placed<'a> {
     let Fixed { on, solid: own } = &plan.contacts.solids[solid];
     Placed { solid: own, pose: on.map(|_| &poses[solid]) }
 }
 
-/// One of the vectors that a pack holds, in space.
-#[inline(always)]
-fn in_lane<G: Turning>(frame: G::Frame, vectors: &G::Vector<G::Pack>, lane: usize) -> Vector<f64> {
-    G::in_space(frame, G::map_vector(vectors, |pack: &G::Pack| pack.lane(lane)))
-}
-
-/// Finds the slopes of a curve at its samples, and what it and its parts lie in, unless that has been done in this state.
-pub(super) fn look_closely<G: Turning>(
-    plan: &Plan<G>,
-    slopes: &[G::Vector<G::Pack>],
-    state: &mut ContactState<G::Pack>,
-    c: usize,
-) {
-    if std::mem::replace(&mut state.is_seen[c], true) {
-        return;
-    }
-    let curve = &plan.contacts.curves[c];
-    let piece = &plan.pieces[curve.piece];
-    let own = &mut state.samples[curve.first_sample..][..curve.samples.len()];
-    let last = own.len() - 1;
-    for (nodes, node) in own[1..last].chunks_mut(LANES).zip(piece.node_packs()) {
-        for (lane, [_, slope]) in nodes.iter_mut().enumerate() {
-            *slope = in_lane::<G>(plan.frame, &slopes[node], lane) * curve.length;
-        }
-    }
-    own[0][1] = own[1][1];
-    own[last][1] = own[last - 1][1];
-    let ends = [own[0][0], own[last][0]];
-    let aside = own.iter().map(|[position, _]| distance::to_segment(*position, ends)).fold(0.0, f64::max);
-    let spans = &mut state.spans[curve.first_sample..][..last];
-    let mut widest: f64 = 0.0;
-    for ((span, seen), samples) in spans.iter_mut().zip(own.windows(2)).zip(curve.samples.windows(2)) {
-        let part = samples[1].x - samples[0].x;
-        let ends = [0, 1].map(|i| [seen[i][0], seen[i][1] * part]);
-        *span = curve::span(ends, samples[0].radius.max(samples[1].radius));
-        widest = widest.max(span.width());
-    }
-    state.chords[c] = Span::new(ends, aside + widest);
-}
-
-/// Finds the curves of rods that may touch each other.
-fn find_near<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, state: &mut ContactState<G::Pack>) {
-    let (mut near, mut near_of) = (std::mem::take(&mut state.near), std::mem::take(&mut state.near_of));
-    broad_phase::enclose(&plan.contacts, &state.bounds, &mut state.branches);
-    near.clear();
-    for (pair, of_pair) in plan.contacts.pairs.iter().zip(&mut near_of) {
-        let first = near.len();
-        if let [Side::Rod(rod), Side::Rod(other)] = &pair.sides {
-            let contacts = &plan.contacts;
-            broad_phase::gather(contacts, pair, [rod, other], &state.branches, &mut near);
-            let mut kept = first;
-            for i in first..near.len() {
-                let [c, o] = near[i];
-                look_closely(plan, &work.slope, state, c);
-                look_closely(plan, &work.slope, state, o);
-                let is_near = state.chords[c].meets(&state.chords[o])
-                    && (pair.neighbourhood == 0.0 || parts_are_near(plan, state, [c, o], pair.neighbourhood));
-                if is_near {
-                    near[kept] = [c, o];
-                    kept += 1;
-                }
-            }
-            near.truncate(kept);
-            if rod == other {
-                for i in first..kept {
-                    let [c, o] = near[i];
-                    if c != o {
-                        near.push([o, c]);
-                    }
-                }
-            }
-            near[first..].sort_unstable();
-        }
-        *of_pair = first..near.len();
-    }
-    (state.near, state.near_of) = (near, near_of);
-}
-
-/// Whether parts of two curves of a rod that are no neighbours come as near to each other as their radius. The chords of curves that
-/// follow each other always meet.
-fn parts_are_near<G: Turning>(
-    plan: &Plan<G>,
-    state: &ContactState<G::Pack>,
-    [c, o]: [usize; 2],
-    neighbourhood: f64,
-) -> bool {
-    let parts = |c: usize| {
-        let curve = &plan.contacts.curves[c];
-        let spans = &state.spans[curve.first_sample..][..curve.samples.len() - 1];
-        let radius = |index: usize| curve.samples[index].radius.max(curve.samples[index + 1].radius);
-        spans.iter().enumerate().map(move |(index, span)| (span, curve.arcs(index), radius(index)))
-    };
-    parts(c).any(|(span, [from, to], radius)| {
-        let around = span.widened(radius);
-        around.meets(&state.chords[o])
-            && parts(o).any(|(other, [begin, end], _)| {
-                !(begin < to + neighbourhood && end > from - neighbourhood) && around.meets(other)
-            })
-    })
-}
-
-/// Marks the curves that may touch anything.
-fn mark_near<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, state: &mut ContactState<G::Pack>) {
-    let ContactState { bounds, is_near, near, centres, poses, .. } = state;
-    is_near.fill(false);
-    for &[c, o] in &*near {
-        is_near[c] = true;
-        is_near[o] = true;
-    }
-    for pair in &plan.contacts.pairs {
-        let Side::Rod(curves) = &pair.sides[0] else { continue };
-        for c in curves.clone() {
-            let (centre, radius) = bounds[c];
-            match &pair.sides[1] {
-                Side::Solid(solid) => {
-                    is_near[c] |= placed(plan, poses, *solid).distance(centre).value <= radius;
-                }
-                Side::Ball(ball) => {
-                    let reach = radius + plan.contacts.balls[*ball].radius;
-                    is_near[c] |= distance::between(centre, centres[*ball]) <= reach;
-                }
-                Side::Rod(_) | Side::Body(_) => {}
-            }
-        }
-    }
-    state.is_rigid_near = plan.contacts.pairs.iter().any(|pair| is_rigid_near(plan, state, pair));
-    for c in 0..state.is_near.len() {
-        if state.is_near[c] {
-            look_closely(plan, &work.slope, state, c);
-        }
-    }
-}
-
-/// Whether a pair's ball or body is near the other side: by its own size, so that no increment of a step leads past.
-fn is_rigid_near<G: Turning>(plan: &Plan<G>, state: &ContactState<G::Pack>, pair: &Pair) -> bool {
-    let ContactState { bounds, centres, corners, poses, .. } = state;
-    let contacts = &plan.contacts;
-    let around_ball = |ball: usize| (centres[ball], 2.0 * contacts.balls[ball].radius);
-    let (centre, reach) = match &pair.sides[0] {
-        Side::Ball(ball) => around_ball(*ball),
-        Side::Body(body) => {
-            let Body { first_corner, radius, size, .. } = contacts.bodies[*body];
-            (corners[first_corner], 2.0 * (radius + size))
-        }
-        Side::Rod(_) | Side::Solid(_) => return false,
-    };
-    let is_in_reach =
-        |(other, radius): (Vector<f64>, f64)| distance::between(centre, other) <= reach + radius;
-    match &pair.sides[1] {
-        Side::Solid(solid) => placed(plan, poses, *solid).distance(centre).value <= reach,
-        Side::Ball(ball) => is_in_reach(around_ball(*ball)),
-        Side::Rod(curves) => bounds[curves.clone()].iter().copied().any(is_in_reach),
-        Side::Body(_) => true,
-    }
-}
-
 /// Curves of rods that may touch each other.
 #[derive(Clone, Copy)]
-struct Near<'a> {
-    curves: &'a [[usize; 2]],
-    of_pairs: &'a [Range<usize>],
+pub(super) struct Near<'a> {
+    pub(super) curves: &'a [[usize; 2]],
+    pub(super) of_pairs: &'a [Range<usize>],
 }
 
 impl<'a> Near<'a> {
@@ -383,31 +57,31 @@ fn others<'a>(near: &'a [[usize; 2]], curve: usize) -> impl Iterator<Item = usiz
 }
 
 /// What is known of all that may touch.
-struct Scene<'a, G: Turning> {
-    plan: &'a Plan<G>,
-    work: &'a Workspace<G>,
-    terms: &'a [Term],
-    axes: &'a [[Vector<f64>; 2]],
-    bends: &'a [f64],
-    samples: &'a [[Vector<f64>; 2]],
-    spans: &'a [Span],
-    bounds: &'a [(Vector<f64>, f64)],
-    chords: &'a [Span],
-    is_near: &'a [bool],
-    near: Near<'a>,
-    centres: &'a [Vector<f64>],
-    corners: &'a [Vector<f64>],
-    poses: &'a [Pose],
+pub(super) struct Scene<'a, G: Turning> {
+    pub(super) plan: &'a Plan<G>,
+    pub(super) work: &'a Workspace<G>,
+    pub(super) terms: &'a [Term],
+    pub(super) axes: &'a [[Vector<f64>; 2]],
+    pub(super) bends: &'a [f64],
+    pub(super) samples: &'a [[Vector<f64>; 2]],
+    pub(super) spans: &'a [Span],
+    pub(super) bounds: &'a [(Vector<f64>, f64)],
+    pub(super) chords: &'a [Span],
+    pub(super) is_near: &'a [bool],
+    pub(super) near: Near<'a>,
+    pub(super) centres: &'a [Vector<f64>],
+    pub(super) corners: &'a [Vector<f64>],
+    pub(super) poses: &'a [Pose],
     /// Largest stiffness of every pair.
-    stiffest: &'a [f64],
+    pub(super) stiffest: &'a [f64],
 }
 
 /// Where touches go.
-struct Found<'a, P> {
-    touches: &'a mut Vec<Touch>,
-    up_to: &'a mut [P],
-    weights: &'a mut [f64],
-    polynomials: &'a mut [f64],
+pub(super) struct Found<'a, P> {
+    pub(super) touches: &'a mut Vec<Touch>,
+    pub(super) up_to: &'a mut [P],
+    pub(super) weights: &'a mut [f64],
+    pub(super) polynomials: &'a mut [f64],
 }
 
 /// What a curve or a ball may meet.
@@ -468,7 +142,7 @@ impl<'a, G: Turning> Scene<'a, G> {
     }
 
     /// Finds where the two of a pair touch.
-    fn meet(&self, p: usize, pair: &Pair, found: &mut Found<'_, G::Pack>) {
+    pub(super) fn meet(&self, p: usize, pair: &Pair, found: &mut Found<'_, G::Pack>) {
         let round;
         let other = match &pair.sides[1] {
             Side::Solid(solid) => {

@@ -20,7 +20,7 @@ use crate::robot::effects::contact::shapes::distance::{
 };
 use crate::robot::effects::contact::shapes::obstacle::{Placed, Pose, Solid};
 use crate::robot::effects::contact::state::{ContactState, Noted, Span};
-use crate::robot::effects::contact::{broad_phase, narrow_phase};
+use crate::robot::effects::contact::{broad_phase, detection};
 use crate::robot::plan::Plan;
 use crate::robot::state::Workspace;
 use crate::robot::turning::Turning;
@@ -155,7 +155,7 @@ fn have_rods_crossed<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, measur
         broad_phase::gather(&plan.contacts, pair, [rod, other], &state.noted.branches, &mut near);
         near.iter().any(|&[c, o]| {
             for curve in [c, o] {
-                narrow_phase::look_closely(plan, &work.slope, &mut state, curve);
+                detection::look_closely(plan, &work.slope, &mut state, curve);
             }
             let ways = Ways { plan, q: &work.kinematics_of, contact: &state, measure };
             ways.swept(c).meets(&ways.swept(o)) && ways.have_crossed(pair, c, o)

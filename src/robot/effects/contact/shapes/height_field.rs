@@ -5,7 +5,12 @@
 //! 2001, chapter IV). Newton's method finds nearest points; a tree of bounding boxes around cells, and bounds
 //! of the squared distance in parts of cells, find the global minimum, over the rectangle and over strips beyond its edges.
 
+use super::bernstein::{
+    DEGREE, VALUES, bernstein, continued, differences, halves, part_of, squared, squared_line,
+    through_thirds, transposed,
+};
 use super::distance::Distance;
+use super::spline::{bounds, coefficients_of, weights};
 use crate::numerics::lie::{Rotation, Symmetric, Vector};
 
 /// Maximum number of Newton steps, and of halvings of one step.
@@ -59,12 +64,6 @@ pub(crate) struct HeightField {
     steepest: f64,
     most_bent: f64,
 }
-
-/// Degree of half the squared distance in each coordinate, twice that of the surface.
-const DEGREE: usize = 6;
-
-/// Number of its coefficients in each coordinate.
-const VALUES: usize = DEGREE + 1;
 
 /// Its mixed second derivatives are 6 x 6 times the differences of coefficients, those along an axis 6 x 5
 /// times.
@@ -586,176 +585,9 @@ fn children([i, j]: [usize; 2], [rows, columns]: [usize; 2]) -> impl Iterator<It
     all.filter(move |child| child[0] < rows && child[1] < columns)
 }
 
-/// Bounds of slopes and second derivatives of a spline, from its coefficients.
-fn bounds(coefficients: &[f64], [rows, columns]: [usize; 2], [dx, dy]: [f64; 2]) -> [f64; 2] {
-    let c = |i: usize, j: usize| coefficients[i * columns + j];
-    let mut most = [0.0_f64; 5];
-    let mut note = |k: usize, value: f64| most[k] = most[k].max(value.abs());
-    for i in 0..rows {
-        for j in 0..columns {
-            if i > 0 {
-                note(0, (c(i, j) - c(i - 1, j)) / dx);
-            }
-            if j > 0 {
-                note(1, (c(i, j) - c(i, j - 1)) / dy);
-            }
-            if i > 1 {
-                note(2, (c(i, j) - 2.0 * c(i - 1, j) + c(i - 2, j)) / (dx * dx));
-            }
-            if j > 1 {
-                note(3, (c(i, j) - 2.0 * c(i, j - 1) + c(i, j - 2)) / (dy * dy));
-            }
-            if i > 0 && j > 0 {
-                note(4, (c(i, j) - c(i - 1, j) - c(i, j - 1) + c(i - 1, j - 1)) / (dx * dy));
-            }
-        }
-    }
-    [most[0].hypot(most[1]), most[2].max(most[3]) + most[4]]
-}
-
-/// Coefficients of the natural cubic spline through values, with one more at each end.
-fn coefficients_of(values: &[f64]) -> Vec<f64> {
-    let n = values.len();
-    let mut own = vec![0.0; n + 2];
-    own[1..=n].copy_from_slice(values);
-    // In the interior `c[i-1] + 4 c[i] + c[i+1] = 6 h[i]`; at the ends the second derivative is zero, and `c
-    // = h`.
-    let mut factors = vec![0.0; n];
-    for i in 1..n.saturating_sub(1) {
-        let pivot = 4.0 - factors[i - 1];
-        factors[i] = 1.0 / pivot;
-        own[i + 1] = (6.0 * values[i] - own[i]) / pivot;
-    }
-    for i in (1..n.saturating_sub(1)).rev() {
-        own[i + 1] -= factors[i] * own[i + 2];
-    }
-    own[0] = 2.0 * own[1] - own[2];
-    own[n + 1] = 2.0 * own[n] - own[n - 1];
-    own
-}
-
-/// Weights of four cubic B-splines at a fraction of a cell, and their derivatives; linear beyond the cell.
-fn weights(x: f64) -> [[f64; 4]; 3] {
-    let t = x.clamp(0.0, 1.0);
-    let s = 1.0 - t;
-    let mut values = [
-        s * s * s / 6.0,
-        2.0 / 3.0 - t * t + 0.5 * t * t * t,
-        2.0 / 3.0 - s * s + 0.5 * s * s * s,
-        t * t * t / 6.0,
-    ];
-    let slopes = [-0.5 * s * s, -2.0 * t + 1.5 * t * t, 2.0 * s - 1.5 * s * s, 0.5 * t * t];
-    if x == t {
-        return [values, slopes, [s, 3.0 * t - 2.0, 3.0 * s - 2.0, t]];
-    }
-    for (value, slope) in values.iter_mut().zip(slopes) {
-        *value += (x - t) * slope;
-    }
-    [values, slopes, [0.0; 4]]
-}
-
-/// Bernstein coefficients of the cubic with these values at 0, 1/3, 2/3 and 1.
-fn through_thirds([a, b, c, d]: [f64; 4]) -> [f64; 4] {
-    [a, (-5.0 * a + 18.0 * b - 9.0 * c + 2.0 * d) / 6.0, (2.0 * a - 9.0 * b + 18.0 * c - 5.0 * d) / 6.0, d]
-}
-
-/// Converts the B-spline coefficients of a cubic to Bernstein coefficients.
-fn bernstein([a, b, c, d]: [f64; 4]) -> [f64; 4] {
-    [(a + 4.0 * b + c) / 6.0, (2.0 * b + c) / 3.0, (b + 2.0 * c) / 3.0, (b + 4.0 * c + d) / 6.0]
-}
-
-/// Bernstein coefficients of the tangent of a cubic at one of its ends, over a width beyond this end in lengths of the cubic.
-fn continued(line: [f64; 4], side: usize, width: f64) -> [f64; 4] {
-    let [start, rise] = match side {
-        0 => [line[0] - width * 3.0 * (line[1] - line[0]), line[1] - line[0]],
-        _ => [line[3], line[3] - line[2]],
-    };
-    std::array::from_fn(|k| start + k as f64 * width * rise)
-}
-
 /// Distance of a number from an interval.
 fn apart(x: f64, [low, high]: [f64; 2]) -> f64 {
     (low - x).max(x - high).max(0.0)
-}
-
-/// Bernstein coefficients of a part of a surface: along each axis from one fraction to another one.
-fn part_of(heights: &[[f64; 4]; 4], [rows, columns]: [[f64; 2]; 2]) -> [[f64; 4]; 4] {
-    let along_columns = heights.map(|row| part_of_line(row, columns));
-    transposed(transposed(along_columns).map(|column| part_of_line(column, rows)))
-}
-
-/// The same of a cubic, by its blossom (Ramshaw 1989, "Blossoms are polar forms").
-fn part_of_line(line: [f64; 4], [from, to]: [f64; 2]) -> [f64; 4] {
-    std::array::from_fn(|k| {
-        let mut values = line;
-        for round in 0..3 {
-            let x = if round < k { to } else { from };
-            for i in 0..3 - round {
-                values[i] += x * (values[i + 1] - values[i]);
-            }
-        }
-        values[0]
-    })
-}
-
-fn transposed<const N: usize, const M: usize>(rows: [[f64; N]; M]) -> [[f64; M]; N] {
-    std::array::from_fn(|j| std::array::from_fn(|i| rows[i][j]))
-}
-
-/// Differences of successive rows of a table.
-fn differences<const N: usize, const M: usize, const FEWER: usize>(
-    rows: &[[f64; N]; M],
-) -> [[f64; N]; FEWER] {
-    std::array::from_fn(|i| std::array::from_fn(|k| rows[i + 1][k] - rows[i][k]))
-}
-
-/// Bernstein coefficients of the square of a surface with these ones (Farouki and Rajan 1988, "Algorithms for
-/// polynomials in Bernstein form", section 3).
-fn squared(heights: &[[f64; 4]; 4]) -> [[f64; VALUES]; VALUES] {
-    const CUBIC: [f64; 4] = [1.0, 3.0, 3.0, 1.0];
-    const SEXTIC: [f64; VALUES] = [1.0, 6.0, 15.0, 20.0, 15.0, 6.0, 1.0];
-    let weighted: [[f64; 4]; 4] =
-        std::array::from_fn(|i| std::array::from_fn(|j| CUBIC[i] * CUBIC[j] * heights[i][j]));
-    let mut square = [[0.0; VALUES]; VALUES];
-    for (i, row) in weighted.iter().enumerate() {
-        for (k, other) in weighted.iter().enumerate() {
-            for (j, a) in row.iter().enumerate() {
-                for (l, b) in other.iter().enumerate() {
-                    square[i + k][j + l] += a * b;
-                }
-            }
-        }
-    }
-    for (row, of_row) in square.iter_mut().zip(SEXTIC) {
-        row.iter_mut().zip(SEXTIC).for_each(|(value, of_column)| *value /= of_row * of_column);
-    }
-    square
-}
-
-/// The same coefficients of the square of a line with these values at its ends.
-fn squared_line([a, b]: [f64; 2]) -> [f64; VALUES] {
-    let degree = DEGREE as f64;
-    std::array::from_fn(|k| {
-        let (k, left) = (k as f64, degree - k as f64);
-        (left * (left - 1.0) * a * a + 2.0 * k * left * a * b + k * (k - 1.0) * b * b)
-            / (degree * (degree - 1.0))
-    })
-}
-
-/// Bernstein coefficients along the columns for both halves (de Casteljau).
-fn halves<const N: usize>(rows: &[[f64; N]; N]) -> [[[f64; N]; N]; 2] {
-    let mut ends = [*rows; 2];
-    let mut left = *rows;
-    for k in 1..N {
-        for i in 0..N - k {
-            for column in 0..N {
-                left[i][column] = 0.5 * (left[i][column] + left[i + 1][column]);
-            }
-        }
-        ends[0][k] = left[0];
-        ends[1][N - 1 - k] = left[N - 1 - k];
-    }
-    ends
 }
 
 /// Second derivative of the distance of a point from a surface with this slope and second fundamental form at

@@ -1,5 +1,6 @@
 //! Shapes of obstacles, and distances of curves and bodies to them.
 
+mod bernstein;
 pub(crate) mod convex_mesh;
 pub(crate) mod distance;
 pub(crate) mod edge;
@@ -7,4 +8,5 @@ pub(crate) mod ellipse;
 pub(crate) mod elliptic_tube;
 pub(crate) mod height_field;
 pub(crate) mod obstacle;
+mod spline;
 pub(crate) mod touch;

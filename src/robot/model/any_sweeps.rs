@@ -1,0 +1,102 @@
+//! The sweeps of a robot, whatever they are compiled for.
+
+use crate::numerics::lie::{Planar, Plane, Spatial};
+use crate::robot::choice::Kernel;
+use crate::robot::compile;
+use crate::robot::description::Robot;
+use crate::robot::sweeps::Sweeps;
+
+#[derive(Clone, Debug)]
+pub(super) enum AnySweeps {
+    Planar(Sweeps<Planar<true>>),
+    Spatial(Sweeps<Spatial<true>>),
+    #[cfg(feature = "portable")]
+    PortablePlanar(Sweeps<Planar<false>>),
+    #[cfg(feature = "portable")]
+    PortableSpatial(Sweeps<Spatial<false>>),
+}
+
+impl AnySweeps {
+    /// Sweeps for a valid robot, in the given plane if any, with fused or, if they are compiled, with
+    /// portable packs.
+    pub(super) fn new(robot: &Robot, plane: Option<Plane>, is_fused: bool) -> Self {
+        #[cfg(feature = "portable")]
+        if !is_fused {
+            return match plane {
+                Some(plane) => Self::PortablePlanar(Sweeps::new(compile::plan(robot, plane))),
+                None => Self::PortableSpatial(Sweeps::new(compile::plan(robot, ()))),
+            };
+        }
+        let _ = is_fused;
+        match plane {
+            Some(plane) => Self::Planar(Sweeps::new(compile::plan(robot, plane))),
+            None => Self::Spatial(Sweeps::new(compile::plan(robot, ()))),
+        }
+    }
+
+    /// Sweeps of the same kind for another robot.
+    pub(super) fn with_robot(&self, robot: &Robot) -> Self {
+        match self {
+            Self::Planar(sweeps) => Self::Planar(sweeps.with_robot(robot)),
+            Self::Spatial(sweeps) => Self::Spatial(sweeps.with_robot(robot)),
+            #[cfg(feature = "portable")]
+            Self::PortablePlanar(sweeps) => Self::PortablePlanar(sweeps.with_robot(robot)),
+            #[cfg(feature = "portable")]
+            Self::PortableSpatial(sweeps) => Self::PortableSpatial(sweeps.with_robot(robot)),
+        }
+    }
+
+    /// Sweeps of the same robot with one piece per link.
+    pub(super) fn taken_apart(&self, robot: &Robot) -> Self {
+        match self {
+            Self::Planar(sweeps) => Self::Planar(sweeps.taken_apart(robot)),
+            Self::Spatial(sweeps) => Self::Spatial(sweeps.taken_apart(robot)),
+            #[cfg(feature = "portable")]
+            Self::PortablePlanar(sweeps) => Self::PortablePlanar(sweeps.taken_apart(robot)),
+            #[cfg(feature = "portable")]
+            Self::PortableSpatial(sweeps) => Self::PortableSpatial(sweeps.taken_apart(robot)),
+        }
+    }
+
+    /// Copies the time of other sweeps of the same kind.
+    pub(super) fn take_time(&mut self, other: &Self) {
+        match (self, other) {
+            (Self::Planar(sweeps), Self::Planar(other)) => sweeps.take_time(other),
+            (Self::Spatial(sweeps), Self::Spatial(other)) => sweeps.take_time(other),
+            #[cfg(feature = "portable")]
+            (Self::PortablePlanar(sweeps), Self::PortablePlanar(other)) => sweeps.take_time(other),
+            #[cfg(feature = "portable")]
+            (Self::PortableSpatial(sweeps), Self::PortableSpatial(other)) => sweeps.take_time(other),
+            _ => unreachable!("sweeps of one robot are of one kind"),
+        }
+    }
+
+    /// The same sweeps without skipping anything.
+    pub(super) fn with_nothing_skipped(&self) -> Self {
+        match self {
+            Self::Spatial(sweeps) => Self::Spatial(Sweeps::new(sweeps.plan().clone().with_nothing_skipped())),
+            #[cfg(feature = "portable")]
+            Self::PortableSpatial(sweeps) => {
+                Self::PortableSpatial(Sweeps::new(sweeps.plan().clone().with_nothing_skipped()))
+            }
+            _ => unreachable!("in a plane, something is skipped"),
+        }
+    }
+
+    /// Whether derivatives with respect to lengths are compiled. Portable packs are only for old machines: there these derivatives
+    /// use differences of models, to keep wheels small.
+    pub(super) fn follow_lengths(&self) -> bool {
+        matches!(self, Self::Planar(_) | Self::Spatial(_))
+    }
+
+    pub(super) fn kernel(&self) -> Kernel {
+        match self {
+            Self::Planar(_) => Kernel::Planar,
+            Self::Spatial(_) => Kernel::Spatial,
+            #[cfg(feature = "portable")]
+            Self::PortablePlanar(_) => Kernel::Planar,
+            #[cfg(feature = "portable")]
+            Self::PortableSpatial(_) => Kernel::Spatial,
+        }
+    }
+}
