@@ -5,9 +5,9 @@ from matplotlib import colormaps
 from mpl_toolkits.mplot3d import Axes3D
 from numpy.typing import NDArray
 
-from lissom.contact_marks import ground
-from lissom.contacts import Box, Capsule, ConvexMesh, HalfSpace, HeightField, Sphere
-from lissom.views import Link, Solid, View
+from lissom.model.contacts import Box, Capsule, ConvexMesh, HalfSpace, HeightField, Sphere
+from lissom.model.glyphs.contacts import ground
+from lissom.model.views import Link, Solid, View
 
 Array = NDArray[np.float64]
 

@@ -6,7 +6,7 @@ from numpy.testing import assert_allclose
 
 import lissom
 from lissom import Along, Link, Tendon, Via
-from lissom.actuator_marks import actuator_marks
+from lissom.model.glyphs.actuators import actuator_marks
 
 POINT = (0.1, 0.3, 0.5)
 ROD = lissom.Segment(

@@ -18,8 +18,10 @@ import pytest
 import xarray
 
 import lissom
-from lissom import cli, files, folders, report, results, studies
-from lissom.interruption import SAVING, Interruption
+from lissom import cli
+from lissom.common.interruption import SAVING, Interruption
+from lissom.drawing import report
+from lissom.results import files, folders, runs, studies
 
 SCENES = Path(__file__).parents[3] / "scenes"
 
@@ -195,8 +197,8 @@ def test_energies_that_are_not_wanted_are_not_computed(scene, tmp_path):
     assert re.search(r"velocity +at no cost\n", done.stdout)
 
     loaded = lissom.Scene.load(path)
-    run = results.Run(loaded, loaded.run())
-    numbers = results.statistics(run)
+    run = runs.Run(loaded, loaded.run())
+    numbers = runs.statistics(run)
     report.build(run)
     assert numbers["energy_drift"] is numbers["energy_moved_joules"] is None
     assert "balance" not in vars(run), "nobody asked for it"
@@ -425,7 +427,7 @@ def test_messages_speak_of_keys_of_the_scene():
     class Motion:
         message = "Reduce `dt` or use adaptive steps; loosen `rtol`, or ask for fewer times with `t_eval`."
 
-    run = results.Run(lissom.Scene.loads(WIRE), Motion())
+    run = runs.Run(lissom.Scene.loads(WIRE), Motion())
     said = "Reduce `dt` or use adaptive steps; loosen `rtol`, or ask for fewer times with `output.dt`."
     assert run.message == said
 
@@ -498,7 +500,7 @@ EARLY = (
     "numpy._core.multiarray",
     "numpy.linalg",
     "lissom._lissom",
-    "lissom.views",
+    "lissom.model.views",
 )
 
 
@@ -522,7 +524,7 @@ def test_ctrl_c_while_saving_loses_nothing(command, scene, tmp_path):
 
 
 def test_ctrl_c_keeps_the_parts_that_are_done(tmp_path):
-    program = "from lissom import cli; from lissom.evidence import lab; import os, signal\n"
+    program = "from lissom import cli; from lissom.cli.evidence import lab; import os, signal\n"
     program += "lab.PARTS['pendulum'] = lambda: os.kill(os.getpid(), signal.SIGINT)\n"
     program += "from lissom.__main__ import main; main()"
     command = [sys.executable, "-c", program, "lab", "-o", "lab"]

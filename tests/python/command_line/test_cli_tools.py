@@ -15,7 +15,7 @@ from click.testing import CliRunner
 
 import lissom
 from lissom import cli
-from lissom.advice import advice
+from lissom.analysis.advice import advice
 from lissom.cli import doctor, new
 
 KINDS = list(new.KINDS)

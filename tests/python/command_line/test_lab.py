@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from tqdm import tqdm
 
-from lissom.evidence import lab
-from lissom.evidence.lab import part, pendulum, rod, roots
+from lissom.cli.evidence import lab
+from lissom.cli.evidence.lab import part, pendulum, rod, roots
 
 
 @pytest.fixture(scope="module")

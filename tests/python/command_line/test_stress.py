@@ -8,10 +8,10 @@ from click.testing import CliRunner
 
 import lissom
 from lissom.cli import commands
+from lissom.cli.evidence import stress
+from lissom.cli.evidence.stress import judge, rods, table
+from lissom.cli.evidence.stress.cell import KINDS, Cell, Outcome
 from lissom.cli.exits import REGRESSED
-from lissom.evidence import stress
-from lissom.evidence.stress import judge, rods, table
-from lissom.evidence.stress.cell import KINDS, Cell, Outcome
 
 
 @pytest.fixture(scope="module")

@@ -13,10 +13,10 @@ from scipy.linalg import eigh
 from scipy.special import ellipeinc, ellipkinc, jn_zeros, jv
 
 from lissom.cli import commands
-from lissom.evidence import validation
-from lissom.evidence.validation import exact, peers, table
-from lissom.evidence.validation import pages as report
-from lissom.evidence.validation.case import Answer, Package, Plot
+from lissom.cli.evidence import validation
+from lissom.cli.evidence.validation import exact, peers, table
+from lissom.cli.evidence.validation import pages as report
+from lissom.cli.evidence.validation.case import Answer, Package, Plot
 
 DOCS = Path(__file__).parents[3] / "docs" / "validation.md"
 CASES = {case.name: case for case in validation.CASES}

@@ -4,10 +4,10 @@ import numpy as np
 
 import lissom
 from lissom import Along, Chamber, Input, Motor, Tendon, Via
-from lissom.actuator_marks import actuator_marks
-from lissom.report import actuators as drawing
-from lissom.report.layers import Shown
-from lissom.views import view
+from lissom.drawing.report import actuators as drawing
+from lissom.drawing.report.layers import Shown
+from lissom.model.glyphs.actuators import actuator_marks
+from lissom.model.views import view
 
 SOFT = lissom.Segment(0.2, 0.01, 1e6, 4e5, 1000.0, modes={"bend_y": 3, "bend_z": 3, "stretch": 1})
 

@@ -19,10 +19,10 @@ from lissom import (
     Robot,
     Sphere,
 )
-from lissom.advice import about_impacts, impact_time
-from lissom.contact_marks import contact_marks
-from lissom.report import contacts, layers
-from lissom.report.layers import Arrows, Dots, Line, Shown, Solid, Strand
+from lissom.analysis.advice import about_impacts, impact_time
+from lissom.drawing.report import contacts, layers
+from lissom.drawing.report.layers import Arrows, Dots, Line, Shown, Solid, Strand
+from lissom.model.glyphs.contacts import contact_marks
 
 SCENES = Path(__file__).parents[3] / "scenes"
 
@@ -181,7 +181,7 @@ def test_reports_of_scenes_with_contact_plot_its_force(tmp_path):
     made = lissom.Scene.load(SCENES / "falling_rod.toml")
     motion = made.run(t_end=0.3, t_eval=None)
     path = tmp_path / "report.html"
-    lissom.report.write_result(motion, path)
+    lissom.drawing.report.write_result(motion, path)
     page = path.read_text()
     for wanted in (
         "that the second surface of floor exerts",
@@ -191,7 +191,7 @@ def test_reports_of_scenes_with_contact_plot_its_force(tmp_path):
         assert wanted in page
     # A model without contacts has no such section.
     (single,) = [lissom.Segment(0.1, 0.01, 1e6, poisson_ratio=0.4, density=1000, modes={"bend_y": 1})]
-    lissom.report.write_result(lissom.simulate(lissom.Rod([single]), 0.05), path)
+    lissom.drawing.report.write_result(lissom.simulate(lissom.Rod([single]), 0.05), path)
     assert "that the second surface of" not in path.read_text()
 
 

@@ -19,13 +19,13 @@ from lissom import (
     Spherical,
     Universal,
     Weld,
-    report,
 )
-from lissom.loop_marks import ROWS, loop_marks
-from lissom.report import layers, loops
-from lissom.report.layers import Shown
-from lissom.results import Made
-from lissom.views import view
+from lissom.drawing import report
+from lissom.drawing.report import layers, loops
+from lissom.drawing.report.layers import Shown
+from lissom.model.glyphs.loops import ROWS, loop_marks
+from lissom.model.views import view
+from lissom.results.runs import Made
 
 TURNED = (0.8, 0.0, 0.6, 0.0)
 KINDS = {

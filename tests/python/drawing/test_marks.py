@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import lissom
-from lissom.marks import marks, value_at
+from lissom.model.glyphs import marks, value_at
 
 SOFT = lissom.Segment(
     0.2, 0.01, 3e5, poisson_ratio=0.4, density=1000, modes={"torsion": 1, "bend_y": 2, "bend_z": 2}

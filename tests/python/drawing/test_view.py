@@ -13,18 +13,18 @@ import numpy as np
 import pytest
 
 import lissom
-from lissom import live
-from lissom.live import gate, meshes, messages
-from lissom.live.controls import STRONGEST, readout
-from lissom.live.motion import HELD, HELD_WHILE_PULLED, Motion
-from lissom.live.playback import PATIENCE, Playback
-from lissom.live.server import LiveView
-from lissom.live.shape import SHADE, Shape
-from lissom.live.sliders import sliders
-from lissom.live.trace import PLACES, Trace
-from lissom.report import quantities
-from lissom.report.layers import Arrows, Solid, Strand, Tube
-from lissom.views import view
+from lissom.drawing import live
+from lissom.drawing.live import gate, meshes, messages
+from lissom.drawing.live.controls import STRONGEST, readout
+from lissom.drawing.live.motion import HELD, HELD_WHILE_PULLED, Motion
+from lissom.drawing.live.playback import PATIENCE, Playback
+from lissom.drawing.live.server import LiveView
+from lissom.drawing.live.shape import SHADE, Shape
+from lissom.drawing.live.sliders import sliders
+from lissom.drawing.live.trace import PLACES, Trace
+from lissom.drawing.report import quantities
+from lissom.drawing.report.layers import Arrows, Solid, Strand, Tube
+from lissom.model.views import view
 
 SOFT = lissom.Segment(0.3, 0.01, 1e6, 4e5, 1000.0, modes={"bend_y": 3, "bend_z": 3}, retardation_time=0.02)
 UPPER = lissom.Tendon("upper", [lissom.Along("rod", (0.0, 0.008))], tension=lissom.Input("upper", 0.5))

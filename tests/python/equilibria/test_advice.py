@@ -8,10 +8,10 @@ from click.testing import CliRunner
 from numpy.testing import assert_allclose
 
 import lissom
-from lissom import advice as words
 from lissom import cli
-from lissom.advice import advice
-from lissom.views import view
+from lissom.analysis import advice as words
+from lissom.analysis.advice import advice
+from lissom.model.views import view
 
 SCENES = Path(__file__).parents[3] / "scenes"
 

@@ -7,7 +7,7 @@ import threading
 
 import pytest
 
-from lissom import disk
+from lissom.common import disk
 
 
 def test_files_are_replaced_as_a_whole(tmp_path):

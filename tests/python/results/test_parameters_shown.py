@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 import lissom
-from lissom.report import page
-from lissom.report.parameters import build
+from lissom.drawing.report import page
+from lissom.drawing.report.parameters import build
 
 mpl.use("Agg")
 

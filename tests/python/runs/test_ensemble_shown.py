@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 
 import lissom
-from lissom.report import page, plots
-from lissom.report.ensembles import build
-from lissom.spread import quantiles
+from lissom.analysis.quantiles import quantiles
+from lissom.drawing.report import page, plots
+from lissom.drawing.report.ensembles import build
 
 mpl.use("Agg")
 

@@ -55,8 +55,10 @@ def test_states_are_those_of_simulate():
 def test_runs_and_gradients_of_a_batch_are_those_one_by_one(monkeypatch):
     run = lissom.jax.simulation(finger(), 0.2, NAMES, t=[0.2])
     calls = []
-    many = lissom.pullbacks.simulate_many
-    monkeypatch.setattr(lissom.pullbacks, "simulate_many", lambda *a, **k: calls.append(1) or many(*a, **k))
+    many = lissom.analysis.pullbacks.simulate_many
+    monkeypatch.setattr(
+        lissom.analysis.pullbacks, "simulate_many", lambda *a, **k: calls.append(1) or many(*a, **k)
+    )
 
     def tip(gravity, q0):
         return run(values(gravity), q0, V0)[1][0, 0]

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import lissom
-from lissom import fits
+from lissom.analysis import fits
 
 FINGER = {"modes": {"bend_y": 2}, "retardation_time": 0.02}
 RIGHT = {
@@ -108,7 +108,7 @@ def test_starts_and_places():
     ],
 )
 def test_bad_input_is_refused_before_the_first_run(changes, message, monkeypatch):
-    from lissom import measurements
+    from lissom.analysis import measurements
 
     monkeypatch.setattr(measurements, "sensitivity", None)
     arguments = {"data": ([0.1, 0.2], np.zeros((2, 3))), "parameters": {"segments[0].radius": 0.01}} | changes
@@ -258,7 +258,7 @@ def test_values_at_a_bound_are_named():
 
 @pytest.mark.parametrize("kind", [lissom.LissomError, ValueError])
 def test_trial_runs_that_fail_turn_the_search_back(kind, monkeypatch):
-    from lissom import measurements
+    from lissom.analysis import measurements
 
     sensitivity = measurements.sensitivity
 

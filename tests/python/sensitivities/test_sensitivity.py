@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import lissom
-from lissom.parameters import model_with, value_of
+from lissom.analysis.parameters import model_with, value_of
 
 TIGHT = {"rtol": 1e-13, "atol": 1e-13}
 
@@ -43,7 +43,7 @@ NAMES = [
 
 def by_differences(model, name, states, **options):
     """Fourth-order central differences of complete runs; the step balances truncation and rounding."""
-    from lissom.parameters import START, model_with, value_of
+    from lissom.analysis.parameters import START, model_with, value_of
 
     start = START.fullmatch(name)
     value = 0.0 if start else value_of(model, name)
@@ -246,7 +246,7 @@ def test_rotations_in_space(name, options):
         if which:
             begin[which][index] += change
         else:
-            from lissom.parameters import model_with, value_of
+            from lissom.analysis.parameters import model_with, value_of
 
             moved = model_with(model, {name: value_of(model, name) * (1.0 + change)})
         return lissom.simulate(moved, **(span | begin), **options, **TIGHT).q
@@ -254,7 +254,7 @@ def test_rotations_in_space(name, options):
     step = 1e-3
     expected = (run(-2 * step) - 8 * run(-step) + 8 * run(step) - run(2 * step)) / (12 * step)
     if not which:
-        from lissom.parameters import value_of
+        from lissom.analysis.parameters import value_of
 
         expected /= value_of(model, name)
     assert np.abs(found.dq[..., 0] - expected).max() < 1e-7 * np.abs(expected).max()

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import lissom
-from lissom.parameters import START, model_with, value_of
+from lissom.analysis.parameters import START, model_with, value_of
 from reference.radau import run
 
 #: Accuracy of the differences, relative to the largest.

@@ -75,7 +75,7 @@ def test_derivatives_with_respect_to_inputs_are_those_of_whole_runs(options):
     "name", ["link[0].rod.segment[0].young_modulus", "link[0].rod.segment[0].radius", "link[0].joint.damping"]
 )
 def test_other_parameters_are_differentiated_under_the_inputs(name):
-    from lissom.parameters import model_with, value_of
+    from lissom.analysis.parameters import model_with, value_of
 
     model = arm()
     found = lissom.sensitivity(model, 0.123, [name], u=U, control_step=0.035, **TIGHT)

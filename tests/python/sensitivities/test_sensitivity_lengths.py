@@ -5,7 +5,7 @@ import pytest
 
 import lissom
 from lissom._lissom import machine
-from lissom.parameters import model_with, resolved, value_of
+from lissom.analysis.parameters import model_with, resolved, value_of
 
 TIGHT = {"rtol": 1e-13, "atol": 1e-13}
 

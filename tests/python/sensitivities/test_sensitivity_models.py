@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import lissom
-from lissom.parameters import model_with, value_of
+from lissom.analysis.parameters import model_with, value_of
 
 TIGHT = {"rtol": 1e-13, "atol": 1e-13}
 

@@ -18,9 +18,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import lissom
+from lissom.analysis.sweeps import executors
+from lissom.analysis.sweeps.source import source_of
 from lissom.cli.sweep import Over
-from lissom.sweeps import executors, paths
-from lissom.sweeps.source import source_of
+from lissom.model import paths
 
 SCENES = Path(__file__).parents[3] / "scenes"
 E = "rod[0].segment[0].young_modulus"
@@ -207,7 +208,7 @@ REFUSED = {
 
 @pytest.mark.parametrize(("parameters", "message"), REFUSED.values(), ids=REFUSED)
 def test_what_makes_no_sense_is_refused_before_the_first_run(parameters, message, tmp_path, monkeypatch):
-    monkeypatch.setattr("lissom.sweeps.run_points", pytest.fail)
+    monkeypatch.setattr("lissom.analysis.sweeps.run_points", pytest.fail)
     with pytest.raises(ValueError, match=message):
         lissom.sweep(scene(), parameters, store=tmp_path / "store")
     assert not (tmp_path / "store").exists()
@@ -243,7 +244,7 @@ def test_a_store_is_gone_on_with_and_nothing_is_made_twice(tmp_path, monkeypatch
     values, store = np.linspace(5e5, 2e6, 12), tmp_path / "store.zarr"
     whole = lissom.sweep(scene(), {E: values})
     made = []
-    real = lissom.sweeps.run_points
+    real = lissom.analysis.sweeps.run_points
 
     def counted(source, points, wants):
         made.extend(point[E] for point in points)
@@ -252,10 +253,10 @@ def test_a_store_is_gone_on_with_and_nothing_is_made_twice(tmp_path, monkeypatch
             raise KeyboardInterrupt
         return real(source, points, wants)
 
-    for module in ("lissom.sweeps", "lissom.sweeps.executors"):
+    for module in ("lissom.analysis.sweeps", "lissom.analysis.sweeps.executors"):
         monkeypatch.setattr(f"{module}.run_points", counted)
     # Tasks of one point each.
-    monkeypatch.setattr("lissom.sweeps.executors.TASK", 0.0)
+    monkeypatch.setattr("lissom.analysis.sweeps.executors.TASK", 0.0)
     with pytest.raises(KeyboardInterrupt) as caught:
         lissom.sweep(scene(), {E: values}, store=store)
     partly = caught.value.result
@@ -264,11 +265,11 @@ def test_a_store_is_gone_on_with_and_nothing_is_made_twice(tmp_path, monkeypatch
     assert np.isnan(partly.q[6:]).all()
     again = []
     monkeypatch.setattr(
-        "lissom.sweeps.executors.run_points",
+        "lissom.analysis.sweeps.executors.run_points",
         lambda source, points, wants: again.extend(p[E] for p in points) or real(source, points, wants),
     )
     monkeypatch.setattr(
-        "lissom.sweeps.run_points",
+        "lissom.analysis.sweeps.run_points",
         lambda source, points, wants: again.extend(p[E] for p in points) or real(source, points, wants),
     )
     found = lissom.sweep(scene(), {E: values}, store=store)
@@ -590,7 +591,9 @@ def test_chunks_take_about_a_second_and_are_shared_at_the_end():
 
 
 def test_without_xarray_or_zarr_the_extra_is_named(monkeypatch):
-    monkeypatch.setattr("lissom.sweeps.missing", lambda *names: [name for name in names if name == "zarr"])
+    monkeypatch.setattr(
+        "lissom.analysis.sweeps.missing", lambda *names: [name for name in names if name == "zarr"]
+    )
     with pytest.raises(ImportError, match=r"zarr: pip install 'lissom\[sweep\]'"):
         lissom.sweep(scene(), {E: [1e6]}, store="somewhere")
 

@@ -24,15 +24,24 @@ HEAVY = {
 }
 #: What only the commands that draw, write or differentiate need.
 OF_OTHERS = {
-    *(f"lissom.{name}" for name in ("equilibria", "fits", "keeping", "linear", "materials", "measurements")),
-    *(f"lissom.{name}" for name in ("parameters", "pictures", "records", "sensitivities", "studies")),
     *(
-        f"lissom.{name}"
-        for name in ("sweeps", "targets", "urdf", "vtk", "live", "gym", "sensors", "evidence")
+        f"lissom.analysis.{name}"
+        for name in (
+            "equilibria",
+            "fits",
+            "linear",
+            "materials",
+            "measurements",
+            "parameters",
+            "sensitivities",
+        )
     ),
+    *(f"lissom.results.{name}" for name in ("io", "records", "studies", "vtk")),
+    *(f"lissom.{name}" for name in ("analysis.sweeps", "model.targets", "urdf", "gym", "sensors")),
+    *(f"lissom.{name}" for name in ("drawing.pictures", "drawing.live", "cli.evidence")),
 }
 OF_DRAWINGS = {
-    *(f"lissom.{name}" for name in ("marks", "links", "loops", "actuators", "joint_marks", "report")),
+    *("lissom.model.glyphs", "lissom.drawing.report"),
     *("h5netcdf", "h5py", "hashlib"),
 }
 
@@ -68,7 +77,8 @@ def test_what_is_compiled_imports_no_other_module(name, tmp_path):
     found = loaded(f"import lissom; lissom.{name}", cwd=tmp_path)
     assert of_package(found) == {
         "lissom",
-        *(f"lissom.{m}" for m in ("_lissom", "attached", "plain", "shown")),
+        *(f"lissom.{m}" for m in ("_lissom", "attached", "common", "common.arguments")),
+        *(f"lissom.{m}" for m in ("analysis", "analysis.base")),
     }
     assert found & HEAVY == set()
 
@@ -104,7 +114,7 @@ def test_the_version_needs_the_compiled_module_alone(tmp_path):
 
 def test_a_check_imports_no_drawings_and_no_other_commands(tmp_path):
     found = command("check", SCENE, cwd=tmp_path)
-    others = {"lissom.cli.run", "lissom.folders", "lissom.files"}
+    others = {"lissom.cli.run", "lissom.results.folders", "lissom.results.files"}
     assert found & (HEAVY | OF_OTHERS | OF_DRAWINGS | others) == set()
 
 
@@ -112,8 +122,10 @@ def test_a_check_imports_no_drawings_and_no_other_commands(tmp_path):
 def test_a_run_imports_neither_xarray_nor_other_studies(options, tmp_path):
     found = command("run", SCENE, *options, "-o", "out", cwd=tmp_path)
     assert (tmp_path / "out" / "trajectory.nc").exists()
-    assert {"h5netcdf", "lissom.views"} <= found
-    other_reports = {f"lissom.report.{name}" for name in ("ensembles", "parameters", "studies", "sweeps")}
+    assert {"h5netcdf", "lissom.model.views"} <= found
+    other_reports = {
+        f"lissom.drawing.report.{name}" for name in ("ensembles", "parameters", "studies", "sweeps")
+    }
     assert found & (HEAVY | OF_OTHERS | other_reports) == set()
 
 

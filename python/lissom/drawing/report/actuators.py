@@ -1,0 +1,107 @@
+"""Actuators in reports: tendons (thicker for higher tension), chambers, motors, and their curves."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..._lissom import LissomError
+from ...model.glyphs.actuators import ActuatorMark
+from ...model.glyphs.joints import JointMark
+from ...results.runs import Made, Run
+from . import curves, plots
+from .layers import Shown, Strand
+from .solids import placed
+
+Array = NDArray[np.float64]
+
+#: Radii of the tendon with the highest tension and of a slack one, relative to the model's size.
+THICK, THIN = 0.009, 0.0025
+
+#: Opacity of chambers, through which objects behind them are visible.
+OPACITY = 0.6
+
+#: Radius and half the length of a motor, relative to half the axis of a joint.
+MOTOR_RADIUS, MOTOR_HALF = 0.45, 0.4
+
+
+def actuators(marks: Sequence[ActuatorMark], joints: Sequence[JointMark], shown: Shown) -> list[Strand]:
+    """All objects drawn for actuators."""
+    return [*_tendons(marks, shown), *_chambers(marks, shown), *_motors(marks, joints, shown)]
+
+
+def _tendons(marks: Sequence[ActuatorMark], shown: Shown) -> list[Strand]:
+    """Tubes along the paths of tendons, with radii that increase with the tension."""
+    tendons = [mark for mark in marks if mark.kind == "tendon" and mark.way is not None]
+    tensions = [np.maximum(_finite(mark.force(shown.q, shown.v, shown.t, shown.u)), 0.0) for mark in tendons]
+    pulls = max((float(tension.max()) for tension in tensions), default=0.0)
+    largest = float(shown.largest.of("tension", pulls)) or 1.0
+    strands = []
+    for mark, tension in zip(tendons, tensions, strict=True):
+        assert mark.way is not None
+        radius = shown.size * (THIN + (THICK - THIN) * tension / largest)
+        text = f"tendon {mark.name}, at most {tension.max():.3g} N"
+        strands.append(Strand(text, "tendons", mark.way(shown.q, shown.t), radius))
+    return strands
+
+
+def _chambers(marks: Sequence[ActuatorMark], shown: Shown) -> list[Strand]:
+    """Tubes with the cross-sectional areas of chambers."""
+    return [
+        Strand(
+            f"chamber {mark.name}",
+            "chambers",
+            mark.way(shown.q, shown.t),
+            np.full(len(shown.q), mark.radius),
+            OPACITY,
+        )
+        for mark in marks
+        if mark.kind == "chamber" and mark.way is not None
+    ]
+
+
+def _motors(marks: Sequence[ActuatorMark], joints: Sequence[JointMark], shown: Shown) -> list[Strand]:
+    """Drums around the axes of revolute joints, boxes on the rails of prismatic ones."""
+    strands = []
+    for mark in marks:
+        joint = None if mark.coordinate is None else _joint(joints, *mark.coordinate)
+        if joint is None:
+            continue
+        half = shown.half_axis
+        ends = np.array([[-MOTOR_HALF * half, 0.0, 0.0], [MOTOR_HALF * half, 0.0, 0.0]])
+        way = placed(joint.pose(shown.q, shown.t), ends)
+        radius = np.full(len(way), MOTOR_RADIUS * half)
+        strands.append(Strand(f"motor {mark.name}", "motors", way, radius))
+    return strands
+
+
+def _joint(joints: Sequence[JointMark], link: str, coordinate: str) -> JointMark | None:
+    """The mark of a joint's coordinate."""
+    kinds = ("turning",) if coordinate.startswith("angle") else ("sliding", "plane")
+    found = [mark for mark in joints if mark.name == link and mark.kind in kinds]
+    # For a joint with two axes, the second coordinate has index one.
+    return found[-1 if coordinate.endswith("[1]") else 0] if found else None
+
+
+def _finite(values: Array) -> Array:
+    # The last state of a failed run can overflow.
+    return np.nan_to_num(values, nan=0.0, posinf=0.0, neginf=0.0)
+
+
+def figure(run: Run | Made) -> plots.Figure | None:
+    """Forces and lengths of actuators over time, one plot per quantity; None if they are unknown."""
+    at = curves.instants(run)
+    q, v, t, u = run.q[at], run.v[at], run.t[at], run.u[at]
+    plots: dict[str, list[tuple[str, Array]]] = {}
+    try:
+        for mark in run.view.marks.actuators:
+            of_force, of_length = mark.quantities
+            plots.setdefault(of_force, []).append((mark.name, mark.force(q, v, t, u)))
+            if mark.kind != "active strain":
+                plots.setdefault(of_length, []).append((mark.name, mark.length(q, t)))
+    except (ValueError, LissomError):
+        # The last state of a failed run can overflow.
+        return None
+    return curves.stacked(t, plots) if plots else None

@@ -1,0 +1,55 @@
+"""Symbols of joints: bars for rotations, rails for translations, frames for planes, balls."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...model.glyphs.joints import JointMark
+from .layers import BREAK, Dots, Shown, Strand, Thing
+from .solids import placed
+
+Array = NDArray[np.float64]
+
+#: Thickness of the bars and rails of joints, relative to half an axis; radius of their balls, relative to the
+#: model's size.
+BAR, RAIL, BALL = 0.16, 0.08, 0.016
+
+
+def joints(marks: Sequence[JointMark], shown: Shown, layer: str = "joints", name: str = "") -> list[Thing]:
+    """All objects drawn for joints, under one name or as those of their links."""
+    things: list[Thing] = []
+    balls, names = [], []
+    for mark in marks:
+        poses = mark.pose(shown.q, shown.t)
+        of_mark = name or f"joint of {mark.name}"
+        if mark.kind == "ball":
+            balls.append(np.broadcast_to(poses[..., None, :3, 3], (len(shown.q), 1, 3)))
+            names.append(of_mark)
+            continue
+        local, thickness = _lines(mark, shown, layer)
+        radius = np.full(len(shown.q), thickness * shown.half_axis)
+        things.append(Strand(of_mark, layer, placed(poses, local), radius))
+    if balls:
+        things.append(Dots(names, layer, np.concatenate(balls, axis=1), BALL * shown.size))
+    return things
+
+
+def _lines(mark: JointMark, shown: Shown, layer: str) -> tuple[Array, float]:
+    """Lines in the frame of a joint, and their thickness; rails cover the whole range of motion."""
+    half = shown.half_axis
+    if mark.kind == "turning":
+        return np.array([[-half, 0.0, 0.0], [half, 0.0, 0.0], *BREAK]), BAR
+    travel = np.broadcast_to(mark.travel(shown.q, shown.t), (len(shown.q), 3))
+    name = f"{layer} {mark.kind} {mark.name}"
+    low = -shown.largest.of(f"{name} back", -travel.min(axis=0)) - half
+    high = shown.largest.of(f"{name} forth", travel.max(axis=0)) + half
+    if mark.kind == "sliding":
+        a, b, gap = low[0], high[0], 0.3 * half
+        rails = [[a, -gap, 0.0], [b, -gap, 0.0], *BREAK, [a, gap, 0.0], [b, gap, 0.0], *BREAK]
+        return np.array(rails), RAIL
+    (_, a, c), (_, b, d) = low, high
+    corners = [[0.0, a, c], [0.0, b, c], [0.0, b, d], [0.0, a, d], [0.0, a, c], *BREAK]
+    return np.array(corners), RAIL
