@@ -191,9 +191,33 @@ def fit(
     """
     if missing("scipy"):
         raise ImportError("fit needs SciPy: pip install 'lissom[fit]'")
-    from scipy.optimize import least_squares
-    from scipy.special import stdtrit
+    _check(model, noise, confidence, max_runs, t0, dt)
+    measured = _measured(model, data, places, t0, dt)
+    if v0 is not None and not isinstance(measured, OfMotion):
+        raise ValueError("v0: expected None: equilibria have no velocities")
+    if not isinstance(parameters, Mapping):
+        raise TypeError(
+            f"parameters: got {type(parameters).__name__}, expected a mapping of names to guesses"
+        )
+    names = names_of(parameters)
+    bounds = _bounds(model, names, parameters)
+    for name in names:
+        if START.fullmatch(name) and not isinstance(measured, OfMotion):
+            raise ValueError(
+                f"parameters: got {name!r}, expected numbers of the model: equilibria have no start"
+            )
+    size = measured.numbers.size
+    if size < len(names):
+        raise ValueError(f"data: got {size} numbers, expected at least {len(names)}: one for each parameter")
+    start = {}
+    if isinstance(measured, OfMotion) or q0 is not None:
+        start["q0"] = _state(q0, model.n, "q0")
+    if isinstance(measured, OfMotion):
+        start["v0"] = _state(v0, model.n, "v0")
+    return _Search(model, measured, names, start, options, noise, confidence).best_fit(bounds, max_runs)
 
+
+def _check(model: Robot, noise: Any, confidence: Any, max_runs: Any, t0: Any, dt: Any) -> None:
     if not isinstance(model, Robot):
         raise TypeError(f"model: expected a Rod or a Robot, got {type(model).__name__}, which has no places")
     if not 0.0 < number("confidence", confidence) < 1.0:
@@ -206,136 +230,142 @@ def fit(
     for name, value in (("t0", t0), ("dt", dt)):
         if finite_array(value, name).ndim or (name == "dt" and value <= 0.0):
             raise ValueError(f"{name}: got {value!r}, expected a number of seconds" + " > 0" * (name == "dt"))
-    measured = _measured(model, data, places, t0, dt)
-    if v0 is not None and not isinstance(measured, OfMotion):
-        raise ValueError("v0: expected None: equilibria have no velocities")
-    if not isinstance(parameters, Mapping):
-        raise TypeError(
-            f"parameters: got {type(parameters).__name__}, expected a mapping of names to guesses"
-        )
-    names = names_of(parameters)
-    lowest, guess, highest = _bounds(model, names, parameters)
-    for name in names:
-        if START.fullmatch(name) and not isinstance(measured, OfMotion):
-            raise ValueError(
-                f"parameters: got {name!r}, expected numbers of the model: equilibria have no start"
-            )
-    size = measured.numbers.size
-    if size < len(names):
-        raise ValueError(f"data: got {size} numbers, expected at least {len(names)}: one for each parameter")
-    # Scale, so that parameters of very different magnitude have equal weight.
-    scale = np.where(guess != 0.0, np.abs(guess), 1.0)
-    start = {}
-    if isinstance(measured, OfMotion) or q0 is not None:
-        start["q0"] = _state(q0, model.n, "q0")
-    if isinstance(measured, OfMotion):
-        start["v0"] = _state(v0, model.n, "v0")
-    kept: dict[bytes, tuple[Array, Array]] = {}
-    runs, failures, failed = 0, 0, ""
+
+
+@dataclass
+class _Search:
+    """The search for the parameters whose predictions are nearest to the measurements."""
+
+    model: Robot
+    measured: Measured
+    names: Sequence[str]
+    #: Initial states without the parameters.
+    start: Mapping[str, Array]
+    options: dict[str, Any]
+    noise: float | None
+    confidence: float
+    runs: int = 0
+    failures: int = 0
+    #: The last trial that failed.
+    failed: str = ""
     #: Sum of squares, scaled values, residuals and Jacobian of the best run.
     best: tuple[float, Array, Array, Array] | None = None
 
-    def evaluate(z: Array) -> tuple[Array, Array]:
-        nonlocal runs, failures, failed, best
-        key = z.tobytes()
-        if key not in kept:
-            values = dict(zip(names, (z * scale).tolist(), strict=True))
-            begin = {which: state.copy() for which, state in start.items()}
-            for name, value in values.items():
-                if found := START.fullmatch(name):
-                    begin[found["which"]][int(found["index"])] = value
-            kept.clear()
-            try:
-                changed = model_with(
-                    model, {name: value for name, value in values.items() if not START.fullmatch(name)}
-                )
-                predicted, derivatives = measured.predicted(changed, names, begin, options)
-            except (LissomError, ValueError) as error:
-                if not runs:
-                    # Errors in the call itself are raised at once.
-                    kind = LissomError if isinstance(error, LissomError) else ValueError
-                    raise kind(f"with {values}: {error}" if kind is LissomError else str(error)) from None
-                # Non-finite residuals make the solver shorten its steps.
-                failures, failed = failures + 1, f"with {values}: {error}"
-                kept[key] = np.full(measured.numbers.size, np.inf), np.zeros((measured.numbers.size, len(z)))
-            else:
-                residual = (predicted - measured.numbers).ravel()
-                kept[key] = residual, derivatives * scale
-                square = float(residual @ residual)
-                if best is None or square < best[0]:
-                    best = square, z.copy(), *kept[key]
-            runs += 1
-        return kept[key]
+    def best_fit(self, bounds: tuple[Array, Array, Array], max_runs: int) -> FitResult:
+        from scipy.optimize import least_squares
 
-    def result(
-        z: Array, residual: Array, jacobian: Array, active: Array, success: bool, message: str
+        lowest, guess, highest = bounds
+        # Scale, so that parameters of very different magnitude have equal weight.
+        self._scale = np.where(guess != 0.0, np.abs(guess), 1.0)
+        #: Residuals and Jacobian of the last values: the solver asks for both in turn.
+        self._cached: dict[bytes, tuple[Array, Array]] = {}
+        try:
+            solved = least_squares(
+                lambda z: self._evaluated(z)[0],
+                guess / self._scale,
+                lambda z: self._evaluated(z)[1],
+                bounds=(lowest / self._scale, highest / self._scale),
+                x_scale="jac",
+                max_nfev=max_runs,
+                ftol=1e-10,
+                xtol=1e-10,
+                gtol=1e-14,
+            )
+        except KeyboardInterrupt as error:
+            if self.best is not None:
+                message = f"Interrupted after {self.runs} runs; these are the best values until then."
+                nowhere = np.zeros(len(self.names))
+                found = self._result(*self.best[1:], nowhere, False, message)
+                error.result = found  # type: ignore[attr-defined]
+            else:
+                # That of the first run, or of its equilibrium, is no FitResult.
+                vars(error).pop("result", None)
+            raise
+        success = bool(solved.status > 0)
+        at_end = self._evaluated(solved.x)
+        return self._result(solved.x, *at_end, solved.active_mask, success, str(solved.message))
+
+    def _evaluated(self, z: Array) -> tuple[Array, Array]:
+        """Residuals and their Jacobian at scaled values."""
+        key = z.tobytes()
+        if key in self._cached:
+            return self._cached[key]
+        self._cached.clear()
+        wanted = self.measured.numbers
+        values = dict(zip(self.names, (z * self._scale).tolist(), strict=True))
+        try:
+            predicted, derivatives = self._predicted(values)
+        except (LissomError, ValueError) as error:
+            if not self.runs:
+                # Errors in the call itself are raised at once.
+                kind = LissomError if isinstance(error, LissomError) else ValueError
+                raise kind(f"with {values}: {error}" if kind is LissomError else str(error)) from None
+            # Non-finite residuals make the solver shorten its steps.
+            self.failures, self.failed = self.failures + 1, f"with {values}: {error}"
+            found = np.full(wanted.size, np.inf), np.zeros((wanted.size, len(z)))
+        else:
+            residual = (predicted - wanted).ravel()
+            found = residual, derivatives * self._scale
+            square = float(residual @ residual)
+            if self.best is None or square < self.best[0]:
+                self.best = square, z.copy(), *found
+        self._cached[key] = found
+        self.runs += 1
+        return found
+
+    def _predicted(self, values: Mapping[str, float]) -> tuple[Array, Array]:
+        """Predictions of the measurements, and their derivatives with respect to the parameters."""
+        begin = {which: state.copy() for which, state in self.start.items()}
+        for name, value in values.items():
+            if found := START.fullmatch(name):
+                begin[found["which"]][int(found["index"])] = value
+        changed = model_with(self.model, _of_model(values))
+        return self.measured.predicted(changed, self.names, begin, self.options)
+
+    def _result(
+        self, z: Array, residual: Array, jacobian: Array, active: Array, success: bool, message: str
     ) -> FitResult:
-        values = z * scale
-        freedom = size - len(names)
-        spread = (
-            noise
-            if noise is not None
-            else float(np.sqrt(residual @ residual / freedom))
-            if freedom
-            else np.inf
-        )
-        covariance, undetermined = _covariance(jacobian, scale, spread, names)
-        factor = stdtrit(np.inf if noise is not None else max(freedom, 1), 0.5 * (1.0 + confidence))
-        width = factor * np.sqrt(np.diag(covariance))
+        from scipy.special import stdtrit
+
+        measured, names, values = self.measured, self.names, z * self._scale
+        freedom = measured.numbers.size - len(names)
+        if self.noise is not None:
+            noise = self.noise
+        else:
+            noise = float(np.sqrt(residual @ residual / freedom)) if freedom else np.inf
+        covariance, undetermined = _covariance(jacobian, self._scale, noise, names)
+        of_student = np.inf if self.noise is not None else max(freedom, 1)
+        width = stdtrit(of_student, 0.5 * (1.0 + self.confidence)) * np.sqrt(np.diag(covariance))
         at_bounds = tuple(name for name, is_there in zip(names, active, strict=True) if is_there)
         if undetermined:
             message += f" The data do not determine {', '.join(undetermined)}."
         if at_bounds:
             message += f" At a bound: {', '.join(at_bounds)}; the intervals do not hold there."
-        if failures:
-            message += f" {failures} of {runs} trial runs failed, the last one {failed}"
-        of_model = {
-            name: value
-            for name, value in zip(names, values.tolist(), strict=True)
-            if not START.fullmatch(name)
-        }
+        if self.failures:
+            message += f" {self.failures} of {self.runs} trial runs failed, the last one {self.failed}"
         return FitResult(
             names=tuple(names),
             values=values,
-            model=model_with(model, of_model),
+            model=model_with(self.model, _of_model(dict(zip(names, values.tolist(), strict=True)))),
             covariance=covariance,
             intervals=np.stack([values - width, values + width], 1),
             undetermined=undetermined,
             residuals=residual.reshape(measured.numbers.shape),
-            noise=spread,
-            runs=runs,
+            noise=noise,
+            runs=self.runs,
             success=success,
             message=message,
             at_bounds=at_bounds,
-            confidence=confidence,
+            confidence=self.confidence,
             measured=np.array(measured.numbers),
             t=np.array(measured.times) if isinstance(measured, OfMotion) else None,
-            places=_names_of(model, measured),
+            places=_names_of(self.model, measured),
         )
 
-    try:
-        solved = least_squares(
-            lambda z: evaluate(z)[0],
-            guess / scale,
-            lambda z: evaluate(z)[1],
-            bounds=(lowest / scale, highest / scale),
-            x_scale="jac",
-            max_nfev=max_runs,
-            ftol=1e-10,
-            xtol=1e-10,
-            gtol=1e-14,
-        )
-    except KeyboardInterrupt as error:
-        if best is not None:
-            message = f"Interrupted after {runs} runs; these are the best values until then."
-            nowhere = np.zeros(len(names))
-            error.result = result(*best[1:], nowhere, False, message)  # type: ignore[attr-defined]
-        else:
-            # That of the first run, or of its equilibrium, is no FitResult.
-            vars(error).pop("result", None)
-        raise
-    success = bool(solved.status > 0)
-    return result(solved.x, *evaluate(solved.x), solved.active_mask, success, str(solved.message))
+
+def _of_model(values: Mapping[str, float]) -> dict[str, float]:
+    """The parameters that are no initial states."""
+    return {name: value for name, value in values.items() if not START.fullmatch(name)}
 
 
 def _names_of(model: Robot, measured: Measured) -> tuple[str, ...]:

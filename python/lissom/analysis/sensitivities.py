@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -254,24 +254,7 @@ def sensitivity(
     if not isinstance(model, Model):
         raise TypeError(f"model: expected a Model (Rod, Robot, SpringPendulum), got {type(model).__name__}")
     of_method, options = shorthand(method, options)
-    if text("method", of_method) not in METHODS:
-        known = ", ".join(map(repr, METHODS))
-        raise ValueError(
-            f"method: got {of_method!r}, expected one of {known}: runs by others are not differentiated"
-        )
-    for name in options:
-        if name not in (*OF_SCHEME, *OF_STEPS):
-            raise TypeError(f"{name}: expected nothing, runs that are differentiated have no such option")
-    if objective is not None and not callable(objective):
-        raise TypeError(f"objective: expected a callable, got {type(objective).__name__}")
-    if getattr(model, "constraints", 0):
-        raise ValueError(
-            "model: expected one without closed loops and tendons that do not stretch, whose runs are not "
-            f"differentiated yet; got one with {model.constraints} constraints"  # type: ignore[attr-defined]
-        )
-    for name, given in (("t_end", t_end), ("t0", t0), ("dt", dt)):
-        if finite_array(given, name).ndim:
-            raise ValueError(f"{name}: got {given!r}, expected a number of seconds")
+    _check(model, of_method, options, objective, t_end=t_end, t0=t0, dt=dt)
     held, control_step = _held(model, u, control_step, t_end - t0, dt)
     shape = None if held is None else held.shape
     wanted = resolved(model, names_of(parameters), shape, by_adjoint=objective is not None)
@@ -319,11 +302,7 @@ def sensitivity(
             legs=legs,
             weights=weights,
         )
-    dq, dv, gradient = None, None, None
-    if weights is None:
-        dq, dv = found
-    else:
-        [gradient] = found
+    dq, dv, gradient = (*found, None) if weights is None else (None, None, *found)
     return SensitivityResult(
         names=tuple(parameter.name for parameter in wanted),
         t=run.t,
@@ -336,6 +315,28 @@ def sensitivity(
         _model=model,
         _parameters=tuple(wanted),
     )
+
+
+def _check(model: Model, method: str, options: Mapping[str, Any], objective: Any, **times: Any) -> None:
+    """Reject what cannot be differentiated."""
+    if text("method", method) not in METHODS:
+        known = ", ".join(map(repr, METHODS))
+        raise ValueError(
+            f"method: got {method!r}, expected one of {known}: runs by others are not differentiated"
+        )
+    for name in options:
+        if name not in (*OF_SCHEME, *OF_STEPS):
+            raise TypeError(f"{name}: expected nothing, runs that are differentiated have no such option")
+    if objective is not None and not callable(objective):
+        raise TypeError(f"objective: expected a callable, got {type(objective).__name__}")
+    if getattr(model, "constraints", 0):
+        raise ValueError(
+            "model: expected one without closed loops and tendons that do not stretch, whose runs are not "
+            f"differentiated yet; got one with {model.constraints} constraints"  # type: ignore[attr-defined]
+        )
+    for name, given in times.items():
+        if finite_array(given, name).ndim:
+            raise ValueError(f"{name}: got {given!r}, expected a number of seconds")
 
 
 def _on_forces(parameter: Parameter, by_adjoint: bool) -> Any:
