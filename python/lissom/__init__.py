@@ -224,21 +224,16 @@ else:
 
     __all__ = sorted(_MODULES)
 
-    #: Modules up to 0.2 that pickles and programs name, and the modules that hold their contents now.
+    #: Modules that pickles and documents of earlier versions name, and where their contents are now.
     _MOVED = {
         "contact_events": "analysis.contact_events",
         "contacts": "model.contacts",
-        "equilibria": "analysis.equilibria",
-        "fits": "analysis.fits",
-        "keeping": "results.io",
         "linear": "analysis.linear",
         "live": "drawing.live",
         "materials": "analysis.materials",
         "measurements": "analysis.measurements",
         "parameters": "analysis.parameters",
         "report": "drawing.report",
-        "sensitivities": "analysis.sensitivities",
-        "sweeps": "analysis.sweeps",
         "targets": "model.targets",
     }
 

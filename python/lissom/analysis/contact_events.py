@@ -37,6 +37,9 @@ class ContactEvent:
         Coordinates and velocities at this time.
     """
 
+    # Pickles refer to the class by this module, whatever moves.
+    __module__ = "lissom"
+
     t: float
     contact: str
     kind: Literal["touch", "lift_off"]

@@ -43,6 +43,9 @@ class LinearModel:
         Names of states, inputs and outputs.
     """
 
+    # Pickles refer to the class by this module, whatever moves.
+    __module__ = "lissom"
+
     A: Array
     B: Array
     C: Array

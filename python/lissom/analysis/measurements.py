@@ -37,6 +37,9 @@ class StaticShapes:
         If an argument is invalid.
     """
 
+    # Pickles refer to the class by this module, whatever moves.
+    __module__ = "lissom"
+
     positions: ArrayLike
     u: ArrayLike | None = None
 
@@ -70,6 +73,9 @@ class NaturalFrequencies:
     ValueError, TypeError
         If an argument is invalid.
     """
+
+    # Pickles refer to the class by this module, whatever moves.
+    __module__ = "lissom"
 
     values: ArrayLike
     u: ArrayLike | None = None

@@ -50,6 +50,9 @@ class Touch:
         Arc lengths on the rods of the two surfaces, metres; None for a surface that is not a rod.
     """
 
+    # Pickles refer to the class by this module, whatever moves.
+    __module__ = "lissom"
+
     contact: str
     position: NDArray[np.float64]
     normal: NDArray[np.float64]

@@ -58,6 +58,10 @@ class Target:
             object.__setattr__(self, name, _tuples(np.asarray(getattr(self, name), dtype=float).tolist()))
 
 
+# Pickles refer to the class by this module, whatever moves. Set within the class it would hide `KW_ONLY`.
+Target.__module__ = "lissom"
+
+
 def _tuples(value: Any) -> Any:
     """The value with tuples in place of lists."""
     return tuple(map(_tuples, value)) if isinstance(value, list) else value
