@@ -126,8 +126,8 @@ def about_slack(scene: Scene) -> list[str]:
     if not getattr(scene.model, "actuators", ()):
         return []
     start = scene.q0[None], scene.v0[None], np.array([scene.simulation.t0]), scene.model.u0[None]
-    actuators = view(scene.model).marks.actuators
-    slack = [repr(mark.name) for mark in actuators if mark.is_let_out and not mark.force(*start).any()]
+    actuators = view(scene.model).glyphs.actuators
+    slack = [repr(glyph.name) for glyph in actuators if glyph.is_let_out and not glyph.force(*start).any()]
     if not slack:
         return []
     return [f"Slack at the start, because their paths are shorter than their lengths: {', '.join(slack)}."]

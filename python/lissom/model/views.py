@@ -19,7 +19,7 @@ from .._lissom import Body, Load, Model, Robot, Rod, Segment, SpringPendulum
 
 if TYPE_CHECKING:
     from .._lissom import Link as Joined
-    from .glyphs import Marks
+    from .glyphs import Glyphs
 
 Array = NDArray[np.float64]
 
@@ -166,7 +166,7 @@ class View:
     #: Rigid bodies, drawn in space.
     solids: Sequence[Solid] = ()
     #: The robot whose joints, loops, supports and surroundings are drawn in space, and its loads.
-    marked: tuple[Robot, Sequence[Load]] | None = None
+    glyphs_of: tuple[Robot, Sequence[Load]] | None = None
     #: Frames at which forces act and motions are measured.
     frames: Sequence[Frame] = ()
     #: The links of a model with several links.
@@ -191,11 +191,11 @@ class View:
     reach: float | None = None
 
     @cached_property
-    def marks(self) -> Marks:
+    def glyphs(self) -> Glyphs:
         """Joints, loops, loads, supports and surroundings, drawn in space."""
-        from .glyphs import Marks, marks
+        from .glyphs import Glyphs, glyphs
 
-        return Marks() if self.marked is None else marks(*self.marked)
+        return Glyphs() if self.glyphs_of is None else glyphs(*self.glyphs_of)
 
     @property
     def size(self) -> float:
@@ -242,7 +242,7 @@ def of_rod(rod: Rod) -> View:
                 lambda q, v, X, t: rod.velocity(q, v, X, t=t),
             )
         ],
-        marked=(rod, [Load(force=rod.tip_force, moment=rod.tip_moment), *rod.loads]),
+        glyphs_of=(rod, [Load(force=rod.tip_force, moment=rod.tip_moment), *rod.loads]),
         frames=[
             Frame(
                 "tip",
@@ -327,7 +327,7 @@ def of_robot(robot: Robot) -> View:
             for link in links
             if link.name not in parents
         ],
-        marked=(robot, robot.loads),
+        glyphs_of=(robot, robot.loads),
         members=[_member(robot, link) for link in links] if len(links) > 1 else (),
         signals=robot.coordinates,
         reach=_reach(robot),

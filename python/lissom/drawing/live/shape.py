@@ -77,15 +77,15 @@ class Shape:
         drawn = self.things(q, v, t, u)
         low, high = layers.extent([thing for thing in drawn if thing.layer != "obstacles"])
         # A model that hangs or swings stays around its start.
-        room = (ROOM if self.view.marks.clamps else FREE_ROOM) * self.view.size
+        room = (ROOM if self.view.glyphs.clamps else FREE_ROOM) * self.view.size
         low, high = drawing.box(low, high, room)
         # Half spaces are drawn within the box.
         self._box = (low, high)
         low, high = layers.extent(self.things(q, v, t, u))
         low, high = np.minimum(low, self._box[0]), np.maximum(high, self._box[1])
         eye = drawing.eye_of(high - low)
-        around = symbols.around(self.view.marks, low, high, eye)
-        return Stage(low, high, eye, symbols.floor(self.view.marks.gravity, low, high), around)
+        around = symbols.around(self.view.glyphs, low, high, eye)
+        return Stage(low, high, eye, symbols.floor(self.view.glyphs.gravity, low, high), around)
 
     def things(self, q: Array, v: Array, t: float, u: Array) -> list[Thing]:
         """All objects of the model in this shape."""
@@ -100,8 +100,8 @@ class Shape:
         return [
             *self._shaded([self._moved(i, q, at) for i in range(len(self._tubes))], q, v, at),
             *drawing.bodies(self.view, q[None], at),
-            *symbols.symbols(self.view.marks, shown),
-            *contacts.contacts(self.view.marks.contacts, shown, *self._box),
+            *symbols.symbols(self.view.glyphs, shown),
+            *contacts.contacts(self.view.glyphs.contacts, shown, *self._box),
         ]
 
     def _moved(self, number: int, q: Array, t: Array) -> Tube:

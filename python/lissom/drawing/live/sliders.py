@@ -42,7 +42,7 @@ def sliders(motion: Motion, ranges: Mapping[str, Sequence[float]] | None = None)
     """
     given = _checked({} if ranges is None else ranges, motion.model.inputs)
     reach = _reach(motion)
-    pulls = {mark.pulled_by for mark in motion.view.marks.actuators}
+    pulls = {glyph.pulled_by for glyph in motion.view.glyphs.actuators}
     found = []
     for name, start, high in zip(motion.model.inputs, motion.u.tolist(), reach, strict=True):
         low, high = given.get(name, (0.0 if name in pulls else -high, high))

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from ...analysis.equilibria import EquilibriumSensitivityResult
     from ...analysis.fits import FitResult
     from ...analysis.sensitivities import SensitivityResult
-    from ...model.glyphs.loops import LoopMark
+    from ...model.glyphs.loops import LoopGlyph
     from ...model.views import Member
     from ...results.studies import Setting
 
@@ -194,10 +194,10 @@ def _actuators(run: Run | Made) -> list[page.Section]:
 
 def _loops(run: Run | Made) -> list[page.Section]:
     """Forces and constraint violations of closed loops, if there are any."""
-    marks = run.view.marks.loops
-    if not marks:
+    glyphs = run.view.glyphs.loops
+    if not glyphs:
         return []
-    forces = [(mark.name, of_mark) for mark in marks if (of_mark := _held(run, mark))]
+    forces = [(glyph.name, of_glyph) for glyph in glyphs if (of_glyph := _held(run, glyph))]
     parts: list[page.Part] = []
     if len(forces) > 1:
         parts.append(page.Choice("Loop", forces))
@@ -209,19 +209,19 @@ def _loops(run: Run | Made) -> list[page.Section]:
     return [page.Section("Closed loops", parts)] if parts else []
 
 
-def _held(run: Run | Made, mark: LoopMark) -> list[page.Part]:
+def _held(run: Run | Made, glyph: LoopGlyph) -> list[page.Part]:
     """Forces of a loop, if they are known."""
-    figure = loops.forces(run, mark)
-    return [] if figure is None else [page.Figure(figure, text.held(mark))]
+    figure = loops.forces(run, glyph)
+    return [] if figure is None else [page.Figure(figure, text.held(glyph))]
 
 
 def _contacts(run: Run | Made) -> list[page.Section]:
     """Contact forces over time, if there are contacts."""
     options: list[tuple[str, list[page.Part]]] = []
-    for mark in run.view.marks.contacts.pairs:
-        figure = contacts.forces(run, mark)
+    for glyph in run.view.glyphs.contacts.pairs:
+        figure = contacts.forces(run, glyph)
         if figure is not None:
-            options.append((mark.name, [page.Figure(figure, text.pressed(mark))]))
+            options.append((glyph.name, [page.Figure(figure, text.pressed(glyph))]))
     if not options:
         return []
     parts: list[page.Part] = [page.Choice("Contact", options)] if len(options) > 1 else options[0][1]

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..._lissom import LissomError
-from ...model.glyphs.actuators import ActuatorMark
-from ...model.glyphs.joints import JointMark
+from ...model.glyphs.actuators import ActuatorGlyph
+from ...model.glyphs.joints import JointGlyph
 from ...results.runs import Made, Run
 from . import curves, plots
 from .layers import Shown, Strand
@@ -27,60 +27,62 @@ OPACITY = 0.6
 MOTOR_RADIUS, MOTOR_HALF = 0.45, 0.4
 
 
-def actuators(marks: Sequence[ActuatorMark], joints: Sequence[JointMark], shown: Shown) -> list[Strand]:
+def actuators(glyphs: Sequence[ActuatorGlyph], joints: Sequence[JointGlyph], shown: Shown) -> list[Strand]:
     """All objects drawn for actuators."""
-    return [*_tendons(marks, shown), *_chambers(marks, shown), *_motors(marks, joints, shown)]
+    return [*_tendons(glyphs, shown), *_chambers(glyphs, shown), *_motors(glyphs, joints, shown)]
 
 
-def _tendons(marks: Sequence[ActuatorMark], shown: Shown) -> list[Strand]:
+def _tendons(glyphs: Sequence[ActuatorGlyph], shown: Shown) -> list[Strand]:
     """Tubes along the paths of tendons, with radii that increase with the tension."""
-    tendons = [mark for mark in marks if mark.kind == "tendon" and mark.way is not None]
-    tensions = [np.maximum(_finite(mark.force(shown.q, shown.v, shown.t, shown.u)), 0.0) for mark in tendons]
+    tendons = [glyph for glyph in glyphs if glyph.kind == "tendon" and glyph.way is not None]
+    tensions = [
+        np.maximum(_finite(glyph.force(shown.q, shown.v, shown.t, shown.u)), 0.0) for glyph in tendons
+    ]
     pulls = max((float(tension.max()) for tension in tensions), default=0.0)
     largest = float(shown.largest.of("tension", pulls)) or 1.0
     strands = []
-    for mark, tension in zip(tendons, tensions, strict=True):
-        assert mark.way is not None
+    for glyph, tension in zip(tendons, tensions, strict=True):
+        assert glyph.way is not None
         radius = shown.size * (THIN + (THICK - THIN) * tension / largest)
-        text = f"tendon {mark.name}, at most {tension.max():.3g} N"
-        strands.append(Strand(text, "tendons", mark.way(shown.q, shown.t), radius))
+        text = f"tendon {glyph.name}, at most {tension.max():.3g} N"
+        strands.append(Strand(text, "tendons", glyph.way(shown.q, shown.t), radius))
     return strands
 
 
-def _chambers(marks: Sequence[ActuatorMark], shown: Shown) -> list[Strand]:
+def _chambers(glyphs: Sequence[ActuatorGlyph], shown: Shown) -> list[Strand]:
     """Tubes with the cross-sectional areas of chambers."""
     return [
         Strand(
-            f"chamber {mark.name}",
+            f"chamber {glyph.name}",
             "chambers",
-            mark.way(shown.q, shown.t),
-            np.full(len(shown.q), mark.radius),
+            glyph.way(shown.q, shown.t),
+            np.full(len(shown.q), glyph.radius),
             OPACITY,
         )
-        for mark in marks
-        if mark.kind == "chamber" and mark.way is not None
+        for glyph in glyphs
+        if glyph.kind == "chamber" and glyph.way is not None
     ]
 
 
-def _motors(marks: Sequence[ActuatorMark], joints: Sequence[JointMark], shown: Shown) -> list[Strand]:
+def _motors(glyphs: Sequence[ActuatorGlyph], joints: Sequence[JointGlyph], shown: Shown) -> list[Strand]:
     """Drums around the axes of revolute joints, boxes on the rails of prismatic ones."""
     strands = []
-    for mark in marks:
-        joint = None if mark.coordinate is None else _joint(joints, *mark.coordinate)
+    for glyph in glyphs:
+        joint = None if glyph.coordinate is None else _joint(joints, *glyph.coordinate)
         if joint is None:
             continue
         half = shown.half_axis
         ends = np.array([[-MOTOR_HALF * half, 0.0, 0.0], [MOTOR_HALF * half, 0.0, 0.0]])
         way = placed(joint.pose(shown.q, shown.t), ends)
         radius = np.full(len(way), MOTOR_RADIUS * half)
-        strands.append(Strand(f"motor {mark.name}", "motors", way, radius))
+        strands.append(Strand(f"motor {glyph.name}", "motors", way, radius))
     return strands
 
 
-def _joint(joints: Sequence[JointMark], link: str, coordinate: str) -> JointMark | None:
-    """The mark of a joint's coordinate."""
+def _joint(joints: Sequence[JointGlyph], link: str, coordinate: str) -> JointGlyph | None:
+    """The glyph of a joint's coordinate."""
     kinds = ("turning",) if coordinate.startswith("angle") else ("sliding", "plane")
-    found = [mark for mark in joints if mark.name == link and mark.kind in kinds]
+    found = [glyph for glyph in joints if glyph.name == link and glyph.kind in kinds]
     # For a joint with two axes, the second coordinate has index one.
     return found[-1 if coordinate.endswith("[1]") else 0] if found else None
 
@@ -96,11 +98,11 @@ def figure(run: Run | Made) -> plots.Figure | None:
     q, v, t, u = run.q[at], run.v[at], run.t[at], run.u[at]
     plots: dict[str, list[tuple[str, Array]]] = {}
     try:
-        for mark in run.view.marks.actuators:
-            of_force, of_length = mark.quantities
-            plots.setdefault(of_force, []).append((mark.name, mark.force(q, v, t, u)))
-            if mark.kind != "active strain":
-                plots.setdefault(of_length, []).append((mark.name, mark.length(q, t)))
+        for glyph in run.view.glyphs.actuators:
+            of_force, of_length = glyph.quantities
+            plots.setdefault(of_force, []).append((glyph.name, glyph.force(q, v, t, u)))
+            if glyph.kind != "active strain":
+                plots.setdefault(of_length, []).append((glyph.name, glyph.length(q, t)))
     except (ValueError, LissomError):
         # The last state of a failed run can overflow.
         return None

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ..._lissom import LissomError
 from ...model.contacts import Box, ConvexMesh, HalfSpace, HeightField, Sphere, Touch
-from ...model.glyphs.contacts import WORDS, ContactMark, Obstacle, Touching, outline, turn_of
+from ...model.glyphs.contacts import WORDS, ContactGlyph, Obstacle, Touching, outline, turn_of
 from ...results.runs import Made, Run
 from . import arrows, curves, plots
 from .layers import Dots, Line, Shown, Solid, Strand, Thing, quaternions
@@ -42,18 +42,18 @@ def contacts(touching: Touching, shown: Shown, low: Array, high: Array) -> list[
     """All objects drawn for contacts within a box around the motion."""
     things: list[Thing] = []
     drawn: list[Obstacle] = []
-    for mark in touching.pairs:
-        if mark.obstacle is not None and mark.obstacle not in drawn:
-            drawn.append(mark.obstacle)
-            things += _obstacle(mark.name, mark.obstacle, low, high)
-        for shape, pose in mark.shapes:
+    for glyph in touching.pairs:
+        if glyph.obstacle is not None and glyph.obstacle not in drawn:
+            drawn.append(glyph.obstacle)
+            things += _obstacle(glyph.name, glyph.obstacle, low, high)
+        for shape, pose in glyph.shapes:
             if shape not in drawn:
                 drawn.append(shape)
                 poses = np.broadcast_to(pose(shown.q, shown.t), (len(shown.q), 4, 4))
                 things += _moving(f"{WORDS[type(shape)]} on {shape.link}", shape, poses, shown.size)
-        for pose, radius in mark.balls:
+        for pose, radius in glyph.balls:
             points = np.broadcast_to(pose(shown.q, shown.t), (len(shown.q), 4, 4))[:, None, :3, 3]
-            things.append(Dots([f"ball of {mark.name}"], "balls", points, radius))
+            things.append(Dots([f"ball of {glyph.name}"], "balls", points, radius))
     return [*things, *_forces(touching, shown)]
 
 
@@ -175,12 +175,12 @@ def _merged(touches: Sequence[Touch]) -> Array:
     return np.array(merged)
 
 
-def forces(run: Run | Made, mark: ContactMark) -> plots.Figure | None:
+def forces(run: Run | Made, glyph: ContactGlyph) -> plots.Figure | None:
     """Normal force and friction of a contact over time; None if they are unknown."""
     at = run.instants(INSTANTS)
     t = run.t[at]
     try:
-        pressed = mark.force(run.q[at], run.v[at], t)
+        pressed = glyph.force(run.q[at], run.v[at], t)
     except (ValueError, LissomError):
         # The last state of a failed run can overflow.
         return None

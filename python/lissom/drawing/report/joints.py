@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from ...model.glyphs.joints import JointMark
+from ...model.glyphs.joints import JointGlyph
 from .layers import BREAK, Dots, Shown, Strand, Thing
 from .solids import placed
 
@@ -18,35 +18,35 @@ Array = NDArray[np.float64]
 BAR, RAIL, BALL = 0.16, 0.08, 0.016
 
 
-def joints(marks: Sequence[JointMark], shown: Shown, layer: str = "joints", name: str = "") -> list[Thing]:
+def joints(glyphs: Sequence[JointGlyph], shown: Shown, layer: str = "joints", name: str = "") -> list[Thing]:
     """All objects drawn for joints, under one name or as those of their links."""
     things: list[Thing] = []
     balls, names = [], []
-    for mark in marks:
-        poses = mark.pose(shown.q, shown.t)
-        of_mark = name or f"joint of {mark.name}"
-        if mark.kind == "ball":
+    for glyph in glyphs:
+        poses = glyph.pose(shown.q, shown.t)
+        of_glyph = name or f"joint of {glyph.name}"
+        if glyph.kind == "ball":
             balls.append(np.broadcast_to(poses[..., None, :3, 3], (len(shown.q), 1, 3)))
-            names.append(of_mark)
+            names.append(of_glyph)
             continue
-        local, thickness = _lines(mark, shown, layer)
+        local, thickness = _lines(glyph, shown, layer)
         radius = np.full(len(shown.q), thickness * shown.half_axis)
-        things.append(Strand(of_mark, layer, placed(poses, local), radius))
+        things.append(Strand(of_glyph, layer, placed(poses, local), radius))
     if balls:
         things.append(Dots(names, layer, np.concatenate(balls, axis=1), BALL * shown.size))
     return things
 
 
-def _lines(mark: JointMark, shown: Shown, layer: str) -> tuple[Array, float]:
+def _lines(glyph: JointGlyph, shown: Shown, layer: str) -> tuple[Array, float]:
     """Lines in the frame of a joint, and their thickness; rails cover the whole range of motion."""
     half = shown.half_axis
-    if mark.kind == "turning":
+    if glyph.kind == "turning":
         return np.array([[-half, 0.0, 0.0], [half, 0.0, 0.0], *BREAK]), BAR
-    travel = np.broadcast_to(mark.travel(shown.q, shown.t), (len(shown.q), 3))
-    name = f"{layer} {mark.kind} {mark.name}"
+    travel = np.broadcast_to(glyph.travel(shown.q, shown.t), (len(shown.q), 3))
+    name = f"{layer} {glyph.kind} {glyph.name}"
     low = -shown.largest.of(f"{name} back", -travel.min(axis=0)) - half
     high = shown.largest.of(f"{name} forth", travel.max(axis=0)) + half
-    if mark.kind == "sliding":
+    if glyph.kind == "sliding":
         a, b, gap = low[0], high[0], 0.3 * half
         rails = [[a, -gap, 0.0], [b, -gap, 0.0], *BREAK, [a, gap, 0.0], [b, gap, 0.0], *BREAK]
         return np.array(rails), RAIL

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from ...model.glyphs import LoadMark
+from ...model.glyphs import LoadGlyph
 from . import arrows
 from .layers import BREAK, Arrows, Largest, Shown, Strand, Thing
 
@@ -27,23 +27,23 @@ AROUND, POINTS_AROUND = 1.5 * np.pi, 25
 COMB, WIRE = 0.0035, 0.007
 
 
-def loads(marks: Sequence[LoadMark], shown: Shown) -> list[Thing]:
+def loads(glyphs: Sequence[LoadGlyph], shown: Shown) -> list[Thing]:
     """Forces and moments."""
     return [
-        *_forces([mark for mark in marks if mark.kind == "force"], shown),
-        *_moments([mark for mark in marks if mark.kind == "moment"], shown),
+        *_forces([glyph for glyph in glyphs if glyph.kind == "force"], shown),
+        *_moments([glyph for glyph in glyphs if glyph.kind == "moment"], shown),
     ]
 
 
-def _forces(marks: Sequence[LoadMark], shown: Shown) -> list[Thing]:
+def _forces(glyphs: Sequence[LoadGlyph], shown: Shown) -> list[Thing]:
     """Arrows that start at a pulling force or end at a pushing one; combs of arrows for distributed
     forces."""
-    found = [_vectors(mark, shown) for mark in marks]
+    found = [_vectors(glyph, shown) for glyph in glyphs]
     things: list[Thing] = []
     tails, pulls, combs, names = [], [], [], []
     # Newtons and newtons per metre need separate scales.
     for is_spread in (False, True):
-        chosen = [i for i, mark in enumerate(marks) if mark.is_spread == is_spread]
+        chosen = [i for i, glyph in enumerate(glyphs) if glyph.is_spread == is_spread]
         if not chosen:
             continue
         size = ARROW * shown.size * (0.6 if is_spread else 1.0)
@@ -52,12 +52,12 @@ def _forces(marks: Sequence[LoadMark], shown: Shown) -> list[Thing]:
             poses = found[i][0]
             place = poses[..., :3, 3]
             length = np.linalg.norm(arrow, axis=-1)
-            inwards = -marks[i].outwards * np.einsum("kpi,kpi->kp", arrow, poses[..., :3, 0])
+            inwards = -glyphs[i].outwards * np.einsum("kpi,kpi->kp", arrow, poses[..., :3, 0])
             # Arrows that would lie within the rod are drawn in front of it.
             pushes = np.ones_like(length) if is_spread else (inwards > 0.5 * length).astype(float)
             tails.append(place - pushes[..., None] * arrow)
             pulls.append(arrow)
-            names += [f"force on {marks[i].name}"] * arrow.shape[1]
+            names += [f"force on {glyphs[i].name}"] * arrow.shape[1]
             if is_spread:
                 breaks = np.broadcast_to(BREAK, (len(arrow), 1, 3))
                 combs.append(np.concatenate([tails[-1], breaks], axis=1))
@@ -70,12 +70,12 @@ def _forces(marks: Sequence[LoadMark], shown: Shown) -> list[Thing]:
     return things
 
 
-def _moments(marks: Sequence[LoadMark], shown: Shown) -> list[Thing]:
+def _moments(glyphs: Sequence[LoadGlyph], shown: Shown) -> list[Thing]:
     """Rings about the axes of moments, with a head for the sense of rotation."""
-    found = [_vectors(mark, shown) for mark in marks]
+    found = [_vectors(glyph, shown) for glyph in glyphs]
     rings, ends, heads, names = [], [], [], []
     for is_spread in (False, True):
-        chosen = [i for i, mark in enumerate(marks) if mark.is_spread == is_spread]
+        chosen = [i for i, glyph in enumerate(glyphs) if glyph.is_spread == is_spread]
         if not chosen:
             continue
         size = shown.radius + RING * shown.size
@@ -83,7 +83,7 @@ def _moments(marks: Sequence[LoadMark], shown: Shown) -> list[Thing]:
         for i, vector in zip(chosen, drawn, strict=True):
             poses, own, _ = found[i]
             radius = np.linalg.norm(vector, axis=-1)[..., None]
-            first, second = _axes_across(vector, poses, own, marks[i].follows)
+            first, second = _axes_across(vector, poses, own, glyphs[i].follows)
             angle = np.linspace(0.0, AROUND, POINTS_AROUND)[:, None]
             centre = poses[..., None, :3, 3]
             ring = centre + radius[..., None] * (
@@ -95,7 +95,7 @@ def _moments(marks: Sequence[LoadMark], shown: Shown) -> list[Thing]:
             forward = np.cos(AROUND) * second - np.sin(AROUND) * first
             ends.append(ring[..., -1, :])
             heads.append(0.6 * radius * forward)
-            names += [f"moment on {marks[i].name}"] * places
+            names += [f"moment on {glyphs[i].name}"] * places
     if not rings:
         return []
     end, head = np.concatenate(ends, axis=1), np.concatenate(heads, axis=1)
@@ -120,15 +120,17 @@ def _moments(marks: Sequence[LoadMark], shown: Shown) -> list[Thing]:
     ]
 
 
-def _vectors(mark: LoadMark, shown: Shown) -> tuple[Array, Array, Array]:
+def _vectors(glyph: LoadGlyph, shown: Shown) -> tuple[Array, Array, Array]:
     """Poses (shapes, places, 4, 4) of a load's places, and its vectors in its own axes and in world axes."""
-    poses = mark.pose(shown.q, shown.t)
+    poses = glyph.pose(shown.q, shown.t)
     # Halved, so that rotations of the largest doubles do not overflow; non-finite vectors are not drawn.
     value = (
-        0.5 * shown.load_factor[:, None] * np.nan_to_num(mark.value(shown.t, shown.u), posinf=0.0, neginf=0.0)
+        0.5
+        * shown.load_factor[:, None]
+        * np.nan_to_num(glyph.value(shown.t, shown.u), posinf=0.0, neginf=0.0)
     )
     own = np.broadcast_to(value[:, None], (*poses.shape[:2], 3))
-    world = np.einsum("kpij,kpj->kpi", poses[..., :3, :3], own) if mark.follows else own
+    world = np.einsum("kpij,kpj->kpi", poses[..., :3, :3], own) if glyph.follows else own
     return poses, own, world
 
 

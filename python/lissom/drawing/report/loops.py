@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ..._lissom import LissomError
 from ...model.glyphs.joints import Pose
-from ...model.glyphs.loops import LoopMark
+from ...model.glyphs.loops import LoopGlyph
 from ...results.runs import Made, Run
 from . import curves, plots
 from .joints import joints
@@ -40,18 +40,18 @@ INSTANTS = 400
 GAPS = {"m": "gap (m)", "cosine": "gap of a cosine (1)", "coordinate": "gap of a gear"}
 
 
-def loops(marks: Sequence[LoopMark], shown: Shown) -> list[Thing]:
+def loops(glyphs: Sequence[LoopGlyph], shown: Shown) -> list[Thing]:
     """All objects drawn for closed loops; gears between coordinates have no position."""
     things: list[Thing] = []
     shown = replace(shown, half_axis=AXIS * shown.size)
-    for mark in marks:
-        name = f"loop {mark.name}"
-        things += joints(mark.joints, shown, "loops", name)
-        things += [_arm(name, frame, on, shown) for frame, on in mark.ends if on is not None]
-        if mark.kind == "weld":
-            things += [_weld(name, frame, shown) for frame, _ in mark.ends[:1]]
-        if mark.kind == "distance":
-            points = np.stack([_origin(frame, shown) for frame, _ in mark.ends], axis=1)
+    for glyph in glyphs:
+        name = f"loop {glyph.name}"
+        things += joints(glyph.joints, shown, "loops", name)
+        things += [_arm(name, frame, on, shown) for frame, on in glyph.ends if on is not None]
+        if glyph.kind == "weld":
+            things += [_weld(name, frame, shown) for frame, _ in glyph.ends[:1]]
+        if glyph.kind == "distance":
+            points = np.stack([_origin(frame, shown) for frame, _ in glyph.ends], axis=1)
             radius = np.full(len(points), BAR * shown.half_axis)
             things.append(Strand(name, "loops", points, radius))
             things.append(Dots([name, name], "loops", points, BALL * shown.size))
@@ -77,7 +77,7 @@ def _weld(name: str, frame: Pose, shown: Shown) -> Solid:
     return Solid(name, "loops", "box", half, poses[:, :3, 3], quaternions(poses[:, :3, :3]))
 
 
-def forces(run: Run | Made, mark: LoopMark) -> plots.Figure | None:
+def forces(run: Run | Made, glyph: LoopGlyph) -> plots.Figure | None:
     """Constraint forces of a loop over time; None without accelerations."""
     at = run.instants(INSTANTS)
     known = at[np.isfinite(run.a[at]).all(axis=1)]
@@ -85,11 +85,11 @@ def forces(run: Run | Made, mark: LoopMark) -> plots.Figure | None:
         return None
     t = run.t[known]
     try:
-        held = mark.force(run.q[known], run.v[known], run.a[known], t, run.u[known])
+        held = glyph.force(run.q[known], run.v[known], run.a[known], t, run.u[known])
     except (ValueError, LissomError):
         # The last state of a failed run can overflow.
         return None
-    if mark.kind == "gear":
+    if glyph.kind == "gear":
         return curves.stacked(t, {"force of the gear": [("force", held)]})
     parts = {"force (N)": held[:, 3:], "moment (N m)": held[:, :3]}
     # Spherical joints and bars transmit no moment.
@@ -103,9 +103,9 @@ def gaps(run: Run | Made) -> plots.Figure | None:
     t = run.t[at]
     found: dict[str, list[tuple[str, Array]]] = {}
     try:
-        for mark in run.view.marks.loops:
-            for unit, values in mark.gaps(run.q[at], t).items():
-                found.setdefault(GAPS[unit], []).append((mark.name, values))
+        for glyph in run.view.glyphs.loops:
+            for unit, values in glyph.gaps(run.q[at], t).items():
+                found.setdefault(GAPS[unit], []).append((glyph.name, values))
     except (ValueError, LissomError):
         # The last state of a failed run can overflow.
         return None
@@ -115,5 +115,7 @@ def gaps(run: Run | Made) -> plots.Figure | None:
 def widest(run: Run | Made) -> Array:
     """Largest gap (metres, cosines, or units of a coordinate) of all loops in the displayed states."""
     at = run.instants(INSTANTS)
-    of_each = [values for mark in run.view.marks.loops for values in mark.gaps(run.q[at], run.t[at]).values()]
+    of_each = [
+        values for glyph in run.view.glyphs.loops for values in glyph.gaps(run.q[at], run.t[at]).values()
+    ]
     return np.asarray(np.max(of_each, axis=0))

@@ -117,13 +117,13 @@ def _in_space(run: Animated) -> Scene:
     # A body that travels far is small in its bounding box.
     size = max(seen.size, LEAST_SIZE * float(np.linalg.norm(high - low)))
     shown = layers.Shown(q, v, run.u[at], t, run.load_factor[at], size, widest(seen), half_axis(seen, size))
-    things = [*drawn, *symbols.symbols(seen.marks, shown)]
-    things += contacts.contacts(seen.marks.contacts, shown, low, high)
+    things = [*drawn, *symbols.symbols(seen.glyphs, shown)]
+    things += contacts.contacts(seen.glyphs.contacts, shown, low, high)
     low, high = layers.extent(things)
     low, high = box(low, high, 0.04 * float((high - low).max()))
     eye = eye_of(high - low)
-    things += symbols.around(seen.marks, low, high, eye)
-    ground = symbols.floor(seen.marks.gravity, low, high)
+    things += symbols.around(seen.glyphs, low, high, eye)
+    ground = symbols.floor(seen.glyphs.gravity, low, high)
     singular = {"rods": "rod", "bodies": "body", "tips": "tip", "paths": "path of the tip"}
     numbers = {"rods": seen.links, "bodies": seen.solids, "tips": seen.frames, "paths": seen.frames}
     names = {name: singular[name] for name, number in numbers.items() if len(number) == 1}
@@ -143,7 +143,7 @@ def _frames(run: Animated) -> NDArray[np.intp]:
 def tubes(seen: View, q: Array, v: Array, t: Array) -> list[layers.Tube]:
     """Links in several shapes, transparent if there is something inside."""
     least = LEAST_RADIUS * seen.size
-    is_hollow = any(mark.way is not None for mark in seen.marks.actuators)
+    is_hollow = any(glyph.way is not None for glyph in seen.glyphs.actuators)
     opacity = OPACITY_AROUND_ACTUATORS if is_hollow else 1.0
     return [solids.tube(link, q, v, t, least, opacity) for link in seen.links]
 

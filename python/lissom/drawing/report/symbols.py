@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from ...model.glyphs import Marks, SupportMark
+from ...model.glyphs import Glyphs, SupportGlyph
 from ...model.glyphs.joints import Pose
 from . import arrows
 from .actuators import actuators
@@ -34,19 +34,19 @@ CORNER_ARROW, CORNER_GAP, CORNER_HEAD = 0.13, 0.04, 0.4
 ANCHOR, SPRING = 0.012, 0.0035
 
 
-def symbols(marks: Marks, shown: Shown) -> list[Thing]:
+def symbols(glyphs: Glyphs, shown: Shown) -> list[Thing]:
     """All symbols of the robot itself."""
     return [
-        *joints(marks.joints, shown),
-        *loops(marks.loops, shown),
-        *actuators(marks.actuators, marks.joints, shown),
-        *loads(marks.loads, shown),
-        *_supports(marks.supports, shown),
-        *_clamps(marks.clamps, shown),
+        *joints(glyphs.joints, shown),
+        *loops(glyphs.loops, shown),
+        *actuators(glyphs.actuators, glyphs.joints, shown),
+        *loads(glyphs.loads, shown),
+        *_supports(glyphs.supports, shown),
+        *_clamps(glyphs.clamps, shown),
     ]
 
 
-def around(marks: Marks, low: Array, high: Array, eye: Array) -> list[Thing]:
+def around(glyphs: Glyphs, low: Array, high: Array, eye: Array) -> list[Thing]:
     """Gravity and current in the upper corners of a box seen from ``eye``."""
     diagonal = float(np.linalg.norm(high - low))
     things: list[Thing] = []
@@ -58,8 +58,8 @@ def around(marks: Marks, low: Array, high: Array, eye: Array) -> list[Thing]:
         corner[depth] = low[depth] if eye[depth] > 0.0 else high[depth]
         corner[2] = high[2]
     for layer, vector, corner, number in (
-        ("gravity", marks.gravity, left, 1),
-        ("current", marks.current, right, 3),
+        ("gravity", glyphs.gravity, left, 1),
+        ("current", glyphs.current, right, 3),
     ):
         norm = math.hypot(*vector)
         if norm == 0.0:
@@ -76,16 +76,16 @@ def around(marks: Marks, low: Array, high: Array, eye: Array) -> list[Thing]:
     return things
 
 
-def _supports(marks: Sequence[SupportMark], shown: Shown) -> list[Thing]:
+def _supports(glyphs: Sequence[SupportGlyph], shown: Shown) -> list[Thing]:
     """Springs from their anchors to the supported sections; only anchors for rigidly held directions."""
-    if not marks:
+    if not glyphs:
         return []
-    anchors = np.stack([mark.anchor for mark in marks])[None]
-    names = [f"support of {mark.name}" for mark in marks]
+    anchors = np.stack([glyph.anchor for glyph in glyphs])[None]
+    names = [f"support of {glyph.name}" for glyph in glyphs]
     things: list[Thing] = [Dots(names, "supports", anchors, ANCHOR * shown.size)]
-    for mark, name in zip(marks, names, strict=True):
-        if mark.holds_places:
-            points = _spring(mark.anchor, mark.pose(shown.q, shown.t)[..., :3, 3], shown.size)
+    for glyph, name in zip(glyphs, names, strict=True):
+        if glyph.holds_places:
+            points = _spring(glyph.anchor, glyph.pose(shown.q, shown.t)[..., :3, 3], shown.size)
             things.append(Strand(name, "supports", points, np.full(len(points), SPRING * shown.size)))
     return things
 

@@ -16,8 +16,8 @@ from ...results.runs import statistics as numbers
 from . import loops, motion
 
 if TYPE_CHECKING:
-    from ...model.glyphs.contacts import ContactMark
-    from ...model.glyphs.loops import LoopMark
+    from ...model.glyphs.contacts import ContactGlyph
+    from ...model.glyphs.loops import LoopGlyph
 
 METHODS = {
     "newmark": "Newmark (implicit, β = 1/4, γ = 1/2)",
@@ -282,7 +282,7 @@ def animation(run: Run | Made) -> str:
     sizes = [size for link in run.view.links for size in link.half_extents()]
     if sizes and min(sizes) < motion.LEAST_RADIUS * run.view.size:
         note += "; the rod itself is drawn thicker than it is"
-    if run.view.marks.loads:
+    if run.view.glyphs.loads:
         note += ". Arrows and rings show loads over time; small ones are enlarged"
     return f"{note}. Use the legend to show and hide layers."
 
@@ -297,21 +297,21 @@ def coordinates(shown: Sequence[Coordinate]) -> str:
     )
 
 
-def held(mark: LoopMark) -> str:
+def held(glyph: LoopGlyph) -> str:
     """Caption of the constraint forces of a loop."""
-    if mark.kind == "gear":
-        return f"The generalised force on the first coordinate of {mark.name}: {mark.between}."
+    if glyph.kind == "gear":
+        return f"The generalised force on the first coordinate of {glyph.name}: {glyph.between}."
     return (
-        f"Force and moment of the first end of {mark.name} on the second one ({mark.between}), in world "
+        f"Force and moment of the first end of {glyph.name} on the second one ({glyph.between}), in world "
         "axes; the moment is about the second end. If constraints are redundant, these are the smallest "
         "forces that hold all loops."
     )
 
 
-def pressed(mark: ContactMark) -> str:
+def pressed(glyph: ContactGlyph) -> str:
     """Caption of a contact force."""
     return (
-        f"Force that the second surface of {mark.name} exerts on the first one ({mark.between}), friction "
+        f"Force that the second surface of {glyph.name} exerts on the first one ({glyph.between}), friction "
         "included, in world axes, at the output times; impacts can be shorter."
     )
 

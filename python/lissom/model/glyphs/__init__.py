@@ -14,10 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..._lissom import Body, Harmonic, Input, Link, Load, Robot, Support, Weld
-from .actuators import ActuatorMark, actuator_marks
-from .contacts import NOTHING_TOUCHES, Touching, contact_marks
-from .joints import JointMark, Pose, joint_marks
-from .loops import LoopMark, loop_marks
+from .actuators import ActuatorGlyph, actuator_glyphs
+from .contacts import NOTHING_TOUCHES, Touching, contact_glyphs
+from .joints import JointGlyph, Pose, joint_glyphs
+from .loops import LoopGlyph, loop_glyphs
 
 Array = NDArray[np.float64]
 
@@ -26,7 +26,7 @@ PLACES_OF_FORCES, PLACES_OF_MOMENTS = 5, 3
 
 
 @dataclass(frozen=True)
-class LoadMark:
+class LoadGlyph:
     """A force or a moment on a link."""
 
     #: The link on which it acts.
@@ -44,7 +44,7 @@ class LoadMark:
 
 
 @dataclass(frozen=True)
-class SupportMark:
+class SupportGlyph:
     """Springs or dampers to the world."""
 
     #: The link that it holds.
@@ -57,16 +57,16 @@ class SupportMark:
 
 
 @dataclass(frozen=True)
-class Marks:
+class Glyphs:
     """Everything drawn of a robot besides its links."""
 
-    joints: Sequence[JointMark] = ()
-    loads: Sequence[LoadMark] = ()
-    supports: Sequence[SupportMark] = ()
+    joints: Sequence[JointGlyph] = ()
+    loads: Sequence[LoadGlyph] = ()
+    supports: Sequence[SupportGlyph] = ()
     #: Frames at which links are welded to the world or to a moving base.
     clamps: Sequence[Pose] = ()
-    actuators: Sequence[ActuatorMark] = ()
-    loops: Sequence[LoopMark] = ()
+    actuators: Sequence[ActuatorGlyph] = ()
+    loops: Sequence[LoopGlyph] = ()
     #: Contact pairs.
     contacts: Touching = NOTHING_TOUCHES
     #: Gravity in world axes, m/s^2.
@@ -75,20 +75,20 @@ class Marks:
     current: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
 
-def marks(robot: Robot, loads: Sequence[Load]) -> Marks:
-    """Create the marks of a robot with these loads."""
-    return Marks(
-        joints=[mark for link in robot.links for mark in _joint(robot, link)],
-        loads=[mark for load in loads for mark in _load(robot, load)],
+def glyphs(robot: Robot, loads: Sequence[Load]) -> Glyphs:
+    """Create the glyphs of a robot with these loads."""
+    return Glyphs(
+        joints=[glyph for link in robot.links for glyph in _joint(robot, link)],
+        loads=[glyph for load in loads for glyph in _load(robot, load)],
         supports=[_support(robot, support) for support in robot.supports],
         clamps=[
             partial(_base, robot, link)
             for link in robot.links
             if link.parent is None and isinstance(link.joint, Weld)
         ],
-        actuators=actuator_marks(robot),
-        loops=loop_marks(robot),
-        contacts=contact_marks(robot),
+        actuators=actuator_glyphs(robot),
+        loops=loop_glyphs(robot),
+        contacts=contact_glyphs(robot),
         gravity=robot.gravity,
         current=robot.fluid.velocity if robot.fluid is not None else (0.0, 0.0, 0.0),
     )
@@ -127,12 +127,12 @@ def _welded(name: str, link: Link) -> Link:
     return Link(name, body=Body(1.0), position=link.position, orientation=link.orientation)
 
 
-def _joint(robot: Robot, link: Link) -> list[JointMark]:
-    """The marks of the joint of a link."""
-    return joint_marks(link.name, link.joint, _frame(robot, link), partial(_base, robot, link))
+def _joint(robot: Robot, link: Link) -> list[JointGlyph]:
+    """The glyphs of the joint of a link."""
+    return joint_glyphs(link.name, link.joint, _frame(robot, link), partial(_base, robot, link))
 
 
-def _load(robot: Robot, load: Load) -> list[LoadMark]:
+def _load(robot: Robot, load: Load) -> list[LoadGlyph]:
     """The force and the moment of a load, if nonzero."""
     name = load.link or robot.links[0].name
     link = next(link for link in robot.links if link.name == name)
@@ -143,7 +143,7 @@ def _load(robot: Robot, load: Load) -> list[LoadMark]:
     if link.rod is not None and not is_spread:
         outwards = 1 if np.isclose(at, length) else -1 if at == 0.0 else 0
 
-    def mark(kind: Literal["force", "moment"], signal: Any, places: int) -> list[LoadMark]:
+    def glyph(kind: Literal["force", "moment"], signal: Any, places: int) -> list[LoadGlyph]:
         if isinstance(signal, tuple) and len(signal) == 3 and not any(signal):
             return []
         X = None
@@ -152,11 +152,11 @@ def _load(robot: Robot, load: Load) -> list[LoadMark]:
         elif link.rod is not None:
             X = np.array([at])
         pose, value = partial(_places, robot, name, X), partial(_value, robot, signal)
-        return [LoadMark(name, kind, is_spread, pose, value, load.frame == "body", outwards)]
+        return [LoadGlyph(name, kind, is_spread, pose, value, load.frame == "body", outwards)]
 
     return [
-        *mark("force", load.force, PLACES_OF_FORCES),
-        *mark("moment", load.moment, PLACES_OF_MOMENTS),
+        *glyph("force", load.force, PLACES_OF_FORCES),
+        *glyph("moment", load.moment, PLACES_OF_MOMENTS),
     ]
 
 
@@ -195,7 +195,7 @@ def value_at(signal: Any, t: float | Array) -> Array:
     return np.broadcast_to(found, (*times.shape, 3))
 
 
-def _support(robot: Robot, support: Support) -> SupportMark:
+def _support(robot: Robot, support: Support) -> SupportGlyph:
     name = support.link or robot.links[0].name
     link = next(link for link in robot.links if link.name == name)
     at = support.at
@@ -210,7 +210,7 @@ def _support(robot: Robot, support: Support) -> SupportMark:
         anchor = resting.pose(np.zeros(resting.n), at, link=name)[:3, 3]
     else:
         anchor = np.asarray(support.position, float)
-    return SupportMark(name, anchor, pose, any(support.stiffness) or any(support.damping))
+    return SupportGlyph(name, anchor, pose, any(support.stiffness) or any(support.damping))
 
 
 def _at_rest(robot: Robot) -> Robot:

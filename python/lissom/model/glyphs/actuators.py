@@ -22,7 +22,7 @@ POINTS_OF_PART = 17
 
 
 @dataclass(frozen=True)
-class ActuatorMark:
+class ActuatorGlyph:
     """An actuator in drawings and plots."""
 
     name: str
@@ -46,12 +46,12 @@ class ActuatorMark:
     pulled_by: str | None = None
 
 
-def actuator_marks(robot: Robot) -> list[ActuatorMark]:
-    """Marks of all actuators of a robot."""
-    return [_mark(robot, actuator) for actuator in robot.actuators]
+def actuator_glyphs(robot: Robot) -> list[ActuatorGlyph]:
+    """Glyphs of all actuators of a robot."""
+    return [_glyph(robot, actuator) for actuator in robot.actuators]
 
 
-def _mark(robot: Robot, actuator: object) -> ActuatorMark:
+def _glyph(robot: Robot, actuator: object) -> ActuatorGlyph:
     kind: Literal["tendon", "chamber", "motor", "active strain"]
     way, radius, coordinate, is_let_out, pulled_by = None, 0.0, None, False, None
     match actuator:
@@ -78,7 +78,9 @@ def _mark(robot: Robot, actuator: object) -> ActuatorMark:
     def length(q: Array, t: Array) -> Array:
         return np.asarray(robot.actuator_length(name, q, t=t), float)
 
-    return ActuatorMark(name, kind, quantities, force, length, way, radius, coordinate, is_let_out, pulled_by)
+    return ActuatorGlyph(
+        name, kind, quantities, force, length, way, radius, coordinate, is_let_out, pulled_by
+    )
 
 
 def _way(robot: Robot, path: Sequence[Along | Via], q: Array, t: Array) -> Array:

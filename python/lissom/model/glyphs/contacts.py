@@ -38,7 +38,7 @@ BREAK = np.full((1, 3), np.nan)
 
 
 @dataclass(frozen=True)
-class ContactMark:
+class ContactGlyph:
     """A pair of surfaces that can touch."""
 
     name: str
@@ -59,7 +59,7 @@ class ContactMark:
 class Touching:
     """All contact pairs of a robot."""
 
-    pairs: Sequence[ContactMark] = ()
+    pairs: Sequence[ContactGlyph] = ()
     #: Touching places, for (n,) coordinates and velocities, and a time.
     touches: Callable[[Array, Array, float], Sequence[Touch]] | None = None
 
@@ -68,11 +68,11 @@ class Touching:
 NOTHING_TOUCHES: Touching = Touching()
 
 
-def contact_marks(robot: Robot) -> Touching:
-    """Marks of all contacts of a robot."""
+def contact_glyphs(robot: Robot) -> Touching:
+    """Glyphs of all contacts of a robot."""
     if not robot.contacts:
         return NOTHING_TOUCHES
-    return Touching([_mark(robot, contact) for contact in robot.contacts], partial(_touches, robot))
+    return Touching([_glyph(robot, contact) for contact in robot.contacts], partial(_touches, robot))
 
 
 def turn_of(orientation: Sequence[float]) -> Array:
@@ -112,7 +112,7 @@ def _touches(robot: Robot, q: Array, v: Array, t: float) -> Sequence[Touch]:
     return robot.touches(q, v, t=t)
 
 
-def _mark(robot: Robot, contact: Contact) -> ContactMark:
+def _glyph(robot: Robot, contact: Contact) -> ContactGlyph:
     def force(q: Array, v: Array, t: Array) -> Array:
         return np.asarray(robot.contact_forces(q, v, name=contact.name, t=t), float)[..., 3:]
 
@@ -122,7 +122,7 @@ def _mark(robot: Robot, contact: Contact) -> ContactMark:
     balls = [(partial(_ball, robot, ball), ball.radius) for ball in surfaces if isinstance(ball, Ball)]
     shapes = [(shape, partial(_axes, robot, shape)) for shape in others if shape.link is not None]
     between = " and ".join(_word(surface) for surface in surfaces)
-    return ContactMark(contact.name, between, obstacle, balls, shapes, force)
+    return ContactGlyph(contact.name, between, obstacle, balls, shapes, force)
 
 
 def _word(surface: object) -> str:

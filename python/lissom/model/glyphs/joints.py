@@ -19,46 +19,46 @@ Pose = Callable[[Array, float | Array], Array]
 
 
 @dataclass(frozen=True)
-class JointMark:
+class JointGlyph:
     """An axis, a plane or a point of a joint."""
 
     #: The link that the joint moves, or the loop that it closes.
     name: str
     kind: Literal["turning", "sliding", "plane", "ball"]
-    #: The frame of the mark: x along the axis, or along the normal of the plane.
+    #: The frame of the glyph: x along the axis, or along the normal of the plane.
     pose: Pose
     #: The frame that the joint moves: the base of the link.
     base: Pose
 
     def travel(self, q: Array, t: float | Array) -> Array:
-        """Displacement of the base relative to the mark, along the axes of the mark, (..., 3), metres."""
-        mark, base = self.pose(q, t), self.base(q, t)
-        moved: Array = np.einsum("...ij,...i->...j", mark[..., :3, :3], base[..., :3, 3] - mark[..., :3, 3])
+        """Displacement of the base relative to the glyph, along the axes of the glyph, (..., 3), metres."""
+        glyph, base = self.pose(q, t), self.base(q, t)
+        moved: Array = np.einsum("...ij,...i->...j", glyph[..., :3, :3], base[..., :3, 3] - glyph[..., :3, 3])
         return moved
 
 
-def joint_marks(name: str, joint: Joint, frame: Pose, base: Pose) -> list[JointMark]:
-    """The marks of a joint between its frame and the base that it moves."""
+def joint_glyphs(name: str, joint: Joint, frame: Pose, base: Pose) -> list[JointGlyph]:
+    """The glyphs of a joint between its frame and the base that it moves."""
 
-    def mark(kind: Literal["turning", "sliding", "plane", "ball"], pose: Pose, axes: Array) -> JointMark:
-        return JointMark(name, kind, partial(_turned, pose, axes), base)
+    def glyph(kind: Literal["turning", "sliding", "plane", "ball"], pose: Pose, axes: Array) -> JointGlyph:
+        return JointGlyph(name, kind, partial(_turned, pose, axes), base)
 
     match joint:
         case Revolute(axis=axis):
-            return [mark("turning", frame, _along(axis))]
+            return [glyph("turning", frame, _along(axis))]
         case Prismatic(axis=axis):
-            return [mark("sliding", frame, _along(axis))]
+            return [glyph("sliding", frame, _along(axis))]
         case Cylindrical(axis=axis):
-            return [mark("sliding", frame, _along(axis)), mark("turning", base, _along(axis))]
+            return [glyph("sliding", frame, _along(axis)), glyph("turning", base, _along(axis))]
         case Universal(axis1=axis1, axis2=axis2):
             # The joint rotates the second axis about the first one, and the link about the second one.
-            return [mark("turning", frame, _along(axis1)), mark("turning", base, _along(axis2))]
+            return [glyph("turning", frame, _along(axis1)), glyph("turning", base, _along(axis2))]
         case Planar(normal=normal):
-            return [mark("plane", frame, _plane(normal)), mark("turning", base, _along(normal))]
+            return [glyph("plane", frame, _plane(normal)), glyph("turning", base, _along(normal))]
         case Spherical():
-            return [mark("ball", frame, np.eye(3))]
+            return [glyph("ball", frame, np.eye(3))]
         case _:
-            # Welds and free joints have no marks.
+            # Welds and free joints have no glyphs.
             return []
 
 

@@ -29,7 +29,7 @@ from ..._lissom import (
     Universal,
     Weld,
 )
-from .joints import JointMark, Pose, joint_marks
+from .joints import JointGlyph, Pose, joint_glyphs
 
 Array = NDArray[np.float64]
 
@@ -47,15 +47,15 @@ ROWS: Mapping[type, tuple[int, int]] = {
 
 
 @dataclass(frozen=True)
-class LoopMark:
+class LoopGlyph:
     """A joint that closes a loop, for drawings and plots."""
 
     name: str
     kind: Literal["joint", "weld", "distance", "gear"]
     #: Description of the two ends.
     between: str
-    #: Marks of its joint: axes, planes or points.
-    joints: Sequence[JointMark]
+    #: Glyphs of its joint: axes, planes or points.
+    joints: Sequence[JointGlyph]
     #: The frames of its ends, each with the pose of its section or body, or None in the world; empty for a
     #: gear.
     ends: Sequence[tuple[Pose, Pose | None]]
@@ -66,36 +66,36 @@ class LoopMark:
     gaps: Callable[[Array, Array], Mapping[str, Array]]
 
 
-def loop_marks(robot: Robot) -> list[LoopMark]:
-    """Marks of all closed loops of a robot."""
+def loop_glyphs(robot: Robot) -> list[LoopGlyph]:
+    """Glyphs of all closed loops of a robot."""
     # Gears come last.
     first = 0
     places: dict[str, int] = {}
     for closed in sorted(robot.loops, key=lambda closed: isinstance(closed.kind, Gear)):
         places[closed.name] = first
         first += sum(_rows(closed))
-    return [_mark(robot, closed, places[closed.name]) for closed in robot.loops]
+    return [_glyph(robot, closed, places[closed.name]) for closed in robot.loops]
 
 
 def _rows(closed: Loop) -> tuple[int, int]:
     return ROWS.get(type(closed.kind), (1, 0))
 
 
-def _mark(robot: Robot, closed: Loop, first: int) -> LoopMark:
+def _glyph(robot: Robot, closed: Loop, first: int) -> LoopGlyph:
     def force(q: Array, v: Array, a: Array, t: Array, u: Array) -> Array:
         return np.asarray(robot.loop_forces(q, v, a, name=closed.name, t=t, u=u), float)
 
     gaps = partial(_gaps, robot, closed, first)
     if isinstance(closed.kind, Gear):
-        return LoopMark(closed.name, "gear", f"{closed.a} and {closed.b}", (), (), force, gaps)
+        return LoopGlyph(closed.name, "gear", f"{closed.a} and {closed.b}", (), (), force, gaps)
     ends = [_end(robot, end) for end in (closed.a, closed.b)]
     names = [end.link or "the world" for end in (closed.a, closed.b) if isinstance(end, LoopEnd)]
-    joints: Sequence[JointMark] = ()
+    joints: Sequence[JointGlyph] = ()
     kind: Literal["joint", "weld", "distance"] = "distance"
     if not isinstance(closed.kind, Distance):
-        joints = joint_marks(closed.name, closed.kind, ends[0][0], ends[1][0])
+        joints = joint_glyphs(closed.name, closed.kind, ends[0][0], ends[1][0])
         kind = "joint" if joints else "weld"
-    return LoopMark(closed.name, kind, " and ".join(names), joints, ends, force, gaps)
+    return LoopGlyph(closed.name, kind, " and ".join(names), joints, ends, force, gaps)
 
 
 def _end(robot: Robot, end: object) -> tuple[Pose, Pose | None]:

@@ -22,7 +22,7 @@ from lissom import (
 from lissom.analysis.advice import about_impacts, impact_time
 from lissom.drawing.report import contacts, layers
 from lissom.drawing.report.layers import Arrows, Dots, Line, Shown, Solid, Strand
-from lissom.model.glyphs.contacts import contact_marks
+from lissom.model.glyphs.contacts import contact_glyphs
 
 SCENES = Path(__file__).parents[3] / "scenes"
 
@@ -41,7 +41,7 @@ def drawn(made, q):
     q = np.asarray(q, float)
     at = np.zeros(len(q))
     shown = Shown(q, 0.0 * q, np.zeros((len(q), 0)), at, at, 1.0, 0.01, 0.05)
-    return contacts.contacts(contact_marks(made), shown, LOW, HIGH)
+    return contacts.contacts(contact_glyphs(made), shown, LOW, HIGH)
 
 
 def test_a_floor_is_a_plate_whose_top_is_the_plane():
@@ -145,7 +145,7 @@ def test_shapes_on_links_are_drawn_where_these_go():
     np.testing.assert_allclose(sphere.points[:, 0], [[0, 1, 0], [2, 0, 0]], atol=1e-12)
     np.testing.assert_allclose(bar.points[1], [[3, 0, 0], [3, 0, 1]], atol=1e-12)
     assert edges.points.shape[0] == 2
-    assert contact_marks(made).pairs[0].between == "a ball on ball and a box on block"
+    assert contact_glyphs(made).pairs[0].between == "a ball on ball and a box on block"
 
 
 def test_arrows_point_where_what_touches_is_pushed():
@@ -173,7 +173,7 @@ def test_merged_arrows_keep_the_force():
     assert len(touches) > contacts.MOST_ARROWS
     merged = contacts._merged(touches)
     assert len(merged) == contacts.MOST_ARROWS
-    whole = contact_marks(made).pairs[0].force(q[None], 0.0 * q[None], np.zeros(1))
+    whole = contact_glyphs(made).pairs[0].force(q[None], 0.0 * q[None], np.zeros(1))
     np.testing.assert_allclose(merged[:, 1].sum(axis=0), whole[0], rtol=1e-12)
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import lissom
-from lissom.model.glyphs import marks, value_at
+from lissom.model.glyphs import glyphs, value_at
 
 SOFT = lissom.Segment(
     0.2, 0.01, 3e5, poisson_ratio=0.4, density=1000, modes={"torsion": 1, "bend_y": 2, "bend_z": 2}
@@ -41,7 +41,7 @@ def test_what_a_joint_moves_in_stays_where_the_joint_is(joint):
     rng = np.random.default_rng(1)
     q, t = rng.uniform(-0.7, 0.7, (6, robot.n)), rng.uniform(0.0, 1.0, 6)
     frame = welded.pose(np.zeros((6, 0)), link="link", t=t)
-    first, *others = marks(robot, ()).joints
+    first, *others = glyphs(robot, ()).joints
     pose = first.pose(q, t)
     # A rail, a plane, and an axis that the joint does not rotate; axes of rotation are at the link.
     is_fixed = first.kind in ("sliding", "plane") or not others
@@ -55,7 +55,7 @@ def test_what_a_joint_moves_in_stays_where_the_joint_is(joint):
 
 def test_a_plane_is_spanned_by_what_the_link_moves_along():
     robot = one(lissom.Planar(AXIS))
-    plane, turning = marks(robot, ()).joints
+    plane, turning = glyphs(robot, ()).joints
     q = np.array([0.3, -0.2, 0.9])
     pose, base = plane.pose(q, 0.0), robot.pose(q, link="link")
     np.testing.assert_allclose(plane.travel(q, 0.0), [0.0, *q[:2]], atol=1e-14)
@@ -65,7 +65,7 @@ def test_a_plane_is_spanned_by_what_the_link_moves_along():
 
 def test_a_cross_has_an_axis_on_either_side():
     robot = one(lissom.Universal((0, 1, 0), (0, 0, 1)))
-    first, second = marks(robot, ()).joints
+    first, second = glyphs(robot, ()).joints
     rest, q = np.zeros(2), np.array([0.8, -1.1])
     frame, base = robot.pose(rest, link="link"), robot.pose(q, link="link")
     # The first axis is fixed in the parent, the second one in the link.
@@ -75,7 +75,7 @@ def test_a_cross_has_an_axis_on_either_side():
 
 def test_a_slide_also_turns_where_it_is_cylindrical():
     robot = one(lissom.Cylindrical(AXIS))
-    rail, axis = marks(robot, ()).joints
+    rail, axis = glyphs(robot, ()).joints
     assert (rail.kind, axis.kind) == ("sliding", "turning")
     q = np.array([0.4, 2.0])
     np.testing.assert_allclose(rail.travel(q, 0.0), [q[0], 0.0, 0.0], atol=1e-14)
@@ -102,7 +102,7 @@ def test_joints_that_are_driven_have_no_coordinates_but_are_drawn():
     assert robot.n == 6
     t = np.linspace(0.0, 1.0, 7)
     q = np.random.default_rng(3).uniform(-1, 1, (7, 6))
-    left, right = marks(robot, ()).joints
+    left, right = glyphs(robot, ()).joints
     along = np.array([1.0, 0.0, 0.0])
     displacement = 0.1 * np.sin(2 * np.pi * t)[:, None]
     np.testing.assert_allclose(left.travel(q, t), displacement * along, atol=1e-14)
@@ -116,7 +116,7 @@ def test_anchors_are_where_driven_joints_have_not_moved():
     slide = lissom.Prismatic((1, 0, 0), motion=lissom.Harmonic(0.1, 1.0, mean=0.5))
     links = [lissom.Link("sled", joint=slide, position=PLACE), lissom.Link("arm", rod=[SOFT], parent="sled")]
     robot = lissom.Robot(links, supports=[lissom.Support(stiffness=3.0, link="arm")])
-    (support,) = marks(robot, ()).supports
+    (support,) = glyphs(robot, ()).supports
     np.testing.assert_allclose(support.anchor, np.add(PLACE, (0.2, 0, 0)), atol=1e-15)
     # The spring's elongation is the displacement of the sled: this is its force.
     q, rest = np.zeros(robot.n), np.zeros(robot.n)
@@ -127,13 +127,13 @@ def test_anchors_are_where_driven_joints_have_not_moved():
 
 
 def test_nothing_joins_what_is_free_or_welded():
-    assert marks(one(lissom.Free()), ()).joints == []
-    welded = marks(one(lissom.Weld()), ())
+    assert glyphs(one(lissom.Free()), ()).joints == []
+    welded = glyphs(one(lissom.Weld()), ())
     assert welded.joints == []
     assert len(welded.clamps) == 1
-    assert len(marks(one(lissom.Free()), ()).clamps) == 0
+    assert len(glyphs(one(lissom.Free()), ()).clamps) == 0
     arm = lissom.Robot([lissom.Link("a", body=BODY), lissom.Link("b", rod=[SOFT], parent="a")])
-    assert len(marks(arm, ()).clamps) == 1, "what is welded to another link is not clamped to the world"
+    assert len(glyphs(arm, ()).clamps) == 1, "what is welded to another link is not clamped to the world"
 
 
 TABLE = ([0.0, 1.0, 3.0], [[0, 0, 0], [1, -2, 4], [1, 0, 0]])
@@ -160,7 +160,7 @@ def test_what_varies_in_time_is_followed(signal, expected):
 
 
 def test_the_work_of_drawn_forces_is_that_of_the_robot():
-    """Places, axes and values of the marks give the power that the loads supply."""
+    """Places, axes and values of the glyphs give the power that the loads supply."""
     loads = [
         lissom.Load(force=lissom.Harmonic((1, 2, 3), 1.5), link="finger", at=0.07),
         lissom.Load(force=(-1, 0.5, 0.2), moment=(0.1, 0.2, 0.3), frame="body", link="finger"),
@@ -177,25 +177,25 @@ def test_the_work_of_drawn_forces_is_that_of_the_robot():
     a = np.zeros(robot.n)
     force = unloaded.inverse_dynamics(q, v, a) - robot.inverse_dynamics(q, v, a, t=t)
     power = 0.0
-    for mark in marks(robot, robot.loads).loads:
-        ((place),) = mark.pose(q, t)
-        (value,) = mark.value(np.array([t]), np.zeros((1, 0)))
-        world = place[:3, :3] @ value if mark.follows else value
-        X = {"palm": None, "finger": 0.2}[mark.name]
-        velocity = robot.velocity(q, v, 0.07 if mark.outwards == 0 and X else X, link=mark.name)
-        power += world @ (velocity[3:] if mark.kind == "force" else velocity[:3])
+    for glyph in glyphs(robot, robot.loads).loads:
+        ((place),) = glyph.pose(q, t)
+        (value,) = glyph.value(np.array([t]), np.zeros((1, 0)))
+        world = place[:3, :3] @ value if glyph.follows else value
+        X = {"palm": None, "finger": 0.2}[glyph.name]
+        velocity = robot.velocity(q, v, 0.07 if glyph.outwards == 0 and X else X, link=glyph.name)
+        power += world @ (velocity[3:] if glyph.kind == "force" else velocity[:3])
     assert power == pytest.approx(force @ v, rel=1e-10)
 
 
 def test_spread_loads_have_places_along_their_part():
     load = lissom.Load(force=(0, 0, -1), moment=(1, 0, 0), along=(0.05, 0.15))
-    force, moment = marks(lissom.Robot([lissom.Link("rod", rod=[SOFT])]), [load]).loads
-    at = [mark.pose(np.zeros((4, 5)), 0.0)[:, :, 0, 3] for mark in (force, moment)]
+    force, moment = glyphs(lissom.Robot([lissom.Link("rod", rod=[SOFT])]), [load]).loads
+    at = [glyph.pose(np.zeros((4, 5)), 0.0)[:, :, 0, 3] for glyph in (force, moment)]
     np.testing.assert_allclose(at[0], np.tile(np.linspace(0.05, 0.15, 5), (4, 1)), atol=1e-15)
     np.testing.assert_allclose(at[1], np.tile([0.05, 0.1, 0.15], (4, 1)), atol=1e-15)
     assert force.is_spread
     assert force.outwards == 0
-    tip, base = (marks(lissom.Rod([SOFT]), [lissom.Load(force=AXIS, at=at)]).loads[0] for at in (None, 0.0))
+    tip, base = (glyphs(lissom.Rod([SOFT]), [lissom.Load(force=AXIS, at=at)]).loads[0] for at in (None, 0.0))
     assert (tip.outwards, base.outwards) == (1, -1)
 
 
@@ -206,7 +206,7 @@ def test_supports_are_anchored_where_the_robot_holds_them():
         lissom.Support(rotational_stiffness=2.0, position=PLACE),
     ]
     rod = lissom.Rod([SOFT], base_position=(0.3, 0, 0), base_motion=MOVED, supports=supports)
-    held, directed = marks(rod, ()).supports
+    held, directed = glyphs(rod, ()).supports
     np.testing.assert_allclose(held.anchor, [0.42, 0, 0], atol=1e-15)
     np.testing.assert_allclose(directed.anchor, PLACE)
     assert held.holds_places
@@ -215,4 +215,4 @@ def test_supports_are_anchored_where_the_robot_holds_them():
     q = np.array([0.3, 1.0, -2.0, 0.5, 1.0])
     np.testing.assert_allclose(held.pose(q, 0.25), rod.pose(q, 0.12, t=0.25))
     np.testing.assert_allclose(directed.pose(q, 0.25), rod.pose(q, 0.2, t=0.25))
-    assert marks(resting, ()).supports == []
+    assert glyphs(resting, ()).supports == []

@@ -23,7 +23,7 @@ from lissom import (
 from lissom.drawing import report
 from lissom.drawing.report import layers, loops
 from lissom.drawing.report.layers import Shown
-from lissom.model.glyphs.loops import ROWS, loop_marks
+from lissom.model.glyphs.loops import ROWS, loop_glyphs
 from lissom.model.views import view
 from lissom.results.runs import Made
 
@@ -62,7 +62,7 @@ def test_marks_are_those_of_the_robot(name):
     rng = np.random.default_rng(3)
     q, v, a = 0.3 * rng.normal(size=(3, 4, model.n))
     t, u = np.zeros(4), np.zeros((4, 0))
-    gear, tied = loop_marks(model)
+    gear, tied = loop_glyphs(model)
     assert (gear.name, tied.name, gear.kind) == ("gear", name, "gear")
     np.testing.assert_array_equal(tied.force(q, v, a, t, u), model.loop_forces(q, v, a, name=name))
     np.testing.assert_array_equal(gear.force(q, v, a, t, u), model.loop_forces(q, v, a, name="gear"))
@@ -100,7 +100,7 @@ def test_each_kind_is_drawn(name, kinds):
     model = robot(name)
     q = np.zeros((2, model.n))
     q[1, 3:6] = 0.05
-    things = loops.loops(view(model).marks.loops, shown(model, q, q))
+    things = loops.loops(view(model).glyphs.loops, shown(model, q, q))
     assert {thing.layer for thing in things} == {"loops"}
     assert {thing.name for thing in things} == {f"loop {name}"}
     found = [thing.kind for thing in things]
@@ -150,4 +150,4 @@ def test_models_without_loops_have_no_such_section():
     rod = lissom.Rod([lissom.Segment(0.2, 0.01, 1e6, 4e5, 1000.0, modes={"bend_y": 2})])
     built = report.build_result(lissom.simulate(rod, 0.1), "Rod")
     assert "Closed loops" not in [section.title for section in built.sections]
-    assert view(rod).marks.loops == []
+    assert view(rod).glyphs.loops == []
