@@ -21,7 +21,7 @@ from ._lissom import (
     Simulation,
     StaticsResult,
 )
-from .analysis.base import Shown
+from .analysis.base import ParameterResult
 from .common.arguments import text
 
 if TYPE_CHECKING:
@@ -405,25 +405,27 @@ def _report_ensemble(
     write_ensemble(self, path, _text(title), model)
 
 
-def _save_plain(self: Shown, path: str | os.PathLike[str]) -> None:
+def _save_plain(self: ParameterResult, path: str | os.PathLike[str]) -> None:
     from .results.io import save
 
     save(self, path)  # type: ignore[arg-type]
 
 
-def _dataset_plain(self: Shown) -> xarray.Dataset:
+def _dataset_plain(self: ParameterResult) -> xarray.Dataset:
     from .results.datasets import dataset
 
     return dataset(self)
 
 
-def _plot_parameters(self: Shown) -> NDArray[Any]:
+def _plot_parameters(self: ParameterResult) -> NDArray[Any]:
     from .drawing.pictures import of_parameters
 
     return of_parameters(self)
 
 
-def _report_parameters(self: Shown, path: str | os.PathLike[str], *, title: str | None = None) -> None:
+def _report_parameters(
+    self: ParameterResult, path: str | os.PathLike[str], *, title: str | None = None
+) -> None:
     """Write an HTML report in a single file.
 
     Parameters
@@ -653,13 +655,16 @@ def attach() -> None:
     shown = "Draw the coordinates: their median and spread over time, or the last ones of each run."
     _attach(EnsembleResult, "plot", _plot_ensemble, f"{shown}\n{_NAMES}{_AXES}")
     _attach(EnsembleResult, "report", _report_ensemble)
-    _attach(Shown, "save", _save_plain, _SAVE.format(kinds=_ALL_KINDS, model=""))
+    _attach(ParameterResult, "save", _save_plain, _SAVE.format(kinds=_ALL_KINDS, model=""))
     _attach(
-        Shown, "to_xarray", _dataset_plain, _DATASET.format(model="", holds="With the parameters by name.")
+        ParameterResult,
+        "to_xarray",
+        _dataset_plain,
+        _DATASET.format(model="", holds="With the parameters by name."),
     )
     drawn = "Draw derivatives of positions or coordinates, or what was measured beside what was fitted."
-    _attach(Shown, "plot", _plot_parameters, f"{drawn}\n{_AXES}")
-    _attach(Shown, "report", _report_parameters)
+    _attach(ParameterResult, "plot", _plot_parameters, f"{drawn}\n{_AXES}")
+    _attach(ParameterResult, "report", _report_parameters)
     holds = {
         StaticsResult: "The coordinates at equilibrium and the stability.",
         ContinuationResult: "Coordinates, load factor, lowest eigenvalue and stability along the path.",

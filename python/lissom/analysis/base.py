@@ -1,4 +1,4 @@
-"""Common base of results written in Python: read-only arrays, and the methods defined in `methods`."""
+"""Common base of results of parameters: read-only arrays, and the methods that `attached` defines."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 
-class Shown:
+class ParameterResult:
     """Base of frozen dataclasses for results with one number per parameter."""
 
     def __post_init__(self) -> None:

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from .._lissom import LissomError, Model, Robot, StaticsResult, statics
 from ..common.arguments import whole
 from ..common.interruption import Keeping
-from .base import Shown
+from .base import ParameterResult
 from .parameters import OfModel, names_of, place_derivative, resolved, value_of
 
 Array = NDArray[np.float64]
@@ -29,7 +29,7 @@ SYMMETRIC = 1e-6
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class EquilibriumSensitivityResult(Shown):
+class EquilibriumSensitivityResult(ParameterResult):
     """An equilibrium and its derivatives.
 
     It can be copied, pickled and saved, and has plots, reports and datasets.

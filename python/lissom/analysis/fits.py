@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from .._lissom import LissomError, Robot, finite_array
 from ..common.arguments import number, sequence, whole
 from ..common.extras import missing
-from .base import Shown
+from .base import ParameterResult
 from .measurements import (
     Measured,
     NaturalFrequencies,
@@ -36,7 +36,7 @@ PART = 0.1
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class FitResult(Shown):
+class FitResult(ParameterResult):
     """Best-fit parameters, and how well the data determine them.
 
     It can be copied, pickled and saved; `report(path)` writes a page with values, intervals, correlations and

@@ -15,7 +15,7 @@ from .._lissom import LissomError, Model, Robot, finite_array, sensitivities, si
 from ..common.arguments import text
 from ..common.interruption import Keeping
 from ..methods import Newmark, Radau, shorthand
-from .base import Shown
+from .base import ParameterResult
 from .parameters import OfInput, OfModel, OfStart, Parameter, names_of, place_derivative, resolved
 
 Array = NDArray[np.float64]
@@ -56,7 +56,7 @@ OF_STEPS = (
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class SensitivityResult(Shown):
+class SensitivityResult(ParameterResult):
     """A run and its derivatives.
 
     It can be copied, pickled and saved, and has plots, reports and datasets.

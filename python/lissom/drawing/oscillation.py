@@ -18,7 +18,7 @@ AMPLITUDE = 0.15
 ROUNDING = 1e-7
 
 
-def swing(setting: Setting, q: Array, shape: NDArray[np.number], phase: Array) -> Array:
+def mode_motion(setting: Setting, q: Array, shape: NDArray[np.number], phase: Array) -> Array:
     """Coordinates (m, n) of a mode with shape (n,) about ``q``, at fractions (m,) of its period."""
     scaled = shape * (AMPLITUDE / _deflection(setting, q, shape))
     moved: Array = q + np.real(np.exp(2j * np.pi * phase)[:, None] * scaled)

@@ -31,7 +31,7 @@ from ..model.views import Coordinate, View, view
 from ..results.datasets import coordinates
 from ..results.runs import energies, instants
 from ..results.studies import Setting, way
-from .oscillation import frequency, swing
+from .oscillation import frequency, mode_motion
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -364,7 +364,7 @@ def animate_mode(
         )
     count = _count(fps, duration)
     # The period ends one frame before it repeats, so that players loop smoothly.
-    states = swing(setting, q, result.shapes[:, mode], np.arange(count) / count)
+    states = mode_motion(setting, q, result.shapes[:, mode], np.arange(count) / count)
     title = f"mode {mode + 1} of {number}: {frequency(result, int(mode))}"
     _film(path, fps, setting.view, states, np.full(count, setting.t), [title] * count)
 

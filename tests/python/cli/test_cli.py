@@ -538,7 +538,7 @@ def test_ctrl_c_keeps_the_parts_that_are_done(tmp_path):
 @pytest.mark.parametrize("command", ["statics", "modes"])
 def test_ctrl_c_keeps_what_a_search_has_found(command, scene, tmp_path):
     """A search that takes steps without end."""
-    program = "from lissom import studies; import signal, threading\n"
+    program = "from lissom.results import studies; import signal, threading\n"
     program += "real, options = studies.statics, {'load_steps': [k / 10**6 for k in range(1, 10**6 + 1)]}\n"
     program += "def statics(*arguments, t, **more):\n"
     program += "    threading.Timer(1.0, signal.raise_signal, [signal.SIGINT]).start()\n"

@@ -64,7 +64,7 @@ def test_new_scenes_are_good_and_run(kind, tmp_path, monkeypatch):
 
 def test_new_scenes_explain_their_units():
     for kind in KINDS:
-        text = (files("lissom") / "templates" / f"{kind}.toml").read_text(encoding="utf-8")
+        text = (files("lissom.cli") / "templates" / f"{kind}.toml").read_text(encoding="utf-8")
         assert text.startswith("# ")
         assert "SI" in text.splitlines()[0]
         assert text.count("#") > 10
@@ -73,7 +73,7 @@ def test_new_scenes_explain_their_units():
 def test_keys_that_are_commented_out_exist():
     """Removing the comment signs gives a valid scene."""
     for kind in KINDS:
-        text = (files("lissom") / "templates" / f"{kind}.toml").read_text(encoding="utf-8")
+        text = (files("lissom.cli") / "templates" / f"{kind}.toml").read_text(encoding="utf-8")
         full, count = re.subn(r"^# (\w+ = )", r"\1", text, flags=re.MULTILINE)
         assert tomllib.loads(full)
         assert lissom.Scene.loads(full).run().status == "finished", (kind, count)

@@ -5,7 +5,7 @@ import numpy as np
 import lissom
 from lissom import Along, Chamber, Input, Motor, Tendon, Via
 from lissom.drawing.report import actuators as drawing
-from lissom.drawing.report.layers import Shown
+from lissom.drawing.report.layers import DrawnStates
 from lissom.model.glyphs.actuators import actuator_glyphs
 from lissom.model.views import view
 
@@ -66,7 +66,7 @@ def test_tendons_are_as_thick_as_they_pull_and_chambers_as_wide_as_they_are():
     model = robot()
     q, v, t = states(model.n)
     u = np.array([[0.0], [1.0], [2.0], [4.0]])
-    shown = Shown(q, v, u, t, np.ones(4), 0.2, 0.01, 0.01)
+    shown = DrawnStates(q, v, u, t, np.ones(4), 0.2, 0.01, 0.01)
     found = {strand.layer: strand for strand in drawing.actuators(view(model).glyphs.actuators, [], shown)}
     glyphs = {glyph.name: glyph for glyph in actuator_glyphs(model)}
     for name, layer in (("flexor", "tendons"), ("chamber", "chambers")):
@@ -82,7 +82,7 @@ def test_actuators_are_drawn_in_layers_of_their_own():
     run = lissom.simulate(model, 0.05, dt=5e-3)
     bare = lissom.Robot(model.links)
     assert view(bare).glyphs.actuators == []
-    shown = Shown(run.q, run.v, run.u, run.t, np.ones(len(run.t)), 0.2, 0.01, 0.01)
+    shown = DrawnStates(run.q, run.v, run.u, run.t, np.ones(len(run.t)), 0.2, 0.01, 0.01)
     glyphs = view(model).glyphs
     layers = [trace.layer for trace in drawing.actuators(glyphs.actuators, glyphs.joints, shown)]
     assert layers == ["tendons", "chambers", "motors"]

@@ -21,7 +21,7 @@ from lissom import (
 )
 from lissom.analysis.advice import about_impacts, impact_time
 from lissom.drawing.report import contacts, layers
-from lissom.drawing.report.layers import Arrows, Dots, Line, Shown, Solid, Strand
+from lissom.drawing.report.layers import Arrows, Dots, DrawnStates, Line, Solid, Strand
 from lissom.model.glyphs.contacts import contact_glyphs
 
 SCENES = Path(__file__).parents[3] / "scenes"
@@ -40,7 +40,7 @@ def robot(*obstacles, ball=None):
 def drawn(made, q):
     q = np.asarray(q, float)
     at = np.zeros(len(q))
-    shown = Shown(q, 0.0 * q, np.zeros((len(q), 0)), at, at, 1.0, 0.01, 0.05)
+    shown = DrawnStates(q, 0.0 * q, np.zeros((len(q), 0)), at, at, 1.0, 0.01, 0.05)
     return contacts.contacts(contact_glyphs(made), shown, LOW, HIGH)
 
 

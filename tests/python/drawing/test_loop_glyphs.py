@@ -22,7 +22,7 @@ from lissom import (
 )
 from lissom.drawing import report
 from lissom.drawing.report import layers, loops
-from lissom.drawing.report.layers import Shown
+from lissom.drawing.report.layers import DrawnStates
 from lissom.model.glyphs.loops import ROWS, loop_glyphs
 from lissom.model.views import view
 from lissom.results.runs import Made
@@ -53,7 +53,7 @@ def robot(name):
 
 def shown(model, q, v):
     ones = np.ones(len(q))
-    return Shown(q, v, np.zeros((len(q), 0)), 0.0 * ones, ones, 1.0, 0.01, 0.05)
+    return DrawnStates(q, v, np.zeros((len(q), 0)), 0.0 * ones, ones, 1.0, 0.01, 0.05)
 
 
 @pytest.mark.parametrize("name", KINDS)

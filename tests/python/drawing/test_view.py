@@ -811,7 +811,7 @@ def test_the_page_draws_traces_and_colours():
         # The base rests, as before; the tip is fastest.
         assert coloured != before
         assert len(set(coloured.values())) > 3
-        controls.tell()
+        controls.update()
         assert controls._scale.content == f"blue: 0, yellow: {page._shape.largest:.3g}"
         controls.is_traced, page._shape.colour = False, None
         page._draw()
@@ -829,13 +829,13 @@ def test_the_page_says_why_a_motion_ended():
     ) as page:
         controls, playback, _ = controls_of(page)
         playback.step()
-        controls.tell()
+        controls.update()
         assert controls._trouble.visible
         assert "The motion has ended" in controls._trouble.content
         assert r"the valve \*stuck\*" in controls._trouble.content
         assert controls._run.disabled
         controls._reset()
-        controls.tell()
+        controls.update()
         assert not controls._trouble.visible
 
 

@@ -2,7 +2,7 @@
 
 import ast
 import dataclasses
-import importlib
+import importlib.util
 import inspect
 import io
 import json
@@ -22,7 +22,7 @@ from hypothesis import strategies as st
 from test_pickle import assert_same
 
 import lissom
-from lissom.analysis.base import Shown
+from lissom.analysis.base import ParameterResult
 from lissom.drawing import pictures
 from lissom.drawing.report import layers, studies
 from lissom.model.views import view
@@ -420,10 +420,8 @@ def test_places_that_cannot_be_written(suffix, tmp_path):
     ],
 )
 def test_missing_extras_are_named(call, extra, module, tmp_path, monkeypatch):
-    find = lissom.results.files.importlib.util.find_spec
-    monkeypatch.setattr(
-        lissom.results.files.importlib.util, "find_spec", lambda name: None if name == module else find(name)
-    )
+    find = importlib.util.find_spec
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None if name == module else find(name))
     with pytest.raises(ImportError, match=rf"{module}.*pip install 'lissom\[{extra}\]'"):
         call(lissom.simulate(rod(), 0.01), tmp_path)
 
@@ -834,15 +832,17 @@ def test_the_stubs_say_what_the_methods_take():
     # Objects from Python are reported by their class.
     (shown,) = (
         node
-        for node in ast.parse((folder / "shown.py").read_text(encoding="utf-8")).body
+        for node in ast.parse((folder / "analysis" / "base.py").read_text(encoding="utf-8")).body
         if isinstance(node, ast.ClassDef)
     )
-    classes["Shown"] = next(node.body for node in shown.body if isinstance(node, ast.If))
-    owners = [owner for owner in result_files.RESULTS if not issubclass(getattr(lissom, owner), Shown)]
+    classes["ParameterResult"] = next(node.body for node in shown.body if isinstance(node, ast.If))
+    owners = [
+        owner for owner in result_files.RESULTS if not issubclass(getattr(lissom, owner), ParameterResult)
+    ]
     seen = 0
-    for owner in (*owners, "Simulation", "Shown"):
+    for owner in (*owners, "Simulation", "ParameterResult"):
         of_stub = {node.name: node for node in classes[owner] if isinstance(node, ast.FunctionDef)}
-        own = vars(Shown if owner == "Shown" else getattr(lissom, owner)).items()
+        own = vars(ParameterResult if owner == "ParameterResult" else getattr(lissom, owner)).items()
         methods = {k: f for k, f in own if inspect.isfunction(f) and not k.startswith("_")}
         for name, function in methods.items():
             arguments = of_stub[name].args

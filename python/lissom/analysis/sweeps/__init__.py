@@ -153,13 +153,13 @@ def sweep(
     kept = _kept(store, grid, _identity(source, grid, wants))
     # The first point shows whether the store fits this sweep.
     left = np.flatnonzero(~kept.done).tolist()
-    with _told(progress, len(kept.done)) as tell:
-        tell(int(kept.done.sum()))
+    with _Progress(progress, len(kept.done)) as report:
+        report(int(kept.done.sum()))
 
         def write(which: Sequence[int], records: Sequence[Record]) -> None:
             kept.begin(_pattern(records))
             kept.write(which, records)
-            tell(int(kept.done.sum()))
+            report(int(kept.done.sum()))
 
         try:
             if left:
@@ -308,7 +308,7 @@ def _pattern(records: Sequence[Record]) -> Record:
     return pattern
 
 
-class _told:
+class _Progress:
     """Reports the number of finished points."""
 
     def __init__(self, progress: bool | Callable[[int], object], total: int) -> None:
@@ -322,13 +322,13 @@ class _told:
             raise TypeError(f"progress: expected a bool or a callable, got {type(progress).__name__}")
 
     def __enter__(self) -> Callable[[int], None]:
-        return self._tell
+        return self._report
 
     def __exit__(self, *_: object) -> None:
         if self._bar is not None:
             self._bar.close()
 
-    def _tell(self, done: int) -> None:
+    def _report(self, done: int) -> None:
         if self._bar is not None:
             self._bar.update(done - self._bar.n)
         elif callable(self._progress):

@@ -214,7 +214,7 @@ class Controls:
             self._handle.position = place
         return None
 
-    def tell(self) -> None:
+    def update(self) -> None:
         """Update time, energy, speed, and the reason of a failure."""
         playback, motion = self._playback, self._motion
         label = "Run" if playback.is_paused else "Pause"

@@ -156,7 +156,7 @@ class LiveView:
             self._canvas.draw(things if ends is None else [*things, self._spring(ends)])
             if now - self._told > 1.0 / TEXTS:
                 self._told = now
-                self._controls.tell()
+                self._controls.update()
         self._t = motion.t
         self._pictures += 1
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from ...model.views import View
 from ..report import contacts, layers, quantities, solids, symbols
 from ..report import motion as drawing
-from ..report.layers import Largest, Shown, Thing, Tube, quaternions
+from ..report.layers import DrawnStates, Largest, Thing, Tube, quaternions
 
 Array = NDArray[np.float64]
 
@@ -94,7 +94,7 @@ class Shape:
         if not self.view.is_spatial:
             return []
         at, one = np.array([t]), np.ones(1)
-        shown = Shown(
+        shown = DrawnStates(
             q[None], v[None], u[None], at, one, self.view.size, self._radius, self._half_axis, self._largest
         )
         return [

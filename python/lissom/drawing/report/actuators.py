@@ -12,7 +12,7 @@ from ...model.glyphs.actuators import ActuatorGlyph
 from ...model.glyphs.joints import JointGlyph
 from ...results.runs import Made, Run
 from . import curves, plots
-from .layers import Shown, Strand
+from .layers import DrawnStates, Strand
 from .solids import placed
 
 Array = NDArray[np.float64]
@@ -27,12 +27,14 @@ OPACITY = 0.6
 MOTOR_RADIUS, MOTOR_HALF = 0.45, 0.4
 
 
-def actuators(glyphs: Sequence[ActuatorGlyph], joints: Sequence[JointGlyph], shown: Shown) -> list[Strand]:
+def actuators(
+    glyphs: Sequence[ActuatorGlyph], joints: Sequence[JointGlyph], shown: DrawnStates
+) -> list[Strand]:
     """All objects drawn for actuators."""
     return [*_tendons(glyphs, shown), *_chambers(glyphs, shown), *_motors(glyphs, joints, shown)]
 
 
-def _tendons(glyphs: Sequence[ActuatorGlyph], shown: Shown) -> list[Strand]:
+def _tendons(glyphs: Sequence[ActuatorGlyph], shown: DrawnStates) -> list[Strand]:
     """Tubes along the paths of tendons, with radii that increase with the tension."""
     tendons = [glyph for glyph in glyphs if glyph.kind == "tendon" and glyph.way is not None]
     tensions = [
@@ -49,7 +51,7 @@ def _tendons(glyphs: Sequence[ActuatorGlyph], shown: Shown) -> list[Strand]:
     return strands
 
 
-def _chambers(glyphs: Sequence[ActuatorGlyph], shown: Shown) -> list[Strand]:
+def _chambers(glyphs: Sequence[ActuatorGlyph], shown: DrawnStates) -> list[Strand]:
     """Tubes with the cross-sectional areas of chambers."""
     return [
         Strand(
@@ -64,7 +66,9 @@ def _chambers(glyphs: Sequence[ActuatorGlyph], shown: Shown) -> list[Strand]:
     ]
 
 
-def _motors(glyphs: Sequence[ActuatorGlyph], joints: Sequence[JointGlyph], shown: Shown) -> list[Strand]:
+def _motors(
+    glyphs: Sequence[ActuatorGlyph], joints: Sequence[JointGlyph], shown: DrawnStates
+) -> list[Strand]:
     """Drums around the axes of revolute joints, boxes on the rails of prismatic ones."""
     strands = []
     for glyph in glyphs:

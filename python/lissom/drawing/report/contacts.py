@@ -12,7 +12,7 @@ from ...model.contacts import Box, ConvexMesh, HalfSpace, HeightField, Sphere, T
 from ...model.glyphs.contacts import WORDS, ContactGlyph, Obstacle, Touching, outline, turn_of
 from ...results.runs import Made, Run
 from . import arrows, curves, plots
-from .layers import Dots, Line, Shown, Solid, Strand, Thing, quaternions
+from .layers import Dots, DrawnStates, Line, Solid, Strand, Thing, quaternions
 
 Array = NDArray[np.float64]
 
@@ -38,7 +38,7 @@ MOST_ARROWS = 12
 INSTANTS = 2000
 
 
-def contacts(touching: Touching, shown: Shown, low: Array, high: Array) -> list[Thing]:
+def contacts(touching: Touching, shown: DrawnStates, low: Array, high: Array) -> list[Thing]:
     """All objects drawn for contacts within a box around the motion."""
     things: list[Thing] = []
     drawn: list[Obstacle] = []
@@ -128,7 +128,7 @@ def _plate(name: str, floor: HalfSpace, low: Array, high: Array) -> Solid:
     return Solid(name, "obstacles", "box", half, centre[None], quaternions(axes[None]))
 
 
-def _forces(touching: Touching, shown: Shown) -> list[Thing]:
+def _forces(touching: Touching, shown: DrawnStates) -> list[Thing]:
     """Arrows of the forces on the first surfaces, starting at the contact points."""
     if touching.touches is None:
         return []

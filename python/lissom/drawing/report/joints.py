@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...model.glyphs.joints import JointGlyph
-from .layers import BREAK, Dots, Shown, Strand, Thing
+from .layers import BREAK, Dots, DrawnStates, Strand, Thing
 from .solids import placed
 
 Array = NDArray[np.float64]
@@ -18,7 +18,9 @@ Array = NDArray[np.float64]
 BAR, RAIL, BALL = 0.16, 0.08, 0.016
 
 
-def joints(glyphs: Sequence[JointGlyph], shown: Shown, layer: str = "joints", name: str = "") -> list[Thing]:
+def joints(
+    glyphs: Sequence[JointGlyph], shown: DrawnStates, layer: str = "joints", name: str = ""
+) -> list[Thing]:
     """All objects drawn for joints, under one name or as those of their links."""
     things: list[Thing] = []
     balls, names = [], []
@@ -37,7 +39,7 @@ def joints(glyphs: Sequence[JointGlyph], shown: Shown, layer: str = "joints", na
     return things
 
 
-def _lines(glyph: JointGlyph, shown: Shown, layer: str) -> tuple[Array, float]:
+def _lines(glyph: JointGlyph, shown: DrawnStates, layer: str) -> tuple[Array, float]:
     """Lines in the frame of a joint, and their thickness; rails cover the whole range of motion."""
     half = shown.half_axis
     if glyph.kind == "turning":

@@ -67,7 +67,7 @@ class Largest:
 
 
 @dataclass(frozen=True)
-class Shown:
+class DrawnStates:
     """The shapes in which a model is displayed."""
 
     #: Coordinates, velocities (shapes, n) and inputs (shapes, inputs), times and load factors (shapes,).

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ...model.glyphs import LoadGlyph
 from . import arrows
-from .layers import BREAK, Arrows, Largest, Shown, Strand, Thing
+from .layers import BREAK, Arrows, DrawnStates, Largest, Strand, Thing
 
 Array = NDArray[np.float64]
 
@@ -27,7 +27,7 @@ AROUND, POINTS_AROUND = 1.5 * np.pi, 25
 COMB, WIRE = 0.0035, 0.007
 
 
-def loads(glyphs: Sequence[LoadGlyph], shown: Shown) -> list[Thing]:
+def loads(glyphs: Sequence[LoadGlyph], shown: DrawnStates) -> list[Thing]:
     """Forces and moments."""
     return [
         *_forces([glyph for glyph in glyphs if glyph.kind == "force"], shown),
@@ -35,7 +35,7 @@ def loads(glyphs: Sequence[LoadGlyph], shown: Shown) -> list[Thing]:
     ]
 
 
-def _forces(glyphs: Sequence[LoadGlyph], shown: Shown) -> list[Thing]:
+def _forces(glyphs: Sequence[LoadGlyph], shown: DrawnStates) -> list[Thing]:
     """Arrows that start at a pulling force or end at a pushing one; combs of arrows for distributed
     forces."""
     found = [_vectors(glyph, shown) for glyph in glyphs]
@@ -70,7 +70,7 @@ def _forces(glyphs: Sequence[LoadGlyph], shown: Shown) -> list[Thing]:
     return things
 
 
-def _moments(glyphs: Sequence[LoadGlyph], shown: Shown) -> list[Thing]:
+def _moments(glyphs: Sequence[LoadGlyph], shown: DrawnStates) -> list[Thing]:
     """Rings about the axes of moments, with a head for the sense of rotation."""
     found = [_vectors(glyph, shown) for glyph in glyphs]
     rings, ends, heads, names = [], [], [], []
@@ -120,7 +120,7 @@ def _moments(glyphs: Sequence[LoadGlyph], shown: Shown) -> list[Thing]:
     ]
 
 
-def _vectors(glyph: LoadGlyph, shown: Shown) -> tuple[Array, Array, Array]:
+def _vectors(glyph: LoadGlyph, shown: DrawnStates) -> tuple[Array, Array, Array]:
     """Poses (shapes, places, 4, 4) of a load's places, and its vectors in its own axes and in world axes."""
     poses = glyph.pose(shown.q, shown.t)
     # Halved, so that rotations of the largest doubles do not overflow; non-finite vectors are not drawn.

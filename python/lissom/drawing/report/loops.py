@@ -14,7 +14,7 @@ from ...model.glyphs.loops import LoopGlyph
 from ...results.runs import Made, Run
 from . import curves, plots
 from .joints import joints
-from .layers import BREAK, Dots, Shown, Solid, Strand, Thing, quaternions
+from .layers import BREAK, Dots, DrawnStates, Solid, Strand, Thing, quaternions
 
 Array = NDArray[np.float64]
 
@@ -40,7 +40,7 @@ INSTANTS = 400
 GAPS = {"m": "gap (m)", "cosine": "gap of a cosine (1)", "coordinate": "gap of a gear"}
 
 
-def loops(glyphs: Sequence[LoopGlyph], shown: Shown) -> list[Thing]:
+def loops(glyphs: Sequence[LoopGlyph], shown: DrawnStates) -> list[Thing]:
     """All objects drawn for closed loops; gears between coordinates have no position."""
     things: list[Thing] = []
     shown = replace(shown, half_axis=AXIS * shown.size)
@@ -58,12 +58,12 @@ def loops(glyphs: Sequence[LoopGlyph], shown: Shown) -> list[Thing]:
     return [thing for thing in things if not (isinstance(thing, Strand) and np.isnan(thing.points).all())]
 
 
-def _origin(frame: Pose, shown: Shown) -> Array:
+def _origin(frame: Pose, shown: DrawnStates) -> Array:
     """Origins (shapes, 3) of a frame."""
     return np.asarray(np.broadcast_to(frame(shown.q, shown.t), (len(shown.q), 4, 4))[..., :3, 3])
 
 
-def _arm(name: str, frame: Pose, on: Pose, shown: Shown) -> Strand:
+def _arm(name: str, frame: Pose, on: Pose, shown: DrawnStates) -> Strand:
     """Connection between a section or body and a frame at an offset; nothing if they coincide."""
     points = np.stack([_origin(on, shown), _origin(frame, shown)], axis=1)
     is_beside = np.linalg.norm(points[:, 1] - points[:, 0], axis=-1).max() > BESIDE * shown.size
@@ -71,7 +71,7 @@ def _arm(name: str, frame: Pose, on: Pose, shown: Shown) -> Strand:
     return Strand(name, "loops", points, np.full(len(points), ARM * shown.half_axis))
 
 
-def _weld(name: str, frame: Pose, shown: Shown) -> Solid:
+def _weld(name: str, frame: Pose, shown: DrawnStates) -> Solid:
     poses = np.broadcast_to(frame(shown.q, shown.t), (len(shown.q), 4, 4))
     half = np.full(3, max(WELD * shown.size, 1.2 * shown.radius))
     return Solid(name, "loops", "box", half, poses[:, :3, 3], quaternions(poses[:, :3, :3]))

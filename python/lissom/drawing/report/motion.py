@@ -116,7 +116,9 @@ def _in_space(run: Animated) -> Scene:
     low, high = layers.extent(drawn)
     # A body that travels far is small in its bounding box.
     size = max(seen.size, LEAST_SIZE * float(np.linalg.norm(high - low)))
-    shown = layers.Shown(q, v, run.u[at], t, run.load_factor[at], size, widest(seen), half_axis(seen, size))
+    shown = layers.DrawnStates(
+        q, v, run.u[at], t, run.load_factor[at], size, widest(seen), half_axis(seen, size)
+    )
     things = [*drawn, *symbols.symbols(seen.glyphs, shown)]
     things += contacts.contacts(seen.glyphs.contacts, shown, low, high)
     low, high = layers.extent(things)

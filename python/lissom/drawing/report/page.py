@@ -238,8 +238,8 @@ def _choice(choice: Choice, figures: dict[int, int]) -> str:
 
 
 def _data(part: Figure | Player, figures: dict[int, int]) -> str:
-    told = plots.document(part.figure) if isinstance(part, Figure) else part.scene.document()
-    content = json.dumps(pack(told), ensure_ascii=False, separators=(",", ":"), allow_nan=False)
+    document = plots.document(part.figure) if isinstance(part, Figure) else part.scene.document()
+    content = json.dumps(pack(document), ensure_ascii=False, separators=(",", ":"), allow_nan=False)
     # "</" and "<!--" would end a script element, or hide its end.
     escaped = content.replace("<", "\\u003c")
     return f'<script type="application/json" id="figure-{figures[id(part)]}">{escaped}</script>'

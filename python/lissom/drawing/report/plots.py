@@ -90,7 +90,7 @@ class Figure:
 
 
 @dataclass
-class _Told:
+class _SharedArrays:
     """Arrays for packing: an array shared by several curves remains shared."""
 
     known: dict[tuple[int, bool], Numbers] = field(default_factory=dict)
@@ -102,16 +102,16 @@ class _Told:
 
 def document(figure: Figure) -> dict[str, Any]:
     """The player's document, with arrays for `packing.pack`."""
-    told = _Told()
+    arrays = _SharedArrays()
     return {
         "height": figure.height,
         "clock": figure.clock,
         "legend": figure.legend,
-        "rows": [[_plot(plot, told) for plot in row] for row in figure.rows],
+        "rows": [[_plot(plot, arrays) for plot in row] for row in figure.rows],
     }
 
 
-def _plot(plot: Plot, told: _Told) -> dict[str, Any]:
+def _plot(plot: Plot, arrays: _SharedArrays) -> dict[str, Any]:
     return {
         "title": plot.title,
         "x": _axis(plot.x),
@@ -123,8 +123,8 @@ def _plot(plot: Plot, told: _Told) -> dict[str, Any]:
         "curves": [
             {
                 **vars(curve),
-                "x": told.numbers(curve.x, plot.x.log),
-                "y": told.numbers(curve.y, plot.y.log),
+                "x": arrays.numbers(curve.x, plot.x.log),
+                "y": arrays.numbers(curve.y, plot.y.log),
             }
             for curve in plot.curves
         ],

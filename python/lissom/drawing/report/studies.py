@@ -14,7 +14,7 @@ from ...common import disk
 from ...model.views import Member
 from ...results.runs import Array
 from ...results.studies import ModesStudy, Setting, Slides, StaticsStudy, setting_of, way
-from ..oscillation import frequency, is_rounding, swing
+from ..oscillation import frequency, is_rounding, mode_motion
 from . import motion, page, plots, theme
 from .text import quantity
 
@@ -273,5 +273,5 @@ def _vibration(setting: Setting, q: Array, found: ModesResult, k: int) -> Slides
     hertz = found.frequency[k]
     period = 1.0 if is_rounding(found, k) else 1.0 / hertz
     phase = np.linspace(0.0, 1.0, FRAMES)
-    states = swing(setting, q, found.shapes[:, k], phase)
+    states = mode_motion(setting, q, found.shapes[:, k], phase)
     return Slides(setting, phase * period, states, outline=("undeflected shape", q))

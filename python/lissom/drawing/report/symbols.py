@@ -13,7 +13,7 @@ from ...model.glyphs.joints import Pose
 from . import arrows
 from .actuators import actuators
 from .joints import joints
-from .layers import BREAK, Dots, Shown, Solid, Strand, Thing, quaternions
+from .layers import BREAK, Dots, DrawnStates, Solid, Strand, Thing, quaternions
 from .loads import loads
 from .loops import loops
 
@@ -34,7 +34,7 @@ CORNER_ARROW, CORNER_GAP, CORNER_HEAD = 0.13, 0.04, 0.4
 ANCHOR, SPRING = 0.012, 0.0035
 
 
-def symbols(glyphs: Glyphs, shown: Shown) -> list[Thing]:
+def symbols(glyphs: Glyphs, shown: DrawnStates) -> list[Thing]:
     """All symbols of the robot itself."""
     return [
         *joints(glyphs.joints, shown),
@@ -76,7 +76,7 @@ def around(glyphs: Glyphs, low: Array, high: Array, eye: Array) -> list[Thing]:
     return things
 
 
-def _supports(glyphs: Sequence[SupportGlyph], shown: Shown) -> list[Thing]:
+def _supports(glyphs: Sequence[SupportGlyph], shown: DrawnStates) -> list[Thing]:
     """Springs from their anchors to the supported sections; only anchors for rigidly held directions."""
     if not glyphs:
         return []
@@ -103,7 +103,7 @@ def _spring(anchor: Array, ends: Array, size: float) -> Array:
     return np.concatenate([points, np.broadcast_to(BREAK, (len(ends), 1, 3))], axis=1)
 
 
-def _clamps(clamps: Sequence[Pose], shown: Shown) -> list[Thing]:
+def _clamps(clamps: Sequence[Pose], shown: DrawnStates) -> list[Thing]:
     """Plates behind bases that are welded to the world."""
     half = max(PLATE * shown.size, 1.5 * shown.radius)
     behind = np.eye(4)

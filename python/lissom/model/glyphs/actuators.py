@@ -55,9 +55,9 @@ def _glyph(robot: Robot, actuator: object) -> ActuatorGlyph:
     kind: Literal["tendon", "chamber", "motor", "active strain"]
     way, radius, coordinate, is_let_out, pulled_by = None, 0.0, None, False, None
     match actuator:
-        case Tendon(name=name, path=path, length=told, tension=tension):
+        case Tendon(name=name, path=path, length=given, tension=tension):
             kind, quantities = "tendon", ("tension (N)", "length (m)")
-            way, is_let_out = partial(_way, robot, path), told is not None
+            way, is_let_out = partial(_way, robot, path), given is not None
             pulled_by = tension.name if isinstance(tension, Input) else None
         case Chamber(name=name, path=path, area=area):
             kind, quantities = "chamber", ("pressure (Pa)", "volume (m³)")
