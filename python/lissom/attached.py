@@ -501,7 +501,7 @@ def _view(
 
     Returns
     -------
-    view : lissom.live.server.LiveView
+    view : lissom.drawing.live.server.LiveView
         The view with its address `url` and the method `stop`; a context manager.
 
     Raises

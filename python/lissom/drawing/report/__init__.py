@@ -52,11 +52,11 @@ def write_result(result: MotionResult, path: str | os.PathLike[str], *, title: s
 
     Examples
     --------
-    >>> import lissom, lissom.report, tempfile, pathlib
+    >>> import lissom, lissom.drawing.report, tempfile, pathlib
     >>> finger = lissom.Segment(0.2, 0.01, 1e6, poisson_ratio=0.5, density=1000, modes={"bend_y": 2})
     >>> result = lissom.simulate(lissom.Rod([finger]), 0.1)
     >>> with tempfile.TemporaryDirectory() as folder:
-    ...     lissom.report.write_result(result, pathlib.Path(folder) / "finger.html", title="A finger")
+    ...     lissom.drawing.report.write_result(result, pathlib.Path(folder) / "finger.html", title="A finger")
     """
     built = build_result(result, title)
     disk.write(path, page.render(built))
