@@ -3,6 +3,7 @@
 python benches/python/house.py       # or `make measure-house`
 """
 
+import ast
 import re
 import sys
 from collections import Counter
@@ -51,6 +52,16 @@ def functions(path: Path) -> list[int]:
     return [head.group().count("\n") + 1 for head in heads]
 
 
+def python_functions(path: Path) -> list[int]:
+    """Lines of each function without its docstring."""
+    found = []
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
+            first = node.body[1] if ast.get_docstring(node) and len(node.body) > 1 else node.body[0]
+            found.append(node.body[0].lineno - node.lineno + (node.end_lineno or 0) - first.lineno + 1)
+    return found
+
+
 def main() -> None:
     rust, python = files("src", suffix=".rs"), files("python", suffix=".py")
     tests = [*files("tests", suffix=".py"), *files("tests", suffix=".rs")]
@@ -76,9 +87,10 @@ def main() -> None:
     print(f"{f'files above {LARGE_FILE} lines':<38} {len(large):>7}")
     for path in large[:SHOWN]:
         print(f"    {lines(path):>6} {path.relative_to(ROOT)}")
-    long = [length for path in rust for length in functions(path) if length > LARGE_FUNCTION]
-    name = f"functions of Rust above {LARGE_FUNCTION} lines"
-    print(f"{name:<38} {len(long):>7}, the longest {max(long, default=0)}")
+    for language, lengths in (("Rust", map(functions, rust)), ("Python", map(python_functions, python))):
+        long = [length for of_file in lengths for length in of_file if length > LARGE_FUNCTION]
+        name = f"functions of {language} above {LARGE_FUNCTION} lines"
+        print(f"{name:<38} {len(long):>7}, the longest {max(long, default=0)}")
     from test_rooms import House, modules
 
     circles = [circle for circle in House(modules()).circles() if len(circle) > 1]

@@ -5,9 +5,9 @@ from matplotlib import colormaps
 from mpl_toolkits.mplot3d import Axes3D
 from numpy.typing import NDArray
 
-from lissom.contact_marks import ground
-from lissom.contacts import Box, Capsule, ConvexMesh, HalfSpace, HeightField, Sphere
-from lissom.views import Link, Solid, View
+from lissom.model.contacts import Box, Capsule, ConvexMesh, HalfSpace, HeightField, Sphere
+from lissom.model.glyphs.contacts import ground
+from lissom.model.views import Link, Solid, View
 
 Array = NDArray[np.float64]
 
@@ -70,8 +70,8 @@ def surfaces(view: View, q: Array, t: float) -> list[tuple[Array, Array]]:
 def obstacles(view: View, low: Array, high: Array) -> list[Array]:
     """Points of what is fixed in the world and can be touched, below or beside a box, metres."""
     found = []
-    for mark in view.marks.contacts.pairs:
-        match mark.obstacle:
+    for glyph in view.glyphs.contacts.pairs:
+        match glyph.obstacle:
             case HalfSpace(point, normal):
                 found.append(patch(np.asarray(point), np.asarray(normal), low, high))
             case Sphere(centre, radius):
@@ -86,7 +86,7 @@ def obstacles(view: View, low: Array, high: Array) -> list[Array]:
                 unit = np.array([[[*(wide * corner), side] for corner in square] for wide, side in rings])
                 found.append(np.asarray(centre) + (unit * half) @ turn.T)
             case HeightField():
-                found.append(ground(mark.obstacle))
+                found.append(ground(glyph.obstacle))
             case ConvexMesh(points, faces):
                 triangles = np.asarray(points)[np.asarray(faces, dtype=int)]
                 found += [corners[[[0, 1], [0, 2]]] for corners in triangles]

@@ -16,7 +16,7 @@ from PIL import Image, ImageChops
 
 import lissom
 from drawing import draw, frame
-from lissom.views import View, view
+from lissom.model.views import View, view
 
 HERE = Path(__file__).parent
 ROOT = HERE.parents[1]

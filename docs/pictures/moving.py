@@ -15,7 +15,7 @@ from PIL import Image
 
 import lissom
 from drawing import draw, frame
-from lissom.views import view
+from lissom.model.views import view
 
 HERE = Path(__file__).parent
 SCENE = HERE.parents[1] / "scenes" / "octopus.toml"

@@ -2,6 +2,8 @@
 `simulate`, `statics`, `modes` and `linearise` compute with it. `root`, `solve_ivp` and `newmark` are solvers
 for your own functions."""
 
+import sys
+
 # Python imports what is used (PEP 562): `import lissom` takes no time, a name imports its module alone.
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -88,29 +90,29 @@ if TYPE_CHECKING:
     from ._lissom import simulate_many as simulate_many
     from ._lissom import solve_ivp as solve_ivp
     from ._lissom import statics as statics
-    from .contact_events import ContactEvent as ContactEvent
-    from .contacts import Ball as Ball
-    from .contacts import Box as Box
-    from .contacts import Capsule as Capsule
-    from .contacts import Contact as Contact
-    from .contacts import ConvexMesh as ConvexMesh
-    from .contacts import HalfSpace as HalfSpace
-    from .contacts import HeightField as HeightField
-    from .contacts import Sphere as Sphere
-    from .contacts import Touch as Touch
-    from .equilibria import EquilibriumSensitivityResult as EquilibriumSensitivityResult
-    from .equilibria import equilibrium_sensitivity as equilibrium_sensitivity
-    from .fits import FitResult as FitResult
-    from .fits import fit as fit
-    from .keeping import load as load
-    from .linear import LinearModel as LinearModel
-    from .linear import linearise as linearise
-    from .measurements import NaturalFrequencies as NaturalFrequencies
-    from .measurements import StaticShapes as StaticShapes
-    from .sensitivities import SensitivityResult as SensitivityResult
-    from .sensitivities import sensitivity as sensitivity
-    from .sweeps import sweep as sweep
-    from .targets import Target as Target
+    from .analysis.contact_events import ContactEvent as ContactEvent
+    from .analysis.equilibria import EquilibriumSensitivityResult as EquilibriumSensitivityResult
+    from .analysis.equilibria import equilibrium_sensitivity as equilibrium_sensitivity
+    from .analysis.fits import FitResult as FitResult
+    from .analysis.fits import fit as fit
+    from .analysis.linear import LinearModel as LinearModel
+    from .analysis.linear import linearise as linearise
+    from .analysis.measurements import NaturalFrequencies as NaturalFrequencies
+    from .analysis.measurements import StaticShapes as StaticShapes
+    from .analysis.sensitivities import SensitivityResult as SensitivityResult
+    from .analysis.sensitivities import sensitivity as sensitivity
+    from .analysis.sweeps import sweep as sweep
+    from .model.contacts import Ball as Ball
+    from .model.contacts import Box as Box
+    from .model.contacts import Capsule as Capsule
+    from .model.contacts import Contact as Contact
+    from .model.contacts import ConvexMesh as ConvexMesh
+    from .model.contacts import HalfSpace as HalfSpace
+    from .model.contacts import HeightField as HeightField
+    from .model.contacts import Sphere as Sphere
+    from .model.contacts import Touch as Touch
+    from .model.targets import Target as Target
+    from .results.io import load as load
 
     __all__: list[str]
 else:
@@ -195,8 +197,14 @@ else:
             "solve_ivp",
             "statics",
         ),
-        "contact_events": ("ContactEvent",),
-        "contacts": (
+        "analysis.contact_events": ("ContactEvent",),
+        "analysis.equilibria": ("EquilibriumSensitivityResult", "equilibrium_sensitivity"),
+        "analysis.fits": ("FitResult", "fit"),
+        "analysis.linear": ("LinearModel", "linearise"),
+        "analysis.measurements": ("NaturalFrequencies", "StaticShapes"),
+        "analysis.sensitivities": ("SensitivityResult", "sensitivity"),
+        "analysis.sweeps": ("sweep",),
+        "model.contacts": (
             "Ball",
             "Box",
             "Capsule",
@@ -207,23 +215,58 @@ else:
             "Sphere",
             "Touch",
         ),
-        "equilibria": ("EquilibriumSensitivityResult", "equilibrium_sensitivity"),
-        "fits": ("FitResult", "fit"),
-        "keeping": ("load",),
-        "linear": ("LinearModel", "linearise"),
-        "measurements": ("NaturalFrequencies", "StaticShapes"),
-        "sensitivities": ("SensitivityResult", "sensitivity"),
-        "sweeps": ("sweep",),
-        "targets": ("Target",),
+        "model.targets": ("Target",),
+        "results.io": ("load",),
     }
+    #: Public modules.
+    _ROOMS = ("gym", "jax", "methods", "sensors", "torch", "urdf")
     _MODULES = {name: module for module, names in _NAMES.items() for name in names}
 
     __all__ = sorted(_MODULES)
 
+    #: Modules that pickles and documents of earlier versions name, and where their contents are now.
+    _MOVED = {
+        "contact_events": "analysis.contact_events",
+        "contacts": "model.contacts",
+        "linear": "analysis.linear",
+        "live": "drawing.live",
+        "materials": "analysis.materials",
+        "measurements": "analysis.measurements",
+        "parameters": "analysis.parameters",
+        "report": "drawing.report",
+        "targets": "model.targets",
+    }
+
+    class _Moved:
+        """Finds modules by their old names; the module itself is imported once, by its new name."""
+
+        @staticmethod
+        def find_spec(name, path=None, target=None):
+            package, _, old = name.partition(".")
+            if package != __name__ or old.partition(".")[0] not in _MOVED:
+                return None
+            from importlib.machinery import ModuleSpec
+
+            return ModuleSpec(name, _Moved)
+
+        @staticmethod
+        def create_module(spec):
+            return None
+
+        @staticmethod
+        def exec_module(module):
+            from importlib import import_module
+
+            old, *inner = module.__name__.split(".")[1:]
+            sys.modules[module.__name__] = import_module(".".join([__name__, _MOVED[old], *inner]))
+
+    # Before Python's own finders, which would import files in the moved folders a second time.
+    sys.meta_path.insert(0, _Moved)
+
     def __getattr__(name):
         from importlib import import_module
 
-        if name in ("gym", "jax", "methods", "sensors", "torch", "urdf") or name in _NAMES:
+        if name in _ROOMS or name in _MOVED:
             return import_module(f"lissom.{name}")
         if name not in _MODULES:
             raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

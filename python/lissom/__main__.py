@@ -3,7 +3,7 @@
 import os
 import sys
 
-from .interruption import interruption
+from .common.interruption import interruption
 
 
 def main() -> None:

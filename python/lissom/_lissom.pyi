@@ -10,10 +10,10 @@ from numpy.typing import ArrayLike, NDArray
 from typing_extensions import deprecated, disjoint_base
 
 from . import methods as _methods
-from .contact_events import ContactEvent
-from .contacts import Touch
-from .live.server import LiveView
-from .targets import Target
+from .analysis.contact_events import ContactEvent
+from .drawing.live.server import LiveView
+from .model.contacts import Touch
+from .model.targets import Target
 
 __version__: str
 build_profile: str

@@ -21,8 +21,8 @@ from ._lissom import (
     Simulation,
     StaticsResult,
 )
-from .plain import text
-from .shown import Shown
+from .analysis.base import ParameterResult
+from .common.arguments import text
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -30,8 +30,8 @@ if TYPE_CHECKING:
     import xarray
     from numpy.typing import ArrayLike, NDArray
 
-    from .contact_events import ContactEvent
-    from .live.server import LiveView
+    from .analysis.contact_events import ContactEvent
+    from .drawing.live.server import LiveView
 
 _SAVE = """Write the result to a file that `lissom.load` reads back bit for bit.
 
@@ -144,7 +144,7 @@ _WHICH = """mode : int
 
 
 def _plot_motion(self: MotionResult) -> NDArray[Any]:
-    from .pictures import of_motion
+    from .drawing.pictures import of_motion
 
     return of_motion(self)
 
@@ -173,7 +173,7 @@ def _animate(
     ImportError
         If Matplotlib is not installed.
     """
-    from .pictures import animate
+    from .drawing.pictures import animate
 
     animate(self, path, fps, speed)
 
@@ -195,7 +195,7 @@ def _report(self: MotionResult, path: str | os.PathLike[str], *, title: str = "M
     OSError
         If the file cannot be written.
     """
-    from .report import write_result
+    from .drawing.report import write_result
 
     write_result(self, path, title=_text(title))
 
@@ -230,7 +230,7 @@ def _contact_events(self: MotionResult) -> list[ContactEvent]:
     >>> [(event.kind, round(event.t, 3)) for event in run.contact_events()]
     [('touch', 0.452), ('lift_off', 0.455)]
     """
-    from .contact_events import events_of
+    from .analysis.contact_events import events_of
 
     return events_of(self)
 
@@ -248,8 +248,8 @@ def _report_statics(
     t: float = 0.0,
     u: ArrayLike | None = None,
 ) -> None:
-    from .report import write_equilibrium
-    from .studies import setting_for
+    from .drawing.report import write_equilibrium
+    from .results.studies import setting_for
 
     write_equilibrium(self, path, setting_for(model, len(self.q), t, u), _text(title))
 
@@ -263,8 +263,8 @@ def _report_path(
     t: float = 0.0,
     u: ArrayLike | None = None,
 ) -> None:
-    from .report import write_equilibrium
-    from .studies import setting_for
+    from .drawing.report import write_equilibrium
+    from .results.studies import setting_for
 
     write_equilibrium(self, path, setting_for(model, self.path.q.shape[1], t, u), _text(title))
 
@@ -279,8 +279,9 @@ def _report_modes(
     t: float = 0.0,
     u: ArrayLike | None = None,
 ) -> None:
-    from .report import write_modes
-    from .studies import setting_for, vector
+    from .common.arguments import vector
+    from .drawing.report import write_modes
+    from .results.studies import setting_for
 
     setting = setting_for(model, self.shapes.shape[0], t, u)
     write_modes(self, path, setting, vector("q", q, model.n), _text(title))
@@ -295,8 +296,8 @@ def _animate_path(
     duration: float = 4.0,
     t: float = 0.0,
 ) -> None:
-    from .pictures import animate_path
-    from .studies import setting_for
+    from .drawing.pictures import animate_path
+    from .results.studies import setting_for
 
     animate_path(self, path, setting_for(model, self.path.q.shape[1], t, None), fps, duration)
 
@@ -312,8 +313,9 @@ def _animate_mode(
     duration: float = 2.0,
     t: float = 0.0,
 ) -> None:
-    from .pictures import animate_mode
-    from .studies import setting_for, vector
+    from .common.arguments import vector
+    from .drawing.pictures import animate_mode
+    from .results.studies import setting_for
 
     setting = setting_for(model, self.shapes.shape[0], t, None)
     animate_mode(self, path, setting, vector("q", q, model.n), mode, fps, duration)
@@ -331,7 +333,7 @@ def _of_what_rests(self: StaticsResult, name: str) -> Any:
 
 
 def _save_motion(self: MotionResult, path: str | os.PathLike[str]) -> None:
-    from .keeping import save
+    from .results.io import save
 
     save(self, path)
 
@@ -341,13 +343,13 @@ def _save_with(
     path: str | os.PathLike[str],
     model: Model | None = None,
 ) -> None:
-    from .keeping import save
+    from .results.io import save
 
     save(self, path, model)
 
 
 def _dataset_of_motion(self: MotionResult) -> xarray.Dataset:
-    from .datasets import dataset
+    from .results.datasets import dataset
 
     return dataset(self)
 
@@ -356,19 +358,19 @@ def _dataset_with(
     self: StaticsResult | ContinuationResult | ModesResult | ReachResult | ActuateResult,
     model: Model | None = None,
 ) -> xarray.Dataset:
-    from .datasets import dataset
+    from .results.datasets import dataset
 
     return dataset(self, model)
 
 
 def _dataset_of_ensemble(self: EnsembleResult, model: Model | None = None) -> xarray.Dataset:
-    from .datasets import dataset
+    from .results.datasets import dataset
 
     return dataset(self, model)
 
 
 def _plot_ensemble(self: EnsembleResult, model: Model | None = None) -> NDArray[Any]:
-    from .pictures import of_ensemble
+    from .drawing.pictures import of_ensemble
 
     return of_ensemble(self, model)
 
@@ -398,30 +400,32 @@ def _report_ensemble(
     OSError
         If the file cannot be written.
     """
-    from .report import write_ensemble
+    from .drawing.report import write_ensemble
 
     write_ensemble(self, path, _text(title), model)
 
 
-def _save_plain(self: Shown, path: str | os.PathLike[str]) -> None:
-    from .keeping import save
+def _save_plain(self: ParameterResult, path: str | os.PathLike[str]) -> None:
+    from .results.io import save
 
     save(self, path)  # type: ignore[arg-type]
 
 
-def _dataset_plain(self: Shown) -> xarray.Dataset:
-    from .datasets import dataset
+def _dataset_plain(self: ParameterResult) -> xarray.Dataset:
+    from .results.datasets import dataset
 
     return dataset(self)
 
 
-def _plot_parameters(self: Shown) -> NDArray[Any]:
-    from .pictures import of_parameters
+def _plot_parameters(self: ParameterResult) -> NDArray[Any]:
+    from .drawing.pictures import of_parameters
 
     return of_parameters(self)
 
 
-def _report_parameters(self: Shown, path: str | os.PathLike[str], *, title: str | None = None) -> None:
+def _report_parameters(
+    self: ParameterResult, path: str | os.PathLike[str], *, title: str | None = None
+) -> None:
     """Write an HTML report in a single file.
 
     Parameters
@@ -438,25 +442,25 @@ def _report_parameters(self: Shown, path: str | os.PathLike[str], *, title: str 
     OSError
         If the file cannot be written.
     """
-    from .report import write_parameters
+    from .drawing.report import write_parameters
 
     write_parameters(self, path, None if title is None else _text(title))  # type: ignore[arg-type]
 
 
 def _plot_statics(self: StaticsResult, model: Model) -> NDArray[Any]:
-    from .pictures import of_statics
+    from .drawing.pictures import of_statics
 
     return of_statics(self, model)
 
 
 def _plot_path(self: ContinuationResult, model: Model | None = None) -> NDArray[Any]:
-    from .pictures import of_path
+    from .drawing.pictures import of_path
 
     return of_path(self, model)
 
 
 def _plot_modes(self: ModesResult) -> NDArray[Any]:
-    from .pictures import of_modes
+    from .drawing.pictures import of_modes
 
     return of_modes(self)
 
@@ -497,7 +501,7 @@ def _view(
 
     Returns
     -------
-    view : lissom.live.server.LiveView
+    view : lissom.drawing.live.server.LiveView
         The view with its address `url` and the method `stop`; a context manager.
 
     Raises
@@ -509,7 +513,7 @@ def _view(
     ImportError
         If viser is not installed.
     """
-    from .live import open_view
+    from .drawing.live import open_view
 
     if not isinstance(block, bool):
         raise TypeError(f"block: a {type(block).__name__} is not True or False")
@@ -591,7 +595,7 @@ def _scene_of(
     dt = 0.001
     <BLANKLINE>
     """
-    from . import scenes
+    from .model import scenes
 
     return scenes.to_scene(self, t_end=t_end, name=name, q0=q0, v0=v0, **simulation)
 
@@ -611,7 +615,7 @@ def _save_scene(self: Scene, path: str | os.PathLike[str]) -> None:
     OSError
         If the file cannot be written.
     """
-    from . import scenes
+    from .model import scenes
 
     scenes.save(self, path)
 
@@ -651,13 +655,16 @@ def attach() -> None:
     shown = "Draw the coordinates: their median and spread over time, or the last ones of each run."
     _attach(EnsembleResult, "plot", _plot_ensemble, f"{shown}\n{_NAMES}{_AXES}")
     _attach(EnsembleResult, "report", _report_ensemble)
-    _attach(Shown, "save", _save_plain, _SAVE.format(kinds=_ALL_KINDS, model=""))
+    _attach(ParameterResult, "save", _save_plain, _SAVE.format(kinds=_ALL_KINDS, model=""))
     _attach(
-        Shown, "to_xarray", _dataset_plain, _DATASET.format(model="", holds="With the parameters by name.")
+        ParameterResult,
+        "to_xarray",
+        _dataset_plain,
+        _DATASET.format(model="", holds="With the parameters by name."),
     )
     drawn = "Draw derivatives of positions or coordinates, or what was measured beside what was fitted."
-    _attach(Shown, "plot", _plot_parameters, f"{drawn}\n{_AXES}")
-    _attach(Shown, "report", _report_parameters)
+    _attach(ParameterResult, "plot", _plot_parameters, f"{drawn}\n{_AXES}")
+    _attach(ParameterResult, "report", _report_parameters)
     holds = {
         StaticsResult: "The coordinates at equilibrium and the stability.",
         ContinuationResult: "Coordinates, load factor, lowest eigenvalue and stability along the path.",

@@ -18,8 +18,8 @@ except ModuleNotFoundError as error:
     raise ImportError("lissom.jax takes JAX: pip install 'lissom[jax]'") from error
 
 from ._lissom import Model
+from .analysis.pullbacks import pullback
 from .methods import Newmark
-from .pullbacks import pullback
 
 __all__ = ["simulation"]
 

@@ -17,8 +17,8 @@ except ModuleNotFoundError as error:
     raise ImportError("lissom.torch takes PyTorch: pip install 'lissom[torch]'") from error
 
 from ._lissom import Model
+from .analysis.pullbacks import Pullback, pullback
 from .methods import Newmark
-from .pullbacks import Pullback, pullback
 
 __all__ = ["simulation"]
 

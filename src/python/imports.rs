@@ -46,7 +46,7 @@ impl Files {
             None => {
                 let options = PyDict::new(py);
                 options.set_item("anywhere", self.anywhere)?;
-                let read = py.import("lissom.disk")?.getattr("read_beside")?;
+                let read = py.import("lissom.common.disk")?.getattr("read_beside")?;
                 read.call((&self.folder, file), Some(&options))?.extract()?
             }
         };

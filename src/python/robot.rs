@@ -1166,7 +1166,7 @@ impl PyRobot {
         let time = time_of_state(t, self.description.is_moved())?;
         let mut model = self.model();
         or_raised(model.set_time(time))?;
-        let class = py.import("lissom.contacts")?.getattr("Touch")?;
+        let class = py.import("lissom.model.contacts")?.getattr("Touch")?;
         let touch = |touch: Touching| {
             let vector = |v: Vector<f64>| PyArray1::from_slice(py, &v.to_array());
             let Touching { contact, position, normal, force, overlap, sliding, along } = touch;

@@ -151,7 +151,8 @@ impl PyScene {
     ) -> PyResult<Self> {
         let file = path.display().to_string();
         // Python's own errors contain the file name and have the right class.
-        let bytes: Vec<u8> = py.import("lissom.disk")?.call_method1("read_given", (path,))?.extract()?;
+        let bytes: Vec<u8> =
+            py.import("lissom.common.disk")?.call_method1("read_given", (path,))?.extract()?;
         let mut imports = Files::beside(&file, anywhere);
         let read = py.detach(|| Scene::from_bytes(&bytes, &file, &mut imports));
         Self::new(py, &file, imports.or_raised(read)?)

@@ -7,9 +7,10 @@ import pytest
 from playwright.sync_api import sync_playwright
 
 import lissom
-from lissom import report, studies
-from lissom.report import studies as study_reports
-from lissom.results import Run
+from lissom.drawing import report
+from lissom.drawing.report import studies as study_reports
+from lissom.results import studies
+from lissom.results.runs import Run
 
 #: Software rendering, the same on all machines, and options that containers need.
 ARGUMENTS = [

@@ -10,7 +10,7 @@ from lissom import _lissom
 
 ROOT = Path(__file__).parents[2]
 STUB = ROOT / "python/lissom/_lissom.pyi"
-METHODS = ROOT / "python/lissom/methods.pyi"
+METHODS = ROOT / "python/lissom/methods/__init__.pyi"
 SCHEMA = ROOT / "scenes/lissom-scene.schema.json"
 
 #: The stubs before and behind them are written by hand.

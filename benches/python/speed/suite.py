@@ -25,7 +25,7 @@ from typing import Any
 import numpy as np
 
 import lissom
-from lissom.report.text import multiplications
+from lissom.drawing.report.text import multiplications
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 sys.path.insert(0, str(Path(__file__).parents[3] / "tests" / "python"))

@@ -15,7 +15,7 @@ from typing import NoReturn
 
 import click
 
-from ..interruption import interruption
+from ..common.interruption import interruption
 from .exits import INTERRUPTED
 
 #: The commands, each in the module with its name, in the order in which people need them.

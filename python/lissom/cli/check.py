@@ -20,8 +20,8 @@ def command(scenes: tuple[Path, ...]) -> int:
 
     Exit code: 0 all are valid, 2 at least one is not.
     """
-    from ..advice import advice, size
-    from ..starts import check_start
+    from ..analysis.advice import advice, size
+    from ..model.starts import check_start
 
     good = True
     for path in scenes:

@@ -18,7 +18,7 @@ def command(scene: Path) -> int:
 
     Exit code: 0 done, 2 bad input.
     """
-    from ..report import text
+    from ..drawing.report import text
 
     loaded = load(scene)
     click.echo(loaded.model.explain(), nl=False)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from ..interruption import interruption
+from ..common.interruption import interruption
 from .saving import output_option, results_folder, save
 from .words import progress_bar
 
@@ -22,7 +22,7 @@ def command(output: Path) -> int:
     Exit code: 0 done; 1 the results could not be written; 2 bad input; 130 interrupted (finished parts are
     written).
     """
-    from ..evidence import lab as numerical_lab
+    from .evidence import lab as numerical_lab
 
     with results_folder(output) as folder:
         parts = dict(interruption.collect(numerical_lab.compute(progress_bar)))

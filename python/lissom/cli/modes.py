@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from ..interruption import interruption
+from ..common.interruption import interruption
 from .exits import FAILED
 from .saving import output_option, results_folder, save_study
 from .scenes import SCENE, load, refusals_of
@@ -28,11 +28,11 @@ def command(scene: Path, output: Path | None, at_start: bool, no_report: bool) -
     Exit code: 0 done; 1 there are no modes, or no equilibrium was found (then the files of "lissom statics"
     are written); 2 bad input; 130 interrupted with Ctrl-C (as after 1, what was found is written).
     """
-    from .. import studies
     from .._lissom import LissomError
-    from ..advice import about_model
-    from ..report import studies as words
-    from ..swings import frequency, is_rounding
+    from ..analysis.advice import about_model
+    from ..drawing.oscillation import frequency, is_rounding
+    from ..drawing.report import studies as words
+    from ..results import studies
 
     loaded = load(scene)
     target = output if output is not None else Path("results") / f"{scene.stem}-modes"

@@ -7,11 +7,11 @@ from pathlib import Path
 
 import click
 
-from .. import disk
+from ..common import disk
 from .exits import FAILED
 from .saving import unwritten
 
-#: Descriptions of the templates, by the names of the files in ``lissom/templates``.
+#: Descriptions of the templates, by the names of the files in ``templates``.
 KINDS = {"rod": "a clamped rod", "finger": "a finger with tendons", "robot": "links, joints and a motor"}
 
 #: The file that the first line of a scene points editors to.
@@ -42,7 +42,7 @@ def command(name: str, kind: str, schema: bool) -> int:
     if not stem or stem.endswith(("/", os.sep)) or not name.isprintable():
         raise click.UsageError(f"NAME: got {name!r}, expected a file name, such as arm")
     path = Path(f"{stem}.toml")
-    text = (files("lissom") / "templates" / f"{kind}.toml").read_text(encoding="utf-8")
+    text = (files(__package__) / "templates" / f"{kind}.toml").read_text(encoding="utf-8")
     if schema:
         text = f"#:schema ./{SCHEMA}\n{text}"
     try:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from ..interruption import STOPPING, interruption
+from ..common.interruption import STOPPING, interruption
 from .exits import FAILED
 from .saving import output_option, results_folder, save
 from .scenes import SCENE, load, refusals_of
@@ -16,7 +16,7 @@ from .words import Saved, note, progress_bar, say
 
 if TYPE_CHECKING:
     from .._lissom import Scene
-    from ..results import Run
+    from ..results.runs import Run
 
 
 @click.command("run")
@@ -33,7 +33,8 @@ def command(scene: Path, output: Path | None, no_report: bool) -> int:
     Exit code: 0 done; 1 the simulation failed (what was computed is written) or something could not be
     written; 2 bad input (nothing is written); 130 interrupted with Ctrl-C (what was computed is written).
     """
-    from .. import files
+    from ..common.extras import missing
+    from ..results import files
 
     loaded = load(scene)
     target = output if output is not None else Path("results") / scene.stem
@@ -43,7 +44,7 @@ def command(scene: Path, output: Path | None, no_report: bool) -> int:
             done = _simulate(loaded)
         saved = save(folder, lambda partial: files.write(done, partial, report))
     _summarise(done, saved)
-    if files.missing(*files.HDF5):
+    if missing(*files.HDF5):
         note("Without h5netcdf the trajectory is an .npz file", "files")
     return saved.code if done.motion.success or done.interrupted else FAILED
 
@@ -51,7 +52,7 @@ def command(scene: Path, output: Path | None, no_report: bool) -> int:
 def _simulate(scene: Scene) -> Run:
     """Simulate with a progress bar. From the first step on, Ctrl-C stops the simulation, not the program."""
     from .._lissom import AccuracyWarning
-    from ..results import Run
+    from ..results.runs import Run
 
     settings = scene.simulation
     with progress_bar(settings.t_end - settings.t0, "Simulating", "s") as bar:
@@ -69,13 +70,13 @@ def _simulate(scene: Scene) -> Run:
 
 
 def _report_of_run(done: Run, path: Path) -> None:
-    from .. import report
+    from ..drawing import report
 
     report.write(done, path)
 
 
 def _summarise(done: Run, saved: Saved) -> None:
-    from ..report import text
+    from ..drawing.report import text
 
     outcome, good = text.outcome(done)
     say(done.scene.name, outcome, good, text.summary(done), saved)

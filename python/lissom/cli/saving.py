@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ..folders import Folder, NotOurs
-from ..interruption import SAVING, interruption
+from ..common.interruption import SAVING, interruption
+from ..results.folders import Folder, NotOurs
 from .exits import FAILED
 from .words import Saved
 
 if TYPE_CHECKING:
-    from ..studies import ModesStudy, StaticsStudy
+    from ..results.studies import ModesStudy, StaticsStudy
 
 
 def output_option(what: str, default: Path | None = None) -> Callable[[Any], Any]:
@@ -74,8 +74,8 @@ def _written(folder: Folder, write: Callable[[Path], list[str]], code: int) -> S
 
 def save_study(done: StaticsStudy | ModesStudy, folder: Folder, no_report: bool) -> Saved:
     """Write an equilibrium or natural modes, with a report unless `no_report`."""
-    from .. import studies
-    from ..report import studies as pages
+    from ..drawing.report import studies as pages
+    from ..results import studies
 
     interruption.defer(SAVING)
     report = None if no_report else pages.write

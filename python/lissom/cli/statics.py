@@ -13,7 +13,7 @@ from .scenes import SCENE, load, refusals_of
 from .words import Saved, say
 
 if TYPE_CHECKING:
-    from ..studies import StaticsStudy
+    from ..results.studies import StaticsStudy
 
 
 @click.command("statics")
@@ -35,7 +35,7 @@ def command(scene: Path, output: Path | None, from_start: bool, no_stability: bo
     Exit code: 0 done; 1 no equilibrium was found (the last good state is written); 2 bad input (nothing is
     written); 130 interrupted with Ctrl-C (what was found is written).
     """
-    from .. import studies
+    from ..results import studies
 
     loaded = load(scene)
     target = output if output is not None else Path("results") / f"{scene.stem}-statics"
@@ -48,9 +48,9 @@ def command(scene: Path, output: Path | None, from_start: bool, no_stability: bo
 
 def say_statics(done: StaticsStudy, saved: Saved, problem: str = "") -> int:
     """Print the result and any problem; return the exit code."""
-    from ..advice import about_model
-    from ..report import studies as words
-    from ..studies import setting_of
+    from ..analysis.advice import about_model
+    from ..drawing.report import studies as words
+    from ..results.studies import setting_of
 
     outcome, good = words.outcome(done.found)
     facts = [("advice", sentence) for sentence in about_model(done.scene.model)]

@@ -8,7 +8,7 @@ from typing import Any
 
 import click
 
-from ..interruption import interruption
+from ..common.interruption import interruption
 from .exits import REGRESSED
 from .saving import output_option, results_folder, save
 from .words import progress_bar, say
@@ -29,8 +29,8 @@ def command(output: Path, quick: bool, update: bool, no_report: bool) -> int:
     Exit code: 0 nothing became worse than in the committed table; 3 something did, or is wrong; 1 the results
     could not be written; 2 bad input; 130 interrupted (finished groups are written).
     """
-    from ..evidence import stress as matrix
-    from ..evidence.stress import pages, table
+    from .evidence import stress as matrix
+    from .evidence.stress import pages, table
 
     if update and quick:
         raise click.UsageError("--update takes the whole matrix: leave --quick out")

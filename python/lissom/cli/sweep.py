@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ..interruption import interruption
+from ..common.interruption import interruption
 from .exits import BAD_INPUT, FAILED
 from .saving import output_option, results_folder, save
 from .scenes import SCENE, load, refusals_of
@@ -18,7 +18,7 @@ from .words import note, progress_bar, say
 if TYPE_CHECKING:
     import xarray
 
-    from ..sweeps.results import SweepStudy
+    from ..results.sweeps import SweepStudy
 
     Converter = click.ParamType[Any]
 else:
@@ -136,8 +136,8 @@ def command(
     Exit code: 0 done; 1 some runs failed (everything is written) or something could not be written; 2 bad
     input (nothing is written); 130 interrupted with Ctrl-C (what was computed is written).
     """
-    from ..files import missing
-    from ..sweeps import results
+    from ..common.extras import missing
+    from ..results import sweeps as results
 
     needed = ["xarray"] + ["zarr"] * (store is not None)
     if missing(*needed):
@@ -161,7 +161,7 @@ def command(
 
 def _sweep(scene: Any, over: dict[str, list[Any]], store: Path | None, workers: int | None) -> xarray.Dataset:
     """The runs, with a bar; on Ctrl-C those that were made."""
-    from .. import sweeps
+    from ..analysis import sweeps
 
     total = math.prod(map(len, over.values()))
     with progress_bar(total, "Simulating", "runs") as bar:
@@ -180,6 +180,6 @@ def _sweep(scene: Any, over: dict[str, list[Any]], store: Path | None, workers: 
 
 
 def _report(done: SweepStudy, path: Path) -> None:
-    from ..report import sweeps
+    from ..drawing.report import sweeps
 
     sweeps.write(done, path)

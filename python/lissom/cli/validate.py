@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING
 
 import click
 
-from .. import disk
-from ..interruption import interruption
+from ..common import disk
+from ..common.interruption import interruption
 from .exits import OUTSIDE_TOLERANCE
 from .saving import output_option, results_folder, save, unwritten
 
 if TYPE_CHECKING:
-    from ..evidence.validation import Outcome
+    from .evidence.validation import Outcome
 
 
 @click.command("validate")
@@ -36,9 +36,9 @@ def command(output: Path, update_docs: Path | None, no_report: bool) -> int:
     Exit code: 0 all cases are within their tolerance; 1 the results could not be written; 2 bad input; 3 a
     case is outside its tolerance; 130 interrupted (finished cases are written, FILE is not).
     """
-    from ..evidence import validation
-    from ..evidence.validation import pages as report
-    from ..evidence.validation import table
+    from .evidence import validation
+    from .evidence.validation import pages as report
+    from .evidence.validation import table
 
     def said(outcomes: Iterable[Outcome]) -> Iterator[Outcome]:
         for outcome in outcomes:
@@ -64,7 +64,7 @@ def command(output: Path, update_docs: Path | None, no_report: bool) -> int:
 
 
 def _say_outcome(outcome: Outcome) -> None:
-    from ..evidence.validation import table
+    from .evidence.validation import table
 
     click.echo(click.style(table.line(outcome), fg="red" if outcome.outside else None))
     if outcome.failure:

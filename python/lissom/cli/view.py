@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from ..interruption import interruption
+from ..common.interruption import interruption
 from .exits import FAILED
 from .scenes import SCENE, load, refusals_of
 from .words import line, note
@@ -44,12 +44,12 @@ def command(scene: Path, port: int, speed: float, paused: bool, allow_hosts: tup
 
     Exit code: 1 viser is missing or no port is free; 2 bad input; 130 ended with Ctrl-C.
     """
-    from ..files import missing
+    from ..common.extras import missing
 
     if missing("viser"):
         note("Live views need viser", "view")
         return FAILED
-    from ..live import of_scene
+    from ..drawing.live import of_scene
 
     loaded = load(scene)
     try:

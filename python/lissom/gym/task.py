@@ -16,7 +16,7 @@ from gymnasium.spaces import Box
 from numpy.typing import NDArray
 
 from .._lissom import Robot, finite_array
-from ..plain import text, whole
+from ..common.arguments import text, whole
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]

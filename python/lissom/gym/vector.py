@@ -13,7 +13,7 @@ from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
 from .._lissom import Robot, Simulations
-from ..plain import whole
+from ..common.arguments import whole
 from .task import (
     Array,
     Flags,

@@ -9,9 +9,8 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from lissom._lissom import Motor
-from lissom.plain import text
-
+from .._lissom import Motor
+from ..common.arguments import text
 from .joints import indices, unit
 from .places import known
 from .sensor import Sensor

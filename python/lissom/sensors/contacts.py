@@ -9,9 +9,8 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from lissom._lissom import finite_array
-from lissom.plain import text
-
+from .._lissom import finite_array
+from ..common.arguments import text
 from .places import known
 from .sensor import Sensor
 from .states import States

@@ -9,10 +9,9 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from lissom._lissom import Robot
-from lissom.plain import text
-from lissom.views import JOINTS, STRAINS
-
+from .._lissom import Robot
+from ..common.arguments import text
+from ..model.views import JOINTS, STRAINS
 from .places import known
 from .sensor import Sensor
 from .states import States

@@ -8,8 +8,7 @@ from dataclasses import KW_ONLY, dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from lissom._lissom import Robot, finite_array
-
+from .._lissom import Robot, finite_array
 from .sensor import Sensor, number
 from .states import States
 from .turning import matrix_of, turned_back

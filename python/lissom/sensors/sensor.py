@@ -13,9 +13,8 @@ from zlib import crc32
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from lissom._lissom import Robot, finite_array
-from lissom.plain import text, whole
-
+from .._lissom import Robot, finite_array
+from ..common.arguments import text, whole
 from . import states
 from .line import Line
 from .states import States

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from lissom._lissom import finite_array
+from .._lissom import finite_array
 
 Array = NDArray[np.float64]
 

@@ -7,8 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from lissom._lissom import finite_array
-
+from .._lissom import finite_array
 from . import places
 from .sensor import Sensor
 from .states import States

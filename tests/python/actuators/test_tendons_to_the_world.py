@@ -6,7 +6,7 @@ from numpy.testing import assert_allclose
 
 import lissom
 from lissom import Along, Link, Tendon, Via
-from lissom.actuator_marks import actuator_marks
+from lissom.model.glyphs.actuators import actuator_glyphs
 
 POINT = (0.1, 0.3, 0.5)
 ROD = lissom.Segment(
@@ -72,9 +72,9 @@ def test_a_base_that_rises_shortens_a_tendon_to_the_world():
 def test_lengths_are_those_between_places_in_the_world(tendon):
     model = robot(TENDONS[tendon]())
     q, v = STATE
-    mark = actuator_marks(model)[0]
+    glyph = actuator_glyphs(model)[0]
     for t in (0.0, 0.13, 0.3):
-        way = mark.way(q[None], np.array([t]))[0]
+        way = glyph.way(q[None], np.array([t]))[0]
         ends = [way[0], way[-1]]
         assert min(np.linalg.norm(end - POINT) for end in ends) == 0.0
         along = np.linalg.norm(np.diff(way, axis=0), axis=1).sum()

@@ -14,12 +14,12 @@ import pytest
 import xarray
 
 import lissom
-from lissom import report
-from lissom.files import trajectory
-from lissom.netcdf import written
-from lissom.report import layers, motion, packing, theme
-from lissom.report import page as pages
-from lissom.results import Run, instants
+from lissom.drawing import report
+from lissom.drawing.report import layers, motion, packing, theme
+from lissom.drawing.report import page as pages
+from lissom.results.files import trajectory
+from lissom.results.netcdf import written
+from lissom.results.runs import Run, instants
 
 SCENES = Path(__file__).parents[3] / "scenes"
 

@@ -7,10 +7,11 @@ import numpy as np
 import pytest
 
 import lissom
-from lissom import report, studies
-from lissom.report import layers, loads, page
-from lissom.report import studies as study_reports
-from lissom.results import Run
+from lissom.drawing import report
+from lissom.drawing.report import layers, loads, page
+from lissom.drawing.report import studies as study_reports
+from lissom.results import studies
+from lissom.results.runs import Run
 
 #: Joints, loads and supports of every kind; a name with markup characters.
 SCENE = """version = 1

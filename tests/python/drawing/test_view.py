@@ -13,18 +13,18 @@ import numpy as np
 import pytest
 
 import lissom
-from lissom import live
-from lissom.live import gate, meshes, messages
-from lissom.live.controls import STRONGEST, readout
-from lissom.live.motion import HELD, HELD_WHILE_PULLED, Motion
-from lissom.live.playback import PATIENCE, Playback
-from lissom.live.server import LiveView
-from lissom.live.shape import SHADE, Shape
-from lissom.live.sliders import sliders
-from lissom.live.trace import PLACES, Trace
-from lissom.report import quantities
-from lissom.report.layers import Arrows, Solid, Strand, Tube
-from lissom.views import view
+from lissom.drawing import live
+from lissom.drawing.live import gate, meshes, messages
+from lissom.drawing.live.controls import STRONGEST, readout
+from lissom.drawing.live.motion import HELD, HELD_WHILE_PULLED, Motion
+from lissom.drawing.live.playback import PATIENCE, Playback
+from lissom.drawing.live.server import LiveView
+from lissom.drawing.live.shape import SHADE, Shape
+from lissom.drawing.live.sliders import sliders
+from lissom.drawing.live.trace import PLACES, Trace
+from lissom.drawing.report import quantities
+from lissom.drawing.report.layers import Arrows, Solid, Strand, Tube
+from lissom.model.views import view
 
 SOFT = lissom.Segment(0.3, 0.01, 1e6, 4e5, 1000.0, modes={"bend_y": 3, "bend_z": 3}, retardation_time=0.02)
 UPPER = lissom.Tendon("upper", [lissom.Along("rod", (0.0, 0.008))], tension=lissom.Input("upper", 0.5))
@@ -811,7 +811,7 @@ def test_the_page_draws_traces_and_colours():
         # The base rests, as before; the tip is fastest.
         assert coloured != before
         assert len(set(coloured.values())) > 3
-        controls.tell()
+        controls.update()
         assert controls._scale.content == f"blue: 0, yellow: {page._shape.largest:.3g}"
         controls.is_traced, page._shape.colour = False, None
         page._draw()
@@ -829,13 +829,13 @@ def test_the_page_says_why_a_motion_ended():
     ) as page:
         controls, playback, _ = controls_of(page)
         playback.step()
-        controls.tell()
+        controls.update()
         assert controls._trouble.visible
         assert "The motion has ended" in controls._trouble.content
         assert r"the valve \*stuck\*" in controls._trouble.content
         assert controls._run.disabled
         controls._reset()
-        controls.tell()
+        controls.update()
         assert not controls._trouble.visible
 
 

@@ -18,7 +18,9 @@ import numpy as np
 import lissom
 from fuzz import damage, judge
 from fuzz import values as v
-from lissom import keeping, records, urdf
+from lissom import urdf
+from lissom.results import io as result_files
+from lissom.results import records
 
 NAME = "files"
 SUFFIX = ".case"
@@ -115,7 +117,7 @@ def loaded(path: Path, place: str, original: object | None) -> judge.Outcome:
     outcome, found = attempt(place, lissom.load, path)
     if outcome is not None:
         return outcome
-    if type(found).__name__ not in keeping.RESULTS:
+    if type(found).__name__ not in result_files.RESULTS:
         return judge.found("silent", place, f"a {type(found).__name__} instead of a result")
     if original is not None:
         different = v.difference(original, found)
@@ -135,14 +137,14 @@ def _record(folder, head, lines) -> judge.Outcome:
 
 def _repaired(folder, head, lines) -> judge.Outcome:
     """The same with a checksum that fits, as a stranger would send it."""
-    content = saved(head["number"], ".lissom").removeprefix(keeping.HEAD).partition(b"\n")[2]
+    content = saved(head["number"], ".lissom").removeprefix(result_files.HEAD).partition(b"\n")[2]
     return _loaded_record(folder, head, damage.damaged(content, lines))
 
 
 def _loaded_record(folder, head, content: bytes) -> judge.Outcome:
-    line = keeping.VERSION.rstrip() + keeping.CHECKSUM + b"%08x\n" % zlib.crc32(content)
+    line = result_files.VERSION.rstrip() + result_files.CHECKSUM + b"%08x\n" % zlib.crc32(content)
     path = folder / "x.lissom"
-    path.write_bytes(keeping.HEAD + line + content)
+    path.write_bytes(result_files.HEAD + line + content)
     return loaded(path, head["kind"], None)
 
 

@@ -135,8 +135,8 @@ def test_reports_of_energies_that_are_not_finite_say_so(tmp_path):
     """The energies of the start overflow."""
     import json
 
-    from lissom import files, results
-    from lissom.report import text
+    from lissom.drawing.report import text
+    from lissom.results import files, runs
 
     scene = lissom.Scene.loads(
         """
@@ -160,7 +160,7 @@ def test_reports_of_energies_that_are_not_finite_say_so(tmp_path):
     motion = lissom.simulate(scene.model, 1e-200, v0=scene.v0, dt=1e-200)
     assert not motion.success
     assert "energies there are beyond what double precision holds" in motion.message
-    run = results.Run(scene, motion)
+    run = runs.Run(scene, motion)
     said, good = text.outcome(run)
     assert not good
     assert said.startswith("Failed at 0 s: The motion cannot begin at t = 0: energies there are beyond")

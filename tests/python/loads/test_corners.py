@@ -263,7 +263,7 @@ def test_derivatives_know_the_corners(method):
     found = lissom.sensitivity(model, 0.2, [name], method=method, rtol=1e-13, atol=1e-13)
     ends = []
     for change in (-1e-2, 1e-2):
-        moved = lissom.parameters.model_with(model, {name: 100.0 + change})
+        moved = lissom.analysis.parameters.model_with(model, {name: 100.0 + change})
         ends.append(lissom.simulate(moved, 0.2, method=method, rtol=1e-13, atol=1e-13).q)
     difference = (ends[1] - ends[0]) / 2e-2
     assert found.q.shape == difference.shape

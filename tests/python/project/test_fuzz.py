@@ -257,7 +257,7 @@ def test_damage_is_what_its_lines_say():
 
 
 def test_a_loader_that_overlooks_damage_is_found(monkeypatch, tmp_path):
-    monkeypatch.setattr(files.keeping, "_checksum", lambda content: b"00000000")
+    monkeypatch.setattr(files.result_files, "_checksum", lambda content: b"00000000")
     content = files.saved(0, ".lissom")
     at = content.index(np.ascontiguousarray(files.results()[0].q).tobytes()) + 30
     case = f'{{"kind": "record", "number": 0, "seed": 0}}\nflip {-(-at * 10**6 // len(content))} 0 0'

@@ -1,14 +1,10 @@
 """The rooms of the source, listed in CONTRIBUTING.md, and their allowed dependencies in `use` lines."""
 
-import ast
 import re
-from graphlib import TopologicalSorter
 from itertools import pairwise
 from pathlib import Path
 
 import pytest
-
-from lissom import cli
 
 ROOT = Path(__file__).parents[3]
 SOURCE = ROOT / "src"
@@ -158,47 +154,6 @@ def test_rooms_use_only_lower_ones(house):
 
 def test_no_more_than_two_files_make_a_circle(house):
     assert [circle for circle in house.circles() if len(circle) > LARGEST_CIRCLE] == []
-
-
-def test_the_simulator_imports_nothing_of_its_evidence():
-    package = ROOT / "python" / "lissom"
-    for file in package.rglob("*.py"):
-        if file.relative_to(package).parts[0] in ("cli", "evidence"):
-            continue
-        assert "evidence" not in file.read_text(encoding="utf-8"), file
-
-
-def python_imports():
-    """The modules of the package by name, and their imports at any place."""
-    package = ROOT / "python"
-    files = {
-        ".".join(file.relative_to(package).with_suffix("").parts).removesuffix(".__init__"): file
-        for file in package.rglob("*.py")
-    }
-    found = {}
-    for name, file in files.items():
-        found[name] = set()
-        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
-            if not isinstance(node, ast.ImportFrom) or not node.level:
-                continue
-            up = node.level - (file.name == "__init__.py")
-            base = ".".join([*name.split(".")[: len(name.split(".")) - up], *filter(None, [node.module])])
-            found[name] |= {f"{base}.{alias.name}" for alias in node.names} & files.keys() or {
-                base
-            } & files.keys()
-        # The package itself re-exports what lies below all of them.
-        found[name] -= {"lissom", name}
-    return found
-
-
-def test_python_modules_import_each_other_in_one_direction():
-    found = python_imports()
-    # The command line imports a command by its name when it is called.
-    found["lissom.cli"] |= {f"lissom.cli.{name}" for name in cli.COMMANDS}
-    assert "lissom.views" in found["lissom.results"]
-    assert "lissom.cli.saving" in found["lissom.cli.run"]
-    order = list(TopologicalSorter(found).static_order())
-    assert order.index("lissom.views") < order.index("lissom.report.motion") < order.index("lissom.cli")
 
 
 def test_circles_and_paths_are_found():

@@ -8,7 +8,7 @@ import pytest
 
 import lissom
 from lissom import gym, methods, sensors, urdf
-from lissom.live import server
+from lissom.drawing.live import server
 
 DOCS = Path(__file__).parents[3] / "docs"
 DIRECTIVE = re.compile(r"^\.\. auto(?:class|function|exception):: (\w+)$", re.M)
@@ -32,11 +32,8 @@ def test_every_public_name_is_in_the_reference():
     public |= {f"lissom.sensors.{name}" for name in sensors.__all__}
     public |= {f"lissom.methods.{name}" for name in methods.__all__}
     public |= {f"lissom.gym.{name}" for name in gym.__all__}
-    public |= {f"lissom.live.server.{name}" for name in server.__all__}
-    own = [name for name, value in vars(urdf).items() if getattr(value, "__module__", None) == urdf.__name__]
-    public |= {
-        f"lissom.urdf.{name}" for name in own if not name.startswith("_") and name not in BEHIND_OTHERS
-    }
+    public |= {f"lissom.drawing.live.server.{name}" for name in server.__all__}
+    public |= {f"lissom.urdf.{name}" for name in set(urdf.__all__) - BEHIND_OTHERS}
     assert documented() == public
 
 

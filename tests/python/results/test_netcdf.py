@@ -9,9 +9,9 @@ import pytest
 import xarray
 
 import lissom
-from lissom.files import trajectory
-from lissom.netcdf import Data, Variable, written
-from lissom.results import Run
+from lissom.results.files import trajectory
+from lissom.results.netcdf import Data, Variable, written
+from lissom.results.runs import Run
 
 SCENES = Path(__file__).parents[3] / "scenes"
 

@@ -2,8 +2,10 @@
 
 import concurrent.futures
 import copy
+import importlib
 import multiprocessing
 import pickle
+import sys
 import warnings
 from pathlib import Path
 
@@ -12,6 +14,7 @@ import pytest
 
 import lissom
 
+MOVED = Path(__file__).parents[2] / "data" / "moved.pickle"
 SCENES = sorted((Path(__file__).parents[3] / "scenes").glob("*.toml"))
 WIRE = lissom.Segment(0.4, 1e-3, 2e11, 8e10, 7800, {"bend_y": 3}, retardation_time=1e-4)
 TEXT = """
@@ -332,3 +335,41 @@ def test_process_pools_work():
     np.testing.assert_array_equal(moved.q, scene.run().q)
     assert isinstance(refused, lissom.SceneError)
     assert refused.problems
+
+
+def test_pickles_name_the_package_whatever_moves_in_it():
+    public = {name: getattr(lissom, name) for name in lissom.__all__}
+    homes = {name: kind.__module__ for name, kind in public.items() if isinstance(kind, type)}
+    assert {name: home for name, home in homes.items() if home not in ("lissom", "lissom._lissom")} == {}
+
+
+def test_pickles_that_name_modules_which_moved_are_read():
+    """Written when `Target` was in `lissom.targets`, parameters in `lissom.parameters`, and so on."""
+    found = pickle.loads(MOVED.read_bytes())
+    for name, thing in found.items():
+        assert type(thing) is getattr(lissom, name), name
+    assert found["Target"] == lissom.Target("rod", [0.3, 0.0, -0.1])
+    rod = lissom.Rod([lissom.Segment(0.3, 0.01, 1e6, 4e5, 1000, {"bend_y": 2})])
+    names = ["q0", "segments[0].young_modulus", "gravity[2]", "segments[0].length"]
+    again = lissom.sensitivity(rod, 0.02, names)
+    np.testing.assert_allclose(found["SensitivityResult"].dq, again.dq, rtol=1e-9, atol=1e-12)
+    # Lengths move places directly, which the parameters of the result say.
+    np.testing.assert_allclose(
+        found["SensitivityResult"].position()[1], again.position()[1], rtol=1e-9, atol=1e-12
+    )
+    assert found["ContactEvent"].kind == "touch"
+    assert found["LinearModel"].A.shape == (4, 4)
+
+
+def test_modules_have_their_old_names_without_a_copy():
+    assert sorted(lissom._MOVED) == [
+        *("contact_events", "contacts", "linear", "live", "materials"),
+        *("measurements", "parameters", "report", "targets"),
+    ]
+    for old, new in lissom._MOVED.items():
+        assert importlib.import_module(f"lissom.{old}") is importlib.import_module(f"lissom.{new}")
+        assert getattr(lissom, old) is sys.modules[f"lissom.{new}"]
+    old, new = (importlib.import_module(f"lissom.{name}.scene") for name in ("report", "drawing.report"))
+    assert old is new
+    with pytest.raises(ModuleNotFoundError, match=r"lissom\.nothing"):
+        importlib.import_module("lissom.nothing")

@@ -2,7 +2,7 @@
 
 import ast
 import dataclasses
-import importlib
+import importlib.util
 import inspect
 import io
 import json
@@ -22,11 +22,13 @@ from hypothesis import strategies as st
 from test_pickle import assert_same
 
 import lissom
-from lissom import keeping, pictures, records
-from lissom.report import layers, studies
-from lissom.shown import Shown
-from lissom.studies import setting_for, study_statics
-from lissom.views import view
+from lissom.analysis.base import ParameterResult
+from lissom.drawing import pictures
+from lissom.drawing.report import layers, studies
+from lissom.model.views import view
+from lissom.results import io as result_files
+from lissom.results import records
+from lissom.results.studies import setting_for, study_statics
 
 matplotlib = pytest.importorskip("matplotlib")
 pyplot = pytest.importorskip("matplotlib.pyplot")
@@ -418,10 +420,8 @@ def test_places_that_cannot_be_written(suffix, tmp_path):
     ],
 )
 def test_missing_extras_are_named(call, extra, module, tmp_path, monkeypatch):
-    find = lissom.files.importlib.util.find_spec
-    monkeypatch.setattr(
-        lissom.files.importlib.util, "find_spec", lambda name: None if name == module else find(name)
-    )
+    find = importlib.util.find_spec
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None if name == module else find(name))
     with pytest.raises(ImportError, match=rf"{module}.*pip install 'lissom\[{extra}\]'"):
         call(lissom.simulate(rod(), 0.01), tmp_path)
 
@@ -526,7 +526,9 @@ def kept(tmp_path, tree, arrays=b""):
     """A file with this record."""
     text = tree if isinstance(tree, bytes) else json.dumps(tree).encode()
     path = tmp_path / "x.lissom"
-    path.write_bytes(keeping.HEAD + keeping.VERSION + len(text).to_bytes(8, "little") + text + arrays)
+    path.write_bytes(
+        result_files.HEAD + result_files.VERSION + len(text).to_bytes(8, "little") + text + arrays
+    )
     return path
 
 
@@ -749,7 +751,7 @@ def test_netcdf_files_cannot_swell(chunked, tmp_path):
     path = tmp_path / "x.nc"
     with h5py.File(path, "w") as file:
         options = {"chunks": (1 << 16,), "compression": "gzip"} if chunked else {"chunks": (1 << 16,)}
-        file.create_dataset(keeping.RECORD, (1 << 42,), np.uint8, **options)
+        file.create_dataset(result_files.RECORD, (1 << 42,), np.uint8, **options)
     with pytest.raises(ValueError, match="no result"):
         lissom.load(path)
 
@@ -757,7 +759,7 @@ def test_netcdf_files_cannot_swell(chunked, tmp_path):
 def test_netcdf_files_cannot_lead_elsewhere(tmp_path):
     lissom.statics(rod()).save(tmp_path / "kept.nc")
     with h5py.File(tmp_path / "x.nc", "w") as file:
-        file[keeping.RECORD] = h5py.ExternalLink(tmp_path / "kept.nc", keeping.RECORD)
+        file[result_files.RECORD] = h5py.ExternalLink(tmp_path / "kept.nc", result_files.RECORD)
     with pytest.raises(ValueError, match="no result"):
         lissom.load(tmp_path / "x.nc")
 
@@ -770,7 +772,7 @@ def test_npz_files_cannot_swell(compression, tmp_path):
     )
     body = header.getvalue() + bytes(1 << 20 if compression == zipfile.ZIP_DEFLATED else 8)
     with zipfile.ZipFile(tmp_path / "x.npz", "w", compression) as archive:
-        archive.writestr(keeping.MEMBER, body)
+        archive.writestr(result_files.MEMBER, body)
     with pytest.raises(ValueError, match="no result"):
         lissom.load(tmp_path / "x.npz")
 
@@ -795,7 +797,7 @@ def test_every_part_of_models_can_stand_in_a_record(module):
 @settings(max_examples=60, deadline=None)
 @given(at=st.floats(0, 1, exclude_max=True), value=st.integers(0, 255), cut=st.booleans())
 def test_damaged_files_are_refused_or_read(folder, at, value, cut):
-    content = io.BytesIO(keeping.HEAD + keeping.record(lissom.statics(rod())))
+    content = io.BytesIO(result_files.HEAD + result_files.record(lissom.statics(rod())))
     damaged = bytearray(content.getvalue())
     place = int(at * len(damaged))
     damaged[place] = value
@@ -818,7 +820,7 @@ def test_files_of_others_are_refused(suffix, tmp_path):
 
 def test_the_version_that_wrote_a_file_is_named(tmp_path):
     path = tmp_path / "x.lissom"
-    path.write_bytes(keeping.HEAD + b"9.9.9\n" + records.write(None)[:-1])
+    path.write_bytes(result_files.HEAD + b"9.9.9\n" + records.write(None)[:-1])
     with pytest.raises(ValueError, match=r"written by version '9\.9\.9'"):
         lissom.load(path)
 
@@ -830,15 +832,17 @@ def test_the_stubs_say_what_the_methods_take():
     # Objects from Python are reported by their class.
     (shown,) = (
         node
-        for node in ast.parse((folder / "shown.py").read_text(encoding="utf-8")).body
+        for node in ast.parse((folder / "analysis" / "base.py").read_text(encoding="utf-8")).body
         if isinstance(node, ast.ClassDef)
     )
-    classes["Shown"] = next(node.body for node in shown.body if isinstance(node, ast.If))
-    owners = [owner for owner in keeping.RESULTS if not issubclass(getattr(lissom, owner), Shown)]
+    classes["ParameterResult"] = next(node.body for node in shown.body if isinstance(node, ast.If))
+    owners = [
+        owner for owner in result_files.RESULTS if not issubclass(getattr(lissom, owner), ParameterResult)
+    ]
     seen = 0
-    for owner in (*owners, "Simulation", "Shown"):
+    for owner in (*owners, "Simulation", "ParameterResult"):
         of_stub = {node.name: node for node in classes[owner] if isinstance(node, ast.FunctionDef)}
-        own = vars(Shown if owner == "Shown" else getattr(lissom, owner)).items()
+        own = vars(ParameterResult if owner == "ParameterResult" else getattr(lissom, owner)).items()
         methods = {k: f for k, f in own if inspect.isfunction(f) and not k.startswith("_")}
         for name, function in methods.items():
             arguments = of_stub[name].args
@@ -900,7 +904,7 @@ def test_a_flipped_bit_is_found(suffix, tmp_path):
 def test_records_without_a_checksum_are_read(tmp_path):
     result = lissom.simulate(lissom.Rod([segment()]), 0.01)
     path = tmp_path / "x.lissom"
-    path.write_bytes(keeping.HEAD + keeping.VERSION + records.write(result))
+    path.write_bytes(result_files.HEAD + result_files.VERSION + records.write(result))
     assert_same(lissom.load(path), result)
 
 

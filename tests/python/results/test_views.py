@@ -10,11 +10,12 @@ import numpy as np
 import pytest
 
 import lissom
-from lissom import advice, report
-from lissom.files import arrays, trajectory
-from lissom.results import Run
-from lissom.sweeps.paths import constructed
-from lissom.views import View, view
+from lissom.analysis import advice
+from lissom.drawing import report
+from lissom.model.paths import constructed
+from lissom.model.views import View, view
+from lissom.results.files import arrays, trajectory
+from lissom.results.runs import Run
 
 PACKAGE = Path(lissom.__file__).parent
 SCENES = Path(__file__).parents[3] / "scenes"

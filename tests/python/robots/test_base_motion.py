@@ -668,7 +668,7 @@ def test_scenes_move_the_base():
 
 
 def test_results_show_the_rod_where_the_base_is():
-    from lissom import results
+    from lissom.results import runs
 
     scene = lissom.Scene.loads(
         """
@@ -688,8 +688,8 @@ def test_results_show_the_rod_where_the_base_is():
         dt = 0.1
         """
     )
-    run = results.Run(scene, scene.run())
-    (shape,) = results.shapes(run)
+    run = runs.Run(scene, scene.run())
+    (shape,) = runs.shapes(run)
     np.testing.assert_allclose(shape.positions[:, 0, 1], 10.0 * run.t[shape.at], atol=1e-12)
 
 

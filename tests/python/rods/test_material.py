@@ -6,8 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import lissom
-from lissom.materials import OF_DAMPING, OF_STIFFNESS
-from lissom.parameters import resolved
+from lissom.analysis.materials import OF_DAMPING, OF_STIFFNESS
+from lissom.analysis.parameters import resolved
 
 SIX = ("torsion", "bend_y", "bend_z", "stretch", "shear_y", "shear_z")
 
@@ -182,13 +182,13 @@ def test_gradients_with_respect_to_sections_are_those_of_models_one_by_one(optio
 def test_gradients_with_respect_to_sections_take_no_models(monkeypatch):
     """Segments with nearby values give the inertia of their sections."""
     made = []
-    replacing = lissom.materials.paths.replacing
+    replacing = lissom.analysis.materials.paths.replacing
 
     def counted(thing, path):
         made.append(type(thing))
         return replacing(thing, path)
 
-    monkeypatch.setattr(lissom.materials.paths, "replacing", counted)
+    monkeypatch.setattr(lissom.analysis.materials.paths, "replacing", counted)
     segment = lissom.Segment(0.02, 0.01, 4e5, 1.5e5, 1100, modes={"bend_y": 1}, retardation_time=0.02)
     names = [f"segments[{i}].{key}" for i in range(5) for key in ("radius", "density")]
     lissom.sensitivity(lissom.Rod([segment] * 5), 0.05, names, objective=lambda t, q, v: (0.0, q, v))

@@ -680,7 +680,7 @@ def test_scenes_begin_at_their_time():
     assert_allclose(found.t, [2.1, 2.2, 2.3, 2.4, 2.5, 2.6], rtol=1e-15)
     wanted = lissom.simulate(scene.model, 2.6, t0=2.1, dt=1e-3, t_eval=found.t)
     assert_array_equal(found.q, wanted.q)
-    from lissom.advice import advice
+    from lissom.analysis.advice import advice
 
     advice(scene)
     for t0, t_end in ((1.9, 2.4), (2.6, 3.1)):

@@ -54,8 +54,8 @@ from lissom import (
     Via,
     Weld,
     _lissom,
-    records,
 )
+from lissom.results import records
 
 SEGMENT = """length = 0.3
 radius = 0.01

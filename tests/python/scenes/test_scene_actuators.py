@@ -11,7 +11,7 @@ from click.testing import CliRunner
 
 import lissom
 from lissom import cli
-from lissom.advice import advice
+from lissom.analysis.advice import advice
 
 SCENES = Path(__file__).parents[3] / "scenes"
 

@@ -1,0 +1,1 @@
+"""Analyses of models and runs: derivatives, identification, linear models, sweeps, advice."""

@@ -1,0 +1,355 @@
+"""Advice on a scene before it is run: what its step, modes and method resolve, and implausible units."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._lissom import (
+    DOP853,
+    RK45,
+    Ball,
+    Contact,
+    LissomError,
+    Model,
+    Scene,
+    Segment,
+    SimulationSettings,
+    modes,
+    statics,
+)
+from ..model.starts import rest_start
+from ..model.views import Link, View, view
+
+FIXED_STEP = ("newmark", "hht", "generalised_alpha")
+EXPLICIT: dict[str, type[RK45] | type[DOP853]] = {"rk45": RK45, "dop853": DOP853}
+
+#: A period of this many steps is resolved; average acceleration makes it (2 pi / 10)^2 / 12 (3 %) longer.
+STEPS_PER_PERIOD = 10
+
+#: A natural frequency counts as accurate if more modes of every strain change it by less than this.
+RIGHT = 0.01
+MORE_MODES = 4
+
+#: This many accurate frequencies are enough: the fastest ones of any model are inaccurate and seldom excited.
+ENOUGH = 3
+
+#: Ratio of length to radius below which shear deflection is checked.
+SLENDER = 10.0
+
+#: A model counts as stiff if stability needs this many times the steps that resolve the slowest vibration.
+STIFF = 30.0
+
+#: Growth in a step that counts as stable: undamped oscillations may grow by the method's own error.
+STABLE_GROWTH = 1e-3
+
+#: An impact that lasts this many steps is resolved. Shorter ones are computed without rebound.
+STEPS_PER_IMPACT = 3
+
+#: Larger models are not analysed, so that checking stays quick.
+MOST_COORDINATES = 100
+
+#: Pascals: softer than anything that holds its shape; brain and the softest gels have some 1 kPa
+#: (Engler et al. 2006).
+SOFTEST = 1e3
+
+#: Pascals: stiffer than anything. Diamond has 1.2e12.
+STIFFEST = 2e12
+
+#: Kilograms per cubic metre: lighter than foams, heavier than osmium (22 590).
+LIGHTEST, HEAVIEST = 10.0, 23e3
+
+#: Metres: half the width of a rod whose sizes are probably in millimetres.
+WIDEST = 1.0
+
+#: m/s²: gravity above this is probably in other units.
+STRONGEST_GRAVITY = 100.0
+
+#: The strains in their order.
+STRAINS = ("torsion", "bend_y", "bend_z", "stretch", "shear_y", "shear_z")
+
+#: The shear strain in the direction in which a bending strain deflects.
+SHEAR_OF = {"bend_y": "shear_z", "bend_z": "shear_y"}
+
+
+def size(model: Model) -> str:
+    """Size of a model in words."""
+    actuators = len(getattr(model, "actuators", ()))
+    moved = f", {actuators} actuator{'' if actuators == 1 else 's'}" if actuators else ""
+    return f"{model.n} generalised coordinates{moved}"
+
+
+def advice(scene: Scene) -> list[str]:
+    """Advice on a scene before it is run, one or two sentences each; often empty.
+
+    Natural frequencies are those about the equilibrium of the model. They are left out if no equilibrium is
+    found, and for models of more than 100 coordinates.
+    """
+    model, seen = scene.model, view(scene.model)
+    said = about_model(model)
+    t0 = scene.simulation.t0
+    said += about_inputs(model)
+    said += about_slack(scene)
+    said += about_impacts(scene)
+    found = Vibrations.of(model, t0, rest_start(scene))
+    if found is None:
+        return said
+    said += about_step(found, scene.simulation)
+    said += about_stability(found, scene.simulation)
+    richer = seen.with_more_modes(MORE_MODES)
+    vibrations = Vibrations.of(richer, t0) if richer is not None else None
+    if vibrations is not None:
+        said += about_modes(found, vibrations)
+    return said
+
+
+def about_model(model: Model) -> list[str]:
+    """Advice on a model alone: implausible units, and shear that it leaves out."""
+    seen = view(model)
+    shear = [sentence for link in seen.links for sentence in about_shear(link)]
+    return [*about_units(seen), *about_gravity(model), *shear]
+
+
+def about_inputs(model: Model) -> list[str]:
+    """Inputs that keep their defaults without a controller."""
+    if not model.inputs:
+        return []
+    values = ", ".join(f"{name} = {value:g}" for name, value in zip(model.inputs, model.u0, strict=True))
+    return [f"Without a controller, inputs keep their defaults: {values}."]
+
+
+def about_slack(scene: Scene) -> list[str]:
+    """Tendons that are slack at the start."""
+    if not getattr(scene.model, "actuators", ()):
+        return []
+    start = scene.q0[None], scene.v0[None], np.array([scene.simulation.t0]), scene.model.u0[None]
+    actuators = view(scene.model).glyphs.actuators
+    slack = [repr(glyph.name) for glyph in actuators if glyph.is_let_out and not glyph.force(*start).any()]
+    if not slack:
+        return []
+    return [f"Slack at the start, because their paths are shorter than their lengths: {', '.join(slack)}."]
+
+
+def about_impacts(scene: Scene) -> list[str]:
+    """The stiffest contact whose impacts a fixed step does not resolve.
+
+    A rod that lies on a stiffness k per length with the mass m per length is thrown back after
+    pi sqrt(m / k); two of them, of the masses m1 and m2, after that of m1 m2 / (m1 + m2).
+    """
+    settings = scene.simulation
+    if settings.method not in FIXED_STEP:
+        return []
+    model = scene.model
+    times = [(impact_time(model, contact), contact.name) for contact in getattr(model, "contacts", ())]
+    known = [(time, name) for time, name in times if time is not None]
+    if not known:
+        return []
+    shortest, name = min(known)
+    if STEPS_PER_IMPACT * settings.dt <= shortest:
+        return []
+    needed = shortest / STEPS_PER_IMPACT
+    return [
+        f"The step of {settings.dt:g} s does not resolve impacts of {name!r}, which last {shortest:.2g} s: "
+        "surfaces that collide lose their energy instead of bouncing; "
+        f"to see the rebound use steps of {needed:.2g} s."
+    ]
+
+
+def impact_time(model: Model, contact: Contact) -> float | None:
+    """Duration of a slow impact of rods, seconds; None if neither surface is a rod."""
+    of_rods = {link.name: link for link in view(model).links}
+    names = [surface for surface in (contact.a, contact.b) if isinstance(surface, str)]
+    rods = [of_rods[name] for name in names if name in of_rods]
+    is_on_link = [isinstance(shape, Ball) or getattr(shape, "link", None) for shape in (contact.a, contact.b)]
+    if not rods or any(is_on_link):
+        return None
+    densities = [min(line_density(segment) for segment in rod.segments) for rod in rods]
+    if min(densities) <= 0.0:
+        return None
+    lightness = sum(1.0 / density for density in densities)
+    stiffness = contact.stiffness
+    if stiffness is None:
+        stiffness = material_stiffness(rods)
+    return float(np.pi / np.sqrt(stiffness * lightness))
+
+
+def line_density(segment: Segment) -> float:
+    """Smallest mass per length of a segment, kg/m."""
+    return float(min(segment.inertia(X)[3, 3] for X in (0.0, segment.length)))
+
+
+def material_stiffness(rods: Sequence[Link]) -> float:
+    """k of the material of one or two rods, N/m^2: pi/4 E / (1 - nu^2), in a row (Popov 2010, eq. 5.33)."""
+    compliance = 0.0
+    for rod in rods:
+        of_each = []
+        for segment in rod.segments:
+            E, G = segment.young_modulus, segment.shear_modulus
+            if E is not None and G is not None:
+                of_each.append((1.0 - (E / (2.0 * G) - 1.0) ** 2) / E)
+        compliance += max(of_each, default=0.0)
+    return np.pi / 4.0 / compliance if compliance > 0.0 else np.inf
+
+
+@dataclass(frozen=True)
+class Vibrations:
+    """Natural frequencies about the equilibrium of a model."""
+
+    #: Natural frequencies of what oscillates, in hertz, the slowest first.
+    frequencies: NDArray[np.float64]
+    #: Eigenvalue of the fastest motion, in 1/s.
+    fastest: complex
+
+    @classmethod
+    def of(cls, model: Model, t: float = 0.0, q0: NDArray[np.float64] | None = None) -> Vibrations | None:
+        """Vibrations about the equilibrium near a shape; None for a large model or without an equilibrium."""
+        if not 0 < model.n <= MOST_COORDINATES:
+            return None
+        rest = statics(model, q0, t=t, stability=False)
+        if not rest.success:
+            return None
+        try:
+            found = modes(model, rest.q, t=t)
+        except LissomError:
+            return None
+        oscillates = (found.frequency > 0.0) & (np.abs(found.damping_ratio) < 1.0)
+        fastest = found.eigenvalues[np.abs(found.eigenvalues).argmax()]
+        return cls(found.frequency[oscillates], complex(fastest))
+
+
+def about_step(found: Vibrations, settings: SimulationSettings) -> list[str]:
+    """Natural frequencies that a fixed step does not resolve."""
+    frequencies, step = found.frequencies, settings.dt
+    if settings.method not in FIXED_STEP:
+        return []
+    resolved = int(np.count_nonzero(frequencies * step * STEPS_PER_PERIOD <= 1.0))
+    if resolved == len(frequencies):
+        return []
+    which, place = (f"the first {resolved}", "next") if resolved else ("none", "first")
+    following = frequencies[resolved]
+    needed = 1.0 / (STEPS_PER_PERIOD * following)
+    return [
+        f"The step of {step:g} s resolves {which} of {len(frequencies)} natural frequencies; "
+        f"the {place}, {following:.3g} Hz, needs steps of {needed:.2g} s "
+        f"({STEPS_PER_PERIOD} per period)."
+    ]
+
+
+def about_stability(found: Vibrations, settings: SimulationSettings) -> list[str]:
+    """The stable step of an explicit method, if stability determines the cost."""
+    if settings.method not in EXPLICIT or not len(found.frequencies):
+        return []
+    stable = stable_step(EXPLICIT[settings.method], found.fastest)
+    useful = 1.0 / (STEPS_PER_PERIOD * found.frequencies[0])
+    if useful < STIFF * stable:
+        return []
+    steps = (settings.t_end - settings.t0) / stable
+    return [
+        f'Method "{settings.method}" is stable with steps below {stable:.1e} s only, because of a rate of '
+        f"{abs(found.fastest):.3g} per second: {steps:.2g} steps or more, while the slowest vibration, "
+        f"{found.frequencies[0]:.3g} Hz, needs steps of {useful:.2g} s. "
+        'Methods "radau" and "newmark" have no such limit.'
+    ]
+
+
+def about_modes(found: Vibrations, richer: Vibrations) -> list[str]:
+    """Accuracy of the natural frequencies, unless three of them or more are accurate."""
+    count = min(len(found.frequencies), len(richer.frequencies))
+    if count == 0:
+        return []
+    frequencies, right = found.frequencies[:count], richer.frequencies[:count]
+    errors = np.abs(frequencies / right - 1.0)
+    good = int(np.count_nonzero(errors <= RIGHT))
+    if good >= ENOUGH:
+        return []
+    worst = int(errors.argmax())
+    return [
+        f"{good} of {count} natural frequencies are accurate to {RIGHT:.0%}: "
+        f"with {MORE_MODES} more modes of every strain the first changes by {errors[0]:.0e}, "
+        f"and number {worst + 1}, {frequencies[worst]:.3g} Hz, becomes {right[worst]:.3g} Hz "
+        f"({errors[worst]:.0%} off)."
+    ]
+
+
+def about_units(seen: View) -> list[str]:
+    """Implausible moduli, densities and widths, each mentioned once."""
+    said: dict[str, None] = {}
+    for segment in (segment for link in seen.links for segment in link.segments):
+        E, density = segment.young_modulus, segment.density
+        if E is not None and not SOFTEST <= E <= STIFFEST:
+            than = "softer than any gel" if E < SOFTEST else "stiffer than diamond"
+            said[f"A Young's modulus of {E:g} Pa is {than}; in pascals rubber has 1e6 and steel 2.1e11."] = (
+                None
+            )
+        if density is not None and not LIGHTEST <= density <= HEAVIEST:
+            than = "lighter than foam" if density < LIGHTEST else "heavier than any metal"
+            said[f"A density of {density:g} kg/m³ is {than}; water has 1000 and steel 7800."] = None
+    for link in seen.links:
+        widest = max(link.half_extents())
+        if widest > WIDEST:
+            said[f'"{link.name}" is {2.0 * widest:g} m wide; lengths are in metres.'] = None
+    return list(said)
+
+
+def about_gravity(model: Model) -> list[str]:
+    """A gravity that suggests that lengths are not in metres."""
+    strength = float(np.linalg.norm(getattr(model, "gravity", 0.0)))
+    if strength <= STRONGEST_GRAVITY:
+        return []
+    return [f"Gravity is {strength:g} m/s², on Earth it is 9.81; lengths are in metres."]
+
+
+def about_shear(rod: Link) -> list[str]:
+    """Shear deflection that a thick rod without shear modes leaves out."""
+    widest = max(rod.half_extents())
+    # A given section without inertia has no size.
+    slenderness = rod.length / widest if widest > 0.0 else np.inf
+    rigid = {
+        shear
+        for segment in rod.segments
+        for bend, shear in SHEAR_OF.items()
+        if segment.modes.get(bend, 0) and not segment.modes.get(shear, 0)
+    }
+    if slenderness >= SLENDER or not rigid:
+        return []
+    added = max(shear_deflection(segment, rod.length) for segment in rod.segments)
+    strains = " and ".join(sorted(rigid))
+    is_round = all(segment.section.shape in ("circle", "hollow_circle") for segment in rod.segments)
+    size = "its radius" if is_round else "half its width"
+    return [
+        f"The rod's length is only {slenderness:.2g} times {size}, and {strains} has no modes: "
+        f"shear would add {added:.1%} to its deflection under a force at the tip."
+    ]
+
+
+def shear_deflection(segment: Segment, length: float) -> float:
+    """Deflection by shear over that by bending, of a cantilever of its section under a force at the tip.
+
+    F L / (k G A) over F L^3 / (3 E I), the larger one of both ends and both planes (Timoshenko 1921).
+    """
+    planes = [
+        (STRAINS.index(bend), STRAINS.index(shear))
+        for bend, shear in SHEAR_OF.items()
+        if segment.modes.get(bend, 0)
+    ]
+    stiffness = [np.diag(segment.stiffness(X)) for X in (0.0, segment.length)]
+    ratios = [H[bend] / H[shear] for H in stiffness for bend, shear in planes if H[shear] > 0.0]
+    return 3.0 * max(ratios, default=0.0) / length**2
+
+
+def stable_step(method: type[RK45] | type[DOP853], eigenvalue: complex) -> float:
+    """Largest step up to which an explicit method keeps exp(eigenvalue t) from growing.
+
+    By its stability function R(z) = 1 + z b^T (1 - z A)^-1 e (Hairer and Wanner 1996, section IV.2).
+    """
+    A, b = np.asarray(method.A), np.asarray(method.B)
+    stages = len(b)
+    powers = [b @ np.linalg.matrix_power(A[:stages, :stages], k) @ np.ones(stages) for k in range(stages)]
+    polynomial = np.array([1.0, *powers])
+    sizes = np.linspace(0.0, 2.0 * stages, 1000 * stages)
+    growth = np.abs(np.polynomial.polynomial.polyval(sizes * eigenvalue / abs(eigenvalue), polynomial))
+    unstable = np.flatnonzero(growth > 1.0 + STABLE_GROWTH)
+    return float(sizes[unstable[0]] / abs(eigenvalue))

@@ -1,0 +1,113 @@
+"""Times at which surfaces begin and cease to touch during a motion."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._lissom import MotionResult, Robot
+from ..common.arguments import with_number
+
+Array = NDArray[np.float64]
+
+#: Accuracy of the times of events, relative to the step.
+ACCURACY = 1e-12
+
+#: Larger changes between two states are jumps of the coordinates: rotation vectors jump at half a turn.
+LARGEST_CHANGE = np.pi
+
+
+@dataclass(frozen=True)
+class ContactEvent:
+    """A time at which two surfaces begin or cease to touch.
+
+    Attributes
+    ----------
+    t : float
+        Time, seconds.
+    contact : str
+        Name of the contact.
+    kind : {'touch', 'lift_off'}
+        Whether the surfaces begin or cease to touch.
+    q, v : ndarray, shape (n,)
+        Coordinates and velocities at this time.
+    """
+
+    # Pickles refer to the class by this module, whatever moves.
+    __module__ = "lissom"
+
+    t: float
+    contact: str
+    kind: Literal["touch", "lift_off"]
+    q: Array
+    v: Array
+
+    def __post_init__(self) -> None:
+        with_number(self, "t")
+
+
+def events_of(result: MotionResult) -> list[ContactEvent]:
+    """Events of a motion, in the order of their times."""
+    robot = result.model
+    if robot is None:
+        raise ValueError("result: got one of `newmark`, expected one of `simulate`, which knows its model")
+    if not isinstance(robot, Robot) or not robot.contacts:
+        return []
+    found = []
+    before = _touching(robot, result.q[0], result.t[0]) if len(result.t) else set()
+    for k in range(len(result.t) - 1):
+        after = _touching(robot, result.q[k + 1], result.t[k + 1])
+        for name in before ^ after:
+            found.append(_event(robot, result, k, name, begins=name in after))
+        before = after
+    return sorted(found, key=lambda event: (event.t, event.contact))
+
+
+def _touching(robot: Robot, q: Array, t: float) -> set[str]:
+    return {touch.contact for touch in robot.touches(q, t=t)}
+
+
+def _event(robot: Robot, result: MotionResult, k: int, name: str, *, begins: bool) -> ContactEvent:
+    """The event of a contact between state k and the next one, by bisection."""
+    start, h = result.t[k], result.t[k + 1] - result.t[k]
+    lower, upper = 0.0, 1.0
+    if np.abs(result.q[k + 1] - result.q[k]).max() > LARGEST_CHANGE:
+        # The coordinates jump, so interpolation is impossible: report the event at the end of the step.
+        lower = upper
+    polynomial = _quintic(result, k)
+    while upper - lower > ACCURACY:
+        middle = 0.5 * (lower + upper)
+        q = polynomial(middle)[0]
+        if (name in _touching(robot, q, start + middle * h)) == begins:
+            upper = middle
+        else:
+            lower = middle
+    q, v = polynomial(upper)
+    return ContactEvent(float(start + upper * h), name, "touch" if begins else "lift_off", q, v)
+
+
+def _quintic(result: MotionResult, k: int) -> Callable[[float], tuple[Array, Array]]:
+    """Coordinates and velocities between state k, at 0, and the next one, at 1.
+
+    The quintic polynomial matches the coordinates, velocities and accelerations of both states.
+    """
+    h = result.t[k + 1] - result.t[k]
+    (q, next_q), (v, next_v), (a, next_a) = (x[k : k + 2] for x in (result.q, result.v, result.a))
+    curvature = 0.5 * h**2 * a
+    left = np.stack([next_q - q - h * v - curvature, h * (next_v - v) - 2.0 * curvature, h**2 * (next_a - a)])
+    # Contributions of the cubic, quartic and quintic terms at the end: value, first and second derivative.
+    higher = np.linalg.solve([[1.0, 1.0, 1.0], [3.0, 4.0, 5.0], [6.0, 12.0, 20.0]], left)
+    terms = np.stack([q, h * v, curvature, *higher])
+    powers = np.arange(6.0)
+
+    def at(x: float) -> tuple[Array, Array]:
+        if x in (0.0, 1.0):
+            return (q, v) if x == 0.0 else (next_q, next_v)
+        slopes = powers[1:] * x ** powers[:-1]
+        return x**powers @ terms, slopes @ terms[1:] / h
+
+    return at

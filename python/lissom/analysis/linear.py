@@ -1,0 +1,337 @@
+"""Linear state-space models of small motions about an equilibrium: ``x' = A x + B u``, ``y = C x + D u``."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .._lissom import Input, LissomError, Model, Robot, Tendon, jacobian
+from ..common.arguments import sequence
+from ..model.views import Frame, View, view
+
+Array = NDArray[np.float64]
+
+#: Axes of the world.
+AXES = "xyz"
+
+#: Rows of geometric Jacobians.
+ANGULAR, LINEAR = slice(3), slice(3, 6)
+
+
+@dataclass(frozen=True)
+class LinearModel:
+    """A linear model ``x' = A x + B u``, ``y = C x + D u`` of small motions about an equilibrium.
+
+    All signals are deviations from their values at the equilibrium. ``control.ss(*model)`` and
+    ``scipy.signal.StateSpace(*model)`` take it as it is: iterating gives A, B, C, D.
+
+    Attributes
+    ----------
+    A : ndarray, shape (2 n, 2 n)
+        State matrix. The state consists of the n coordinates and the n velocities.
+    B : ndarray, shape (2 n, p)
+        Input matrix.
+    C : ndarray, shape (r, 2 n)
+        Output matrix.
+    D : ndarray, shape (r, p)
+        Feedthrough matrix: zero, because no output depends directly on a force.
+    states, inputs, outputs : tuple of str
+        Names of states, inputs and outputs.
+    """
+
+    # Pickles refer to the class by this module, whatever moves.
+    __module__ = "lissom"
+
+    A: Array
+    B: Array
+    C: Array
+    D: Array
+    states: tuple[str, ...]
+    inputs: tuple[str, ...]
+    outputs: tuple[str, ...]
+
+    def __iter__(self) -> Iterator[Array]:
+        """A, B, C, D."""
+        return iter((self.A, self.B, self.C, self.D))
+
+
+def linearise(
+    model: Model,
+    q: ArrayLike,
+    inputs: str | Sequence[str] = "forces",
+    outputs: str | Sequence[str] = "coordinates",
+    *,
+    t: float = 0.0,
+    u: ArrayLike | None = None,
+) -> LinearModel:
+    """Linearise the equations of motion about an equilibrium, with exact tangents.
+
+    Parameters
+    ----------
+    model : Model
+        A `Rod`, a `Robot` or a `SpringPendulum`.
+    q : array_like, shape (n,)
+        Coordinates of the equilibrium, such as `q` from `statics`. At other shapes the result is the linear
+        model about rest with constant generalised forces that hold the shape.
+    inputs : str or sequence of str
+        Inputs of the linear model. 'forces' are the n generalised forces. For rods, 'tip_force' and
+        'tip_moment' have three components each in world axes; 'tip_force_z' is a single component. For
+        robots, the name of a link without children replaces 'tip'. 'inputs' is the whole input vector u of
+        the model; a single input goes by its name, such as 'pull', unless that is one of the names above. The
+        length of an inextensible tendon cannot be an input, because it sets coordinates, not forces.
+    outputs : str or sequence of str
+        Outputs of the linear model: 'coordinates', 'velocities' (n each); for rods 'tip_position',
+        'tip_rotation' (a small rotation vector), 'tip_velocity', 'tip_angular_velocity' (three components
+        each in world axes), or a single component such as 'tip_position_z'; for robots named as for `inputs`.
+        Prescribed motions move links at velocities that depend on q; central differences give that part of
+        the outputs.
+    t : float
+        Time at which time-dependent loads and motions are evaluated, seconds.
+    u : array_like, shape (m,), optional
+        Inputs at the equilibrium; by default `u0` of the model.
+
+    Returns
+    -------
+    LinearModel
+        `A`, `B`, `C`, `D` and the names of `states`, `inputs`, `outputs`. With closed loops the states belong
+        to independent coordinates: the number of coordinates minus the number of independent constraints.
+        Robots use the names of their coordinates, with ".rate" for velocities and ".force" for generalised
+        forces; other models use `q0`, `v0`, `force0` and so on.
+
+    Raises
+    ------
+    ValueError, TypeError
+        If an argument is invalid, `q` is a shape that the model does not resolve, or a load is not finite
+        at `t`.
+    LissomError
+        If the mass matrix is not positive definite, or a value is not finite.
+
+    Examples
+    --------
+    >>> import lissom
+    >>> wire = lissom.Segment(1.0, 1e-3, 210e9, 80e9, 7800, modes={"bend_y": 3}, retardation_time=1e-4)
+    >>> rod = lissom.Rod([wire])
+    >>> linear = lissom.linearise(rod, lissom.statics(rod).q, inputs="tip_force_z", outputs="tip_position_z")
+    >>> linear.A.shape, linear.B.shape, linear.C.shape
+    ((6, 6), (6, 1), (1, 6))
+    >>> linear.inputs, linear.outputs
+    (('tip_force_z',), ('tip_position_z',))
+    """
+    if not isinstance(model, Model):
+        raise TypeError(f"model: expected a Model (Rod, Robot, SpringPendulum), got {type(model).__name__}")
+    n = model.n
+    model.check_shape(q)
+    q = np.asarray(q, float)
+    rest = np.zeros(n)
+    stiffness, damping, mass = model.tangent(q, rest, rest, t=t, u=u)
+    seen = view(model)
+    force_names, forces = _signals("inputs", inputs, _forces(model, seen, q, t, u))
+    _check_inputs(model, force_names)
+    output_names, rows = _signals("outputs", outputs, _measurements(model, seen, q, t))
+    try:
+        np.linalg.cholesky(mass)
+    except np.linalg.LinAlgError:
+        raise LissomError(
+            "the mass matrix at q is not positive definite: no acceleration exists there; look at "
+            "numpy.linalg.cond(model.mass_matrix(q))"
+        ) from None
+    if not all(np.isfinite(part).all() for part in (stiffness, damping, mass, forces, rows)):
+        raise LissomError(
+            f"stiffness, damping, masses or signals at q and t = {t:g} are NaN or infinite: there is no "
+            "linear model; take a smaller q"
+        )
+    coordinates, velocities, _ = _names(seen, n)
+    if isinstance(model, Robot) and model.constraints > 0:
+        free, within, of_loops = _within_loops(model, q, mass, t, u)
+        stiffness = within.T @ (stiffness + of_loops) @ within
+        mass, damping = (within.T @ part @ within for part in (mass, damping))
+        forces, rows = forces @ within, np.hstack([rows[:, :n] @ within, rows[:, n:] @ within])
+        coordinates, velocities = [coordinates[k] for k in free], [velocities[k] for k in free]
+        n = len(free)
+    solved = np.linalg.solve(mass, np.hstack([-stiffness, -damping, forces.T]))
+    A = np.vstack([np.hstack([np.zeros((n, n)), np.eye(n)]), solved[:, : 2 * n]])
+    B = np.vstack([np.zeros((n, len(force_names))), solved[:, 2 * n :]])
+    D = np.zeros((len(output_names), len(force_names)))
+    for matrix in (A, B, rows, D):
+        matrix.flags.writeable = False
+    return LinearModel(A, B, rows, D, (*coordinates, *velocities), force_names, output_names)
+
+
+def _check_inputs(model: Model, names: Sequence[str]) -> None:
+    """Reject inputs that prescribe coordinates instead of forces."""
+    tendons = [each for each in getattr(model, "actuators", ()) if isinstance(each, Tendon)]
+    for tendon in tendons:
+        length = tendon.length
+        if tendon.stiffness is None and isinstance(length, Input) and length.name in names:
+            raise ValueError(
+                f"inputs: got {length.name!r}, the length of the tendon {tendon.name!r} that does not "
+                "stretch, expected inputs that act by forces: a length moves a taut tendon at once; give the "
+                "tendon a `stiffness`, or name the other inputs"
+            )
+
+
+#: Rows of the constraint Jacobian whose independent part is smaller than this are redundant.
+DEPENDENT = 1e-8
+
+
+def _within_loops(
+    robot: Robot, q: Array, mass: Array, t: float, u: ArrayLike | None
+) -> tuple[list[int], Array, Array]:
+    """Independent coordinates, the map from them to all coordinates, and the stiffness of loops.
+
+    The dependent coordinates are those that close the loops with the least inertia: Gram-Schmidt
+    orthogonalisation of the columns of the gaps' derivative, with the largest remainder first.
+    """
+    n = robot.n
+    parts = robot._loops_at_rest(q, t=t, u=u)
+    stiffness, jacobian = parts[:n], parts[n:]
+    lengths = np.linalg.norm(jacobian / np.sqrt(np.diag(mass)), axis=1)
+    is_moved = lengths > DEPENDENT * lengths.max(initial=0.0)
+    jacobian = jacobian[is_moved] / lengths[is_moved, None]
+    left = jacobian / np.sqrt(np.diag(mass))
+    largest = np.linalg.norm(left, 2) if left.size else 0.0
+    dependent: list[int] = []
+    for _ in range(min(left.shape)):
+        sizes = np.linalg.norm(left, axis=0)
+        k = int(np.argmax(sizes))
+        if sizes[k] <= DEPENDENT * largest:
+            break
+        dependent.append(k)
+        unit = left[:, k] / sizes[k]
+        left = left - np.outer(unit, unit @ left)
+        left[:, dependent] = 0.0
+    free = [k for k in range(n) if k not in dependent]
+    within = np.zeros((n, len(free)))
+    within[free, range(len(free))] = 1.0
+    if not dependent:
+        # All tendons of given length are slack.
+        return free, within, stiffness
+    within[dependent] = -np.linalg.lstsq(jacobian[:, dependent], jacobian[:, free], rcond=None)[0]
+    return free, within, stiffness
+
+
+def _names(seen: View, n: int) -> tuple[list[str], list[str], list[str]]:
+    """Names of coordinates, velocities and generalised forces."""
+    names = seen.signals
+    if names is not None:
+        return list(names), [f"{name}.rate" for name in names], [f"{name}.force" for name in names]
+    numbers = range(n)
+    return [f"q{i}" for i in numbers], [f"v{i}" for i in numbers], [f"force{i}" for i in numbers]
+
+
+#: Names of signals of one kind, with the rows of the matrix that belongs to them.
+Group = tuple[list[str], Callable[[], Array]]
+
+
+def _forces(model: Model, seen: View, q: Array, t: float, u: ArrayLike | None) -> dict[str, Group]:
+    """Generalised forces of unit inputs, as rows."""
+    n = model.n
+    groups: dict[str, Group] = {"forces": (_names(seen, n)[2], lambda: np.eye(n))}
+    for frame in seen.frames:
+        for name, rows in (("force", LINEAR), ("moment", ANGULAR)):
+            groups[f"{frame.name}_{name}"] = (
+                _components(f"{frame.name}_{name}"),
+                partial(_jacobian, frame, rows, q, t),
+            )
+    return groups | _inputs(model, q, t, u)
+
+
+def _inputs(model: Model, q: Array, t: float, u: ArrayLike | None) -> dict[str, Group]:
+    """Generalised forces per unit of each input: all inputs, and the vector inputs among them."""
+    names = list(model.inputs)
+    if not names:
+        return {}
+
+    def forces() -> Array:
+        # Opposite sign: inverse dynamics returns the force that balances the inputs.
+        return -model.input_tangent(q, t=t, u=u).T
+
+    groups: dict[str, Group] = {"inputs": (names, forces)}
+    for name in (name.removesuffix(".x") for name in names if name.endswith(".x")):
+        members = _vector(name)
+        if members == names[names.index(members[0]) :][:3]:
+            groups[name] = (members, partial(_part, forces, names.index(members[0])))
+    return groups
+
+
+def _vector(name: str) -> list[str]:
+    """Names of the components of a vector input."""
+    return [f"{name}.{axis}" for axis in AXES]
+
+
+def _part(rows: Callable[[], Array], first: int) -> Array:
+    return rows()[first : first + len(AXES)]
+
+
+def _jacobian(frame: Frame, rows: slice, q: Array, t: float) -> Array:
+    return frame.jacobian(q, t)[rows]
+
+
+def _measurements(model: Model, seen: View, q: Array, t: float) -> dict[str, Group]:
+    """Outputs of unit states, as rows."""
+    n = model.n
+    of_q, of_v = np.eye(2 * n)[:n], np.eye(2 * n)[n:]
+    groups: dict[str, Group] = {
+        "coordinates": (_names(seen, n)[0], lambda: of_q),
+        "velocities": (_names(seen, n)[1], lambda: of_v),
+    }
+    for frame in seen.frames:
+        for name, rows in _motions(frame, seen.carrier_velocity, q, t, of_q, of_v).items():
+            groups[f"{frame.name}_{name}"] = (_components(f"{frame.name}_{name}"), rows)
+    return groups
+
+
+def _motions(
+    frame: Frame, carrier: Callable[[float], Array] | None, q: Array, t: float, of_q: Array, of_v: Array
+) -> dict[str, Callable[[], Array]]:
+    """Motion of a frame, as rows; ``carrier`` is the angular velocity of the base."""
+
+    def velocity() -> Array:
+        moved = frame.jacobian(q, t)[LINEAR]
+        rows = moved @ of_v
+        if carrier is not None:
+            # The linear velocity depends on the position; the angular velocity does not.
+            rows += np.cross(carrier(t), moved, axisb=0, axisc=0) @ of_q
+        return rows + carried(LINEAR)
+
+    def carried(rows: slice) -> Array:
+        """Derivative of the part of the velocity that is due to prescribed motions."""
+        along = frame.carried
+        if along is None:
+            return np.zeros((3, of_q.shape[1]))
+        return jacobian(lambda q: along(q, t), q)[rows] @ of_q
+
+    return {
+        "position": lambda: frame.jacobian(q, t)[LINEAR] @ of_q,
+        "rotation": lambda: frame.jacobian(q, t)[ANGULAR] @ of_q,
+        "velocity": velocity,
+        "angular_velocity": lambda: frame.jacobian(q, t)[ANGULAR] @ of_v + carried(ANGULAR),
+    }
+
+
+def _components(name: str) -> list[str]:
+    return [f"{name}_{axis}" for axis in AXES]
+
+
+def _signals(
+    argument: str, wanted: str | Sequence[str], groups: dict[str, Group]
+) -> tuple[tuple[str, ...], Array]:
+    """Names and rows of the requested signals, groups or single ones."""
+    names: list[str] = []
+    rows: list[Array] = []
+    for name in [wanted] if isinstance(wanted, str) else sequence(argument, wanted, "names"):
+        group = next((key for key, (members, _) in groups.items() if name == key or name in members), None)
+        if group is None:
+            expected = ", ".join(repr(key) for key in groups)
+            raise ValueError(f"{argument}: got {name!r}, expected {expected} or a component of them")
+        members, matrix = groups[group]
+        chosen = members if name == group else [name]
+        names += chosen
+        rows.append(matrix()[[members.index(member) for member in chosen]])
+    if not rows:
+        raise ValueError(f"{argument}: got none, expected at least one")
+    return tuple(names), np.vstack(rows)

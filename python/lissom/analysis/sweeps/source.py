@@ -1,0 +1,155 @@
+"""Sources of sweeps: scenes, models, and functions that return them."""
+
+from __future__ import annotations
+
+import contextlib
+import inspect
+import tempfile
+import tomllib
+import warnings
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from ..._lissom import Model, Scene, SceneError
+from ...model import paths
+from ...model.views import is_rod
+
+Parameters = Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class Case:
+    """A run with its parameters: the model, and the arguments of `simulate`."""
+
+    model: Model
+    options: dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Source(ABC):
+    """The object of a sweep. ``options`` override those of scenes."""
+
+    options: dict[str, Any]
+
+    @abstractmethod
+    def case(self, parameters: Parameters) -> Case:
+        """The run with these parameters; raises ValueError or TypeError if they are invalid."""
+
+    def check_names(self, names: list[str]) -> None:
+        """Raise ValueError for an unknown parameter name, as far as this can be checked without a value."""
+        for name in names:
+            paths.parts(name)
+
+    @abstractmethod
+    def identity(self) -> Any:
+        """Data that distinguish it from other sources, as JSON types."""
+
+    def _of(self, thing: object) -> Case:
+        if isinstance(thing, Scene):
+            return Case(thing.model, thing.options | self.options)
+        if isinstance(thing, Model):
+            return Case(thing, self.options)
+        raise TypeError(f"model: got {type(thing).__name__}, expected a Model or a Scene")
+
+
+@dataclass(frozen=True)
+class OfScene(Source):
+    """A scene, whose parameters are its keys."""
+
+    text: str
+    name: str
+    imports: dict[str, bytes] = field(default_factory=dict)
+
+    def case(self, parameters: Parameters) -> Case:
+        document = tomllib.loads(self.text)
+        for path, value in parameters.items():
+            parts = paths.parts(path)
+            if parts[0] == "import" and "urdf" in parts[1:]:
+                raise ValueError(
+                    f"{path}: all points of a sweep share the file that the scene imports, read once; "
+                    "sweep over keys, or make one sweep of a scene for each file"
+                )
+            paths.set_in_document(document, parts, value)
+        with contextlib.ExitStack() as stack:
+            stack.enter_context(warnings.catch_warnings())
+            # The warnings were issued when the scene was read.
+            warnings.simplefilter("ignore")
+            name = self.name
+            if self.imports:
+                folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
+                ((_, content),) = self.imports.items()
+                (folder / "imported.urdf").write_bytes(content)
+                document["import"]["urdf"] = "imported.urdf"
+                name = str(folder / "scene.toml")
+            try:
+                scene = Scene.loads(paths.document_text(document), name)
+            except SceneError as error:
+                raise ValueError(_in_words(error)) from None
+        return self._of(scene)
+
+    def identity(self) -> Any:
+        imports = {name: content.decode(errors="surrogateescape") for name, content in self.imports.items()}
+        return {"scene": self.text, "imports": imports}
+
+
+def _in_words(error: SceneError) -> str:
+    """The problems of a generated scene, without line numbers."""
+    problems = [
+        f"{problem.key}: {problem.wrong}" + (f"; {problem.right}" if problem.right else "")
+        for problem in error.problems
+    ]
+    return " / ".join(problems)
+
+
+@dataclass(frozen=True)
+class OfModel(Source):
+    """A model made in Python, whose parameters are named as in scenes or in the classes of its parts."""
+
+    model: Model
+
+    def case(self, parameters: Parameters) -> Case:
+        model = self.model
+        for path, value in parameters.items():
+            within = paths.of_model(paths.parts(path), is_rod(model))
+            model = paths.replaced(model, within, value)
+        return self._of(model)
+
+    def identity(self) -> Any:
+        return {"model": paths.plain(self.model)}
+
+
+@dataclass(frozen=True)
+class OfFunction(Source):
+    """A function that creates a model or a scene; its parameters are the arguments."""
+
+    build: Callable[..., object]
+
+    def case(self, parameters: Parameters) -> Case:
+        return self._of(self.build(**parameters))
+
+    def check_names(self, names: list[str]) -> None:
+        known = inspect.signature(self.build).parameters
+        if any(parameter.kind is parameter.VAR_KEYWORD for parameter in known.values()):
+            return
+        for name in names:
+            if name not in known:
+                raise ValueError(f"parameters: got {name!r}, {paths.meant(name, known)}")
+
+    def identity(self) -> Any:
+        return {"function": paths.plain(self.build)}
+
+
+def source_of(thing: object, options: dict[str, Any]) -> Source:
+    """The source for the first argument of `sweep`."""
+    if isinstance(thing, Scene):
+        return OfScene(options, thing.text, thing.name, dict(thing.imports))
+    if isinstance(thing, Model):
+        return OfModel(options, thing)
+    if callable(thing):
+        return OfFunction(options, thing)
+    raise TypeError(
+        f"model: got {type(thing).__name__}, expected a Scene, a Model, or a function that makes one of them"
+    )

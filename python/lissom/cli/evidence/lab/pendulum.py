@@ -1,0 +1,223 @@
+"""Part 3 of the lab, the spring pendulum: figures 4 to 6 and table 1."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from ...._lissom import MotionResult, SpringPendulum, simulate
+from ....drawing.report import plots, theme
+from ....drawing.report.page import Figure, Lesson, Section, Table
+from ....drawing.report.plots import Axis, Curve, Plot
+from ....drawing.report.text import quantity
+from . import published
+from .part import NUMERIC, RUN_COLUMNS, Part, run_cells, steps_too_long_on_purpose, timed_run
+
+START = (-np.pi / 4.0, 0.5)
+
+#: Simulated time of table 1, and of the figures, seconds.
+LONG, SHOWN = 1000.0, 20.0
+
+#: Tolerance of the reference solution.
+REFERENCE_TOLERANCE = 1e-12
+
+#: Motions by name, with the colours and styles of their curves.
+Paths = dict[str, tuple[Any, str, plots.Style]]
+
+TIME = Axis("time (s)")
+
+#: Number of points of a curve.
+POINTS = 2001
+
+
+@steps_too_long_on_purpose()
+def part() -> Part:
+    """The motion by both methods, and run times for 1000 s."""
+    pendulum = SpringPendulum()
+    times = np.linspace(0.0, SHOWN, POINTS)
+    tight: dict[str, Any] = {"rtol": REFERENCE_TOLERANCE, "atol": REFERENCE_TOLERANCE}
+    reference = simulate(pendulum, SHOWN, q0=START, method="rk45", t_eval=times, **tight)
+    explicit = simulate(pendulum, SHOWN, q0=START, method="rk45", t_eval=times)
+    fine = simulate(pendulum, SHOWN, q0=START, dt=SHOWN / (POINTS - 1))
+    coarse = simulate(pendulum, SHOWN, q0=START, dt=1.0)
+    paths: Paths = {
+        "implicit, step 0.01 s": (fine, theme.BLUE, "solid"),
+        "explicit": (explicit, theme.ORANGE, "dash"),
+        "reference": (reference, theme.GREY, "dot"),
+    }
+    error = float(np.max(np.abs(fine.q - reference.q)))
+    right, wrong = energies(pendulum, reference)
+    runs = long_runs(pendulum)
+    sections = [
+        figure_4(pendulum, paths, error),
+        figure_5(coarse, reference),
+        figure_6(reference.t, right, wrong),
+        table_1(runs),
+    ]
+    numbers = {
+        "table_1": runs,
+        "implicit_error_20_s": error,
+        "energy_change_right": float(np.ptp(right)),
+        "energy_change_report": float(np.ptp(wrong)),
+    }
+    return Part(sections, numbers)
+
+
+def figure_4(pendulum: SpringPendulum, paths: Paths, error: float) -> Section:
+    """The motion by both methods."""
+    return Section(
+        "Figure 4: the spring pendulum",
+        [
+            Figure(trajectories(pendulum, paths), "From the angle −π/4 and the elongation 0.5 m, at rest."),
+            Lesson(
+                f"Over {SHOWN:g} s the implicit path at a step of 0.01 s departs from the reference by at "
+                f"most {error:.2g}. The motion is chaotic: in longer runs only energies can be compared."
+            ),
+        ],
+    )
+
+
+def figure_5(coarse: MotionResult, reference: MotionResult) -> Section:
+    """The motion with a step of 1 s."""
+    if coarse.success:
+        found = (
+            f"after {SHOWN:g} s the angle is {coarse.q[-1, 0]:,.1f} rad instead of {reference.q[-1, 0]:.1f}."
+        )
+    else:
+        found = (
+            f"the path has left the pendulum's after the first step, and at {coarse.t[-1]:g} s Newton's "
+            "method does not converge: the step's equations may have several solutions far from the last "
+            "state, or none. lissom says so and stops; a loop that accepts the step anyway goes on with "
+            "something else."
+        )
+    return Section(
+        "Figure 5: a step of 1 s",
+        [
+            Figure(
+                coarse_figure(coarse, reference),
+                "The pendulum's own periods are about 2 s (the spring) and 3 s (the swing).",
+            ),
+            Lesson(
+                f"A step of 1 s is too long for this pendulum: {found} A run time says nothing without an "
+                "error beside it."
+            ),
+        ],
+    )
+
+
+def figure_6(t: Any, right: Any, wrong: Any) -> Section:
+    """The energy by the correct formula and by the report's."""
+    return Section(
+        "Figure 6: energy",
+        [
+            Figure(
+                energy_figure(t, right, wrong),
+                "Change of the total energy along the reference path, by the right kinetic energy and by the "
+                "report's.",
+            ),
+            Lesson(
+                "The report prints the kinetic energy with 1/(l + q₂)². It is ½ m (q̇₂² + (l + q₂)² q̇₁²): "
+                f"with the printed one the total wanders by {quantity(float(np.ptp(wrong)), 'J')}, with the "
+                f"right one by {quantity(float(np.ptp(right)), 'J', 2)}."
+            ),
+        ],
+    )
+
+
+def long_runs(pendulum: SpringPendulum) -> list[dict[str, Any]]:
+    """Timed runs of 1000 s by both methods with both steps, beside the report's run times."""
+    runs = []
+    for step, beside in published.PENDULUM.items():
+        output = np.arange(0.0, LONG + 0.5 * step, step)
+        variants: dict[str, dict[str, Any]] = {
+            "implicit": {"dt": step},
+            "explicit": {"method": "rk45", "rtol": 1e-3, "atol": 1e-6, "t_eval": output},
+        }
+        for method, options in variants.items():
+            simulation = partial(simulate, pendulum, LONG, q0=START, **options)
+            motion, numbers = timed_run(beside[method], simulation)
+            assert motion.balance is not None, "a model was simulated"
+            drift = motion.balance.drift
+            runs.append({"step": step, "method": method, **numbers, "energy_drift": drift})
+    return runs
+
+
+def table_1(runs: list[dict[str, Any]]) -> Section:
+    """Run times beside the report's."""
+    rows = [
+        (
+            f"{run['step']:g} s",
+            run["method"],
+            *run_cells(run),
+            f"{run['energy_drift']:.2g}",
+        )
+        for run in runs
+    ]
+    columns = ("step", "method", *RUN_COLUMNS, "energy drift")
+    caption = (
+        f"{LONG:g} s simulated. Explicit: Dormand-Prince at ode45's default tolerances, with output at the "
+        "step. Energy drift: largest change of the total, relative to the largest energy that moved."
+    )
+    implicit, explicit = runs[2:]
+    report, lissom = (
+        implicit[f"{whose}_seconds"] / explicit[f"{whose}_seconds"] for whose in ("report", "lissom")
+    )
+    return Section(
+        "Table 1: run time of the pendulum",
+        [
+            Table(columns, rows, NUMERIC | {"energy drift"}, caption),
+            Lesson(
+                f"In the report the implicit method at a step of 0.01 s takes {report:.0f} times as long as "
+                f"the explicit one; here it takes {lissom:.2g} times as long. Such a ratio is one of "
+                "implementations more than of methods."
+            ),
+        ],
+    )
+
+
+def energies(pendulum: SpringPendulum, motion: Any) -> tuple[Any, Any]:
+    """Change of the total energy along a motion, with the correct kinetic energy and with the report's."""
+    right = motion.balance
+    r = pendulum.length + motion.q[:, 1]
+    printed = 0.5 * pendulum.mass * (motion.v[:, 1] ** 2 + motion.v[:, 0] ** 2 / r**2)
+    wrong = printed + right.elastic + right.gravitational
+    return right.total - right.total[0], wrong - wrong[0]
+
+
+def trajectories(pendulum: SpringPendulum, paths: Paths) -> plots.Figure:
+    """Figure 4."""
+    path, angle, elongation = [], [], []
+    for name, (motion, colour, style) in paths.items():
+        turned, longer = motion.q.T
+        r = pendulum.length + longer
+        path.append(Curve(name, r * np.cos(turned), r * np.sin(turned), colour, style, 1.6))
+        angle.append(Curve(name, motion.t, turned, colour, style, 1.6))
+        elongation.append(Curve(name, motion.t, longer, colour, style, 1.6))
+    rows = [
+        [Plot(Axis("x (m)"), Axis("y (m)"), path, to_scale=True)],
+        [Plot(TIME, Axis("angle (rad)"), angle), Plot(TIME, Axis("elongation (m)"), elongation)],
+    ]
+    return plots.Figure(rows, 320)
+
+
+def coarse_figure(coarse: Any, reference: Any) -> plots.Figure:
+    """Figure 5."""
+    rows = []
+    for i, label in enumerate(("angle (rad)", "elongation (m)")):
+        curves = [
+            Curve("reference", reference.t, reference.q[:, i], theme.GREY, width=1.6),
+            Curve("implicit, step 1 s", coarse.t, coarse.q[:, i], theme.RED, "dot", mark="disc"),
+        ]
+        rows.append([Plot(TIME, Axis(label), curves)])
+    return plots.Figure(rows, 250)
+
+
+def energy_figure(t: Any, right: Any, wrong: Any) -> plots.Figure:
+    """Figure 6."""
+    curves = [
+        Curve("as printed in the report", t, wrong, theme.RED, width=1.6),
+        Curve("right", t, right, theme.GREEN, width=2.4),
+    ]
+    return plots.Figure([[Plot(TIME, Axis("change of the total (J)"), curves)]], 400)

@@ -1,0 +1,162 @@
+"""The table of the gallery: lines for a terminal, cells for pages, Markdown for the documentation."""
+
+from __future__ import annotations
+
+import platform
+from collections.abc import Sequence
+from itertools import groupby
+
+import numpy as np
+
+from ...._lissom import __version__
+from ....drawing.report.text import quantity
+from .case import Array, Case, Outcome
+
+#: Number of significant digits.
+DIGITS = 8
+
+#: Columns on a terminal: name, width, alignment.
+TERMINAL = (
+    ("case", 30, "<"),
+    ("wanted", 14, ">"),
+    ("lissom", 14, ">"),
+    ("error", 8, ">"),
+    ("tolerance", 9, ">"),
+    ("time", 8, ">"),
+    ("source", 0, "<"),
+)
+
+#: Text of the documentation around the table.
+BEFORE = """# Validation gallery
+
+Questions with known answers, asked of lissom. This page is made by
+
+    make validate        # lissom validate --update-docs docs/validation.md
+
+and every number on it comes from that run: lissom {version}, {machine}. `lissom validate` also writes an
+HTML report with a plot for each case and the same numbers as JSON, and ends with exit code 3 if a case is
+outside its tolerance.
+
+**Error** is the largest difference between lissom's values and the wanted ones, divided by the largest of
+these or by the size of the rod. **Time** is that of lissom's answer, model included, as a Python caller sees
+it (median of some runs). Wanted values are *exact* (a formula), *computed* (the same equations solved by
+means that share nothing with lissom: Chebyshev collocation, Runge-Kutta shooting, an independent prototype,
+other codes) or *published*. Except the prototype's and Exudyn's they are computed anew in every run, by
+`python/lissom/cli/evidence/validation/exact.py`, with NumPy alone, and by PyElastica.
+
+{verdict}
+"""
+
+AFTER = """
+## What is missing
+
+No easier case is substituted silently.
+
+- Frames with hinges, and a catenary hung from two hooks: a rod's base is clamped, and segments are joined
+  rigidly. (The far end can be held in any way, see above.)
+- Published curves of the follower force and of the right-angle frame in motion: they are known to us as
+  drawings only, so that these cases stand beside the same equations solved by other means and by another
+  code.
+
+The cases beside PyElastica need it (`pip install pyelastica`, which takes 20 s to compile itself when it is
+used first) and are left out where it is not installed. How long both take has its own benchmark:
+[benchmarks.md](benchmarks.md).
+"""
+
+
+def worst(outcome: Outcome) -> tuple[float, float]:
+    """The reference value with the largest error, and lissom's value."""
+    if outcome.found.shape != outcome.wanted.shape or not np.isfinite(outcome.found).all():
+        return float(outcome.wanted[0]), float("nan")
+    at = int(np.argmax(np.abs(outcome.found - outcome.wanted)))
+    return float(outcome.wanted[at]), float(outcome.found[at])
+
+
+def number(value: float) -> str:
+    """A value with the digits needed for comparison."""
+    return "–" if not np.isfinite(value) else f"{value:.{DIGITS}g}"
+
+
+def numbers(values: Array) -> str:
+    """Several values."""
+    return ", ".join(number(value) for value in values)
+
+
+def error(outcome: Outcome) -> str:
+    """The error with its significant digits."""
+    return "none" if outcome.error == 0.0 else f"{outcome.error:.0e}"
+
+
+def head() -> str:
+    """The table's header on a terminal."""
+    return _line([name for name, _, _ in TERMINAL])
+
+
+def line(outcome: Outcome) -> str:
+    """A case as a line on a terminal; of several values the one with the largest error."""
+    if outcome.not_run:
+        return f"{outcome.case.name:<{TERMINAL[0][1]}}  not run: {outcome.not_run}"
+    wanted, found = worst(outcome)
+    case = outcome.case
+    cells = [case.name, number(wanted), number(found), error(outcome), f"{case.tolerance:.0e}"]
+    return _line([*cells, quantity(outcome.seconds, "s"), source(case)])
+
+
+def _line(cells: Sequence[str]) -> str:
+    padded = (f"{cell:{side}{width}}" for cell, (_, width, side) in zip(cells, TERMINAL, strict=True))
+    return "  ".join(padded).rstrip()
+
+
+def source(case: Case) -> str:
+    """Source of the reference values."""
+    return f"{case.source} ({case.origin})"
+
+
+def verdict(outcomes: Sequence[Outcome]) -> str:
+    """Summary in one sentence."""
+    bad = [outcome.case.name for outcome in outcomes if outcome.outside]
+    left_out = sum(bool(outcome.not_run) for outcome in outcomes)
+    asked = len(outcomes) - left_out
+    rest = f" Not run: {left_out}." if left_out else ""
+    if bad:
+        return f"{len(bad)} of {asked} cases are outside their tolerance: {', '.join(bad)}.{rest}"
+    return f"All {asked} cases are within their tolerance.{rest}"
+
+
+def markdown(outcomes: Sequence[Outcome]) -> str:
+    """The page of the documentation."""
+    machine = f"Python {platform.python_version()}, {platform.machine()}"
+    parts = [BEFORE.format(version=__version__, machine=machine, verdict=verdict(outcomes))]
+    for theme, group in groupby(outcomes, key=lambda outcome: outcome.case.theme):
+        members = list(group)
+        parts.append(f"\n## {theme}\n\n")
+        parts.append(
+            "| case | source | wanted | lissom | error | tolerance | time |\n|---|---|---|---|---|---|---|\n"
+        )
+        parts += [_row(outcome) for outcome in members]
+        parts.append("\n")
+        parts += [_setting(outcome.case) for outcome in members]
+    return "".join(parts) + AFTER
+
+
+def _row(outcome: Outcome) -> str:
+    case = outcome.case
+    mark = " **outside**" if outcome.outside else ""
+    asked = (f"{case.name}{mark}", f"{case.source}; *{case.origin}*")
+    found: tuple[str, ...]
+    if outcome.not_run:
+        found = ("–", f"not run: {outcome.not_run}", "–", f"{case.tolerance:.0e}", "–")
+    else:
+        found = (
+            numbers(outcome.wanted),
+            outcome.failure or numbers(outcome.found),
+            error(outcome),
+            f"{case.tolerance:.0e}",
+            quantity(outcome.seconds, "s"),
+        )
+    cells = (*asked, *found)
+    return "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |\n"
+
+
+def _setting(case: Case) -> str:
+    return f"- **{case.name}** {case.setting} Values: {case.quantity}.\n"

@@ -1,0 +1,100 @@
+"""Arguments of functions and fields, checked and converted: numbers to floats, names to text.
+
+The extension and NumPy are loaded by the first conversion: commands that print help do not wait for them.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import ArrayLike, NDArray
+
+
+def number(name: str, value: object) -> float:
+    """A number as a float. Booleans, text and times are rejected, although Python converts some of them."""
+    from .._lissom import as_number
+
+    return as_number(value, name)
+
+
+def whole(name: str, value: object) -> int:
+    """A whole number of 64 bits; booleans are none."""
+    from .._lissom import as_whole
+
+    return as_whole(value, name)
+
+
+def flag(name: str, value: object) -> bool:
+    """True or False."""
+    from .._lissom import as_flag
+
+    return as_flag(value, name)
+
+
+def text(name: str, value: object) -> str:
+    """A text."""
+    from .._lissom import as_text
+
+    return as_text(value, name)
+
+
+def one_of(name: str, value: object, known: Sequence[str]) -> str:
+    """One of these words."""
+    word = text(name, value)
+    if word not in known:
+        *first, last = map(repr, known)
+        raise ValueError(f"{name}: got {word!r}, expected {', '.join(first)} or {last}")
+    return word
+
+
+def sequence(name: str, value: Any, of: str) -> list[Any]:
+    """The entries of a sequence; a text is none."""
+    try:
+        if not isinstance(value, str | bytes):
+            return list(value)
+    except TypeError:
+        pass
+    raise TypeError(f"{name}: expected a sequence of {of}, got {type(value).__name__}")
+
+
+def path_of(value: Any, name: str = "path") -> Path:
+    """A path of a file."""
+    if isinstance(value, str | os.PathLike):
+        found = os.fspath(value)
+        if isinstance(found, str):
+            return Path(found)
+    raise TypeError(f"{name}: expected a str or a path, got {type(value).__name__}")
+
+
+def vector(name: str, values: ArrayLike, count: int) -> NDArray[np.float64]:
+    """An array of ``count`` finite numbers."""
+    import numpy as np
+
+    try:
+        array = np.asarray(values)
+    except ValueError:  # lists of different lengths
+        array = np.empty((), object)
+    if array.ndim != 1 or (array.dtype.kind not in "iuf" and len(array)):
+        given = type(values).__name__
+        raise TypeError(f"{name}: expected a one-dimensional array of real numbers, got {given}")
+    if len(array) != count:
+        raise ValueError(f"{name}: expected {count} values, got {len(array)}")
+    numbers: NDArray[np.float64] = array.astype(float)
+    if not np.isfinite(numbers).all():
+        raise ValueError(f"{name}: expected finite numbers, got {numbers[~np.isfinite(numbers)][0]}")
+    return numbers
+
+
+def _set(thing: object, name: str, value: Any) -> None:
+    object.__setattr__(thing, name, value)
+
+
+def with_number(thing: object, *names: str) -> None:
+    """Convert attributes to floats."""
+    for name in names:
+        _set(thing, name, number(name, getattr(thing, name)))

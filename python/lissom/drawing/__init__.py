@@ -1,0 +1,1 @@
+"""Results as pictures, reports and live views."""

@@ -1,0 +1,228 @@
+"""Reports of derivatives and of parameter identification."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+
+import numpy as np
+
+from ..._lissom import Robot
+from ...analysis.equilibria import EquilibriumSensitivityResult
+from ...analysis.fits import FitResult
+from ...analysis.sensitivities import SensitivityResult
+from ...results.datasets import coordinates
+from ...results.runs import Array
+from . import page, plots, theme
+
+#: Maximum number of parameters with separate curves; the first ones.
+SHOWN = 24
+
+#: Maximum number of places of a fit that are shown; the first ones.
+PLACES = 12
+
+#: Maximum number of parameters in a table of correlations.
+LARGEST_TABLE = 12
+
+#: Number of plots per row of a figure.
+BESIDE = 2
+
+#: Correlations of successive residuals beyond this number of standard deviations of white noise are reported.
+NOTABLE = 3.0
+
+
+def build(
+    result: SensitivityResult | EquilibriumSensitivityResult | FitResult, title: str | None
+) -> page.Page:
+    """Content of the report."""
+    if isinstance(result, FitResult):
+        return _fit(result, title or "Identification")
+    if isinstance(result, SensitivityResult):
+        return _run(result, title or "Derivatives of a run")
+    return _equilibrium(result, title or "Derivatives of an equilibrium")
+
+
+def _number(count: int) -> str:
+    return "1 parameter" if count == 1 else f"{count} parameters"
+
+
+def _rows(shown: list[plots.Plot]) -> list[list[plots.Plot]]:
+    return [shown[i : i + BESIDE] for i in range(0, len(shown), BESIDE)]
+
+
+def _table(names: Sequence[str], columns: Mapping[str, Iterable[float]], caption: str = "") -> page.Table:
+    numbers = [[f"{value:.6g}" for value in column] for column in columns.values()]
+    rows = list(zip(names, *numbers, strict=True))
+    return page.Table(("parameter", *columns), rows, frozenset(columns), caption)
+
+
+def _gradient(result: SensitivityResult | EquilibriumSensitivityResult) -> page.Section:
+    assert result.gradient is not None
+    caption = f"The objective is {result.value:.6g}. Derivatives are per unit of each parameter."
+    return page.Section("Gradient", [_table(result.names, {"derivative": result.gradient}, caption)])
+
+
+def _run(result: SensitivityResult, title: str) -> page.Page:
+    sections = [_gradient(result)] if result.dq is None else [_curves(result), _last(result)]
+    count, duration = len(result.names), result.t[-1] - result.t[0]
+    return page.Page(
+        title=title,
+        lead=f"{_number(count)}, {result.q.shape[1]} generalised coordinates, {duration:.4g} s.",
+        sections=sections,
+    )
+
+
+def _of_place(result: SensitivityResult) -> tuple[Array, list[str], str]:
+    """Quantities shown over time, with names: the tip of a robot, otherwise coordinates."""
+    assert result.dq is not None
+    if isinstance(result._model, Robot):
+        return result.position()[1], ["x", "y", "z"], "tip (m)"
+    known = coordinates(result._model, result.q.shape[1])
+    return result.dq, [coordinate.name for coordinate in known], "coordinates"
+
+
+def _curves(result: SensitivityResult) -> page.Section:
+    values, names, what = _of_place(result)
+    shown = []
+    for i, parameter in enumerate(result.names[:SHOWN]):
+        curves = [
+            plots.Curve(name, result.t, values[:, k, i], theme.SERIES[k % len(theme.SERIES)])
+            for k, name in enumerate(names)
+        ]
+        shown.append(
+            # The name is above the plot, because it may be longer than the axis.
+            plots.Plot(plots.Axis("time (s)"), plots.Axis(f"{what} per unit"), curves, title=parameter)
+        )
+    more = f" The first {SHOWN} of {len(result.names)} parameters." if len(result.names) > SHOWN else ""
+    caption = f"How the {what.partition(' ')[0]} moves with each parameter, all others being held.{more}"
+    return page.Section("Over time", [page.Figure(plots.Figure(_rows(shown), 240, ""), caption)])
+
+
+def _last(result: SensitivityResult) -> page.Section:
+    values, names, what = _of_place(result)
+    columns = dict(zip(names, values[-1], strict=True))
+    table = _table(result.names, columns, f"Derivatives of the {what} at the end of the run.")
+    return page.Section("At the end", [table])
+
+
+def _equilibrium(result: EquilibriumSensitivityResult, title: str) -> page.Page:
+    sections = [_gradient(result)] if result.gradient is not None else []
+    if result.dq is not None and isinstance(result._model, Robot):
+        position, derivative = result.position()
+        where = ", ".join(f"{x:.6g}" for x in position)
+        caption = f"Derivatives of the tip in metres per unit of each parameter. The tip is at ({where}) m."
+        table = _table(result.names, dict(zip("xyz", derivative, strict=True)), caption)
+        sections.append(page.Section("Tip", [table]))
+    if result.dq is not None:
+        names = [coordinate.name for coordinate in coordinates(result._model, len(result.q))]
+        sections.append(
+            page.Section("Coordinates", [_table(result.names, dict(zip(names, result.dq, strict=True)))])
+        )
+    if len(result.frequencies):
+        columns = {
+            f"{own:.6g} Hz": row for own, row in zip(result.frequencies, result.dfrequencies, strict=True)
+        }
+        caption = "Derivatives of the natural frequencies in hertz per unit of each parameter."
+        sections.append(page.Section("Natural frequencies", [_table(result.names, columns, caption)]))
+    return page.Page(
+        title=title,
+        lead=f"{_number(len(result.names))}, {len(result.q)} generalised coordinates.",
+        sections=sections,
+    )
+
+
+def _fit(result: FitResult, title: str) -> page.Page:
+    size, unit = result.residuals.size, "m" if result.places else "Hz"
+    parts: list[page.Part] = [_values(result)]
+    if 1 < len(result.names) <= LARGEST_TABLE:
+        parts.append(_correlations(result))
+    misfit = float(np.sqrt(np.mean(result.residuals**2)))
+    rows = [
+        ("message", result.message),
+        ("runs", f"{result.runs}"),
+        ("measured numbers", f"{size:,}, for {len(result.names)} parameters"),
+        ("root mean square of the residuals", f"{misfit:.4g} {unit}"),
+        ("standard deviation of the noise", f"{result.noise:.4g} {unit}"),
+    ]
+    advice = []
+    correlation, expected = _correlation_of_neighbours(result)
+    if np.isfinite(correlation):
+        rows.append(("correlation of neighbouring residuals", f"{correlation:.2f}"))
+        if abs(correlation) > NOTABLE * expected:
+            advice.append(
+                f"Neighbouring residuals are correlated ({correlation:.2f}): the model leaves out something, "
+                "and the intervals, which take the noise for independent, are too narrow."
+            )
+    if result.undetermined:
+        advice.append(f"The data do not determine {', '.join(result.undetermined)}.")
+    if result.at_bounds:
+        advice.append(f"At a bound: {', '.join(result.at_bounds)}. The intervals do not hold there.")
+    return page.Page(
+        title=title,
+        lead=f"{_number(len(result.names))} from {size:,} measured numbers.",
+        outcome=("Converged." if result.success else f"Not converged: {result.message}", result.success),
+        advice=advice,
+        sections=[
+            page.Section("Parameters", parts),
+            page.Section("Measured and fitted", _places(result)),
+            page.Section("Result", [page.Table(("", ""), rows)]),
+        ],
+    )
+
+
+def _values(result: FitResult) -> page.Table:
+    low, high = result.intervals.T
+    caption = f"The interval has a confidence of {100 * result.confidence:g} percent."
+    return _table(result.names, {"value": result.values, "low": low, "high": high}, caption)
+
+
+def _correlations(result: FitResult) -> page.Table:
+    spread = np.sqrt(np.diag(result.covariance))
+    correlation = result.covariance / np.outer(spread, spread)
+    cells = [["" if np.isnan(x) else f"{x:.3f}" for x in row] for row in correlation]
+    rows = [(name, *row) for name, row in zip(result.names, cells, strict=True)]
+    caption = "Correlations of the values; empty for what the data do not determine."
+    return page.Table(("", *result.names), rows, frozenset(result.names), caption)
+
+
+def _correlation_of_neighbours(result: FitResult) -> tuple[float, float]:
+    """Lag-one autocorrelation of the residuals of a motion, and its standard deviation for white noise."""
+    if result.t is None or len(result.t) < 3:
+        return np.nan, np.nan
+    residuals = result.residuals.reshape(len(result.t), -1)
+    power = float((residuals**2).sum())
+    if power == 0.0:
+        return np.nan, np.nan
+    return float((residuals[1:] * residuals[:-1]).sum()) / power, 1.0 / np.sqrt(residuals.size)
+
+
+def _places(result: FitResult) -> list[page.Part]:
+    fitted = result.measured + result.residuals
+    if not result.places:
+        numbers = [f"{k + 1}" for k in range(len(fitted))]
+        columns = {"measured (Hz)": result.measured, "fitted (Hz)": fitted, "residual (Hz)": result.residuals}
+        table = _table(numbers, columns)
+        return [page.Table(("mode", *table.columns[1:]), table.rows, table.numeric)]
+    x: Array = np.arange(1.0, 1.0 + len(fitted)) if result.t is None else np.asarray(result.t)
+    axis = plots.Axis("shape" if result.t is None else "time (s)")
+    rows = []
+    for k, place in enumerate(result.places[:PLACES]):
+        both, rest = [], []
+        for i, (name, colour) in enumerate(zip("xyz", theme.SERIES, strict=False)):
+            both.append(plots.Curve(name, x, fitted[:, k, i], colour))
+            both.append(plots.Curve("", x, result.measured[:, k, i], colour, joined=False, mark="disc"))
+            rest.append(
+                plots.Curve(
+                    name, x, result.residuals[:, k, i], colour, joined=result.t is not None, mark="disc"
+                )
+            )
+        rows.append(
+            [
+                plots.Plot(axis, plots.Axis(f"position of {place} (m)"), both),
+                plots.Plot(axis, plots.Axis("residual (m)"), rest),
+            ]
+        )
+    more = f" The first {PLACES} of {len(result.places)} places." if len(result.places) > PLACES else ""
+    caption = (
+        f"Measured positions as discs, the fitted model as lines; residuals are model minus measured.{more}"
+    )
+    return [page.Figure(plots.Figure(rows, 260, ""), caption)]

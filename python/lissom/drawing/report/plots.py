@@ -1,0 +1,153 @@
+"""Plots as plain data; ``player/plots.js`` draws them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .packing import Numbers
+
+#: Name of the clock of a report's motion, which synchronises curves over time.
+MOTION = "motion"
+
+Style = Literal["solid", "dash", "dot"]
+
+
+@dataclass(frozen=True)
+class Axis:
+    """An axis; its range is that of the curves by default."""
+
+    title: str
+    log: bool = False
+    range: tuple[float, float] | None = None
+
+
+@dataclass(frozen=True)
+class Curve:
+    """Points, joined by a line, marked, or both."""
+
+    #: Curves with the same name share an entry of the legend; unnamed curves have none.
+    name: str
+    x: NDArray[Any]
+    y: NDArray[Any]
+    colour: str
+    style: Style = "solid"
+    width: float = 1.8
+    joined: bool = True
+    mark: Literal["", "disc", "ring", "diamond"] = ""
+
+
+@dataclass(frozen=True)
+class Note:
+    """A dotted line across a plot, with a label at its end."""
+
+    #: Axis and position of the line.
+    axis: Literal["x", "y"]
+    at: float
+    colour: str
+    text: str = ""
+
+
+@dataclass(frozen=True)
+class Plot:
+    """Curves with their axes."""
+
+    x: Axis
+    y: Axis
+    curves: Sequence[Curve]
+    title: str = ""
+    notes: Sequence[Note] = ()
+    #: Whether both axes have the same scale.
+    to_scale: bool = False
+    #: Width relative to the other plots of its row.
+    width: float = 1.0
+
+
+@dataclass(frozen=True)
+class Figure:
+    """Plots in rows, with one legend."""
+
+    rows: Sequence[Sequence[Plot]]
+    #: Height of a row, pixels.
+    height: int
+    #: The clock whose time is the x axis of all plots; empty for other x axes.
+    clock: str = ""
+    legend: bool = True
+
+    @property
+    def plots(self) -> list[Plot]:
+        """All plots, row by row."""
+        return [plot for row in self.rows for plot in row]
+
+    @property
+    def curves(self) -> list[Curve]:
+        """All curves, plot by plot."""
+        return [curve for plot in self.plots for curve in plot.curves]
+
+
+@dataclass
+class _SharedArrays:
+    """Arrays for packing: an array shared by several curves remains shared."""
+
+    known: dict[tuple[int, bool], Numbers] = field(default_factory=dict)
+
+    def numbers(self, values: NDArray[Any], log: bool) -> Numbers:
+        key = (id(values), log)
+        return self.known.setdefault(key, Numbers(values, "f4" if log else "u2"))
+
+
+def document(figure: Figure) -> dict[str, Any]:
+    """The player's document, with arrays for `packing.pack`."""
+    arrays = _SharedArrays()
+    return {
+        "height": figure.height,
+        "clock": figure.clock,
+        "legend": figure.legend,
+        "rows": [[_plot(plot, arrays) for plot in row] for row in figure.rows],
+    }
+
+
+def _plot(plot: Plot, arrays: _SharedArrays) -> dict[str, Any]:
+    return {
+        "title": plot.title,
+        "x": _axis(plot.x),
+        "y": _axis(plot.y),
+        "toScale": plot.to_scale,
+        "width": plot.width,
+        "label": in_words(plot),
+        "notes": [vars(note) for note in plot.notes],
+        "curves": [
+            {
+                **vars(curve),
+                "x": arrays.numbers(curve.x, plot.x.log),
+                "y": arrays.numbers(curve.y, plot.y.log),
+            }
+            for curve in plot.curves
+        ],
+    }
+
+
+def _axis(axis: Axis) -> dict[str, Any]:
+    return {"title": axis.title, "log": axis.log, "range": axis.range}
+
+
+def in_words(plot: Plot) -> str:
+    """Text alternative of a plot: its axes, and the range of each curve."""
+    parts = []
+    for curve in plot.curves:
+        y = np.asarray(curve.y, float)
+        known = y[np.isfinite(y)]
+        name = curve.name or plot.y.title
+        if len(known) == 0:
+            parts.append(f"{name}: no finite values")
+        else:
+            first, last = known[0], known[-1]
+            parts.append(
+                f"{name}: from {first:.3g} to {last:.3g}, least {known.min():.3g}, largest {known.max():.3g}"
+            )
+    title = f"{plot.title}: " if plot.title else ""
+    return f"{title}{plot.y.title or 'value'} over {plot.x.title or 'x'}. {'; '.join(parts)}."

@@ -1,0 +1,45 @@
+"""Methods of simulations with their options, for `method=` of `simulate`, `simulate_many`, `Simulation`,
+`Simulations` and `sensitivity`: ``lissom.simulate(robot, 1.0, method=lissom.methods.Radau(rtol=1e-9))``.
+
+The name of a method with options beside it, as ``method="radau", rtol=1e-9``, is a shorthand for the same.
+"""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from typing import Any
+
+from .._lissom import _methods
+
+Newmark = _methods.Newmark
+Radau = _methods.Radau
+RK45 = _methods.RK45
+DOP853 = _methods.DOP853
+Auto = _methods.Auto
+
+__all__ = ["DOP853", "RK45", "Auto", "Newmark", "Radau"]
+
+
+def shorthand(method: Any, options: dict[str, Any]) -> tuple[Any, dict[str, Any]]:
+    """The name of a method and the options beside it that stand for one of these objects.
+
+    Anything else is returned as it is with these options, among which an object takes none of its own.
+    """
+    name = type(method).__name__
+    if type(method).__module__ != __name__:
+        return method, options
+    given = {}
+    for field in fields(method):
+        if field.name in options:
+            raise ValueError(
+                f"{field.name}: expected nothing: `method` is one of lissom.methods and has all of its "
+                "options"
+            )
+        value = getattr(method, field.name)
+        if value != field.default:
+            given[field.name] = value
+    if name != "Newmark":
+        return name.lower(), given | options
+    by_parameter = {"rho_inf": "generalised_alpha", "alpha": "hht"}
+    name = next((by_parameter[key] for key in by_parameter if key in given), "newmark")
+    return name, given | options

@@ -1,0 +1,180 @@
+"""Import of rigid links and joints from URDF, the XML robot format of ROS.
+
+Content that lissom does not support is never dropped silently: every element, attribute, text, processing
+instruction and document type declaration that does not become part of a link, joint or body is listed with
+its location and a reason. Children of a listed element belong to its entry. Comments are not listed.
+"""
+
+from __future__ import annotations
+
+import os
+import warnings
+from collections.abc import Iterable
+from typing import Any
+
+from numpy.typing import ArrayLike
+
+from .._lissom import Link, Revolute, Robot
+from ..common import disk
+from ..common.arguments import path_of
+from .imported import Imported, Left
+from .problems import UrdfError, UrdfProblem, UrdfWarning
+from .reader import Reader
+
+__all__ = [
+    "Imported",
+    "Left",
+    "UrdfError",
+    "UrdfProblem",
+    "UrdfWarning",
+    "imported_from",
+    "read_urdf",
+    "robot_from_urdf",
+]
+
+
+def read_urdf(
+    path: str | os.PathLike[str],
+    *,
+    floating: bool = False,
+    limit_stiffness: float | None = None,
+    mend_inertia: bool = False,
+) -> Imported:
+    """Read the links and joints of a URDF file.
+
+    Every link of the file becomes a `Link` of the same name with the joint to its parent. A link without
+    <inertial> is a frame. ``revolute`` and ``continuous`` become `Revolute`, ``prismatic`` `Prismatic`,
+    ``fixed`` `Weld`, ``floating`` `Free`, ``planar`` `Planar`; damping and friction of <dynamics> and <mimic>
+    are imported. Referenced files, such as meshes and packages, are not opened.
+
+    Parameters
+    ----------
+    path : path-like
+        The URDF file. Run xacro on a xacro file first.
+    floating : bool
+        Whether the root link moves freely; by default it is welded to the world.
+    limit_stiffness : float, optional
+        Stiffness of the stops at joint limits, newton metres per radian for revolute joints and newtons per
+        metre for prismatic ones. URDF does not specify it; without it, limits are not imported but listed.
+    mend_inertia : bool
+        Whether to replace impossible moments of inertia (one larger than the sum of the other two, or a
+        negative one) by the nearest possible ones, and list them. By default they are an error.
+
+    Returns
+    -------
+    Imported
+        The links; `not_taken` lists everything that was not imported.
+
+    Raises
+    ------
+    UrdfError
+        If the file is invalid; the message lists all problems with line and column.
+    OSError
+        If the file cannot be read.
+    ValueError, TypeError
+        If `limit_stiffness` is not positive.
+
+    Examples
+    --------
+    >>> import lissom.urdf
+    >>> arm = lissom.urdf.read_urdf("arm.urdf")  # doctest: +SKIP
+    >>> print(arm)  # doctest: +SKIP
+    >>> robot = lissom.Robot(arm.links)  # doctest: +SKIP
+    """
+    _check_stiffness(limit_stiffness)
+    file = path_of(path)
+    return imported_from(
+        str(file),
+        disk.read(file, disk.LARGEST_DESCRIPTION),
+        floating=floating,
+        limit_stiffness=limit_stiffness,
+        mend_inertia=mend_inertia,
+    )
+
+
+def imported_from(
+    file: str,
+    content: bytes,
+    *,
+    floating: bool = False,
+    limit_stiffness: float | None = None,
+    mend_inertia: bool = False,
+) -> Imported:
+    """Read links and joints from the content of a URDF file.
+
+    Parameters
+    ----------
+    file : str
+        Name of the file in messages.
+    content : bytes
+        Content of the file.
+    floating, limit_stiffness, mend_inertia
+        As for `read_urdf`.
+
+    Returns
+    -------
+    Imported
+
+    Raises
+    ------
+    UrdfError, ValueError, TypeError
+        As `read_urdf` does.
+    """
+    _check_stiffness(limit_stiffness)
+    return Reader(file, content, limit_stiffness, mend_inertia).imported(floating)
+
+
+def _check_stiffness(limit_stiffness: float | None) -> None:
+    if limit_stiffness is not None:
+        # The joint validates the stiffness.
+        Revolute((1.0, 0.0, 0.0), limits=(-1.0, 1.0), limit_stiffness=limit_stiffness)
+
+
+def robot_from_urdf(
+    path: str | os.PathLike[str],
+    *,
+    floating: bool = False,
+    limit_stiffness: float | None = None,
+    mend_inertia: bool = False,
+    links: Iterable[Link] = (),
+    gravity: ArrayLike = (0, 0, -9.81),
+    **others: Any,
+) -> Robot:
+    """Create a robot from the links of a URDF file and additional links.
+
+    Parameters
+    ----------
+    path, floating, limit_stiffness, mend_inertia
+        As for `read_urdf`.
+    links : iterable of Link
+        Additional links, such as rods attached to links of the file.
+    gravity, **others
+        As for `Robot`.
+
+    Returns
+    -------
+    Robot
+
+    Warns
+    -----
+    UrdfWarning
+        Once, with a summary of everything that was not imported; `read_urdf` returns the full list.
+
+    Raises
+    ------
+    UrdfError, OSError
+        As for `read_urdf`.
+    ValueError, TypeError
+        As for `Robot`, for example if a joint moves no mass.
+
+    Examples
+    --------
+    >>> import lissom, lissom.urdf
+    >>> soft = lissom.Segment(0.1, 8e-3, 1e6, poisson_ratio=0.5, density=1000, modes={"bend_y": 3})
+    >>> finger = lissom.Link("finger", rod=[soft], parent="hand")
+    >>> robot = lissom.urdf.robot_from_urdf("arm.urdf", links=[finger])  # doctest: +SKIP
+    """
+    imported = read_urdf(path, floating=floating, limit_stiffness=limit_stiffness, mend_inertia=mend_inertia)
+    if imported.not_taken:
+        warnings.warn(str(imported), UrdfWarning, stacklevel=2)
+    return Robot([*imported.links, *links], gravity=gravity, **others)
