@@ -15,7 +15,6 @@
 //! ```
 
 mod course;
-mod energy_watch;
 mod recorder;
 mod slackness;
 mod watch;
@@ -25,7 +24,7 @@ use std::time::Instant;
 use self::course::Course;
 use self::recorder::Recorder;
 
-use crate::balance::{Balance, Flow, FlowMeter};
+use crate::balance::{Balance, Flow};
 use crate::error::{Checker, Interrupted, InvalidInput, Number};
 use crate::model::{ForwardScratch, Model, rotation_vectors};
 use crate::newmark::{self, StepSize};
@@ -358,13 +357,11 @@ impl Simulation {
     fn of<M: Model>(course: Course<'_, '_, M>, status: Status, q0: &[f64]) -> Self {
         let Course { mut run, recorder, meter, watch, stop, .. } = course;
         let Recorder { t, q, v, a, u, .. } = recorder;
-        let supplied = meter.as_ref().map_or(0.0, FlowMeter::supplied);
         let flow = meter.map_or_else(Flow::default, |meter| meter.into_flow(t.len()));
         let mut message = stop.map_or_else(|| run.explain(status), |stop| stop.message);
         let is_success = status.is_success();
-        let of_impacts = run.doubt();
         let doubt = if is_success {
-            run.observe(|model, end| watch.doubt(model, q0, end, supplied)).or(of_impacts)
+            run.observe(|model, _| watch.doubt(model, q0)).or_else(|| run.doubt())
         } else {
             None
         };
