@@ -13,8 +13,8 @@ pub struct Holding {
     pub kinetic: f64,
     /// The elastic part, that of overlaps included.
     pub elastic: f64,
-    /// The power that damping takes out, less what loads supply, in watts.
-    pub outflow: f64,
+    /// The power that loads without a potential supply, in watts.
+    pub supplied: f64,
 }
 
 /// An impact in a step that does not resolve it.

@@ -51,7 +51,7 @@ impl Impacts {
     pub(super) fn follow(&mut self, [before, after]: [&Holding; 2], h: f64) {
         self.kinetic = self.kinetic.max(before.kinetic).max(after.kinetic);
         self.elastic = self.elastic.max(after.elastic);
-        self.missing += before.total - after.total - 0.5 * h * (before.outflow + after.outflow);
+        self.missing += before.total - after.total + 0.5 * h * (before.supplied + after.supplied);
         self.most_missing = self.most_missing.max(self.missing);
     }
 

@@ -178,7 +178,8 @@ pub trait System {
         false
     }
 
-    /// What such a motion has; `None` where what moves it from outside is known at single times alone, or not at all.
+    /// What such a motion has; `None` where something dissipates, which steps of an impact tell badly, and where what moves it from
+    /// outside is known at single times alone.
     fn holding(&mut self, _t: f64, _motion: [&[f64]; 3]) -> Result<Option<Holding>, Interrupted> {
         Ok(None)
     }
@@ -437,18 +438,17 @@ impl<M: Model + ?Sized> System for FreeMotion<'_, M> {
 
     fn holding(&mut self, t: f64, [q, v, a]: [&[f64]; 3]) -> Result<Option<Holding>, Interrupted> {
         let Facts { is_damped, is_driven, is_carried, varies_in_time, .. } = *self.0.facts();
-        if is_carried || varies_in_time {
+        if is_carried || varies_in_time || is_damped {
             return Ok(None);
         }
         self.0.set_time(t)?;
         let energy = self.0.energy(q, v);
-        let dissipated = if is_damped { self.0.dissipated_power(q, v) } else { 0.0 };
         let supplied = if is_driven { self.0.supplied_power(q, v, &a[..q.len()]) } else { 0.0 };
         Ok(Some(Holding {
             total: energy.total(),
             kinetic: energy.kinetic,
             elastic: energy.elastic,
-            outflow: dissipated - supplied,
+            supplied,
         }))
     }
 
