@@ -214,10 +214,6 @@ impl Stages {
         let mut by_stage = self.steps_by_stage > 0;
         loop {
             let found = match self.factorise(h, start.q, counters) {
-                Ok(()) if !self.tangents_are_current && self.rounding_is_seen(h, scale) => {
-                    self.evaluate_tangents(system, start, counters)?;
-                    continue;
-                }
                 Ok(()) => self.iterate(system, start, (h, t_new), scale, by_stage, counters)?,
                 Err(failure) => Err(failure),
             };
@@ -293,14 +289,6 @@ impl Stages {
             systems.solve_real(scratch);
             noise.iter_mut().zip(&*scratch).for_each(|(noise, a)| *noise = noise.max((x * x * a).abs()));
         }
-    }
-
-    /// Whether the iteration takes for rounding of gaps what is more than the tolerances, as in very short steps to an edge of a load.
-    /// Tangents of another state would turn a part of that rounding in the directions that constraints leave free.
-    fn rounding_is_seen(&self, h: f64, scale: &[f64]) -> bool {
-        let x = h / MU_REAL;
-        let of_velocities = self.noise.iter().zip(&scale[self.n..]);
-        of_velocities.into_iter().any(|(noise, scale)| ROUNDING_NOISE * noise > x * scale)
     }
 
     /// The simplified Newton iteration.

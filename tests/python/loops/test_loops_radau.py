@@ -306,31 +306,3 @@ def test_auto_takes_loops_that_leave_no_stiffness(base):
         exact = lissom.simulate(tree, 0.4, v0=v0, method="dop853", rtol=1e-10, atol=1e-10, t_eval=[0.4])
         pose = closed.pose(motion.q[-1], link="outer", t=0.4)
         np.testing.assert_allclose(pose, tree.pose(exact.q[-1], link="outer", t=0.4), atol=1e-4)
-
-
-@pytest.mark.parametrize("edge", [1e-8, 1e-10, 1e-12])
-def test_narrow_edges_of_loads_are_passed_with_tight_tolerances(edge):
-    """Steps to the end of such an edge see rounding of the gaps. The motion is that with a wider edge."""
-
-    def bar(length):
-        return lissom.Body(1.0, centre=(length / 2, 0, 0), inertia=np.eye(3) * 0.01)
-
-    def four_bar(width):
-        hinge = lissom.Revolute((0, 1, 0))
-        links = [
-            lissom.Link("crank", joint=hinge, body=bar(0.3)),
-            lissom.Link("coupler", parent="crank", position=(0.3, 0, 0), joint=hinge, body=bar(0.5)),
-            lissom.Link("rocker", parent="coupler", position=(0.5, 0, 0), joint=hinge, body=bar(0.4)),
-        ]
-        closed = lissom.Loop(("rocker", None, (0.4, 0, 0)), (None, None, (0.6, 0, 0)), hinge)
-        times = [0, 0.1, 0.1 + width, 0.15, 0.15 + width, 1.0]
-        load = lissom.Load(force=(times, np.outer([0, 0, 1, 1, 0, 0], (0, 0, 1))), link="coupler")
-        return lissom.Robot(links, loops=[closed], loads=[load])
-
-    def end(width):
-        options = {"method": "radau", "rtol": 1e-9, "atol": 1e-11}
-        run = lissom.simulate(four_bar(width), 0.3, q0=[-0.9, 0.9, 0.9], **options)
-        assert run.success, run.message
-        return run.q[-1]
-
-    np.testing.assert_allclose(end(edge), end(1e-6), rtol=0, atol=1e-6)
