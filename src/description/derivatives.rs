@@ -32,6 +32,9 @@ const COLUMNS: usize = 8;
 const WANTED: f64 = 1e-8;
 const ACCEPTED: f64 = 1e-3;
 
+/// Safety factor for error estimates, which are not bounds.
+pub(crate) const TIMES_ERROR: f64 = 10.0;
+
 /// Assumed error of function values and of their times, in units of rounding.
 const UNITS_OF_ROUNDING: f64 = 8.0;
 
@@ -96,21 +99,52 @@ pub(crate) fn derivatives<const N: usize>(
         return Ok(found);
     }
     for side in [1.0, -1.0] {
-        let of_side = extrapolated(t, here, 0.5 * REACH, ONE_SIDED, |wanted| {
-            let h = 0.5 * ((t + 2.0 * wanted) - t);
-            let (near, far) = (value(t + side * h)?, value(t + 2.0 * side * h)?);
-            let first = std::array::from_fn(|i| side * (near[i] - here[i]) / h);
-            let second = std::array::from_fn(|i| ((far[i] - near[i]) - (near[i] - here[i])) / (h * h));
-            Ok((h, [first, second]))
-        })?;
-        // From both sides the same: at a kink no side is right.
-        let apart: [f64; N] = std::array::from_fn(|i| of_side.first.value[i] - found.first.value[i]);
-        let scale = found.first.scale + REACH * of_side.second.scale;
-        if of_side.are_known && size(&apart) <= ACCEPTED * scale {
+        let of_side = of_one_side(t, here, side, &mut value)?;
+        if of_side.are_known && agree(&found, &of_side) {
             return Ok(of_side);
         }
     }
     Ok(found)
+}
+
+/// The same at the start of a motion: where the second derivative jumps there, that after the jump. What was before does not
+/// belong to the motion.
+pub(crate) fn derivatives_at_start<const N: usize>(
+    t: f64,
+    here: [f64; N],
+    mut value: impl FnMut(f64) -> Result<[f64; N], Interrupted>,
+) -> Result<Derivatives<N>, Interrupted> {
+    let found = derivatives(t, here, &mut value)?;
+    if !found.are_known {
+        return Ok(found);
+    }
+    let after = of_one_side(t, here, 1.0, &mut value)?;
+    let apart: [f64; N] = std::array::from_fn(|i| after.second.value[i] - found.second.value[i]);
+    let errors = TIMES_ERROR * (found.second.error + after.second.error);
+    let jumps = size(&apart) > errors.max(ACCEPTED * after.scales()[1]);
+    Ok(if after.are_known && agree(&found, &after) && jumps { after } else { found })
+}
+
+/// Derivatives from values on one side alone: at later times (1) or at earlier ones (-1).
+fn of_one_side<const N: usize>(
+    t: f64,
+    here: [f64; N],
+    side: f64,
+    mut value: impl FnMut(f64) -> Result<[f64; N], Interrupted>,
+) -> Result<Derivatives<N>, Interrupted> {
+    extrapolated(t, here, 0.5 * REACH, ONE_SIDED, |wanted| {
+        let h = 0.5 * ((t + 2.0 * wanted) - t);
+        let (near, far) = (value(t + side * h)?, value(t + 2.0 * side * h)?);
+        let first = std::array::from_fn(|i| side * (near[i] - here[i]) / h);
+        let second = std::array::from_fn(|i| ((far[i] - near[i]) - (near[i] - here[i])) / (h * h));
+        Ok((h, [first, second]))
+    })
+}
+
+/// Whether the first derivative is the same from both sides as from one: at a kink no side is right.
+fn agree<const N: usize>(found: &Derivatives<N>, of_side: &Derivatives<N>) -> bool {
+    let apart: [f64; N] = std::array::from_fn(|i| of_side.first.value[i] - found.first.value[i]);
+    size(&apart) <= ACCEPTED * (found.first.scale + REACH * of_side.second.scale)
 }
 
 /// Difference quotients over decreasing distances from the largest one, extrapolated to zero. Their errors are polynomials in the
@@ -254,6 +288,30 @@ mod tests {
         let (found, _) = of(0.0, |t| 0.5 * 9.0 * t.max(0.0).powi(2));
         assert!(found.are_known && (found.second.value[0] - 4.5).abs() < 1e-9, "{found:?}");
         assert!(found.first.value[0].abs() < 1e-4, "{found:?}");
+    }
+
+    /// At the start of a run what was before does not count.
+    #[test]
+    fn at_the_start_the_acceleration_is_that_after_a_jump() {
+        let smooth_step = |s: f64| s * s * (3.0 - 2.0 * s);
+        let at_start = |t: f64, f: &dyn Fn(f64) -> f64| {
+            let found = derivatives_at_start(t, [f(t)], |t| Ok([f(t)])).unwrap();
+            assert!(found.are_known, "{found:?}");
+            [found.first.value[0], found.second.value[0]]
+        };
+        for at in [0.0, 0.1, 0.25] {
+            let [first, second] = at_start(at, &|t| 0.5 * 9.0 * (t - at).max(0.0).powi(2));
+            assert!(first.abs() < 1e-6 && (second - 9.0).abs() < 1e-4, "{at}: {first} {second}");
+            let [first, second] = at_start(at, &|t| 0.1 * smooth_step(((t - at) / 0.5).clamp(0.0, 1.0)));
+            assert!(first.abs() < 1e-6 && (second - 2.4).abs() < 1e-4, "{at}: {first} {second}");
+            // From both sides where nothing jumps, bit for bit.
+            let sine = |t: f64| (7.0 * t).sin();
+            let both = of(at, sine).0;
+            assert_eq!(at_start(at, &sine), [both.first.value[0], both.second.value[0]]);
+        }
+        // What starts at once has none.
+        let kink = |t: f64| [t.max(0.0)];
+        assert!(!derivatives_at_start(0.0, kink(0.0), |t| Ok(kink(t))).unwrap().are_known);
     }
 
     /// Adaptive steps come as near to such a place as they like.

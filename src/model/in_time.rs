@@ -48,4 +48,20 @@ pub trait Excitation: InTime {
 
     /// From now on, what jumps at this time, but for rounding, is as it is after the jump.
     fn pass_jump(&mut self, t: f64);
+
+    /// A motion starts at this time: accelerations of functions that jump here are those after the jump. Tables, which know
+    /// their jumps, are still before theirs.
+    fn start_at(&mut self, t: f64) {
+        if self.jump_near(t).is_none() {
+            self.pass_jump(t);
+        }
+    }
+
+    /// From now on, loads are those of earlier times by `lag` seconds, and everything else as before. False if no load varies in
+    /// time.
+    fn lag_loads(&mut self, lag: f64) -> bool;
+
+    /// Prescribed coordinates that only shift, and prescribed coordinates of single joints, with their first two derivatives at the
+    /// time that is set. Appended.
+    fn prescribed(&mut self, to: &mut Vec<[f64; 3]>);
 }

@@ -41,7 +41,7 @@ pub use flaw::{Flaw, Holder, Radius};
 pub use forward::{ForwardScratch, SingularMass, Tree};
 pub use in_contact::{InContact, InImpact};
 pub use in_time::{Excitation, InTime};
-pub use passing::{Beside, Impact};
+pub use passing::{Beside, Holding, Impact};
 pub(crate) use passing::{have_met_stops, have_passed, have_touched};
 pub use refinable::Refinable;
 pub use smooth::{Autonomous, Smooth, Untied};

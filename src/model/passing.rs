@@ -4,6 +4,19 @@ use super::{Model, Radius, Static};
 use crate::error::Interrupted;
 use crate::numerics::hermite;
 
+/// What a motion has at a time.
+#[derive(Clone, Copy, Debug)]
+pub struct Holding {
+    /// All its energy, in joules.
+    pub total: f64,
+    /// The kinetic part of it.
+    pub kinetic: f64,
+    /// The elastic part, that of overlaps included.
+    pub elastic: f64,
+    /// The power that loads without a potential supply, in watts.
+    pub supplied: f64,
+}
+
 /// An impact in a step that does not resolve it.
 #[derive(Clone, Copy, Debug)]
 pub struct Impact {

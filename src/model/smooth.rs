@@ -62,6 +62,12 @@ impl<M: Smooth + InTime> Excitation for M {
     }
 
     fn pass_jump(&mut self, _t: f64) {}
+
+    fn lag_loads(&mut self, _lag: f64) -> bool {
+        false
+    }
+
+    fn prescribed(&mut self, _to: &mut Vec<[f64; 3]>) {}
 }
 
 impl<M: Autonomous> Differentiable for M {

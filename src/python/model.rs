@@ -107,7 +107,7 @@ pub(crate) trait Stepped: Send + Sync {
     fn set_out(&mut self, t_end: f64);
     fn set_inputs(&mut self, inputs: &[f64]);
     fn begin(&mut self) -> Result<Option<Status>, Interrupted>;
-    fn step(&mut self) -> Result<Option<Status>, Interrupted>;
+    fn watched_step(&mut self) -> Result<Option<Status>, Interrupted>;
     fn finish(
         &mut self,
         monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
@@ -119,7 +119,7 @@ pub(crate) trait Stepped: Send + Sync {
     fn inputs(&self) -> &[f64];
     fn energy(&mut self) -> Result<model::Energy, Interrupted>;
     fn explain(&mut self, status: Status) -> String;
-    fn doubt(&self) -> Option<String>;
+    fn doubt(&mut self) -> Option<String>;
     fn interrupted(&self) -> Status;
     fn memory(&mut self) -> Vec<f64>;
     fn recall(&mut self, memory: &[f64]) -> Result<(), InvalidInput>;
@@ -141,8 +141,8 @@ impl<M: model::Model + Clone + Send + Sync + 'static> Stepped for Run<M> {
     fn begin(&mut self) -> Result<Option<Status>, Interrupted> {
         self.begin()
     }
-    fn step(&mut self) -> Result<Option<Status>, Interrupted> {
-        self.step()
+    fn watched_step(&mut self) -> Result<Option<Status>, Interrupted> {
+        self.watched_step()
     }
     fn finish(
         &mut self,
@@ -169,7 +169,7 @@ impl<M: model::Model + Clone + Send + Sync + 'static> Stepped for Run<M> {
         let doubt = self.doubt().map_or_else(String::new, |doubt| format!(" {doubt}"));
         self.explain(status) + &slack_now(self) + &doubt
     }
-    fn doubt(&self) -> Option<String> {
+    fn doubt(&mut self) -> Option<String> {
         self.doubt()
     }
     fn interrupted(&self) -> Status {

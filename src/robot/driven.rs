@@ -151,6 +151,18 @@ impl Coordinates {
         }
     }
 
+    /// Appends prescribed coordinates of joints with one, and those of bases that shift, with their first two derivatives.
+    pub(crate) fn prescribed(&self, to: &mut Vec<[f64; 3]>) {
+        let Some(reduction) = self.0.as_ref().filter(|reduction| reduction.varies_in_time) else { return };
+        for given in &reduction.given {
+            let places = match given {
+                Given::Coordinate { place, .. } => *place..place + 1,
+                Given::Base { first, .. } => *first..first + 3,
+            };
+            to.extend(places.map(|place| [0, 1, 2].map(|order| reduction.offset[order][place])));
+        }
+    }
+
     /// Calls with all coordinates, and with velocities and accelerations if given.
     #[inline(always)]
     pub(crate) fn all<const N: usize, T>(

@@ -218,6 +218,22 @@ impl<G: Turning> Sweeps<G> {
         time::pass_jump(&mut self.work, t);
     }
 
+    /// From now on, loads are those of earlier times by `lag` seconds; false if none varies in time.
+    pub(crate) fn lag_loads(&mut self, lag: f64) -> bool {
+        let vary = self.plan.loads.iter().any(|load| load.varies_in_time);
+        if vary {
+            time::lag_loads(&mut self.work, lag);
+        }
+        vary
+    }
+
+    /// Appends place, velocity and acceleration of a moving base, direction by direction.
+    pub(crate) fn prescribed(&self, to: &mut Vec<[f64; 3]>) {
+        if self.plan.world.motion.is_some() {
+            to.extend(self.work.surroundings.base.shifts());
+        }
+    }
+
     /// Sets the inputs.
     pub(crate) fn set_inputs(&mut self, inputs: &[f64]) {
         if !inputs.is_empty() {

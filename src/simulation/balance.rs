@@ -17,6 +17,7 @@
 use crate::error::Interrupted;
 use crate::model::{Energy, ForwardScratch, Model, rotation_vectors};
 use crate::numerics::hermite::{Quintic, cubic};
+use crate::numerics::tape::Tape;
 
 /// Relative change, with respect to the largest part, below which energies count as constant.
 const ROUNDING: f64 = 1e3 * f64::EPSILON;
@@ -230,6 +231,14 @@ impl<'a> FlowMeter<'a> {
         Some(meter)
     }
 
+    /// The same for what loads supply alone, recording nothing.
+    pub(crate) fn of_supply<M: Model + ?Sized>(model: &mut M, t0: f64, start: [&[f64]; 2]) -> Option<Self> {
+        if !model.facts().is_driven {
+            return None;
+        }
+        Self::new(model, Rule::Mean, t0, start, Some(&[])).map(|meter| Self { is_damped: false, ..meter })
+    }
+
     /// Integrates over an accepted step to this state.
     pub(crate) fn step<M: Model + ?Sized>(
         &mut self,
@@ -307,6 +316,13 @@ impl<'a> FlowMeter<'a> {
     /// The energy that loads have supplied so far at most.
     pub(crate) fn supplied(&self) -> f64 {
         self.total[1] + self.uncertain
+    }
+
+    /// What goes on from step to step of a meter that records nothing.
+    pub(crate) fn carry(&mut self, tape: &mut Tape<'_>) {
+        let Self { t, q, v, a, total, uncertain, power, .. } = self;
+        [t, uncertain, power].into_iter().for_each(|number| tape.number(number));
+        [&mut q[..], v, a, total].into_iter().for_each(|numbers| tape.numbers(numbers));
     }
 
     /// Flow at the first `points` of the requested times.

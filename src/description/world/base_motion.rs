@@ -201,6 +201,12 @@ pub(crate) struct Base {
 }
 
 impl Base {
+    /// Place, velocity and acceleration in each direction.
+    pub(crate) fn shifts(&self) -> [[f64; 3]; 3] {
+        let motion = [self.position, self.velocity, self.acceleration].map(|vector| vector.to_array());
+        std::array::from_fn(|i| motion.map(|vector| vector[i]))
+    }
+
     /// A base at rest.
     pub(crate) fn at(position: [f64; 3], orientation: [f64; 4]) -> Self {
         let rotation = Quaternion::from_array(orientation).rotation();

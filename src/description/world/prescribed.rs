@@ -3,7 +3,9 @@
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use crate::description::derivatives::{Derivatives, REACH, derivatives, size};
+use crate::description::derivatives::{
+    Derivatives, REACH, TIMES_ERROR, derivatives, derivatives_at_start, size,
+};
 use crate::description::signal::Function;
 use crate::description::signal::Motion;
 use crate::error::{Interrupted, Number};
@@ -16,9 +18,6 @@ const TIMES_BETWEEN_CHECKS: usize = 16;
 /// Tolerated relative difference between user-supplied derivatives and finite differences, beyond the error
 /// of the differences.
 const AGREEMENT: f64 = 1e-3;
-
-/// Safety factor for error estimates, which are not bounds.
-const TIMES_ERROR: f64 = 10.0;
 
 /// Distance of the times shortly before and after, in seconds.
 const BESIDE: f64 = 0.25 * REACH;
@@ -46,8 +45,9 @@ impl<const N: usize> Prescribed<N> {
         Self { function, asked: AtomicUsize::new(0) }
     }
 
-    /// Value and first two derivatives. Fails if the function fails or returns an invalid motion.
-    pub(crate) fn motion(&self, t: f64) -> Result<Motion<N>, Interrupted> {
+    /// Value and first two derivatives; where the second one jumps the mean of both sides, or at the start of a run that of the
+    /// later one. Fails if the function fails or returns an invalid motion.
+    pub(crate) fn motion(&self, t: f64, is_start: bool) -> Result<Motion<N>, Interrupted> {
         let Function(function) = &self.function;
         if let Some(motion) = function.motion(t)? {
             self.check_finite(motion.as_flattened(), t)?;
@@ -60,7 +60,9 @@ impl<const N: usize> Prescribed<N> {
         let here = function.value(t)?;
         self.check_finite(&here, t)?;
         self.check_norm(&here, t)?;
-        let found = derivatives(t, here, |t| function.value(t).map(|value| same_side(here, value)))?;
+        let value = |t: f64| function.value(t).map(|value| same_side(here, value));
+        let found =
+            if is_start { derivatives_at_start(t, here, value)? } else { derivatives(t, here, value)? };
         if found.are_known {
             return Ok(found.motion(here));
         }

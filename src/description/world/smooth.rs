@@ -106,14 +106,14 @@ impl<const N: usize> Smooth<N> {
     }
 
     /// Value and first two derivatives. Where the velocity jumps, that before the jump, unless `t` is the time
-    /// that was `passed`.
+    /// that was `passed`: a jump, or the start of the run.
     pub(crate) fn motion(&self, t: f64, passed: f64) -> Result<Motion<N>, Interrupted> {
         match self {
             Self::Constant(value) => Ok([*value, [0.0; N], [0.0; N]]),
             Self::Harmonic(harmonic) => Ok(harmonic.motion(t)),
             Self::Spline(spline) => Ok(spline.motion(t)),
             Self::Pieces(pieces) => Ok(pieces.motion(t, passed)),
-            Self::Function(function) => function.motion(t),
+            Self::Function(function) => function.motion(t, t == passed),
         }
     }
 }

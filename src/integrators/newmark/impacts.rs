@@ -1,7 +1,8 @@
-//! Impacts that fixed steps have not resolved: what these would have given back is lost.
+//! Impacts that fixed steps have not resolved: what these would have given back is lost, at once where a step stops what meets,
+//! and bit by bit where a few steps see too little of how forces rise and fall.
 
 use crate::error::Number;
-use crate::model::Impact;
+use crate::model::{Holding, Impact};
 use crate::numerics::tape::Tape;
 
 /// Losses of more than this part of the largest kinetic energy cause a doubt. What stops at once loses all of it; a rod that comes to
@@ -10,6 +11,9 @@ const LOSS: f64 = 0.25;
 
 /// So they do if they exceed this part of the elastic energy too: what is pressed slowly has hardly any kinetic energy to lose.
 const AT_REST: f64 = 0.1;
+
+/// What loses energy in a few steps keeps it in steps of that part.
+const SHORTER: f64 = 0.25;
 
 /// The impacts of a run.
 #[derive(Clone, Copy, Debug, Default)]
@@ -24,6 +28,10 @@ pub(super) struct Impacts {
     /// The largest kinetic and elastic energies at impacts.
     kinetic: f64,
     elastic: f64,
+    /// Energy that other steps have lost where surfaces touch and nothing took it, so far and at most: in an impact it falls and
+    /// rises.
+    missing: f64,
+    most_missing: f64,
 }
 
 impl Impacts {
@@ -39,11 +47,32 @@ impl Impacts {
         }
     }
 
+    /// Takes note of a step of size `h` at one of whose ends surfaces touch, unless it stops what meets.
+    pub(super) fn follow(&mut self, [before, after]: [&Holding; 2], h: f64) {
+        self.kinetic = self.kinetic.max(before.kinetic).max(after.kinetic);
+        self.elastic = self.elastic.max(after.elastic);
+        self.missing += before.total - after.total + 0.5 * h * (before.supplied + after.supplied);
+        self.most_missing = self.most_missing.max(self.missing);
+    }
+
     /// Why a motion with steps of this size may be wrong, if they have lost much.
     pub(super) fn doubt(&self, dt: f64) -> Option<String> {
-        let &Self { lost, worst, at, contact, longest, kinetic, elastic } = self;
-        if kinetic == 0.0 || lost <= (LOSS * kinetic).max(AT_REST * elastic) {
+        let &Self { lost, worst, at, contact, longest, kinetic, elastic, most_missing, .. } = self;
+        let all = lost + most_missing;
+        if kinetic == 0.0 || all <= (LOSS * kinetic).max(AT_REST * elastic) {
             return None;
+        }
+        if most_missing > lost {
+            return Some(format!(
+                "Impacts take only a few steps of {} s, which do not see all of what pushes surfaces apart: they take {} J out of \
+                 the motion, {:.0} % of its largest kinetic energy, though nothing dissipates that. Take `dt={:.1e}` or less, {:.0} \
+                 times less `stiffness`, or method \"radau\".",
+                Number(dt),
+                energy(all),
+                100.0 * all / kinetic,
+                SHORTER * dt,
+                SHORTER.powi(-2)
+            ));
         }
         let softer = (longest / dt).powi(2);
         Some(format!(
@@ -58,8 +87,8 @@ impl Impacts {
     }
 
     pub(super) fn carry(&mut self, tape: &mut Tape<'_>) {
-        let Self { lost, worst, at, contact, longest, kinetic, elastic } = self;
-        for number in [lost, worst, at, longest, kinetic, elastic] {
+        let Self { lost, worst, at, contact, longest, kinetic, elastic, missing, most_missing } = self;
+        for number in [lost, worst, at, longest, kinetic, elastic, missing, most_missing] {
             tape.number(number);
         }
         tape.count(contact);

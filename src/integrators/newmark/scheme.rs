@@ -208,6 +208,11 @@ impl Scheme {
         }
     }
 
+    /// beta and gamma of Newmark's method for accelerations that change smoothly from step to step.
+    pub(crate) fn smooth_weights(&self) -> [f64; 2] {
+        [self.beta + 0.5 * self.shift(), self.gamma + self.shift()]
+    }
+
     /// The local error of the displacement is this times `h^3` and the third derivative; where accelerations change by
     /// `da` over the step, this times `h^2 da` (Zienkiewicz and Xie 1991, for algorithmic accelerations that are ahead).
     pub(super) fn displacement_error(&self) -> f64 {

@@ -12,7 +12,7 @@ use crate::integrators::second_order::{
     Counters, Failure, Grid, ROUNDING_OF_STEPS, Status, System, number_of_steps,
 };
 use crate::model::constraint::one_sided::most_switches;
-use crate::model::{Beside, Radius, Switch};
+use crate::model::{Beside, Holding, Radius, Switch};
 use crate::numerics::hermite::cubic;
 use crate::numerics::tape::Tape;
 
@@ -91,6 +91,8 @@ pub struct Stepper {
     /// made without.
     unsettled: usize,
     forgets: bool,
+    /// Whether loads of the trial are those of the middle of its step.
+    lags: bool,
     /// Whether constraints that hold one way only have stopped something in the trial.
     has_stopped: bool,
     /// Whether surfaces touch, now and in the trial.
@@ -99,6 +101,8 @@ pub struct Stepper {
     /// Whether they touched in any state that was tried for the trial.
     has_touched: bool,
     impacts: Impacts,
+    /// What the motion has now, if surfaces touch and the last step followed their forces.
+    holding: Option<Holding>,
     /// Where the trial would end if nothing acted.
     straight_on: Vec<f64>,
     /// How many constraints held independently of the others in the last step; all before the first one.
@@ -157,6 +161,7 @@ impl Stepper {
             counters: Counters::default(),
             unsettled: 0,
             forgets: false,
+            lags: false,
             has_stopped: false,
             touches: false,
             will_touch: false,
@@ -164,6 +169,7 @@ impl Stepper {
             has_contact: false,
             has_corners: false,
             impacts: Impacts::default(),
+            holding: None,
             straight_on: Vec::new(),
             rank: 0,
             started: false,
@@ -319,9 +325,11 @@ impl Stepper {
             && !self.is_jolted(system, h)?
             && !self.is_flawed(system)?
         {
+            self.follow_impact(system, h)?;
             self.accept(t_new, h);
             return Ok(Ok(()));
         }
+        self.holding = None;
         if self.sound_step_without_memory(system, t_new, h)?.is_ok() {
             return Ok(Ok(()));
         }
@@ -342,6 +350,24 @@ impl Stepper {
             self.accept_without_memory(system, t_new, h)?;
         }
         Ok(solved)
+    }
+
+    /// Takes note of what the trial has lost where surfaces touch at one of its ends.
+    fn follow_impact<S: System + ?Sized>(&mut self, system: &mut S, h: f64) -> Result<(), Interrupted> {
+        if !self.touches && !self.will_touch {
+            return Ok(());
+        }
+        let before = match self.holding.take() {
+            Some(holding) => Some(holding),
+            None => system.holding(self.t, [&self.q, &self.v, &self.a])?,
+        };
+        let Trial { t, q, v, a, .. } = &self.trial;
+        let after = system.holding(*t, [q, v, a])?;
+        if let (Some(before), Some(after)) = (&before, &after) {
+            self.impacts.follow([before, after], h);
+        }
+        self.holding = after.filter(|_| self.will_touch);
+        Ok(())
     }
 
     /// A step without memory, if its end is one that means something.
@@ -377,7 +403,11 @@ impl Stepper {
             if let Some(impact) = system.impact(*t, [&self.q, &self.v], [q, v, a], h)? {
                 self.impacts.count(*t, &impact);
             }
+        } else {
+            // Surfaces that let go have still pressed each other at its start.
+            self.follow_impact(system, h)?;
         }
+        self.settle_accelerations(system, h)?;
         self.forgets = true;
         self.accept(t_new, h);
         Ok(())
@@ -634,7 +664,44 @@ impl Stepper {
             trial.q_base[i] = self.q[i] + h * self.v[i];
             trial.v_base[i] = self.v[i];
         }
-        self.correct(system, h)
+        // Forces of contact are those of the end, and loads those of the middle: steps end at corners of these, between which
+        // that is their mean.
+        self.lags = self.has_corners && !system.facts().is_one_sided && system.lag_loads(0.5 * h);
+        let solved = self.correct(system, h);
+        if self.lags {
+            system.lag_loads(0.0);
+        }
+        solved
+    }
+
+    /// Accelerations of the trial by the loads of its end, where those that led to it are by others.
+    fn settle_accelerations<S: System + ?Sized>(
+        &mut self,
+        system: &mut S,
+        h: f64,
+    ) -> Result<(), Interrupted> {
+        if !self.lags {
+            return Ok(());
+        }
+        let Self { trial, corrector, guessed, counters, .. } = self;
+        if trial.a.len() > trial.q.len() {
+            let Trial { t, q, v, a, .. } = trial;
+            guessed.copy_from_slice(a);
+            if system.constrained_start(*t, q, v, a)?.is_err() {
+                a.copy_from_slice(guessed);
+            }
+            return Ok(());
+        }
+        trial.weights = [0.0, 0.0, 1.0];
+        trial.q_base.copy_from_slice(&trial.q);
+        trial.v_base.copy_from_slice(&trial.v);
+        guessed.copy_from_slice(&trial.a);
+        corrector.forget_jacobian();
+        if corrector.solve(system, trial, guessed, guessed, h, counters)?.is_err() {
+            trial.set(guessed);
+        }
+        corrector.forget_jacobian();
+        Ok(())
     }
 
     /// Solves the equations of motion for the accelerations of the trial.
@@ -769,6 +836,7 @@ impl Stepper {
 
     /// Takes these accelerations for the current ones: what acts has jumped.
     pub(crate) fn jump(&mut self, a: &[f64]) {
+        self.holding = None;
         for (i, (new, old)) in a.iter().zip(&mut self.a).enumerate() {
             // Those of the method, and those before, are ahead and behind by as much as without.
             self.s[i] += new - *old;
@@ -780,6 +848,7 @@ impl Stepper {
 
     /// Goes on from this state: velocities have jumped. `a` are accelerations, and multipliers behind them.
     pub(crate) fn restart(&mut self, [q, v, a]: [&[f64]; 3]) {
+        self.holding = None;
         self.q.copy_from_slice(q);
         self.v.copy_from_slice(v);
         self.a.copy_from_slice(a);
@@ -864,6 +933,11 @@ impl Stepper {
     /// Why the motion so far may be wrong although all steps were made: impacts that these do not resolve.
     pub fn doubt(&self) -> Option<String> {
         self.impacts.doubt(self.options.dt)
+    }
+
+    /// The scheme of steps of one size.
+    pub(crate) fn fixed_scheme(&self) -> Option<Scheme> {
+        self.error_estimate.is_none().then_some(self.scheme)
     }
 
     /// Number of steps of fixed size that the interval takes; saturates.

@@ -5,7 +5,7 @@ use crate::description::signal::Cell;
 use crate::error::Interrupted;
 use crate::model::constraint::{one_sided, projection};
 use crate::model::{
-    Beside, Facts, Flaw, Impact, Model, Radius, Switch, have_met_stops, have_passed, have_touched,
+    Beside, Facts, Flaw, Holding, Impact, Model, Radius, Switch, have_met_stops, have_passed, have_touched,
     rotation_vectors,
 };
 use crate::numerics::linalg::{Matrix, TreeMatrix};
@@ -170,6 +170,17 @@ pub trait System {
         _motion: [&[f64]; 3],
         _h: f64,
     ) -> Result<Option<Impact>, Interrupted> {
+        Ok(None)
+    }
+
+    /// From now on, loads are those of earlier times ([`Excitation::lag_loads`](crate::model::Excitation::lag_loads)).
+    fn lag_loads(&mut self, _lag: f64) -> bool {
+        false
+    }
+
+    /// What such a motion has; `None` where something dissipates, which steps of an impact tell badly, and where what moves it from
+    /// outside is known at single times alone.
+    fn holding(&mut self, _t: f64, _motion: [&[f64]; 3]) -> Result<Option<Holding>, Interrupted> {
         Ok(None)
     }
 
@@ -419,6 +430,26 @@ impl<M: Model + ?Sized> System for FreeMotion<'_, M> {
     ) -> Result<Option<Impact>, Interrupted> {
         self.0.set_time(t)?;
         Ok(self.0.impact(before, [q, v, &a[..q.len()]], h))
+    }
+
+    fn lag_loads(&mut self, lag: f64) -> bool {
+        self.0.lag_loads(lag)
+    }
+
+    fn holding(&mut self, t: f64, [q, v, a]: [&[f64]; 3]) -> Result<Option<Holding>, Interrupted> {
+        let Facts { is_damped, is_driven, is_carried, varies_in_time, .. } = *self.0.facts();
+        if is_carried || varies_in_time || is_damped {
+            return Ok(None);
+        }
+        self.0.set_time(t)?;
+        let energy = self.0.energy(q, v);
+        let supplied = if is_driven { self.0.supplied_power(q, v, &a[..q.len()]) } else { 0.0 };
+        Ok(Some(Holding {
+            total: energy.total(),
+            kinetic: energy.kinetic,
+            elastic: energy.elastic,
+            supplied,
+        }))
     }
 
     fn is_flawed(&mut self, t: f64, q: &[f64]) -> Result<bool, Interrupted> {

@@ -98,7 +98,7 @@ impl Memory {
         let mut raised = Raised::default();
         let run = &mut *self.run;
         for _ in 0..STEPS_WITH_INTERPRETER / run.state()[0].len().max(1) {
-            match run.step() {
+            match run.watched_step() {
                 Ok(None) => {}
                 Ok(Some(status)) => return Ok(status),
                 Err(_) => {

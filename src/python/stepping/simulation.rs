@@ -361,11 +361,12 @@ impl PySimulation {
         Ok(self.memory()?.message())
     }
 
-    /// Why the motion so far may be wrong although no step failed: impacts that fixed steps do not resolve. None without such a
-    /// reason. The message ends with it.
+    /// Why the motion so far may be wrong although no step failed: energy that fixed steps add or lose while inputs are those of
+    /// the start, and impacts that they do not resolve. None without such a reason. The message ends with it.
     #[getter]
     fn doubt(&self) -> PyResult<Option<String>> {
-        Ok(self.memory()?.run.doubt())
+        // A copy, because functions of time may be Python code that uses this simulation.
+        Ok(self.memory()?.run.boxed_clone().doubt())
     }
 
     fn __repr__(&self) -> PyResult<String> {

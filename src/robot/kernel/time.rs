@@ -79,6 +79,11 @@ pub(crate) fn set_steps<G: Turning>(work: &mut Workspace<G>, dt: f64) {
     work.motion_is_known = false;
 }
 
+/// From now on, loads are those of earlier times by `lag` seconds.
+pub(crate) fn lag_loads<G: Turning>(work: &mut Workspace<G>, lag: f64) {
+    (work.lag, work.time) = (lag, f64::NAN);
+}
+
 /// Computes the rates of commanded lengths of inextensible tendons, at the time that is set. If a function of
 /// time fails, its rates count as zero; the same failure occurs when the next time is set.
 pub(crate) fn find_command_rates<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>) {
@@ -113,7 +118,8 @@ fn command<G: Turning>(
         plan.loads.iter().zip(&mut work.acting).filter(|(load, _)| is_meant(load.varies_in_time))
     {
         if let Some([force, moment]) = &load.signals {
-            let now = [force.at(t, work.sight, &work.inputs)?, moment.at(t, work.sight, &work.inputs)?];
+            let seen = t - work.lag;
+            let now = [force.at(seen, work.sight, &work.inputs)?, moment.at(seen, work.sight, &work.inputs)?];
             *acting = load::wrench(now, load.frame, plan.frame, &work.surroundings.base.rotation);
         }
     }

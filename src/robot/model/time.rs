@@ -69,4 +69,14 @@ impl Excitation for RobotModel {
         self.coordinates.pass_jump(t);
         on_sweeps!(&mut self.sweeps, sweeps => sweeps.pass_jump(t));
     }
+
+    fn lag_loads(&mut self, lag: f64) -> bool {
+        self.noted.forget();
+        on_sweeps!(&mut self.sweeps, sweeps => sweeps.lag_loads(lag))
+    }
+
+    fn prescribed(&mut self, to: &mut Vec<[f64; 3]>) {
+        self.coordinates.prescribed(to);
+        on_sweeps!(&mut self.sweeps, sweeps => sweeps.prescribed(to));
+    }
 }

@@ -87,6 +87,8 @@ pub(crate) struct Workspace<G: Space> {
     pub(crate) time: f64,
     /// How tables of loads and commands are seen, and the time of the last jump that was passed.
     pub(crate) sight: Sight,
+    /// By how much earlier loads are evaluated than everything else, in seconds.
+    pub(crate) lag: f64,
     pub(crate) surroundings: Surroundings<G>,
     pub(crate) anchors: Vec<Anchor>,
     /// Unit twists S of the hinges, and sine and cosine of half their angles.
@@ -153,6 +155,7 @@ impl<G: Space> Workspace<G> {
             contact: ContactState::new(&plan.contacts, plan.packs),
             time: f64::NAN,
             sight: Sight::EXACT,
+            lag: 0.0,
             surroundings,
             anchors,
             kinematics_of: unknown(plan.n),

@@ -58,7 +58,10 @@ impl Drive {
                 part.push(here);
             }
             looks += part.len();
-            longest_step = longest_step.min(step * steps_of_change(&part, &softness, visible));
+            // Steps end at both ends of a part, and one within a short part sees as much of it as these looks.
+            if number > LOOKS_OF_A_PART {
+                longest_step = longest_step.min(step * steps_of_change(&part, &softness, visible));
+            }
             before = part.pop().expect("there was one at the start");
             t = end;
         }

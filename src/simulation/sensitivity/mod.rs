@@ -229,6 +229,9 @@ pub fn check<M: Model + ?Sized>(model: &mut M, rule: Rule, t: &[f64]) -> Result<
         // Between the ends of whole steps some end at corners of tables.
         model.set_steps(t.windows(2).map(|pair| pair[1] - pair[0]).fold(0.0, f64::max));
     }
+    if let Some(&start) = t.first() {
+        model.start_at(start);
+    }
     match (model.jumps(), rule) {
         (Jumps::Velocities, _) => {
             let expected = "a cubic table, or a function: velocities that jump are not differentiated";

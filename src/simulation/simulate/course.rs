@@ -70,14 +70,13 @@ impl<'a, 'c, M: Model> Course<'a, 'c, M> {
             }
             if leg == 1 {
                 let rule = if matches!(method, Method::Newmark(_)) { Rule::Mean } else { Rule::Quintic };
-                let (t_span, is_controlled) = (self.t_span, self.control.is_some());
+                let t_span = self.t_span;
                 // The run may have projected the initial state onto closed loops.
                 self.meter = self
                     .run
                     .observe(|model, state| FlowMeter::new(model, rule, t0, [state.q, state.v], t_eval));
-                self.watch = self.run.observe(|model, state| {
-                    Watch::new(model, t_span, [state.q, state.v], method, is_controlled)
-                });
+                self.watch =
+                    self.run.observe(|model, state| Watch::new(model, t_span, [state.q, state.v], method));
             }
             self.recorder.record(&mut self.run, true)?;
             let status = self.finish_leg(leg == legs, monitor)?;
@@ -132,10 +131,10 @@ impl<'a, 'c, M: Model> Course<'a, 'c, M> {
                     if let Some(meter) = meter {
                         meter.step(model, state)?;
                     }
-                    let supplied = meter.as_ref().map_or(0.0, FlowMeter::supplied);
-                    *stop = watch.look(model, state, supplied, steps)?;
+                    *stop = watch.look(model, state, steps);
                     Ok(())
                 })?;
+                run.look(meter.as_ref().map_or(0.0, FlowMeter::supplied))?;
                 if !is_finite {
                     return Ok(Status::FirstOrder(ode::Status::NonFinite));
                 }

@@ -16,7 +16,6 @@
 
 mod control;
 mod course;
-mod energy_watch;
 mod recorder;
 mod slackness;
 mod watch;
@@ -35,7 +34,7 @@ use crate::integrators::second_order::{
     Grid, check_points, check_times, is_whole, number_of_steps, points_in_memory,
 };
 use crate::model::{ForwardScratch, Model, rotation_vectors};
-use crate::simulation::balance::{Balance, Flow, FlowMeter};
+use crate::simulation::balance::{Balance, Flow};
 use crate::simulation::stepping::Run;
 
 pub use self::control::{Control, Inputs};
@@ -344,13 +343,11 @@ impl Simulation {
     fn of<M: Model>(course: Course<'_, '_, M>, status: Status, q0: &[f64]) -> Self {
         let Course { mut run, recorder, meter, watch, stop, .. } = course;
         let Recorder { t, q, v, a, u, .. } = recorder;
-        let supplied = meter.as_ref().map_or(0.0, FlowMeter::supplied);
         let flow = meter.map_or_else(Flow::default, |meter| meter.into_flow(t.len()));
         let mut message = stop.map_or_else(|| run.explain(status), |stop| stop.message);
         let is_success = status.is_success();
-        let of_impacts = run.doubt();
         let doubt = if is_success {
-            run.observe(|model, end| watch.doubt(model, q0, end, supplied)).or(of_impacts)
+            run.observe(|model, _| watch.doubt(model, q0)).or_else(|| run.doubt())
         } else {
             None
         };

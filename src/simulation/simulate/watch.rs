@@ -2,13 +2,10 @@
 
 use crate::analysis::spectrum::Spectrum;
 use crate::analysis::unseen::Unseen;
-use crate::error::Interrupted;
 use crate::integrators::ode;
 use crate::model::Model;
 use crate::simulation::balance::State;
 use crate::simulation::stepping::{Method, Status, Stop};
-
-use super::energy_watch::EnergyWatch;
 
 /// Number of steps that a stability limit may require of an explicit method, unless the caller sets a limit:
 /// some seconds of work.
@@ -29,11 +26,8 @@ const VISIBLE: f64 = 1e-5;
 /// Check made during a run.
 pub(super) enum Watch {
     Nothing,
-    /// For fixed steps: unresolved vibrations, and energy that changes.
-    Resolution {
-        vibrations: Option<Unseen>,
-        energy: Option<EnergyWatch>,
-    },
+    /// For fixed steps: unresolved vibrations.
+    Resolution(Unseen),
     /// For explicit methods: steps limited by stability.
     Stiffness(StiffnessWatch),
 }
@@ -44,51 +38,34 @@ impl Watch {
         t_span: (f64, f64),
         start: [&[f64]; 2],
         method: &Method,
-        is_controlled: bool,
     ) -> Self {
         if let Method::FirstOrder { options, .. } = method {
             return StiffnessWatch::new(options, t_span).map_or(Self::Nothing, Self::Stiffness);
         }
         let Some(dt) = method.fixed_step() else { return Self::Nothing };
-        let vibrations = Unseen::new(model, t_span, start, dt);
-        let energy = if is_controlled { None } else { EnergyWatch::new(model, t_span.0, start, method) };
-        Self::Resolution { vibrations, energy }
+        Unseen::new(model, t_span, start, dt).map_or(Self::Nothing, Self::Resolution)
     }
 
-    /// Checks the step that led to this state, the `accepted`-th one. `supplied` is the energy that loads may have supplied so far.
+    /// Checks the step that led to this state, the `accepted`-th one.
     pub(super) fn look<M: Model>(
         &mut self,
         model: &mut M,
         state: State<'_>,
-        supplied: f64,
         accepted: usize,
-    ) -> Result<Option<Stop>, Interrupted> {
-        Ok(match self {
+    ) -> Option<Stop> {
+        match self {
             Self::Nothing => None,
-            Self::Resolution { vibrations, energy } => {
-                if let Some(vibrations) = vibrations {
-                    vibrations.step(state.t, state.a);
-                }
-                if let Some(energy) = energy {
-                    energy.step(model, state, supplied, accepted)?;
-                }
+            Self::Resolution(vibrations) => {
+                vibrations.step(state.t, state.a);
                 None
             }
             Self::Stiffness(watch) => watch.look(model, state, accepted),
-        })
+        }
     }
 
-    /// Reason why a run from `q0` that is completed with this state may be inaccurate.
-    pub(super) fn doubt<M: Model>(
-        self,
-        model: &mut M,
-        q0: &[f64],
-        end: State<'_>,
-        supplied: f64,
-    ) -> Option<String> {
-        let Self::Resolution { vibrations, energy } = self else { return None };
-        let of_vibrations = vibrations.and_then(|vibrations| vibrations.verdict(model, q0));
-        of_vibrations.or_else(|| energy?.verdict(model, end, supplied))
+    /// Reason why a completed run from `q0` may be inaccurate.
+    pub(super) fn doubt<M: Model>(self, model: &mut M, q0: &[f64]) -> Option<String> {
+        if let Self::Resolution(vibrations) = self { vibrations.verdict(model, q0) } else { None }
     }
 }
 

@@ -314,6 +314,11 @@ impl<M: Model> Integrator<M> {
         }
     }
 
+    /// The scheme of steps of one size.
+    pub(super) fn fixed_scheme(&self) -> Option<newmark::Scheme> {
+        if let Self::Newmark { stepper, .. } = self { stepper.fixed_scheme() } else { None }
+    }
+
     /// Why the motion so far may be wrong although all steps were made.
     pub(super) fn doubt(&self) -> Option<String> {
         if let Self::Newmark { stepper, .. } = self { stepper.doubt() } else { None }

@@ -18,7 +18,9 @@
 //! # Ok::<(), lissom::error::InvalidInput>(())
 //! ```
 
+mod carried;
 mod changes;
+mod energy_watch;
 mod integrator;
 mod method;
 mod run;

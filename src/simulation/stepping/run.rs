@@ -1,6 +1,8 @@
 //! A simulation that the caller advances step by step.
 
+use super::carried::Carried;
 use super::changes::{Changes, Verdict, judge};
+use super::energy_watch::EnergyWatch;
 use super::integrator::Integrator;
 use super::method::{Method, check_span, check_step};
 use super::start::Start;
@@ -15,7 +17,7 @@ use crate::model::constraint::one_sided::Unsettled;
 use crate::model::constraint::projection;
 use crate::model::{Energy, ForwardScratch, Model, SingularMass};
 use crate::numerics::tape::Tape;
-use crate::simulation::balance::State;
+use crate::simulation::balance::{FlowMeter, State};
 
 /// A step of this part of the leg is not shortened further if a taut tendon misses its length: the length jumps.
 const SHORTEST: f64 = 1e-9;
@@ -49,6 +51,12 @@ pub struct Run<M> {
     moved: f64,
     /// Present if the active set of one-sided constraints changes only between steps.
     changes: Option<Box<Changes>>,
+    /// The energy of steps of one size, from the start until inputs change, with what loads supply.
+    energy: Option<Box<EnergyWatch>>,
+    supply: Option<Box<FlowMeter<'static>>>,
+    is_watched: bool,
+    /// What is prescribed, in steps of one size.
+    carried: Option<Box<Carried>>,
     stop: Option<Stop>,
 }
 
@@ -83,6 +91,7 @@ impl<M: Model> Run<M> {
         }
         let inputs = model.facts().default_inputs.clone();
         model.set_steps(method.fixed_step().unwrap_or(0.0));
+        model.start_at(t_span.0);
         let (scratch, jumps) = (ForwardScratch::of(&model), model.jumps() != Jumps::Nothing);
         let mut integrator = Integrator::new(model, t_span, q0, v0, method)?;
         let changes = integrator.changes_between_steps().then(|| Box::new(Changes::new(t_span)));
@@ -101,6 +110,10 @@ impl<M: Model> Run<M> {
             has_mass: false,
             moved: start.moved,
             changes,
+            energy: None,
+            supply: None,
+            is_watched: false,
+            carried: None,
             stop: None,
         })
     }
@@ -157,6 +170,9 @@ impl<M: Model> Run<M> {
             self.inputs.copy_from_slice(inputs);
             self.integrator.model().set_inputs(inputs);
             self.inputs_have_jumped = true;
+            // What inputs add to the energy in jumps is not known here.
+            (self.energy, self.supply) = (None, None);
+            self.is_watched = self.steps() > 0;
         }
     }
 
@@ -180,6 +196,11 @@ impl<M: Model> Run<M> {
         }
         if let Some(status) = self.integrator.start()? {
             return Ok(Some(status));
+        }
+        if !self.is_watched {
+            self.is_watched = true;
+            self.energy = self.watch();
+            self.carried = self.follow();
         }
         if !self.inputs_have_jumped {
             return Ok(None);
@@ -233,6 +254,67 @@ impl<M: Model> Run<M> {
         }
     }
 
+    /// The watch on the energy, if steps are of one size.
+    fn watch(&mut self) -> Option<Box<EnergyWatch>> {
+        let (scheme, dt) = (self.integrator.fixed_scheme()?, self.dt);
+        self.integrator.observe(|model, state| EnergyWatch::new(model, state, scheme, dt)).map(Box::new)
+    }
+
+    /// The watch on what is prescribed, if steps are of one size.
+    fn follow(&mut self) -> Option<Box<Carried>> {
+        let (scheme, dt) = (self.integrator.fixed_scheme()?, self.dt);
+        self.integrator.observe(|model, state| Carried::new(model, state, scheme, dt)).map(Box::new)
+    }
+
+    fn follow_prescribed(
+        &mut self,
+        follow: impl FnOnce(&mut Carried, &mut M, f64),
+    ) -> Result<(), Interrupted> {
+        let Self { integrator, carried: Some(carried), .. } = self else { return Ok(()) };
+        integrator.observe(|model, state| {
+            model.set_time(state.t)?;
+            follow(carried, model, state.t);
+            Ok(())
+        })
+    }
+
+    /// Takes note of the energy after a step; `supplied` is what loads have supplied so far at most.
+    pub(crate) fn look(&mut self, supplied: f64) -> Result<(), Interrupted> {
+        let Self { integrator, energy: Some(energy), .. } = self else { return Ok(()) };
+        integrator.observe(|model, state| energy.step(model, state, supplied))
+    }
+
+    /// Like [`Self::step`], and takes note of the energy.
+    pub fn watched_step(&mut self) -> Result<Option<Status>, Interrupted> {
+        if let Some(status) = self.begin()? {
+            return Ok(Some(status));
+        }
+        if self.energy.is_none() {
+            return self.step();
+        }
+        if self.steps() == 0 && self.supply.is_none() {
+            self.supply = self
+                .observe(|model, State { t, q, v, .. }| FlowMeter::of_supply(model, t, [q, v]))
+                .map(Box::new);
+        }
+        let steps = self.steps();
+        let status = self.step()?;
+        let (flow, has_stepped) = (self.take_flow(), self.steps() > steps);
+        let Self { integrator, supply, .. } = self;
+        let mut supplied = 0.0;
+        if let Some(meter) = supply {
+            integrator.observe(|model, state| {
+                flow.into_iter().for_each(|flow| meter.jump(state, flow));
+                if has_stepped { meter.step(model, state) } else { Ok(()) }
+            })?;
+            supplied = meter.supplied();
+        }
+        if has_stepped {
+            self.look(supplied)?;
+        }
+        Ok(status)
+    }
+
     /// Makes velocities and accelerations jump with prescribed ones, loads and commands. What prescribes them does the work that the energies gain.
     fn jump(&mut self, corner: f64) -> Result<Option<Status>, Interrupted> {
         let before = self.observe(|model, state| -> Result<f64, Interrupted> {
@@ -246,6 +328,7 @@ impl<M: Model> Run<M> {
         };
         self.jumped_at = Some(corner);
         self.integrator.restart([&q, &v, &a])?;
+        self.follow_prescribed(|carried, model, _| carried.jump(model))?;
         let work = self.energy()?.total() - before;
         self.work = Some(self.work.unwrap_or(0.0) + work);
         Ok(None)
@@ -260,6 +343,7 @@ impl<M: Model> Run<M> {
                 false if self.changes.is_some() => Some(Stop::at_jump_or_singular_position(self.t())),
                 false => Some(Stop::at_singular_position(self.t())),
             };
+            self.follow_prescribed(Carried::step)?;
         } else if matches!(
             status,
             Some(
@@ -424,7 +508,7 @@ impl<M: Model> Run<M> {
         monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
     ) -> Result<Status, Interrupted> {
         loop {
-            if let Some(status) = self.step()? {
+            if let Some(status) = self.watched_step()? {
                 self.settle();
                 return Ok(status);
             }
@@ -470,9 +554,18 @@ impl<M: Model> Run<M> {
         self.integrator.counters()
     }
 
-    /// Why the motion so far may be wrong although all steps were made: impacts that fixed steps do not resolve.
-    pub fn doubt(&self) -> Option<String> {
-        self.integrator.doubt()
+    /// Why the motion so far may be wrong although all steps were made: energy that fixed steps add or lose, as long as inputs are
+    /// those of the start, and prescribed motions and impacts that they do not resolve.
+    pub fn doubt(&mut self) -> Option<String> {
+        let Self { integrator, energy, carried, .. } = self;
+        if integrator.steps() == 0 {
+            return None;
+        }
+        let of_motion = integrator.observe(|model, state| {
+            let of_energy = energy.as_ref().and_then(|energy| energy.verdict(model, state));
+            of_energy.or_else(|| carried.as_ref()?.verdict(model, state))
+        });
+        of_motion.or_else(|| self.integrator.doubt())
     }
 
     /// Describes a status of this run, with advice unless it is a success.
@@ -552,9 +645,13 @@ impl<M: Model> Run<M> {
         let mut tape = Tape::reading(memory);
         self.carry(&mut tape);
         let is_right = tape.is_right() && self.t().is_finite();
+        let (t, steps) = (self.t(), self.steps());
         let model = self.integrator.model();
         model.set_inputs(&self.inputs);
         model.pass_jump(self.jumped_at.unwrap_or(f64::NAN));
+        if self.jumped_at.is_none() && steps == 0 {
+            model.start_at(t);
+        }
         if is_right {
             return Ok(());
         }
@@ -569,8 +666,28 @@ impl<M: Model> Run<M> {
         self.grid.carry(tape);
         self.integrator.carry(tape);
         self.has_mass |= self.integrator.steps() > 0;
+        self.carry_watch(tape);
         if let Some(changes) = &mut self.changes {
             changes.carry(self.integrator.model(), tape);
         }
+    }
+
+    fn carry_watch(&mut self, tape: &mut Tape<'_>) {
+        let mut has = [self.energy.is_some(), self.supply.is_some(), self.carried.is_some()];
+        tape.flag(&mut self.is_watched);
+        has.iter_mut().for_each(|flag| tape.flag(flag));
+        if tape.reads() {
+            let t = self.t();
+            self.energy = if has[0] { self.watch() } else { None };
+            self.supply = if has[1] {
+                self.observe(|model, state| FlowMeter::of_supply(model, t, [state.q, state.v])).map(Box::new)
+            } else {
+                None
+            };
+            self.carried = if has[2] { self.follow() } else { None };
+        }
+        self.energy.iter_mut().for_each(|energy| energy.carry(tape));
+        self.supply.iter_mut().for_each(|supply| supply.carry(tape));
+        self.carried.iter_mut().for_each(|carried| carried.carry(tape));
     }
 }

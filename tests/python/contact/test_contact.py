@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pickle
 import re
+import warnings
 
 import numpy as np
 import pytest
@@ -448,6 +449,57 @@ def test_impacts_that_stop_what_should_rebound_are_doubted(scene):
     assert steps.doubt == result.doubt
     assert steps.message.endswith(steps.doubt)
     assert steps.copy().doubt == pickle.loads(pickle.dumps(steps)).doubt == steps.doubt
+
+
+@pytest.mark.parametrize("steps_of_impact", [2.9, 3.05, 3.2, 3.5])
+def test_impacts_of_few_steps_that_lose_energy_are_doubted(steps_of_impact):
+    """A ball without dissipation keeps its energy, in so few steps it loses a third."""
+    fall, duration = 0.5, 0.01
+    robot, q0 = dropped(fall, stiffness=(np.pi / duration) ** 2)
+    dt = duration / steps_of_impact
+    t = dt * np.round(1.8 * np.sqrt(2 * fall / G) / dt)
+
+    def kept(motion):
+        return (0.5 * motion.v[-1, 0] ** 2 + G * (motion.q[-1, 0] - 0.1)) / (G * fall)
+
+    with pytest.warns(lissom.AccuracyWarning, match="Impacts take only a few steps") as caught:
+        result = lissom.simulate(robot, t, q0=q0, dt=dt)
+    assert kept(result) < 0.75
+    said = float(re.search(r"motion, (\d+) % of its largest", str(caught[0].message))[1]) / 100
+    assert abs(said - (1 - kept(result))) < 0.1
+    step = float(re.search(r"`dt=([\d.e-]+)`", result.doubt)[1])
+    finer = lissom.simulate(robot, t, q0=q0, dt=step)
+    assert finer.doubt is None
+    assert kept(finer) == pytest.approx(1, abs=0.1)
+    stepped = lissom.Simulation(robot, dt=dt, q0=q0)
+    stepped.step(duration=t)
+    assert stepped.doubt == result.doubt
+    assert pickle.loads(pickle.dumps(stepped)).doubt == result.doubt
+
+
+def test_steps_without_memory_have_the_impulse_of_a_load():
+    """A ball is pushed out of the floor; beside it a force pushes a weight on a rail for a few steps."""
+    dt, stroke = 1e-3, 2e-3
+    links = [
+        lissom.Link("ball", joint=lissom.Prismatic((0, 0, 1)), body=body()),
+        lissom.Link("weight", joint=lissom.Prismatic((1, 0, 0)), body=lissom.Body(2.0)),
+    ]
+    floor = lissom.Contact(lissom.Ball("ball", 0.1), FLOOR, stiffness=1e8, dissipation=0.0)
+    for times, values in (
+        ([0, dt, stroke], [0, 300, 0]),
+        ([0, 0.3 * dt, dt], [0, 300, 0]),
+        ([0, 1e-9, stroke, stroke + 1e-9], [0, 300, 300, 0]),
+        ([0, stroke], [0, 300]),
+    ):
+        load = lissom.Load(force=(times, np.outer(values, (1, 0, 0))), link="weight")
+        robot = lissom.Robot(links, contacts=[floor], loads=[load])
+        impulse = np.trapezoid(values, times)
+        for start in (0.099, 0.1003):
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore", lissom.AccuracyWarning)
+                run = lissom.simulate(robot, 3 * dt, q0=[start, 0], v0=[-1, 0], dt=dt)
+            assert run.success
+            assert_allclose(run.v[-1, 1], (impulse + (dt * 300 if len(values) == 2 else 0)) / 2.0, rtol=1e-6)
 
 
 def test_the_doubt_names_the_impact_its_energy_and_a_step_that_resolves_it():

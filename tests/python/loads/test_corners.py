@@ -434,6 +434,7 @@ def test_monotone_tables_are_those_of_scipy():
             assert acceleration == pytest.approx(pchip(t, 2), abs=1e-10)
 
 
+@pytest.mark.filterwarnings("ignore:A prescribed motion takes only a few steps")
 @pytest.mark.parametrize("method", ["newmark", "generalised_alpha", "hht", "radau", "rk45"])
 @pytest.mark.parametrize("dt", [1e-2, 7e-3, 1e-3])
 @pytest.mark.parametrize("times", [(0.05, 0.15), (0.0503, 0.1212), (0.05, 0.06)], ids=str)
@@ -452,8 +453,11 @@ def test_what_nothing_holds_does_not_move_with_a_carriage(method, dt, times):
     order_two = 0.0 if method in ("radau", "rk45") else largest * step**2
     assert abs(rest) <= (1e-9 if method == "newmark" else largest * step**2 / (end - start) + 1e-6)
     assert abs(at).max() <= order_two + abs(rest) * (0.2 - start) + 2e-6
+    # Two percent of the way are doubted, a little more where what is left is a velocity.
+    assert run.doubt or abs(at).max() < 0.03 * 0.1
 
 
+@pytest.mark.filterwarnings("ignore:A prescribed motion takes only a few steps")
 @pytest.mark.parametrize("dt", [1e-2, 2e-3, 1e-3])
 def test_a_bump_of_many_times_within_a_step_leaves_no_velocity(dt):
     times = np.r_[0, np.linspace(0.0203, 0.0283, 9), 0.1, 0.2]

@@ -471,3 +471,17 @@ def test_joints_do_not_hide_what_rods_lack(links):
     welded = error(lissom.Weld())
     assert 1e-3 < welded < 1e-2
     assert 0.5 * welded < error(lissom.Revolute((0, 1, 0), stiffness=1.0)) < 2 * welded
+
+
+@pytest.mark.parametrize("width", [1e-3, 4e-6, 1e-7])
+@pytest.mark.parametrize("edge", [0.0, 1e-10])
+def test_short_pulses_of_tables_are_followed(width, edge):
+    """Steps end at both ends of a pulse, so that few are needed. A spring-mass of 2 rad/s, impulse 1."""
+    edge = max(edge, np.spacing(0.2))
+    times = [0.1, 0.1 + edge, 0.1 + width, 0.1 + width + edge]
+    load = lissom.Load(force=(times, np.outer([0, 1 / width, 1 / width, 0], (1, 0, 0))), link="weight")
+    weight = lissom.Link("weight", joint=lissom.Prismatic((1, 0, 0), stiffness=4.0), body=lissom.Body(1.0))
+    run = lissom.simulate(lissom.Robot([weight], gravity=(0, 0, 0), loads=[load]), 1.0, method="auto")
+    assert run.success, run.message
+    assert run.stats.steps < 10_000
+    assert run.q[-1, 0] == pytest.approx(0.5 * np.sin(2 * (0.9 - 0.5 * (width + edge))), abs=2e-3)

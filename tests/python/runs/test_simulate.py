@@ -1,6 +1,7 @@
 """`lissom.simulate`: all methods, compared with SciPy and the definition of the Newmark family; failures."""
 
 import inspect
+import pickle
 import re
 import signal
 import threading
@@ -825,6 +826,114 @@ def test_energy_that_steps_add_or_take_out_is_doubted(robot, v0, dt):
     found = lissom.simulate(robot, 2.0, v0=v0, dt=0.1 * dt)
     assert found.doubt is None
     assert max(energy_change(found)) < 0.1 * change
+
+
+@pytest.mark.parametrize(
+    ("robot", "v0", "dt"),
+    [(DOUBLE_PENDULUM, (0, 0), 0.05), (TUMBLING, (0, 0, 0, 33, 100, 20), 0.01)],
+    ids=["double pendulum", "tumbling body"],
+)
+def test_a_motion_that_is_advanced_step_by_step_is_doubted_as_well(robot, v0, dt):
+    with pytest.warns(lissom.AccuracyWarning):
+        found = lissom.simulate(robot, 2.0, v0=v0, dt=dt)
+    stepped = lissom.Simulation(robot, v0=v0, dt=dt)
+    for _ in range(30):
+        stepped.step()
+    half_way = pickle.loads(pickle.dumps(stepped))
+    for simulation in (stepped, half_way, stepped.copy()):
+        simulation.step(duration=2.0 - simulation.t)
+        assert simulation.doubt == found.doubt
+        assert simulation.message.endswith(found.doubt)
+    finer = lissom.Simulation(robot, v0=v0, dt=0.1 * dt)
+    finer.step(duration=2.0)
+    assert finer.doubt is None
+
+
+def test_what_inputs_supply_is_not_doubted():
+    """Nobody knows what the jumps of a controller add."""
+    link = lissom.Link("weight", joint=lissom.Prismatic((1, 0, 0)), body=lissom.Body(1.0))
+    load = lissom.Load(force=lissom.Input("force", (0, 0, 0)), link="weight")
+    stepped = lissom.Simulation(lissom.Robot([link], gravity=(0, 0, 0), loads=[load]), dt=0.01)
+    for k in range(50):
+        stepped.step([k % 7, 0, 0])
+    assert stepped.energy.kinetic > 0.1
+    assert stepped.doubt is None
+
+
+def carried(motion, **joint):
+    """A weight on a rail that moves as prescribed."""
+    links = [
+        lissom.Link("rail", body=lissom.Body(1.0), joint=lissom.Prismatic((1, 0, 0), motion=motion)),
+        lissom.Link(
+            "weight", parent="rail", body=lissom.Body(1.0), joint=lissom.Prismatic((1, 0, 0), **joint)
+        ),
+    ]
+    return lissom.Robot(links, gravity=(0, 0, 0))
+
+
+def quintic(steps):
+    return lambda t: (lambda s: s**3 * (10 - 15 * s + 6 * s * s))(min(max((t - 0.1) / (steps * 0.01), 0), 1))
+
+
+@pytest.mark.parametrize("method", ["newmark", "generalised_alpha"])
+@pytest.mark.parametrize("kind", ["table", "function"])
+@pytest.mark.parametrize("steps", [1, 2, 3, 5, 40])
+def test_moves_of_few_steps_that_drag_along_what_is_free_are_doubted(method, kind, steps):
+    """Without friction the weight stays where it is, to two percent of the way, or there is a doubt."""
+    table = ([0, 0.1, 0.1 + 0.01 * steps, 1.0], [0, 0, 1.0, 1.0], "monotone")
+    robot = carried(table if kind == "table" else quintic(steps))
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        run = lissom.simulate(robot, 0.6, dt=0.01, method=method)
+    off = abs(run.q[-1, 0] + 1)
+    assert bool(run.doubt) == (off > 0.02), off
+    assert [str(warning.message) for warning in caught] == ([run.doubt] if run.doubt else [])
+    stepped = lissom.Simulation(robot, dt=0.01, method=method)
+    stepped.step(duration=0.3)
+    half_way = pickle.loads(pickle.dumps(stepped)) if kind == "table" else stepped.copy()
+    half_way.step(duration=0.3)
+    assert half_way.doubt == run.doubt
+    if run.doubt:
+        said = float(re.search(r"dragged along by up to (\d+) %", run.doubt)[1]) / 100
+        assert said == pytest.approx(off, rel=0.5)
+    if run.doubt and kind == "table" and steps > 2:
+        # Functions also leave a velocity.
+        step = float(re.search(r"Take steps of ([\d.e-]+) s", run.doubt)[1])
+        finer = lissom.simulate(robot, 0.6, dt=step, method=method)
+        assert abs(finer.q[-1, 0] + 1) < 0.04
+
+
+def test_moves_of_few_steps_of_what_is_held_are_not_doubted():
+    """A stiff spring brings the weight along."""
+    for motion in (([0, 0.1, 0.15, 1.0], [0, 0, 1.0, 1.0], "monotone"), quintic(5)):
+        run = lissom.simulate(carried(motion, stiffness=1e6, damping=1e3), 0.6, dt=0.01)
+        assert run.doubt is None
+        assert abs(run.q[-1, 0]) < 1e-3
+
+
+@pytest.mark.parametrize("method", ["newmark", "generalised_alpha"])
+def test_what_accelerates_from_the_start_is_of_order_two(method):
+    """A function whose acceleration jumps at the start of the run: what was before does not count."""
+
+    def ramp(t):
+        s = min(max(t / 0.5, 0), 1)
+        return 0.1 * s * s * (3 - 2 * s)
+
+    robot = carried(ramp, stiffness=16.0)
+    bend, change = 0.1 * 6 / 0.25, -0.1 * 12 / 0.125
+
+    def exact(t):
+        """Of `y'' = -16 (y - ramp)` from rest, while the ramp lasts."""
+        free = bend / 16 * np.cos(4 * t) + change / 64 * np.sin(4 * t)
+        return ramp(t) - (bend + change * t) / 16 + free
+
+    errors = []
+    for dt in (0.01, 0.005, 0.0025):
+        run = lissom.simulate(robot, 0.4, dt=dt, method=method)
+        errors.append(abs(run.q[-1, 0] + ramp(0.4) - exact(0.4)))
+    assert errors[0] < 1e-4
+    assert errors[0] / errors[1] == pytest.approx(4, rel=0.15)
+    assert errors[1] / errors[2] == pytest.approx(4, rel=0.15)
 
 
 def test_a_loss_without_damping_is_doubted_and_one_by_a_method_that_damps_is_not():

@@ -5,8 +5,8 @@
 use crate::error::{Interrupted, Number};
 use crate::integrators::newmark::Scheme;
 use crate::model::{Energy, Model};
+use crate::numerics::tape::Tape;
 use crate::simulation::balance::State;
-use crate::simulation::stepping::Method;
 
 /// Energies above that of the start by this part of the largest kinetic one cause a warning: speeds off by half a percent.
 const GAIN: f64 = 1e-2;
@@ -36,8 +36,13 @@ const STRIDE: usize = 8;
 const LASTING: usize = 3;
 
 /// The energy over a run with fixed steps.
+#[derive(Clone, Debug)]
 pub(super) struct EnergyWatch {
     dt: f64,
+    /// Energy that loads may have supplied so far at most.
+    supplied: f64,
+    /// Steps until the next look.
+    left: usize,
     /// Whether loads vary in time.
     varies: bool,
     /// Whether neither the model nor the method takes energy out.
@@ -59,15 +64,14 @@ pub(super) struct EnergyWatch {
 }
 
 impl EnergyWatch {
-    /// `None` for methods that choose their steps, and for models that a base or prescribed coordinates carry: what these do is
-    /// known at the ends of steps only, where it may be far larger than what moves.
+    /// For a run by this scheme with steps of the size `dt`. `None` for models that a base or prescribed coordinates carry: what
+    /// these do is known at the ends of steps only, where it may be far larger than what moves.
     pub(super) fn new<M: Model>(
         model: &mut M,
-        t0: f64,
-        [q, v]: [&[f64]; 2],
-        method: &Method,
+        State { t: t0, q, v, .. }: State<'_>,
+        scheme: Scheme,
+        dt: f64,
     ) -> Option<Self> {
-        let (dt, Method::Newmark(options)) = (method.fixed_step()?, method) else { return None };
         if model.facts().is_carried {
             return None;
         }
@@ -83,8 +87,10 @@ impl EnergyWatch {
         let start = largest.total();
         Some(Self {
             dt,
+            supplied: 0.0,
+            left: stride,
             varies,
-            keeps_energy: is_free && options.scheme == Scheme::AVERAGE_ACCELERATION,
+            keeps_energy: is_free && scheme == Scheme::AVERAGE_ACCELERATION,
             stride,
             last: vec![start; lasting],
             start,
@@ -97,29 +103,28 @@ impl EnergyWatch {
         })
     }
 
-    /// Looks at the state after the `accepted`-th step, if it is one to be looked at.
-    /// `supplied` is what loads may have supplied at most.
+    /// Looks at the state after a step, if it is one to be looked at. `supplied` is what loads may have supplied at most.
     pub(super) fn step<M: Model>(
         &mut self,
         model: &mut M,
         state: State<'_>,
         supplied: f64,
-        accepted: usize,
     ) -> Result<(), Interrupted> {
-        if accepted.is_multiple_of(self.stride) { self.look(model, state, supplied) } else { Ok(()) }
+        self.supplied = supplied;
+        self.left -= 1;
+        if self.left > 0 {
+            return Ok(());
+        }
+        self.left = self.stride;
+        self.look(model, state)
     }
 
-    fn look<M: Model>(
-        &mut self,
-        model: &mut M,
-        State { t, q, v, .. }: State<'_>,
-        supplied: f64,
-    ) -> Result<(), Interrupted> {
+    fn look<M: Model>(&mut self, model: &mut M, State { t, q, v, .. }: State<'_>) -> Result<(), Interrupted> {
         if self.varies {
             model.set_time(t)?;
         }
         let energy = model.energy(q, v);
-        let total = energy.total() - supplied;
+        let total = energy.total() - self.supplied;
         let Energy { kinetic, elastic, gravitational, loads } = &mut self.largest;
         let parts = [(kinetic, energy.kinetic), (elastic, energy.elastic)];
         let of_loads = [(gravitational, energy.gravitational), (loads, energy.loads)];
@@ -139,14 +144,14 @@ impl EnergyWatch {
         Ok(())
     }
 
-    /// A warning if the energy has changed, the state being the last of the run.
-    pub(super) fn verdict<M: Model>(
-        mut self,
-        model: &mut M,
-        end: State<'_>,
-        supplied: f64,
-    ) -> Option<String> {
-        self.look(model, end, supplied).ok()?;
+    /// A warning if the energy has changed, the state being the last one.
+    pub(super) fn verdict<M: Model>(&self, model: &mut M, end: State<'_>) -> Option<String> {
+        let mut watch = self.clone();
+        watch.look(model, end).ok()?;
+        watch.found(model, end)
+    }
+
+    fn found<M: Model>(self, model: &mut M, end: State<'_>) -> Option<String> {
         let Self { keeps_energy, gain, loss: (loss, at), rise, during: (from, to), largest, .. } = self;
         let of_weight = ROUNDING * (largest.gravitational + largest.loads);
         let hidden = (AT_REST * largest.elastic).max(of_weight);
@@ -174,6 +179,19 @@ impl EnergyWatch {
             "{found}: steps of {} s are too long for this motion. Take shorter steps, adaptive ones, or method \"auto\".",
             Number(self.dt)
         ))
+    }
+
+    /// What goes on from step to step.
+    pub(super) fn carry(&mut self, tape: &mut Tape<'_>) {
+        let Self { supplied, start, gain, loss, lowest, rise, during, largest, .. } = self;
+        let Energy { kinetic, elastic, gravitational, loads } = largest;
+        let pairs = [loss, lowest, during].into_iter().flat_map(|(a, b)| [a, b]);
+        let numbers = [supplied, start, gain, rise, kinetic, elastic, gravitational, loads];
+        numbers.into_iter().chain(pairs).for_each(|number| tape.number(number));
+        tape.numbers(&mut self.last);
+        let mut made = self.stride - self.left;
+        tape.below(self.stride, &mut made);
+        self.left = self.stride - made;
     }
 }
 

@@ -1,0 +1,128 @@
+//! Prescribed motions that fixed steps do not resolve. Places and velocities of what is prescribed are exact at the ends of steps;
+//! what is free behind it follows the accelerations there alone. Where a motion takes only a few steps, these tell too little of
+//! it: a mass without friction on a rail that moves by one metre in n steps is dragged along by about 1/n^2 m.
+
+use crate::analysis::spectrum::Spectrum;
+use crate::error::Number;
+use crate::integrators::newmark::Scheme;
+use crate::model::Model;
+use crate::numerics::tape::Tape;
+use crate::simulation::balance::State;
+
+/// Drags of more than this part of the range of a prescribed motion cause a doubt: moves of seven steps in cubic pieces.
+const DRAGGED: f64 = 2e-2;
+
+/// Steps over which what drags adds up. Over longer times motions that steps resolve leave velocities that add up too, which
+/// springs and dampers take away.
+const MEMORY: f64 = 16.0;
+
+/// The steps of a scheme, made with a prescribed coordinate as if that were free, beside the coordinate itself.
+#[derive(Clone, Copy, Debug, Default)]
+struct Follower {
+    /// The coordinate with its first two derivatives.
+    motion: [f64; 3],
+    /// By how much the place and the velocity that the steps lead to differ.
+    off: [f64; 2],
+    lowest: f64,
+    highest: f64,
+    /// The largest difference of places, in units of the range at the end.
+    worst: f64,
+}
+
+/// All prescribed coordinates over a run with fixed steps.
+#[derive(Clone, Debug)]
+pub(super) struct Carried {
+    dt: f64,
+    weights: [f64; 2],
+    t: f64,
+    followers: Vec<Follower>,
+    now: Vec<[f64; 3]>,
+}
+
+impl Carried {
+    /// `None` where nothing is prescribed, or nothing is free.
+    pub(super) fn new<M: Model>(
+        model: &mut M,
+        State { t, .. }: State<'_>,
+        scheme: Scheme,
+        dt: f64,
+    ) -> Option<Self> {
+        let facts = model.facts();
+        if !facts.is_carried || facts.n == 0 || model.set_time(t).is_err() {
+            return None;
+        }
+        let mut now = Vec::new();
+        model.prescribed(&mut now);
+        let at = |&motion: &[f64; 3]| Follower {
+            motion,
+            lowest: motion[0],
+            highest: motion[0],
+            ..Follower::default()
+        };
+        let followers = now.iter().map(at).collect();
+        Some(Self { dt, weights: scheme.smooth_weights(), t, followers, now })
+    }
+
+    /// Takes note of where prescribed coordinates are after a step, at the time that is set.
+    pub(super) fn step<M: Model>(&mut self, model: &mut M, t: f64) {
+        let h = t - std::mem::replace(&mut self.t, t);
+        let ([beta, gamma], kept) = (self.weights, (-h / (MEMORY * self.dt)).exp());
+        self.now.clear();
+        model.prescribed(&mut self.now);
+        for (follower, &now) in self.followers.iter_mut().zip(&self.now) {
+            let Follower { motion, off: [place, velocity], lowest, highest, worst } = follower;
+            let [before, here] = [*motion, now];
+            let way = h * before[1] + h * h * ((0.5 - beta) * before[2] + beta * here[2]);
+            let gain = h * ((1.0 - gamma) * before[2] + gamma * here[2]);
+            *place = kept * (*place + h * *velocity) + way - (here[0] - before[0]);
+            *velocity = kept * *velocity + gain - (here[1] - before[1]);
+            (*lowest, *highest) = (lowest.min(here[0]), highest.max(here[0]));
+            *worst = worst.max(place.abs());
+            *motion = here;
+        }
+    }
+
+    /// Goes on after a jump of what is prescribed.
+    pub(super) fn jump<M: Model>(&mut self, model: &mut M) {
+        self.now.clear();
+        model.prescribed(&mut self.now);
+        for (follower, now) in self.followers.iter_mut().zip(&self.now) {
+            follower.motion = *now;
+        }
+    }
+
+    /// Why the motion may be wrong, if much was dragged that nothing holds.
+    pub(super) fn verdict<M: Model>(&self, model: &mut M, end: State<'_>) -> Option<String> {
+        let part = |follower: &Follower| {
+            let range = follower.highest - follower.lowest;
+            if range > 0.0 { follower.worst / range } else { 0.0 }
+        };
+        let dragged = self.followers.iter().map(part).fold(0.0, f64::max);
+        if dragged <= DRAGGED {
+            return None;
+        }
+        // What vibrates faster than that comes back meanwhile.
+        let spectrum = Spectrum::new(model, end.t, end.q, end.v)?;
+        let slowest = spectrum.modes.iter().map(|mode| mode.frequency).fold(f64::INFINITY, f64::min);
+        let of_free = dragged / (1.0 + (slowest * MEMORY * self.dt).powi(2));
+        (of_free > DRAGGED).then(|| {
+            format!(
+                "A prescribed motion takes only a few steps of {} s, whose accelerations tell too little of it: what is free behind it \
+                 is dragged along by up to {:.0} % of its way. Take steps of {:.1e} s or less, or method \"radau\".",
+                Number(self.dt),
+                (100.0 * of_free).min(100.0),
+                self.dt * (DRAGGED / of_free).sqrt()
+            )
+        })
+    }
+
+    /// What goes on from step to step.
+    pub(super) fn carry(&mut self, tape: &mut Tape<'_>) {
+        tape.number(&mut self.t);
+        for Follower { motion, off, lowest, highest, worst } in &mut self.followers {
+            tape.numbers(motion);
+            tape.numbers(off);
+            [lowest, highest, worst].into_iter().for_each(|number| tape.number(number));
+        }
+    }
+}
