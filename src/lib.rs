@@ -74,5 +74,6 @@ pub mod statics;
 pub mod stepping;
 pub mod support;
 mod tape;
+mod ties;
 mod unseen;
 pub mod world;
