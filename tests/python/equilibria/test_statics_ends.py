@@ -109,7 +109,7 @@ def line(chord, slope, azimuth, stretching, weight):
     )
 
 
-@pytest.mark.parametrize("azimuth", [1.0, 2.0, 3.0, 4.0])
+@pytest.mark.parametrize("azimuth", [1.0, 2.0, 3.0])
 @pytest.mark.parametrize(
     ("chord", "slope", "stretching", "weight"),
     [(0.6, 0.3, 1e3, 1e6), (0.6, 0.3, 1e5, 1e8), (0.6, 0.8, 1e3, 1e6), (0.6, 0.8, 1e5, 1e8)],
@@ -121,7 +121,7 @@ def test_lines_hang_in_every_direction_as_in_one(chord, slope, stretching, weigh
         found = lissom.statics(robot)
         assert found.success, found.message
         rest = np.zeros(robot.n)
-        force.append(np.linalg.norm(robot.loop_forces(found.q, rest, rest)[0][3:]))
+        force.append(np.linalg.norm(np.atleast_2d(robot.loop_forces(found.q, rest, rest))[0][3:]))
     assert abs(force[1] / force[0] - 1) < 1e-6
 
 
