@@ -1,9 +1,9 @@
 //! Forces and stiffnesses of a model at rest, how large what they are sums of is, and what is missing of equilibrium.
 
 use crate::analysis::natural;
-use crate::analysis::natural::{DISPLACEMENT_ROUNDING, scaled};
+use crate::analysis::natural::{DISPLACEMENT_ROUNDING, Natural, scaled};
+use crate::analysis::ties::Ties;
 use crate::model::Static;
-use crate::model::springs::Cords;
 use crate::numerics::linalg::{Matrix, norm};
 
 /// Forces that are out of balance are part of the error of a stiffness, up to this fraction of all forces: ten times the tolerance of
@@ -33,20 +33,26 @@ pub(crate) struct AtRest<'a> {
     pub(crate) sizes: &'a [f64],
     pub(crate) load_factor: f64,
     pub(crate) multipliers: &'a [f64],
+    /// What is held outside, and by which forces.
+    pub(crate) ties: &'a Ties,
+    pub(crate) held: &'a [f64],
 }
 
 impl AtRest<'_> {
-    /// Calls this on the model as it is; without what its constraints do; and also without its contacts.
+    /// Calls this on the model as it is; without what its constraints do; and also without its contacts. Springs and taut tendons
+    /// are held.
     fn each<T: Clone>(&mut self, mut get: impl FnMut(&mut dyn Static) -> T) -> [T; 3] {
-        let whole = {
-            if !self.multipliers.is_empty() {
-                self.model.set_multipliers(self.multipliers);
-            }
-            get(self.model)
-        };
+        let Self { multipliers, ties, held, .. } = *self;
+        let none = vec![0.0; multipliers.len()];
+        ties.hold(self.model, held, multipliers);
+        if !multipliers.is_empty() {
+            self.model.set_multipliers(multipliers);
+        }
+        let whole = get(self.model);
         let mut unconstrained = whole.clone();
-        if !self.multipliers.is_empty() {
-            self.model.set_multipliers(&vec![0.0; self.multipliers.len()]);
+        if !multipliers.is_empty() {
+            self.model.set_multipliers(&none);
+            ties.hold(self.model, held, &none);
             unconstrained = get(self.model);
         }
         let mut untouched = unconstrained.clone();
@@ -55,7 +61,32 @@ impl AtRest<'_> {
             untouched = get(self.model);
             self.model.leave_contact(false);
         }
+        ties.let_go(self.model);
         [whole, unconstrained, untouched]
+    }
+
+    /// Natural coordinates with the springs and taut tendons that hold the shape, and the forces with which they do. Where no stiffness
+    /// of these and of the material is, `reference` tells one from that of the model.
+    pub(crate) fn settled(
+        &mut self,
+        material: &Matrix,
+        reference: impl Fn(&Matrix) -> Vec<f64>,
+    ) -> Option<(Natural, Vec<f64>)> {
+        let Some(own) = &self.ties.all else {
+            self.ties.hold(self.model, &[], self.multipliers);
+            let stiffness = self.tangent([1.0, 0.0, 0.0]);
+            self.ties.let_go(self.model);
+            return Some((Natural::new(material, None, || reference(&stiffness))?, Vec::new()));
+        };
+        let natural = Natural::new(material, Some(own), || reference(material))?;
+        let [residual, _] = self.held_by(&own.forces).forces();
+        let forces = natural.settled(own, &natural.forces(&residual));
+        Some((natural, forces))
+    }
+
+    /// The same with other forces of springs and tendons.
+    pub(crate) fn held_by<'b>(&'b mut self, held: &'b [f64]) -> AtRest<'b> {
+        AtRest { model: &mut *self.model, held, ..*self }
     }
 
     /// `own + load_factor loads + constraints`.
@@ -65,21 +96,26 @@ impl AtRest<'_> {
     }
 
     pub(crate) fn tangent(&mut self, weights: [f64; 3]) -> Matrix {
-        let Self { q, sizes, .. } = *self;
+        let Self { q, sizes, multipliers, .. } = *self;
         let rest = vec![0.0; q.len()];
-        let [whole, ..] = self.each(|model| {
-            let mut tangent = Matrix::zeros(q.len(), q.len());
-            model.weighted_tangent(q, &rest, &rest, weights, &mut tangent);
-            tangent
-        });
-        scaled(whole, sizes)
+        let mut tangent = Matrix::zeros(q.len(), q.len());
+        if !multipliers.is_empty() {
+            self.model.set_multipliers(multipliers);
+        }
+        self.model.weighted_tangent(q, &rest, &rest, weights, &mut tangent);
+        if !multipliers.is_empty() {
+            self.model.set_multipliers(&vec![0.0; multipliers.len()]);
+        }
+        scaled(tangent, sizes)
     }
 
     pub(crate) fn stiffness(&mut self, material: &Matrix) -> Sum {
         let Self { q, sizes, .. } = *self;
         let rest = vec![0.0; q.len()];
         let mut elastic = Matrix::zeros(q.len(), q.len());
+        self.ties.hold(self.model, self.held, self.multipliers);
         self.model.elastic_tangent(q, &mut elastic);
+        let between = natural::work_of_interactions(self.model, q, sizes);
         let elastic = scaled(elastic, sizes);
         let parts = self.each(|model| {
             let mut tangent = Matrix::zeros(q.len(), q.len());
@@ -87,7 +123,6 @@ impl AtRest<'_> {
             scaled(tangent, sizes)
         });
         let work = natural::work_of_loads(self.model, q, sizes);
-        let between = natural::work_of_interactions(self.model, q, sizes);
         let (mut total, mut magnitudes) = (material.abs(), material.abs());
         for k in 0..total.len() {
             let [whole, unconstrained, untouched] = [0, 1, 2].map(|part| parts[part][k]);
@@ -131,14 +166,15 @@ impl AtRest<'_> {
         let Self { q, sizes, .. } = *self;
         let rest = vec![0.0; q.len()];
         let mut elastic = rest.clone();
+        self.ties.hold(self.model, self.held, self.multipliers);
         self.model.elastic_forces(q, &mut elastic);
+        let between = natural::work_of_interactions(self.model, q, sizes);
         let parts = self.each(|model| {
             let mut forces = rest.clone();
             model.inverse_dynamics(q, &rest, &rest, &mut forces);
             forces
         });
         let of_loads = natural::work_of_loads(self.model, q, sizes);
-        let between = natural::work_of_interactions(self.model, q, sizes);
         let [mut total, mut work] = [rest.clone(), rest.clone()];
         for (k, size) in sizes.iter().enumerate() {
             let [whole, unconstrained, untouched] = [0, 1, 2].map(|part| parts[part][k]);
@@ -187,8 +223,10 @@ impl AtRest<'_> {
         let Self { q, sizes, load_factor, multipliers, .. } = *self;
         let (n, rest) = (q.len(), vec![0.0; q.len()]);
         let under_load = |own: f64, whole: f64| own + load_factor * (whole - own);
-        let tensions = self.tensions();
+        let tensions = self.ties.tensions(self.held, multipliers);
+        let (ties, held) = (self.ties, self.held);
         let model = &mut *self.model;
+        ties.hold(model, held, multipliers);
         if !multipliers.is_empty() {
             model.set_multipliers(multipliers);
         }
@@ -213,27 +251,11 @@ impl AtRest<'_> {
             }
         }
         model.leave_contact(false);
+        ties.let_go(model);
         model.hold_cords(None);
         if !multipliers.is_empty() {
             model.set_multipliers(&vec![0.0; multipliers.len()]);
         }
         mismatch
-    }
-
-    /// Tensions of tendons of a commanded length.
-    fn tensions(&mut self) -> Vec<f64> {
-        let mut cords = Cords::new(self.model.facts().cords, self.q.len());
-        if cords.stiffness.is_empty() {
-            return Vec::new();
-        }
-        self.model.linearise_cords(self.q, &mut cords);
-        let rigid = cords.stiffness.iter().filter(|stiffness| stiffness.is_infinite()).count();
-        // Multipliers of those that do not stretch follow the ones of loops.
-        let mut of_rigid = self.multipliers.iter().skip(self.multipliers.len().saturating_sub(rigid));
-        let tension = |(stiffness, excess): (&f64, &f64)| match stiffness.is_infinite() {
-            true => of_rigid.next().copied().unwrap_or(0.0),
-            false => stiffness * excess.max(0.0),
-        };
-        cords.stiffness.iter().zip(&cords.excesses).map(tension).collect()
     }
 }

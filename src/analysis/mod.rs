@@ -9,4 +9,5 @@ pub(crate) mod small_motions;
 pub(crate) mod spectrum;
 pub mod stability;
 pub mod statics;
+pub(crate) mod ties;
 pub(crate) mod unseen;

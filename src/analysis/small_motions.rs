@@ -4,7 +4,8 @@ use nalgebra::DVector;
 
 use crate::analysis::at_rest::{APART, AtRest};
 use crate::analysis::natural;
-use crate::analysis::natural::{Natural, scaled};
+use crate::analysis::natural::scaled;
+use crate::analysis::ties::Ties;
 use crate::model::Static;
 use crate::model::constraint::inverse_length;
 use crate::numerics::linalg::{Complex, Matrix, eigen_both, full_svd, symmetric_eigen, symmetric_part};
@@ -322,33 +323,34 @@ pub(crate) fn small_motions(
 ) -> Option<SmallMotions> {
     let n = q.len();
     let material = natural::material(model, q, sizes);
-    let own = natural::linearised(model, q, sizes);
     let (of_loads, uncoupled) = (natural::work_of_loads(model, q, sizes), model.facts().parts.clone());
     let reference = |stiffness: &Matrix| natural::reference(&material, stiffness, &of_loads, &uncoupled);
-    let mut at_rest = AtRest { model, q, sizes, load_factor, multipliers };
-    let (natural, forces) = match &own {
-        None => {
-            let stiffness = at_rest.tangent([1.0, 0.0, 0.0]);
-            (Natural::new(&material, None, || reference(&stiffness))?, None)
+    let mut ties = Ties::new(model, q, sizes, load_factor);
+    let (natural, forces) = loop {
+        let mut at_rest =
+            AtRest { model: &mut *model, q, sizes, load_factor, multipliers, ties: &ties, held: &[] };
+        let (natural, forces) = at_rest.settled(&material, reference)?;
+        if !ties.has_taut() {
+            break (natural, forces);
         }
-        Some(own) => {
-            let natural = Natural::new(&material, Some(own), || reference(&material))?;
-            at_rest.model.hold_springs(Some(&own.forces));
-            let [residual, _] = at_rest.forces();
-            let forces = natural.settled(own, &natural.forces(&residual));
-            (natural, Some(forces))
+        let [residual, work] = at_rest.held_by(&forces).forces();
+        if !ties.slacken(&forces, &residual, &work) {
+            break (natural, forces);
         }
     };
-    at_rest.model.hold_springs(forces.as_deref());
+    let own = ties.all.as_ref();
+    let mut at_rest = AtRest { model, q, sizes, load_factor, multipliers, ties: &ties, held: &forces };
     let parts = at_rest.stiffness(&material);
     let [residual, work] = at_rest.forces();
-    at_rest.model.hold_springs(None);
     let residual = at_rest.missing(&residual, &work, &parts.magnitudes);
     let imbalance = at_rest.imbalance(&residual, &work);
-    let stiffness = natural.tangent(&parts.total, own.as_ref());
-    let mut error =
-        natural.magnitudes(&parts.magnitudes, own.as_ref()) * (ROUNDING * n as f64 * f64::EPSILON);
+    let stiffness = natural.tangent(&parts.total, own);
+    let mut error = natural.magnitudes(&parts.magnitudes, own) * (ROUNDING * n as f64 * f64::EPSILON);
     error += natural.magnitudes(&imbalance, None);
+    if ties.has_taut() {
+        // The basis that separates what tendons stretch is known to rounding, in coordinates in which all stiffnesses are of size one.
+        error += Matrix::identity(n, n) * (ROUNDING * n as f64 * f64::EPSILON);
+    }
     let damping = natural.matrix(&at_rest.tangent([0.0, 1.0, 0.0]));
     let mut mass = Matrix::zeros(n, n);
     at_rest.model.mass_matrix(q, &mut mass);
@@ -373,7 +375,6 @@ pub(crate) fn small_motions(
         return Some(kept);
     }
     let (values, shapes) = symmetric_eigen(&symmetric_part(&kept.stiffness))?;
-    at_rest.model.hold_springs(forces.as_deref());
     if at_rest.model.facts().is_discretised {
         // The error of quadrature, and the rounding of the differences that tell it.
         let doubtful: Vec<usize> = (0..kept.n()).filter(|&k| values[k].abs() < SYMMETRIC).collect();
@@ -388,21 +389,19 @@ pub(crate) fn small_motions(
         }
     }
     // What is left of Newton's method, in coordinates and in the forces that hold constraints and springs.
-    let residual = DVector::from(natural.residual(&residual, own.as_ref(), forces.as_deref().unwrap_or(&[])));
+    let residual = DVector::from(natural.residual(&residual, own, &forces));
     let step = &held.free * kept.newton_step(&values, &shapes, &held.free.tr_mul(&residual));
     let more = &held.multipliers * (&residual + &motions.stiffness * &step);
     let moved = natural.coordinates(step.as_slice());
     let q: Vec<f64> = q.iter().zip(sizes.iter().zip(moved)).map(|(q, (size, x))| q + size * x).collect();
     let multipliers: Vec<f64> = multipliers.iter().zip(more.iter()).map(|(own, more)| own - more).collect();
-    let mut beside = AtRest { model: at_rest.model, q: &q, multipliers: &multipliers, ..at_rest };
     // Springs follow their displacements from where these are, not from the forces that are held.
-    let forces: Option<Vec<f64>> = own.as_ref().map(|own| {
+    let forces: Vec<f64> = own.map_or_else(Vec::new, |own| {
         let changes = natural.change_of_forces(own, step.as_slice());
         own.forces.iter().zip(changes).map(|(force, change)| force + change).collect()
     });
-    beside.model.hold_springs(forces.as_deref());
+    let mut beside = AtRest { q: &q, multipliers: &multipliers, held: &forces, ..at_rest };
     let there = beside.stiffness(&material).total;
-    beside.model.hold_springs(None);
     let change = natural.matrix(&(there - parts.total));
     kept.change += held.free.tr_mul(&(change * &held.free));
     Some(kept)

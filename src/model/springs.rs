@@ -76,6 +76,28 @@ impl Springs {
         }
     }
 
+    /// The first ones are those of another list; the rest has no stiffness.
+    pub(crate) fn begin_with(&mut self, first: &Self) {
+        let (m, n) = first.jacobian.shape();
+        for all in [&mut self.root, &mut self.inverse_root, &mut self.rest] {
+            all.fill(0.0);
+        }
+        self.forces[..m].copy_from_slice(&first.forces);
+        self.jacobian.view_mut((0, 0), (m, n)).copy_from(&first.jacobian);
+        self.root.view_mut((0, 0), (m, m)).copy_from(&first.root);
+        self.inverse_root.view_mut((0, 0), (m, m)).copy_from(&first.inverse_root);
+        self.rest.view_mut((0, 0), (m, m)).copy_from(&first.rest);
+        self.energy = first.energy;
+    }
+
+    /// One of the rest has this stiffness and elongation.
+    pub(crate) fn stretch(&mut self, place: usize, stiffness: f64, elongation: f64) {
+        self.forces[place] = -stiffness * elongation;
+        self.root[(place, place)] = stiffness.sqrt();
+        self.inverse_root[(place, place)] = 1.0 / stiffness.sqrt();
+        self.energy += 0.5 * stiffness * elongation * elongation;
+    }
+
     /// Converts to coordinates divided by these sizes.
     pub(crate) fn scale(&mut self, sizes: &[f64]) {
         for (mut column, size) in self.jacobian.column_iter_mut().zip(sizes) {

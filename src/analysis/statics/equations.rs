@@ -200,16 +200,6 @@ impl<'a> Equations<'a> {
         }
     }
 
-    /// Sets the inputs of the model to their values at a load factor.
-    pub(super) fn set_inputs_of(&mut self, growth: &mut Growth, load_factor: f64) -> Result<(), Interrupted> {
-        growth.set(self.model, load_factor)
-    }
-
-    /// Sets what grows with the load factor.
-    pub(super) fn grow(&mut self, growth: Growth) {
-        self.growth = growth;
-    }
-
     /// Inputs at a load factor; empty if loads grow instead.
     pub(super) fn inputs_at(&self, load_factor: f64) -> Vec<f64> {
         self.growth.inputs_at(load_factor).unwrap_or_default()

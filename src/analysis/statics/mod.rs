@@ -22,6 +22,7 @@
 //! # Ok::<(), lissom::error::InvalidInput>(())
 //! ```
 
+mod as_springs;
 mod corrector;
 mod descent;
 mod equations;
@@ -43,6 +44,7 @@ pub use outcome::{Continuation, Equilibrium, Status};
 pub use path::{CriticalKind, CriticalPoint, Path};
 pub use tendons::Tendons;
 
+use as_springs::AsSprings;
 use descent::Descent;
 use equations::{Equations, State};
 use growth::Growth;
@@ -52,7 +54,6 @@ use stability::Stiffness;
 
 pub use crate::analysis::stability::{Stability, Verdict};
 use crate::error::{Interrupted, InvalidInput, Unfinished};
-use crate::model::constraint::AsSprings;
 use crate::model::{Static, chart};
 use crate::numerics::linalg::{Matrix, norm};
 use crate::numerics::roots;
@@ -139,48 +140,51 @@ pub fn continuation(
     if let Some(q0) = &options.q0 {
         model.check_shape(q0, "q0")?;
     }
-    if model.facts().constraints() > 0 {
-        return tied::continuation(model, options, monitor);
+    let (mut options, mut counters) = (options.clone(), Counters::default());
+    if let (Some(inputs), None) = (&options.inputs, &options.q0) {
+        let search = Options {
+            tol: options.tol,
+            max_steps: options.max_steps,
+            stability: false,
+            ..Options::default()
+        };
+        let set = Growth::of_inputs(inputs, model.facts().n).set(model, options.load_factor);
+        let found = match set {
+            Ok(()) => sought(model, &search, &mut *monitor)?,
+            Err(interrupted) => Err(interrupted.into()),
+        };
+        let Ok(found) = found else { return Ok(Err(not_begun(model, &options))) };
+        counters = found.counters;
+        options.q0 = found.status.is_success().then_some(found.q);
     }
+    Ok(match model.facts().constraints() {
+        0 => follow(model, &options, counters, monitor),
+        _ => tied::continuation(model, &options, counters, monitor)?,
+    })
+}
+
+/// A continuation that was interrupted before its path began.
+fn not_begun(model: &dyn Static, options: &ContinuationOptions) -> Unfinished<Continuation> {
+    let (status, path) = (Status::Interrupted, Path::default());
+    let message = outcome::message(model, status, options.load_factor, true, None, &path);
+    Unfinished::new(Continuation { path, status, message, counters: Counters::default() })
+}
+
+/// Follows a path of equilibria of a model without constraints. `counters` is what its start has cost.
+fn follow(
+    model: &mut dyn Static,
+    options: &ContinuationOptions,
+    counters: Counters,
+    monitor: Monitor<'_>,
+) -> Result<Continuation, Unfinished<Continuation>> {
     let n = model.facts().n;
     let near = options.q0.clone().unwrap_or_else(|| vec![0.0; n]);
-    let mut equations = Equations::new(model, Growth::Loads, &near, monitor);
-    let grown = options.inputs.as_ref().map(|inputs| Growth::of_inputs(inputs, n));
-    Ok(follow(&mut equations, options, grown))
-}
-
-/// Shape to which loads growing from zero lead, at the inputs of a load factor.
-fn loaded(
-    equations: &mut Equations<'_>,
-    options: &ContinuationOptions,
-) -> Result<Option<Vec<f64>>, Interrupted> {
-    let search = Options { tol: options.tol, max_steps: options.max_steps, ..Options::default() };
-    let Some(followed) = follow_loads(equations, &[1.0], &search).map_err(|_| Interrupted)? else {
-        return let_go_from(equations, vec![0.0; equations.n()], &search);
-    };
-    match followed.end {
-        End::UpperBound => Ok(Some(followed.found.state.q)),
-        _ => let_go_from(equations, followed.found.state.q, &search),
-    }
-}
-
-fn let_go_from(
-    equations: &mut Equations<'_>,
-    q: Vec<f64>,
-    options: &Options,
-) -> Result<Option<Vec<f64>>, Interrupted> {
-    let found = let_go(equations, &q, options).map_err(|_| Interrupted)?;
-    Ok(found.status.is_success().then_some(found.q))
-}
-
-fn follow(
-    equations: &mut Equations<'_>,
-    options: &ContinuationOptions,
-    inputs: Option<Growth>,
-) -> Result<Continuation, Unfinished<Continuation>> {
+    let growth = options.inputs.as_ref().map_or(Growth::Loads, |inputs| Growth::of_inputs(inputs, n));
+    let mut equations = Equations::new(model, growth, &near, monitor);
+    equations.counters = counters;
     let mut path = Path::default();
     let (status, load_factor) =
-        follow_along(&mut path, equations, options, inputs).unwrap_or_else(|Interrupted| {
+        follow_along(&mut path, &mut equations, near, options).unwrap_or_else(|Interrupted| {
             (Status::Interrupted, path.load_factor.last().copied().unwrap_or(options.load_factor))
         });
     let message = outcome::message(equations.model, status, load_factor, true, None, &path);
@@ -192,8 +196,8 @@ fn follow(
 fn follow_along(
     path: &mut Path,
     equations: &mut Equations<'_>,
+    near: Vec<f64>,
     options: &ContinuationOptions,
-    inputs: Option<Growth>,
 ) -> Result<(Status, f64), Interrupted> {
     let course = Course {
         bounds: options.bounds,
@@ -202,17 +206,7 @@ fn follow_along(
         max_steps: options.max_steps,
         tolerance: options.tol,
     };
-    let mut q = options.q0.clone().unwrap_or_else(|| vec![0.0; equations.n()]);
-    if let Some(mut inputs) = inputs {
-        equations.set_inputs_of(&mut inputs, options.load_factor)?;
-        if options.q0.is_none()
-            && let Some(loaded) = loaded(equations, options)?
-        {
-            q = loaded;
-        }
-        equations.grow(inputs);
-    }
-    let start = equations.state(q, options.load_factor)?;
+    let start = equations.state(near, options.load_factor)?;
     let mut follower = Follower::new(equations, course);
     let end = follow_from(&mut follower, start, options);
     *path = follower.path;

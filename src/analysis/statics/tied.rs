@@ -1,11 +1,14 @@
 //! Models with closed loops and inextensible tendons: closed starts, and verdicts by motions that keep them closed.
 
-use super::{Continuation, ContinuationOptions, Equilibrium, Monitor, Options, Status, outcome, search};
+use super::{
+    AsSprings, Continuation, ContinuationOptions, Counters, Equilibrium, Monitor, Options, Status, outcome,
+    search,
+};
 use crate::analysis::small_motions::{SmallMotions, small_motions};
 use crate::analysis::{modes, stability};
 use crate::error::{InvalidInput, Unfinished};
 use crate::model::Static;
-use crate::model::constraint::{AsSprings, closing};
+use crate::model::constraint::closing;
 use crate::numerics::linalg::{symmetric_eigenvalues, symmetric_part};
 
 /// Largest gap of loops that count as closed at rest, beside the lengths of what they join.
@@ -85,10 +88,11 @@ fn widest(model: &mut dyn Static, q: &[f64]) -> f64 {
     gaps.fold(0.0, |widest, gap| if gap.abs() <= widest { widest } else { gap.abs() })
 }
 
-/// Implements [`super::continuation`].
+/// Implements [`super::continuation`]. `counters` is what its start has cost.
 pub(super) fn continuation(
     model: &mut dyn Static,
     options: &ContinuationOptions,
+    counters: Counters,
     monitor: Monitor<'_>,
 ) -> Result<Result<Continuation, Unfinished<Continuation>>, InvalidInput> {
     let rest = vec![0.0; model.facts().n];
@@ -99,5 +103,5 @@ pub(super) fn continuation(
         Some(q0) => Some(closed(model, q0)?),
     };
     let mut held = AsSprings::new(model, q0.as_deref().unwrap_or(&rest));
-    super::continuation(&mut held, &ContinuationOptions { q0, ..options.clone() }, monitor)
+    Ok(super::follow(&mut held, &ContinuationOptions { q0, ..options.clone() }, counters, monitor))
 }

@@ -4,13 +4,11 @@
 //! rows, or of a mechanism at a singular position. [`Independent`] selects independent rows; the other rows
 //! get no multipliers, and are satisfied automatically unless they conflict.
 
-mod as_springs;
 pub(crate) mod closing;
 mod independent;
 pub(crate) mod one_sided;
 pub(crate) mod projection;
 pub(crate) mod saddle;
 
-pub(crate) use as_springs::AsSprings;
 pub(crate) use independent::{Independent, inverse_length};
 pub(crate) use saddle::Saddle;

@@ -87,7 +87,11 @@ impl Balance {
         let raw_gradient = problem.raw_gradient(shape, &multipliers, &tensions);
         let mut gradient = raw_gradient.clone();
         chart::forces(&problem.turns, &shape.q, &mut gradient);
-        let work = work(problem, shape, &multipliers, &tensions, scale);
+        // What is left of a tension that its length tells and nothing balances is rounding of that tension.
+        let by_length = problem.tensions(&shape.excess);
+        let pulls: Vec<f64> =
+            tensions.iter().zip(by_length).map(|(own, other)| own.abs().max(other.abs())).collect();
+        let work = work(problem, shape, &multipliers, &pulls, scale);
         let error = gradient
             .iter()
             .zip(&work)
@@ -143,12 +147,21 @@ fn tensions(problem: &Problem<'_>, shape: &Shape, w: &[f64], held: &Reduced) -> 
     let missing = left(&tensions);
     let size = norm(&missing);
     if !stiff.is_empty() && size > 0.0 && size.is_finite() {
+        // Rounding of elastic ones moves what the others have to hold.
+        let most = stiff.iter().map(|&row| rounding(row)).fold(0.0, f64::max);
+        let ranges: Vec<(usize, f64, f64)> = (stiff.iter().map(|&row| (row, rounding(row), -1.0)))
+            .chain(taut.iter().map(|&row| (row, most, -tensions[row] / most)))
+            .collect();
+        let rows: Vec<usize> = ranges.iter().map(|range| range.0).collect();
+        let range = |row: usize| ranges.iter().find(|range| range.0 == row).map_or(0.0, |range| range.1);
         let wanted: Vec<f64> = missing.iter().map(|x| -x / size).collect();
-        let changes = columns(&stiff, &|row| rounding(row) / size);
-        let bounds = [vec![-1.0; stiff.len()], vec![1.0; stiff.len()]];
-        let found = bounded_least_squares(&changes, &wanted, &bounds[0], &bounds[1]);
+        let changes = columns(&rows, &|row| range(row) / size);
+        let lower: Vec<f64> = ranges.iter().map(|range| range.2).collect();
+        let upper: Vec<f64> =
+            (0..rows.len()).map(|k| if k < stiff.len() { 1.0 } else { f64::INFINITY }).collect();
+        let found = bounded_least_squares(&changes, &wanted, &lower, &upper);
         let changes: Vec<(usize, f64)> =
-            stiff.iter().zip(found).map(|(&row, part)| (row, part * rounding(row))).collect();
+            rows.iter().zip(found).map(|(&row, part)| (row, part * range(row))).collect();
         changes.into_iter().for_each(|(row, change)| tensions[row] += change);
     }
     tensions

@@ -61,6 +61,13 @@ const BALANCED: f64 = 1e-13;
 /// Where no step is short enough to come nearer, forces that balance to this part are in equilibrium to rounding.
 const NEARLY_BALANCED: f64 = 1e-8;
 
+/// Where forces that balance to this part have not come nearer by half within so many steps, the shape stays as it is along directions
+/// whose stiffness is below the third part of what forces could do for a size, and along which they balance to the fourth.
+const SETTLING: f64 = 1e-5;
+const PATIENCE: usize = 5;
+const IDLE: f64 = 1e-7;
+const WITHOUT_FORCE: f64 = 1e-11;
+
 /// Or Newton's steps of this length, in sizes.
 const NEARLY_THERE: f64 = 1e-9;
 
@@ -138,7 +145,7 @@ pub(super) fn search(
         closing::close(model, &mut q);
     }
     let mut search = Search::new(model, q, monitor)?;
-    let ended = search.climb(goal);
+    let ended = search.climb(goal).map(|ended| search.explained(ended));
     search.problem.model.soften_contact(None);
     match ended {
         Ok(ended) => Ok(search.found(ended)),
@@ -267,6 +274,7 @@ impl<'a> Search<'a> {
     fn descend(&mut self, goal: Goal) -> Result<Ended, Interrupted> {
         let (mut radius, mut escapes) = (FIRST_RADIUS, if goal.is_stable { ESCAPES } else { 0 });
         let (mut before, mut last) = (f64::INFINITY, f64::INFINITY);
+        let (mut best, mut stale, mut is_settling) = (f64::INFINITY, 0, false);
         // Contacts set in abruptly: steps are bounded by the shift of the second derivative, which leaves what is stiff alone.
         let is_damped = self.problem.model.facts().has_contact;
         let mut damping = 0.0;
@@ -276,14 +284,8 @@ impl<'a> Search<'a> {
             if !error.is_finite() {
                 return Ok(Ended::NonFinite);
             }
-            let Some(hessian) = self.problem.hessian(
-                &self.shape,
-                &self.balance.raw_gradient,
-                &self.balance.multipliers,
-                &self.balance.tensions,
-                &self.scale.sizes,
-                &self.balance.work,
-            ) else {
+            (stale, best) = if error < 0.5 * best { (0, error) } else { (stale + 1, best) };
+            let Some(hessian) = self.hessian() else {
                 let is_finite = self.shape.force.iter().all(|force| force.is_finite());
                 return Ok(if is_finite { Ended::WithoutPotential } else { Ended::NonFinite });
             };
@@ -292,10 +294,17 @@ impl<'a> Search<'a> {
             let hessian = Matrix::from_fn(n, n, |i, j| hessian[(i, j)] * w[i] * w[j]);
             let of_loops = Reduced::new(&self.scale.rows(&self.shape.gap_rows));
             let rows = self.scale.rows(&self.shape.rows);
-            let gradient = self.gradient();
+            let mut gradient = self.gradient();
             let taut: Vec<bool> = self.balance.tensions.iter().map(|tension| *tension > 0.0).collect();
             let (excess, stiffness) = (self.shape.excess.clone(), self.problem.stiffness.clone());
             let is_cord = self.is_cord.clone();
+            is_settling |= error < SETTLING && stale > PATIENCE;
+            if is_settling {
+                let active: Vec<bool> =
+                    taut.iter().zip(&is_cord).map(|(taut, cord)| *taut || !cord).collect();
+                let softest = quadratic::softest(&hessian, &of_loops, &rows, &stiffness, &active);
+                gradient = self.held_still(&softest);
+            }
             let linearised = Linearised {
                 gradient: &gradient,
                 held: &of_loops,
@@ -423,6 +432,23 @@ impl<'a> Search<'a> {
         Ok(Ended::IterationLimit)
     }
 
+    fn hessian(&mut self) -> Option<Matrix> {
+        let Balance { raw_gradient, multipliers, tensions, work, .. } = &self.balance;
+        self.problem.hessian(&self.shape, raw_gradient, multipliers, tensions, &self.scale.sizes, work)
+    }
+
+    /// A search that has not ended in equilibrium may have come to shapes in which the forces have no potential.
+    fn explained(&mut self, ended: Ended) -> Ended {
+        if !matches!(ended, Ended::IterationLimit | Ended::Stalled) {
+            return ended;
+        }
+        self.problem.is_conservative = false;
+        match self.hessian() {
+            Some(_) => ended,
+            None => Ended::WithoutPotential,
+        }
+    }
+
     /// Gradient along natural coordinates, without what elastic cords and springs add. What is left of forces by rounding moves
     /// nothing: along directions without stiffness it would move much.
     fn gradient(&self) -> Vec<f64> {
@@ -433,6 +459,28 @@ impl<'a> Search<'a> {
         let back: Vec<f64> = self.balance.tensions.iter().map(|tension| -tension).collect();
         add_transposed(&self.shape.rows, &back, &mut gradient);
         gradient.iter().zip(&self.scale.w).map(|(force, w)| force * w).collect()
+    }
+
+    /// The same without what is left of forces along directions without stiffness, where it is rounding or the error of quadrature: it
+    /// would move the shape for ever, such as a rope that turns about itself, because every step along an orbit leaves an error of its
+    /// square.
+    fn held_still(&self, softest: &[(f64, Vec<f64>)]) -> Vec<f64> {
+        let Balance { gradient, work, tensions, .. } = &self.balance;
+        let w = &self.scale.w;
+        let natural = |forces: &[f64]| -> Vec<f64> { forces.iter().zip(w).map(|(f, w)| f * w).collect() };
+        let (mut left, work, resistance) =
+            (natural(gradient), natural(work), self.scale.regularisation(1.0, work));
+        for (stiffness, x) in softest {
+            let sum = |of: &dyn Fn(usize) -> f64| (0..x.len()).map(of).sum::<f64>();
+            let (force, most) = (dot(&left, x), sum(&|k| work[k] * x[k].abs()));
+            let is_idle = stiffness.abs() <= IDLE * sum(&|k| resistance[k] * x[k] * x[k]);
+            if is_idle && force.abs() <= WITHOUT_FORCE * most {
+                left.iter_mut().zip(x).for_each(|(left, x)| *left -= force * x);
+            }
+        }
+        let mut of_cords = vec![0.0; w.len()];
+        add_transposed(&self.shape.rows, tensions, &mut of_cords);
+        left.iter().zip(natural(&of_cords)).map(|(left, of_cords)| left - of_cords).collect()
     }
 
     /// Sizes change with the shape, but slowly.

@@ -38,6 +38,8 @@ pub(super) struct Problem<'a> {
     pub(super) material: Matrix,
     /// Numbers of coordinates of parts that nothing couples.
     pub(super) parts: Vec<usize>,
+    /// Whether the forces have had a potential in a shape. In sharply bent ones the error of quadrature hides it.
+    pub(super) is_conservative: bool,
 }
 
 /// What is known of a shape to first order. Rows and forces are those along steps; `raw` ones along coordinates.
@@ -96,6 +98,7 @@ impl<'a> Problem<'a> {
             model,
             monitor,
             counters: Counters::default(),
+            is_conservative: false,
         }
     }
 
@@ -318,7 +321,8 @@ impl<'a> Problem<'a> {
             return None;
         }
         // Moments of springs that are held have no potential; those that turn with the shape have.
-        let has_potential = self.has_potential(&tangent, sizes, work)
+        let has_potential = self.is_conservative
+            || self.has_potential(&tangent, sizes, work)
             || (shape.springs.is_some() && {
                 let mut whole = Matrix::zeros(n, n);
                 self.counters.tangents += 1;
@@ -328,6 +332,7 @@ impl<'a> Problem<'a> {
         if !has_potential {
             return None;
         }
+        self.is_conservative = true;
         chart::hessian(&self.turns, &shape.q, raw_gradient, &mut tangent);
         Some(crate::numerics::linalg::symmetric_part(&tangent))
     }

@@ -3,7 +3,9 @@
 
 use super::end::Reduced;
 use super::problem::{add_transposed, times};
-use crate::numerics::linalg::{Cholesky, Matrix, bounded_least_squares, dot, full_svd, norm};
+use crate::numerics::linalg::{
+    Cholesky, Matrix, bounded_least_squares, dot, full_svd, norm, symmetric_eigen, symmetric_part,
+};
 
 /// A pivot below this one of a matrix with ones on its diagonal is rounding, and the matrix not positive definite.
 const SMALLEST_PIVOT: f64 = 1e-14;
@@ -176,6 +178,39 @@ impl Saddle {
         self.add_free(&z, 1.0, &mut x);
         Some(x)
     }
+}
+
+/// Eigenvalues of the second derivative, with that of active cords and springs, and eigenvectors, of motions that loops and active cords
+/// that do not stretch allow. Empty if a number is not finite.
+pub(super) fn softest(
+    hessian: &Matrix,
+    of_loops: &Reduced,
+    rows: &Matrix,
+    stiffness: &[f64],
+    active: &[bool],
+) -> Vec<(f64, Vec<f64>)> {
+    let (n, loops) = (hessian.nrows(), of_loops.rows.nrows());
+    let of_kind = |is_rigid: bool| {
+        let own = (0..active.len()).filter(|&row| active[row] && stiffness[row].is_infinite() == is_rigid);
+        own.collect::<Vec<_>>()
+    };
+    let (rigid, elastic) = (of_kind(true), of_kind(false));
+    let stretched =
+        Matrix::from_fn(elastic.len(), n, |i, j| stiffness[elastic[i]].sqrt() * rows[(elastic[i], j)]);
+    let whole = hessian + stretched.tr_mul(&stretched);
+    let held = Matrix::from_fn(loops + rigid.len(), n, |i, j| match i.checked_sub(loops) {
+        None => of_loops.rows[(i, j)],
+        Some(i) => rows[(rigid[i], j)],
+    });
+    let free =
+        if held.nrows() == 0 { Some(Matrix::identity(n, n)) } else { complement(&Reduced::new(&held).rows) };
+    let found = free.and_then(|free| {
+        let (values, vectors) = symmetric_eigen(&symmetric_part(&free.tr_mul(&(whole * &free))))?;
+        let vectors = free * vectors;
+        let columns = vectors.column_iter().map(|x| x.iter().copied().collect());
+        Some(values.iter().copied().zip(columns).collect())
+    });
+    found.unwrap_or_default()
 }
 
 /// Orthonormal columns that complete orthonormal rows.

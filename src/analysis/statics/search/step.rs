@@ -94,7 +94,8 @@ pub(super) fn within(
                 } else {
                     high = high.min(shift);
                     let is_enough = size >= FILLS[0] * radius;
-                    if best.as_ref().is_none_or(|(_, old)| size > *old) {
+                    // Without a force all steps are zero, and the least shift tells the direction of least curvature.
+                    if best.as_ref().is_none_or(|(_, old)| size >= *old) {
                         best = Some((found, size));
                     }
                     if is_enough {

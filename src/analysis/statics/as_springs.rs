@@ -1,9 +1,9 @@
-//! A model whose constraints are replaced by almost rigid springs, for statics and vibrations.
+//! A model whose constraints are replaced by almost rigid springs, for paths of equilibria.
 //!
-//! Statics and vibrations treat the forces of springs as separate unknowns (see [`crate::analysis::natural`]), so that
-//! results do not depend on the stiffness. The springs' deflection, force over stiffness, is at the level of
-//! rounding.
+//! Statics treats the forces of springs as separate unknowns (see [`crate::analysis::natural`]), so that results do not depend on the
+//! stiffness. The springs' deflection, force over stiffness, is at the level of rounding.
 
+use crate::analysis::natural;
 use crate::error::Interrupted;
 use crate::model::springs::{Cords, Springs};
 use crate::model::{
@@ -12,7 +12,8 @@ use crate::model::{
 };
 use crate::numerics::linalg::Matrix;
 
-/// Stiffness of the springs in units of the largest one of the model: what they give then is rounding of displacements.
+/// Stiffness of a spring in units of what resists the motions that its constraint prevents: what it gives then is rounding of
+/// displacements. What the constraint does not move has no say.
 const STIFF: f64 = 1e12;
 
 /// A model whose loops are held by springs.
@@ -21,9 +22,9 @@ pub(crate) struct AsSprings<'a> {
     facts: Facts,
     /// Of every constraint.
     stiffness: Vec<f64>,
-    /// The largest energy of the model at the sizes of its coordinates, twice, and these.
-    largest: f64,
+    /// Sizes of the coordinates, and what resists a step of one size: material, tangent, or weight and loads, whichever is the most.
     sizes: Vec<f64>,
+    resistance: Vec<f64>,
     /// What is taken for the multipliers, the opposite of the springs' forces.
     held: Option<Vec<f64>>,
     multipliers: Vec<f64>,
@@ -41,17 +42,13 @@ impl<'a> AsSprings<'a> {
         model.set_multipliers(&vec![0.0; m]);
         model.elastic_tangent(q, &mut elastic);
         model.weighted_tangent(q, &rest, &rest, [1.0, 0.0, 0.0], &mut tangent);
-        let energy = |a: &Matrix| {
-            (0..n)
-                .map(|k| (a[(k, k)] * sizes[k] * sizes[k]).abs())
-                .filter(|x| x.is_finite())
-                .fold(0.0, f64::max)
-        };
-        let largest = energy(&elastic).max(energy(&tangent));
-        let largest = if largest > 0.0 { largest } else { 1.0 };
+        let [elastic, tangent] = [elastic, tangent].map(|matrix| natural::scaled(matrix, &sizes));
+        let work = natural::work_of_loads(model, q, &sizes);
+        let material = natural::reference(&elastic, &tangent, &work, &model.facts().parts);
+        let most = |k: usize| material[k].max(tangent[(k, k)].abs()).max(work[k]);
         let mut springs = Self {
-            stiffness: vec![STIFF * largest; m],
-            largest,
+            stiffness: vec![STIFF; m],
+            resistance: (0..n).map(most).collect(),
             sizes,
             facts,
             model,
@@ -67,9 +64,11 @@ impl<'a> AsSprings<'a> {
     fn stiffen(&mut self, q: &[f64]) {
         self.model.gap_jacobian(q, &mut self.gap_jacobian);
         for (stiffness, row) in self.stiffness.iter_mut().zip(self.gap_jacobian.row_iter()) {
-            let square = row.iter().zip(&self.sizes).map(|(x, size)| (x * size).powi(2)).sum::<f64>();
-            if square > 0.0 && square.is_finite() {
-                *stiffness = STIFF * self.largest / square;
+            let moved = row.iter().zip(&self.sizes).map(|(x, size)| (x * size).powi(2));
+            let gives: f64 =
+                moved.zip(&self.resistance).map(|(square, resistance)| square / resistance).sum();
+            if gives > 0.0 && gives.is_finite() {
+                *stiffness = STIFF / gives;
             }
         }
     }
@@ -109,15 +108,12 @@ impl<'a> AsSprings<'a> {
     }
 }
 
-/// Facts of a model whose constraints are springs. These couple its parts, its tendons are no longer cords, and all coordinates count
-/// as turning.
+/// Facts of a model whose constraints are springs. Its tendons are no longer cords.
 fn facts_with_springs(of_model: &Facts) -> Facts {
     Facts {
         gap_sizes: Vec::new(),
         springs: of_model.springs + of_model.constraints(),
         cords: 0,
-        parts: Vec::new(),
-        turns: vec![true; of_model.n],
         section_places: Vec::new(),
         free_lengths: 0,
         ..of_model.clone()
@@ -153,8 +149,8 @@ impl Elastic for AsSprings<'_> {
         self.add_stiffness(q, 1.0, tangent);
     }
 
-    fn turned_loads(&mut self, _q: &[f64], forces: &mut Matrix) {
-        forces.fill(0.0);
+    fn turned_loads(&mut self, q: &[f64], forces: &mut Matrix) {
+        self.model.turned_loads(q, forces);
     }
 
     fn sizes(&mut self, q: &[f64], sizes: &mut [f64]) {
@@ -169,26 +165,13 @@ impl Sprung for AsSprings<'_> {
         if before > 0 {
             self.model.linearise_springs(q, &mut own);
         }
-        springs.forces[..before].copy_from_slice(&own.forces);
-        springs.jacobian.view_mut((0, 0), (before, n)).copy_from(&own.jacobian);
-        let square = ((0, 0), (before, before));
-        springs.root.fill(0.0);
-        springs.inverse_root.fill(0.0);
-        springs.rest.fill(0.0);
-        springs.root.view_mut(square.0, square.1).copy_from(&own.root);
-        springs.inverse_root.view_mut(square.0, square.1).copy_from(&own.inverse_root);
-        springs.rest.view_mut(square.0, square.1).copy_from(&own.rest);
-        springs.energy = own.energy;
+        springs.begin_with(&own);
         let mut gaps = vec![0.0; m];
         self.model.gaps(q, &mut gaps);
         self.model.gap_jacobian(q, &mut self.gap_jacobian);
         springs.jacobian.view_mut((before, 0), (m, n)).copy_from(&self.gap_jacobian);
         for (i, (gap, stiffness)) in gaps.into_iter().zip(&self.stiffness).enumerate() {
-            let k = before + i;
-            springs.forces[k] = -stiffness * gap;
-            springs.root[(k, k)] = stiffness.sqrt();
-            springs.inverse_root[(k, k)] = 1.0 / stiffness.sqrt();
-            springs.energy += 0.5 * stiffness * gap * gap;
+            springs.stretch(before + i, *stiffness, gap);
         }
     }
 
@@ -251,7 +234,6 @@ impl OneSided for AsSprings<'_> {
     }
 }
 
-/// Passing of surfaces is not looked for.
 impl InContact for AsSprings<'_> {
     fn leave_contact(&mut self, is_left: bool) {
         self.model.leave_contact(is_left);
@@ -277,14 +259,16 @@ impl InContact for AsSprings<'_> {
         self.model.sunk(q)
     }
 
-    fn note_surfaces(&mut self, _q: &[f64]) {}
+    fn note_surfaces(&mut self, q: &[f64]) {
+        self.model.note_surfaces(q);
+    }
 
-    fn have_passed(&mut self, _q: &[f64], _radius: Radius) -> bool {
-        false
+    fn have_passed(&mut self, q: &[f64], radius: Radius) -> bool {
+        self.model.have_passed(q, radius)
     }
 
     fn is_touched(&self) -> bool {
-        false
+        self.model.is_touched()
     }
 }
 

@@ -1,0 +1,152 @@
+//! Springs to the world and elastic tendons that are taut: what holds a shape by its deflections. How much each of them pulls is an
+//! unknown of its own beside the coordinates, because a deflection tells the force of a stiff one only up to rounding times stiffness.
+
+use crate::analysis::natural;
+use crate::analysis::natural::DISPLACEMENT_ROUNDING;
+use crate::model::Static;
+use crate::model::springs::{Cords, Springs};
+use crate::numerics::linalg::{Matrix, bounded_least_squares, norm};
+
+/// Forces balance without a tendon if less than this part of what they could do is left: ten times the tolerance of equilibria.
+const JUST: f64 = 1e-9;
+
+/// A motion that slackens one of several tendons stretches others if less than this part of it is left.
+const OPPOSED: f64 = 1e-9;
+
+/// Springs and taut elastic tendons in a shape, in coordinates divided by their sizes.
+pub(crate) struct Ties {
+    /// All of them, springs first; `None` if there are none.
+    pub(crate) all: Option<Springs>,
+    of_world: Option<Springs>,
+    springs: usize,
+    /// All tendons; which of them are elastic and taut, and which are just taut and count as slack.
+    cords: Cords,
+    taut: Vec<usize>,
+    slack: Vec<usize>,
+}
+
+impl Ties {
+    /// Under a part of the loads tendons pull less than their lengths tell: then none of them is among these.
+    pub(crate) fn new(model: &mut dyn Static, q: &[f64], sizes: &[f64], load_factor: f64) -> Self {
+        let (n, m) = (q.len(), model.facts().cords);
+        let mut cords = Cords::new(m, n);
+        if m > 0 {
+            model.linearise_cords(q, &mut cords);
+        }
+        cords.jacobian.column_iter_mut().zip(sizes).for_each(|(mut column, size)| column *= *size);
+        // One that is slack by no more than rounding holds a shape, if another one just as taut keeps it from becoming slack.
+        let pulls = |i: &usize| {
+            let is_taut = cords.excesses[*i] > -DISPLACEMENT_ROUNDING * cords.spans[*i];
+            is_taut && cords.stiffness[*i].is_finite() && load_factor == 1.0
+        };
+        let taut = (0..m).filter(pulls).collect();
+        let of_world = natural::linearised(model, q, sizes);
+        let springs = model.facts().springs;
+        let mut ties = Self { all: None, of_world, springs, cords, taut, slack: Vec::new() };
+        ties.gather(n);
+        ties
+    }
+
+    fn gather(&mut self, n: usize) {
+        self.all.clone_from(&self.of_world);
+        if self.taut.is_empty() {
+            return;
+        }
+        let mut all = Springs::new(self.springs + self.taut.len(), n);
+        if let Some(of_world) = &self.of_world {
+            all.begin_with(of_world);
+        }
+        for (place, &i) in (self.springs..).zip(&self.taut) {
+            all.jacobian.row_mut(place).copy_from(&self.cords.jacobian.row(i));
+            all.stretch(place, self.cords.stiffness[i], self.cords.excesses[i]);
+        }
+        self.all = Some(all);
+    }
+
+    /// Replaces what these pull with, in forces and tangents; constraints are held by multipliers.
+    pub(crate) fn hold(&self, model: &mut dyn Static, forces: &[f64], multipliers: &[f64]) {
+        if self.springs > 0 {
+            model.hold_springs(Some(&forces[..self.springs]));
+        }
+        self.hold_cords(model, forces, multipliers);
+    }
+
+    fn hold_cords(&self, model: &mut dyn Static, forces: &[f64], multipliers: &[f64]) {
+        if self.holds_cords() {
+            model.hold_cords(Some(&self.tensions(forces, multipliers)));
+        }
+    }
+
+    pub(crate) fn let_go(&self, model: &mut dyn Static) {
+        if self.springs > 0 {
+            model.hold_springs(None);
+        }
+        if self.holds_cords() {
+            model.hold_cords(None);
+        }
+    }
+
+    pub(crate) fn has_taut(&self) -> bool {
+        !self.taut.is_empty()
+    }
+
+    fn holds_cords(&self) -> bool {
+        !self.taut.is_empty() || !self.slack.is_empty()
+    }
+
+    /// Tensions of all tendons: of taut ones by these forces, of those that do not stretch by multipliers, which follow those of loops.
+    pub(crate) fn tensions(&self, forces: &[f64], multipliers: &[f64]) -> Vec<f64> {
+        let Cords { stiffness, excesses, .. } = &self.cords;
+        let rigid = stiffness.iter().filter(|stiffness| stiffness.is_infinite()).count();
+        let mut of_rigid = multipliers.iter().skip(multipliers.len().saturating_sub(rigid));
+        let mut tensions: Vec<f64> = stiffness
+            .iter()
+            .zip(excesses)
+            .map(|(stiffness, excess)| match stiffness.is_infinite() {
+                true => of_rigid.next().copied().unwrap_or(0.0),
+                false => stiffness * excess.max(0.0),
+            })
+            .collect();
+        for (&i, force) in self.taut.iter().zip(forces.iter().skip(self.springs)) {
+            tensions[i] = -force;
+        }
+        self.slack.iter().for_each(|&i| tensions[i] = 0.0);
+        tensions
+    }
+
+    /// Leaves out tendons that are just taut: where forces balance without them as well as with them, motions to one side meet no
+    /// resistance of theirs. Those remain that become slack by no motion, because it would stretch others that are just taut.
+    /// `residual` is what is left of the forces, `work` what all of them could do along each coordinate. Whether any is left out.
+    pub(crate) fn slacken(&mut self, forces: &[f64], residual: &[f64], work: &[f64]) -> bool {
+        let n = work.len();
+        let Cords { excesses, spans, jacobian, .. } = &self.cords;
+        let is_just_taut = |i: usize, tension: f64| {
+            let by_rounding = if excesses[i] <= DISPLACEMENT_ROUNDING * spans[i] { 1.0 } else { 0.0 };
+            (0..n).all(|k| {
+                let without = residual[k] - tension * jacobian[(i, k)];
+                without.abs() <= JUST * work[k] + by_rounding * residual[k].abs()
+            })
+        };
+        let of_taut = self.taut.iter().zip(forces.iter().skip(self.springs));
+        let just: Vec<usize> =
+            of_taut.filter(|(i, force)| is_just_taut(**i, -**force)).map(|(i, _)| *i).collect();
+        let slackens = |i: usize| {
+            let others: Vec<usize> = just.iter().copied().filter(|other| *other != i).collect();
+            if others.is_empty() {
+                return true;
+            }
+            let columns = Matrix::from_fn(n, others.len(), |k, j| jacobian[(others[j], k)]);
+            let wanted: Vec<f64> = (0..n).map(|k| -jacobian[(i, k)]).collect();
+            let bounds = [vec![0.0; others.len()], vec![f64::INFINITY; others.len()]];
+            let found = bounded_least_squares(&columns, &wanted, &bounds[0], &bounds[1]);
+            let left = columns * nalgebra::DVector::from(found) - nalgebra::DVector::from(wanted.clone());
+            left.norm() > OPPOSED * norm(&wanted)
+        };
+        let slack: Vec<usize> = just.iter().copied().filter(|&i| slackens(i)).collect();
+        let is_any = !slack.is_empty();
+        self.taut.retain(|i| !slack.contains(i));
+        self.slack.extend(slack);
+        self.gather(n);
+        is_any
+    }
+}
