@@ -42,6 +42,7 @@ mod links;
 mod loops;
 mod parts;
 mod shape;
+#[cfg(feature = "python")]
 mod tables;
 mod words;
 mod written;

@@ -189,7 +189,7 @@ fn tag_key(kinds: &[Kind]) -> Option<&'static str> {
 }
 
 impl Reader {
-    /// A reader that puts the default, or what [stands](Limits::stand_in) for it, in place of a field that it cannot read, so
+    /// A reader that puts the default, or what [stands](super::Limits::stand_in) for it, in place of a field that it cannot read, so
     /// that others can be read.
     pub fn lenient() -> Self {
         Self { replaced: Some(Vec::new()), ..Self::default() }
