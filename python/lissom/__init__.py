@@ -228,12 +228,17 @@ else:
     _MOVED = {
         "contact_events": "analysis.contact_events",
         "contacts": "model.contacts",
+        "equilibria": "analysis.equilibria",
+        "fits": "analysis.fits",
+        "keeping": "results.io",
         "linear": "analysis.linear",
         "live": "drawing.live",
         "materials": "analysis.materials",
         "measurements": "analysis.measurements",
         "parameters": "analysis.parameters",
         "report": "drawing.report",
+        "sensitivities": "analysis.sensitivities",
+        "sweeps": "analysis.sweeps",
         "targets": "model.targets",
     }
 

@@ -38,7 +38,9 @@ fn find_tables(
         (path, true) => format!("[[{path}]]"),
         (path, false) => format!("[{path}]"),
     };
-    for field in schema.keys() {
+    let mut fields: Vec<_> = schema.keys().collect();
+    fields.sort_by_key(|field| field.name);
+    for field in fields {
         tables.entry(field.name).or_default().push(header.clone());
         let (kind, repeated) = match field.kind {
             Kind::List(items) => (*items, true),

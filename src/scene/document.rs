@@ -205,6 +205,7 @@ pub(super) struct Base {
     pub(super) position: [f64; 3],
     /// Orientation: unit quaternion [w, x, y, z] that turns body axes into world axes; the rod leaves along its
     /// body x axis. Default: [1, 0, 0, 0], along world x.
+    #[part(default = [1.0, 0.0, 0.0, 0.0])]
     pub(super) orientation: [f64; 4],
 }
 

@@ -2,7 +2,7 @@
 
 use serde_json::{Map, Value as Json, json};
 
-use super::document::Document;
+use super::document::{Document, VERSION};
 use crate::description::schema::{Data, Field, Kind, Limits, Part, Schema, Sign, Value};
 
 /// The JSON Schema of scene files.
@@ -12,6 +12,9 @@ pub(super) fn json_schema() -> Json {
     let mut root = definitions.remove(Document::SCHEMA.name).expect("the document has a definition");
     root["$schema"] = "http://json-schema.org/draft-07/schema#".into();
     root["title"] = "lissom scene".into();
+    root["properties"]["version"]["minimum"] = VERSION.into();
+    root["properties"]["version"]["maximum"] = VERSION.into();
+    definitions["Rod"]["properties"]["segment"]["minItems"] = 1.into();
     root["definitions"] = definitions.into();
     root
 }

@@ -89,7 +89,7 @@ impl Shape {
         let mut read = Vec::with_capacity(table.len());
         let mut old_words = Vec::new();
         for (key, value) in table {
-            let mut name = key.get_ref().as_ref();
+            let mut name = named(key.get_ref());
             if let Some(word) = words::old_word(place, name) {
                 let old = join(place, name);
                 self.spans.insert(old.clone(), key.span());
@@ -184,7 +184,12 @@ impl Shape {
             }
             // [rod] instead of [[rod]].
             Value::Table(_) if expected == Kind::TABLES => Some(format!("double brackets: [[{header}]]")),
-            Value::List(_) if expected == Kind::TABLE => Some(format!("single brackets: [{header}]")),
+            // [[rod.base]] instead of [rod.base].
+            Value::List(items) if expected == Kind::TABLE && !place.ends_with(']') => {
+                let is_table = |item: &Value| matches!(item, Value::Table(_));
+                (!items.is_empty() && items.iter().all(is_table))
+                    .then(|| format!("single brackets: [{header}]"))
+            }
             _ => None,
         }
     }
@@ -230,6 +235,11 @@ fn has_only_tables(pairs: &[(Cow<'static, str>, Value)]) -> bool {
         _ => false,
     };
     !pairs.is_empty() && pairs.iter().all(|(_, value)| is_of_tables(value))
+}
+
+/// A key as messages show it: an empty one in its quotes.
+fn named(key: &str) -> &str {
+    if key.is_empty() { "\"\"" } else { key }
 }
 
 /// A key and the indices behind it: `segment` and `[1]`.

@@ -410,6 +410,7 @@ impl Reader {
                 let place = if alternatives.is_empty() { field.name } else { "" };
                 let advice = format!(": {}", field.summary());
                 self.refuse(place, Fault::Missing { key: field.name, advice });
+                self.replace(field.name);
             }
         }
         Some(found)

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import lissom
+from lissom import Link, Revolute
 
 GRAVITY = 9.81
 HINGE = lissom.Revolute((0, 1, 0))
@@ -87,7 +88,9 @@ def test_paths_of_arches_that_hardly_stretch(axial):
     middle = [robot.pose(q, 0.5, link="arch")[:3, 3] for q in (path.path.q[-1], found.q)]
     # The other side of the chord is as much in equilibrium as this one.
     np.testing.assert_allclose(np.linalg.norm(middle[0]), np.linalg.norm(middle[1]), atol=0.06)
-    assert lissom.statics(robot, path.path.q[-1], method="newton").step_norm < 1e-8
+    again = lissom.statics(robot, path.path.q[-1], method="newton")
+    assert again.success
+    np.testing.assert_allclose(again.q, path.path.q[-1], rtol=0, atol=1e-11)
 
 
 def line(chord, slope, azimuth, stretching, weight):
@@ -286,3 +289,71 @@ def test_arms_on_a_pin_do_not_pass_through_what_is_in_their_way(force, angle):
     assert pressed > 0
     moment = force * length - GRAVITY * centre * np.sin(turned) - pressed * abs(arm_of_contact)
     assert abs(moment) < 1e-5 * force
+
+
+@pytest.mark.parametrize("azimuth", [0, 1e-9, 1e-3, 0.7, np.pi / 2, 3])
+@pytest.mark.parametrize("pin", [Revolute((0, 1, 0)), lissom.Spherical()])
+@pytest.mark.parametrize("beside", [False, True])
+def test_planar_mechanisms_are_the_same_turned_about_the_vertical(azimuth, pin, beside):
+    """A four-bar with a spring at its crank: rows of its loop out of its plane are zero, or rounding in a frame that is turned."""
+    first, coupler, rocker, ground, angle = 0.1, 0.25, 0.2, 0.3, 1.2
+
+    def about(axis, angle):
+        return np.r_[np.cos(angle / 2), np.sin(angle / 2) * np.array(axis)]
+
+    def product(a, b):
+        return np.r_[a[0] * b[0] - a[1:] @ b[1:], a[0] * b[1:] + b[0] * a[1:] + np.cross(a[1:], b[1:])]
+
+    def body(length, mass):
+        across = mass * length**2 / 12
+        return lissom.Body(mass, centre=(length / 2, 0, 0), inertia=(0, across, across))
+
+    # The triangle of coupler, rocker and what is left of the ground gives their angles.
+    end = first * np.array([np.cos(angle), np.sin(angle)])
+    rest = np.array([ground, 0]) - end
+    left = np.hypot(*rest)
+    second = np.arctan2(rest[1], rest[0]) + np.arccos(
+        (coupler**2 + left**2 - rocker**2) / (2 * coupler * left)
+    )
+    joint = end + coupler * np.array([np.cos(second), np.sin(second)])
+    third = np.arctan2(-joint[1], ground - joint[0])
+    turn = about((0, 0, 1), azimuth)
+    hinge, y = (0, 1, 0), lambda angle: about((0, 1, 0), angle)
+    links = [
+        Link(
+            "crank",
+            orientation=product(turn, y(-angle)),
+            joint=Revolute(hinge, stiffness=0.3),
+            body=body(first, 0.1),
+        ),
+        Link(
+            "coupler",
+            parent="crank",
+            position=(first, 0, 0),
+            orientation=y(angle - second),
+            joint=Revolute(hinge),
+            body=body(coupler, 0.25),
+        ),
+        Link(
+            "rocker",
+            parent="coupler",
+            position=(coupler, 0, 0),
+            orientation=y(second - third),
+            joint=Revolute(hinge),
+            body=body(rocker, 0.2),
+        ),
+    ]
+    if beside:
+        slide = lissom.Prismatic((0, 0, 1), stiffness=100.0)
+        links.insert(0, Link("aside", position=(5, 0, 0), joint=slide, body=lissom.Body(1.0)))
+    foot = (ground * np.cos(azimuth), ground * np.sin(azimuth), 0)
+    loop = lissom.Loop(("rocker", None, (rocker, 0, 0)), (None, None, foot, turn), pin)
+    robot = lissom.Robot(links, loops=[loop])
+    for found in (lissom.statics(robot), lissom.statics(robot, method="newton")):
+        assert found.success, found.message
+        assert found.stability == "stable"
+        # By the energies of a mechanism of one coordinate, whose angles the triangle gives.
+        assert found.q[-3] == pytest.approx(0.361866, abs=1e-6)
+    path = lissom.continuation(robot)
+    assert path.success, path.message
+    np.testing.assert_allclose(path.path.q[-1], found.q, rtol=0, atol=1e-7)
