@@ -45,7 +45,7 @@ def command(scene: Path, output: Path | None, no_report: bool) -> int:
         saved = save(folder, lambda partial: files.write(done, partial, report))
     _summarise(done, saved)
     if missing(*files.HDF5):
-        note("Without h5netcdf the trajectory is an .npz file", "files")
+        note("Without h5py the trajectory is an .npz file", "files")
     return saved.code if done.motion.success or done.interrupted else FAILED
 
 

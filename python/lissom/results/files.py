@@ -20,8 +20,8 @@ if TYPE_CHECKING:
     from .._lissom import Scene
 
 #: Modules that write trajectories, and those that write an xarray.Dataset as NetCDF.
-HDF5 = ("h5netcdf", "h5py")
-NETCDF = ("xarray", *HDF5)
+HDF5 = ("h5py",)
+NETCDF = ("xarray", "h5netcdf", *HDF5)
 
 
 def trajectory(run: Run) -> Data:

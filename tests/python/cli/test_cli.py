@@ -210,7 +210,7 @@ def test_energies_that_are_not_wanted_are_not_computed(scene, tmp_path):
 
 def test_only_the_wanted_quantities_are_written(scene, tmp_path):
     path = scene(WIRE + "output = { dt = 0.05, quantities = ['energy'] }\n")
-    assert lissom_command("run", path, "-o", "out", without=["h5netcdf"], cwd=tmp_path).returncode == 0
+    assert lissom_command("run", path, "-o", "out", without=["h5py"], cwd=tmp_path).returncode == 0
     with np.load(tmp_path / "out" / "trajectory.npz") as data:
         np.testing.assert_allclose(data["t"], [0.0, 0.05, 0.1])
         kept = set(data.files)
@@ -225,7 +225,7 @@ def files_in(folder):
 
 def test_earlier_results_are_replaced_as_a_whole(scene, tmp_path):
     path = scene(WIRE)
-    bare = lissom_command("run", path, without=["h5netcdf"], cwd=tmp_path)
+    bare = lissom_command("run", path, without=["h5py"], cwd=tmp_path)
     assert bare.returncode == 0
     results = tmp_path / "results" / "wire"
     earlier = files_in(results)
@@ -514,7 +514,7 @@ def test_ctrl_c_before_the_first_step_is_a_word(module, scene, tmp_path):
 
 @pytest.mark.parametrize("command", ["run", "statics", "modes"])
 def test_ctrl_c_while_saving_loses_nothing(command, scene, tmp_path):
-    at_import = f"{{{OF_REPORTS!r}: lambda: interrupt(3), 'h5netcdf': lambda: interrupt(2)}}"
+    at_import = f"{{{OF_REPORTS!r}: lambda: interrupt(3), 'h5py': lambda: interrupt(2)}}"
     done = lissom_command(command, scene(WIRE), "-o", "out", at_import=at_import, cwd=tmp_path)
     assert done.returncode == 130
     assert set(done.stderr.splitlines()) == {SAVING}
@@ -619,9 +619,9 @@ def test_a_report_that_fails_costs_the_report(command, scene, tmp_path):
     assert "summary.json" in names
 
 
-def test_a_trajectory_that_h5netcdf_cannot_write_is_written_by_numpy(scene, tmp_path):
+def test_a_trajectory_that_h5py_cannot_write_is_written_by_numpy(scene, tmp_path):
     done = lissom_command(
-        "run", scene(WIRE), "-o", "out", "--no-report", at_import="{'h5netcdf.core': fail}", cwd=tmp_path
+        "run", scene(WIRE), "-o", "out", "--no-report", at_import="{'h5py.h5': fail}", cwd=tmp_path
     )
     assert done.returncode == 1
     assert "trajectory.nc could not be written, trajectory.npz was: RuntimeError: broken" in done.stderr
@@ -631,7 +631,7 @@ def test_a_trajectory_that_h5netcdf_cannot_write_is_written_by_numpy(scene, tmp_
 def test_results_whose_folder_has_gone_are_written_elsewhere(scene, tmp_path):
     (tmp_path / "elsewhere").mkdir()
     environment = os.environ | {"TMPDIR": str(tmp_path / "elsewhere")}
-    gone = "{'h5netcdf': lambda: shutil.rmtree('out')}"
+    gone = "{'h5py': lambda: shutil.rmtree('out')}"
     done = lissom_command("run", scene(WIRE), "-o", "out", at_import=gone, cwd=tmp_path, env=environment)
     assert done.returncode == 1
     assert "out could not be written: " in done.stderr
@@ -641,7 +641,7 @@ def test_results_whose_folder_has_gone_are_written_elsewhere(scene, tmp_path):
 
 
 @pytest.mark.parametrize("limit", [0, 20_000])
-@pytest.mark.parametrize("without", [[], ["h5netcdf"]], ids=["netcdf", "npz"])
+@pytest.mark.parametrize("without", [[], ["h5py"]], ids=["netcdf", "npz"])
 def test_a_full_disk_is_said_and_leaves_the_earlier_results(limit, without, scene, tmp_path):
     """With a limit for file sizes: zero fails before the first step, 20 kB for the trajectory."""
     path = scene(WIRE.replace("[simulation]", "[simulation]\ndt = 1e-4"))
@@ -664,7 +664,7 @@ def test_a_full_disk_is_said_and_leaves_the_earlier_results(limit, without, scen
 
 def test_what_an_extra_is_missing_for_is_said(scene, tmp_path):
     path = scene(WIRE)
-    bare = lissom_command("run", path, "-o", "out", without=["h5netcdf"], cwd=tmp_path)
+    bare = lissom_command("run", path, "-o", "out", without=["h5py"], cwd=tmp_path)
     assert bare.returncode == 0
     assert "pip install 'lissom[files]'" in bare.stderr
     names = {found.name for found in (tmp_path / "out").iterdir()}
