@@ -293,7 +293,7 @@ fn missing_keys_are_named_where_they_belong() {
     refused(
         "[simulation]\nt_end = 3\n",
         "",
-        &["1:1: simulation: missing; add simulation: Duration, method and output of the simulation"],
+        &["1:1: simulation: missing; add simulation: duration, method and output of the simulation"],
     );
     refused(
         "shear_modulus = 80e9\n",

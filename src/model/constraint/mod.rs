@@ -16,7 +16,7 @@ pub(crate) use independent::{Independent, inverse_length};
 pub(crate) use saddle::Saddle;
 
 /// A gap that changes by less than this part of its size, where every coordinate moves by its size, does so by rounding.
-const UNMOVED: f64 = 1e-9;
+const UNMOVED: f64 = 1e-12;
 
 /// Sets rows of gaps to zero that coordinates move by rounding alone, such as those out of the plane of a mechanism that is turned.
 /// Divided by their lengths they would count as constraints.

@@ -363,8 +363,8 @@ def test_pickles_that_name_modules_which_moved_are_read():
 
 def test_modules_have_their_old_names_without_a_copy():
     assert sorted(lissom._MOVED) == [
-        *("contact_events", "contacts", "linear", "live", "materials"),
-        *("measurements", "parameters", "report", "targets"),
+        *("contact_events", "contacts", "equilibria", "fits", "keeping", "linear", "live", "materials"),
+        *("measurements", "parameters", "report", "sensitivities", "sweeps", "targets"),
     ]
     for old, new in lissom._MOVED.items():
         assert importlib.import_module(f"lissom.{old}") is importlib.import_module(f"lissom.{new}")
