@@ -15,7 +15,7 @@ mod step;
 use super::ladder::{DEEP, LONGEST, LOOSE, Ladder, Rung};
 use super::{Counters, Halted, Monitor, Path, Reached};
 use crate::error::Interrupted;
-use crate::model::constraint::{self, closing};
+use crate::model::constraint::closing;
 use crate::model::{Flaw, Radius, Static, chart};
 use crate::numerics::linalg::{Matrix, dot, norm};
 
@@ -176,7 +176,6 @@ pub(super) fn is_open(model: &mut dyn Static, q: &[f64]) -> bool {
     }
     let mut rows = Matrix::zeros(m, n);
     model.gap_jacobian(q, &mut rows);
-    constraint::forget_unmoved(&mut rows, &sizes, &model.facts().gap_sizes);
     chart::rows(&model.facts().rotation_vectors, q, &mut rows);
     let held = Reduced::new(&problem::scaled(&rows, &sizes));
     norm(&times(&held.transform, &gaps)) > OPEN

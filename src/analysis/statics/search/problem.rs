@@ -5,7 +5,7 @@ use super::super::equations::Counters;
 use crate::analysis::natural;
 use crate::error::Interrupted;
 use crate::model::springs::{Cords, Springs};
-use crate::model::{Static, chart, constraint};
+use crate::model::{Static, chart};
 use crate::numerics::linalg::{Matrix, dot};
 
 /// Forces whose derivatives differ from their transposes by more than this part of the stiffnesses that they couple have no
@@ -153,9 +153,6 @@ impl<'a> Problem<'a> {
         if self.loops > 0 {
             self.model.gaps(&q, &mut gaps);
             self.model.gap_jacobian(&q, &mut gap_rows);
-            let mut sizes = vec![0.0; n];
-            self.model.sizes(&q, &mut sizes);
-            constraint::forget_unmoved(&mut gap_rows, &sizes, &self.gap_sizes);
         }
         gaps.truncate(self.loops);
         let widest =
