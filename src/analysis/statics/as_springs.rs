@@ -5,6 +5,7 @@
 
 use crate::analysis::natural;
 use crate::error::Interrupted;
+use crate::model::constraint::forget_unmoved;
 use crate::model::springs::{Cords, Springs};
 use crate::model::{
     Dynamics, Elastic, Energy, Facts, Flaw, InContact, InTime, OneSided, Radius, Sprung, Static, Switch,
@@ -61,9 +62,15 @@ impl<'a> AsSprings<'a> {
         springs
     }
 
+    /// Finds the Jacobian of the gaps.
+    fn find_rows(&mut self, q: &[f64]) {
+        self.model.gap_jacobian(q, &mut self.gap_jacobian);
+        forget_unmoved(&mut self.gap_jacobian, &self.sizes, &self.model.facts().gap_sizes);
+    }
+
     /// Makes the springs of the constraints that hold in a shape as stiff as they are there.
     fn stiffen(&mut self, q: &[f64]) {
-        self.model.gap_jacobian(q, &mut self.gap_jacobian);
+        self.find_rows(q);
         for (stiffness, row) in self.stiffness.iter_mut().zip(self.gap_jacobian.row_iter()) {
             let moved = row.iter().zip(&self.sizes).map(|(x, size)| (x * size).powi(2));
             let gives: f64 =
@@ -100,7 +107,7 @@ impl<'a> AsSprings<'a> {
         if self.held.is_some() || weight == 0.0 {
             return;
         }
-        self.model.gap_jacobian(q, &mut self.gap_jacobian);
+        self.find_rows(q);
         let mut weighted = self.gap_jacobian.clone();
         for (mut row, stiffness) in weighted.row_iter_mut().zip(&self.stiffness) {
             row *= weight * stiffness;
@@ -125,7 +132,7 @@ impl Elastic for AsSprings<'_> {
     fn elastic_forces(&mut self, q: &[f64], tau: &mut [f64]) {
         self.model.elastic_forces(q, tau);
         self.answer(q);
-        self.model.gap_jacobian(q, &mut self.gap_jacobian);
+        self.find_rows(q);
         for (j, tau) in tau.iter_mut().enumerate() {
             *tau += (0..self.multipliers.len())
                 .map(|i| self.gap_jacobian[(i, j)] * self.multipliers[i])
@@ -169,7 +176,7 @@ impl Sprung for AsSprings<'_> {
         springs.begin_with(&own);
         let mut gaps = vec![0.0; m];
         self.model.gaps(q, &mut gaps);
-        self.model.gap_jacobian(q, &mut self.gap_jacobian);
+        self.find_rows(q);
         springs.jacobian.view_mut((before, 0), (m, n)).copy_from(&self.gap_jacobian);
         for (i, (gap, stiffness)) in gaps.into_iter().zip(&self.stiffness).enumerate() {
             springs.stretch(before + i, *stiffness, gap);

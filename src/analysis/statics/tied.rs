@@ -52,7 +52,9 @@ pub(super) fn judged(
     }
     let status = match model.open_loop(&found.q) {
         Some(flaw) => Status::Flawed(flaw),
-        None if search::is_open(model, &found.q) => Status::Stalled,
+        None if search::is_open(model, &found.q) || search::multipliers_are_rounding(model, &found.q) => {
+            Status::Stalled
+        }
         None => found.status,
     };
     let reached = found.path.load_factor.last().copied().unwrap_or(found.load_factor);

@@ -9,6 +9,7 @@ use super::{
 use crate::analysis::small_motions::small_motions;
 use crate::analysis::stability;
 use crate::error::Interrupted;
+use crate::model::constraint::forget_unmoved;
 use crate::model::{Static, rotation_vectors};
 use crate::numerics::linalg::{Matrix, norm};
 use crate::numerics::roots;
@@ -68,6 +69,7 @@ impl roots::System for Equations<'_, '_> {
         let Self { model, q, rest, tangent, gap_jacobian, sizes, gaps, energy, .. } = self;
         model.weighted_tangent(q, rest, rest, [1.0, 0.0, 0.0], tangent);
         model.gap_jacobian(q, gap_jacobian);
+        forget_unmoved(gap_jacobian, sizes, &model.facts().gap_sizes);
         jacobian.fill(0.0);
         for k in 0..n {
             for j in 0..n {
@@ -108,6 +110,7 @@ pub(super) fn approach(
     model.set_multipliers(&vec![0.0; m]);
     model.weighted_tangent(q0, &rest, &rest, [1.0, 0.0, 0.0], &mut tangent);
     model.gap_jacobian(q0, &mut gap_jacobian);
+    forget_unmoved(&mut gap_jacobian, &sizes, &model.facts().gap_sizes);
     let or_one = |x: f64| if x > 0.0 && x.is_finite() { x } else { 1.0 };
     let energy = or_one((0..n).map(|k| (tangent[(k, k)] * sizes[k] * sizes[k]).abs()).fold(0.0, f64::max));
     let gap =

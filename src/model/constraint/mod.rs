@@ -10,5 +10,21 @@ pub(crate) mod one_sided;
 pub(crate) mod projection;
 pub(crate) mod saddle;
 
+use crate::numerics::linalg::Matrix;
+
 pub(crate) use independent::{Independent, inverse_length};
 pub(crate) use saddle::Saddle;
+
+/// A gap that changes by less than this part of its size, where every coordinate moves by its size, does so by rounding.
+const UNMOVED: f64 = 1e-12;
+
+/// Sets rows of gaps to zero that coordinates move by rounding alone, such as those out of the plane of a mechanism that is turned.
+/// Divided by their lengths they would count as constraints.
+pub(crate) fn forget_unmoved(rows: &mut Matrix, sizes: &[f64], gap_sizes: &[f64]) {
+    for (mut row, gap_size) in rows.row_iter_mut().zip(gap_sizes) {
+        let square: f64 = row.iter().zip(sizes).map(|(x, size)| (x * size).powi(2)).sum();
+        if square.sqrt() <= UNMOVED * gap_size {
+            row.fill(0.0);
+        }
+    }
+}

@@ -5,8 +5,10 @@ Beside closed forms, the same case turned, or the same case without the part tha
 
 import numpy as np
 import pytest
+from scipy.optimize import minimize_scalar
 
 import lissom
+from lissom import Link, Revolute
 
 GRAVITY = 9.81
 HINGE = lissom.Revolute((0, 1, 0))
@@ -288,3 +290,81 @@ def test_arms_on_a_pin_do_not_pass_through_what_is_in_their_way(force, angle):
     assert pressed > 0
     moment = force * length - GRAVITY * centre * np.sin(turned) - pressed * abs(arm_of_contact)
     assert abs(moment) < 1e-5 * force
+
+
+@pytest.mark.parametrize("azimuth", [0, 1e-9, 1e-3, 0.7, np.pi / 2, 3])
+@pytest.mark.parametrize("pin", [Revolute((0, 1, 0)), lissom.Spherical()])
+@pytest.mark.parametrize("beside", [False, True])
+def test_planar_mechanisms_are_the_same_turned_about_the_vertical(azimuth, pin, beside):
+    """A four-bar with a spring at its crank: rows of its loop out of its plane are zero or rounding."""
+    first, coupler, rocker, ground, angle = 0.1, 0.25, 0.2, 0.3, 1.2
+
+    def about(axis, angle):
+        return np.r_[np.cos(angle / 2), np.sin(angle / 2) * np.array(axis)]
+
+    def product(a, b):
+        return np.r_[a[0] * b[0] - a[1:] @ b[1:], a[0] * b[1:] + b[0] * a[1:] + np.cross(a[1:], b[1:])]
+
+    def body(length, mass):
+        across = mass * length**2 / 12
+        return lissom.Body(mass, centre=(length / 2, 0, 0), inertia=(0, across, across))
+
+    def angles(crank):
+        """Those of coupler and rocker by their triangle with the ground, and where these meet."""
+        end = first * np.array([np.cos(crank), np.sin(crank)])
+        rest = np.array([ground, 0]) - end
+        left = np.hypot(*rest)
+        second = np.arctan2(rest[1], rest[0]) + np.arccos(
+            (coupler**2 + left**2 - rocker**2) / (2 * coupler * left)
+        )
+        joint = end + coupler * np.array([np.cos(second), np.sin(second)])
+        return second, np.arctan2(-joint[1], ground - joint[0]), joint
+
+    def energy(turned):
+        """Of the spring and of the weights at the middles of the bars."""
+        second, third, joint = angles(angle - turned)
+        heights = first / 2 * np.sin(angle - turned), joint[1] - coupler / 2 * np.sin(second)
+        weights = 0.1 * heights[0] + 0.25 * heights[1] + 0.2 * (joint[1] + rocker / 2 * np.sin(third))
+        return 0.15 * turned**2 + 9.81 * weights
+
+    second, third, _ = angles(angle)
+    wanted = minimize_scalar(energy, bounds=(0, 0.8), method="bounded", options={"xatol": 1e-10}).x
+    turn = about((0, 0, 1), azimuth)
+    hinge, y = (0, 1, 0), lambda angle: about((0, 1, 0), angle)
+    links = [
+        Link(
+            "crank",
+            orientation=product(turn, y(-angle)),
+            joint=Revolute(hinge, stiffness=0.3),
+            body=body(first, 0.1),
+        ),
+        Link(
+            "coupler",
+            parent="crank",
+            position=(first, 0, 0),
+            orientation=y(angle - second),
+            joint=Revolute(hinge),
+            body=body(coupler, 0.25),
+        ),
+        Link(
+            "rocker",
+            parent="coupler",
+            position=(coupler, 0, 0),
+            orientation=y(second - third),
+            joint=Revolute(hinge),
+            body=body(rocker, 0.2),
+        ),
+    ]
+    if beside:
+        slide = lissom.Prismatic((0, 0, 1), stiffness=100.0)
+        links.insert(0, Link("aside", position=(5, 0, 0), joint=slide, body=lissom.Body(1.0)))
+    foot = (ground * np.cos(azimuth), ground * np.sin(azimuth), 0)
+    loop = lissom.Loop(("rocker", None, (rocker, 0, 0)), (None, None, foot, turn), pin)
+    robot = lissom.Robot(links, loops=[loop])
+    for found in (lissom.statics(robot), lissom.statics(robot, method="newton")):
+        assert found.success, found.message
+        assert found.stability == "stable"
+        assert found.q[-3] == pytest.approx(wanted, abs=1e-6)
+    path = lissom.continuation(robot)
+    assert path.success, path.message
+    np.testing.assert_allclose(path.path.q[-1], found.q, rtol=0, atol=1e-7)

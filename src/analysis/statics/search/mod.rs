@@ -14,8 +14,10 @@ mod step;
 
 use super::ladder::{DEEP, LONGEST, LOOSE, Ladder, Rung};
 use super::{Counters, Halted, Monitor, Path, Reached};
+use nalgebra::DVector;
+
 use crate::error::Interrupted;
-use crate::model::constraint::closing;
+use crate::model::constraint::{self, closing};
 use crate::model::{Flaw, Radius, Static, chart};
 use crate::numerics::linalg::{Matrix, dot, norm};
 
@@ -84,6 +86,11 @@ const SHORT: f64 = 1e-7;
 /// rounding, in parts of what gaps are compared with.
 const OPEN: f64 = 1e-7;
 const ROUNDING_OF_GAPS: f64 = 1e-13;
+
+/// Shapes of loops that the rounding of gaps moves by more than this part of sizes are near a singular position. Their forces are not
+/// known where that changes them by the second part.
+const ROUNDED: f64 = 1e-12;
+const UNCERTAIN: f64 = 1e-4;
 
 /// Nothing holds what moves by so many sizes in a step, or by fewer while no force changes by this part: places farther away round
 /// gaps of loops.
@@ -165,6 +172,13 @@ pub(super) fn error_of_balance(
     Ok(Search::new(model, q.to_vec(), monitor)?.balance.error)
 }
 
+/// Whether the forces of loops in a shape are not known, because the rounding of gaps changes them. The shape is not changed.
+pub(super) fn multipliers_are_rounding(model: &mut dyn Static, q: &[f64]) -> bool {
+    let mut go_on = || Ok(());
+    let search = Search::new(model, q.to_vec(), &mut go_on);
+    search.is_ok_and(|mut search| search.multipliers_are_rounding())
+}
+
 /// Whether a shape is not near one in which its loops are closed, and its taut cords as long as they are. The shape is not changed.
 pub(super) fn is_open(model: &mut dyn Static, q: &[f64]) -> bool {
     let (m, n) = (model.facts().constraints(), q.len());
@@ -176,6 +190,7 @@ pub(super) fn is_open(model: &mut dyn Static, q: &[f64]) -> bool {
     }
     let mut rows = Matrix::zeros(m, n);
     model.gap_jacobian(q, &mut rows);
+    constraint::forget_unmoved(&mut rows, &sizes, &model.facts().gap_sizes);
     chart::rows(&model.facts().rotation_vectors, q, &mut rows);
     let held = Reduced::new(&problem::scaled(&rows, &sizes));
     norm(&times(&held.transform, &gaps)) > OPEN
@@ -447,6 +462,38 @@ impl<'a> Search<'a> {
             Some(_) => ended,
             None => Ended::WithoutPotential,
         }
+    }
+
+    /// As those of a straight rope that carries a weight across: what it hangs through is open by the square of that, so that a
+    /// shape closed to rounding balances any weight.
+    fn multipliers_are_rounding(&mut self) -> bool {
+        if self.shape.gaps.is_empty() {
+            return false;
+        }
+        let Scale { sizes, w, .. } = &self.scale;
+        let held = Reduced::new(&self.scale.rows(&self.shape.gap_rows));
+        let rounding = |k: usize| -> f64 {
+            let gap_sizes = self.problem.model.facts().gap_sizes.iter();
+            held.transform.row(k).iter().zip(gap_sizes).map(|(t, size)| (t * size).abs() * f64::EPSILON).sum()
+        };
+        // Shapes that differ by that rounding.
+        let moved: Vec<DVector<f64>> = (0..held.rows.nrows())
+            .map(|k| {
+                let most = rounding(k);
+                DVector::from_fn(w.len(), |j, _| w[j] * held.rows[(k, j)] * most)
+            })
+            .filter(|moved| moved.iter().zip(sizes).any(|(x, size)| x.abs() > ROUNDED * size))
+            .collect();
+        if moved.is_empty() {
+            return false;
+        }
+        let multipliers = &self.balance.multipliers;
+        let geometric = self.problem.stiffness_of_loops(&self.shape.q, multipliers);
+        let mut of_loops = vec![0.0; w.len()];
+        add_transposed(&self.shape.gap_rows, multipliers, &mut of_loops);
+        let natural = |forces: &[f64]| norm(&forces.iter().zip(w).map(|(f, w)| f * w).collect::<Vec<_>>());
+        let most = natural(&of_loops);
+        moved.iter().any(|moved| natural((&geometric * moved).as_slice()) > UNCERTAIN * most)
     }
 
     /// Gradient along natural coordinates, without what elastic cords and springs add. What is left of forces by rounding moves

@@ -5,7 +5,7 @@ use super::super::equations::Counters;
 use crate::analysis::natural;
 use crate::error::Interrupted;
 use crate::model::springs::{Cords, Springs};
-use crate::model::{Static, chart};
+use crate::model::{Static, chart, constraint};
 use crate::numerics::linalg::{Matrix, dot};
 
 /// Forces whose derivatives differ from their transposes by more than this part of the stiffnesses that they couple have no
@@ -153,6 +153,9 @@ impl<'a> Problem<'a> {
         if self.loops > 0 {
             self.model.gaps(&q, &mut gaps);
             self.model.gap_jacobian(&q, &mut gap_rows);
+            let mut sizes = vec![0.0; n];
+            self.model.sizes(&q, &mut sizes);
+            constraint::forget_unmoved(&mut gap_rows, &sizes, &self.gap_sizes);
         }
         gaps.truncate(self.loops);
         let widest =
@@ -335,6 +338,21 @@ impl<'a> Problem<'a> {
         self.is_conservative = true;
         chart::hessian(&self.turns, &shape.q, raw_gradient, &mut tangent);
         Some(crate::numerics::linalg::symmetric_part(&tangent))
+    }
+
+    /// Derivatives of the forces of loops with these multipliers, by what the tangent is more with them than without.
+    pub(super) fn stiffness_of_loops(&mut self, q: &[f64], multipliers: &[f64]) -> Matrix {
+        let n = self.n();
+        let mut all = vec![0.0; self.model.facts().constraints()];
+        let mut tangent = |of_loops: &[f64]| {
+            let mut tangent = Matrix::zeros(n, n);
+            self.counters.tangents += 1;
+            all[..self.loops].copy_from_slice(of_loops);
+            self.model.set_multipliers(&all);
+            self.model.weighted_tangent(q, &self.rest, &self.rest, [1.0, 0.0, 0.0], &mut tangent);
+            tangent
+        };
+        tangent(multipliers) - tangent(&vec![0.0; multipliers.len()])
     }
 
     /// Whether a tangent is symmetric, beside the stiffness of what it couples or, without any, beside all others and what forces
