@@ -1331,27 +1331,23 @@ class Harmonic:
 
 @disjoint_base
 class Robot(Model):
-    def __new__(
-        cls,
-        links: Iterable[Link],
+    # From the table of `described::Robot`.
+    def __init__(
+        self,
+        links: Sequence[Link],
         *,
-        gravity: ArrayLike = (0, 0, -9.81),
-        loads: Iterable[Load] = (),
-        bodies: Iterable[Body] = (),
-        supports: Iterable[Support] = (),
+        gravity: ArrayLike = (0.0, 0.0, -9.81),
+        loads: Sequence[Load] = (),
+        bodies: Sequence[Body] = (),
+        supports: Sequence[Support] = (),
         fluid: Fluid | None = None,
         base_motion: BaseMotion | None = None,
-        actuators: Iterable[_Actuator] = (),
-        loops: Iterable[Loop] = (),
-        contacts: Iterable[Contact] = (),
-    ) -> Robot: ...
-    @staticmethod
-    def from_urdf(path: str | PathLike[str], **options: Any) -> Robot: ...
+        actuators: Sequence[Tendon | Chamber | Motor | ActiveStrain] = (),
+        loops: Sequence[Loop] = (),
+        contacts: Sequence[Contact] = (),
+    ) -> None: ...
     @property
     def links(self) -> tuple[Link, ...]: ...
-    @property
-    def coordinates(self) -> tuple[str, ...]: ...
-    def slice(self, link: str) -> builtins.slice[int, int, int]: ...
     @property
     def gravity(self) -> tuple[float, float, float]: ...
     @property
@@ -1365,11 +1361,17 @@ class Robot(Model):
     @property
     def base_motion(self) -> BaseMotion | None: ...
     @property
-    def actuators(self) -> tuple[_Actuator, ...]: ...
+    def actuators(self) -> tuple[Tendon | Chamber | Motor | ActiveStrain, ...]: ...
     @property
     def loops(self) -> tuple[Loop, ...]: ...
     @property
     def contacts(self) -> tuple[Contact, ...]: ...
+    # End of what is from it.
+    @staticmethod
+    def from_urdf(path: str | PathLike[str], **options: Any) -> Robot: ...
+    @property
+    def coordinates(self) -> tuple[str, ...]: ...
+    def slice(self, link: str) -> builtins.slice[int, int, int]: ...
     @property
     def constraints(self) -> int: ...
     def redundant_constraints(self, q: ArrayLike) -> dict[str, int]: ...
@@ -1502,32 +1504,33 @@ class Robot(Model):
 
 @final
 class Rod(Robot):
-    def __new__(
-        cls,
-        segments: Iterable[Segment],
-        base_position: ArrayLike = (0, 0, 0),
-        base_orientation: ArrayLike = (1, 0, 0, 0),
-        gravity: ArrayLike = (0, 0, -9.81),
-        tip_force: ArrayLike = (0, 0, 0),
-        tip_moment: ArrayLike = (0, 0, 0),
+    # From the table of `described::Rod`.
+    def __init__(
+        self,
+        segments: Sequence[Segment],
+        base_position: ArrayLike = (0.0, 0.0, 0.0),
+        base_orientation: ArrayLike = (1.0, 0.0, 0.0, 0.0),
+        gravity: ArrayLike = (0.0, 0.0, -9.81),
+        tip_force: ArrayLike = (0.0, 0.0, 0.0),
+        tip_moment: ArrayLike = (0.0, 0.0, 0.0),
         tip_mass: float = 0.0,
         *,
-        loads: Iterable[Load] = (),
-        bodies: Iterable[Body] = (),
+        loads: Sequence[Load] = (),
+        bodies: Sequence[Body] = (),
         base_motion: BaseMotion | None = None,
-        supports: Iterable[Support] = (),
+        supports: Sequence[Support] = (),
         fluid: Fluid | None = None,
-        actuators: Iterable[_Actuator] = (),
-        contacts: Iterable[Contact] = (),
-    ) -> Rod: ...
+        actuators: Sequence[Tendon | Chamber | Motor | ActiveStrain] = (),
+        contacts: Sequence[Contact] = (),
+    ) -> None: ...
     @property
     def segments(self) -> tuple[Segment, ...]: ...
-    @property
-    def length(self) -> float: ...
     @property
     def base_position(self) -> tuple[float, float, float]: ...
     @property
     def base_orientation(self) -> tuple[float, float, float, float]: ...
+    @property
+    def gravity(self) -> tuple[float, float, float]: ...
     @property
     def tip_force(self) -> tuple[float, float, float]: ...
     @property
@@ -1538,6 +1541,19 @@ class Rod(Robot):
     def loads(self) -> tuple[Load, ...]: ...
     @property
     def bodies(self) -> tuple[Body, ...]: ...
+    @property
+    def base_motion(self) -> BaseMotion | None: ...
+    @property
+    def supports(self) -> tuple[Support, ...]: ...
+    @property
+    def fluid(self) -> Fluid | None: ...
+    @property
+    def actuators(self) -> tuple[Tendon | Chamber | Motor | ActiveStrain, ...]: ...
+    @property
+    def contacts(self) -> tuple[Contact, ...]: ...
+    # End of what is from it.
+    @property
+    def length(self) -> float: ...
     def __getnewargs_ex__(self) -> tuple[tuple[Any, ...], dict[str, Any]]: ...
 
 class SceneError(ValueError):

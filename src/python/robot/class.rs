@@ -1,67 +1,24 @@
 //! The class `lissom.Robot`: a description, the Python objects of its functions, and compiled models.
 
-use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
+use pyo3::PyTypeInfo;
 use pyo3::prelude::*;
 
 use super::super::model::PyModel;
+use super::super::part::describe_model;
 use super::super::signal::Functions;
+use crate::description::schema::Part;
 use crate::error::InvalidInput;
 use crate::model::Dynamics as _;
-use crate::robot::{Robot, RobotModel};
+use crate::robot::{Robot, RobotModel, described};
 
-/// A robot: a tree of links, each of which is a joint followed by a rod or a rigid body, with loads, actuators, loops and
-/// contacts.
-///
-/// Coordinates are ordered by link, in the order of `links`. Within a link, those of the joint come first, then the strain
-/// modes of the rod: by segment, then by strain (torsion, bend_y, bend_z, stretch, shear_y, shear_z), then by mode.
-/// Velocities are the time derivatives of the coordinates, also for rotation vectors. A `Rod` is a robot with one link,
-/// welded to the world.
-///
-/// Parameters
-/// ----------
-/// links : sequence of Link
-///     Links, parents before their children, at least one.
-/// gravity : array_like, shape (3,)
-///     Acceleration of gravity in world axes, metres per second squared.
-/// loads : sequence of Load
-///     Forces and moments. Each names its link.
-/// bodies : sequence of Body
-///     Additional rigid bodies on links; each one names its link.
-/// supports : sequence of Support
-///     Springs and dampers to the world; each one names its link.
-/// fluid : Fluid, optional
-///     The fluid around the rods; none by default. It does not act on rigid links.
-/// base_motion : BaseMotion, optional
-///     Motion of everything that is fixed to the world, about the frame of the first link's joint. By default it is at rest.
-/// loops : sequence of Loop
-///     Joints that close loops of links.
-/// contacts : sequence of Contact
-///     Pairs of surfaces that can touch.
-/// actuators : sequence of Tendon, Chamber, Motor, ActiveStrain
-///     The actuators of the robot.
-///
-/// Raises
-/// ------
-/// ValueError
-///     If parameters are invalid; the message lists all of them.
-///
-/// Examples
-/// --------
-/// A double pendulum of a rigid and a soft link:
-///
-/// >>> import lissom
-/// >>> soft = lissom.Segment(0.5, 5e-3, 1e7, poisson_ratio=0.5, density=1100, modes={"bend_y": 3})
-/// >>> hinge = lissom.Revolute((0, 1, 0))
-/// >>> robot = lissom.Robot([
-/// ...     lissom.Link("upper", body=lissom.Body(0.2, centre=(0.25, 0, 0)), joint=hinge),
-/// ...     lissom.Link("lower", rod=[soft], joint=hinge, parent="upper", position=(0.5, 0, 0)),
-/// ... ])
-/// >>> robot.coordinates
-/// ('upper.angle', 'lower.angle', 'lower.bend_y[0]', 'lower.bend_y[1]', 'lower.bend_y[2]')
+/// A robot. What its arguments mean is said by their table, [`described::Robot`].
 #[pyclass(name = "Robot", module = "lissom", extends = PyModel, subclass, frozen)]
 pub(crate) struct PyRobot {
     description: Robot,
+    /// Its parts as users describe them, made on first use.
+    described: OnceLock<Arc<described::Robot>>,
     pub(super) functions: Functions,
     // A separate model for kinematics; the base class knows its model only as a Model.
     kinematics: Mutex<RobotModel>,
@@ -76,6 +33,11 @@ impl PyRobot {
         &self.description
     }
 
+    /// The parts of the robot as users describe them.
+    pub(super) fn described(&self) -> Arc<described::Robot> {
+        self.described.get_or_init(|| Arc::new(self.description.described())).clone()
+    }
+
     /// The Python objects that own the functions of this robot must still be alive.
     pub(in crate::python) fn initializer(description: Robot) -> PyResult<PyClassInitializer<Self>> {
         Python::attach(|py| {
@@ -87,6 +49,7 @@ impl PyRobot {
             })?;
             Ok(PyClassInitializer::from(model).add_subclass(Self {
                 description,
+                described: OnceLock::new(),
                 functions,
                 kinematics,
                 spatial: OnceLock::new(),
@@ -117,4 +80,11 @@ impl PyRobot {
         let model = RobotModel::spatial(&self.description)?;
         Ok(self.spatial.get_or_init(|| model).clone())
     }
+}
+
+/// Gives the class what follows from the table of its description.
+pub(in crate::python) fn describe_class(py: Python<'_>) -> PyResult<()> {
+    describe_model(&PyRobot::type_object(py), described::Robot::SCHEMA, |object| {
+        object.cast::<PyRobot>().ok().map(|robot| robot.get().described() as _)
+    })
 }

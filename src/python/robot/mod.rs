@@ -3,69 +3,41 @@
 #![allow(non_snake_case, reason = "X is the arc length of the unstretched rod everywhere in this field")]
 
 mod actuators;
-mod assembly;
 mod class;
 mod closure;
-mod parts;
 mod places;
 mod states;
 mod targets;
 mod touching;
 mod wrenches;
 
-use std::sync::Arc;
-
 use pyo3::class::{PyTraverseError, PyVisit};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList, PySlice, PyTuple};
 
-use self::assembly::{Arguments, assembled};
 use self::states::At;
-use super::actuation::actuators_out;
 use super::arguments;
-use super::contact::contacts_out;
 use super::link::index_of;
-use super::loops::loops_out;
-use super::part::wrapped;
+use super::part::{model_of, new_arguments, resolved};
 use super::reach::{PyReachResult, Wishes};
-use crate::description::world::described::BaseMotion;
-use crate::robot::effects::fluid::Fluid;
-use crate::robot::{Kernel, Multiplications};
+use super::signal::Functions;
+use crate::robot::{Kernel, Multiplications, described};
 
-pub(super) use self::assembly::{optional_fluid, optional_motion};
-pub(super) use self::class::PyRobot;
+pub(super) use self::class::{PyRobot, describe_class};
 
 #[pymethods]
 impl PyRobot {
     #[new]
-    #[pyo3(signature = (links, *, gravity=None, loads=None, bodies=None, supports=None, fluid=None, base_motion=None, actuators=None, loops=None, contacts=None),
-           text_signature = "(links, *, gravity=(0, 0, -9.81), loads=(), bodies=(), supports=(), fluid=None, base_motion=None, actuators=(), loops=(), contacts=())")]
-    #[allow(clippy::too_many_arguments, reason = "the signature of the Python class")]
+    #[pyo3(signature = (*args, **kwargs))]
     fn new(
-        links: &Bound<'_, PyAny>,
-        gravity: Option<&Bound<'_, PyAny>>,
-        loads: Option<&Bound<'_, PyAny>>,
-        bodies: Option<&Bound<'_, PyAny>>,
-        supports: Option<&Bound<'_, PyAny>>,
-        #[pyo3(from_py_with = optional_fluid)] fluid: Option<Fluid>,
-        #[pyo3(from_py_with = optional_motion)] base_motion: Option<BaseMotion>,
-        actuators: Option<&Bound<'_, PyAny>>,
-        loops: Option<&Bound<'_, PyAny>>,
-        contacts: Option<&Bound<'_, PyAny>>,
+        args: &Bound<'_, PyTuple>,
+        kwargs: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<PyClassInitializer<Self>> {
-        let arguments = Arguments {
-            links,
-            gravity,
-            loads,
-            bodies,
-            supports,
-            fluid,
-            base_motion,
-            actuators,
-            loops,
-            contacts,
-        };
-        assembled(arguments)
+        // Own the functions until the robot does; iterators keep none of what they give.
+        let mut functions = Functions::default();
+        let described = model_of::<described::Robot>(args, kwargs, &mut functions)?;
+        let (robot, _) = resolved(args.py(), |reader| described.resolved(false, reader))?;
+        Self::initializer(robot)
     }
 
     /// Create a robot from a URDF file and additional links.
@@ -101,12 +73,6 @@ impl PyRobot {
         module.getattr("robot_from_urdf")?.call((path,), options)
     }
 
-    /// The links, parents before their children.
-    #[getter]
-    fn links<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
-        parts::links(self, py)
-    }
-
     /// Names of the coordinates: the name of the link, a dot, and the name of the coordinate within the link.
     #[getter]
     fn coordinates<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
@@ -130,61 +96,6 @@ impl PyRobot {
     ) -> PyResult<Bound<'py, PySlice>> {
         let range = self.description().coordinates_of(index_of(self.description(), Some(link), "link")?);
         Ok(PySlice::new(py, range.start.cast_signed(), range.end.cast_signed(), 1))
-    }
-
-    /// Gravity in the world, metres per second squared.
-    #[getter]
-    fn gravity(&self) -> (f64, f64, f64) {
-        self.description().gravity.into()
-    }
-
-    /// The loads.
-    #[getter]
-    fn loads<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
-        parts::loads(self, py)
-    }
-
-    /// Additional rigid bodies.
-    #[getter]
-    fn bodies<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
-        parts::bodies(self, py)
-    }
-
-    /// Springs and dampers to the world.
-    #[getter]
-    pub(super) fn supports<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
-        parts::supports(self, py)
-    }
-
-    /// Fluid around the rods, or None.
-    #[getter]
-    pub(super) fn fluid<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
-        self.description().fluid.clone().map(|fluid| wrapped(py, Arc::new(fluid))).transpose()
-    }
-
-    /// The motion of the base; None if it is fixed.
-    #[getter]
-    pub(super) fn base_motion<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
-        let motion = self.description().base_motion.as_ref();
-        motion.map(|motion| wrapped(py, Arc::new(motion.described()))).transpose()
-    }
-
-    /// The actuators of the robot.
-    #[getter]
-    pub(super) fn actuators<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
-        actuators_out(py, self.description())
-    }
-
-    /// Joints that close loops of links.
-    #[getter]
-    fn loops<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
-        loops_out(py, self.description())
-    }
-
-    /// Pairs of surfaces that can touch.
-    #[getter]
-    pub(super) fn contacts<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
-        contacts_out(py, self.description())
     }
 
     /// Number of constraints: those of all loops, plus one for each inextensible tendon.
@@ -763,21 +674,8 @@ impl PyRobot {
     }
 
     /// For copies and pickles.
-    fn __getnewargs_ex__<'py>(
-        &self,
-        py: Python<'py>,
-    ) -> PyResult<((Bound<'py, PyTuple>,), Bound<'py, PyDict>)> {
-        let arguments = PyDict::new(py);
-        arguments.set_item("gravity", self.gravity())?;
-        arguments.set_item("loads", self.loads(py)?)?;
-        arguments.set_item("bodies", self.bodies(py)?)?;
-        arguments.set_item("supports", self.supports(py)?)?;
-        arguments.set_item("fluid", self.fluid(py)?)?;
-        arguments.set_item("base_motion", self.base_motion(py)?)?;
-        arguments.set_item("actuators", self.actuators(py)?)?;
-        arguments.set_item("loops", self.loops(py)?)?;
-        arguments.set_item("contacts", self.contacts(py)?)?;
-        Ok(((self.links(py)?,), arguments))
+    fn __getnewargs_ex__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyTuple>, Bound<'py, PyDict>)> {
+        new_arguments(py, self.described().as_ref())
     }
 
     fn __traverse__(&self, visit: PyVisit<'_>) -> Result<(), PyTraverseError> {

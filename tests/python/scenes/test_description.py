@@ -149,13 +149,16 @@ EACH = [
 
 
 def test_the_stub_is_that_of_the_tables():
-    first, last = write_described.MARKS
-    both = (
-        (write_described.STUB, _lissom._stub_of_parts),
-        (write_described.METHODS, _lissom._stub_of_methods),
-    )
-    for stub, classes in both:
-        assert stub.read_text(encoding="utf-8").split(first)[1].split(last)[0] == classes()
+    stub = write_described.STUB.read_text(encoding="utf-8")
+    methods = write_described.METHODS.read_text(encoding="utf-8")
+    both = [
+        (stub, write_described.MARKS, _lissom._stub_of_parts()),
+        (methods, write_described.MARKS, _lissom._stub_of_methods()),
+        *((stub, marks, made) for marks, made in write_described.of_models()),
+    ]
+    for text, marks, made in both:
+        _, inner, _ = write_described.between(text, marks)
+        assert inner == made
 
 
 @pytest.mark.parametrize("part", EACH, ids=str)
