@@ -497,7 +497,7 @@ class Tendon(Part):
     def __init__(
         self,
         name: str,
-        path: Sequence[Along | Via],
+        path: Iterable[Along | Via],
         *,
         tension: _Number | None = None,
         length: _Number | None = None,
@@ -531,7 +531,7 @@ class Chamber(Part):
     def __init__(
         self,
         name: str,
-        path: Sequence[Along],
+        path: Iterable[Along],
         area: float,
         pressure: _Number = 0.0,
     ) -> None: ...
@@ -753,7 +753,7 @@ class Link(Part):
         self,
         name: str,
         *,
-        rod: Sequence[Segment] | None = None,
+        rod: Iterable[Segment] | None = None,
         body: Body | None = None,
         joint: Joint = ...,
         parent: str | None = None,
@@ -1331,20 +1331,22 @@ class Harmonic:
 
 @disjoint_base
 class Robot(Model):
+    __dataclass_fields__: ClassVar[dict[str, Field[Any]]]
+    def __new__(cls, *args: Any, **kwargs: Any) -> Self: ...
     # From the table of `described::Robot`.
     def __init__(
         self,
-        links: Sequence[Link],
+        links: Iterable[Link],
         *,
         gravity: ArrayLike = (0.0, 0.0, -9.81),
-        loads: Sequence[Load] = (),
-        bodies: Sequence[Body] = (),
-        supports: Sequence[Support] = (),
+        loads: Iterable[Load] = (),
+        bodies: Iterable[Body] = (),
+        supports: Iterable[Support] = (),
         fluid: Fluid | None = None,
         base_motion: BaseMotion | None = None,
-        actuators: Sequence[Tendon | Chamber | Motor | ActiveStrain] = (),
-        loops: Sequence[Loop] = (),
-        contacts: Sequence[Contact] = (),
+        actuators: Iterable[Tendon | Chamber | Motor | ActiveStrain] = (),
+        loops: Iterable[Loop] = (),
+        contacts: Iterable[Contact] = (),
     ) -> None: ...
     @property
     def links(self) -> tuple[Link, ...]: ...
@@ -1504,10 +1506,11 @@ class Robot(Model):
 
 @final
 class Rod(Robot):
+    def __new__(cls, *args: Any, **kwargs: Any) -> Self: ...
     # From the table of `described::Rod`.
     def __init__(
         self,
-        segments: Sequence[Segment],
+        segments: Iterable[Segment],
         base_position: ArrayLike = (0.0, 0.0, 0.0),
         base_orientation: ArrayLike = (1.0, 0.0, 0.0, 0.0),
         gravity: ArrayLike = (0.0, 0.0, -9.81),
@@ -1515,13 +1518,13 @@ class Rod(Robot):
         tip_moment: ArrayLike = (0.0, 0.0, 0.0),
         tip_mass: float = 0.0,
         *,
-        loads: Sequence[Load] = (),
-        bodies: Sequence[Body] = (),
+        loads: Iterable[Load] = (),
+        bodies: Iterable[Body] = (),
         base_motion: BaseMotion | None = None,
-        supports: Sequence[Support] = (),
+        supports: Iterable[Support] = (),
         fluid: Fluid | None = None,
-        actuators: Sequence[Tendon | Chamber | Motor | ActiveStrain] = (),
-        contacts: Sequence[Contact] = (),
+        actuators: Iterable[Tendon | Chamber | Motor | ActiveStrain] = (),
+        contacts: Iterable[Contact] = (),
     ) -> None: ...
     @property
     def segments(self) -> tuple[Segment, ...]: ...
