@@ -1235,6 +1235,7 @@ def jacobian(
 ) -> NDArray[np.float64]: ...
 def _stub_of_methods() -> str: ...
 def _stub_of_parts() -> str: ...
+def _stub_of_models() -> list[tuple[str, str]]: ...
 def check_target(target: Target) -> None: ...
 def machine() -> tuple[str, int]: ...
 def finite_array(value: Any, name: str) -> NDArray[np.float64]: ...
@@ -1332,10 +1333,9 @@ class Harmonic:
 @disjoint_base
 class Robot(Model):
     __dataclass_fields__: ClassVar[dict[str, Field[Any]]]
-    def __new__(cls, *args: Any, **kwargs: Any) -> Self: ...
     # From the table of `described::Robot`.
-    def __init__(
-        self,
+    def __new__(
+        cls,
         links: Iterable[Link],
         *,
         gravity: ArrayLike = (0.0, 0.0, -9.81),
@@ -1347,7 +1347,7 @@ class Robot(Model):
         actuators: Iterable[Tendon | Chamber | Motor | ActiveStrain] = (),
         loops: Iterable[Loop] = (),
         contacts: Iterable[Contact] = (),
-    ) -> None: ...
+    ) -> Self: ...
     @property
     def links(self) -> tuple[Link, ...]: ...
     @property
@@ -1506,10 +1506,9 @@ class Robot(Model):
 
 @final
 class Rod(Robot):
-    def __new__(cls, *args: Any, **kwargs: Any) -> Self: ...
     # From the table of `described::Rod`.
-    def __init__(
-        self,
+    def __new__(
+        cls,
         segments: Iterable[Segment],
         base_position: ArrayLike = (0.0, 0.0, 0.0),
         base_orientation: ArrayLike = (1.0, 0.0, 0.0, 0.0),
@@ -1525,7 +1524,7 @@ class Rod(Robot):
         fluid: Fluid | None = None,
         actuators: Iterable[Tendon | Chamber | Motor | ActiveStrain] = (),
         contacts: Iterable[Contact] = (),
-    ) -> None: ...
+    ) -> Self: ...
     @property
     def segments(self) -> tuple[Segment, ...]: ...
     @property

@@ -163,7 +163,9 @@ fn arguments(
         let key: String = key.extract()?;
         let Some(i) = schema.index(&key) else {
             let known = schema.names().collect::<Vec<_>>().join(", ");
-            let meant = suggestion(&key, schema.names());
+            // `orientation` may mean `base_orientation`.
+            let longer = schema.names().find(|name| name.ends_with(&format!("_{key}")));
+            let meant = longer.or_else(|| suggestion(&key, schema.names()));
             let meant = meant.map_or_else(String::new, |meant| format!("; did you mean '{meant}'?"));
             return Err(refuse(format!(
                 "got an unexpected keyword argument '{key}', expected {known}{meant}"
@@ -551,6 +553,6 @@ pub(crate) fn _stub_of_methods() -> String {
 #[pyfunction]
 pub(crate) fn _stub_of_models() -> Vec<(&'static str, String)> {
     [described::Robot::SCHEMA, described::Rod::SCHEMA]
-        .map(|schema| (schema.name, text::stub_of(schema)))
+        .map(|schema| (schema.name, text::stub_of(schema, true)))
         .into()
 }

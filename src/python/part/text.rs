@@ -213,13 +213,15 @@ pub(super) fn docstring(schema: &Schema) -> String {
 const VIEWS: [(&str, &str); 2] =
     [("Section", include_str!("../section_views.txt")), ("_Segment", include_str!("../segment_views.txt"))];
 
-/// Constructor and attributes of a class of the stub.
-pub(super) fn stub_of(schema: &Schema) -> String {
-    let mut text = "    def __init__(\n        self,\n".to_owned();
+/// Constructor and attributes of a class of the stub, which may have a compiled constructor of its own.
+pub(super) fn stub_of(schema: &Schema, is_compiled: bool) -> String {
+    let [name, this, made] =
+        if is_compiled { ["__new__", "cls", "Self"] } else { ["__init__", "self", "None"] };
+    let mut text = format!("    def {name}(\n        {this},\n");
     for argument in arguments(schema, true) {
         _ = writeln!(text, "        {argument},");
     }
-    text.push_str("    ) -> None: ...\n");
+    _ = writeln!(text, "    ) -> {made}: ...");
     for field in schema.fields {
         let kind = match &field.kind {
             Kind::Optional(inner) if field.limits.is_always => annotation(inner, false),
@@ -280,7 +282,7 @@ pub(super) fn stub(parts: &[&'static Schema]) -> String {
             _ => line,
         };
         _ = writeln!(text, "class {}({base}):\n{line}", schema.name);
-        text.push_str(&stub_of(schema));
+        text.push_str(&stub_of(schema, false));
         if base == "Part" {
             text.push_str(views.unwrap_or_default());
         }
