@@ -620,10 +620,10 @@ def robot_with_everything():
         gravity=(0, 0, -1.62),
         loads=[Load(force=Harmonic((0, 0, 1), 2.0), link="hand")],
         bodies=[Body(0.1, link="arm", at=0.1)],
-        supports=[Support(10, link="arm")],
+        supports=[Support(stiffness=10, link="arm")],
         fluid=Fluid(1000),
         base_motion=BaseMotion(translation=Harmonic((0, 0, 0.1), 2.0)),
-        actuators=[Motor("arm.angle", 0.1), ActiveStrain("bend_y", 0.1, link="arm")],
+        actuators=[Motor("arm.angle", torque=0.1), ActiveStrain("arm", "bend_y")],
         loops=[Loop("arm", "hand", Spherical()), Loop("arm", "hand", Spherical())],
         contacts=[Contact("arm", HalfSpace()), Contact("arm", HalfSpace())],
     )
@@ -668,8 +668,8 @@ def test_robots_report_unknown_names_of_all_lists_at_once():
         lissom.Robot(
             [link, Link("other", body=Body(1.0), joint=Free(), parent="amr")],
             loads=[Load(force=(0, 0, 1), link="amr")],
-            supports=[Support(10, link="hand")],
-            actuators=[Motor("elbow")],
+            supports=[Support(stiffness=10, link="hand")],
+            actuators=[Motor("elbow", torque=0.1)],
             loops=[Loop("arm", "rod", Weld())],
             contacts=[Contact("leg", HalfSpace())],
         )
