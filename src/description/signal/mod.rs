@@ -298,29 +298,6 @@ impl<const N: usize> PartialEq for Function<N> {
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_table_is_a_chain_of_straight_lines_held_at_its_ends() {
-        let table = Table::new(vec![0.0, 1.0, 3.0], vec![[0.0], [2.0], [-2.0]]).unwrap();
-        let signal = Signal::Table(Arc::new(table));
-        let wanted = [(-1.0, 0.0), (0.0, 0.0), (0.5, 1.0), (1.0, 2.0), (2.0, 0.0), (3.0, -2.0), (9.0, -2.0)];
-        for (t, value) in wanted {
-            assert_eq!(signal.at(t), Ok([value]), "at {t}");
-        }
-        assert!(signal.constant().is_none() && !signal.is_zero());
-    }
-
-    #[test]
-    fn a_harmonic_signal_is_its_formula() {
-        let harmonic = Harmonic { mean: [1.0], rate: [2.0], amplitude: [3.0], frequency: 0.25, phase: 0.5 };
-        let value = Signal::Harmonic(harmonic).at(2.0).unwrap()[0];
-        assert!((value - (1.0 + 4.0 + 3.0 * (std::f64::consts::PI + 0.5).sin())).abs() < 1e-14);
-    }
-}
-
 /// What depends on time in a signal of any number of entries; see the functions of [`Signal`].
 pub(crate) trait Timed {
     /// [`Signal::varies_in_time`].
@@ -360,5 +337,28 @@ impl<const N: usize> Timed for Signal<N> {
 
     fn period(&self) -> f64 {
         self.period()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_table_is_a_chain_of_straight_lines_held_at_its_ends() {
+        let table = Table::new(vec![0.0, 1.0, 3.0], vec![[0.0], [2.0], [-2.0]]).unwrap();
+        let signal = Signal::Table(Arc::new(table));
+        let wanted = [(-1.0, 0.0), (0.0, 0.0), (0.5, 1.0), (1.0, 2.0), (2.0, 0.0), (3.0, -2.0), (9.0, -2.0)];
+        for (t, value) in wanted {
+            assert_eq!(signal.at(t), Ok([value]), "at {t}");
+        }
+        assert!(signal.constant().is_none() && !signal.is_zero());
+    }
+
+    #[test]
+    fn a_harmonic_signal_is_its_formula() {
+        let harmonic = Harmonic { mean: [1.0], rate: [2.0], amplitude: [3.0], frequency: 0.25, phase: 0.5 };
+        let value = Signal::Harmonic(harmonic).at(2.0).unwrap()[0];
+        assert!((value - (1.0 + 4.0 + 3.0 * (std::f64::consts::PI + 0.5).sin())).abs() < 1e-14);
     }
 }
