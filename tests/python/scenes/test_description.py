@@ -664,7 +664,7 @@ def test_attributes_of_models_are_those_of_their_docstrings():
 
 def test_robots_report_unknown_names_of_all_lists_at_once():
     link = Link("arm", rod=[SOFT], joint=Revolute((0, 1, 0)))
-    with pytest.raises(ValueError) as raised:
+    with pytest.raises(ValueError, match="amr") as raised:
         lissom.Robot(
             [link, Link("other", body=Body(1.0), joint=Free(), parent="amr")],
             loads=[Load(force=(0, 0, 1), link="amr")],
@@ -685,7 +685,7 @@ def test_robots_report_unknown_names_of_all_lists_at_once():
 
 
 def test_keywords_that_do_not_exist_are_refused_with_the_one_that_was_meant():
-    with pytest.raises(TypeError, match="unexpected keyword argument 'orientation'.*'base_orientation'"):
+    with pytest.raises(TypeError, match=r"unexpected keyword argument 'orientation'.*'base_orientation'"):
         lissom.Rod([SOFT], orientation=(1, 0, 0, 0))
     with pytest.raises(TypeError, match="did you mean 'contacts'"):
         lissom.Robot([Link("arm", rod=[SOFT])], contact=[])
