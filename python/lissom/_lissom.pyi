@@ -497,7 +497,7 @@ class Tendon(Part):
     def __init__(
         self,
         name: str,
-        path: Sequence[Along | Via],
+        path: Iterable[Along | Via],
         *,
         tension: _Number | None = None,
         length: _Number | None = None,
@@ -531,7 +531,7 @@ class Chamber(Part):
     def __init__(
         self,
         name: str,
-        path: Sequence[Along],
+        path: Iterable[Along],
         area: float,
         pressure: _Number = 0.0,
     ) -> None: ...
@@ -753,7 +753,7 @@ class Link(Part):
         self,
         name: str,
         *,
-        rod: Sequence[Segment] | None = None,
+        rod: Iterable[Segment] | None = None,
         body: Body | None = None,
         joint: Joint = ...,
         parent: str | None = None,
@@ -1235,6 +1235,7 @@ def jacobian(
 ) -> NDArray[np.float64]: ...
 def _stub_of_methods() -> str: ...
 def _stub_of_parts() -> str: ...
+def _stub_of_models() -> list[tuple[str, str]]: ...
 def check_target(target: Target) -> None: ...
 def machine() -> tuple[str, int]: ...
 def finite_array(value: Any, name: str) -> NDArray[np.float64]: ...
@@ -1331,27 +1332,24 @@ class Harmonic:
 
 @disjoint_base
 class Robot(Model):
+    __dataclass_fields__: ClassVar[dict[str, Field[Any]]]
+    # From the table of `described::Robot`.
     def __new__(
         cls,
         links: Iterable[Link],
         *,
-        gravity: ArrayLike = (0, 0, -9.81),
+        gravity: ArrayLike = (0.0, 0.0, -9.81),
         loads: Iterable[Load] = (),
         bodies: Iterable[Body] = (),
         supports: Iterable[Support] = (),
         fluid: Fluid | None = None,
         base_motion: BaseMotion | None = None,
-        actuators: Iterable[_Actuator] = (),
+        actuators: Iterable[Tendon | Chamber | Motor | ActiveStrain] = (),
         loops: Iterable[Loop] = (),
         contacts: Iterable[Contact] = (),
-    ) -> Robot: ...
-    @staticmethod
-    def from_urdf(path: str | PathLike[str], **options: Any) -> Robot: ...
+    ) -> Self: ...
     @property
     def links(self) -> tuple[Link, ...]: ...
-    @property
-    def coordinates(self) -> tuple[str, ...]: ...
-    def slice(self, link: str) -> builtins.slice[int, int, int]: ...
     @property
     def gravity(self) -> tuple[float, float, float]: ...
     @property
@@ -1365,11 +1363,17 @@ class Robot(Model):
     @property
     def base_motion(self) -> BaseMotion | None: ...
     @property
-    def actuators(self) -> tuple[_Actuator, ...]: ...
+    def actuators(self) -> tuple[Tendon | Chamber | Motor | ActiveStrain, ...]: ...
     @property
     def loops(self) -> tuple[Loop, ...]: ...
     @property
     def contacts(self) -> tuple[Contact, ...]: ...
+    # End of what is from it.
+    @staticmethod
+    def from_urdf(path: str | PathLike[str], **options: Any) -> Robot: ...
+    @property
+    def coordinates(self) -> tuple[str, ...]: ...
+    def slice(self, link: str) -> builtins.slice[int, int, int]: ...
     @property
     def constraints(self) -> int: ...
     def redundant_constraints(self, q: ArrayLike) -> dict[str, int]: ...
@@ -1502,14 +1506,15 @@ class Robot(Model):
 
 @final
 class Rod(Robot):
+    # From the table of `described::Rod`.
     def __new__(
         cls,
         segments: Iterable[Segment],
-        base_position: ArrayLike = (0, 0, 0),
-        base_orientation: ArrayLike = (1, 0, 0, 0),
-        gravity: ArrayLike = (0, 0, -9.81),
-        tip_force: ArrayLike = (0, 0, 0),
-        tip_moment: ArrayLike = (0, 0, 0),
+        base_position: ArrayLike = (0.0, 0.0, 0.0),
+        base_orientation: ArrayLike = (1.0, 0.0, 0.0, 0.0),
+        gravity: ArrayLike = (0.0, 0.0, -9.81),
+        tip_force: ArrayLike = (0.0, 0.0, 0.0),
+        tip_moment: ArrayLike = (0.0, 0.0, 0.0),
         tip_mass: float = 0.0,
         *,
         loads: Iterable[Load] = (),
@@ -1517,17 +1522,17 @@ class Rod(Robot):
         base_motion: BaseMotion | None = None,
         supports: Iterable[Support] = (),
         fluid: Fluid | None = None,
-        actuators: Iterable[_Actuator] = (),
+        actuators: Iterable[Tendon | Chamber | Motor | ActiveStrain] = (),
         contacts: Iterable[Contact] = (),
-    ) -> Rod: ...
+    ) -> Self: ...
     @property
     def segments(self) -> tuple[Segment, ...]: ...
-    @property
-    def length(self) -> float: ...
     @property
     def base_position(self) -> tuple[float, float, float]: ...
     @property
     def base_orientation(self) -> tuple[float, float, float, float]: ...
+    @property
+    def gravity(self) -> tuple[float, float, float]: ...
     @property
     def tip_force(self) -> tuple[float, float, float]: ...
     @property
@@ -1538,6 +1543,19 @@ class Rod(Robot):
     def loads(self) -> tuple[Load, ...]: ...
     @property
     def bodies(self) -> tuple[Body, ...]: ...
+    @property
+    def base_motion(self) -> BaseMotion | None: ...
+    @property
+    def supports(self) -> tuple[Support, ...]: ...
+    @property
+    def fluid(self) -> Fluid | None: ...
+    @property
+    def actuators(self) -> tuple[Tendon | Chamber | Motor | ActiveStrain, ...]: ...
+    @property
+    def contacts(self) -> tuple[Contact, ...]: ...
+    # End of what is from it.
+    @property
+    def length(self) -> float: ...
     def __getnewargs_ex__(self) -> tuple[tuple[Any, ...], dict[str, Any]]: ...
 
 class SceneError(ValueError):
