@@ -185,6 +185,46 @@ def _animate(
     animate(self, path, fps, speed)
 
 
+def _picture(
+    self: MotionResult,
+    path: str | os.PathLike[str],
+    *,
+    times: ArrayLike | None = None,
+    view: str | ArrayLike | None = None,
+    width: float = 0.085,
+) -> None:
+    """Write a figure for a paper: shapes at some times with their true sections (extra `plot`).
+
+    Rods, bodies, tendons and obstacles are polygons, with a scale bar and the axes of the world. Earlier
+    shapes are paler.
+
+    Parameters
+    ----------
+    path : path-like
+        ``.pdf`` or ``.svg``, of lines, or ``.png``. An existing file is replaced.
+    times : array_like, optional
+        Times of the shapes, seconds; by default five from the start to the end. Between states of the result
+        coordinates follow a polynomial of fifth order.
+    view : str or array_like, shape (3,), optional
+        Direction from the model to the viewer in world axes, or ``"front"`` (from -y), ``"back"``,
+        ``"right"`` (from x), ``"left"``, ``"top"`` (from z), ``"bottom"``. By default obliquely.
+    width : float
+        Width of the figure, metres; by default a column of a page. The height follows.
+
+    Raises
+    ------
+    ValueError, TypeError
+        If an argument is invalid, or the result has no model (`newmark`) or no states.
+    OSError
+        If the file cannot be written.
+    ImportError
+        If Matplotlib is not installed.
+    """
+    from .drawing.figures import of_motion
+
+    of_motion(self, path, times, view, width)
+
+
 def _report(self: MotionResult, path: str | os.PathLike[str], *, title: str = "Motion") -> None:
     """Write an HTML report of the motion in a single file: an animation and curves over time.
 
@@ -678,6 +718,7 @@ def attach() -> None:
         MotionResult, "plot", _plot_motion, f"Draw coordinates, positions of the tips and energies.\n{_AXES}"
     )
     _attach(MotionResult, "animate", _animate)
+    _attach(MotionResult, "picture", _picture)
     _attach(MotionResult, "report", _report)
     _attach(MotionResult, "contact_events", _contact_events)
     _attach(MotionResult, "save", _save_motion, _SAVE.format(kinds=paraview, model=_INSTANT))

@@ -777,6 +777,13 @@ RECIPES |= {
     "Scene.save": {"self": "v.scene()", "path": "v.place('x.toml')"},
     "MotionResult.plot": {"self": _MOVED},
     "MotionResult.animate": {"self": _MOVED, "path": "v.place('x.gif')", "fps": "50.0", "speed": "0.1"},
+    "MotionResult.picture": {
+        "self": _MOVED,
+        "path": "v.place('x.pdf')",
+        "times": "[0.0, 0.01]",
+        "view": "'front'",
+        "width": "0.1",
+    },
     "MotionResult.report": {"self": _MOVED, "path": "v.place('x.html')", "title": "'A rod'"},
     "MotionResult.save": [
         *(
