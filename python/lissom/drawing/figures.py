@@ -75,7 +75,7 @@ LETTERS, STROKE, HAIR = 7.0, 1.0, 0.15
 
 
 @dataclass(frozen=True)
-class _Triangles:
+class Triangles:
     """Corners (m, 3, 3) in the axes of the figure, the third towards the viewer, and colours (m, 4)."""
 
     corners: Array
@@ -162,7 +162,11 @@ def _axes(seen: views.View, found: Sequence[Part], towards: Array | None) -> Arr
     axis, _, is_up = symbols.floor(seen.glyphs.gravity, low, high)
     up = np.zeros(3)
     up[axis] = 1.0 if is_up else -1.0
-    towards = eye_of(high - low) if towards is None else towards
+    return seen_from(eye_of(high - low) if towards is None else towards, up)
+
+
+def seen_from(towards: Array, up: Array) -> Array:
+    """Axes of a figure as rows: to the right, upwards, to the viewer, who is in a direction."""
     towards = towards / np.linalg.norm(towards)
     if abs(towards @ up) > 1.0 - 1e-9:
         # Seen from above or below: the next axis is up.
@@ -172,7 +176,7 @@ def _axes(seen: views.View, found: Sequence[Part], towards: Array | None) -> Arr
     return np.stack([right, np.cross(towards, right), towards])
 
 
-def _triangles(found: Sequence[Part], axes: Array) -> _Triangles:
+def triangles(found: Sequence[Part], axes: Array) -> Triangles:
     """All triangles that face the viewer, the farthest first."""
     corners: list[Array] = []
     colours: list[Array] = []
@@ -199,7 +203,7 @@ def _triangles(found: Sequence[Part], axes: Array) -> _Triangles:
     every, rows = _cut(np.concatenate(corners), rows)
     diagonal = float(np.linalg.norm(np.ptp(every.reshape(-1, 3), axis=0)))
     order = np.argsort(every[..., 2].mean(axis=1) + NEARER * diagonal * rows[:, 4], kind="stable")
-    return _Triangles(every[order], rows[order, :4])
+    return Triangles(every[order], rows[order, :4])
 
 
 def _cut(corners: Array, colours: Array) -> tuple[Array, Array]:
@@ -245,10 +249,9 @@ def _write(
     path: os.PathLike[str], kind: str, found: Sequence[Part], t: Array, axes: Array, width: float
 ) -> None:
     from matplotlib import rc_context
-    from matplotlib.collections import PolyCollection
     from matplotlib.figure import Figure
 
-    drawn = _triangles(found, axes)
+    drawn = triangles(found, axes)
     low, high = (end(drawn.corners[..., :2].reshape(-1, 2), axis=0) for end in (np.min, np.max))
     margin = MARGIN * float((high - low).max())
     low, high = low - margin, high + margin
@@ -264,17 +267,8 @@ def _write(
         plot.set_axis_off()
         plot.set_xlim(low[0], high[0])
         plot.set_ylim(low[1], high[1])
-        # Edges in the colour of the faces close the gaps that viewers leave between neighbours.
-        edges = np.where(drawn.colours[:, 3:] < 1.0, 0.0, drawn.colours)
-        faces = PolyCollection(
-            list(drawn.corners[..., :2]),
-            facecolors=drawn.colours,
-            edgecolors=edges,
-            linewidths=HAIR,
-            snap=False,
-        )
-        plot.add_collection(faces, autolim=False)
-        _corner(plot, axes, low + 0.9 * AXIS * wide, AXIS * wide)
+        plot.add_collection(polygons(drawn), autolim=False)
+        corner(plot, axes, low + 0.9 * AXIS * wide, AXIS * wide)
         _bar(plot, np.array([high[0] - margin, low[1] + 0.5 * AXIS * wide]), wide)
         at = low + np.array([2.3, 0.5]) * AXIS * wide
         plot.text(at[0], at[1], times_in_words(t), ha="left", va="bottom")
@@ -283,7 +277,18 @@ def _write(
         figure.savefig(path, format=kind, dpi=RESOLUTION, metadata=metadata)
 
 
-def _corner(plot: Any, axes: Array, place: Array, length: float) -> None:
+def polygons(drawn: Triangles) -> Any:
+    """The triangles as a collection of Matplotlib."""
+    from matplotlib.collections import PolyCollection
+
+    # Edges in the colour of the faces close the gaps that viewers leave between neighbours.
+    edges = np.where(drawn.colours[:, 3:] < 1.0, 0.0, drawn.colours)
+    return PolyCollection(
+        list(drawn.corners[..., :2]), facecolors=drawn.colours, edgecolors=edges, linewidths=HAIR, snap=False
+    )
+
+
+def corner(plot: Any, axes: Array, place: Array, length: float) -> None:
     """The axes of the world, as they are seen; those towards the viewer are left out."""
     for i, name in enumerate("xyz"):
         along = axes[:2, i]

@@ -97,7 +97,7 @@ def test_later_shapes_are_darker(motion, tmp_path):
     text = (tmp_path / "x.svg").read_text()
     assert "t = 0, 0.2 s" in text
     found = figures._shapes(motion, figures.views.view(motion.model), np.array([0.0, 0.2]))[0]
-    triangles = figures._triangles(found, np.eye(3))
+    triangles = figures.triangles(found, np.eye(3))
     assert len(re.findall(r"<path d=", text)) > 1000
     rods = triangles.colours[triangles.colours[:, 3] < 1.0, :3]
     assert rods.min() < 0.2
