@@ -41,7 +41,7 @@ pub struct Robot {
     /// Springs and dampers to the world; each one names its link.
     #[part(default)]
     pub supports: Vec<Support>,
-    /// The fluid around the rods, and around bodies with a hull; none by default.
+    /// The fluid around rods and bodies; none by default.
     pub fluid: Option<Fluid>,
     /// Motion of everything that is fixed to the world, about the frame of the first link's joint. By default it is at rest.
     pub base_motion: Option<BaseMotion>,
