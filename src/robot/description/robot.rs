@@ -212,7 +212,8 @@ impl Robot {
         Self { gravity: [0.0; 3], supports: self.supports.clone(), ..Self::new(links) }
     }
 
-    /// Largest distance of stretched-out links from the world, in metres; one if this is zero.
+    /// Largest distance of stretched-out links from the world, in metres; if this is zero, the size of what is there
+    /// ([`Self::breadth`]); one if nothing has any.
     pub fn length(&self) -> f64 {
         let size = |v: [f64; 3]| v.into_iter().map(|x| x * x).sum::<f64>().sqrt();
         let mut reach = Vec::with_capacity(self.links.len());
@@ -226,7 +227,21 @@ impl Robot {
             reach.push(start + link.length().max(of_body));
         }
         let longest = reach.into_iter().fold(0.0, f64::max);
+        let longest = if longest > 0.0 { longest } else { self.breadth() };
         if longest > 0.0 { longest } else { 1.0 }
+    }
+
+    /// Size of what does not reach anywhere, in metres: the largest radius of gyration of its bodies, radius of its balls and length
+    /// of its tendons.
+    fn breadth(&self) -> f64 {
+        let of_bodies = self.all_bodies().map(|body| body.radius_of_gyration());
+        let surfaces = self.contacts.iter().flat_map(|contact| &contact.surfaces);
+        let of_balls = surfaces.filter_map(|surface| match surface {
+            Surface::Ball { radius, .. } => Some(*radius),
+            _ => None,
+        });
+        let of_tendons = self.actuators.iter().filter_map(Actuator::shortest_command);
+        of_bodies.chain(of_balls).chain(of_tendons).fold(0.0, f64::max)
     }
 
     /// Number of constraints: those of closed loops, and one per inextensible tendon.
