@@ -77,11 +77,14 @@ fn find<M: Static + ?Sized>(model: &mut M, q: &mut [f64]) -> f64 {
     }
     let mut start = q.to_vec();
     chart::fold(&model.facts().rotation_vectors, &mut start);
-    let mut ended = vec![approach(model, start.clone())];
+    let mut ended = vec![approach(model, start.clone(), Moves::All)];
     let is_closed = |ended: &[Ended]| ended.iter().any(|ended| ended.gap <= CLOSED);
     if left > CLOSED {
         let load = if is_closed(&ended) { Load::BeforeClosed } else { Load::Any };
         ended.extend(on_both_sides(model, &start, load));
+        if let Some(turned) = turned(model, &start) {
+            ended.extend(on_both_sides(model, &turned, Load::Any));
+        }
     }
     if !is_closed(&ended) {
         let stuck = ended[0].q.clone();
@@ -99,7 +102,7 @@ fn find<M: Static + ?Sized>(model: &mut M, q: &mut [f64]) -> f64 {
             .map(|(k, w)| BESIDE * w * (1.7 * k as f64 + attempt as f64).cos());
         let mut beside = start.clone();
         chart::retract(&model.facts().rotation_vectors, &mut beside, &step.collect::<Vec<_>>());
-        ended.push(approach(model, beside));
+        ended.push(approach(model, beside, Moves::All));
     }
     let best = of_least_energy(model, &ended);
     q.copy_from_slice(&best.q);
@@ -124,9 +127,18 @@ fn on_both_sides<M: Static + ?Sized>(model: &mut M, q: &[f64], load: Load) -> Ve
             &mut beside,
             &step.iter().map(|x| sign * x).collect::<Vec<_>>(),
         );
-        approach(model, beside)
+        approach(model, beside, Moves::All)
     };
     [1.0, -1.0].map(side).into()
+}
+
+/// The shape as near to closed ones as rigid motions of elastic parts bring it: a slack line points to its other end. `None` without
+/// such motions, or if they close it.
+fn turned<M: Static + ?Sized>(model: &mut M, q: &[f64]) -> Option<Vec<f64>> {
+    let elastic = Natural::new(model, q).elastic;
+    let is_mixed = elastic.iter().any(|part| *part > 0.0) && elastic.contains(&0.0);
+    let ended = is_mixed.then(|| approach(model, q.to_vec(), Moves::Rigid))?;
+    (ended.gap > CLOSED).then_some(ended.q)
 }
 
 /// Of closed shapes the one of least energy, valid ones first; if there is none, the first of all.
@@ -149,8 +161,16 @@ fn of_least_energy<'a, M: Static + ?Sized>(model: &mut M, ended: &'a [Ended]) ->
     best.map_or(&ended[0], |(ended, ..)| ended)
 }
 
+/// Which coordinates may move.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Moves {
+    All,
+    /// Those without stiffness.
+    Rigid,
+}
+
 /// Gauss and Newton's method from one shape to the best one on its way, as long as it comes nearer.
-fn approach<M: Static + ?Sized>(model: &mut M, mut q: Vec<f64>) -> Ended {
+fn approach<M: Static + ?Sized>(model: &mut M, mut q: Vec<f64>, moves: Moves) -> Ended {
     let mut gaps = Vec::new();
     let mut best = Ended { q: q.clone(), gap: f64::INFINITY };
     let (mut without_progress, mut last, mut is_whole) = (0, f64::INFINITY, false);
@@ -166,7 +186,10 @@ fn approach<M: Static + ?Sized>(model: &mut M, mut q: Vec<f64>) -> Ended {
         if has_ended || !gap.is_finite() || without_progress > PATIENCE {
             return best;
         }
-        let natural = Natural::new(model, &q);
+        let mut natural = Natural::new(model, &q);
+        if moves == Moves::Rigid {
+            natural.hold_elastic();
+        }
         let Some(step) = natural.closing(model, &q, &mut gaps) else { return best };
         let sizes: Vec<f64> = step.iter().zip(&natural.sizes).map(|(step, size)| step / size).collect();
         let size = norm(&sizes);
@@ -270,6 +293,15 @@ impl Natural {
             }
         }
         Self { sizes, weights, elastic }
+    }
+
+    /// Lets only those coordinates move that have no stiffness.
+    fn hold_elastic(&mut self) {
+        self.weights
+            .iter_mut()
+            .zip(&self.elastic)
+            .filter(|(_, part)| **part > 0.0)
+            .for_each(|(weight, _)| *weight = 0.0);
     }
 
     /// Derivatives of gaps over their sizes, m x n, with respect to natural coordinates and to sizes.

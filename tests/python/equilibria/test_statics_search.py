@@ -224,6 +224,23 @@ def test_a_slack_line_from_straight_is_the_elastic_catenary(ratio, chord):
     assert abs(abs(pull(robot, found.q)[0]) / horizontal - 1) < 2e-3
 
 
+@pytest.mark.parametrize("size", [1e-2, 100.0])
+@pytest.mark.parametrize("angle", [-70, -60, -40, -15, 15, 40, 60, 70])
+def test_a_slack_line_hangs_without_a_curl_wherever_its_other_end_is(angle, size):
+    """Laid out straight along x, at first: its other end is above, or below. What does not stretch hangs in a catenary of parameter a,
+    sqrt(l^2 - z^2) = 2 a sinh(x / 2 a)."""
+    x, z = 0.7 * size * np.array([np.cos(np.radians(angle)), np.sin(np.radians(angle))])
+    robot = line(size, 1e5, 1.0 / size, 1e12, (x, 0, z), 20)
+    found = lissom.statics(robot)
+    assert found.success, found.message
+    span = np.sqrt(size**2 - z**2)
+    a = brentq(lambda a: 2 * a * np.sinh(x / 2 / a) - span, x / 1000, 1000 * x)
+    assert abs(pull(robot, found.q)[0]) == pytest.approx(a / size, rel=2e-3)
+    turned = robot.pose(found.q, np.linspace(0, size, 401), link="line")[:, :3, 0]
+    heading = np.unwrap(np.arctan2(turned[:, 2], turned[:, 0]))
+    assert abs(heading[-1] - heading[0]) < np.pi
+
+
 def test_published_line_of_moorpy():
     robot = line(130.0, 7.51e8, 881.05, 1e12, (89.9, 0, 59.2), 20)
     found = lissom.statics(robot)
