@@ -78,8 +78,39 @@ pub(crate) fn carry<G: Turning>(
     sum
 }
 
+/// Which part of a touch lies beyond a cut through one side, at this distance from its place, metres.
+fn beyond_cut<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, touch: &Touch, s: usize, cut: f64) -> f64 {
+    let at_once = if cut <= 0.0 { 1.0 } else { 0.0 };
+    let Some(share) = touch.share else { return at_once };
+    if s == 0 {
+        return share.beyond(cut);
+    }
+    // The other rod is touched along the shadow of the first one.
+    let [Some(first), Some(second)] = touch.sides.map(|side| direction(plan, work, side)) else {
+        return at_once;
+    };
+    let cosine = first.dot(second);
+    if cosine == 0.0 {
+        return at_once;
+    }
+    let part = share.beyond(cut / cosine);
+    if cosine > 0.0 { part } else { 1.0 - part }
+}
+
+/// Direction of a rod at the node nearest to a place where it is touched.
+fn direction<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, side: Standing) -> Option<Vector<f64>> {
+    let Standing::Along { curve, x } = side else { return None };
+    let piece = &plan.pieces[plan.contacts.curves[curve].piece];
+    let away = |node: &usize| (piece.gauss.nodes[*node] - x).abs();
+    let node = (0..piece.gauss.nodes.len()).min_by(|a, b| away(a).total_cmp(&away(b)))?;
+    let slope = work.slope[piece.first_pack + node / LANES];
+    let slope = G::in_space(plan.frame, G::map_vector(&slope, |pack: &G::Pack| pack.lane(node % LANES)));
+    Some(slope * slope.dot(slope).sqrt().recip())
+}
+
 impl<G: Turning> PartialWrench<G> for Touching {
-    /// Places along a rod where it is touched act like points. They are in no nodal integral.
+    /// Places along a rod where it is touched are in no nodal integral. They act like points, or share what is spread between
+    /// them.
     fn beyond(plan: &Plan<G>, piece: &PiecePlan<G>, work: &Workspace<G>, place: &Place) -> Wrench<G, f64> {
         let mut sum = Wrench::zero();
         let contact = &work.contact;
@@ -89,8 +120,9 @@ impl<G: Turning> PartialWrench<G> for Touching {
         let mut next = contact.first_along[piece.first_pack];
         while let Some(at) = next {
             let (touch, s) = (&contact.touches[at / 2], at % 2);
-            if matches!(touch.sides[s], Standing::Along { x, .. } if x >= place.x) {
-                sum += needs(plan, touch)[s];
+            if let Standing::Along { curve, x } = touch.sides[s] {
+                let cut = (place.x - x) * plan.contacts.curves[curve].length;
+                sum = sum.add_scaled(needs(plan, touch)[s], beyond_cut(plan, work, touch, s, cut));
             }
             next = contact.next_along[at];
         }

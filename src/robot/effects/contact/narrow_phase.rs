@@ -17,7 +17,7 @@ use crate::robot::effects::contact::shapes::elliptic_tube;
 use crate::robot::effects::contact::shapes::elliptic_tube::Section;
 use crate::robot::effects::contact::shapes::obstacle::{Placed, Pose, Solid};
 use crate::robot::effects::contact::shapes::touch::{Law, Meeting};
-use crate::robot::effects::contact::state::{Span, Standing, Term, Touch};
+use crate::robot::effects::contact::state::{Share, Span, Standing, Term, Touch};
 use crate::robot::plan::Plan;
 use crate::robot::state::Workspace;
 use crate::robot::turning::Turning;
@@ -119,6 +119,7 @@ struct First {
     rolling: Option<Rolling>,
     weight: f64,
     axis: Vector<f64>,
+    share: Option<Share>,
 }
 
 /// Of two semi-axes.
@@ -174,6 +175,7 @@ impl<'a, G: Turning> Scene<'a, G> {
                         rolling: None,
                         weight: 1.0,
                         axis: Vector::zero(),
+                        share: None,
                     };
                     self.press(p, &first, &nearest, found);
                 }
@@ -212,7 +214,8 @@ impl<'a, G: Turning> Scene<'a, G> {
         let mut press = |centre, distance, rolling| {
             let standing = Standing::of(body.on);
             let axis = Vector::zero();
-            let first = First { on: standing, centre, radius, thickness, rolling, weight: 1.0, axis };
+            let share = None;
+            let first = First { on: standing, centre, radius, thickness, rolling, weight: 1.0, axis, share };
             let is_carried = matches!(on, Standing::On(_));
             self.press(p, &first, &Nearest { distance, on, centre: None, radius: 0.0, is_carried }, found);
         };
@@ -436,7 +439,8 @@ impl<'a, G: Turning> Scene<'a, G> {
             let x = from + (to - from) * node;
             let at = part.from + part.part * x;
             let on = Standing::Along { curve: c, x: at };
-            let weight = weight * (to - from) * part.length;
+            let length = (to - from) * part.length;
+            let (weight, share) = (weight * length, Some(Share { node: i, length }));
             let axis = self.axis(p, c, part, x, found);
             let known = is_whole.then(|| &self.plan.contacts.curves[c].whole[part.index][i][..]);
             let centre = self.reach((c, at), known, found, 0);
@@ -446,13 +450,14 @@ impl<'a, G: Turning> Scene<'a, G> {
                 let Some(nearest) = self.nearest(other, place, Some(arc)) else { continue };
                 let thickness = smaller(semi);
                 let rolling = Some(rolling);
-                let first = First { on, centre: place, radius: 0.0, thickness, rolling, weight, axis };
+                let first = First { on, centre: place, radius: 0.0, thickness, rolling, weight, axis, share };
                 self.press(p, &first, &Nearest { distance, ..nearest }, found);
                 continue;
             }
             if let Some(nearest) = self.nearest(other, centre, Some(arc)) {
                 let radius = part.radius(x);
-                let first = First { on, centre, radius, thickness: radius, rolling: None, weight, axis };
+                let first =
+                    First { on, centre, radius, thickness: radius, rolling: None, weight, axis, share };
                 self.press(p, &first, &nearest, found);
             }
         }
@@ -677,7 +682,7 @@ impl<'a, G: Turning> Scene<'a, G> {
     /// Adds a touch, if there is one; the memory of the next touch knows how its first side is reached.
     fn press(&self, p: usize, first: &First, nearest: &Nearest, found: &mut Found<'_, G::Pack>) {
         let pair = &self.plan.contacts.pairs[p];
-        let &First { on, centre, radius, thickness, rolling, weight, axis } = first;
+        let &First { on, centre, radius, thickness, rolling, weight, axis, share } = first;
         let overlap = radius - nearest.distance.value;
         if overlap <= 0.0 || found.touches.len() == self.plan.contacts.capacity {
             return;
@@ -713,6 +718,6 @@ impl<'a, G: Turning> Scene<'a, G> {
             axis,
         };
         let pressing = meeting.pressing();
-        found.touches.push(Touch { pair: p, sides, centres, meeting, pressing });
+        found.touches.push(Touch { pair: p, sides, centres, share, meeting, pressing });
     }
 }

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use crate::numerics::lie::{Geometry, LANES, Lanes, Twist, Vector};
-use crate::robot::effects::contact::plan::{Contacts, Curve};
+use crate::robot::effects::contact::plan::{Contacts, Curve, NODES, PLACES, WEIGHTS};
 use crate::robot::effects::contact::shapes::distance;
 use crate::robot::effects::contact::shapes::obstacle::Pose;
 use crate::robot::effects::contact::shapes::touch::{Meeting, Pressing};
@@ -145,8 +145,32 @@ pub(crate) struct Touch {
     pub(crate) sides: [Standing; 2],
     /// Centres, in space and the frame of the plan.
     pub(crate) centres: [Vector<f64>; 2],
+    /// Its share of a contact that is spread along the first side.
+    pub(crate) share: Option<Share>,
     pub(crate) meeting: Meeting,
     pub(crate) pressing: Pressing,
+}
+
+/// A place of the rule that integrates over an interval of a rod.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Share {
+    /// Index among the nodes of the rule.
+    pub(crate) node: usize,
+    /// Length of the interval, metres.
+    pub(crate) length: f64,
+}
+
+impl Share {
+    /// Which part of it lies beyond a cut at this distance from its place, metres: forces per length are the polynomial through those
+    /// at the nodes. One before the interval, zero behind it.
+    pub(crate) fn beyond(&self, cut: f64) -> f64 {
+        let place = (NODES[self.node] + cut / self.length).clamp(0.0, 1.0);
+        // Lagrange's polynomial of the node, with the other nodes as its zeros, integrated up to the cut.
+        let [a, b] = [1, 2].map(|other| NODES[(self.node + other) % PLACES]);
+        let integral = place * (a * b - place * (0.5 * (a + b) - place / 3.0));
+        let node = NODES[self.node];
+        1.0 - integral / ((node - a) * (node - b) * WEIGHTS[self.node])
+    }
 }
 
 /// Location of one side of a contact point.
