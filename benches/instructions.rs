@@ -6,13 +6,15 @@
 use std::hint::black_box;
 
 use lissom::actuator::{Actuator, Along, Drive, Part, Tendon};
+use lissom::contact::{Contact, Obstacle, Surface};
 use lissom::linalg::{Matrix, TreeLu};
+use lissom::loops::{Loop, LoopEnd, Tie};
 use lissom::model::{Dynamics, ForwardScratch, Model, Tree};
 use lissom::newmark;
 use lissom::ode::{self, FirstOrder};
 use lissom::pendulum::SpringPendulum;
 use lissom::radau;
-use lissom::robot::{RobotModel, Rod};
+use lissom::robot::{Robot, RobotModel, Rod};
 use lissom::rod::{Profile, Segment};
 use lissom::second_order::FreeMotion;
 use lissom::simulate::{Method, simulate};
@@ -27,8 +29,31 @@ fn lab() -> RobotModel {
     RobotModel::of_rod(&Rod::new(vec![segment])).expect("a valid rod")
 }
 
-/// Two soft spatial segments with `modes` each, and `tendons` tendons along both.
+/// [`two_segments`], compiled.
 fn two(modes: [usize; 6], tendons: usize) -> RobotModel {
+    RobotModel::of_rod(&two_segments(modes, tendons)).expect("a valid rod")
+}
+
+/// Two soft segments whose tip hangs on a bar.
+fn on_a_bar() -> RobotModel {
+    let end = |link, position| LoopEnd { link, at: None, position, orientation: [1.0, 0.0, 0.0, 0.0] };
+    let (length, [x, y, z]) = (0.2, [0.6, 0.0, 0.0]);
+    let ends = [end(Some(0), [0.0; 3]), end(None, [x, y, z + length])];
+    let loops = vec![Loop { name: "bar".to_owned(), tie: Tie::Distance { ends, length } }];
+    let robot = Robot::from(&two_segments([2, 2, 2, 0, 0, 0], 0));
+    RobotModel::new(&Robot { loops, ..robot }).expect("a valid robot")
+}
+
+/// Two soft segments far above a floor.
+fn above_a_floor() -> RobotModel {
+    let floor = Obstacle::HalfSpace { point: [0.0, 0.0, -10.0], normal: [0.0, 0.0, 1.0] };
+    let contact = Contact::between("floor", [Surface::Rod { link: 0 }, Surface::Obstacle(floor)]);
+    let robot = Robot::from(&two_segments([2, 2, 2, 0, 0, 0], 0));
+    RobotModel::new(&Robot { contacts: vec![contact], ..robot }).expect("a valid robot")
+}
+
+/// Two soft spatial segments with `modes` each, and `tendons` tendons along both.
+fn two_segments(modes: [usize; 6], tendons: usize) -> Rod {
     let segment = Segment { modes, retardation_time: 0.01, ..Segment::straight(0.3, 0.01, 1e6, 4e5, 1000.0) };
     let tendon = |i: usize| {
         let angle = i as f64;
@@ -43,7 +68,7 @@ fn two(modes: [usize; 6], tendons: usize) -> RobotModel {
         })
     };
     let actuators = (0..tendons).map(tendon).collect();
-    RobotModel::of_rod(&Rod { actuators, ..Rod::new(vec![segment; 2]) }).expect("a valid rod")
+    Rod { actuators, ..Rod::new(vec![segment; 2]) }
 }
 
 /// A chain of `segments` soft spatial segments, each with two modes per bending direction.
@@ -66,6 +91,8 @@ fn rod(name: &str) -> RobotModel {
         "two-12" => two([2, 2, 2, 0, 0, 0], 0),
         "two-12-tendon" => two([2, 2, 2, 0, 0, 0], 1),
         "two-12-tendons" => two([2, 2, 2, 0, 0, 0], 4),
+        "two-12-loop" => on_a_bar(),
+        "two-12-floor" => above_a_floor(),
         "two-36" => two([3; 6], 0),
         _ => panic!("no rod is called {name}"),
     }
@@ -133,11 +160,11 @@ fn newmark_steps<M: Model>(model: &mut M, q0: &[f64], count: usize) {
 }
 
 /// A complete run of `count` steps, including recording and checks.
-fn run(model: RobotModel, count: usize) {
-    let zeros = vec![0.0; model.facts().n];
+fn run<M: Model>(model: M, q0: &[f64], count: usize) {
+    let zeros = vec![0.0; q0.len()];
     let method = Method::Newmark(newmark::Options::new(1e-2));
     let span = (0.0, 1e-2 * count as f64);
-    simulate(model, span, &zeros, &zeros, &method, None, &mut |_| Ok(())).expect("a valid run");
+    simulate(model, span, q0, &zeros, &method, None, &mut |_| Ok(())).expect("a valid run");
 }
 
 fn radau_steps(model: &mut RobotModel, count: usize) {
@@ -182,7 +209,12 @@ fn main() {
             let q0 = vec![0.0; model.facts().n];
             newmark_steps(&mut model, &q0, count);
         }
-        ("simulate", _) => run(rod(name), count),
+        ("simulate", "pendulum") => run(SpringPendulum::default(), &pendulum_start, count),
+        ("simulate", _) => {
+            let model = rod(name);
+            let q0 = vec![0.0; model.facts().n];
+            run(model, &q0, count);
+        }
         ("radau", _) => radau_steps(&mut rod(name), count),
         ("rk45" | "radau of first order", _) => {
             let model = rod(name);

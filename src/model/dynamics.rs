@@ -150,23 +150,11 @@ pub(crate) fn forward_dynamics<M: Dynamics + ?Sized>(
     qdd: &mut [f64],
     scratch: &mut ForwardScratch,
 ) -> Result<(), SingularMass> {
-    let ForwardScratch { bias, mass } = scratch;
     qdd.fill(0.0);
-    model.inverse_dynamics(q, qd, qdd, bias);
-    for (acceleration, bias) in qdd.iter_mut().zip(bias) {
-        *acceleration = -*bias;
+    model.inverse_dynamics(q, qd, qdd, &mut scratch.bias);
+    match &mut scratch.mass {
+        Mass::Dense { matrix, .. } => model.mass_matrix(q, matrix),
+        Mass::Tree { matrix, .. } => model.tree_mass_matrix(q, matrix),
     }
-    match mass {
-        Mass::Dense { matrix, cholesky } => {
-            model.mass_matrix(q, matrix);
-            cholesky.factorise(matrix).map_err(|_| SingularMass)?;
-            cholesky.solve(qdd);
-        }
-        Mass::Tree { matrix, lu } => {
-            model.tree_mass_matrix(q, matrix);
-            lu.factorise(matrix).map_err(|_| SingularMass)?;
-            lu.solve(qdd);
-        }
-    }
-    Ok(())
+    scratch.solve(qdd)
 }

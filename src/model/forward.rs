@@ -44,4 +44,30 @@ impl ForwardScratch {
         let mass = Mass::Dense { matrix: Matrix::zeros(n, n), cholesky: Cholesky::new(n) };
         Self { bias: vec![0.0; n], mass }
     }
+
+    /// Forces without accelerations and the mass matrix, if that is dense, for [`Self::solve`].
+    pub(crate) fn dense(&mut self) -> Option<(&mut [f64], &mut Matrix)> {
+        match &mut self.mass {
+            Mass::Dense { matrix, .. } => Some((&mut self.bias, matrix)),
+            Mass::Tree { .. } => None,
+        }
+    }
+
+    /// Solves `M qdd = -bias` for both as they are in memory.
+    pub(crate) fn solve(&mut self, qdd: &mut [f64]) -> Result<(), SingularMass> {
+        for (acceleration, bias) in qdd.iter_mut().zip(&self.bias) {
+            *acceleration = -*bias;
+        }
+        match &mut self.mass {
+            Mass::Dense { matrix, cholesky } => {
+                cholesky.factorise(matrix).map_err(|_| SingularMass)?;
+                cholesky.solve(qdd);
+            }
+            Mass::Tree { matrix, lu } => {
+                lu.factorise(matrix).map_err(|_| SingularMass)?;
+                lu.solve(qdd);
+            }
+        }
+        Ok(())
+    }
 }

@@ -201,6 +201,14 @@ pub(crate) fn responds<G: Turning>(plan: &Plan<G>) -> bool {
     plan.points.iter().any(responds_at) || plan.pieces.iter().any(responds_along)
 }
 
+/// Whether anything acts along a piece or on coordinates, in any state.
+pub(crate) fn act<G: Turning>(plan: &Plan<G>, piece: &PiecePlan<G>) -> bool {
+    any_effect!(Kind => {
+        let acts_along = <Kind as LineWrench<G>>::acts_along(plan, piece) || <Kind as LineResponse<G>>::responds_along(piece);
+        acts_along || <Kind as CoordinateForce<G>>::acts(plan)
+    })
+}
+
 /// [`CoordinateForce::prepare`].
 #[inline(always)]
 pub(crate) fn prepare<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, q: &[f64], qd: &[f64]) {

@@ -99,6 +99,9 @@ pub(crate) trait LineResponse<G: Turning> {
 
 /// Forces on coordinates, computed once the motion is known, and added at the end.
 pub(crate) trait CoordinateForce<G: Turning> {
+    /// Whether it acts in any state.
+    fn acts(plan: &Plan<G>) -> bool;
+
     /// Prepares its forces on coordinates, with the motion of all pieces and points up to date.
     fn prepare(plan: &Plan<G>, work: &mut Workspace<G>, q: &[f64], qd: &[f64]);
 
@@ -238,6 +241,10 @@ impl<G: Turning, E: NoLineResponse> LineResponse<G> for E {
 pub(crate) trait NoCoordinateForce {}
 
 impl<G: Turning, E: NoCoordinateForce> CoordinateForce<G> for E {
+    fn acts(_: &Plan<G>) -> bool {
+        false
+    }
+
     #[inline(always)]
     fn prepare(_: &Plan<G>, _: &mut Workspace<G>, _: &[f64], _: &[f64]) {}
 

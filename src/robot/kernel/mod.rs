@@ -11,6 +11,7 @@ pub(crate) mod inputs;
 pub(crate) mod inverse_dynamics;
 pub(crate) mod kinematics;
 pub(crate) mod lines;
+pub(crate) mod lone_rod;
 pub(crate) mod loops;
 pub(crate) mod momentum;
 mod points;

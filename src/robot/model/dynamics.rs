@@ -50,6 +50,12 @@ impl Dynamics for RobotModel {
         qdd: &mut [f64],
         scratch: &mut ForwardScratch,
     ) -> Result<(), SingularMass> {
+        if on_sweeps!(&self.sweeps, sweeps => sweeps.is_lone_rod())
+            && let Some((bias, mass)) = scratch.dense()
+        {
+            on_sweeps!(&mut self.sweeps, sweeps => sweeps.forces_and_mass([q, qd], bias, mass));
+            return scratch.solve(qdd);
+        }
         match self.facts.constraints() {
             0 => forward_dynamics(self, q, qd, qdd, scratch),
             m => one_sided::accelerations(self, q, qd, qdd, &mut vec![0.0; m]),

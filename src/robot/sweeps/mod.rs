@@ -19,7 +19,7 @@ use crate::robot::effects::contact::detection;
 use crate::robot::effects::support::force::Held;
 use crate::robot::kernel::momentum::Momentum;
 use crate::robot::kernel::{
-    elasticity, energy, inputs, inverse_dynamics, kinematics, momentum, tangent, time,
+    elasticity, energy, inputs, inverse_dynamics, kinematics, lone_rod, momentum, tangent, time,
 };
 use crate::robot::plan::Plan;
 use crate::robot::state::Workspace;
@@ -35,6 +35,8 @@ pub(crate) struct Sweeps<G: Turning> {
     zeros: Vec<f64>,
     /// Whether an effect takes energy out.
     dissipates: bool,
+    /// Whether this is a [`lone_rod`].
+    is_lone_rod: bool,
 }
 
 struct Motion<'a, G: Turning> {
@@ -88,13 +90,33 @@ impl<G: Turning> Sweep for WeightedTangent<'_, G> {
     }
 }
 
+struct ForcesAndMass<'a, G: Turning> {
+    plan: &'a Plan<G>,
+    work: &'a Workspace<G>,
+    memory: &'a mut TangentWorkspace<G>,
+    state: [&'a [f64]; 2],
+    tau: &'a mut [f64],
+    mass: &'a mut Matrix,
+}
+
+impl<G: Turning> Sweep for ForcesAndMass<'_, G> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        let Self { plan, work, memory, state, tau, mass } = self;
+        lone_rod::forces_and_mass(plan, work, memory, state, tau, mass);
+    }
+}
+
 impl<G: Turning> Sweeps<G> {
     /// Creates memory and selects the best instruction set for a plan.
     pub(crate) fn new(plan: Plan<G>) -> Self {
         let mut work = Workspace::new(&plan);
         time::tell(&plan, &mut work);
         let (tangent, zeros) = (TangentWorkspace::new(&plan), vec![0.0; plan.n]);
-        Self { work, tangent, zeros, dissipates: effects::dissipates(&plan), plan: Arc::new(plan) }
+        let (dissipates, is_lone_rod) = (effects::dissipates(&plan), lone_rod::is_lone(&plan));
+        Self { work, tangent, zeros, dissipates, is_lone_rod, plan: Arc::new(plan) }
     }
 
     /// Sweeps for the same robot with one piece per link, including links that are otherwise merged.
@@ -234,6 +256,17 @@ impl<G: Turning> Sweeps<G> {
         self.differentiate([0.0, 0.0, 1.0], mass);
     }
 
+    pub(crate) fn is_lone_rod(&self) -> bool {
+        self.is_lone_rod
+    }
+
+    /// `tau(q, qd, 0)` and the mass matrix of a [`lone_rod`].
+    pub(crate) fn forces_and_mass(&mut self, state: [&[f64]; 2], tau: &mut [f64], mass: &mut Matrix) {
+        self.update_kinematics(state[0]);
+        let Self { plan, work, tangent: memory, .. } = self;
+        plan.instructions.run::<G::Pack, _>(ForcesAndMass { plan, work, memory, state, tau, mass });
+    }
+
     pub(crate) fn energy(&mut self, q: &[f64], qd: &[f64]) -> Energy {
         self.update_velocities(q, qd);
         energy::energy(&self.plan, &self.work, q)
@@ -304,7 +337,7 @@ impl<G: Turning> Sweeps<G> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::description::rod::{Section, Segment};
+    use crate::description::rod::{Profile, Section, Segment, Shape};
     use crate::numerics::lie::{Instructions, Planar, Plane, Spatial};
     use crate::robot::description::{Robot, Rod};
     use crate::robot::effects::fluid::Fluid;
@@ -339,6 +372,43 @@ mod tests {
         tangent::weighted_tangent(plan, &work, &mut memory, [1e-4, 1e-2, 1.0], to);
         tangent::weighted_tangent(plan, &work, &mut memory, [0.0, 0.0, 1.0], Tangent::Dense(&mut mass));
         (tau, tangent, mass)
+    }
+
+    #[test]
+    fn a_rod_alone_has_the_forces_and_the_mass_of_every_robot() {
+        fn check<G: Turning>(plan: Plan<G>) {
+            let n = plan.n;
+            let mut sweeps = Sweeps::new(plan);
+            assert!(sweeps.is_lone_rod());
+            let [q, qd, _] = state(n);
+            let (zeros, mut tau, mut mass) = (vec![0.0; n], vec![0.0; n], Matrix::zeros(n, n));
+            sweeps.inverse_dynamics([&q, &qd, &zeros], &mut tau);
+            sweeps.mass_matrix(&q, Tangent::Dense(&mut mass));
+            let (mut own_tau, mut own_mass) = (vec![0.0; n], Matrix::zeros(n, n));
+            sweeps.forces_and_mass([&q, &qd], &mut own_tau, &mut own_mass);
+            let largest = tau.iter().fold(0.0_f64, |largest, x| largest.max(x.abs()));
+            for (own, tau) in own_tau.iter().zip(&tau) {
+                assert!((own - tau).abs() <= 1e-13 * largest, "{own_tau:?} {tau:?}");
+            }
+            assert!((own_mass - &mass).amax() <= 1e-14 * mass.amax());
+        }
+        let segment = |modes, section| Segment {
+            modes,
+            section,
+            retardation_time: 0.1,
+            ..Segment::straight(0.7, 0.02, 1e6, 4e5, 1000.0)
+        };
+        let rod = |modes, section| Robot::from(&Rod::new(vec![segment(modes, section)]));
+        let size = |size: f64| Profile::linear([[size]; 2]);
+        let (round, flat) = (
+            Section::circle([0.02, 0.01]),
+            Section::Shape(Shape::Rectangle { width: size(0.02), height: size(0.01) }),
+        );
+        let planar = rod([0, 5, 0, 2, 0, 1], round.clone());
+        check(compile::plan::<Planar<true>>(&planar, Plane::ABOUT_Y));
+        for section in [round, flat] {
+            check(compile::plan::<Spatial<true>>(&rod([2, 3, 4, 1, 1, 1], section), ()));
+        }
     }
 
     #[test]

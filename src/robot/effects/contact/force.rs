@@ -131,6 +131,10 @@ impl<G: Turning> PartialWrench<G> for Touching {
 }
 
 impl<G: Turning> CoordinateForce<G> for Touching {
+    fn acts(plan: &Plan<G>) -> bool {
+        !plan.contacts.pairs.is_empty()
+    }
+
     #[inline(always)]
     fn prepare(plan: &Plan<G>, work: &mut Workspace<G>, _: &[f64], _: &[f64]) {
         if plan.contacts.pairs.is_empty() {

@@ -83,6 +83,10 @@ impl<G: Turning> DeadPointWrench<G> for ClosedLoops {
 }
 
 impl<G: Turning> CoordinateForce<G> for ClosedLoops {
+    fn acts(plan: &Plan<G>) -> bool {
+        !plan.loops.ties.is_empty() || !plan.loops.gears.is_empty()
+    }
+
     #[inline(always)]
     fn prepare(plan: &Plan<G>, work: &mut Workspace<G>, _: &[f64], _: &[f64]) {
         for (i, tie) in plan.loops.ties.iter().enumerate() {

@@ -55,7 +55,7 @@ impl<G: Turning> Scope<'_, G> {
 
 /// `int Psi_j . source` of several rows, whose Psi are stored consecutively.
 #[inline(always)]
-fn products<G: Turning, const ROWS: usize>(
+pub(in crate::robot::kernel) fn products<G: Turning, const ROWS: usize>(
     psi: &[Twist<G, G::Pack>],
     source: &[Wrench<G, G::Pack>],
 ) -> [f64; ROWS] {

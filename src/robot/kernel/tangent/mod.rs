@@ -31,6 +31,7 @@ mod responses;
 mod row;
 mod scope;
 
+pub(super) use self::blocks::products;
 pub(super) use self::points::gyroscopes;
 use self::scope::Scope;
 use super::{elasticity, lines, loops, tree};

@@ -367,6 +367,10 @@ impl<G: Turning> DeadPointWrench<G> for Actuators {
 }
 
 impl<G: Turning> CoordinateForce<G> for Actuators {
+    fn acts(plan: &Plan<G>) -> bool {
+        !plan.actuation.actuators.is_empty()
+    }
+
     #[inline(always)]
     fn prepare(plan: &Plan<G>, work: &mut Workspace<G>, q: &[f64], qd: &[f64]) {
         if !plan.actuation.actuators.is_empty() {
