@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from scipy.integrate import solve_bvp
+from scipy.spatial.transform import Rotation
 
 import lissom
 
@@ -286,3 +287,34 @@ def test_a_refused_step_is_not_tried_again():
     found = lissom.statics(crossing_ropes(-0.003579879015462214, 4))
     assert found.success, found.message
     assert found.nit <= 100
+
+
+@pytest.mark.parametrize("start", [(2.9, 0, 0), (2.9, 0.1, 0.05), (2.0, 0.1, 0.05)])
+@pytest.mark.parametrize("seed", [None, 1, 2])
+def test_a_hanging_arm_may_be_turned_by_pi(start, seed):
+    """A capsule hangs on a ball joint that is turned by pi there; a ball on a spring goes past it.
+
+    Rotation vectors change by 2 pi on the way, which is no turn of the capsule.
+    """
+    spring, rest = 300.0, 0.15
+    turn = Rotation.identity() if seed is None else Rotation.random(random_state=seed)
+    place = np.zeros(3) if seed is None else np.array([3.0, -8.0, 5.0])
+    x, y, z, w = turn.as_quat()
+    frame = lissom.Link("frame", position=place, orientation=(w, x, y, z))
+    arm = lissom.Body(1.0, centre=(0, 0, 0.7), inertia=(0.01, 0.01, 0.002))
+    rail = lissom.Prismatic((0, 1, 0), stiffness=spring, rest=rest)
+    links = [
+        frame,
+        lissom.Link("arm", parent="frame", joint=lissom.Spherical(), body=arm),
+        lissom.Link("ball", parent="frame", joint=rail, position=(0, 0, -0.8), body=lissom.Body(0.1)),
+    ]
+    capsule = lissom.Capsule((0, 0, 0), (0, 0, 1), 0.05, link="arm")
+    contact = lissom.Contact(lissom.Ball("ball", 0.06), capsule, stiffness=1e5)
+    robot = lissom.Robot(links, contacts=[contact], gravity=turn.apply((0, 0, -G)))
+    found = lissom.statics(robot, [*start, -0.45])
+    assert found.success, found.message
+
+    direction = turn.inv().apply(robot.pose(found.q, link="arm")[:3, 2])
+    np.testing.assert_allclose(direction, (0, 0, -1), rtol=0, atol=1e-7)
+    assert found.q[3] == pytest.approx(rest, abs=1e-8)
+    assert found.stability == "neutral"
