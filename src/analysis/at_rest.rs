@@ -200,14 +200,24 @@ impl AtRest<'_> {
         residual.iter().enumerate().map(|(k, force)| force.min(most(k)).max(-most(k))).collect()
     }
 
+    /// What forces could do along each coordinate: no less than what is rounding beside the others of the same part.
+    pub(crate) fn most_work(&self, work: &[f64]) -> Vec<f64> {
+        let mut most = work.to_vec();
+        for range in self.parts() {
+            let least = NOTHING * most[range.clone()].iter().copied().fold(0.0, f64::max);
+            most[range].iter_mut().for_each(|work| *work = work.max(least));
+        }
+        most
+    }
+
     /// What these could change the stiffness by: no more than themselves, as a turn about one axis changes moments about another one by
     /// half of that about the third; and the shape is one of equilibrium under forces that differ by the part of them that is
     /// missing (Rigal and Gaches 1967), as their stiffness then does. Parts that nothing couples have no part in each other's.
     pub(crate) fn imbalance(&self, missing: &[f64], work: &[f64]) -> Matrix {
         let mut imbalance = Matrix::zeros(missing.len(), missing.len());
+        let most = self.most_work(work);
         for range in self.parts() {
-            let least = NOTHING * range.clone().map(|k| work[k]).fold(0.0, f64::max);
-            let part = |k: usize| if missing[k] == 0.0 { 0.0 } else { missing[k].abs() / work[k].max(least) };
+            let part = |k: usize| if missing[k] == 0.0 { 0.0 } else { missing[k].abs() / most[k] };
             let (size, part) = (norm(&missing[range.clone()]), range.clone().map(part).fold(0.0, f64::max));
             for (i, j) in range.clone().flat_map(|i| range.clone().map(move |j| (i, j))) {
                 imbalance[(i, j)] = size.min(part * work[i].min(work[j]));

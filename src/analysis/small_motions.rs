@@ -334,7 +334,7 @@ pub(crate) fn small_motions(
             break (natural, forces);
         }
         let [residual, work] = at_rest.held_by(&forces).forces();
-        if !ties.slacken(&forces, &residual, &work) {
+        if !ties.slacken(&forces, &residual, &at_rest.most_work(&work)) {
             break (natural, forces);
         }
     };

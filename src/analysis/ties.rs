@@ -120,12 +120,14 @@ impl Ties {
     pub(crate) fn slacken(&mut self, forces: &[f64], residual: &[f64], work: &[f64]) -> bool {
         let n = work.len();
         let Cords { excesses, spans, jacobian, .. } = &self.cords;
+        // The part of what forces could do that is left along what a tendon moves, without a tension.
+        let left = |i: usize, tension: f64| {
+            let along = (0..n).filter(|&k| jacobian[(i, k)] != 0.0);
+            along.map(|k| (residual[k] - tension * jacobian[(i, k)]).abs() / work[k]).fold(0.0, f64::max)
+        };
         let is_just_taut = |i: usize, tension: f64| {
-            let by_rounding = if excesses[i] <= DISPLACEMENT_ROUNDING * spans[i] { 1.0 } else { 0.0 };
-            (0..n).all(|k| {
-                let without = residual[k] - tension * jacobian[(i, k)];
-                without.abs() <= JUST * work[k] + by_rounding * residual[k].abs()
-            })
+            let is_rounding = excesses[i] <= DISPLACEMENT_ROUNDING * spans[i];
+            left(i, tension) <= if is_rounding { JUST.max(left(i, 0.0)) } else { JUST }
         };
         let of_taut = self.taut.iter().zip(forces.iter().skip(self.springs));
         let just: Vec<usize> =

@@ -12,8 +12,9 @@ pub trait InContact: Dynamics {
     /// presses into each other by their thickness. `None` undoes that. Returns whether any are softer than they are.
     fn soften_contact(&mut self, forces: Option<&[f64]>) -> bool;
 
-    /// The largest overlap in a shape over the thickness of the thinner surface; zero if nothing touches.
-    fn deepest_overlap(&mut self, q: &[f64]) -> f64;
+    /// The largest overlap in a shape over the thickness of the thinner surface, of all and of those that have two sides, unlike a
+    /// half-space; zero if nothing touches.
+    fn deepest_overlaps(&mut self, q: &[f64]) -> [f64; 2];
 
     /// For every pair of surfaces that may touch, a row: how far either of them moves at most for a unit of each coordinate, along
     /// steps from the shape. Allocates.

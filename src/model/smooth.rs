@@ -149,8 +149,8 @@ impl<M: Smooth> InContact for M {
         false
     }
 
-    fn deepest_overlap(&mut self, _q: &[f64]) -> f64 {
-        0.0
+    fn deepest_overlaps(&mut self, _q: &[f64]) -> [f64; 2] {
+        [0.0; 2]
     }
 
     fn shifts_of_contact(&mut self, q: &[f64]) -> Matrix {

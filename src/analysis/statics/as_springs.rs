@@ -251,8 +251,8 @@ impl InContact for AsSprings<'_> {
         self.model.soften_contact(forces)
     }
 
-    fn deepest_overlap(&mut self, q: &[f64]) -> f64 {
-        self.model.deepest_overlap(q)
+    fn deepest_overlaps(&mut self, q: &[f64]) -> [f64; 2] {
+        self.model.deepest_overlaps(q)
     }
 
     fn shifts_of_contact(&mut self, q: &[f64]) -> Matrix {

@@ -1,6 +1,7 @@
 //! Equations of equilibrium of a model under a fraction of its loads.
 
 use super::growth::Growth;
+use super::ladder;
 use crate::analysis::natural;
 use crate::analysis::natural::{Natural, scaled};
 use crate::analysis::small_motions::small_motions;
@@ -237,13 +238,14 @@ impl<'a> Equations<'a> {
         if !self.model.facts().has_contact || !length.is_finite() {
             return false;
         }
+        let inside = ladder::inside(&mut *self.model, [from, to]);
         self.model.note_surfaces(from);
         let parts = (length / PART).ceil().max(1.0) as usize;
         let mut q = vec![0.0; from.len()];
         (1..=parts).any(|part| {
             let x = part as f64 / parts as f64;
             q.iter_mut().zip(from).zip(to).for_each(|((q, from), to)| *q = from + (to - from) * x);
-            self.model.have_passed(&q, Radius::Smaller)
+            self.model.have_passed(&q, Radius::Smaller) || self.model.deepest_overlaps(&q)[1] > inside
         })
     }
 

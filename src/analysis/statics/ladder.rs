@@ -24,6 +24,16 @@ pub(super) const LONGEST: usize = 100;
 /// Surfaces that overlap by more than this part of their thickness do not tell on which side they are.
 pub(super) const DEEP: f64 = 0.5;
 
+/// The middle of what overlaps by more than its thickness may be inside the other surface.
+const INSIDE: f64 = 1.0;
+
+/// Overlap over the thickness, of surfaces with two sides, beyond which what is on the way between two shapes passes through: parts of
+/// a way that are too short to hide anything are not looked at, so that where they end tells.
+pub(super) fn inside(model: &mut dyn Static, ends: [&[f64]; 2]) -> f64 {
+    let overlaps = ends.map(|q| model.deepest_overlaps(q)[1]);
+    overlaps.into_iter().fold(INSIDE, f64::max)
+}
+
 /// What a shape of soft contacts is for stiffer ones.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Rung {

@@ -13,7 +13,7 @@ use crate::description::rod::{Section, Segment};
 use crate::description::schema::Item as _;
 use crate::description::world::{BaseMotion, STANDARD_GRAVITY};
 use crate::error::{Checker, InvalidInput, Number};
-use crate::robot::effects::actuator::{Actuator, Along, Drive};
+use crate::robot::effects::actuator::{Actuator, Along, Drive, Via};
 use crate::robot::effects::contact::{Contact, Surface};
 use crate::robot::effects::fluid::Fluid;
 use crate::robot::effects::load::{Extent, Load};
@@ -213,7 +213,7 @@ impl Robot {
     }
 
     /// Largest distance of stretched-out links from the world, in metres; if this is zero, the size of what is there: radii of gyration,
-    /// balls, tendons; one if nothing has any.
+    /// balls, tendons; then how far it can go; one if nothing tells any.
     pub fn length(&self) -> f64 {
         let size = |v: [f64; 3]| v.into_iter().map(|x| x * x).sum::<f64>().sqrt();
         let mut reach = Vec::with_capacity(self.links.len());
@@ -227,8 +227,8 @@ impl Robot {
             reach.push(start + link.length().max(of_body));
         }
         let longest = reach.into_iter().fold(0.0, f64::max);
-        let longest = if longest > 0.0 { longest } else { self.breadth() };
-        if longest > 0.0 { longest } else { 1.0 }
+        let known = [longest, self.breadth(), self.travel()].into_iter().find(|length| *length > 0.0);
+        known.unwrap_or(1.0)
     }
 
     /// Size of what does not reach anywhere, in metres: the largest radius of gyration of its bodies, radius of its balls and length
@@ -242,6 +242,39 @@ impl Robot {
         });
         let of_tendons = self.actuators.iter().filter_map(Actuator::shortest_command);
         of_bodies.chain(of_balls).chain(of_tendons).fold(0.0, f64::max)
+    }
+
+    /// How far what has no size can go, in metres: along the straight parts of tendons, to where springs of joints are relaxed or carry
+    /// the weight, and between stops.
+    fn travel(&self) -> f64 {
+        let size = |v: [f64; 3]| v.into_iter().map(|x| x * x).sum::<f64>().sqrt();
+        // Nothing is beside its parent.
+        let root = |mut link: usize| {
+            while let Some(parent) = self.links[link].parent {
+                link = parent;
+            }
+            self.links[link].position
+        };
+        let place = |via: &Via| via.link.map_or(via.point, root);
+        let between = |from: [f64; 3], to: [f64; 3]| size(std::array::from_fn(|k| to[k] - from[k]));
+        let of_tendons = self.actuators.iter().flat_map(|actuator| {
+            let vias = actuator.vias();
+            let straight = vias.windows(2).map(|ends| between(place(ends[0]), place(ends[1])));
+            let beside = vias.iter().filter(|via| via.link.is_some()).map(|via| size(via.point));
+            straight.chain(beside).collect::<Vec<_>>()
+        });
+        let weight = self.all_bodies().map(|body| body.mass).sum::<f64>() * size(self.gravity);
+        let of_joints = self.links.iter().filter_map(|link| match &link.joint {
+            Joint::Prismatic { forces, .. } => Some(forces),
+            _ => None,
+        });
+        let of_springs = of_joints.map(|forces| {
+            let sag = if forces.stiffness > 0.0 { weight / forces.stiffness } else { 0.0 };
+            let range = forces.limits.map_or(0.0, |[lower, upper]| upper - lower);
+            let rest = if forces.stiffness > 0.0 { forces.rest.abs() } else { 0.0 };
+            sag.max(rest).max(if range.is_finite() { range } else { 0.0 })
+        });
+        of_tendons.chain(of_springs).fold(0.0, f64::max)
     }
 
     /// Number of constraints: those of closed loops, and one per inextensible tendon.

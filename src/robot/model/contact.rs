@@ -16,9 +16,9 @@ impl InContact for RobotModel {
         on_sweeps!(&mut self.sweeps, sweeps => sweeps.soften_contact(forces))
     }
 
-    fn deepest_overlap(&mut self, q: &[f64]) -> f64 {
+    fn deepest_overlaps(&mut self, q: &[f64]) -> [f64; 2] {
         let Self { sweeps, coordinates, .. } = self;
-        coordinates.all([q], |[q]| on_sweeps!(sweeps, sweeps => sweeps.deepest_overlap(q)))
+        coordinates.all([q], |[q]| on_sweeps!(sweeps, sweeps => sweeps.deepest_overlaps(q)))
     }
 
     fn shifts_of_contact(&mut self, q: &[f64]) -> Matrix {

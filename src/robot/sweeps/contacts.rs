@@ -39,12 +39,20 @@ impl<G: Turning> Sweeps<G> {
         is_softer
     }
 
-    /// The largest overlap over the thickness of the thinner surface.
-    pub(crate) fn deepest_overlap(&mut self, q: &[f64]) -> f64 {
+    /// The largest overlap over the thickness of the thinner surface: of all, and of those that have two sides.
+    pub(crate) fn deepest_overlaps(&mut self, q: &[f64]) -> [f64; 2] {
         self.find_touches(q);
-        let pairs = &self.plan.contacts.pairs;
-        let touches = self.work.contact.touches.iter();
-        touches.map(|touch| touch.meeting.overlap / pairs[touch.pair].thickness).fold(0.0, f64::max)
+        let Self { plan, work, .. } = self;
+        let mut deepest: [f64; 2] = [0.0; 2];
+        for touch in &work.contact.touches {
+            let pair = &plan.contacts.pairs[touch.pair];
+            let overlap = touch.meeting.overlap / pair.thickness;
+            deepest[0] = deepest[0].max(overlap);
+            if tunnelling::has_two_sides(plan, pair) {
+                deepest[1] = deepest[1].max(overlap);
+            }
+        }
+        deepest
     }
 
     /// What coordinates move of the surfaces of every pair of contacts, and how many motions belong to each pair. Allocates.

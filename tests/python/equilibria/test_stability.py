@@ -560,3 +560,44 @@ def test_lines_on_stiff_ground(joint, verdict, stiffness, unit):
     link = lissom.Link("line", joint=joint, position=(0, 0, radius), rod=[segment])
     robot = lissom.Robot([link], contacts=[ground], gravity=(0, 0, -9.81 * unit))
     judge(robot, None, verdict)
+
+
+@pytest.mark.parametrize("unit", [(1, 1, 1), (1e3, 1, 1), (1e-3, 1e-3, 1), (1, 1e3, 1e3)])
+@pytest.mark.parametrize("turned", [False, True])
+@pytest.mark.parametrize("seed", [0, 14, 23, 30])
+def test_a_tendon_exactly_at_its_length_holds_nothing(seed, turned, unit):
+    """A rod hangs on a ball joint and may turn about itself: one way the tendon becomes slack.
+
+    Next to no force does work on its torsion, so that rounding is all that is left there.
+    """
+    length, mass, time = unit
+    force = mass * length / time**2
+    random = np.random.default_rng(seed)
+    turn = Rotation.random(random_state=seed) if turned else Rotation.identity()
+    x, y, z, w = turn.as_quat()
+    place = np.array([3.0, -8.0, 5.0]) * length if turned else np.zeros(3)
+    moduli = np.array([1e7, 4e6]) * force / length**2
+    modes = {"torsion": 1, "bend_y": 2, "bend_z": 2}
+    rod = lissom.Segment(0.3 * length, 0.01 * length, *moduli, 1000 * mass / length**3, modes=modes)
+    down = (np.sqrt(0.5), 0, np.sqrt(0.5), 0)
+    links = [
+        lissom.Link("frame", position=place, orientation=(w, x, y, z)),
+        lissom.Link("arm", parent="frame", joint=lissom.Spherical(), orientation=down, rod=[rod]),
+    ]
+    beside, at = random.normal(size=3) * 0.02 * length, 0.3 * length * random.uniform(0.5, 1)
+    path = [lissom.Via("arm", beside, at=at), lissom.Via("frame", random.normal(size=3) * 0.5 * length)]
+    stiffness = 10 ** random.uniform(1, 3) * force / length
+
+    def robot(rest):
+        tendon = lissom.Tendon("tendon", path, length=rest, stiffness=stiffness)
+        return lissom.Robot(links, actuators=[tendon], gravity=turn.apply([0, 0, -9.81]) * length / time**2)
+
+    q = np.zeros(8)
+    just = robot(robot(length).actuator_length("tendon", q))
+    found = lissom.statics(just, q, method="newton")
+    assert (found.status, found.stability) == ("converged", "neutral")
+    for shape in (q, found.q):
+        vibrations = lissom.modes(just, shape)
+        assert vibrations.stability == "neutral"
+        assert vibrations.angular_frequency[0] == 0
+        assert vibrations.angular_frequency[1] > 1 / time

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from scipy.integrate import solve_bvp
+from scipy.spatial.transform import Rotation
 
 import lissom
 
@@ -286,3 +287,83 @@ def test_a_refused_step_is_not_tried_again():
     found = lissom.statics(crossing_ropes(-0.003579879015462214, 4))
     assert found.success, found.message
     assert found.nit <= 100
+
+
+@pytest.mark.parametrize("start", [(2.9, 0, 0), (2.9, 0.1, 0.05), (2.0, 0.1, 0.05)])
+@pytest.mark.parametrize("seed", [None, 1, 2])
+def test_a_hanging_arm_may_be_turned_by_pi(start, seed):
+    """A capsule hangs on a ball joint that is turned by pi there; a ball on a spring goes past it.
+
+    Rotation vectors change by 2 pi on the way, which is no turn of the capsule.
+    """
+    spring, rest = 300.0, 0.15
+    turn = Rotation.identity() if seed is None else Rotation.random(random_state=seed)
+    place = np.zeros(3) if seed is None else np.array([3.0, -8.0, 5.0])
+    x, y, z, w = turn.as_quat()
+    frame = lissom.Link("frame", position=place, orientation=(w, x, y, z))
+    arm = lissom.Body(1.0, centre=(0, 0, 0.7), inertia=(0.01, 0.01, 0.002))
+    rail = lissom.Prismatic((0, 1, 0), stiffness=spring, rest=rest)
+    links = [
+        frame,
+        lissom.Link("arm", parent="frame", joint=lissom.Spherical(), body=arm),
+        lissom.Link("ball", parent="frame", joint=rail, position=(0, 0, -0.8), body=lissom.Body(0.1)),
+    ]
+    capsule = lissom.Capsule((0, 0, 0), (0, 0, 1), 0.05, link="arm")
+    contact = lissom.Contact(lissom.Ball("ball", 0.06), capsule, stiffness=1e5)
+    robot = lissom.Robot(links, contacts=[contact], gravity=turn.apply((0, 0, -G)))
+    found = lissom.statics(robot, [*start, -0.45])
+    assert found.success, found.message
+
+    direction = turn.inv().apply(robot.pose(found.q, link="arm")[:3, 2])
+    np.testing.assert_allclose(direction, (0, 0, -1), rtol=0, atol=1e-7)
+    assert found.q[3] == pytest.approx(rest, abs=1e-8)
+    assert found.stability == "neutral"
+
+
+def pushed_plate(seed, unit, turn, place):
+    """A plate about a ball joint in its middle, and a ball on a spring rail that stays within its reach.
+
+    Also the start (the plate turned by 2.2 to pi), middle and direction of the rail, and side of the ball.
+    """
+    random = np.random.default_rng(seed)
+    thickness, radius = 10 ** random.uniform(-2, -1.2), random.uniform(0.04, 0.1)
+    centre, gravity = random.normal(size=3) * 0.2, random.normal(size=3) * 6
+    spring, stiffness = 10 ** random.uniform(1, 4), 10 ** random.uniform(5.6, 7)
+    axis, middle = random.normal(size=3), np.zeros(3)
+    axis /= np.linalg.norm(axis)
+    while not radius + thickness + 0.12 < np.linalg.norm(middle) < 0.6:
+        middle = random.normal(size=3) * 0.4
+        middle -= axis * (axis @ middle)
+    start, rest = random.uniform(-1, 1, 2) * np.sqrt(0.9**2 - middle @ middle)
+    while True:
+        vector = random.normal(size=3)
+        vector *= random.uniform(2.2, np.pi) / np.linalg.norm(vector)
+        height = Rotation.from_rotvec(vector).apply([0, 0, 1]) @ (middle + axis * start)
+        if abs(height) > radius + thickness + 0.01:
+            break
+    x, y, z, w = turn.as_quat()
+    rail = lissom.Prismatic(axis, stiffness=spring, rest=rest * unit)
+    body = lissom.Body(1.0, centre=centre * unit, inertia=np.diag([1, 1, 2]) * unit**2)
+    links = [
+        lissom.Link("frame", position=place * unit, orientation=(w, x, y, z)),
+        lissom.Link("plate", parent="frame", joint=lissom.Spherical(), body=body),
+        lissom.Link("ball", parent="frame", joint=rail, position=middle * unit, body=lissom.Body(0.2)),
+    ]
+    plate = lissom.Box((0, 0, 0), np.array([2, 2, thickness]) * unit, link="plate")
+    contact = lissom.Contact(lissom.Ball("ball", radius * unit), plate, stiffness=stiffness)
+    robot = lissom.Robot(links, contacts=[contact], gravity=turn.apply(gravity) * unit)
+    return robot, [*vector, start * unit], middle, axis, np.sign(height)
+
+
+@pytest.mark.parametrize("seed", [15, 110, 127, 142, 154, 196, 198, 273])
+@pytest.mark.parametrize("unit", [1.0, 1e3, 1e-3])
+@pytest.mark.parametrize("turned", [None, 5])
+def test_a_ball_stays_on_its_side_of_a_plate(seed, unit, turned):
+    """Nothing but the plate is in its way, and the edges of the plate are out of its reach."""
+    turn = Rotation.identity() if turned is None else Rotation.random(random_state=turned)
+    place = np.zeros(3) if turned is None else np.array([3.0, -8.0, 5.0])
+    robot, start, middle, axis, side = pushed_plate(seed, unit, turn, place)
+    found = lissom.statics(robot, start)
+    assert found.success, found.message
+    normal = Rotation.from_rotvec(np.array(found.q[:3])).apply([0, 0, 1])
+    assert side * (normal @ (middle + axis * found.q[3] / unit)) > 0

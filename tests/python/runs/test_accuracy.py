@@ -501,17 +501,23 @@ def test_a_start_near_a_full_turn_is_one_of_the_same_motion(beyond):
 
 
 @pytest.mark.parametrize("unit", [1e-9, 1e-6, 1e3])
-@pytest.mark.parametrize("kind", ["ball", "bead"])
+@pytest.mark.parametrize("kind", ["ball", "bead", "drawn", "relaxed", "hung", "stopped"])
 def test_accuracy_does_not_depend_on_the_unit_of_what_reaches_nowhere(kind, unit):
-    """A ball that shakes about its centre, and a bead on a rope, in two units of length."""
+    """A ball that shakes, a bead on a rope or drawn by a tension, and masses on springs, in two units."""
 
     def run(unit):
-        joint = lissom.Prismatic((1, 0, 0), stiffness=30.0, damping=3.0)
+        more = {"relaxed": {"rest": 0.5 * unit}, "stopped": {"limits": (-unit, unit), "limit_stiffness": 1e3}}
+        joint = lissom.Prismatic((1, 0, 0), stiffness=30.0, damping=3.0, **more.get(kind, {}))
         inertia = (0.1 * unit**2,) * 3 if kind == "ball" else (0.0,) * 3
         path = [lissom.Via(None, (-unit, 0, 0)), lissom.Via("it", (0, 0, 0))]
-        rope = lissom.Tendon("rope", path, length=3.0 * unit, stiffness=1.0)
+        ropes = {
+            "bead": lissom.Tendon("rope", path, length=3.0 * unit, stiffness=1.0),
+            "drawn": lissom.Tendon("rope", path, tension=2.0 * unit),
+        }
         link = lissom.Link("it", joint=joint, body=lissom.Body(1.0, inertia=inertia))
-        robot = lissom.Robot([link], gravity=(0, 0, 0), actuators=[rope] if kind == "bead" else [])
+        ropes = [ropes[kind]] if kind in ropes else []
+        gravity = (9.81 * unit if kind == "hung" else 0, 0, 0)
+        robot = lissom.Robot([link], gravity=gravity, actuators=ropes)
         return lissom.simulate(robot, 1.0, method="auto", rtol=1e-6, q0=[0.3 * unit], v0=[0.2 * unit])
 
     one, other = run(1.0), run(unit)

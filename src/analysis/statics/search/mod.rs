@@ -12,7 +12,7 @@ mod quadratic;
 mod scale;
 mod step;
 
-use super::ladder::{DEEP, LONGEST, LOOSE, Ladder, Rung};
+use super::ladder::{self, DEEP, LONGEST, LOOSE, Ladder, Rung};
 use super::{Counters, Halted, Monitor, Path, Reached};
 use nalgebra::DVector;
 
@@ -255,7 +255,7 @@ impl<'a> Search<'a> {
                 return Ok(ended);
             }
             left = left.saturating_sub(self.problem.counters.iterations - before);
-            let overlap = self.problem.model.deepest_overlap(&self.shape.q);
+            let [overlap, _] = self.problem.model.deepest_overlaps(&self.shape.q);
             let deepest = match ended {
                 Ended::Converged | Ended::IterationLimit => self.deepest.unwrap_or(0.0),
                 _ => f64::INFINITY,
@@ -283,7 +283,7 @@ impl<'a> Search<'a> {
 
     /// Whether softened surfaces overlap so far that those of obstacles do not tell on which side they are.
     fn is_deep(&mut self) -> bool {
-        self.deepest.is_some() && self.problem.model.deepest_overlap(&self.shape.q) > DEEP
+        self.deepest.is_some() && self.problem.model.deepest_overlaps(&self.shape.q)[0] > DEEP
     }
 
     fn descend(&mut self, goal: Goal) -> Result<Ended, Interrupted> {
@@ -439,7 +439,7 @@ impl<'a> Search<'a> {
             (before, last) = (error, length);
             (self.shape, self.balance) = (shape, balance);
             if let Some(deepest) = &mut self.deepest {
-                *deepest = deepest.max(self.problem.model.deepest_overlap(&self.shape.q));
+                *deepest = deepest.max(self.problem.model.deepest_overlaps(&self.shape.q)[0]);
             }
             self.step_norm = length;
             self.rescale(length);
@@ -568,6 +568,7 @@ impl<'a> Search<'a> {
         if !model.facts().has_contact || !length.is_finite() {
             return false;
         }
+        let inside = ladder::inside(&mut **model, [&self.shape.q, &to.q]);
         model.note_surfaces(&self.shape.q);
         let step = chart::step_between(turns, &self.shape.q, &to.q);
         let parts = (length / PART).ceil().clamp(1.0, 1e4) as usize;
@@ -575,7 +576,9 @@ impl<'a> Search<'a> {
             let mut q = self.shape.q.clone();
             let part: Vec<f64> = step.iter().map(|x| x * part as f64 / parts as f64).collect();
             chart::retract(turns, &mut q, &part);
-            model.have_passed(&q, Radius::Smaller)
+            // How far solids turn is judged by their coordinates.
+            chart::unfold(turns, &self.shape.q, &mut q);
+            model.have_passed(&q, Radius::Smaller) || model.deepest_overlaps(&q)[1] > inside
         })
     }
 }

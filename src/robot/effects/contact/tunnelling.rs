@@ -43,10 +43,15 @@ const LARGEST_TURN: f64 = 2.0;
 
 /// Whether there is anything that has two sides.
 pub(crate) fn is_possible<G: Turning>(plan: &Plan<G>) -> bool {
-    plan.contacts.pairs.iter().any(|pair| match pair.sides[1] {
+    plan.contacts.pairs.iter().any(|pair| has_two_sides(plan, pair))
+}
+
+/// Whether what touches may be on either side of the other surface.
+pub(crate) fn has_two_sides<G: Turning>(plan: &Plan<G>, pair: &Pair) -> bool {
+    match pair.sides[1] {
         Side::Solid(solid) => can_be_passed(&plan.contacts.solids[solid].solid),
         _ => true,
-    })
+    }
 }
 
 /// Takes down where surfaces are, as was seen last.
