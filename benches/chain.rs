@@ -8,7 +8,6 @@ use lissom::model::{Dynamics, Tree};
 use lissom::newmark;
 use lissom::robot::{RobotModel, Rod, Solve};
 use lissom::rod::Segment;
-use lissom::second_order::FreeMotion;
 
 const SEGMENTS: [usize; 8] = [1, 2, 4, 8, 16, 32, 64, 128];
 const SOLVES: [(Solve, &str); 2] = [(Solve::Tree, "chain"), (Solve::Dense, "dense")];
@@ -93,11 +92,10 @@ fn step(criterion: &mut Criterion) {
         let mut model = rod(segments, solve);
         let zero = vec![0.0; model.facts().n];
         let options = newmark::Options::new(1e-3);
-        let mut system = FreeMotion(&mut model);
         let mut stepper = newmark::Stepper::new(zero.len(), (0.0, 1e9), &zero, &zero, &options).unwrap();
-        stepper.start(&mut system).unwrap();
+        stepper.start(&mut model).unwrap();
         group.bench_function(BenchmarkId::new(name, segments), |bencher| {
-            bencher.iter(|| stepper.step(&mut system).unwrap());
+            bencher.iter(|| stepper.step(&mut model).unwrap());
         });
     }
 }

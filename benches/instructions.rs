@@ -16,7 +16,6 @@ use lissom::pendulum::SpringPendulum;
 use lissom::radau;
 use lissom::robot::{Robot, RobotModel, Rod};
 use lissom::rod::{Profile, Segment};
-use lissom::second_order::FreeMotion;
 use lissom::simulate::{Method, simulate};
 
 /// The lab's rod: three coordinates in a plane.
@@ -153,9 +152,8 @@ fn newmark_steps<M: Model>(model: &mut M, q0: &[f64], count: usize) {
     let v0 = vec![0.0; q0.len()];
     let options = newmark::Options::new(1e-2);
     let mut stepper = newmark::Stepper::new(q0.len(), (0.0, 1e9), q0, &v0, &options).expect("valid options");
-    let mut system = FreeMotion(model);
     for _ in 0..count {
-        stepper.step(&mut system).expect("nothing interrupts");
+        stepper.step(model).expect("nothing interrupts");
     }
 }
 
@@ -172,9 +170,8 @@ fn radau_steps(model: &mut RobotModel, count: usize) {
     let options = radau::Options { rtol: 1e-6.into(), atol: 1e-9.into(), ..radau::Options::default() };
     let mut stepper =
         radau::Stepper::new(zeros.len(), (0.0, 1e9), &zeros, &zeros, &options).expect("valid options");
-    let mut system = FreeMotion(model);
     for _ in 0..count {
-        stepper.step(&mut system).expect("nothing interrupts");
+        stepper.step(model).expect("nothing interrupts");
     }
 }
 

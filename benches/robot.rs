@@ -10,7 +10,6 @@ use lissom::model::Dynamics;
 use lissom::newmark;
 use lissom::robot::{Link, Robot, RobotModel, Solve};
 use lissom::rod::Segment;
-use lissom::second_order::FreeMotion;
 
 /// The weights of a Newmark step of a millisecond.
 const WEIGHTS: [f64; 3] = [2.5e-7, 5e-4, 1.0];
@@ -170,9 +169,8 @@ fn steps(criterion: &mut Criterion) {
         group.bench_function(BenchmarkId::from_parameter(name), |bencher| {
             bencher.iter(|| {
                 let mut stepper = newmark::Stepper::new(n, (0.0, 1.0), &q, &v, &options).unwrap();
-                let mut system = FreeMotion(&mut model);
                 for _ in 0..100 {
-                    stepper.step(&mut system).unwrap();
+                    stepper.step(&mut model).unwrap();
                 }
                 stepper.q()[0]
             });

@@ -14,7 +14,6 @@ use lissom::ode::{self, FirstOrder};
 use lissom::radau;
 use lissom::robot::{RobotModel, Rod};
 use lissom::rod::Segment;
-use lissom::second_order::FreeMotion;
 use lissom::signal::{Harmonic, Signal};
 use lissom::stepping::{Method, Run};
 use lissom::support::Support;
@@ -161,12 +160,11 @@ fn implicit_steps_allocate_nothing() {
             },
         ] {
             let mut stepper = newmark::Stepper::new(n, (0.0, 10.0), &zeros, &zeros, &options).unwrap();
-            let mut system = FreeMotion(&mut model);
-            stepper.start(&mut system).unwrap();
-            stepper.step(&mut system).unwrap();
+            stepper.start(&mut model).unwrap();
+            stepper.step(&mut model).unwrap();
             let count = allocations(|| {
                 for _ in 0..50 {
-                    stepper.step(&mut system).unwrap();
+                    stepper.step(&mut model).unwrap();
                 }
             });
             assert_eq!((count, stepper.counters().steps), (0, 51), "{n} coordinates");
@@ -181,12 +179,11 @@ fn radau_steps_allocate_nothing() {
         let zeros = vec![0.0; n];
         let options = radau::Options { rtol: 1e-3.into(), atol: 1e-5.into(), ..radau::Options::default() };
         let mut stepper = radau::Stepper::new(n, (0.0, 10.0), &zeros, &zeros, &options).unwrap();
-        let mut system = FreeMotion(&mut model);
-        stepper.start(&mut system).unwrap();
-        stepper.step(&mut system).unwrap();
+        stepper.start(&mut model).unwrap();
+        stepper.step(&mut model).unwrap();
         let count = allocations(|| {
             for _ in 0..20 {
-                stepper.step(&mut system).unwrap();
+                stepper.step(&mut model).unwrap();
             }
         });
         assert_eq!((count, stepper.counters().steps), (0, 21), "{n} coordinates");

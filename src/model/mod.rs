@@ -42,7 +42,7 @@ pub use forward::{ForwardScratch, SingularMass, Tree};
 pub use in_contact::{InContact, InImpact};
 pub use in_time::{Excitation, InTime};
 pub use passing::{Beside, Holding, Impact};
-pub(crate) use passing::{have_met_stops, have_passed, have_touched};
+pub(crate) use passing::{have_missed, have_passed, is_unsound, may_miss};
 pub use refinable::Refinable;
 pub use smooth::{Autonomous, Smooth, Untied};
 pub use tied::{OneSided, Switch, Tied};

@@ -1,6 +1,6 @@
 //! Detection of surfaces and stops that are met during a step, unseen at its ends.
 
-use super::{Model, Radius, Static};
+use super::{Flaw, Model, Radius, Static};
 use crate::error::Interrupted;
 use crate::numerics::hermite;
 
@@ -74,7 +74,7 @@ const LOOKS_AT_STOPS: usize = 8;
 /// Whether a joint passes a stop, or a tendon with a stiffness becomes taut, within a step between these times,
 /// displacements and rates, and is before it at both ends: the error estimate sees only the stages of the
 /// step. `memory` is any vector. Allocates.
-pub(crate) fn have_met_stops<M: Model + ?Sized>(
+fn have_met_stops<M: Model + ?Sized>(
     model: &mut M,
     [t, t_new]: [f64; 2],
     ends: [&[f64]; 2],
@@ -111,7 +111,7 @@ fn highest([before, here, after]: [f64; 3]) -> f64 {
 ///
 /// The motion bends away from the straight way between two of m looks by the m-th part squared of what it does in the whole
 /// step: there are as many looks as make this shallow. `memory` is any vector, kept to save allocations.
-pub(crate) fn have_touched<M: Model + ?Sized>(
+fn have_touched<M: Model + ?Sized>(
     model: &mut M,
     [t, t_new]: [f64; 2],
     ends: [&[f64]; 2],
@@ -150,4 +150,42 @@ pub(crate) fn have_touched<M: Model + ?Sized>(
         }
     }
     Ok(true)
+}
+
+/// Whether a step can miss anything.
+pub(crate) fn may_miss<M: Model + ?Sized>(model: &M) -> bool {
+    model.facts().has_contact || model.facts().has_stops
+}
+
+/// Whether surfaces pass through each other, or touch and part again, or stops are passed, within a step along these times and shapes,
+/// unseen at its ends, where the velocities are `rates`. `memory` is any vector, kept to save allocations.
+pub(crate) fn have_missed<M: Model + ?Sized>(
+    model: &mut M,
+    way: &[(f64, &[f64])],
+    rates: [&[f64]; 2],
+    memory: &mut Vec<f64>,
+) -> Result<bool, Interrupted> {
+    let &[(t, start), .., (t_new, end)] = way else { return Ok(false) };
+    let (times, ends) = ([t, t_new], [start, end]);
+    if model.facts().has_stops && have_met_stops(model, times, ends, rates, memory)? {
+        return Ok(true);
+    }
+    Ok(model.facts().has_contact
+        && (have_passed(model, way.iter().copied(), Radius::Smaller)?
+            || have_touched(model, times, ends, rates, memory)?))
+}
+
+/// Whether an adaptive step of size `h` from the coordinates and velocities `before` to a motion at `t` cannot be correct: it ends with
+/// rotations too large to be followed, or with energy that an impact has added. If only one stage detects an impact, the step may
+/// add a kick as large as the tolerance allows.
+pub(crate) fn is_unsound<M: Model + ?Sized>(
+    model: &mut M,
+    t: f64,
+    before: [&[f64]; 2],
+    motion: [&[f64]; 3],
+    h: f64,
+) -> Result<bool, Interrupted> {
+    model.set_time(t)?;
+    Ok(matches!(model.flaw(motion[0]), Some(Flaw::Unresolved { .. }))
+        || model.facts().has_contact && model.gains_energy(before, motion, h, Beside::Motion))
 }

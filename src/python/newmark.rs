@@ -18,7 +18,7 @@ use super::simulate::word;
 use crate::error::Interrupted;
 use crate::integrators::newmark::{Options, Parameters, Scheme, StepSize, Stepper, solve};
 use crate::integrators::second_order::{Failure, Status, System};
-use crate::model::Facts;
+use crate::model::{Facts, Model};
 use crate::numerics::linalg::Matrix;
 use crate::numerics::roots::Derivative;
 use crate::simulation::simulate::Simulation;
@@ -250,6 +250,8 @@ impl<'py> Equations<'_, 'py> {
 }
 
 impl System for Equations<'_, '_> {
+    type Model = dyn Model;
+
     fn facts(&self) -> &Facts {
         &self.facts
     }
@@ -283,5 +285,9 @@ impl System for Equations<'_, '_> {
             tangent.zip_apply(part, |sum, entry| *sum += weight * entry);
         }
         Ok(())
+    }
+
+    fn model(&mut self) -> Option<&mut Self::Model> {
+        None
     }
 }

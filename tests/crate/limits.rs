@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use lissom::body::Body;
 use lissom::error::{Interrupted, InvalidInput};
-use lissom::model::Facts;
+use lissom::model::{Facts, Model};
 use lissom::newmark;
 use lissom::ode::{self, Method, Options, Output, Status};
 use lissom::robot::{RobotModel, Rod};
@@ -254,6 +254,7 @@ fn what_does_not_fit_in_memory_is_refused() {
 struct Free(Facts);
 
 impl second_order::System for Free {
+    type Model = dyn Model;
     fn facts(&self) -> &Facts {
         &self.0
     }
@@ -280,6 +281,9 @@ impl second_order::System for Free {
         tangent.fill_with_identity();
         *tangent *= weights[2];
         Ok(())
+    }
+    fn model(&mut self) -> Option<&mut Self::Model> {
+        None
     }
 }
 

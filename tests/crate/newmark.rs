@@ -5,14 +5,15 @@ use lissom::contact::{Contact, Obstacle, Surface};
 use lissom::error::Interrupted;
 use lissom::joint::{Joint, JointForces};
 use lissom::linalg::{Lu, Matrix};
-use lissom::model::{Dynamics, Facts};
+use lissom::model::{Dynamics, Facts, Model};
 use lissom::newmark::{METHODS, Options, Parameters, Predictor, Scheme, StepSize, Stepper, solve};
 use lissom::ode::Tolerance;
 use lissom::pendulum::SpringPendulum;
 use lissom::robot::{Link, Robot, RobotModel};
 use lissom::rod::Segment;
 use lissom::roots::Derivative;
-use lissom::second_order::{Counters, Failure, FreeMotion, Solution, Status, System};
+use lissom::second_order;
+use lissom::second_order::{Counters, Failure, Solution, Status};
 use proptest::prelude::*;
 
 /// `M a + C v + K q = f(t)`, times `scale`.
@@ -43,7 +44,8 @@ impl Linear {
     }
 }
 
-impl System for Linear {
+impl second_order::System for Linear {
+    type Model = dyn Model;
     fn facts(&self) -> &Facts {
         &self.facts
     }
@@ -80,6 +82,9 @@ impl System for Linear {
         tangent.copy_from(&(sum * (self.scale * self.tangent_error)));
         Ok(())
     }
+    fn model(&mut self) -> Option<&mut Self::Model> {
+        None
+    }
 }
 
 /// A scalar system given by a closure; its tangent is never used.
@@ -94,7 +99,8 @@ impl<F: FnMut(f64, f64, f64, f64) -> Result<f64, Interrupted>> Scalar<F> {
     }
 }
 
-impl<F: FnMut(f64, f64, f64, f64) -> Result<f64, Interrupted>> System for Scalar<F> {
+impl<F: FnMut(f64, f64, f64, f64) -> Result<f64, Interrupted>> second_order::System for Scalar<F> {
+    type Model = dyn Model;
     fn facts(&self) -> &Facts {
         &self.facts
     }
@@ -122,13 +128,27 @@ impl<F: FnMut(f64, f64, f64, f64) -> Result<f64, Interrupted>> System for Scalar
     ) -> Result<(), Interrupted> {
         unreachable!("differences evaluate residuals only")
     }
+    fn model(&mut self) -> Option<&mut Self::Model> {
+        None
+    }
 }
 
-fn run<S: System>(system: &mut S, t_end: f64, q0: &[f64], v0: &[f64], options: &Options) -> Solution {
+fn run<S: second_order::System>(
+    system: &mut S,
+    t_end: f64,
+    q0: &[f64],
+    v0: &[f64],
+    options: &Options,
+) -> Solution {
     solve(system, (0.0, t_end), q0, v0, options, None, &mut |_, _| Ok(())).unwrap()
 }
 
-fn scalar_run<S: System>(system: &mut S, t_end: f64, (q0, v0): (f64, f64), options: &Options) -> Solution {
+fn scalar_run<S: second_order::System>(
+    system: &mut S,
+    t_end: f64,
+    (q0, v0): (f64, f64),
+    options: &Options,
+) -> Solution {
     run(system, t_end, &[q0], &[v0], options)
 }
 
@@ -229,7 +249,7 @@ fn order_two_on_a_nonlinear_model_with_a_mass_matrix_that_depends_on_the_configu
     let mut pendulum = SpringPendulum::new(1.0, 1.0, 10.0, 9.81).unwrap();
     let (q0, v0) = ([-0.7, 0.5], [0.0, 0.0]);
     let mut state_at_one = |options: &Options| {
-        let found = run(&mut FreeMotion(&mut pendulum), 1.0, &q0, &v0, options);
+        let found = run(&mut pendulum, 1.0, &q0, &v0, options);
         assert!(found.status.is_success(), "{}", found.message);
         let end = found.q.len() - 2;
         [&found.q[end..], &found.v[end..], &found.a[end..]].map(|x| [x[0], x[1]])
@@ -435,7 +455,7 @@ fn a_linear_system_takes_one_iteration_a_step_and_one_jacobian() {
 #[test]
 fn the_counters_of_the_default_run() {
     let mut pendulum = SpringPendulum::new(1.0, 1.0, 10.0, 9.81).unwrap();
-    let found = run(&mut FreeMotion(&mut pendulum), 1.0, &[-0.7, 0.5], &[0.0, 0.0], &differenced(0.01));
+    let found = run(&mut pendulum, 1.0, &[-0.7, 0.5], &[0.0, 0.0], &differenced(0.01));
     let Counters { steps, nfev, njev, nlu, newton_iterations, nfev_jacobian, .. } = found.counters;
     assert_eq!(steps, 100);
     assert_eq!(nfev, newton_iterations);
@@ -447,8 +467,7 @@ fn the_counters_of_the_default_run() {
 #[test]
 fn all_jacobians_find_the_same_motion_whether_kept_or_not() {
     let mut pendulum = SpringPendulum::new(1.0, 1.0, 10.0, 9.81).unwrap();
-    let mut motion =
-        |options: &Options| run(&mut FreeMotion(&mut pendulum), 5.0, &[-0.7, 0.5], &[0.0, 0.0], options).q;
+    let mut motion = |options: &Options| run(&mut pendulum, 5.0, &[-0.7, 0.5], &[0.0, 0.0], options).q;
     for scheme in ["newmark", "central_difference", "generalised_alpha"].map(by_name) {
         let options = Options { reuse_jacobian: false, rtol: 1e-12.into(), ..with_scheme(scheme, 0.01) };
         let exact = motion(&options);
@@ -499,7 +518,7 @@ fn differences_without_a_relative_tolerance() {
     let mut pendulum = SpringPendulum::new(1.0, 1.0, 10.0, 9.81).unwrap();
     for derivative in [Derivative::Analytic, Derivative::Forward, Derivative::Central] {
         let options = Options { derivative, rtol: 0.0.into(), atol: 1e-3.into(), ..Options::new(0.01) };
-        let found = run(&mut FreeMotion(&mut pendulum), 1.0, &[-0.7, 0.5], &[0.0, 0.0], &options);
+        let found = run(&mut pendulum, 1.0, &[-0.7, 0.5], &[0.0, 0.0], &options);
         assert!(found.status.is_success(), "{derivative:?}: {}", found.message);
         let Counters { reuse_failures, full_newton, newton_iterations, .. } = found.counters;
         assert_eq!((reuse_failures, full_newton), (0, 0), "{derivative:?}");
@@ -552,13 +571,19 @@ fn every_step_is_solved_to_the_tolerance() {
             };
             let options = Options { rtol: rtol.into(), derivative, ..with_scheme(scheme, dt) };
             let mut pendulum = SpringPendulum::new(1.0, 1.0, 10.0, 9.81).unwrap();
-            let mut system = FreeMotion(&mut pendulum);
-            let found =
-                solve(&mut system, (0.0, 5.0), &[-0.7, 0.5], &[0.0; 2], &options, None, &mut |_, stepper| {
+            let found = solve(
+                &mut pendulum,
+                (0.0, 5.0),
+                &[-0.7, 0.5],
+                &[0.0; 2],
+                &options,
+                None,
+                &mut |_, stepper| {
                     judge_step(stepper);
                     Ok(())
-                })
-                .unwrap();
+                },
+            )
+            .unwrap();
             assert!(found.status.is_success());
             errors.sort_by(f64::total_cmp);
             let (typical, largest) = (errors[errors.len() * 9 / 10], errors[errors.len() - 1]);
@@ -575,7 +600,7 @@ fn reruns_are_equal_bit_by_bit() {
     let mut pendulum = SpringPendulum::new(1.0, 1.0, 10.0, 9.81).unwrap();
     let mut motion = || {
         let options = adaptive(0.01, 1e-5);
-        let found = run(&mut FreeMotion(&mut pendulum), 3.0, &[-0.7, 0.5], &[0.0, 0.0], &options);
+        let found = run(&mut pendulum, 3.0, &[-0.7, 0.5], &[0.0, 0.0], &options);
         (found.t, found.q, found.v, found.a, found.counters)
     };
     assert_eq!(motion(), motion());
@@ -817,7 +842,8 @@ fn bad_problems_are_refused_all_at_once_before_any_evaluation() {
 #[test]
 fn an_empty_system_is_integrated() {
     struct Empty(Facts);
-    impl System for Empty {
+    impl second_order::System for Empty {
+        type Model = dyn Model;
         fn facts(&self) -> &Facts {
             &self.0
         }
@@ -841,6 +867,9 @@ fn an_empty_system_is_integrated() {
             _: &mut Matrix,
         ) -> Result<(), Interrupted> {
             Ok(())
+        }
+        fn model(&mut self) -> Option<&mut Self::Model> {
+            None
         }
     }
     let found = run(&mut Empty(Facts::of_equations(0)), 1.0, &[], &[], &Options::new(0.1));
@@ -967,12 +996,13 @@ mod adaptive_steps {
 }
 
 /// A system whose tangent is divided into these parts.
-struct Divided<S> {
-    system: S,
+struct Divided<'a, S> {
+    system: &'a mut S,
     facts: Facts,
 }
 
-impl<S: System> System for Divided<S> {
+impl<S: second_order::System> second_order::System for Divided<'_, S> {
+    type Model = S::Model;
     fn facts(&self) -> &Facts {
         &self.facts
     }
@@ -1000,12 +1030,8 @@ impl<S: System> System for Divided<S> {
         self.system.tangent(t, q, v, a, weights, tangent)
     }
 
-    fn may_touch(&self) -> bool {
-        self.system.may_touch()
-    }
-
-    fn follow_friction(&mut self, length: Option<f64>) {
-        self.system.follow_friction(length);
+    fn model(&mut self) -> Option<&mut S::Model> {
+        self.system.model()
     }
 }
 
@@ -1046,7 +1072,7 @@ fn parts_are_solved_for_as_the_whole_is() {
     let parts = facts.parts.clone();
     let mut run = |parts: &[usize]| {
         let facts = Facts { parts: parts.to_vec(), ..facts.clone() };
-        let mut system = Divided { system: FreeMotion(&mut model), facts };
+        let mut system = Divided { system: &mut model, facts };
         let motion = solve(&mut system, (0.0, 0.03), &rest, &pushed, &options, None, &mut |_, _| Ok(()));
         let motion = motion.unwrap();
         assert!(motion.status.is_success(), "{}", motion.message);

@@ -8,7 +8,8 @@ use lissom::pendulum::SpringPendulum;
 use lissom::radau::{Options, Stepper, solve};
 use lissom::robot::{RobotModel, Rod};
 use lissom::rod::Segment;
-use lissom::second_order::{FreeMotion, Solution, System};
+use lissom::second_order;
+use lissom::second_order::Solution;
 
 fn two_segments() -> RobotModel {
     let segment = Segment {
@@ -26,8 +27,7 @@ fn within(rtol: f64, atol: f64) -> Options {
 
 fn run<M: Model>(model: &mut M, t_end: f64, q0: &[f64], options: &Options, times: &[f64]) -> Solution {
     let v0 = vec![0.0; q0.len()];
-    let mut system = FreeMotion(model);
-    let found = solve(&mut system, (0.0, t_end), q0, &v0, options, Some(times), &mut |_, _| Ok(())).unwrap();
+    let found = solve(model, (0.0, t_end), q0, &v0, options, Some(times), &mut |_, _| Ok(())).unwrap();
     assert!(found.status.is_success(), "{}", found.message);
     found
 }
@@ -127,7 +127,8 @@ struct Oscillator {
     force: fn(f64) -> f64,
 }
 
-impl System for Oscillator {
+impl second_order::System for Oscillator {
+    type Model = dyn Model;
     fn facts(&self) -> &Facts {
         &self.facts
     }
@@ -153,6 +154,9 @@ impl System for Oscillator {
     ) -> Result<(), Interrupted> {
         tangent[(0, 0)] = weights[0] + weights[2] * self.mass;
         Ok(())
+    }
+    fn model(&mut self) -> Option<&mut Self::Model> {
+        None
     }
 }
 

@@ -1,14 +1,13 @@
 //! Matrices of trees and their solves against dense ones, for random generators and random rods.
 
-use lissom::error::Interrupted;
 use lissom::linalg::{Lu, Matrix, Singular, TreeLu, TreeMatrix};
-use lissom::model::{Dynamics, Facts, ForwardScratch, Tree};
+use lissom::model::{Autonomous, Dynamics, Elastic, Energy, Facts, Flaw, ForwardScratch, Smooth, Tree};
 use lissom::newmark;
 use lissom::robot::{RobotModel, Rod, Solve};
 use lissom::rod::{Section, Segment};
 use lissom::roots::Derivative;
 use lissom::second_order;
-use lissom::second_order::{Failure, FreeMotion, Status, System};
+use lissom::second_order::{Failure, Status};
 use proptest::prelude::*;
 
 fn largest(v: &[f64]) -> f64 {
@@ -312,8 +311,7 @@ fn motion(rod: &Rod, solve: Solve, options: &newmark::Options) -> second_order::
     let mut model = RobotModel::with_solve(&rod.into(), solve).unwrap();
     assert_eq!(model.solve(), solve);
     let zero = vec![0.0; model.facts().n];
-    newmark::solve(&mut FreeMotion(&mut model), (0.0, 0.3), &zero, &zero, options, None, &mut |_, _| Ok(()))
-        .unwrap()
+    newmark::solve(&mut model, (0.0, 0.3), &zero, &zero, options, None, &mut |_, _| Ok(())).unwrap()
 }
 
 /// The steps differ by the tolerance of Newton's method, here by rounding errors.
@@ -442,60 +440,70 @@ fn a_singular_schur_complement_of_a_regular_matrix_is_refused() {
     assert_eq!(TreeLu::new(&chain).factorise(&chain), Err(Singular));
 }
 
-/// `a = f` for two coordinates with one block each; the tangent is `tangent` from t = 0.5 on.
+/// `a = f` for two coordinates with one block each; the tangent is `tangent` from t = 0.5 on, where the first one moves with 0.5.
 struct Two {
     facts: Facts,
     tangent: TreeMatrix,
 }
 
-impl System for Two {
+impl Dynamics for Two {
     fn facts(&self) -> &Facts {
         &self.facts
     }
-    fn residual(
-        &mut self,
-        _t: f64,
-        _q: &[f64],
-        _v: &[f64],
-        a: &[f64],
-        residual: &mut [f64],
-    ) -> Result<(), Interrupted> {
-        residual.copy_from_slice(&[a[0] - 1.0, a[1] + 2.0]);
-        Ok(())
+    fn inverse_dynamics(&mut self, _q: &[f64], _qd: &[f64], qdd: &[f64], tau: &mut [f64]) {
+        tau.copy_from_slice(&[qdd[0] - 1.0, qdd[1] + 2.0]);
     }
-    fn tangent(
-        &mut self,
-        _t: f64,
-        _q: &[f64],
-        _v: &[f64],
-        _a: &[f64],
-        _weights: [f64; 3],
-        _tangent: &mut Matrix,
-    ) -> Result<(), Interrupted> {
+    fn weighted_tangent(&mut self, _: &[f64], _: &[f64], _: &[f64], _: [f64; 3], _: &mut Matrix) {
         unreachable!("a chain")
     }
-    fn tree(&self) -> Option<TreeMatrix> {
-        Some(TreeMatrix::chain(&[1, 1], [1, 1]))
+    fn tree(&self) -> Option<Tree> {
+        let chain = || TreeMatrix::chain(&[1, 1], [1, 1]);
+        Some(Tree { tangent: chain(), mass: chain() })
     }
-    fn tree_tangent(
-        &mut self,
-        t: f64,
-        _q: &[f64],
-        _v: &[f64],
-        _a: &[f64],
-        _weights: [f64; 3],
-        tangent: &mut TreeMatrix,
-    ) -> Result<(), Interrupted> {
-        if t < 0.5 {
-            for block in &mut tangent.blocks {
-                block[(0, 0)] = 1.0;
-            }
-        } else {
-            tangent.clone_from(&self.tangent);
+    fn tree_tangent(&mut self, _: &[f64], qd: &[f64], _: &[f64], _: [f64; 3], tangent: &mut TreeMatrix) {
+        tangent.clone_from(&self.tangent);
+        if qd[0] < 0.49 {
+            tangent.blocks.iter_mut().for_each(|block| block[(0, 0)] = 1.0);
         }
-        Ok(())
+    }
+    fn mass_matrix(&mut self, _q: &[f64], _mass: &mut Matrix) {
+        unreachable!("a chain")
+    }
+    fn energy(&mut self, _q: &[f64], _qd: &[f64]) -> Energy {
+        Energy::default()
+    }
+    fn dissipated_power(&mut self, _q: &[f64], _qd: &[f64]) -> f64 {
+        0.0
+    }
+    fn supplied_power(&mut self, _q: &[f64], _qd: &[f64], _qdd: &[f64]) -> f64 {
+        0.0
+    }
+    fn tip(&mut self, _q: &[f64]) -> [f64; 3] {
+        [0.0; 3]
+    }
+    fn flaw(&mut self, _q: &[f64]) -> Option<Flaw> {
+        None
     }
 }
+
+impl Elastic for Two {
+    fn elastic_forces(&mut self, _q: &[f64], tau: &mut [f64]) {
+        tau.fill(0.0);
+    }
+    fn elastic_tangent(&mut self, _q: &[f64], tangent: &mut Matrix) {
+        tangent.fill(0.0);
+    }
+    fn turned_loads(&mut self, _q: &[f64], forces: &mut Matrix) {
+        forces.fill(0.0);
+    }
+    fn sizes(&mut self, _q: &[f64], sizes: &mut [f64]) {
+        sizes.fill(1.0);
+    }
+}
+
+impl Autonomous for Two {}
+
+impl Smooth for Two {}
 
 #[test]
 fn a_step_with_a_singular_chain_ends_with_a_status_that_says_so() {
@@ -504,7 +512,7 @@ fn a_step_with_a_singular_chain_ends_with_a_status_that_says_so() {
     infinite.blocks[0][(0, 0)] = f64::INFINITY;
     for (tangent, failure) in [(zeros, Failure::SingularJacobian), (infinite, Failure::NonFinite)] {
         let options = newmark::Options { reuse_jacobian: false, ..newmark::Options::new(0.1) };
-        let mut system = Two { facts: Facts::of_equations(2), tangent };
+        let mut system = Two { facts: Facts::smooth(2, 1.0), tangent };
         let zero = [0.0; 2];
         let found = newmark::solve(&mut system, (0.0, 1.0), &zero, &zero, &options, None, &mut |_, _| Ok(()))
             .unwrap();
@@ -534,7 +542,7 @@ fn long_rods_are_chains_by_default_and_short_ones_are_not() {
     assert_eq!(solve(10, [0, 2, 0, 0, 0, 0]), Solve::Tree);
     assert_eq!(solve(128, [0, 1, 1, 0, 0, 0]), Solve::Tree);
     let short = RobotModel::of_rod(&Rod::new(vec![soft([0, 1, 0, 0, 0, 0])])).unwrap();
-    assert!(short.tree().is_none() && FreeMotion(&mut short.clone()).tree().is_none());
+    assert!(short.tree().is_none());
 }
 
 /// The cost of a step grows linearly with the number of segments: residual, tangent, factorisation and

@@ -19,6 +19,7 @@ use super::search::Search;
 use super::trial::Trial;
 use crate::error::Interrupted;
 use crate::integrators::second_order::{Counters, Failure, System};
+use crate::model::InImpact;
 use crate::numerics::linalg::dot;
 use crate::numerics::tape::Tape;
 
@@ -86,8 +87,14 @@ const FRESH_ITERATIONS: f64 = 2.0;
 
 /// The error that is left after an increment of that size. Where surfaces may touch, what touches in the place that it leads to
 /// is not in any rate: the last increment itself must be small.
-fn left_after<S: System + ?Sized>(system: &S, size: f64, rate: f64) -> f64 {
-    if system.may_touch() { size } else { remaining_error(size, rate) }
+fn left_after<S: System + ?Sized>(system: &mut S, size: f64, rate: f64) -> f64 {
+    if may_touch(system) { size } else { remaining_error(size, rate) }
+}
+
+/// Whether surfaces in the state evaluated last are so close that they may touch in the next one.
+#[inline]
+fn may_touch<S: System + ?Sized>(system: &mut S) -> bool {
+    system.model().is_some_and(|model| model.may_touch())
 }
 
 /// The history of the factorised Jacobian.
@@ -196,7 +203,7 @@ impl Corrector {
     }
 
     /// Prepares the memory for the Jacobians of `system`. Comes before the first solve.
-    pub(super) fn prepare<S: System + ?Sized>(&mut self, system: &S) {
+    pub(super) fn prepare<S: System + ?Sized>(&mut self, system: &mut S) {
         self.linear = self.jacobian.linear_system(system);
         let n = system.facts().n;
         self.sizes.clone_from(&system.facts().typical_coordinates);
@@ -233,7 +240,7 @@ impl Corrector {
     }
 
     /// What goes on from one solve to the next: the kept Jacobian and what is known of it.
-    pub(super) fn carry<S: System + ?Sized>(&mut self, system: &S, tape: &mut Tape<'_>) {
+    pub(super) fn carry<S: System + ?Sized>(&mut self, system: &mut S, tape: &mut Tape<'_>) {
         let blank = Kept { weights: [0.0; 3], steps: 0.0, cost: 0.0 };
         tape.optional(&mut self.kept, blank, |tape, kept| {
             tape.numbers(&mut kept.weights);
@@ -287,7 +294,7 @@ impl Corrector {
         }
         if is_kept || self.reuse && !self.might_touch {
             if self.with_kept_jacobian(system, trial, [guess, last], h, counters)?.is_ok() {
-                self.might_touch = system.may_touch();
+                self.might_touch = may_touch(system);
                 return Ok(Ok(()));
             }
             counters.reuse_failures += usize::from(is_kept);
@@ -295,8 +302,10 @@ impl Corrector {
             trial.set(guess);
         }
         let outcome = self.with_fresh_jacobians(system, trial, [guess, last], h, counters);
-        system.follow_friction(None);
-        self.might_touch = system.may_touch();
+        if let Some(model) = system.model() {
+            model.follow_friction(None);
+        }
+        self.might_touch = may_touch(system);
         outcome
     }
 
@@ -349,13 +358,13 @@ impl Corrector {
                 let distance = self.distance_from_jacobian(trial, h);
                 // Where surfaces touch every step is measured, also next to where the Jacobian was evaluated. There the rate is that
                 // of what the tangent neglects, and says nothing about places that are farther away.
-                let is_bound = size <= NEGLIGIBLE || is_fresh && system.may_touch();
+                let is_bound = size <= NEGLIGIBLE || is_fresh && may_touch(system);
                 self.contraction.measured(rate, distance, is_bound);
                 let needed = iterations_needed(left_after(system, size, rate), rate);
                 renew = match self.kept {
                     _ if needed == 1.0 => false,
                     // What begins to touch in a step makes the first rate poor; the next one is that of the Jacobian.
-                    _ if iteration == 1 && system.may_touch() => false,
+                    _ if iteration == 1 && may_touch(system) => false,
                     Some(kept) if !is_fresh => kept.is_beaten_by(cost - 1.0 + needed),
                     _ => needed > jacobian_cost + FRESH_ITERATIONS,
                 };
@@ -388,7 +397,7 @@ impl Corrector {
             let rate = match measured_rate {
                 Some(rate) => rate,
                 // A step that begins unlike the last one may be of another kind.
-                None if is_similar && !system.may_touch() => {
+                None if is_similar && !may_touch(system) => {
                     self.contraction.bound(self.distance_from_jacobian(trial, h))
                 }
                 None => f64::INFINITY,
@@ -413,9 +422,9 @@ impl Corrector {
     }
 
     /// Whether a kept Jacobian is expected to be cheaper than a fresh one in a step that begins like the last one.
-    fn kept_jacobian_pays<S: System + ?Sized>(&self, system: &S, trial: &Trial, h: f64) -> bool {
+    fn kept_jacobian_pays<S: System + ?Sized>(&self, system: &mut S, trial: &Trial, h: f64) -> bool {
         self.kept.is_some_and(|kept| {
-            let iterations = |distance| {
+            let mut iterations = |distance| {
                 let rate = self.contraction.expect(distance);
                 iterations_needed(left_after(system, self.first_size, rate), rate)
             };
@@ -452,7 +461,9 @@ impl Corrector {
         let (mut jacobians, mut is_full) = (0, false);
         for _ in 0..MAX_FULL_ITERATIONS {
             if renew {
-                system.follow_friction(Some(length));
+                if let Some(model) = system.model() {
+                    model.follow_friction(Some(length));
+                }
                 if let Err(failure) = self.evaluate_jacobian(system, trial, h, counters)? {
                     return Ok(Err(failure));
                 }
@@ -534,7 +545,7 @@ impl Corrector {
                 return Ok(Ok(()));
             }
             // Where surfaces touch, rates of one iteration do not hold for many.
-            let patience = FRESH_ITERATIONS + if system.may_touch() { 0.0 } else { jacobian_cost };
+            let patience = FRESH_ITERATIONS + if may_touch(system) { 0.0 } else { jacobian_cost };
             renew = length < 1.0 || iterations_needed(left_after(system, next_size, rate), rate) > patience;
         }
         Ok(Err(Failure::NotConverged))

@@ -3,8 +3,9 @@
 use super::linear_system::LinearSystem;
 use super::trial::Trial;
 use crate::error::Interrupted;
-use crate::integrators::second_order::{Counters, System};
+use crate::integrators::second_order::{Counters, System, model_at};
 use crate::model::chart::correction_for_moments;
+use crate::model::{Dynamics, Tied};
 use crate::numerics::linalg::{Matrix, norm_inf};
 use crate::numerics::roots;
 use crate::numerics::roots::{CENTRAL_INCREMENT, Derivative, Differences, FORWARD_INCREMENT};
@@ -23,6 +24,9 @@ pub(super) struct Jacobian {
     /// are not above the absolute tolerance.
     smallest: Vec<f64>,
 }
+
+/// Approximate cost of the tangent of equations that are no model's, in residual evaluations.
+const COST_OF_TANGENT: f64 = 3.0;
 
 /// Differences change accelerations by at most this fraction of the largest one: equations that are not linear in them
 /// have a derivative there, too.
@@ -58,14 +62,14 @@ impl Jacobian {
     }
 
     /// Memory for the Jacobians of `system`.
-    pub(super) fn linear_system<S: System + ?Sized>(&self, system: &S) -> LinearSystem {
+    pub(super) fn linear_system<S: System + ?Sized>(&self, system: &mut S) -> LinearSystem {
         LinearSystem::new(system, self.derivative)
     }
 
     /// The cost of an evaluation, in residual evaluations.
-    pub(super) fn cost<S: System + ?Sized>(&self, system: &S) -> f64 {
+    pub(super) fn cost<S: System + ?Sized>(&self, system: &mut S) -> f64 {
         match self.derivative {
-            Derivative::Analytic => system.tangent_cost(),
+            Derivative::Analytic => system.model().map_or(COST_OF_TANGENT, |model| model.tangent_cost()),
             Derivative::Forward => system.facts().n as f64,
             Derivative::Central => 2.0 * system.facts().n as f64,
         }
@@ -116,11 +120,13 @@ impl Jacobian {
         let Trial { t, q, v, a, weights, .. } = trial;
         let jacobian = match linear {
             LinearSystem::Tree { jacobian, .. } => {
-                return system.tree_tangent(*t, q, v, a, *weights, jacobian);
+                model_at(system, *t)?.tree_tangent(q, v, a, *weights, jacobian);
+                return Ok(());
             }
             LinearSystem::Saddle(saddle) => {
                 system.tangent(*t, q, v, a, *weights, &mut saddle.tangent)?;
-                return system.constraint_jacobian(*t, q, &mut saddle.constraints);
+                model_at(system, *t)?.gap_jacobian(q, &mut saddle.constraints);
+                return Ok(());
             }
             LinearSystem::Dense { jacobian, .. } | LinearSystem::Blocks { jacobian, .. }
                 if self.derivative == Derivative::Analytic =>

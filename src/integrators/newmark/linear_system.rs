@@ -2,6 +2,7 @@
 
 use crate::error::InvalidInput;
 use crate::integrators::second_order::{Failure, System};
+use crate::model::Dynamics;
 use crate::model::constraint::Saddle;
 use crate::numerics::linalg::{BlockLu, Lu, Matrix, Singular, TreeLu, TreeMatrix};
 use crate::numerics::memory;
@@ -39,11 +40,11 @@ impl LinearSystem {
     }
 
     /// Memory for the Jacobian of a system; differences do not see whether it is a chain.
-    pub(super) fn new<S: System + ?Sized>(system: &S, derivative: Derivative) -> Self {
+    pub(super) fn new<S: System + ?Sized>(system: &mut S, derivative: Derivative) -> Self {
         if system.facts().constraints() > 0 {
             return Self::of_size(system.facts().n, system.facts().constraints());
         }
-        let chain = if derivative == Derivative::Analytic { system.tree() } else { None };
+        let chain = if derivative == Derivative::Analytic { tree(system) } else { None };
         match chain {
             Some(jacobian) => Self::Tree { lu: TreeLu::new(&jacobian), jacobian },
             None => Self::of_parts(&system.facts().parts).unwrap_or_else(|| Self::dense(system.facts().n)),
@@ -68,12 +69,12 @@ impl LinearSystem {
 
     /// Refuses a system whose matrices do not fit in memory.
     pub(crate) fn check_memory<S: System + ?Sized>(
-        system: &S,
+        system: &mut S,
         derivative: Derivative,
     ) -> Result<(), InvalidInput> {
         /// The Jacobian and its factors, and where it has parts both kinds of factors.
         const SQUARE_MATRICES: [usize; 2] = [2, 3];
-        let is_chain = derivative == Derivative::Analytic && system.tree().is_some();
+        let is_chain = derivative == Derivative::Analytic && tree(system).is_some();
         let has_parts = system.facts().parts.len() >= FEWEST_PARTS;
         let matrices = if is_chain { 0 } else { SQUARE_MATRICES[usize::from(has_parts)] };
         memory::check_square(
@@ -152,4 +153,9 @@ impl LinearSystem {
             Self::Saddle(saddle) => saddle.solve(b),
         }
     }
+}
+
+/// The structure of the tangent of a chain for which this form is cheaper.
+fn tree<S: System + ?Sized>(system: &mut S) -> Option<TreeMatrix> {
+    Some(system.model()?.tree()?.tangent)
 }

@@ -11,14 +11,13 @@
 //!
 //! ```
 //! use lissom::newmark::{Options, solve};
-//! use lissom::second_order::FreeMotion;
 //! use lissom::pendulum::SpringPendulum;
 //!
 //! let mut pendulum = SpringPendulum::new(1.0, 1.0, 10.0, 9.81)?;
 //! let (q0, v0) = ([-0.7, 0.5], [0.0, 0.0]);
 //! let options = Options::new(1e-3);
 //! let motion =
-//!     solve(&mut FreeMotion(&mut pendulum), (0.0, 1.0), &q0, &v0, &options, None, &mut |_, _| Ok(()))?;
+//!     solve(&mut pendulum, (0.0, 1.0), &q0, &v0, &options, None, &mut |_, _| Ok(()))?;
 //! assert!(motion.status.is_success(), "{}", motion.message);
 //! assert_eq!(motion.t.len(), 1001);
 //! # Ok::<(), lissom::error::InvalidInput>(())

@@ -4,9 +4,7 @@ use super::{JacobianKind, System};
 use crate::error::Interrupted;
 use crate::model::constraint::projection;
 use crate::model::constraint::projection::Fit;
-use crate::model::{
-    Beside, Flaw, ForwardScratch, Model, Radius, have_met_stops, have_passed, have_touched, rotation_vectors,
-};
+use crate::model::{ForwardScratch, Model, have_missed, is_unsound, may_miss, rotation_vectors};
 use crate::numerics::linalg::{Cholesky, Matrix};
 
 /// Largest relative change of velocities, with respect to the largest ones so far, that step errors cause
@@ -34,7 +32,7 @@ pub struct FirstOrder<M> {
     fastest: f64,
     /// Largest number of independent constraints so far.
     rank: usize,
-    /// Memory of `have_touched`.
+    /// Memory of `have_missed`.
     memory: Vec<f64>,
 }
 
@@ -134,33 +132,18 @@ impl<M: Model> System for FirstOrder<M> {
 
     fn has_missed(&mut self, way: [(f64, &[f64]); 3]) -> Result<bool, Interrupted> {
         let Self { n, model, memory, .. } = self;
-        let [(t, start), _, (t_new, end)] = way;
-        let [(q, v), (q_new, v_new)] = [start, end].map(|y| y.split_at(*n));
-        if model.facts().has_stops && have_met_stops(model, [t, t_new], [q, q_new], [v, v_new], memory)? {
-            return Ok(true);
-        }
-        if !model.facts().has_contact {
-            return Ok(false);
-        }
-        Ok(have_passed(model, way.into_iter().map(|(t, y)| (t, &y[..*n])), Radius::Smaller)?
-            || have_touched(model, [t, t_new], [q, q_new], [v, v_new], memory)?)
+        let [(_, start), _, (_, end)] = way;
+        have_missed(model, &way.map(|(t, y)| (t, &y[..*n])), [&start[*n..], &end[*n..]], memory)
     }
 
-    /// If only one stage detects an impact, the step may add a kick as large as the tolerance allows.
     fn is_flawed(&mut self, t: [f64; 2], y: [&[f64]; 2], dydt: [&[f64]; 2]) -> Result<bool, Interrupted> {
-        let Self { model, n, .. } = self;
-        model.set_time(t[1])?;
-        let [(q_before, v_before), (q, v)] = y.map(|y| y.split_at(*n));
-        if matches!(model.flaw(q), Some(Flaw::Unresolved { .. })) {
-            return Ok(true);
-        }
-        let h = t[1] - t[0];
-        Ok(model.facts().has_contact
-            && model.gains_energy([q_before, v_before], [q, v, &dydt[1][*n..]], h, Beside::Motion))
+        let [(q_before, v_before), (q, v)] = y.map(|y| y.split_at(self.n));
+        let motion = [q, v, &dydt[1][self.n..]];
+        is_unsound(&mut self.model, t[1], [q_before, v_before], motion, t[1] - t[0])
     }
 
     fn may_miss(&self) -> bool {
-        self.model.facts().has_contact || self.model.facts().has_stops
+        may_miss(&self.model)
     }
 
     fn jacobian_kind(&self) -> JacobianKind {

@@ -5,6 +5,7 @@ use crate::error::{Interrupted, InvalidInput};
 use crate::integrators::second_order::{
     Solution, System, check_points, check_times, collect, points_in_memory,
 };
+use crate::model::Dynamics;
 use crate::numerics::memory;
 
 /// Integrates the equations of motion over `t_span` from displacements `q0` and velocities `v0`. `t_eval` are
@@ -39,10 +40,10 @@ pub fn solve<S: System + ?Sized>(
 }
 
 /// Refuses a system whose matrices do not fit in memory.
-pub(crate) fn check_memory<S: System + ?Sized>(system: &S) -> Result<(), InvalidInput> {
+pub(crate) fn check_memory<S: System + ?Sized>(system: &mut S) -> Result<(), InvalidInput> {
     /// The derivatives of the residual, the shifted real and the complex matrix, and the factors of both.
     const SQUARE_MATRICES: usize = 8;
-    if system.tree().is_some() {
+    if system.model().is_some_and(|model| model.tree().is_some()) {
         return Ok(());
     }
     let unknowns = system.facts().n + system.facts().constraints();

@@ -8,7 +8,8 @@ use crate::integrators::ode::radau_iia::{
     A, A_SQUARED, A_SQUARED_INVERSE, C, Converged, E_A, E_A_SQUARED, Iteration, MU_REAL, STAGES, T,
     T_INVERSE, Verdict, norm_of_stages, transform,
 };
-use crate::integrators::second_order::{Counters, Failure, System};
+use crate::integrators::second_order::{Counters, Failure, System, model_at};
+use crate::model::Tied;
 use crate::model::constraint::Saddle;
 use crate::numerics::linalg::{Lu, Matrix, norm_inf};
 use crate::numerics::tape::Tape;
@@ -163,7 +164,7 @@ impl Stages {
             system.tangent(start.t, start.q, start.v, start.a, weights, tangent)?;
         }
         if self.unknowns > self.n {
-            system.constraint_jacobian(start.t, start.q, &mut self.constraints)?;
+            model_at(system, start.t)?.gap_jacobian(start.q, &mut self.constraints);
         }
         counters.njev += 1;
         self.tangents_are_current = true;
@@ -561,7 +562,7 @@ impl Stages {
         {
             let weights = [0.0, 0.0, 1.0];
             system.tangent(start.t, start.q, start.v, start.a, weights, &mut fitting.tangent)?;
-            system.constraint_jacobian(start.t, start.q, &mut fitting.constraints)?;
+            model_at(system, start.t)?.gap_jacobian(start.q, &mut fitting.constraints);
             self.fitting_is_of_start = fitting.factorise().is_ok();
         }
         Ok(())
@@ -586,7 +587,7 @@ impl Stages {
         };
         let x = h / MU_REAL;
         sum(tangents, [x * x, x, 1.0], &mut fitting.tangent);
-        system.constraint_jacobian(t, q, &mut fitting.constraints)?;
+        model_at(system, t)?.gap_jacobian(q, &mut fitting.constraints);
         counters.nlu += 2;
         if fitting.factorise().is_err() {
             return Ok(false);
@@ -594,7 +595,7 @@ impl Stages {
         let mut last = f64::INFINITY;
         for _ in 0..MOST_CORRECTIONS {
             scratch[..n].fill(0.0);
-            system.gaps(t, q, &mut scratch[n..])?;
+            model_at(system, t)?.gaps(q, &mut scratch[n..]);
             let gap = norm_inf(&scratch[n..]);
             let has_ended = gap.is_nan() || gap <= CLOSED || gap > LEAST_PROGRESS * last;
             last = gap;
@@ -608,14 +609,14 @@ impl Stages {
             return Ok(false);
         }
         system.tangent(t, q, v, end, [0.0, 0.0, 1.0], &mut fitting.tangent)?;
-        system.constraint_jacobian(t, q, &mut fitting.constraints)?;
+        model_at(system, t)?.gap_jacobian(q, &mut fitting.constraints);
         if fitting.factorise().is_err() {
             return Ok(false);
         }
         // Where what is told has a corner, this step fits what is told before.
         let before = if system.facts().is_one_sided { t.next_down() } else { t };
         scratch[..n].fill(0.0);
-        system.gap_rates(before, q, v, &mut scratch[n..])?;
+        model_at(system, before)?.gap_rates(q, v, &mut scratch[n..]);
         fitting.solve(scratch);
         let is_swift = |(change, size): (&f64, &f64)| change.abs() > SWIFT * size;
         if system.facts().is_one_sided && scratch[..n].iter().zip(&*sizes).any(is_swift) {
@@ -623,7 +624,7 @@ impl Stages {
         }
         v.iter_mut().zip(&*scratch).for_each(|(v, change)| *v -= change);
         scratch[..n].fill(0.0);
-        system.gap_accelerations(before, [q, v, &end[..n]], &mut scratch[n..])?;
+        model_at(system, before)?.gap_accelerations(q, v, &end[..n], &mut scratch[n..]);
         fitting.solve(scratch);
         end.iter_mut().zip(&*scratch).for_each(|(a, change)| *a -= change);
         Ok(true)

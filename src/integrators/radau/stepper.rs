@@ -13,7 +13,7 @@ use crate::integrators::ode::radau_iia::{
 };
 use crate::integrators::ode::{Tolerances, initial_step};
 use crate::integrators::second_order::{Counters, Failure, Status, Steps, System};
-use crate::model::{Beside, Radius};
+use crate::model::{Excitation, have_missed, is_unsound, may_miss, rotation_vectors};
 use crate::numerics::hermite;
 use crate::numerics::hermite::Quintic;
 use crate::numerics::tape::Tape;
@@ -55,6 +55,8 @@ pub struct Stepper {
     scale: Vec<f64>,
     /// Displacements on the way of a step, where surfaces may pass through each other.
     middle: Vec<f64>,
+    /// Memory of `have_missed`.
+    memory: Vec<f64>,
     /// Size of the next step.
     h: f64,
     last: Option<StepError>,
@@ -96,6 +98,7 @@ impl Stepper {
             smallest_rtol,
             scale: vec![0.0; 2 * n],
             middle: Vec::new(),
+            memory: Vec::new(),
             h: 0.0,
             last: None,
             tangents_are_wanted: false,
@@ -187,7 +190,8 @@ impl Stepper {
 
     /// Goes on in other coordinates where those at hand come near a singularity.
     pub(crate) fn settle<S: System + ?Sized>(&mut self, system: &mut S) {
-        if system.wrap(&mut self.q, &mut self.v, &mut [&mut self.a]) {
+        let vectors = &system.facts().rotation_vectors;
+        if rotation_vectors::wrap(vectors, &mut self.q, &mut self.v, &mut [&mut self.a]) {
             self.stages.forget_last();
             self.tangents_are_wanted = true;
         }
@@ -197,16 +201,17 @@ impl Stepper {
     fn advance<S: System + ?Sized>(&mut self, system: &mut S) -> Result<Option<Status>, Interrupted> {
         let smallest = self.options.min_step.max(SMALLEST_STEP_IN_SPACINGS * (self.t.next_up() - self.t));
         let mut h = self.h.clamp(smallest.min(self.options.max_step), self.options.max_step);
-        let start = Start { t: self.t, q: &self.q, v: &self.v, a: &self.a };
         if std::mem::take(&mut self.tangents_are_wanted) {
+            let start = Start { t: self.t, q: &self.q, v: &self.v, a: &self.a };
             self.stages.evaluate_tangents(system, &start, &mut self.counters)?;
         }
         let mut was_rejected = false;
         let mut flawed = 0;
         let mut failure = Failure::NotConverged;
-        let horizon = system.horizon(self.t);
+        let horizon = system.model().map_or(f64::INFINITY, |model| model.horizon(self.t));
         let end = end_of_step(self.t, self.t_end, horizon);
         loop {
+            let start = Start { t: self.t, q: &self.q, v: &self.v, a: &self.a };
             let wanted = h;
             let is_last = self.t + h * (1.0 + REMAINDER) >= end;
             if h.is_nan() || h < smallest && (was_rejected || !is_last) {
@@ -244,20 +249,7 @@ impl Stepper {
                     h *= DIVERGENCE_FACTOR;
                     continue;
                 }
-                let [ends, rates] = [[start.q, &self.stages.q], [start.v, &self.stages.v]];
-                let a = &self.stages.end[..start.q.len()];
-                if has_missed(system, [start.t, t_new], ends, rates, &mut self.middle)?
-                    || flawed < MOST_FLAWED
-                        && (system.is_turned_too_far(t_new, ends[1])?
-                            || system.facts().has_contact
-                                && system.gains_energy(
-                                    t_new,
-                                    [ends[0], rates[0]],
-                                    [ends[1], rates[1], a],
-                                    h,
-                                    Beside::Motion,
-                                )?)
-                {
+                if self.is_wrong(system, t_new, flawed < MOST_FLAWED)? {
                     flawed += 1;
                     self.counters.rejected += 1;
                     was_rejected = true;
@@ -276,6 +268,29 @@ impl Stepper {
             was_rejected = true;
             h *= if finite { factor.max(SMALLEST_FACTOR) } else { DIVERGENCE_FACTOR };
         }
+    }
+
+    /// Whether contacts or stops act within the step to the last stage, unseen at its ends, or, if that `is_judged`, the motion there
+    /// cannot be.
+    fn is_wrong<S: System + ?Sized>(
+        &mut self,
+        system: &mut S,
+        t_new: f64,
+        is_judged: bool,
+    ) -> Result<bool, Interrupted> {
+        let Some(model) = system.model() else { return Ok(false) };
+        let Self { t, q, v, stages, middle, memory, .. } = self;
+        let h = t_new - *t;
+        if may_miss(model) {
+            let rates = [&v[..], &stages.v];
+            hermite::middle(h, [q, &stages.q], rates, middle);
+            let way = [(*t, &q[..]), (0.5 * (*t + t_new), middle), (t_new, &stages.q)];
+            if have_missed(model, &way, rates, memory)? {
+                return Ok(true);
+            }
+        }
+        let motion = [&stages.q[..], &stages.v, &stages.end[..q.len()]];
+        Ok(is_judged && is_unsound(model, t_new, [q, v], motion, h)?)
     }
 
     /// Takes the last stage as the new state.
@@ -334,7 +349,7 @@ impl Stepper {
     }
 
     /// What goes on from step to step.
-    pub(crate) fn carry<S: System + ?Sized>(&mut self, system: &S, tape: &mut Tape<'_>) {
+    pub(crate) fn carry<S: System + ?Sized>(&mut self, system: &mut S, tape: &mut Tape<'_>) {
         if tape.reads() {
             self.prepare(system);
         }
@@ -475,25 +490,6 @@ fn set_scale(scale: &mut [f64], tolerances: &Tolerances, start: [&[f64]; 2], end
     {
         *scale = atol + rtol * size;
     }
-}
-
-/// Whether surfaces pass through each other, or touch and part again, or stops are passed, within a step between these ends.
-fn has_missed<S: System + ?Sized>(
-    system: &mut S,
-    [t, t_new]: [f64; 2],
-    ends: [&[f64]; 2],
-    rates: [&[f64]; 2],
-    middle: &mut Vec<f64>,
-) -> Result<bool, Interrupted> {
-    if system.have_met_stops([t, t_new], ends, rates, middle)? {
-        return Ok(true);
-    }
-    if !system.facts().has_contact {
-        return Ok(false);
-    }
-    hermite::middle(t_new - t, ends, rates, middle);
-    let way = [(t, ends[0]), (0.5 * (t + t_new), &middle[..]), (t_new, ends[1])];
-    Ok(system.have_passed(&way, Radius::Smaller)? || system.have_touched([t, t_new], ends, rates, middle)?)
 }
 
 /// The motion as a system of first order, with the mass matrix of the start: good enough to choose the first step.

@@ -53,6 +53,17 @@ enum RightHandSide {
     Native(Box<dyn System + Send + Sync>, Py<PyModel>),
 }
 
+impl RightHandSide {
+    /// The motion of a model.
+    fn of_model(&self) -> Option<&(dyn System + Send + Sync)> {
+        if let Self::Native(system, _) = self { Some(&**system) } else { None }
+    }
+
+    fn of_model_mut(&mut self) -> Option<&mut (dyn System + Send + Sync)> {
+        if let Self::Native(system, _) = self { Some(&mut **system) } else { None }
+    }
+}
+
 enum Jacobian {
     Differenced,
     Python(Function),
@@ -202,10 +213,23 @@ impl System for PySystem {
     }
 
     fn wrap(&mut self, y: &mut [f64], dydt: &mut [f64]) -> bool {
-        match &mut self.rhs {
-            RightHandSide::Native(system, _) => system.wrap(y, dydt),
-            _ => false,
-        }
+        self.rhs.of_model_mut().is_some_and(|system| system.wrap(y, dydt))
+    }
+
+    fn horizon(&self, t: f64) -> f64 {
+        self.rhs.of_model().map_or(f64::INFINITY, |system| system.horizon(t))
+    }
+
+    fn may_miss(&self) -> bool {
+        self.rhs.of_model().is_some_and(|system| system.may_miss())
+    }
+
+    fn has_missed(&mut self, way: [(f64, &[f64]); 3]) -> Result<bool, Interrupted> {
+        self.rhs.of_model_mut().map_or(Ok(false), |system| system.has_missed(way))
+    }
+
+    fn is_flawed(&mut self, t: [f64; 2], y: [&[f64]; 2], dydt: [&[f64]; 2]) -> Result<bool, Interrupted> {
+        self.rhs.of_model_mut().map_or(Ok(false), |system| system.is_flawed(t, y, dydt))
     }
 
     fn rhs(&mut self, t: f64, y: &[f64], dydt: &mut [f64]) -> Result<(), Interrupted> {

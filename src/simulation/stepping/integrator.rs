@@ -9,7 +9,7 @@ use crate::integrators::ode;
 use crate::integrators::ode::FirstOrder;
 use crate::integrators::radau;
 use crate::integrators::second_order;
-use crate::integrators::second_order::{Counters, Failure, FreeMotion, System};
+use crate::integrators::second_order::{Counters, Failure, constrained_start};
 use crate::model::constraint::projection;
 use crate::model::{ForwardScratch, Model};
 use crate::numerics::roots::Derivative;
@@ -44,11 +44,11 @@ impl<M: Model> Integrator<M> {
                     return Err(InvalidInput::new("adaptive", "True", expected));
                 }
                 let stepper = newmark::Stepper::new(n, t_span, q0, v0, options)?;
-                newmark::LinearSystem::check_memory(&FreeMotion(&mut model), options.derivative)?;
+                newmark::LinearSystem::check_memory(&mut model, options.derivative)?;
                 Self::Newmark { model, stepper: Box::new(stepper) }
             }
             Method::Radau { options, .. } => {
-                radau::check_memory(&FreeMotion(&mut model))?;
+                radau::check_memory(&mut model)?;
                 let stepper = radau::Stepper::new(n, t_span, q0, v0, options)?;
                 Self::Radau { model, stepper: Box::new(stepper) }
             }
@@ -71,8 +71,8 @@ impl<M: Model> Integrator<M> {
     /// Finds the accelerations at the start; `Some(status)` where there are none.
     pub(super) fn start(&mut self) -> Result<Option<Status>, Interrupted> {
         match self {
-            Self::Newmark { model, stepper } => of_second_order(stepper.start(&mut FreeMotion(model))),
-            Self::Radau { model, stepper } => of_second_order(stepper.start(&mut FreeMotion(model))),
+            Self::Newmark { model, stepper } => of_second_order(stepper.start(model)),
+            Self::Radau { model, stepper } => of_second_order(stepper.start(model)),
             Self::FirstOrder { system, stepper, .. } => stepper.start(&mut **system).map(|()| None),
         }
     }
@@ -80,8 +80,8 @@ impl<M: Model> Integrator<M> {
     /// Makes one accepted step; `Some(status)` where the way is over.
     pub(super) fn step(&mut self) -> Result<Option<Status>, Interrupted> {
         match self {
-            Self::Newmark { model, stepper } => of_second_order(stepper.step(&mut FreeMotion(model))),
-            Self::Radau { model, stepper } => of_second_order(stepper.step(&mut FreeMotion(model))),
+            Self::Newmark { model, stepper } => of_second_order(stepper.step(model)),
+            Self::Radau { model, stepper } => of_second_order(stepper.step(model)),
             Self::FirstOrder { system, stepper, .. } => {
                 stepper.step(&mut **system).map(|status| status.map(Status::FirstOrder))
             }
@@ -123,7 +123,7 @@ impl<M: Model> Integrator<M> {
                 stepper.restart([q, v, a]);
                 Ok(())
             }
-            Self::Radau { model, stepper } => stepper.restart(&mut FreeMotion(model), [q, v, a]),
+            Self::Radau { model, stepper } => stepper.restart(model, [q, v, a]),
             Self::FirstOrder { system, stepper, .. } => {
                 system.forget_rank();
                 stepper.restart([q, v]);
@@ -160,8 +160,8 @@ impl<M: Model> Integrator<M> {
     /// Goes on in other coordinates where those at hand come near a singularity.
     pub(super) fn settle(&mut self) {
         match self {
-            Self::Newmark { model, stepper } => stepper.settle(&mut FreeMotion(model)),
-            Self::Radau { model, stepper } => stepper.settle(&mut FreeMotion(model)),
+            Self::Newmark { model, stepper } => stepper.settle(model),
+            Self::Radau { model, stepper } => stepper.settle(model),
             Self::FirstOrder { system, stepper, .. } => stepper.settle(&mut **system),
         }
     }
@@ -197,7 +197,7 @@ impl<M: Model> Integrator<M> {
             model.pass_jump(corner);
             let mut a = vec![0.0; n + constraints];
             let is_known = if constraints > 0 {
-                FreeMotion(model).constrained_start(state.t, &q, &v, &mut a)?.is_ok()
+                constrained_start(model, state.t, &q, &v, &mut a)?.is_ok()
             } else {
                 model.set_time(state.t)?;
                 model.forward_dynamics(&q, &v, &mut a, &mut scratch).is_ok()
@@ -367,8 +367,8 @@ impl<M: Model> Integrator<M> {
     /// What goes on from step to step.
     pub(super) fn carry(&mut self, tape: &mut Tape<'_>) {
         match self {
-            Self::Newmark { model, stepper } => stepper.carry(&FreeMotion(model), tape),
-            Self::Radau { model, stepper } => stepper.carry(&FreeMotion(model), tape),
+            Self::Newmark { model, stepper } => stepper.carry(model, tape),
+            Self::Radau { model, stepper } => stepper.carry(model, tape),
             Self::FirstOrder { stepper, .. } => stepper.carry(tape),
         }
     }

@@ -7,7 +7,7 @@ use super::Stepper;
 use crate::description::signal::end_of_step;
 use crate::error::Interrupted;
 use crate::integrators::second_order::{ROUNDING_OF_STEPS, Status, System};
-use crate::model::Radius;
+use crate::model::{Excitation, have_missed};
 
 /// A step must be that many spacings of floating-point numbers long at least.
 const SMALLEST_STEP_IN_SPACINGS: f64 = 10.0;
@@ -28,7 +28,8 @@ impl Stepper {
         let smallest = min_step.max(SMALLEST_STEP_IN_SPACINGS * (self.t.next_up() - self.t));
         let mut h = self.h;
         let mut rejected = false;
-        let end = end_of_step(self.t, self.t_end, system.horizon(self.t));
+        let horizon = system.model().map_or(f64::INFINITY, |model| model.horizon(self.t));
+        let end = end_of_step(self.t, self.t_end, horizon);
         loop {
             if h < smallest {
                 return Ok(Some(Status::StepTooSmall));
@@ -56,13 +57,10 @@ impl Stepper {
             } else {
                 estimate.factor(error, rejected)
             };
-            let times = [self.t, t_new];
+            let way = [(self.t, &self.q[..]), (t_new, &self.trial.q[..])];
             if error <= 1.0
-                && (system.have_met_stops(times, ends.q, ends.v, &mut self.straight_on)?
-                    || self.has_contact
-                        && (system
-                            .have_passed(&[(self.t, &self.q), (t_new, &self.trial.q)], Radius::Smaller)?
-                            || system.have_touched(times, ends.q, ends.v, &mut self.straight_on)?))
+                && let Some(model) = system.model()
+                && have_missed(model, &way, ends.v, &mut self.straight_on)?
             {
                 self.counters.rejected += 1;
                 h = CUT * step;

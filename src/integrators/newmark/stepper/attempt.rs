@@ -6,9 +6,10 @@ use super::super::scheme::{Step, memory, stretch};
 use super::super::trial::Trial;
 use super::{Guess, Stepper};
 use crate::error::Interrupted;
-use crate::integrators::second_order::{Failure, System};
-use crate::model::Switch;
+use crate::integrators::second_order::{Failure, System, constrained_start, model_at, model_of};
 use crate::model::constraint::one_sided::most_switches;
+use crate::model::constraint::projection;
+use crate::model::{Excitation, InImpact, Model, OneSided, Switch};
 
 impl Stepper {
     /// Solves the equations of motion at the end of a step of size `h`; the result is in `trial`.
@@ -55,13 +56,14 @@ impl Stepper {
             // while the step keeps its size. Divided by that of a shorter step they would grow the more it is shortened
             // (Arnold, Bruels and Cardona 2015).
             let Trial { t, q, v, a, .. } = &mut self.trial;
-            self.forgets |= system.fit_to_constraints(*t, q, v, a, begins_to_hold)? && begins_to_hold;
+            let model = model_at(system, *t)?;
+            self.forgets |= fit_to_constraints(model, *t, q, v, a, begins_to_hold)? && begins_to_hold;
         }
         Ok(solved)
     }
 
     /// What the step from here to `t_new` keeps of algorithmic accelerations ([`Scheme::step`]).
-    fn memory<S: System + ?Sized>(&self, system: &S, t_new: f64, h: f64) -> Option<f64> {
+    fn memory<S: System + ?Sized>(&self, system: &mut S, t_new: f64, h: f64) -> Option<f64> {
         if !self.s_of_trial.is_empty() {
             // Those of an adaptive step are made for its size.
             return Some(1.0);
@@ -71,7 +73,8 @@ impl Stepper {
             return stretch;
         }
         let before = (self.t > self.t_old).then_some(self.t_old);
-        memory(|cell| system.corner(cell), before, [self.t, t_new]).and(stretch)
+        let corner = |cell| system.model().and_then(|model| model.corner(cell));
+        memory(corner, before, [self.t, t_new]).and(stretch)
     }
 
     /// The same by the backward Euler method: of order 1, and without memory of accelerations. What a step meets stops there.
@@ -90,10 +93,10 @@ impl Stepper {
         }
         // Forces of contact are those of the end, and loads those of the middle: steps end at corners of these, between which
         // that is their mean.
-        self.lags = self.has_corners && !system.facts().is_one_sided && system.lag_loads(0.5 * h);
+        self.lags = self.has_corners && !system.facts().is_one_sided && model_of(system).lag_loads(0.5 * h);
         let solved = self.correct(system, h);
         if self.lags {
-            system.lag_loads(0.0);
+            model_of(system).lag_loads(0.0);
         }
         solved
     }
@@ -111,7 +114,7 @@ impl Stepper {
         if trial.a.len() > trial.q.len() {
             let Trial { t, q, v, a, .. } = trial;
             guessed.copy_from_slice(a);
-            if system.constrained_start(*t, q, v, a)?.is_err() {
+            if constrained_start(model_of(system), *t, q, v, a)?.is_err() {
                 a.copy_from_slice(guessed);
             }
             return Ok(());
@@ -151,7 +154,7 @@ impl Stepper {
             Guess::Last | Guess::Extrapolated => self.guessed.copy_from_slice(&self.a),
         }
         if self.has_contact {
-            system.take_touched();
+            model_of(system).take_touched();
         }
         let solved = if system.facts().is_one_sided {
             self.correct_one_sided(system, h)
@@ -159,7 +162,7 @@ impl Stepper {
             let Self { corrector, trial, guessed, a, counters, .. } = self;
             corrector.solve(system, trial, guessed, a, h, counters)
         };
-        self.has_touched = self.has_contact && system.take_touched();
+        self.has_touched = self.has_contact && model_of(system).take_touched();
         solved
     }
 
@@ -172,7 +175,7 @@ impl Stepper {
     ) -> Result<Result<(), Failure>, Interrupted> {
         let Self { a, guessed, trial, corrector, counters, .. } = self;
         let n = self.q.len();
-        system.release(&a[n..]);
+        model_of(system).release(&a[n..]);
         self.has_stopped = false;
         // What does not hold keeps the multiplier that it starts from.
         for (guess, last) in guessed[n..].iter_mut().zip(&a[n..]) {
@@ -182,7 +185,7 @@ impl Stepper {
             if let Err(failure) = corrector.solve(system, trial, guessed, a, h, counters)? {
                 return Ok(Err(failure));
             }
-            let switch = system.switch(trial.t, &trial.q, &mut trial.a[n..])?;
+            let switch = model_at(system, trial.t)?.switch(&trial.q, &mut trial.a[n..]);
             if switch == Switch::Nothing {
                 return Ok(Ok(()));
             }
@@ -249,4 +252,27 @@ impl Stepper {
             Guess::Zero
         }
     }
+}
+
+/// Changes velocities by the smallest kinetic energy that makes them satisfy the constraints, and sets accelerations and multipliers,
+/// behind each other in `a`, to those of that state. Returns whether it could; near singular positions it leaves everything as it
+/// was, unless it shall `even_singular`. Allocates.
+fn fit_to_constraints<M: Model + ?Sized>(
+    model: &mut M,
+    t: f64,
+    q: &[f64],
+    v: &mut [f64],
+    a: &mut [f64],
+    even_singular: bool,
+) -> Result<bool, Interrupted> {
+    let (mut fitted, mut found) = (v.to_vec(), a.to_vec());
+    let is_regular = projection::fit_velocities(model, q, &mut fitted).is_ok_and(|fit| {
+        (even_singular || !fit.is_nearly_singular()) && fitted.iter().all(|v| v.is_finite())
+    });
+    if !is_regular || constrained_start(model, t, q, &fitted, &mut found)?.is_err() {
+        return Ok(false);
+    }
+    v.copy_from_slice(&fitted);
+    a.copy_from_slice(&found);
+    Ok(true)
 }

@@ -3,8 +3,8 @@
 use super::super::trial::Trial;
 use super::{STEPS_AFTER_STOP, Stepper};
 use crate::error::Interrupted;
-use crate::integrators::second_order::{Failure, System};
-use crate::model::{Beside, Radius};
+use crate::integrators::second_order::{Failure, System, model_at, model_of, set_motion};
+use crate::model::{Beside, Facts, Holding, InContact, InImpact, Model, Radius, have_passed};
 
 impl Stepper {
     /// A step at whose end surfaces may have met, or slack tendons become taut. Where it does not see the impact rise and fall,
@@ -36,10 +36,11 @@ impl Stepper {
         }
         let solved = self.attempt_without_memory(system, t_new, h)?;
         if solved.is_ok() {
-            // One that is flawed whatever its size says why.
+            // One that is invalid whatever its size says why.
             let Trial { t, q, .. } = &self.trial;
-            if !system.is_flawed(*t, q)?
-                && (system.have_passed(&[(self.t, &self.q), (*t, q)], Radius::Smaller)?
+            let model = model_at(system, *t)?;
+            if !is_invalid(model, q)
+                && (self.passes(model, (*t, q), Radius::Smaller)?
                     || self.gains_energy(system, h, Beside::All)?)
             {
                 return Ok(Err(Failure::PassedThrough));
@@ -54,12 +55,13 @@ impl Stepper {
         if !self.touches && !self.will_touch {
             return Ok(());
         }
+        let model = model_of(system);
         let before = match self.holding.take() {
             Some(holding) => Some(holding),
-            None => system.holding(self.t, [&self.q, &self.v, &self.a])?,
+            None => holding(model, self.t, [&self.q, &self.v, &self.a])?,
         };
         let Trial { t, q, v, a, .. } = &self.trial;
-        let after = system.holding(*t, [q, v, a])?;
+        let after = holding(model, *t, [q, v, a])?;
         if let (Some(before), Some(after)) = (&before, &after) {
             self.impacts.follow([before, after], h);
         }
@@ -95,9 +97,10 @@ impl Stepper {
             true => 1,
             false => self.unsettled.saturating_sub(1),
         };
-        if system.is_touched() {
+        if model_of(system).is_touched() {
             let Trial { t, q, v, a, .. } = &self.trial;
-            if let Some(impact) = system.impact(*t, [&self.q, &self.v], [q, v, a], h)? {
+            let motion = [&q[..], &v[..], &a[..q.len()]];
+            if let Some(impact) = model_at(system, *t)?.impact([&self.q, &self.v], motion, h) {
                 self.impacts.count(*t, &impact);
             }
         } else {
@@ -113,29 +116,40 @@ impl Stepper {
     /// Whether the end of the trial means nothing, or surfaces have passed through each other on the way to it. Where they touch at
     /// that end they might have been pushed aside: then they must not pass on the way straight on either.
     fn is_flawed<S: System + ?Sized>(&mut self, system: &mut S) -> Result<bool, Interrupted> {
-        let Self { trial: Trial { t, q, .. }, straight_on, .. } = self;
-        let start = (self.t, &self.q[..]);
-        if system.is_flawed(*t, q)? || system.have_passed(&[start, (*t, q)], Radius::Smaller)? {
+        let Trial { t, q, .. } = &self.trial;
+        let model = model_at(system, *t)?;
+        if is_invalid(model, q) || self.passes(model, (*t, q), Radius::Smaller)? {
             return Ok(true);
         }
-        if !self.has_contact || !system.is_touched() {
+        if !self.has_contact || !model.is_touched() {
             return Ok(false);
         }
         let h = *t - self.t;
-        straight_on.clear();
-        straight_on.extend(self.q.iter().zip(&self.v).map(|(q, v)| q + h * v));
-        system.have_passed(&[start, (*t, straight_on)], Radius::Larger)
+        self.straight_on.clear();
+        self.straight_on.extend(self.q.iter().zip(&self.v).map(|(q, v)| q + h * v));
+        self.passes(model, (*t, &self.straight_on), Radius::Larger)
+    }
+
+    /// Whether surfaces pass through each other on the straight way from the state to a later one.
+    fn passes<M: Model + ?Sized>(
+        &self,
+        model: &mut M,
+        end: (f64, &[f64]),
+        radius: Radius,
+    ) -> Result<bool, Interrupted> {
+        Ok(self.has_contact && have_passed(model, [(self.t, &self.q[..]), end].into_iter(), radius)?)
     }
 
     fn is_jolted<S: System + ?Sized>(&mut self, system: &mut S, h: f64) -> Result<bool, Interrupted> {
-        let Trial { t, q, v, a, .. } = &self.trial;
-        let (before, motion) = ([&self.q[..], &self.v[..]], [&q[..], &v[..], &a[..]]);
         let has_stopped = self.has_stopped && system.facts().is_one_sided;
         if !self.has_contact {
             return Ok(has_stopped);
         }
-        let is_jolted = system.is_jolted(*t, before, motion, h)?;
-        self.will_touch = system.is_touched();
+        let Trial { t, q, v, a, .. } = &self.trial;
+        let model = model_of(system);
+        let a = set_motion(model, *t, q, a)?;
+        let is_jolted = model.is_jolted([&self.q, &self.v], [q, v, a], h);
+        self.will_touch = model.is_touched();
         Ok(has_stopped || is_jolted || self.gains_energy(system, h, Beside::Motion)?)
     }
 
@@ -148,10 +162,33 @@ impl Stepper {
         h: f64,
         beside: Beside,
     ) -> Result<bool, Interrupted> {
-        if !self.has_contact || !(self.touches || self.has_touched || system.is_touched()) {
+        if !self.has_contact || !(self.touches || self.has_touched || model_of(system).is_touched()) {
             return Ok(false);
         }
         let Trial { t, q, v, a, .. } = &self.trial;
-        system.gains_energy(*t, [&self.q, &self.v], [q, v, a], h, beside)
+        let motion = [&q[..], &v[..], &a[..q.len()]];
+        Ok(model_at(system, *t)?.gains_energy([&self.q, &self.v], motion, h, beside))
     }
+}
+
+/// Whether a shape is invalid, including sunk surfaces.
+fn is_invalid<M: Model + ?Sized>(model: &mut M, q: &[f64]) -> bool {
+    model.flaw(q).is_some() || model.sunk(q).is_some()
+}
+
+/// What such a motion has; `None` where something dissipates, which steps of an impact tell badly, and where what moves it from
+/// outside is known at single times alone.
+fn holding<M: Model + ?Sized>(
+    model: &mut M,
+    t: f64,
+    [q, v, a]: [&[f64]; 3],
+) -> Result<Option<Holding>, Interrupted> {
+    let Facts { is_damped, is_driven, is_carried, varies_in_time, .. } = *model.facts();
+    if is_carried || varies_in_time || is_damped {
+        return Ok(None);
+    }
+    model.set_time(t)?;
+    let energy = model.energy(q, v);
+    let supplied = if is_driven { model.supplied_power(q, v, &a[..q.len()]) } else { 0.0 };
+    Ok(Some(Holding { total: energy.total(), kinetic: energy.kinetic, elastic: energy.elastic, supplied }))
 }

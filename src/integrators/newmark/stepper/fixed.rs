@@ -3,6 +3,7 @@
 use super::Stepper;
 use crate::error::Interrupted;
 use crate::integrators::second_order::{Failure, Status, System};
+use crate::model::Excitation;
 
 /// How often a step into contact, or of a mechanism with constraints, that cannot be made is halved at most.
 const MOST_HALVINGS: usize = 8;
@@ -17,7 +18,8 @@ impl Stepper {
     ) -> Result<Option<Status>, Interrupted> {
         let (t_new, h, is_on_grid) = if self.has_corners {
             let times = (self.t, self.t_end);
-            let step = self.grid.step_to_corner(self.fixed_steps, times, |cell| system.corner(cell));
+            let corner = |cell| system.model().and_then(|model| model.corner(cell));
+            let step = self.grid.step_to_corner(self.fixed_steps, times, corner);
             self.changes_size = !step.2 || self.t > self.grid.after(0);
             step
         } else {

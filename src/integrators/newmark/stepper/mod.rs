@@ -13,8 +13,10 @@ use super::options::{Options, Predictor, StepSize};
 use super::scheme::{Scheme, Step};
 use super::trial::Trial;
 use crate::error::{Interrupted, InvalidInput};
-use crate::integrators::second_order::{Counters, Grid, Status, System, number_of_steps};
-use crate::model::Holding;
+use crate::integrators::second_order::{
+    Counters, Grid, Status, System, constrained_start, model_of, number_of_steps,
+};
+use crate::model::{Holding, rotation_vectors};
 use crate::numerics::hermite::cubic;
 use crate::numerics::tape::Tape;
 
@@ -171,12 +173,12 @@ impl Stepper {
             return Ok(self.status);
         }
         self.prepare(system);
-        system.wrap(&mut self.q, &mut self.v, &mut []);
+        rotation_vectors::wrap(&system.facts().rotation_vectors, &mut self.q, &mut self.v, &mut []);
         if let Some(a0) = &self.options.initial_acceleration {
             self.a[..a0.len()].copy_from_slice(a0);
         } else if system.facts().constraints() > 0 {
             let Self { t, q, v, a, .. } = self;
-            if let Err(failure) = system.constrained_start(*t, q, v, a)? {
+            if let Err(failure) = constrained_start(model_of(system), *t, q, v, a)? {
                 self.status = Some(Status::NoInitialAcceleration(failure));
             }
         } else {
@@ -201,7 +203,7 @@ impl Stepper {
     }
 
     /// Memory for the unknowns of a step: accelerations, and multipliers of constraints.
-    fn prepare<S: System + ?Sized>(&mut self, system: &S) {
+    fn prepare<S: System + ?Sized>(&mut self, system: &mut S) {
         self.corrector.prepare(system);
         let facts = system.facts();
         (self.has_contact, self.has_corners) = (facts.has_contact, facts.varies_in_time);
@@ -244,7 +246,7 @@ impl Stepper {
     /// Goes on in other coordinates where those at hand come near a singularity.
     pub(crate) fn settle<S: System + ?Sized>(&mut self, system: &mut S) {
         let Self { q, v, a, s, .. } = self;
-        if system.wrap(q, v, &mut [a, s]) {
+        if rotation_vectors::wrap(&system.facts().rotation_vectors, q, v, &mut [a, s]) {
             // What belongs to the old coordinates.
             self.corrector.forget_jacobian();
             self.a_old.copy_from_slice(&self.a);
@@ -286,7 +288,7 @@ impl Stepper {
     }
 
     /// What goes on from step to step.
-    pub(crate) fn carry<S: System + ?Sized>(&mut self, system: &S, tape: &mut Tape<'_>) {
+    pub(crate) fn carry<S: System + ?Sized>(&mut self, system: &mut S, tape: &mut Tape<'_>) {
         if tape.reads() {
             self.prepare(system);
         }
@@ -397,7 +399,7 @@ impl Stepper {
 mod tests {
     use super::*;
     use crate::integrators::newmark::Parameters;
-    use crate::integrators::second_order::{FreeMotion, ROUNDING_OF_STEPS};
+    use crate::integrators::second_order::ROUNDING_OF_STEPS;
     use crate::model::pendulum::SpringPendulum;
 
     /// A change of the step must not cost the methods with algorithmic accelerations their order.
@@ -407,14 +409,13 @@ mod tests {
         let mut angle_at_one = |scheme: Scheme, h: f64| {
             let options = Options { scheme, rtol: 1e-12.into(), ..Options::new(h) };
             let mut stepper = Stepper::new(2, (0.0, 1.0), &[-0.7, 0.5], &[0.0, 0.0], &options).unwrap();
-            let mut system = FreeMotion(&mut pendulum);
-            stepper.start(&mut system).unwrap();
+            stepper.start(&mut pendulum).unwrap();
             for k in 0.. {
                 let step = if k % 3 == 0 { 0.25 * h } else { h };
                 let is_last = stepper.t() + step * (1.0 + ROUNDING_OF_STEPS) >= 1.0;
                 let t_new = if is_last { 1.0 } else { stepper.t() + step };
                 let step = t_new - stepper.t();
-                stepper.attempt(&mut system, t_new, step).unwrap().unwrap();
+                stepper.attempt(&mut pendulum, t_new, step).unwrap().unwrap();
                 stepper.accept(t_new, step);
                 if is_last {
                     break;
