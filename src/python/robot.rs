@@ -20,7 +20,7 @@ use super::loops::{loop_index, loops_of, loops_out};
 use super::model::{PyModel, check_time, time_of_state};
 use super::part::{optional_part, parts_of, resolved, wrapped};
 use super::reach::{self, PyReachResult};
-use super::signal::Functions;
+use super::signal::{Functions, signal_of, signal_out};
 use crate::description::body::described::Body;
 use crate::description::rod::arc_length::is_on_rod;
 use crate::description::schema::{LinkName, Reader};
@@ -34,6 +34,7 @@ use crate::robot::effects::actuator::Actuator;
 use crate::robot::effects::fluid::Fluid;
 use crate::robot::effects::load::described::Load;
 use crate::robot::effects::loops::Tie;
+use crate::robot::effects::magnet::described::Magnet;
 use crate::robot::effects::support::described::Support;
 use crate::robot::{Kernel, LinkNames, Multiplications, Named, Place, Robot, RobotModel, Touching};
 
@@ -75,6 +76,10 @@ fn flat(halves: [Vector<f64>; 2]) -> Vec<f64> {
 ///     Pairs of surfaces that can touch.
 /// actuators : sequence of Tendon, Chamber, Motor, ActiveStrain
 ///     The actuators of the robot.
+/// magnets : sequence of Magnet
+///     Magnetic dipoles on links; each one names its link. They act on each other, and on magnetised segments of other links.
+/// field : array_like, shape (3,), or a function of time or an input
+///     Uniform magnetic field in world axes, tesla, at magnets and magnetised segments. Takes the forms of a `Load`'s `force`.
 ///
 /// Raises
 /// ------
@@ -325,8 +330,8 @@ impl PyRobot {
 #[pymethods]
 impl PyRobot {
     #[new]
-    #[pyo3(signature = (links, *, gravity=None, loads=None, bodies=None, supports=None, fluid=None, base_motion=None, actuators=None, loops=None, contacts=None),
-           text_signature = "(links, *, gravity=(0, 0, -9.81), loads=(), bodies=(), supports=(), fluid=None, base_motion=None, actuators=(), loops=(), contacts=())")]
+    #[pyo3(signature = (links, *, gravity=None, loads=None, bodies=None, supports=None, fluid=None, base_motion=None, actuators=None, loops=None, contacts=None, magnets=None, field=None),
+           text_signature = "(links, *, gravity=(0, 0, -9.81), loads=(), bodies=(), supports=(), fluid=None, base_motion=None, actuators=(), loops=(), contacts=(), magnets=(), field=(0, 0, 0))")]
     #[allow(clippy::too_many_arguments, reason = "the signature of the Python class")]
     fn new(
         links: &Bound<'_, PyAny>,
@@ -339,6 +344,8 @@ impl PyRobot {
         actuators: Option<&Bound<'_, PyAny>>,
         loops: Option<&Bound<'_, PyAny>>,
         contacts: Option<&Bound<'_, PyAny>>,
+        magnets: Option<&Bound<'_, PyAny>>,
+        field: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<PyClassInitializer<Self>> {
         let py = links.py();
         // The arguments own the functions until the robot does; iterators keep none of what they give.
@@ -370,6 +377,12 @@ impl PyRobot {
             all_supports =
                 resolved(py, "supports", &supports, |it, reader| Some(it.resolved(on(&it.link, reader)?)))?;
         }
+        let mut all_magnets = Vec::new();
+        if let Some(magnets) = magnets {
+            let magnets: Vec<Magnet> = parts_of(magnets, "magnets", &mut functions)?;
+            all_magnets =
+                resolved(py, "magnets", &magnets, |it, reader| Some(it.resolved(on(&it.link, reader)?)))?;
+        }
         let mut all_actuators = Vec::new();
         if let Some(actuators) = actuators {
             all_actuators = actuators_of(actuators, &named, &mut functions)?;
@@ -378,6 +391,10 @@ impl PyRobot {
         let all_contacts = contacts.map_or(Ok(Vec::new()), |contacts| contacts_of(contacts, &named))?;
         (robot.loads, robot.bodies, robot.supports) = (all_loads, all_bodies, all_supports);
         (robot.actuators, robot.loops, robot.contacts) = (all_actuators, all_loops, all_contacts);
+        robot.magnets = all_magnets;
+        if let Some(field) = field {
+            robot.field = signal_of(field, "field", &mut functions)?;
+        }
         robot.fluid = fluid;
         robot.base_motion = base_motion.map(|motion| motion.resolved());
         Self::initializer(robot)
@@ -510,6 +527,20 @@ impl PyRobot {
     #[getter]
     pub(super) fn contacts<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
         contacts_out(py, &self.description)
+    }
+
+    /// Magnetic dipoles on the links.
+    #[getter]
+    fn magnets<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        let magnets = &self.description.magnets;
+        let out = magnets.iter().map(|it| wrapped(py, Arc::new(it.described(self.name_of(it.link)))));
+        PyTuple::new(py, out.collect::<PyResult<Vec<_>>>()?)
+    }
+
+    /// Uniform magnetic field in the world, tesla.
+    #[getter]
+    fn field<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        signal_out(py, &self.description.field)
     }
 
     /// Number of constraints: those of all loops, plus one for each inextensible tendon.
@@ -1538,6 +1569,8 @@ impl PyRobot {
         arguments.set_item("actuators", self.actuators(py)?)?;
         arguments.set_item("loops", self.loops(py)?)?;
         arguments.set_item("contacts", self.contacts(py)?)?;
+        arguments.set_item("magnets", self.magnets(py)?)?;
+        arguments.set_item("field", self.field(py)?)?;
         Ok(((self.links(py)?,), arguments))
     }
 

@@ -347,6 +347,7 @@ impl Functions {
         if let Some(motion) = &robot.base_motion {
             functions.add_motion(py, motion)?;
         }
+        functions.add(py, &robot.field)?;
         for signal in robot.actuators.iter().flat_map(Actuator::signals) {
             functions.add(py, signal)?;
         }

@@ -57,6 +57,7 @@ pub(super) fn robot(
     let (mut loads, mut load_keys) = (Vec::new(), Vec::new());
     let (mut supports, mut support_keys) = (Vec::new(), Vec::new());
     let (mut bodies, mut body_keys) = (Vec::new(), Vec::new());
+    let (mut magnets, mut magnet_keys) = (Vec::new(), Vec::new());
     for (i, link) in written.iter().enumerate() {
         let (of_link, keys) = read_all(&link.below.load, &format!("link[{i}].load"), shape);
         loads.extend(of_link.iter().map(|load| load.resolved(before + i)));
@@ -67,6 +68,9 @@ pub(super) fn robot(
         let (of_link, keys) = read_all(&link.below.support, &format!("link[{i}].support"), shape);
         supports.extend(of_link.iter().map(|support| support.resolved(before + i)));
         support_keys.extend(keys);
+        let (of_link, keys) = read_all(&link.below.magnet, &format!("link[{i}].magnet"), shape);
+        magnets.extend(of_link.iter().map(|magnet| magnet.resolved(before + i)));
+        magnet_keys.extend(keys);
     }
     let moving = document.base_motion.as_ref();
     let robot = Robot {
@@ -75,6 +79,8 @@ pub(super) fn robot(
         loads,
         bodies,
         supports,
+        magnets,
+        field: document.scene.field.clone(),
         fluid: document.fluid.as_ref().and_then(|fluid| read(fluid, "fluid", shape)),
         ..Robot::new(links)
     };
@@ -89,10 +95,11 @@ pub(super) fn robot(
     robot.contacts = touching;
     let key = |place: &str| {
         let known = key_of_contact(place, &document.contact, &contact_places);
-        let lists: [(_, &[_]); 5] = [
+        let lists: [(_, &[_]); 6] = [
             ("loads", &load_keys),
             ("bodies", &body_keys),
             ("supports", &support_keys),
+            ("magnets", &magnet_keys),
             ("actuators", &actuator_keys),
             ("loops", &loop_keys),
         ];
@@ -257,7 +264,7 @@ pub(super) fn key_of_link(place: &str, before: usize) -> String {
 fn key_in_file(place: &str) -> String {
     match place {
         "links" => "link".to_owned(),
-        _ if place.starts_with("gravity") => format!("scene.{place}"),
+        _ if place.starts_with("gravity") || place.starts_with("field") => format!("scene.{place}"),
         _ => place.replace(".rod[", ".rod.segment["),
     }
 }

@@ -11,10 +11,11 @@ use crate::robot::effects::contact::described as contact;
 use crate::robot::effects::fluid::Fluid;
 use crate::robot::effects::load::described as load;
 use crate::robot::effects::loops::described as loops;
+use crate::robot::effects::magnet::described as magnet;
 use crate::robot::effects::support::described as support;
 
 /// The parts that are described by tables, those that others hold first.
-pub(crate) const PARTS: [&Schema; 39] = [
+pub(crate) const PARTS: [&Schema; 40] = [
     rod::Circle::SCHEMA,
     rod::HollowCircle::SCHEMA,
     rod::Rectangle::SCHEMA,
@@ -33,6 +34,7 @@ pub(crate) const PARTS: [&Schema; 39] = [
     body::Body::SCHEMA,
     support::Support::SCHEMA,
     Fluid::SCHEMA,
+    magnet::Magnet::SCHEMA,
     BaseMotion::SCHEMA,
     actuator::Along::SCHEMA,
     actuator::Via::SCHEMA,

@@ -108,6 +108,7 @@ def _links(robot: Robot, states: dict[str, list[float]]) -> list[str]:
         blocks += _of_link("link.fixed_body", robot.bodies, link.name, "bodies")
         blocks += _of_link("link.load", robot.loads, link.name, "loads")
         blocks += _of_link("link.support", robot.supports, link.name, "supports")
+        blocks += _of_link("link.magnet", robot.magnets, link.name, "magnets")
     if robot.base_motion is not None:
         blocks.append(_part("[base_motion]", robot.base_motion, "base_motion"))
     if robot.fluid is not None:

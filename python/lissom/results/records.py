@@ -37,7 +37,7 @@ PARTS = {
         *("Distance", "Gear", "Loop", "LoopEnd", "Universal", "Weld"),
         *("Balance", "BaseMotion", "Body", "CriticalPoint", "EquilibriumPath", "Fluid", "Harmonic", "Input"),
         *("Link", "Load", "Profile", "Robot", "Rod", "Section", "Segment", "SpringPendulum", "Statistics"),
-        *("ActuateResult", "ReachResult", "Support"),
+        *("ActuateResult", "Magnet", "ReachResult", "Support"),
     ),
     "model.contacts": (
         "Ball",

@@ -29,6 +29,7 @@ impl Segment {
         self.check_basis(&mut check);
         check.non_negative(self.retardation_time, "retardation_time", "seconds");
         self.check_reference_strain(&mut check);
+        self.check_magnetisation(&mut check);
         if let Some(nodes) = self.nodes {
             check.require(
                 (1..=MAX_NODES).contains(&nodes),
@@ -121,6 +122,20 @@ impl Segment {
             let (x, smallest) = stretches.min_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((0.0, 1.0));
             let found = format_args!("{smallest} at X = {}", x * self.length).to_string();
             check.require(smallest > 0.0, "reference_strain[3]", found, EXPECTED);
+        }
+    }
+
+    fn check_magnetisation(&self, check: &mut Checker) {
+        match self.magnetisation.constant() {
+            Some(constant) => {
+                check.finite(&constant, "magnetisation");
+                let has_area = matches!(self.section, Section::Shape(_)) || constant == [0.0; 3];
+                let expected = "none: a given section has no area";
+                check.require(has_area, "magnetisation", "a magnetised given section", expected);
+            }
+            None => {
+                check.nested("magnetisation", self.magnetisation.validate(self.length));
+            }
         }
     }
 

@@ -13,7 +13,8 @@ use crate::robot::effects::contact::plan::Contacts;
 use crate::robot::effects::load::Frame;
 use crate::robot::effects::load::plan::LoadPlan;
 use crate::robot::effects::loops::plan::Loops;
-use crate::robot::effects::{actuator, all as effects, contact, fluid, load, loops, support};
+use crate::robot::effects::magnet::plan::Magnets;
+use crate::robot::effects::{actuator, all as effects, contact, fluid, load, loops, magnet, support};
 use crate::robot::plan::Plan;
 use crate::robot::plan::world::World;
 use crate::robot::turning::Turning;
@@ -42,7 +43,9 @@ fn plan_of<G: Turning>(robot: &Robot, frame: G::Frame, mut tree: Tree<G>) -> Pla
         straight.iter().flat_map(|line| &line.ends).map(|end| end.place().cloned()).collect();
     let tied = loops::compile::places(robot, &tree);
     let surfaces = contact::compile::places(robot, &tree);
-    let (points, supported) = points::compile(frame, &mut tree, &loads, [&pulled, &tied, &surfaces], robot);
+    let magnetic = magnet::compile::places(robot, &tree);
+    let places: [&[_]; 4] = [&pulled, &tied, &surfaces, &magnetic];
+    let (points, supported) = points::compile(frame, &mut tree, &loads, places, robot);
     let stations = tree.stations();
     let Tree { pieces, links, n, packs, hinges, .. } = tree;
     let actuation = actuator::compile::compile(robot, &pieces, &links, &inputs, straight);
@@ -59,6 +62,7 @@ fn plan_of<G: Turning>(robot: &Robot, frame: G::Frame, mut tree: Tree<G>) -> Pla
         anchors: Vec::new(),
         loops: Loops::none(),
         contacts: Contacts::none(),
+        magnets: Magnets::none(),
         immersion: None,
         has_responses: false,
         has_dead_loads: loads.iter().any(|load| load.frame == Frame::World)
@@ -78,6 +82,7 @@ fn plan_of<G: Turning>(robot: &Robot, frame: G::Frame, mut tree: Tree<G>) -> Pla
     actuator::compile::attach(&mut plan);
     plan.loops = loops::compile::compile(&plan, robot);
     plan.contacts = contact::compile::compile(&plan, robot);
+    magnet::compile::compile(&mut plan, robot);
     if !robot.supports.is_empty() {
         plan.anchors = support::compile::compile(&plan, &robot.supports, &supported);
     }

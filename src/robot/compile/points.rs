@@ -16,13 +16,14 @@ use crate::robot::turning::place;
 
 /// Compiles concentrated loads, bodies and supports of a robot with these pieces to points, in the order of
 /// places, and returns the index of the point for each support. `pulled` are the places of the ends of
-/// straight tendon parts, `tied` those of closed loops, `surfaces` those of balls and solids with contacts.
+/// straight tendon parts, `tied` those of closed loops, `surfaces` those of balls and solids with contacts,
+/// `magnetic` those of magnets.
 /// Assigns the points to the pieces. Places at which others are attached are points too.
 pub(crate) fn compile<G: Turning>(
     frame: G::Frame,
     tree: &mut Tree<G>,
     loads: &[LoadPlan<G>],
-    [pulled, tied, surfaces]: [&[Option<Place>]; 3],
+    [pulled, tied, surfaces, magnetic]: [&[Option<Place>]; 4],
     robot: &Robot,
 ) -> (Vec<Point<G>>, Vec<usize>) {
     let Tree { pieces, links, attachments, .. } = tree;
@@ -70,11 +71,11 @@ pub(crate) fn compile<G: Turning>(
         point.anchors.push(a);
         point.is_oriented = true;
     }
-    for (kind, ends) in [pulled, tied, surfaces].into_iter().enumerate() {
+    for (kind, ends) in [pulled, tied, surfaces, magnetic].into_iter().enumerate() {
         for (end, place) in ends.iter().enumerate() {
             let Some(place) = place else { continue };
             let point = point_at(&mut points, pieces, place.clone());
-            let there = [&mut point.pulled, &mut point.tied, &mut point.surfaces];
+            let there = [&mut point.pulled, &mut point.tied, &mut point.surfaces, &mut point.magnets];
             there[kind].push(end);
             point.is_oriented = true;
         }
@@ -153,6 +154,7 @@ pub(crate) fn point<G: Turning>(piece: &PiecePlan<G>, place: Place) -> Point<G> 
         pulled: Vec::new(),
         tied: Vec::new(),
         surfaces: Vec::new(),
+        magnets: Vec::new(),
         carries: None,
         is_oriented: false,
     }

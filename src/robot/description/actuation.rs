@@ -60,6 +60,7 @@ impl Inputs {
                 self.take(signal.input(), check, &format!("loads[{i}].{name}"));
             }
         }
+        self.take(robot.field.input(), check, "field");
         for (i, actuator) in robot.actuators.iter().enumerate() {
             for (name, signal) in actuator.named_signals() {
                 self.take(signal.input(), check, &format!("actuators[{i}].{name}"));

@@ -19,6 +19,7 @@ use crate::robot::effects::contact::{Contact, Surface};
 use crate::robot::effects::fluid::Fluid;
 use crate::robot::effects::load::{Extent, Load};
 use crate::robot::effects::loops::{Loop, Tie};
+use crate::robot::effects::magnet::{self, Magnet};
 use crate::robot::effects::support::Support;
 
 /// Maximum number of entries of a robot's integration matrices, summed squares of the numbers of nodes: 1 GiB
@@ -55,6 +56,10 @@ pub struct Robot {
     pub loops: Vec<Loop>,
     /// Pairs of surfaces that can touch.
     pub contacts: Vec<Contact>,
+    /// Magnets on the links.
+    pub magnets: Vec<Magnet>,
+    /// Uniform magnetic field in the world, in tesla.
+    pub field: Signal<3>,
 }
 
 /// Centres of mass nearer to the section than this part of the radius of gyration are on it.
@@ -74,6 +79,8 @@ impl Robot {
             actuators: Vec::new(),
             loops: Vec::new(),
             contacts: Vec::new(),
+            magnets: Vec::new(),
+            field: Signal::default(),
         }
     }
 
@@ -161,7 +168,13 @@ impl Robot {
             && self.loads.iter().all(|load| load.extent == Extent::Tip)
             && self.supports.is_empty()
             && self.loops.is_empty()
+            && !self.has_magnets()
             && self.actuators.iter().all(acts_alike)
+    }
+
+    /// Whether anything is magnetised.
+    pub(crate) fn has_magnets(&self) -> bool {
+        !self.magnets.is_empty() || self.segments().any(magnet::is_magnetised)
     }
 
     /// All segments, link by link.
@@ -240,7 +253,7 @@ impl Robot {
     pub fn horizon(&self, t: f64) -> f64 {
         let of_base = self.base_motion.iter().map(|motion| motion.horizon(t));
         let of_joints = self.driven().map(|driven| driven.horizon(t));
-        let of_loads = self.loads.iter().map(|load| load.horizon(t));
+        let of_loads = self.load_signals().map(|signal| signal.horizon(t));
         let of_actuators = self.actuator_signals().map(|signal| signal.horizon(t));
         of_loads.chain(of_base).chain(of_joints).chain(of_actuators).fold(f64::INFINITY, f64::min)
     }
@@ -250,7 +263,7 @@ impl Robot {
     pub fn corner(&self, cell: Cell) -> Option<f64> {
         let of_base = self.base_motion.iter().filter_map(|motion| motion.corner(cell));
         let of_joints = self.driven().filter_map(|driven| driven.corner(cell));
-        let of_loads = self.loads.iter().filter_map(|load| load.corner(cell));
+        let of_loads = self.load_signals().filter_map(|signal| signal.corner(cell));
         let of_actuators = self.actuator_signals().filter_map(|signal| signal.corner(cell));
         of_loads.chain(of_base).chain(of_joints).chain(of_actuators).reduce(f64::min)
     }
@@ -261,14 +274,14 @@ impl Robot {
         let of_base = self.base_motion.as_ref().and_then(|motion| motion.jump_near(t));
         of_base
             .or_else(|| self.driven().find_map(|driven| driven.jump_near(t)))
-            .or_else(|| self.loads.iter().find_map(|load| load.edge_near(t, dt)))
+            .or_else(|| self.load_signals().find_map(|signal| signal.edge_near(t, dt)))
             .or_else(|| self.force_signals().find_map(|signal| signal.edge_near(t, dt)))
     }
 
     /// What prescribed motions, and loads and commands for steps of the size `dt`, may let jump at some time.
     pub fn jumps(&self, dt: f64) -> Jumps {
         let of_base = self.base_motion.as_ref().map_or(Jumps::Nothing, BaseMotion::jumps);
-        let has_edges = self.loads.iter().any(|load| load.has_edges(dt))
+        let has_edges = self.load_signals().any(|signal| signal.has_edges(dt))
             || self.force_signals().any(|signal| signal.has_edges(dt));
         let of_forces = if has_edges { Jumps::Accelerations } else { Jumps::Nothing };
         self.driven().map(Driven::jumps).fold(of_base.max(of_forces), Jumps::max)
@@ -278,7 +291,7 @@ impl Robot {
     pub fn shortest_period(&self) -> f64 {
         let of_base = self.base_motion.iter().map(BaseMotion::period);
         let of_joints = self.driven().map(Driven::period);
-        let of_loads = self.loads.iter().map(Load::period);
+        let of_loads = self.load_signals().map(Signal::period);
         let of_actuators = self.actuator_signals().map(Signal::period);
         of_loads.chain(of_base).chain(of_joints).chain(of_actuators).fold(f64::INFINITY, f64::min)
     }
@@ -310,8 +323,13 @@ impl Robot {
     /// Whether anything depends on time explicitly.
     pub fn depends_on_time(&self) -> bool {
         self.is_moved()
-            || self.loads.iter().any(Load::varies_in_time)
+            || self.load_signals().any(Signal::varies_in_time)
             || self.actuator_signals().any(Signal::varies_in_time)
+    }
+
+    /// Forces and moments of the loads, and the magnetic field.
+    fn load_signals(&self) -> impl Iterator<Item = &Signal<3>> {
+        self.loads.iter().flat_map(|load| [&load.force, &load.moment]).chain([&self.field])
     }
 
     /// Commands of the actuators.
@@ -345,6 +363,10 @@ impl Robot {
             })?;
             Some(format!("loads[{i}].{name} is {value} at t = {}", Number(t)))
         };
+        let of_field = || {
+            let value = self.field.at(t).ok()?.into_iter().find(|x| !x.is_finite())?;
+            Some(format!("field is {value} at t = {}", Number(t)))
+        };
         let of_actuator = |actuator: &Actuator| {
             let value = actuator.signals().find_map(|signal| {
                 let [value] = signal.at(t).ok()?;
@@ -353,7 +375,7 @@ impl Robot {
             Some(format!("the command of actuator \"{}\" is {value} at t = {}", actuator.name(), Number(t)))
         };
         let of_loads = self.loads.iter().enumerate().find_map(of_load);
-        of_loads.or_else(|| self.actuators.iter().find_map(of_actuator))
+        of_loads.or_else(of_field).or_else(|| self.actuators.iter().find_map(of_actuator))
     }
 
     /// Reports every problem of this robot, including links and everything that acts on them.
@@ -389,6 +411,11 @@ impl Robot {
                 support.validate(x)
             });
         }
+        for (i, magnet) in self.magnets.iter().enumerate() {
+            let place = format!("magnets[{i}]");
+            self.check_on_link(&mut check, &place, magnet.link, magnet.at.is_some(), |x| magnet.validate(x));
+        }
+        self.field.check(&mut check, "field");
         let carriers = Carriers::of(&self.links, self.base_motion.is_some());
         self.check_actuators(&mut check, &carriers);
         self.check_loops(&mut check, &carriers);

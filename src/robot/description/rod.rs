@@ -157,6 +157,7 @@ impl From<&Rod> for Robot {
             actuators: rod.actuators.clone(),
             loops: Vec::new(),
             contacts: rod.contacts.clone(),
+            ..Self::new(Vec::new())
         }
     }
 }

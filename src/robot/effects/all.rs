@@ -17,6 +17,7 @@ use crate::robot::effects::fluid::along_rods::FluidAround;
 use crate::robot::effects::fluid::around_bodies::FluidAroundBodies;
 use crate::robot::effects::load::force::Loads;
 use crate::robot::effects::loops::force::ClosedLoops;
+use crate::robot::effects::magnet::force::Magnets;
 use crate::robot::effects::support::force::Supports;
 use crate::robot::plan::Plan;
 use crate::robot::plan::piece::PiecePlan;
@@ -29,7 +30,7 @@ use crate::robot::turning::Turning;
 /// Executes code for every effect, in the order of this list.
 macro_rules! for_every_effect {
     ($effect:ident => $call:expr) => {
-        for_every_effect!($effect in [Loads, Supports, FluidAround, FluidAroundBodies, OnJoints, Actuators, ClosedLoops, Touching] => $call)
+        for_every_effect!($effect in [Loads, Supports, FluidAround, FluidAroundBodies, OnJoints, Actuators, ClosedLoops, Touching, Magnets] => $call)
     };
     ($effect:ident in [$($kind:ty),*] => $call:expr) => {
         $({

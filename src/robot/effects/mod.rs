@@ -8,4 +8,5 @@ pub(crate) mod joint_forces;
 pub(crate) mod kinds;
 pub mod load;
 pub mod loops;
+pub mod magnet;
 pub mod support;

@@ -19,6 +19,7 @@ use crate::robot::effects::contact::explain as contacts;
 use crate::robot::effects::load::{Extent, Frame, Load};
 use crate::robot::effects::loops::Loop;
 use crate::robot::effects::loops::explain as loops;
+use crate::robot::effects::magnet::explain as magnets;
 
 /// Maximum number of links and actuators listed with their costs; of more, the most expensive ones.
 const LISTED_SHARES: usize = 10;
@@ -94,7 +95,7 @@ impl Explanation {
         let of_loops =
             if robot.is_rod() && robot.constraints() == 0 { Vec::new() } else { loops::explain(robot) };
         let of_effects = actuators::explain(robot, of_actuators).into_iter().chain(of_loops);
-        for (is_computed, what, why) in of_effects.chain(contacts::explain(robot)) {
+        for (is_computed, what, why) in of_effects.chain(contacts::explain(robot)).chain(magnets::explain(robot)) {
             explanation.add(is_computed, what, why);
         }
         explanation.solve(solve, robot, of_actuators);

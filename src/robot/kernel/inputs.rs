@@ -11,6 +11,7 @@ use crate::robot::effects::actuator::state::{ActuationTangent, Force};
 use crate::robot::effects::kinds::{LineWrench, PointWrench};
 use crate::robot::effects::load::force::Loads;
 use crate::robot::effects::load::plan as load;
+use crate::robot::effects::magnet::force::Magnets;
 use crate::robot::plan::Plan;
 use crate::robot::state::Workspace;
 use crate::robot::turning::Turning;
@@ -68,11 +69,15 @@ fn gather<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, zeros: &[f64], ta
         if <Loads as LineWrench<G>>::acts_along(plan, piece) {
             <Loads as LineWrench<G>>::act_along(plan, piece, work);
         }
+        if <Magnets as LineWrench<G>>::acts_along(plan, piece) {
+            <Magnets as LineWrench<G>>::act_along(plan, piece, work);
+        }
     }
     for (i, point) in plan.points.iter().enumerate() {
         let mut state = work.points[i];
         state.force = Wrench { moment: VectorSpace::zero(), force: VectorSpace::zero() };
         <Loads as PointWrench<G>>::act_at(plan, work, point, &mut state);
+        <Magnets as PointWrench<G>>::act_at(plan, work, point, &mut state);
         work.points[i] = state;
     }
     inverse_dynamics::gather(plan, work);

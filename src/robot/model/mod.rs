@@ -180,7 +180,7 @@ impl RobotModel {
             // Joints that mimic others couple branches, and so do closed loops.
             true => Solve::Dense,
             false if robot.constraints() > 0 || !robot.contacts.is_empty() => Solve::Dense,
-            false if on_sweeps!(&sweeps, sweeps => sweeps.plan().actuation.couples_pieces()) => Solve::Dense,
+            false if on_sweeps!(&sweeps, sweeps => sweeps.plan().couples_pieces()) => Solve::Dense,
             false => solve.unwrap_or_else(|| Solve::cheapest(robot)),
         };
         let unloaded = (!robot.supports.is_empty()).then(|| Box::new(sweeps.with_robot(&robot.unloaded())));

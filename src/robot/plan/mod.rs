@@ -23,6 +23,7 @@ use crate::robot::effects::contact::plan::Contacts;
 use crate::robot::effects::fluid::plan::Immersion;
 use crate::robot::effects::load::plan::LoadPlan;
 use crate::robot::effects::loops::plan::Loops;
+use crate::robot::effects::magnet::plan::Magnets;
 use crate::robot::effects::support::plan::Anchor;
 use crate::robot::plan::link::LinkPlan;
 use crate::robot::plan::material::Component;
@@ -67,6 +68,8 @@ pub(crate) struct Plan<G: Space> {
     pub(crate) loops: Loops<G::Pack>,
     /// Contacts.
     pub(crate) contacts: Contacts<G>,
+    /// Magnets.
+    pub(crate) magnets: Magnets<G>,
     /// The fluid, if its forces depend on the motion.
     pub(crate) immersion: Option<Immersion>,
     /// Whether there are dead loads, and whether the base, a load or an actuator depends on time explicitly.
@@ -82,6 +85,11 @@ impl<G: Space> Plan<G> {
         let families = Families::of(&self.pieces, &self.points, self.stations);
         self.has_branches = !families.is_chain;
         self.carrying = families.assign_to(&mut self.pieces);
+    }
+
+    /// Whether forces couple different pieces.
+    pub(crate) fn couples_pieces(&self) -> bool {
+        self.actuation.couples_pieces() || self.magnets.couple_pieces()
     }
 
     /// Places inside pieces at which others are attached.

@@ -66,6 +66,8 @@ pub(crate) struct Point<G: Space> {
     pub(crate) tied: Vec<usize>,
     /// Indices of the surfaces fixed here, among those on links.
     pub(crate) surfaces: Vec<usize>,
+    /// Indices of the magnets.
+    pub(crate) magnets: Vec<usize>,
     /// Station of pieces attached here; pieces at the end of this piece use its own station.
     pub(crate) carries: Option<usize>,
     /// Whether the orientation of the section matters.

@@ -46,6 +46,8 @@ pub struct Segment {
     pub retardation_time: f64,
     /// Strain of the stress-free segment.
     pub reference_strain: Profile<STRAINS>,
+    /// Magnetisation in the axes of the sections, in A/m.
+    pub magnetisation: Profile<3>,
     /// Shear correction factors k in the shear stiffness k G A of a shape; one by default.
     pub shear_correction: ShearCorrection,
     /// Number of quadrature nodes, rounded up to a multiple of four; `None` uses the number that the modes
@@ -67,6 +69,7 @@ impl Segment {
             basis: Basis::Legendre,
             retardation_time: 0.0,
             reference_strain: STRAIGHT.into(),
+            magnetisation: [0.0; 3].into(),
             shear_correction: 1.0.into(),
             nodes: None,
         }

@@ -15,7 +15,7 @@ pub(crate) mod plan;
 
 use crate::description::rod::arc_length::check_end;
 use crate::description::schema::{Described, Item as _};
-use crate::description::signal::{Cell, Signal};
+use crate::description::signal::Signal;
 use crate::error::{Checker, InvalidInput};
 
 /// Where a load acts along the unstretched rod, by arc length from the base in metres.
@@ -68,21 +68,6 @@ impl Load {
     /// Whether force or moment depends on time explicitly.
     pub(crate) fn varies_in_time(&self) -> bool {
         self.force.varies_in_time() || self.moment.varies_in_time()
-    }
-
-    /// The next time at which a step of fixed size must end, so that it loses nothing of the load.
-    pub(crate) fn corner(&self, cell: Cell) -> Option<f64> {
-        self.force.corner(cell).into_iter().chain(self.moment.corner(cell)).reduce(f64::min)
-    }
-
-    /// Whether force or moment may jump at some time for steps of the size `dt`.
-    pub(crate) fn has_edges(&self, dt: f64) -> bool {
-        self.force.has_edges(dt) || self.moment.has_edges(dt)
-    }
-
-    /// The time at which one of them jumps for steps of the size `dt`, if that is `t`, but for rounding.
-    pub(crate) fn edge_near(&self, t: f64, dt: f64) -> Option<f64> {
-        self.force.edge_near(t, dt).or_else(|| self.moment.edge_near(t, dt))
     }
 
     /// Latest end of a step from `t` that cannot miss a feature of the load ([`Signal::horizon`]).
