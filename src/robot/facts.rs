@@ -23,8 +23,11 @@ pub(super) fn of<G: Turning>(robot: &Robot, sweeps: &Sweeps<G>, coordinates: &Co
     let (has_contact, has_stops) = (!robot.contacts.is_empty(), sweeps.has_stops());
     let Robot { base_motion, fluid, .. } = robot;
     // The inertia of sections affects only the forces along their rods.
-    let are_sections_separate =
-        base_motion.is_none() && fluid.is_none() && !has_contact && coordinates.are_own() && !robot.has_magnets();
+    let are_sections_separate = base_motion.is_none()
+        && fluid.is_none()
+        && !has_contact
+        && coordinates.are_own()
+        && !robot.has_magnets();
     let are_lengths_free = are_sections_separate && robot.has_all_at_tips();
     let vary_coordinates = coordinates.vary_in_time();
     Facts {

@@ -132,8 +132,13 @@ fn model(
     let is_robot = !document.link.is_empty() || document.import.is_some();
     if !is_robot {
         if !document.scene.field.is_zero() {
-            let right = "write the links of a robot as [[link]]: a rod is a [[link]] with [[link.rod.segment]]";
-            shape.refuse("scene.field", "it acts on what is magnetic of a robot, and there is no [[link]]", right);
+            let right =
+                "write the links of a robot as [[link]]: a rod is a [[link]] with [[link.rod.segment]]";
+            shape.refuse(
+                "scene.field",
+                "it acts on what is magnetic of a robot, and there is no [[link]]",
+                right,
+            );
         }
         let of_robots =
             [("base_motion", document.base_motion.is_some()), ("fluid", document.fluid.is_some())];

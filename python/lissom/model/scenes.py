@@ -6,7 +6,7 @@ from dataclasses import replace
 from functools import singledispatch
 from typing import TYPE_CHECKING, Any
 
-from .._lissom import Robot, Rod, Scene, SpringPendulum, Weld
+from .._lissom import Load, Robot, Rod, Scene, SpringPendulum, Weld
 from ..common.arguments import number, path_of, text, vector
 from .paths import toml
 
@@ -70,7 +70,10 @@ def _of_pendulum(pendulum: SpringPendulum, name: str, states: dict[str, list[flo
 
 @_of_model.register(Robot)
 def _of_robot(robot: Robot, name: str, states: dict[str, list[float]]) -> list[str]:
-    return [*_general(robot, name), *_links(robot, states), *_around(robot)]
+    # The field takes the forms of a force.
+    field = _text(Load(force=robot.field), "field").replace("force = ", "field = ", 1)
+    general, *rest = _general(robot, name)
+    return [general + field, *rest, *_links(robot, states), *_around(robot)]
 
 
 @_of_model.register(Rod)

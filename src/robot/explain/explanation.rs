@@ -95,7 +95,9 @@ impl Explanation {
         let of_loops =
             if robot.is_rod() && robot.constraints() == 0 { Vec::new() } else { loops::explain(robot) };
         let of_effects = actuators::explain(robot, of_actuators).into_iter().chain(of_loops);
-        for (is_computed, what, why) in of_effects.chain(contacts::explain(robot)).chain(magnets::explain(robot)) {
+        for (is_computed, what, why) in
+            of_effects.chain(contacts::explain(robot)).chain(magnets::explain(robot))
+        {
             explanation.add(is_computed, what, why);
         }
         explanation.solve(solve, robot, of_actuators);

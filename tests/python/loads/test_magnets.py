@@ -53,10 +53,10 @@ def arm(field=(0.02, -0.01, 0.03), *, planar=False, magnets=True, base=(1, 0, 0,
         lissom.Link("lower", rod=[strip((2e5, 1e5, 0), modes=modes)], joint=hinge, parent="upper"),
     ]
     some = [
+        lissom.Magnet((0.1, 0.4, 0.2), link="upper", at=0.04),
         lissom.Magnet((0.5, 0.2, -0.3), link="side", position=(0.01, 0, 0.02)),
         lissom.Magnet((-0.2, 0.6, 0.4), link="plate", position=(0, 0, 0.01)),
         lissom.Magnet((0.3, -0.1, 0.2), link="lower"),
-        lissom.Magnet((0.1, 0.4, 0.2), link="upper", at=0.04),
     ]
     return robot(links, magnets=some if magnets else [], field=field, **more)
 
@@ -90,7 +90,7 @@ class TestUniformField:
         segment = strip((MAGNETISATION, 0, 0), modes=dict.fromkeys(strains, 10))
         model = robot([lissom.Link("rod", rod=[segment])], field=field)
         start = np.zeros(model.n)
-        start[model.coordinates.index("rod.bend_y[0]")] = np.radians(slope)
+        start[model.coordinates.index("rod.bend_y[0]")] = np.radians(slope) / L
         found = lissom.statics(model, start)
         assert found.success, found.message
         along = model.pose(found.q, L)[:3, 0]
@@ -111,8 +111,8 @@ class TestUniformField:
     def test_a_compass_swings(self):
         joint = lissom.Revolute((0, 0, 1))
         model = robot([free("needle", joint=joint)], magnets=[lissom.Magnet((0.02, 0, 0))], field=(0.05, 0, 0))
-        found = lissom.modes(model)
-        assert found.frequencies[0] == pytest.approx(np.sqrt(0.02 * 0.05 / 3e-4) / (2 * np.pi), rel=1e-12)
+        found = lissom.modes(model, [0.0])
+        assert found.frequency[0] == pytest.approx(np.sqrt(0.02 * 0.05 / 3e-4) / (2 * np.pi), rel=1e-12)
 
     @pytest.mark.parametrize("radius", [1e-3, (1.5e-3, 0.5e-3)])
     def test_the_moment_at_the_base_is_that_of_all_sections(self, radius):
@@ -173,20 +173,19 @@ class TestBetweenMagnets:
         links = [lissom.Link("rod", rod=[strip((0, 0, 0), modes={"stretch": 1})])]
         force = forces(robot(links, magnets=magnets), [0.0])[0]
         push = 3 * reference.MU_0 / (4 * np.pi * 0.06**4)
-        assert force == pytest.approx(-push * 0.06 / L, rel=1e-9)
+        assert force == pytest.approx(-push * 0.06, rel=1e-12)
 
     @pytest.mark.parametrize("method", ["radau", "newmark"])
     def test_two_free_magnets_keep_momentum_and_energy(self, method):
         model = two_bodies([(3, 1, 0), (-1, 2, 2)], (0.1, 0.05, 0.02))
-        v0 = np.zeros(12)
-        v0[3:6] = (1.0, -2.0, 0.5)
         options = {"rtol": 1e-10, "atol": 1e-12} if method == "radau" else {"dt": 1e-4}
-        run = lissom.simulate(model, 0.2, v0=v0, method=method, **options)
+        run = lissom.simulate(model, 0.2, method=method, **options)
         assert run.success, run.message
-        assert np.abs(run.v[-1]).max() > 1.5 * np.abs(v0).max()
+        assert np.abs(run.v[-1]).max() > 0.5
         momenta = [momentum(model, q, v) for q, v in zip(run.q, run.v, strict=True)]
         tolerance = 1e-9 if method == "radau" else 1e-5
-        assert_same(np.array(momenta), np.tile(momenta[0], (len(momenta), 1)), tolerance)
+        sizes = [0.1 * np.abs(run.v[-1, 3:6]).max() * 0.1, 3e-4]
+        assert np.abs(momenta).max() < tolerance * max(sizes)
         assert run.balance.drift < (1e-8 if method == "radau" else 1e-4)
 
 
@@ -267,14 +266,14 @@ class TestAll:
 
     @pytest.mark.parametrize("field", [(0.05, 0, 0.02), SWING, TABLE])
     def test_energy_is_balanced(self, field):
-        segment = strip((2e5, 0, 1e5), modes={"bend_y": 3, "bend_z": 2})
+        segment = strip((2e5, 0, 1e5), modes={"bend_y": 3, "bend_z": 2}, retardation_time=0.1, nodes=32)
         links = [lissom.Link("rod", rod=[segment]), free("side", (0.1, 0.04, 0), joint=lissom.Revolute((0, 0, 1)))]
-        magnets = [lissom.Magnet((0, 0.5, 0.1), link="side"), lissom.Magnet((0.2, 0, 0), link="rod")]
+        magnets = [lissom.Magnet((0, 0.5, 0.1), link="side"), lissom.Magnet((0.02, 0, 0), link="rod")]
         model = robot(links, magnets=magnets, field=field)
-        run = lissom.simulate(model, 0.5, method="radau", rtol=1e-8, atol=1e-10)
+        run = lissom.simulate(model, 0.4, method="radau", rtol=1e-7, atol=1e-9)
         assert run.success, run.message
         assert run.balance.moves
-        assert run.balance.drift < 1e-6
+        assert run.balance.drift < 1e-8
         assert (np.ptp(run.balance.work) > 0) == (field is SWING or field is TABLE)
 
     def test_what_is_computed_is_explained(self):
@@ -300,7 +299,7 @@ class TestDescription:
         [
             ({"moment": (0, 0, 1), "link": "b"}, "magnets[0].link: got 'b', expected"),
             ({"moment": (0, 0, 1), "at": 0.3}, "magnets[0].at: got 0.3, expected an arc length in [0, 0.1]"),
-            ({"moment": (0, 0, np.nan)}, "moment: got"),
+            ({"moment": (0, 0, np.nan)}, "moment[2]: got NaN, expected a finite number (A m^2)"),
         ],
     )
     def test_wrong_magnets_are_refused(self, magnet, message):

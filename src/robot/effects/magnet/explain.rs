@@ -12,7 +12,8 @@ pub(crate) fn explain(robot: &Robot) -> Vec<Explained> {
         return explained;
     }
     let parts = [(robot.magnets.len(), "magnet"), (segments, "magnetised segment")];
-    let named = parts.into_iter().filter(|(number, _)| *number > 0).map(|(number, name)| counted(number, name));
+    let named =
+        parts.into_iter().filter(|(number, _)| *number > 0).map(|(number, name)| counted(number, name));
     let what = named.collect::<Vec<_>>().join(" and ");
     let has_field = !robot.field.is_zero();
     let why = match robot.field.constant() {
@@ -23,7 +24,8 @@ pub(crate) fn explain(robot: &Robot) -> Vec<Explained> {
     explained.push((has_field, "uniform magnetic field".into(), why));
     let others = robot.magnets.iter().any(|magnet| {
         let is_other = |link: usize| link != magnet.link;
-        let has_magnetised = |(i, link): (usize, &crate::robot::Link)| is_other(i) && link.rod.iter().any(is_magnetised);
+        let has_magnetised =
+            |(i, link): (usize, &crate::robot::Link)| is_other(i) && link.rod.iter().any(is_magnetised);
         robot.links.iter().enumerate().any(has_magnetised)
     });
     let feel = robot.magnets.len() > 1 || others;

@@ -98,9 +98,6 @@ impl Pair {
             + way_by * (both - cross)
             + way * along_by
             + of_distance * nearer;
-        Between {
-            fields: [field(b, b_by), field(a, a_by)],
-            force: force * (3.0 * strength * inverse_square),
-        }
+        Between { fields: [field(b, b_by), field(a, a_by)], force: force * (3.0 * strength * inverse_square) }
     }
 }
