@@ -1,4 +1,4 @@
-"""Magnets and magnetised segments: exact shapes, forces of charges, conserved quantities, tangents, scenes."""
+"""Magnets and magnetised segments: exact shapes, forces of charges, what is conserved, tangents, scenes."""
 
 import pickle
 import re
@@ -42,14 +42,18 @@ def two_bodies(moments, way, **more):
 
 
 def arm(field=(0.02, -0.01, 0.03), *, planar=False, magnets=True, base=(1, 0, 0, 0), **more):
-    """Rods with branches, offsets and bodies, magnetised along all of it, and magnets of which two are on one rod."""
+    """Magnetised rods with branches, and magnets on rods and bodies, also beside their axes."""
     modes = {"bend_y": 3, "stretch": 1} if planar else BEND
     along = ([0, 0.05, 0.1], [[3e5, 1e4, 2e5], [1e5, 2e5, -3e5], [-2e5, 0, 1e5]])
     hinge = lissom.Revolute((0, 1, 0))
     links = [
-        lissom.Link("upper", rod=[strip(along, modes=modes), strip((0, 0, 2e5), modes=modes)], orientation=base),
+        lissom.Link(
+            "upper", rod=[strip(along, modes=modes), strip((0, 0, 2e5), modes=modes)], orientation=base
+        ),
         free("side", (0.02, 0, 0.05), joint=hinge, parent="upper", at=0.07),
-        lissom.Link("plate", body=BODY, parent="side", position=(0.03, 0, 0.02), orientation=(0.8, 0, 0.6, 0)),
+        lissom.Link(
+            "plate", body=BODY, parent="side", position=(0.03, 0, 0.02), orientation=(0.8, 0, 0.6, 0)
+        ),
         lissom.Link("lower", rod=[strip((2e5, 1e5, 0), modes=modes)], joint=hinge, parent="upper"),
     ]
     some = [
@@ -110,7 +114,9 @@ class TestUniformField:
 
     def test_a_compass_swings(self):
         joint = lissom.Revolute((0, 0, 1))
-        model = robot([free("needle", joint=joint)], magnets=[lissom.Magnet((0.02, 0, 0))], field=(0.05, 0, 0))
+        model = robot(
+            [free("needle", joint=joint)], magnets=[lissom.Magnet((0.02, 0, 0))], field=(0.05, 0, 0)
+        )
         found = lissom.modes(model, [0.0])
         assert found.frequency[0] == pytest.approx(np.sqrt(0.02 * 0.05 / 3e-4) / (2 * np.pi), rel=1e-12)
 
@@ -262,12 +268,29 @@ class TestAll:
     def test_fields_are_those_of_the_world(self):
         turned = (0.5, 0.5, 0.5, 0.5)  # x to y, y to z, z to x
         q = state(arm(), 3)[0]
-        assert_same(forces(arm((0.03, 0.01, 0.02), base=turned), q), forces(arm((0.01, 0.02, 0.03)), q), 1e-12)
+        assert_same(
+            forces(arm((0.03, 0.01, 0.02), base=turned), q), forces(arm((0.01, 0.02, 0.03)), q), 1e-12
+        )
+
+    def test_fields_stay_where_they_are_while_the_base_turns(self):
+        turn = lissom.BaseMotion(axis=(0, 0, 1), angle=lissom.Harmonic(rate=2.0))
+        t, field = 0.3, (0.03, 0.01, 0.02)
+        q, qd, qdd = state(arm(), 6)
+        moving = [arm(field, base_motion=turn), arm((0, 0, 0), base_motion=turn)]
+        still = [arm(size, base=(np.cos(t), 0, 0, np.sin(t))) for size in (field, (0, 0, 0))]
+        in_motion = [model.inverse_dynamics(q, qd, qdd, t=t) for model in moving]
+        at_rest = [model.inverse_dynamics(q, qd, qdd) for model in still]
+        assert_same(np.subtract(*in_motion), np.subtract(*at_rest), 1e-10)
+        energies = [model.energy(q, qd, t=t).loads for model in (moving[0], still[0])]
+        assert energies[0] == pytest.approx(energies[1], rel=1e-12)
 
     @pytest.mark.parametrize("field", [(0.05, 0, 0.02), SWING, TABLE])
     def test_energy_is_balanced(self, field):
         segment = strip((2e5, 0, 1e5), modes={"bend_y": 3, "bend_z": 2}, retardation_time=0.1, nodes=32)
-        links = [lissom.Link("rod", rod=[segment]), free("side", (0.1, 0.04, 0), joint=lissom.Revolute((0, 0, 1)))]
+        links = [
+            lissom.Link("rod", rod=[segment]),
+            free("side", (0.1, 0.04, 0), joint=lissom.Revolute((0, 0, 1))),
+        ]
         magnets = [lissom.Magnet((0, 0.5, 0.1), link="side"), lissom.Magnet((0.02, 0, 0), link="rod")]
         model = robot(links, magnets=magnets, field=field)
         run = lissom.simulate(model, 0.4, method="radau", rtol=1e-7, atol=1e-9)
@@ -276,9 +299,34 @@ class TestAll:
         assert run.balance.drift < 1e-8
         assert (np.ptp(run.balance.work) > 0) == (field is SWING or field is TABLE)
 
+    def test_runs_have_derivatives_with_respect_to_all_of_it(self):
+        def model(moment, magnetisation, radius, size):
+            segment = strip((magnetisation, 0, 0), modes={"bend_y": 3}, radius=radius, retardation_time=0.05)
+            links = [
+                lissom.Link("rod", rod=[segment]),
+                free("far", (0.2, 0, 0.05), joint=lissom.Prismatic((0, 0, 1))),
+            ]
+            magnets = [lissom.Magnet((0, 0, moment), link="far"), lissom.Magnet((0.01, 0, 0), link="rod")]
+            return robot(links, magnets=magnets, field=(0, 0, size))
+
+        def end(values):
+            return lissom.simulate(model(*values), 0.05, dt=1e-3, rtol=1e-13).q[-1]
+
+        values = np.array([1.0, 1e4, R, 0.01])
+        names = [
+            "magnets[0].moment[2]",
+            "links[0].rod[0].magnetisation[0]",
+            "links[0].rod[0].radius",
+            "field[2]",
+        ]
+        found = lissom.sensitivity(model(*values), 0.05, names, dt=1e-3, rtol=1e-13).dq[-1]
+        expected = differences(lambda relative: end(values * (1 + relative)), np.zeros(4), 1e-3) / values
+        for k in range(len(names)):
+            assert_same(found[:, k], expected[:, k], 1e-6)
+
     def test_what_is_computed_is_explained(self):
         text = arm().explain()
-        assert re.search(r"uniform magnetic field +turns 4 magnets and 3 magnetised segments; has a potential", text)
+        assert re.search(r"uniform magnetic field +turns 4 magnets and 3 magnetised segments; has a", text)
         assert re.search(r"forces between magnets +of dipoles, pair by pair", text)
         assert "magnet" not in robot([free("a")]).explain()
 

@@ -1,7 +1,7 @@
-"""Independent magnets: pairs of magnetic charges (Gilbert's model), and the elastica that a uniform field bends.
+"""Independent magnets: pairs of magnetic charges (Gilbert's model), and the elastica in a uniform field.
 
-A dipole of the moment m is the limit of two charges +-|m|/d at +-d/2 along m. Charges attract and repel each other as
-electric ones do; errors are even powers of d, of which Richardson's extrapolation removes two.
+A dipole of the moment m is the limit of two charges +-|m|/d at +-d/2 along m. Charges attract and repel each
+other as electric ones do; errors are even powers of d, of which Richardson's extrapolation removes two.
 """
 
 import numpy as np
@@ -25,7 +25,7 @@ def charges(moment, at, distance):
 
 
 def pushes(first, second, distance):
-    """Forces on the charges of the first of two dipoles (moment and place), with the charges' positions, and energy."""
+    """Forces on the charges of the first of two dipoles, with their positions, and the energy."""
     forces, energy = [], 0.0
     for own, place in charges(*first, distance):
         force = np.zeros(3)
@@ -39,7 +39,7 @@ def pushes(first, second, distance):
 
 
 def between(first, second):
-    """Moment about the first dipole and force on it, and the energy of both. Dipoles are pairs of moment and place."""
+    """Moment about the first dipole and force on it, and the energy; a dipole is its moment and its place."""
     first, second = ((np.asarray(moment, float), np.asarray(at, float)) for moment, at in (first, second))
     apart = np.linalg.norm(first[1] - second[1])
     sums = [np.zeros(3), np.zeros(3), 0.0]
@@ -60,7 +60,7 @@ def in_uniform_field(moment, field):
 
 
 def load_of_slope(slope, angle):
-    """F L^2 / (E I) of the tip force F, at an angle to the straight cantilever, that turns its tip by `slope` (radians).
+    """F L^2 / (E I) of the force at the tip of a cantilever, at an angle to it, that turns it by `slope`.
 
     With psi = pi - angle + slope, E I psi'^2 / 2 = F (cos psi - cos psi_L): a pendulum's swing in time.
     """

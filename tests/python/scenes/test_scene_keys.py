@@ -746,7 +746,7 @@ SCENES |= {
 SCENES |= {
     f"magnets in {name}": SCENES["magnets"].replace("field = [0.01, 0.02, 0.03]", f"field = {field}")
     for name, field in {
-        "a swing": "{ mean = [0.1, 0, 0], rate = [0, 0.1, 0], amplitude = [0, 0, 0.1], frequency = 2, phase = 1 }",
+        "a swing": "{ mean = [1, 0, 0], rate = [0, 1, 0], amplitude = [0, 0, 1], frequency = 2, phase = 1 }",
         "a ramp": "{ times = [0, 0.1], values = [[0, 0, 0.1], [0, 0.1, 0]] }",
         "a hand": '{ input = "B", default = [0, 0.1, 0.2] }',
     }.items()
