@@ -126,17 +126,14 @@ impl Segment {
     }
 
     fn check_magnetisation(&self, check: &mut Checker) {
-        match self.magnetisation.constant() {
-            Some(constant) => {
-                check.finite(&constant, "magnetisation");
-                let has_area = matches!(self.section, Section::Shape(_)) || constant == [0.0; 3];
-                let expected = "none: a given section has no area";
-                check.require(has_area, "magnetisation", "a magnetised given section", expected);
-            }
-            None => {
-                check.nested("magnetisation", self.magnetisation.validate(self.length));
-            }
-        }
+        let constant = self.magnetisation.constant();
+        match &constant {
+            Some(constant) => check.finite(constant, "magnetisation"),
+            None => check.nested("magnetisation", self.magnetisation.validate(self.length)).is_some(),
+        };
+        let has_area = matches!(self.section, Section::Shape(_)) || constant == Some([0.0; 3]);
+        let expected = "none: a given section has no area";
+        check.require(has_area, "magnetisation", "a magnetised given section", expected);
     }
 
     fn check_material(&self, check: &mut Checker) {
