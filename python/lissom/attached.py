@@ -55,6 +55,13 @@ _ALL_KINDS = (
 _MODEL = """model : Model or None
     The model, for names and units of the coordinates in NetCDF files. The file does not contain the model.
 """
+_INSTANT = """t : float, optional
+    The instant that a file of meshes shows, seconds; ``.ply`` and ``.obj`` need one. Between states of the
+    result coordinates follow a polynomial of fifth order.
+"""
+_TIME_OF_SHAPE = """t : float
+    Time at which the model is shown in files of meshes, seconds.
+"""
 _DATASET = """The result as an ``xarray.Dataset`` with named dimensions and units (extra `files`).
 {model}
 Returns
@@ -176,6 +183,46 @@ def _animate(
     from .drawing.pictures import animate
 
     animate(self, path, fps, speed)
+
+
+def _picture(
+    self: MotionResult,
+    path: str | os.PathLike[str],
+    *,
+    times: ArrayLike | None = None,
+    view: str | ArrayLike | None = None,
+    width: float = 0.085,
+) -> None:
+    """Write a figure for a paper: shapes at some times with their true sections (extra `plot`).
+
+    Rods, bodies, tendons and obstacles are polygons, with a scale bar and the axes of the world. Earlier
+    shapes are paler.
+
+    Parameters
+    ----------
+    path : path-like
+        ``.pdf`` or ``.svg``, of lines, or ``.png``. An existing file is replaced.
+    times : array_like, optional
+        Times of the shapes, seconds; by default five from the start to the end. Between states of the result
+        coordinates follow a polynomial of fifth order.
+    view : str or array_like, shape (3,), optional
+        Direction from the model to the viewer in world axes, or ``"front"`` (from -y), ``"back"``,
+        ``"right"`` (from x), ``"left"``, ``"top"`` (from z), ``"bottom"``. By default obliquely.
+    width : float
+        Width of the figure, metres; by default a column of a page. The height follows.
+
+    Raises
+    ------
+    ValueError, TypeError
+        If an argument is invalid, or the result has no model (`newmark`) or no states.
+    OSError
+        If the file cannot be written.
+    ImportError
+        If Matplotlib is not installed.
+    """
+    from .drawing.figures import of_motion
+
+    of_motion(self, path, times, view, width)
 
 
 def _report(self: MotionResult, path: str | os.PathLike[str], *, title: str = "Motion") -> None:
@@ -332,14 +379,37 @@ def _of_what_rests(self: StaticsResult, name: str) -> Any:
     raise AttributeError(f"'lissom.StaticsResult' object has no attribute {name!r}", name=name, obj=self)
 
 
-def _save_motion(self: MotionResult, path: str | os.PathLike[str]) -> None:
+def _save_motion(self: MotionResult, path: str | os.PathLike[str], *, t: float | None = None) -> None:
+    from .drawing.meshfiles import motion_writers
     from .results.io import save
 
-    save(self, path)
+    meshes = motion_writers(t)
+    _only_with_meshes("t", t is None, path, meshes)
+    save(self, path, further=meshes)
+
+
+def _save_statics(
+    self: StaticsResult, path: str | os.PathLike[str], model: Model | None = None, *, t: float = 0.0
+) -> None:
+    from .drawing.meshfiles import statics_writers
+    from .results.io import save
+
+    meshes = statics_writers(t)
+    _only_with_meshes("t", t == 0.0, path, meshes)
+    save(self, path, model, meshes)
+
+
+def _only_with_meshes(
+    name: str, is_left_out: bool, path: str | os.PathLike[str], meshes: Mapping[str, Any]
+) -> None:
+    from .common.arguments import path_of
+
+    if not is_left_out and path_of(path).suffix not in meshes:
+        raise ValueError(f"{name}: only files of meshes have it ({', '.join(meshes)})")
 
 
 def _save_with(
-    self: StaticsResult | ContinuationResult | ModesResult | EnsembleResult | ReachResult | ActuateResult,
+    self: ContinuationResult | ModesResult | EnsembleResult | ReachResult | ActuateResult,
     path: str | os.PathLike[str],
     model: Model | None = None,
 ) -> None:
@@ -636,7 +706,11 @@ def attach() -> None:
     """Attach the methods to the classes of results, models and scenes. Repeated calls have no effect."""
     _attach(Model, "to_scene", _scene_of)
     _attach(Scene, "save", _save_scene)
-    paraview = f"{_ALL_KINDS}; ``.vtkhdf`` is for ParaView alone (extra `files`) and cannot be loaded again"
+    meshes = "``.glb`` (glTF 2.0, {what}), ``.ply`` and ``.obj`` have meshes"
+    of_motion = meshes.format(what="the motion as an animation, or one instant")
+    paraview = (
+        f"{_ALL_KINDS}; ``.vtkhdf`` is for ParaView (extra `files`); {of_motion}: `load` reads none of these"
+    )
     trajectory = (
         "States, inputs, energies (J), centre lines of rods and positions of tips (m) over the time (s)."
     )
@@ -644,9 +718,10 @@ def attach() -> None:
         MotionResult, "plot", _plot_motion, f"Draw coordinates, positions of the tips and energies.\n{_AXES}"
     )
     _attach(MotionResult, "animate", _animate)
+    _attach(MotionResult, "picture", _picture)
     _attach(MotionResult, "report", _report)
     _attach(MotionResult, "contact_events", _contact_events)
-    _attach(MotionResult, "save", _save_motion, _SAVE.format(kinds=paraview, model=""))
+    _attach(MotionResult, "save", _save_motion, _SAVE.format(kinds=paraview, model=_INSTANT))
     _attach(MotionResult, "to_xarray", _dataset_of_motion, _DATASET.format(model="", holds=trajectory))
     _attach(Simulation, "view", _view)
     _attach(EnsembleResult, "save", _save_with, _SAVE.format(kinds=_ALL_KINDS, model=_MODEL))
@@ -675,6 +750,9 @@ def attach() -> None:
     for owner, held in holds.items():
         _attach(owner, "save", _save_with, _SAVE.format(kinds=_ALL_KINDS, model=_MODEL))
         _attach(owner, "to_xarray", _dataset_with, _DATASET.format(model=_NAMES, holds=held))
+    of_rest = meshes.format(what="the shape")
+    of_rest = f"{_ALL_KINDS}; {of_rest} and need the model: `load` reads none of these"
+    _attach(StaticsResult, "save", _save_statics, _SAVE.format(kinds=of_rest, model=_MODEL + _TIME_OF_SHAPE))
     shown = "\nParameters\n----------\nmodel : Model\n    The model.\n"
     _attach(StaticsResult, "plot", _plot_statics, f"Draw the equilibrium shape.\n{shown}{_AXES}")
     path = f"Draw coordinates and the lowest eigenvalue over the load factor.\n{_NAMES}{_AXES}"

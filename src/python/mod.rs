@@ -77,7 +77,7 @@ mod _lissom {
     #[pymodule_export]
     use super::ode::{PyDenseOutput, PyDop853, PyOdeResult, PyOdeSolver, PyRadau, PyRk45, solve_ivp};
     #[pymodule_export]
-    use super::part::{_stub_of_methods, _stub_of_parts, PyPart};
+    use super::part::{_stub_of_methods, _stub_of_models, _stub_of_parts, PyPart};
     #[pymodule_export]
     use super::pendulum::PySpringPendulum;
     #[pymodule_export]
@@ -119,6 +119,8 @@ mod _lissom {
             ));
         }
         part::add_classes(module)?;
+        robot::describe_class(module.py())?;
+        rod::describe_class(module.py())?;
         module.add("__version__", env!("CARGO_PKG_VERSION"))?;
         // Benchmarks refuse to run with a debug build.
         module.add("build_profile", if cfg!(debug_assertions) { "debug" } else { "release" })

@@ -1,7 +1,5 @@
 //! `lissom.Segment`: what follows from a segment; its parameters are those of its table in `description`.
 
-use std::sync::Arc;
-
 use numpy::PyArray2;
 use pyo3::class::{PyTraverseError, PyVisit};
 use pyo3::exceptions::{PyTypeError, PyValueError};
@@ -10,25 +8,12 @@ use pyo3::types::{PyDict, PyTuple, PyType};
 
 use super::arguments;
 use super::convert;
-use super::part::{PyPart, parts_of, wrapped};
-use super::signal::Functions;
+use super::part::PyPart;
 use crate::description::rod::{SectionProperties, Segment, described, generalised_stiffness};
 
 /// Base class of segments, with what follows from their parameters.
 #[pyclass(name = "_Segment", module = "lissom._lissom", extends = PyPart, subclass, frozen)]
 pub(crate) struct PySegment;
-
-/// The segments of a sequence.
-pub(super) fn segments_of(segments: &Bound<'_, PyAny>, name: &str) -> PyResult<Vec<Segment>> {
-    let described: Vec<described::Segment> = parts_of(segments, name, &mut Functions::default())?;
-    Ok(described.iter().map(described::Segment::resolved).collect())
-}
-
-/// Python objects of segments.
-pub(super) fn segments_out<'py>(py: Python<'py>, segments: &[Segment]) -> PyResult<Bound<'py, PyTuple>> {
-    let out = |segment: &Segment| wrapped(py, Arc::new(segment.described()));
-    PyTuple::new(py, segments.iter().map(out).collect::<PyResult<Vec<_>>>()?)
-}
 
 impl PySegment {
     /// The segment of a part.

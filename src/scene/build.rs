@@ -1,6 +1,7 @@
 //! Builds a scene from a document. The constructors of the crate check the physics, and their messages are
 //! mapped to lines of the file.
 
+use crate::description::world::STANDARD_GRAVITY;
 use crate::error::{Checker, InvalidInput, Number};
 use crate::model::pendulum::SpringPendulum;
 use crate::model::{Dynamics as _, Flaw, InContact as _, InTime as _};
@@ -8,12 +9,11 @@ use crate::robot;
 use crate::simulation::accuracy;
 use crate::simulation::simulate::check_step;
 
-use super::actuators::actuators;
-use super::contacts::{contacts, key_of_contact};
-use super::described::{key_of_item, read, read_all};
+use super::described::read;
 use super::document::{Document, Output, Simulation as Settings};
 use super::imports::Imported;
 use super::links;
+use super::lists::{self, Keys};
 use super::parts::{self, open_modes};
 use super::shape::{Shape, report};
 use super::{END_OF_OUTPUT, Method, Model, Quantity, Simulation};
@@ -213,46 +213,30 @@ fn model(
 
 fn rod(document: &Document, shape: &mut Shape) -> Option<(Model, [Vec<f64>; 2])> {
     let written = &document.rod[0];
-    let segments: Vec<_> = written
-        .segment
-        .iter()
-        .enumerate()
-        .map(|(i, segment)| parts::segment(segment, &format!("rod[0].segment[{i}]"), shape))
-        .collect();
-    let (loads, load_keys) = read_all(&written.load, "rod[0].load", shape);
-    let (bodies, body_keys) = read_all(&written.body, "rod[0].body", shape);
-    let (supports, support_keys) = read_all(&written.support, "rod[0].support", shape);
+    let segment = |(i, segment)| parts::segment(segment, &format!("rod[0].segment[{i}]"), shape);
+    let segments = written.segment.iter().enumerate().map(segment).collect();
+    let mut keys = Keys::default();
     let moving = written.base_motion.as_ref();
-    let rod = robot::Rod {
-        base_motion: moving
-            .map(|written| parts::base_motion(written, "rod[0].base_motion", &document.simulation, shape)),
+    let described = robot::described::Rod {
+        segments,
         base_position: written.base.position,
         base_orientation: written.base.orientation,
+        gravity: document.scene.gravity.unwrap_or(STANDARD_GRAVITY),
         tip_force: written.tip_force,
         tip_moment: written.tip_moment,
         tip_mass: written.tip_mass,
-        loads: loads.iter().map(|load| load.resolved(0)).collect(),
-        bodies: bodies.iter().map(|body| body.resolved(0)).collect(),
-        supports: supports.iter().map(|support| support.resolved(0)).collect(),
+        loads: keys.read("loads", &written.load, "rod[0].load", shape),
+        bodies: keys.read("bodies", &written.body, "rod[0].body", shape),
+        base_motion: moving
+            .map(|written| parts::base_motion(written, "rod[0].base_motion", &document.simulation, shape)),
+        supports: keys.read("supports", &written.support, "rod[0].support", shape),
         fluid: written.fluid.as_ref().and_then(|fluid| read(fluid, "rod[0].fluid", shape)),
-        ..robot::Rod::new(segments)
+        actuators: lists::actuators(document, &mut keys, shape),
+        contacts: lists::contacts(document, &mut keys, shape),
     };
-    let mut rod = robot::Rod { gravity: document.scene.gravity.unwrap_or(rod.gravity), ..rod };
-    let (actuators, actuator_keys) = actuators(document, &robot::Named::of_rod(&(&rod).into()), shape);
-    rod.actuators = actuators;
-    let (touching, places) = contacts(document, &robot::Named::of(&(&rod).into()), shape);
-    rod.contacts = touching;
-    let keys_of_items: [(_, &[_]); 4] = [
-        ("loads", &load_keys),
-        ("bodies", &body_keys),
-        ("supports", &support_keys),
-        ("actuators", &actuator_keys),
-    ];
-    let key = |place: &str| {
-        let known = key_of_contact(place, &document.contact, &places);
-        let known = known.or_else(|| key_of_item(place, &keys_of_items));
-        known.unwrap_or_else(|| rod_place(place))
-    };
+    let key = |place: &str| keys.of(place).unwrap_or_else(|| rod_place(place));
+    let (rod, places) = lists::resolved(shape, key, |reader| described.resolved(reader));
+    let key = |place: &str| keys.of_model(place, &places).unwrap_or_else(|| key(place));
     let valid = report(rod.validate(), shape, key).is_some();
     let n = (valid && shape.is_readable("rod[0].segment")).then(|| rod.coordinates());
     if n == Some(0) {

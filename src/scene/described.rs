@@ -59,43 +59,11 @@ pub(super) fn read_with<T: Data>(
     reported(problems.collect(), here, shape).and(found)
 }
 
-/// What is made of values at this place; `None` after reporting problems.
-pub(super) fn made<T>(
-    here: &str,
-    shape: &mut Shape,
-    make: impl FnOnce(&mut Reader) -> Option<T>,
-) -> Option<T> {
-    let mut reader = Reader::default();
-    let found = make(&mut reader);
-    reported(reader.finish(), here, shape).and(found)
-}
-
 /// Reports problems at this place; `None` if there are some.
 pub(super) fn reported(problems: Vec<Problem>, here: &str, shape: &mut Shape) -> Option<()> {
     let is_right = problems.is_empty();
     problems.into_iter().for_each(|problem| report(problem, here, shape));
     is_right.then_some(())
-}
-
-/// What the tables of an array describe, with their keys in the file. Omits those with problems.
-pub(super) fn read_all<T: Data>(
-    written: &[Written<T>],
-    here: &str,
-    shape: &mut Shape,
-) -> (Vec<T>, Vec<String>) {
-    let keyed = written.iter().enumerate().filter_map(|(i, written)| {
-        let key = format!("{here}[{i}]");
-        Some((read(written, &key, shape)?, key))
-    });
-    keyed.unzip()
-}
-
-/// Key in the file for a place in one of these lists of a model, whose items have these keys.
-pub(super) fn key_of_item(place: &str, lists: &[(&str, &[String])]) -> Option<String> {
-    let (list, rest) = place.split_once('[')?;
-    let (_, keys) = lists.iter().find(|(name, _)| *name == list)?;
-    let (i, rest) = rest.split_once(']')?;
-    Some(format!("{}{rest}", keys.get(i.parse::<usize>().ok()?)?))
 }
 
 /// Reports a problem of the table at this place, except for values that could not be read.

@@ -1,20 +1,23 @@
 //! Links of a robot from their tables.
 
-use super::actuators::actuators;
-use super::contacts::{contacts, key_of_contact};
-use super::described::{key_of, key_of_item, read, read_all, read_with, reported, right};
-use super::document::{Document, Import};
+use super::described::{key_of, read, read_with, right};
+use super::document::{Document, Import, Jacobian};
 use super::imports::{Imported, Imports, Refusal, Request};
-use super::loops;
+use super::lists::{self, Keys};
 use super::parts;
 use super::shape::{Shape, report};
 use super::written::Written;
+use crate::description::body::described::Body;
 use crate::description::joint as joints;
 use crate::description::joint::JointForces;
-use crate::description::schema::{Reader, Value};
+use crate::description::schema::{LinkName, Value};
+use crate::description::world::STANDARD_GRAVITY;
 use crate::error::Checker;
-use crate::robot::described::{Link, LinkRod};
-use crate::robot::{self, LinkNames, Named, Robot};
+use crate::robot::Robot;
+use crate::robot::described::{self, Link, LinkRod};
+use crate::robot::effects::load::described::Load;
+use crate::robot::effects::magnet::described::Magnet;
+use crate::robot::effects::support::described::Support;
 
 /// The imported links; `None` after reporting a problem.
 pub(super) fn import(written: &Import, imports: &mut dyn Imports, shape: &mut Shape) -> Option<Imported> {
@@ -48,64 +51,52 @@ pub(super) fn robot(
     imported: Option<&Imported>,
     shape: &mut Shape,
 ) -> Option<(Robot, [Vec<f64>; 2])> {
-    let written = &document.link;
     let before = imported.map_or(0, |imported| imported.links.len());
     // Unknown names may be those of links that could not be imported.
     let are_incomplete = document.import.is_some() && imported.is_none();
-    let links = links(document, imported, are_incomplete, shape);
-    // Loads, supports and further bodies are tables of their links: collect their keys in the file.
-    let (mut loads, mut load_keys) = (Vec::new(), Vec::new());
-    let (mut supports, mut support_keys) = (Vec::new(), Vec::new());
-    let (mut bodies, mut body_keys) = (Vec::new(), Vec::new());
-    let (mut magnets, mut magnet_keys) = (Vec::new(), Vec::new());
-    for (i, link) in written.iter().enumerate() {
-        let (of_link, keys) = read_all(&link.below.load, &format!("link[{i}].load"), shape);
-        loads.extend(of_link.iter().map(|load| load.resolved(before + i)));
-        load_keys.extend(keys);
-        let (of_link, keys) = read_all(&link.below.fixed_body, &format!("link[{i}].fixed_body"), shape);
-        bodies.extend(of_link.iter().map(|body| body.resolved(before + i)));
-        body_keys.extend(keys);
-        let (of_link, keys) = read_all(&link.below.support, &format!("link[{i}].support"), shape);
-        supports.extend(of_link.iter().map(|support| support.resolved(before + i)));
-        support_keys.extend(keys);
-        let (of_link, keys) = read_all(&link.below.magnet, &format!("link[{i}].magnet"), shape);
-        magnets.extend(of_link.iter().map(|magnet| magnet.resolved(before + i)));
-        magnet_keys.extend(keys);
+    let links = links(document, imported, shape);
+    // Loads, supports and further bodies are tables of their links.
+    let mut keys = Keys::default();
+    let (mut loads, mut supports, mut bodies) = (Vec::new(), Vec::new(), Vec::new());
+    let mut magnets = Vec::new();
+    for (i, (link, described)) in document.link.iter().zip(&links[before..]).enumerate() {
+        let below = &link.below;
+        let link = Some(LinkName(described.name.clone()));
+        let of_link = keys.read("loads", &below.load, &format!("link[{i}].load"), shape);
+        loads.extend(of_link.into_iter().map(|load| Load { link: link.clone(), ..load }));
+        let of_link = keys.read("bodies", &below.fixed_body, &format!("link[{i}].fixed_body"), shape);
+        bodies.extend(of_link.into_iter().map(|body| Body { link: link.clone(), ..body }));
+        let of_link = keys.read("supports", &below.support, &format!("link[{i}].support"), shape);
+        supports.extend(of_link.into_iter().map(|support| Support { link: link.clone(), ..support }));
+        let of_link = keys.read("magnets", &below.magnet, &format!("link[{i}].magnet"), shape);
+        magnets.extend(of_link.into_iter().map(|magnet| Magnet { link: link.clone(), ..magnet }));
     }
     let moving = document.base_motion.as_ref();
-    let robot = Robot {
-        base_motion: moving
-            .map(|written| parts::base_motion(written, "base_motion", &document.simulation, shape)),
+    let described = described::Robot {
+        links,
+        gravity: document.scene.gravity.unwrap_or(STANDARD_GRAVITY),
         loads,
         bodies,
         supports,
         magnets,
         field: document.scene.field.clone(),
         fluid: document.fluid.as_ref().and_then(|fluid| read(fluid, "fluid", shape)),
-        ..Robot::new(links)
+        base_motion: moving
+            .map(|written| parts::base_motion(written, "base_motion", &document.simulation, shape)),
+        actuators: lists::actuators(document, &mut keys, shape),
+        loops: lists::loops(document, &mut keys, shape),
+        contacts: lists::contacts(document, &mut keys, shape),
     };
-    let mut robot = Robot { gravity: document.scene.gravity.unwrap_or(robot.gravity), ..robot };
-    let named = Named::incomplete(&robot, are_incomplete);
-    let (actuators, actuator_keys) = actuators(document, &named, shape);
-    robot.actuators = actuators;
-    let (closed, loop_keys) = loops::loops(document, &robot, are_incomplete, shape);
-    robot.loops = closed;
-    loops::check_jacobian(document, shape);
-    let (touching, contact_places) = contacts(document, &Named::incomplete(&robot, are_incomplete), shape);
-    robot.contacts = touching;
-    let key = |place: &str| {
-        let known = key_of_contact(place, &document.contact, &contact_places);
-        let lists: [(_, &[_]); 6] = [
-            ("loads", &load_keys),
-            ("bodies", &body_keys),
-            ("supports", &support_keys),
-            ("magnets", &magnet_keys),
-            ("actuators", &actuator_keys),
-            ("loops", &loop_keys),
-        ];
-        let known = known.or_else(|| key_of_item(place, &lists));
-        known.unwrap_or_else(|| key_in_file(&key_of_link(place, before)))
-    };
+    check_jacobian(document, shape);
+    let key = |place: &str| keys.of(place).unwrap_or_else(|| key_in_file(&key_of_link(place, before)));
+    let (robot, places) = lists::resolved(shape, key, |reader| described.resolved(are_incomplete, reader));
+    for (i, link) in robot.links.iter().enumerate() {
+        if let Some(driven) = &link.driven {
+            let here = key_of_link(&format!("links[{i}].joint.motion"), before);
+            parts::check_span(driven.span(), &here, &document.simulation, shape);
+        }
+    }
+    let key = |place: &str| keys.of_model(place, &places).unwrap_or_else(|| key(place));
     if are_incomplete {
         // Their connections are unknown; check each link separately.
         for (i, link) in robot.links.iter().enumerate() {
@@ -158,35 +149,16 @@ fn state(document: &Document, robot: &Robot, before: usize, key: &str, shape: &m
 }
 
 /// The imported links, and those of the scene.
-fn links(
-    document: &Document,
-    imported: Option<&Imported>,
-    are_incomplete: bool,
-    shape: &mut Shape,
-) -> Vec<robot::Link> {
-    let mut all = imported.map_or_else(Vec::new, |imported| imported.links.clone());
-    let before = all.len();
-    for (i, link) in document.link.iter().enumerate() {
-        all.push(described(&link.described, &format!("link[{i}]"), shape));
-    }
-    let names = LinkNames::new(all.iter().map(|link| link.name.as_str()), are_incomplete);
-    let resolved = |(i, described)| {
-        let mut reader = Reader::default();
-        let link = names.resolved(i, described, &mut reader);
-        let here = key_of_link(&format!("links[{i}]"), before);
-        reported(reader.finish(), &here, shape);
-        if let Some(driven) = &link.driven {
-            let here = format!("{here}.joint.motion");
-            parts::check_span(driven.span(), &here, &document.simulation, shape);
-        }
-        link
-    };
-    all.iter().enumerate().map(resolved).collect()
+fn links(document: &Document, imported: Option<&Imported>, shape: &mut Shape) -> Vec<Link> {
+    let imported = imported.map_or(&[][..], |imported| &imported.links);
+    let written = document.link.iter().enumerate();
+    let of_scene = written.map(|(i, written)| link(&written.described, &format!("link[{i}]"), shape));
+    imported.iter().cloned().chain(of_scene).collect()
 }
 
 /// The link written at `here`; after reporting problems one that is like it as far as it could be read, so that the rest can
 /// be checked.
-fn described(written: &Written<Link>, here: &str, shape: &mut Shape) -> Link {
+fn link(written: &Written<Link>, here: &str, shape: &mut Shape) -> Link {
     let (table, segments) = (written.value(), parts::of_link(written));
     let mut wrong = Vec::new();
     let found = read_with(written, here, shape, |place| {
@@ -197,7 +169,7 @@ fn described(written: &Written<Link>, here: &str, shape: &mut Shape) -> Link {
         return found;
     }
     shape.replaced.extend(wrong);
-    let segment = |table| right(table).unwrap_or_else(|| parts::stand_in(table).described());
+    let segment = |table| right(table).unwrap_or_else(|| parts::stand_in(table));
     let rod = LinkRod { segment: segments.iter().map(segment).collect() };
     let usual = Link::new(String::new());
     Link {
@@ -266,5 +238,16 @@ fn key_in_file(place: &str) -> String {
         "links" => "link".to_owned(),
         _ if place.starts_with("gravity") || place.starts_with("field") => format!("scene.{place}"),
         _ => place.replace(".rod[", ".rod.segment["),
+    }
+}
+
+/// Reports a Jacobian option that does not support closed loops.
+fn check_jacobian(document: &Document, shape: &mut Shape) {
+    if document.r#loop.is_empty() {
+        return;
+    }
+    if document.simulation.jac != Jacobian::Analytic && shape.is_readable("simulation.jac") {
+        let right = "expected \"analytic\" (the default): that of the constraints is exact";
+        shape.refuse("simulation.jac", "differences do not see closed loops", right);
     }
 }

@@ -29,17 +29,15 @@
 //! # Ok::<(), lissom::scene::SceneError>(())
 //! ```
 
-mod actuators;
 mod advice;
 mod build;
-mod contacts;
 mod described;
 mod diagnostics;
 mod document;
 mod imports;
 mod json_schema;
 mod links;
-mod loops;
+mod lists;
 mod parts;
 mod shape;
 #[cfg(feature = "python")]

@@ -41,12 +41,12 @@ pub(super) fn open_modes(document: &Document) -> Vec<usize> {
 }
 
 /// The segment written at `here`; one of the same length and modes after reporting problems.
-pub(super) fn segment(written: &Written<Segment>, here: &str, shape: &mut Shape) -> rod::Segment {
-    if let Some(found) = read_with(written, here, shape, |place| in_section(written.value(), place)) {
-        return found.resolved();
-    }
-    shape.replaced.insert(here.to_owned());
-    stand_in(written.value())
+pub(super) fn segment(written: &Written<Segment>, here: &str, shape: &mut Shape) -> Segment {
+    let found = read_with(written, here, shape, |place| in_section(written.value(), place));
+    found.unwrap_or_else(|| {
+        shape.replaced.insert(here.to_owned());
+        stand_in(written.value())
+    })
 }
 
 /// The place in the file of a place in the segment that this table describes: a circle may stand in a table of its own.
@@ -56,10 +56,10 @@ pub(super) fn in_section(segment: &Value, place: String) -> String {
 }
 
 /// A segment of the length and the modes in this table, so that the rest can be checked.
-pub(super) fn stand_in(segment: &Value) -> rod::Segment {
+pub(super) fn stand_in(segment: &Value) -> Segment {
     let length = key_of::<Segment, _>(segment, "length").unwrap_or(1.0);
     let modes = key_of::<Segment, Modes>(segment, "modes").map_or([0; STRAINS], |modes| modes.counts());
-    rod::Segment { modes, ..rod::Segment::straight(length, 1.0, 1.0, 0.5, 1.0) }
+    rod::Segment { modes, ..rod::Segment::straight(length, 1.0, 1.0, 0.5, 1.0) }.described()
 }
 
 /// The motion written at `here`; rest after reporting a problem.
@@ -68,10 +68,9 @@ pub(super) fn base_motion(
     here: &str,
     settings: &Settings,
     shape: &mut Shape,
-) -> world::BaseMotion {
-    let Some(motion) = read(written, here, shape) else { return world::BaseMotion::rest() };
-    let motion = motion.resolved();
-    check_span(motion.span(), here, settings, shape);
+) -> BaseMotion {
+    let Some(motion) = read(written, here, shape) else { return world::BaseMotion::rest().described() };
+    check_span(motion.resolved().span(), here, settings, shape);
     motion
 }
 

@@ -19,17 +19,33 @@ MARKS = (
     "# End of these classes.\n",
 )
 
+#: What classes of models have from their tables stands in them between these lines.
+MARKS_OF_MODELS = ("    # From the table of `described::{}`.\n", "    # End of what is from it.\n")
 
-def write(stub, classes):
-    """Replaces the classes of a stub."""
-    text = stub.read_text(encoding="utf-8")
-    (before, rest), (_, after) = text.split(MARKS[0]), text.split(MARKS[1])
-    assert MARKS[1] in rest
-    stub.write_text(before + MARKS[0] + classes + MARKS[1] + after, encoding="utf-8")
+
+def between(text, marks):
+    """A text before, between and behind two lines."""
+    before, rest = text.split(marks[0])
+    inner, after = rest.split(marks[1], 1)
+    return before, inner, after
+
+
+def write(stub, made, marks=MARKS):
+    """Replaces what is between two lines of a stub."""
+    before, _, after = between(stub.read_text(encoding="utf-8"), marks)
+    stub.write_text(before + marks[0] + made + marks[1] + after, encoding="utf-8")
+
+
+def of_models():
+    """What stands in the stub of each model, with the lines around it."""
+    first, last = MARKS_OF_MODELS
+    return [((first.format(name), last), text) for name, text in _lissom._stub_of_models()]
 
 
 def main():
     write(STUB, _lissom._stub_of_parts())
+    for marks, text in of_models():
+        write(STUB, text, marks)
     write(METHODS, _lissom._stub_of_methods())
     SCHEMA.write_text(lissom.Scene.schema(), encoding="utf-8")
 

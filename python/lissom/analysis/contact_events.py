@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal
 
@@ -11,14 +10,12 @@ from numpy.typing import NDArray
 
 from .._lissom import MotionResult, Robot
 from ..common.arguments import with_number
+from .between import LARGEST_CHANGE, quintic
 
 Array = NDArray[np.float64]
 
 #: Accuracy of the times of events, relative to the step.
 ACCURACY = 1e-12
-
-#: Larger changes between two states are jumps of the coordinates: rotation vectors jump at half a turn.
-LARGEST_CHANGE = np.pi
 
 
 @dataclass(frozen=True)
@@ -78,7 +75,7 @@ def _event(robot: Robot, result: MotionResult, k: int, name: str, *, begins: boo
     if np.abs(result.q[k + 1] - result.q[k]).max() > LARGEST_CHANGE:
         # The coordinates jump, so interpolation is impossible: report the event at the end of the step.
         lower = upper
-    polynomial = _quintic(result, k)
+    polynomial = quintic(result, k)
     while upper - lower > ACCURACY:
         middle = 0.5 * (lower + upper)
         q = polynomial(middle)[0]
@@ -88,26 +85,3 @@ def _event(robot: Robot, result: MotionResult, k: int, name: str, *, begins: boo
             lower = middle
     q, v = polynomial(upper)
     return ContactEvent(float(start + upper * h), name, "touch" if begins else "lift_off", q, v)
-
-
-def _quintic(result: MotionResult, k: int) -> Callable[[float], tuple[Array, Array]]:
-    """Coordinates and velocities between state k, at 0, and the next one, at 1.
-
-    The quintic polynomial matches the coordinates, velocities and accelerations of both states.
-    """
-    h = result.t[k + 1] - result.t[k]
-    (q, next_q), (v, next_v), (a, next_a) = (x[k : k + 2] for x in (result.q, result.v, result.a))
-    curvature = 0.5 * h**2 * a
-    left = np.stack([next_q - q - h * v - curvature, h * (next_v - v) - 2.0 * curvature, h**2 * (next_a - a)])
-    # Contributions of the cubic, quartic and quintic terms at the end: value, first and second derivative.
-    higher = np.linalg.solve([[1.0, 1.0, 1.0], [3.0, 4.0, 5.0], [6.0, 12.0, 20.0]], left)
-    terms = np.stack([q, h * v, curvature, *higher])
-    powers = np.arange(6.0)
-
-    def at(x: float) -> tuple[Array, Array]:
-        if x in (0.0, 1.0):
-            return (q, v) if x == 0.0 else (next_q, next_v)
-        slopes = powers[1:] * x ** powers[:-1]
-        return x**powers @ terms, slopes @ terms[1:] / h
-
-    return at

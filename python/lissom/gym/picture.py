@@ -1,4 +1,4 @@
-"""Pictures of a robot: rods as lines, rigid links and the goal as dots."""
+"""Pictures of a robot: rods with their sections, bodies, tendons and obstacles, and the goal as a cross."""
 
 from __future__ import annotations
 
@@ -8,12 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._lissom import Robot
+from ..drawing.figures import AXIS, corner, polygons, seen_from, triangles
+from ..drawing.parts import parts
+from ..drawing.report.motion import eye_of
+from ..model.views import view
 from .task import Array, Task
 
 #: Size in inches and resolution: 400 pixels wide and high.
 SIZE, DOTS_PER_INCH = 4.0, 100
-#: Number of points drawn per rod.
-POINTS = 33
 
 
 def picture(task: Task, robot: Robot, q: Array, goal: Array | None, t: float) -> NDArray[np.uint8]:
@@ -38,23 +40,36 @@ def picture(task: Task, robot: Robot, q: Array, goal: Array | None, t: float) ->
 
     low, high = np.array(task.window)
     seen = np.flatnonzero(high > low)
+    right, up = np.eye(3)[seen[[0, -1]]]
+    # Windows in a plane are seen from its side, those in space obliquely.
+    axes = seen_from(np.cross(right, up) if len(seen) == 2 else eye_of(high - low), up)
+    corners = np.stack(np.meshgrid(*zip(low, high, strict=True), indexing="ij"), axis=-1).reshape(-1, 3)
+    places = corners @ axes[:2].T
+
     figure = Figure((SIZE, SIZE), DOTS_PER_INCH, layout="constrained")
     canvas: Any = FigureCanvasAgg(figure)
-    axes: Any = figure.add_subplot(projection="3d" if len(seen) == 3 else None)
+    plot: Any = figure.add_subplot()
+    found, is_there = parts(view(robot), q[None], np.zeros((1, len(q))), robot.u0[None], np.array([t]))
+    if is_there.all():
+        plot.add_collection(polygons(triangles(found, axes)), autolim=False)
     for link in robot.links:
         if link.rod is None:
-            points = robot.pose(q, link=link.name, t=t)[None, :3, 3]
-            axes.plot(*points.T[seen], marker="s", color="black")
-        else:
-            length = sum(segment.length for segment in link.rod)
-            stations = np.linspace(0.0, length, POINTS)
-            points = robot.pose(q, stations, link=link.name, t=t)[:, :3, 3]
-            axes.plot(*points.T[seen], linewidth=3)
+            place = axes[:2] @ robot.pose(q, link=link.name, t=t)[:3, 3]
+            plot.plot(*place[:, None], marker="s", color="black")
     if goal is not None and goal.shape == (3,):
-        axes.plot(*goal[seen, None], marker="x", color="red")
-    for name, axis in zip("xyz", seen, strict=False):
-        getattr(axes, f"set_{name}lim")(low[axis], high[axis])
-        getattr(axes, f"set_{name}label")(f"{'xyz'[axis]} (m)")
-    axes.set_aspect("equal")
+        plot.plot(*(axes[:2] @ goal)[:, None], marker="x", color="red")
+    for name, least, most in zip("xy", places.min(axis=0), places.max(axis=0), strict=True):
+        getattr(plot, f"set_{name}lim")(least, most)
+    plot.set_aspect("equal")
+    if len(seen) == 2:
+        for name, axis in zip("xy", seen, strict=True):
+            getattr(plot, f"set_{name}label")(f"{'xyz'[axis]} (m)")
+    else:
+        plot.set_axis_off()
+        # The edges of the window: pairs of its corners that differ along one axis.
+        for i, j in np.argwhere(np.triu(np.sum(corners[:, None] != corners, axis=-1) == 1)):
+            plot.plot(*places[[i, j]].T, color="lightgrey", linewidth=0.8, zorder=0)
+        size = float(np.ptp(places[:, 0]))
+        corner(plot, axes, places.min(axis=0) + 0.5 * AXIS * size, AXIS * size)
     canvas.draw()
     return np.asarray(canvas.buffer_rgba())[..., :3].copy()

@@ -13,6 +13,8 @@ import numpy as np
 from .._lissom import check_target
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from numpy.typing import ArrayLike
 
 
@@ -56,6 +58,10 @@ class Target:
         # Immutable numbers and tuples, so that equal targets compare equal.
         for name in ("pose", "point", "position_weight", "orientation_weight"):
             object.__setattr__(self, name, _tuples(np.asarray(getattr(self, name), dtype=float).tolist()))
+
+    def __iter__(self) -> Iterator[Target]:
+        """The target alone: one target serves where several are expected."""
+        yield self
 
 
 # Pickles refer to the class by this module, whatever moves. Set within the class it would hide `KW_ONLY`.

@@ -7,7 +7,7 @@ and never distinguish kinds of models. A new kind of model needs one new functio
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, partial, singledispatch
 from itertools import pairwise
 from typing import TYPE_CHECKING
@@ -266,22 +266,18 @@ def _rod_with_more_modes(rod: Rod, more: int) -> Rod | None:
     if more + max(count for segment in rod.segments for count in segment.modes.values()) > MOST_MODES:
         return None
     segments = [
-        Segment(
-            **segment.__getnewargs_ex__()[1]
-            | {
-                "modes": {strain: count + more for strain, count in segment.modes.items() if count},
-                "nodes": None,
-            },
+        replace(
+            segment,
+            modes={strain: count + more for strain, count in segment.modes.items() if count},
+            nodes=None,
         )
         for segment in rod.segments
     ]
-    _, options = rod.__getnewargs_ex__()
-    return Rod(segments, **options)
+    return replace(rod, segments=segments)
 
 
 def _with_loads(robot: Robot, loads: Sequence[Load]) -> Model:
-    arguments, options = robot.__getnewargs_ex__()
-    return type(robot)(*arguments, **options | {"loads": [*robot.loads, *loads]})
+    return replace(robot, loads=[*robot.loads, *loads])
 
 
 @view.register(Robot)

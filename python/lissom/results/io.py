@@ -12,7 +12,7 @@ import io
 import os
 import zipfile
 import zlib
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -53,6 +53,9 @@ if TYPE_CHECKING:
         | EquilibriumSensitivityResult
         | FitResult
     )
+
+#: What writes a result and its model.
+Writer = Callable[[Any, Any], bytes]
 
 #: First bytes of a ``.lissom`` file; the record follows.
 HEAD = b"lissom record 2\n"
@@ -120,13 +123,19 @@ def load(path: str | os.PathLike[str]) -> Result:
     return _result(read(path), path)
 
 
-def save(result: Result, path: str | os.PathLike[str], model: Model | None = None) -> None:
+def save(
+    result: Result,
+    path: str | os.PathLike[str],
+    model: Model | None = None,
+    further: Mapping[str, Writer] | None = None,
+) -> None:
     """Write a result to a file whose suffix selects the format; an existing file is replaced.
 
-    The content is assembled in memory first, so a failure leaves an existing file untouched.
+    `further` has the formats of rooms above this one by their suffixes. The content is assembled in memory
+    first, so a failure leaves an existing file untouched.
     """
     path = path_of(path)
-    write = _by_suffix(path, WRITERS)
+    write = _by_suffix(path, WRITERS | dict(further or {}))
     disk.write(path, write(result, model))
 
 
@@ -277,7 +286,7 @@ READERS: dict[str, Callable[[Path], bytes]] = {
     ".npz": _read_npz,
     ".nc": _read_netcdf,
 }
-WRITERS: dict[str, Callable[[Any, Any], bytes]] = {
+WRITERS: dict[str, Writer] = {
     ".lissom": _write_record,
     ".npz": _write_npz,
     ".nc": _write_netcdf,

@@ -169,10 +169,6 @@ class _Writer:
         if owner not in _NAMES:
             raise NotKept(f"a {owner.__name__}")
         name = _NAMES[owner]
-        if is_dataclass(owner):
-            # Of a part those that do not follow from others.
-            values = {field.name: self.node(getattr(thing, field.name)) for field in fields(thing)}
-            return {"fields": [name, values]}
         if isinstance(thing, Model):
             # Kept alive by the result that contains it, so that the address is its own.
             if id(thing) in self._models:
@@ -180,6 +176,10 @@ class _Writer:
             node = self._made(name, thing)
             self._models[id(thing)] = len(self._models)
             return node
+        if _is_written_by_fields(owner):
+            # Of a part those that do not follow from others.
+            values = {field.name: self.node(getattr(thing, field.name)) for field in fields(thing)}
+            return {"fields": [name, values]}
         return self._made(name, thing)
 
     def _made(self, name: str, thing: Any) -> Any:
@@ -268,7 +268,7 @@ class _Reader:
     def _fields(self, content: Any) -> Any:
         name, values = content
         owner = CLASSES[name]
-        if not is_dataclass(owner):
+        if not _is_written_by_fields(owner):
             raise Damaged(f"{name} has no fields")
         names = {field.name for field in fields(owner)}
         if not (values.keys() <= names if issubclass(owner, Part) else values.keys() == names):
@@ -283,7 +283,9 @@ class _Reader:
         name, function, arguments, options = content
         owner = CLASSES[name]
         # Parts were no dataclasses before; the constructor of a part checks all that a record may say.
-        is_written_by_fields = is_dataclass(owner) and not (issubclass(owner, Part) and function is None)
+        is_written_by_fields = _is_written_by_fields(owner) and not (
+            issubclass(owner, Part) and function is None
+        )
         is_maker = function is None or function == RESTORE or _is_shape(owner, function)
         if is_written_by_fields or not is_maker:
             raise Damaged(f"{name}.{function!r:.40}")
@@ -316,6 +318,11 @@ def _laid_out(name: str, thing: Any) -> Any:
     if flaw:
         raise Damaged(f"{name}.{flaw} has not the type or the length that it should have")
     return thing
+
+
+def _is_written_by_fields(owner: type) -> bool:
+    """Models are written by the arguments of their classes, each of them once."""
+    return is_dataclass(owner) and not issubclass(owner, Model)
 
 
 def _is_shape(owner: type, function: Any) -> bool:

@@ -421,9 +421,31 @@ fn without_potential(
             return of(&mut judging(model, q, options, monitor));
         }
         let mut held = AsSprings::new(model, q);
-        let found = of(&mut judging(&mut held, q, options, monitor))?;
-        Ok(tied::judged(model, found, None, options))
+        let found = of(&mut judging(&mut held, q, options, &mut *monitor))?;
+        let found = tied::judged(model, found, None, options);
+        match found.status {
+            Status::Stalled | Status::IterationLimit => beside(model, found, options, monitor),
+            _ => Ok(found),
+        }
     })
+}
+
+/// What Newton's method finds next to where a descent has ended, if anything. Almost rigid springs in place of loops round forces, so that
+/// no step reduces them although an equilibrium is nearer than 1e-7; shape and multipliers together find it.
+fn beside(
+    model: &mut dyn Static,
+    found: Equilibrium,
+    options: &Options,
+    monitor: Monitor<'_>,
+) -> Result<Equilibrium, Halted> {
+    let nearby = near(model, &found.q, options, monitor)?;
+    let mut sizes = vec![0.0; found.q.len()];
+    model.sizes(&found.q, &mut sizes);
+    let apart = chart::step_between(&model.facts().rotation_vectors, &found.q, &nearby.q);
+    let apart: Vec<f64> = apart.iter().zip(&sizes).map(|(x, size)| x / size).collect();
+    let counters = found.counters + nearby.counters;
+    let is_found = nearby.status.is_success() && norm(&apart) <= NEARBY;
+    Ok(Equilibrium { counters, ..if is_found { nearby } else { found } })
 }
 
 /// Calls a search until its end is in equilibrium: from the folded shape at which it wrongly ended.

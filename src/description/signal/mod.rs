@@ -298,6 +298,48 @@ impl<const N: usize> PartialEq for Function<N> {
     }
 }
 
+/// What depends on time in a signal of any number of entries; see the functions of [`Signal`].
+pub(crate) trait Timed {
+    /// [`Signal::varies_in_time`].
+    fn varies_in_time(&self) -> bool;
+    /// [`Signal::horizon`].
+    fn horizon(&self, t: f64) -> f64;
+    /// [`Signal::corner`].
+    fn corner(&self, cell: Cell) -> Option<f64>;
+    /// [`Signal::has_edges`].
+    fn has_edges(&self, dt: f64) -> bool;
+    /// [`Signal::edge_near`].
+    fn edge_near(&self, t: f64, dt: f64) -> Option<f64>;
+    /// [`Signal::period`].
+    fn period(&self) -> f64;
+}
+
+impl<const N: usize> Timed for Signal<N> {
+    fn varies_in_time(&self) -> bool {
+        self.varies_in_time()
+    }
+
+    fn horizon(&self, t: f64) -> f64 {
+        self.horizon(t)
+    }
+
+    fn corner(&self, cell: Cell) -> Option<f64> {
+        self.corner(cell)
+    }
+
+    fn has_edges(&self, dt: f64) -> bool {
+        self.has_edges(dt)
+    }
+
+    fn edge_near(&self, t: f64, dt: f64) -> Option<f64> {
+        self.edge_near(t, dt)
+    }
+
+    fn period(&self) -> f64 {
+        self.period()
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

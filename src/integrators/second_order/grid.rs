@@ -76,7 +76,8 @@ impl Grid {
         let cell = Cell { start: self.after(0), t, end };
         match corner(cell) {
             Some(corner) if !cell.ends_at(corner) => (corner, corner - t, false),
-            Some(corner) if end < t_end => (corner, corner - t, true),
+            // One at that end itself leaves the size of the step, as where a leg ends there.
+            Some(corner) if end < t_end && corner != end => (corner, corner - t, true),
             _ if t > cell.start => (end, end - t, true),
             _ => (end, h, true),
         }

@@ -19,8 +19,11 @@ use super::callback::raised_by_function;
 use super::convert;
 use super::profile;
 use super::signal::Functions;
-use crate::description::schema::{AnyPart, Data, Fault, Field, Item, Part, Problem, Reader, Schema, Value};
+use crate::description::schema::{
+    AnyPart, Data, Fault, Field, Item, Part, Problem, Reader, Schema, Value, suggestion,
+};
 use crate::error::InvalidInput;
+use crate::robot::described;
 use crate::scene::{self, PARTS};
 use crate::simulation::methods::{Auto, Dop853, Newmark, Radau, Rk45};
 
@@ -37,11 +40,15 @@ pub(crate) struct PyPart {
     functions: Functions,
 }
 
-/// The property that reads one field of a part.
+/// The description in an object, if it has one.
+pub(super) type DescriptionOf = fn(&Bound<'_, PyAny>) -> Option<Arc<dyn AnyPart>>;
+
+/// The property that reads one field of a description.
 #[pyclass(name = "Field", module = "lissom", frozen)]
 #[derive(Debug)]
 struct PyField {
     index: usize,
+    description: DescriptionOf,
     #[pyo3(get, name = "__doc__")]
     doc: String,
 }
@@ -80,20 +87,26 @@ pub(super) fn parts_of<T: Item>(
     Ok(<Vec<T>>::read(&value, &mut Reader::default()).expect("these parts have been read before"))
 }
 
-/// What is made of the items of a list of a robot; raises all problems of all of them. The first exception of a user's
-/// function is raised as it is, with a note of its place.
-pub(super) fn resolved<T, R>(
-    py: Python<'_>,
-    list: &'static str,
-    items: &[T],
-    mut resolve: impl FnMut(&T, &mut Reader) -> Option<R>,
-) -> PyResult<Vec<R>> {
+/// The description of a model from the arguments of its class; None stands for the default. The functions of its parts are
+/// added to those of their owner.
+pub(super) fn model_of<T: Part>(
+    args: &Bound<'_, PyTuple>,
+    kwargs: Option<&Bound<'_, PyDict>>,
+    functions: &mut Functions,
+) -> PyResult<Arc<T>> {
+    let values = arguments(T::SCHEMA, args, kwargs, true, functions)?;
     let mut reader = Reader::default();
-    let found = items
-        .iter()
-        .enumerate()
-        .map(|(i, item)| reader.at_key(list, |reader| reader.at_item(i, |reader| resolve(item, reader))));
-    let found: Vec<_> = found.collect();
+    let part: Option<Arc<dyn Any + Send + Sync>> =
+        (T::SCHEMA.make)(&values, &mut reader).map(|part| part as _);
+    let found = part.and_then(|part| part.downcast().ok());
+    Ok(found.expect("what the arguments hold has been read before"))
+}
+
+/// What is made of a description; raises all problems. The first exception of a user's function is raised as it is, with a note
+/// of its place.
+pub(super) fn resolved<R>(py: Python<'_>, resolve: impl FnOnce(&mut Reader) -> R) -> PyResult<R> {
+    let mut reader = Reader::default();
+    let found = resolve(&mut reader);
     let problems = reader.finish();
     if let Err(error) = raised_by_function() {
         let failed = problems.iter().find(|problem| matches!(problem.fault, Fault::Failed));
@@ -103,21 +116,10 @@ pub(super) fn resolved<T, R>(
         }
         return Err(error);
     }
-    let problems: Vec<_> = problems.into_iter().map(Into::into).collect();
-    match found.into_iter().collect::<Option<_>>() {
-        Some(found) if problems.is_empty() => Ok(found),
-        _ => Err(InvalidInput { problems }.into()),
+    match problems.is_empty() {
+        true => Ok(found),
+        false => Err(InvalidInput { problems: problems.into_iter().map(Into::into).collect() }.into()),
     }
-}
-
-/// An optional part.
-pub(super) fn optional_part<T: Part>(object: &Bound<'_, PyAny>, name: &str) -> PyResult<Option<T>> {
-    let part = object.cast::<PyPart>().ok().and_then(|part| part.get().of_type::<T>());
-    if part.is_some() || object.is_none() {
-        return Ok(part.cloned());
-    }
-    let (class, found) = (T::SCHEMA.name, convert::describe(object));
-    Err(PyTypeError::new_err(format!("{name}: expected lissom.{class} or None, got {found}")))
 }
 
 /// Reads a part from the values of its fields, checks it, and raises all its problems.
@@ -140,11 +142,12 @@ fn made(schema: &'static Schema, values: &[Option<Value>]) -> PyResult<Arc<dyn A
     }
 }
 
-/// The arguments of a call, by the fields of the part.
+/// The arguments of a call, by the fields of the part. None may stand for a default.
 fn arguments(
     schema: &'static Schema,
     args: &Bound<'_, PyTuple>,
     kwargs: Option<&Bound<'_, PyDict>>,
+    is_none_default: bool,
     functions: &mut Functions,
 ) -> PyResult<Vec<Option<Value>>> {
     let refuse = |what: String| PyTypeError::new_err(format!("{}() {what}", schema.maker()));
@@ -160,7 +163,13 @@ fn arguments(
         let key: String = key.extract()?;
         let Some(i) = schema.index(&key) else {
             let known = schema.names().collect::<Vec<_>>().join(", ");
-            return Err(refuse(format!("got an unexpected keyword argument '{key}', expected {known}")));
+            // `orientation` may mean `base_orientation`.
+            let longer = schema.names().find(|name| name.ends_with(&format!("_{key}")));
+            let meant = longer.or_else(|| suggestion(&key, schema.names()));
+            let meant = meant.map_or_else(String::new, |meant| format!("; did you mean '{meant}'?"));
+            return Err(refuse(format!(
+                "got an unexpected keyword argument '{key}', expected {known}{meant}"
+            )));
         };
         if given[i].replace(object).is_some() {
             return Err(refuse(format!("got multiple values for argument '{key}'")));
@@ -176,6 +185,9 @@ fn arguments(
     let mut values = vec![None; given.len()];
     for ((field, object), value) in schema.fields.iter().zip(&given).zip(&mut values) {
         let Some(object) = object else { continue };
+        if is_none_default && object.is_none() && !field.is_required() {
+            continue;
+        }
         *value = Some(match field.kind.along_segment() {
             Some(kind) if !object.is_none() => profile::along_segment(object, field.name, kind, length)?,
             _ => value_of(object, field.name, &field.kind, functions)?,
@@ -219,12 +231,24 @@ impl PyPart {
     pub(super) fn schema(&self) -> &'static Schema {
         self.part.schema()
     }
+}
 
-    /// The fields as Python objects by their names.
-    fn fields<'py>(&self, py: Python<'py>) -> PyResult<Vec<(&'static str, Bound<'py, PyAny>)>> {
-        let names = self.part.schema().names().enumerate();
-        names.map(|(i, name)| Ok((name, field_of(py, self.part.as_ref(), &self.part.field(i))?))).collect()
+/// The fields of a part as Python objects by their names.
+fn fields<'py>(py: Python<'py>, part: &dyn AnyPart) -> PyResult<Vec<(&'static str, Bound<'py, PyAny>)>> {
+    let names = part.schema().names().enumerate();
+    names.map(|(i, name)| Ok((name, field_of(py, part, &part.field(i))?))).collect()
+}
+
+/// The arguments from which the class of a part makes an equal one.
+pub(super) fn new_arguments<'py>(
+    py: Python<'py>,
+    part: &dyn AnyPart,
+) -> PyResult<(Bound<'py, PyTuple>, Bound<'py, PyDict>)> {
+    let named = PyDict::new(py);
+    for (name, value) in fields(py, part)? {
+        named.set_item(name, value)?;
     }
+    Ok((PyTuple::empty(py), named))
 }
 
 #[pymethods]
@@ -248,7 +272,7 @@ impl PyPart {
         };
         let schema = schema.cast::<PySchema>()?.get().0;
         let mut functions = Functions::default();
-        let part = made(schema, &arguments(schema, args, kwargs, &mut functions)?)?;
+        let part = made(schema, &arguments(schema, args, kwargs, false, &mut functions)?)?;
         Ok(Self { part, functions })
     }
 
@@ -277,7 +301,7 @@ impl PyPart {
         let mut hasher = DefaultHasher::new();
         self.part.schema().name.hash(&mut hasher);
         // Functions may have no hash.
-        let fields = self.part.schema().fields.iter().zip(self.fields(py)?);
+        let fields = self.part.schema().fields.iter().zip(fields(py, self.part.as_ref())?);
         for (_, (_, value)) in fields.filter(|(field, _)| !field.kind.holds_functions()) {
             // The modes of a segment are a dict.
             let value = match value.cast::<PyDict>() {
@@ -298,12 +322,8 @@ impl PyPart {
     }
 
     /// For pickles.
-    fn __getnewargs_ex__<'py>(&self, py: Python<'py>) -> PyResult<((), Bound<'py, PyDict>)> {
-        let named = PyDict::new(py);
-        for (name, value) in self.fields(py)? {
-            named.set_item(name, value)?;
-        }
-        Ok(((), named))
+    fn __getnewargs_ex__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyTuple>, Bound<'py, PyDict>)> {
+        new_arguments(py, self.part.as_ref())
     }
 
     /// The keys of the table that describes this part in a scene.
@@ -343,23 +363,26 @@ impl PyField {
         part: &Bound<'py, PyAny>,
         _class: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let Ok(part) = part.cast::<PyPart>() else { return Ok(slf.clone().into_any()) };
-        attribute_of(slf.py(), part.get().part.as_ref(), slf.get().index)
+        match (slf.get().description)(part) {
+            Some(part) => attribute_of(slf.py(), part.as_ref(), slf.get().index),
+            None => Ok(slf.clone().into_any()),
+        }
     }
 
     // A property, too, for `help` and documentation tools.
-    fn __set__(&self, part: &Bound<'_, PyPart>, _value: &Bound<'_, PyAny>) -> PyResult<()> {
+    fn __set__(&self, part: &Bound<'_, PyAny>, _value: &Bound<'_, PyAny>) -> PyResult<()> {
         Err(self.frozen(part, "assign to"))
     }
 
-    fn __delete__(&self, part: &Bound<'_, PyPart>) -> PyResult<()> {
+    fn __delete__(&self, part: &Bound<'_, PyAny>) -> PyResult<()> {
         Err(self.frozen(part, "delete"))
     }
 }
 
 impl PyField {
-    fn frozen(&self, part: &Bound<'_, PyPart>, what: &str) -> PyErr {
-        let field = part.get().part.schema().fields[self.index].name;
+    fn frozen(&self, part: &Bound<'_, PyAny>, what: &str) -> PyErr {
+        let part_of = (self.description)(part);
+        let field = part_of.map_or("", |part| part.schema().fields[self.index].name);
         let kind = part.py().import("dataclasses").and_then(|module| module.getattr("FrozenInstanceError"));
         let message = format!("cannot {what} field '{field}'; dataclasses.replace makes another object");
         match kind.and_then(|kind| Ok(kind.cast_into::<PyType>()?)) {
@@ -367,6 +390,27 @@ impl PyField {
             Err(error) => error,
         }
     }
+}
+
+fn part_in(object: &Bound<'_, PyAny>) -> Option<Arc<dyn AnyPart>> {
+    object.cast::<PyPart>().ok().map(|part| part.get().part.clone())
+}
+
+/// Gives the compiled class of a model what follows from the table of its description: docstring, signature, attributes, and
+/// what `dataclasses.replace` reads.
+pub(super) fn describe_model(
+    class: &Bound<'_, PyType>,
+    schema: &'static Schema,
+    description: DescriptionOf,
+) -> PyResult<()> {
+    let fields: Bound<'_, PyDict> = dataclass_fields(class.py(), schema)?.cast_into()?;
+    class.setattr("__doc__", text::docstring(schema))?;
+    class.setattr("__signature__", signature_of(schema, &fields)?)?;
+    class.setattr("__dataclass_fields__", fields)?;
+    for (index, field) in schema.fields.iter().enumerate() {
+        class.setattr(field.name, PyField { index, description, doc: field.meaning() })?;
+    }
+    Ok(())
 }
 
 /// The class of a part, as users find it in this module.
@@ -397,7 +441,7 @@ fn class<'py>(
         }
     }
     for (index, field) in schema.fields.iter().enumerate() {
-        items.set_item(field.name, PyField { index, doc: field.meaning() })?;
+        items.set_item(field.name, PyField { index, description: part_in, doc: field.meaning() })?;
     }
     let made = PyType::type_object(py).call1((name, (base,), items))?;
     made.setattr("__doc__", doc)?;
@@ -503,4 +547,12 @@ pub(crate) fn _stub_of_parts() -> String {
 #[pyfunction]
 pub(crate) fn _stub_of_methods() -> String {
     text::stub(&METHODS)
+}
+
+/// Constructor and attributes of the classes of models as they stand in the stub of this module, by the names of the classes.
+#[pyfunction]
+pub(crate) fn _stub_of_models() -> Vec<(&'static str, String)> {
+    [described::Robot::SCHEMA, described::Rod::SCHEMA]
+        .map(|schema| (schema.name, text::stub_of(schema, true)))
+        .into()
 }

@@ -62,7 +62,7 @@ pub(super) fn annotation(kind: &Kind, is_argument: bool) -> String {
             format!("Literal[{}]", words.join(", "))
         }
         Kind::List(items @ (Kind::Part(_) | Kind::OneOf(..))) if is_argument => {
-            format!("Sequence[{}]", inner(items))
+            format!("Iterable[{}]", inner(items))
         }
         Kind::Array(items @ Kind::AlongRod(_), _) if is_argument => format!("Sequence[{}]", inner(items)),
         Kind::Array(..) | Kind::List(_) if is_argument => "ArrayLike".to_owned(),
@@ -213,6 +213,31 @@ pub(super) fn docstring(schema: &Schema) -> String {
 const VIEWS: [(&str, &str); 2] =
     [("Section", include_str!("../section_views.txt")), ("_Segment", include_str!("../segment_views.txt"))];
 
+/// Constructor and attributes of a class of the stub, which may have a compiled constructor of its own.
+pub(super) fn stub_of(schema: &Schema, is_compiled: bool) -> String {
+    let [name, this, made] =
+        if is_compiled { ["__new__", "cls", "Self"] } else { ["__init__", "self", "None"] };
+    let mut text = format!("    def {name}(\n        {this},\n");
+    for argument in arguments(schema, true) {
+        _ = writeln!(text, "        {argument},");
+    }
+    _ = writeln!(text, "    ) -> {made}: ...");
+    for field in schema.fields {
+        let kind = match &field.kind {
+            Kind::Optional(inner) if field.limits.is_always => annotation(inner, false),
+            kind => annotation(kind, false),
+        };
+        let line = format!("    def {}(self) -> {kind}: ...", field.name);
+        // As the formatter breaks it.
+        let line = match line.len() > LINE {
+            true => line.replace("(self)", "(\n        self,\n    )"),
+            false => line,
+        };
+        _ = writeln!(text, "    @property\n{line}");
+    }
+    text
+}
+
 /// The classes of the stub.
 pub(super) fn stub(parts: &[&'static Schema]) -> String {
     let mut text = String::new();
@@ -257,24 +282,7 @@ pub(super) fn stub(parts: &[&'static Schema]) -> String {
             _ => line,
         };
         _ = writeln!(text, "class {}({base}):\n{line}", schema.name);
-        text.push_str("    def __init__(\n        self,\n");
-        for argument in arguments(schema, true) {
-            _ = writeln!(text, "        {argument},");
-        }
-        text.push_str("    ) -> None: ...\n");
-        for field in schema.fields {
-            let kind = match &field.kind {
-                Kind::Optional(inner) if field.limits.is_always => annotation(inner, false),
-                kind => annotation(kind, false),
-            };
-            let line = format!("    def {}(self) -> {kind}: ...", field.name);
-            // As the formatter breaks it.
-            let line = match line.len() > LINE {
-                true => line.replace("(self)", "(\n        self,\n    )"),
-                false => line,
-            };
-            _ = writeln!(text, "    @property\n{line}");
-        }
+        text.push_str(&stub_of(schema, false));
         if base == "Part" {
             text.push_str(views.unwrap_or_default());
         }

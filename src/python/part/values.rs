@@ -263,8 +263,8 @@ fn from_arguments(
     } else {
         return Ok(None);
     };
-    let values =
-        arguments(schema, &args, kwargs.as_ref(), functions).map_err(|error| at_place(py, name, error))?;
+    let values = arguments(schema, &args, kwargs.as_ref(), false, functions)
+        .map_err(|error| at_place(py, name, error))?;
     let given = schema.names().zip(values).filter_map(|(name, value)| Some((name.into(), value?)));
     Ok(Some(Value::Table(given.collect())))
 }

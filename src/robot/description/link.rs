@@ -1,6 +1,6 @@
 //! A link: a joint followed by a rod, a rigid body, or only a frame.
 
-pub mod described;
+pub(super) mod described;
 
 use super::driven::Driven;
 use crate::description::body::Body;

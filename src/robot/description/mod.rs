@@ -3,6 +3,7 @@
 
 mod actuation;
 mod carriers;
+pub mod described;
 mod driven;
 mod link;
 mod mimic;
@@ -11,13 +12,13 @@ mod names;
 mod robot;
 mod rod;
 mod span;
+mod timed;
 
 pub use actuation::Inputs;
 pub use driven::Driven;
-pub use link::{Link, described};
+pub use link::Link;
 pub(crate) use mimic::{Origin, origin};
-pub(crate) use named::{LinkNames, Named};
-pub(crate) use names::number_default_names;
+pub(crate) use named::LinkNames;
 pub use robot::{MAX_COORDINATES, Robot};
 pub use rod::Rod;
 pub(crate) use span::Spans;

@@ -11,6 +11,7 @@ use crate::robot::effects::actuator::described::PathPart;
 use crate::robot::effects::actuator::{
     ActiveStrain, Actuator, Along, AlongRod, Chamber, Motor, Part, Tendon, Via, described,
 };
+use crate::robot::effects::contact::{Contact, described as contacts};
 use crate::robot::effects::loops::described::{Loop as Looped, LoopKind, LoopPlace};
 use crate::robot::effects::loops::{Loop, LoopEnd, Tie, described as loops};
 
@@ -33,8 +34,6 @@ pub(crate) struct Named<'a> {
     is_rod: bool,
     links: LinkNames<'a>,
     coordinates: OnceCell<HashMap<String, usize>>,
-    /// Whether names of coordinates are unknown, because something could not be read.
-    are_coordinates_unknown: bool,
 }
 
 /// A name that nothing has of what `names` lists; or none, where one is needed.
@@ -115,42 +114,25 @@ impl<'a> LinkNames<'a> {
 }
 
 impl<'a> Named<'a> {
-    /// The names of a robot.
-    pub(crate) fn of(robot: &'a Robot) -> Self {
-        Self::incomplete(robot, false)
-    }
-
-    /// Those of a rod, which is the only link of this robot.
-    pub(crate) fn of_rod(robot: &'a Robot) -> Self {
-        Self { is_rod: true, ..Self::of(robot) }
-    }
-
-    /// Those of a robot with further links, if `are_incomplete`, that could not be read.
-    pub(crate) fn incomplete(robot: &'a Robot, are_incomplete: bool) -> Self {
+    /// The names of a robot, or of a rod, which is its only link; of a robot with further links, if `are_incomplete`, that could
+    /// not be read.
+    pub(crate) fn of(robot: &'a Robot, is_rod: bool, are_incomplete: bool) -> Self {
         Self {
             robot,
-            is_rod: false,
+            is_rod,
             links: LinkNames::new(robot.links.iter().map(|link| link.name.as_str()), are_incomplete),
             coordinates: OnceCell::new(),
-            are_coordinates_unknown: false,
         }
-    }
-
-    /// Without names of coordinates, if something could not be read that determines them.
-    pub(crate) fn without_coordinates(self, are_coordinates_unknown: bool) -> Self {
-        Self { are_coordinates_unknown, ..self }
     }
 
     /// Index of the coordinate with this name; `None` after reporting a problem at the key.
     fn coordinate(&self, key: &str, name: &str, reader: &mut Reader) -> Option<usize> {
-        if self.are_coordinates_unknown {
-            return None;
-        }
         let coordinates = self.coordinates.get_or_init(|| {
             self.robot.coordinate_names().into_iter().enumerate().map(|(i, name)| (name, i)).collect()
         });
         let found = coordinates.get(name).copied();
-        if found.is_none() {
+        // The coordinates of an invalid robot are unknown.
+        if found.is_none() && !self.links.are_incomplete && self.robot.validate().is_ok() {
             let names = self.robot.coordinate_names();
             let names: Vec<_> = names.iter().map(String::as_str).collect();
             reader.refuse(key, unknown("coordinate", Some(name), &names, ""));
@@ -318,7 +300,7 @@ impl<'a> Named<'a> {
 
 impl Robot {
     /// The description of the joint of a link of this robot.
-    pub fn described_joint(&self, link: &Link) -> crate::description::joint::described::Joint {
+    fn described_joint(&self, link: &Link) -> crate::description::joint::described::Joint {
         match &link.driven {
             Some(driven) => driven.described(&link.joint, |link| self.name_and_length(link).0),
             None => link.joint.described(),
@@ -326,7 +308,7 @@ impl Robot {
     }
 
     /// The description of a link of this robot.
-    pub fn described_link(&self, link: &Link) -> links::Link {
+    pub(super) fn described_link(&self, link: &Link) -> links::Link {
         link.described(link.parent.map(|parent| self.name_and_length(parent).0), self.described_joint(link))
     }
 
@@ -346,6 +328,11 @@ impl Robot {
             };
             closed.described(&|link| self.name_and_length(link).0, &coordinate)
         })
+    }
+
+    /// The description of a contact of this robot.
+    pub(super) fn described_contact(&self, contact: &Contact) -> contacts::Contact {
+        contact.described(&|link| self.name_and_length(link).0)
     }
 
     /// The description of an actuator of this robot.

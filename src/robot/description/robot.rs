@@ -11,8 +11,8 @@ use crate::description::joint::Joint;
 use crate::description::rod::arc_length::check_end;
 use crate::description::rod::{Section, Segment};
 use crate::description::schema::Item as _;
-use crate::description::signal::{Cell, Jumps, Signal};
-use crate::description::world::BaseMotion;
+use crate::description::signal::Signal;
+use crate::description::world::{BaseMotion, STANDARD_GRAVITY};
 use crate::error::{Checker, InvalidInput, Number};
 use crate::robot::effects::actuator::{Actuator, Along, Drive};
 use crate::robot::effects::contact::{Contact, Surface};
@@ -71,7 +71,7 @@ impl Robot {
         Self {
             links,
             base_motion: None,
-            gravity: [0.0, 0.0, -9.81],
+            gravity: STANDARD_GRAVITY,
             loads: Vec::new(),
             bodies: Vec::new(),
             supports: Vec::new(),
@@ -226,7 +226,8 @@ impl Robot {
         Self { gravity: [0.0; 3], supports: self.supports.clone(), ..Self::new(links) }
     }
 
-    /// Largest distance of stretched-out links from the world, in metres; one if this is zero.
+    /// Largest distance of stretched-out links from the world, in metres; if this is zero, the size of what is there
+    /// ([`Self::breadth`]); one if nothing has any.
     pub fn length(&self) -> f64 {
         let size = |v: [f64; 3]| v.into_iter().map(|x| x * x).sum::<f64>().sqrt();
         let mut reach = Vec::with_capacity(self.links.len());
@@ -240,106 +241,21 @@ impl Robot {
             reach.push(start + link.length().max(of_body));
         }
         let longest = reach.into_iter().fold(0.0, f64::max);
+        let longest = if longest > 0.0 { longest } else { self.breadth() };
         if longest > 0.0 { longest } else { 1.0 }
     }
 
-    /// Sources of driven joints, link by link.
-    fn driven(&self) -> impl Iterator<Item = &Driven> {
-        self.links.iter().filter_map(|link| link.driven.as_ref())
-    }
-
-    /// Latest end of a step from `t` that cannot miss a feature of loads and prescribed motions
-    /// ([`crate::description::signal::Signal::horizon`]).
-    pub fn horizon(&self, t: f64) -> f64 {
-        let of_base = self.base_motion.iter().map(|motion| motion.horizon(t));
-        let of_joints = self.driven().map(|driven| driven.horizon(t));
-        let of_loads = self.load_signals().map(|signal| signal.horizon(t));
-        let of_actuators = self.actuator_signals().map(|signal| signal.horizon(t));
-        of_loads.chain(of_base).chain(of_joints).chain(of_actuators).fold(f64::INFINITY, f64::min)
-    }
-
-    /// The next time at which a step of fixed size must end, so that it loses nothing of loads, commands and
-    /// prescribed motions in tables.
-    pub fn corner(&self, cell: Cell) -> Option<f64> {
-        let of_base = self.base_motion.iter().filter_map(|motion| motion.corner(cell));
-        let of_joints = self.driven().filter_map(|driven| driven.corner(cell));
-        let of_loads = self.load_signals().filter_map(|signal| signal.corner(cell));
-        let of_actuators = self.actuator_signals().filter_map(|signal| signal.corner(cell));
-        of_loads.chain(of_base).chain(of_joints).chain(of_actuators).reduce(f64::min)
-    }
-
-    /// The time at which a prescribed velocity jumps, or for steps of the size `dt` a load or a command, if that is `t`, but for
-    /// rounding.
-    pub fn jump_near(&self, t: f64, dt: f64) -> Option<f64> {
-        let of_base = self.base_motion.as_ref().and_then(|motion| motion.jump_near(t));
-        of_base
-            .or_else(|| self.driven().find_map(|driven| driven.jump_near(t)))
-            .or_else(|| self.load_signals().find_map(|signal| signal.edge_near(t, dt)))
-            .or_else(|| self.force_signals().find_map(|signal| signal.edge_near(t, dt)))
-    }
-
-    /// What prescribed motions, and loads and commands for steps of the size `dt`, may let jump at some time.
-    pub fn jumps(&self, dt: f64) -> Jumps {
-        let of_base = self.base_motion.as_ref().map_or(Jumps::Nothing, BaseMotion::jumps);
-        let has_edges = self.load_signals().any(|signal| signal.has_edges(dt))
-            || self.force_signals().any(|signal| signal.has_edges(dt));
-        let of_forces = if has_edges { Jumps::Accelerations } else { Jumps::Nothing };
-        self.driven().map(Driven::jumps).fold(of_base.max(of_forces), Jumps::max)
-    }
-
-    /// Shortest period of loads and prescribed motions, in seconds; infinite without oscillations.
-    pub fn shortest_period(&self) -> f64 {
-        let of_base = self.base_motion.iter().map(BaseMotion::period);
-        let of_joints = self.driven().map(Driven::period);
-        let of_loads = self.load_signals().map(Signal::period);
-        let of_actuators = self.actuator_signals().map(Signal::period);
-        of_loads.chain(of_base).chain(of_joints).chain(of_actuators).fold(f64::INFINITY, f64::min)
-    }
-
-    /// Interval of time on which the prescribed motions of base and joints are defined.
-    pub fn time_span(&self) -> [f64; 2] {
-        let spans = self.base_motion.iter().map(BaseMotion::span).chain(self.driven().map(Driven::span));
-        spans
-            .fold([f64::NEG_INFINITY, f64::INFINITY], |[from, to], span| [from.max(span[0]), to.min(span[1])])
-    }
-
-    /// Whether positions require a time to be set, because base or joints have a prescribed motion.
-    pub fn is_prescribed(&self) -> bool {
-        self.base_motion.is_some() || self.driven().any(Driven::varies_in_time)
-    }
-
-    /// Whether positions depend on time explicitly, because the base or a joint moves as prescribed.
-    pub fn is_moved(&self) -> bool {
-        let base_moves = self.base_motion.as_ref().is_some_and(|motion| !motion.is_constant());
-        base_moves || self.driven().any(Driven::varies_in_time)
-    }
-
-    /// Whether a loop connects the robot to the world under a moving base.
-    pub fn is_tied_to_world(&self) -> bool {
-        let mut ends = self.loops.iter().filter_map(|closed| closed.tie.ends()).flatten();
-        self.base_motion.is_some() && ends.any(|end| end.link.is_none())
-    }
-
-    /// Whether anything depends on time explicitly.
-    pub fn depends_on_time(&self) -> bool {
-        self.is_moved()
-            || self.load_signals().any(Signal::varies_in_time)
-            || self.actuator_signals().any(Signal::varies_in_time)
-    }
-
-    /// Forces and moments of the loads, and the magnetic field.
-    fn load_signals(&self) -> impl Iterator<Item = &Signal<3>> {
-        self.loads.iter().flat_map(|load| [&load.force, &load.moment]).chain([&self.field])
-    }
-
-    /// Commands of the actuators.
-    fn actuator_signals(&self) -> impl Iterator<Item = &Signal<1>> {
-        self.actuators.iter().flat_map(Actuator::signals)
-    }
-
-    /// Those that forces follow at once; no finite force follows the length of a tendon that does not stretch.
-    fn force_signals(&self) -> impl Iterator<Item = &Signal<1>> {
-        self.actuators.iter().filter(|actuator| !actuator.is_inextensible()).flat_map(Actuator::signals)
+    /// Size of what does not reach anywhere, in metres: the largest radius of gyration of its bodies, radius of its balls and length
+    /// of its tendons.
+    fn breadth(&self) -> f64 {
+        let of_bodies = self.all_bodies().map(|body| body.radius_of_gyration());
+        let surfaces = self.contacts.iter().flat_map(|contact| &contact.surfaces);
+        let of_balls = surfaces.filter_map(|surface| match surface {
+            Surface::Ball { radius, .. } => Some(*radius),
+            _ => None,
+        });
+        let of_tendons = self.actuators.iter().filter_map(Actuator::shortest_command);
+        of_bodies.chain(of_balls).chain(of_tendons).fold(0.0, f64::max)
     }
 
     /// Number of constraints: those of closed loops, and one per inextensible tendon.

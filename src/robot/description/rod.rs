@@ -5,7 +5,7 @@ use super::link::{Link, check_orientation};
 use super::robot::{MAX_COORDINATES, Robot, check_integration, check_surroundings};
 use crate::description::body::Body;
 use crate::description::rod::{Section, Segment};
-use crate::description::world::BaseMotion;
+use crate::description::world::{BaseMotion, STANDARD_GRAVITY};
 use crate::error::{Checker, InvalidInput};
 use crate::robot::effects::actuator::Actuator;
 use crate::robot::effects::contact::Contact;
@@ -55,7 +55,7 @@ impl Rod {
             base_position: [0.0; 3],
             base_orientation: [1.0, 0.0, 0.0, 0.0],
             base_motion: None,
-            gravity: [0.0, 0.0, -9.81],
+            gravity: STANDARD_GRAVITY,
             tip_force: [0.0; 3],
             tip_moment: [0.0; 3],
             tip_mass: 0.0,

@@ -5,7 +5,8 @@ use crate::robot::effects::actuator::Actuator;
 use crate::robot::effects::loops::{Loop, LoopEnd, Tie};
 
 /// Lengths of what moves the ends of loops and tendons, in metres: from the first joint or rod that moves an end to this end,
-/// along the chain of links that carries it. Neither other links count, nor where the chain begins.
+/// along the chain of links that carries it. Neither other links count, nor where the chain begins. Of points that only rails move
+/// it is the length of the tendon or of the distance itself.
 pub(crate) struct Spans<'a> {
     robot: &'a Robot,
     /// For every link, the distance along the chain to its base, and the extent of its rod and bodies.
@@ -48,7 +49,9 @@ impl<'a> Spans<'a> {
             return self.of_link((0..self.robot.links.len()).find(has_it).unwrap_or_default());
         }
         let of_end = |end: &LoopEnd| end.link.map_or(0.0, |link| self.to(link, end.position));
-        self.or_robot(closed.tie.ends().into_iter().flatten().map(of_end).fold(0.0, f64::max))
+        let of_ends = closed.tie.ends().into_iter().flatten().map(of_end).fold(0.0, f64::max);
+        let own = if let Tie::Distance { length, .. } = closed.tie { length } else { 0.0 };
+        self.or_robot(if of_ends > 0.0 { of_ends } else { own })
     }
 
     /// Of a tendon.
@@ -57,7 +60,9 @@ impl<'a> Spans<'a> {
         let of_vias = vias.iter().map(|via| via.link.map_or(0.0, |link| self.to(link, via.point)));
         let along = actuator.along();
         let of_rods = along.iter().map(|along| self.of_link(along.link));
-        self.or_robot(of_vias.chain(of_rods).fold(0.0, f64::max))
+        let of_chains = of_vias.chain(of_rods).fold(0.0, f64::max);
+        let own = || actuator.shortest_command().unwrap_or(0.0);
+        self.or_robot(if of_chains > 0.0 { of_chains } else { own() })
     }
 
     fn to(&self, link: usize, point: [f64; 3]) -> f64 {

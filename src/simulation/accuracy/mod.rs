@@ -38,7 +38,7 @@ mod time;
 use std::time::Instant;
 
 use crate::error::{Interrupted, InvalidInput};
-use crate::model::Model;
+use crate::model::{Model, rotation_vectors};
 
 use crate::integrators::second_order;
 use crate::simulation::simulate::{Simulation, grid};
@@ -107,15 +107,18 @@ pub fn simulate_to_accuracy<M: Model + Clone>(
 /// What is not estimated of a motion with closed loops, or with tendons that do not stretch.
 const IN_LOOPS: &str = " The errors are those of places on the links; those of the forces in closed loops and of tensions are not estimated.";
 
-/// Initial state projected onto closed loops.
+/// Initial state projected onto closed loops, in rotation vectors no longer than pi: near a full turn the rates of others, by which
+/// methods and steps are chosen, are those of the vectors and not of the motion.
 fn fitted<M: Model>(model: &mut M, t: f64, [q0, v0]: [&[f64]; 2]) -> Result<Start, InvalidInput> {
     let n = model.facts().n;
     let is_sensible = [q0, v0].iter().all(|values| values.len() == n && values.iter().all(|x| x.is_finite()));
-    match is_sensible {
-        true => Start::fitted(model, t, q0, v0),
+    if !is_sensible {
         // Validation reports the problem.
-        false => Ok(Start { q: q0.to_vec(), v: v0.to_vec(), moved: 0.0 }),
+        return Ok(Start { q: q0.to_vec(), v: v0.to_vec(), moved: 0.0 });
     }
+    let mut start = Start::fitted(model, t, q0, v0)?;
+    rotation_vectors::wrap(&model.facts().rotation_vectors, &mut start.q, &mut start.v, &mut []);
+    Ok(start)
 }
 
 /// Rejects all arguments that [`simulate_to_accuracy`] would reject, before any evaluation of a motion;

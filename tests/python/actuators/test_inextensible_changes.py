@@ -301,6 +301,24 @@ def test_a_bead_on_a_rail_stops_where_its_rope_ends(method):
     assert motion.balance.drift < 1e-10
 
 
+@pytest.mark.parametrize("size", [1e-9, 1e-6, 1e-3, 1e3])
+@pytest.mark.parametrize("is_beside", [False, True])
+@pytest.mark.parametrize("method", ["generalised_alpha", "hht", *METHODS])
+def test_ropes_are_as_long_as_they_are_whatever_is_beside(method, is_beside, size):
+    """A bead on a straight rail has no size of its own; the one that its rope is measured by is that of the rope."""
+    bead = lissom.Link("bead", joint=lissom.Prismatic((1, 0, 0)), body=lissom.Body(1.0))
+    path = [lissom.Via(None, (-size, 0, 0)), lissom.Via("bead", (0, 0, 0))]
+    arm = lissom.Link("arm", joint=lissom.Revolute((0, 1, 0)), body=lissom.Body(10.0, centre=(3, 0, 0)))
+    rope = lissom.Tendon("rope", path, length=1.1 * size)
+    robot = lissom.Robot([bead, arm] if is_beside else [bead], actuators=[rope], gravity=(0, 0, 0))
+    start = {"v0": [0.5 * size, 1.0][: robot.n], "t_eval": [0.1, 1.0]}
+    step = {"dt": 0.01} if method in ("generalised_alpha", "hht") else {"rtol": 1e-6}
+    tolerance = {"atol": 1e-9 * min(size, 1)} if method in ("radau", "rk45", "dop853") else {}
+    motion = lissom.simulate(robot, 1.0, method=method, **step, **tolerance, **start)
+    assert motion.success, motion.message
+    np.testing.assert_allclose(motion.q[:, 0] / size, [0.05, 0.1], atol=1e-6)
+
+
 def distance(robot, motion, other):
     tips = [robot.pose(q, 0.3)[:, :3, 3] for q in (motion.q, other.q)]
     return np.abs(tips[0] - tips[1]).max()

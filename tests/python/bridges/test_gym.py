@@ -133,6 +133,16 @@ def test_copies_go_on_to_the_bit(name, way):
             assert_same(env.reset(), other.reset())
 
 
+def test_pictures_show_tendons_in_rods():
+    """Not only lines: rods are blue, and gold where tendons shine through."""
+    env = lissom.gym.RobotEnv("reach", render_mode="rgb_array")
+    env.reset(seed=0)
+    red, green, blue = np.moveaxis(env.render().astype(int), -1, 0)
+    assert np.sum(blue - red > 10) > 100
+    # The cross of the goal has no green.
+    assert np.sum((red - blue > 10) & (red - green < 40)) > 100
+
+
 def test_pictures(name):
     env = gymnasium.make(name, render_mode="rgb_array")
     env.reset(seed=0)

@@ -477,6 +477,23 @@ def test_impacts_of_few_steps_that_lose_energy_are_doubted(steps_of_impact):
     assert pickle.loads(pickle.dumps(stepped)).doubt == result.doubt
 
 
+@pytest.mark.parametrize("phase", [0.0, 0.25, 0.5, 0.75])
+@pytest.mark.parametrize("steps_of_impact", [3.5, 4, 5, 6, 7, 10, 16])
+def test_losses_that_nothing_explains_are_doubted(steps_of_impact, phase):
+    """A ball without dissipation and without weight comes back as fast as it came."""
+    dt, speed = 1e-2, 2.0
+    stiffness = (np.pi / (steps_of_impact * dt)) ** 2
+    ball = lissom.Link("ball", joint=lissom.Prismatic((0, 0, 1)), body=body(1.0))
+    floor = lissom.Contact(lissom.Ball("ball", 5.0), FLOOR, stiffness=stiffness, dissipation=0.0)
+    robot = lissom.Robot([ball], contacts=[floor], gravity=(0, 0, 0))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", lissom.AccuracyWarning)
+        motion = lissom.simulate(robot, 1.0, q0=[5.3 + phase * dt * speed], v0=[-speed], dt=dt)
+    lost = 1 - (motion.v[-1, 0] / speed) ** 2
+    assert lost < 0.06 or motion.doubt
+    assert steps_of_impact < 10 or motion.doubt is None
+
+
 def test_steps_without_memory_have_the_impulse_of_a_load():
     """A ball is pushed out of the floor; beside it a force pushes a weight on a rail for a few steps."""
     dt, stroke = 1e-3, 2e-3

@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 
 import lissom
-from lissom.drawing import live
-from lissom.drawing.live import gate, meshes, messages
+from lissom.drawing import live, meshes
+from lissom.drawing.live import gate, messages
 from lissom.drawing.live.controls import STRONGEST, readout
 from lissom.drawing.live.motion import HELD, HELD_WHILE_PULLED, Motion
 from lissom.drawing.live.playback import PATIENCE, Playback

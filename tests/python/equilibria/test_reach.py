@@ -544,6 +544,17 @@ REFUSED = {
 }
 
 
+def test_one_target_serves_as_a_sequence_of_it():
+    segment = lissom.Segment(0.3, 0.01, 1e6, poisson_ratio=0.4, density=1e3, modes={"bend_y": 2, "bend_z": 2})
+    robot = lissom.Robot([lissom.Link("arm", rod=[segment])])
+    target = lissom.Target("arm", [0.25, 0.05, 0.1], orientation_weight=0)
+    one, several = robot.reach(target), robot.reach([target])
+    assert one.success
+    np.testing.assert_array_equal(one.q, several.q)
+    np.testing.assert_allclose(robot.pose(one.q, link="arm")[:3, 3], target.pose, atol=1e-8)
+    assert list(target) == [target]
+
+
 @pytest.mark.parametrize("message", REFUSED)
 def test_what_makes_no_sense_is_refused(message):
     with pytest.raises(ValueError, match=message):

@@ -781,9 +781,23 @@ RECIPES |= {
     "Scene.save": {"self": "v.scene()", "path": "v.place('x.toml')"},
     "MotionResult.plot": {"self": _MOVED},
     "MotionResult.animate": {"self": _MOVED, "path": "v.place('x.gif')", "fps": "50.0", "speed": "0.1"},
+    "MotionResult.picture": {
+        "self": _MOVED,
+        "path": "v.place('x.pdf')",
+        "times": "[0.0, 0.01]",
+        "view": "'front'",
+        "width": "0.1",
+    },
     "MotionResult.report": {"self": _MOVED, "path": "v.place('x.html')", "title": "'A rod'"},
     "MotionResult.save": [
-        {"self": _MOVED, "path": f"v.place('x{suffix}')"} for suffix in (".lissom", ".npz", ".nc", ".vtkhdf")
+        *(
+            {"self": _MOVED, "path": f"v.place('x{suffix}')"}
+            for suffix in (".lissom", ".npz", ".nc", ".vtkhdf", ".glb")
+        ),
+        *(
+            {"self": _MOVED, "path": f"v.place('x{suffix}')", "t": "0.01"}
+            for suffix in (".ply", ".obj", ".glb")
+        ),
     ],
     "MotionResult.to_xarray": {"self": _MOVED},
     "MotionResult.contact_events": {"self": "v.alone(lissom.simulate(v.touching(), 0.02))"},
@@ -804,6 +818,10 @@ RECIPES |= {
         f"{name}.save": {"self": result, "path": "v.place('x.nc')", "model": "v.planar()"}
         for name, result in (_SAVED | _FOUND).items()
     },
+    "StaticsResult.save": [
+        {"self": _SAVED["StaticsResult"], "path": "v.place('x.nc')", "model": "v.planar()"},
+        {"self": _SAVED["StaticsResult"], "path": "v.place('x.ply')"} | _SHOWN,
+    ],
     **{
         f"{name}.to_xarray": {"self": result, "model": "v.planar()"}
         for name, result in (_SAVED | _FOUND).items()

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
-from scipy.optimize import brentq
+from scipy.optimize import brentq, fsolve
 from scipy.spatial.transform import Rotation
 
 import lissom
-from lissom import Body, Free, Link, Load, Loop, Revolute, Robot, Segment, Weld
+from lissom import Body, Distance, Free, Link, Load, Loop, Revolute, Robot, Segment, Weld
 
 #: The parallel robot of Till and others (2015): wires, holes, mass of the plate.
 YOUNG, SHEAR, RADIUS, DENSITY, LENGTH = 200e9, 80e9, 1e-3, 8000.0, 0.4
@@ -295,3 +295,59 @@ def test_newtons_method_judges_stability_as_descent_does():
     assert near.success
     assert near.lowest_eigenvalue == pytest.approx(rest.lowest_eigenvalue, rel=1e-5)
     assert np.abs(robot.loop_gaps(near.q)).max() < 1e-13
+
+
+def held_by_a_bar(seed):
+    """A clamped rod with a force and a moment that follow its tip, which a bar holds; and its tip by shooting from near a shape."""
+    rng = np.random.default_rng(seed)
+    length, radius, young, shear = 0.5, 0.01, 1e7, 0.4e7
+    bending = young * np.pi / 4 * radius**4
+    stiffness = np.array([shear * np.pi / 2 * radius**4, bending, bending])
+    force, moment = rng.normal(size=(2, 3)) * 1.5 * bending / np.array([[length**2], [length]])
+    bar, way = rng.uniform(0.3, 0.7), rng.normal(size=3)
+    anchor = np.array([length, 0, 0]) + way / np.linalg.norm(way) * bar * rng.uniform(0.7, 1.3)
+    rod = [Segment(length, radius, young, shear, 800.0, {"torsion": 6, "bend_y": 9, "bend_z": 9})]
+    loads = [Load(force=force, moment=moment, frame="body", link="rod")]
+    loops = [Loop("rod", (None, None, anchor), Distance(bar))]
+    robot = Robot([Link("rod", rod=rod)], gravity=(0, 0, 0), loads=loads, loops=loops)
+
+    def rates(_, y):
+        turn = y[3:12].reshape(3, 3)
+        u = turn.T @ y[15:18] / stiffness
+        turned = turn @ np.cross(u, np.eye(3)).T
+        return np.concatenate([turn[:, 0], turned.ravel(), np.zeros(3), -np.cross(turn[:, 0], y[12:15])])
+
+    def end(reactions):
+        start = np.concatenate([np.zeros(3), np.eye(3).ravel(), reactions])
+        return solve_ivp(rates, (0, length), start, method="DOP853", rtol=1e-11, atol=1e-13).y[:, -1]
+
+    def misses(reactions):
+        y = end(reactions)
+        turn, to = y[3:12].reshape(3, 3), anchor - y[:3]
+        across = np.linalg.svd(to[None])[2][1:]
+        left = across @ (y[12:15] - turn @ force) * length**2
+        apart = (np.linalg.norm(to) - bar) * bending / length
+        return np.concatenate([(y[15:18] - turn @ moment) * length, left, [apart]]) / bending
+
+    def shot(q):
+        pose = robot.pose(q)
+        turn, tip = pose[:3, :3], pose[:3, 3]
+        to = (anchor - tip) / bar
+        start = stiffness * robot.strain(q, 0.0)[:3]
+        lever = np.cross(tip, to)
+        pull = (start - turn @ moment - np.cross(tip, turn @ force)) @ lever / (lever @ lever)
+        found = fsolve(misses, np.concatenate([turn @ force + pull * to, start]), xtol=1e-12)
+        assert np.abs(misses(found)).max() < 1e-8
+        return end(found)[:3]
+
+    return robot, shot
+
+
+@pytest.mark.parametrize("seed", [3, 6, 12, 30, 64, 115, 133, 187])
+def test_a_rod_under_loads_that_follow_it_is_held_by_a_bar(seed):
+    """Loads without a potential: the descent ends next to the equilibrium, where springs in place of the bar round its forces."""
+    robot, shot = held_by_a_bar(seed)
+    rest = lissom.statics(robot)
+    assert rest.success, rest.message
+    assert np.abs(robot.loop_gaps(rest.q)).max() < 1e-12
+    np.testing.assert_allclose(robot.pose(rest.q)[:3, 3], shot(rest.q), rtol=0, atol=1e-6)

@@ -853,9 +853,9 @@ def test_the_stubs_say_what_the_methods_take():
             told = [ast.literal_eval(d) for d in (*arguments.defaults, *arguments.kw_defaults) if d]
             assert defaults == told
             seen += 1
-        known = ("plot", "animate", "report", "save", "to_xarray", "view", "contact_events")
+        known = ("plot", "animate", "picture", "report", "save", "to_xarray", "view", "contact_events")
         assert {n for n in of_stub if n in known} == set(methods)
-    assert seen == 33
+    assert seen == 34
 
 
 EVIL = "</script><script>alert(1)</script><!-- <!--<script> \"'> \u2028 javascript:alert(2)"

@@ -75,7 +75,7 @@ REFUSED_ROBOTS = {
     r"loads\[0\].at: got a place on \"a\", which has no rod": lambda: robot(
         link(), loads=[lissom.Load(force=(0, 0, 1), at=0.1)]
     ),
-    "link: got 'x' in loads, expected none": lambda: lissom.Rod(
+    r"loads\[0\].link: got 'x', expected none": lambda: lissom.Rod(
         [SOFT], loads=[lissom.Load(force=(1, 0, 0), link="x")]
     ),
 }

@@ -485,3 +485,35 @@ def test_short_pulses_of_tables_are_followed(width, edge):
     assert run.success, run.message
     assert run.stats.steps < 10_000
     assert run.q[-1, 0] == pytest.approx(0.5 * np.sin(2 * (0.9 - 0.5 * (width + edge))), abs=2e-3)
+
+
+@pytest.mark.parametrize("beyond", [-1e-6, 0.0, 1e-3, 1.0])
+def test_a_start_near_a_full_turn_is_one_of_the_same_motion(beyond):
+    """Rates of rotation vectors are singular at a full turn; the motion is not."""
+    body = lissom.Body(1.0, centre=(0.1, 0.2, 0.05), inertia=(0.05,) * 3)
+    robot = lissom.Robot([lissom.Link("top", joint=lissom.Spherical(), body=body)])
+    length = 2 * np.pi + beyond
+    motion = lissom.simulate(robot, 0.5, method="auto", q0=[length, 0, 0], v0=[0.1, 0, 0])
+    wrapped = lissom.simulate(robot, 0.5, method="dop853", rtol=1e-9, q0=[beyond, 0, 0], v0=[0.1, 0, 0])
+    assert motion.success, motion.message
+    places = [robot.pose(q, link="top") for q in (motion.q[-1], wrapped.q[-1])]
+    np.testing.assert_allclose(places[0], places[1], atol=1e-4)
+
+
+@pytest.mark.parametrize("unit", [1e-9, 1e-6, 1e3])
+@pytest.mark.parametrize("kind", ["ball", "bead"])
+def test_accuracy_does_not_depend_on_the_unit_of_what_reaches_nowhere(kind, unit):
+    """A ball that shakes about its centre, and a bead on a rope, in two units of length."""
+
+    def run(unit):
+        joint = lissom.Prismatic((1, 0, 0), stiffness=30.0, damping=3.0)
+        inertia = (0.1 * unit**2,) * 3 if kind == "ball" else (0.0,) * 3
+        path = [lissom.Via(None, (-unit, 0, 0)), lissom.Via("it", (0, 0, 0))]
+        rope = lissom.Tendon("rope", path, length=3.0 * unit, stiffness=1.0)
+        link = lissom.Link("it", joint=joint, body=lissom.Body(1.0, inertia=inertia))
+        robot = lissom.Robot([link], gravity=(0, 0, 0), actuators=[rope] if kind == "bead" else [])
+        return lissom.simulate(robot, 1.0, method="auto", rtol=1e-6, q0=[0.3 * unit], v0=[0.2 * unit])
+
+    one, other = run(1.0), run(unit)
+    assert other.success and other.stats.steps == one.stats.steps
+    np.testing.assert_allclose(other.q[-1] / unit, one.q[-1], rtol=1e-9)

@@ -149,13 +149,16 @@ EACH = [
 
 
 def test_the_stub_is_that_of_the_tables():
-    first, last = write_described.MARKS
-    both = (
-        (write_described.STUB, _lissom._stub_of_parts),
-        (write_described.METHODS, _lissom._stub_of_methods),
-    )
-    for stub, classes in both:
-        assert stub.read_text(encoding="utf-8").split(first)[1].split(last)[0] == classes()
+    stub = write_described.STUB.read_text(encoding="utf-8")
+    methods = write_described.METHODS.read_text(encoding="utf-8")
+    both = [
+        (stub, write_described.MARKS, _lissom._stub_of_parts()),
+        (methods, write_described.MARKS, _lissom._stub_of_methods()),
+        *((stub, marks, made) for marks, made in write_described.of_models()),
+    ]
+    for text, marks, made in both:
+        _, inner, _ = write_described.between(text, marks)
+        assert inner == made
 
 
 @pytest.mark.parametrize("part", EACH, ids=str)
@@ -605,6 +608,87 @@ def test_robots_report_all_names_that_no_link_has():
         f"links[2].parent: got 'arn', {before}; did you mean 'arm'?",
         f"links[3].parent: got 'b', {before}",
     ]
+
+
+def robot_with_everything():
+    links = [
+        Link("arm", rod=[SOFT], joint=Revolute((0, 1, 0))),
+        Link("hand", body=Body(0.2, inertia=(1, 1, 1)), joint=Free(), parent="arm"),
+    ]
+    return lissom.Robot(
+        links,
+        gravity=(0, 0, -1.62),
+        loads=[Load(force=Harmonic((0, 0, 1), 2.0), link="hand")],
+        bodies=[Body(0.1, link="arm", at=0.1)],
+        supports=[Support(stiffness=10, link="arm")],
+        fluid=Fluid(1000),
+        base_motion=BaseMotion(translation=Harmonic((0, 0, 0.1), 2.0)),
+        actuators=[Motor("arm.angle", torque=0.1), ActiveStrain("arm", "bend_y")],
+        loops=[Loop("arm", "hand", Spherical()), Loop("arm", "hand", Spherical())],
+        contacts=[Contact("arm", HalfSpace()), Contact("arm", HalfSpace())],
+    )
+
+
+def everything_of(model):
+    return {name: getattr(model, name) for name in inspect.signature(type(model)).parameters}
+
+
+def test_models_are_made_again_from_their_attributes():
+    robot = robot_with_everything()
+    rod = lissom.Rod(
+        [SOFT], (0, 0, 1), (0, 1, 0, 0), (0, 0, 1), (0, 0, 2), (0, 0, 3), 0.4, bodies=[Body(0.1)]
+    )
+    for model in (robot, rod):
+        given = everything_of(model)
+        copies = [pickle.loads(pickle.dumps(model)), copy.copy(model), dataclasses.replace(model)]
+        for again in [type(model)(**given), *copies]:
+            assert everything_of(again) == given
+    assert [loop.name for loop in robot.loops] == ["arm to hand", "arm to hand 2"]
+    assert [contact.name for contact in robot.contacts] == ["arm on halfspace", "arm on halfspace 2"]
+    lighter = dataclasses.replace(robot, gravity=(0, 0, 0), fluid=None)
+    assert everything_of(lighter) == everything_of(robot) | {"gravity": (0, 0, 0), "fluid": None}
+    assert dataclasses.replace(rod, tip_mass=0.5).tip_mass == 0.5
+    with pytest.raises(dataclasses.FrozenInstanceError, match="cannot assign to field 'gravity'"):
+        robot.gravity = (0, 0, 0)
+
+
+def test_attributes_of_models_are_those_of_their_docstrings():
+    for kind in (lissom.Robot, lissom.Rod):
+        parameters = kind.__doc__.split("Parameters\n----------\n")[1].split("\n\n")[0]
+        documented = [
+            line.split(" : ")[0] for line in parameters.split("\n") if " : " in line[:40] and line[0] != " "
+        ]
+        assert documented == list(inspect.signature(kind).parameters)
+        assert all(inspect.isdatadescriptor(getattr(kind, name)) for name in documented)
+
+
+def test_robots_report_unknown_names_of_all_lists_at_once():
+    link = Link("arm", rod=[SOFT], joint=Revolute((0, 1, 0)))
+    with pytest.raises(ValueError, match="amr") as raised:
+        lissom.Robot(
+            [link, Link("other", body=Body(1.0), joint=Free(), parent="amr")],
+            loads=[Load(force=(0, 0, 1), link="amr")],
+            supports=[Support(stiffness=10, link="hand")],
+            actuators=[Motor("elbow", torque=0.1)],
+            loops=[Loop("arm", "rod", Weld())],
+            contacts=[Contact("leg", HalfSpace())],
+        )
+    places = [line.split(":")[0] for line in str(raised.value).split("\n")]
+    assert places == [
+        "links[1].parent",
+        "loads[0].link",
+        "supports[0].link",
+        "actuators[0].joint",
+        "loops[0].b.link",
+        "contacts[0].a",
+    ]
+
+
+def test_keywords_that_do_not_exist_are_refused_with_the_one_that_was_meant():
+    with pytest.raises(TypeError, match=r"unexpected keyword argument 'orientation'.*'base_orientation'"):
+        lissom.Rod([SOFT], orientation=(1, 0, 0, 0))
+    with pytest.raises(TypeError, match="did you mean 'contacts'"):
+        lissom.Robot([Link("arm", rod=[SOFT])], contact=[])
 
 
 def test_scenes_report_all_problems_of_a_link_with_their_keys():

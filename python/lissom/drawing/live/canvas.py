@@ -10,9 +10,9 @@ import numpy as np
 import viser
 from numpy.typing import NDArray
 
+from .. import meshes
 from ..report import theme
-from ..report.layers import LEGEND, Arrows, Dots, Line, Solid, Strand, Thing, Tube
-from . import meshes
+from ..report.layers import LEGEND, Arrows, Dots, Line, Solid, Strand, Thing, Tube, rotations
 from .shape import SHADE, Stage
 
 Array = NDArray[np.float64]
@@ -105,7 +105,7 @@ class Canvas:
         return old is None or not all(map(np.array_equal, old, values))
 
     def _tube(self, name: str, thing: Tube) -> set[str]:
-        turns = _turns(thing.turns[0])
+        turns = rotations(thing.turns[0])
         if not (np.isfinite(thing.centres[0]).all() and np.isfinite(turns).all()):
             return set()
         skin = self._skins.get(name)
@@ -146,7 +146,7 @@ class Canvas:
             node.vertices = vertices.astype(np.float32)
 
     def _solid(self, name: str, thing: Solid) -> set[str]:
-        centre, turn = thing.centres[0], _turns(thing.turns[0])
+        centre, turn = thing.centres[0], rotations(thing.turns[0])
         if not (np.isfinite(centre).all() and np.isfinite(turn).all()):
             return set()
         unit, triangles = meshes.BOX if thing.form == "box" else meshes.BALL
@@ -201,17 +201,6 @@ class Canvas:
                 head_length=head,
             )
         return {name}
-
-
-def _turns(quaternions: Array) -> Array:
-    """Rotation matrices (..., 3, 3) of unit quaternions (..., 4), scalar first."""
-    w, x, y, z = np.moveaxis(quaternions, -1, 0)
-    rows = [
-        [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)],
-        [2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)],
-        [2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)],
-    ]
-    return np.moveaxis(np.array(rows), (0, 1), (-2, -1))
 
 
 def _rgb(colour: str) -> tuple[int, int, int]:

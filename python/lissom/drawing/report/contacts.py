@@ -41,25 +41,48 @@ INSTANTS = 2000
 def contacts(touching: Touching, shown: DrawnStates, low: Array, high: Array) -> list[Thing]:
     """All objects drawn for contacts within a box around the motion."""
     things: list[Thing] = []
-    drawn: list[Obstacle] = []
+    for name, shape, poses in shapes(touching, shown.q, shown.t):
+        if poses is None:
+            things += _obstacle(name, shape, low, high)
+        else:
+            things += _moving(name, shape, poses, shown.size)
+    return [*things, *balls(touching, shown.q, shown.t), *_forces(touching, shown)]
+
+
+def shapes(touching: Touching, q: Array, t: Array) -> list[tuple[str, Obstacle, Array | None]]:
+    """Names, obstacles and shapes on links, each once, and the poses (k, 4, 4) of what carries them."""
+    found: list[tuple[str, Obstacle, Array | None]] = []
+
+    def is_new(shape: Obstacle) -> bool:
+        return all(shape != other for _, other, _ in found)
+
     for glyph in touching.pairs:
-        if glyph.obstacle is not None and glyph.obstacle not in drawn:
-            drawn.append(glyph.obstacle)
-            things += _obstacle(glyph.name, glyph.obstacle, low, high)
+        if glyph.obstacle is not None and is_new(glyph.obstacle):
+            found.append((glyph.name, glyph.obstacle, None))
         for shape, pose in glyph.shapes:
-            if shape not in drawn:
-                drawn.append(shape)
-                poses = np.broadcast_to(pose(shown.q, shown.t), (len(shown.q), 4, 4))
-                things += _moving(f"{WORDS[type(shape)]} on {shape.link}", shape, poses, shown.size)
-        for pose, radius in glyph.balls:
-            points = np.broadcast_to(pose(shown.q, shown.t), (len(shown.q), 4, 4))[:, None, :3, 3]
-            things.append(Dots([f"ball of {glyph.name}"], "balls", points, radius))
-    return [*things, *_forces(touching, shown)]
+            if is_new(shape):
+                name = f"{WORDS[type(shape)]} on {shape.link}"
+                found.append((name, shape, np.broadcast_to(pose(q, t), (len(q), 4, 4))))
+    return found
+
+
+def balls(touching: Touching, q: Array, t: Array) -> list[Dots]:
+    """Balls on links."""
+    return [
+        Dots(
+            [f"ball of {glyph.name}"],
+            "balls",
+            np.broadcast_to(pose(q, t), (len(q), 4, 4))[:, None, :3, 3],
+            radius,
+        )
+        for glyph in touching.pairs
+        for pose, radius in glyph.balls
+    ]
 
 
 def _obstacle(name: str, obstacle: Obstacle, low: Array, high: Array) -> list[Thing]:
     if isinstance(obstacle, HalfSpace):
-        return [_plate(name, obstacle, low, high)]
+        return [plate(name, obstacle, low, high)]
     if isinstance(obstacle, Box):
         turns = np.asarray([obstacle.orientation], float)
         half = np.asarray(obstacle.half_extents, float)
@@ -89,9 +112,9 @@ def _moving(name: str, shape: Obstacle, poses: Array, size: float) -> list[Thing
 
     layer = "shapes"
     if isinstance(shape, HalfSpace):
-        plate = _plate(name, shape, *(np.asarray(shape.point) + 0.5 * side * size for side in (-1, 1)))
-        w, x, y, z = plate.turns[0]
-        centre, own, half = plate.centres, turn_of((w, x, y, z)), plate.size
+        cut = plate(name, shape, *(np.asarray(shape.point) + 0.5 * side * size for side in (-1, 1)))
+        w, x, y, z = cut.turns[0]
+        centre, own, half = cut.centres, turn_of((w, x, y, z)), cut.size
     elif isinstance(shape, Box):
         centre, own, half = (
             np.array([shape.centre]),
@@ -110,7 +133,7 @@ def _moving(name: str, shape: Obstacle, poses: Array, size: float) -> list[Thing
     return [Solid(name, layer, "box", half, placed(centre)[:, 0], quaternions(turns @ own))]
 
 
-def _plate(name: str, floor: HalfSpace, low: Array, high: Array) -> Solid:
+def plate(name: str, floor: HalfSpace, low: Array, high: Array) -> Solid:
     """A plate whose upper side lies in the plane, below a box."""
     normal = np.asarray(floor.normal, float)
     normal = normal / np.linalg.norm(normal)

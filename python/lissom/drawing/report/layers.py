@@ -317,3 +317,14 @@ def quaternions(turns: Array) -> Array:
     signs = np.sign(np.einsum("k...i,k...i->k...", found[1:], found[:-1]))
     found[1:] *= np.cumprod(np.where(signs < 0.0, -1.0, 1.0), axis=0)[..., None]
     return np.asarray(found)
+
+
+def rotations(turns: Array) -> Array:
+    """Rotation matrices (..., 3, 3) of unit quaternions (..., 4), scalar first."""
+    w, x, y, z = np.moveaxis(turns, -1, 0)
+    rows = [
+        [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)],
+        [2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)],
+        [2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)],
+    ]
+    return np.moveaxis(np.array(rows), (0, 1), (-2, -1))

@@ -109,7 +109,7 @@ def scene_of(run: Animated) -> Scene | None:
 def _in_space(run: Animated) -> Scene:
     """Links as tubes and ellipsoids, with joints, loads and the paths of their tips."""
     seen = run.view
-    at = _frames(run)
+    at = frames(run)
     q, v, t = run.q[at], run.v[at], run.clock[at]
     drawn: list[layers.Thing] = [*tubes(seen, q, v, t), *bodies(seen, q, t)]
     drawn += _tips(run, at)
@@ -134,7 +134,7 @@ def _in_space(run: Animated) -> Scene:
     return _scene(run, at, things, low, high, eye, ground, names)
 
 
-def _frames(run: Animated) -> NDArray[np.intp]:
+def frames(run: Animated) -> NDArray[np.intp]:
     """Indices of the displayed shapes: fewer if each one has many values."""
     # Seven values for the pose of a section and three for its colours, in four bytes.
     numbers = 9 * sum(len(link.stations) for link in run.view.links) + 7 * len(run.view.solids)

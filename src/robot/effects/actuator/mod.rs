@@ -133,6 +133,12 @@ impl Actuator {
         }
     }
 
+    /// The shortest commanded length of a tendon, in metres, as far as it is known before a run.
+    pub(crate) fn shortest_command(&self) -> Option<f64> {
+        let Self::Tendon(Tendon { drive: Drive::Length { length, .. }, .. }) = self else { return None };
+        length.known_lowest(0).map(|(shortest, _)| shortest)
+    }
+
     /// Points of the path.
     pub fn vias(&self) -> Vec<&Via> {
         match self {

@@ -288,6 +288,11 @@ impl Contact {
         format!("{} on {}", self.a.word(), self.b.word())
     }
 
+    /// Whether its name is the one that it has by default.
+    pub fn has_default_name(&self) -> bool {
+        self.name == self.default_name()
+    }
+
     fn complete(&mut self) {
         if self.name.is_empty() {
             self.name = self.default_name();

@@ -15,7 +15,7 @@ pub(crate) mod plan;
 
 use crate::description::rod::arc_length::check_end;
 use crate::description::schema::{Described, Item as _};
-use crate::description::signal::Signal;
+use crate::description::signal::{Signal, Timed};
 use crate::error::{Checker, InvalidInput};
 
 /// Where a load acts along the unstretched rod, by arc length from the base in metres.
@@ -65,19 +65,14 @@ impl Load {
         }
     }
 
+    /// Force and moment, as far as their time is concerned.
+    pub(crate) fn signals(&self) -> [&dyn Timed; 2] {
+        [&self.force, &self.moment]
+    }
+
     /// Whether force or moment depends on time explicitly.
     pub(crate) fn varies_in_time(&self) -> bool {
         self.force.varies_in_time() || self.moment.varies_in_time()
-    }
-
-    /// Latest end of a step from `t` that cannot miss a feature of the load ([`Signal::horizon`]).
-    pub fn horizon(&self, t: f64) -> f64 {
-        self.force.horizon(t).min(self.moment.horizon(t))
-    }
-
-    /// Shortest period in seconds; infinite for a load that does not oscillate.
-    pub fn period(&self) -> f64 {
-        self.force.period().min(self.moment.period())
     }
 
     /// Reports every problem of this load on a rod of this length (infinite if not known yet).

@@ -171,6 +171,11 @@ impl Loop {
         format!("{a} to {b}")
     }
 
+    /// Whether its name is the one that it has by default.
+    pub fn has_default_name(&self) -> bool {
+        self.name == self.default_name()
+    }
+
     /// Names are those of links, but for gears.
     fn complete(&mut self) {
         if !matches!(self.kind, LoopKind::Gear(_)) {

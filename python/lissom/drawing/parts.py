@@ -1,0 +1,233 @@
+"""Parts of a model as meshes in space: what files of meshes and pictures show.
+
+Each vertex is fixed in a frame that moves with the model, a *bone*: a section of a rod, a point of a tendon,
+a body. Rods have their true sections, which reports draw thicker where they would be invisible.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import singledispatch
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..model.contacts import Box, Capsule, ConvexMesh, HalfSpace, HeightField, Sphere
+from ..model.glyphs.contacts import Obstacle, ground, turn_of
+from ..model.views import View
+from . import meshes
+from .meshes import Triangles
+from .report import actuators, contacts, layers, solids
+from .report import motion as drawing
+from .report.layers import DrawnStates, quaternions, rotations
+
+Array = NDArray[np.float64]
+
+#: Layers of strands that are parts of a model, not symbols.
+STRANDS = ("tendons", "chambers")
+
+#: Names of parts whose surface is open: seen from both sides.
+OPEN = HeightField
+
+
+@dataclass(frozen=True)
+class Part:
+    """A mesh whose vertices are fixed to bones."""
+
+    name: str
+    #: The layer of reports whose colour it has.
+    layer: str
+    #: Vertices (v, 3) in the frames of their bones, metres, and the bones (v,).
+    corners: Array
+    bone: NDArray[np.intp]
+    #: Triangles (m, 3), anticlockwise seen from outside.
+    triangles: Triangles
+    #: Places (shapes, bones, 3), metres, and unit quaternions (shapes, bones, 4), scalar first, of the bones.
+    centres: Array
+    turns: Array
+    opacity: float = 1.0
+    #: Whether the surface has an edge, and is seen from both sides.
+    is_open: bool = False
+
+    def vertices(self, shape: int) -> Array:
+        """Vertices (v, 3) in the world, metres."""
+        turns = rotations(self.turns[shape])[self.bone]
+        return np.asarray(self.centres[shape][self.bone] + np.einsum("vij,vj->vi", turns, self.corners))
+
+
+def parts(seen: View, q: Array, v: Array, u: Array, t: Array) -> tuple[list[Part], NDArray[np.bool_]]:
+    """All parts of a model in several shapes, and which of the shapes they have: those that are finite.
+
+    For coordinates and velocities (shapes, n), inputs (shapes, inputs) and times (shapes,).
+    """
+    tubes = [solids.tube(link, q, np.zeros_like(v), t, 0.0, _opacity(seen)) for link in seen.links]
+    bodies = [solids.ellipsoid(solid, q, t, _least(seen, solid.semi_axes)) for solid in seen.solids]
+    low, high = layers.extent([*tubes, *bodies])
+    low, high = drawing.box(low, high, 0.04 * float((high - low).max()))
+    found = [*map(_of_tube, tubes), *map(_of_solid, bodies), *_strands(seen, q, v, u, t)]
+    touching = seen.glyphs.contacts
+    for name, shape, poses in contacts.shapes(touching, q, t):
+        layer = "obstacles" if poses is None else "shapes"
+        half = 0.5 * seen.size * np.ones(3)
+        box = (low, high) if poses is None else (_middle(shape) - half, _middle(shape) + half)
+        vertices, triangles = surface(shape, *box)
+        poses = np.broadcast_to(np.eye(4), (len(q), 4, 4)) if poses is None else poses
+        found.append(_carried(name, layer, vertices, triangles, poses, isinstance(shape, OPEN)))
+    for ball in contacts.balls(touching, q, t):
+        unit, triangles = meshes.BALL
+        found.append(_rigid(ball.name, ball.layer, ball.radius * unit, triangles, ball.points))
+    found = [_repeated(part, len(q)) for part in found]
+    is_there = np.all([np.isfinite(part.centres).all(axis=(1, 2)) for part in found], axis=0)
+    return [
+        replace(part, centres=part.centres[is_there], turns=part.turns[is_there])
+        for part in map(_tidy, found)
+    ], is_there
+
+
+def _opacity(seen: View) -> float:
+    """Rods are transparent if there is something inside, as in reports."""
+    is_hollow = any(glyph.way is not None for glyph in seen.glyphs.actuators)
+    return drawing.OPACITY_AROUND_ACTUATORS if is_hollow else 1.0
+
+
+def _least(seen: View, semi_axes: Array) -> float:
+    """Bodies without a size are drawn as small balls, as in reports."""
+    return 0.0 if np.all(semi_axes > 0.0) else 2.0 * drawing.LEAST_RADIUS * seen.size
+
+
+def _middle(shape: Obstacle) -> Array:
+    return np.asarray(shape.point, float) if isinstance(shape, HalfSpace) else np.zeros(3)
+
+
+def _of_tube(tube: layers.Tube) -> Part:
+    skin = meshes.TubeSkin(tube, bands=1)
+    corners, bone = skin.corners[0]
+    return Part(
+        tube.name, "rods", corners, bone, skin.triangles[0], tube.centres, tube.turns, opacity=tube.opacity
+    )
+
+
+def _of_solid(solid: layers.Solid) -> Part:
+    unit, triangles = meshes.BOX if solid.form == "box" else meshes.BALL
+    corners = unit * np.asarray(solid.size)
+    centres, turns = solid.centres[:, None], solid.turns[:, None]
+    return Part(solid.name, solid.layer, corners, np.zeros(len(corners), np.intp), triangles, centres, turns)
+
+
+def _strands(seen: View, q: Array, v: Array, u: Array, t: Array) -> list[Part]:
+    """Tendons, as thick as reports draw their largest tension, and chambers."""
+    shown = DrawnStates(q, v, u, t, np.ones(len(q)), seen.size, 0.0, 0.0)
+    found = []
+    for strand in actuators.actuators(seen.glyphs.actuators, (), shown):
+        if strand.layer not in STRANDS:
+            continue
+        for run in meshes.runs(strand.points[0]):
+            corners, bone, triangles = meshes.bar(len(run), float(strand.radius.max()))
+            centres = strand.points[:, run]
+            turns = quaternions(meshes.axes_along(centres))
+            # Legends say the largest tension after the name.
+            name = strand.name.partition(",")[0]
+            found.append(Part(name, strand.layer, corners, bone, triangles, centres, turns, strand.opacity))
+    return found
+
+
+def _carried(
+    name: str, layer: str, vertices: Array, triangles: Triangles, poses: Array, is_open: bool
+) -> Part:
+    """A mesh given in axes with the poses (shapes, 4, 4)."""
+    bone = np.zeros(len(vertices), np.intp)
+    centres, turns = poses[:, None, :3, 3], quaternions(poses[:, None, :3, :3])
+    return Part(name, layer, vertices, bone, triangles, centres, turns, is_open=is_open)
+
+
+def _rigid(name: str, layer: str, vertices: Array, triangles: Triangles, centres: Array) -> Part:
+    """A mesh that moves without turning, with centres (shapes, 1, 3)."""
+    turns = np.broadcast_to([1.0, 0.0, 0.0, 0.0], (*centres.shape[:2], 4))
+    return Part(name, layer, vertices, np.zeros(len(vertices), np.intp), triangles, centres, turns)
+
+
+def _repeated(part: Part, count: int) -> Part:
+    """With a pose in each shape, also of what does not move."""
+    centres, turns = (
+        np.broadcast_to(values, (count, *values.shape[1:])) for values in (part.centres, part.turns)
+    )
+    return replace(part, centres=centres, turns=turns)
+
+
+def _tidy(part: Part) -> Part:
+    """Without triangles of which two corners coincide, and without vertices of no triangle."""
+    _, place = np.unique(
+        np.concatenate([part.corners, part.bone[:, None]], axis=1), axis=0, return_inverse=True
+    )
+    a, b, c = place.reshape(-1)[part.triangles].T
+    triangles = part.triangles[(a != b) & (b != c) & (c != a)]
+    used, renamed = np.unique(triangles, return_inverse=True)
+    return replace(
+        part,
+        corners=part.corners[used],
+        bone=part.bone[used],
+        triangles=renamed.reshape(triangles.shape).astype(np.uint32),
+    )
+
+
+def normals(vertices: Array, triangles: Triangles) -> Array:
+    """Unit normals (v, 3) at vertices: means of those of their triangles, weighted by areas."""
+    a, b, c = (vertices[corner] for corner in triangles.T)
+    of_triangle = np.cross(b - a, c - a)
+    summed = np.zeros_like(vertices)
+    for corner in triangles.T:
+        np.add.at(summed, corner, of_triangle)
+    length = np.linalg.norm(summed, axis=1, keepdims=True)
+    # Where areas underflow, any direction serves.
+    return np.where(length > 0.0, summed / np.where(length > 0.0, length, 1.0), [1.0, 0.0, 0.0])
+
+
+@singledispatch
+def surface(shape: Obstacle, low: Array, high: Array) -> tuple[Array, Triangles]:
+    """Vertices (v, 3) and triangles of the surface of a shape; a half space is cut to a box."""
+    raise TypeError(f"no surface of {shape!r}")
+
+
+@surface.register
+def _(shape: HalfSpace, low: Array, high: Array) -> tuple[Array, Triangles]:
+    plate = contacts.plate("", shape, low, high)
+    unit, triangles = meshes.BOX
+    return (unit * plate.size) @ rotations(plate.turns[0]).T + plate.centres[0], triangles
+
+
+@surface.register
+def _(shape: Box, low: Array, high: Array) -> tuple[Array, Triangles]:
+    unit, triangles = meshes.BOX
+    return (unit * np.asarray(shape.half_extents)) @ turn_of(shape.orientation).T + shape.centre, triangles
+
+
+@surface.register
+def _(shape: Sphere, low: Array, high: Array) -> tuple[Array, Triangles]:
+    unit, triangles = meshes.BALL
+    return shape.radius * unit + shape.centre, triangles
+
+
+@surface.register
+def _(shape: Capsule, low: Array, high: Array) -> tuple[Array, Triangles]:
+    return meshes.capsule(np.asarray(shape.start, float), np.asarray(shape.end, float), shape.radius)
+
+
+@surface.register
+def _(shape: ConvexMesh, low: Array, high: Array) -> tuple[Array, Triangles]:
+    points, faces = np.asarray(shape.points, float), np.asarray(shape.faces, np.uint32)
+    return meshes.rounded(points, faces, shape.radius) if shape.radius > 0.0 else meshes.convex(points, faces)
+
+
+@surface.register
+def _(shape: HeightField, low: Array, high: Array) -> tuple[Array, Triangles]:
+    return meshes.grid(ground(shape))
+
+
+def named(seen: Sequence[Part]) -> list[str]:
+    """Names of parts, with numbers where several have the same one."""
+    names = [part.name for part in seen]
+    return [
+        name if names.count(name) == 1 else f"{name} ({names[: k + 1].count(name)})"
+        for k, name in enumerate(names)
+    ]

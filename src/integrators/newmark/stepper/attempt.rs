@@ -1,0 +1,252 @@
+//! One step that is tried: its equations, their solution, and what becomes of it.
+
+use super::super::error_estimate::LARGEST_FACTOR;
+use super::super::options::Predictor;
+use super::super::scheme::{Step, memory, stretch};
+use super::super::trial::Trial;
+use super::{Guess, Stepper};
+use crate::error::Interrupted;
+use crate::integrators::second_order::{Failure, System};
+use crate::model::Switch;
+use crate::model::constraint::one_sided::most_switches;
+
+impl Stepper {
+    /// Solves the equations of motion at the end of a step of size `h`; the result is in `trial`.
+    pub(super) fn attempt<S: System + ?Sized>(
+        &mut self,
+        system: &mut S,
+        t_new: f64,
+        h: f64,
+    ) -> Result<Result<(), Failure>, Interrupted> {
+        let is_plain = self.scheme.is_plain();
+        let memory = if is_plain { Some(1.0) } else { self.memory(system, t_new, h) };
+        if self.step.made_for != (h, memory) {
+            self.step = self.scheme.step(h, memory);
+        }
+        let Self { step, q, v, a, s, s_of_trial, trial, .. } = self;
+        trial.weights = step.weights;
+        let ends = trial.q_base.iter_mut().zip(&mut trial.v_base);
+        let motion = q.iter().zip(v.iter().zip(&*a));
+        if is_plain {
+            let ([_, bq], [_, bv]) = (step.displacement, step.velocity);
+            for ((q_base, v_base), (q, (v, a))) in ends.zip(motion) {
+                *q_base = q + h * v + bq * a;
+                *v_base = v + bv * a;
+            }
+        } else {
+            let s = if s_of_trial.is_empty() { s } else { s_of_trial };
+            for (((q_base, v_base), (q, (v, a))), s) in ends.zip(motion).zip(&*s) {
+                *q_base = q + h * v + step.displacement[0] * a + step.displacement[1] * s;
+                *v_base = v + step.velocity[0] * a + step.velocity[1] * s;
+            }
+        }
+        self.trial.t = t_new;
+        self.forgets = false;
+        let solved = self.correct(system, h)?;
+        // Without constraints there are no multipliers behind the accelerations.
+        if self.a.len() == self.q.len() || solved.is_err() {
+            return Ok(solved);
+        }
+        // A row that begins to hold has been open by what it did not hold before. Closed within one step this is a blow, whose
+        // velocity would stay.
+        let begins_to_hold = self.corrector.rank() > self.rank;
+        if self.changes_size || begins_to_hold {
+            // Velocities and accelerations of a step with constraints on displacements have errors normal to these, which cancel
+            // while the step keeps its size. Divided by that of a shorter step they would grow the more it is shortened
+            // (Arnold, Bruels and Cardona 2015).
+            let Trial { t, q, v, a, .. } = &mut self.trial;
+            self.forgets |= system.fit_to_constraints(*t, q, v, a, begins_to_hold)? && begins_to_hold;
+        }
+        Ok(solved)
+    }
+
+    /// What the step from here to `t_new` keeps of algorithmic accelerations ([`Scheme::step`]).
+    fn memory<S: System + ?Sized>(&self, system: &S, t_new: f64, h: f64) -> Option<f64> {
+        if !self.s_of_trial.is_empty() {
+            // Those of an adaptive step are made for its size.
+            return Some(1.0);
+        }
+        let stretch = stretch(h, self.h_of_s);
+        if stretch.is_none() || !self.has_corners {
+            return stretch;
+        }
+        let before = (self.t > self.t_old).then_some(self.t_old);
+        memory(|cell| system.corner(cell), before, [self.t, t_new]).and(stretch)
+    }
+
+    /// The same by the backward Euler method: of order 1, and without memory of accelerations. What a step meets stops there.
+    pub(super) fn attempt_without_memory<S: System + ?Sized>(
+        &mut self,
+        system: &mut S,
+        t_new: f64,
+        h: f64,
+    ) -> Result<Result<(), Failure>, Interrupted> {
+        let trial = &mut self.trial;
+        trial.t = t_new;
+        trial.weights = [h * h, h, 1.0];
+        for i in 0..self.q.len() {
+            trial.q_base[i] = self.q[i] + h * self.v[i];
+            trial.v_base[i] = self.v[i];
+        }
+        // Forces of contact are those of the end, and loads those of the middle: steps end at corners of these, between which
+        // that is their mean.
+        self.lags = self.has_corners && !system.facts().is_one_sided && system.lag_loads(0.5 * h);
+        let solved = self.correct(system, h);
+        if self.lags {
+            system.lag_loads(0.0);
+        }
+        solved
+    }
+
+    /// Accelerations of the trial by the loads of its end, where those that led to it are by others.
+    pub(super) fn settle_accelerations<S: System + ?Sized>(
+        &mut self,
+        system: &mut S,
+        h: f64,
+    ) -> Result<(), Interrupted> {
+        if !self.lags {
+            return Ok(());
+        }
+        let Self { trial, corrector, guessed, counters, .. } = self;
+        if trial.a.len() > trial.q.len() {
+            let Trial { t, q, v, a, .. } = trial;
+            guessed.copy_from_slice(a);
+            if system.constrained_start(*t, q, v, a)?.is_err() {
+                a.copy_from_slice(guessed);
+            }
+            return Ok(());
+        }
+        trial.weights = [0.0, 0.0, 1.0];
+        trial.q_base.copy_from_slice(&trial.q);
+        trial.v_base.copy_from_slice(&trial.v);
+        guessed.copy_from_slice(&trial.a);
+        corrector.forget_jacobian();
+        if corrector.solve(system, trial, guessed, guessed, h, counters)?.is_err() {
+            trial.set(guessed);
+        }
+        corrector.forget_jacobian();
+        Ok(())
+    }
+
+    /// Solves the equations of motion for the accelerations of the trial.
+    fn correct<S: System + ?Sized>(
+        &mut self,
+        system: &mut S,
+        h: f64,
+    ) -> Result<Result<(), Failure>, Interrupted> {
+        match self.guess {
+            Guess::Zero => {
+                // Multipliers of a robot at rest are not zero: their full size would drown what accelerations are looked for.
+                let n = self.q.len();
+                self.guessed[..n].fill(0.0);
+                self.guessed[n..].copy_from_slice(&self.a[n..]);
+            }
+            // A step that is much longer than the one before, as after a steep edge, would go on with the slope of that edge.
+            Guess::Extrapolated if h <= LARGEST_FACTOR * (self.t - self.t_old) => {
+                let ratio = h / (self.t - self.t_old);
+                for i in 0..self.a.len() {
+                    self.guessed[i] = self.a[i] + ratio * (self.a[i] - self.a_old[i]);
+                }
+            }
+            Guess::Last | Guess::Extrapolated => self.guessed.copy_from_slice(&self.a),
+        }
+        if self.has_contact {
+            system.take_touched();
+        }
+        let solved = if system.facts().is_one_sided {
+            self.correct_one_sided(system, h)
+        } else {
+            let Self { corrector, trial, guessed, a, counters, .. } = self;
+            corrector.solve(system, trial, guessed, a, h, counters)
+        };
+        self.has_touched = self.has_contact && system.take_touched();
+        solved
+    }
+
+    /// The same with constraints that hold one way only: those that held at the start of the step, until the end says
+    /// otherwise.
+    fn correct_one_sided<S: System + ?Sized>(
+        &mut self,
+        system: &mut S,
+        h: f64,
+    ) -> Result<Result<(), Failure>, Interrupted> {
+        let Self { a, guessed, trial, corrector, counters, .. } = self;
+        let n = self.q.len();
+        system.release(&a[n..]);
+        self.has_stopped = false;
+        // What does not hold keeps the multiplier that it starts from.
+        for (guess, last) in guessed[n..].iter_mut().zip(&a[n..]) {
+            *guess = if *last == 0.0 { 0.0 } else { *guess };
+        }
+        for _ in 0..most_switches(system.facts().constraints()) {
+            if let Err(failure) = corrector.solve(system, trial, guessed, a, h, counters)? {
+                return Ok(Err(failure));
+            }
+            let switch = system.switch(trial.t, &trial.q, &mut trial.a[n..])?;
+            if switch == Switch::Nothing {
+                return Ok(Ok(()));
+            }
+            self.has_stopped |= switch == Switch::TakenUp;
+            guessed.copy_from_slice(&trial.a);
+            corrector.forget_jacobian();
+        }
+        Ok(Err(Failure::NotConverged))
+    }
+
+    /// Takes the trial as the new state.
+    pub(super) fn accept(&mut self, t_new: f64, h: f64) {
+        self.touches = self.will_touch;
+        self.rank = self.corrector.rank();
+        if self.options.predictor == Predictor::Best {
+            self.guess = self.best_guess(h);
+        }
+        if std::mem::take(&mut self.forgets) {
+            let n = self.q.len();
+            self.s.copy_from_slice(&self.trial.a[..n]);
+            self.h_of_s = h;
+        } else if !self.scheme.is_plain() {
+            if !self.s_of_trial.is_empty() {
+                self.s.copy_from_slice(&self.s_of_trial);
+            }
+            let Self { step: Step { rest, gain, .. }, s, a, trial, .. } = self;
+            for (i, s) in s.iter_mut().enumerate() {
+                *s = *gain * trial.a[i] + rest[0] * a[i] + rest[1] * *s;
+            }
+            self.h_of_s = h;
+        }
+        self.t_old = self.t;
+        self.t = t_new;
+        std::mem::swap(&mut self.q_old, &mut self.q);
+        std::mem::swap(&mut self.v_old, &mut self.v);
+        std::mem::swap(&mut self.a_old, &mut self.a);
+        std::mem::swap(&mut self.q, &mut self.trial.q);
+        std::mem::swap(&mut self.v, &mut self.trial.v);
+        std::mem::swap(&mut self.a, &mut self.trial.a);
+        self.counters.steps += 1;
+    }
+
+    /// The guess that would have been nearest to the accelerations of the step that ends in the trial.
+    fn best_guess(&self, h: f64) -> Guess {
+        // Before the first step there is nothing to extrapolate from.
+        let ratio = if self.t > self.t_old { h / (self.t - self.t_old) } else { 0.0 };
+        let (mut zero, mut last, mut extrapolated) = (0.0, 0.0, 0.0);
+        let weights = self.corrector.inverse_tolerances();
+        let found = weights.iter().zip(&self.trial.a);
+        for ((weight, found), (a, a_old)) in found.zip(self.a.iter().zip(&self.a_old)) {
+            let change = found - a;
+            let surprise = change - ratio * (a - a_old);
+            zero += (weight * found) * (weight * found);
+            last += (weight * change) * (weight * change);
+            extrapolated += (weight * surprise) * (weight * surprise);
+        }
+        // Those of surfaces that press against each other are not zero, but the ones of an impact do not go on.
+        let zero = if self.has_contact && !self.forgets { f64::INFINITY } else { zero };
+        if extrapolated < last && extrapolated < zero {
+            Guess::Extrapolated
+        } else if last <= zero {
+            Guess::Last
+        } else {
+            Guess::Zero
+        }
+    }
+}

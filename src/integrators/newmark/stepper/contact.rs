@@ -1,0 +1,157 @@
+//! Steps of fixed size at whose ends surfaces may have met, or slack tendons become taut.
+
+use super::super::trial::Trial;
+use super::{STEPS_AFTER_STOP, Stepper};
+use crate::error::Interrupted;
+use crate::integrators::second_order::{Failure, System};
+use crate::model::{Beside, Radius};
+
+impl Stepper {
+    /// A step at whose end surfaces may have met, or slack tendons become taut. Where it does not see the impact rise and fall,
+    /// its end is stiff and its beginning is not: what the scheme remembers of the accelerations would throw the surfaces apart
+    /// faster than they came (Acary 2015). Such steps, and those right after, are made without memory: in them surfaces that
+    /// meet do not rebound.
+    pub(super) fn step_into_contact<S: System + ?Sized>(
+        &mut self,
+        system: &mut S,
+        t_new: f64,
+        h: f64,
+    ) -> Result<Result<(), Failure>, Interrupted> {
+        if self.unsettled == 0
+            && self.attempt(system, t_new, h)?.is_ok()
+            && !self.is_jolted(system, h)?
+            && !self.is_flawed(system)?
+        {
+            self.follow_impact(system, h)?;
+            self.accept(t_new, h);
+            return Ok(Ok(()));
+        }
+        self.holding = None;
+        if self.sound_step_without_memory(system, t_new, h)?.is_ok() {
+            return Ok(Ok(()));
+        }
+        if self.halved_steps(system, t_new, Self::sound_step_without_memory)?.is_ok() {
+            self.unsettled = self.unsettled.max(1);
+            return Ok(Ok(()));
+        }
+        let solved = self.attempt_without_memory(system, t_new, h)?;
+        if solved.is_ok() {
+            // One that is flawed whatever its size says why.
+            let Trial { t, q, .. } = &self.trial;
+            if !system.is_flawed(*t, q)?
+                && (system.have_passed(&[(self.t, &self.q), (*t, q)], Radius::Smaller)?
+                    || self.gains_energy(system, h, Beside::All)?)
+            {
+                return Ok(Err(Failure::PassedThrough));
+            }
+            self.accept_without_memory(system, t_new, h)?;
+        }
+        Ok(solved)
+    }
+
+    /// Takes note of what the trial has lost where surfaces touch at one of its ends.
+    fn follow_impact<S: System + ?Sized>(&mut self, system: &mut S, h: f64) -> Result<(), Interrupted> {
+        if !self.touches && !self.will_touch {
+            return Ok(());
+        }
+        let before = match self.holding.take() {
+            Some(holding) => Some(holding),
+            None => system.holding(self.t, [&self.q, &self.v, &self.a])?,
+        };
+        let Trial { t, q, v, a, .. } = &self.trial;
+        let after = system.holding(*t, [q, v, a])?;
+        if let (Some(before), Some(after)) = (&before, &after) {
+            self.impacts.follow([before, after], h);
+        }
+        self.holding = after.filter(|_| self.will_touch);
+        Ok(())
+    }
+
+    /// A step without memory, if its end is one that means something.
+    fn sound_step_without_memory<S: System + ?Sized>(
+        &mut self,
+        system: &mut S,
+        t_new: f64,
+        h: f64,
+    ) -> Result<Result<(), Failure>, Interrupted> {
+        if let Err(failure) = self.attempt_without_memory(system, t_new, h)? {
+            return Ok(Err(failure));
+        }
+        if self.is_flawed(system)? || self.gains_energy(system, h, Beside::All)? {
+            return Ok(Err(Failure::NotConverged));
+        }
+        self.accept_without_memory(system, t_new, h)?;
+        Ok(Ok(()))
+    }
+
+    fn accept_without_memory<S: System + ?Sized>(
+        &mut self,
+        system: &mut S,
+        t_new: f64,
+        h: f64,
+    ) -> Result<(), Interrupted> {
+        self.unsettled = match self.is_jolted(system, h)? {
+            true if self.has_stopped => STEPS_AFTER_STOP,
+            true => 1,
+            false => self.unsettled.saturating_sub(1),
+        };
+        if system.is_touched() {
+            let Trial { t, q, v, a, .. } = &self.trial;
+            if let Some(impact) = system.impact(*t, [&self.q, &self.v], [q, v, a], h)? {
+                self.impacts.count(*t, &impact);
+            }
+        } else {
+            // Surfaces that let go have still pressed each other at its start.
+            self.follow_impact(system, h)?;
+        }
+        self.settle_accelerations(system, h)?;
+        self.forgets = true;
+        self.accept(t_new, h);
+        Ok(())
+    }
+
+    /// Whether the end of the trial means nothing, or surfaces have passed through each other on the way to it. Where they touch at
+    /// that end they might have been pushed aside: then they must not pass on the way straight on either.
+    fn is_flawed<S: System + ?Sized>(&mut self, system: &mut S) -> Result<bool, Interrupted> {
+        let Self { trial: Trial { t, q, .. }, straight_on, .. } = self;
+        let start = (self.t, &self.q[..]);
+        if system.is_flawed(*t, q)? || system.have_passed(&[start, (*t, q)], Radius::Smaller)? {
+            return Ok(true);
+        }
+        if !self.has_contact || !system.is_touched() {
+            return Ok(false);
+        }
+        let h = *t - self.t;
+        straight_on.clear();
+        straight_on.extend(self.q.iter().zip(&self.v).map(|(q, v)| q + h * v));
+        system.have_passed(&[start, (*t, straight_on)], Radius::Larger)
+    }
+
+    fn is_jolted<S: System + ?Sized>(&mut self, system: &mut S, h: f64) -> Result<bool, Interrupted> {
+        let Trial { t, q, v, a, .. } = &self.trial;
+        let (before, motion) = ([&self.q[..], &self.v[..]], [&q[..], &v[..], &a[..]]);
+        let has_stopped = self.has_stopped && system.facts().is_one_sided;
+        if !self.has_contact {
+            return Ok(has_stopped);
+        }
+        let is_jolted = system.is_jolted(*t, before, motion, h)?;
+        self.will_touch = system.is_touched();
+        Ok(has_stopped || is_jolted || self.gains_energy(system, h, Beside::Motion)?)
+    }
+
+    /// Whether surfaces that touch at one of its ends, or did on the way to the solution of its equations, make the trial gain energy:
+    /// bodies that have come too deep push each other out by another side than they entered, and Newton's method may leave a
+    /// surface for a solution far away from it.
+    fn gains_energy<S: System + ?Sized>(
+        &mut self,
+        system: &mut S,
+        h: f64,
+        beside: Beside,
+    ) -> Result<bool, Interrupted> {
+        if !self.has_contact || !(self.touches || self.has_touched || system.is_touched()) {
+            return Ok(false);
+        }
+        let Trial { t, q, v, a, .. } = &self.trial;
+        system.gains_energy(*t, [&self.q, &self.v], [q, v, a], h, beside)
+    }
+}

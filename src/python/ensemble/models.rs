@@ -1,0 +1,64 @@
+//! The models of the rows, and the number of rows.
+
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+
+use super::super::model::PyModel;
+use super::super::rows::each;
+
+/// Models of the rows.
+pub(super) enum Models {
+    One(Py<PyModel>),
+    Each(Vec<Py<PyModel>>),
+}
+
+impl Models {
+    pub(super) fn of(model: &Bound<'_, PyAny>) -> PyResult<Self> {
+        if let Ok(model) = model.cast::<PyModel>() {
+            return Ok(Self::One(model.clone().unbind()));
+        }
+        let models = each(model)?;
+        if models.is_empty() {
+            return Err(PyValueError::new_err(
+                "model: got 0 models, expected at least one (one model and starts of shape (0, n) are no rows)",
+            ));
+        }
+        Ok(Self::Each(models))
+    }
+
+    pub(super) fn rows(&self) -> Option<usize> {
+        match self {
+            Self::One(_) => None,
+            Self::Each(models) => Some(models.len()),
+        }
+    }
+
+    pub(super) fn first(&self) -> &PyModel {
+        self.of_row(0).get()
+    }
+
+    pub(super) fn of_row(&self, row: usize) -> &Py<PyModel> {
+        match self {
+            Self::One(model) => model,
+            Self::Each(models) => &models[row],
+        }
+    }
+}
+
+/// Number of rows, and the argument that determines it.
+pub(super) struct Count(pub(super) Option<(usize, &'static str)>);
+
+impl Count {
+    pub(super) fn agree(&mut self, rows: Option<usize>, name: &'static str) -> PyResult<()> {
+        match (rows, self.0) {
+            (Some(rows), Some((known, by))) if rows != known => {
+                Err(PyValueError::new_err(format!("{name}: got {rows} rows, expected {known} as {by} has")))
+            }
+            (Some(rows), None) => {
+                self.0 = Some((rows, name));
+                Ok(())
+            }
+            _ => Ok(()),
+        }
+    }
+}

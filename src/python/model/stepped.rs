@@ -1,0 +1,106 @@
+//! Runs of models, advanced step by step, as trait objects.
+
+use std::any::Any;
+
+use crate::analysis::statics::Tendons;
+use crate::error::{Interrupted, InvalidInput};
+use crate::model;
+use crate::robot::RobotModel;
+use crate::simulation::balance::State;
+use crate::simulation::stepping::{Run, Status};
+
+/// A [`Run`] with any model: one virtual call per step.
+pub(crate) trait Stepped: Send + Sync {
+    fn boxed_clone(&self) -> Box<dyn Stepped>;
+    fn end_of(&self, duration: Option<f64>) -> Result<f64, InvalidInput>;
+    fn set_out(&mut self, t_end: f64);
+    fn set_inputs(&mut self, inputs: &[f64]);
+    fn begin(&mut self) -> Result<Option<Status>, Interrupted>;
+    fn watched_step(&mut self) -> Result<Option<Status>, Interrupted>;
+    fn finish(
+        &mut self,
+        monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
+    ) -> Result<Status, Interrupted>;
+    fn settle(&mut self);
+    fn t(&self) -> f64;
+    /// Coordinates, velocities and accelerations.
+    fn state(&self) -> [&[f64]; 3];
+    fn inputs(&self) -> &[f64];
+    fn energy(&mut self) -> Result<model::Energy, Interrupted>;
+    fn explain(&mut self, status: Status) -> String;
+    fn doubt(&mut self) -> Option<String>;
+    fn interrupted(&self) -> Status;
+    fn memory(&mut self) -> Vec<f64>;
+    fn recall(&mut self, memory: &[f64]) -> Result<(), InvalidInput>;
+}
+
+impl<M: model::Model + Clone + Send + Sync + 'static> Stepped for Run<M> {
+    fn boxed_clone(&self) -> Box<dyn Stepped> {
+        Box::new(self.clone())
+    }
+    fn end_of(&self, duration: Option<f64>) -> Result<f64, InvalidInput> {
+        self.end_of(duration)
+    }
+    fn set_out(&mut self, t_end: f64) {
+        self.set_out(t_end);
+    }
+    fn set_inputs(&mut self, inputs: &[f64]) {
+        self.set_inputs(inputs);
+    }
+    fn begin(&mut self) -> Result<Option<Status>, Interrupted> {
+        self.begin()
+    }
+    fn watched_step(&mut self) -> Result<Option<Status>, Interrupted> {
+        self.watched_step()
+    }
+    fn finish(
+        &mut self,
+        monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
+    ) -> Result<Status, Interrupted> {
+        self.finish(monitor)
+    }
+    fn settle(&mut self) {
+        self.settle();
+    }
+    fn t(&self) -> f64 {
+        self.t()
+    }
+    fn state(&self) -> [&[f64]; 3] {
+        [self.q(), self.v(), self.a()]
+    }
+    fn inputs(&self) -> &[f64] {
+        self.inputs()
+    }
+    fn energy(&mut self) -> Result<model::Energy, Interrupted> {
+        self.energy()
+    }
+    fn explain(&mut self, status: Status) -> String {
+        let doubt = self.doubt().map_or_else(String::new, |doubt| format!(" {doubt}"));
+        self.explain(status) + &slack_now(self) + &doubt
+    }
+    fn doubt(&mut self) -> Option<String> {
+        self.doubt()
+    }
+    fn interrupted(&self) -> Status {
+        self.interrupted()
+    }
+    fn memory(&mut self) -> Vec<f64> {
+        self.memory()
+    }
+    fn recall(&mut self, memory: &[f64]) -> Result<(), InvalidInput> {
+        self.recall(memory)
+    }
+}
+
+/// Message about the tendons of a robot in a state; empty without findings.
+fn slack_now<M: model::Model + Clone + 'static>(run: &mut Run<M>) -> String {
+    let u = run.inputs().to_vec();
+    let of_robot = |model: &mut M, state: State<'_>| {
+        // On a copy, because the set of active tendons is part of the run.
+        let mut robot = (model as &mut dyn Any).downcast_mut::<RobotModel>()?.clone();
+        Tendons::of(&mut robot, state.q, state.t, (!u.is_empty()).then_some(&u)).ok()
+    };
+    let found = run.observe(of_robot);
+    // Friction at rest does not matter in a motion.
+    found.map_or_else(String::new, |found| Tendons { without_friction: Vec::new(), ..found }.message())
+}

@@ -1,0 +1,90 @@
+//! The class `lissom.Robot`: a description, the Python objects of its functions, and compiled models.
+
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
+
+use pyo3::PyTypeInfo;
+use pyo3::prelude::*;
+
+use super::super::model::PyModel;
+use super::super::part::describe_model;
+use super::super::signal::Functions;
+use crate::description::schema::Part;
+use crate::error::InvalidInput;
+use crate::model::Dynamics as _;
+use crate::robot::{Robot, RobotModel, described};
+
+/// A robot. What its arguments mean is said by their table, [`described::Robot`].
+#[pyclass(name = "Robot", module = "lissom", extends = PyModel, subclass, frozen)]
+pub(crate) struct PyRobot {
+    description: Robot,
+    /// Its parts as users describe them, made on first use.
+    described: OnceLock<Arc<described::Robot>>,
+    pub(super) functions: Functions,
+    // A separate model for kinematics; the base class knows its model only as a Model.
+    kinematics: Mutex<RobotModel>,
+    // The wrench that keeps a planar robot in its plane is known only to a spatial model, compiled on first
+    // use.
+    spatial: OnceLock<RobotModel>,
+}
+
+impl PyRobot {
+    /// The description of the robot.
+    pub(in crate::python) fn description(&self) -> &Robot {
+        &self.description
+    }
+
+    /// The parts of the robot as users describe them.
+    pub(super) fn described(&self) -> Arc<described::Robot> {
+        self.described.get_or_init(|| Arc::new(self.description.described())).clone()
+    }
+
+    /// The Python objects that own the functions of this robot must still be alive.
+    pub(in crate::python) fn initializer(description: Robot) -> PyResult<PyClassInitializer<Self>> {
+        Python::attach(|py| {
+            let functions = Functions::of_robot(py, &description)?;
+            let (model, kinematics) = py.detach(|| {
+                let model = RobotModel::new(&description)?;
+                let kinematics = Mutex::new(model.clone());
+                Ok::<_, InvalidInput>((PyModel::new(model), kinematics))
+            })?;
+            Ok(PyClassInitializer::from(model).add_subclass(Self {
+                description,
+                described: OnceLock::new(),
+                functions,
+                kinematics,
+                spatial: OnceLock::new(),
+            }))
+        })
+    }
+
+    /// The model for kinematics, locked.
+    pub(super) fn kinematics(&self) -> MutexGuard<'_, RobotModel> {
+        self.kinematics.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// A copy of the model.
+    pub(in crate::python) fn model(&self) -> RobotModel {
+        self.kinematics().clone()
+    }
+
+    /// The time interval over which the prescribed motions are defined.
+    pub(super) fn span(&self) -> [f64; 2] {
+        self.kinematics().facts().time_span
+    }
+
+    /// A copy of the spatial model.
+    pub(super) fn spatial(&self) -> PyResult<RobotModel> {
+        if let Some(model) = self.spatial.get() {
+            return Ok(model.clone());
+        }
+        let model = RobotModel::spatial(&self.description)?;
+        Ok(self.spatial.get_or_init(|| model).clone())
+    }
+}
+
+/// Gives the class what follows from the table of its description.
+pub(in crate::python) fn describe_class(py: Python<'_>) -> PyResult<()> {
+    describe_model(&PyRobot::type_object(py), described::Robot::SCHEMA, |object| {
+        object.cast::<PyRobot>().ok().map(|robot| robot.get().described() as _)
+    })
+}

@@ -1,0 +1,173 @@
+//! Surfaces that touch, have touched or may do so.
+
+use super::Sweeps;
+use crate::model::Radius;
+use crate::robot::effects::actuator::force as actuation;
+use crate::robot::effects::contact::query::Touching;
+use crate::robot::effects::contact::{detection, force as contact, query, tunnelling};
+use crate::robot::kernel::sizes::Motions;
+use crate::robot::kernel::{lines, sizes};
+use crate::robot::turning::Turning;
+
+/// Largest difference of coordinates for which the set of touching surfaces is not recomputed.
+const SAME_SHAPE: f64 = 1e-4;
+
+/// Whether two shapes are close enough to share contact detection, which depends only on the shape.
+/// Differences within the tolerance of Newton's method do not matter.
+fn is_same_shape(known: &[f64], q: &[f64]) -> bool {
+    let is_near = |(known, q): (&f64, &f64)| (known - q).abs() <= SAME_SHAPE * (1.0 + q.abs());
+    known.len() == q.len() && known.iter().zip(q).all(is_near)
+}
+
+impl<G: Turning> Sweeps<G> {
+    /// Disables contact forces, or enables them again.
+    pub(crate) fn leave_contact(&mut self, is_left: bool) {
+        self.work.contact.is_left = is_left;
+        self.work.motion_is_known = false;
+    }
+
+    /// Surfaces are no stiffer than those that such a force, pair by pair, presses into each other by their thickness; `None` undoes
+    /// that. Returns whether any are softer than their own stiffness.
+    pub(crate) fn soften_contact(&mut self, forces: Option<&[f64]>) -> bool {
+        self.work.motion_is_known = false;
+        let pairs = self.plan.contacts.pairs.iter().zip(&mut self.work.contact.stiffest);
+        let mut is_softer = false;
+        for (p, (pair, stiffest)) in pairs.enumerate() {
+            *stiffest = forces.map_or(f64::INFINITY, |forces| pair.yielding_to(forces[p]));
+            is_softer |= *stiffest < pair.law.stiffness;
+        }
+        is_softer
+    }
+
+    /// The largest overlap over the thickness of the thinner surface.
+    pub(crate) fn deepest_overlap(&mut self, q: &[f64]) -> f64 {
+        self.find_touches(q);
+        let pairs = &self.plan.contacts.pairs;
+        let touches = self.work.contact.touches.iter();
+        touches.map(|touch| touch.meeting.overlap / pairs[touch.pair].thickness).fold(0.0, f64::max)
+    }
+
+    /// What coordinates move of the surfaces of every pair of contacts, and how many motions belong to each pair. Allocates.
+    pub(crate) fn motions_of_contact(&mut self, q: &[f64]) -> (Motions, Vec<usize>) {
+        self.with_zeros(|sweeps, zeros| sweeps.update_motion([q, zeros, zeros]));
+        sizes::motions_of_contact(&self.plan, &self.work)
+    }
+
+    /// What contacts and actuators could do for a unit of each coordinate. Allocates.
+    pub(crate) fn work_of_interactions(&mut self, q: &[f64]) -> Vec<f64> {
+        self.with_zeros(|sweeps, zeros| sweeps.update_motion([q, zeros, zeros]));
+        let Self { plan, work, tangent, .. } = self;
+        let mut most = sizes::work_of_contact(plan, work);
+        lines::find(plan, work, &mut tangent.actuation);
+        for (i, actuator) in plan.actuation.actuators.iter().enumerate() {
+            let force = work.actuation.forces[i].value.abs();
+            for &k in &actuator.reaches {
+                most[k] += force * actuation::reach(plan, work, &tangent.actuation, i, k);
+            }
+        }
+        most
+    }
+
+    /// Selects the linearisation of friction.
+    pub(crate) fn follow_friction(&mut self, length: Option<f64>) {
+        let followed = &mut self.tangent.contact.followed;
+        followed.is_new |= length.is_none();
+        followed.length = length;
+    }
+
+    /// Stores the approach velocities of surfaces that touch in a motion; false if none do.
+    pub(crate) fn note_rates(&mut self, motion: [&[f64]; 3]) -> bool {
+        // Forces have just been computed nearby.
+        if self.work.motion_is_known && self.work.contact.touches.is_empty() {
+            return false;
+        }
+        self.update_motion(motion);
+        query::note_rates(&mut self.work);
+        !self.work.contact.touches.is_empty()
+    }
+
+    /// Whether an impact is too hard for a step of size `h` that ends in a motion of the same shape.
+    pub(crate) fn is_jolted(&mut self, motion: [&[f64]; 3], h: f64) -> bool {
+        self.update_motion(motion);
+        query::is_jolted(&self.plan, &self.work, h)
+    }
+
+    /// The hardest impact in a step that ends in a motion of the same shape.
+    pub(crate) fn hardest_impact(&mut self, motion: [&[f64]; 3]) -> Option<query::Hardest> {
+        self.update_motion(motion);
+        query::hardest_impact(&self.plan, &self.work)
+    }
+
+    /// Whether surfaces touch in the state evaluated last.
+    pub(crate) fn is_touched(&self) -> bool {
+        !self.work.contact.touches.is_empty()
+    }
+
+    /// Whether surfaces have touched in any state evaluated since the last call.
+    pub(crate) fn take_touched(&mut self) -> bool {
+        std::mem::take(&mut self.work.contact.has_touched)
+    }
+
+    /// Whether surfaces in the state evaluated last are so close that they may touch in the next one.
+    pub(crate) fn may_touch(&self) -> bool {
+        contact::may_touch(&self.work.contact)
+    }
+
+    /// Stores the positions of surfaces in a shape, from which [`Self::have_passed`] continues.
+    pub(crate) fn note_surfaces(&mut self, q: &[f64]) {
+        // With a moving base the world moves even if the shape does not.
+        let is_noted = self.plan.world.motion.is_none() && is_same_shape(&self.work.contact.noted.of, q);
+        if tunnelling::is_possible(&self.plan) && !is_noted {
+            self.see_surfaces(q);
+            tunnelling::note(&mut self.work);
+        }
+    }
+
+    /// Whether surfaces have passed through each other on the straight path to a shape, which is then stored.
+    pub(crate) fn have_passed(&mut self, q: &[f64], radius: Radius) -> bool {
+        if self.work.contact.is_left || !tunnelling::is_possible(&self.plan) {
+            return false;
+        }
+        self.see_surfaces(q);
+        let have_passed = tunnelling::has_passed(&self.plan, &mut self.work, radius);
+        tunnelling::note(&mut self.work);
+        have_passed
+    }
+
+    fn see_surfaces(&mut self, q: &[f64]) {
+        if !is_same_shape(&self.work.kinematics_of, q) {
+            self.update_kinematics(q);
+        }
+        detection::see(&self.plan, &mut self.work);
+    }
+
+    /// A contact whose surfaces overlap by more than a radius, and its overlap.
+    pub(crate) fn sunk(&mut self, q: &[f64]) -> Option<(usize, f64)> {
+        self.find_touches(q);
+        query::sunk(&self.plan, &self.work)
+    }
+
+    /// Energy of the overlaps in the shape that was looked at last.
+    pub(crate) fn overlap_energy(&self) -> f64 {
+        query::overlap_energy(&self.work)
+    }
+
+    /// Whether any surfaces overlap.
+    pub(crate) fn overlaps(&mut self, q: &[f64]) -> bool {
+        self.find_touches(q);
+        self.is_touched()
+    }
+
+    /// Finds what touches in a shape, at any velocities.
+    fn find_touches(&mut self, q: &[f64]) {
+        if !self.work.motion_is_known || !is_same_shape(&self.work.kinematics_of, q) {
+            self.with_zeros(|sweeps, zeros| sweeps.update_motion([q, zeros, zeros]));
+        }
+    }
+
+    /// Contact points in a state.
+    pub(crate) fn touches(&mut self, q: &[f64], qd: &[f64]) -> Vec<Touching> {
+        self.update_velocities(q, qd);
+        query::told(&self.plan, &self.work).collect()
+    }
+}
