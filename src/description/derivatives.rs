@@ -1,7 +1,7 @@
 //! First and second derivatives of a function of time by finite differences with an error estimate.
 //!
 //! Central differences over decreasing distances are extrapolated to distance zero (Richardson). The result
-//! is the entry of the tableau that agrees best with its neighbours, relative to the largest quotient; the disagreement is the error estimate
+//! is the entry of the tableau that agrees best with its neighbours; the disagreement is the error estimate
 //! (Ridders 1982, Adv. Eng. Software 4(2); Press et al., Numerical Recipes, section 5.7). Slow functions take
 //! nine values. A function that oscillates or has a kink within the largest distance takes more and shorter
 //! distances; a function with a kink or a jump at the point itself never converges. Where only its second derivative jumps, beside
@@ -17,8 +17,8 @@ pub(crate) const REACH: f64 = 4e-3;
 /// looks constant.
 const RATIO: f64 = 1.618_033_988_749_895;
 
-/// Maximum number of distances: down to 3e-16 s. Functions of runs of picoseconds have no derivatives over larger ones.
-const LEVELS: usize = 64;
+/// Maximum number of distances: down to 0.26 microseconds.
+const LEVELS: usize = 20;
 
 /// Minimum number of distances before a result is accepted: two or three may agree by chance.
 const FEWEST_LEVELS: usize = 4;
@@ -62,8 +62,6 @@ pub(crate) struct Estimate<const N: usize> {
 pub(crate) struct Derivatives<const N: usize> {
     pub(crate) first: Estimate<N>,
     pub(crate) second: Estimate<N>,
-    /// The largest distance that the tableau still contains, in seconds.
-    reach: f64,
     /// Whether both errors are small enough.
     pub(crate) are_known: bool,
 }
@@ -77,7 +75,7 @@ impl<const N: usize> Derivatives<N> {
     /// Scales for relative errors of the first and of the second derivative. The scale of the first
     /// derivative includes its change over the largest distance.
     pub(crate) fn scales(&self) -> [f64; 2] {
-        [self.first.scale + self.reach * self.second.scale, self.second.scale]
+        [self.first.scale + REACH * self.second.scale, self.second.scale]
     }
 }
 
@@ -146,7 +144,7 @@ fn of_one_side<const N: usize>(
 /// Whether the first derivative is the same from both sides as from one: at a kink no side is right.
 fn agree<const N: usize>(found: &Derivatives<N>, of_side: &Derivatives<N>) -> bool {
     let apart: [f64; N] = std::array::from_fn(|i| of_side.first.value[i] - found.first.value[i]);
-    size(&apart) <= ACCEPTED * (found.first.scale + found.reach * of_side.second.scale)
+    size(&apart) <= ACCEPTED * (found.first.scale + REACH * of_side.second.scale)
 }
 
 /// Difference quotients over decreasing distances from the largest one, extrapolated to zero. Their errors are polynomials in the
@@ -160,7 +158,6 @@ fn extrapolated<const N: usize>(
 ) -> Result<Derivatives<N>, Interrupted> {
     let [mut first, mut second] = [0; 2].map(|_| Tableau::new(power));
     let mut wanted = largest;
-    let mut reach = REACH;
     for level in 1..=LEVELS {
         let (h, of_distance) = quotients(wanted)?;
         wanted /= RATIO;
@@ -170,8 +167,7 @@ fn extrapolated<const N: usize>(
         }
         first.add(of_distance[0]);
         second.add(of_distance[1]);
-        reach = REACH.min(h * RATIO.powi(COLUMNS as i32 - 1));
-        let found = Derivatives { first: first.best, second: second.best, reach, are_known: true };
+        let found = Derivatives { first: first.best, second: second.best, are_known: true };
         let scales = found.scales();
         let rounding = UNITS_OF_ROUNDING * f64::EPSILON * (size(&here) + t.abs() * scales[0]);
         let floors = [rounding / h, rounding / (h * h)];
@@ -180,7 +176,7 @@ fn extrapolated<const N: usize>(
             return Ok(found);
         }
     }
-    let mut found = Derivatives { first: first.best, second: second.best, reach, are_known: false };
+    let mut found = Derivatives { first: first.best, second: second.best, are_known: false };
     let scales = found.scales();
     let is_accepted = |k: usize, error: f64| error <= ACCEPTED * scales[k] || error <= NOTHING;
     found.are_known = is_accepted(0, found.first.error) && is_accepted(1, found.second.error);
@@ -220,10 +216,7 @@ impl<const N: usize> Tableau<N> {
             let entry: [f64; N] = std::array::from_fn(|i| left[i] + (left[i] - corner[i]) / (power - 1.0));
             let apart = |other: [f64; N]| size(&std::array::from_fn::<f64, N, _>(|i| entry[i] - other[i]));
             let error = apart(left).max(apart(corner));
-            // Over distances that are much longer than the function they are small, but not beside what they are errors of.
-            let Estimate { error: least, scale, .. } = self.best;
-            let is_worse = error * scale >= least * self.largest;
-            if !is_worse {
+            if error < self.best.error {
                 self.best = Estimate { value: entry, error, scale: self.largest };
             }
             self.row[j] = entry;

@@ -10,8 +10,6 @@
 //!
 //! `first` are the indices of the rotation vectors' first components among the coordinates.
 
-use std::f64::consts::PI;
-
 use nalgebra::Matrix3;
 
 use super::rotation_vectors;
@@ -26,22 +24,6 @@ pub(crate) fn fold(first: &[usize], q: &mut [f64]) {
     if !first.is_empty() {
         let mut rest = vec![0.0; q.len()];
         rotation_vectors::wrap(first, q, &mut rest, &mut []);
-    }
-}
-
-/// Replaces folded rotation vectors by the equivalent ones nearest to those of another shape, which may be longer than pi: a small
-/// turn that passes pi changes folded ones by 2 pi.
-pub(crate) fn unfold(first: &[usize], beside: &[f64], q: &mut [f64]) {
-    for &k in first {
-        let (folded, there) = (vector(q, k), vector(beside, k));
-        let angle = folded.dot(folded).sqrt();
-        if angle > 0.0 {
-            let other = folded * (1.0 - 2.0 * PI / angle);
-            let apart = |v: Vector<f64>| (v - there).dot(v - there);
-            if apart(other) < apart(folded) {
-                q[k..k + 3].copy_from_slice(&other.to_array());
-            }
-        }
     }
 }
 
@@ -136,6 +118,8 @@ fn vector(values: &[f64], first: usize) -> Vector<f64> {
 
 #[cfg(test)]
 mod tests {
+    use std::f64::consts::PI;
+
     use super::*;
 
     const FIRST: [usize; 1] = [1];
@@ -241,20 +225,6 @@ mod tests {
         let mut moments = gradient;
         forces(&FIRST, &folded, &mut moments);
         assert!(moments[1].abs() > 0.1 && moments[2].abs() > 0.1, "{moments:?}");
-    }
-
-    #[test]
-    fn unfolded_vectors_are_as_far_apart_as_their_rotations() {
-        let from = [0.0, PI - 0.1, 0.0, 0.0];
-        for by in [0.05, 0.3, -0.4] {
-            let mut q = from;
-            retract(&FIRST, &mut q, &[0.0, by, 0.0, 0.0]);
-            unfold(&FIRST, &from, &mut q);
-            assert!((q[1] - from[1] - by).abs() < 1e-14, "{by}: {q:?}");
-        }
-        let mut none = [0.0; 4];
-        unfold(&FIRST, &from, &mut none);
-        assert_eq!(none, [0.0; 4]);
     }
 
     #[test]

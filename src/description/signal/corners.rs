@@ -41,12 +41,6 @@ impl Cell {
         (corner - self.end).abs() <= self.margin()
     }
 
-    /// The end, or the corner that it is but for rounding: what jumps there is seen on the side that comes before.
-    pub(crate) fn end_at_corner(self, corner: impl FnOnce(Self) -> Option<f64>) -> f64 {
-        let last = Self { t: self.end - 3.0 * self.margin(), ..self };
-        corner(last).filter(|&corner| self.ends_at(corner)).unwrap_or(self.end)
-    }
-
     pub(crate) fn margin(&self) -> f64 {
         rounding_of_times(self.end - self.start, self.end)
     }

@@ -76,8 +76,7 @@ impl Grid {
         let cell = Cell { start: self.after(0), t, end };
         match corner(cell) {
             Some(corner) if !cell.ends_at(corner) => (corner, corner - t, false),
-            // One at that end itself leaves the size of the step, as where a leg ends there.
-            Some(corner) if end < t_end && corner != end => (corner, corner - t, true),
+            Some(corner) if end < t_end => (corner, corner - t, true),
             _ if t > cell.start => (end, end - t, true),
             _ => (end, h, true),
         }

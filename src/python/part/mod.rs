@@ -20,7 +20,7 @@ use super::convert;
 use super::profile;
 use super::signal::Functions;
 use crate::description::schema::{
-    AnyPart, Data, Fault, Field, Item, Part, Problem, Reader, Schema, Value, suggestion,
+    AnyPart, Data, Fault, Field, Item, Kind, Part, Problem, Reader, Schema, Value, suggestion,
 };
 use crate::error::InvalidInput;
 use crate::robot::described;
@@ -142,7 +142,7 @@ fn made(schema: &'static Schema, values: &[Option<Value>]) -> PyResult<Arc<dyn A
     }
 }
 
-/// The arguments of a call, by the fields of the part. None may stand for a default.
+/// The arguments of a call, by the fields of the part. None may stand for a default that is no number.
 fn arguments(
     schema: &'static Schema,
     args: &Bound<'_, PyTuple>,
@@ -185,7 +185,8 @@ fn arguments(
     let mut values = vec![None; given.len()];
     for ((field, object), value) in schema.fields.iter().zip(&given).zip(&mut values) {
         let Some(object) = object else { continue };
-        if is_none_default && object.is_none() && !field.is_required() {
+        if is_none_default && object.is_none() && !field.is_required() && !matches!(field.kind, Kind::Number)
+        {
             continue;
         }
         *value = Some(match field.kind.along_segment() {

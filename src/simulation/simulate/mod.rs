@@ -14,7 +14,6 @@
 //! # Ok::<(), lissom::error::InvalidInput>(())
 //! ```
 
-mod carried;
 mod control;
 mod course;
 mod recorder;
@@ -231,7 +230,7 @@ impl Order<'_> {
         let recorder = Recorder::new(&run, points, times.as_deref());
         let mut course = Course::new(run, recorder, t_span, control);
         let status = course.finish(&method, times.as_deref(), monitor);
-        let mut simulation = Simulation::of(course, status, q0, method.fixed_step());
+        let mut simulation = Simulation::of(course, status, q0);
         simulation.statistics.wall_time = start.elapsed().as_secs_f64();
         Ok(simulation)
     }
@@ -282,7 +281,6 @@ pub fn times_of_run(
                 ends = ends.at(t).unwrap_or_else(|| Grid::new(t, dt));
                 let whole = number_of_steps(step, dt);
                 let end = if is_whole(step, whole, dt) { ends.after(whole) } else { t + step };
-                let end = Cell { start: end - dt, t, end }.end_at_corner(corner);
                 let end = if leg == legs { t_end } else { end };
                 (end, steps.set_out(t, end, dt))
             }
@@ -342,18 +340,21 @@ fn check_control(step: f64, (t0, t_end): (f64, f64)) -> Result<(), InvalidInput>
 
 impl Simulation {
     /// Final state and records of a run.
-    fn of<M: Model>(course: Course<'_, '_, M>, status: Status, q0: &[f64], dt: Option<f64>) -> Self {
+    fn of<M: Model>(course: Course<'_, '_, M>, status: Status, q0: &[f64]) -> Self {
         let Course { mut run, recorder, meter, watch, stop, .. } = course;
         let Recorder { t, q, v, a, u, .. } = recorder;
         let flow = meter.map_or_else(Flow::default, |meter| meter.into_flow(t.len()));
-        let message = stop.map_or_else(|| run.explain(status), |stop| stop.message);
+        let mut message = stop.map_or_else(|| run.explain(status), |stop| stop.message);
         let is_success = status.is_success();
         let doubt = if is_success {
             run.observe(|model, _| watch.doubt(model, q0)).or_else(|| run.doubt())
         } else {
             None
         };
-        let mut simulation = Self {
+        if let Some(doubt) = &doubt {
+            message = format!("{message} {doubt}");
+        }
+        let simulation = Self {
             t,
             q,
             v,
@@ -366,15 +367,7 @@ impl Simulation {
             message,
             doubt,
         };
-        run.observe(|model, _| {
-            if is_success && simulation.doubt.is_none() {
-                simulation.doubt = dt.and_then(|dt| carried::doubt(model, &simulation, dt));
-            }
-            if let Some(doubt) = &simulation.doubt {
-                simulation.message = format!("{} {doubt}", simulation.message);
-            }
-            simulation.wrapped(model)
-        })
+        run.observe(|model, _| simulation.wrapped(model))
     }
 }
 

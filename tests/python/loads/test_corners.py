@@ -545,9 +545,9 @@ STARTS = {
 
 
 @pytest.mark.parametrize("name", STARTS)
-@pytest.mark.parametrize("duration", [1e-12, 1e-6, 0.05, 0.5, 500.0])
+@pytest.mark.parametrize("duration", [0.05, 0.5, 500.0])
 def test_motions_may_start_with_zero_acceleration(name, duration):
-    """In seconds, and in any other unit."""
+    """In seconds, and in milliseconds."""
 
     def move(t):
         return 0.2 * STARTS[name](min(max(t / duration, 0.0), 1.0))
@@ -561,16 +561,3 @@ def test_motions_may_start_with_zero_acceleration(name, duration):
     expected = lissom.simulate(splined, 0.9 * duration, dt=duration / 200, t_eval=times)
     assert found.success
     assert_allclose(found.q, expected.q, atol=1e-4)
-
-
-@pytest.mark.parametrize("method", ["linear_acceleration", "fox_goodwin", "central_difference"])
-@pytest.mark.parametrize("damping", [1e4, 300.0])
-def test_steps_beyond_their_stability_limit_are_doubted_on_a_base_that_moves(damping, method):
-    """A stiff damper on a shaker: what grows without bound comes from nowhere."""
-    shaken = BaseMotion(translation=lissom.Harmonic((0, 0, 0.01), 1.0))
-    joint = Prismatic((0, 0, 1), stiffness=1e6, damping=damping)
-    robot = Robot([Link("mass", body=Body(1.0), joint=joint)], base_motion=shaken)
-    with pytest.warns(lissom.AccuracyWarning):
-        grown = lissom.simulate(robot, 0.4, dt=1e-2, method=method)
-    assert abs(grown.q[-1, 0]) > 1.0
-    assert lissom.simulate(robot, 0.4, dt=1e-3, method=method).doubt is None

@@ -575,8 +575,6 @@ impl<'a> Search<'a> {
             let mut q = self.shape.q.clone();
             let part: Vec<f64> = step.iter().map(|x| x * part as f64 / parts as f64).collect();
             chart::retract(turns, &mut q, &part);
-            // How far solids turn is judged by their coordinates.
-            chart::unfold(turns, &self.shape.q, &mut q);
             model.have_passed(&q, Radius::Smaller)
         })
     }
