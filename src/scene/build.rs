@@ -131,15 +131,6 @@ fn model(
 ) -> Option<(Model, [Vec<f64>; 2])> {
     let is_robot = !document.link.is_empty() || document.import.is_some();
     if !is_robot {
-        if !document.scene.field.is_zero() {
-            let right =
-                "write the links of a robot as [[link]]: a rod is a [[link]] with [[link.rod.segment]]";
-            shape.refuse(
-                "scene.field",
-                "it acts on what is magnetic of a robot, and there is no [[link]]",
-                right,
-            );
-        }
         let of_robots =
             [("base_motion", document.base_motion.is_some()), ("fluid", document.fluid.is_some())];
         for (key, _) in of_robots.into_iter().filter(|(_, is_given)| *is_given) {
@@ -233,6 +224,8 @@ fn rod(document: &Document, shape: &mut Shape) -> Option<(Model, [Vec<f64>; 2])>
         fluid: written.fluid.as_ref().and_then(|fluid| read(fluid, "rod[0].fluid", shape)),
         actuators: lists::actuators(document, &mut keys, shape),
         contacts: lists::contacts(document, &mut keys, shape),
+        magnets: keys.read("magnets", &written.magnet, "rod[0].magnet", shape),
+        field: document.scene.field.clone(),
     };
     let key = |place: &str| keys.of(place).unwrap_or_else(|| rod_place(place));
     let (rod, places) = lists::resolved(shape, key, |reader| described.resolved(reader));
@@ -264,7 +257,7 @@ fn rod(document: &Document, shape: &mut Shape) -> Option<(Model, [Vec<f64>; 2])>
 
 /// Key in the file for a place in a [`robot::Rod`].
 fn rod_place(place: &str) -> String {
-    if place.starts_with("gravity") {
+    if place.starts_with("gravity") || place.starts_with("field") {
         return format!("scene.{place}");
     }
     let key = place.replace("segments", "segment").replace("base_position", "base.position");
@@ -279,6 +272,9 @@ fn pendulum(document: &Document, shape: &mut Shape) -> Option<(Model, [Vec<f64>;
             "a pendulum does not use it",
             "give the number pendulum.gravity instead",
         );
+    }
+    if !document.scene.field.is_zero() {
+        shape.refuse("scene.field", "a pendulum is not magnetic", "remove it, or simulate a rod or a robot");
     }
     let state = [written.q0, written.v0].map(Option::unwrap_or_default);
     let mut check = Checker::new();

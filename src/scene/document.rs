@@ -75,7 +75,7 @@ pub(super) struct General {
     pub(super) name: Option<String>,
     /// Gravity in the world, in m/s^2. Default: [0, 0, -9.81].
     pub(super) gravity: Option<[f64; 3]>,
-    /// Uniform magnetic field in the world, in tesla, at the magnets and magnetised segments of a robot. Default: [0, 0, 0].
+    /// Uniform magnetic field in the world, in tesla, at magnets and magnetised segments. Default: [0, 0, 0].
     #[part(default)]
     pub(super) field: Signal<3>,
 }
@@ -106,6 +106,9 @@ pub(super) struct Rod {
     /// Springs and dampers to the world, anywhere on the rod.
     #[part(default)]
     pub(super) support: Vec<Written<Support>>,
+    /// Magnetic dipoles, anywhere on the rod.
+    #[part(default)]
+    pub(super) magnet: Vec<Written<Magnet>>,
     /// Fluid around the rod. Default: none.
     pub(super) fluid: Option<Written<Fluid>>,
     /// Initial generalised coordinates, one per mode: segment by segment, in the order torsion, bend_y, bend_z,

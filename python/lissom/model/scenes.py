@@ -70,10 +70,7 @@ def _of_pendulum(pendulum: SpringPendulum, name: str, states: dict[str, list[flo
 
 @_of_model.register(Robot)
 def _of_robot(robot: Robot, name: str, states: dict[str, list[float]]) -> list[str]:
-    # The field takes the forms of a force.
-    field = _text(Load(force=robot.field), "field").replace("force = ", "field = ", 1)
-    general, *rest = _general(robot, name)
-    return [general + field, *rest, *_links(robot, states), *_around(robot)]
+    return [*_general(robot, name), *_links(robot, states), *_around(robot)]
 
 
 @_of_model.register(Rod)
@@ -82,7 +79,9 @@ def _of_rod(rod: Rod, name: str, states: dict[str, list[float]]) -> list[str]:
 
 
 def _general(robot: Robot, name: str) -> list[str]:
-    return [_keys({"name": name, "gravity": list(robot.gravity)}, "[scene]")]
+    # The field takes the forms of a force.
+    field = _text(Load(force=robot.field), "field").replace("force = ", "field = ", 1)
+    return [_keys({"name": name, "gravity": list(robot.gravity)}, "[scene]") + field]
 
 
 def _around(robot: Robot) -> list[str]:
@@ -129,7 +128,8 @@ def _rod(rod: Rod, states: dict[str, list[float]]) -> list[str]:
     if rod.fluid is not None:
         blocks.append(_part("[rod.fluid]", rod.fluid, "fluid"))
     blocks += _list("rod.segment", rod.segments, "segments") + _list("rod.load", rod.loads, "loads")
-    return blocks + _list("rod.body", rod.bodies, "bodies") + _list("rod.support", rod.supports, "supports")
+    blocks += _list("rod.body", rod.bodies, "bodies") + _list("rod.support", rod.supports, "supports")
+    return blocks + _list("rod.magnet", rod.magnets, "magnets")
 
 
 def _of_link(key: str, parts: Sequence[Any], link: str, where: str) -> list[str]:

@@ -112,6 +112,12 @@ pub struct Rod {
     /// Contacts of the rod, which they name as the link "rod".
     #[part(default)]
     pub contacts: Vec<Contact>,
+    /// Magnetic dipoles on the rod. They act on each other.
+    #[part(default)]
+    pub magnets: Vec<Magnet>,
+    /// Uniform magnetic field in world axes, at magnets and magnetised segments. Takes the forms of a `Load`'s `force`.
+    #[part(unit = "tesla", default)]
+    pub field: Signal<3>,
 }
 
 /// Parts of a robot that name their links or coordinates.
@@ -271,15 +277,17 @@ impl Rod {
             tip_moment: self.tip_moment,
             tip_mass: self.tip_mass,
             fluid: self.fluid.clone(),
+            field: self.field.clone(),
             ..ResolvedRod::new(self.segments.iter().map(Segment::resolved).collect())
         };
         let mut robot = Resolved::from(&rod);
-        let Self { loads, bodies, supports, actuators, contacts, .. } = self;
-        let parts = Parts { loads, bodies, supports, magnets: &[], actuators, loops: &[], contacts };
+        let Self { loads, bodies, supports, magnets, actuators, contacts, .. } = self;
+        let parts = Parts { loads, bodies, supports, magnets, actuators, loops: &[], contacts };
         let places = parts.add_to(&mut robot, true, false, reader);
         rod.loads = robot.loads;
         rod.bodies = robot.bodies;
         rod.supports = robot.supports;
+        rod.magnets = robot.magnets;
         rod.actuators = robot.actuators;
         rod.contacts = robot.contacts;
         (rod, places)
@@ -311,8 +319,9 @@ impl Resolved {
 impl ResolvedRod {
     /// The description of this rod.
     pub fn described(&self) -> Rod {
-        let Robot { mut loads, mut bodies, supports, fluid, base_motion, actuators, contacts, .. } =
-            Resolved::from(self).described();
+        let described = Resolved::from(self).described();
+        let Robot { mut loads, mut bodies, supports, fluid, base_motion, .. } = described;
+        let Robot { actuators, contacts, magnets, field, .. } = described;
         // Those at the tip have arguments of their own.
         loads.truncate(self.loads.len());
         bodies.truncate(self.bodies.len());
@@ -331,6 +340,8 @@ impl ResolvedRod {
             fluid,
             actuators,
             contacts,
+            magnets,
+            field,
         }
     }
 }

@@ -332,6 +332,8 @@ RECIPES: dict[str, dict | list[dict]] = {
         "supports": "[lissom.Support(stiffness=3.0)]",
         "fluid": "lissom.Fluid(1000.0)",
         "actuators": "[lissom.Chamber('blow', [lissom.Along(None, (0, 0.01))], 1e-5, 1e4)]",
+        "magnets": "[lissom.Magnet((0, 0, 1.0))]",
+        "field": _a(0.0, 0.0, 0.1),
     },
     "Scene.load": {"path": "'scene.toml'"},
     "Scene.loads": {"text": "v.scene().text", "name": "'a'"},

@@ -342,6 +342,20 @@ class TestDescription:
                     other.inverse_dynamics(q, qd, qdd, t=0.2), model.inverse_dynamics(q, qd, qdd, t=0.2)
                 )
 
+    def test_rods_feel_what_links_feel(self):
+        segments, field = [strip((2e5, 1e5, 0)), strip((0, 0, 2e5))], SWING
+        magnets = [lissom.Magnet((0.1, 0.4, 0.2), at=0.04), lissom.Magnet((0.5, 0.2, -0.3))]
+        rod = lissom.Rod(segments, gravity=(0, 0, 0), magnets=magnets, field=field)
+        linked = robot([lissom.Link("rod", rod=segments)], magnets=magnets, field=field)
+        q, qd, qdd = state(rod, 5)
+        expected = linked.inverse_dynamics(q, qd, qdd, t=0.3)
+        assert np.abs(expected - robot(linked.links).inverse_dynamics(q, qd, qdd)).max() > 1e-3
+        for model in (rod, pickle.loads(pickle.dumps(rod)), rod.to_scene(q0=q).model):
+            np.testing.assert_array_equal(model.inverse_dynamics(q, qd, qdd, t=0.3), expected)
+            assert (model.magnets, model.field) == (tuple(magnets), field)
+        with pytest.raises(ValueError, match=r"magnets\[0\].at: got 0.3"):
+            lissom.Rod(segments, magnets=[lissom.Magnet((0, 0, 1), at=0.3)])
+
     @pytest.mark.parametrize(
         ("magnet", "message"),
         [

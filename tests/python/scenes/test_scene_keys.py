@@ -741,7 +741,7 @@ SCENES |= {
     name: (Path(__file__).parents[1] / "fuzz" / "corpus" / "scenes" / f"{name}.toml").read_text(
         encoding="utf-8"
     )
-    for name in ("hulls", "ramps", "magnets")
+    for name in ("hulls", "ramps", "magnets", "magnetic_rod")
 }
 SCENES |= {
     f"magnets in {name}": SCENES["magnets"].replace("field = [0.01, 0.02, 0.03]", f"field = {field}")
