@@ -18,7 +18,6 @@ mod ensemble;
 mod errors;
 mod imports;
 mod inputs;
-mod link;
 mod loops;
 mod machine;
 mod model;

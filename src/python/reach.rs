@@ -6,7 +6,6 @@ use pyo3::prelude::*;
 use pyo3::types::{PyMapping, PyString};
 
 use super::convert::{self, Numbers};
-use super::link::index_of;
 use super::record::{self, ReadOnly, Reduced};
 use super::statics::run;
 use crate::analysis::reach as core;
@@ -231,7 +230,7 @@ impl Targets {
     ) -> PyResult<Self> {
         if link.is_none() || link.is_instance_of::<PyString>() {
             let name: Option<String> = link.extract()?;
-            let index = index_of(robot, name.as_deref(), argument)?;
+            let index = robot.link_named(name.as_deref(), argument)?;
             let Some(given) = single else {
                 return Err(PyTypeError::new_err("pose: expected where the link shall be, got None"));
             };
@@ -280,7 +279,7 @@ impl Targets {
         place: String,
         target: impl FnOnce(usize) -> PyResult<Target>,
     ) -> PyResult<()> {
-        let index = index_of(robot, Some(name), &place)?;
+        let index = robot.link_named(Some(name), &place)?;
         let target = target(index).map_err(|error| Python::attach(|py| placed(py, &error, &place)))?;
         self.targets.push(target);
         self.places.push(format!("{place}."));

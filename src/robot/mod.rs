@@ -48,7 +48,7 @@ pub use crate::robot::effects::contact::query::Touching;
 pub use crate::robot::explain::{Explanation, Multiplications};
 pub use choice::{Kernel, Solve};
 pub use description::{Driven, Inputs, Link, MAX_COORDINATES, Robot, Rod, described};
-pub(crate) use description::{LinkNames, Origin, Spans, origin};
+pub(crate) use description::{Origin, Spans, origin};
 pub use kernel::kinematics::Pose;
 pub use kernel::momentum::Momentum;
 pub use model::RobotModel;

@@ -4,7 +4,6 @@ use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 
 use super::super::convert;
-use super::super::link::index_of;
 use super::super::model::PyModel;
 use super::super::robot::PyRobot;
 use super::super::rows::of_row;
@@ -59,7 +58,7 @@ fn places_of_model(model: &Bound<'_, PyModel>, given: Option<&Bound<'_, PyAny>>)
         } else {
             (None, Some(convert::number(&item, &place).map_err(|_| wrong(&place, &item))?))
         };
-        let link = index_of(robot.description(), name.as_deref(), &place)?;
+        let link = robot.description().link_named(name.as_deref(), &place)?;
         robot
             .check_place(link, x)
             .map_err(|error| PyValueError::new_err(format!("{place}: {}", error.value(item.py()))))?;

@@ -17,7 +17,6 @@ use pyo3::types::{PyDict, PyList, PySlice, PyTuple};
 
 use self::states::At;
 use super::arguments;
-use super::link::index_of;
 use super::part::{model_of, new_arguments, resolved};
 use super::reach::{PyReachResult, Wishes};
 use super::signal::Functions;
@@ -94,7 +93,7 @@ impl PyRobot {
         py: Python<'py>,
         #[pyo3(from_py_with = arguments::text::link)] link: &str,
     ) -> PyResult<Bound<'py, PySlice>> {
-        let range = self.description().coordinates_of(index_of(self.description(), Some(link), "link")?);
+        let range = self.description().coordinates_of(self.description().link_named(Some(link), "link")?);
         Ok(PySlice::new(py, range.start.cast_signed(), range.end.cast_signed(), 1))
     }
 

@@ -7,7 +7,6 @@ use pyo3::prelude::*;
 use super::super::callback::or_raised;
 use super::super::convert;
 use super::super::errors::check_finite;
-use super::super::link::index_of;
 use super::class::PyRobot;
 use super::states::{At, POSES_BETWEEN_SIGNALS, flat};
 use crate::description::rod::arc_length::is_on_rod;
@@ -56,7 +55,7 @@ impl PyRobot {
         given: Option<&Bound<'_, PyAny>>,
         link: Option<&str>,
     ) -> PyResult<(Vec<Place>, Vec<usize>)> {
-        let index = index_of(self.description(), link, "link")?;
+        let index = self.description().link_named(link, "link")?;
         let (places, is_number) = self.arc_lengths(given, index)?;
         let links = &self.description().links;
         if links[index].rod.is_empty() {
@@ -76,7 +75,7 @@ impl PyRobot {
 
     /// A place on the link of this name.
     fn place(&self, link: Option<&str>, x: Option<f64>) -> PyResult<Place> {
-        let link = index_of(self.description(), link, "link")?;
+        let link = self.description().link_named(link, "link")?;
         self.check_place(link, x)?;
         Ok(self.kinematics().place_on(link, x))
     }
@@ -93,7 +92,7 @@ pub(super) fn poses<'py>(
     let py = q.py();
     let n = robot.description().coordinates();
     let (states, number_of_states) = convert::finite_rows_of(q, n, "q")?;
-    let link = index_of(robot.description(), link, "link")?;
+    let link = robot.description().link_named(link, "link")?;
     let (places, is_number) = robot.arc_lengths(x, link)?;
     let rows = number_of_states.unwrap_or(1);
     let times = robot.times(t, number_of_states, robot.description().is_moved())?;

@@ -3,7 +3,6 @@
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
-use super::super::link::index_of;
 use super::class::PyRobot;
 use super::states::{At, flat};
 use crate::robot::Place;
@@ -15,7 +14,7 @@ pub(super) fn joint<'py>(
     link: Option<&str>,
     at: At<'_, 'py>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let link = index_of(robot.description(), link, "link")?;
+    let link = robot.description().link_named(link, "link")?;
     let states = [Some((q, "q")), Some((qd, "qd")), Some((qdd, "qdd"))];
     robot.of_states(robot.spatial()?, states, at, "joint_wrench", &[6], |model, [q, qd, qdd]| {
         flat(model.joint_wrench(q, qd, qdd, link))

@@ -18,7 +18,6 @@ pub use actuation::Inputs;
 pub use driven::Driven;
 pub use link::Link;
 pub(crate) use mimic::{Origin, origin};
-pub(crate) use named::LinkNames;
 pub use robot::{MAX_COORDINATES, Robot};
 pub use rod::Rod;
 pub(crate) use span::Spans;

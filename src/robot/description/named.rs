@@ -6,7 +6,8 @@ use std::collections::HashMap;
 use super::driven::Driven;
 use super::link::{Link, described as links};
 use super::robot::Robot;
-use crate::description::schema::{Fault, LISTED, LinkName, Reader, expected_name, quoted, similar};
+use crate::description::schema::{Fault, LISTED, LinkName, Problem, Reader, expected_name, quoted, similar};
+use crate::error::InvalidInput;
 use crate::robot::effects::actuator::described::PathPart;
 use crate::robot::effects::actuator::{
     ActiveStrain, Actuator, Along, AlongRod, Chamber, Motor, Part, Tendon, Via, described,
@@ -66,7 +67,7 @@ impl<'a> LinkNames<'a> {
     }
 
     /// A name that no link has; or none, where one is needed.
-    pub(crate) fn unknown(&self, name: Option<&str>) -> Fault {
+    fn unknown(&self, name: Option<&str>) -> Fault {
         unknown("link", name, &self.all, "")
     }
 
@@ -299,6 +300,22 @@ impl<'a> Named<'a> {
 }
 
 impl Robot {
+    /// Index of the link with this name; of the only one if no name is given.
+    ///
+    /// # Errors
+    /// No link has this name, or none is given and there are several; the problem is at this place.
+    pub fn link_named(&self, name: Option<&str>, place: &str) -> Result<usize, InvalidInput> {
+        let found = match name {
+            None => (self.links.len() == 1).then_some(0),
+            Some(name) => self.links.iter().position(|link| link.name == name),
+        };
+        found.ok_or_else(|| {
+            let names = LinkNames::new(self.links.iter().map(|link| link.name.as_str()), false);
+            let problem = Problem { place: place.to_owned(), fault: names.unknown(name) };
+            InvalidInput { problems: vec![problem.into()] }
+        })
+    }
+
     /// The description of the joint of a link of this robot.
     fn described_joint(&self, link: &Link) -> crate::description::joint::described::Joint {
         match &link.driven {

@@ -226,8 +226,8 @@ impl Robot {
         Self { gravity: [0.0; 3], supports: self.supports.clone(), ..Self::new(links) }
     }
 
-    /// Largest distance of stretched-out links from the world, in metres; if this is zero, the size of what is there
-    /// ([`Self::breadth`]); one if nothing has any.
+    /// Largest distance of stretched-out links from the world, in metres; if this is zero, the size of what is there: radii of gyration,
+    /// balls, tendons; one if nothing has any.
     pub fn length(&self) -> f64 {
         let size = |v: [f64; 3]| v.into_iter().map(|x| x * x).sum::<f64>().sqrt();
         let mut reach = Vec::with_capacity(self.links.len());

@@ -305,7 +305,7 @@ def test_a_bead_on_a_rail_stops_where_its_rope_ends(method):
 @pytest.mark.parametrize("is_beside", [False, True])
 @pytest.mark.parametrize("method", ["generalised_alpha", "hht", *METHODS])
 def test_ropes_are_as_long_as_they_are_whatever_is_beside(method, is_beside, size):
-    """A bead on a straight rail has no size of its own; the one that its rope is measured by is that of the rope."""
+    """A bead on a straight rail has no size of its own; its rope is measured by its own length."""
     bead = lissom.Link("bead", joint=lissom.Prismatic((1, 0, 0)), body=lissom.Body(1.0))
     path = [lissom.Via(None, (-size, 0, 0)), lissom.Via("bead", (0, 0, 0))]
     arm = lissom.Link("arm", joint=lissom.Revolute((0, 1, 0)), body=lissom.Body(10.0, centre=(3, 0, 0)))

@@ -298,7 +298,7 @@ def test_newtons_method_judges_stability_as_descent_does():
 
 
 def held_by_a_bar(seed):
-    """A clamped rod with a force and a moment that follow its tip, which a bar holds; and its tip by shooting from near a shape."""
+    """A clamped rod with loads that follow its tip, which a bar holds; and where shooting finds its tip."""
     rng = np.random.default_rng(seed)
     length, radius, young, shear = 0.5, 0.01, 1e7, 0.4e7
     bending = young * np.pi / 4 * radius**4
@@ -345,7 +345,7 @@ def held_by_a_bar(seed):
 
 @pytest.mark.parametrize("seed", [3, 6, 12, 30, 64, 115, 133, 187])
 def test_a_rod_under_loads_that_follow_it_is_held_by_a_bar(seed):
-    """Loads without a potential: the descent ends next to the equilibrium, where springs in place of the bar round its forces."""
+    """Loads without a potential: the descent ends beside the equilibrium, where the springs are stiff."""
     robot, shot = held_by_a_bar(seed)
     rest = lissom.statics(robot)
     assert rest.success, rest.message
