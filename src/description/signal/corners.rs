@@ -41,6 +41,18 @@ impl Cell {
         (corner - self.end).abs() <= self.margin()
     }
 
+    /// The end, or the corner that it is but for rounding: what jumps there is seen on the side that comes before. `corner` is the next
+    /// one in a cell.
+    pub(crate) fn end_at_corner(mut self, corner: impl Fn(Self) -> Option<f64>) -> f64 {
+        while let Some(next) = corner(self).filter(|&next| next > self.t) {
+            if self.ends_at(next) {
+                return next;
+            }
+            self.t = next;
+        }
+        self.end
+    }
+
     pub(crate) fn margin(&self) -> f64 {
         rounding_of_times(self.end - self.start, self.end)
     }

@@ -30,7 +30,7 @@ pub(crate) use self::pieces::Pieces;
 pub use self::spline::Motion;
 pub(crate) use self::spline::Spline;
 pub use self::table::{Interpolation, Table};
-pub(crate) use self::times::{covers, end_of_step};
+pub(crate) use self::times::{covers, end_of_step, rounding_of_times};
 
 /// N numbers as a function of time.
 #[derive(Clone, Debug, PartialEq)]

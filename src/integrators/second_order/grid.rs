@@ -1,6 +1,6 @@
 //! End times of steps with fixed size.
 
-use crate::description::signal::Cell;
+use crate::description::signal::{Cell, rounding_of_times};
 use crate::numerics::tape::Tape;
 
 /// Steps are counted so that a remainder of less than this fraction of a step is rounding, not another step.
@@ -35,10 +35,10 @@ impl Grid {
         self.done += 1;
     }
 
-    /// The same with as many steps made as end at `t`; `None` where none does, exactly.
+    /// The same with as many steps made as end at `t`, but for the rounding of a corner there; `None` where none does.
     pub(crate) fn at(self, t: f64) -> Option<Self> {
         let grid = Self { done: ((t - self.origin) / self.h).round() as usize, ..self };
-        (grid.after(0) == t).then_some(grid)
+        ((grid.after(0) - t).abs() <= rounding_of_times(self.h, t)).then_some(grid)
     }
 
     /// Prepares equal steps of at most `dt` from `t` to `t_end`; returns after how many in all the end is reached. Where
@@ -65,7 +65,8 @@ impl Grid {
     }
 
     /// End and size of the next step from `t`, which ends at a corner if that is in between, and whether it is the end
-    /// of a step of the grid. A corner at such an end, but for rounding, replaces it.
+    /// of a step of the grid. A corner at such an end, but for rounding, replaces it; the size is that of the grid, as where a leg
+    /// ends there.
     pub(crate) fn step_to_corner(
         &self,
         last: usize,
@@ -76,9 +77,10 @@ impl Grid {
         let cell = Cell { start: self.after(0), t, end };
         match corner(cell) {
             Some(corner) if !cell.ends_at(corner) => (corner, corner - t, false),
-            Some(corner) if end < t_end => (corner, corner - t, true),
-            _ if t > cell.start => (end, end - t, true),
-            _ => (end, h, true),
+            found => {
+                let end = found.filter(|_| end < t_end).unwrap_or(end);
+                (end, if t > cell.start { end - t } else { h }, true)
+            }
         }
     }
 

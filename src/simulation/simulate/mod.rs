@@ -281,6 +281,7 @@ pub fn times_of_run(
                 ends = ends.at(t).unwrap_or_else(|| Grid::new(t, dt));
                 let whole = number_of_steps(step, dt);
                 let end = if is_whole(step, whole, dt) { ends.after(whole) } else { t + step };
+                let end = Cell { start: end - dt, t: end - dt, end }.end_at_corner(corner);
                 let end = if leg == legs { t_end } else { end };
                 (end, steps.set_out(t, end, dt))
             }

@@ -2,6 +2,7 @@
 
 use super::method::Method;
 use super::status::Status;
+use crate::description::signal::Cell;
 use crate::error::{Checker, Interrupted, InvalidInput};
 use crate::integrators::newmark;
 use crate::integrators::ode;
@@ -317,6 +318,16 @@ impl<M: Model> Integrator<M> {
     /// The scheme of steps of one size.
     pub(super) fn fixed_scheme(&self) -> Option<newmark::Scheme> {
         if let Self::Newmark { stepper, .. } = self { stepper.fixed_scheme() } else { None }
+    }
+
+    /// This end of a step of the fixed size `dt`, or the corner that it is but for rounding.
+    pub(super) fn end_at_corner(&self, end: f64, dt: f64) -> f64 {
+        match self {
+            Self::Newmark { model, stepper } if stepper.fixed_scheme().is_some() => {
+                Cell { start: end - dt, t: end - dt, end }.end_at_corner(|cell| model.corner(cell))
+            }
+            _ => end,
+        }
     }
 
     /// Why the motion so far may be wrong although all steps were made.

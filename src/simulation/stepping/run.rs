@@ -119,7 +119,7 @@ impl<M: Model> Run<M> {
     }
 
     /// End of a leg of this duration from now; default: `dt`. Whole multiples of `dt` end at the same time as
-    /// that number of single legs.
+    /// that number of single legs, and at corners of prescribed motions there, but for rounding.
     ///
     /// Fails if this is not a later time, or if the model is not defined there.
     pub fn end_of(&self, duration: Option<f64>) -> Result<f64, InvalidInput> {
@@ -130,6 +130,7 @@ impl<M: Model> Run<M> {
         }
         let steps = number_of_steps(way, self.dt);
         let end = if is_whole(way, steps, self.dt) { self.grid_now().after(steps) } else { t + way };
+        let end = self.integrator.end_at_corner(end, self.dt);
         if !(end > t && end.is_finite()) {
             let expected = "one that rounding of the time does not swallow";
             return Err(InvalidInput::new(place, Number(way), expected));

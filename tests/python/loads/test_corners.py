@@ -119,6 +119,24 @@ def test_no_pulse_is_too_short(scheme, width):
     assert motion.v[-1, 0] == pytest.approx(1.0, rel=1e-6 + 4 * np.spacing(0.05) / width)
 
 
+@pytest.mark.parametrize("width", [1e-8, 1e-9, 1e-10])
+@pytest.mark.parametrize("method", FIXED)
+def test_steps_after_a_steep_edge_do_not_go_on_with_its_slope(method, width):
+    """A plate that turns in its plane is pushed at an edge: its centre of mass moves like a particle."""
+    centre, force, start = np.array([0.1, 0.2, 0.05]), np.array([3.0, 2.0, 1.0]), 0.30234
+    plate = Link("plate", joint=lissom.Planar((0, 0, 1)), body=Body(1.0, centre=centre, inertia=(0.05,) * 3))
+    push = lissom.Load(force=([0, start, start + width], [0 * force, 0 * force, force]), link="plate")
+    robot = Robot([plate], loads=[push], gravity=(0, 0, 0))
+    motion = lissom.simulate(robot, 0.6, method=method, dt=5e-3, q0=[0.1] * 3, v0=[0.3] * 3)
+    assert motion.success, motion.message
+    places = robot.pose(motion.q, link="plate") @ np.append(centre, 1)
+    arm = robot.pose(motion.q[0], link="plate")[:3, :3] @ centre
+    velocity = np.add([0.3, 0.3, 0], np.cross([0, 0, 0.3], arm))
+    pushed = np.maximum(motion.t - start, 0)[:, None]
+    expected = places[0, :3] + velocity * motion.t[:, None] + force * [1, 1, 0] * pushed**2 / 2
+    assert_allclose(places[:, :3], expected, atol=2e-4)
+
+
 @pytest.mark.parametrize("method", [*SCHEMES, {"method": "radau"}])
 def test_jumps_next_to_each_other_are_seen_one_by_one(method):
     """From a plateau to the next one in little more than what a step takes for one time."""

@@ -1,5 +1,6 @@
 //! One step that is tried: its equations, their solution, and what becomes of it.
 
+use super::super::error_estimate::LARGEST_FACTOR;
 use super::super::options::Predictor;
 use super::super::scheme::{Step, memory, stretch};
 use super::super::trial::Trial;
@@ -140,13 +141,14 @@ impl Stepper {
                 self.guessed[..n].fill(0.0);
                 self.guessed[n..].copy_from_slice(&self.a[n..]);
             }
-            Guess::Last => self.guessed.copy_from_slice(&self.a),
-            Guess::Extrapolated => {
+            // A step that is much longer than the one before, as after a steep edge, would go on with the slope of that edge.
+            Guess::Extrapolated if h <= LARGEST_FACTOR * (self.t - self.t_old) => {
                 let ratio = h / (self.t - self.t_old);
                 for i in 0..self.a.len() {
                     self.guessed[i] = self.a[i] + ratio * (self.a[i] - self.a_old[i]);
                 }
             }
+            Guess::Last | Guess::Extrapolated => self.guessed.copy_from_slice(&self.a),
         }
         if self.has_contact {
             system.take_touched();
