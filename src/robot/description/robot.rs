@@ -4,6 +4,7 @@ use std::collections::HashSet;
 
 use super::carriers::{Carrier, Carriers};
 use super::driven::Driven;
+use super::given::Given;
 use super::link::Link;
 use super::mimic::check_mimics;
 use crate::description::body::Body;
@@ -269,29 +270,16 @@ impl Robot {
         self.actuators.iter().filter(|actuator| actuator.is_inextensible())
     }
 
-    /// Description of the first load or command that is not finite at a time.
-    pub(crate) fn not_finite(&self, t: f64) -> Option<String> {
-        let of_load = |(i, load): (usize, &Load)| {
-            let signals = [("force", &load.force), ("moment", &load.moment)];
-            let (name, value) = signals.into_iter().find_map(|(name, signal)| {
-                let value = signal.at(t).ok()?.into_iter().find(|x| !x.is_finite())?;
-                Some((name, value))
-            })?;
-            Some(format!("loads[{i}].{name} is {value} at t = {}", Number(t)))
-        };
-        let of_field = || {
-            let value = self.field.at(t).ok()?.into_iter().find(|x| !x.is_finite())?;
-            Some(format!("field is {value} at t = {}", Number(t)))
-        };
-        let of_actuator = |actuator: &Actuator| {
-            let value = actuator.signals().find_map(|signal| {
-                let [value] = signal.at(t).ok()?;
-                (!value.is_finite()).then_some(value)
-            })?;
-            Some(format!("the command of actuator \"{}\" is {value} at t = {}", actuator.name(), Number(t)))
-        };
-        let of_loads = self.loads.iter().enumerate().find_map(of_load);
-        of_loads.or_else(of_field).or_else(|| self.actuators.iter().find_map(of_actuator))
+    /// All forces and commands that are given, in the order of the inputs: of loads, the magnetic field, of actuators.
+    pub(crate) fn given(&self) -> impl Iterator<Item = Given<'_>> {
+        let of_loads = self.loads.iter().enumerate().flat_map(|(i, load)| {
+            load.named_signals().map(|(key, signal)| Given::vector(Some(("loads", i)), key, signal))
+        });
+        let of_robot = [Given::vector(None, "field", &self.field)];
+        let of_actuators = self.actuators.iter().enumerate().flat_map(|(i, actuator)| {
+            actuator.named_signals().map(move |(key, signal)| Given::command(i, key, signal, actuator))
+        });
+        of_loads.chain(of_robot).chain(of_actuators)
     }
 
     /// Reports every problem of this robot, including links and everything that acts on them.
