@@ -173,6 +173,12 @@ impl Robot {
             && self.actuators.iter().all(acts_alike)
     }
 
+    /// Whether the inertia of sections affects only the forces along their rods.
+    pub(crate) fn has_separate_sections(&self) -> bool {
+        let Self { base_motion, fluid, contacts, .. } = self;
+        base_motion.is_none() && fluid.is_none() && contacts.is_empty() && !self.has_magnets()
+    }
+
     /// Whether anything is magnetised.
     pub(crate) fn has_magnets(&self) -> bool {
         !self.magnets.is_empty() || self.segments().any(magnet::is_magnetised)

@@ -80,16 +80,45 @@ pub(crate) struct Plan<G: Space> {
 }
 
 impl<G: Space> Plan<G> {
+    /// A plan without pieces and without effects other than actuators.
+    pub(crate) fn empty(
+        frame: G::Frame,
+        world: World,
+        inputs: Inputs,
+        actuation: Actuation<G::Pack>,
+    ) -> Self {
+        Self {
+            n: 0,
+            instructions: Instructions::of_machine(),
+            pieces: Vec::new(),
+            links: Vec::new(),
+            stations: 0,
+            has_branches: false,
+            carrying: Vec::new(),
+            hinges: Vec::new(),
+            packs: 0,
+            frame,
+            world,
+            loads: Vec::new(),
+            inputs,
+            actuation,
+            points: Vec::new(),
+            anchors: Vec::new(),
+            loops: Loops::none(),
+            contacts: Contacts::none(),
+            magnets: Magnets::none(),
+            immersion: None,
+            has_dead_loads: false,
+            varies_in_time: false,
+            has_responses: false,
+        }
+    }
+
     /// Determines which pieces carry which.
     pub(crate) fn find_families(&mut self) {
         let families = Families::of(&self.pieces, &self.points, self.stations);
         self.has_branches = !families.is_chain;
         self.carrying = families.assign_to(&mut self.pieces);
-    }
-
-    /// Whether forces couple different pieces.
-    pub(crate) fn couples_pieces(&self) -> bool {
-        self.actuation.couples_pieces() || self.magnets.couple_pieces()
     }
 
     /// Places inside pieces at which others are attached.

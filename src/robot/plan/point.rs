@@ -75,6 +75,24 @@ pub(crate) struct Point<G: Space> {
 }
 
 impl<G: Space> Point<G> {
+    /// A point at which nothing is.
+    pub(crate) fn empty(place: Place, inside: Option<Inside<G>>) -> Self {
+        Self {
+            place,
+            inside,
+            body: None,
+            hulls: Vec::new(),
+            loads: Vec::new(),
+            anchors: Vec::new(),
+            pulled: Vec::new(),
+            tied: Vec::new(),
+            surfaces: Vec::new(),
+            magnets: Vec::new(),
+            carries: None,
+            is_oriented: false,
+        }
+    }
+
     /// Integration weights of a point listed in [`Points::inside`].
     #[inline(always)]
     pub(crate) fn reach(&self) -> &Inside<G> {

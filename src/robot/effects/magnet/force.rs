@@ -207,6 +207,10 @@ impl<G: Turning> CoordinateForce<G> for Magnets {
             }
         }
     }
+
+    fn couples_pieces(plan: &Plan<G>) -> bool {
+        !plan.magnets.pairs.is_empty()
+    }
 }
 
 /// Where the dipoles are, what acts on them, and how coordinates move them.

@@ -60,11 +60,6 @@ impl<G: Space> Magnets<G> {
         }
     }
 
-    /// Whether its tangent has entries between different pieces.
-    pub(crate) fn couple_pieces(&self) -> bool {
-        !self.pairs.is_empty()
-    }
-
     /// Whether the uniform field acts along the piece that begins at a pack.
     #[inline(always)]
     pub(super) fn act_along(&self, first_pack: usize) -> bool {
