@@ -29,7 +29,12 @@ impl Segment {
         self.check_basis(&mut check);
         check.non_negative(self.retardation_time, "retardation_time", "seconds");
         self.check_reference_strain(&mut check);
-        self.check_magnetisation(&mut check);
+        for (name, along) in self.of_effects() {
+            along.check(&mut check, name, self.length);
+            let has_area = matches!(self.section, Section::Shape(_)) || along.is_zero();
+            let found = format_args!("{name} of a given section");
+            check.require(has_area, name, found, "none: a given section has no area");
+        }
         if let Some(nodes) = self.nodes {
             check.require(
                 (1..=MAX_NODES).contains(&nodes),
@@ -123,17 +128,6 @@ impl Segment {
             let found = format_args!("{smallest} at X = {}", x * self.length).to_string();
             check.require(smallest > 0.0, "reference_strain[3]", found, EXPECTED);
         }
-    }
-
-    fn check_magnetisation(&self, check: &mut Checker) {
-        let constant = self.magnetisation.constant();
-        match &constant {
-            Some(constant) => check.finite(constant, "magnetisation"),
-            None => check.nested("magnetisation", self.magnetisation.validate(self.length)).is_some(),
-        };
-        let has_area = matches!(self.section, Section::Shape(_)) || constant == Some([0.0; 3]);
-        let expected = "none: a given section has no area";
-        check.require(has_area, "magnetisation", "a magnetised given section", expected);
     }
 
     fn check_material(&self, check: &mut Checker) {

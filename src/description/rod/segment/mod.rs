@@ -3,7 +3,7 @@
 pub(crate) mod described;
 
 use super::basis::Basis;
-use super::profile::Profile;
+use super::profile::{AlongSegment, Profile};
 use super::section::{GivenSection, Section, ShearCorrection};
 use super::strain::{STRAIGHT, STRAINS};
 use crate::error::{InvalidInput, Number};
@@ -56,6 +56,11 @@ pub struct Segment {
 }
 
 impl Segment {
+    /// What effects act on along the segment, per area of its section.
+    pub(crate) fn of_effects(&self) -> [(&'static str, &dyn AlongSegment); 1] {
+        [("magnetisation", &self.magnetisation)]
+    }
+
     /// A straight elastic segment of constant radius, without modes: a start for `..` syntax.
     pub fn straight(length: f64, radius: f64, young_modulus: f64, shear_modulus: f64, density: f64) -> Self {
         Self {
