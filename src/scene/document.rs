@@ -80,6 +80,25 @@ pub(super) struct General {
     pub(super) field: Signal<3>,
 }
 
+impl General {
+    /// Whether a place in the description of a model is one of these keys, or lies in it.
+    pub(super) fn has(place: &str) -> bool {
+        place.split(['.', '[']).next().is_some_and(|key| Self::SCHEMA.index(key).is_some())
+    }
+
+    /// The given keys that a pendulum does not take, with what is wrong and what would be right.
+    pub(super) fn unknown_to_pendulums(&self) -> impl Iterator<Item = (&str, &str, &str)> {
+        let (gravity, field) = (self.gravity.is_some(), !self.field.is_zero());
+        let gravity = gravity.then_some((
+            "gravity",
+            "a pendulum does not use it",
+            "give the number pendulum.gravity instead",
+        ));
+        let right = "remove it, or simulate a rod or a robot";
+        gravity.into_iter().chain(field.then_some(("field", "a pendulum is not magnetic", right)))
+    }
+}
+
 /// A rod that is clamped at its base: a sequence of segments with loads and rigid bodies.
 #[derive(Clone, Debug, PartialEq, Described)]
 pub(super) struct Rod {

@@ -17,6 +17,8 @@ use self::kinds::{
     CoordinateForce, DeadLineWrench, DeadPointWrench, Dissipation, LineResponse, LineWrench, PartialWrench,
     PointResponse, PointWrench, StoredEnergy, Supply, VelocityDependence,
 };
+#[cfg(feature = "python")]
+use crate::description::schema::{Part as _, Schema};
 use crate::model::Energy;
 use crate::numerics::lie::{Sweep, Wrench};
 use crate::robot::algebra::inertia::Gyroscope;
@@ -40,6 +42,33 @@ use crate::robot::state::Workspace;
 use crate::robot::state::point::PointState;
 use crate::robot::state::tangent::{Tangent, TangentWorkspace, Weights};
 use crate::robot::turning::Turning;
+
+/// Tables of what users describe, those that others hold first.
+#[cfg(feature = "python")]
+pub(crate) const PARTS: [&Schema; 22] = [
+    load::described::Load::SCHEMA,
+    support::described::Support::SCHEMA,
+    fluid::Fluid::SCHEMA,
+    actuator::described::Along::SCHEMA,
+    actuator::described::Via::SCHEMA,
+    actuator::described::Tendon::SCHEMA,
+    actuator::described::Chamber::SCHEMA,
+    actuator::described::Motor::SCHEMA,
+    actuator::described::ActiveStrain::SCHEMA,
+    loops::described::LoopEnd::SCHEMA,
+    loops::described::Distance::SCHEMA,
+    loops::described::Gear::SCHEMA,
+    loops::described::Loop::SCHEMA,
+    contact::described::Ball::SCHEMA,
+    contact::described::HalfSpace::SCHEMA,
+    contact::described::Sphere::SCHEMA,
+    contact::described::Capsule::SCHEMA,
+    contact::described::Cuboid::SCHEMA,
+    contact::described::HeightField::SCHEMA,
+    contact::described::ConvexMesh::SCHEMA,
+    contact::described::Contact::SCHEMA,
+    magnet::described::Magnet::SCHEMA,
+];
 
 /// Executes code for every effect, in the order of this list.
 macro_rules! for_every_effect {
