@@ -24,6 +24,9 @@ Array = NDArray[np.float64]
 #: the model's size.
 AXIS, PLATE, WINDING = 0.055, 0.045, 0.02
 
+#: Layers of what is around a model.
+SURROUNDINGS = ("gravity", "current", "field")
+
 #: Number of windings of a spring.
 WINDINGS = 5
 
