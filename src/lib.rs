@@ -43,5 +43,5 @@ pub use description::{body, joint, rod, schema, signal, world};
 pub use integrators::{newmark, ode, radau, second_order};
 pub use model::{pendulum, springs};
 pub use numerics::{lie, linalg, parallel, roots};
-pub use robot::effects::{actuator, contact, fluid, load, loops, support};
+pub use robot::effects::*;
 pub use simulation::{accuracy, balance, ensemble, methods, sensitivity, simulate, stepping};

@@ -44,6 +44,7 @@ if TYPE_CHECKING:
     from ._lissom import Load as Load
     from ._lissom import Loop as Loop
     from ._lissom import LoopEnd as LoopEnd
+    from ._lissom import Magnet as Magnet
     from ._lissom import Mimic as Mimic
     from ._lissom import Model as Model
     from ._lissom import ModesResult as ModesResult
@@ -150,6 +151,7 @@ else:
             "Load",
             "Loop",
             "LoopEnd",
+            "Magnet",
             "Mimic",
             "Model",
             "ModesResult",

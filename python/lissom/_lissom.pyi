@@ -112,6 +112,7 @@ class Segment(Part):
         basis: Literal["legendre", "chebyshev", "monomial", "piecewise_constant", "hermite"] = "legendre",
         section: Section | None = None,
         poisson_ratio: float | None = None,
+        magnetisation: _Along = (0.0, 0.0, 0.0),
     ) -> None: ...
     @property
     def length(self) -> float: ...
@@ -139,213 +140,11 @@ class Segment(Part):
     def section(self) -> Section: ...
     @property
     def poisson_ratio(self) -> float | None: ...
+    @property
+    def magnetisation(self) -> tuple[float, float, float] | Profile: ...
     def stiffness(self, X: float = 0.0) -> NDArray[np.float64]: ...
     def generalised_stiffness(self) -> NDArray[np.float64]: ...
     def inertia(self, X: float = 0.0) -> NDArray[np.float64]: ...
-
-class Ball(Part):
-    __match_args__ = ("link", "radius")
-    def __init__(
-        self,
-        link: str,
-        radius: float,
-        *,
-        at: float | None = None,
-        position: ArrayLike = (0.0, 0.0, 0.0),
-    ) -> None: ...
-    @property
-    def link(self) -> str: ...
-    @property
-    def radius(self) -> float: ...
-    @property
-    def at(self) -> float | None: ...
-    @property
-    def position(self) -> tuple[float, float, float]: ...
-
-class HalfSpace(Part):
-    __match_args__ = ("point", "normal")
-    def __init__(
-        self,
-        point: ArrayLike = (0.0, 0.0, 0.0),
-        normal: ArrayLike = (0.0, 0.0, 1.0),
-        *,
-        link: str | None = None,
-        at: float | None = None,
-    ) -> None: ...
-    @property
-    def point(self) -> tuple[float, float, float]: ...
-    @property
-    def normal(self) -> tuple[float, float, float]: ...
-    @property
-    def link(self) -> str | None: ...
-    @property
-    def at(self) -> float | None: ...
-
-class Sphere(Part):
-    __match_args__ = ("centre", "radius")
-    def __init__(
-        self,
-        centre: ArrayLike,
-        radius: float,
-        *,
-        link: str | None = None,
-        at: float | None = None,
-    ) -> None: ...
-    @property
-    def centre(self) -> tuple[float, float, float]: ...
-    @property
-    def radius(self) -> float: ...
-    @property
-    def link(self) -> str | None: ...
-    @property
-    def at(self) -> float | None: ...
-
-class Capsule(Part):
-    __match_args__ = ("start", "end", "radius")
-    def __init__(
-        self,
-        start: ArrayLike,
-        end: ArrayLike,
-        radius: float,
-        *,
-        link: str | None = None,
-        at: float | None = None,
-    ) -> None: ...
-    @property
-    def start(self) -> tuple[float, float, float]: ...
-    @property
-    def end(self) -> tuple[float, float, float]: ...
-    @property
-    def radius(self) -> float: ...
-    @property
-    def link(self) -> str | None: ...
-    @property
-    def at(self) -> float | None: ...
-
-class Box(Part):
-    __match_args__ = ("centre", "half_extents", "orientation")
-    def __init__(
-        self,
-        centre: ArrayLike,
-        half_extents: ArrayLike,
-        orientation: ArrayLike = (1.0, 0.0, 0.0, 0.0),
-        *,
-        link: str | None = None,
-        at: float | None = None,
-    ) -> None: ...
-    @property
-    def centre(self) -> tuple[float, float, float]: ...
-    @property
-    def half_extents(self) -> tuple[float, float, float]: ...
-    @property
-    def orientation(self) -> tuple[float, float, float, float]: ...
-    @property
-    def link(self) -> str | None: ...
-    @property
-    def at(self) -> float | None: ...
-
-class HeightField(Part):
-    __match_args__ = ("heights", "spacing", "corner", "orientation")
-    def __init__(
-        self,
-        heights: ArrayLike,
-        spacing: ArrayLike,
-        corner: ArrayLike = (0.0, 0.0, 0.0),
-        orientation: ArrayLike = (1.0, 0.0, 0.0, 0.0),
-        *,
-        link: str | None = None,
-        at: float | None = None,
-    ) -> None: ...
-    @property
-    def heights(self) -> tuple[tuple[float, ...], ...]: ...
-    @property
-    def spacing(self) -> tuple[float, float]: ...
-    @property
-    def corner(self) -> tuple[float, float, float]: ...
-    @property
-    def orientation(self) -> tuple[float, float, float, float]: ...
-    @property
-    def link(self) -> str | None: ...
-    @property
-    def at(self) -> float | None: ...
-
-class ConvexMesh(Part):
-    __match_args__ = ("points", "faces", "radius")
-    def __init__(
-        self,
-        points: ArrayLike,
-        faces: ArrayLike,
-        radius: float = 0.0,
-        *,
-        link: str | None = None,
-        at: float | None = None,
-    ) -> None: ...
-    @property
-    def points(self) -> tuple[tuple[float, float, float], ...]: ...
-    @property
-    def faces(self) -> tuple[tuple[int, int, int], ...]: ...
-    @property
-    def radius(self) -> float: ...
-    @property
-    def link(self) -> str | None: ...
-    @property
-    def at(self) -> float | None: ...
-
-class Contact(Part):
-    __match_args__ = ("a", "b")
-    def __init__(
-        self,
-        a: str | Ball | HalfSpace | Sphere | Capsule | Box | HeightField | ConvexMesh,
-        b: str | Ball | HalfSpace | Sphere | Capsule | Box | HeightField | ConvexMesh,
-        *,
-        stiffness: float | None = None,
-        dissipation: float = 1.0,
-        friction: ArrayLike = 0.0,
-        slip_velocity: float = 0.0001,
-        patch_radius: float = 0.0,
-        name: str = "",
-    ) -> None: ...
-    @property
-    def a(self) -> str | Ball | HalfSpace | Sphere | Capsule | Box | HeightField | ConvexMesh: ...
-    @property
-    def b(self) -> str | Ball | HalfSpace | Sphere | Capsule | Box | HeightField | ConvexMesh: ...
-    @property
-    def stiffness(self) -> float | None: ...
-    @property
-    def dissipation(self) -> float: ...
-    @property
-    def friction(self) -> tuple[float, float, float]: ...
-    @property
-    def slip_velocity(self) -> float: ...
-    @property
-    def patch_radius(self) -> float: ...
-    @property
-    def name(self) -> str: ...
-
-class Load(Part):
-    __match_args__ = ()
-    def __init__(
-        self,
-        *,
-        force: _Vector = (0.0, 0.0, 0.0),
-        moment: _Vector = (0.0, 0.0, 0.0),
-        at: float | None = None,
-        along: ArrayLike | None = None,
-        frame: Literal["world", "body"] = "world",
-        link: str | None = None,
-    ) -> None: ...
-    @property
-    def force(self) -> Any: ...
-    @property
-    def moment(self) -> Any: ...
-    @property
-    def at(self) -> float | None: ...
-    @property
-    def along(self) -> tuple[float, float] | None: ...
-    @property
-    def frame(self) -> Literal["world", "body"]: ...
-    @property
-    def link(self) -> str | None: ...
 
 class Body(Part):
     __match_args__ = ("mass",)
@@ -387,62 +186,6 @@ class Body(Part):
     @property
     def viscous_drag(self) -> float: ...
 
-class Support(Part):
-    __match_args__ = ()
-    def __init__(
-        self,
-        *,
-        stiffness: ArrayLike = 0.0,
-        rotational_stiffness: ArrayLike = 0.0,
-        damping: ArrayLike = 0.0,
-        rotational_damping: ArrayLike = 0.0,
-        at: float | None = None,
-        position: ArrayLike | None = None,
-        orientation: ArrayLike | None = None,
-        link: str | None = None,
-    ) -> None: ...
-    @property
-    def stiffness(self) -> tuple[float, float, float]: ...
-    @property
-    def rotational_stiffness(self) -> tuple[float, float, float]: ...
-    @property
-    def damping(self) -> tuple[float, float, float]: ...
-    @property
-    def rotational_damping(self) -> tuple[float, float, float]: ...
-    @property
-    def at(self) -> float | None: ...
-    @property
-    def position(self) -> tuple[float, float, float] | None: ...
-    @property
-    def orientation(self) -> tuple[float, float, float, float] | None: ...
-    @property
-    def link(self) -> str | None: ...
-
-class Fluid(Part):
-    __match_args__ = ("density", "velocity")
-    def __init__(
-        self,
-        density: float,
-        velocity: ArrayLike = (0.0, 0.0, 0.0),
-        *,
-        viscous_drag: ArrayLike = (0.0, 0.0),
-        drag_coefficients: ArrayLike = (0.0, 0.0),
-        added_mass_coefficient: float = 1.0,
-        buoyancy: bool = True,
-    ) -> None: ...
-    @property
-    def density(self) -> float: ...
-    @property
-    def velocity(self) -> tuple[float, float, float]: ...
-    @property
-    def viscous_drag(self) -> tuple[float, float]: ...
-    @property
-    def drag_coefficients(self) -> tuple[float, float]: ...
-    @property
-    def added_mass_coefficient(self) -> float: ...
-    @property
-    def buoyancy(self) -> bool: ...
-
 class BaseMotion(Part):
     __match_args__ = ()
     def __init__(
@@ -461,135 +204,6 @@ class BaseMotion(Part):
     def angle(self) -> Any | None: ...
     @property
     def rotation(self) -> Any | None: ...
-
-class Along(Part):
-    __match_args__ = ("link", "offset", "along")
-    def __init__(
-        self,
-        link: str | None = None,
-        offset: Sequence[_AlongRod] = (0.0, 0.0),
-        along: ArrayLike | None = None,
-    ) -> None: ...
-    @property
-    def link(self) -> str | None: ...
-    @property
-    def offset(self) -> tuple[Any, Any]: ...
-    @property
-    def along(self) -> tuple[float, float] | None: ...
-
-class Via(Part):
-    __match_args__ = ("link", "point", "at")
-    def __init__(
-        self,
-        link: str | None,
-        point: ArrayLike,
-        at: float | None = None,
-    ) -> None: ...
-    @property
-    def link(self) -> str | None: ...
-    @property
-    def point(self) -> tuple[float, float, float]: ...
-    @property
-    def at(self) -> float | None: ...
-
-class Tendon(Part):
-    __match_args__ = ("name", "path")
-    def __init__(
-        self,
-        name: str,
-        path: Iterable[Along | Via],
-        *,
-        tension: _Number | None = None,
-        length: _Number | None = None,
-        stiffness: float | None = None,
-        damping: float = 0.0,
-        friction: float = 0.0,
-        friction_velocity: float = 0.001,
-        sliding: _Number | None = None,
-    ) -> None: ...
-    @property
-    def name(self) -> str: ...
-    @property
-    def path(self) -> tuple[Along | Via, ...]: ...
-    @property
-    def tension(self) -> Any | None: ...
-    @property
-    def length(self) -> Any | None: ...
-    @property
-    def stiffness(self) -> float | None: ...
-    @property
-    def damping(self) -> float: ...
-    @property
-    def friction(self) -> float: ...
-    @property
-    def friction_velocity(self) -> float: ...
-    @property
-    def sliding(self) -> Any | None: ...
-
-class Chamber(Part):
-    __match_args__ = ("name", "path", "area", "pressure")
-    def __init__(
-        self,
-        name: str,
-        path: Iterable[Along],
-        area: float,
-        pressure: _Number = 0.0,
-    ) -> None: ...
-    @property
-    def name(self) -> str: ...
-    @property
-    def path(self) -> tuple[Along, ...]: ...
-    @property
-    def area(self) -> float: ...
-    @property
-    def pressure(self) -> Any: ...
-
-class Motor(Part):
-    __match_args__ = ("joint", "torque")
-    def __init__(
-        self,
-        joint: str,
-        torque: _Number | None = None,
-        *,
-        position: _Number | None = None,
-        gains: ArrayLike | None = None,
-        limits: ArrayLike | None = None,
-        name: str | None = None,
-    ) -> None: ...
-    @property
-    def joint(self) -> str: ...
-    @property
-    def torque(self) -> Any | None: ...
-    @property
-    def position(self) -> Any | None: ...
-    @property
-    def gains(self) -> tuple[float, float] | None: ...
-    @property
-    def limits(self) -> tuple[float, float] | None: ...
-    @property
-    def name(self) -> str | None: ...
-
-class ActiveStrain(Part):
-    __match_args__ = ("link", "strain", "shape", "amount")
-    def __init__(
-        self,
-        link: str | None,
-        strain: Literal["torsion", "bend_y", "bend_z", "stretch", "shear_y", "shear_z"],
-        shape: _AlongRod = 1.0,
-        amount: _Number = 0.0,
-        *,
-        name: str | None = None,
-    ) -> None: ...
-    @property
-    def link(self) -> str | None: ...
-    @property
-    def strain(self) -> Literal["torsion", "bend_y", "bend_z", "stretch", "shear_y", "shear_z"]: ...
-    @property
-    def shape(self) -> Any: ...
-    @property
-    def amount(self) -> Any: ...
-    @property
-    def name(self) -> str | None: ...
 
 class Joint(Part): ...
 
@@ -778,6 +392,216 @@ class Link(Part):
     @property
     def orientation(self) -> tuple[float, float, float, float]: ...
 
+class Load(Part):
+    __match_args__ = ()
+    def __init__(
+        self,
+        *,
+        force: _Vector = (0.0, 0.0, 0.0),
+        moment: _Vector = (0.0, 0.0, 0.0),
+        at: float | None = None,
+        along: ArrayLike | None = None,
+        frame: Literal["world", "body"] = "world",
+        link: str | None = None,
+    ) -> None: ...
+    @property
+    def force(self) -> Any: ...
+    @property
+    def moment(self) -> Any: ...
+    @property
+    def at(self) -> float | None: ...
+    @property
+    def along(self) -> tuple[float, float] | None: ...
+    @property
+    def frame(self) -> Literal["world", "body"]: ...
+    @property
+    def link(self) -> str | None: ...
+
+class Support(Part):
+    __match_args__ = ()
+    def __init__(
+        self,
+        *,
+        stiffness: ArrayLike = 0.0,
+        rotational_stiffness: ArrayLike = 0.0,
+        damping: ArrayLike = 0.0,
+        rotational_damping: ArrayLike = 0.0,
+        at: float | None = None,
+        position: ArrayLike | None = None,
+        orientation: ArrayLike | None = None,
+        link: str | None = None,
+    ) -> None: ...
+    @property
+    def stiffness(self) -> tuple[float, float, float]: ...
+    @property
+    def rotational_stiffness(self) -> tuple[float, float, float]: ...
+    @property
+    def damping(self) -> tuple[float, float, float]: ...
+    @property
+    def rotational_damping(self) -> tuple[float, float, float]: ...
+    @property
+    def at(self) -> float | None: ...
+    @property
+    def position(self) -> tuple[float, float, float] | None: ...
+    @property
+    def orientation(self) -> tuple[float, float, float, float] | None: ...
+    @property
+    def link(self) -> str | None: ...
+
+class Fluid(Part):
+    __match_args__ = ("density", "velocity")
+    def __init__(
+        self,
+        density: float,
+        velocity: ArrayLike = (0.0, 0.0, 0.0),
+        *,
+        viscous_drag: ArrayLike = (0.0, 0.0),
+        drag_coefficients: ArrayLike = (0.0, 0.0),
+        added_mass_coefficient: float = 1.0,
+        buoyancy: bool = True,
+    ) -> None: ...
+    @property
+    def density(self) -> float: ...
+    @property
+    def velocity(self) -> tuple[float, float, float]: ...
+    @property
+    def viscous_drag(self) -> tuple[float, float]: ...
+    @property
+    def drag_coefficients(self) -> tuple[float, float]: ...
+    @property
+    def added_mass_coefficient(self) -> float: ...
+    @property
+    def buoyancy(self) -> bool: ...
+
+class Along(Part):
+    __match_args__ = ("link", "offset", "along")
+    def __init__(
+        self,
+        link: str | None = None,
+        offset: Sequence[_AlongRod] = (0.0, 0.0),
+        along: ArrayLike | None = None,
+    ) -> None: ...
+    @property
+    def link(self) -> str | None: ...
+    @property
+    def offset(self) -> tuple[Any, Any]: ...
+    @property
+    def along(self) -> tuple[float, float] | None: ...
+
+class Via(Part):
+    __match_args__ = ("link", "point", "at")
+    def __init__(
+        self,
+        link: str | None,
+        point: ArrayLike,
+        at: float | None = None,
+    ) -> None: ...
+    @property
+    def link(self) -> str | None: ...
+    @property
+    def point(self) -> tuple[float, float, float]: ...
+    @property
+    def at(self) -> float | None: ...
+
+class Tendon(Part):
+    __match_args__ = ("name", "path")
+    def __init__(
+        self,
+        name: str,
+        path: Iterable[Along | Via],
+        *,
+        tension: _Number | None = None,
+        length: _Number | None = None,
+        stiffness: float | None = None,
+        damping: float = 0.0,
+        friction: float = 0.0,
+        friction_velocity: float = 0.001,
+        sliding: _Number | None = None,
+    ) -> None: ...
+    @property
+    def name(self) -> str: ...
+    @property
+    def path(self) -> tuple[Along | Via, ...]: ...
+    @property
+    def tension(self) -> Any | None: ...
+    @property
+    def length(self) -> Any | None: ...
+    @property
+    def stiffness(self) -> float | None: ...
+    @property
+    def damping(self) -> float: ...
+    @property
+    def friction(self) -> float: ...
+    @property
+    def friction_velocity(self) -> float: ...
+    @property
+    def sliding(self) -> Any | None: ...
+
+class Chamber(Part):
+    __match_args__ = ("name", "path", "area", "pressure")
+    def __init__(
+        self,
+        name: str,
+        path: Iterable[Along],
+        area: float,
+        pressure: _Number = 0.0,
+    ) -> None: ...
+    @property
+    def name(self) -> str: ...
+    @property
+    def path(self) -> tuple[Along, ...]: ...
+    @property
+    def area(self) -> float: ...
+    @property
+    def pressure(self) -> Any: ...
+
+class Motor(Part):
+    __match_args__ = ("joint", "torque")
+    def __init__(
+        self,
+        joint: str,
+        torque: _Number | None = None,
+        *,
+        position: _Number | None = None,
+        gains: ArrayLike | None = None,
+        limits: ArrayLike | None = None,
+        name: str | None = None,
+    ) -> None: ...
+    @property
+    def joint(self) -> str: ...
+    @property
+    def torque(self) -> Any | None: ...
+    @property
+    def position(self) -> Any | None: ...
+    @property
+    def gains(self) -> tuple[float, float] | None: ...
+    @property
+    def limits(self) -> tuple[float, float] | None: ...
+    @property
+    def name(self) -> str | None: ...
+
+class ActiveStrain(Part):
+    __match_args__ = ("link", "strain", "shape", "amount")
+    def __init__(
+        self,
+        link: str | None,
+        strain: Literal["torsion", "bend_y", "bend_z", "stretch", "shear_y", "shear_z"],
+        shape: _AlongRod = 1.0,
+        amount: _Number = 0.0,
+        *,
+        name: str | None = None,
+    ) -> None: ...
+    @property
+    def link(self) -> str | None: ...
+    @property
+    def strain(self) -> Literal["torsion", "bend_y", "bend_z", "stretch", "shear_y", "shear_z"]: ...
+    @property
+    def shape(self) -> Any: ...
+    @property
+    def amount(self) -> Any: ...
+    @property
+    def name(self) -> str | None: ...
+
 class LoopEnd(Part):
     __match_args__ = ("link", "at", "position", "orientation")
     def __init__(
@@ -838,6 +662,204 @@ class Loop(Part):
     ) -> Weld | Revolute | Prismatic | Cylindrical | Universal | Planar | Spherical | Distance | Gear: ...
     @property
     def name(self) -> str: ...
+
+class Ball(Part):
+    __match_args__ = ("link", "radius")
+    def __init__(
+        self,
+        link: str,
+        radius: float,
+        *,
+        at: float | None = None,
+        position: ArrayLike = (0.0, 0.0, 0.0),
+    ) -> None: ...
+    @property
+    def link(self) -> str: ...
+    @property
+    def radius(self) -> float: ...
+    @property
+    def at(self) -> float | None: ...
+    @property
+    def position(self) -> tuple[float, float, float]: ...
+
+class HalfSpace(Part):
+    __match_args__ = ("point", "normal")
+    def __init__(
+        self,
+        point: ArrayLike = (0.0, 0.0, 0.0),
+        normal: ArrayLike = (0.0, 0.0, 1.0),
+        *,
+        link: str | None = None,
+        at: float | None = None,
+    ) -> None: ...
+    @property
+    def point(self) -> tuple[float, float, float]: ...
+    @property
+    def normal(self) -> tuple[float, float, float]: ...
+    @property
+    def link(self) -> str | None: ...
+    @property
+    def at(self) -> float | None: ...
+
+class Sphere(Part):
+    __match_args__ = ("centre", "radius")
+    def __init__(
+        self,
+        centre: ArrayLike,
+        radius: float,
+        *,
+        link: str | None = None,
+        at: float | None = None,
+    ) -> None: ...
+    @property
+    def centre(self) -> tuple[float, float, float]: ...
+    @property
+    def radius(self) -> float: ...
+    @property
+    def link(self) -> str | None: ...
+    @property
+    def at(self) -> float | None: ...
+
+class Capsule(Part):
+    __match_args__ = ("start", "end", "radius")
+    def __init__(
+        self,
+        start: ArrayLike,
+        end: ArrayLike,
+        radius: float,
+        *,
+        link: str | None = None,
+        at: float | None = None,
+    ) -> None: ...
+    @property
+    def start(self) -> tuple[float, float, float]: ...
+    @property
+    def end(self) -> tuple[float, float, float]: ...
+    @property
+    def radius(self) -> float: ...
+    @property
+    def link(self) -> str | None: ...
+    @property
+    def at(self) -> float | None: ...
+
+class Box(Part):
+    __match_args__ = ("centre", "half_extents", "orientation")
+    def __init__(
+        self,
+        centre: ArrayLike,
+        half_extents: ArrayLike,
+        orientation: ArrayLike = (1.0, 0.0, 0.0, 0.0),
+        *,
+        link: str | None = None,
+        at: float | None = None,
+    ) -> None: ...
+    @property
+    def centre(self) -> tuple[float, float, float]: ...
+    @property
+    def half_extents(self) -> tuple[float, float, float]: ...
+    @property
+    def orientation(self) -> tuple[float, float, float, float]: ...
+    @property
+    def link(self) -> str | None: ...
+    @property
+    def at(self) -> float | None: ...
+
+class HeightField(Part):
+    __match_args__ = ("heights", "spacing", "corner", "orientation")
+    def __init__(
+        self,
+        heights: ArrayLike,
+        spacing: ArrayLike,
+        corner: ArrayLike = (0.0, 0.0, 0.0),
+        orientation: ArrayLike = (1.0, 0.0, 0.0, 0.0),
+        *,
+        link: str | None = None,
+        at: float | None = None,
+    ) -> None: ...
+    @property
+    def heights(self) -> tuple[tuple[float, ...], ...]: ...
+    @property
+    def spacing(self) -> tuple[float, float]: ...
+    @property
+    def corner(self) -> tuple[float, float, float]: ...
+    @property
+    def orientation(self) -> tuple[float, float, float, float]: ...
+    @property
+    def link(self) -> str | None: ...
+    @property
+    def at(self) -> float | None: ...
+
+class ConvexMesh(Part):
+    __match_args__ = ("points", "faces", "radius")
+    def __init__(
+        self,
+        points: ArrayLike,
+        faces: ArrayLike,
+        radius: float = 0.0,
+        *,
+        link: str | None = None,
+        at: float | None = None,
+    ) -> None: ...
+    @property
+    def points(self) -> tuple[tuple[float, float, float], ...]: ...
+    @property
+    def faces(self) -> tuple[tuple[int, int, int], ...]: ...
+    @property
+    def radius(self) -> float: ...
+    @property
+    def link(self) -> str | None: ...
+    @property
+    def at(self) -> float | None: ...
+
+class Contact(Part):
+    __match_args__ = ("a", "b")
+    def __init__(
+        self,
+        a: str | Ball | HalfSpace | Sphere | Capsule | Box | HeightField | ConvexMesh,
+        b: str | Ball | HalfSpace | Sphere | Capsule | Box | HeightField | ConvexMesh,
+        *,
+        stiffness: float | None = None,
+        dissipation: float = 1.0,
+        friction: ArrayLike = 0.0,
+        slip_velocity: float = 0.0001,
+        patch_radius: float = 0.0,
+        name: str = "",
+    ) -> None: ...
+    @property
+    def a(self) -> str | Ball | HalfSpace | Sphere | Capsule | Box | HeightField | ConvexMesh: ...
+    @property
+    def b(self) -> str | Ball | HalfSpace | Sphere | Capsule | Box | HeightField | ConvexMesh: ...
+    @property
+    def stiffness(self) -> float | None: ...
+    @property
+    def dissipation(self) -> float: ...
+    @property
+    def friction(self) -> tuple[float, float, float]: ...
+    @property
+    def slip_velocity(self) -> float: ...
+    @property
+    def patch_radius(self) -> float: ...
+    @property
+    def name(self) -> str: ...
+
+class Magnet(Part):
+    __match_args__ = ("moment",)
+    def __init__(
+        self,
+        moment: ArrayLike,
+        *,
+        at: float | None = None,
+        position: ArrayLike = (0.0, 0.0, 0.0),
+        link: str | None = None,
+    ) -> None: ...
+    @property
+    def moment(self) -> tuple[float, float, float]: ...
+    @property
+    def at(self) -> float | None: ...
+    @property
+    def position(self) -> tuple[float, float, float]: ...
+    @property
+    def link(self) -> str | None: ...
 
 # End of these classes.
 
@@ -1347,6 +1369,8 @@ class Robot(Model):
         actuators: Iterable[Tendon | Chamber | Motor | ActiveStrain] = (),
         loops: Iterable[Loop] = (),
         contacts: Iterable[Contact] = (),
+        magnets: Iterable[Magnet] = (),
+        field: _Vector = (0.0, 0.0, 0.0),
     ) -> Self: ...
     @property
     def links(self) -> tuple[Link, ...]: ...
@@ -1368,6 +1392,10 @@ class Robot(Model):
     def loops(self) -> tuple[Loop, ...]: ...
     @property
     def contacts(self) -> tuple[Contact, ...]: ...
+    @property
+    def magnets(self) -> tuple[Magnet, ...]: ...
+    @property
+    def field(self) -> Any: ...
     # End of what is from it.
     @staticmethod
     def from_urdf(path: str | PathLike[str], **options: Any) -> Robot: ...
@@ -1524,6 +1552,8 @@ class Rod(Robot):
         fluid: Fluid | None = None,
         actuators: Iterable[Tendon | Chamber | Motor | ActiveStrain] = (),
         contacts: Iterable[Contact] = (),
+        magnets: Iterable[Magnet] = (),
+        field: _Vector = (0.0, 0.0, 0.0),
     ) -> Self: ...
     @property
     def segments(self) -> tuple[Segment, ...]: ...
@@ -1553,6 +1583,10 @@ class Rod(Robot):
     def actuators(self) -> tuple[Tendon | Chamber | Motor | ActiveStrain, ...]: ...
     @property
     def contacts(self) -> tuple[Contact, ...]: ...
+    @property
+    def magnets(self) -> tuple[Magnet, ...]: ...
+    @property
+    def field(self) -> Any: ...
     # End of what is from it.
     @property
     def length(self) -> float: ...

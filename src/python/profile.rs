@@ -269,6 +269,7 @@ pub(super) fn along_segment(
             Kind::Symmetric(3) => Symmetric(convert::symmetric_of::<3>(value, name)?).write(),
             Kind::Symmetric(_) => Symmetric(convert::symmetric_of::<6>(value, name)?).write(),
             Kind::Array(_, 2) => value_of::<2>(value, &[2], name)?.write(),
+            Kind::Array(_, 3) => value_of::<3>(value, &[3], name)?.write(),
             Kind::Array(..) => value_of::<6>(value, &[6], name)?.write(),
             _ => value_of::<1>(value, &[], name)?[0].write(),
         });
@@ -282,6 +283,7 @@ pub(super) fn along_segment(
         Kind::Symmetric(3) => profile::<9>(value, &[3, 3], length, name)?.write(),
         Kind::Symmetric(_) => profile::<36>(value, &[6, 6], length, name)?.write(),
         Kind::Array(_, 2) => profile::<2>(value, &[2], length, name)?.write(),
+        Kind::Array(_, 3) => profile::<3>(value, &[3], length, name)?.write(),
         Kind::Array(..) => profile::<6>(value, &[6], length, name)?.write(),
         _ => profile::<1>(value, &[], length, name)?.write(),
     })
@@ -293,6 +295,8 @@ pub(super) fn along_segment_out(value: &Value, length: f64) -> Option<PyProfile>
         Some(to_python(profile, &[], length))
     } else if let Some(profile) = value.part::<Profile<2>>() {
         Some(to_python(profile, &[2], length))
+    } else if let Some(profile) = value.part::<Profile<3>>() {
+        Some(to_python(profile, &[3], length))
     } else if let Some(profile) = value.part::<Profile<6>>() {
         Some(to_python(profile, &[6], length))
     } else if let Some(profile) = value.part::<Profile<9>>() {

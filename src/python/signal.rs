@@ -20,9 +20,8 @@ use crate::description::signal::{
 };
 use crate::description::world::{BaseMotion, BaseRotation, quaternion_motion};
 use crate::error::{Checker, Interrupted};
-use crate::robot::effects::actuator::{Actuator, AlongRod};
-use crate::robot::effects::load::Load;
-use crate::robot::{Driven, Robot};
+use crate::robot::effects::actuator::AlongRod;
+use crate::robot::{Driven, GivenSignal, Robot};
 
 /// A harmonic signal: ``mean + rate * t + amplitude * sin(2 * pi * frequency * t + phase)``.
 ///
@@ -341,14 +340,14 @@ impl Functions {
     /// The functions of a robot. The Python objects that own them must still be alive.
     pub(super) fn of_robot(py: Python<'_>, robot: &Robot) -> PyResult<Self> {
         let mut functions = Self::default();
-        for load in &robot.loads {
-            functions.add_load(py, load)?;
+        for given in robot.given() {
+            match given.signal {
+                GivenSignal::Number(signal) => functions.add(py, signal)?,
+                GivenSignal::Vector(signal) => functions.add(py, signal)?,
+            }
         }
         if let Some(motion) = &robot.base_motion {
             functions.add_motion(py, motion)?;
-        }
-        for signal in robot.actuators.iter().flat_map(Actuator::signals) {
-            functions.add(py, signal)?;
         }
         for driven in robot.links.iter().filter_map(|link| link.driven.as_ref()) {
             match driven {
@@ -394,11 +393,6 @@ impl Functions {
 
     pub(super) fn clone_ref(&self, py: Python<'_>) -> Self {
         Self(self.0.iter().map(|function| function.clone_ref(py)).collect())
-    }
-
-    fn add_load(&mut self, py: Python<'_>, load: &Load) -> PyResult<()> {
-        self.add(py, &load.force)?;
-        self.add(py, &load.moment)
     }
 
     fn add_motion(&mut self, py: Python<'_>, motion: &BaseMotion) -> PyResult<()> {

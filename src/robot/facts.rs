@@ -21,10 +21,7 @@ pub(super) fn of<G: Turning>(robot: &Robot, sweeps: &Sweeps<G>, coordinates: &Co
         Holder::Tendon(i) => spans.of_tendon(&robot.actuators[i]),
     });
     let (has_contact, has_stops) = (!robot.contacts.is_empty(), sweeps.has_stops());
-    let Robot { base_motion, fluid, .. } = robot;
-    // The inertia of sections affects only the forces along their rods.
-    let are_sections_separate =
-        base_motion.is_none() && fluid.is_none() && !has_contact && coordinates.are_own();
+    let are_sections_separate = coordinates.are_own() && robot.has_separate_sections();
     let are_lengths_free = are_sections_separate && robot.has_all_at_tips();
     let vary_coordinates = coordinates.vary_in_time();
     Facts {
@@ -44,7 +41,7 @@ pub(super) fn of<G: Turning>(robot: &Robot, sweeps: &Sweeps<G>, coordinates: &Co
         has_velocity_forces: vary_coordinates || sweeps.has_velocity_forces(),
         is_damped: sweeps.is_damped(),
         is_driven: vary_coordinates || sweeps.is_driven(),
-        is_carried: vary_coordinates || base_motion.is_some(),
+        is_carried: vary_coordinates || robot.base_motion.is_some(),
         varies_in_time: vary_coordinates || plan.varies_in_time,
         time_span: robot.time_span(),
         shortest_period: robot.shortest_period(),

@@ -47,6 +47,8 @@ mod turning;
 pub use crate::robot::effects::contact::query::Touching;
 pub use crate::robot::explain::{Explanation, Multiplications};
 pub use choice::{Kernel, Solve};
+#[cfg(feature = "python")]
+pub(crate) use description::GivenSignal;
 pub use description::{Driven, Inputs, Link, MAX_COORDINATES, Robot, Rod, described};
 pub(crate) use description::{Origin, Spans, origin};
 pub use kernel::kinematics::Pose;

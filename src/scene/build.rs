@@ -1,7 +1,6 @@
 //! Builds a scene from a document. The constructors of the crate check the physics, and their messages are
 //! mapped to lines of the file.
 
-use crate::description::world::STANDARD_GRAVITY;
 use crate::error::{Checker, InvalidInput, Number};
 use crate::model::pendulum::SpringPendulum;
 use crate::model::{Dynamics as _, Flaw, InContact as _, InTime as _};
@@ -9,8 +8,7 @@ use crate::robot;
 use crate::simulation::accuracy;
 use crate::simulation::simulate::check_step;
 
-use super::described::read;
-use super::document::{Document, Output, Simulation as Settings};
+use super::document::{Document, General, Output, Simulation as Settings};
 use super::imports::Imported;
 use super::links;
 use super::lists::{self, Keys};
@@ -204,27 +202,8 @@ fn model(
 
 fn rod(document: &Document, shape: &mut Shape) -> Option<(Model, [Vec<f64>; 2])> {
     let written = &document.rod[0];
-    let segment = |(i, segment)| parts::segment(segment, &format!("rod[0].segment[{i}]"), shape);
-    let segments = written.segment.iter().enumerate().map(segment).collect();
     let mut keys = Keys::default();
-    let moving = written.base_motion.as_ref();
-    let described = robot::described::Rod {
-        segments,
-        base_position: written.base.position,
-        base_orientation: written.base.orientation,
-        gravity: document.scene.gravity.unwrap_or(STANDARD_GRAVITY),
-        tip_force: written.tip_force,
-        tip_moment: written.tip_moment,
-        tip_mass: written.tip_mass,
-        loads: keys.read("loads", &written.load, "rod[0].load", shape),
-        bodies: keys.read("bodies", &written.body, "rod[0].body", shape),
-        base_motion: moving
-            .map(|written| parts::base_motion(written, "rod[0].base_motion", &document.simulation, shape)),
-        supports: keys.read("supports", &written.support, "rod[0].support", shape),
-        fluid: written.fluid.as_ref().and_then(|fluid| read(fluid, "rod[0].fluid", shape)),
-        actuators: lists::actuators(document, &mut keys, shape),
-        contacts: lists::contacts(document, &mut keys, shape),
-    };
+    let described = lists::rod(document, &mut keys, shape);
     let key = |place: &str| keys.of(place).unwrap_or_else(|| rod_place(place));
     let (rod, places) = lists::resolved(shape, key, |reader| described.resolved(reader));
     let key = |place: &str| keys.of_model(place, &places).unwrap_or_else(|| key(place));
@@ -255,7 +234,7 @@ fn rod(document: &Document, shape: &mut Shape) -> Option<(Model, [Vec<f64>; 2])>
 
 /// Key in the file for a place in a [`robot::Rod`].
 fn rod_place(place: &str) -> String {
-    if place.starts_with("gravity") {
+    if General::has(place) {
         return format!("scene.{place}");
     }
     let key = place.replace("segments", "segment").replace("base_position", "base.position");
@@ -264,12 +243,8 @@ fn rod_place(place: &str) -> String {
 
 fn pendulum(document: &Document, shape: &mut Shape) -> Option<(Model, [Vec<f64>; 2])> {
     let written = document.pendulum.as_ref()?;
-    if document.scene.gravity.is_some() {
-        shape.refuse(
-            "scene.gravity",
-            "a pendulum does not use it",
-            "give the number pendulum.gravity instead",
-        );
+    for (key, wrong, right) in document.scene.unknown_to_pendulums() {
+        shape.refuse(&format!("scene.{key}"), wrong, right);
     }
     let state = [written.q0, written.v0].map(Option::unwrap_or_default);
     let mut check = Checker::new();

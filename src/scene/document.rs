@@ -8,6 +8,7 @@ use crate::description::rod::described::Segment;
 use crate::description::schema::{
     AnyPart as _, Data, Described, Field, Item, Kind, Limits, Part, Reader, Schema, Value,
 };
+use crate::description::signal::Signal;
 use crate::description::world::described::BaseMotion;
 use crate::robot::described;
 use crate::robot::effects::actuator::described::{ActiveStrain, Chamber, Motor, Tendon};
@@ -15,6 +16,7 @@ use crate::robot::effects::contact::described::Contact;
 use crate::robot::effects::fluid::Fluid;
 use crate::robot::effects::load::described::Load;
 use crate::robot::effects::loops::described::Loop;
+use crate::robot::effects::magnet::described::Magnet;
 use crate::robot::effects::support::described::Support;
 
 /// The only version of the format so far.
@@ -73,6 +75,28 @@ pub(super) struct General {
     pub(super) name: Option<String>,
     /// Gravity in the world, in m/s^2. Default: [0, 0, -9.81].
     pub(super) gravity: Option<[f64; 3]>,
+    /// Uniform magnetic field in the world, in tesla, at magnets and magnetised segments. Default: [0, 0, 0].
+    #[part(default)]
+    pub(super) field: Signal<3>,
+}
+
+impl General {
+    /// Whether a place in the description of a model is one of these keys, or lies in it.
+    pub(super) fn has(place: &str) -> bool {
+        place.split(['.', '[']).next().is_some_and(|key| Self::SCHEMA.index(key).is_some())
+    }
+
+    /// The given keys that a pendulum does not take, with what is wrong and what would be right.
+    pub(super) fn unknown_to_pendulums(&self) -> impl Iterator<Item = (&str, &str, &str)> {
+        let (gravity, field) = (self.gravity.is_some(), !self.field.is_zero());
+        let gravity = gravity.then_some((
+            "gravity",
+            "a pendulum does not use it",
+            "give the number pendulum.gravity instead",
+        ));
+        let right = "remove it, or simulate a rod or a robot";
+        gravity.into_iter().chain(field.then_some(("field", "a pendulum is not magnetic", right)))
+    }
 }
 
 /// A rod that is clamped at its base: a sequence of segments with loads and rigid bodies.
@@ -101,6 +125,9 @@ pub(super) struct Rod {
     /// Springs and dampers to the world, anywhere on the rod.
     #[part(default)]
     pub(super) support: Vec<Written<Support>>,
+    /// Magnetic dipoles, anywhere on the rod.
+    #[part(default)]
+    pub(super) magnet: Vec<Written<Magnet>>,
     /// Fluid around the rod. Default: none.
     pub(super) fluid: Option<Written<Fluid>>,
     /// Initial generalised coordinates, one per mode: segment by segment, in the order torsion, bend_y, bend_z,
@@ -153,6 +180,9 @@ pub(super) struct BelowLink {
     /// Springs and dampers between the link and the world; at is an arc length of its rod.
     #[part(default)]
     pub(super) support: Vec<Written<Support>>,
+    /// Magnetic dipoles on the link; at is an arc length of its rod.
+    #[part(default)]
+    pub(super) magnet: Vec<Written<Magnet>>,
     /// Initial coordinates of the link: those of the joint, then the modes of the rod. Default: all zero.
     pub(super) q0: Option<Vec<f64>>,
     /// Initial velocities, the derivatives of the link's coordinates. Default: at rest.

@@ -1,22 +1,18 @@
 //! Links of a robot from their tables.
 
-use super::described::{key_of, read, read_with, right};
-use super::document::{Document, Import, Jacobian};
+use super::described::{key_of, read_with, right};
+use super::document::{Document, General, Import, Jacobian};
 use super::imports::{Imported, Imports, Refusal, Request};
 use super::lists::{self, Keys};
 use super::parts;
 use super::shape::{Shape, report};
 use super::written::Written;
-use crate::description::body::described::Body;
 use crate::description::joint as joints;
 use crate::description::joint::JointForces;
-use crate::description::schema::{LinkName, Value};
-use crate::description::world::STANDARD_GRAVITY;
+use crate::description::schema::Value;
 use crate::error::Checker;
 use crate::robot::Robot;
-use crate::robot::described::{self, Link, LinkRod};
-use crate::robot::effects::load::described::Load;
-use crate::robot::effects::support::described::Support;
+use crate::robot::described::{Link, LinkRod};
 
 /// The imported links; `None` after reporting a problem.
 pub(super) fn import(written: &Import, imports: &mut dyn Imports, shape: &mut Shape) -> Option<Imported> {
@@ -54,33 +50,8 @@ pub(super) fn robot(
     // Unknown names may be those of links that could not be imported.
     let are_incomplete = document.import.is_some() && imported.is_none();
     let links = links(document, imported, shape);
-    // Loads, supports and further bodies are tables of their links.
     let mut keys = Keys::default();
-    let (mut loads, mut supports, mut bodies) = (Vec::new(), Vec::new(), Vec::new());
-    for (i, (link, described)) in document.link.iter().zip(&links[before..]).enumerate() {
-        let below = &link.below;
-        let link = Some(LinkName(described.name.clone()));
-        let of_link = keys.read("loads", &below.load, &format!("link[{i}].load"), shape);
-        loads.extend(of_link.into_iter().map(|load| Load { link: link.clone(), ..load }));
-        let of_link = keys.read("bodies", &below.fixed_body, &format!("link[{i}].fixed_body"), shape);
-        bodies.extend(of_link.into_iter().map(|body| Body { link: link.clone(), ..body }));
-        let of_link = keys.read("supports", &below.support, &format!("link[{i}].support"), shape);
-        supports.extend(of_link.into_iter().map(|support| Support { link: link.clone(), ..support }));
-    }
-    let moving = document.base_motion.as_ref();
-    let described = described::Robot {
-        links,
-        gravity: document.scene.gravity.unwrap_or(STANDARD_GRAVITY),
-        loads,
-        bodies,
-        supports,
-        fluid: document.fluid.as_ref().and_then(|fluid| read(fluid, "fluid", shape)),
-        base_motion: moving
-            .map(|written| parts::base_motion(written, "base_motion", &document.simulation, shape)),
-        actuators: lists::actuators(document, &mut keys, shape),
-        loops: lists::loops(document, &mut keys, shape),
-        contacts: lists::contacts(document, &mut keys, shape),
-    };
+    let described = lists::robot(document, links, before, &mut keys, shape);
     check_jacobian(document, shape);
     let key = |place: &str| keys.of(place).unwrap_or_else(|| key_in_file(&key_of_link(place, before)));
     let (robot, places) = lists::resolved(shape, key, |reader| described.resolved(are_incomplete, reader));
@@ -230,7 +201,7 @@ pub(super) fn key_of_link(place: &str, before: usize) -> String {
 fn key_in_file(place: &str) -> String {
     match place {
         "links" => "link".to_owned(),
-        _ if place.starts_with("gravity") => format!("scene.{place}"),
+        _ if General::has(place) => format!("scene.{place}"),
         _ => place.replace(".rod[", ".rod.segment["),
     }
 }

@@ -1,14 +1,20 @@
-//! Lists of the parts of a model from their tables, with the keys of the items in the file.
+//! Models and the lists of their parts from tables, with the keys of the items in the file.
 
 use super::described::{read, reported};
 use super::document::Document;
+use super::parts;
 use super::shape::Shape;
 use super::written::Written;
-use crate::description::schema::{Data, Problem, Reader};
-use crate::robot::described::Places;
+use crate::description::body::described::Body;
+use crate::description::schema::{Data, LinkName, Problem, Reader};
+use crate::description::world::STANDARD_GRAVITY;
+use crate::robot::described::{self, Link, Places};
 use crate::robot::effects::actuator::described::Actuator;
 use crate::robot::effects::contact::described::Contact;
+use crate::robot::effects::load::described::Load;
 use crate::robot::effects::loops::described::Loop;
+use crate::robot::effects::magnet::described::Magnet;
+use crate::robot::effects::support::described::Support;
 
 /// Keys in the file of the items of the lists that describe a model.
 #[derive(Debug, Default)]
@@ -65,8 +71,75 @@ impl Keys {
     }
 }
 
+/// The robot of the tables of a scene, with these links, of which the first ones are imported.
+pub(super) fn robot(
+    document: &Document,
+    links: Vec<Link>,
+    before: usize,
+    keys: &mut Keys,
+    shape: &mut Shape,
+) -> described::Robot {
+    // Loads, supports, magnets and further bodies are tables of their links.
+    let (mut loads, mut bodies, mut supports, mut magnets) = (vec![], vec![], vec![], vec![]);
+    for (i, (written, described)) in document.link.iter().zip(&links[before..]).enumerate() {
+        let (below, link) = (&written.below, Some(LinkName(described.name.clone())));
+        let here = |key: &str| format!("link[{i}].{key}");
+        let of_link = keys.read("loads", &below.load, &here("load"), shape);
+        loads.extend(of_link.into_iter().map(|load| Load { link: link.clone(), ..load }));
+        let of_link = keys.read("bodies", &below.fixed_body, &here("fixed_body"), shape);
+        bodies.extend(of_link.into_iter().map(|body| Body { link: link.clone(), ..body }));
+        let of_link = keys.read("supports", &below.support, &here("support"), shape);
+        supports.extend(of_link.into_iter().map(|support| Support { link: link.clone(), ..support }));
+        let of_link = keys.read("magnets", &below.magnet, &here("magnet"), shape);
+        magnets.extend(of_link.into_iter().map(|magnet| Magnet { link: link.clone(), ..magnet }));
+    }
+    let moving = document.base_motion.as_ref();
+    described::Robot {
+        links,
+        gravity: document.scene.gravity.unwrap_or(STANDARD_GRAVITY),
+        loads,
+        bodies,
+        supports,
+        magnets,
+        field: document.scene.field.clone(),
+        fluid: document.fluid.as_ref().and_then(|fluid| read(fluid, "fluid", shape)),
+        base_motion: moving
+            .map(|written| parts::base_motion(written, "base_motion", &document.simulation, shape)),
+        actuators: actuators(document, keys, shape),
+        loops: loops(document, keys, shape),
+        contacts: contacts(document, keys, shape),
+    }
+}
+
+/// The rod of the tables of a scene.
+pub(super) fn rod(document: &Document, keys: &mut Keys, shape: &mut Shape) -> described::Rod {
+    let written = &document.rod[0];
+    let segment = |(i, segment)| parts::segment(segment, &format!("rod[0].segment[{i}]"), shape);
+    let segments = written.segment.iter().enumerate().map(segment).collect();
+    let moving = written.base_motion.as_ref();
+    described::Rod {
+        segments,
+        base_position: written.base.position,
+        base_orientation: written.base.orientation,
+        gravity: document.scene.gravity.unwrap_or(STANDARD_GRAVITY),
+        tip_force: written.tip_force,
+        tip_moment: written.tip_moment,
+        tip_mass: written.tip_mass,
+        loads: keys.read("loads", &written.load, "rod[0].load", shape),
+        bodies: keys.read("bodies", &written.body, "rod[0].body", shape),
+        base_motion: moving
+            .map(|written| parts::base_motion(written, "rod[0].base_motion", &document.simulation, shape)),
+        supports: keys.read("supports", &written.support, "rod[0].support", shape),
+        fluid: written.fluid.as_ref().and_then(|fluid| read(fluid, "rod[0].fluid", shape)),
+        actuators: actuators(document, keys, shape),
+        contacts: contacts(document, keys, shape),
+        magnets: keys.read("magnets", &written.magnet, "rod[0].magnet", shape),
+        field: document.scene.field.clone(),
+    }
+}
+
 /// The actuators: tendons, then chambers, motors and active strains.
-pub(super) fn actuators(document: &Document, keys: &mut Keys, shape: &mut Shape) -> Vec<Actuator> {
+fn actuators(document: &Document, keys: &mut Keys, shape: &mut Shape) -> Vec<Actuator> {
     const LIST: &str = "actuators";
     let tendons = keys.read(LIST, &document.tendon, "tendon", shape);
     let chambers = keys.read(LIST, &document.chamber, "chamber", shape);
@@ -78,13 +151,13 @@ pub(super) fn actuators(document: &Document, keys: &mut Keys, shape: &mut Shape)
 }
 
 /// The contacts.
-pub(super) fn contacts(document: &Document, keys: &mut Keys, shape: &mut Shape) -> Vec<Contact> {
+fn contacts(document: &Document, keys: &mut Keys, shape: &mut Shape) -> Vec<Contact> {
     refuse_empty_names(&document.contact, "contact", shape);
     keys.read("contacts", &document.contact, "contact", shape)
 }
 
 /// The closed loops.
-pub(super) fn loops(document: &Document, keys: &mut Keys, shape: &mut Shape) -> Vec<Loop> {
+fn loops(document: &Document, keys: &mut Keys, shape: &mut Shape) -> Vec<Loop> {
     refuse_empty_names(&document.r#loop, "loop", shape);
     keys.read("loops", &document.r#loop, "loop", shape)
 }

@@ -6,6 +6,7 @@ use lissom::error::Interrupted;
 use lissom::fluid::Fluid;
 use lissom::linalg::Matrix;
 use lissom::load::{Extent, Frame, Load};
+use lissom::magnet::Magnet;
 use lissom::model::{Dynamics, Elastic as _, ForwardScratch, InTime as _, Refinable as _};
 use lissom::robot::{RobotModel, Rod};
 use lissom::rod::{
@@ -21,6 +22,9 @@ use super::source::Source;
 /// Last byte of an input whose rod has actuators.
 const ACTUATED: u8 = b'a';
 
+/// Last byte, behind that of actuators, of an input whose rod is magnetic.
+const MAGNETIC: u8 = b'b';
+
 /// Larger rods are compiled but not simulated, which would take time without finding more.
 const MOVED: usize = 24;
 const NODES: usize = 80;
@@ -30,16 +34,17 @@ const WORK: usize = 20;
 
 /// Uses a rod as a user would. Panics if anything is wrong; returns a description of the outcome.
 pub(crate) fn fuzz_plan(bytes: &[u8]) -> String {
-    // Actuators only if the last byte requests them, so that older inputs keep their meaning.
-    let (bytes, has_actuators) = match bytes {
-        [rest @ .., ACTUATED] => (rest, true),
-        _ => (bytes, false),
-    };
+    // Magnets and actuators only if the last bytes request them, so that older inputs keep their meaning.
+    let (bytes, is_magnetic) = without(bytes, MAGNETIC);
+    let (bytes, has_actuators) = without(bytes, ACTUATED);
     let source = &mut Source(bytes);
     let mut rod = rod(source);
+    let length = rod.segments.iter().map(|segment| segment.length).sum();
     if has_actuators {
-        let length = rod.segments.iter().map(|segment| segment.length).sum();
         rod.actuators = (0..1 + source.below(4)).map(|i| actuator(source, length, i)).collect();
+    }
+    if is_magnetic {
+        magnetise(source, &mut rod, length);
     }
     if std::env::var_os("LISSOM_FUZZ_INPUT").is_some() {
         eprintln!("{rod:#?}");
@@ -88,6 +93,14 @@ pub(crate) fn fuzz_plan(bytes: &[u8]) -> String {
         outcome.push(found.status.name().to_owned());
     }
     outcome.join(" ")
+}
+
+/// Bytes without this last one, and whether they had it.
+fn without(bytes: &[u8], last: u8) -> (&[u8], bool) {
+    match bytes {
+        [rest @ .., end] if *end == last => (rest, true),
+        _ => (bytes, false),
+    }
 }
 
 /// The place of a problem without its indices.
@@ -398,6 +411,22 @@ fn command(source: &mut Source<'_>) -> Signal<1> {
         false => signal(source),
         true => Signal::Input(Input { name: "told".into(), value: [source.near(0.5)] }),
     }
+}
+
+fn magnetise(source: &mut Source<'_>, rod: &mut Rod, length: f64) {
+    for segment in &mut rod.segments {
+        if matches!(segment.section, Section::Shape(_)) || source.one_in(30) {
+            let usual = [1e4, 0.0, 1e3];
+            segment.magnetisation = profile(source, usual, |source| source.like(usual), segment.length);
+        }
+    }
+    rod.field = signal(source);
+    rod.magnets = source.some(3, |source| Magnet {
+        link: 0,
+        at: source.maybe(2, |source| source.near(0.6 * length)),
+        moment: source.like([0.1, 0.0, 0.01]),
+        position: source.zeros(),
+    });
 }
 
 fn fluid(source: &mut Source<'_>) -> Fluid {

@@ -6,7 +6,7 @@ from dataclasses import replace
 from functools import singledispatch
 from typing import TYPE_CHECKING, Any
 
-from .._lissom import Robot, Rod, Scene, SpringPendulum, Weld
+from .._lissom import Load, Robot, Rod, Scene, SpringPendulum, Weld
 from ..common.arguments import number, path_of, text, vector
 from .paths import toml
 
@@ -79,7 +79,9 @@ def _of_rod(rod: Rod, name: str, states: dict[str, list[float]]) -> list[str]:
 
 
 def _general(robot: Robot, name: str) -> list[str]:
-    return [_keys({"name": name, "gravity": list(robot.gravity)}, "[scene]")]
+    # The field takes the forms of a force.
+    field = _text(Load(force=robot.field), "field").replace("force = ", "field = ", 1)
+    return [_keys({"name": name, "gravity": list(robot.gravity)}, "[scene]") + field]
 
 
 def _around(robot: Robot) -> list[str]:
@@ -108,6 +110,7 @@ def _links(robot: Robot, states: dict[str, list[float]]) -> list[str]:
         blocks += _of_link("link.fixed_body", robot.bodies, link.name, "bodies")
         blocks += _of_link("link.load", robot.loads, link.name, "loads")
         blocks += _of_link("link.support", robot.supports, link.name, "supports")
+        blocks += _of_link("link.magnet", robot.magnets, link.name, "magnets")
     if robot.base_motion is not None:
         blocks.append(_part("[base_motion]", robot.base_motion, "base_motion"))
     if robot.fluid is not None:
@@ -125,7 +128,8 @@ def _rod(rod: Rod, states: dict[str, list[float]]) -> list[str]:
     if rod.fluid is not None:
         blocks.append(_part("[rod.fluid]", rod.fluid, "fluid"))
     blocks += _list("rod.segment", rod.segments, "segments") + _list("rod.load", rod.loads, "loads")
-    return blocks + _list("rod.body", rod.bodies, "bodies") + _list("rod.support", rod.supports, "supports")
+    blocks += _list("rod.body", rod.bodies, "bodies") + _list("rod.support", rod.supports, "supports")
+    return blocks + _list("rod.magnet", rod.magnets, "magnets")
 
 
 def _of_link(key: str, parts: Sequence[Any], link: str, where: str) -> list[str]:

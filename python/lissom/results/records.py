@@ -28,26 +28,12 @@ from numpy.typing import NDArray
 from .._lissom import Model, Part, Section
 from . import layouts
 
-#: The classes that results and models consist of, by module.
+#: The classes that results and models consist of, by module, besides those of parts.
 PARTS = {
     "_lissom": (
         *("MotionResult", "StaticsResult", "ContinuationResult", "ModesResult", "EnsembleResult"),
-        *("ActiveStrain", "Along", "Chamber", "Motor", "Tendon", "Via"),
-        *("Cylindrical", "Free", "Mimic", "Planar", "Prismatic", "Revolute", "Spherical"),
-        *("Distance", "Gear", "Loop", "LoopEnd", "Universal", "Weld"),
-        *("Balance", "BaseMotion", "Body", "CriticalPoint", "EquilibriumPath", "Fluid", "Harmonic", "Input"),
-        *("Link", "Load", "Profile", "Robot", "Rod", "Section", "Segment", "SpringPendulum", "Statistics"),
-        *("ActuateResult", "ReachResult", "Support"),
-    ),
-    "model.contacts": (
-        "Ball",
-        "Box",
-        "Capsule",
-        "Contact",
-        "ConvexMesh",
-        "HalfSpace",
-        "HeightField",
-        "Sphere",
+        *("ActuateResult", "ReachResult", "Balance", "CriticalPoint", "EquilibriumPath", "Statistics"),
+        *("Harmonic", "Input", "Profile", "Robot", "Rod", "Section", "SpringPendulum"),
     ),
     "analysis.fits": ("FitResult",),
     "analysis.sensitivities": ("SensitivityResult",),
@@ -56,11 +42,15 @@ PARTS = {
     "analysis.materials": ("OfMaterial", "OfSection"),
 }
 
-#: The classes of sections by shape; records of older versions name them as functions of `Section`.
-SHAPES = {kind.__qualname__: kind for kind in Section.__subclasses__()}
 
-#: The classes by name.
-CLASSES: dict[str, type] = SHAPES | {
+def _made(base: type[Part]) -> list[type[Part]]:
+    """The classes of parts below one that have no further ones; methods of simulations are no parts."""
+    below = [kind for kind in base.__subclasses__() if kind.__module__ in ("lissom", Part.__module__)]
+    return [leaf for kind in below for leaf in _made(kind)] if below else [base]
+
+
+#: The classes by name; records of older versions name those of sections as functions of `Section`.
+CLASSES: dict[str, type] = {kind.__qualname__: kind for kind in _made(Part)} | {
     name: getattr(import_module(f"lissom.{module}"), name)
     for module, names in PARTS.items()
     for name in names
@@ -326,7 +316,7 @@ def _is_written_by_fields(owner: type) -> bool:
 
 
 def _is_shape(owner: type, function: Any) -> bool:
-    return owner is Section and f"Section.{function}" in SHAPES
+    return owner is Section and f"Section.{function}" in CLASSES
 
 
 @cache

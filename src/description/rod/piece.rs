@@ -84,7 +84,8 @@ impl Piece {
     fn tables(&self) -> impl Iterator<Item = &[f64]> {
         let variations = self.segment.section.variations();
         let of_section = variations.into_iter().map(|variation| variation.stations);
-        of_section.chain([self.segment.reference_strain.stations()])
+        let of_effects = self.segment.of_effects().into_iter().map(|(_, along)| along.stations());
+        of_section.chain([self.segment.reference_strain.stations()]).chain(of_effects)
     }
 
     /// Points inside (0, 1) where the basis, the reference strain or the section has a kink.

@@ -29,6 +29,12 @@ impl Segment {
         self.check_basis(&mut check);
         check.non_negative(self.retardation_time, "retardation_time", "seconds");
         self.check_reference_strain(&mut check);
+        for (name, along) in self.of_effects() {
+            along.check(&mut check, name, self.length);
+            let has_area = matches!(self.section, Section::Shape(_)) || along.is_zero();
+            let found = format_args!("{name} of a given section");
+            check.require(has_area, name, found, "none: a given section has no area");
+        }
         if let Some(nodes) = self.nodes {
             check.require(
                 (1..=MAX_NODES).contains(&nodes),

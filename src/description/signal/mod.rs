@@ -312,6 +312,8 @@ pub(crate) trait Timed {
     fn edge_near(&self, t: f64, dt: f64) -> Option<f64>;
     /// [`Signal::period`].
     fn period(&self) -> f64;
+    /// An entry that is not finite at a time, if it can be computed at all.
+    fn not_finite(&self, t: f64) -> Option<f64>;
 }
 
 impl<const N: usize> Timed for Signal<N> {
@@ -337,6 +339,10 @@ impl<const N: usize> Timed for Signal<N> {
 
     fn period(&self) -> f64 {
         self.period()
+    }
+
+    fn not_finite(&self, t: f64) -> Option<f64> {
+        self.at(t).ok()?.into_iter().find(|x| !x.is_finite())
     }
 }
 

@@ -3,17 +3,14 @@
 mod joint;
 pub(crate) mod links;
 mod piece;
-mod points;
+pub(crate) mod points;
 
 use self::links::Tree;
-use crate::numerics::lie::Instructions;
 use crate::robot::description::{Inputs, Robot};
 use crate::robot::effects::actuator::plan::ActuatorPlan;
-use crate::robot::effects::contact::plan::Contacts;
 use crate::robot::effects::load::Frame;
 use crate::robot::effects::load::plan::LoadPlan;
-use crate::robot::effects::loops::plan::Loops;
-use crate::robot::effects::{actuator, all as effects, contact, fluid, load, loops, support};
+use crate::robot::effects::{self, actuator, load};
 use crate::robot::plan::Plan;
 use crate::robot::plan::world::World;
 use crate::robot::turning::Turning;
@@ -38,52 +35,29 @@ fn plan_of<G: Turning>(robot: &Robot, frame: G::Frame, mut tree: Tree<G>) -> Pla
         .collect();
     load::compile::compile(&mut tree, &loads);
     let straight = actuator::compile::straight(robot, &tree);
-    let pulled: Vec<_> =
-        straight.iter().flat_map(|line| &line.ends).map(|end| end.place().cloned()).collect();
-    let tied = loops::compile::places(robot, &tree);
-    let surfaces = contact::compile::places(robot, &tree);
-    let (points, supported) = points::compile(frame, &mut tree, &loads, [&pulled, &tied, &surfaces], robot);
+    let pulled = straight.iter().flat_map(|line| &line.ends).map(|end| end.place().cloned()).collect();
+    let places = effects::places(robot, &tree, pulled);
+    let points = points::compile(frame, &mut tree, &loads, places, robot);
     let stations = tree.stations();
     let Tree { pieces, links, n, packs, hinges, .. } = tree;
     let actuation = actuator::compile::compile(robot, &pieces, &links, &inputs, straight);
     let mut plan = Plan {
         n,
         stations,
-        has_branches: false,
-        carrying: Vec::new(),
-        instructions: Instructions::of_machine(),
         packs,
         hinges,
-        frame,
         points,
-        anchors: Vec::new(),
-        loops: Loops::none(),
-        contacts: Contacts::none(),
-        immersion: None,
-        has_responses: false,
-        has_dead_loads: loads.iter().any(|load| load.frame == Frame::World)
-            || !actuation.lines.is_empty()
-            || !tied.is_empty(),
+        has_dead_loads: loads.iter().any(|load| load.frame == Frame::World) || !actuation.lines.is_empty(),
         varies_in_time: is_moving
             || loads.iter().any(|load| load.varies_in_time)
             || actuation.actuators.iter().any(ActuatorPlan::varies_in_time),
-        inputs,
-        actuation,
         pieces,
         links,
         loads,
-        world,
+        ..Plan::empty(frame, world, inputs, actuation)
     };
     plan.find_families();
     actuator::compile::attach(&mut plan);
-    plan.loops = loops::compile::compile(&plan, robot);
-    plan.contacts = contact::compile::compile(&plan, robot);
-    if !robot.supports.is_empty() {
-        plan.anchors = support::compile::compile(&plan, &robot.supports, &supported);
-    }
-    if let Some(fluid) = &robot.fluid {
-        fluid::compile::compile(&mut plan, robot, fluid);
-    }
-    plan.has_responses = effects::responds(&plan);
+    effects::compile(&mut plan, robot);
     plan
 }

@@ -1,4 +1,4 @@
-//! Compiles concentrated loads, bodies and supports to points of a plan.
+//! Compiles what is at places of robots to points of a plan.
 
 use super::links::Tree;
 use crate::description::body::{Body, Hull};
@@ -14,17 +14,18 @@ use crate::robot::plan::point::{Inside, Offset, Place, Point, Points};
 use crate::robot::turning::Turning;
 use crate::robot::turning::place;
 
-/// Compiles concentrated loads, bodies and supports of a robot with these pieces to points, in the order of
-/// places, and returns the index of the point for each support. `pulled` are the places of the ends of
-/// straight tendon parts, `tied` those of closed loops, `surfaces` those of balls and solids with contacts.
-/// Assigns the points to the pieces. Places at which others are attached are points too.
+/// Places of the items of an effect, for those that have one, and the list of a point that takes their indices.
+pub(crate) type PointsFor<G> = (Vec<Option<Place>>, fn(&mut Point<G>) -> &mut Vec<usize>);
+
+/// Compiles concentrated loads and bodies of a robot with these pieces, and what else needs points, to points in the order
+/// of places. Assigns the points to the pieces. Places at which others are attached are points too.
 pub(crate) fn compile<G: Turning>(
     frame: G::Frame,
     tree: &mut Tree<G>,
     loads: &[LoadPlan<G>],
-    [pulled, tied, surfaces]: [&[Option<Place>]; 3],
+    places: impl IntoIterator<Item = PointsFor<G>>,
     robot: &Robot,
-) -> (Vec<Point<G>>, Vec<usize>) {
+) -> Vec<Point<G>> {
     let Tree { pieces, links, attachments, .. } = tree;
     let mut points: Vec<Point<G>> = Vec::new();
     for (l, load) in loads.iter().enumerate() {
@@ -64,18 +65,11 @@ pub(crate) fn compile<G: Turning>(
         });
         point.hulls.push(hull);
     }
-    for (a, support) in robot.supports.iter().enumerate() {
-        let place = place::on_link(pieces, &links[support.link], support.at);
-        let point = point_at(&mut points, pieces, place);
-        point.anchors.push(a);
-        point.is_oriented = true;
-    }
-    for (kind, ends) in [pulled, tied, surfaces].into_iter().enumerate() {
-        for (end, place) in ends.iter().enumerate() {
+    for (places, list) in places {
+        for (item, place) in places.into_iter().enumerate() {
             let Some(place) = place else { continue };
-            let point = point_at(&mut points, pieces, place.clone());
-            let there = [&mut point.pulled, &mut point.tied, &mut point.surfaces];
-            there[kind].push(end);
+            let point = point_at(&mut points, pieces, place);
+            list(point).push(item);
             point.is_oriented = true;
         }
     }
@@ -95,11 +89,7 @@ pub(crate) fn compile<G: Turning>(
             Points { inside: first..first + inside, attachments_before, at_end: first + inside..end };
         attachments_before += points[first..end].iter().filter(|point| point.carries.is_some()).count();
     }
-    let mut supported = vec![0; robot.supports.len()];
-    for (i, point) in points.iter().enumerate() {
-        point.anchors.iter().for_each(|&a| supported[a] = i);
-    }
-    (points, supported)
+    points
 }
 
 /// A body in the axes of the place relative to which it is fixed.
@@ -143,17 +133,5 @@ pub(crate) fn point<G: Turning>(piece: &PiecePlan<G>, place: Place) -> Point<G> 
             share: packed(nodes, |i| place.weights[i] / weight(i)),
         }
     });
-    Point {
-        place,
-        inside,
-        body: None,
-        hulls: Vec::new(),
-        loads: Vec::new(),
-        anchors: Vec::new(),
-        pulled: Vec::new(),
-        tied: Vec::new(),
-        surfaces: Vec::new(),
-        carries: None,
-        is_oriented: false,
-    }
+    Point::empty(place, inside)
 }

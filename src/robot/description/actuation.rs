@@ -5,13 +5,14 @@ use std::sync::Arc;
 
 use super::carriers::{Carrier, Carriers};
 use super::driven::Driven;
+use super::given::GivenSignal;
 use super::link::Link;
 use super::robot::{Robot, check_name};
 use crate::description::joint::Joint;
 use crate::description::rod::arc_length::check_place;
 use crate::description::rod::{STRAIN_NAMES, Segment};
 use crate::description::schema::Item as _;
-use crate::description::signal::Input;
+use crate::description::signal::{Input, Signal};
 use crate::error::{Checker, Number};
 use crate::robot::effects::actuator::{Actuator, Along, Motor, Part, Tendon, Via};
 
@@ -55,20 +56,16 @@ impl Inputs {
     }
 
     fn take_all(&mut self, robot: &Robot, check: &mut Checker) {
-        for (i, load) in robot.loads.iter().enumerate() {
-            for (signal, name) in [(&load.force, "force"), (&load.moment, "moment")] {
-                self.take(signal.input(), check, &format!("loads[{i}].{name}"));
-            }
-        }
-        for (i, actuator) in robot.actuators.iter().enumerate() {
-            for (name, signal) in actuator.named_signals() {
-                self.take(signal.input(), check, &format!("actuators[{i}].{name}"));
+        for given in robot.given() {
+            match given.signal {
+                GivenSignal::Number(Signal::Input(input)) => self.take(input, check, &given.place()),
+                GivenSignal::Vector(Signal::Input(input)) => self.take(input, check, &given.place()),
+                _ => {}
             }
         }
     }
 
-    fn take<const N: usize>(&mut self, input: Option<&Input<N>>, check: &mut Checker, place: &str) {
-        let Some(Input { name, value }) = input else { return };
+    fn take<const N: usize>(&mut self, Input { name, value }: &Input<N>, check: &mut Checker, place: &str) {
         let Some(known) = self.known.iter().find(|known| known.name == *name) else {
             let new = Known {
                 name: Arc::clone(name),

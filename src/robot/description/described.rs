@@ -6,6 +6,7 @@ use super::{Link as ResolvedLink, Robot as Resolved, Rod as ResolvedRod};
 use crate::description::body::described::Body;
 use crate::description::rod::described::Segment;
 use crate::description::schema::{Described, LinkName, Reader};
+use crate::description::signal::Signal;
 use crate::description::world::STANDARD_GRAVITY;
 use crate::description::world::described::BaseMotion;
 use crate::robot::effects::actuator::described::Actuator;
@@ -13,6 +14,7 @@ use crate::robot::effects::contact::described::Contact;
 use crate::robot::effects::fluid::Fluid;
 use crate::robot::effects::load::described::Load;
 use crate::robot::effects::loops::described::Loop;
+use crate::robot::effects::magnet::described::Magnet;
 use crate::robot::effects::support::described::Support;
 
 pub use super::link::described::{Link, LinkRod};
@@ -54,6 +56,12 @@ pub struct Robot {
     /// Pairs of surfaces that can touch.
     #[part(default)]
     pub contacts: Vec<Contact>,
+    /// Magnetic dipoles on links; each one names its link. They act on each other, and on magnetised segments of other links.
+    #[part(default)]
+    pub magnets: Vec<Magnet>,
+    /// Uniform magnetic field in world axes, at magnets and magnetised segments. Takes the forms of a `Load`'s `force`.
+    #[part(unit = "tesla", default)]
+    pub field: Signal<3>,
 }
 
 /// A Cosserat rod that is clamped at its base: a sequence of segments with loads and rigid bodies.
@@ -104,6 +112,12 @@ pub struct Rod {
     /// Contacts of the rod, which they name as the link "rod".
     #[part(default)]
     pub contacts: Vec<Contact>,
+    /// Magnetic dipoles on the rod. They act on each other.
+    #[part(default)]
+    pub magnets: Vec<Magnet>,
+    /// Uniform magnetic field in world axes, at magnets and magnetised segments. Takes the forms of a `Load`'s `force`.
+    #[part(unit = "tesla", default)]
+    pub field: Signal<3>,
 }
 
 /// Parts of a robot that name their links or coordinates.
@@ -111,6 +125,7 @@ struct Parts<'a> {
     loads: &'a [Load],
     bodies: &'a [Body],
     supports: &'a [Support],
+    magnets: &'a [Magnet],
     actuators: &'a [Actuator],
     loops: &'a [Loop],
     contacts: &'a [Contact],
@@ -196,6 +211,8 @@ impl Parts<'_> {
             places.each("bodies", self.bodies, reader, |it, reader| Some(it.resolved(on(&it.link, reader)?)));
         let supports = places
             .each("supports", self.supports, reader, |it, reader| Some(it.resolved(on(&it.link, reader)?)));
+        let magnets = places
+            .each("magnets", self.magnets, reader, |it, reader| Some(it.resolved(on(&it.link, reader)?)));
         let actuators = places.each_named(
             "actuators",
             self.actuators,
@@ -220,7 +237,7 @@ impl Parts<'_> {
             Contact::has_default_name,
             |contact| &mut contact.name,
         );
-        *robot = Resolved { loads, bodies, supports, actuators, loops, contacts, ..robot.clone() };
+        *robot = Resolved { loads, bodies, supports, magnets, actuators, loops, contacts, ..robot.clone() };
         places
     }
 }
@@ -238,10 +255,11 @@ impl Robot {
             gravity: self.gravity,
             fluid: self.fluid.clone(),
             base_motion: self.base_motion.as_ref().map(BaseMotion::resolved),
+            field: self.field.clone(),
             ..Resolved::new(links)
         };
-        let Self { loads, bodies, supports, actuators, loops, contacts, .. } = self;
-        let parts = Parts { loads, bodies, supports, actuators, loops, contacts };
+        let Self { loads, bodies, supports, magnets, actuators, loops, contacts, .. } = self;
+        let parts = Parts { loads, bodies, supports, magnets, actuators, loops, contacts };
         let places = parts.add_to(&mut robot, false, are_incomplete, reader);
         (robot, places)
     }
@@ -259,15 +277,17 @@ impl Rod {
             tip_moment: self.tip_moment,
             tip_mass: self.tip_mass,
             fluid: self.fluid.clone(),
+            field: self.field.clone(),
             ..ResolvedRod::new(self.segments.iter().map(Segment::resolved).collect())
         };
         let mut robot = Resolved::from(&rod);
-        let Self { loads, bodies, supports, actuators, contacts, .. } = self;
-        let parts = Parts { loads, bodies, supports, actuators, loops: &[], contacts };
+        let Self { loads, bodies, supports, magnets, actuators, contacts, .. } = self;
+        let parts = Parts { loads, bodies, supports, magnets, actuators, loops: &[], contacts };
         let places = parts.add_to(&mut robot, true, false, reader);
         rod.loads = robot.loads;
         rod.bodies = robot.bodies;
         rod.supports = robot.supports;
+        rod.magnets = robot.magnets;
         rod.actuators = robot.actuators;
         rod.contacts = robot.contacts;
         (rod, places)
@@ -290,6 +310,8 @@ impl Resolved {
             actuators: self.actuators.iter().map(|actuator| self.described_actuator(actuator)).collect(),
             loops: self.described_loops().collect(),
             contacts: self.contacts.iter().map(|contact| self.described_contact(contact)).collect(),
+            magnets: self.magnets.iter().map(|magnet| magnet.described(name(magnet.link))).collect(),
+            field: self.field.clone(),
         }
     }
 }
@@ -297,8 +319,9 @@ impl Resolved {
 impl ResolvedRod {
     /// The description of this rod.
     pub fn described(&self) -> Rod {
-        let Robot { mut loads, mut bodies, supports, fluid, base_motion, actuators, contacts, .. } =
-            Resolved::from(self).described();
+        let described = Resolved::from(self).described();
+        let Robot { mut loads, mut bodies, supports, fluid, base_motion, .. } = described;
+        let Robot { actuators, contacts, magnets, field, .. } = described;
         // Those at the tip have arguments of their own.
         loads.truncate(self.loads.len());
         bodies.truncate(self.bodies.len());
@@ -317,6 +340,8 @@ impl ResolvedRod {
             fluid,
             actuators,
             contacts,
+            magnets,
+            field,
         }
     }
 }

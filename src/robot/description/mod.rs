@@ -5,6 +5,7 @@ mod actuation;
 mod carriers;
 pub mod described;
 mod driven;
+mod given;
 mod link;
 mod mimic;
 mod named;
@@ -16,6 +17,8 @@ mod timed;
 
 pub use actuation::Inputs;
 pub use driven::Driven;
+#[cfg(feature = "python")]
+pub(crate) use given::GivenSignal;
 pub use link::Link;
 pub(crate) use mimic::{Origin, origin};
 pub use robot::{MAX_COORDINATES, Robot};

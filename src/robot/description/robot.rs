@@ -4,6 +4,7 @@ use std::collections::HashSet;
 
 use super::carriers::{Carrier, Carriers};
 use super::driven::Driven;
+use super::given::Given;
 use super::link::Link;
 use super::mimic::check_mimics;
 use crate::description::body::Body;
@@ -11,6 +12,7 @@ use crate::description::joint::Joint;
 use crate::description::rod::arc_length::check_end;
 use crate::description::rod::{Section, Segment};
 use crate::description::schema::Item as _;
+use crate::description::signal::Signal;
 use crate::description::world::{BaseMotion, STANDARD_GRAVITY};
 use crate::error::{Checker, InvalidInput, Number};
 use crate::robot::effects::actuator::{Actuator, Along, Drive, Via};
@@ -18,6 +20,7 @@ use crate::robot::effects::contact::{Contact, Surface};
 use crate::robot::effects::fluid::Fluid;
 use crate::robot::effects::load::{Extent, Load};
 use crate::robot::effects::loops::{Loop, Tie};
+use crate::robot::effects::magnet::{self, Magnet};
 use crate::robot::effects::support::Support;
 
 /// Maximum number of entries of a robot's integration matrices, summed squares of the numbers of nodes: 1 GiB
@@ -54,6 +57,10 @@ pub struct Robot {
     pub loops: Vec<Loop>,
     /// Pairs of surfaces that can touch.
     pub contacts: Vec<Contact>,
+    /// Magnets on the links.
+    pub magnets: Vec<Magnet>,
+    /// Uniform magnetic field in the world, in tesla.
+    pub field: Signal<3>,
 }
 
 /// Centres of mass nearer to the section than this part of the radius of gyration are on it.
@@ -73,6 +80,8 @@ impl Robot {
             actuators: Vec::new(),
             loops: Vec::new(),
             contacts: Vec::new(),
+            magnets: Vec::new(),
+            field: Signal::default(),
         }
     }
 
@@ -160,7 +169,19 @@ impl Robot {
             && self.loads.iter().all(|load| load.extent == Extent::Tip)
             && self.supports.is_empty()
             && self.loops.is_empty()
+            && !self.has_magnets()
             && self.actuators.iter().all(acts_alike)
+    }
+
+    /// Whether the inertia of sections affects only the forces along their rods.
+    pub(crate) fn has_separate_sections(&self) -> bool {
+        let Self { base_motion, fluid, contacts, .. } = self;
+        base_motion.is_none() && fluid.is_none() && contacts.is_empty() && !self.has_magnets()
+    }
+
+    /// Whether anything is magnetised.
+    pub(crate) fn has_magnets(&self) -> bool {
+        !self.magnets.is_empty() || self.segments().any(magnet::is_magnetised)
     }
 
     /// All segments, link by link.
@@ -288,25 +309,16 @@ impl Robot {
         self.actuators.iter().filter(|actuator| actuator.is_inextensible())
     }
 
-    /// Description of the first load or command that is not finite at a time.
-    pub(crate) fn not_finite(&self, t: f64) -> Option<String> {
-        let of_load = |(i, load): (usize, &Load)| {
-            let signals = [("force", &load.force), ("moment", &load.moment)];
-            let (name, value) = signals.into_iter().find_map(|(name, signal)| {
-                let value = signal.at(t).ok()?.into_iter().find(|x| !x.is_finite())?;
-                Some((name, value))
-            })?;
-            Some(format!("loads[{i}].{name} is {value} at t = {}", Number(t)))
-        };
-        let of_actuator = |actuator: &Actuator| {
-            let value = actuator.signals().find_map(|signal| {
-                let [value] = signal.at(t).ok()?;
-                (!value.is_finite()).then_some(value)
-            })?;
-            Some(format!("the command of actuator \"{}\" is {value} at t = {}", actuator.name(), Number(t)))
-        };
-        let of_loads = self.loads.iter().enumerate().find_map(of_load);
-        of_loads.or_else(|| self.actuators.iter().find_map(of_actuator))
+    /// All forces and commands that are given, in the order of the inputs: of loads, the magnetic field, of actuators.
+    pub(crate) fn given(&self) -> impl Iterator<Item = Given<'_>> {
+        let of_loads = self.loads.iter().enumerate().flat_map(|(i, load)| {
+            load.named_signals().map(|(key, signal)| Given::vector(Some(("loads", i)), key, signal))
+        });
+        let of_robot = [Given::vector(None, "field", &self.field)];
+        let of_actuators = self.actuators.iter().enumerate().flat_map(|(i, actuator)| {
+            actuator.named_signals().map(move |(key, signal)| Given::command(i, key, signal, actuator))
+        });
+        of_loads.chain(of_robot).chain(of_actuators)
     }
 
     /// Reports every problem of this robot, including links and everything that acts on them.
@@ -342,6 +354,11 @@ impl Robot {
                 support.validate(x)
             });
         }
+        for (i, magnet) in self.magnets.iter().enumerate() {
+            let place = format!("magnets[{i}]");
+            self.check_on_link(&mut check, &place, magnet.link, magnet.at.is_some(), |x| magnet.validate(x));
+        }
+        self.field.check(&mut check, "field");
         let carriers = Carriers::of(&self.links, self.base_motion.is_some());
         self.check_actuators(&mut check, &carriers);
         self.check_loops(&mut check, &carriers);

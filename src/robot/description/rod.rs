@@ -5,12 +5,14 @@ use super::link::{Link, check_orientation};
 use super::robot::{MAX_COORDINATES, Robot, check_integration, check_surroundings};
 use crate::description::body::Body;
 use crate::description::rod::{Section, Segment};
+use crate::description::signal::Signal;
 use crate::description::world::{BaseMotion, STANDARD_GRAVITY};
 use crate::error::{Checker, InvalidInput};
 use crate::robot::effects::actuator::Actuator;
 use crate::robot::effects::contact::Contact;
 use crate::robot::effects::fluid::Fluid;
 use crate::robot::effects::load::Load;
+use crate::robot::effects::magnet::Magnet;
 use crate::robot::effects::support::Support;
 
 /// A rod: a sequence of segments, clamped at its base, with loads and rigid bodies.
@@ -45,6 +47,10 @@ pub struct Rod {
     pub actuators: Vec<Actuator>,
     /// The contacts.
     pub contacts: Vec<Contact>,
+    /// Magnets on the rod.
+    pub magnets: Vec<Magnet>,
+    /// Uniform magnetic field in the world, in tesla.
+    pub field: Signal<3>,
 }
 
 impl Rod {
@@ -65,6 +71,8 @@ impl Rod {
             fluid: None,
             actuators: Vec::new(),
             contacts: Vec::new(),
+            magnets: Vec::new(),
+            field: Signal::default(),
         }
     }
 
@@ -116,6 +124,10 @@ impl Rod {
         for (i, support) in self.supports.iter().enumerate() {
             check.nested(&format!("supports[{i}]"), support.validate(length));
         }
+        for (i, magnet) in self.magnets.iter().enumerate() {
+            check.nested(&format!("magnets[{i}]"), magnet.validate(length));
+        }
+        self.field.check(&mut check, "field");
         if let Some(fluid) = &self.fluid {
             check.nested("fluid", fluid.validate());
             let given = self.segments.iter().position(|segment| matches!(segment.section, Section::Given(_)));
@@ -157,6 +169,8 @@ impl From<&Rod> for Robot {
             actuators: rod.actuators.clone(),
             loops: Vec::new(),
             contacts: rod.contacts.clone(),
+            magnets: rod.magnets.clone(),
+            field: rod.field.clone(),
         }
     }
 }

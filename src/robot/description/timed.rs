@@ -1,11 +1,11 @@
 //! What depends on time in a robot: prescribed motions, and forces and commands that are given.
 
 use super::driven::Driven;
+use super::given::Given;
 use super::robot::Robot;
 use crate::description::signal::{Cell, Jumps, Timed};
 use crate::description::world::BaseMotion;
-use crate::robot::effects::actuator::Actuator;
-use crate::robot::effects::load::Load;
+use crate::error::Number;
 
 impl Robot {
     /// Sources of driven joints, link by link.
@@ -13,21 +13,27 @@ impl Robot {
         self.links.iter().filter_map(|link| link.driven.as_ref())
     }
 
-    /// Forces and moments of loads, and commands of actuators.
+    /// Forces and commands.
     fn signals(&self) -> impl Iterator<Item = &dyn Timed> {
-        self.signals_of(|_| true)
+        self.given().map(Given::timed)
     }
 
     /// Those that forces follow at once; no finite force follows the length of a tendon that does not stretch.
     fn force_signals(&self) -> impl Iterator<Item = &dyn Timed> {
-        self.signals_of(|actuator| !actuator.is_inextensible())
+        let follows = |given: &Given<'_>| given.commands.is_none_or(|actuator| !actuator.is_inextensible());
+        self.given().filter(follows).map(Given::timed)
     }
 
-    fn signals_of(&self, is_meant: fn(&Actuator) -> bool) -> impl Iterator<Item = &dyn Timed> {
-        let of_loads = self.loads.iter().flat_map(Load::signals);
-        let of_actuators = self.actuators.iter().filter(move |actuator| is_meant(actuator));
-        let of_actuators = of_actuators.flat_map(Actuator::signals);
-        of_loads.chain(of_actuators.map(|signal| signal as &dyn Timed))
+    /// Description of the first force or command that is not finite at a time.
+    pub(crate) fn not_finite(&self, t: f64) -> Option<String> {
+        self.given().find_map(|given| {
+            let value = given.timed().not_finite(t)?;
+            let what = match given.commands {
+                Some(actuator) => format!("the command of actuator \"{}\"", actuator.name()),
+                None => given.place(),
+            };
+            Some(format!("{what} is {value} at t = {}", Number(t)))
+        })
     }
 
     /// Latest end of a step from `t` that cannot miss a feature of loads and prescribed motions

@@ -116,6 +116,9 @@ pub(crate) trait CoordinateForce<G: Turning> {
         weights: Weights,
         tangent: &mut Tangent<'_>,
     );
+
+    /// Whether these derivatives have entries between different pieces.
+    fn couples_pieces(plan: &Plan<G>) -> bool;
 }
 
 /// Energy that is stored: of a potential, or of the motion.
@@ -253,6 +256,10 @@ impl<G: Turning, E: NoCoordinateForce> CoordinateForce<G> for E {
 
     #[inline(always)]
     fn stiffen(_: &Plan<G>, _: &Workspace<G>, _: &mut TangentWorkspace<G>, _: Weights, _: &mut Tangent<'_>) {}
+
+    fn couples_pieces(_: &Plan<G>) -> bool {
+        false
+    }
 }
 
 /// An effect without [`StoredEnergy`].

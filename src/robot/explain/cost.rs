@@ -7,8 +7,8 @@
 
 use crate::model::Holder;
 use crate::robot::choice::Solve;
+use crate::robot::effects;
 use crate::robot::effects::actuator::plan::{ActuatorPlan, Law, Part, Sleeve};
-use crate::robot::effects::all as effects;
 use crate::robot::kernel::tree;
 use crate::robot::plan::Plan;
 use crate::robot::plan::material::Moments;

@@ -13,12 +13,11 @@ use crate::robot::choice::{
     COORDINATES_OF_A_CHAIN, COORDINATES_OF_A_ROBOT, Kernel, SEGMENTS_OF_A_CHAIN, Solve,
 };
 use crate::robot::description::{Driven, Link, Robot};
+use crate::robot::effects;
 use crate::robot::effects::actuator::Actuator;
 use crate::robot::effects::actuator::explain as actuators;
-use crate::robot::effects::contact::explain as contacts;
 use crate::robot::effects::load::{Extent, Frame, Load};
 use crate::robot::effects::loops::Loop;
-use crate::robot::effects::loops::explain as loops;
 
 /// Maximum number of links and actuators listed with their costs; of more, the most expensive ones.
 const LISTED_SHARES: usize = 10;
@@ -91,10 +90,8 @@ impl Explanation {
         }
         explanation.loads(robot);
         explanation.fluid(robot);
-        let of_loops =
-            if robot.is_rod() && robot.constraints() == 0 { Vec::new() } else { loops::explain(robot) };
-        let of_effects = actuators::explain(robot, of_actuators).into_iter().chain(of_loops);
-        for (is_computed, what, why) in of_effects.chain(contacts::explain(robot)) {
+        let of_effects = actuators::explain(robot, of_actuators).into_iter().chain(effects::explain(robot));
+        for (is_computed, what, why) in of_effects {
             explanation.add(is_computed, what, why);
         }
         explanation.solve(solve, robot, of_actuators);

@@ -3,7 +3,7 @@
 use super::elasticity;
 use crate::model::Energy;
 use crate::numerics::lie::{Lanes, Scalar, Twist, VectorSpace};
-use crate::robot::effects::all as effects;
+use crate::robot::effects;
 use crate::robot::plan::Plan;
 use crate::robot::plan::material::Moments;
 use crate::robot::state::Workspace;

@@ -6,10 +6,9 @@
 use super::{inverse_dynamics, lines};
 use crate::numerics::lie::{VectorSpace, Wrench};
 use crate::numerics::linalg::Matrix;
+use crate::robot::effects;
 use crate::robot::effects::actuator::force as actuation;
 use crate::robot::effects::actuator::state::{ActuationTangent, Force};
-use crate::robot::effects::kinds::{LineWrench, PointWrench};
-use crate::robot::effects::load::force::Loads;
 use crate::robot::effects::load::plan as load;
 use crate::robot::plan::Plan;
 use crate::robot::state::Workspace;
@@ -65,14 +64,12 @@ pub(crate) fn tangent<G: Turning>(
 fn gather<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, zeros: &[f64], tau: &mut [f64]) {
     work.force.fill(Wrench::zero());
     for piece in &plan.pieces {
-        if <Loads as LineWrench<G>>::acts_along(plan, piece) {
-            <Loads as LineWrench<G>>::act_along(plan, piece, work);
-        }
+        effects::load_along(plan, piece, work);
     }
     for (i, point) in plan.points.iter().enumerate() {
         let mut state = work.points[i];
         state.force = Wrench { moment: VectorSpace::zero(), force: VectorSpace::zero() };
-        <Loads as PointWrench<G>>::act_at(plan, work, point, &mut state);
+        effects::load_at(plan, work, point, &mut state);
         work.points[i] = state;
     }
     inverse_dynamics::gather(plan, work);

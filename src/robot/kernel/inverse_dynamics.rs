@@ -9,7 +9,7 @@ use super::{hinge, points};
 use crate::numerics::lie::{Cross, Lanes, Scalar, Sweep, Twist, Wrench, weighted_sum};
 use crate::robot::algebra::inertia::Seen as _;
 use crate::robot::algebra::inertia::{General, Round, Sections};
-use crate::robot::effects::all as effects;
+use crate::robot::effects;
 use crate::robot::effects::contact::force as contact;
 use crate::robot::plan::Plan;
 use crate::robot::plan::material::Moments;

@@ -9,7 +9,7 @@ use super::tangent::products;
 use crate::numerics::lie::{LANES, Scalar, Twist, weighted_sum};
 use crate::numerics::linalg::Matrix;
 use crate::robot::algebra::inertia::{General, Round, Sections, Seen as _};
-use crate::robot::effects::all as effects;
+use crate::robot::effects;
 use crate::robot::plan::Plan;
 use crate::robot::plan::material::Moments;
 use crate::robot::state::Workspace;

@@ -6,7 +6,7 @@
 //! at X, the load is not smeared, and the summation by parts of the tangent remains exact.
 
 use crate::numerics::lie::{Lanes, Twist, VectorSpace, Wrench};
-use crate::robot::effects::all as effects;
+use crate::robot::effects;
 use crate::robot::plan::Plan;
 use crate::robot::plan::piece::PiecePlan;
 use crate::robot::plan::point::Inside;

@@ -9,7 +9,7 @@
 
 use crate::description::rod::STRAINS;
 use crate::numerics::lie::{LANES, Lanes, Wrench};
-use crate::robot::effects::all as effects;
+use crate::robot::effects;
 use crate::robot::plan::Plan;
 use crate::robot::plan::piece::PiecePlan;
 use crate::robot::plan::point::Place;

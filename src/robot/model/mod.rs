@@ -21,6 +21,7 @@ use crate::model::constraint::{Independent, one_sided};
 use crate::model::{Dynamics, Energy, Facts, Flaw, Holder, OneSided as _, Tied as _};
 use crate::numerics::lie::{Instructions, Plane, Vector};
 use crate::numerics::linalg::{Matrix, symmetric_eigen};
+use crate::robot::effects;
 use crate::robot::effects::actuator::plan::Line;
 use crate::robot::effects::contact::query::Touching;
 use crate::robot::effects::loops::explain::explain_redundant;
@@ -177,10 +178,9 @@ impl RobotModel {
     fn with(robot: &Robot, sweeps: AnySweeps, solve: Option<Solve>) -> Result<Self, InvalidInput> {
         let coordinates = Coordinates::new(robot);
         let solve = match coordinates.are_driven() {
-            // Joints that mimic others couple branches, and so do closed loops.
+            // Joints that mimic others couple branches.
             true => Solve::Dense,
-            false if robot.constraints() > 0 || !robot.contacts.is_empty() => Solve::Dense,
-            false if on_sweeps!(&sweeps, sweeps => sweeps.plan().actuation.couples_pieces()) => Solve::Dense,
+            false if on_sweeps!(&sweeps, sweeps => effects::couple_pieces(sweeps.plan())) => Solve::Dense,
             false => solve.unwrap_or_else(|| Solve::cheapest(robot)),
         };
         let unloaded = (!robot.supports.is_empty()).then(|| Box::new(sweeps.with_robot(&robot.unloaded())));

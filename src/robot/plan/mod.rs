@@ -23,6 +23,7 @@ use crate::robot::effects::contact::plan::Contacts;
 use crate::robot::effects::fluid::plan::Immersion;
 use crate::robot::effects::load::plan::LoadPlan;
 use crate::robot::effects::loops::plan::Loops;
+use crate::robot::effects::magnet::plan::Magnets;
 use crate::robot::effects::support::plan::Anchor;
 use crate::robot::plan::link::LinkPlan;
 use crate::robot::plan::material::Component;
@@ -67,6 +68,8 @@ pub(crate) struct Plan<G: Space> {
     pub(crate) loops: Loops<G::Pack>,
     /// Contacts.
     pub(crate) contacts: Contacts<G>,
+    /// Magnets.
+    pub(crate) magnets: Magnets<G>,
     /// The fluid, if its forces depend on the motion.
     pub(crate) immersion: Option<Immersion>,
     /// Whether there are dead loads, and whether the base, a load or an actuator depends on time explicitly.
@@ -77,6 +80,40 @@ pub(crate) struct Plan<G: Space> {
 }
 
 impl<G: Space> Plan<G> {
+    /// A plan without pieces and without effects other than actuators.
+    pub(crate) fn empty(
+        frame: G::Frame,
+        world: World,
+        inputs: Inputs,
+        actuation: Actuation<G::Pack>,
+    ) -> Self {
+        Self {
+            n: 0,
+            instructions: Instructions::of_machine(),
+            pieces: Vec::new(),
+            links: Vec::new(),
+            stations: 0,
+            has_branches: false,
+            carrying: Vec::new(),
+            hinges: Vec::new(),
+            packs: 0,
+            frame,
+            world,
+            loads: Vec::new(),
+            inputs,
+            actuation,
+            points: Vec::new(),
+            anchors: Vec::new(),
+            loops: Loops::none(),
+            contacts: Contacts::none(),
+            magnets: Magnets::none(),
+            immersion: None,
+            has_dead_loads: false,
+            varies_in_time: false,
+            has_responses: false,
+        }
+    }
+
     /// Determines which pieces carry which.
     pub(crate) fn find_families(&mut self) {
         let families = Families::of(&self.pieces, &self.points, self.stations);

@@ -66,6 +66,8 @@ pub(crate) struct Point<G: Space> {
     pub(crate) tied: Vec<usize>,
     /// Indices of the surfaces fixed here, among those on links.
     pub(crate) surfaces: Vec<usize>,
+    /// Indices of the magnets.
+    pub(crate) magnets: Vec<usize>,
     /// Station of pieces attached here; pieces at the end of this piece use its own station.
     pub(crate) carries: Option<usize>,
     /// Whether the orientation of the section matters.
@@ -73,6 +75,24 @@ pub(crate) struct Point<G: Space> {
 }
 
 impl<G: Space> Point<G> {
+    /// A point at which nothing is.
+    pub(crate) fn empty(place: Place, inside: Option<Inside<G>>) -> Self {
+        Self {
+            place,
+            inside,
+            body: None,
+            hulls: Vec::new(),
+            loads: Vec::new(),
+            anchors: Vec::new(),
+            pulled: Vec::new(),
+            tied: Vec::new(),
+            surfaces: Vec::new(),
+            magnets: Vec::new(),
+            carries: None,
+            is_oriented: false,
+        }
+    }
+
     /// Integration weights of a point listed in [`Points::inside`].
     #[inline(always)]
     pub(crate) fn reach(&self) -> &Inside<G> {

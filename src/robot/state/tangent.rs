@@ -8,6 +8,7 @@ use crate::robot::algebra::response::Response;
 use crate::robot::effects::actuator::state::ActuationTangent;
 use crate::robot::effects::contact::state::ContactTangent;
 use crate::robot::effects::loops::state::LoopTangent;
+use crate::robot::effects::magnet::plan::MagnetTangent;
 use crate::robot::plan::Plan;
 use crate::robot::plan::piece::PiecePlan;
 use crate::robot::plan::point::Point;
@@ -115,6 +116,7 @@ pub(crate) struct TangentWorkspace<G: Geometry> {
     pub(crate) loops: LoopTangent,
     /// Memory for contacts.
     pub(crate) contact: ContactTangent<G>,
+    pub(crate) magnets: MagnetTangent,
     /// Per pack, times quadrature weights: response of the fluid, if any.
     pub(crate) response: Vec<Response<G, G::Pack>>,
     /// Per component of the piece and pack: S, ad_V S, (ad_A + ad_V ad_V) S and w_q ad_S^T F for a unit
@@ -150,6 +152,7 @@ impl<G: Space> TangentWorkspace<G> {
             actuation: ActuationTangent::new(&plan.actuation, plan.n),
             loops: LoopTangent::new(&plan.loops, plan.n),
             contact: ContactTangent::new(plan),
+            magnets: MagnetTangent::new(&plan.magnets, plan.n),
             response: vec![Response::zero(); if plan.immersion.is_some() { packs } else { 0 }],
             shape: vec![Twist::zero(); blocks],
             shape_rate: vec![Twist::zero(); blocks],

@@ -14,7 +14,7 @@ use crate::numerics::lie::{Sweep, Vector};
 use crate::numerics::linalg::Matrix;
 use crate::robot::compile;
 use crate::robot::description::Robot;
-use crate::robot::effects::all as effects;
+use crate::robot::effects;
 use crate::robot::effects::contact::detection;
 use crate::robot::effects::support::force::Held;
 use crate::robot::kernel::momentum::Momentum;

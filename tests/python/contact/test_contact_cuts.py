@@ -1,4 +1,4 @@
-"""Wrenches inside a rod where it touches something: what is spread along it is cut, not counted place by place."""
+"""Wrenches inside a rod where it touches something: what is spread along it is cut."""
 
 import numpy as np
 import pytest
@@ -57,7 +57,7 @@ def test_rods_that_lie_on_each_other_balance_beyond_every_cut(is_turned):
 
 
 def test_what_touches_in_part_is_cut_without_jumps():
-    """A tilted rod, of which one half is in the floor: the force beyond a cut is continuous, and ends with the contact."""
+    """A tilted rod, of which one half is in the floor: the force beyond a cut is continuous."""
     q = np.zeros(6 + 3)
     q[2], q[4] = RADIUS + 1e-3, 0.004
     floor = lissom.Contact("rod", lissom.HalfSpace((0, 0, 0)), stiffness=STIFFNESS)

@@ -227,8 +227,8 @@ def test_a_slack_line_from_straight_is_the_elastic_catenary(ratio, chord):
 @pytest.mark.parametrize("size", [1e-2, 100.0])
 @pytest.mark.parametrize("angle", [-70, -60, -40, -15, 15, 40, 60, 70])
 def test_a_slack_line_hangs_without_a_curl_wherever_its_other_end_is(angle, size):
-    """Laid out straight along x, at first: its other end is above, or below. What does not stretch hangs in a catenary of parameter a,
-    sqrt(l^2 - z^2) = 2 a sinh(x / 2 a)."""
+    """Laid out straight along x, at first: its other end is above, or below. What does not stretch hangs in a
+    catenary of parameter a, sqrt(l^2 - z^2) = 2 a sinh(x / 2 a)."""
     x, z = 0.7 * size * np.array([np.cos(np.radians(angle)), np.sin(np.radians(angle))])
     robot = line(size, 1e5, 1.0 / size, 1e12, (x, 0, z), 20)
     found = lissom.statics(robot)

@@ -237,6 +237,8 @@ RECIPES: dict[str, dict | list[dict]] = {
         "fluid": "lissom.Fluid(1000.0)",
         "base_motion": "lissom.BaseMotion(translation=lissom.Harmonic((0, 0, 0.01), 2.0))",
         "actuators": "[lissom.Tendon('t', [lissom.Along('a')], tension=1.0), lissom.Motor('b', 0.1)]",
+        "magnets": "[lissom.Magnet((0, 0, 1.0), link='b')]",
+        "field": _a(0.0, 0.0, 0.1),
     },
     "Robot.from_urdf": {"path": "v.urdf()"},
     "Robot.explain": {"self": _MODEL},
@@ -330,6 +332,8 @@ RECIPES: dict[str, dict | list[dict]] = {
         "supports": "[lissom.Support(stiffness=3.0)]",
         "fluid": "lissom.Fluid(1000.0)",
         "actuators": "[lissom.Chamber('blow', [lissom.Along(None, (0, 0.01))], 1e-5, 1e4)]",
+        "magnets": "[lissom.Magnet((0, 0, 1.0))]",
+        "field": _a(0.0, 0.0, 0.1),
     },
     "Scene.load": {"path": "'scene.toml'"},
     "Scene.loads": {"text": "v.scene().text", "name": "'a'"},
@@ -377,6 +381,7 @@ RECIPES: dict[str, dict | list[dict]] = {
             "shear_correction": "0.9",
             "nodes": "16",
             "basis": "'chebyshev'",
+            "magnetisation": _a(1e5, 0.0, 0.0),
         },
         {
             "length": "0.2",
@@ -395,6 +400,7 @@ RECIPES: dict[str, dict | list[dict]] = {
     "Segment.inertia": {"self": "v.segment()", "X": "0.1"},
     "SpringPendulum": {"length": "1.0", "mass": "1.0", "stiffness": "10.0", "gravity": "9.81"},
     "SpringPendulum.explain": {"self": "v.pendulum()"},
+    "Magnet": {"moment": _a(0.0, 0.0, 1.0), "at": "0.1", "position": _a(0.0, 0.0, 0.01)},
     "Support": {
         "stiffness": _a(1.0, 2.0, 3.0),
         "rotational_stiffness": _a(0.1, 0.1, 0.1),

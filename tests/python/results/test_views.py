@@ -140,6 +140,8 @@ def every_argument_of_a_rod():
         "fluid": lissom.Fluid(10.0),
         "actuators": [lissom.Tendon("tendon", [lissom.Along("rod", offset=(0.005, 0.0))], tension=1.0)],
         "contacts": [lissom.Contact("rod", lissom.HalfSpace((0, 0, -5)), friction=0.3)],
+        "magnets": [lissom.Magnet((0.1, 0.0, 0.0), at=0.2)],
+        "field": (0.0, 0.0, 0.01),
     }
 
 
@@ -147,11 +149,13 @@ def every_argument_of_a_robot():
     arguments = every_argument_of_a_rod()
     arm = lissom.Link("arm", joint=lissom.Revolute((0, 0, 1)), body=lissom.Body(1.0, centre=(0.1, 0, 0)))
     links = [lissom.Link("rod", rod=arguments["segments"]), arm]
-    shared = {name: arguments[name] for name in ("gravity", "fluid", "base_motion", "actuators", "contacts")}
+    names = ("gravity", "fluid", "base_motion", "actuators", "contacts", "field")
+    shared = {name: arguments[name] for name in names}
     on_rod = {
         "loads": [lissom.Load(link="rod", force=(0.0, 0.0, 1.0))],
         "bodies": [lissom.Body(0.2, link="rod", at=0.25)],
         "supports": [lissom.Support(link="rod", at=0.3, stiffness=10.0)],
+        "magnets": [lissom.Magnet((0.1, 0.0, 0.0), link="rod", at=0.2)],
         "loops": [lissom.Loop(("rod",), (None, None, (0.5, 0.0, 0.0)), lissom.Spherical())],
     }
     return {"links": links} | shared | on_rod

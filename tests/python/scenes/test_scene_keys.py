@@ -736,12 +736,20 @@ method = "radau"
         ("method", "dop853"),
     )
 }
-# Motions with corners, and bodies in a fluid.
+# Motions with corners, bodies in a fluid, and magnets.
 SCENES |= {
     name: (Path(__file__).parents[1] / "fuzz" / "corpus" / "scenes" / f"{name}.toml").read_text(
         encoding="utf-8"
     )
-    for name in ("hulls", "ramps")
+    for name in ("hulls", "ramps", "magnets", "magnetic_rod")
+}
+SCENES |= {
+    f"magnets in {name}": SCENES["magnets"].replace("field = [0.01, 0.02, 0.03]", f"field = {field}")
+    for name, field in {
+        "a swing": "{ mean = [1, 0, 0], rate = [0, 1, 0], amplitude = [0, 0, 1], frequency = 2, phase = 1 }",
+        "a ramp": "{ times = [0, 0.1], values = [[0, 0, 0.1], [0, 0.1, 0]] }",
+        "a hand": '{ input = "B", default = [0, 0.1, 0.2] }',
+    }.items()
 }
 
 #: Keys without effect on a scene.

@@ -47,7 +47,7 @@ def _forces(glyphs: Sequence[LoadGlyph], shown: DrawnStates) -> list[Thing]:
         if not chosen:
             continue
         size = ARROW * shown.size * (0.6 if is_spread else 1.0)
-        drawn = _drawn_lengths([found[i][2] for i in chosen], size, shown.largest, f"force {is_spread}")
+        drawn = drawn_lengths([found[i][2] for i in chosen], size, shown.largest, f"force {is_spread}")
         for i, arrow in zip(chosen, drawn, strict=True):
             poses = found[i][0]
             place = poses[..., :3, 3]
@@ -79,7 +79,7 @@ def _moments(glyphs: Sequence[LoadGlyph], shown: DrawnStates) -> list[Thing]:
         if not chosen:
             continue
         size = shown.radius + RING * shown.size
-        drawn = _drawn_lengths([found[i][2] for i in chosen], size, shown.largest, f"moment {is_spread}")
+        drawn = drawn_lengths([found[i][2] for i in chosen], size, shown.largest, f"moment {is_spread}")
         for i, vector in zip(chosen, drawn, strict=True):
             poses, own, _ = found[i]
             radius = np.linalg.norm(vector, axis=-1)[..., None]
@@ -134,7 +134,7 @@ def _vectors(glyph: LoadGlyph, shown: DrawnStates) -> tuple[Array, Array, Array]
     return poses, own, world
 
 
-def _drawn_lengths(vectors: Sequence[Array], length: float, largest: Largest, kind: str) -> list[Array]:
+def drawn_lengths(vectors: Sequence[Array], length: float, largest: Largest, kind: str) -> list[Array]:
     """Scale vectors (shapes, places, 3) to the lengths at which they are drawn.
 
     Each vector keeps its variation in time. The largest one has the length

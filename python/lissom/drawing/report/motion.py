@@ -247,7 +247,7 @@ def _scene(
     """A scene with these shapes of a motion."""
     opens_at = int(np.searchsorted(at, run.opens_at))
     is_time = run.label[1].strip() == "s"
-    around = [thing.name for thing in things if thing.layer in ("gravity", "current")]
+    around = [thing.name for thing in things if thing.layer in symbols.SURROUNDINGS]
     t = np.asarray(run.t, float)[at]
     labels = None if run.labels is None else run.labels[at]
     return Scene(t, run.label, is_time, opens_at, things, low, high, eye, ground, names, around, labels)

@@ -42,7 +42,7 @@ class Scene:
     ground: tuple[int, float, bool]
     #: Layers with different names in this scene.
     names: Mapping[str, str]
-    #: Description of the surroundings: gravity, the current.
+    #: Description of the surroundings, such as gravity.
     surroundings: Sequence[str] = ()
     #: Values of the labels, (shapes,); `t` by default. They need not increase.
     labels: Array | None = None

@@ -1,4 +1,4 @@
-"""Symbols of supports, gravity and current, and the position of the floor."""
+"""Symbols of supports and of the surroundings, and the position of the floor."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ from .joints import joints
 from .layers import BREAK, Dots, DrawnStates, Solid, Strand, Thing, quaternions
 from .loads import loads
 from .loops import loops
+from .magnets import magnets
 
 Array = NDArray[np.float64]
 
@@ -23,11 +24,14 @@ Array = NDArray[np.float64]
 #: the model's size.
 AXIS, PLATE, WINDING = 0.055, 0.045, 0.02
 
+#: Layers of what is around a model.
+SURROUNDINGS = ("gravity", "current", "field")
+
 #: Number of windings of a spring.
 WINDINGS = 5
 
-#: Gravity and current: length of the arrows, distance from the corner of the box, and scale of the heads,
-#: relative to the diagonal.
+#: Gravity, current and magnetic field: length of the arrows, distance from the corner of the box, and scale
+#: of the heads, relative to the diagonal.
 CORNER_ARROW, CORNER_GAP, CORNER_HEAD = 0.13, 0.04, 0.4
 
 #: Radii of anchor balls and of spring wires, relative to the model's size.
@@ -41,13 +45,14 @@ def symbols(glyphs: Glyphs, shown: DrawnStates) -> list[Thing]:
         *loops(glyphs.loops, shown),
         *actuators(glyphs.actuators, glyphs.joints, shown),
         *loads(glyphs.loads, shown),
+        *magnets(glyphs.magnets, shown),
         *_supports(glyphs.supports, shown),
         *_clamps(glyphs.clamps, shown),
     ]
 
 
 def around(glyphs: Glyphs, low: Array, high: Array, eye: Array) -> list[Thing]:
-    """Gravity and current in the upper corners of a box seen from ``eye``."""
+    """Gravity and current in the upper corners of a box seen from ``eye``, and a field between them."""
     diagonal = float(np.linalg.norm(high - low))
     things: list[Thing] = []
     # In the upper corners on the far side of the box, left and right.
@@ -57,9 +62,10 @@ def around(glyphs: Glyphs, low: Array, high: Array, eye: Array) -> list[Thing]:
     for corner in (left, right):
         corner[depth] = low[depth] if eye[depth] > 0.0 else high[depth]
         corner[2] = high[2]
-    for layer, vector, corner, number in (
-        ("gravity", glyphs.gravity, left, 1),
-        ("current", glyphs.current, right, 3),
+    for layer, vector, unit, corner, number in (
+        ("gravity", glyphs.gravity, "m/s²", left, 1),
+        ("current", glyphs.current, "m/s", right, 3),
+        ("field", glyphs.field, "T", 0.5 * (left + right), 2),
     ):
         norm = math.hypot(*vector)
         if norm == 0.0:
@@ -70,7 +76,7 @@ def around(glyphs: Glyphs, low: Array, high: Array, eye: Array) -> list[Thing]:
         extent = CORNER_GAP * diagonal + 0.5 * np.abs(arrow) + np.abs(beside[-1])
         inwards = np.sign(0.5 * (low + high) - corner) * extent
         tails = (corner + inwards + beside - 0.5 * arrow)[None]
-        text = f"{layer}: {norm:.3g} {'m/s²' if layer == 'gravity' else 'm/s'}"
+        text = f"{layer}: {norm:.3g} {unit}"
         pointing = np.broadcast_to(arrow, tails.shape)
         things.append(arrows.arrows(layer, tails, pointing, CORNER_HEAD * diagonal, [text] * number))
     return things

@@ -1,4 +1,4 @@
-"""Geometry of everything drawn besides links: joints, loops, contacts, loads, supports, gravity and current.
+"""Geometry of what is drawn besides links: joints, loops, contacts, loads, supports, magnets, surroundings.
 
 Positions and directions as functions of coordinates and time; reports decide how they look.
 """
@@ -18,6 +18,7 @@ from .actuators import ActuatorGlyph, actuator_glyphs
 from .contacts import NOTHING_TOUCHES, Touching, contact_glyphs
 from .joints import JointGlyph, Pose, joint_glyphs
 from .loops import LoopGlyph, loop_glyphs
+from .magnets import MagnetGlyph, field, magnet_glyphs
 
 Array = NDArray[np.float64]
 
@@ -67,12 +68,15 @@ class Glyphs:
     clamps: Sequence[Pose] = ()
     actuators: Sequence[ActuatorGlyph] = ()
     loops: Sequence[LoopGlyph] = ()
+    magnets: Sequence[MagnetGlyph] = ()
     #: Contact pairs.
     contacts: Touching = NOTHING_TOUCHES
     #: Gravity in world axes, m/s^2.
     gravity: tuple[float, float, float] = (0.0, 0.0, 0.0)
     #: Velocity of the fluid in world axes, m/s.
     current: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    #: Constant magnetic field in world axes, tesla.
+    field: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
 
 def glyphs(robot: Robot, loads: Sequence[Load]) -> Glyphs:
@@ -88,9 +92,11 @@ def glyphs(robot: Robot, loads: Sequence[Load]) -> Glyphs:
         ],
         actuators=actuator_glyphs(robot),
         loops=loop_glyphs(robot),
+        magnets=magnet_glyphs(robot),
         contacts=contact_glyphs(robot),
         gravity=robot.gravity,
         current=robot.fluid.velocity if robot.fluid is not None else (0.0, 0.0, 0.0),
+        field=field(robot),
     )
 
 

@@ -129,6 +129,7 @@ macro_rules! described {
 
 described!(1, f64, NumberTable);
 described!(2, [f64; 2], PointTable);
+described!(3, [f64; 3], VectorTable);
 described!(6, [f64; 6], StrainTable);
 described!(9, Symmetric<3>, InertiaTable);
 described!(36, Symmetric<6>, StiffnessTable);

@@ -123,6 +123,35 @@ pub(crate) struct Variation<'a> {
     pub(crate) stations: &'a [f64],
 }
 
+/// A function of the arc length, whatever its values are.
+pub(crate) trait AlongSegment {
+    /// Whether it is zero everywhere.
+    fn is_zero(&self) -> bool;
+
+    /// [`Profile::stations`].
+    fn stations(&self) -> &[f64];
+
+    /// Reports constants that are not finite, and what does not fit to a segment of this length.
+    fn check(&self, check: &mut Checker, place: &str, length: f64);
+}
+
+impl<const N: usize> AlongSegment for Profile<N> {
+    fn is_zero(&self) -> bool {
+        self.constant() == Some([0.0; N])
+    }
+
+    fn stations(&self) -> &[f64] {
+        self.stations()
+    }
+
+    fn check(&self, check: &mut Checker, place: &str, length: f64) {
+        match self.constant() {
+            Some(constant) => _ = check.finite(&constant, place),
+            None => _ = check.nested(place, self.validate(length)),
+        }
+    }
+}
+
 impl<const N: usize> Profile<N> {
     /// Linear between the values at base and tip; constant if both are equal.
     pub fn linear(ends: [[f64; N]; 2]) -> Self {

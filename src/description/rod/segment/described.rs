@@ -172,6 +172,10 @@ pub struct Segment {
     /// Poisson's ratio nu in (-1, 0.5], instead of the shear modulus: G = E/(2 (1 + nu)). Then the shear modulus follows Young's
     /// modulus where that is swept, fitted or differentiated with respect to.
     pub poisson_ratio: Option<f64>,
+    /// Magnetisation of the material in the axes of the section; takes the same forms as `reference_strain`. It acts on the area
+    /// of the unstretched section, in the field and beside the magnets of a `Robot`.
+    #[part(unit = "A/m", default = Profile::from([0.0; 3]))]
+    pub magnetisation: Profile<3>,
 }
 
 impl Segment {
@@ -213,6 +217,9 @@ impl Segment {
             let correction = Some(self.shear_correction.write()).filter(|_| !is_default);
             let complete = "the stiffness of a given section is complete";
             reader.check_unused("shear_correction", correction, complete);
+            let is_magnetic = self.magnetisation.constant() != Some([0.0; 3]);
+            let magnetisation = Some(self.magnetisation.write()).filter(|_| is_magnetic);
+            reader.check_unused("magnetisation", magnetisation, "a given section has no area");
         } else {
             let expected = "a number, unless the section is given";
             self.check_there(reader, "young_modulus", young_modulus.is_some(), expected);
@@ -278,6 +285,7 @@ impl Segment {
             basis: self.basis,
             retardation_time: self.retardation_time,
             reference_strain: self.reference_strain.clone(),
+            magnetisation: self.magnetisation.clone(),
             shear_correction: if is_given { 1.0.into() } else { self.shear_correction },
             nodes: self.nodes,
         }
@@ -317,6 +325,7 @@ impl Resolved {
             basis: self.basis,
             section: Some(self.section.described(self.length)),
             poisson_ratio: self.given_poisson_ratio,
+            magnetisation: self.magnetisation.clone(),
         };
         described.complete();
         described

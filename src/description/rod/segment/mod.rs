@@ -3,7 +3,7 @@
 pub(crate) mod described;
 
 use super::basis::Basis;
-use super::profile::Profile;
+use super::profile::{AlongSegment, Profile};
 use super::section::{GivenSection, Section, ShearCorrection};
 use super::strain::{STRAIGHT, STRAINS};
 use crate::error::{InvalidInput, Number};
@@ -46,6 +46,8 @@ pub struct Segment {
     pub retardation_time: f64,
     /// Strain of the stress-free segment.
     pub reference_strain: Profile<STRAINS>,
+    /// Magnetisation in the axes of the sections, in A/m.
+    pub magnetisation: Profile<3>,
     /// Shear correction factors k in the shear stiffness k G A of a shape; one by default.
     pub shear_correction: ShearCorrection,
     /// Number of quadrature nodes, rounded up to a multiple of four; `None` uses the number that the modes
@@ -54,6 +56,11 @@ pub struct Segment {
 }
 
 impl Segment {
+    /// What effects act on along the segment, per area of its section.
+    pub(crate) fn of_effects(&self) -> [(&'static str, &dyn AlongSegment); 1] {
+        [("magnetisation", &self.magnetisation)]
+    }
+
     /// A straight elastic segment of constant radius, without modes: a start for `..` syntax.
     pub fn straight(length: f64, radius: f64, young_modulus: f64, shear_modulus: f64, density: f64) -> Self {
         Self {
@@ -67,6 +74,7 @@ impl Segment {
             basis: Basis::Legendre,
             retardation_time: 0.0,
             reference_strain: STRAIGHT.into(),
+            magnetisation: [0.0; 3].into(),
             shear_correction: 1.0.into(),
             nodes: None,
         }

@@ -181,6 +181,10 @@ impl<G: Turning> CoordinateForce<G> for Touching {
             plan.instructions.run_apart::<G::Pack, _>(sweep);
         }
     }
+
+    fn couples_pieces(plan: &Plan<G>) -> bool {
+        !plan.contacts.pairs.is_empty()
+    }
 }
 
 impl<G: Turning> StoredEnergy<G> for Touching {

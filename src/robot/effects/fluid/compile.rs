@@ -25,7 +25,8 @@ pub(crate) fn hull<G: Turning>(fluid: &Fluid, hull: &body::Hull, centre: G::Vect
 }
 
 /// Adds the fluid of a robot, with buoyancy, to the pieces of rods. Bodies are points; joints are not affected.
-pub(crate) fn compile<G: Turning>(plan: &mut Plan<G>, robot: &Robot, fluid: &Fluid) {
+pub(crate) fn compile<G: Turning>(plan: &mut Plan<G>, robot: &Robot) {
+    let Some(fluid) = &robot.fluid else { return };
     let Fluid { density, added_mass_coefficient, .. } = *fluid;
     let immersion = Immersion { has_drag: fluid.has_drag(), has_added_mass: fluid.has_added_mass() };
     let is_felt = immersion.has_drag || immersion.has_added_mass;

@@ -15,7 +15,7 @@ pub(crate) mod plan;
 
 use crate::description::rod::arc_length::check_end;
 use crate::description::schema::{Described, Item as _};
-use crate::description::signal::{Signal, Timed};
+use crate::description::signal::Signal;
 use crate::error::{Checker, InvalidInput};
 
 /// Where a load acts along the unstretched rod, by arc length from the base in metres.
@@ -65,9 +65,9 @@ impl Load {
         }
     }
 
-    /// Force and moment, as far as their time is concerned.
-    pub(crate) fn signals(&self) -> [&dyn Timed; 2] {
-        [&self.force, &self.moment]
+    /// Force and moment with their names.
+    pub(crate) fn named_signals(&self) -> [(&'static str, &Signal<3>); 2] {
+        [("force", &self.force), ("moment", &self.moment)]
     }
 
     /// Whether force or moment depends on time explicitly.

@@ -20,7 +20,7 @@ pub(crate) fn places<G: Turning>(robot: &Robot, tree: &Tree<G>) -> Vec<Option<Pl
 }
 
 /// Constraints of a plan whose points are known: `tied` of its points lists the ends at each.
-pub(crate) fn compile<G: Turning>(plan: &Plan<G>, robot: &Robot) -> Loops<G::Pack> {
+pub(crate) fn compile<G: Turning>(plan: &mut Plan<G>, robot: &Robot) {
     let mut loops = Loops::none();
     let mut ends = 0;
     for Loop { tie, .. } in &robot.loops {
@@ -62,7 +62,8 @@ pub(crate) fn compile<G: Turning>(plan: &Plan<G>, robot: &Robot) -> Loops<G::Pac
     loops.lengths = (0..robot.actuators.len()).filter(is_inextensible).collect();
     loops.rows += loops.lengths.len();
     loops.held_by = of_loops.chain(loops.lengths.iter().map(|&i| Holder::Tendon(i))).collect();
-    loops
+    plan.has_dead_loads |= !loops.ties.is_empty();
+    plan.loops = loops;
 }
 
 /// Indices of the robot's own coordinates among those of all joints and rods.

@@ -8,6 +8,9 @@ use crate::robot::explain::text::{Explained, counted, listed};
 /// Explains what is computed for the loops of a robot.
 pub(crate) fn explain(robot: &Robot) -> Vec<Explained> {
     let mut explained = Vec::new();
+    if robot.is_rod() && robot.constraints() == 0 {
+        return explained;
+    }
     let mut add = |is_computed, what: String, why| explained.push((is_computed, what, why));
     if robot.loops.is_empty() {
         add(false, "closed loops".into(), "none".into());

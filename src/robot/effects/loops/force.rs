@@ -130,6 +130,10 @@ impl<G: Turning> CoordinateForce<G> for ClosedLoops {
             plan.instructions.run_apart::<G::Pack, _>(sweep);
         }
     }
+
+    fn couples_pieces(plan: &Plan<G>) -> bool {
+        plan.loops.rows > 0
+    }
 }
 
 impl NotAlongRods for ClosedLoops {}

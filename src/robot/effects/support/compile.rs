@@ -1,16 +1,32 @@
 //! Compiles supports to anchors of a plan.
 
 use crate::numerics::lie::{Quaternion, Rotation, Vector};
+use crate::robot::compile::links::Tree;
+use crate::robot::description::Robot;
 use crate::robot::effects::support::Support;
 use crate::robot::effects::support::plan::{AlongAxes, Anchor};
 use crate::robot::kernel::kinematics;
 use crate::robot::plan::Plan;
+use crate::robot::plan::point::Place;
 use crate::robot::state::Workspace;
-use crate::robot::turning::Turning;
+use crate::robot::turning::{Turning, place};
 
-/// Compiles the supports of a rod, in the frame of the base at rest. `at` contains the index of the plan's
-/// point for each support.
-pub(crate) fn compile<G: Turning>(plan: &Plan<G>, supports: &[Support], at: &[usize]) -> Vec<Anchor> {
+/// Places of all supports.
+pub(crate) fn places<G: Turning>(robot: &Robot, tree: &Tree<G>) -> Vec<Option<Place>> {
+    let place_of = |support: &Support| place::on_link(&tree.pieces, &tree.links[support.link], support.at);
+    robot.supports.iter().map(place_of).map(Some).collect()
+}
+
+/// Compiles the supports of a plan whose points are known, in the frame of the base at rest: `anchors` of its points lists
+/// those at each.
+pub(crate) fn compile<G: Turning>(plan: &mut Plan<G>, robot: &Robot) {
+    if robot.supports.is_empty() {
+        return;
+    }
+    let mut at = vec![0; robot.supports.len()];
+    for (p, point) in plan.points.iter().enumerate() {
+        point.anchors.iter().for_each(|&a| at[a] = p);
+    }
     // Poses of the sections at zero coordinates.
     let mut work = Workspace::new(plan);
     kinematics::run(plan, &mut work, &vec![0.0; plan.n]);
@@ -34,5 +50,5 @@ pub(crate) fn compile<G: Turning>(plan: &Plan<G>, supports: &[Support], at: &[us
         let &Support { stiffness, damping, rotational_damping, .. } = support;
         Anchor::new(position, axes, turning, AlongAxes { stiffness, damping, rotational_damping })
     };
-    supports.iter().zip(at).map(compiled).collect()
+    plan.anchors = robot.supports.iter().zip(&at).map(compiled).collect();
 }

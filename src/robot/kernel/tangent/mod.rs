@@ -38,7 +38,7 @@ use super::{elasticity, lines, loops, tree};
 use crate::numerics::lie::{Scalar, Sweep};
 use crate::robot::algebra::inertia::Seen as _;
 use crate::robot::algebra::inertia::{General, Gyroscope, Inertia, Round, Sections};
-use crate::robot::effects::all as effects;
+use crate::robot::effects;
 use crate::robot::plan::Plan;
 use crate::robot::plan::material::Moments;
 use crate::robot::state::Workspace;

@@ -3,7 +3,7 @@
 use crate::numerics::lie::{Twist, Wrench};
 use crate::robot::algebra::inertia::Gyroscope;
 use crate::robot::algebra::response::Response;
-use crate::robot::effects::all as effects;
+use crate::robot::effects;
 use crate::robot::plan::Plan;
 use crate::robot::plan::piece::PiecePlan;
 use crate::robot::state::Workspace;

@@ -419,6 +419,10 @@ impl<G: Turning> CoordinateForce<G> for Actuators {
             plan.instructions.run_apart::<G::Pack, _>(sweep);
         }
     }
+
+    fn couples_pieces(plan: &Plan<G>) -> bool {
+        plan.actuation.couples_pieces()
+    }
 }
 
 impl<G: Turning> StoredEnergy<G> for Actuators {

@@ -42,7 +42,7 @@ pub(crate) fn places<G: Turning>(robot: &Robot, tree: &Tree<G>) -> Vec<Option<Pl
 
 /// Compiles the contacts of a plan whose points are known: `surfaces` of its points lists the surfaces fixed
 /// to each.
-pub(crate) fn compile<G: Turning>(plan: &Plan<G>, robot: &Robot) -> Contacts<G> {
+pub(crate) fn compile<G: Turning>(plan: &mut Plan<G>, robot: &Robot) {
     let mut contacts = Contacts::none();
     let mut curves_of: Vec<Option<Range<usize>>> = vec![None; robot.links.len()];
     let mut number = 0;
@@ -106,7 +106,7 @@ pub(crate) fn compile<G: Turning>(plan: &Plan<G>, robot: &Robot) -> Contacts<G> 
     }
     contacts.rods = curves_of.into_iter().flatten().collect();
     contacts.capacity = contacts.pairs.iter().map(|pair| places_of(&contacts, &pair.sides)).sum();
-    contacts
+    plan.contacts = contacts;
 }
 
 fn law(contact: &Contact, robot: &Robot) -> Law {

@@ -1,0 +1,94 @@
+//! Compiled magnets, and the memory of their tangents.
+
+use super::law::Dipole;
+use crate::numerics::lie::{Geometry, Vector};
+use crate::robot::plan::space::Space;
+
+/// Magnets and magnetised segments of a plan.
+#[derive(Clone, Debug)]
+pub(crate) struct Magnets<G: Geometry> {
+    /// Index of the load that stands for the uniform field, whose force is the field, if there is one.
+    pub(super) field: Option<usize>,
+    /// Energy in a constant field of what is magnetised out of the plane of motion, which no motion changes.
+    pub(super) aside: f64,
+    pub(super) fixed: Vec<Fixed<G>>,
+    /// Moment per length at all nodes, in the axes of the sections; empty if no segment is magnetised.
+    pub(super) along: Vec<G::Vector<G::Pack>>,
+    /// Whether the piece that begins at a pack is magnetised; empty likewise.
+    pub(super) begins: Vec<bool>,
+    /// What acts on each other: first the magnets, in their order, then nodes that feel any of these.
+    pub(super) actors: Vec<Actor<G::Pack>>,
+    /// Pairs of them that move against each other. The first one is a magnet.
+    pub(super) pairs: Vec<[usize; 2]>,
+}
+
+/// A magnet at a point.
+#[derive(Clone, Debug)]
+pub(super) struct Fixed<G: Geometry> {
+    pub(super) moment: G::Vector<f64>,
+    pub(super) point: usize,
+}
+
+/// Where a dipole is.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Seat {
+    /// At a point.
+    Point(usize),
+    /// A node, by its pack and its lane: its share of a magnetised segment.
+    Node { pack: usize, lane: usize, weight: f64 },
+}
+
+/// What has a field or feels that of others.
+#[derive(Clone, Debug)]
+pub(super) struct Actor<P> {
+    pub(super) seat: Seat,
+    /// In the axes there.
+    pub(super) own: Dipole,
+    pub(super) moved_by: Vec<(usize, Vec<P>)>,
+}
+
+impl<G: Space> Magnets<G> {
+    pub(crate) fn none() -> Self {
+        Self {
+            field: None,
+            aside: 0.0,
+            fixed: Vec::new(),
+            along: Vec::new(),
+            begins: Vec::new(),
+            actors: Vec::new(),
+            pairs: Vec::new(),
+        }
+    }
+
+    /// Whether the uniform field acts along the piece that begins at a pack.
+    #[inline(always)]
+    pub(super) fn act_along(&self, first_pack: usize) -> bool {
+        self.field.is_some() && self.begins.get(first_pack).is_some_and(|is_magnetised| *is_magnetised)
+    }
+}
+
+/// Memory of the tangent.
+#[derive(Clone, Debug)]
+pub(crate) struct MagnetTangent {
+    /// The dipoles in the shape.
+    pub(super) dipoles: Vec<Dipole>,
+    /// Moment about each and force on it.
+    pub(super) wrenches: Vec<[Vector<f64>; 2]>,
+    /// Rotation and shift of each for a unit of every coordinate: entry `[actor * n + k]`.
+    pub(super) moved: Vec<[Vector<f64>; 2]>,
+    /// What each answers to a coordinate.
+    pub(super) answers: Vec<[Vector<f64>; 2]>,
+}
+
+impl MagnetTangent {
+    pub(crate) fn new<G: Space>(magnets: &Magnets<G>, n: usize) -> Self {
+        let actors = if magnets.pairs.is_empty() { 0 } else { magnets.actors.len() };
+        let none = [Vector::zero(); 2];
+        Self {
+            dipoles: vec![Dipole::none(); actors],
+            wrenches: vec![none; actors],
+            moved: vec![none; actors * n],
+            answers: vec![none; actors],
+        }
+    }
+}
