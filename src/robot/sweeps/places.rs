@@ -56,8 +56,10 @@ impl<G: Turning> Sweeps<G> {
         }
         let piece = &self.plan.pieces[place.piece];
         let rotation = place::rotation_at(piece, &self.work, q, place);
-        let offset = G::rotate(&rotation, G::vector_of(self.plan.frame, offset));
-        position + G::in_space(self.plan.frame, offset)
+        let within = G::vector_of(self.plan.frame, offset);
+        // Across the plane of motion, if there is one: models of one robot in a plane and in space are compared.
+        let across = offset - G::in_space(self.plan.frame, within);
+        position + G::in_space(self.plan.frame, G::rotate(&rotation, within)) + across
     }
 
     /// Position of a place in the frame of the base.

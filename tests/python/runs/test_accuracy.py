@@ -164,6 +164,38 @@ def test_modes_are_chosen_to_an_accuracy(tolerance):
     assert distance(poor.model, poor, exact, exact_rod) > 3 * tolerance
 
 
+@pytest.mark.parametrize("size", [1e-3, 1.0, 1e3])
+@pytest.mark.parametrize("joint", [None, lissom.Revolute((0, 0, 1))])
+def test_modes_are_chosen_for_rods_that_carry_links(joint, size):
+    """Trials in space have more modes than the planar choice, and both measure the same places of the body.
+    Lengths in another unit, with stiffness and gravity such that the motion is the same."""
+
+    def robot(modes):
+        segment = lissom.Segment(
+            0.4 * size,
+            0.01 * size,
+            1e6 * size**2,
+            poisson_ratio=0.45,
+            density=1050.0,
+            modes=modes,
+            retardation_time=0.02,
+        )
+        inertia = np.full(3, 1e-5 * size**5)
+        body = lissom.Body(0.05 * size**3, centre=(0, 0.04 * size, 0), inertia=inertia)
+        links = [lissom.Link("rod", joint=joint, rod=[segment]), lissom.Link("body", parent="rod", body=body)]
+        return lissom.Robot(links, gravity=(0, -9.81 * size, 0))
+
+    chosen = lissom.choose_modes(robot({}), 0.3, rtol=1e-2)
+    assert set(chosen.links[0].rod[0].modes) <= {"bend_z", "stretch", "shear_y"}
+    times = np.linspace(0, 0.3, 31)
+    tips = []
+    for model in (chosen, robot({"bend_z": 9, "stretch": 4, "shear_y": 4})):
+        motion = lissom.simulate(model, 0.3, method="auto", rtol=1e-3, t_eval=times)
+        assert motion.success
+        tips.append(model.pose(motion.q, link="body")[:, :3, 3])
+    assert np.linalg.norm(tips[0] - tips[1], axis=1).max() < 1e-2 * 0.4 * size
+
+
 def test_modes_are_chosen_in_the_segments_that_are_named():
     open_segment, fixed = (
         lissom.Segment(0.5, 0.02, 5e6, 5e6 / 3, 1000.0, modes, retardation_time=1e-2)
