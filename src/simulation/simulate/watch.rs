@@ -11,11 +11,6 @@ use crate::simulation::stepping::{Method, Status, Stop};
 /// some seconds of work.
 const STIFF_STEPS: usize = 100_000;
 
-/// More steps than this number are hopeless, unless the caller allows them: hours of work. So it is after so many steps at least, which
-/// pass through a singular position of coordinates if anything does.
-const HOPELESS: f64 = 1e9;
-const SOON: usize = 8192;
-
 /// Accepted steps before the first check.
 const FIRST_LOOK: usize = 256;
 
@@ -103,16 +98,12 @@ impl StiffnessWatch {
         if accepted as f64 + left <= self.allowed as f64 {
             return None;
         }
-        let limiting =
-            |rate: &f64, visible: f64| step * rate >= LIMITED * self.limit && *rate >= MANY_TIMES * visible;
-        let spectrum = Spectrum::new(model, t, q, v);
-        let rate = spectrum.and_then(|spectrum| {
-            let visible = spectrum.highest_visible(model, q, VISIBLE * model.facts().length);
-            Some(spectrum.rate()).filter(|rate| limiting(rate, visible))
-        });
-        let Some(rate) = rate else {
-            return (left > HOPELESS && accepted >= SOON).then(|| too_short(t, step, left));
-        };
+        let spectrum = Spectrum::new(model, t, q, v)?;
+        let rate = spectrum.rate();
+        let visible = spectrum.highest_visible(model, q, VISIBLE * model.facts().length);
+        if step * rate < LIMITED * self.limit || rate < MANY_TIMES * visible {
+            return None;
+        }
         let message = format!(
             "The model is stiff: its largest rate at t = {t:.1e} s, {rate:.1e} per second, limits explicit steps to {:.1e} s for stability, \
              and the remaining time would take about {left:.0} of them. Use method \"radau\", which no rate limits, or \"auto\", or allow \
@@ -121,15 +112,4 @@ impl StiffnessWatch {
         );
         Some(Stop { status: Status::Stiff, message })
     }
-}
-
-/// What rounding keeps short, such as steps next to a gimbal position, where accelerations of coordinates are differences of large numbers.
-fn too_short(t: f64, step: f64, left: f64) -> Stop {
-    let message = format!(
-        "Steps of {step:.1e} s have become so short at t = {t:.1e} s that the remaining time would take about {left:.0} of them. \
-         Coordinates may be next to a singular position, such as that of a gimbal two of whose axes are parallel, where accelerations \
-         are rounding: start farther away from it, use a ball joint, which has no such position, loosen `rtol`, or allow that many \
-         `max_steps`."
-    );
-    Stop { status: Status::FirstOrder(ode::Status::StepTooSmall), message }
 }
