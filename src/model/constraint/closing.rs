@@ -45,8 +45,8 @@ const SOFTEST: f64 = 1e-14;
 /// Buckling modes whose eigenvalues differ by less than this part of the largest one are one: then a fixed direction selects.
 const SAME_MODE: f64 = 1e-6;
 
-/// Of closed shapes, another one is taken if its energy is lower by this part: less is rounding.
-const LOWER: f64 = 1e-9;
+/// Of closed shapes, another one is taken if its energy is lower by this part: mirror images, whose starts are so to 1e-8, are equal.
+const LOWER: f64 = 1e-6;
 
 /// Where nothing else closes, shapes beside the start are tried that differ by this part of natural sizes.
 const BESIDE: f64 = 0.3;

@@ -229,7 +229,7 @@ def test_no_other_spelling_is_taken(name):
 #: Contents of scenes, the corresponding Python callable, and arguments with another form in scenes: separate
 #: tables, arrays of tables, which TOML names in the singular, and arguments of functions, not constructors.
 SAME_WORDS = {
-    "Rod": (lissom.Rod, {"base", "segment", "load", "body", "support", "q0", "v0"}),
+    "Rod": (lissom.Rod, {"base", "segment", "load", "body", "support", "magnet", "q0", "v0"}),
     "Segment": (lissom.Segment, set()),
     "Load": (lissom.Load, set()),
     "Body": (lissom.Body, set()),

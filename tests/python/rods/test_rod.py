@@ -290,8 +290,8 @@ def parts(energy):
 
 
 def arguments_of(segment):
-    # Poisson's ratio replaces the shear modulus, the radius a section.
-    left_out = {"nodes", "basis", "radius", "section", "poisson_ratio"}
+    # Poisson's ratio replaces the shear modulus, the radius a section. The reference has no magnets.
+    left_out = {"nodes", "basis", "radius", "section", "poisson_ratio", "magnetisation"}
     names = inspect.signature(lissom.Segment).parameters.keys() - left_out
     section = {"section": (segment.section.shape, segment.section.parameters)}
     return {name: getattr(segment, name) for name in names} | section

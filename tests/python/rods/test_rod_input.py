@@ -276,6 +276,7 @@ def test_help_shows_the_defaults():
         "retardation_time": 0.0,
         "reference_strain": (0, 0, 0, 1, 0, 0),
         "shear_correction": 1.0,
+        "magnetisation": (0, 0, 0),
         "nodes": None,
         "basis": "legendre",
         "base_position": (0, 0, 0),
@@ -291,6 +292,8 @@ def test_help_shows_the_defaults():
         "fluid": None,
         "actuators": (),
         "contacts": (),
+        "magnets": (),
+        "field": (0, 0, 0),
     }
 
 
