@@ -363,7 +363,7 @@ def test_pressure_and_friction_along_a_rod_are_part_of_the_balance(case):
                 *(model.internal_wrench(q, v, a, X, link="rod", t=t) for model in (robot, bare))
             )
             assert_allclose(change, expected, rtol=0, atol=1e-9 * (1 + scale))
-        # Within the contact forces beyond cuts have the moment of what touches: int_0^L F(X) dX = sum_i s_i f_i.
+        # Forces beyond cuts have the moment of what touches: int_0^L F(X) dX = sum_i s_i f_i.
         # Along the second rod they lie in the shadow of the first one, which is straight between two places.
         X, weights = panels(FINE, 4)
         change = np.subtract(*(model.internal_wrench(q, v, a, X, link="rod", t=t) for model in (robot, bare)))
