@@ -304,6 +304,15 @@ impl Natural {
             .for_each(|(weight, _)| *weight = 0.0);
     }
 
+    /// Work of weight and loads per unit of natural coordinates.
+    fn loads<M: Static + ?Sized>(&self, model: &mut M, q: &[f64]) -> Vec<f64> {
+        let rest = vec![0.0; q.len()];
+        let [mut all, mut elastic] = [rest.clone(), rest.clone()];
+        model.inverse_dynamics(q, &rest, &rest, &mut all);
+        model.elastic_forces(q, &mut elastic);
+        (0..q.len()).map(|k| (elastic[k] - all[k]) * self.weights[k]).collect()
+    }
+
     /// Derivatives of gaps over their sizes, m x n, with respect to natural coordinates and to sizes.
     fn jacobian<M: Static + ?Sized>(&self, model: &mut M, q: &[f64]) -> [Matrix; 2] {
         let mut rows = Matrix::zeros(model.facts().constraints(), q.len());
@@ -434,11 +443,20 @@ fn buckling<M: Static + ?Sized>(model: &mut M, q: &[f64], load: Load) -> Option<
     if lowest >= -least || work <= 0.0 {
         return None;
     }
-    // Of several equal modes, and of both signs, the one along a fixed direction: rounding does not decide.
-    let mut mode = vec![0.0; n];
-    for k in (0..n).filter(|&k| values[k] - lowest <= SAME_MODE * largest) {
-        let part: f64 = (0..n).map(|i| modes[(i, k)] * (1.7 * i as f64).cos()).sum();
-        mode.iter_mut().zip(modes.column(k).iter()).for_each(|(mode, x)| *mode += part * x);
+    // Of several equal modes, and of both signs, the one that loads do most work on: a line buckles as it hangs. Without loads, the
+    // one along a fixed direction: rounding does not decide.
+    let along = |direction: &[f64]| {
+        let mut mode = vec![0.0; n];
+        for k in (0..n).filter(|&k| values[k] - lowest <= SAME_MODE * largest) {
+            let part = dot(modes.column(k).as_slice(), direction);
+            mode.iter_mut().zip(modes.column(k).iter()).for_each(|(mode, x)| *mode += part * x);
+        }
+        mode
+    };
+    let loads = natural.loads(model, q);
+    let mut mode = along(&loads);
+    if norm(&mode) <= RANK * norm(&loads) {
+        mode = along(&(0..n).map(|i| (1.7 * i as f64).cos()).collect::<Vec<_>>());
     }
     let size = (work / -lowest).sqrt() / norm(&mode);
     let step: Vec<f64> = mode.iter().zip(&natural.weights).map(|(x, w)| size * x * w).collect();
