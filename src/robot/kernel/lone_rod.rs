@@ -1,9 +1,9 @@
 //! Forces without accelerations, and the mass matrix, of a rod on which nothing acts but its weight.
 //!
 //! Both follow from `Psi_k = int S_k` at the nodes. The velocity is `V = sum_k Psi_k qd_k`, and summation by parts (exact for this
-//! quadrature) turns the forces `Q_j = int S_j . F` into `int Psi_j . f` with the forces per length `f = N A - ad_V^T N V` and `A = -(0; g)
-//! + int ad_V (S qd)`. The general sweeps, which know nothing of each other, integrate `S qd` and `f` as well, and turn F into the axes
-//! of the sections.
+//! quadrature) turns the forces `Q_j = int S_j . F` into `int Psi_j . f` with the forces per length `f = N A - ad_V^T N V`, where
+//! `A = int ad_V (S qd) - (0; g)`. The general sweeps, which know nothing of each other, integrate `S qd` and `f` as well, and turn F
+//! into the axes of the sections.
 
 use super::tangent::products;
 use crate::numerics::lie::{LANES, Scalar, Twist, weighted_sum};
