@@ -80,7 +80,7 @@ fn momenta<G: Turning>(
 ) {
     let piece = &plan.pieces[0];
     let (rotation, position) = (&work.rotation[..packs], &work.position[..packs]);
-    let base = &work.stations[piece.joined.begin];
+    let base = &work.stations[piece.joined.carrier()];
     // Slices of equal length avoid bounds checks below.
     let (weights, integrand) = (&piece.weights[..packs], &mut memory.integrand[..packs]);
     let (rate, velocity) = (&mut memory.psi_rate[..packs], &mut memory.psi_acceleration[..packs]);

@@ -538,6 +538,34 @@ def test_other_threads_run_meanwhile():
     assert [result.status for result in results] == ["interrupted"] * 2
 
 
+MOVING_BASES = {
+    "shaken": {"translation": lambda t: (0.05 * np.sin(9 * t), 0.02 * np.cos(7 * t), 0)},
+    "turned": {"axis": (0, 0, 1), "angle": lambda t: 0.6 * np.sin(5 * t)},
+}
+
+
+@pytest.mark.parametrize("base", MOVING_BASES)
+@pytest.mark.parametrize("is_behind_a_frame", [False, True])
+def test_rods_alone_on_moving_bases_move_as_with_implicit_steps(is_behind_a_frame, base):
+    """Explicit steps have kernels of their own for such rods; implicit ones do not use these."""
+    modes = {"bend_y": 3, "bend_z": 2}
+    segment = lissom.Segment(
+        0.4, 0.01, 1e6, poisson_ratio=0.45, density=1050, modes=modes, retardation_time=0.02
+    )
+    placed = {"position": (0.1, 0.2, 0.3), "orientation": (0.6, 0, 0.8, 0)}
+    links = [lissom.Link("rod", parent="frame" if is_behind_a_frame else None, rod=[segment], **placed)]
+    if is_behind_a_frame:
+        links.insert(0, lissom.Link("frame", position=(0, 0, 0.1)))
+    robot = lissom.Robot(links, base_motion=lissom.BaseMotion(**MOVING_BASES[base]))
+    accurate = {"rtol": 1e-8, "atol": 1e-10, "t_eval": np.linspace(0, 0.5, 6)}
+    explicit, implicit = (
+        lissom.simulate(robot, 0.5, method=method, **accurate) for method in ("rk45", "radau")
+    )
+    assert explicit.success
+    assert implicit.success
+    assert_allclose(explicit.q, implicit.q, rtol=0, atol=1e-8 * np.abs(implicit.q).max())
+
+
 def test_accelerations_of_explicit_runs_are_those_of_the_forward_dynamics():
     pendulum = lissom.SpringPendulum()
     for method in ("rk45", "dop853"):
