@@ -13,8 +13,7 @@ FUZZ_FILES ?=
 VENV := .venv
 BIN := $(VENV)/bin
 LAB_SCENES := $(sort $(wildcard scenes/lab-*.toml))
-# What `pip install` builds runs on every machine; here there is one, and half of the sweeps need not be compiled.
-MATURIN = $(BIN)/maturin develop --locked --no-default-features --features "python $(shell .ci/features)"
+MATURIN = $(BIN)/maturin develop --locked
 COMPILE := uv pip compile --quiet --universal --python-version 3.11 --upgrade --generate-hashes \
 	--no-emit-index-url --no-emit-find-links --no-annotate
 WITH_LISSOM := --extra all pyproject.toml
@@ -80,7 +79,7 @@ OLDEST_TESTS ?= package arrays pickle scene rod rod_input sections roots views m
 test-oldest: $(VENV)/test.stamp ## some tests with the oldest Python packages that are allowed (needs uv)
 	@.ci/toolchain cargo
 	rm -rf target/oldest
-	$(BIN)/maturin build --profile quick --locked --no-default-features --features "python $(shell .ci/features)" --out target/oldest
+	$(BIN)/maturin build --profile quick --locked --out target/oldest
 	uv pip compile --quiet --resolution lowest-direct --python-version 3.11 --no-emit-index-url --no-emit-find-links \
 		--extra all pyproject.toml --group examples --output-file target/oldest/requirements.txt
 	uv venv --quiet --python 3.11 target/oldest/venv
@@ -131,7 +130,7 @@ build-for-test: $(VENV)/test.stamp
 wheel: $(VENV)/demo.stamp ## build a wheel for this system into dist/, and try it in a fresh environment
 	@.ci/toolchain cargo
 	rm -f dist/*.whl
-	$(BIN)/maturin build --locked --release --strip --compression-level 9 --out dist
+	$(BIN)/maturin build --locked --release --features python,portable --strip --compression-level 9 --out dist
 	$(BIN)/python -m pip install --quiet --require-hashes --requirement requirements/wheel.txt
 	$(BIN)/python .ci/squeeze-wheel dist/*.whl
 	.ci/try-wheel dist/*.whl

@@ -48,7 +48,7 @@ impl Instructions {
     /// Whether this build contains sweeps for this machine. Without the feature `portable` it supports only
     /// machines that [have fused instructions](Self::has_fused).
     pub fn are_compiled(self) -> bool {
-        cfg!(feature = "portable") || self.has_fused()
+        cfg!(portable) || self.has_fused()
     }
 
     /// Runs a sweep on packs of this kind. Panics for fused packs on machines [without fused

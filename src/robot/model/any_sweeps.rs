@@ -10,9 +10,9 @@ use crate::robot::sweeps::Sweeps;
 pub(super) enum AnySweeps {
     Planar(Sweeps<Planar<true>>),
     Spatial(Sweeps<Spatial<true>>),
-    #[cfg(feature = "portable")]
+    #[cfg(portable)]
     PortablePlanar(Sweeps<Planar<false>>),
-    #[cfg(feature = "portable")]
+    #[cfg(portable)]
     PortableSpatial(Sweeps<Spatial<false>>),
 }
 
@@ -20,7 +20,7 @@ impl AnySweeps {
     /// Sweeps for a valid robot, in the given plane if any, with fused or, if they are compiled, with
     /// portable packs.
     pub(super) fn new(robot: &Robot, plane: Option<Plane>, is_fused: bool) -> Self {
-        #[cfg(feature = "portable")]
+        #[cfg(portable)]
         if !is_fused {
             return match plane {
                 Some(plane) => Self::PortablePlanar(Sweeps::new(compile::plan(robot, plane))),
@@ -39,9 +39,9 @@ impl AnySweeps {
         match self {
             Self::Planar(sweeps) => Self::Planar(sweeps.with_robot(robot)),
             Self::Spatial(sweeps) => Self::Spatial(sweeps.with_robot(robot)),
-            #[cfg(feature = "portable")]
+            #[cfg(portable)]
             Self::PortablePlanar(sweeps) => Self::PortablePlanar(sweeps.with_robot(robot)),
-            #[cfg(feature = "portable")]
+            #[cfg(portable)]
             Self::PortableSpatial(sweeps) => Self::PortableSpatial(sweeps.with_robot(robot)),
         }
     }
@@ -51,9 +51,9 @@ impl AnySweeps {
         match self {
             Self::Planar(sweeps) => Self::Planar(sweeps.taken_apart(robot)),
             Self::Spatial(sweeps) => Self::Spatial(sweeps.taken_apart(robot)),
-            #[cfg(feature = "portable")]
+            #[cfg(portable)]
             Self::PortablePlanar(sweeps) => Self::PortablePlanar(sweeps.taken_apart(robot)),
-            #[cfg(feature = "portable")]
+            #[cfg(portable)]
             Self::PortableSpatial(sweeps) => Self::PortableSpatial(sweeps.taken_apart(robot)),
         }
     }
@@ -63,9 +63,9 @@ impl AnySweeps {
         match (self, other) {
             (Self::Planar(sweeps), Self::Planar(other)) => sweeps.take_time(other),
             (Self::Spatial(sweeps), Self::Spatial(other)) => sweeps.take_time(other),
-            #[cfg(feature = "portable")]
+            #[cfg(portable)]
             (Self::PortablePlanar(sweeps), Self::PortablePlanar(other)) => sweeps.take_time(other),
-            #[cfg(feature = "portable")]
+            #[cfg(portable)]
             (Self::PortableSpatial(sweeps), Self::PortableSpatial(other)) => sweeps.take_time(other),
             _ => unreachable!("sweeps of one robot are of one kind"),
         }
@@ -75,7 +75,7 @@ impl AnySweeps {
     pub(super) fn with_nothing_skipped(&self) -> Self {
         match self {
             Self::Spatial(sweeps) => Self::Spatial(Sweeps::new(sweeps.plan().clone().with_nothing_skipped())),
-            #[cfg(feature = "portable")]
+            #[cfg(portable)]
             Self::PortableSpatial(sweeps) => {
                 Self::PortableSpatial(Sweeps::new(sweeps.plan().clone().with_nothing_skipped()))
             }
@@ -93,9 +93,9 @@ impl AnySweeps {
         match self {
             Self::Planar(_) => Kernel::Planar,
             Self::Spatial(_) => Kernel::Spatial,
-            #[cfg(feature = "portable")]
+            #[cfg(portable)]
             Self::PortablePlanar(_) => Kernel::Planar,
-            #[cfg(feature = "portable")]
+            #[cfg(portable)]
             Self::PortableSpatial(_) => Kernel::Spatial,
         }
     }

@@ -103,9 +103,9 @@ macro_rules! on_sweeps {
         match $model {
             AnySweeps::Planar($sweeps) => $call,
             AnySweeps::Spatial($sweeps) => $call,
-            #[cfg(feature = "portable")]
+            #[cfg(portable)]
             AnySweeps::PortablePlanar($sweeps) => $call,
-            #[cfg(feature = "portable")]
+            #[cfg(portable)]
             AnySweeps::PortableSpatial($sweeps) => $call,
         }
     };
@@ -140,7 +140,7 @@ impl RobotModel {
     }
 
     /// Compiles a rod for the baseline instruction set, for comparisons.
-    #[cfg(feature = "portable")]
+    #[cfg(portable)]
     pub fn portable(rod: &Rod) -> Result<Self, InvalidInput> {
         rod.validate()?;
         let robot = Robot::from(rod);

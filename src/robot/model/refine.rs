@@ -30,7 +30,7 @@ impl Differentiable for RobotModel {
         match &mut self.sweeps {
             AnySweeps::Planar(sweeps) => sweeps.add_power_by_length(state, rates, by_length),
             AnySweeps::Spatial(sweeps) => sweeps.add_power_by_length(state, rates, by_length),
-            #[cfg(feature = "portable")]
+            #[cfg(portable)]
             AnySweeps::PortablePlanar(_) | AnySweeps::PortableSpatial(_) => {
                 unreachable!("no length is free")
             }
