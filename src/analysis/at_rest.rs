@@ -14,6 +14,12 @@ const OUT_OF_BALANCE: f64 = 1e-9;
 /// along others: what is missing there is rounding.
 const NOTHING: f64 = 1e-5;
 
+/// Gaps up to this part of their sizes are those of closed loops and taut tendons.
+const CLOSED: f64 = 1e-9;
+
+/// A force acts beside two ends of a gap.
+const SIDES: f64 = 2.0;
+
 /// Central differences of eighth order (Fornberg 1988, table 1), and their distance in sizes: what they leave out, the eighth power of
 /// it over 630, is then rounding.
 const DIFFERENCES: [f64; 4] = [4.0 / 5.0, -1.0 / 5.0, 4.0 / 105.0, -1.0 / 280.0];
@@ -224,6 +230,29 @@ impl AtRest<'_> {
             }
         }
         imbalance
+    }
+
+    /// What gaps of constraints could change the stiffness by: what holds them acts beside where it does in a closed shape. Gaps of
+    /// slack tendons hold nothing.
+    pub(crate) fn of_gaps(&mut self) -> Matrix {
+        let (n, m) = (self.q.len(), self.multipliers.len());
+        let mut change = Matrix::zeros(n, n);
+        let (mut gaps, mut rows) = (vec![0.0; m], Matrix::zeros(m, n));
+        if m == 0 {
+            return change;
+        }
+        self.model.gaps(self.q, &mut gaps);
+        self.model.gap_jacobian(self.q, &mut rows);
+        let gap_sizes = &self.model.facts().gap_sizes;
+        let relative: Vec<f64> = gaps.iter().zip(gap_sizes).map(|(gap, size)| gap / size).collect();
+        let work: Vec<f64> = self.multipliers.iter().zip(gap_sizes).map(|(force, size)| force * size).collect();
+        for range in self.parts() {
+            let is_own = |i: usize| relative[i].abs() <= CLOSED && range.clone().any(|k| rows[(i, k)] != 0.0);
+            let size = |values: &[f64]| (0..m).filter(|&i| is_own(i)).map(|i| values[i].powi(2)).sum::<f64>().sqrt();
+            let most = SIDES * size(&work) * (size(&relative) + f64::EPSILON);
+            change.view_mut((range.start, range.start), (range.len(), range.len())).fill(most);
+        }
+        change
     }
 
     /// What the change of forces along directions, in columns, is more than the stiffness tells, in scaled coordinates: the error of

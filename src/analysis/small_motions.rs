@@ -347,6 +347,7 @@ pub(crate) fn small_motions(
     let stiffness = natural.tangent(&parts.total, own);
     let mut error = natural.magnitudes(&parts.magnitudes, own) * (ROUNDING * n as f64 * f64::EPSILON);
     error += natural.magnitudes(&imbalance, None);
+    error += natural.magnitudes(&at_rest.of_gaps(), None);
     if ties.has_taut() {
         // The basis that separates what tendons stretch is known to rounding, in coordinates in which all stiffnesses are of size one.
         error += Matrix::identity(n, n) * (ROUNDING * n as f64 * f64::EPSILON);

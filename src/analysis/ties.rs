@@ -125,9 +125,16 @@ impl Ties {
             let along = (0..n).filter(|&k| jacobian[(i, k)] != 0.0);
             along.map(|k| (residual[k] - tension * jacobian[(i, k)]).abs() / work[k]).fold(0.0, f64::max)
         };
+        // Joints alone may bear it: then no force along a coordinate tells its size, only its excess does.
+        let is_weak = |i: usize, tension: f64| {
+            let most = (0..n).filter(|&k| jacobian[(i, k)] != 0.0).map(|k| work[k]).fold(0.0, f64::max);
+            tension * spans[i] <= JUST * most
+        };
         let is_just_taut = |i: usize, tension: f64| {
-            let is_rounding = excesses[i] <= DISPLACEMENT_ROUNDING * spans[i];
-            left(i, tension) <= if is_rounding { JUST.max(left(i, 0.0)) } else { JUST }
+            if excesses[i] <= DISPLACEMENT_ROUNDING * spans[i] {
+                return left(i, tension) <= JUST.max(left(i, 0.0));
+            }
+            left(i, tension) <= JUST && is_weak(i, tension)
         };
         let of_taut = self.taut.iter().zip(forces.iter().skip(self.springs));
         let just: Vec<usize> =

@@ -157,6 +157,10 @@ impl Elastic for AsSprings<'_> {
         self.add_stiffness(q, 1.0, tangent);
     }
 
+    fn borne(&mut self, q: &[f64], forces: &mut [f64]) {
+        self.model.borne(q, forces);
+    }
+
     fn turned_loads(&mut self, q: &[f64], forces: &mut Matrix) {
         self.model.turned_loads(q, forces);
     }

@@ -625,6 +625,11 @@ fn newton(equations: &mut Equations<'_>, q0: &[f64], options: &Options) -> Resul
         // With stiff tendons and joints, rounding of the shape causes forces that no step can reduce.
         (status, step_norm) = (Status::Converged, next);
     }
+    // So far away forces that fade have no sizes.
+    let apart = state.q.iter().zip(q0).zip(&equations.sizes).map(|((q, q0), size)| (q - q0) / size);
+    if status.is_success() && norm(&apart.collect::<Vec<_>>()) > search::UNHELD {
+        status = Status::Unheld;
+    }
     // Rounding of the shape decides the forces of stiff springs: those of the state tell the residual.
     let residual_norm = if state.forces.is_empty() { outcome.residual_norm } else { f64::NAN };
     judge(equations, Found::new(status, state, step_norm, residual_norm), Path::default())

@@ -228,8 +228,8 @@ pub(crate) fn accelerations<M: Static + ?Sized>(
     Ok(())
 }
 
-/// What holds the constraints in a motion: the smallest multipliers with `tau + G^T lambda = 0` in the metric of the mass.
-/// Allocates.
+/// What holds the constraints in a motion: the smallest multipliers with `tau + G^T lambda = 0` in the metric of the mass, or of typical
+/// coordinates where nothing has inertia along some of them. Allocates.
 pub(crate) fn multipliers<M: Static + ?Sized>(
     model: &mut M,
     [q, v, a]: [&[f64]; 3],
@@ -241,7 +241,15 @@ pub(crate) fn multipliers<M: Static + ?Sized>(
     model.inverse_dynamics(q, v, a, &mut force);
     force.iter_mut().for_each(|x| *x = -*x);
     let zeros = vec![0.0; multipliers.len()];
-    let (_, held) = MassSaddle::new(model, q)?.solve(&force, &zeros);
+    let mut saddle = match MassSaddle::new(model, q) {
+        Ok(saddle) => saddle,
+        Err(SingularMass) => {
+            let sizes = model.facts().typical_coordinates.iter();
+            let metric = Matrix::from_diagonal(&sizes.map(|size| size.powi(-2)).collect::<Vec<_>>().into());
+            MassSaddle::with(model, q, &metric)?
+        }
+    };
+    let (_, held) = saddle.solve(&force, &zeros);
     multipliers.copy_from_slice(&held);
     Ok(())
 }

@@ -78,6 +78,13 @@ impl Elastic for RobotModel {
         forces.copy_from(&coordinates.own_columns(of_all).transpose());
     }
 
+    fn borne(&mut self, q: &[f64], forces: &mut [f64]) {
+        let Self { sweeps, coordinates, .. } = self;
+        let mut of_all = Matrix::zeros(1, on_sweeps!(&*sweeps, sweeps => sweeps.plan().n));
+        coordinates.all([q], |[q]| on_sweeps!(&mut *sweeps, sweeps => sweeps.borne(q, of_all.as_mut_slice())));
+        forces.iter_mut().zip(coordinates.own_columns(of_all).iter()).for_each(|(force, own)| *force = own.abs());
+    }
+
     fn sizes(&mut self, q: &[f64], sizes: &mut [f64]) {
         if q.is_empty() {
             return;

@@ -477,8 +477,7 @@ impl RobotModel {
 
     /// Forces of closed loops in a motion: moment, about the second end of the loop, and force of the first
     /// end on the second one, in world axes; for a ratio of coordinates, the generalised force on the first
-    /// coordinate. If constraints are redundant, the minimum-norm solution. `None` if the mass matrix is
-    /// singular. Allocates.
+    /// coordinate. If constraints are redundant, the minimum-norm solution. `None` if a number is not finite. Allocates.
     pub fn loop_forces(&mut self, q: &[f64], qd: &[f64], qdd: &[f64]) -> Option<Vec<[f64; 6]>> {
         let mut multipliers = vec![0.0; self.facts.constraints()];
         one_sided::multipliers(self, [q, qd, qdd], &mut multipliers).ok()?;

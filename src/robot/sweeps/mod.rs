@@ -251,6 +251,21 @@ impl<G: Turning> Sweeps<G> {
         self.work.motion_is_known = false;
     }
 
+    /// Products of twists and wrenches of joints, however they point.
+    pub(crate) fn borne(&mut self, q: &[f64], forces: &mut [f64]) {
+        self.update_velocities(q, &vec![0.0; q.len()]);
+        let (plan, work) = (&*self.plan, &self.work);
+        let size = |v: Vector<f64>| v.dot(v).sqrt();
+        for piece in &plan.pieces {
+            let Some(hinge) = &piece.hinge else { continue };
+            let (twist, wrench) = (work.hinges[hinge.index], work.through[piece.joined.end]);
+            let [angular, moment] =
+                [twist.angular, wrench.moment].map(|v| size(G::axial_in_space(plan.frame, v)));
+            let [linear, force] = [twist.linear, wrench.force].map(|v| size(G::in_space(plan.frame, v)));
+            forces[piece.first] = angular * moment + linear * force;
+        }
+    }
+
     pub(crate) fn mass_matrix(&mut self, q: &[f64], mass: Tangent<'_>) {
         self.update_kinematics(q);
         self.differentiate([0.0, 0.0, 1.0], mass);

@@ -376,3 +376,20 @@ class TestDescription:
     def test_a_field_that_is_not_finite_is_refused(self):
         with pytest.raises(ValueError, match=r"field\[2\]: got inf"):
             robot([free("a")], field=(0, 0, np.inf))
+
+
+@pytest.mark.parametrize("start", [0.3, 1.0, 10.0])
+def test_no_equilibrium_is_infinitely_far_away(start):
+    """Forces of dipoles fade: Newton's method goes where they are no numbers any more."""
+    fixed, moving = lissom.Body(1.0), lissom.Body(1.0)
+    links = [
+        lissom.Link("fixed", body=fixed),
+        lissom.Link("moving", joint=lissom.Prismatic((1, 0, 0)), body=moving),
+    ]
+    magnets = [lissom.Magnet((10.0, 0, 0), link=name) for name in ("fixed", "moving")]
+    contact = lissom.Contact(
+        lissom.Ball("moving", 0.1), lissom.Sphere((0, 0, 0), 0.1), stiffness=1e3
+    )
+    robot = lissom.Robot(links, magnets=magnets, gravity=(0, 0, 0), contacts=[contact])
+    found = lissom.statics(robot, [start], method="newton")
+    assert not found.success or abs(found.q[0]) < 1.0

@@ -16,8 +16,8 @@ const TAUT: f64 = 1e-9;
 const ROUNDING_OF_LENGTHS: f64 = 2e-15;
 
 /// No force can do work along a coordinate along which the forces of the same part could do less than this part of what they can
-/// do along others.
-const NOTHING: f64 = 1e-5;
+/// do along others, or than this part of what a joint bears of them.
+pub(super) const NOTHING: f64 = 1e-5;
 
 /// Forces below this part of what the material resists a coordinate's size with are compared with that: near shapes without any
 /// forces nothing else is left to compare them with.

@@ -94,7 +94,7 @@ const UNCERTAIN: f64 = 1e-4;
 
 /// Nothing holds what moves by so many sizes in a step, or by fewer while no force changes by this part: places farther away round
 /// gaps of loops.
-const UNHELD: f64 = 1e9;
+pub(super) const UNHELD: f64 = 1e9;
 const FAR: f64 = 1e6;
 const UNCHANGED: f64 = 1e-9;
 

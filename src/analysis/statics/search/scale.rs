@@ -1,5 +1,6 @@
 //! Scales of a shape: sizes of coordinates, natural coordinates, and what loads could do.
 
+use super::end::NOTHING;
 use super::problem::{Problem, scaled};
 use crate::model::chart;
 use crate::numerics::linalg::Matrix;
@@ -13,7 +14,7 @@ pub(super) struct Scale {
     pub(super) w: Vec<f64>,
     /// Which coordinates turn something.
     pub(super) turns: Vec<bool>,
-    /// What weight and loads could do along each coordinate, whatever their directions are.
+    /// What weight and loads could do along each coordinate, whatever their directions are, and part of what joints bear of them.
     pub(super) loads: Vec<f64>,
 }
 
@@ -34,7 +35,9 @@ impl Scale {
         for mut column in loads.column_iter_mut() {
             chart::forces(&problem.turns, q, column.as_mut_slice());
         }
-        let loads = loads.row_iter().map(|row| row.norm()).collect();
+        let mut borne = vec![0.0; n];
+        problem.model.borne(q, &mut borne);
+        let loads = loads.row_iter().zip(borne).map(|(row, borne)| row.norm().max(NOTHING * borne)).collect();
         Self { sizes, w, turns, loads }
     }
 
