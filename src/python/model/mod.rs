@@ -389,6 +389,7 @@ impl PyModel {
 
     /// The same at rest, without what is exactly reached and holds nothing there.
     #[pyo3(signature = (q, *, t=None, u=None))]
+    #[allow(clippy::type_complexity, reason = "the type is the documentation: three (n, n) arrays")]
     fn _tangent_at_rest<'py>(
         &self,
         py: Python<'py>,
