@@ -6,6 +6,7 @@ use crate::analysis::small_motions::Settled;
 use crate::analysis::ties::Ties;
 use crate::model::constraint::saddle;
 use crate::model::{Reached, Static};
+#[cfg(feature = "python")]
 use crate::numerics::linalg::Matrix;
 
 /// Equilibrium needs what leaves forces more out of balance by this factor where it is missing. Elsewhere than in equilibrium, rounding
@@ -85,6 +86,7 @@ pub(crate) fn decide(
 
 /// Stiffness, damping and mass of a model about rest at `q`, at the time set last, in which nothing acts that is exactly reached
 /// and not needed. Constraints have no part in them. Allocates.
+#[cfg(feature = "python")]
 pub(crate) fn tangents(model: &mut dyn Static, q: &[f64]) -> [Matrix; 3] {
     let (n, m) = (q.len(), model.facts().constraints());
     let [mut sizes, rest] = [vec![0.0; n], vec![0.0; n]];
