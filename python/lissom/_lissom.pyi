@@ -912,6 +912,9 @@ class Model:
         t: float | None = None,
         u: ArrayLike | None = None,
     ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]: ...
+    def _tangent_at_rest(
+        self, q: ArrayLike, *, t: float | None = None, u: ArrayLike | None = None
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]: ...
     def energy(
         self, q: ArrayLike, qd: ArrayLike, *, t: float | None = None, u: ArrayLike | None = None
     ) -> Energy: ...

@@ -8,7 +8,7 @@ use crate::numerics::linalg::{Matrix, norm};
 
 /// Forces that are out of balance are part of the error of a stiffness, up to this fraction of all forces: ten times the tolerance of
 /// equilibria. Beyond that, the shape is none.
-const OUT_OF_BALANCE: f64 = 1e-9;
+pub(crate) const OUT_OF_BALANCE: f64 = 1e-9;
 
 /// No force can do work along a coordinate along which the forces of the same part could do less than this part of what they can do
 /// along others: what is missing there is rounding.

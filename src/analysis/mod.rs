@@ -5,6 +5,7 @@ pub(crate) mod at_rest;
 pub mod modes;
 pub(crate) mod natural;
 pub mod reach;
+pub(crate) mod reached;
 pub(crate) mod small_motions;
 pub(crate) mod spectrum;
 pub mod stability;

@@ -4,10 +4,11 @@ use nalgebra::DVector;
 
 use crate::analysis::at_rest::{APART, AtRest};
 use crate::analysis::natural;
-use crate::analysis::natural::scaled;
+use crate::analysis::natural::{Natural, scaled};
+use crate::analysis::reached;
 use crate::analysis::ties::Ties;
-use crate::model::Static;
 use crate::model::constraint::inverse_length;
+use crate::model::{Reached, Static};
 use crate::numerics::linalg::{Complex, Matrix, eigen_both, full_svd, symmetric_eigen, symmetric_part};
 use crate::numerics::pencil;
 use crate::numerics::pencil::Eigenpairs;
@@ -312,6 +313,64 @@ impl Modal {
     }
 }
 
+/// Natural coordinates of a shape, and the forces with which springs and taut tendons hold it.
+pub(crate) struct Settled {
+    /// Tangent of the material, in scaled coordinates.
+    material: Matrix,
+    natural: Natural,
+    pub(crate) forces: Vec<f64>,
+}
+
+impl Settled {
+    /// `None` if a number is not finite.
+    pub(crate) fn new(
+        model: &mut dyn Static,
+        q: &[f64],
+        sizes: &[f64],
+        load_factor: f64,
+        multipliers: &[f64],
+        ties: &Ties,
+    ) -> Option<Self> {
+        let material = natural::material(model, q, sizes);
+        let (of_loads, uncoupled) = (natural::work_of_loads(model, q, sizes), model.facts().parts.clone());
+        let reference = |stiffness: &Matrix| natural::reference(&material, stiffness, &of_loads, &uncoupled);
+        let mut at_rest = AtRest { model, q, sizes, load_factor, multipliers, ties, held: &[] };
+        let (natural, forces) = at_rest.settled(&material, reference)?;
+        Some(Self { material, natural, forces })
+    }
+
+    /// Forces, times sizes, by which rounding of coordinates changes those of the material.
+    pub(crate) fn rounding(&self) -> Vec<f64> {
+        let stiffness = self.material.row_iter().map(|row| row.iter().map(|x| x.abs()).sum::<f64>());
+        stiffness.map(|stiffness| ROUNDING * f64::EPSILON * stiffness).collect()
+    }
+
+    /// With the tendons that hold the shape: those that are just taut are left out.
+    pub(crate) fn with_ties(
+        model: &mut dyn Static,
+        q: &[f64],
+        sizes: &[f64],
+        load_factor: f64,
+        multipliers: &[f64],
+    ) -> Option<(Self, Ties)> {
+        let mut ties = Ties::new(model, q, sizes, load_factor);
+        loop {
+            let settled = Self::new(model, q, sizes, load_factor, multipliers, &ties)?;
+            let held = &settled.forces;
+            let mut at_rest =
+                AtRest { model: &mut *model, q, sizes, load_factor, multipliers, ties: &ties, held };
+            if !ties.has_taut() {
+                return Some((settled, ties));
+            }
+            let [residual, work] = at_rest.forces();
+            let work = at_rest.most_work(&work);
+            if !ties.slacken(held, &residual, &settled.rounding(), &work) {
+                return Some((settled, ties));
+            }
+        }
+    }
+}
+
 /// Small motions of a model about rest at `q` under this fraction of its loads, which keep its constraints. These are held by the
 /// multipliers, of which a model without constraints has none. `None` if a number is not finite.
 pub(crate) fn small_motions(
@@ -321,23 +380,26 @@ pub(crate) fn small_motions(
     load_factor: f64,
     multipliers: &[f64],
 ) -> Option<SmallMotions> {
+    let (idle, multipliers) = reached::decide(model, q, sizes, load_factor, multipliers);
+    let motions = decided_motions(model, q, sizes, load_factor, &multipliers, &idle);
+    if !idle.is_empty() {
+        model.decide(&[]);
+    }
+    motions
+}
+
+/// The same where it is decided which stops and surfaces do not act.
+fn decided_motions(
+    model: &mut dyn Static,
+    q: &[f64],
+    sizes: &[f64],
+    load_factor: f64,
+    multipliers: &[f64],
+    idle: &[Reached],
+) -> Option<SmallMotions> {
     let n = q.len();
-    let material = natural::material(model, q, sizes);
-    let (of_loads, uncoupled) = (natural::work_of_loads(model, q, sizes), model.facts().parts.clone());
-    let reference = |stiffness: &Matrix| natural::reference(&material, stiffness, &of_loads, &uncoupled);
-    let mut ties = Ties::new(model, q, sizes, load_factor);
-    let (natural, forces) = loop {
-        let mut at_rest =
-            AtRest { model: &mut *model, q, sizes, load_factor, multipliers, ties: &ties, held: &[] };
-        let (natural, forces) = at_rest.settled(&material, reference)?;
-        if !ties.has_taut() {
-            break (natural, forces);
-        }
-        let [residual, work] = at_rest.held_by(&forces).forces();
-        if !ties.slacken(&forces, &residual, &at_rest.most_work(&work)) {
-            break (natural, forces);
-        }
-    };
+    let (settled, ties) = Settled::with_ties(model, q, sizes, load_factor, multipliers)?;
+    let Settled { material, natural, forces } = settled;
     let own = ties.all.as_ref();
     let mut at_rest = AtRest { model, q, sizes, load_factor, multipliers, ties: &ties, held: &forces };
     let parts = at_rest.stiffness(&material);
@@ -352,7 +414,14 @@ pub(crate) fn small_motions(
         // The basis that separates what tendons stretch is known to rounding, in coordinates in which all stiffnesses are of size one.
         error += Matrix::identity(n, n) * (ROUNDING * n as f64 * f64::EPSILON);
     }
+    let just = ties.reached();
+    if !just.is_empty() {
+        at_rest.model.decide(&[idle, &just].concat());
+    }
     let damping = natural.matrix(&at_rest.tangent([0.0, 1.0, 0.0]));
+    if !just.is_empty() {
+        at_rest.model.decide(idle);
+    }
     let mut mass = Matrix::zeros(n, n);
     at_rest.model.mass_matrix(q, &mut mass);
     let mass = natural.matrix(&scaled(mass, sizes));
@@ -401,8 +470,19 @@ pub(crate) fn small_motions(
         let changes = natural.change_of_forces(own, step.as_slice());
         own.forces.iter().zip(changes).map(|(force, change)| force + change).collect()
     });
+    let here = at_rest.model.reached(at_rest.q);
     let mut beside = AtRest { q: &q, multipliers: &multipliers, held: &forces, ..at_rest };
+    // What is only reached by this step is exactly reached here as well, from the other side.
+    let more = beside.model.reached(&q).into_iter().filter(|reached| !here.contains(reached));
+    let all: Vec<Reached> = idle.iter().copied().chain(more).collect();
+    let is_more = all.len() > idle.len();
+    if is_more {
+        beside.model.decide(&all);
+    }
     let there = beside.stiffness(&material).total;
+    if is_more {
+        beside.model.decide(idle);
+    }
     let change = natural.matrix(&(there - parts.total));
     kept.change += held.free.tr_mul(&(change * &held.free));
     Some(kept)

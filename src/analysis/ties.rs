@@ -3,8 +3,8 @@
 
 use crate::analysis::natural;
 use crate::analysis::natural::DISPLACEMENT_ROUNDING;
-use crate::model::Static;
 use crate::model::springs::{Cords, Springs};
+use crate::model::{Reached, Static};
 use crate::numerics::linalg::{Matrix, bounded_least_squares, norm};
 
 /// Forces balance without a tendon if less than this part of what they could do is left: ten times the tolerance of equilibria.
@@ -90,6 +90,14 @@ impl Ties {
         !self.taut.is_empty()
     }
 
+    /// What is decided of tendons exactly at their lengths.
+    pub(crate) fn reached(&self) -> Vec<Reached> {
+        let Cords { excesses, spans, .. } = &self.cords;
+        let is_rounding = |i: &usize| excesses[*i].abs() <= DISPLACEMENT_ROUNDING * spans[*i];
+        let taut = self.taut.iter().copied().filter(is_rounding).map(Reached::Taut);
+        self.slack.iter().copied().map(Reached::Slack).chain(taut).collect()
+    }
+
     fn holds_cords(&self) -> bool {
         !self.taut.is_empty() || !self.slack.is_empty()
     }
@@ -116,14 +124,22 @@ impl Ties {
 
     /// Leaves out tendons that are just taut: where forces balance without them as well as with them, motions to one side meet no
     /// resistance of theirs. Those remain that become slack by no motion, because it would stretch others that are just taut.
-    /// `residual` is what is left of the forces, `work` what all of them could do along each coordinate. Whether any is left out.
-    pub(crate) fn slacken(&mut self, forces: &[f64], residual: &[f64], work: &[f64]) -> bool {
+    /// `residual` is what is left of the forces, `rounding` what may be left of it by rounding, `work` what all of them could do along
+    /// each coordinate. Whether any is left out.
+    pub(crate) fn slacken(
+        &mut self,
+        forces: &[f64],
+        residual: &[f64],
+        rounding: &[f64],
+        work: &[f64],
+    ) -> bool {
         let n = work.len();
         let Cords { excesses, spans, jacobian, .. } = &self.cords;
         // The part of what forces could do that is left along what a tendon moves, without a tension.
         let left = |i: usize, tension: f64| {
             let along = (0..n).filter(|&k| jacobian[(i, k)] != 0.0);
-            along.map(|k| (residual[k] - tension * jacobian[(i, k)]).abs() / work[k]).fold(0.0, f64::max)
+            let left = |k: usize| ((residual[k] - tension * jacobian[(i, k)]).abs() - rounding[k]).max(0.0);
+            along.map(|k| if left(k) == 0.0 { 0.0 } else { left(k) / work[k] }).fold(0.0, f64::max)
         };
         // Joints alone may bear it: then no force along a coordinate tells its size, only its excess does.
         let is_weak = |i: usize, tension: f64| {

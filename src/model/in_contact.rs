@@ -3,8 +3,31 @@
 use super::{Beside, Dynamics, Flaw, Impact, Radius};
 use crate::numerics::linalg::Matrix;
 
-/// Contacts of a model, as statics asks for them.
+/// Surfaces and stops count as exactly reached up to this part of the lengths of which their gap is a difference: ten times the
+/// tolerance of equilibria, well above rounding.
+pub(crate) const REACHED: f64 = 1e-9;
+
+/// What acts one way only and is exactly reached: rounding would decide whether it acts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Reached {
+    /// The stop of a coordinate that does not act.
+    Stop(usize),
+    /// A pair of surfaces that do not press on each other.
+    Surfaces(usize),
+    /// An elastic tendon, by its row of the [cords](super::springs::Cords), that is slack.
+    Slack(usize),
+    /// One that resists being shortened as well, because others then stretch.
+    Taut(usize),
+}
+
+/// Contacts and stops of a model, as statics asks for them.
 pub trait InContact: Dynamics {
+    /// The stops and the surfaces that act in a shape and are exactly reached there. Allocates.
+    fn reached(&mut self, q: &[f64]) -> Vec<Reached>;
+
+    /// From now on these act in all shapes as they say; of none, rounding decides again.
+    fn decide(&mut self, reached: &[Reached]);
+
     /// Disables contact forces, or enables them again.
     fn leave_contact(&mut self, is_left: bool);
 

@@ -2,7 +2,7 @@
 
 use super::{
     Beside, Differentiable, Dynamics, Elastic, Excitation, Flaw, Impact, InContact, InImpact, InTime,
-    InertiaMatrix, OneSided, Radius, Refinable, Sprung, Switch, Tied,
+    InertiaMatrix, OneSided, Radius, Reached, Refinable, Sprung, Switch, Tied,
 };
 use crate::description::signal::{Cell, Jumps};
 use crate::error::Interrupted;
@@ -143,6 +143,12 @@ impl<M: Smooth + Elastic> Sprung for M {
 }
 
 impl<M: Smooth> InContact for M {
+    fn reached(&mut self, _q: &[f64]) -> Vec<Reached> {
+        Vec::new()
+    }
+
+    fn decide(&mut self, _reached: &[Reached]) {}
+
     fn leave_contact(&mut self, _is_left: bool) {}
 
     fn soften_contact(&mut self, _forces: Option<&[f64]>) -> bool {

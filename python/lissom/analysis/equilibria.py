@@ -242,7 +242,7 @@ def _derivatives(
 ) -> EquilibriumSensitivityResult:
     q, rest = found.q, np.zeros(model.n)
     at: dict[str, Any] = {"t": t, "u": u}
-    stiffness = model.tangent(q, rest, rest, **at)[0]
+    stiffness = model._tangent_at_rest(q, **at)[0]
     pushed = np.empty((model.n, len(wanted)))
     for i, parameter in enumerate(wanted):
         material = parameter.material
@@ -302,7 +302,7 @@ def _frequencies(
 ) -> tuple[Array, Array]:
     """The lowest frequencies and their derivatives (Fox and Kapoor 1968, equation 5), in hertz."""
     rest = np.zeros_like(q)
-    stiffness, _, mass = model.tangent(q, rest, rest, **at)
+    stiffness, _, mass = model._tangent_at_rest(q, **at)
     if np.abs(stiffness - stiffness.T).max() > SYMMETRIC * np.abs(stiffness).max():
         raise LissomError(
             "frequencies: the stiffness is not symmetric, as under follower loads; only frequencies of "

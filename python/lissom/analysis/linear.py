@@ -126,8 +126,7 @@ def linearise(
     n = model.n
     model.check_shape(q)
     q = np.asarray(q, float)
-    rest = np.zeros(n)
-    stiffness, damping, mass = model.tangent(q, rest, rest, t=t, u=u)
+    stiffness, damping, mass = model._tangent_at_rest(q, t=t, u=u)
     seen = view(model)
     force_names, forces = _signals("inputs", inputs, _forces(model, seen, q, t, u))
     _check_inputs(model, force_names)

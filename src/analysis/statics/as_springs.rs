@@ -8,8 +8,8 @@ use crate::error::Interrupted;
 use crate::model::constraint::forget_unmoved;
 use crate::model::springs::{Cords, Springs};
 use crate::model::{
-    Dynamics, Elastic, Energy, Facts, Flaw, InContact, InTime, OneSided, Radius, Sprung, Static, Switch,
-    Untied,
+    Dynamics, Elastic, Energy, Facts, Flaw, InContact, InTime, OneSided, Radius, Reached, Sprung, Static,
+    Switch, Untied,
 };
 use crate::numerics::linalg::Matrix;
 
@@ -247,6 +247,14 @@ impl OneSided for AsSprings<'_> {
 }
 
 impl InContact for AsSprings<'_> {
+    fn reached(&mut self, q: &[f64]) -> Vec<Reached> {
+        self.model.reached(q)
+    }
+
+    fn decide(&mut self, reached: &[Reached]) {
+        self.model.decide(reached);
+    }
+
     fn leave_contact(&mut self, is_left: bool) {
         self.model.leave_contact(is_left);
     }

@@ -15,6 +15,7 @@ use super::arguments;
 use super::callback::or_raised;
 use super::convert;
 use super::errors::{LissomError, check_finite};
+use crate::analysis::reached;
 use crate::description::signal::covers;
 use crate::model::ForwardScratch;
 use crate::numerics::linalg::Matrix;
@@ -379,6 +380,25 @@ impl PyModel {
                 tangent
             })
         })?;
+        for tangent in &tangents {
+            check_finite(tangent.as_slice(), "tangent")?;
+        }
+        let [dq, dqd, dqdd] = tangents.each_mut().map(|tangent| convert::matrix_out(py, tangent));
+        Ok((dq, dqd, dqdd))
+    }
+
+    /// The same at rest, without what is exactly reached and holds nothing there.
+    #[pyo3(signature = (q, *, t=None, u=None))]
+    #[allow(clippy::type_complexity, reason = "the type is the documentation: three (n, n) arrays")]
+    fn _tangent_at_rest<'py>(
+        &self,
+        py: Python<'py>,
+        q: &Bound<'py, PyAny>,
+        #[pyo3(from_py_with = arguments::optional_number::t)] t: Option<f64>,
+        u: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<(Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>)> {
+        let q = self.state(q, "q")?;
+        let mut tangents = self.at(t, u, |memory| reached::tangents(&mut *memory.model, &q))?;
         for tangent in &tangents {
             check_finite(tangent.as_slice(), "tangent")?;
         }

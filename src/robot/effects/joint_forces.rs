@@ -4,7 +4,7 @@
 //! derivatives.
 
 use crate::description::joint::JointForces;
-use crate::model::Energy;
+use crate::model::{Energy, REACHED};
 use crate::robot::effects::kinds::{
     Dissipation, NoCoordinateForce, NoSupply, NoVelocityDependence, NotAlongRods, NotAtPoints, StoredEnergy,
 };
@@ -51,6 +51,25 @@ pub(crate) fn beyond_stops<G: Turning>(plan: &Plan<G>, q: &[f64]) -> impl Iterat
         let [lower, upper] = forces.limits?;
         Some((q[k] - upper).max(lower - q[k]))
     })
+}
+
+/// Coordinates that are beyond a stop by so little that it is exactly reached; `sizes` are typical ones.
+pub(crate) fn reached_stops<G: Turning>(
+    plan: &Plan<G>,
+    q: &[f64],
+    sizes: &[f64],
+) -> impl Iterator<Item = usize> {
+    all(plan).filter_map(move |(k, forces)| {
+        let beyond = beyond(forces, q[k]).abs();
+        (beyond > 0.0 && beyond <= REACHED * sizes[k].max(q[k].abs())).then_some(k)
+    })
+}
+
+/// Takes the stops of a coordinate away.
+pub(crate) fn remove_stops<G: Turning>(plan: &mut Plan<G>, k: usize) {
+    let of_coordinate = plan.pieces.iter_mut().filter(|piece| piece.first == k);
+    let hinges = of_coordinate.filter_map(|piece| piece.hinge.as_mut());
+    hinges.filter_map(|hinge| hinge.forces.as_mut()).for_each(|forces| forces.limits = None);
 }
 
 /// Contribution of a stop's dissipation, limited such that the stop never pulls.

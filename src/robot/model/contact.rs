@@ -1,11 +1,27 @@
 //! Contacts and stops of a robot.
 
 use super::{AT_REST, AnySweeps, EXPLOSION, LARGEST_GAIN, RobotModel};
-use crate::model::{Beside, Dynamics as _, Flaw, Impact, InContact, InImpact, Radius, chart};
+use crate::model::{Beside, Dynamics as _, Flaw, Impact, InContact, InImpact, Radius, Reached, chart};
 use crate::numerics::linalg::Matrix;
 use crate::robot::effects::contact::query::Hardest;
 
 impl InContact for RobotModel {
+    fn reached(&mut self, q: &[f64]) -> Vec<Reached> {
+        if !self.facts.has_contact && !self.facts.has_stops {
+            return Vec::new();
+        }
+        let Self { sweeps, coordinates, facts, .. } = self;
+        coordinates.all([q], |[q]| on_sweeps!(sweeps, sweeps => sweeps.reached(q, facts.length)))
+    }
+
+    fn decide(&mut self, reached: &[Reached]) {
+        self.noted.forget();
+        on_sweeps!(&mut self.sweeps, sweeps => sweeps.decide(reached));
+        if let Some(unloaded) = &mut self.unloaded {
+            on_sweeps!(&mut **unloaded, sweeps => sweeps.decide(reached));
+        }
+    }
+
     fn leave_contact(&mut self, is_left: bool) {
         self.noted.forget();
         on_sweeps!(&mut self.sweeps, sweeps => sweeps.leave_contact(is_left));

@@ -1,12 +1,15 @@
 //! Surfaces that touch, have touched or may do so.
 
+use std::sync::Arc;
+
 use super::Sweeps;
-use crate::model::Radius;
+use crate::model::{Radius, Reached};
 use crate::robot::effects::actuator::force as actuation;
 use crate::robot::effects::contact::query::Touching;
 use crate::robot::effects::contact::{detection, force as contact, query, tunnelling};
+use crate::robot::effects::joint_forces;
 use crate::robot::kernel::sizes::Motions;
-use crate::robot::kernel::{lines, sizes};
+use crate::robot::kernel::{elasticity, lines, sizes};
 use crate::robot::turning::Turning;
 
 /// Largest difference of coordinates for which the set of touching surfaces is not recomputed.
@@ -20,6 +23,46 @@ fn is_same_shape(known: &[f64], q: &[f64]) -> bool {
 }
 
 impl<G: Turning> Sweeps<G> {
+    /// Stops that are exactly reached, and pairs of surfaces that touch nowhere else than where they only just do. `length` is that of
+    /// the robot. Allocates.
+    pub(crate) fn reached(&mut self, q: &[f64], length: f64) -> Vec<Reached> {
+        self.with_zeros(|sweeps, zeros| sweeps.update_motion([q, zeros, zeros]));
+        let Self { plan, work, .. } = self;
+        let mut sizes = vec![0.0; plan.n];
+        elasticity::typical_coordinates(plan, length, &mut sizes);
+        let stops = joint_forces::reached_stops(plan, q, &sizes).map(Reached::Stop);
+        stops.chain(query::reached(plan, work, length).into_iter().map(Reached::Surfaces)).collect()
+    }
+
+    /// From now on these act as they say; of none, rounding decides again.
+    pub(crate) fn decide(&mut self, reached: &[Reached]) {
+        if let Some(undecided) = self.undecided.take() {
+            self.plan = undecided;
+        }
+        self.work.motion_is_known = false;
+        if reached.is_empty() {
+            return;
+        }
+        let mut plan = (*self.plan).clone();
+        let cords: Vec<usize> = self.cords().map(|(i, _)| i).collect();
+        for reached in reached {
+            // The unloaded robot has neither contacts nor actuators.
+            match *reached {
+                Reached::Stop(k) => joint_forces::remove_stops(&mut plan, k),
+                Reached::Surfaces(p) => {
+                    plan.contacts.pairs.iter_mut().skip(p).take(1).for_each(|pair| pair.law.stiffness = 0.0);
+                }
+                Reached::Slack(row) | Reached::Taut(row) => {
+                    let actuator = cords.get(row).map(|&i| &mut plan.actuation.actuators[i]);
+                    actuator.into_iter().for_each(|actuator| {
+                        actuator.law.decide(matches!(*reached, Reached::Taut(_)));
+                    });
+                }
+            }
+        }
+        self.undecided = Some(std::mem::replace(&mut self.plan, Arc::new(plan)));
+    }
+
     /// Disables contact forces, or enables them again.
     pub(crate) fn leave_contact(&mut self, is_left: bool) {
         self.work.contact.is_left = is_left;

@@ -30,6 +30,8 @@ use crate::robot::turning::Turning;
 #[derive(Clone, Debug)]
 pub(crate) struct Sweeps<G: Turning> {
     plan: Arc<Plan<G>>,
+    /// Before it was decided what acts of what is exactly reached.
+    undecided: Option<Arc<Plan<G>>>,
     work: Workspace<G>,
     tangent: TangentWorkspace<G>,
     zeros: Vec<f64>,
@@ -116,7 +118,7 @@ impl<G: Turning> Sweeps<G> {
         time::tell(&plan, &mut work);
         let (tangent, zeros) = (TangentWorkspace::new(&plan), vec![0.0; plan.n]);
         let (dissipates, is_lone_rod) = (effects::dissipates(&plan), lone_rod::is_lone(&plan));
-        Self { work, tangent, zeros, dissipates, is_lone_rod, plan: Arc::new(plan) }
+        Self { work, tangent, zeros, dissipates, is_lone_rod, plan: Arc::new(plan), undecided: None }
     }
 
     /// Sweeps for the same robot with one piece per link, including links that are otherwise merged.

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 from scipy.optimize import minimize
+from scipy.spatial.transform import Rotation
 
 import lissom
 
@@ -18,6 +19,11 @@ def tendon(name, angle, default=0.0, along=None, **more):
     offset = (OFFSET * np.cos(angle), OFFSET * np.sin(angle))
     given = {"tension": lissom.Input(name, default)} | more
     return lissom.Tendon(name, [lissom.Along(offset=offset, along=along)], **given)
+
+
+def tendon_at(name, angle, offset):
+    part = lissom.Along("rod", offset=(offset * np.cos(angle), offset * np.sin(angle)))
+    return lissom.Tendon(name, [part], tension=lissom.Input(name, 0.0))
 
 
 def finger(actuators, modes=None, **more):
@@ -317,3 +323,27 @@ def test_robots_without_inputs_are_refused():
         lissom.actuate(rod, (0.1, 0, 0))
     with pytest.raises(TypeError, match="robot: expected a Robot or a Rod, got SpringPendulum"):
         lissom.actuate(lissom.SpringPendulum(), (0.1, 0, 0))
+
+
+@pytest.mark.parametrize("unit", [1.0, 1e3])
+@pytest.mark.parametrize("seed", [2, 4, 6, 9, 11])
+def test_the_smallest_inputs_are_found_where_an_equation_hardly_depends_on_them(seed, unit):
+    """Rods without stretching: one coordinate of a place follows from the others, but for the weight."""
+    random = np.random.default_rng(seed)
+    count = int(random.choice([4, 6]))
+    modulus, length = 10 ** random.uniform(6, 8), random.uniform(0.15, 0.5)
+    moduli = np.array([1.0, 0.37]) * modulus / unit
+    modes = {"torsion": 1, "bend_y": 3, "bend_z": 3}
+    segment = lissom.Segment(length * unit, 0.008 * unit, *moduli, 1000 / unit**3, modes=modes)
+    actuators = [tendon_at(f"t{k}", 2 * np.pi * k / count, 0.01 * unit) for k in range(count)]
+    rotation = Rotation.random(random_state=seed)
+    x, y, z, w = rotation.as_quat()
+    links = [lissom.Link("rod", rod=[segment], orientation=(w, x, y, z))]
+    robot = lissom.Robot(links, actuators=actuators, gravity=(0, 0, -9.81 * unit))
+    tension = modulus * np.pi / 4 * 0.008**4 / 0.01 / length * unit
+    known = random.uniform(0, 1.2, count) * tension
+    target = robot.pose(lissom.statics(robot, u=known).q, link="rod")[:3, 3]
+    found = lissom.actuate(robot, lissom.Target("rod", target))
+    assert found.status == "reached", found.message
+    assert_allclose(robot.pose(found.q, link="rod")[:3, 3], target, rtol=0, atol=1e-8 * length * unit)
+    assert np.linalg.norm(found.u) <= np.linalg.norm(known) * (1 + 1e-6)

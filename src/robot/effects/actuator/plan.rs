@@ -244,6 +244,16 @@ impl Law {
         matches!(self, Self::Cable { .. } | Self::Servo { .. })
     }
 
+    /// A tendon just at its length stays taut, or slack, however its length is rounded.
+    pub(crate) fn decide(&mut self, is_taut: bool) {
+        if let Self::Cable { stiffness, damping } = *self {
+            *self = match is_taut {
+                true => Self::Servo { stiffness, damping, limits: None },
+                false => Self::Cable { stiffness: 0.0, damping: 0.0 },
+            };
+        }
+    }
+
     /// Whether the force begins at a length.
     pub(crate) fn is_cable(self) -> bool {
         matches!(self, Self::Cable { .. })

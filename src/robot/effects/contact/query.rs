@@ -2,6 +2,7 @@
 
 use std::f64::consts::PI;
 
+use crate::model::REACHED;
 use crate::numerics::lie::{Cross, Twist, Vector};
 use crate::robot::effects::contact::narrow_phase;
 use crate::robot::effects::contact::plan::{Body, Side};
@@ -37,6 +38,22 @@ pub(crate) fn sunk<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -> Option<(u
         let depth = -narrow_phase::placed(plan, &work.contact.poses, solid).distance(middle).value;
         (depth > 0.0).then_some((pair.contact, thickness + depth))
     })
+}
+
+/// The pairs that touch, and overlap everywhere by so little that they only just do. `length` is that of the robot.
+pub(crate) fn reached<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, length: f64) -> Vec<usize> {
+    let size = |vector: Vector<f64>| vector.dot(vector).sqrt();
+    let far = length + size(plan.world.base.position);
+    let is_just_touched = |touch: &Touch| {
+        let [first, second] = touch.centres.map(size);
+        let span = far + first + second + touch.meeting.radii.iter().sum::<f64>();
+        touch.meeting.overlap <= REACHED * span
+    };
+    let touches = &work.contact.touches;
+    let mut pairs: Vec<usize> = touches.iter().map(|touch| touch.pair).collect();
+    pairs.dedup();
+    pairs.retain(|&p| touches.iter().filter(|touch| touch.pair == p).all(is_just_touched));
+    pairs
 }
 
 /// Energy of the overlaps.

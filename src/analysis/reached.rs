@@ -1,0 +1,118 @@
+//! What acts one way only and is exactly reached, such as a stop, a surface or the length of a tendon: whether it holds a shape. Without
+//! a force it does not, whichever way its gap is rounded: motions to one side meet no resistance of it.
+
+use crate::analysis::at_rest::{AtRest, OUT_OF_BALANCE};
+use crate::analysis::small_motions::Settled;
+use crate::analysis::ties::Ties;
+use crate::model::constraint::saddle;
+use crate::model::{Reached, Static};
+#[cfg(feature = "python")]
+use crate::numerics::linalg::Matrix;
+
+/// Equilibrium needs what leaves forces more out of balance by this factor where it is missing. Elsewhere than in equilibrium, rounding
+/// of what is stiff changes forces by less.
+const NEEDED: f64 = 1.1;
+
+/// Forces that are out of balance in a shape.
+struct Balance {
+    residual: Vec<f64>,
+    rounding: Vec<f64>,
+    work: Vec<f64>,
+}
+
+impl Balance {
+    /// `None` if the mass is singular or a number is not finite.
+    fn of(
+        model: &mut dyn Static,
+        q: &[f64],
+        sizes: &[f64],
+        load_factor: f64,
+        multipliers: &[f64],
+    ) -> Option<Self> {
+        let ties = Ties::new(model, q, sizes, load_factor);
+        let settled = Settled::new(model, q, sizes, load_factor, multipliers, &ties)?;
+        let mut at_rest =
+            AtRest { model, q, sizes, load_factor, multipliers, ties: &ties, held: &settled.forces };
+        let [residual, work] = at_rest.forces();
+        let work = at_rest.most_work(&work);
+        Some(Self { residual, rounding: settled.rounding(), work })
+    }
+
+    /// Whether what is out of balance here is tolerance or rounding, or no more than in another state.
+    fn is_no_worse_than(&self, other: &Self) -> bool {
+        (0..self.residual.len()).all(|k| {
+            let tolerance = OUT_OF_BALANCE * self.work[k].max(other.work[k]) + self.rounding[k];
+            self.residual[k].abs() <= tolerance + NEEDED * other.residual[k].abs()
+        })
+    }
+}
+
+/// Decides that the stops and surfaces which are exactly reached and which equilibrium does not need do not act, and returns
+/// these, with the multipliers that hold the constraints without them. The model is to be told when this ends.
+pub(crate) fn decide(
+    model: &mut dyn Static,
+    q: &[f64],
+    sizes: &[f64],
+    load_factor: f64,
+    multipliers: &[f64],
+) -> (Vec<Reached>, Vec<f64>) {
+    let reached = model.reached(q);
+    if reached.is_empty() {
+        return (reached, multipliers.to_vec());
+    }
+    let balance = |model: &mut dyn Static, reached: &[Reached]| {
+        model.decide(reached);
+        let held = held(model, q, multipliers)?;
+        Some((Balance::of(model, q, sizes, load_factor, &held)?, held))
+    };
+    let Some((whole, _)) = balance(model, &[]) else { return (Vec::new(), multipliers.to_vec()) };
+    let without = |model: &mut dyn Static, reached: &[Reached]| {
+        balance(model, reached).filter(|(left, _)| left.is_no_worse_than(&whole)).map(|(_, held)| held)
+    };
+    if let Some(held) = without(model, &reached) {
+        return (reached, held);
+    }
+    let (mut idle, mut held) = (Vec::new(), multipliers.to_vec());
+    for each in reached {
+        idle.push(each);
+        match without(model, &idle) {
+            Some(by) => held = by,
+            None => _ = idle.pop(),
+        }
+    }
+    model.decide(&idle);
+    (idle, held)
+}
+
+/// Stiffness, damping and mass of a model about rest at `q`, at the time set last, in which nothing acts that is exactly reached
+/// and not needed. Constraints have no part in them. Allocates.
+#[cfg(feature = "python")]
+pub(crate) fn tangents(model: &mut dyn Static, q: &[f64]) -> [Matrix; 3] {
+    let (n, m) = (q.len(), model.facts().constraints());
+    let [mut sizes, rest] = [vec![0.0; n], vec![0.0; n]];
+    model.sizes(q, &mut sizes);
+    let held = held(model, q, &vec![0.0; m]).unwrap_or_else(|| vec![0.0; m]);
+    let (mut reached, held) = decide(model, q, &sizes, 1.0, &held);
+    if let Some((_, ties)) = Settled::with_ties(model, q, &sizes, 1.0, &held) {
+        reached.extend(ties.reached());
+    }
+    model.decide(&reached);
+    let tangents = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(|weights| {
+        let mut tangent = Matrix::zeros(n, n);
+        model.weighted_tangent(q, &rest, &rest, weights, &mut tangent);
+        tangent
+    });
+    model.decide(&[]);
+    tangents
+}
+
+/// Multipliers of the constraints that hold now.
+fn held(model: &mut dyn Static, q: &[f64], multipliers: &[f64]) -> Option<Vec<f64>> {
+    let mut held = multipliers.to_vec();
+    if !held.is_empty() {
+        let rest = vec![0.0; q.len()];
+        saddle::multipliers(model, [q, &rest, &rest], &mut held).ok()?;
+        model.set_multipliers(&vec![0.0; held.len()]);
+    }
+    Some(held)
+}
