@@ -245,10 +245,12 @@ impl AtRest<'_> {
         self.model.gap_jacobian(self.q, &mut rows);
         let gap_sizes = &self.model.facts().gap_sizes;
         let relative: Vec<f64> = gaps.iter().zip(gap_sizes).map(|(gap, size)| gap / size).collect();
-        let work: Vec<f64> = self.multipliers.iter().zip(gap_sizes).map(|(force, size)| force * size).collect();
+        let work: Vec<f64> =
+            self.multipliers.iter().zip(gap_sizes).map(|(force, size)| force * size).collect();
         for range in self.parts() {
             let is_own = |i: usize| relative[i].abs() <= CLOSED && range.clone().any(|k| rows[(i, k)] != 0.0);
-            let size = |values: &[f64]| (0..m).filter(|&i| is_own(i)).map(|i| values[i].powi(2)).sum::<f64>().sqrt();
+            let size =
+                |values: &[f64]| (0..m).filter(|&i| is_own(i)).map(|i| values[i].powi(2)).sum::<f64>().sqrt();
             let most = SIDES * size(&work) * (size(&relative) + f64::EPSILON);
             change.view_mut((range.start, range.start), (range.len(), range.len())).fill(most);
         }

@@ -81,8 +81,12 @@ impl Elastic for RobotModel {
     fn borne(&mut self, q: &[f64], forces: &mut [f64]) {
         let Self { sweeps, coordinates, .. } = self;
         let mut of_all = Matrix::zeros(1, on_sweeps!(&*sweeps, sweeps => sweeps.plan().n));
-        coordinates.all([q], |[q]| on_sweeps!(&mut *sweeps, sweeps => sweeps.borne(q, of_all.as_mut_slice())));
-        forces.iter_mut().zip(coordinates.own_columns(of_all).iter()).for_each(|(force, own)| *force = own.abs());
+        coordinates
+            .all([q], |[q]| on_sweeps!(&mut *sweeps, sweeps => sweeps.borne(q, of_all.as_mut_slice())));
+        forces
+            .iter_mut()
+            .zip(coordinates.own_columns(of_all).iter())
+            .for_each(|(force, own)| *force = own.abs());
     }
 
     fn sizes(&mut self, q: &[f64], sizes: &mut [f64]) {

@@ -10,7 +10,7 @@ mod sections;
 use std::sync::Arc;
 
 use crate::model::Energy;
-use crate::numerics::lie::{Sweep, Vector};
+use crate::numerics::lie::{Sweep, Vector, VectorSpace as _};
 use crate::numerics::linalg::Matrix;
 use crate::robot::compile;
 use crate::robot::description::Robot;
@@ -257,14 +257,23 @@ impl<G: Turning> Sweeps<G> {
     pub(crate) fn borne(&mut self, q: &[f64], forces: &mut [f64]) {
         self.update_velocities(q, &vec![0.0; q.len()]);
         let (plan, work) = (&*self.plan, &self.work);
+        let frame = plan.frame;
         let size = |v: Vector<f64>| v.dot(v).sqrt();
-        for piece in &plan.pieces {
-            let Some(hinge) = &piece.hinge else { continue };
-            let (twist, wrench) = (work.hinges[hinge.index], work.through[piece.joined.end]);
-            let [angular, moment] =
-                [twist.angular, wrench.moment].map(|v| size(G::axial_in_space(plan.frame, v)));
-            let [linear, force] = [twist.linear, wrench.force].map(|v| size(G::in_space(plan.frame, v)));
-            forces[piece.first] = angular * moment + linear * force;
+        for piece in plan.pieces.iter().filter(|piece| piece.is_joint) {
+            let wrench = work.through[piece.joined.end];
+            let (moment, force) =
+                (size(G::axial_in_space(frame, wrench.moment)), size(G::in_space(frame, wrench.force)));
+            if let Some(hinge) = &piece.hinge {
+                let twist = work.hinges[hinge.index];
+                let (angular, linear) =
+                    (size(G::axial_in_space(frame, twist.angular)), size(G::in_space(frame, twist.linear)));
+                forces[piece.first] = angular * moment + linear * force;
+                continue;
+            }
+            // A spherical joint turns about one place.
+            let nodes = work.position[piece.node_packs()].iter().zip(&piece.weights);
+            let place = nodes.fold(G::Vector::zero(), |sum, (place, weight)| sum + (*place * *weight).sum());
+            forces[piece.coordinates()].fill(moment + size(G::in_space(frame, place)) * force);
         }
     }
 
