@@ -1,6 +1,7 @@
 //! Jacobian of a step: the derivative of its residual with respect to the accelerations.
 
 use super::linear_system::LinearSystem;
+use super::numbers::Numbers;
 use super::trial::Trial;
 use crate::error::Interrupted;
 use crate::integrators::second_order::{Counters, System, model_at};
@@ -17,7 +18,7 @@ pub(super) struct Jacobian {
     /// Relative increment of the differences.
     increment: f64,
     differences: Differences,
-    shifted: Trial,
+    shifted: Trial<Vec<f64>>,
     zeros: Vec<f64>,
     scale: Vec<f64>,
     /// Smallest sizes that count: where the absolute tolerance takes over from the relative one. Increments of that size
@@ -81,10 +82,10 @@ impl Jacobian {
     /// of a displacement's size, but not by more than [`LARGEST_CHANGE`]. The size of a displacement is at least what
     /// it moves within `h`; no size is below `self.smallest`. Where forces are so large that the residual hides the
     /// change, it is enlarged.
-    pub(super) fn evaluate<S: System + ?Sized>(
+    pub(super) fn evaluate<S: System + ?Sized, V: Numbers>(
         &mut self,
         system: &mut S,
-        trial: &Trial,
+        trial: &Trial<V>,
         residual: &[f64],
         h: f64,
         linear: &mut LinearSystem,
@@ -108,10 +109,10 @@ impl Jacobian {
 
     /// The derivative of the residual itself.
     #[inline(always)]
-    fn of_forces<S: System + ?Sized>(
+    fn of_forces<S: System + ?Sized, V: Numbers>(
         &mut self,
         system: &mut S,
-        trial: &Trial,
+        trial: &Trial<V>,
         residual: &[f64],
         h: f64,
         linear: &mut LinearSystem,
@@ -188,14 +189,14 @@ fn largest_change(jacobian: &Matrix, scale: &[f64]) -> f64 {
 }
 
 /// The residual of a step as a function of how far the accelerations have moved from a trial.
-struct Moved<'a, S: ?Sized> {
+struct Moved<'a, S: ?Sized, V> {
     system: &'a mut S,
-    trial: &'a Trial,
-    shifted: &'a mut Trial,
+    trial: &'a Trial<V>,
+    shifted: &'a mut Trial<Vec<f64>>,
     evaluations: usize,
 }
 
-impl<S: System + ?Sized> roots::System for Moved<'_, S> {
+impl<S: System + ?Sized, V: Numbers> roots::System for Moved<'_, S, V> {
     fn unknowns(&self) -> usize {
         self.trial.a.len()
     }

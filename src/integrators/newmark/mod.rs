@@ -29,6 +29,7 @@ mod error_estimate;
 mod impacts;
 mod jacobian;
 mod linear_system;
+mod numbers;
 mod options;
 mod scheme;
 mod search;

@@ -1,30 +1,31 @@
 //! State at the end of a step as a function of its accelerations.
 
+use super::numbers::Numbers;
 use crate::numerics::linalg::with_size;
 
 /// A state that is affine in its accelerations: `q = q_base + weights[0] a`, `v = v_base + weights[1] a`.
 #[derive(Clone, Debug)]
-pub(super) struct Trial {
+pub(super) struct Trial<V> {
     pub(super) t: f64,
     /// Derivatives of q, v and a with respect to a; the last one is 1.
     pub(super) weights: [f64; 3],
-    pub(super) q_base: Vec<f64>,
-    pub(super) v_base: Vec<f64>,
-    pub(super) q: Vec<f64>,
-    pub(super) v: Vec<f64>,
-    pub(super) a: Vec<f64>,
+    pub(super) q_base: V,
+    pub(super) v_base: V,
+    pub(super) q: V,
+    pub(super) v: V,
+    pub(super) a: V,
 }
 
-impl Trial {
+impl<V: Numbers> Trial<V> {
     pub(super) fn new(n: usize) -> Self {
         Self {
             t: 0.0,
             weights: [0.0; 3],
-            q_base: vec![0.0; n],
-            v_base: vec![0.0; n],
-            q: vec![0.0; n],
-            v: vec![0.0; n],
-            a: vec![0.0; n],
+            q_base: V::zeros(n),
+            v_base: V::zeros(n),
+            q: V::zeros(n),
+            v: V::zeros(n),
+            a: V::zeros(n),
         }
     }
 

@@ -227,8 +227,8 @@ impl<M: Model> Integrator<M> {
     pub(super) fn observe<T>(&mut self, observe: impl FnOnce(&mut M, State<'_>) -> T) -> T {
         match self {
             Self::Newmark { model, stepper } => {
-                let state = State { t: stepper.t(), q: stepper.q(), v: stepper.v(), a: stepper.a() };
-                observe(model, state)
+                let [q, v, a] = stepper.state();
+                observe(model, State { t: stepper.t(), q, v, a })
             }
             Self::Radau { model, stepper } => {
                 let state = State { t: stepper.t(), q: stepper.q(), v: stepper.v(), a: stepper.a() };
@@ -244,7 +244,7 @@ impl<M: Model> Integrator<M> {
     /// Displacements, velocities and accelerations.
     pub(super) fn state(&self) -> [&[f64]; 3] {
         match self {
-            Self::Newmark { stepper, .. } => [stepper.q(), stepper.v(), stepper.a()],
+            Self::Newmark { stepper, .. } => stepper.state(),
             Self::Radau { stepper, .. } => [stepper.q(), stepper.v(), stepper.a()],
             Self::FirstOrder { stepper, n, .. } => {
                 let (q, v) = stepper.y().split_at(*n);
@@ -338,7 +338,7 @@ impl<M: Model> Integrator<M> {
     /// Accepted steps so far.
     pub(super) fn steps(&self) -> usize {
         match self {
-            Self::Newmark { stepper, .. } => stepper.counters().steps,
+            Self::Newmark { stepper, .. } => stepper.steps(),
             Self::Radau { stepper, .. } => stepper.counters().steps,
             Self::FirstOrder { stepper, .. } => stepper.counters().accepted,
         }

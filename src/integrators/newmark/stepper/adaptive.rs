@@ -3,9 +3,10 @@
 use super::super::error_estimate::{Ends, LARGEST_FACTOR};
 use super::super::options::StepSize;
 use super::super::scheme::stretch;
-use super::Stepper;
+use super::StepperOf;
 use crate::description::signal::end_of_step;
 use crate::error::Interrupted;
+use crate::integrators::newmark::numbers::Numbers;
 use crate::integrators::second_order::{ROUNDING_OF_STEPS, Status, System};
 use crate::model::{Excitation, have_missed};
 
@@ -15,7 +16,7 @@ const SMALLEST_STEP_IN_SPACINGS: f64 = 10.0;
 /// A step whose equations could not be solved is tried again with this fraction of its size (CVODE's choice).
 const CUT: f64 = 0.25;
 
-impl Stepper {
+impl<V: Numbers> StepperOf<V> {
     pub(super) fn adaptive_step<S: System + ?Sized>(
         &mut self,
         system: &mut S,
@@ -48,7 +49,7 @@ impl Stepper {
                 q: [&self.q, &self.trial.q],
                 v: [&self.v, &self.trial.v],
                 a: [&self.a, &self.trial.a],
-                s: &self.s_of_trial,
+                s: if self.adapts_memory { &self.s_of_trial } else { &[] },
             };
             let error = estimate.error(step, &ends, &self.rtol, &self.atol);
             let factor = if error == 0.0 && !rejected {
@@ -84,8 +85,11 @@ impl Stepper {
     /// smooth, an impact: it is velocity still to come and alternates, so that it becomes smaller with a step of another
     /// size. Grown with the step it would be larger from step to step.
     fn rescale_memory(&mut self, h: f64) {
+        if !self.adapts_memory {
+            return;
+        }
         let Some(stretch) = stretch(h, self.h_of_s) else {
-            self.s_of_trial.iter_mut().zip(&self.a).for_each(|(s, a)| *s = *a);
+            self.s_of_trial.iter_mut().zip(self.a.iter()).for_each(|(s, a)| *s = *a);
             return;
         };
         let Self { scheme, a, a_old, s, s_of_trial, .. } = self;

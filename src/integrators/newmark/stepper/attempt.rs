@@ -1,17 +1,18 @@
 //! One step that is tried: its equations, their solution, and what becomes of it.
 
 use super::super::error_estimate::LARGEST_FACTOR;
+use super::super::numbers::Numbers;
 use super::super::options::Predictor;
 use super::super::scheme::{Step, memory, stretch};
 use super::super::trial::Trial;
-use super::{Guess, Stepper};
+use super::{Guess, StepperOf};
 use crate::error::Interrupted;
 use crate::integrators::second_order::{Failure, System, constrained_start, model_at, model_of};
 use crate::model::constraint::one_sided::most_switches;
 use crate::model::constraint::projection;
 use crate::model::{Excitation, InImpact, Model, OneSided, Switch};
 
-impl Stepper {
+impl<V: Numbers> StepperOf<V> {
     /// Solves the equations of motion at the end of a step of size `h`; the result is in `trial`.
     pub(super) fn attempt<S: System + ?Sized>(
         &mut self,
@@ -24,10 +25,10 @@ impl Stepper {
         if self.step.made_for != (h, memory) {
             self.step = self.scheme.step(h, memory);
         }
-        let Self { step, q, v, a, s, s_of_trial, trial, .. } = self;
+        let Self { step, q, v, a, s, s_of_trial, adapts_memory, trial, .. } = self;
         trial.weights = step.weights;
-        let ends = trial.q_base.iter_mut().zip(&mut trial.v_base);
-        let motion = q.iter().zip(v.iter().zip(&*a));
+        let ends = trial.q_base.iter_mut().zip(trial.v_base.iter_mut());
+        let motion = q.iter().zip(v.iter().zip(a.iter()));
         if is_plain {
             let ([_, bq], [_, bv]) = (step.displacement, step.velocity);
             for ((q_base, v_base), (q, (v, a))) in ends.zip(motion) {
@@ -35,8 +36,8 @@ impl Stepper {
                 *v_base = v + bv * a;
             }
         } else {
-            let s = if s_of_trial.is_empty() { s } else { s_of_trial };
-            for (((q_base, v_base), (q, (v, a))), s) in ends.zip(motion).zip(&*s) {
+            let s = if *adapts_memory { s_of_trial } else { s };
+            for (((q_base, v_base), (q, (v, a))), s) in ends.zip(motion).zip(s.iter()) {
                 *q_base = q + h * v + step.displacement[0] * a + step.displacement[1] * s;
                 *v_base = v + step.velocity[0] * a + step.velocity[1] * s;
             }
@@ -45,7 +46,7 @@ impl Stepper {
         self.forgets = false;
         let solved = self.correct(system, h)?;
         // Without constraints there are no multipliers behind the accelerations.
-        if self.a.len() == self.q.len() || solved.is_err() {
+        if V::IS_PLAIN || self.a.len() == self.q.len() || solved.is_err() {
             return Ok(solved);
         }
         // A row that begins to hold has been open by what it did not hold before. Closed within one step this is a blow, whose
@@ -64,12 +65,12 @@ impl Stepper {
 
     /// What the step from here to `t_new` keeps of algorithmic accelerations ([`Scheme::step`]).
     fn memory<S: System + ?Sized>(&self, system: &mut S, t_new: f64, h: f64) -> Option<f64> {
-        if !self.s_of_trial.is_empty() {
+        if self.adapts_memory {
             // Those of an adaptive step are made for its size.
             return Some(1.0);
         }
         let stretch = stretch(h, self.h_of_s);
-        if stretch.is_none() || !self.has_corners {
+        if V::IS_PLAIN || stretch.is_none() || !self.has_corners {
             return stretch;
         }
         let before = (self.t > self.t_old).then_some(self.t_old);
@@ -153,16 +154,16 @@ impl Stepper {
             }
             Guess::Last | Guess::Extrapolated => self.guessed.copy_from_slice(&self.a),
         }
-        if self.has_contact {
+        if !V::IS_PLAIN && self.has_contact {
             model_of(system).take_touched();
         }
-        let solved = if system.facts().is_one_sided {
+        let solved = if !V::IS_PLAIN && system.facts().is_one_sided {
             self.correct_one_sided(system, h)
         } else {
             let Self { corrector, trial, guessed, a, counters, .. } = self;
             corrector.solve(system, trial, guessed, a, h, counters)
         };
-        self.has_touched = self.has_contact && model_of(system).take_touched();
+        self.has_touched = !V::IS_PLAIN && self.has_contact && model_of(system).take_touched();
         solved
     }
 
@@ -208,7 +209,7 @@ impl Stepper {
             self.s.copy_from_slice(&self.trial.a[..n]);
             self.h_of_s = h;
         } else if !self.scheme.is_plain() {
-            if !self.s_of_trial.is_empty() {
+            if self.adapts_memory {
                 self.s.copy_from_slice(&self.s_of_trial);
             }
             let Self { step: Step { rest, gain, .. }, s, a, trial, .. } = self;
@@ -234,8 +235,8 @@ impl Stepper {
         let ratio = if self.t > self.t_old { h / (self.t - self.t_old) } else { 0.0 };
         let (mut zero, mut last, mut extrapolated) = (0.0, 0.0, 0.0);
         let weights = self.corrector.inverse_tolerances();
-        let found = weights.iter().zip(&self.trial.a);
-        for ((weight, found), (a, a_old)) in found.zip(self.a.iter().zip(&self.a_old)) {
+        let found = weights.iter().zip(self.trial.a.iter());
+        for ((weight, found), (a, a_old)) in found.zip(self.a.iter().zip(self.a_old.iter())) {
             let change = found - a;
             let surprise = change - ratio * (a - a_old);
             zero += (weight * found) * (weight * found);

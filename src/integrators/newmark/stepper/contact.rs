@@ -1,12 +1,13 @@
 //! Steps of fixed size at whose ends surfaces may have met, or slack tendons become taut.
 
+use super::super::numbers::Numbers;
 use super::super::trial::Trial;
-use super::{STEPS_AFTER_STOP, Stepper};
+use super::{STEPS_AFTER_STOP, StepperOf};
 use crate::error::Interrupted;
 use crate::integrators::second_order::{Failure, System, model_at, model_of, set_motion};
 use crate::model::{Beside, Facts, Holding, InContact, InImpact, Model, Radius, have_passed};
 
-impl Stepper {
+impl<V: Numbers> StepperOf<V> {
     /// A step at whose end surfaces may have met, or slack tendons become taut. Where it does not see the impact rise and fall,
     /// its end is stiff and its beginning is not: what the scheme remembers of the accelerations would throw the surfaces apart
     /// faster than they came (Acary 2015). Such steps, and those right after, are made without memory: in them surfaces that
@@ -126,7 +127,7 @@ impl Stepper {
         }
         let h = *t - self.t;
         self.straight_on.clear();
-        self.straight_on.extend(self.q.iter().zip(&self.v).map(|(q, v)| q + h * v));
+        self.straight_on.extend(self.q.iter().zip(self.v.iter()).map(|(q, v)| q + h * v));
         self.passes(model, (*t, &self.straight_on), Radius::Larger)
     }
 

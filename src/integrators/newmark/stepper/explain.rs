@@ -1,14 +1,15 @@
 //! What a status of an integration means, and what helps.
 
-use super::Stepper;
+use super::StepperOf;
 use crate::error::Number;
+use crate::integrators::newmark::numbers::Numbers;
 use crate::integrators::second_order::{Failure, Status};
 
 /// Below this relative tolerance rounding alone can keep Newton's method from converging: accelerations are differences of much
 /// larger forces, which cost some digits of sixteen.
 const TIGHT: f64 = 1e-10;
 
-impl Stepper {
+impl<V: Numbers> StepperOf<V> {
     /// What a step did that could not be solved, and what helps.
     fn unsolved(&self) -> (&'static str, &'static str) {
         if self.has_touched {
@@ -38,7 +39,7 @@ impl Stepper {
     }
 
     /// Describes a status of this integration, with advice unless it is a success.
-    pub fn explain(&self, status: Status) -> String {
+    pub(super) fn explain(&self, status: Status) -> String {
         let [t, t_end, h] = [self.t, self.t_end, self.options.dt].map(Number);
         let limit = self.scheme.stability_limit();
         match status {
@@ -104,8 +105,8 @@ mod tests {
     #[test]
     fn advice_is_for_what_the_step_did() {
         let options = Options::new(0.1);
-        let mut stepper = Stepper::new(1, (0.0, 1.0), &[0.0], &[0.0], &options).unwrap();
-        let told = |stepper: &Stepper| stepper.explain(Status::StepFailed(Failure::NotConverged));
+        let mut stepper = StepperOf::<Vec<f64>>::new(1, (0.0, 1.0), &[0.0], &[0.0], &options).unwrap();
+        let told = |stepper: &StepperOf<Vec<f64>>| stepper.explain(Status::StepFailed(Failure::NotConverged));
         let plain = told(&stepper);
         assert!(plain.ends_with("the result ends there. Reduce `dt` or use adaptive steps."), "{plain}");
         assert!(["contact", "tendon", "loop"].iter().all(|other| !plain.contains(other)), "{plain}");

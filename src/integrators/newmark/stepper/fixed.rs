@@ -1,7 +1,8 @@
 //! Steps of fixed size.
 
-use super::Stepper;
+use super::StepperOf;
 use crate::error::Interrupted;
+use crate::integrators::newmark::numbers::Numbers;
 use crate::integrators::second_order::{Failure, Status, System};
 use crate::model::Excitation;
 
@@ -9,14 +10,14 @@ use crate::model::Excitation;
 const MOST_HALVINGS: usize = 8;
 
 /// Makes a step to a time, of a size.
-type Part<S> = fn(&mut Stepper, &mut S, f64, f64) -> Result<Result<(), Failure>, Interrupted>;
+type Part<V, S> = fn(&mut StepperOf<V>, &mut S, f64, f64) -> Result<Result<(), Failure>, Interrupted>;
 
-impl Stepper {
+impl<V: Numbers> StepperOf<V> {
     pub(super) fn fixed_step<S: System + ?Sized>(
         &mut self,
         system: &mut S,
     ) -> Result<Option<Status>, Interrupted> {
-        let (t_new, h, is_on_grid) = if self.has_corners {
+        let (t_new, h, is_on_grid) = if !V::IS_PLAIN && self.has_corners {
             let times = (self.t, self.t_end);
             let corner = |cell| system.model().and_then(|model| model.corner(cell));
             let step = self.grid.step_to_corner(self.fixed_steps, times, corner);
@@ -26,7 +27,7 @@ impl Stepper {
             let (t_new, h) = self.grid.step(self.fixed_steps, self.t_end);
             (t_new, h, true)
         };
-        let solved = if self.has_contact || system.facts().is_one_sided {
+        let solved = if !V::IS_PLAIN && (self.has_contact || system.facts().is_one_sided) {
             self.step_into_contact(system, t_new, h)?
         } else {
             match self.whole_step(system, t_new, h)? {
@@ -68,7 +69,7 @@ impl Stepper {
         &mut self,
         system: &mut S,
         t_new: f64,
-        part: Part<S>,
+        part: Part<V, S>,
     ) -> Result<Result<(), Failure>, Interrupted> {
         let start = (self.t, self.q.clone(), self.v.clone(), self.a.clone());
         let before = (self.t_old, self.q_old.clone(), self.v_old.clone(), self.a_old.clone());
@@ -95,7 +96,7 @@ impl Stepper {
         system: &mut S,
         t_new: f64,
         halvings: usize,
-        part: Part<S>,
+        part: Part<V, S>,
     ) -> Result<Result<(), Failure>, Interrupted> {
         for end in [0.5 * (self.t + t_new), t_new] {
             self.corrector.forget_jacobian();

@@ -5,20 +5,24 @@ mod attempt;
 mod contact;
 mod explain;
 mod fixed;
+mod kinds;
 
 use super::corrector::Corrector;
 use super::error_estimate::ErrorEstimate;
 use super::impacts::Impacts;
+use super::numbers::Numbers;
 use super::options::{Options, Predictor, StepSize};
 use super::scheme::{Scheme, Step};
 use super::trial::Trial;
-use crate::error::{Interrupted, InvalidInput};
+use crate::error::Interrupted;
 use crate::integrators::second_order::{
     Counters, Grid, Status, System, constrained_start, model_of, number_of_steps,
 };
 use crate::model::{Holding, rotation_vectors};
 use crate::numerics::hermite::cubic;
 use crate::numerics::tape::Tape;
+
+pub use self::kinds::Stepper;
 
 /// Steps without memory after one in which a slack tendon has become taut: the first of them loses the velocity with which it
 /// came to the end, and its acceleration is that of a jump.
@@ -32,38 +36,36 @@ enum Guess {
     Extrapolated,
 }
 
-/// An integration performed step by step. All memory is allocated by the time the initial accelerations are
-/// known.
-///
-/// The stepper does not own the equations of motion; pass the same ones to every call.
+/// An integration performed step by step, with such numbers for states.
 #[derive(Clone, Debug)]
-pub struct Stepper {
+struct StepperOf<V> {
     options: Options,
     scheme: Scheme,
     t: f64,
     t_end: f64,
-    q: Vec<f64>,
-    v: Vec<f64>,
-    a: Vec<f64>,
+    q: V,
+    v: V,
+    a: V,
     t_old: f64,
-    q_old: Vec<f64>,
-    v_old: Vec<f64>,
-    a_old: Vec<f64>,
+    q_old: V,
+    v_old: V,
+    a_old: V,
     /// Algorithmic accelerations and the step size they belong to; not used by plain schemes.
-    s: Vec<f64>,
+    s: V,
     h_of_s: f64,
-    /// The same for the adaptive step that is tried.
-    s_of_trial: Vec<f64>,
+    /// The same for the adaptive step that is tried, if these accelerations are made for its size.
+    s_of_trial: V,
+    adapts_memory: bool,
     /// The step that is tried.
     step: Step,
-    trial: Trial,
-    guessed: Vec<f64>,
+    trial: Trial<V>,
+    guessed: V,
     guess: Guess,
-    corrector: Corrector,
+    corrector: Corrector<V>,
     /// Present for adaptive steps.
     error_estimate: Option<ErrorEstimate>,
-    rtol: Vec<f64>,
-    atol: Vec<f64>,
+    rtol: V,
+    atol: V,
     /// Size of the next adaptive step.
     h: f64,
     /// Whether the system has surfaces that may touch, and corners in time: asked once, before the first step.
@@ -99,38 +101,30 @@ pub struct Stepper {
     status: Option<Status>,
 }
 
-impl Stepper {
-    /// Prepares the integration of `n` coordinates from `q0`, `v0` over `t_span`. Evaluates nothing.
-    pub fn new(
-        n: usize,
-        t_span: (f64, f64),
-        q0: &[f64],
-        v0: &[f64],
-        options: &Options,
-    ) -> Result<Self, InvalidInput> {
-        let (rtol, atol) = options.check(n, t_span, q0, v0)?;
+impl<V: Numbers> StepperOf<V> {
+    /// With options that have been checked: tolerances of each coordinate are `rtol` and `atol`.
+    fn new(t_span: (f64, f64), [q0, v0]: [&[f64]; 2], options: &Options, [rtol, atol]: [&[f64]; 2]) -> Self {
         let (t0, t_end) = t_span;
-        let zeros = vec![0.0; n];
-        Ok(Self {
+        let n = q0.len();
+        let [rtol, atol] = [rtol, atol].map(V::of);
+        Self {
             scheme: options.scheme,
             t: t0,
             t_end,
-            q: q0.to_vec(),
-            v: v0.to_vec(),
-            a: zeros.clone(),
+            q: V::of(q0),
+            v: V::of(v0),
+            a: V::zeros(n),
             t_old: t0,
-            q_old: q0.to_vec(),
-            v_old: v0.to_vec(),
-            a_old: zeros.clone(),
-            s: zeros.clone(),
+            q_old: V::of(q0),
+            v_old: V::of(v0),
+            a_old: V::zeros(n),
+            s: V::zeros(n),
             h_of_s: options.dt,
-            s_of_trial: match options.step_size {
-                StepSize::Adaptive { .. } if !options.scheme.is_plain() => zeros.clone(),
-                _ => Vec::new(),
-            },
+            s_of_trial: V::zeros(n),
+            adapts_memory: options.step_size != StepSize::Fixed && !options.scheme.is_plain(),
             step: options.scheme.step(options.dt, Some(1.0)),
             trial: Trial::new(n),
-            guessed: zeros,
+            guessed: V::zeros(n),
             guess: if options.predictor == Predictor::Zero { Guess::Zero } else { Guess::Last },
             corrector: Corrector::new(options, rtol.clone(), atol.clone()),
             error_estimate: match options.step_size {
@@ -163,12 +157,12 @@ impl Stepper {
             started: false,
             status: None,
             options: options.clone(),
-        })
+        }
     }
 
     /// Solves for the accelerations at the start. [`Self::step`] calls this if necessary. Returns
     /// `Some(status)` if there are none.
-    pub fn start<S: System + ?Sized>(&mut self, system: &mut S) -> Result<Option<Status>, Interrupted> {
+    fn start<S: System + ?Sized>(&mut self, system: &mut S) -> Result<Option<Status>, Interrupted> {
         if self.started {
             return Ok(self.status);
         }
@@ -210,7 +204,7 @@ impl Stepper {
         self.rank = facts.constraints();
         let unknowns = self.q.len() + facts.constraints();
         for values in [&mut self.a, &mut self.a_old, &mut self.guessed, &mut self.trial.a] {
-            values.resize(unknowns, 0.0);
+            values.lengthen(unknowns);
         }
     }
 
@@ -220,7 +214,7 @@ impl Stepper {
     ///
     /// # Panics
     /// If the integration had already ended.
-    pub fn step<S: System + ?Sized>(&mut self, system: &mut S) -> Result<Option<Status>, Interrupted> {
+    fn step<S: System + ?Sized>(&mut self, system: &mut S) -> Result<Option<Status>, Interrupted> {
         assert!(self.status.is_none(), "the integration is over");
         if self.start(system)?.is_some() {
             return Ok(self.status);
@@ -244,7 +238,7 @@ impl Stepper {
     }
 
     /// Goes on in other coordinates where those at hand come near a singularity.
-    pub(crate) fn settle<S: System + ?Sized>(&mut self, system: &mut S) {
+    fn settle<S: System + ?Sized>(&mut self, system: &mut S) {
         let Self { q, v, a, s, .. } = self;
         if rotation_vectors::wrap(&system.facts().rotation_vectors, q, v, &mut [a, s]) {
             // What belongs to the old coordinates.
@@ -255,7 +249,7 @@ impl Stepper {
 
     /// Goes on to a later end, whatever the status was. Steps of fixed size are as many as it takes, all of one size: `dt`
     /// where that divides the way.
-    pub(crate) fn go_on(&mut self, t_end: f64) {
+    fn go_on(&mut self, t_end: f64) {
         (self.status, self.t_end) = (None, t_end);
         if self.error_estimate.is_none() {
             self.fixed_steps = self.grid.set_out(self.t, t_end, self.options.dt);
@@ -263,9 +257,9 @@ impl Stepper {
     }
 
     /// Takes these accelerations for the current ones: what acts has jumped.
-    pub(crate) fn jump(&mut self, a: &[f64]) {
+    fn jump(&mut self, a: &[f64]) {
         self.holding = None;
-        for (i, (new, old)) in a.iter().zip(&mut self.a).enumerate() {
+        for (i, (new, old)) in a.iter().zip(self.a.iter_mut()).enumerate() {
             // Those of the method, and those before, are ahead and behind by as much as without.
             self.s[i] += new - *old;
             self.a_old[i] += new - *old;
@@ -275,7 +269,7 @@ impl Stepper {
     }
 
     /// Goes on from this state: velocities have jumped. `a` are accelerations, and multipliers behind them.
-    pub(crate) fn restart(&mut self, [q, v, a]: [&[f64]; 3]) {
+    fn restart(&mut self, [q, v, a]: [&[f64]; 3]) {
         self.holding = None;
         self.q.copy_from_slice(q);
         self.v.copy_from_slice(v);
@@ -288,7 +282,7 @@ impl Stepper {
     }
 
     /// What goes on from step to step.
-    pub(crate) fn carry<S: System + ?Sized>(&mut self, system: &mut S, tape: &mut Tape<'_>) {
+    fn carry<S: System + ?Sized>(&mut self, system: &mut S, tape: &mut Tape<'_>) {
         if tape.reads() {
             self.prepare(system);
         }
@@ -313,70 +307,25 @@ impl Stepper {
         self.corrector.carry(system, tape);
     }
 
-    /// Current time.
-    pub fn t(&self) -> f64 {
-        self.t
-    }
-
-    /// Current displacements.
-    pub fn q(&self) -> &[f64] {
-        &self.q
-    }
-
-    /// Current velocities.
-    pub fn v(&self) -> &[f64] {
-        &self.v
-    }
-
     /// Current accelerations, which satisfy the equations of motion.
-    pub fn a(&self) -> &[f64] {
+    fn a(&self) -> &[f64] {
         &self.a[..self.q.len()]
     }
 
-    /// These, and the multipliers of constraints behind them.
-    pub(crate) fn unknowns(&self) -> &[f64] {
-        &self.a
-    }
-
-    /// Time before the last step; the start if no step was made.
-    pub fn t_old(&self) -> f64 {
-        self.t_old
-    }
-
-    /// End of the interval.
-    pub fn t_end(&self) -> f64 {
-        self.t_end
-    }
-
-    /// Cost of the integration so far.
-    pub fn counters(&self) -> Counters {
-        self.counters
-    }
-
-    /// `None` while the integration is running.
-    pub fn status(&self) -> Option<Status> {
-        self.status
-    }
-
     /// Why the motion so far may be wrong although all steps were made: impacts that these do not resolve.
-    pub fn doubt(&self) -> Option<String> {
+    fn doubt(&self) -> Option<String> {
         self.impacts.doubt(self.options.dt)
     }
 
     /// The scheme of steps of one size.
-    pub(crate) fn fixed_scheme(&self) -> Option<Scheme> {
+    fn fixed_scheme(&self) -> Option<Scheme> {
         self.error_estimate.is_none().then_some(self.scheme)
-    }
-
-    /// Number of steps of fixed size that the interval takes; saturates.
-    pub(super) fn fixed_steps(&self) -> usize {
-        self.fixed_steps
     }
 
     /// State at a time within the last step, by cubic Hermite interpolation of displacements and of
     /// velocities and by linear interpolation of accelerations. At the ends of the step, the result is bit
     /// for bit the state there.
-    pub fn interpolate(&self, t: f64, q: &mut [f64], v: &mut [f64], a: &mut [f64]) {
+    fn interpolate(&self, t: f64, q: &mut [f64], v: &mut [f64], a: &mut [f64]) {
         let h = self.t - self.t_old;
         let x = if t == self.t { 1.0 } else { (t - self.t_old) / h };
         if x == 0.0 || x == 1.0 {
@@ -408,20 +357,26 @@ mod tests {
         let mut pendulum = SpringPendulum::new(1.0, 1.0, 10.0, 9.81).unwrap();
         let mut angle_at_one = |scheme: Scheme, h: f64| {
             let options = Options { scheme, rtol: 1e-12.into(), ..Options::new(h) };
-            let mut stepper = Stepper::new(2, (0.0, 1.0), &[-0.7, 0.5], &[0.0, 0.0], &options).unwrap();
+            let tolerances = [[1e-12; 2], [1e-9; 2]];
+            let mut stepper: StepperOf<Vec<f64>> = StepperOf::new(
+                (0.0, 1.0),
+                [&[-0.7, 0.5], &[0.0; 2]],
+                &options,
+                tolerances.each_ref().map(|t| &t[..]),
+            );
             stepper.start(&mut pendulum).unwrap();
             for k in 0.. {
                 let step = if k % 3 == 0 { 0.25 * h } else { h };
-                let is_last = stepper.t() + step * (1.0 + ROUNDING_OF_STEPS) >= 1.0;
-                let t_new = if is_last { 1.0 } else { stepper.t() + step };
-                let step = t_new - stepper.t();
+                let is_last = stepper.t + step * (1.0 + ROUNDING_OF_STEPS) >= 1.0;
+                let t_new = if is_last { 1.0 } else { stepper.t + step };
+                let step = t_new - stepper.t;
                 stepper.attempt(&mut pendulum, t_new, step).unwrap().unwrap();
                 stepper.accept(t_new, step);
                 if is_last {
                     break;
                 }
             }
-            stepper.q()[0]
+            stepper.q[0]
         };
         for name in ["newmark", "hht", "generalised_alpha"] {
             let scheme = Scheme::by_name(name, &Parameters::default()).unwrap();

@@ -11,21 +11,21 @@
 //! acceleration near zero may therefore hide all others, and its rate theirs: what counts is the larger rate of these sizes and of
 //! how far the increments move coordinates.
 
+mod fresh;
+
 use super::contraction::{Contraction, SLOWEST_RATE, iterations_needed, remaining_error};
 use super::jacobian::Jacobian;
 use super::linear_system::LinearSystem;
+use super::numbers::Numbers;
 use super::options::Options;
-use super::search::Search;
 use super::trial::Trial;
 use crate::error::Interrupted;
 use crate::integrators::second_order::{Counters, Failure, System};
 use crate::model::InImpact;
-use crate::numerics::linalg::dot;
 use crate::numerics::tape::Tape;
 
-/// Iterations before a solve is started anew on the next rung of the ladder, and before it is given up.
+/// Iterations before a solve is started anew on the next rung of the ladder.
 const MAX_ITERATIONS: usize = 20;
-const MAX_FULL_ITERATIONS: usize = 25;
 
 /// The error that a step leaves must be that much smaller than the tolerances: these errors have the same sign step after
 /// step, so that they add up.
@@ -75,26 +75,19 @@ const SIMILAR: f64 = 0.5;
 /// increments in units of them must not overflow. Rounding then ends the iteration.
 const SMALLEST_TOLERANCE: f64 = 1e-100;
 
-/// Increments are not shortened to less than that (NLEQ1's default for highly nonlinear problems; Nowak and Weimann
-/// 1991).
-const SHORTEST_INCREMENT: f64 = 1e-4;
-
-/// The last Jacobian of a step that took more of them than that is not kept for the next step.
-const MOST_KEPT: usize = 2;
-
 /// About as many iterations does a fresh Jacobian need.
 const FRESH_ITERATIONS: f64 = 2.0;
 
 /// The error that is left after an increment of that size. Where surfaces may touch, what touches in the place that it leads to
 /// is not in any rate: the last increment itself must be small.
-fn left_after<S: System + ?Sized>(system: &mut S, size: f64, rate: f64) -> f64 {
-    if may_touch(system) { size } else { remaining_error(size, rate) }
+fn left_after<S: System + ?Sized, V: Numbers>(system: &mut S, size: f64, rate: f64) -> f64 {
+    if may_touch::<_, V>(system) { size } else { remaining_error(size, rate) }
 }
 
 /// Whether surfaces in the state evaluated last are so close that they may touch in the next one.
 #[inline]
-fn may_touch<S: System + ?Sized>(system: &mut S) -> bool {
-    system.model().is_some_and(|model| model.may_touch())
+fn may_touch<S: System + ?Sized, V: Numbers>(system: &mut S) -> bool {
+    !V::IS_PLAIN && system.model().is_some_and(|model| model.may_touch())
 }
 
 /// The history of the factorised Jacobian.
@@ -115,9 +108,28 @@ impl Kept {
     }
 }
 
+/// How a solve with the kept Jacobian has gone so far: its iterations, their cost and that of a Jacobian in residual evaluations, and
+/// whether the Jacobian is one of this step.
+#[derive(Clone, Copy, Debug)]
+struct SoFar {
+    iteration: usize,
+    cost: f64,
+    is_fresh: bool,
+    jacobian_cost: f64,
+}
+
+/// What an increment is beside the one before.
+#[derive(Clone, Copy, Debug)]
+enum Judgement {
+    /// Of that contraction rate, and whether a fresh Jacobian is cheaper from here on.
+    Rate(f64, bool),
+    IsRounding,
+    Fails(Failure),
+}
+
 /// Newton's method with its memory for systems of one size.
 #[derive(Clone, Debug)]
-pub(super) struct Corrector {
+pub(super) struct Corrector<V> {
     jacobian: Jacobian,
     reuse: bool,
     /// The usual size of a step.
@@ -127,24 +139,24 @@ pub(super) struct Corrector {
     might_touch: bool,
     linear: LinearSystem,
     /// Where the Jacobian was evaluated.
-    q_jacobian: Vec<f64>,
-    v_jacobian: Vec<f64>,
+    q_jacobian: V,
+    v_jacobian: V,
     contraction: Contraction,
     /// The first increment of this step, of the last one, and its size.
-    first: Vec<f64>,
-    last_first: Vec<f64>,
+    first: V,
+    last_first: V,
     first_size: f64,
-    residual: Vec<f64>,
-    increment: Vec<f64>,
+    residual: V,
+    increment: V,
     /// The increment before.
-    previous: Vec<f64>,
+    previous: V,
     /// Where an increment begins that may be shortened, and its full length.
-    start: Vec<f64>,
-    direction: Vec<f64>,
+    start: V,
+    direction: V,
     /// Of the displacements and of the gaps: see [`Facts`](crate::model::Facts).
-    sizes: Vec<f64>,
+    sizes: V,
     /// One over the sizes of displacements, one where they are not known, and zero for multipliers.
-    inverse_sizes: Vec<f64>,
+    inverse_sizes: V,
     /// How far an acceleration moves a coordinate in the step, or its velocity within it.
     reach: f64,
     /// Root mean square of how far the increment moves coordinates, in units of their typical sizes.
@@ -153,19 +165,19 @@ pub(super) struct Corrector {
     /// The gaps, in units of these, that the Jacobian has left out where it was evaluated.
     left_open: f64,
     /// How far an acceleration moves a coordinate, in units of its size ([`Self::set_displacements`]).
-    displacements: Vec<f64>,
+    displacements: V,
     /// An increment that may be rounding, and where it was computed.
-    judged: Vec<f64>,
-    place: Vec<f64>,
-    rtol: Vec<f64>,
-    atol: Vec<f64>,
+    judged: V,
+    place: V,
+    rtol: V,
+    atol: V,
     /// One over what is tolerated in each acceleration, and the size of increments that are [`FAR`].
-    inverse_tolerance: Vec<f64>,
+    inverse_tolerance: V,
     far: f64,
 }
 
-impl Corrector {
-    pub(super) fn new(options: &Options, rtol: Vec<f64>, atol: Vec<f64>) -> Self {
+impl<V: Numbers> Corrector<V> {
+    pub(super) fn new(options: &Options, rtol: V, atol: V) -> Self {
         let n = rtol.len();
         let loosest = rtol.iter().copied().fold(0.0, f64::max);
         Self {
@@ -175,29 +187,29 @@ impl Corrector {
             kept: None,
             might_touch: false,
             linear: LinearSystem::empty(),
-            q_jacobian: vec![0.0; n],
-            v_jacobian: vec![0.0; n],
+            q_jacobian: V::zeros(n),
+            v_jacobian: V::zeros(n),
             contraction: Contraction::unknown(),
-            first: vec![0.0; n],
-            last_first: vec![0.0; n],
+            first: V::zeros(n),
+            last_first: V::zeros(n),
             first_size: f64::INFINITY,
-            residual: vec![0.0; n],
-            increment: vec![0.0; n],
-            previous: vec![0.0; n],
-            start: vec![0.0; n],
-            direction: vec![0.0; n],
-            sizes: vec![0.0; n],
-            inverse_sizes: vec![1.0; n],
+            residual: V::zeros(n),
+            increment: V::zeros(n),
+            previous: V::zeros(n),
+            start: V::zeros(n),
+            direction: V::zeros(n),
+            sizes: V::zeros(n),
+            inverse_sizes: V::zeros(n),
             reach: 0.0,
             moved: 0.0,
             gap_sizes: Vec::new(),
             left_open: 0.0,
-            displacements: vec![0.0; n],
-            judged: vec![0.0; n],
-            place: vec![0.0; n],
+            displacements: V::zeros(n),
+            judged: V::zeros(n),
+            place: V::zeros(n),
             rtol,
             atol,
-            inverse_tolerance: vec![0.0; n],
+            inverse_tolerance: V::zeros(n),
             far: FAR / (SAFETY * loosest),
         }
     }
@@ -206,21 +218,21 @@ impl Corrector {
     pub(super) fn prepare<S: System + ?Sized>(&mut self, system: &mut S) {
         self.linear = self.jacobian.linear_system(system);
         let n = system.facts().n;
-        self.sizes.clone_from(&system.facts().typical_coordinates);
-        for (inverse, size) in self.inverse_sizes.iter_mut().zip(&self.sizes) {
+        self.sizes.copy_from_slice(&system.facts().typical_coordinates);
+        for (inverse, size) in self.inverse_sizes.iter_mut().zip(self.sizes.iter()) {
             *inverse = if *size > 0.0 { size.recip() } else { 1.0 };
         }
         self.gap_sizes.clone_from(&system.facts().gap_sizes);
         let unknowns = n + system.facts().constraints();
         // Multipliers move nothing.
-        self.inverse_sizes.resize(unknowns, 0.0);
+        self.inverse_sizes.lengthen(unknowns);
         let Self { first, last_first, residual, increment, previous, start, direction, .. } = self;
         for values in [first, last_first, residual, increment, previous, start, direction] {
-            values.resize(unknowns, 0.0);
+            values.lengthen(unknowns);
         }
         let Self { inverse_tolerance, judged, place, .. } = self;
         for values in [inverse_tolerance, judged, place] {
-            values.resize(unknowns, 0.0);
+            values.lengthen(unknowns);
         }
     }
 
@@ -277,7 +289,7 @@ impl Corrector {
     pub(super) fn solve<S: System + ?Sized>(
         &mut self,
         system: &mut S,
-        trial: &mut Trial,
+        trial: &mut Trial<V>,
         guess: &[f64],
         last: &[f64],
         h: f64,
@@ -294,7 +306,7 @@ impl Corrector {
         }
         if is_kept || self.reuse && !self.might_touch {
             if self.with_kept_jacobian(system, trial, [guess, last], h, counters)?.is_ok() {
-                self.might_touch = may_touch(system);
+                self.might_touch = may_touch::<_, V>(system);
                 return Ok(Ok(()));
             }
             counters.reuse_failures += usize::from(is_kept);
@@ -302,10 +314,12 @@ impl Corrector {
             trial.set(guess);
         }
         let outcome = self.with_fresh_jacobians(system, trial, [guess, last], h, counters);
-        if let Some(model) = system.model() {
+        if !V::IS_PLAIN
+            && let Some(model) = system.model()
+        {
             model.follow_friction(None);
         }
-        self.might_touch = may_touch(system);
+        self.might_touch = may_touch::<_, V>(system);
         outcome
     }
 
@@ -313,7 +327,7 @@ impl Corrector {
     fn with_kept_jacobian<S: System + ?Sized>(
         &mut self,
         system: &mut S,
-        trial: &mut Trial,
+        trial: &mut Trial<V>,
         [guess, last_accelerations]: [&[f64]; 2],
         h: f64,
         counters: &mut Counters,
@@ -336,38 +350,18 @@ impl Corrector {
                 size = self.compute_increment();
                 renew = self.is_blind(trial);
             }
-            if let Some([last_size, last_moved]) = last
+            if let Some(last) = last
                 && !renew
             {
-                if !size.is_finite() {
-                    return Ok(Err(Failure::NonFinite));
-                }
-                let of_size = size / last_size;
-                if of_size >= 1.0 || is_fresh && of_size > SLOWEST_RATE {
-                    self.set_displacements(trial, h);
-                    if self.is_rounding(system, trial, h, counters)? {
+                let so_far = SoFar { iteration, cost, is_fresh, jacobian_cost };
+                match self.judge(system, trial, (last, size), h, so_far, counters)? {
+                    Judgement::Rate(rate, shall_renew) => (measured_rate, renew) = (Some(rate), shall_renew),
+                    Judgement::IsRounding => {
                         self.count_step(cost);
                         return Ok(Ok(()));
                     }
-                    if of_size >= 1.0 {
-                        return Ok(Err(Failure::NotConverged));
-                    }
+                    Judgement::Fails(failure) => return Ok(Err(failure)),
                 }
-                let rate = larger_rate(of_size, [last_moved, self.moved]);
-                measured_rate = Some(rate);
-                let distance = self.distance_from_jacobian(trial, h);
-                // Where surfaces touch every step is measured, also next to where the Jacobian was evaluated. There the rate is that
-                // of what the tangent neglects, and says nothing about places that are farther away.
-                let is_bound = size <= NEGLIGIBLE || is_fresh && may_touch(system);
-                self.contraction.measured(rate, distance, is_bound);
-                let needed = iterations_needed(left_after(system, size, rate), rate);
-                renew = match self.kept {
-                    _ if needed == 1.0 => false,
-                    // What begins to touch in a step makes the first rate poor; the next one is that of the Jacobian.
-                    _ if iteration == 1 && may_touch(system) => false,
-                    Some(kept) if !is_fresh => kept.is_beaten_by(cost - 1.0 + needed),
-                    _ => needed > jacobian_cost + FRESH_ITERATIONS,
-                };
             }
             if renew {
                 if let Err(failure) = self.renew_jacobian(system, trial, h, counters)? {
@@ -397,12 +391,12 @@ impl Corrector {
             let rate = match measured_rate {
                 Some(rate) => rate,
                 // A step that begins unlike the last one may be of another kind.
-                None if is_similar && !may_touch(system) => {
+                None if is_similar && !may_touch::<_, V>(system) => {
                     self.contraction.bound(self.distance_from_jacobian(trial, h))
                 }
                 None => f64::INFINITY,
             };
-            if size <= NEGLIGIBLE || left_after(system, size, rate) <= 1.0 {
+            if size <= NEGLIGIBLE || left_after::<_, V>(system, size, rate) <= 1.0 {
                 if measured_rate.is_none() {
                     self.contraction.not_measured();
                 }
@@ -414,19 +408,60 @@ impl Corrector {
         Ok(Err(Failure::NotConverged))
     }
 
+    /// Judges an increment of that size by the size of the one before with the same Jacobian and how far it moved coordinates.
+    #[inline]
+    fn judge<S: System + ?Sized>(
+        &mut self,
+        system: &mut S,
+        trial: &mut Trial<V>,
+        ([last_size, last_moved], size): ([f64; 2], f64),
+        h: f64,
+        SoFar { iteration, cost, is_fresh, jacobian_cost }: SoFar,
+        counters: &mut Counters,
+    ) -> Result<Judgement, Interrupted> {
+        if !size.is_finite() {
+            return Ok(Judgement::Fails(Failure::NonFinite));
+        }
+        let of_size = size / last_size;
+        if of_size >= 1.0 || is_fresh && of_size > SLOWEST_RATE {
+            self.set_displacements(trial, h);
+            if self.is_rounding(system, trial, h, counters)? {
+                return Ok(Judgement::IsRounding);
+            }
+            if of_size >= 1.0 {
+                return Ok(Judgement::Fails(Failure::NotConverged));
+            }
+        }
+        let rate = larger_rate(of_size, [last_moved, self.moved]);
+        let distance = self.distance_from_jacobian(trial, h);
+        // Where surfaces touch every step is measured, also next to where the Jacobian was evaluated. There the rate is that
+        // of what the tangent neglects, and says nothing about places that are farther away.
+        let is_bound = size <= NEGLIGIBLE || is_fresh && may_touch::<_, V>(system);
+        self.contraction.measured(rate, distance, is_bound);
+        let needed = iterations_needed(left_after::<_, V>(system, size, rate), rate);
+        let shall_renew = match self.kept {
+            _ if needed == 1.0 => false,
+            // What begins to touch in a step makes the first rate poor; the next one is that of the Jacobian.
+            _ if iteration == 1 && may_touch::<_, V>(system) => false,
+            Some(kept) if !is_fresh => kept.is_beaten_by(cost - 1.0 + needed),
+            _ => needed > jacobian_cost + FRESH_ITERATIONS,
+        };
+        Ok(Judgement::Rate(rate, shall_renew))
+    }
+
     /// Whether the first increment is nearly that of the last step, or both are tolerable.
     fn is_similar_to_last_step(&self) -> bool {
-        let differences = self.first.iter().zip(&self.last_first).map(|(first, last)| first - last);
+        let differences = self.first.iter().zip(self.last_first.iter()).map(|(first, last)| first - last);
         let difference = self.size_of(differences);
         difference <= SIMILAR * self.first_size.max(1.0) && self.first_size.is_finite()
     }
 
     /// Whether a kept Jacobian is expected to be cheaper than a fresh one in a step that begins like the last one.
-    fn kept_jacobian_pays<S: System + ?Sized>(&self, system: &mut S, trial: &Trial, h: f64) -> bool {
+    fn kept_jacobian_pays<S: System + ?Sized>(&self, system: &mut S, trial: &Trial<V>, h: f64) -> bool {
         self.kept.is_some_and(|kept| {
             let mut iterations = |distance| {
                 let rate = self.contraction.expect(distance);
-                iterations_needed(left_after(system, self.first_size, rate), rate)
+                iterations_needed(left_after::<_, V>(system, self.first_size, rate), rate)
             };
             let needed = iterations(self.distance_from_jacobian(trial, h));
             self.first_size <= NEGLIGIBLE || needed <= iterations(0.0) || !kept.is_beaten_by(needed)
@@ -441,127 +476,10 @@ impl Corrector {
         }
     }
 
-    /// Newton's method with increments that are shortened until the next one with the same Jacobian would be smaller (restricted
-    /// natural monotonicity test, Deuflhard 2011, section 3.3), or, where surfaces touch, until little of their work is left
-    /// ([`Search`]). A Jacobian serves further iterations where that is cheaper than a fresh one.
-    fn with_fresh_jacobians<S: System + ?Sized>(
-        &mut self,
-        system: &mut S,
-        trial: &mut Trial,
-        [guess, last]: [&[f64]; 2],
-        h: f64,
-        counters: &mut Counters,
-    ) -> Result<Result<(), Failure>, Interrupted> {
-        let jacobian_cost = self.jacobian.cost(system);
-        let n = trial.q.len();
-        self.kept = None;
-        self.evaluate_residual(system, trial, counters)?;
-        let mut length = 0.0;
-        let mut renew = true;
-        let (mut jacobians, mut is_full) = (0, false);
-        for _ in 0..MAX_FULL_ITERATIONS {
-            if renew {
-                if let Some(model) = system.model() {
-                    model.follow_friction(Some(length));
-                }
-                if let Err(failure) = self.evaluate_jacobian(system, trial, h, counters)? {
-                    return Ok(Err(failure));
-                }
-                jacobians += 1;
-                // One more is a refresh.
-                if jacobians > 1 && !std::mem::replace(&mut is_full, true) {
-                    counters.full_newton += 1;
-                }
-            }
-            self.set_displacements(trial, h);
-            // On the way accelerations may be far larger than those it begins from.
-            self.set_tolerances(&[guess, last, &trial.a]);
-            let (size, moved) = (self.size_of_increment(), self.displacement());
-            if !size.is_finite() {
-                return Ok(Err(Failure::NonFinite));
-            }
-            self.start.copy_from_slice(&trial.a);
-            self.direction.copy_from_slice(&self.increment);
-            // Forces of contact have a minimum along it; those of constraints do no work.
-            let work =
-                if system.facts().has_contact { dot(&self.residual[..n], &self.direction[..n]) } else { 0.0 };
-            let mut search = Search::new(work);
-            length = 1.0;
-            let next = loop {
-                for (increment, direction) in self.increment.iter_mut().zip(&self.direction) {
-                    *increment = length * direction;
-                }
-                trial.set(&self.start);
-                trial.subtract(&self.increment);
-                if size <= NEGLIGIBLE {
-                    self.keep(trial, jacobians);
-                    return Ok(Ok(()));
-                }
-                self.evaluate_residual(system, trial, counters)?;
-                let next_size = self.compute_increment();
-                let work = dot(&self.residual[..n], &self.direction[..n]);
-                let next_moved = self.displacement();
-                if self.is_blind(trial) {
-                    break None;
-                }
-                if next_size > SLOWEST_RATE * size {
-                    // Two increments are within what is tolerated, or below what can be computed.
-                    for (previous, direction) in self.previous.iter_mut().zip(&self.direction) {
-                        *previous = length * direction;
-                    }
-                    if length == 1.0 && size <= 1.0 && next_size <= 1.0
-                        || self.is_rounding(system, trial, h, counters)?
-                    {
-                        self.keep(trial, jacobians);
-                        return Ok(Ok(()));
-                    }
-                }
-                if next_moved <= (1.0 - 0.25 * length) * moved || search.is_done(work) {
-                    break Some([next_size, next_moved]);
-                }
-                // A Jacobian of another place says nothing about how long its increments may be.
-                if !renew {
-                    trial.set(&self.start);
-                    self.evaluate_residual(system, trial, counters)?;
-                    break None;
-                }
-                if !std::mem::replace(&mut is_full, true) {
-                    counters.full_newton += 1;
-                }
-                length = search.shorter(length, work);
-                if length < SHORTEST_INCREMENT {
-                    return Ok(Err(Failure::NotConverged));
-                }
-            };
-            let Some([next_size, next_moved]) = next else {
-                renew = true;
-                continue;
-            };
-            let rate = larger_rate(next_size / size, [moved, next_moved]);
-            // The next increment is known: taking it costs nothing.
-            if length == 1.0 && left_after(system, next_size, rate) <= 1.0 {
-                trial.subtract(&self.increment);
-                self.keep(trial, jacobians);
-                return Ok(Ok(()));
-            }
-            // Where surfaces touch, rates of one iteration do not hold for many.
-            let patience = FRESH_ITERATIONS + if may_touch(system) { 0.0 } else { jacobian_cost };
-            renew = length < 1.0 || iterations_needed(left_after(system, next_size, rate), rate) > patience;
-        }
-        Ok(Err(Failure::NotConverged))
-    }
-
-    /// Keeps the Jacobian for the next step, unless it changes so much within a step that it took several of them.
-    fn keep(&mut self, trial: &Trial, jacobians: usize) {
-        if self.reuse && jacobians <= MOST_KEPT {
-            self.kept = Some(Kept { weights: trial.weights, steps: 0.0, cost: 0.0 });
-        }
-    }
-
     fn evaluate_residual<S: System + ?Sized>(
         &mut self,
         system: &mut S,
-        trial: &Trial,
+        trial: &Trial<V>,
         counters: &mut Counters,
     ) -> Result<(), Interrupted> {
         counters.nfev += 1;
@@ -575,7 +493,7 @@ impl Corrector {
     fn renew_jacobian<S: System + ?Sized>(
         &mut self,
         system: &mut S,
-        trial: &Trial,
+        trial: &Trial<V>,
         h: f64,
         counters: &mut Counters,
     ) -> Result<Result<(), Failure>, Interrupted> {
@@ -595,8 +513,8 @@ impl Corrector {
 
     /// Whether constraints are open at `trial`, where the residual has been evaluated, that the increment does not close since the
     /// Jacobian leaves them out.
-    fn is_blind(&self, trial: &Trial) -> bool {
-        if self.gap_sizes.is_empty() {
+    fn is_blind(&self, trial: &Trial<V>) -> bool {
+        if V::IS_PLAIN || self.gap_sizes.is_empty() {
             return false;
         }
         let left = self.left_open(trial);
@@ -604,7 +522,7 @@ impl Corrector {
     }
 
     /// The largest gap that the increment at `trial` leaves, in rows that the Jacobian leaves out.
-    fn left_open(&self, trial: &Trial) -> f64 {
+    fn left_open(&self, trial: &Trial<V>) -> f64 {
         let LinearSystem::Saddle(saddle) = &self.linear else { return 0.0 };
         let [of_displacement, ..] = trial.weights;
         let gaps = &self.residual[trial.q.len()..];
@@ -613,7 +531,7 @@ impl Corrector {
 
     /// The gaps that the increment leaves in rows that depend on others, which do so a little differently where the Jacobian was
     /// evaluated.
-    fn left_by_dependent_rows(&self, trial: &Trial) -> f64 {
+    fn left_by_dependent_rows(&self, trial: &Trial<V>) -> f64 {
         let [reach, ..] = trial.weights;
         let (mut moved, mut distance) = (0.0, 0.0);
         for (i, size) in self.sizes.iter().enumerate() {
@@ -627,7 +545,7 @@ impl Corrector {
     fn evaluate_jacobian<S: System + ?Sized>(
         &mut self,
         system: &mut S,
-        trial: &Trial,
+        trial: &Trial<V>,
         h: f64,
         counters: &mut Counters,
     ) -> Result<Result<(), Failure>, Interrupted> {
@@ -655,7 +573,8 @@ impl Corrector {
     fn size_of_increment(&mut self) -> f64 {
         let Self { increment, inverse_tolerance, inverse_sizes, .. } = self;
         let (mut size, mut moved) = (0.0, 0.0);
-        for ((a, w), inverse_size) in increment.iter().zip(inverse_tolerance).zip(inverse_sizes) {
+        for ((a, w), inverse_size) in increment.iter().zip(inverse_tolerance.iter()).zip(inverse_sizes.iter())
+        {
             size += (a * *w) * (a * *w);
             moved += (a * *inverse_size) * (a * *inverse_size);
         }
@@ -665,7 +584,7 @@ impl Corrector {
     }
 
     fn size_of(&self, accelerations: impl Iterator<Item = f64>) -> f64 {
-        let sum: f64 = accelerations.zip(&self.inverse_tolerance).map(|(a, w)| (a * w) * (a * w)).sum();
+        let sum: f64 = accelerations.zip(self.inverse_tolerance.iter()).map(|(a, w)| (a * w) * (a * w)).sum();
         (sum / self.rtol.len().max(1) as f64).sqrt()
     }
 
@@ -675,7 +594,7 @@ impl Corrector {
     fn is_rounding<S: System + ?Sized>(
         &mut self,
         system: &mut S,
-        trial: &mut Trial,
+        trial: &mut Trial<V>,
         h: f64,
         counters: &mut Counters,
     ) -> Result<bool, Interrupted> {
@@ -693,7 +612,7 @@ impl Corrector {
         self.judged.copy_from_slice(&self.increment);
         self.place.copy_from_slice(&trial.a);
         let back = -(spacings / step).clamp(NEARBY, FARTHEST);
-        for (increment, previous) in self.increment.iter_mut().zip(&self.previous) {
+        for (increment, previous) in self.increment.iter_mut().zip(self.previous.iter()) {
             *increment = back * previous;
         }
         trial.subtract(&self.increment);
@@ -705,7 +624,8 @@ impl Corrector {
         let Self { increment, judged, inverse_tolerance, .. } = self;
         let mut of_all = [0.0, 0.0];
         let mut is_one_by_one = true;
-        for ((increment, judged), w) in increment.iter_mut().zip(judged).zip(inverse_tolerance) {
+        for ((increment, judged), w) in increment.iter_mut().zip(judged.iter()).zip(inverse_tolerance.iter())
+        {
             let [size, change] = [judged.abs() * *w, (*increment - *judged).abs() * *w];
             is_one_by_one &= ONE_CHANGES * size <= ONE_CHANGES.max(change);
             of_all = [of_all[0] + size * size, of_all[1] + change * change];
@@ -716,11 +636,11 @@ impl Corrector {
 
     /// How far accelerations move coordinates in a step, or velocities within it, in units of the larger of a coordinate and its
     /// typical size; where that is not known, of the largest coordinate.
-    fn set_displacements(&mut self, trial: &Trial, h: f64) {
+    fn set_displacements(&mut self, trial: &Trial<V>, h: f64) {
         let reach = self.reach;
         let moved = |i: usize| trial.q[i].abs().max(h * trial.v[i].abs()).max(reach * trial.a[i].abs());
         let largest = (0..trial.q.len()).map(moved).fold(0.0, f64::max);
-        for (i, (to, size)) in self.displacements.iter_mut().zip(&self.sizes).enumerate() {
+        for (i, (to, size)) in self.displacements.iter_mut().zip(self.sizes.iter()).enumerate() {
             let size = if *size > 0.0 { moved(i).max(*size) } else { largest };
             *to = reach / size.max(SMALLEST_TOLERANCE);
         }
@@ -732,17 +652,18 @@ impl Corrector {
     }
 
     fn displacement_of(&self, increment: &[f64]) -> f64 {
-        let moved = increment.iter().zip(&self.displacements).map(|(a, w)| (a * w) * (a * w));
+        let moved = increment.iter().zip(self.displacements.iter()).map(|(a, w)| (a * w) * (a * w));
         (moved.sum::<f64>() / self.displacements.len().max(1) as f64).sqrt()
     }
 
     /// How far displacements, and what velocities move in a step, are from where the Jacobian was evaluated, in units of their sizes
     /// where these are known.
-    fn distance_from_jacobian(&self, trial: &Trial, h: f64) -> f64 {
+    fn distance_from_jacobian(&self, trial: &Trial<V>, h: f64) -> f64 {
         let Self { q_jacobian, v_jacobian, inverse_sizes, .. } = self;
-        let from = q_jacobian.iter().zip(v_jacobian).zip(inverse_sizes);
+        let from = q_jacobian.iter().zip(v_jacobian.iter()).zip(inverse_sizes.iter());
         let (mut displacement, mut velocity) = (0.0, 0.0);
-        for ((q, v), ((q_jacobian, v_jacobian), inverse_size)) in trial.q.iter().zip(&trial.v).zip(from) {
+        for ((q, v), ((q_jacobian, v_jacobian), inverse_size)) in trial.q.iter().zip(trial.v.iter()).zip(from)
+        {
             displacement += ((q - q_jacobian) * inverse_size).powi(2);
             velocity += ((v - v_jacobian) * inverse_size).powi(2);
         }
@@ -754,7 +675,7 @@ impl Corrector {
         // Multipliers follow from the accelerations: nothing is asked of them.
         let Self { rtol, atol, inverse_tolerance, .. } = self;
         for (i, (inverse, (rtol, atol))) in
-            inverse_tolerance.iter_mut().zip(rtol.iter().zip(atol)).enumerate()
+            inverse_tolerance.iter_mut().zip(rtol.iter().zip(atol.iter())).enumerate()
         {
             let size = accelerations.iter().fold(0.0, |size: f64, a| size.max(a[i].abs()));
             let tolerance = SAFETY * (*atol + rtol * size);
@@ -771,7 +692,7 @@ fn larger_rate(of_size: f64, [last_moved, moved]: [f64; 2]) -> f64 {
 
 /// Makes of constraints on displacements ones on accelerations: however small the step is, what is solved is of one size
 /// (Bottasso, Dopico and Trainelli 2008).
-fn per_acceleration(trial: &Trial, residual: &mut [f64]) {
+fn per_acceleration<V: Numbers>(trial: &Trial<V>, residual: &mut [f64]) {
     let [of_displacement, ..] = trial.weights;
     for gap in &mut residual[trial.q.len()..] {
         *gap /= of_displacement;

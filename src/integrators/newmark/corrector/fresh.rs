@@ -1,0 +1,182 @@
+//! The last rung of the ladder: increments that may be shortened.
+
+use super::super::contraction::{SLOWEST_RATE, iterations_needed};
+use super::super::numbers::Numbers;
+use super::super::search::Search;
+use super::super::trial::Trial;
+use super::{Corrector, FRESH_ITERATIONS, Kept, NEGLIGIBLE, larger_rate, left_after, may_touch};
+use crate::error::Interrupted;
+use crate::integrators::second_order::{Counters, Failure, System};
+use crate::model::InImpact;
+use crate::numerics::linalg::dot;
+
+/// Iterations before a solve is given up.
+const MAX_FULL_ITERATIONS: usize = 25;
+/// Increments are not shortened to less than that (NLEQ1's default for highly nonlinear problems; Nowak and Weimann
+/// 1991).
+const SHORTEST_INCREMENT: f64 = 1e-4;
+
+/// The last Jacobian of a step that took more of them than that is not kept for the next step.
+const MOST_KEPT: usize = 2;
+
+/// An increment at its full length: its size, how far it moves coordinates, and whether the Jacobian is that of where it begins.
+#[derive(Clone, Copy, Debug)]
+struct Along {
+    size: f64,
+    moved: f64,
+    is_fresh: bool,
+}
+
+/// What becomes of a search along an increment.
+#[derive(Clone, Copy, Debug)]
+enum Searched {
+    /// The trial solves the equations.
+    Solved,
+    /// The next increment with the same Jacobian is shorter: its size and how far it moves coordinates.
+    Shorter([f64; 2]),
+    /// The Jacobian tells too little of this place.
+    Blind,
+    Fails(Failure),
+}
+
+impl<V: Numbers> Corrector<V> {
+    /// Newton's method with increments that are shortened until the next one with the same Jacobian would be smaller (restricted
+    /// natural monotonicity test, Deuflhard 2011, section 3.3), or, where surfaces touch, until little of their work is left
+    /// ([`Search`]). A Jacobian serves further iterations where that is cheaper than a fresh one.
+    pub(super) fn with_fresh_jacobians<S: System + ?Sized>(
+        &mut self,
+        system: &mut S,
+        trial: &mut Trial<V>,
+        [guess, last]: [&[f64]; 2],
+        h: f64,
+        counters: &mut Counters,
+    ) -> Result<Result<(), Failure>, Interrupted> {
+        let jacobian_cost = self.jacobian.cost(system);
+        self.kept = None;
+        self.evaluate_residual(system, trial, counters)?;
+        let mut length = 0.0;
+        let mut renew = true;
+        let (mut jacobians, mut is_full) = (0, false);
+        for _ in 0..MAX_FULL_ITERATIONS {
+            if renew {
+                if let Some(model) = system.model() {
+                    model.follow_friction(Some(length));
+                }
+                if let Err(failure) = self.evaluate_jacobian(system, trial, h, counters)? {
+                    return Ok(Err(failure));
+                }
+                jacobians += 1;
+                // One more is a refresh.
+                if jacobians > 1 && !std::mem::replace(&mut is_full, true) {
+                    counters.full_newton += 1;
+                }
+            }
+            self.set_displacements(trial, h);
+            // On the way accelerations may be far larger than those it begins from.
+            self.set_tolerances(&[guess, last, &trial.a]);
+            let (size, moved) = (self.size_of_increment(), self.displacement());
+            if !size.is_finite() {
+                return Ok(Err(Failure::NonFinite));
+            }
+            self.start.copy_from_slice(&trial.a);
+            self.direction.copy_from_slice(&self.increment);
+            length = 1.0;
+            let along = Along { size, moved, is_fresh: renew };
+            let [next_size, next_moved] =
+                match self.search(system, trial, h, along, &mut length, &mut is_full, counters)? {
+                    Searched::Solved => {
+                        self.keep(trial, jacobians);
+                        return Ok(Ok(()));
+                    }
+                    Searched::Shorter(next) => next,
+                    Searched::Blind => {
+                        renew = true;
+                        continue;
+                    }
+                    Searched::Fails(failure) => return Ok(Err(failure)),
+                };
+            let rate = larger_rate(next_size / size, [moved, next_moved]);
+            // The next increment is known: taking it costs nothing.
+            if length == 1.0 && left_after::<_, V>(system, next_size, rate) <= 1.0 {
+                trial.subtract(&self.increment);
+                self.keep(trial, jacobians);
+                return Ok(Ok(()));
+            }
+            // Where surfaces touch, rates of one iteration do not hold for many.
+            let patience = FRESH_ITERATIONS + if may_touch::<_, V>(system) { 0.0 } else { jacobian_cost };
+            renew = length < 1.0
+                || iterations_needed(left_after::<_, V>(system, next_size, rate), rate) > patience;
+        }
+        Ok(Err(Failure::NotConverged))
+    }
+
+    /// Goes along the increment, and less far until it is good enough to go on.
+    #[allow(clippy::too_many_arguments, reason = "what the iteration knows of it")]
+    fn search<S: System + ?Sized>(
+        &mut self,
+        system: &mut S,
+        trial: &mut Trial<V>,
+        h: f64,
+        Along { size, moved, is_fresh }: Along,
+        length: &mut f64,
+        is_full: &mut bool,
+        counters: &mut Counters,
+    ) -> Result<Searched, Interrupted> {
+        let n = trial.q.len();
+        // Forces of contact have a minimum along it; those of constraints do no work.
+        let work =
+            if system.facts().has_contact { dot(&self.residual[..n], &self.direction[..n]) } else { 0.0 };
+        let mut search = Search::new(work);
+        loop {
+            for (increment, direction) in self.increment.iter_mut().zip(self.direction.iter()) {
+                *increment = *length * direction;
+            }
+            trial.set(&self.start);
+            trial.subtract(&self.increment);
+            if size <= NEGLIGIBLE {
+                return Ok(Searched::Solved);
+            }
+            self.evaluate_residual(system, trial, counters)?;
+            let next_size = self.compute_increment();
+            let work = dot(&self.residual[..n], &self.direction[..n]);
+            let next_moved = self.displacement();
+            if self.is_blind(trial) {
+                return Ok(Searched::Blind);
+            }
+            if next_size > SLOWEST_RATE * size {
+                // Two increments are within what is tolerated, or below what can be computed.
+                for (previous, direction) in self.previous.iter_mut().zip(self.direction.iter()) {
+                    *previous = *length * direction;
+                }
+                if *length == 1.0 && size <= 1.0 && next_size <= 1.0
+                    || self.is_rounding(system, trial, h, counters)?
+                {
+                    return Ok(Searched::Solved);
+                }
+            }
+            if next_moved <= (1.0 - 0.25 * *length) * moved || search.is_done(work) {
+                return Ok(Searched::Shorter([next_size, next_moved]));
+            }
+            // A Jacobian of another place says nothing about how long its increments may be.
+            if !is_fresh {
+                trial.set(&self.start);
+                self.evaluate_residual(system, trial, counters)?;
+                return Ok(Searched::Blind);
+            }
+            if !std::mem::replace(is_full, true) {
+                counters.full_newton += 1;
+            }
+            *length = search.shorter(*length, work);
+            if *length < SHORTEST_INCREMENT {
+                return Ok(Searched::Fails(Failure::NotConverged));
+            }
+        }
+    }
+
+    /// Keeps the Jacobian for the next step, unless it changes so much within a step that it took several of them.
+    fn keep(&mut self, trial: &Trial<V>, jacobians: usize) {
+        if self.reuse && jacobians <= MOST_KEPT {
+            self.kept = Some(Kept { weights: trial.weights, steps: 0.0, cost: 0.0 });
+        }
+    }
+}

@@ -1,0 +1,78 @@
+//! Numbers of a state: vectors, or arrays for few coordinates of what has nothing special.
+
+use std::fmt::Debug;
+use std::ops::{Deref, DerefMut};
+
+use crate::model::Facts;
+
+/// As many numbers as a system has unknowns. Steppers are written once for all kinds of them.
+pub(super) trait Numbers: Clone + Debug + DerefMut<Target = [f64]> {
+    /// Whether such a system is [plain](is_plain), so that nothing needs to ask it.
+    const IS_PLAIN: bool;
+
+    fn zeros(n: usize) -> Self;
+
+    fn of(values: &[f64]) -> Self {
+        let mut numbers = Self::zeros(values.len());
+        numbers.copy_from_slice(values);
+        numbers
+    }
+
+    /// Makes room for multipliers of constraints.
+    fn lengthen(&mut self, n: usize);
+}
+
+impl Numbers for Vec<f64> {
+    const IS_PLAIN: bool = false;
+
+    fn zeros(n: usize) -> Self {
+        vec![0.0; n]
+    }
+
+    fn lengthen(&mut self, n: usize) {
+        self.resize(n, 0.0);
+    }
+}
+
+/// Numbers of a plain system of `N` coordinates: loops over them are unrolled, and the memory of a step is in one piece.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Few<const N: usize>([f64; N]);
+
+impl<const N: usize> Deref for Few<N> {
+    type Target = [f64];
+
+    #[inline(always)]
+    fn deref(&self) -> &[f64] {
+        &self.0
+    }
+}
+
+impl<const N: usize> DerefMut for Few<N> {
+    #[inline(always)]
+    fn deref_mut(&mut self) -> &mut [f64] {
+        &mut self.0
+    }
+}
+
+impl<const N: usize> Numbers for Few<N> {
+    const IS_PLAIN: bool = true;
+
+    fn zeros(n: usize) -> Self {
+        assert_eq!(n, N, "a system of so many coordinates");
+        Self([0.0; N])
+    }
+
+    fn lengthen(&mut self, n: usize) {
+        assert_eq!(n, N, "plain systems have no constraints");
+    }
+}
+
+/// Whether steps of a system have to look after nothing but its coordinates: no constraints, contacts or rotation vectors, and
+/// nothing that varies in time, whose corners end steps.
+pub(super) fn is_plain(facts: &Facts) -> bool {
+    facts.constraints() == 0
+        && !facts.has_contact
+        && !facts.is_one_sided
+        && !facts.varies_in_time
+        && facts.rotation_vectors.is_empty()
+}

@@ -1,0 +1,208 @@
+//! The stepper, for systems of any size.
+
+use super::super::numbers::{Few, Numbers, is_plain};
+use super::super::options::Options;
+use super::super::scheme::Scheme;
+use super::StepperOf;
+use crate::error::{Interrupted, InvalidInput};
+use crate::integrators::second_order::{Counters, Status, System};
+use crate::numerics::tape::Tape;
+
+/// An integration performed step by step. All memory is allocated by the time the initial accelerations are
+/// known.
+///
+/// The stepper does not own the equations of motion; pass the same ones to every call.
+#[derive(Clone, Debug)]
+pub struct Stepper(Kind);
+
+/// One stepper, with the numbers that suit the system.
+#[derive(Clone, Debug)]
+enum Kind {
+    One(StepperOf<Few<1>>),
+    Two(StepperOf<Few<2>>),
+    Three(StepperOf<Few<3>>),
+    Four(StepperOf<Few<4>>),
+    Any(StepperOf<Vec<f64>>),
+}
+
+/// The same for each kind.
+macro_rules! of_kind {
+    ($kind:expr, $stepper:ident => $what:expr) => {
+        match $kind {
+            Kind::One($stepper) => $what,
+            Kind::Two($stepper) => $what,
+            Kind::Three($stepper) => $what,
+            Kind::Four($stepper) => $what,
+            Kind::Any($stepper) => $what,
+        }
+    };
+}
+
+impl Stepper {
+    /// Prepares the integration of `n` coordinates from `q0`, `v0` over `t_span`. Evaluates nothing.
+    pub fn new(
+        n: usize,
+        t_span: (f64, f64),
+        q0: &[f64],
+        v0: &[f64],
+        options: &Options,
+    ) -> Result<Self, InvalidInput> {
+        let (rtol, atol) = options.check(n, t_span, q0, v0)?;
+        Ok(Self(Kind::Any(StepperOf::new(t_span, [q0, v0], options, [&rtol, &atol]))))
+    }
+
+    /// Solves for the accelerations at the start. [`Self::step`] calls this if necessary. Returns
+    /// `Some(status)` if there are none.
+    pub fn start<S: System + ?Sized>(&mut self, system: &mut S) -> Result<Option<Status>, Interrupted> {
+        self.suit(system);
+        of_kind!(&mut self.0, stepper => stepper.start(system))
+    }
+
+    /// Chooses the numbers before the first accelerations are known.
+    fn suit<S: System + ?Sized>(&mut self, system: &mut S) {
+        let Kind::Any(stepper) = &self.0 else { return };
+        if stepper.started || !is_plain(system.facts()) {
+            return;
+        }
+        self.0 = match stepper.q.len() {
+            1 => Kind::One(stepper.anew()),
+            2 => Kind::Two(stepper.anew()),
+            3 => Kind::Three(stepper.anew()),
+            4 => Kind::Four(stepper.anew()),
+            _ => return,
+        };
+    }
+
+    /// Makes one accepted step. Returns `Some(status)` if the integration has ended: the end was reached, or
+    /// no step could be made, which leaves the state unchanged. After an interruption the state is that of
+    /// the last accepted step, and the step can be repeated.
+    ///
+    /// # Panics
+    /// If the integration had already ended.
+    pub fn step<S: System + ?Sized>(&mut self, system: &mut S) -> Result<Option<Status>, Interrupted> {
+        self.suit(system);
+        of_kind!(&mut self.0, stepper => stepper.step(system))
+    }
+
+    /// Goes on in other coordinates where those at hand come near a singularity.
+    pub(crate) fn settle<S: System + ?Sized>(&mut self, system: &mut S) {
+        of_kind!(&mut self.0, stepper => stepper.settle(system));
+    }
+
+    /// Goes on to a later end, whatever the status was. Steps of fixed size are as many as it takes, all of one size: `dt`
+    /// where that divides the way.
+    pub(crate) fn go_on(&mut self, t_end: f64) {
+        of_kind!(&mut self.0, stepper => stepper.go_on(t_end));
+    }
+
+    /// Takes these accelerations for the current ones: what acts has jumped.
+    pub(crate) fn jump(&mut self, a: &[f64]) {
+        of_kind!(&mut self.0, stepper => stepper.jump(a));
+    }
+
+    /// Goes on from this state: velocities have jumped. `a` are accelerations, and multipliers behind them.
+    pub(crate) fn restart(&mut self, motion: [&[f64]; 3]) {
+        of_kind!(&mut self.0, stepper => stepper.restart(motion));
+    }
+
+    /// What goes on from step to step.
+    pub(crate) fn carry<S: System + ?Sized>(&mut self, system: &mut S, tape: &mut Tape<'_>) {
+        self.suit(system);
+        of_kind!(&mut self.0, stepper => stepper.carry(system, tape));
+    }
+
+    /// Current time.
+    pub fn t(&self) -> f64 {
+        of_kind!(&self.0, stepper => stepper.t)
+    }
+
+    /// Current displacements.
+    pub fn q(&self) -> &[f64] {
+        of_kind!(&self.0, stepper => &stepper.q)
+    }
+
+    /// Current velocities.
+    pub fn v(&self) -> &[f64] {
+        of_kind!(&self.0, stepper => &stepper.v)
+    }
+
+    /// Current accelerations, which satisfy the equations of motion.
+    pub fn a(&self) -> &[f64] {
+        of_kind!(&self.0, stepper => stepper.a())
+    }
+
+    /// Current displacements, velocities and accelerations.
+    pub(crate) fn state(&self) -> [&[f64]; 3] {
+        of_kind!(&self.0, stepper => [&stepper.q, &stepper.v, stepper.a()])
+    }
+
+    /// Current accelerations, and the multipliers of constraints behind them.
+    pub(crate) fn unknowns(&self) -> &[f64] {
+        of_kind!(&self.0, stepper => &stepper.a)
+    }
+
+    /// Time before the last step; the start if no step was made.
+    pub fn t_old(&self) -> f64 {
+        of_kind!(&self.0, stepper => stepper.t_old)
+    }
+
+    /// End of the interval.
+    pub fn t_end(&self) -> f64 {
+        of_kind!(&self.0, stepper => stepper.t_end)
+    }
+
+    /// Cost of the integration so far.
+    pub fn counters(&self) -> Counters {
+        of_kind!(&self.0, stepper => stepper.counters)
+    }
+
+    /// Accepted steps so far.
+    pub(crate) fn steps(&self) -> usize {
+        of_kind!(&self.0, stepper => stepper.counters.steps)
+    }
+
+    /// `None` while the integration is running.
+    pub fn status(&self) -> Option<Status> {
+        of_kind!(&self.0, stepper => stepper.status)
+    }
+
+    /// Why the motion so far may be wrong although all steps were made: impacts that these do not resolve.
+    pub fn doubt(&self) -> Option<String> {
+        of_kind!(&self.0, stepper => stepper.doubt())
+    }
+
+    /// Describes a status of this integration, with advice unless it is a success.
+    pub fn explain(&self, status: Status) -> String {
+        of_kind!(&self.0, stepper => stepper.explain(status))
+    }
+
+    /// The scheme of steps of one size.
+    pub(crate) fn fixed_scheme(&self) -> Option<Scheme> {
+        of_kind!(&self.0, stepper => stepper.fixed_scheme())
+    }
+
+    /// Number of steps of fixed size that the interval takes; saturates.
+    pub(in super::super) fn fixed_steps(&self) -> usize {
+        of_kind!(&self.0, stepper => stepper.fixed_steps)
+    }
+
+    /// State at a time within the last step, by cubic Hermite interpolation of displacements and of
+    /// velocities and by linear interpolation of accelerations. At the ends of the step, the result is bit
+    /// for bit the state there.
+    pub fn interpolate(&self, t: f64, q: &mut [f64], v: &mut [f64], a: &mut [f64]) {
+        of_kind!(&self.0, stepper => stepper.interpolate(t, q, v, a));
+    }
+}
+
+impl<V: Numbers> StepperOf<V> {
+    /// The same, before its first accelerations are known, with other numbers.
+    fn anew<W: Numbers>(&self) -> StepperOf<W> {
+        let tolerances = [&self.rtol, &self.atol].map(|values| &values[..]);
+        StepperOf {
+            status: self.status,
+            fixed_steps: self.fixed_steps,
+            grid: self.grid,
+            ..StepperOf::new((self.t, self.t_end), [&self.q, &self.v], &self.options, tolerances)
+        }
+    }
+}
