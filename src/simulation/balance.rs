@@ -162,6 +162,9 @@ pub(crate) struct FlowMeter<'a> {
     is_damped: bool,
     is_driven: bool,
     rule: Rule,
+    /// Where the powers of a step are evaluated, with their weights, and whether only in the states at its ends.
+    parts: &'static [(f64, f64)],
+    is_at_ends: bool,
     t_eval: Option<&'a [f64]>,
     t: f64,
     q: Vec<f64>,
@@ -195,6 +198,13 @@ impl<'a> FlowMeter<'a> {
         if !is_damped && !is_driven {
             return None;
         }
+        // Between the ends of a step a tendon that does not stretch is shorter or longer than it is told.
+        let is_at_ends = rule == Rule::Mean && model.facts().is_one_sided;
+        let parts: &[(f64, f64)] = match rule {
+            Rule::Mean if is_at_ends || model.facts().varies_in_time => &[(0.0, 0.5), (1.0, 0.5)],
+            Rule::Mean => &[(0.5, 1.0)],
+            Rule::Quintic => &GAUSS,
+        };
         let n = model.facts().n;
         let mut a = vec![0.0; n];
         if rule == Rule::Quintic || model.facts().varies_in_time {
@@ -209,6 +219,8 @@ impl<'a> FlowMeter<'a> {
             is_damped,
             is_driven,
             rule,
+            parts,
+            is_at_ends,
             t_eval,
             t: t0,
             q: q0.to_vec(),
@@ -249,16 +261,8 @@ impl<'a> FlowMeter<'a> {
         rotation_vectors::wrap(&model.facts().rotation_vectors, &mut self.q, &mut self.v, &mut [&mut self.a]);
         let h = state.t - self.t;
         let before = self.total;
-        // Between the ends of a step a tendon that does not stretch is shorter or longer than it is told.
-        let is_at_ends = self.rule == Rule::Mean && model.facts().is_one_sided;
-        let parts: &[(f64, f64)] = match self.rule {
-            _ if is_at_ends => &[(0.0, 0.5), (1.0, 0.5)],
-            Rule::Mean if model.facts().varies_in_time => &[(0.0, 0.5), (1.0, 0.5)],
-            Rule::Mean => &[(0.5, 1.0)],
-            Rule::Quintic => &GAUSS,
-        };
-        for &(x, weight) in parts {
-            if is_at_ends {
+        for &(x, weight) in self.parts {
+            if self.is_at_ends {
                 let end =
                     if x == 0.0 { [&self.q[..], &self.v, &self.a] } else { [state.q, state.v, state.a] };
                 let between = [&mut self.q_between, &mut self.v_between, &mut self.a_between];

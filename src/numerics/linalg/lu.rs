@@ -69,9 +69,9 @@ impl Lu {
 
     /// Factorises `a` (n x n). Cost: 2/3 n^3 flops.
     pub fn factorise(&mut self, a: &Matrix) -> Result<(), Singular> {
-        self.factors.copy_from(a);
-        self.norm_1 = norm_1(a);
         let n = self.factors.nrows();
+        self.factors.as_mut_slice().copy_from_slice(a.as_slice());
+        self.norm_1 = norm_1(a);
         if n <= SMALL {
             small_lu::factorise(self.factors.as_mut_slice(), &mut self.row_permutation)?;
             return if self.norm_1.is_finite() { Ok(()) } else { Err(Singular) };
@@ -178,9 +178,14 @@ impl Lu {
 
 /// Largest column sum; NaN when any entry is not finite.
 fn norm_1(a: &Matrix) -> f64 {
+    with_size!(norm_1_sized(a.nrows(), a.as_slice()))
+}
+
+#[inline(always)]
+fn norm_1_sized(n: usize, a: &[f64]) -> f64 {
     let (mut largest, mut total) = (0.0_f64, 0.0);
-    for column in a.as_slice().chunks_exact(a.nrows().max(1)) {
-        let sum: f64 = column.iter().map(|v| v.abs()).sum();
+    for k in 0..n {
+        let sum: f64 = a[k * n..][..n].iter().map(|v| v.abs()).sum();
         largest = largest.max(sum);
         total += sum;
     }

@@ -40,6 +40,9 @@ impl Tied for RobotModel {
 
     fn open_loop(&mut self, q: &[f64]) -> Option<Flaw> {
         let Self { sweeps, coordinates, facts, .. } = self;
+        if facts.constraints() == 0 {
+            return None;
+        }
         let (held, gap, size) = coordinates
             .all([q], |[q]| on_sweeps!(sweeps, sweeps => sweeps.widest_gap(q, &facts.gap_sizes)))?;
         // NaN counts as open.

@@ -51,7 +51,6 @@ impl<V: Numbers> Corrector<V> {
         h: f64,
         counters: &mut Counters,
     ) -> Result<Result<(), Failure>, Interrupted> {
-        let jacobian_cost = self.jacobian.cost(system);
         self.kept = None;
         self.evaluate_residual(system, trial, counters)?;
         let mut length = 0.0;
@@ -103,7 +102,8 @@ impl<V: Numbers> Corrector<V> {
                 return Ok(Ok(()));
             }
             // Where surfaces touch, rates of one iteration do not hold for many.
-            let patience = FRESH_ITERATIONS + if may_touch::<_, V>(system) { 0.0 } else { jacobian_cost };
+            let patience =
+                FRESH_ITERATIONS + if may_touch::<_, V>(system) { 0.0 } else { self.jacobian_cost };
             renew = length < 1.0
                 || iterations_needed(left_after::<_, V>(system, next_size, rate), rate) > patience;
         }

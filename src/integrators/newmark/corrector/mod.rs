@@ -108,14 +108,13 @@ impl Kept {
     }
 }
 
-/// How a solve with the kept Jacobian has gone so far: its iterations, their cost and that of a Jacobian in residual evaluations, and
-/// whether the Jacobian is one of this step.
+/// How a solve with the kept Jacobian has gone so far: its iterations, their cost in residual evaluations, and whether the
+/// Jacobian is one of this step.
 #[derive(Clone, Copy, Debug)]
 struct SoFar {
     iteration: usize,
     cost: f64,
     is_fresh: bool,
-    jacobian_cost: f64,
 }
 
 /// What an increment is beside the one before.
@@ -131,6 +130,8 @@ enum Judgement {
 #[derive(Clone, Debug)]
 pub(super) struct Corrector<V> {
     jacobian: Jacobian,
+    /// What one costs, in residual evaluations.
+    jacobian_cost: f64,
     reuse: bool,
     /// The usual size of a step.
     dt: f64,
@@ -182,6 +183,7 @@ impl<V: Numbers> Corrector<V> {
         let loosest = rtol.iter().copied().fold(0.0, f64::max);
         Self {
             jacobian: Jacobian::new(options.derivative, &rtol, &atol),
+            jacobian_cost: 0.0,
             reuse: options.reuse_jacobian,
             dt: options.dt,
             kept: None,
@@ -217,6 +219,7 @@ impl<V: Numbers> Corrector<V> {
     /// Prepares the memory for the Jacobians of `system`. Comes before the first solve.
     pub(super) fn prepare<S: System + ?Sized>(&mut self, system: &mut S) {
         self.linear = self.jacobian.linear_system(system);
+        self.jacobian_cost = self.jacobian.cost(system);
         let n = system.facts().n;
         self.sizes.copy_from_slice(&system.facts().typical_coordinates);
         for (inverse, size) in self.inverse_sizes.iter_mut().zip(self.sizes.iter()) {
@@ -332,7 +335,6 @@ impl<V: Numbers> Corrector<V> {
         h: f64,
         counters: &mut Counters,
     ) -> Result<Result<(), Failure>, Interrupted> {
-        let jacobian_cost = self.jacobian.cost(system);
         let mut cost = 0.0;
         let mut renew = !self.kept_jacobian_pays(system, trial, h);
         let mut is_fresh = false;
@@ -353,7 +355,7 @@ impl<V: Numbers> Corrector<V> {
             if let Some(last) = last
                 && !renew
             {
-                let so_far = SoFar { iteration, cost, is_fresh, jacobian_cost };
+                let so_far = SoFar { iteration, cost, is_fresh };
                 match self.judge(system, trial, (last, size), h, so_far, counters)? {
                     Judgement::Rate(rate, shall_renew) => (measured_rate, renew) = (Some(rate), shall_renew),
                     Judgement::IsRounding => {
@@ -367,7 +369,7 @@ impl<V: Numbers> Corrector<V> {
                 if let Err(failure) = self.renew_jacobian(system, trial, h, counters)? {
                     return Ok(Err(failure));
                 }
-                cost += jacobian_cost;
+                cost += self.jacobian_cost;
                 size = self.size_of_increment();
                 measured_rate = None;
                 renew = false;
@@ -416,7 +418,7 @@ impl<V: Numbers> Corrector<V> {
         trial: &mut Trial<V>,
         ([last_size, last_moved], size): ([f64; 2], f64),
         h: f64,
-        SoFar { iteration, cost, is_fresh, jacobian_cost }: SoFar,
+        SoFar { iteration, cost, is_fresh }: SoFar,
         counters: &mut Counters,
     ) -> Result<Judgement, Interrupted> {
         if !size.is_finite() {
@@ -444,7 +446,7 @@ impl<V: Numbers> Corrector<V> {
             // What begins to touch in a step makes the first rate poor; the next one is that of the Jacobian.
             _ if iteration == 1 && may_touch::<_, V>(system) => false,
             Some(kept) if !is_fresh => kept.is_beaten_by(cost - 1.0 + needed),
-            _ => needed > jacobian_cost + FRESH_ITERATIONS,
+            _ => needed > self.jacobian_cost + FRESH_ITERATIONS,
         };
         Ok(Judgement::Rate(rate, shall_renew))
     }
