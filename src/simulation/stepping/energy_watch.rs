@@ -28,7 +28,7 @@ const ROUNDING: f64 = 1e-9;
 /// And what coordinates hold that are off by this part of their typical sizes: a robot that cannot move trembles by roundings.
 const ROUNDING_OF_PLACES: f64 = 1e-12;
 
-/// Steps from one look to the next where nothing touches: the shortest steps take as long as four energies.
+/// Steps from one look to the next where nothing may touch: the shortest steps take as long as four energies.
 const STRIDE: usize = 8;
 
 /// Looks for which a rise must last in a model with contact: within an impact the energy rises and falls again, because what a
@@ -47,7 +47,8 @@ pub(super) struct EnergyWatch {
     varies: bool,
     /// Whether neither the model nor the method takes energy out.
     keeps_energy: bool,
-    stride: usize,
+    /// Whether every step is looked at in which surfaces may touch.
+    has_contact: bool,
     /// The last energies, as many as a rise must last.
     last: Vec<f64>,
     start: f64,
@@ -82,16 +83,16 @@ impl EnergyWatch {
         }
         let is_driven = model.facts().is_driven || varies;
         let is_free = !has_contact && !model.facts().is_damped && !model.facts().is_one_sided && !is_driven;
-        let (stride, lasting) = if has_contact { (1, LASTING) } else { (STRIDE, 1) };
+        let lasting = if has_contact { LASTING } else { 1 };
         let largest = model.energy(q, v);
         let start = largest.total();
         Some(Self {
             dt,
             supplied: 0.0,
-            left: stride,
+            left: STRIDE,
             varies,
             keeps_energy: is_free && scheme == Scheme::AVERAGE_ACCELERATION,
-            stride,
+            has_contact,
             last: vec![start; lasting],
             start,
             gain: 0.0,
@@ -112,10 +113,10 @@ impl EnergyWatch {
     ) -> Result<(), Interrupted> {
         self.supplied = supplied;
         self.left -= 1;
-        if self.left > 0 {
+        if self.left > 0 && !(self.has_contact && model.may_touch()) {
             return Ok(());
         }
-        self.left = self.stride;
+        self.left = STRIDE;
         self.look(model, state)
     }
 
@@ -189,9 +190,9 @@ impl EnergyWatch {
         let numbers = [supplied, start, gain, rise, kinetic, elastic, gravitational, loads];
         numbers.into_iter().chain(pairs).for_each(|number| tape.number(number));
         tape.numbers(&mut self.last);
-        let mut made = self.stride - self.left;
-        tape.below(self.stride, &mut made);
-        self.left = self.stride - made;
+        let mut made = STRIDE - self.left;
+        tape.below(STRIDE, &mut made);
+        self.left = STRIDE - made;
     }
 }
 
