@@ -227,8 +227,8 @@ impl<M: Model> Integrator<M> {
     pub(super) fn observe<T>(&mut self, observe: impl FnOnce(&mut M, State<'_>) -> T) -> T {
         match self {
             Self::Newmark { model, stepper } => {
-                let [q, v, a] = stepper.state();
-                observe(model, State { t: stepper.t(), q, v, a })
+                let (t, [q, v, a]) = stepper.state();
+                observe(model, State { t, q, v, a })
             }
             Self::Radau { model, stepper } => {
                 let state = State { t: stepper.t(), q: stepper.q(), v: stepper.v(), a: stepper.a() };
@@ -241,14 +241,15 @@ impl<M: Model> Integrator<M> {
         }
     }
 
-    /// Displacements, velocities and accelerations.
-    pub(super) fn state(&self) -> [&[f64]; 3] {
+    /// The time, displacements, velocities and accelerations.
+    #[inline]
+    pub(super) fn state(&self) -> (f64, [&[f64]; 3]) {
         match self {
             Self::Newmark { stepper, .. } => stepper.state(),
-            Self::Radau { stepper, .. } => [stepper.q(), stepper.v(), stepper.a()],
+            Self::Radau { stepper, .. } => (stepper.t(), [stepper.q(), stepper.v(), stepper.a()]),
             Self::FirstOrder { stepper, n, .. } => {
                 let (q, v) = stepper.y().split_at(*n);
-                [q, v, &stepper.rate()[*n..]]
+                (stepper.t(), [q, v, &stepper.rate()[*n..]])
             }
         }
     }
@@ -260,7 +261,7 @@ impl<M: Model> Integrator<M> {
         times: &[f64],
         [q, v, a]: [&mut [f64]; 3],
     ) -> Result<bool, Interrupted> {
-        let n = self.state()[0].len();
+        let n = self.state().1[0].len();
         let here = |k: usize| k * n..(k + 1) * n;
         match self {
             Self::Newmark { stepper, .. } => {

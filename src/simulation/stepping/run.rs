@@ -373,13 +373,13 @@ impl<M: Model> Run<M> {
                 return Ok(status);
             }
             let times = [integrator.t_old(), integrator.t()];
-            let n = integrator.state()[0].len();
+            let n = integrator.state().1[0].len();
             let mut states = [vec![0.0; n], vec![0.0; n], vec![0.0; n]];
             let planned_so = planned.map(|event| (event, corrections));
             let verdict = judge(times, t_end, planned_so, &mut |t| {
                 let [q, v, a] = &mut states;
                 if t == times[1] {
-                    let [at_end, rate, _] = integrator.state();
+                    let (_, [at_end, rate, _]) = integrator.state();
                     q.copy_from_slice(at_end);
                     v.copy_from_slice(rate);
                 } else {
@@ -524,17 +524,17 @@ impl<M: Model> Run<M> {
 
     /// Current coordinates.
     pub fn q(&self) -> &[f64] {
-        self.integrator.state()[0]
+        self.integrator.state().1[0]
     }
 
     /// Current velocities.
     pub fn v(&self) -> &[f64] {
-        self.integrator.state()[1]
+        self.integrator.state().1[1]
     }
 
     /// Current accelerations; at the end of a leg, with the inputs of this leg until the next one begins.
     pub fn a(&self) -> &[f64] {
-        self.integrator.state()[2]
+        self.integrator.state().1[2]
     }
 
     /// Current inputs.
@@ -623,7 +623,7 @@ impl<M: Model> Run<M> {
 
     /// Current time, coordinates, velocities and accelerations.
     pub(crate) fn state(&self) -> (f64, [&[f64]; 3]) {
-        (self.t(), self.integrator.state())
+        self.integrator.state()
     }
 
     /// Accepted steps so far.

@@ -131,9 +131,10 @@ impl Stepper {
         of_kind!(&self.0, stepper => stepper.a())
     }
 
-    /// Current displacements, velocities and accelerations.
-    pub(crate) fn state(&self) -> [&[f64]; 3] {
-        of_kind!(&self.0, stepper => [&stepper.q, &stepper.v, stepper.a()])
+    /// Current time, displacements, velocities and accelerations.
+    #[inline]
+    pub(crate) fn state(&self) -> (f64, [&[f64]; 3]) {
+        of_kind!(&self.0, stepper => (stepper.t, [&stepper.q, &stepper.v, stepper.a()]))
     }
 
     /// Current accelerations, and the multipliers of constraints behind them.
