@@ -105,7 +105,9 @@ mod tests {
     #[test]
     fn advice_is_for_what_the_step_did() {
         let options = Options::new(0.1);
-        let mut stepper = StepperOf::<Vec<f64>>::new(1, (0.0, 1.0), &[0.0], &[0.0], &options).unwrap();
+        let start: [&[f64]; 2] = [&[0.0], &[0.0]];
+        let tolerances: [&[f64]; 2] = [&[1e-6], &[1e-9]];
+        let mut stepper = StepperOf::<Vec<f64>>::new((0.0, 1.0), start, &options, tolerances);
         let told = |stepper: &StepperOf<Vec<f64>>| stepper.explain(Status::StepFailed(Failure::NotConverged));
         let plain = told(&stepper);
         assert!(plain.ends_with("the result ends there. Reduce `dt` or use adaptive steps."), "{plain}");
