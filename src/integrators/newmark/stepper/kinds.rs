@@ -17,6 +17,7 @@ pub struct Stepper(Kind);
 
 /// One stepper, with the numbers that suit the system.
 #[derive(Clone, Debug)]
+#[allow(clippy::large_enum_variant, reason = "there is one for an integration, and it is not moved")]
 enum Kind {
     One(StepperOf<Few<1>>),
     Two(StepperOf<Few<2>>),
