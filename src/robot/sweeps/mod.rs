@@ -10,7 +10,7 @@ mod sections;
 use std::sync::Arc;
 
 use crate::model::Energy;
-use crate::numerics::lie::{Sweep, Vector, VectorSpace as _};
+use crate::numerics::lie::{Sweep, Twist, Vector};
 use crate::numerics::linalg::Matrix;
 use crate::robot::compile;
 use crate::robot::description::Robot;
@@ -271,8 +271,11 @@ impl<G: Turning> Sweeps<G> {
                 continue;
             }
             // A spherical joint turns about one place.
-            let nodes = work.position[piece.node_packs()].iter().zip(&piece.weights);
-            let place = nodes.fold(G::Vector::zero(), |sum, (place, weight)| sum + (*place * *weight).sum());
+            let mut place = Twist::<G, G::Pack>::zero();
+            for (position, weight) in work.position[piece.node_packs()].iter().zip(&piece.weights) {
+                place.linear += *position * *weight;
+            }
+            let place = place.sum().linear;
             forces[piece.coordinates()].fill(moment + size(G::in_space(frame, place)) * force);
         }
     }
