@@ -1,4 +1,4 @@
-# Two commands do everything: `make demo` and `make test`. Both build inside .venv.
+# Two commands do everything: `make demo` and `make test-all`. Both build inside .venv.
 # Kept to what GNU make 3.81 and a BSD userland understand, so that macOS needs nothing extra.
 
 JOBS ?= 2
@@ -27,7 +27,7 @@ unexport CONDA_PREFIX
 unexport PYTHONPATH
 unexport PYTHONHOME
 
-.PHONY: help demo bench peers validate stress test test-rust test-python test-browser test-torch test-checked test-oldest test-msrv \
+.PHONY: help demo bench peers validate stress test test-all test-rust test-python test-browser test-torch test-checked test-oldest test-msrv \
 	build build-for-test wheel sdist crate sbom docs docs-check links pictures format lock fuzz audit clean \
 	measure-house freeze frozen
 .DEFAULT_GOAL := help
@@ -42,7 +42,18 @@ demo: build ## simulate the lab scenes and say where the reports lie
 	@echo; echo "Open in a browser:"
 	@find "$(RESULTS)" -name '*.html' | sort | sed 's|^|  |'
 
-test: test-rust test-python ## run every check and every test
+# What guards the physics every day. Left to `test-all`: tests marked `slow`, counted instructions, documentation, the crate without Python.
+test: build $(VENV)/test.stamp ## the checks and tests that do not take long
+	@.ci/toolchain cargo-checks
+	cargo fmt --all --check
+	cargo clippy --locked --all-targets --features python -- -D warnings
+	cargo test --locked
+	$(BIN)/ruff format --check .
+	$(BIN)/ruff check .
+	$(BIN)/mypy --strict
+	$(BIN)/python -m pytest -n $(JOBS) -m "not slow"
+
+test-all: test-rust test-python ## run every check and every test; what continuous integration runs
 
 test-rust: $(VENV)/test.stamp ## formatting, lints, documentation and tests of the Rust crate
 	@.ci/toolchain cargo

@@ -5,7 +5,7 @@
 
 Fails if a case needs over five percent more instructions than in the file. Counts depend on the compiler and
 the kind of machine: with another compiler, without valgrind or without AVX2, nothing is compared and the
-output gives the reason. Part of `make test`.
+output gives the reason. Part of `make test-all`.
 """
 
 import argparse
