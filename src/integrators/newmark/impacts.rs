@@ -29,7 +29,7 @@ pub(super) struct Impacts {
     at: f64,
     contact: usize,
     longest: f64,
-    /// The largest kinetic and elastic energies at impacts.
+    /// The largest kinetic energy of what takes part in an impact, and the largest elastic one at impacts.
     kinetic: f64,
     elastic: f64,
     /// Energy that other steps have lost where surfaces touch and nothing took it, so far and at most: in an impact it falls and
@@ -53,9 +53,10 @@ impl Impacts {
         }
     }
 
-    /// Takes note of a step of size `h` at one of whose ends surfaces touch, unless it stops what meets.
-    pub(super) fn follow(&mut self, [before, after]: [&Holding; 2], h: f64) {
-        self.kinetic = self.kinetic.max(before.kinetic).max(after.kinetic);
+    /// Takes note of a step of size `h` at one of whose ends surfaces touch, unless it stops what meets; `kinetic` is the energy of
+    /// what they press.
+    pub(super) fn follow(&mut self, [before, after]: [&Holding; 2], kinetic: f64, h: f64) {
+        self.kinetic = self.kinetic.max(kinetic);
         self.elastic = self.elastic.max(after.elastic);
         self.is_known = true;
         self.missing += before.total - after.total + 0.5 * h * (before.supplied + after.supplied);

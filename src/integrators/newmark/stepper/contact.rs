@@ -63,7 +63,12 @@ impl Stepper {
         let Trial { t, q, v, a, .. } = &self.trial;
         let after = holding(model, *t, [q, v, a])?;
         if let (Some(before), Some(after)) = (&before, &after) {
-            self.impacts.follow([before, after], h);
+            // Where surfaces touch tells what takes part.
+            let motion = if self.will_touch { [&q[..], v, a] } else { [&self.q[..], &self.v, &self.a] };
+            self.pressed.find(model, motion);
+            let kinetic = [(&self.q, &self.v, before), (q, v, after)]
+                .map(|(q, v, holding)| self.pressed.kinetic(model, [q, v], holding.kinetic));
+            self.impacts.follow([before, after], kinetic[0].max(kinetic[1]), h);
         }
         self.holding = after.filter(|_| self.will_touch);
         Ok(())
@@ -100,7 +105,10 @@ impl Stepper {
         if model_of(system).is_touched() {
             let Trial { t, q, v, a, .. } = &self.trial;
             let motion = [&q[..], &v[..], &a[..q.len()]];
-            if let Some(impact) = model_at(system, *t)?.impact([&self.q, &self.v], motion, h) {
+            let model = model_at(system, *t)?;
+            if let Some(mut impact) = model.impact([&self.q, &self.v], motion, h) {
+                self.pressed.find(model, motion);
+                impact.kinetic = self.pressed.kinetic(model, [&self.q, &self.v], impact.kinetic);
                 self.impacts.count(*t, &impact);
             }
         } else {

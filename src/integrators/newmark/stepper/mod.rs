@@ -5,7 +5,9 @@ mod attempt;
 mod contact;
 mod explain;
 mod fixed;
+mod pressed;
 
+use self::pressed::Pressed;
 use super::corrector::Corrector;
 use super::error_estimate::ErrorEstimate;
 use super::impacts::Impacts;
@@ -89,6 +91,7 @@ pub struct Stepper {
     /// Whether they touched in any state that was tried for the trial.
     has_touched: bool,
     impacts: Impacts,
+    pressed: Pressed,
     /// What the motion has now, if surfaces touch and the last step followed their forces.
     holding: Option<Holding>,
     /// Where the trial would end if nothing acted.
@@ -157,6 +160,7 @@ impl Stepper {
             has_contact: false,
             has_corners: false,
             impacts: Impacts::default(),
+            pressed: Pressed::default(),
             holding: None,
             straight_on: Vec::new(),
             rank: 0,
