@@ -68,7 +68,10 @@ impl Stepper {
             self.pressed.find(model, motion);
             let kinetic = [(&self.q, &self.v, before), (q, v, after)]
                 .map(|(q, v, holding)| self.pressed.kinetic(model, [q, v], holding.kinetic));
-            self.impacts.follow([before, after], kinetic[0].max(kinetic[1]), h);
+            let gain = after.total - before.total;
+            let gain = self.pressed.gain(model, [&self.q, &self.v], [q, v], gain);
+            let lost = 0.5 * h * (before.supplied + after.supplied) - gain;
+            self.impacts.follow(lost, kinetic[0].max(kinetic[1]), after.elastic);
         }
         self.holding = after.filter(|_| self.will_touch);
         Ok(())
@@ -105,10 +108,7 @@ impl Stepper {
         if model_of(system).is_touched() {
             let Trial { t, q, v, a, .. } = &self.trial;
             let motion = [&q[..], &v[..], &a[..q.len()]];
-            let model = model_at(system, *t)?;
-            if let Some(mut impact) = model.impact([&self.q, &self.v], motion, h) {
-                self.pressed.find(model, motion);
-                impact.kinetic = self.pressed.kinetic(model, [&self.q, &self.v], impact.kinetic);
+            if let Some(impact) = model_at(system, *t)?.impact([&self.q, &self.v], motion, h) {
                 self.impacts.count(*t, &impact);
             }
         } else {

@@ -5,9 +5,7 @@ mod attempt;
 mod contact;
 mod explain;
 mod fixed;
-mod pressed;
 
-use self::pressed::Pressed;
 use super::corrector::Corrector;
 use super::error_estimate::ErrorEstimate;
 use super::impacts::Impacts;
@@ -18,7 +16,7 @@ use crate::error::{Interrupted, InvalidInput};
 use crate::integrators::second_order::{
     Counters, Grid, Status, System, constrained_start, model_of, number_of_steps,
 };
-use crate::model::{Holding, rotation_vectors};
+use crate::model::{Holding, Pressed, rotation_vectors};
 use crate::numerics::hermite::cubic;
 use crate::numerics::tape::Tape;
 

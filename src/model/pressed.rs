@@ -1,21 +1,22 @@
 //! What takes part in an impact: the parts of a model that surfaces press. Others, whatever they weigh and however fast they move,
 //! are no measure of what it loses.
 
-use crate::model::{Energy, Model};
+use super::{Energy, Model};
 
 /// The parts that contact forces act on, and memory to find them.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Pressed {
+pub(crate) struct Pressed {
     with: Vec<f64>,
     without: Vec<f64>,
     /// For each coordinate whether it takes part; empty where all is one.
     takes_part: Vec<bool>,
-    velocities: Vec<f64>,
+    q: Vec<f64>,
+    v: Vec<f64>,
 }
 
 impl Pressed {
     /// Finds what takes part in a motion in which surfaces touch, at the time that is set.
-    pub(super) fn find<M: Model + ?Sized>(&mut self, model: &mut M, [q, v, a]: [&[f64]; 3]) {
+    pub(crate) fn find<M: Model + ?Sized>(&mut self, model: &mut M, [q, v, a]: [&[f64]; 3]) {
         self.takes_part.clear();
         let facts = model.facts();
         // Constraints pass an impact on to other parts.
@@ -41,7 +42,7 @@ impl Pressed {
     }
 
     /// The kinetic energy of what takes part, in a state that has this kinetic energy as a whole.
-    pub(super) fn kinetic<M: Model + ?Sized>(
+    pub(crate) fn kinetic<M: Model + ?Sized>(
         &mut self,
         model: &mut M,
         [q, v]: [&[f64]; 2],
@@ -51,9 +52,32 @@ impl Pressed {
             return whole;
         }
         let own = v.iter().zip(&self.takes_part).map(|(&v, &takes_part)| if takes_part { v } else { 0.0 });
-        self.velocities.clear();
-        self.velocities.extend(own);
-        let Energy { kinetic, .. } = model.energy(q, &self.velocities);
+        self.v.clear();
+        self.v.extend(own);
+        let Energy { kinetic, .. } = model.energy(q, &self.v);
         kinetic.min(whole)
+    }
+
+    /// The energy that what takes part gains between two states, while others stay as they are before; `whole` is that of all.
+    pub(crate) fn gain<M: Model + ?Sized>(
+        &mut self,
+        model: &mut M,
+        before: [&[f64]; 2],
+        after: [&[f64]; 2],
+        whole: f64,
+    ) -> f64 {
+        if !self.takes_part.contains(&false) {
+            return whole;
+        }
+        for (mixed, (before, after)) in
+            [&mut self.q, &mut self.v].into_iter().zip(before.into_iter().zip(after))
+        {
+            let ends = before.iter().zip(after).zip(&self.takes_part);
+            mixed.clear();
+            mixed
+                .extend(ends.map(|((&before, &after), &takes_part)| if takes_part { after } else { before }));
+        }
+        let [before, mixed] = [before, [&self.q, &self.v]].map(|[q, v]| model.energy(q, v).total());
+        mixed - before
     }
 }
