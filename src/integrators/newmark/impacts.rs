@@ -2,7 +2,7 @@
 //! and bit by bit where a few steps see too little of how forces rise and fall.
 
 use crate::error::Number;
-use crate::model::{Holding, Impact};
+use crate::model::Impact;
 use crate::numerics::tape::Tape;
 
 /// Losses of more than this part of the largest kinetic energy cause a doubt. What stops at once loses all of it; a rod that comes to
@@ -29,7 +29,7 @@ pub(super) struct Impacts {
     at: f64,
     contact: usize,
     longest: f64,
-    /// The largest kinetic and elastic energies at impacts.
+    /// The largest kinetic energy of what takes part in an impact, and the largest elastic one at impacts.
     kinetic: f64,
     elastic: f64,
     /// Energy that other steps have lost where surfaces touch and nothing took it, so far and at most: in an impact it falls and
@@ -53,12 +53,13 @@ impl Impacts {
         }
     }
 
-    /// Takes note of a step of size `h` at one of whose ends surfaces touch, unless it stops what meets.
-    pub(super) fn follow(&mut self, [before, after]: [&Holding; 2], h: f64) {
-        self.kinetic = self.kinetic.max(before.kinetic).max(after.kinetic);
-        self.elastic = self.elastic.max(after.elastic);
+    /// Takes note of what a step has lost at one of whose ends surfaces touch, unless it stops what meets, of the kinetic energy of what
+    /// they press, and of the elastic one.
+    pub(super) fn follow(&mut self, lost: f64, kinetic: f64, elastic: f64) {
+        self.kinetic = self.kinetic.max(kinetic);
+        self.elastic = self.elastic.max(elastic);
         self.is_known = true;
-        self.missing += before.total - after.total + 0.5 * h * (before.supplied + after.supplied);
+        self.missing += lost;
         self.most_missing = self.most_missing.max(self.missing);
     }
 

@@ -143,7 +143,23 @@ impl InImpact for RobotModel {
         let gain = after.total() - before.total() - supplied.max(0.0);
         match beside {
             Beside::Motion => {
-                gain > (LARGEST_GAIN * after.kinetic.max(before.kinetic)).max(AT_REST * of_overlaps)
+                let at_rest = AT_REST * of_overlaps;
+                let exceeds = |gain: f64, kinetic: f64| gain > (LARGEST_GAIN * kinetic).max(at_rest);
+                if exceeds(gain, after.kinetic.max(before.kinetic)) {
+                    return true;
+                }
+                if gain <= at_rest || self.facts.parts.len() < 2 || self.facts.is_driven {
+                    return false;
+                }
+                let mut pressed = std::mem::take(&mut self.pressed);
+                pressed.find(self, if self.is_touched() { motion } else { [q, qd, qdd] });
+                let gain = pressed.gain(self, [q, qd], [q_after, qd_after], gain);
+                let kinetic = [(q, qd, before), (q_after, qd_after, after)]
+                    .map(|(q, qd, energy)| pressed.kinetic(self, [q, qd], energy.kinetic));
+                self.pressed = pressed;
+                // What is asked next is asked of the end.
+                self.note_energy([q_after, qd_after]);
+                exceeds(gain, kinetic[0].max(kinetic[1]))
             }
             Beside::All => gain > EXPLOSION * (after.kinetic + after.elastic),
         }
@@ -158,8 +174,13 @@ impl InImpact for RobotModel {
         self.note_energy([q, qd]);
         let at_end = self.noted.energy;
         let supplied = if self.facts.is_driven { self.supplied_power(q, qd, qdd).abs() } else { 0.0 };
+        let mut pressed = std::mem::take(&mut self.pressed);
+        pressed.find(self, motion);
+        let gain = pressed.gain(self, before, [q, qd], at_end.total() - at_start.total());
+        let kinetic = pressed.kinetic(self, before, at_start.kinetic);
+        self.pressed = pressed;
         // In a step of the backward Euler method forces do the work of its end.
-        let lost = at_start.total() - at_end.total() - h * (self.dissipated_power(q, qd) + supplied);
+        let lost = -gain - h * (self.dissipated_power(q, qd) + supplied);
         let Self { sweeps, coordinates, .. } = self;
         coordinates
             .all([q, qd_before, qdd], |motion| on_sweeps!(&mut *sweeps, sweeps => sweeps.note_rates(motion)));
@@ -168,7 +189,7 @@ impl InImpact for RobotModel {
         Some(Impact {
             contact,
             lost: lost.max(0.0) * rebound * rebound,
-            kinetic: at_start.kinetic,
+            kinetic,
             elastic: at_end.elastic,
             longest,
         })

@@ -18,7 +18,7 @@ use crate::description::rod::STRAINS;
 use crate::error::{Checker, InvalidInput};
 use crate::model::constraint::one_sided::TAUT;
 use crate::model::constraint::{Independent, one_sided};
-use crate::model::{Dynamics, Energy, Facts, Flaw, Holder, OneSided as _, Tied as _};
+use crate::model::{Dynamics, Energy, Facts, Flaw, Holder, OneSided as _, Pressed, Tied as _};
 use crate::numerics::lie::{Instructions, Plane, Vector};
 use crate::numerics::linalg::{Matrix, symmetric_eigen};
 use crate::robot::effects;
@@ -70,6 +70,8 @@ pub struct RobotModel {
     slack_is_kept: bool,
     /// The energy at the end of the last step that was asked whether it gains any.
     noted: NotedEnergy,
+    /// What takes part in impacts.
+    pressed: Pressed,
 }
 
 /// The energy of a state, and the part of overlaps in it; of no state if the vectors are empty.
@@ -202,6 +204,7 @@ impl RobotModel {
             steps: f64::NAN,
             slack_is_kept: false,
             noted: NotedEnergy::default(),
+            pressed: Pressed::default(),
         };
         model.check_inertia()?;
         model.marks = model.marks_of_links().into();

@@ -22,11 +22,14 @@ const LOSS: f64 = 3e-2;
 /// than a hundredth of how far it is deformed, and its kinetic energy is no measure.
 const AT_REST: f64 = 1e-4;
 
-/// The same for the weight, whose energy counts from an origin anywhere: errors of Newton's method are far smaller.
+/// The same for the weight, whose energy counts from an origin anywhere, and for motions that are uniform: errors of Newton's method are far smaller.
 const ROUNDING: f64 = 1e-9;
 
 /// And what coordinates hold that are off by this part of their typical sizes: a robot that cannot move trembles by roundings.
 const ROUNDING_OF_PLACES: f64 = 1e-12;
+
+/// Velocities of a part that have changed by less than this are those of a uniform motion: it exchanges no energy, whatever it has.
+const UNIFORM: f64 = 1e-6;
 
 /// Steps from one look to the next where nothing may touch: the shortest steps take as long as four energies.
 const STRIDE: usize = 8;
@@ -60,8 +63,13 @@ pub(super) struct EnergyWatch {
     /// The largest rise above the lowest energy before it, and when it began and ended.
     rise: f64,
     during: (f64, f64),
-    /// The largest parts so far.
+    /// The largest parts so far; the kinetic one without what has moved uniformly.
     largest: Energy,
+    /// The largest kinetic energy so far of all.
+    of_all: f64,
+    /// Velocities at the start, where several parts move by themselves, and memory for those of some parts.
+    began: Vec<f64>,
+    moving: Vec<f64>,
 }
 
 impl EnergyWatch {
@@ -84,8 +92,13 @@ impl EnergyWatch {
         let is_driven = model.facts().is_driven || varies;
         let is_free = !has_contact && !model.facts().is_damped && !model.facts().is_one_sided && !is_driven;
         let lasting = if has_contact { LASTING } else { 1 };
-        let largest = model.energy(q, v);
-        let start = largest.total();
+        let mut largest = model.energy(q, v);
+        let (start, of_all) = (largest.total(), largest.kinetic);
+        let began = if model.facts().parts.len() > 1 { v.to_vec() } else { Vec::new() };
+        if !began.is_empty() {
+            // What is not uniform is seen later.
+            largest.kinetic = 0.0;
+        }
         Some(Self {
             dt,
             supplied: 0.0,
@@ -101,6 +114,9 @@ impl EnergyWatch {
             rise: 0.0,
             during: (t0, t0),
             largest,
+            of_all,
+            moving: Vec::with_capacity(began.len()),
+            began,
         })
     }
 
@@ -126,8 +142,10 @@ impl EnergyWatch {
         }
         let energy = model.energy(q, v);
         let total = energy.total() - self.supplied;
+        let of_changing = self.kinetic(model, [q, v], energy.kinetic);
+        self.of_all = self.of_all.max(energy.kinetic);
         let Energy { kinetic, elastic, gravitational, loads } = &mut self.largest;
-        let parts = [(kinetic, energy.kinetic), (elastic, energy.elastic)];
+        let parts = [(kinetic, of_changing), (elastic, energy.elastic)];
         let of_loads = [(gravitational, energy.gravitational), (loads, energy.loads)];
         parts.into_iter().chain(of_loads).for_each(|(most, part)| *most = most.max(part.abs()));
         self.last.rotate_left(1);
@@ -145,6 +163,30 @@ impl EnergyWatch {
         Ok(())
     }
 
+    /// The kinetic energy of the parts whose velocities have changed since the start, now or then, whichever is larger; `whole` is
+    /// that of all.
+    fn kinetic<M: Model>(&mut self, model: &mut M, [q, v]: [&[f64]; 2], whole: f64) -> f64 {
+        let Self { began, moving, .. } = self;
+        if began.iter().all(|&v| v == 0.0) {
+            return whole;
+        }
+        let mut most: f64 = 0.0;
+        for velocities in [v, &began[..]] {
+            moving.clear();
+            for &size in &model.facts().parts {
+                let part = moving.len()..moving.len() + size;
+                let mut pairs = v[part.clone()].iter().zip(&began[part.clone()]);
+                let is_uniform = pairs.all(|(now, then)| (now - then).abs() <= UNIFORM * then.abs());
+                moving.extend(velocities[part].iter().map(|&v| if is_uniform { 0.0 } else { v }));
+            }
+            if moving == v {
+                return whole;
+            }
+            most = most.max(model.energy(q, moving).kinetic);
+        }
+        most
+    }
+
     /// A warning if the energy has changed, the state being the last one.
     pub(super) fn verdict<M: Model>(&self, model: &mut M, end: State<'_>) -> Option<String> {
         let mut watch = self.clone();
@@ -153,8 +195,9 @@ impl EnergyWatch {
     }
 
     fn found<M: Model>(self, model: &mut M, end: State<'_>) -> Option<String> {
-        let Self { keeps_energy, gain, loss: (loss, at), rise, during: (from, to), largest, .. } = self;
-        let of_weight = ROUNDING * (largest.gravitational + largest.loads);
+        let Self { keeps_energy, gain, loss: (loss, at), rise, during: (from, to), largest, of_all, .. } =
+            self;
+        let of_weight = ROUNDING * (largest.gravitational + largest.loads + of_all);
         let hidden = (AT_REST * largest.elastic).max(of_weight);
         let exceeds = |change: f64, part: f64| change > (part * largest.kinetic).max(hidden);
         let percent = |change: f64| 100.0 * change / largest.kinetic;
@@ -184,11 +227,12 @@ impl EnergyWatch {
 
     /// What goes on from step to step.
     pub(super) fn carry(&mut self, tape: &mut Tape<'_>) {
-        let Self { supplied, start, gain, loss, lowest, rise, during, largest, .. } = self;
+        let Self { supplied, start, gain, loss, lowest, rise, during, largest, of_all, began, .. } = self;
         let Energy { kinetic, elastic, gravitational, loads } = largest;
         let pairs = [loss, lowest, during].into_iter().flat_map(|(a, b)| [a, b]);
-        let numbers = [supplied, start, gain, rise, kinetic, elastic, gravitational, loads];
+        let numbers = [supplied, start, gain, rise, kinetic, elastic, gravitational, loads, of_all];
         numbers.into_iter().chain(pairs).for_each(|number| tape.number(number));
+        tape.numbers(began);
         tape.numbers(&mut self.last);
         let mut made = STRIDE - self.left;
         tape.below(STRIDE, &mut made);

@@ -547,6 +547,46 @@ def test_impacts_that_are_resolved_or_do_not_rebound_anyway_are_not_doubted(stif
     assert lissom.simulate(robot, 3.0, dt=1e-3, q0=q0).doubt is None
 
 
+def beside(robot, q0, other):
+    """The same robot with another link that moves by itself, and how both begin."""
+    links = [*robot.links, other]
+    more = lissom.Robot(links, contacts=robot.contacts, gravity=robot.gravity)
+    return more, [*q0, *[0.0] * (more.n - robot.n)]
+
+
+HEAVY = lissom.Link("heavy", joint=lissom.Prismatic((1, 0, 0)), body=lissom.Body(1e3), position=(0, 5, 0))
+FALLING = lissom.Link("falling", joint=lissom.Prismatic((0, 0, 1)), body=lissom.Body(1e3), position=(0, 5, 0))
+FLYWHEEL = lissom.Link("wheel", joint=lissom.Revolute((1, 0, 0)), body=body(1e3), position=(0, 5, 0))
+
+
+@pytest.mark.parametrize("other", [HEAVY, FALLING, FLYWHEEL], ids=lambda link: link.name)
+@pytest.mark.parametrize(
+    "options", [{}, {"method": "generalised_alpha", "rho_inf": 0.8}], ids=["default", "alpha"]
+)
+@pytest.mark.parametrize("stiffness", [1e8, (np.pi / 0.032) ** 2], ids=["within a step", "in a few steps"])
+def test_impacts_are_doubted_beside_what_takes_no_part(stiffness, options, other):
+    """Whatever moves beside a ball, and however much energy it has."""
+    robot, q0 = dropped(1.0, stiffness=stiffness)
+    more, q0_more = beside(robot, q0, other)
+    start = {"q0": q0_more, "v0": [0.0, 100.0]}
+    with pytest.warns(lissom.AccuracyWarning, match="Impacts"):
+        alone = lissom.simulate(robot, 0.8, dt=0.01, q0=q0, **options)
+    with pytest.warns(lissom.AccuracyWarning, match="Impacts"):
+        found = lissom.simulate(more, 0.8, dt=0.01, **start, **options)
+    assert_allclose(found.q[:, 0], alone.q[:, 0], atol=1e-6)
+    percents = [int(re.search(r"motion, (\d+) % of", doubt)[1]) for doubt in (found.doubt, alone.doubt)]
+    assert abs(percents[0] - percents[1]) <= 2
+    assert other is FALLING or found.doubt == alone.doubt
+    if not options:
+        stepped = lissom.Simulation(more, dt=0.01, **start)
+        stepped.step(duration=0.8)
+        assert stepped.doubt == found.doubt
+    # Warnings are errors here: impacts of thirty steps are no reason to doubt.
+    duration = np.pi / np.sqrt(stiffness)
+    finer = lissom.simulate(more, 4 * duration, dt=duration / 30, q0=[0.1, 0], v0=[-4.4, 100.0], **options)
+    assert finer.doubt is None
+
+
 def test_default_names_of_contacts_do_not_collide():
     links = [lissom.Link("b", body=lissom.Body(1.0, inertia=(1e-3,) * 3), joint=lissom.Free())]
     floor, wall = lissom.HalfSpace((0, 0, -1)), lissom.HalfSpace((0, 1, 0), (0, -1, 0))

@@ -877,6 +877,29 @@ def test_a_motion_that_is_advanced_step_by_step_is_doubted_as_well(robot, v0, dt
     assert finer.doubt is None
 
 
+HEAVY = lissom.Link("heavy", joint=lissom.Prismatic((1, 0, 0)), body=lissom.Body(1e3), position=(0, 5, 0))
+FLYWHEEL = lissom.Link("wheel", joint=lissom.Revolute((0, 0, 1)), body=lissom.Body(1.0, inertia=np.eye(3)))
+
+
+@pytest.mark.parametrize("other", [HEAVY, FLYWHEEL], ids=lambda link: link.name)
+def test_energy_that_steps_add_is_doubted_beside_what_moves_uniformly(other):
+    """A double pendulum is as wrong beside a heavy slider as alone."""
+    both = lissom.Robot([*DOUBLE_PENDULUM.links, other])
+    doubts = []
+    for robot, v0 in ((DOUBLE_PENDULUM, [0, 0]), (both, [0, 0, 300])):
+        with pytest.warns(lissom.AccuracyWarning, match="energy rises"):
+            found = lissom.simulate(robot, 2.0, v0=v0, dt=0.05)
+        stepped = lissom.Simulation(robot, v0=v0, dt=0.05)
+        for _ in range(20):
+            stepped.step()
+        stepped = pickle.loads(pickle.dumps(stepped))
+        stepped.step(duration=2.0 - stepped.t)
+        assert stepped.doubt == found.doubt
+        doubts.append(found.doubt)
+        assert lissom.simulate(robot, 2.0, v0=v0, dt=0.005).doubt is None
+    assert doubts[0] == doubts[1]
+
+
 def test_what_inputs_supply_is_not_doubted():
     """Nobody knows what the jumps of a controller add."""
     link = lissom.Link("weight", joint=lissom.Prismatic((1, 0, 0)), body=lissom.Body(1.0))

@@ -64,7 +64,15 @@ impl<V: Numbers> StepperOf<V> {
         let Trial { t, q, v, a, .. } = &self.trial;
         let after = holding(model, *t, [q, v, a])?;
         if let (Some(before), Some(after)) = (&before, &after) {
-            self.impacts.follow([before, after], h);
+            // Where surfaces touch tells what takes part.
+            let motion = if self.will_touch { [&q[..], v, a] } else { [&self.q[..], &self.v, &self.a] };
+            self.pressed.find(model, motion);
+            let kinetic = [(&self.q, &self.v, before), (q, v, after)]
+                .map(|(q, v, holding)| self.pressed.kinetic(model, [q, v], holding.kinetic));
+            let gain = after.total - before.total;
+            let gain = self.pressed.gain(model, [&self.q, &self.v], [q, v], gain);
+            let lost = 0.5 * h * (before.supplied + after.supplied) - gain;
+            self.impacts.follow(lost, kinetic[0].max(kinetic[1]), after.elastic);
         }
         self.holding = after.filter(|_| self.will_touch);
         Ok(())

@@ -18,7 +18,7 @@ use crate::error::Interrupted;
 use crate::integrators::second_order::{
     Counters, Grid, Status, System, constrained_start, model_of, number_of_steps,
 };
-use crate::model::{Holding, rotation_vectors};
+use crate::model::{Holding, Pressed, rotation_vectors};
 use crate::numerics::hermite::cubic;
 use crate::numerics::tape::Tape;
 
@@ -91,6 +91,7 @@ struct StepperOf<V> {
     /// Whether they touched in any state that was tried for the trial.
     has_touched: bool,
     impacts: Impacts,
+    pressed: Pressed,
     /// What the motion has now, if surfaces touch and the last step followed their forces.
     holding: Option<Holding>,
     /// Where the trial would end if nothing acted.
@@ -151,6 +152,7 @@ impl<V: Numbers> StepperOf<V> {
             has_contact: false,
             has_corners: false,
             impacts: Impacts::default(),
+            pressed: Pressed::default(),
             holding: None,
             straight_on: Vec::new(),
             rank: 0,
