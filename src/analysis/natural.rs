@@ -267,7 +267,7 @@ pub(crate) fn reference(elastic: &Matrix, tangent: &Matrix, forces: &[f64], part
 /// What weight and loads could do along a size of each coordinate, whatever their directions are, in joules.
 pub(crate) fn work_of_loads(model: &mut dyn Static, q: &[f64], sizes: &[f64]) -> Vec<f64> {
     let mut turned = Matrix::zeros(q.len(), 3);
-    model.turned_loads(q, &mut turned);
+    model.turned_loads(q, &mut turned, &mut vec![0.0; q.len()]);
     let mut work: Vec<f64> = turned.row_iter().zip(sizes).map(|(row, size)| row.abs().sum() * size).collect();
     spread(&model.facts().rotation_vectors, &mut work);
     work

@@ -150,7 +150,9 @@ impl Ties {
             if excesses[i] <= DISPLACEMENT_ROUNDING * spans[i] {
                 return left(i, tension) <= JUST.max(left(i, 0.0));
             }
-            left(i, tension) <= JUST && is_weak(i, tension)
+            // Its tension alone would be out of balance, or does nothing.
+            let is_refuted = (0..n).any(|k| (tension * jacobian[(i, k)]).abs() > JUST * work[k]);
+            left(i, tension) <= JUST && (is_refuted || is_weak(i, tension))
         };
         let of_taut = self.taut.iter().zip(forces.iter().skip(self.springs));
         let just: Vec<usize> =

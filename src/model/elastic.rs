@@ -13,12 +13,9 @@ pub trait Elastic: Dynamics {
     fn elastic_tangent(&mut self, q: &[f64], tangent: &mut Matrix);
 
     /// Generalised forces, n x 3, of the weight and the loads if all of them acted along the first, second or third axis of the
-    /// base: what they could do in a shape, whatever their directions are.
-    fn turned_loads(&mut self, q: &[f64], forces: &mut Matrix);
-
-    /// What the forces at rest that joints bear could do along these coordinates, if they pointed that way about the origin of the
-    /// base: a joint's own force is a small difference of such products.
-    fn borne(&mut self, q: &[f64], forces: &mut [f64]);
+    /// base: what they could do in a shape, whatever their directions are. `borne` is what those that joints bear could do if they
+    /// pointed along these coordinates about the origin of the base: a joint's own force is a small difference of such products.
+    fn turned_loads(&mut self, q: &[f64], forces: &mut Matrix, borne: &mut [f64]);
 
     /// Sizes of the coordinates in a shape, all > 0: of steps that change a lot, in which rotations are turns. One radian of what a
     /// coordinate turns most; where it only shifts something, a strain of one, or the extent of what it shifts. No

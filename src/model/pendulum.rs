@@ -192,11 +192,8 @@ impl Elastic for SpringPendulum {
     }
 
     /// Sizes of coordinates need no help by those of the loads.
-    fn borne(&mut self, _q: &[f64], forces: &mut [f64]) {
-        forces.fill(0.0);
-    }
-
-    fn turned_loads(&mut self, _q: &[f64], forces: &mut Matrix) {
+    fn turned_loads(&mut self, _q: &[f64], forces: &mut Matrix, borne: &mut [f64]) {
+        borne.fill(0.0);
         forces.fill(0.0);
     }
 

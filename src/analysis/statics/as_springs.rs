@@ -157,12 +157,8 @@ impl Elastic for AsSprings<'_> {
         self.add_stiffness(q, 1.0, tangent);
     }
 
-    fn borne(&mut self, q: &[f64], forces: &mut [f64]) {
-        self.model.borne(q, forces);
-    }
-
-    fn turned_loads(&mut self, q: &[f64], forces: &mut Matrix) {
-        self.model.turned_loads(q, forces);
+    fn turned_loads(&mut self, q: &[f64], forces: &mut Matrix, borne: &mut [f64]) {
+        self.model.turned_loads(q, forces, borne);
     }
 
     fn sizes(&mut self, q: &[f64], sizes: &mut [f64]) {

@@ -86,7 +86,7 @@ fn forces_on_contacts(model: &mut dyn Static, q: &[f64]) -> Vec<f64> {
     let mut sizes = vec![0.0; n];
     model.sizes(q, &mut sizes);
     let mut loads = Matrix::zeros(n, 3);
-    model.turned_loads(q, &mut loads);
+    model.turned_loads(q, &mut loads, &mut vec![0.0; n]);
     for mut column in loads.column_iter_mut() {
         chart::forces(&model.facts().rotation_vectors, q, column.as_mut_slice());
     }

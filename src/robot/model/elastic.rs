@@ -71,22 +71,17 @@ impl Elastic for RobotModel {
         });
     }
 
-    fn turned_loads(&mut self, q: &[f64], forces: &mut Matrix) {
+    fn turned_loads(&mut self, q: &[f64], forces: &mut Matrix, borne: &mut [f64]) {
         let Self { sweeps, coordinates, .. } = self;
-        let mut of_all = Matrix::zeros(3, on_sweeps!(&*sweeps, sweeps => sweeps.plan().n));
-        coordinates.all([q], |[q]| on_sweeps!(&mut *sweeps, sweeps => sweeps.turned_loads(q, &mut of_all)));
+        let n = on_sweeps!(&*sweeps, sweeps => sweeps.plan().n);
+        let (mut of_all, mut borne_by_all) = (Matrix::zeros(3, n), Matrix::zeros(1, n));
+        coordinates.all([q], |[q]| {
+            let borne = borne_by_all.as_mut_slice();
+            on_sweeps!(&mut *sweeps, sweeps => sweeps.turned_loads(q, &mut of_all, borne));
+        });
         forces.copy_from(&coordinates.own_columns(of_all).transpose());
-    }
-
-    fn borne(&mut self, q: &[f64], forces: &mut [f64]) {
-        let Self { sweeps, coordinates, .. } = self;
-        let mut of_all = Matrix::zeros(1, on_sweeps!(&*sweeps, sweeps => sweeps.plan().n));
-        coordinates
-            .all([q], |[q]| on_sweeps!(&mut *sweeps, sweeps => sweeps.borne(q, of_all.as_mut_slice())));
-        forces
-            .iter_mut()
-            .zip(coordinates.own_columns(of_all).iter())
-            .for_each(|(force, own)| *force = own.abs());
+        let own = coordinates.own_columns(borne_by_all);
+        borne.iter_mut().zip(own.iter()).for_each(|(borne, own)| *borne = own.abs());
     }
 
     fn sizes(&mut self, q: &[f64], sizes: &mut [f64]) {

@@ -10,7 +10,7 @@ mod sections;
 use std::sync::Arc;
 
 use crate::model::Energy;
-use crate::numerics::lie::{Sweep, Twist, Vector};
+use crate::numerics::lie::{Sweep, Twist, Vector, Wrench};
 use crate::numerics::linalg::Matrix;
 use crate::robot::compile;
 use crate::robot::description::Robot;
@@ -218,14 +218,15 @@ impl<G: Turning> Sweeps<G> {
         inputs::tangent(&self.plan, &mut self.work, &mut self.tangent.actuation, tangent);
     }
 
-    /// Generalised forces, 3 x n, of weight and loads if all of them acted along an axis of the base.
-    pub(crate) fn turned_loads(&mut self, q: &[f64], forces: &mut Matrix) {
+    /// Generalised forces, 3 x n, of weight and loads if all of them acted along an axis of the base, and what joints bear of them.
+    pub(crate) fn turned_loads(&mut self, q: &[f64], forces: &mut Matrix, borne: &mut [f64]) {
         let frame = self.plan.frame;
         let size = |v: Vector<f64>| v.dot(v).sqrt();
         let (surroundings, acting) = (self.work.surroundings, self.work.acting.clone());
         let motion = (self.work.stations[0].velocity, self.work.stations[0].acceleration);
         let gravity = size(G::in_space(frame, surroundings.gravity));
         let mut tau = [vec![0.0; self.plan.n], vec![0.0; self.plan.n]];
+        let mut without = Vec::new();
         for axis in [None, Some(0), Some(1), Some(2)] {
             let along = |part: f64| {
                 let unit = Vector::from(std::array::from_fn(|k| if Some(k) == axis { 1.0 } else { 0.0 }));
@@ -239,12 +240,16 @@ impl<G: Turning> Sweeps<G> {
                 acting.moment = G::axial_of(frame, along(size(G::axial_in_space(frame, own.moment))));
             }
             match axis {
-                None => self.forces_at_rest(q, &mut tau[0]),
+                None => {
+                    self.forces_at_rest(q, &mut tau[0]);
+                    without.clone_from(&self.work.through);
+                }
                 Some(row) => {
                     self.forces_at_rest(q, &mut tau[1]);
                     for (k, (with, without)) in tau[1].iter().zip(&tau[0]).enumerate() {
                         forces[(row, k)] = with - without;
                     }
+                    self.add_borne(&without, borne);
                 }
             }
         }
@@ -253,21 +258,18 @@ impl<G: Turning> Sweeps<G> {
         self.work.motion_is_known = false;
     }
 
-    /// Products of twists and wrenches of joints, however they point.
-    pub(crate) fn borne(&mut self, q: &[f64], forces: &mut [f64]) {
-        self.update_velocities(q, &vec![0.0; q.len()]);
+    /// Adds products of twists of joints and wrenches that they bear, less those given, however these point.
+    fn add_borne(&self, without: &[Wrench<G, f64>], forces: &mut [f64]) {
         let (plan, work) = (&*self.plan, &self.work);
-        let frame = plan.frame;
         let size = |v: Vector<f64>| v.dot(v).sqrt();
+        let linear = |v| size(G::in_space(plan.frame, v));
+        let angular = |v| size(G::axial_in_space(plan.frame, v));
         for piece in plan.pieces.iter().filter(|piece| piece.is_joint) {
-            let wrench = work.through[piece.joined.end];
-            let (moment, force) =
-                (size(G::axial_in_space(frame, wrench.moment)), size(G::in_space(frame, wrench.force)));
+            let wrench = work.through[piece.joined.end] - without[piece.joined.end];
+            let (moment, force) = (angular(wrench.moment), linear(wrench.force));
             if let Some(hinge) = &piece.hinge {
                 let twist = work.hinges[hinge.index];
-                let (angular, linear) =
-                    (size(G::axial_in_space(frame, twist.angular)), size(G::in_space(frame, twist.linear)));
-                forces[piece.first] = angular * moment + linear * force;
+                forces[piece.first] += angular(twist.angular) * moment + linear(twist.linear) * force;
                 continue;
             }
             // A spherical joint turns about one place.
@@ -275,8 +277,8 @@ impl<G: Turning> Sweeps<G> {
             for (position, weight) in work.position[piece.node_packs()].iter().zip(&piece.weights) {
                 place.linear += *position * *weight;
             }
-            let place = place.sum().linear;
-            forces[piece.coordinates()].fill(moment + size(G::in_space(frame, place)) * force);
+            let borne = moment + linear(place.sum().linear) * force;
+            forces[piece.coordinates()].iter_mut().for_each(|own| *own += borne);
         }
     }
 

@@ -387,9 +387,7 @@ def test_no_equilibrium_is_infinitely_far_away(start):
         lissom.Link("moving", joint=lissom.Prismatic((1, 0, 0)), body=moving),
     ]
     magnets = [lissom.Magnet((10.0, 0, 0), link=name) for name in ("fixed", "moving")]
-    contact = lissom.Contact(
-        lissom.Ball("moving", 0.1), lissom.Sphere((0, 0, 0), 0.1), stiffness=1e3
-    )
+    contact = lissom.Contact(lissom.Ball("moving", 0.1), lissom.Sphere((0, 0, 0), 0.1), stiffness=1e3)
     robot = lissom.Robot(links, magnets=magnets, gravity=(0, 0, 0), contacts=[contact])
     found = lissom.statics(robot, [start], method="newton")
     assert not found.success or abs(found.q[0]) < 1.0

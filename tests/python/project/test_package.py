@@ -74,7 +74,14 @@ def test_the_crate_has_sources_and_tests_only():
     command = ["cargo", "package", "--list", "--allow-dirty", "--offline"]
     listed = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout.split()
     documents = {"CHANGELOG.md", "CITATION.cff", "CONTRIBUTING.md", "LICENSE", "README.md", "SECURITY.md"}
-    manifests = {".cargo_vcs_info.json", "Cargo.lock", "Cargo.toml", "Cargo.toml.orig", "pyproject.toml"}
+    manifests = {
+        ".cargo_vcs_info.json",
+        "Cargo.lock",
+        "Cargo.toml",
+        "Cargo.toml.orig",
+        "pyproject.toml",
+        "build.rs",
+    }
     folders = {"src", "tests", "benches", "examples"}
     assert {path.split("/")[0] for path in listed} == documents | manifests | folders
     assert not [path for path in listed if path.endswith((".py", ".pyc", ".so"))]

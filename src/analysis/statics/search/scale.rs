@@ -31,12 +31,11 @@ impl Scale {
         let w = sizes.iter().zip(&stiffness).map(|(size, k)| size / (1.0 + k / softest).sqrt()).collect();
         let turns = problem.model.facts().turns.clone();
         let mut loads = Matrix::zeros(n, 3);
-        problem.model.turned_loads(q, &mut loads);
+        let mut borne = vec![0.0; n];
+        problem.model.turned_loads(q, &mut loads, &mut borne);
         for mut column in loads.column_iter_mut() {
             chart::forces(&problem.turns, q, column.as_mut_slice());
         }
-        let mut borne = vec![0.0; n];
-        problem.model.borne(q, &mut borne);
         let loads = loads.row_iter().zip(borne).map(|(row, borne)| row.norm().max(NOTHING * borne)).collect();
         Self { sizes, w, turns, loads }
     }
