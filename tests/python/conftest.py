@@ -15,5 +15,6 @@ def pytest_configure(config):
     # Shells let background jobs ignore Ctrl-C, and Python inherits this.
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)
-    for mark in ("thread_unsafe", "fail_slow", "slow"):
+    config.addinivalue_line("markers", "slow: takes long, left out of `make test`; SciPy has it too")
+    for mark in ("thread_unsafe", "fail_slow"):
         config.addinivalue_line("markers", f"{mark}: a mark of SciPy's tests")

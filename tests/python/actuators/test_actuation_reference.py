@@ -144,6 +144,7 @@ def test_tendon_robot_of_till(tension, values):
     assert_allclose(tip[1], 0, atol=1e-15)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("tensions", "tip"), RUCKER_AND_WEBSTER_TIPS.items())
 def test_robot_of_rucker_and_webster(tensions, tip):
     assert_allclose(RUCKER_AND_WEBSTER.equilibrium(tensions)[0], tip, rtol=0, atol=6e-12)

@@ -37,6 +37,7 @@ def test_exact_motions_give_the_right_parameters():
     assert found.undetermined == ()
 
 
+@pytest.mark.slow
 def test_intervals_cover_as_often_as_they_say():
     rng = np.random.default_rng(18)
     t, positions = motion(finger(), 0.4)
@@ -154,6 +155,7 @@ def test_the_weight_alone_tells_only_the_ratio_of_modulus_and_density():
     assert found.values[0] / found.values[1] == pytest.approx(3e5 / 1100.0, rel=1e-5)
 
 
+@pytest.mark.slow
 def test_intervals_of_shapes_cover_as_often_as_they_say():
     rng = np.random.default_rng(5)
     exact = shapes(arm(), INPUTS, MARKERS)

@@ -57,6 +57,7 @@ def moved(model, q0, v0, name, change):
     return model_with(model, {name: value_of(model, name) + change}), begin
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("make", "t_end", "name"), CASES)
 def test_derivatives_go_through_contact(make, t_end, name):
     """Runs with the same steps in NumPy. Forces have kinks, which no stage may pass in a difference."""

@@ -62,6 +62,7 @@ def test_derivatives_are_those_of_the_discrete_solution(name):
         assert np.abs(derivative[..., 0] - of_runs).max() < 1e-7 * np.abs(of_runs).max()
 
 
+@pytest.mark.slow
 def test_inputs_of_control_steps():
     model, u = pushed(), np.array([[0.05], [0.2], [0.1]])
     options = {"u": u, "control_step": 0.03, "method": "radau", **TIGHT}

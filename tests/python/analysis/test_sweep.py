@@ -437,6 +437,7 @@ def test_a_cancelled_task_is_handed_out_again():
     assert_equal(found, lissom.sweep(scene(), {E: np.linspace(5e5, 2e6, 9)}))
 
 
+@pytest.mark.slow
 def test_ctrl_c_leaves_a_store_that_is_gone_on_with(tmp_path):
     parameters = {"young_modulus": np.linspace(5e5, 2e6, 40).tolist(), "seconds": [0.02]}
     timer = threading.Timer(0.1, signal.raise_signal, [signal.SIGINT])
@@ -500,6 +501,7 @@ if __name__ == "__main__":
 """
 
 
+@pytest.mark.slow
 @pytest.mark.timeout(300)
 def test_a_worker_of_dask_that_is_killed_loses_nothing_and_makes_nothing_twice(tmp_path):
     pytest.importorskip("distributed")
@@ -604,6 +606,7 @@ def command(*arguments, cwd):
     return subprocess.run(program, cwd=cwd, capture_output=True, text=True, timeout=100, check=False)
 
 
+@pytest.mark.slow
 def test_the_command_writes_numbers_and_a_report(tmp_path):
     import xarray
 

@@ -535,6 +535,7 @@ def test_ctrl_c_keeps_the_parts_that_are_done(tmp_path):
     assert (tmp_path / "lab" / "lab.html").exists()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("command", ["statics", "modes"])
 def test_ctrl_c_keeps_what_a_search_has_found(command, scene, tmp_path):
     """A search that takes steps without end."""
@@ -702,6 +703,7 @@ def test_schema_is_printed(tmp_path):
     assert lissom_command("schema", cwd=tmp_path).stdout == lissom.Scene.schema()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("path", sorted(SCENES.glob("*.toml")), ids=lambda path: path.stem)
 def test_shipped_scenes_run(path, tmp_path):
     done = lissom_command("run", path, "-o", "out", cwd=tmp_path)

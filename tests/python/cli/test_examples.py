@@ -28,6 +28,7 @@ SHORT = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("example", EXAMPLES, ids=lambda path: path.stem)
 def test_example_runs(example, tmp_path):
     if example.stem in NEEDS:
@@ -107,6 +108,7 @@ def test_regulator_catches_a_pole_that_falls_without_it():
     assert not example["is_caught"](0.0 * feedback, 0.05, 0.0)
 
 
+@pytest.mark.slow
 def test_tendon_robot_is_as_exact_as_documented():
     """Every sixth row, without friction; docs/tendon_robot.md has the complete comparison."""
     example = runpy.run_path(str(ROOT / "examples" / "python" / "tendon_robot.py"))

@@ -128,6 +128,7 @@ def test_a_load_path_keeps_its_points(tmp_path):
     assert is_usable(found, loaded(), tmp_path)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["newton", "descent"])
 def test_a_search_from_a_shape_keeps_its_last_shape(method, tmp_path):
     """The rod has so many coordinates that a search runs in a thread of its own."""

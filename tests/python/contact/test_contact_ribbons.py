@@ -121,6 +121,7 @@ def test_tangents_agree_with_differences():
     assert_allclose(stiffness, moved, atol=0.03 * np.abs(moved).max())
 
 
+@pytest.mark.slow
 def test_a_ribbon_that_falls_on_another_keeps_momentum_and_energy():
     robot = crossed(0.0115, 0.0, 1.2, dissipation=0.0, stiffness=1e4)
     v0 = np.zeros(robot.n)

@@ -118,6 +118,7 @@ def test_no_crossing_of_a_shape_is_overlooked(kind, radius):
             assert unseen < 1e-3 * radius, (seed, overlap, unseen / radius)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("radius", [5e-4, 2e-2])
 def test_no_crossing_of_another_rod_is_overlooked(radius):
     for seed in range(4):

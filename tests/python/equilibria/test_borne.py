@@ -99,7 +99,7 @@ def test_a_body_balanced_on_a_loop_is_neutral(joint, orientation, mass):
 
 
 def test_forces_of_loops_need_no_inertia():
-    """A hanging line without rotary inertia that may turn about its chord: its ends bear half of its weight each."""
+    """A hanging line without rotary inertia, free to turn about its chord: each end bears half its weight."""
     section = lissom.Section.given((1e-3, 1e-3, 1e-3, 1e4, 1e4, 1e4), 0.1)
     segment = lissom.Segment(0.25, section=section, modes={"bend_y": 2, "bend_z": 2, "torsion": 1})
     line = lissom.Link("line", rod=[segment] * 4, joint=lissom.Spherical())

@@ -297,6 +297,7 @@ def test_a_heaved_elastic_tail_gives_the_thrust_of_small_amplitude_theory():
 # Energy
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["radau", "dop853"])
 @pytest.mark.parametrize("motion", ["heaved", "wild"])
 def test_the_balance_of_a_run_closes(motion, method):

@@ -125,6 +125,7 @@ def bent_like_an_s(robot):
     return q0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["descent", "newton"])
 def test_six_wires_hold_a_plate(method):
     """Remaining errors: 2e-9 m and 1e-6 N with 8 modes of bending, 6e-9 m and 2e-6 N with 6."""

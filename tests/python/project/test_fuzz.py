@@ -52,12 +52,14 @@ def findings_of(harness, some):
     return {signature: fault.outcome.detail for signature, fault in found.faults.items()}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", BY_NAME)
 def test_random_cases_find_nothing_new(name):
     found = findings_of(BY_NAME[name], (random_case(BY_NAME[name], 0, k) for k in range(SOME[name])))
     assert {signature: found[signature] for signature in found.keys() - known_faults()} == {}
 
 
+@pytest.mark.slow
 def test_of_what_was_found_only_what_is_called_open_is_still_there():
     found = set()
     for harness in BY_NAME.values():
@@ -75,6 +77,7 @@ def test_every_public_callable_is_tried():
             assert set(recipe) - {"self"} <= set(api.FUNCTIONS[name].parameters), name
 
 
+@pytest.mark.slow
 def test_recipes_work_and_results_can_be_copied():
     with pool.Worker(judge.LIMIT) as worker:
         outcomes = {name: worker.run(api, text, ".py") for name, text in api.protocols().items()}
@@ -85,6 +88,7 @@ def test_recipes_work_and_results_can_be_copied():
     } == {}
 
 
+@pytest.mark.slow
 def test_scenes_of_the_corpus_run_and_set_every_key():
     names = {id(node): name for name, node in scenes.SCHEMA.root["definitions"].items()}
     unset = {
@@ -124,6 +128,7 @@ def worker():
         yield one
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("verdict", PLANTED)
 def test_planted_faults_of_calls_are_found(verdict, worker):
     # Allocating memory takes time.

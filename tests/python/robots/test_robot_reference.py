@@ -598,6 +598,7 @@ def free_robots():
     return {"rigid": (flying(rigid), 0.1, (16, 32)), "soft": (flying(soft), 0.06, (4, 8))}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["rigid", "soft"])
 def test_free_robots_keep_energy_and_momenta(name):
     """Changes decrease with the fourth power of the step."""

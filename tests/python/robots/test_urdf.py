@@ -648,6 +648,7 @@ def outcome(path, root, limit_stiffness):
     return imported.links, imported.joints, imported.name
 
 
+@pytest.mark.slow
 @settings(max_examples=12)
 @given(root=decorated(), limit_stiffness=st.sampled_from([None, 40.0]))
 def test_everything_in_a_file_is_used_or_listed(tmp_path_factory, root, limit_stiffness):
@@ -1235,6 +1236,7 @@ def test_encodings_that_no_file_has_are_refused(encoding, tmp_path):
         read_urdf(path)
 
 
+@pytest.mark.slow
 def test_reading_takes_time_in_proportion_to_the_file(tmp_path):
     def seconds(text):
         path = tmp_path / "x.urdf"

@@ -280,6 +280,7 @@ def test_motions_scale_with_length_to_rounding(method, length, mass, time):
     assert_allclose(found, right, atol=1e-12 * np.abs(right).max())
 
 
+@pytest.mark.slow
 @settings(max_examples=5)
 @given(length=exponents, mass=exponents, time=exponents)
 def test_accuracy_on_request_knows_no_units(length, mass, time):

@@ -138,6 +138,7 @@ THROUGH = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", MAKERS)
 @pytest.mark.parametrize("through", THROUGH)
 def test_cycles_through_functions_are_freed(kind, through):
@@ -194,6 +195,7 @@ def test_callables_without_weak_references_will_do():
     assert lissom.simulate(lissom.Rod([WIRE], loads=[lissom.Load(force=Slotted())]), 0.02).success
 
 
+@pytest.mark.slow
 def test_a_collection_in_the_middle_of_a_step():
     def fun(t, y):
         gc.collect()

@@ -406,6 +406,7 @@ def test_results_are_read_only_and_can_be_copied_and_pickled():
     assert repr(result).startswith("<EnsembleResult: 3 of 3 runs succeeded")
 
 
+@pytest.mark.slow
 def test_what_is_kept_bounds_the_memory():
     """Ten thousand runs of 2001 times with the memory of the last states; all states would be a gigabyte."""
     program = """
