@@ -48,8 +48,8 @@ impl Elastic for Generic {
     fn elastic_tangent(&mut self, q: &[f64], tangent: &mut Matrix) {
         self.0.elastic_tangent(q, tangent);
     }
-    fn turned_loads(&mut self, q: &[f64], forces: &mut Matrix) {
-        self.0.turned_loads(q, forces);
+    fn turned_loads(&mut self, q: &[f64], forces: &mut Matrix, borne: &mut [f64]) {
+        self.0.turned_loads(q, forces, borne);
     }
     fn sizes(&mut self, q: &[f64], sizes: &mut [f64]) {
         self.0.sizes(q, sizes);

@@ -44,7 +44,7 @@ impl Elastic for Oscillator {
     fn elastic_tangent(&mut self, q: &[f64], tangent: &mut Matrix) {
         tangent[(0, 0)] = self.stiffness + 3.0 * self.cubic * q[0].powi(2);
     }
-    fn turned_loads(&mut self, _: &[f64], forces: &mut Matrix) {
+    fn turned_loads(&mut self, _: &[f64], forces: &mut Matrix, _borne: &mut [f64]) {
         forces.fill(0.0);
     }
     fn sizes(&mut self, _: &[f64], sizes: &mut [f64]) {

@@ -493,7 +493,7 @@ impl Elastic for Two {
     fn elastic_tangent(&mut self, _q: &[f64], tangent: &mut Matrix) {
         tangent.fill(0.0);
     }
-    fn turned_loads(&mut self, _q: &[f64], forces: &mut Matrix) {
+    fn turned_loads(&mut self, _q: &[f64], forces: &mut Matrix, _borne: &mut [f64]) {
         forces.fill(0.0);
     }
     fn sizes(&mut self, _q: &[f64], sizes: &mut [f64]) {

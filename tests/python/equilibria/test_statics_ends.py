@@ -165,6 +165,21 @@ JOINTS = {
 }
 
 
+def curvatures_of_energy(robot, length, stiffness, q, step=1e-4):
+    """The smallest and the largest eigenvalue of second differences of the energy of a taut cord."""
+
+    def energy(q):
+        return 0.5 * stiffness * max(0.0, robot.actuator_length("cord", q) - length) ** 2
+
+    n, steps = len(q), np.eye(len(q)) * step
+    second = np.empty((n, n))
+    for i, j in np.ndindex(n, n):
+        a, b = steps[i], steps[j]
+        second[i, j] = energy(q + a + b) - energy(q + a - b) - energy(q - a + b) + energy(q - a - b)
+    values = np.linalg.eigvalsh(second) / (4.0 * step**2)
+    return values[0], values[-1]
+
+
 @pytest.mark.parametrize("joint", JOINTS)
 def test_balanced_bodies_come_to_rest_where_their_cord_is_just_slack(joint):
     kind, n = JOINTS[joint]
@@ -182,12 +197,14 @@ def test_balanced_bodies_come_to_rest_where_their_cord_is_just_slack(joint):
         found = lissom.statics(robot, rng.normal(size=n))
         assert found.success, found.message
         elongation = robot.actuator_length("cord", found.q) - length
-        if elongation > -1e-9:
+        if abs(elongation) <= 1e-9:
             # Motions to one side meet no resistance.
             assert found.stability == "neutral"
         if elongation > 1e-9:
-            # A force that is left can only be one without effect, such as along the axis of a hinge.
+            # A force that is left can only be one that the joint bears, such as along the axis of a hinge.
             assert abs(lissom.statics(robot, found.q, method="newton").residual_norm) < 1e-9
+            softest, stiffest = curvatures_of_energy(robot, length, stiffness, found.q)
+            assert found.stability == ("stable" if softest > 1e-3 * stiffest else "neutral")
 
 
 def on_slider(*sides):
