@@ -20,6 +20,10 @@ const CLOSED: f64 = 1e-9;
 /// A force acts beside two ends of a gap.
 const SIDES: f64 = 2.0;
 
+/// Rounding of a stiffness over n coordinates, in units of n eps times the sum of the magnitudes of its terms: each is itself a sum of
+/// products of rotations, and a change of charts multiplies it once more.
+pub(crate) const ROUNDING: f64 = 16.0;
+
 /// Central differences of eighth order (Fornberg 1988, table 1), and their distance in sizes: what they leave out, the eighth power of
 /// it over 630, is then rounding.
 const DIFFERENCES: [f64; 4] = [4.0 / 5.0, -1.0 / 5.0, 4.0 / 105.0, -1.0 / 280.0];

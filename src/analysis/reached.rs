@@ -2,7 +2,7 @@
 //! a force it does not, whichever way its gap is rounded: motions to one side meet no resistance of it.
 
 use crate::analysis::at_rest::{AtRest, OUT_OF_BALANCE};
-use crate::analysis::small_motions::Settled;
+use crate::analysis::settled::Settled;
 use crate::analysis::ties::Ties;
 use crate::model::constraint::saddle;
 use crate::model::{Reached, Static};

@@ -2,11 +2,10 @@
 
 use nalgebra::DVector;
 
-use crate::analysis::at_rest::{APART, AtRest};
-use crate::analysis::natural;
-use crate::analysis::natural::{Natural, scaled};
+use crate::analysis::at_rest::{APART, AtRest, ROUNDING};
+use crate::analysis::natural::scaled;
 use crate::analysis::reached;
-use crate::analysis::ties::Ties;
+use crate::analysis::settled::Settled;
 use crate::model::constraint::inverse_length;
 use crate::model::{Reached, Static};
 use crate::numerics::linalg::{Complex, Matrix, eigen_both, full_svd, symmetric_eigen, symmetric_part};
@@ -27,10 +26,6 @@ pub(crate) const GROWING: f64 = 1e-9;
 
 /// Constraints with a singular value below this fraction of the largest one count as redundant.
 const DEPENDENT: f64 = 1e-8;
-
-/// Rounding of a stiffness over n coordinates, in units of n eps times the sum of the magnitudes of its terms: each is itself a sum of
-/// products of rotations, and a change of charts multiplies it once more.
-const ROUNDING: f64 = 16.0;
 
 /// Where all directions are stiffer than this part of the material, what is left of Newton's method decides no verdict.
 const FIRM: f64 = 1e-3;
@@ -310,64 +305,6 @@ impl Modal {
     fn along(&self, y: &[Complex], x: &[Complex]) -> f64 {
         let x = Matrix::from_fn(x.len(), 1, |i, _| x[i].norm());
         (&self.error * x).iter().zip(y).map(|(error, y)| error * y.norm()).sum()
-    }
-}
-
-/// Natural coordinates of a shape, and the forces with which springs and taut tendons hold it.
-pub(crate) struct Settled {
-    /// Tangent of the material, in scaled coordinates.
-    material: Matrix,
-    natural: Natural,
-    pub(crate) forces: Vec<f64>,
-}
-
-impl Settled {
-    /// `None` if a number is not finite.
-    pub(crate) fn new(
-        model: &mut dyn Static,
-        q: &[f64],
-        sizes: &[f64],
-        load_factor: f64,
-        multipliers: &[f64],
-        ties: &Ties,
-    ) -> Option<Self> {
-        let material = natural::material(model, q, sizes);
-        let (of_loads, uncoupled) = (natural::work_of_loads(model, q, sizes), model.facts().parts.clone());
-        let reference = |stiffness: &Matrix| natural::reference(&material, stiffness, &of_loads, &uncoupled);
-        let mut at_rest = AtRest { model, q, sizes, load_factor, multipliers, ties, held: &[] };
-        let (natural, forces) = at_rest.settled(&material, reference)?;
-        Some(Self { material, natural, forces })
-    }
-
-    /// Forces, times sizes, by which rounding of coordinates changes those of the material.
-    pub(crate) fn rounding(&self) -> Vec<f64> {
-        let stiffness = self.material.row_iter().map(|row| row.iter().map(|x| x.abs()).sum::<f64>());
-        stiffness.map(|stiffness| ROUNDING * f64::EPSILON * stiffness).collect()
-    }
-
-    /// With the tendons that hold the shape: those that are just taut are left out.
-    pub(crate) fn with_ties(
-        model: &mut dyn Static,
-        q: &[f64],
-        sizes: &[f64],
-        load_factor: f64,
-        multipliers: &[f64],
-    ) -> Option<(Self, Ties)> {
-        let mut ties = Ties::new(model, q, sizes, load_factor);
-        loop {
-            let settled = Self::new(model, q, sizes, load_factor, multipliers, &ties)?;
-            let held = &settled.forces;
-            let mut at_rest =
-                AtRest { model: &mut *model, q, sizes, load_factor, multipliers, ties: &ties, held };
-            if !ties.has_taut() {
-                return Some((settled, ties));
-            }
-            let [residual, work] = at_rest.forces();
-            let work = at_rest.most_work(&work);
-            if !ties.slacken(held, &residual, &settled.rounding(), &work) {
-                return Some((settled, ties));
-            }
-        }
     }
 }
 

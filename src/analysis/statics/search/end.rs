@@ -2,7 +2,7 @@
 //! balance of forces.
 
 use super::problem::{Problem, Shape, add_transposed, scaled, times};
-use super::scale::Scale;
+use super::scale::{NOTHING, Scale};
 use crate::model::chart;
 use crate::numerics::linalg::{Matrix, bounded_least_squares, norm, thin_svd};
 
@@ -14,10 +14,6 @@ const TAUT: f64 = 1e-9;
 
 /// Rounding of a length relative to its span.
 const ROUNDING_OF_LENGTHS: f64 = 2e-15;
-
-/// No force can do work along a coordinate along which the forces of the same part could do less than this part of what they can
-/// do along others, or than this part of what a joint bears of them.
-pub(super) const NOTHING: f64 = 1e-5;
 
 /// Forces below this part of what the material resists a coordinate's size with are compared with that: near shapes without any
 /// forces nothing else is left to compare them with.

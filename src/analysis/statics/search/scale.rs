@@ -1,12 +1,15 @@
 //! Scales of a shape: sizes of coordinates, natural coordinates, and what loads could do.
 
-use super::end::NOTHING;
 use super::problem::{Problem, scaled};
 use crate::model::chart;
 use crate::numerics::linalg::Matrix;
 
 /// Stiffness below this part of the largest one is none.
 const SOFTEST: f64 = 1e-14;
+
+/// No force can do work along a coordinate along which the forces of the same part could do less than this part of what they can
+/// do along others, or than this part of what a joint bears of them.
+pub(super) const NOTHING: f64 = 1e-5;
 
 /// Sizes of coordinates in a shape, and natural coordinates x, `dq = w x`, in which soft coordinates move more than stiff ones.
 pub(super) struct Scale {

@@ -1,0 +1,66 @@
+//! What holds a shape at rest.
+
+use crate::analysis::at_rest::{AtRest, ROUNDING};
+use crate::analysis::natural;
+use crate::analysis::natural::Natural;
+use crate::analysis::ties::Ties;
+use crate::model::Static;
+use crate::numerics::linalg::Matrix;
+
+/// Natural coordinates of a shape, and the forces with which springs and taut tendons hold it.
+pub(crate) struct Settled {
+    /// Tangent of the material, in scaled coordinates.
+    pub(crate) material: Matrix,
+    pub(crate) natural: Natural,
+    pub(crate) forces: Vec<f64>,
+}
+
+impl Settled {
+    /// `None` if a number is not finite.
+    pub(crate) fn new(
+        model: &mut dyn Static,
+        q: &[f64],
+        sizes: &[f64],
+        load_factor: f64,
+        multipliers: &[f64],
+        ties: &Ties,
+    ) -> Option<Self> {
+        let material = natural::material(model, q, sizes);
+        let (of_loads, uncoupled) = (natural::work_of_loads(model, q, sizes), model.facts().parts.clone());
+        let reference = |stiffness: &Matrix| natural::reference(&material, stiffness, &of_loads, &uncoupled);
+        let mut at_rest = AtRest { model, q, sizes, load_factor, multipliers, ties, held: &[] };
+        let (natural, forces) = at_rest.settled(&material, reference)?;
+        Some(Self { material, natural, forces })
+    }
+
+    /// Forces, times sizes, by which rounding of coordinates changes those of the material.
+    pub(crate) fn rounding(&self) -> Vec<f64> {
+        let stiffness = self.material.row_iter().map(|row| row.iter().map(|x| x.abs()).sum::<f64>());
+        stiffness.map(|stiffness| ROUNDING * f64::EPSILON * stiffness).collect()
+    }
+
+    /// With the tendons that hold the shape: those that are just taut are left out.
+    pub(crate) fn with_ties(
+        model: &mut dyn Static,
+        q: &[f64],
+        sizes: &[f64],
+        load_factor: f64,
+        multipliers: &[f64],
+    ) -> Option<(Self, Ties)> {
+        let mut ties = Ties::new(model, q, sizes, load_factor);
+        loop {
+            let settled = Self::new(model, q, sizes, load_factor, multipliers, &ties)?;
+            let held = &settled.forces;
+            let mut at_rest =
+                AtRest { model: &mut *model, q, sizes, load_factor, multipliers, ties: &ties, held };
+            if !ties.has_taut() {
+                return Some((settled, ties));
+            }
+            let [residual, work] = at_rest.forces();
+            let work = at_rest.most_work(&work);
+            if !ties.slacken(held, &residual, &settled.rounding(), &work) {
+                return Some((settled, ties));
+            }
+        }
+    }
+}
