@@ -132,7 +132,7 @@ impl AtRest<'_> {
             model.weighted_tangent(q, &rest, &rest, [1.0, 0.0, 0.0], &mut tangent);
             scaled(tangent, sizes)
         });
-        let work = natural::work_of_loads(self.model, q, sizes);
+        let [work, borne] = natural::work_and_borne(self.model, q, sizes);
         let (mut total, mut magnitudes) = (material.abs(), material.abs());
         for k in 0..total.len() {
             let [whole, unconstrained, untouched] = [0, 1, 2].map(|part| parts[part][k]);
@@ -141,10 +141,12 @@ impl AtRest<'_> {
             magnitudes[k] +=
                 self.magnitude((own - material[k]).abs(), own, [whole, unconstrained, untouched]);
         }
-        // Entries of loads are sums of products that may cancel: each is at most what the loads could do, however they point.
+        // Entries of loads are sums of products that may cancel: each is at most what the loads could do, however they point, and what
+        // joints bear of them.
         for range in self.parts() {
             for (i, j) in range.clone().flat_map(|i| range.clone().map(move |j| (i, j))) {
-                magnitudes[(i, j)] += self.load_factor.abs() * work[i].min(work[j]);
+                let most = work[i].min(work[j]) + borne[i].min(borne[j]);
+                magnitudes[(i, j)] += self.load_factor.abs() * most;
             }
         }
         // Contacts and tendons couple parts.

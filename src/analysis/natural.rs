@@ -266,11 +266,18 @@ pub(crate) fn reference(elastic: &Matrix, tangent: &Matrix, forces: &[f64], part
 
 /// What weight and loads could do along a size of each coordinate, whatever their directions are, in joules.
 pub(crate) fn work_of_loads(model: &mut dyn Static, q: &[f64], sizes: &[f64]) -> Vec<f64> {
-    let mut turned = Matrix::zeros(q.len(), 3);
-    model.turned_loads(q, &mut turned, &mut vec![0.0; q.len()]);
+    let [work, _] = work_and_borne(model, q, sizes);
+    work
+}
+
+/// The same, and what the loads that joints bear could do, if they pointed that way.
+pub(crate) fn work_and_borne(model: &mut dyn Static, q: &[f64], sizes: &[f64]) -> [Vec<f64>; 2] {
+    let (mut turned, mut borne) = (Matrix::zeros(q.len(), 3), vec![0.0; q.len()]);
+    model.turned_loads(q, &mut turned, &mut borne);
     let mut work: Vec<f64> = turned.row_iter().zip(sizes).map(|(row, size)| row.abs().sum() * size).collect();
     spread(&model.facts().rotation_vectors, &mut work);
-    work
+    borne.iter_mut().zip(sizes).for_each(|(borne, size)| *borne *= size);
+    [work, borne]
 }
 
 /// What contacts and actuators could do along a size of each coordinate, in joules.

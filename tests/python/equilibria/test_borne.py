@@ -67,20 +67,25 @@ def test_a_bead_on_a_rail_under_a_taut_cord_swings():
 
 @pytest.mark.parametrize("mass", [1e-2, 1.0, 1e2])
 @pytest.mark.parametrize("start", [(0.0, 0.0, 0.0), (0.3, 0.2, 0.1), (1.3, -0.8, 2.0)])
-def test_a_body_that_nothing_turns_is_in_equilibrium_beside_another_one(mass, start):
+@pytest.mark.parametrize(
+    "joint", [lissom.Spherical(), lissom.Revolute((0.3, -0.5, 0.8)), lissom.Universal((1, 0, 0), (0, 1, 0))]
+)
+def test_a_body_that_nothing_turns_is_in_equilibrium_beside_another_one(joint, mass, start):
     """It balances on its joint away from the origin, so that moments of its weight are rounding."""
     weight = lissom.Link(
         "weight", joint=lissom.Prismatic((0, 0, 1), stiffness=30.0), body=lissom.Body(1.0, centre=(0.3, 0, 0))
     )
     balanced = lissom.Link(
         "balanced",
-        joint=lissom.Spherical(),
+        joint=joint,
         position=(0.33, 0.24, 0.0),
         orientation=tuple(TURNED),
         body=lissom.Body(mass, inertia=mass * SKEW),
     )
-    found = lissom.statics(lissom.Robot([weight, balanced]), [0.1, *start])
-    assert found.status == "converged"
+    robot = lissom.Robot([weight, balanced])
+    found = lissom.statics(robot, [0.1, *start[: robot.n - 1]])
+    assert (found.status, found.stability) == ("converged", "neutral")
+    assert lissom.modes(robot, found.q).stability == "neutral"
     assert found.nit < 30
     assert found.q[0] == pytest.approx(-G / 30.0, rel=1e-9)
 
