@@ -37,7 +37,12 @@ pub(super) fn of<G: Turning>(robot: &Robot, sweeps: &Sweeps<G>, coordinates: &Co
         has_contact,
         has_stops,
         has_one_sided_forces: has_contact || has_stops || robot.actuators.iter().any(Actuator::is_one_sided),
-        has_tendon_friction: plan.actuation.actuators.iter().any(|actuator| actuator.friction.is_some()),
+        has_tendon_friction: plan
+            .effects
+            .actuation
+            .actuators
+            .iter()
+            .any(|actuator| actuator.friction.is_some()),
         has_velocity_forces: vary_coordinates || sweeps.has_velocity_forces(),
         is_damped: sweeps.is_damped(),
         is_driven: vary_coordinates || sweeps.is_driven(),

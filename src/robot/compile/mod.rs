@@ -10,6 +10,7 @@ use crate::robot::description::{Inputs, Robot};
 use crate::robot::effects::actuator::plan::ActuatorPlan;
 use crate::robot::effects::load::Frame;
 use crate::robot::effects::load::plan::LoadPlan;
+use crate::robot::effects::parts::Plans;
 use crate::robot::effects::{self, actuator, load};
 use crate::robot::plan::Plan;
 use crate::robot::plan::world::World;
@@ -53,8 +54,7 @@ fn plan_of<G: Turning>(robot: &Robot, frame: G::Frame, mut tree: Tree<G>) -> Pla
             || actuation.actuators.iter().any(ActuatorPlan::varies_in_time),
         pieces,
         links,
-        loads,
-        ..Plan::empty(frame, world, inputs, actuation)
+        ..Plan::empty(frame, world, inputs, Plans::of(loads, actuation))
     };
     plan.find_families();
     actuator::compile::attach(&mut plan);

@@ -35,7 +35,7 @@ pub(crate) fn compile<G: Turning>(
             Extent::Along(_) => continue,
         };
         let point = point_at(&mut points, pieces, place::on_link(pieces, &links[load.link], x));
-        point.loads.push(l);
+        point.effects.loads.push(l);
         point.is_oriented |= load.frame == Frame::Body;
     }
     for body in robot.all_bodies() {
@@ -63,7 +63,7 @@ pub(crate) fn compile<G: Turning>(
             first_moment: hull.centre * hull.added_mass,
             second_moment: G::second_moment_of(frame, added.inertia_about_section()),
         });
-        point.hulls.push(hull);
+        point.effects.hulls.push(hull);
     }
     for (places, list) in places {
         for (item, place) in places.into_iter().enumerate() {

@@ -8,6 +8,7 @@ pub(crate) mod kinds;
 pub mod load;
 pub mod loops;
 pub mod magnet;
+pub(crate) mod parts;
 pub mod support;
 
 use std::marker::PhantomData;
@@ -109,11 +110,11 @@ pub(crate) fn places<G: Turning>(
     pulled: Vec<Option<Place>>,
 ) -> [PointsFor<G>; 5] {
     [
-        (support::compile::places(robot, tree), |point| &mut point.anchors),
-        (pulled, |point| &mut point.pulled),
-        (loops::compile::places(robot, tree), |point| &mut point.tied),
-        (contact::compile::places(robot, tree), |point| &mut point.surfaces),
-        (magnet::compile::places(robot, tree), |point| &mut point.magnets),
+        (support::compile::places(robot, tree), |point| &mut point.effects.anchors),
+        (pulled, |point| &mut point.effects.pulled),
+        (loops::compile::places(robot, tree), |point| &mut point.effects.tied),
+        (contact::compile::places(robot, tree), |point| &mut point.effects.surfaces),
+        (magnet::compile::places(robot, tree), |point| &mut point.effects.magnets),
     ]
 }
 

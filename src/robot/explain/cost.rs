@@ -162,7 +162,7 @@ pub(crate) fn multiplications<G: Turning>(plan: &Plan<G>, solve: Solve) -> Multi
     let shares =
         || of_links(plan, solve).into_iter().chain(actuators.iter().map(|of| of.share)).chain(loops.clone());
     let sum = |of: fn(&Share) -> u64| shares().map(|share| of(&share)).sum();
-    let [n, m] = [plan.n as u64, plan.loops.rows as u64];
+    let [n, m] = [plan.n as u64, plan.effects.loops.rows as u64];
     let [factorisation, solution] = match solve {
         // With the independent constraints as additional rows and columns, after these have been selected.
         Solve::Dense => [lu(n + m) + m * m * n, (n + m) * (n + m)],
@@ -252,19 +252,19 @@ pub(crate) fn of_actuators<G: Turning>(plan: &Plan<G>) -> Vec<OfActuator> {
         OfActuator {
             share: Share { coordinates: actuator.reaches.len(), nodes, residual, tangent },
             lines,
-            couples_pieces: plan.actuation.couples(i),
+            couples_pieces: plan.effects.actuation.couples(i),
         }
     };
-    plan.actuation.actuators.iter().enumerate().map(of_actuator).collect()
+    plan.effects.actuation.actuators.iter().enumerate().map(of_actuator).collect()
 }
 
 /// Sleeves that contain threads of an actuator, one for each thread.
 fn threads<G: Turning>(plan: &Plan<G>, actuator: usize) -> impl Iterator<Item = &Sleeve<G::Pack>> {
     let sleeve_of = |part: &Part| match *part {
-        Part::Thread { sleeve, .. } => Some(&plan.actuation.sleeves[sleeve]),
+        Part::Thread { sleeve, .. } => Some(&plan.effects.actuation.sleeves[sleeve]),
         Part::Line(_) => None,
     };
-    plan.actuation.actuators[actuator].path.iter().filter_map(sleeve_of)
+    plan.effects.actuation.actuators[actuator].path.iter().filter_map(sleeve_of)
 }
 
 /// Whether the tangent needs the rate of the length's gradient.
@@ -285,7 +285,7 @@ const ROW_OF_COORDINATE: u64 = 90;
 
 /// Shares of the loops, in the order of the robot. Solving with their constraints is counted with the linear systems.
 pub(crate) fn of_loops<G: Turning>(plan: &Plan<G>) -> Vec<Share> {
-    let loops = &plan.loops;
+    let loops = &plan.effects.loops;
     let of_ties = loops.ties.iter().map(|tie| {
         let [rows, reached] = [tie.rows.len() as u64, tie.reaches.len() as u64];
         // The change of the forces has entries for every coordinate of the robot.

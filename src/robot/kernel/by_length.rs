@@ -39,7 +39,7 @@ use crate::robot::turning::Turning;
 pub(crate) fn segments<G: Turning>(plan: &Plan<G>) -> usize {
     let is_alone = |piece: &PiecePlan<G>| piece.points.inside.is_empty() && piece.spread.is_empty();
     let has_carried_points = plan.points.iter().any(|point| point.carries.is_some());
-    let has_lines = !plan.actuation.lines.is_empty();
+    let has_lines = !plan.effects.actuation.lines.is_empty();
     if plan.has_responses || has_carried_points || has_lines || !plan.pieces.iter().all(is_alone) {
         return 0;
     }

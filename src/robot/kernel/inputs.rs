@@ -25,21 +25,21 @@ pub(crate) fn tangent<G: Turning>(
     lines::find(plan, work, memory);
     let q = &work.motion_of[..plan.n];
     actuation::add_input_tangent(plan, work, memory, q, |row, column, value| tangent[(row, column)] += value);
-    if plan.loads.iter().all(|load| load.signals.is_none()) {
+    if plan.effects.loads.iter().all(|load| load.signals.is_none()) {
         return;
     }
     let zeros = vec![0.0; plan.n];
     let (mut tau, mut without) = (zeros.clone(), zeros.clone());
-    let acting = work.acting.clone();
+    let acting = work.effects.acting.clone();
     work.motion_is_known = false;
     work.motion_of[2 * plan.n..].fill(0.0);
-    work.acting.fill(Wrench::zero());
-    work.actuation.forces.fill(Force::default());
+    work.effects.acting.fill(Wrench::zero());
+    work.effects.actuation.forces.fill(Force::default());
     // Forces of joint springs at zero.
     gather(plan, work, &zeros, &mut without);
     for column in 0..work.inputs.len() {
         let mut acts = false;
-        for (i, load) in plan.loads.iter().enumerate() {
+        for (i, load) in plan.effects.loads.iter().enumerate() {
             let Some(signals) = &load.signals else { continue };
             let unit = signals.each_ref().map(|signal| {
                 let entry = signal.input().filter(|&first| (first..first + 3).contains(&column));
@@ -47,7 +47,8 @@ pub(crate) fn tangent<G: Turning>(
                     std::array::from_fn(|k| if first + k == column { 1.0 } else { 0.0 })
                 })
             });
-            work.acting[i] = load::wrench(unit, load.frame, plan.frame, &work.surroundings.base.rotation);
+            work.effects.acting[i] =
+                load::wrench(unit, load.frame, plan.frame, &work.surroundings.base.rotation);
             acts |= unit != [[0.0; 3]; 2];
         }
         if acts {
@@ -57,7 +58,7 @@ pub(crate) fn tangent<G: Turning>(
             }
         }
     }
-    work.acting = acting;
+    work.effects.acting = acting;
 }
 
 /// Generalised forces of the loads alone, plus forces at rest at zero coordinates.

@@ -15,7 +15,7 @@ pub(crate) fn find<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, memory: &mut
     memory.moved.fill(Vector::zero());
     memory.rate_gradients.fill(0.0);
     memory.mouths_turned.fill([Vector::zero(); 2]);
-    for (i, straight) in plan.actuation.lines.iter().enumerate() {
+    for (i, straight) in plan.effects.actuation.lines.iter().enumerate() {
         let moved = &mut memory.moved[i * n..][..n];
         let rate_gradient = &mut memory.rate_gradients[i * n..][..n];
         for (e, end) in straight.ends.iter().enumerate() {

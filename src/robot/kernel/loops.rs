@@ -14,14 +14,14 @@ use crate::robot::turning::{Turning, columns};
 
 /// Writes g(q, t), with the kinematics up to date, and also the motion if there are inextensible tendons.
 pub(crate) fn values<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, q: &[f64], values: &mut [f64]) {
-    for tie in &plan.loops.ties {
+    for tie in &plan.effects.loops.ties {
         let frames = frames(plan, work, tie);
         for (value, row) in values[tie.first..].iter_mut().zip(&tie.rows) {
             *value = row.value(&frames);
         }
     }
     of_gears(plan, values, |[first, second], ratio, offset| q[first] - ratio * q[second] - offset);
-    let state = &work.actuation;
+    let state = &work.effects.actuation;
     of_lengths(plan, work, values, |i| state.lengths[i] - state.commands[i]);
 }
 
@@ -44,15 +44,15 @@ fn of_lengths<G: Turning>(
     values: &mut [f64],
     of: impl Fn(usize) -> f64,
 ) {
-    let of_tendons = plan.loops.lengths.iter().zip(&work.loops.slack);
-    for (value, (&i, &is_slack)) in values[plan.loops.first_length()..].iter_mut().zip(of_tendons) {
+    let of_tendons = plan.effects.loops.lengths.iter().zip(&work.effects.loops.slack);
+    for (value, (&i, &is_slack)) in values[plan.effects.loops.first_length()..].iter_mut().zip(of_tendons) {
         *value = if is_slack { 0.0 } else { of(i) };
     }
 }
 
 fn of_gears<G: Turning>(plan: &Plan<G>, values: &mut [f64], of: impl Fn([usize; 2], f64, f64) -> f64) {
-    let first = plan.loops.first_gear();
-    for (value, gear) in values[first..].iter_mut().zip(&plan.loops.gears) {
+    let first = plan.effects.loops.first_gear();
+    for (value, gear) in values[first..].iter_mut().zip(&plan.effects.loops.gears) {
         *value = of(gear.coordinates, gear.ratio, gear.offset);
     }
 }
@@ -67,7 +67,7 @@ fn velocities<G: Turning>(
 ) -> [Motion; 2] {
     std::array::from_fn(|e| {
         let Some(on) = &tie.ends[e].on else {
-            return [Vector::zero(), work.loops.world_ends[tie.number][e].velocity];
+            return [Vector::zero(), work.effects.loops.world_ends[tie.number][e].velocity];
         };
         at(plan, work.points[on.point].velocity, frames[e].position)
     })
@@ -88,13 +88,13 @@ pub(crate) fn wrench<G: Turning>(
     tie: usize,
     multipliers: &[f64],
 ) -> Motion {
-    let tie = &plan.loops.ties[tie];
+    let tie = &plan.effects.loops.ties[tie];
     held(tie, &frames(plan, work, tie), multipliers)
 }
 
 /// Writes dg/dt, with the motion up to date.
 pub(crate) fn rates<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, rates: &mut [f64]) {
-    for tie in &plan.loops.ties {
+    for tie in &plan.effects.loops.ties {
         let frames = frames(plan, work, tie);
         let velocities = velocities(plan, work, tie, &frames);
         for (rate, row) in rates[tie.first..].iter_mut().zip(&tie.rows) {
@@ -103,7 +103,7 @@ pub(crate) fn rates<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, rates: &mut
     }
     let qd = &work.motion_of[plan.n..2 * plan.n];
     of_gears(plan, rates, |[first, second], ratio, _| qd[first] - ratio * qd[second]);
-    let state = &work.actuation;
+    let state = &work.effects.actuation;
     of_lengths(plan, work, rates, |i| state.rates[i] - state.command_rates[i][0]);
 }
 
@@ -116,7 +116,7 @@ pub(crate) fn accelerations<G: Turning>(
     values: &mut [f64],
 ) {
     let gravity = G::in_space(plan.frame, work.surroundings.gravity);
-    for tie in &plan.loops.ties {
+    for tie in &plan.effects.loops.ties {
         let frames = frames(plan, work, tie);
         let velocities = velocities(plan, work, tie, &frames);
         let accelerations: [Motion; 2] = std::array::from_fn(|e| {
@@ -131,10 +131,13 @@ pub(crate) fn accelerations<G: Turning>(
     }
     let qdd = &work.motion_of[2 * plan.n..];
     of_gears(plan, values, |[first, second], ratio, _| qdd[first] - ratio * qdd[second]);
-    for (row, (&i, &is_slack)) in plan.loops.lengths.iter().zip(&work.loops.slack).enumerate() {
-        values[plan.loops.first_length() + row] = match is_slack {
+    for (row, (&i, &is_slack)) in plan.effects.loops.lengths.iter().zip(&work.effects.loops.slack).enumerate()
+    {
+        values[plan.effects.loops.first_length() + row] = match is_slack {
             true => 0.0,
-            false => actuation::acceleration(plan, work, memory, i) - work.actuation.command_rates[i][1],
+            false => {
+                actuation::acceleration(plan, work, memory, i) - work.effects.actuation.command_rates[i][1]
+            }
         };
     }
 }
@@ -142,7 +145,7 @@ pub(crate) fn accelerations<G: Turning>(
 /// Computes the motion of the ends of all ties with the coordinates, with the kinematics up to date, if
 /// necessary.
 pub(crate) fn find<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, memory: &mut LoopTangent) {
-    if !plan.loops.ties.is_empty() && memory.moved_of != work.kinematics_of {
+    if !plan.effects.loops.ties.is_empty() && memory.moved_of != work.kinematics_of {
         memory.moved_of.copy_from_slice(&work.kinematics_of);
         plan.instructions.run_apart::<G::Pack, _>(Find { plan, work, moved: &mut memory.moved });
     }
@@ -161,7 +164,7 @@ impl<G: Turning> Sweep for Find<'_, G> {
     fn call(self) {
         let Self { plan, work, moved } = self;
         moved.fill([[Vector::zero(); 2]; 2]);
-        for (tie, moved) in plan.loops.ties.iter().zip(moved.chunks_exact_mut(plan.n.max(1))) {
+        for (tie, moved) in plan.effects.loops.ties.iter().zip(moved.chunks_exact_mut(plan.n.max(1))) {
             let frames = frames(plan, work, tie);
             for (e, end) in tie.ends.iter().enumerate() {
                 let Some(on) = &end.on else { continue };
@@ -183,7 +186,7 @@ pub(crate) fn jacobian<G: Turning>(
     jacobian: &mut Matrix,
 ) {
     jacobian.fill(0.0);
-    for (i, tie) in plan.loops.ties.iter().enumerate() {
+    for (i, tie) in plan.effects.loops.ties.iter().enumerate() {
         let frames = frames(plan, work, tie);
         let moved = &memory.moved[i * plan.n..][..plan.n];
         for (r, row) in tie.rows.iter().enumerate() {
@@ -192,16 +195,17 @@ pub(crate) fn jacobian<G: Turning>(
             }
         }
     }
-    let first = plan.loops.first_gear();
-    for (r, gear) in plan.loops.gears.iter().enumerate() {
+    let first = plan.effects.loops.first_gear();
+    for (r, gear) in plan.effects.loops.gears.iter().enumerate() {
         jacobian[(first + r, gear.coordinates[0])] = 1.0;
         jacobian[(first + r, gear.coordinates[1])] = -gear.ratio;
     }
-    for (row, (&i, &is_slack)) in plan.loops.lengths.iter().zip(&work.loops.slack).enumerate() {
+    for (row, (&i, &is_slack)) in plan.effects.loops.lengths.iter().zip(&work.effects.loops.slack).enumerate()
+    {
         if !is_slack {
             let gradient = actuation::gradient(plan, work, of_actuators, i);
             for (k, &of_k) in gradient.iter().enumerate() {
-                jacobian[(plan.loops.first_length() + row, k)] = of_k;
+                jacobian[(plan.effects.loops.first_length() + row, k)] = of_k;
             }
         }
     }

@@ -52,8 +52,8 @@ pub(crate) fn material_wrench<G: Space>(
 ) -> [f64; STRAINS] {
     let piece = &plan.pieces[place.piece];
     let [mut strain, rate] = [q, qd].map(|values| of_modes(piece, values, place.x));
-    for active in plan.actuation.active_strains.iter().filter(|active| active.piece == place.piece) {
-        strain[active.strain] -= work.actuation.commands[active.actuator] * active.of_unit(place.x);
+    for active in plan.effects.actuation.active_strains.iter().filter(|active| active.piece == place.piece) {
+        strain[active.strain] -= work.effects.actuation.commands[active.actuator] * active.of_unit(place.x);
     }
     let stiffness = piece.part().section(place.x).stiffness;
     let mu = piece.retardation_time;

@@ -127,18 +127,21 @@ pub(crate) fn motions<G: Turning>(
         motions.push(Kind::Turn, half(&jacobian, 0));
         motions.push(Kind::Shift(*own), half(&jacobian, 3));
     }
-    loops::find(plan, work, &mut memory.loops);
-    for (tie, moved) in plan.loops.ties.iter().zip(memory.loops.moved.chunks_exact(n.max(1))) {
+    loops::find(plan, work, &mut memory.effects.loops);
+    for (tie, moved) in plan.effects.loops.ties.iter().zip(memory.effects.loops.moved.chunks_exact(n.max(1)))
+    {
         let [from, to] = frames(plan, work, tie).map(|frame| frame.position);
         motions.push(Kind::Apart(size(to - from)), moved.iter().map(|[from, to]| to[1] - from[1]));
     }
-    if !plan.actuation.lines.is_empty() {
-        lines::find(plan, work, &mut memory.actuation);
-        for (line, moved) in work.actuation.lines.iter().zip(memory.actuation.moved.chunks_exact(n.max(1))) {
+    if !plan.effects.actuation.lines.is_empty() {
+        lines::find(plan, work, &mut memory.effects.actuation);
+        for (line, moved) in
+            work.effects.actuation.lines.iter().zip(memory.effects.actuation.moved.chunks_exact(n.max(1)))
+        {
             motions.push(Kind::Apart(size(line.ends[1] - line.ends[0])), moved.iter().copied());
         }
     }
-    let contacts = &plan.contacts;
+    let contacts = &plan.effects.contacts;
     let balls = contacts.balls.iter().map(|ball| (ball.on, size(ball.centre) + ball.radius));
     let bodies = contacts.bodies.iter().map(|body| (body.on, body.size + body.radius));
     for (fixture, own) in balls.chain(bodies) {
@@ -160,7 +163,7 @@ fn jacobian_with<G: Turning>(
     jacobian: &mut Matrix,
 ) {
     jacobian.fill(0.0);
-    let moved_by = &plan.contacts.fixtures[fixture].moved_by;
+    let moved_by = &plan.effects.contacts.fixtures[fixture].moved_by;
     columns::visit(plan, work, columns::each(moved_by), |k, [Twist { angular, linear }, _]| {
         let turn = G::axial_in_space(plan.frame, angular);
         let shift = G::in_space(plan.frame, linear) + turn.cross(place);
@@ -178,14 +181,14 @@ fn half(jacobian: &Matrix, first: usize) -> impl Iterator<Item = Vector<f64>> + 
 /// Motions, with the motion up to date, of the surfaces of every pair of contacts: of their middles or a corner, and of the ends of
 /// pieces of rods; and how many of them belong to each pair.
 pub(crate) fn motions_of_contact<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -> (Motions, Vec<usize>) {
-    let (n, contacts) = (plan.n, &plan.contacts);
+    let (n, contacts) = (plan.n, &plan.effects.contacts);
     let mut motions = Motions::default();
     let mut jacobian = Matrix::zeros(6, n);
     let beyond = kinematics::twists_beyond(plan, work);
     let numbers = contacts.pairs.iter().map(|pair| {
         let before = motions.kinds.len();
         for side in &pair.sides {
-            let state = &work.contact;
+            let state = &work.effects.contact;
             let (on, place) = match side {
                 Side::Rod(curves) => {
                     for curve in &contacts.curves[curves.clone()] {
@@ -220,14 +223,14 @@ pub(crate) fn work_of_contact<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -
     let n = plan.n;
     let (mut most, mut jacobian) = (vec![0.0; n], Matrix::zeros(6, n));
     let beyond = kinematics::twists_beyond(plan, work);
-    for touch in &work.contact.touches {
+    for touch in &work.effects.contact.touches {
         let [[_, force], _] = touch.meeting.wrenches(&touch.pressing);
         let force = force.dot(force).sqrt();
         for side in 0..2 {
             let lever = touch.meeting.radii[side].abs();
             match touch.sides[side] {
                 Standing::Along { curve, x } => {
-                    let piece = plan.contacts.curves[curve].piece;
+                    let piece = plan.effects.contacts.curves[curve].piece;
                     let place = place::at_fraction(&plan.pieces, piece, x);
                     kinematics::jacobian_from(plan, work, &place, Some(&beyond), &mut jacobian);
                 }
@@ -248,13 +251,13 @@ pub(crate) fn work_of_contact<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -
 /// What gaps are compared with, row by row, from the spans of what holds them, in metres: spans, one for differences of cosines,
 /// and for coordinates what these are for such a span.
 pub(crate) fn of_gaps<G: Turning>(plan: &Plan<G>, span: impl Fn(Holder) -> f64) -> Vec<f64> {
-    let mut sizes: Vec<f64> = plan.loops.held_by.iter().map(|&held| span(held)).collect();
-    for tie in &plan.loops.ties {
+    let mut sizes: Vec<f64> = plan.effects.loops.held_by.iter().map(|&held| span(held)).collect();
+    for tie in &plan.effects.loops.ties {
         for (size, row) in sizes[tie.first..].iter_mut().zip(&tie.rows) {
             *size = if matches!(row, Row::Angle { .. }) { 1.0 } else { *size };
         }
     }
-    for (size, gear) in sizes[plan.loops.first_gear()..].iter_mut().zip(&plan.loops.gears) {
+    for (size, gear) in sizes[plan.effects.loops.first_gear()..].iter_mut().zip(&plan.effects.loops.gears) {
         let first = gear.coordinates[0];
         let Some(piece) = plan.pieces.iter().find(|piece| piece.coordinates().contains(&first)) else {
             continue;

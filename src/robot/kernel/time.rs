@@ -17,14 +17,14 @@ pub(crate) fn place<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, base: &
 
 fn see<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, base: Base) {
     work.surroundings = Surroundings::new(&plan.world, plan.frame, base);
-    for (anchor, seen) in work.anchors.iter_mut().zip(surroundings::seen_anchors(plan, &base)) {
+    for (anchor, seen) in work.effects.anchors.iter_mut().zip(surroundings::seen_anchors(plan, &base)) {
         *anchor = seen;
     }
-    let world_points = &mut work.actuation.world_points;
+    let world_points = &mut work.effects.actuation.world_points;
     for (point, seen) in world_points.iter_mut().zip(surroundings::seen_points(plan, &base)) {
         *point = seen;
     }
-    for (ends, seen) in work.loops.world_ends.iter_mut().zip(surroundings::seen_ends(plan, &base)) {
+    for (ends, seen) in work.effects.loops.world_ends.iter_mut().zip(surroundings::seen_ends(plan, &base)) {
         *ends = seen;
     }
 }
@@ -87,9 +87,9 @@ pub(crate) fn lag_loads<G: Turning>(work: &mut Workspace<G>, lag: f64) {
 /// Computes the rates of commanded lengths of inextensible tendons, at the time that is set. If a function of
 /// time fails, its rates count as zero; the same failure occurs when the next time is set.
 pub(crate) fn find_command_rates<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>) {
-    for &i in &plan.loops.lengths {
-        let rates = plan.actuation.actuators[i].command.rates(work.time);
-        work.actuation.command_rates[i] = rates.map_or([0.0; 2], |[[rate], [bend]]| [rate, bend]);
+    for &i in &plan.effects.loops.lengths {
+        let rates = plan.effects.actuation.actuators[i].command.rates(work.time);
+        work.effects.actuation.command_rates[i] = rates.map_or([0.0; 2], |[[rate], [bend]]| [rate, bend]);
     }
 }
 
@@ -114,8 +114,12 @@ fn command<G: Turning>(
     t: f64,
     is_meant: impl Fn(bool) -> bool,
 ) -> Result<(), Interrupted> {
-    for (load, acting) in
-        plan.loads.iter().zip(&mut work.acting).filter(|(load, _)| is_meant(load.varies_in_time))
+    for (load, acting) in plan
+        .effects
+        .loads
+        .iter()
+        .zip(&mut work.effects.acting)
+        .filter(|(load, _)| is_meant(load.varies_in_time))
     {
         if let Some([force, moment]) = &load.signals {
             let seen = t - work.lag;
@@ -123,11 +127,11 @@ fn command<G: Turning>(
             *acting = load::wrench(now, load.frame, plan.frame, &work.surroundings.base.rotation);
         }
     }
-    let state = &mut work.actuation;
-    for (i, actuator) in plan.actuation.actuators.iter().enumerate() {
+    let state = &mut work.effects.actuation;
+    for (i, actuator) in plan.effects.actuation.actuators.iter().enumerate() {
         if is_meant(actuator.command.varies_in_time()) {
             // No finite force follows a length that jumps.
-            let sight = if plan.loops.lengths.contains(&i) { Sight::EXACT } else { work.sight };
+            let sight = if plan.effects.loops.lengths.contains(&i) { Sight::EXACT } else { work.sight };
             [state.commands[i]] = actuator.command.at(t, sight, &work.inputs)?;
         }
         let sliding = actuator.friction.as_ref().and_then(|friction| friction.sliding.as_ref());

@@ -559,7 +559,7 @@ impl RobotModel {
         .ok()?;
         let held = Holder::Tendon(actuator);
         on_sweeps!(&self.sweeps, sweeps => {
-            let row = sweeps.plan().loops.held_by.iter().position(|&by| by == held)?;
+            let row = sweeps.plan().effects.loops.held_by.iter().position(|&by| by == held)?;
             Some(multipliers[row])
         })
     }
@@ -568,7 +568,7 @@ impl RobotModel {
     pub fn slack_tendons(&mut self, q: &[f64]) -> Vec<usize> {
         let rest = vec![0.0; q.len()];
         let passed = self.passed(q, &rest);
-        let tendons = on_sweeps!(&self.sweeps, sweeps => sweeps.plan().loops.lengths.clone());
+        let tendons = on_sweeps!(&self.sweeps, sweeps => sweeps.plan().effects.loops.lengths.clone());
         let is_slack = |&(_, [by, _]): &(usize, [f64; 2])| by < -TAUT;
         tendons.into_iter().zip(passed).filter(is_slack).map(|(i, _)| i).collect()
     }
@@ -585,7 +585,7 @@ impl RobotModel {
         let loops = self.robot.loops.len();
         let mut redundant = vec![0; loops + self.slack().len()];
         on_sweeps!(&self.sweeps, sweeps => {
-            let closed = &sweeps.plan().loops;
+            let closed = &sweeps.plan().effects.loops;
             for row in (0..m).filter(|&row| !independent.is_independent(row)) {
                 match closed.held_by[row] {
                     Holder::Loop(i) => redundant[i] += 1,
@@ -604,8 +604,7 @@ impl RobotModel {
     /// Whether a tendon has pulled two points together.
     fn collapsed(&mut self, q: &[f64]) -> Option<Flaw> {
         let Self { sweeps, coordinates, .. } = self;
-        let can_shrink =
-            on_sweeps!(&*sweeps, sweeps => sweeps.plan().actuation.lines.iter().any(Line::can_shrink));
+        let can_shrink = on_sweeps!(&*sweeps, sweeps => sweeps.plan().effects.actuation.lines.iter().any(Line::can_shrink));
         if !can_shrink {
             return None;
         }

@@ -18,13 +18,7 @@ use crate::description::rod::STRAINS;
 use crate::numerics::lie::{Instructions, LANES, Lanes};
 use crate::numerics::linalg::Matrix;
 use crate::robot::description::Inputs;
-use crate::robot::effects::actuator::plan::Actuation;
-use crate::robot::effects::contact::plan::Contacts;
-use crate::robot::effects::fluid::plan::Immersion;
-use crate::robot::effects::load::plan::LoadPlan;
-use crate::robot::effects::loops::plan::Loops;
-use crate::robot::effects::magnet::plan::Magnets;
-use crate::robot::effects::support::plan::Anchor;
+use crate::robot::effects::parts::Plans;
 use crate::robot::plan::link::LinkPlan;
 use crate::robot::plan::material::Component;
 use crate::robot::plan::piece::PiecePlan;
@@ -56,22 +50,10 @@ pub(crate) struct Plan<G: Space> {
     /// Position of the frame in the rod's space.
     pub(crate) frame: G::Frame,
     pub(crate) world: World,
-    pub(crate) loads: Vec<LoadPlan<G>>,
-    /// Inputs and actuators.
     pub(crate) inputs: Inputs,
-    pub(crate) actuation: Actuation<G::Pack>,
+    pub(crate) effects: Plans<G>,
     /// Concentrated effects, ordered by place.
     pub(crate) points: Vec<Point<G>>,
-    /// Springs to the world, in the frame of the base at rest.
-    pub(crate) anchors: Vec<Anchor>,
-    /// Closed loops.
-    pub(crate) loops: Loops<G::Pack>,
-    /// Contacts.
-    pub(crate) contacts: Contacts<G>,
-    /// Magnets.
-    pub(crate) magnets: Magnets<G>,
-    /// The fluid, if its forces depend on the motion.
-    pub(crate) immersion: Option<Immersion>,
     /// Whether there are dead loads, and whether the base, a load or an actuator depends on time explicitly.
     pub(crate) has_dead_loads: bool,
     pub(crate) varies_in_time: bool,
@@ -80,13 +62,8 @@ pub(crate) struct Plan<G: Space> {
 }
 
 impl<G: Space> Plan<G> {
-    /// A plan without pieces and without effects other than actuators.
-    pub(crate) fn empty(
-        frame: G::Frame,
-        world: World,
-        inputs: Inputs,
-        actuation: Actuation<G::Pack>,
-    ) -> Self {
+    /// A plan without pieces.
+    pub(crate) fn empty(frame: G::Frame, world: World, inputs: Inputs, effects: Plans<G>) -> Self {
         Self {
             n: 0,
             instructions: Instructions::of_machine(),
@@ -99,15 +76,9 @@ impl<G: Space> Plan<G> {
             packs: 0,
             frame,
             world,
-            loads: Vec::new(),
             inputs,
-            actuation,
+            effects,
             points: Vec::new(),
-            anchors: Vec::new(),
-            loops: Loops::none(),
-            contacts: Contacts::none(),
-            magnets: Magnets::none(),
-            immersion: None,
             has_dead_loads: false,
             varies_in_time: false,
             has_responses: false,

@@ -11,7 +11,7 @@ use super::space::Passage;
 use super::space::Space;
 use crate::numerics::lie::{Quaternion, Vector};
 use crate::robot::algebra::inertia::Inertia;
-use crate::robot::effects::fluid::plan::Hull;
+use crate::robot::effects::parts::AtPoint;
 
 /// Pose relative to a place, in the axes there.
 #[derive(Clone, Copy, Debug)]
@@ -54,20 +54,7 @@ pub(crate) struct Point<G: Space> {
     pub(crate) inside: Option<Inside<G>>,
     /// Total inertia of the bodies, about the place and in section axes.
     pub(crate) body: Option<Inertia<G, f64>>,
-    /// What of the bodies the fluid acts on; the inertia contains their added mass.
-    pub(crate) hulls: Vec<Hull<G>>,
-    /// Indices of the loads.
-    pub(crate) loads: Vec<usize>,
-    /// Indices of the anchors of supports.
-    pub(crate) anchors: Vec<usize>,
-    /// Ends of straight tendon parts: twice the index of the part, plus one for the second end.
-    pub(crate) pulled: Vec<usize>,
-    /// Ends of closed loops: twice the index of the tie, plus one for the second end.
-    pub(crate) tied: Vec<usize>,
-    /// Indices of the surfaces fixed here, among those on links.
-    pub(crate) surfaces: Vec<usize>,
-    /// Indices of the magnets.
-    pub(crate) magnets: Vec<usize>,
+    pub(crate) effects: AtPoint<G>,
     /// Station of pieces attached here; pieces at the end of this piece use its own station.
     pub(crate) carries: Option<usize>,
     /// Whether the orientation of the section matters.
@@ -77,20 +64,7 @@ pub(crate) struct Point<G: Space> {
 impl<G: Space> Point<G> {
     /// A point at which nothing is.
     pub(crate) fn empty(place: Place, inside: Option<Inside<G>>) -> Self {
-        Self {
-            place,
-            inside,
-            body: None,
-            hulls: Vec::new(),
-            loads: Vec::new(),
-            anchors: Vec::new(),
-            pulled: Vec::new(),
-            tied: Vec::new(),
-            surfaces: Vec::new(),
-            magnets: Vec::new(),
-            carries: None,
-            is_oriented: false,
-        }
+        Self { place, inside, body: None, effects: AtPoint::none(), carries: None, is_oriented: false }
     }
 
     /// Integration weights of a point listed in [`Points::inside`].

@@ -6,10 +6,7 @@ pub(crate) mod tangent;
 
 use crate::description::signal::Sight;
 use crate::numerics::lie::{LANES, Scalar, Twist, VectorSpace, Wrench};
-use crate::robot::effects::actuator::state::ActuationState;
-use crate::robot::effects::contact::state::ContactState;
-use crate::robot::effects::loops::state::LoopState;
-use crate::robot::effects::support::plan::Anchor;
+use crate::robot::effects::parts::States;
 use crate::robot::plan::Plan;
 use crate::robot::plan::space::Space;
 use crate::robot::state::point::PointState;
@@ -74,23 +71,17 @@ pub(crate) struct Workspace<G: Space> {
     pub(crate) internal: Vec<Wrench<G, G::Pack>>,
     /// Internal wrench in section axes, about the node.
     pub(crate) body: Vec<Wrench<G, G::Pack>>,
-    /// State of the plan's points, and wrenches of loads.
+    /// State of the plan's points.
     pub(crate) points: Vec<PointState<G>>,
-    pub(crate) acting: Vec<Wrench<G, f64>>,
-    /// Inputs, and state of the actuators.
     pub(crate) inputs: Vec<f64>,
-    pub(crate) actuation: ActuationState<G::Pack>,
-    pub(crate) loops: LoopState,
-    pub(crate) contact: ContactState<G::Pack>,
-    /// Time at which varying base and loads are evaluated, NaN until it is set; and the world and the anchors
-    /// of supports at that time.
+    pub(crate) effects: States<G>,
+    /// Time at which varying base and loads are evaluated, NaN until it is set; and the world at that time.
     pub(crate) time: f64,
     /// How tables of loads and commands are seen, and the time of the last jump that was passed.
     pub(crate) sight: Sight,
     /// By how much earlier loads are evaluated than everything else, in seconds.
     pub(crate) lag: f64,
     pub(crate) surroundings: Surroundings<G>,
-    pub(crate) anchors: Vec<Anchor>,
     /// Unit twists S of the hinges, and sine and cosine of half their angles.
     pub(crate) hinges: Vec<Twist<G, f64>>,
     pub(crate) half_angles: Vec<[G::Pack; 2]>,
@@ -109,15 +100,11 @@ impl<G: Space> Workspace<G> {
     pub(crate) fn new(plan: &Plan<G>) -> Self {
         let surroundings = Surroundings::at_first(&plan.world, plan.frame);
         let (velocity, acceleration) = surroundings.motion(&plan.world, plan.frame);
-        let anchors = match &plan.world.motion {
-            Some(_) => surroundings::seen_anchors(plan, &surroundings.base).collect(),
-            None => plan.anchors.clone(),
-        };
-        let mut actuation = ActuationState::new(&plan.actuation, plan.n);
-        let mut loops = LoopState::new(&plan.loops);
+        let mut effects = States::new(&plan.effects, plan.n, plan.packs);
         if plan.world.motion.is_some() {
-            actuation.world_points = surroundings::seen_points(plan, &surroundings.base).collect();
-            loops.world_ends = surroundings::seen_ends(plan, &surroundings.base).collect();
+            effects.anchors = surroundings::seen_anchors(plan, &surroundings.base).collect();
+            effects.actuation.world_points = surroundings::seen_points(plan, &surroundings.base).collect();
+            effects.loops.world_ends = surroundings::seen_ends(plan, &surroundings.base).collect();
         }
         let station = Station {
             orientation: G::start(),
@@ -147,17 +134,12 @@ impl<G: Space> Workspace<G> {
             internal: wrenches.clone(),
             body: wrenches,
             points: vec![PointState::new(); plan.points.len()],
-            // NaN for loads that depend on time, until a time is set.
-            acting: plan.loads.iter().map(|load| load.at_first()).collect(),
             inputs: plan.inputs.defaults().to_vec(),
-            actuation,
-            loops,
-            contact: ContactState::new(&plan.contacts, plan.packs),
+            effects,
             time: f64::NAN,
             sight: Sight::EXACT,
             lag: 0.0,
             surroundings,
-            anchors,
             kinematics_of: unknown(plan.n),
             motion_of: vec![f64::NAN; 3 * plan.n],
             motion_is_known: false,

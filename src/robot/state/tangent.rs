@@ -5,10 +5,7 @@ use crate::numerics::lie::{Geometry, Twist, VectorSpace, Wrench};
 use crate::numerics::linalg::{Matrix, TreeMatrix};
 use crate::robot::algebra::inertia::{Gyroscope, Inertia};
 use crate::robot::algebra::response::Response;
-use crate::robot::effects::actuator::state::ActuationTangent;
-use crate::robot::effects::contact::state::ContactTangent;
-use crate::robot::effects::loops::state::LoopTangent;
-use crate::robot::effects::magnet::plan::MagnetTangent;
+use crate::robot::effects::parts::Tangents;
 use crate::robot::plan::Plan;
 use crate::robot::plan::piece::PiecePlan;
 use crate::robot::plan::point::Point;
@@ -111,12 +108,7 @@ pub(crate) struct TangentWorkspace<G: Geometry> {
     /// Per pack, times quadrature weights: gyroscope of the dead loads along the piece.
     pub(crate) dead: Vec<Gyroscope<G, G::Pack>>,
     pub(crate) points: PointTangents<G>,
-    pub(crate) actuation: ActuationTangent<G::Pack>,
-    /// Memory for closed loops.
-    pub(crate) loops: LoopTangent,
-    /// Memory for contacts.
-    pub(crate) contact: ContactTangent<G>,
-    pub(crate) magnets: MagnetTangent,
+    pub(crate) effects: Tangents<G>,
     /// Per pack, times quadrature weights: response of the fluid, if any.
     pub(crate) response: Vec<Response<G, G::Pack>>,
     /// Per component of the piece and pack: S, ad_V S, (ad_A + ad_V ad_V) S and w_q ad_S^T F for a unit
@@ -138,7 +130,8 @@ impl<G: Space> TangentWorkspace<G> {
     pub(crate) fn new(plan: &Plan<G>) -> Self {
         let largest = |size: fn(&PiecePlan<G>) -> usize| plan.pieces.iter().map(size).max().unwrap_or(0);
         let packs = largest(|piece| piece.packs);
-        let blocks = largest(|piece| piece.packs * piece.components.len());
+        let block: fn(&PiecePlan<G>) -> usize = |piece| piece.packs * piece.components.len();
+        let blocks = largest(block);
         let columns = largest(|piece| piece.packs * piece.n);
         Self {
             coordinates: vec![Coordinate::zero(); plan.n],
@@ -149,11 +142,8 @@ impl<G: Space> TangentWorkspace<G> {
             gyroscope: vec![Gyroscope::zero(); packs],
             dead: vec![Gyroscope::zero(); packs],
             points: PointTangents::new(plan),
-            actuation: ActuationTangent::new(&plan.actuation, plan.n),
-            loops: LoopTangent::new(&plan.loops, plan.n),
-            contact: ContactTangent::new(plan),
-            magnets: MagnetTangent::new(&plan.magnets, plan.n),
-            response: vec![Response::zero(); if plan.immersion.is_some() { packs } else { 0 }],
+            effects: Tangents::new(&plan.effects, plan.n, plan.pieces.iter().map(block)),
+            response: vec![Response::zero(); if plan.effects.immersion.is_some() { packs } else { 0 }],
             shape: vec![Twist::zero(); blocks],
             shape_rate: vec![Twist::zero(); blocks],
             shape_acceleration: vec![Twist::zero(); blocks],

@@ -16,7 +16,7 @@ impl<G: Turning> Sweeps<G> {
     }
 
     fn has_cables(&self) -> bool {
-        self.plan.actuation.actuators.iter().any(|actuator| actuator.law.is_cable())
+        self.plan.effects.actuation.actuators.iter().any(|actuator| actuator.law.is_cable())
     }
 
     /// By how much joints are beyond their nearest stops, and tendons with a stiffness longer than commanded; negative before
@@ -28,31 +28,31 @@ impl<G: Turning> Sweeps<G> {
             return;
         }
         self.with_zeros(|sweeps, zeros| sweeps.update_motion([q, zeros, zeros]));
-        let state = &self.work.actuation;
-        let cables = self.plan.actuation.actuators.iter().enumerate();
+        let state = &self.work.effects.actuation;
+        let cables = self.plan.effects.actuation.actuators.iter().enumerate();
         let cables = cables.filter(|(_, actuator)| actuator.law.is_cable());
         beyond.extend(cables.map(|(i, _)| state.lengths[i] - state.commands[i]));
     }
 
     /// Commands of actuators; NaN until a required time is set.
     pub(crate) fn commands(&self) -> &[f64] {
-        &self.work.actuation.commands
+        &self.work.effects.actuation.commands
     }
 
     /// Length, rate and force of an actuator, and the gradient of its length.
     pub(crate) fn actuator(&mut self, q: &[f64], qd: &[f64], i: usize) -> ([f64; 3], &[f64]) {
         self.update_velocities(q, qd);
         let Self { plan, work, tangent, .. } = self;
-        lines::find(plan, work, &mut tangent.actuation);
-        let state = &work.actuation;
+        lines::find(plan, work, &mut tangent.effects.actuation);
+        let state = &work.effects.actuation;
         let numbers = [state.lengths[i], state.rates[i], state.forces[i].value];
-        (numbers, actuation::gradient(plan, work, &mut tangent.actuation, i))
+        (numbers, actuation::gradient(plan, work, &mut tangent.effects.actuation, i))
     }
 
     /// The tendons of a commanded length without friction, by their actuators.
     pub(crate) fn cords(&self) -> impl Iterator<Item = (usize, f64)> {
         let plan = &self.plan;
-        plan.actuation.actuators.iter().enumerate().filter_map(|(i, actuator)| match actuator.law {
+        plan.effects.actuation.actuators.iter().enumerate().filter_map(|(i, actuator)| match actuator.law {
             Law::Cable { stiffness, .. } if actuator.friction.is_none() => Some((i, stiffness)),
             Law::Inextensible { .. } => Some((i, f64::INFINITY)),
             _ => None,
@@ -63,19 +63,20 @@ impl<G: Turning> Sweeps<G> {
     pub(crate) fn linearise_cords(&mut self, q: &[f64], cords: &mut Cords) {
         self.with_zeros(|sweeps, zeros| sweeps.update_motion([q, zeros, zeros]));
         let Self { plan, work, tangent, .. } = self;
-        lines::find(plan, work, &mut tangent.actuation);
+        lines::find(plan, work, &mut tangent.effects.actuation);
         for (row, (i, stiffness)) in self.cords().collect::<Vec<_>>().into_iter().enumerate() {
             let Self { plan, work, tangent, .. } = &mut *self;
-            let state = &work.actuation;
+            let state = &work.effects.actuation;
             cords.stiffness[row] = stiffness;
             cords.excesses[row] = state.lengths[i] - state.commands[i];
-            let ends = plan.actuation.lines.iter().zip(&state.lines).filter(|(line, _)| line.actuator == i);
+            let ends =
+                plan.effects.actuation.lines.iter().zip(&state.lines).filter(|(line, _)| line.actuator == i);
             let far = ends.flat_map(|(_, line)| line.ends).map(|end| end.dot(end).sqrt());
             cords.spans[row] = state.lengths[i].abs() + state.commands[i].abs() + far.sum::<f64>();
-            let gradient = actuation::gradient(plan, work, &mut tangent.actuation, i);
+            let gradient = actuation::gradient(plan, work, &mut tangent.effects.actuation, i);
             cords.jacobian.row_mut(row).copy_from_slice(gradient);
             for k in 0..plan.n {
-                cords.reach[(row, k)] = actuation::reach(plan, work, &tangent.actuation, i, k);
+                cords.reach[(row, k)] = actuation::reach(plan, work, &tangent.effects.actuation, i, k);
             }
         }
     }
@@ -84,7 +85,7 @@ impl<G: Turning> Sweeps<G> {
     pub(crate) fn hold_cords(&mut self, tensions: Option<&[f64]>) {
         self.work.motion_is_known = false;
         for (row, (i, _)) in self.cords().collect::<Vec<_>>().into_iter().enumerate() {
-            self.work.actuation.held[i] = tensions.map(|tensions| tensions[row]);
+            self.work.effects.actuation.held[i] = tensions.map(|tensions| tensions[row]);
         }
     }
 
@@ -94,17 +95,17 @@ impl<G: Turning> Sweeps<G> {
         self.update_velocities(q, q);
         self.shortest_line()?;
         self.update_velocities(q, &vec![0.0; q.len()]);
-        self.shortest_line().filter(|&actuator| self.work.actuation.forces[actuator].value != 0.0)
+        self.shortest_line().filter(|&actuator| self.work.effects.actuation.forces[actuator].value != 0.0)
     }
 
     /// The actuator with a straight part shorter than the limit.
     fn shortest_line(&self) -> Option<usize> {
-        let actuation = &self.plan.actuation;
+        let actuation = &self.plan.effects.actuation;
         let is_short = |ends: &[Vector<f64>; 2], shortest: f64| {
             let way = ends[1] - ends[0];
             way.dot(way).sqrt() < shortest
         };
-        let mut lines = actuation.lines.iter().zip(&self.work.actuation.lines);
+        let mut lines = actuation.lines.iter().zip(&self.work.effects.actuation.lines);
         lines
             .find(|(line, state)| line.can_shrink() && is_short(&state.ends, line.shortest))
             .map(|(line, _)| line.actuator)

@@ -11,8 +11,8 @@ use crate::robot::turning::Turning;
 impl<G: Turning> Sweeps<G> {
     /// Sets the multipliers of constraints.
     pub(crate) fn set_multipliers(&mut self, multipliers: &[f64]) {
-        if self.work.loops.multipliers != multipliers {
-            self.work.loops.multipliers.copy_from_slice(multipliers);
+        if self.work.effects.loops.multipliers != multipliers {
+            self.work.effects.loops.multipliers.copy_from_slice(multipliers);
             self.work.motion_is_known = false;
         }
     }
@@ -21,7 +21,7 @@ impl<G: Turning> Sweeps<G> {
     fn update_constraints(&mut self, q: &[f64]) {
         self.update_kinematics(q);
         // Lengths are evaluated with the motion, at any velocity.
-        if !self.plan.loops.lengths.is_empty() && !self.work.motion_is_known {
+        if !self.plan.effects.loops.lengths.is_empty() && !self.work.motion_is_known {
             self.with_zeros(|sweeps, zeros| sweeps.update_motion([q, zeros, zeros]));
         }
     }
@@ -36,7 +36,7 @@ impl<G: Turning> Sweeps<G> {
     /// the largest [`loops::turned_away`].
     pub(crate) fn away_from_half_turns(&self, gaps: &mut [f64]) -> f64 {
         let mut most = 0.0_f64;
-        for tie in &self.plan.loops.ties {
+        for tie in &self.plan.effects.loops.ties {
             if let Some(by) = loops::turned_away(&self.plan, &self.work, tie) {
                 most = most.max(by);
                 let of_tie = gaps[tie.first..].iter_mut().zip(&tie.rows);
@@ -48,25 +48,25 @@ impl<G: Turning> Sweeps<G> {
 
     /// The constraint with the largest gap beside these sizes, this gap, and its size.
     pub(crate) fn widest_gap(&mut self, q: &[f64], sizes: &[f64]) -> Option<(Holder, f64, f64)> {
-        if self.plan.loops.held_by.is_empty() {
+        if self.plan.effects.loops.held_by.is_empty() {
             return None;
         }
         self.update_constraints(q);
-        let mut gaps = std::mem::take(&mut self.work.loops.gaps);
+        let mut gaps = std::mem::take(&mut self.work.effects.loops.gaps);
         loops::values(&self.plan, &self.work, q, &mut gaps);
         let mut widest: Option<(Holder, f64, f64)> = None;
-        for ((&held, gap), &size) in self.plan.loops.held_by.iter().zip(&gaps).zip(sizes) {
+        for ((&held, gap), &size) in self.plan.effects.loops.held_by.iter().zip(&gaps).zip(sizes) {
             if gap.is_nan()
                 || widest.is_none_or(|(_, widest, of_widest)| gap.abs() * of_widest > widest * size)
             {
                 widest = Some((held, gap.abs(), size));
             }
         }
-        self.work.loops.gaps = gaps;
+        self.work.effects.loops.gaps = gaps;
         let Self { plan, work, .. } = self;
-        let turned = plan.loops.ties.iter().find_map(|tie| {
+        let turned = plan.effects.loops.ties.iter().find_map(|tie| {
             let by = loops::turned_away(plan, work, tie)?;
-            Some((plan.loops.held_by[tie.first], by, 1.0))
+            Some((plan.effects.loops.held_by[tie.first], by, 1.0))
         });
         turned.or(widest)
     }
@@ -75,20 +75,20 @@ impl<G: Turning> Sweeps<G> {
     pub(crate) fn excesses(&mut self, q: &[f64], qd: &[f64]) -> Vec<[f64; 2]> {
         self.update_velocities(q, qd);
         time::find_command_rates(&self.plan, &mut self.work);
-        let state = &self.work.actuation;
+        let state = &self.work.effects.actuation;
         let excess =
             |&i: &usize| [state.lengths[i] - state.commands[i], state.rates[i] - state.command_rates[i][0]];
-        self.plan.loops.lengths.iter().map(excess).collect()
+        self.plan.effects.loops.lengths.iter().map(excess).collect()
     }
 
     /// Which inextensible tendons are slack.
     pub(crate) fn slack(&self) -> &[bool] {
-        &self.work.loops.slack
+        &self.work.effects.loops.slack
     }
 
     /// Sets which inextensible tendons are slack.
     pub(crate) fn set_slack(&mut self, slack: &[bool]) {
-        self.work.loops.slack.copy_from_slice(slack);
+        self.work.effects.loops.slack.copy_from_slice(slack);
     }
 
     /// Moment, about the second end of a tie, and force of the first end on the second one for these
@@ -112,20 +112,20 @@ impl<G: Turning> Sweeps<G> {
         self.update_motion(state);
         let Self { plan, work, tangent, .. } = self;
         time::find_command_rates(plan, work);
-        if !plan.loops.lengths.is_empty() {
-            lines::find(plan, work, &mut tangent.actuation);
+        if !plan.effects.loops.lengths.is_empty() {
+            lines::find(plan, work, &mut tangent.effects.actuation);
         }
-        loops::accelerations(plan, work, &mut tangent.actuation, accelerations);
+        loops::accelerations(plan, work, &mut tangent.effects.actuation, accelerations);
     }
 
     /// `dg/dq`, rows x n.
     pub(crate) fn gap_jacobian(&mut self, q: &[f64], jacobian: &mut Matrix) {
         self.update_constraints(q);
         let Self { plan, work, tangent, .. } = self;
-        loops::find(plan, work, &mut tangent.loops);
-        if !plan.loops.lengths.is_empty() {
-            lines::find(plan, work, &mut tangent.actuation);
+        loops::find(plan, work, &mut tangent.effects.loops);
+        if !plan.effects.loops.lengths.is_empty() {
+            lines::find(plan, work, &mut tangent.effects.actuation);
         }
-        loops::jacobian(plan, work, &tangent.loops, &mut tangent.actuation, jacobian);
+        loops::jacobian(plan, work, &tangent.effects.loops, &mut tangent.effects.actuation, jacobian);
     }
 }

@@ -50,10 +50,16 @@ impl<G: Turning> Sweeps<G> {
             match *reached {
                 Reached::Stop(k) => joint_forces::remove_stops(&mut plan, k),
                 Reached::Surfaces(p) => {
-                    plan.contacts.pairs.iter_mut().skip(p).take(1).for_each(|pair| pair.law.stiffness = 0.0);
+                    plan.effects
+                        .contacts
+                        .pairs
+                        .iter_mut()
+                        .skip(p)
+                        .take(1)
+                        .for_each(|pair| pair.law.stiffness = 0.0);
                 }
                 Reached::Slack(row) | Reached::Taut(row) => {
-                    let actuator = cords.get(row).map(|&i| &mut plan.actuation.actuators[i]);
+                    let actuator = cords.get(row).map(|&i| &mut plan.effects.actuation.actuators[i]);
                     actuator.into_iter().for_each(|actuator| {
                         actuator.law.decide(matches!(*reached, Reached::Taut(_)));
                     });
@@ -65,7 +71,7 @@ impl<G: Turning> Sweeps<G> {
 
     /// Disables contact forces, or enables them again.
     pub(crate) fn leave_contact(&mut self, is_left: bool) {
-        self.work.contact.is_left = is_left;
+        self.work.effects.contact.is_left = is_left;
         self.work.motion_is_known = false;
     }
 
@@ -73,7 +79,7 @@ impl<G: Turning> Sweeps<G> {
     /// that. Returns whether any are softer than their own stiffness.
     pub(crate) fn soften_contact(&mut self, forces: Option<&[f64]>) -> bool {
         self.work.motion_is_known = false;
-        let pairs = self.plan.contacts.pairs.iter().zip(&mut self.work.contact.stiffest);
+        let pairs = self.plan.effects.contacts.pairs.iter().zip(&mut self.work.effects.contact.stiffest);
         let mut is_softer = false;
         for (p, (pair, stiffest)) in pairs.enumerate() {
             *stiffest = forces.map_or(f64::INFINITY, |forces| pair.yielding_to(forces[p]));
@@ -87,8 +93,8 @@ impl<G: Turning> Sweeps<G> {
         self.find_touches(q);
         let Self { plan, work, .. } = self;
         let mut deepest: [f64; 2] = [0.0; 2];
-        for touch in &work.contact.touches {
-            let pair = &plan.contacts.pairs[touch.pair];
+        for touch in &work.effects.contact.touches {
+            let pair = &plan.effects.contacts.pairs[touch.pair];
             let overlap = touch.meeting.overlap / pair.thickness;
             deepest[0] = deepest[0].max(overlap);
             if tunnelling::has_two_sides(plan, pair) {
@@ -109,11 +115,11 @@ impl<G: Turning> Sweeps<G> {
         self.with_zeros(|sweeps, zeros| sweeps.update_motion([q, zeros, zeros]));
         let Self { plan, work, tangent, .. } = self;
         let mut most = sizes::work_of_contact(plan, work);
-        lines::find(plan, work, &mut tangent.actuation);
-        for (i, actuator) in plan.actuation.actuators.iter().enumerate() {
-            let force = work.actuation.forces[i].value.abs();
+        lines::find(plan, work, &mut tangent.effects.actuation);
+        for (i, actuator) in plan.effects.actuation.actuators.iter().enumerate() {
+            let force = work.effects.actuation.forces[i].value.abs();
             for &k in &actuator.reaches {
-                most[k] += force * actuation::reach(plan, work, &tangent.actuation, i, k);
+                most[k] += force * actuation::reach(plan, work, &tangent.effects.actuation, i, k);
             }
         }
         most
@@ -121,7 +127,7 @@ impl<G: Turning> Sweeps<G> {
 
     /// Selects the linearisation of friction.
     pub(crate) fn follow_friction(&mut self, length: Option<f64>) {
-        let followed = &mut self.tangent.contact.followed;
+        let followed = &mut self.tangent.effects.contact.followed;
         followed.is_new |= length.is_none();
         followed.length = length;
     }
@@ -129,12 +135,12 @@ impl<G: Turning> Sweeps<G> {
     /// Stores the approach velocities of surfaces that touch in a motion; false if none do.
     pub(crate) fn note_rates(&mut self, motion: [&[f64]; 3]) -> bool {
         // Forces have just been computed nearby.
-        if self.work.motion_is_known && self.work.contact.touches.is_empty() {
+        if self.work.motion_is_known && self.work.effects.contact.touches.is_empty() {
             return false;
         }
         self.update_motion(motion);
         query::note_rates(&mut self.work);
-        !self.work.contact.touches.is_empty()
+        !self.work.effects.contact.touches.is_empty()
     }
 
     /// Whether an impact is too hard for a step of size `h` that ends in a motion of the same shape.
@@ -151,23 +157,24 @@ impl<G: Turning> Sweeps<G> {
 
     /// Whether surfaces touch in the state evaluated last.
     pub(crate) fn is_touched(&self) -> bool {
-        !self.work.contact.touches.is_empty()
+        !self.work.effects.contact.touches.is_empty()
     }
 
     /// Whether surfaces have touched in any state evaluated since the last call.
     pub(crate) fn take_touched(&mut self) -> bool {
-        std::mem::take(&mut self.work.contact.has_touched)
+        std::mem::take(&mut self.work.effects.contact.has_touched)
     }
 
     /// Whether surfaces in the state evaluated last are so close that they may touch in the next one.
     pub(crate) fn may_touch(&self) -> bool {
-        contact::may_touch(&self.work.contact)
+        contact::may_touch(&self.work.effects.contact)
     }
 
     /// Stores the positions of surfaces in a shape, from which [`Self::have_passed`] continues.
     pub(crate) fn note_surfaces(&mut self, q: &[f64]) {
         // With a moving base the world moves even if the shape does not.
-        let is_noted = self.plan.world.motion.is_none() && is_same_shape(&self.work.contact.noted.of, q);
+        let is_noted =
+            self.plan.world.motion.is_none() && is_same_shape(&self.work.effects.contact.noted.of, q);
         if tunnelling::is_possible(&self.plan) && !is_noted {
             self.see_surfaces(q);
             tunnelling::note(&mut self.work);
@@ -176,7 +183,7 @@ impl<G: Turning> Sweeps<G> {
 
     /// Whether surfaces have passed through each other on the straight path to a shape, which is then stored.
     pub(crate) fn have_passed(&mut self, q: &[f64], radius: Radius) -> bool {
-        if self.work.contact.is_left || !tunnelling::is_possible(&self.plan) {
+        if self.work.effects.contact.is_left || !tunnelling::is_possible(&self.plan) {
             return false;
         }
         self.see_surfaces(q);

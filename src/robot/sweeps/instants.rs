@@ -33,7 +33,7 @@ impl<G: Turning> Sweeps<G> {
 
     /// From now on, loads are those of earlier times by `lag` seconds; false if none varies in time.
     pub(crate) fn lag_loads(&mut self, lag: f64) -> bool {
-        let vary = self.plan.loads.iter().any(|load| load.varies_in_time);
+        let vary = self.plan.effects.loads.iter().any(|load| load.varies_in_time);
         if vary {
             time::lag_loads(&mut self.work, lag);
         }
@@ -59,8 +59,8 @@ impl<G: Turning> Sweeps<G> {
         let is_finite = |wrench: &Wrench<G, f64>| {
             (wrench.force.dot(wrench.force) + wrench.moment.dot(wrench.moment)).is_finite()
         };
-        let is_known = self.work.acting.iter().all(is_finite)
-            && self.work.actuation.commands.iter().all(|command| command.is_finite());
+        let is_known = self.work.effects.acting.iter().all(is_finite)
+            && self.work.effects.actuation.commands.iter().all(|command| command.is_finite());
         (!is_known).then_some(self.work.time)
     }
 

@@ -131,15 +131,15 @@ impl<G: Turning> Sweeps<G> {
         let (work, from) = (&mut self.work, &other.work);
         work.stations[0] = from.stations[0];
         (work.time, work.surroundings) = (from.time, from.surroundings);
-        work.acting.clone_from(&from.acting);
+        work.effects.acting.clone_from(&from.effects.acting);
         work.inputs.clone_from(&from.inputs);
-        work.loops.multipliers.clone_from(&from.loops.multipliers);
-        work.loops.slack.clone_from(&from.loops.slack);
-        work.loops.world_ends.clone_from(&from.loops.world_ends);
-        work.actuation.commands.clone_from(&from.actuation.commands);
-        work.actuation.slidings.clone_from(&from.actuation.slidings);
-        work.actuation.world_points.clone_from(&from.actuation.world_points);
-        work.anchors.clone_from(&from.anchors);
+        work.effects.loops.multipliers.clone_from(&from.effects.loops.multipliers);
+        work.effects.loops.slack.clone_from(&from.effects.loops.slack);
+        work.effects.loops.world_ends.clone_from(&from.effects.loops.world_ends);
+        work.effects.actuation.commands.clone_from(&from.effects.actuation.commands);
+        work.effects.actuation.slidings.clone_from(&from.effects.actuation.slidings);
+        work.effects.actuation.world_points.clone_from(&from.effects.actuation.world_points);
+        work.effects.anchors.clone_from(&from.effects.anchors);
         work.forget();
     }
 
@@ -215,14 +215,14 @@ impl<G: Turning> Sweeps<G> {
     /// Derivative with respect to the inputs, n x m.
     pub(crate) fn input_tangent(&mut self, state: [&[f64]; 3], tangent: &mut Matrix) {
         self.update_motion(state);
-        inputs::tangent(&self.plan, &mut self.work, &mut self.tangent.actuation, tangent);
+        inputs::tangent(&self.plan, &mut self.work, &mut self.tangent.effects.actuation, tangent);
     }
 
     /// Generalised forces, 3 x n, of weight and loads if all of them acted along an axis of the base, and what joints bear of them.
     pub(crate) fn turned_loads(&mut self, q: &[f64], forces: &mut Matrix, borne: &mut [f64]) {
         let frame = self.plan.frame;
         let size = |v: Vector<f64>| v.dot(v).sqrt();
-        let (surroundings, acting) = (self.work.surroundings, self.work.acting.clone());
+        let (surroundings, acting) = (self.work.surroundings, self.work.effects.acting.clone());
         let motion = (self.work.stations[0].velocity, self.work.stations[0].acceleration);
         let gravity = size(G::in_space(frame, surroundings.gravity));
         let mut tau = [vec![0.0; self.plan.n], vec![0.0; self.plan.n]];
@@ -235,7 +235,7 @@ impl<G: Turning> Sweeps<G> {
             self.work.motion_is_known = false;
             self.work.surroundings.gravity = G::vector_of(frame, along(gravity));
             self.work.stations[0].acceleration.linear = -self.work.surroundings.gravity;
-            for (acting, own) in self.work.acting.iter_mut().zip(&acting) {
+            for (acting, own) in self.work.effects.acting.iter_mut().zip(&acting) {
                 acting.force = G::vector_of(frame, along(size(G::in_space(frame, own.force))));
                 acting.moment = G::axial_of(frame, along(size(G::axial_in_space(frame, own.moment))));
             }
@@ -253,7 +253,7 @@ impl<G: Turning> Sweeps<G> {
                 }
             }
         }
-        (self.work.surroundings, self.work.acting) = (surroundings, acting);
+        (self.work.surroundings, self.work.effects.acting) = (surroundings, acting);
         (self.work.stations[0].velocity, self.work.stations[0].acceleration) = motion;
         self.work.motion_is_known = false;
     }
@@ -313,7 +313,7 @@ impl<G: Turning> Sweeps<G> {
         if !self.dissipates {
             return power;
         }
-        if !self.plan.contacts.pairs.is_empty() {
+        if !self.plan.effects.contacts.pairs.is_empty() {
             // Usually nothing is near, and the shape is sufficient.
             self.update_kinematics(q);
             detection::see_near(&self.plan, &mut self.work);
@@ -329,7 +329,7 @@ impl<G: Turning> Sweeps<G> {
     /// undoes that.
     pub(crate) fn hold_springs(&mut self, forces: Option<&[f64]>) {
         self.work.motion_is_known = false;
-        for (a, anchor) in self.work.anchors.iter_mut().enumerate() {
+        for (a, anchor) in self.work.effects.anchors.iter_mut().enumerate() {
             anchor.hold(forces.map(|forces| {
                 [0, 3].map(|part| Vector::from(std::array::from_fn(|i| forces[6 * a + part + i])))
             }));
@@ -342,8 +342,8 @@ impl<G: Turning> Sweeps<G> {
         let (plan, work) = (&*self.plan, &self.work);
         let points = plan.points.iter().zip(&work.points);
         let mut found: Vec<_> = points
-            .flat_map(|(point, state)| point.anchors.iter().map(move |&anchor| (anchor, state)))
-            .map(|(a, state)| (a, work.anchors[a].springs(plan.frame, state)))
+            .flat_map(|(point, state)| point.effects.anchors.iter().map(move |&anchor| (anchor, state)))
+            .map(|(a, state)| (a, work.effects.anchors[a].springs(plan.frame, state)))
             .collect();
         found.sort_by_key(|(a, _)| *a);
         found.into_iter().map(|(_, springs)| springs).collect()

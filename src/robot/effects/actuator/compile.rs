@@ -251,18 +251,19 @@ pub(crate) fn straight<G: Turning>(robot: &Robot, tree: &Tree<G>) -> Vec<Straigh
 
 /// Assigns points, and the coordinates that move them, to the ends of straight parts.
 pub(crate) fn attach<G: Turning>(plan: &mut Plan<G>) {
-    let mut lines = std::mem::take(&mut plan.actuation.lines);
+    let mut lines = std::mem::take(&mut plan.effects.actuation.lines);
     for (i, line) in lines.iter_mut().enumerate() {
         for (e, end) in line.ends.iter_mut().enumerate() {
             let End::On { point, moved_by, .. } = end else { continue };
-            let has_it = |point: &Point<G>| point.pulled.contains(&(2 * i + e));
+            let has_it = |point: &Point<G>| point.effects.pulled.contains(&(2 * i + e));
             *point = plan.points.iter().position(has_it).expect("every end is at a point");
             *moved_by = kinematics::moved_by(plan, &plan.points[*point].place);
         }
     }
-    plan.actuation.lines = lines;
-    for i in 0..plan.actuation.actuators.len() {
+    plan.effects.actuation.lines = lines;
+    for i in 0..plan.effects.actuation.actuators.len() {
         let coordinates: Vec<usize> = plan
+            .effects
             .actuation
             .lines
             .iter()
@@ -274,7 +275,7 @@ pub(crate) fn attach<G: Turning>(plan: &mut Plan<G>) {
             })
             .flat_map(|(s, _)| plan.pieces[*s].coordinates())
             .collect();
-        let actuator = &mut plan.actuation.actuators[i];
+        let actuator = &mut plan.effects.actuation.actuators[i];
         if !coordinates.is_empty() {
             actuator.reaches.extend(coordinates);
             actuator.reaches.sort_unstable();

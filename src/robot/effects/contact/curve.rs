@@ -35,7 +35,7 @@ const LAST_INCREMENT: f64 = 1e-8;
 #[inline(always)]
 pub(super) fn expand<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, state: &mut ContactState<G::Pack>) {
     let ContactState { terms, axes, bends, samples, is_near, .. } = state;
-    let curves = plan.contacts.curves.iter().zip(bends).zip(&*is_near);
+    let curves = plan.effects.contacts.curves.iter().zip(bends).zip(&*is_near);
     for ((curve, bend), _) in curves.filter(|(_, is_near)| **is_near) {
         let piece = &plan.pieces[curve.piece];
         let slopes = &work.slope[piece.node_packs()];

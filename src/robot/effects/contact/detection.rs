@@ -14,23 +14,23 @@ use crate::robot::turning::Turning;
 
 /// Finds all touches of a state whose motion is up to date.
 pub(crate) fn find<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>) {
-    let mut state = std::mem::take(&mut work.contact);
+    let mut state = std::mem::take(&mut work.effects.contact);
     plan.instructions.run_apart::<G::Pack, _>(Find { plan, work, state: &mut state });
-    work.contact = state;
+    work.effects.contact = state;
 }
 
 /// Finds where the samples of curves, balls, bodies and solids are in a shape, and no touches.
 pub(crate) fn see<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>) {
-    let mut state = std::mem::take(&mut work.contact);
+    let mut state = std::mem::take(&mut work.effects.contact);
     look(plan, work, &mut state);
-    work.contact = state;
+    work.effects.contact = state;
 }
 
 /// The same, and which curves may touch anything there.
 pub(crate) fn see_near<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>) {
-    let mut state = std::mem::take(&mut work.contact);
+    let mut state = std::mem::take(&mut work.effects.contact);
     look_around(plan, work, &mut state);
-    work.contact = state;
+    work.effects.contact = state;
 }
 
 /// Where all surfaces are, and which curves may touch anything.
@@ -97,7 +97,7 @@ impl<G: Turning> Sweep for Find<'_, G> {
             stiffest,
         };
         let mut found = Found { touches, up_to, weights, polynomials };
-        for (p, pair) in plan.contacts.pairs.iter().enumerate() {
+        for (p, pair) in plan.effects.contacts.pairs.iter().enumerate() {
             scene.meet(p, pair, &mut found);
         }
         *has_touched |= !found.touches.is_empty();
@@ -108,7 +108,7 @@ impl<G: Turning> Sweep for Find<'_, G> {
 #[inline(always)]
 fn look<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, state: &mut ContactState<G::Pack>) {
     state.is_seen.fill(false);
-    for (curve, bound) in plan.contacts.curves.iter().zip(&mut state.bounds) {
+    for (curve, bound) in plan.effects.contacts.curves.iter().zip(&mut state.bounds) {
         let piece = &plan.pieces[curve.piece];
         let own = &mut state.samples[curve.first_sample..][..curve.samples.len()];
         let last = own.len() - 1;
@@ -136,12 +136,12 @@ fn look<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, state: &mut ContactStat
         let around_ends = ((own[0][0] + own[last][0]) * 0.5, 0.5 * stretched * curve.length + thickest);
         *bound = if around_ends.1 < around_samples.1 { around_ends } else { around_samples };
     }
-    for (ball, centre) in plan.contacts.balls.iter().zip(&mut state.centres) {
+    for (ball, centre) in plan.effects.contacts.balls.iter().zip(&mut state.centres) {
         let Some(fixture) = ball.on else {
             *centre = ball.centre;
             continue;
         };
-        let Some(point) = plan.contacts.fixtures[fixture].point else {
+        let Some(point) = plan.effects.contacts.fixtures[fixture].point else {
             *centre = pose_of(plan, work, None).place(ball.centre);
             continue;
         };
@@ -149,18 +149,18 @@ fn look<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, state: &mut ContactStat
         let beside = G::rotate(&point.rotation, G::vector_of(plan.frame, ball.centre));
         *centre = G::in_space(plan.frame, point.position + beside);
     }
-    for body in &plan.contacts.bodies {
-        let pose = body
-            .on
-            .map_or_else(Pose::unmoved, |fixture| pose_of(plan, work, plan.contacts.fixtures[fixture].point));
+    for body in &plan.effects.contacts.bodies {
+        let pose = body.on.map_or_else(Pose::unmoved, |fixture| {
+            pose_of(plan, work, plan.effects.contacts.fixtures[fixture].point)
+        });
         let corners = &mut state.corners[body.first_corner..][..body.corners.len()];
         for (corner, own) in corners.iter_mut().zip(&body.corners) {
             *corner = pose.place(*own);
         }
     }
-    for (fixed, pose) in plan.contacts.solids.iter().zip(&mut state.poses) {
+    for (fixed, pose) in plan.effects.contacts.solids.iter().zip(&mut state.poses) {
         if let Some(fixture) = fixed.on {
-            *pose = pose_of(plan, work, plan.contacts.fixtures[fixture].point);
+            *pose = pose_of(plan, work, plan.effects.contacts.fixtures[fixture].point);
         }
     }
 }
@@ -196,7 +196,7 @@ pub(super) fn look_closely<G: Turning>(
     if std::mem::replace(&mut state.is_seen[c], true) {
         return;
     }
-    let curve = &plan.contacts.curves[c];
+    let curve = &plan.effects.contacts.curves[c];
     let piece = &plan.pieces[curve.piece];
     let own = &mut state.samples[curve.first_sample..][..curve.samples.len()];
     let last = own.len() - 1;
@@ -223,12 +223,12 @@ pub(super) fn look_closely<G: Turning>(
 /// Finds the curves of rods that may touch each other.
 fn find_near<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, state: &mut ContactState<G::Pack>) {
     let (mut near, mut near_of) = (std::mem::take(&mut state.near), std::mem::take(&mut state.near_of));
-    broad_phase::enclose(&plan.contacts, &state.bounds, &mut state.branches);
+    broad_phase::enclose(&plan.effects.contacts, &state.bounds, &mut state.branches);
     near.clear();
-    for (pair, of_pair) in plan.contacts.pairs.iter().zip(&mut near_of) {
+    for (pair, of_pair) in plan.effects.contacts.pairs.iter().zip(&mut near_of) {
         let first = near.len();
         if let [Side::Rod(rod), Side::Rod(other)] = &pair.sides {
-            let contacts = &plan.contacts;
+            let contacts = &plan.effects.contacts;
             broad_phase::gather(contacts, pair, [rod, other], &state.branches, &mut near);
             let mut kept = first;
             for i in first..near.len() {
@@ -267,7 +267,7 @@ fn parts_are_near<G: Turning>(
     neighbourhood: f64,
 ) -> bool {
     let parts = |c: usize| {
-        let curve = &plan.contacts.curves[c];
+        let curve = &plan.effects.contacts.curves[c];
         let spans = &state.spans[curve.first_sample..][..curve.samples.len() - 1];
         let radius = |index: usize| curve.samples[index].radius.max(curve.samples[index + 1].radius);
         spans.iter().enumerate().map(move |(index, span)| (span, curve.arcs(index), radius(index)))
@@ -289,7 +289,7 @@ fn mark_near<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, state: &mut Contac
         is_near[c] = true;
         is_near[o] = true;
     }
-    for pair in &plan.contacts.pairs {
+    for pair in &plan.effects.contacts.pairs {
         let Side::Rod(curves) = &pair.sides[0] else { continue };
         for c in curves.clone() {
             let (centre, radius) = bounds[c];
@@ -298,14 +298,14 @@ fn mark_near<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, state: &mut Contac
                     is_near[c] |= placed(plan, poses, *solid).distance(centre).value <= radius;
                 }
                 Side::Ball(ball) => {
-                    let reach = radius + plan.contacts.balls[*ball].radius;
+                    let reach = radius + plan.effects.contacts.balls[*ball].radius;
                     is_near[c] |= distance::between(centre, centres[*ball]) <= reach;
                 }
                 Side::Rod(_) | Side::Body(_) => {}
             }
         }
     }
-    state.is_rigid_near = plan.contacts.pairs.iter().any(|pair| is_rigid_near(plan, state, pair));
+    state.is_rigid_near = plan.effects.contacts.pairs.iter().any(|pair| is_rigid_near(plan, state, pair));
     for c in 0..state.is_near.len() {
         if state.is_near[c] {
             look_closely(plan, &work.slope, state, c);
@@ -316,7 +316,7 @@ fn mark_near<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, state: &mut Contac
 /// Whether a pair's ball or body is near the other side: by its own size, so that no increment of a step leads past.
 fn is_rigid_near<G: Turning>(plan: &Plan<G>, state: &ContactState<G::Pack>, pair: &Pair) -> bool {
     let ContactState { bounds, centres, corners, poses, .. } = state;
-    let contacts = &plan.contacts;
+    let contacts = &plan.effects.contacts;
     let around_ball = |ball: usize| (centres[ball], 2.0 * contacts.balls[ball].radius);
     let (centre, reach) = match &pair.sides[0] {
         Side::Ball(ball) => around_ball(*ball),

@@ -14,6 +14,7 @@ use crate::robot::effects::kinds::{
     CoordinateForce, Dissipation, NoDeadLineWrench, NoLineResponse, NoLineWrench, NoSupply,
     NoVelocityDependence, NotAtPoints, PartialWrench, StoredEnergy,
 };
+use crate::robot::effects::parts::States;
 use crate::robot::plan::Plan;
 use crate::robot::plan::piece::PiecePlan;
 use crate::robot::plan::point::Place;
@@ -41,7 +42,7 @@ fn link<G: Turning>(plan: &Plan<G>, contact: &mut ContactState<G::Pack>) {
     for (t, touch) in touches.iter().enumerate().rev() {
         for (s, standing) in touch.sides.iter().enumerate().rev() {
             let Standing::Along { curve, .. } = *standing else { continue };
-            let first = &mut first_along[plan.pieces[plan.contacts.curves[curve].piece].first_pack];
+            let first = &mut first_along[plan.pieces[plan.effects.contacts.curves[curve].piece].first_pack];
             next_along[2 * t + s] = first.replace(2 * t + s);
         }
     }
@@ -55,10 +56,10 @@ pub(crate) fn carry<G: Turning>(
     work: &mut Workspace<G>,
 ) -> Wrench<G, f64> {
     let mut sum = Wrench::zero();
-    if work.contact.touches.is_empty() {
+    if work.effects.contact.touches.is_empty() {
         return sum;
     }
-    let Workspace { contact, internal, .. } = work;
+    let Workspace { effects: States { contact, .. }, internal, .. } = work;
     let mut next = contact.first_along[piece.first_pack];
     while let Some(place) = next {
         let (t, s) = (place / 2, place % 2);
@@ -67,8 +68,8 @@ pub(crate) fn carry<G: Turning>(
             let need = needs(plan, touch)[s];
             sum += need;
             let need = need.splat();
-            let inverse_weights = &plan.contacts.curves[curve].inverse_weights;
-            let shares = contact.reach(plan.contacts.packs, t, s).iter().zip(inverse_weights);
+            let inverse_weights = &plan.effects.contacts.curves[curve].inverse_weights;
+            let shares = contact.reach(plan.effects.contacts.packs, t, s).iter().zip(inverse_weights);
             for (internal, (&up_to, &inverse_weight)) in internal[piece.node_packs()].iter_mut().zip(shares) {
                 *internal += need * (up_to * inverse_weight);
             }
@@ -100,7 +101,7 @@ fn beyond_cut<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, touch: &Touch, s:
 /// Direction of a rod at the node nearest to a place where it is touched.
 fn direction<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, side: Standing) -> Option<Vector<f64>> {
     let Standing::Along { curve, x } = side else { return None };
-    let piece = &plan.pieces[plan.contacts.curves[curve].piece];
+    let piece = &plan.pieces[plan.effects.contacts.curves[curve].piece];
     let away = |node: &usize| (piece.gauss.nodes[*node] - x).abs();
     let node = (0..piece.gauss.nodes.len()).min_by(|a, b| away(a).total_cmp(&away(b)))?;
     let slope = work.slope[piece.first_pack + node / LANES];
@@ -113,7 +114,7 @@ impl<G: Turning> PartialWrench<G> for Touching {
     /// them.
     fn beyond(plan: &Plan<G>, piece: &PiecePlan<G>, work: &Workspace<G>, place: &Place) -> Wrench<G, f64> {
         let mut sum = Wrench::zero();
-        let contact = &work.contact;
+        let contact = &work.effects.contact;
         if contact.touches.is_empty() || piece.packs == 0 {
             return sum;
         }
@@ -121,7 +122,7 @@ impl<G: Turning> PartialWrench<G> for Touching {
         while let Some(at) = next {
             let (touch, s) = (&contact.touches[at / 2], at % 2);
             if let Standing::Along { curve, x } = touch.sides[s] {
-                let cut = (place.x - x) * plan.contacts.curves[curve].length;
+                let cut = (place.x - x) * plan.effects.contacts.curves[curve].length;
                 sum = sum.add_scaled(needs(plan, touch)[s], beyond_cut(plan, work, touch, s, cut));
             }
             next = contact.next_along[at];
@@ -132,24 +133,24 @@ impl<G: Turning> PartialWrench<G> for Touching {
 
 impl<G: Turning> CoordinateForce<G> for Touching {
     fn acts(plan: &Plan<G>) -> bool {
-        !plan.contacts.pairs.is_empty()
+        !plan.effects.contacts.pairs.is_empty()
     }
 
     #[inline(always)]
     fn prepare(plan: &Plan<G>, work: &mut Workspace<G>, _: &[f64], _: &[f64]) {
-        if plan.contacts.pairs.is_empty() {
+        if plan.effects.contacts.pairs.is_empty() {
             return;
         }
-        if work.contact.is_left {
-            work.contact.touches.clear();
+        if work.effects.contact.is_left {
+            work.effects.contact.touches.clear();
             return;
         }
         super::detection::find(plan, work);
-        link(plan, &mut work.contact);
-        for touch in &work.contact.touches {
+        link(plan, &mut work.effects.contact);
+        for touch in &work.effects.contact.touches {
             for (standing, need) in touch.sides.iter().zip(needs(plan, touch)) {
                 if let Standing::On(fixture) = *standing
-                    && let Some(point) = plan.contacts.fixtures[fixture].point
+                    && let Some(point) = plan.effects.contacts.fixtures[fixture].point
                 {
                     work.points[point].force += need;
                 }
@@ -174,16 +175,16 @@ impl<G: Turning> CoordinateForce<G> for Touching {
         if weights.is_mass_only {
             return;
         }
-        super::follow::follow(&work.contact.touches, &mut memory.contact.followed);
-        memory.contact.is_known.fill(false);
-        for touch in 0..work.contact.touches.len() {
-            let sweep = Stiffen { plan, work, memory: &mut memory.contact, weights, matrix, touch };
+        super::follow::follow(&work.effects.contact.touches, &mut memory.effects.contact.followed);
+        memory.effects.contact.is_known.fill(false);
+        for touch in 0..work.effects.contact.touches.len() {
+            let sweep = Stiffen { plan, work, memory: &mut memory.effects.contact, weights, matrix, touch };
             plan.instructions.run_apart::<G::Pack, _>(sweep);
         }
     }
 
     fn couples_pieces(plan: &Plan<G>) -> bool {
-        !plan.contacts.pairs.is_empty()
+        !plan.effects.contacts.pairs.is_empty()
     }
 }
 
@@ -195,15 +196,19 @@ impl<G: Turning> StoredEnergy<G> for Touching {
 
 impl<G: Turning> Dissipation<G> for Touching {
     fn dissipates(plan: &Plan<G>) -> bool {
-        plan.contacts.pairs.iter().any(|pair| pair.law.dissipation > 0.0 || pair.law.friction != [0.0; 3])
+        plan.effects
+            .contacts
+            .pairs
+            .iter()
+            .any(|pair| pair.law.dissipation > 0.0 || pair.law.friction != [0.0; 3])
     }
 
     fn may_dissipate(plan: &Plan<G>, work: &Workspace<G>) -> bool {
-        <Self as Dissipation<G>>::dissipates(plan) && may_touch(&work.contact)
+        <Self as Dissipation<G>>::dissipates(plan) && may_touch(&work.effects.contact)
     }
 
     fn dissipated_power(_: &Plan<G>, work: &Workspace<G>) -> f64 {
-        work.contact.touches.iter().map(|touch| touch.pressing.dissipated_power()).sum()
+        work.effects.contact.touches.iter().map(|touch| touch.pressing.dissipated_power()).sum()
     }
 }
 
@@ -254,8 +259,8 @@ impl<G: Turning> Sweep for Stiffen<'_, G> {
     #[inline(always)]
     fn call(self) {
         let Self { plan, work, memory, weights, matrix, touch: t } = self;
-        let touch = &work.contact.touches[t];
-        let pair = &plan.contacts.pairs[touch.pair];
+        let touch = &work.effects.contact.touches[t];
+        let pair = &plan.effects.contacts.pairs[touch.pair];
         let ContactTangent { is_known, firsts, at_nodes, moved, faster, answers, followed } = memory;
         for component in moved.iter_mut().chain(&mut *faster) {
             for rows in &pair.reaches {
@@ -267,14 +272,14 @@ impl<G: Turning> Sweep for Stiffen<'_, G> {
             let (velocity, moved_by, reach) = match *standing {
                 Standing::Still => continue,
                 Standing::On(fixture) => {
-                    let fixture = &plan.contacts.fixtures[fixture];
+                    let fixture = &plan.effects.contacts.fixtures[fixture];
                     let Some(point) = fixture.point else { continue };
                     (work.points[point].velocity, fixture.moved_by.as_slice(), None)
                 }
                 Standing::Along { curve, .. } => {
-                    let curve = &plan.contacts.curves[curve];
+                    let curve = &plan.effects.contacts.curves[curve];
                     let piece = &plan.pieces[curve.piece];
-                    let reach = &work.contact.reach(plan.contacts.packs, t, s)[..piece.packs];
+                    let reach = &work.effects.contact.reach(plan.effects.contacts.packs, t, s)[..piece.packs];
                     let mut velocity = Twist::zero();
                     for (&weight, &rate) in reach.iter().zip(&work.rate[piece.node_packs()]) {
                         velocity += rate * weight;

@@ -32,7 +32,7 @@ const SAME_HINT: f64 = 0.02;
 
 /// A solid where it is.
 pub(super) fn placed<'a, G: Turning>(plan: &'a Plan<G>, poses: &'a [Pose], solid: usize) -> Placed<'a> {
-    let Fixed { on, solid: own } = &plan.contacts.solids[solid];
+    let Fixed { on, solid: own } = &plan.effects.contacts.solids[solid];
     Placed { solid: own, pose: on.map(|_| &poses[solid]) }
 }
 
@@ -131,14 +131,14 @@ impl<'a, G: Turning> Scene<'a, G> {
     /// A part of a curve.
     #[inline(always)]
     fn part(&self, c: usize, index: usize) -> Part<'_> {
-        let curve = &self.plan.contacts.curves[c];
+        let curve = &self.plan.effects.contacts.curves[c];
         let seen = &self.samples[curve.first_sample..][..curve.samples.len()];
         part(curve, index, Shape::new(curve, self.terms, self.axes), self.bends[c], seen)
     }
 
     /// What the parts of a curve lie in.
     fn spans(&self, c: usize) -> &[Span] {
-        let curve = &self.plan.contacts.curves[c];
+        let curve = &self.plan.effects.contacts.curves[c];
         &self.spans[curve.first_sample..][..curve.samples.len() - 1]
     }
 
@@ -147,11 +147,11 @@ impl<'a, G: Turning> Scene<'a, G> {
         let round;
         let other = match &pair.sides[1] {
             Side::Solid(solid) => {
-                let on = Standing::of(self.plan.contacts.solids[*solid].on);
+                let on = Standing::of(self.plan.effects.contacts.solids[*solid].on);
                 Other::Solid { solid: placed(self.plan, self.poses, *solid), on, centre: None }
             }
             Side::Ball(ball) => {
-                let Ball { on, radius, .. } = self.plan.contacts.balls[*ball];
+                let Ball { on, radius, .. } = self.plan.effects.contacts.balls[*ball];
                 let centre = self.centres[*ball];
                 round = Solid::Ball { centre, radius };
                 let solid = Placed { solid: &round, pose: None };
@@ -164,7 +164,7 @@ impl<'a, G: Turning> Scene<'a, G> {
         };
         match &pair.sides[0] {
             Side::Ball(ball) => {
-                let Ball { on, radius, thickness, .. } = self.plan.contacts.balls[*ball];
+                let Ball { on, radius, thickness, .. } = self.plan.effects.contacts.balls[*ball];
                 let centre = self.centres[*ball];
                 if let Some(nearest) = self.nearest(&other, centre, None) {
                     let first = First {
@@ -192,7 +192,7 @@ impl<'a, G: Turning> Scene<'a, G> {
             }
             Side::Body(body) => {
                 if let Other::Solid { solid, on, .. } = other {
-                    self.meet_body(p, &self.plan.contacts.bodies[*body], &solid, on, found);
+                    self.meet_body(p, &self.plan.effects.contacts.bodies[*body], &solid, on, found);
                 }
             }
             Side::Solid(_) => {}
@@ -255,7 +255,7 @@ impl<'a, G: Turning> Scene<'a, G> {
         near: &'n [[usize; 2]],
     ) -> impl Iterator<Item = &'n Span> {
         let (spans, chords, neighbourhood) = (self.spans, self.chords, pair.neighbourhood);
-        let curves = &self.plan.contacts.curves;
+        let curves = &self.plan.effects.contacts.curves;
         let span = &spans[curves[c].first_sample + index];
         let [from, to] = curves[c].arcs(index);
         others(near, c).filter(move |&o| span.meets(&chords[o])).flat_map(move |o| {
@@ -363,7 +363,7 @@ impl<'a, G: Turning> Scene<'a, G> {
         let curvature = match *other {
             Other::Solid { solid, .. } => solid.solid.hollowness(),
             Other::Rod { near, .. } => others(near, c)
-                .map(|o| self.bends[o] / self.plan.contacts.curves[o].length.powi(2))
+                .map(|o| self.bends[o] / self.plan.effects.contacts.curves[o].length.powi(2))
                 .fold(0.0, f64::max),
         };
         let [[_, a], [_, b]] = part.ends;
@@ -442,7 +442,7 @@ impl<'a, G: Turning> Scene<'a, G> {
             let length = (to - from) * part.length;
             let (weight, share) = (weight * length, Some(Share { node: i, length }));
             let axis = self.axis(p, c, part, x, found);
-            let known = is_whole.then(|| &self.plan.contacts.curves[c].whole[part.index][i][..]);
+            let known = is_whole.then(|| &self.plan.effects.contacts.curves[c].whole[part.index][i][..]);
             let centre = self.reach((c, at), known, found, 0);
             let arc = part.arc + part.length * x;
             if let Some(semi) = part.semi_axes(x) {
@@ -497,10 +497,10 @@ impl<'a, G: Turning> Scene<'a, G> {
         x: f64,
         found: &mut Found<'_, G::Pack>,
     ) -> Vector<f64> {
-        if self.plan.contacts.pairs[p].law.is_even() {
+        if self.plan.effects.contacts.pairs[p].law.is_even() {
             return Vector::zero();
         }
-        let curve = &self.plan.contacts.curves[c];
+        let curve = &self.plan.effects.contacts.curves[c];
         let piece = &self.plan.pieces[curve.piece];
         let weights = &mut found.weights[..piece.packs * LANES];
         curve.integral.write_weights_at(part.from + part.part * x, weights, found.polynomials);
@@ -538,7 +538,7 @@ impl<'a, G: Turning> Scene<'a, G> {
     ) -> Option<Nearest> {
         let is_neighbour = |c: usize, index: usize| {
             but.is_some_and(|(arc, near)| {
-                let [begin, end] = self.plan.contacts.curves[c].arcs(index);
+                let [begin, end] = self.plan.effects.contacts.curves[c].arcs(index);
                 begin < arc + near && end > arc - near
             })
         };
@@ -586,7 +586,7 @@ impl<'a, G: Turning> Scene<'a, G> {
         // What is nearest may be the end of what is looked at, beyond which there are neighbours.
         let (arc, is_end) = (part.arc + part.length * x, x == 0.0 || x == 1.0);
         let adjoins = |o: usize, i: usize| {
-            let beyond = self.plan.contacts.curves[o].arcs(i)[if x == 0.0 { 1 } else { 0 }];
+            let beyond = self.plan.effects.contacts.curves[o].arcs(i)[if x == 0.0 { 1 } else { 0 }];
             (arc - beyond).abs() <= SAME_PLACE * part.length.max(arc) && is_neighbour(o, i)
         };
         if is_end && but.is_some() && curves.clone().any(|o| (0..self.spans(o).len()).any(|i| adjoins(o, i)))
@@ -627,9 +627,9 @@ impl<'a, G: Turning> Scene<'a, G> {
         found: &mut Found<'_, G::Pack>,
         side: usize,
     ) -> Vector<f64> {
-        let curve: &Curve<G::Pack> = &self.plan.contacts.curves[curve];
+        let curve: &Curve<G::Pack> = &self.plan.effects.contacts.curves[curve];
         let piece = &self.plan.pieces[curve.piece];
-        let stride = self.plan.contacts.packs;
+        let stride = self.plan.effects.contacts.packs;
         let own = &mut found.up_to[(2 * found.touches.len() + side) * stride..][..piece.packs];
         if let Some(known) = known {
             own.copy_from_slice(known);
@@ -659,8 +659,8 @@ impl<'a, G: Turning> Scene<'a, G> {
     ) -> [Vector<f64>; 2] {
         let twist = match on {
             Standing::Along { curve, .. } => {
-                let piece = &self.plan.pieces[self.plan.contacts.curves[curve].piece];
-                let stride = self.plan.contacts.packs;
+                let piece = &self.plan.pieces[self.plan.effects.contacts.curves[curve].piece];
+                let stride = self.plan.effects.contacts.packs;
                 let own = &found.up_to[(2 * found.touches.len() + side) * stride..][..piece.packs];
                 let mut change = Twist::zero();
                 for (&weight, &rate) in own.iter().zip(&self.work.rate[piece.node_packs()]) {
@@ -668,7 +668,7 @@ impl<'a, G: Turning> Scene<'a, G> {
                 }
                 self.work.stations[piece.joined.begin].velocity + change.sum()
             }
-            Standing::On(fixture) => match self.plan.contacts.fixtures[fixture].point {
+            Standing::On(fixture) => match self.plan.effects.contacts.fixtures[fixture].point {
                 Some(point) => self.work.points[point].velocity,
                 // What rests in the world goes the other way than the frame.
                 None => Twist { angular: VectorSpace::zero(), linear: -self.work.surroundings.velocity },
@@ -681,10 +681,10 @@ impl<'a, G: Turning> Scene<'a, G> {
 
     /// Adds a touch, if there is one; the memory of the next touch knows how its first side is reached.
     fn press(&self, p: usize, first: &First, nearest: &Nearest, found: &mut Found<'_, G::Pack>) {
-        let pair = &self.plan.contacts.pairs[p];
+        let pair = &self.plan.effects.contacts.pairs[p];
         let &First { on, centre, radius, thickness, rolling, weight, axis, share } = first;
         let overlap = radius - nearest.distance.value;
-        if overlap <= 0.0 || found.touches.len() == self.plan.contacts.capacity {
+        if overlap <= 0.0 || found.touches.len() == self.plan.effects.contacts.capacity {
             return;
         }
         let sides = [on, nearest.on];

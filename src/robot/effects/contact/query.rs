@@ -24,18 +24,18 @@ pub(crate) fn sunk<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -> Option<(u
         let smallest = if second > 0.0 { first.min(second) } else { first };
         touch.meeting.overlap > smallest
     };
-    if let Some(touch) = work.contact.touches.iter().find(is_sunk) {
-        return Some((plan.contacts.pairs[touch.pair].contact, touch.meeting.overlap));
+    if let Some(touch) = work.effects.contact.touches.iter().find(is_sunk) {
+        return Some((plan.effects.contacts.pairs[touch.pair].contact, touch.meeting.overlap));
     }
     // Bodies that are in each other up to their middles need not touch with a corner or an edge.
-    plan.contacts.pairs.iter().find_map(|pair| {
+    plan.effects.contacts.pairs.iter().find_map(|pair| {
         let [Side::Body(body), Side::Solid(solid)] = pair.sides else { return None };
-        let Body { first_corner, corners, thickness, .. } = &plan.contacts.bodies[body];
+        let Body { first_corner, corners, thickness, .. } = &plan.effects.contacts.bodies[body];
         let mut middle = Vector::zero();
-        for &corner in &work.contact.corners[*first_corner..][..corners.len()] {
+        for &corner in &work.effects.contact.corners[*first_corner..][..corners.len()] {
             middle += corner * (corners.len() as f64).recip();
         }
-        let depth = -narrow_phase::placed(plan, &work.contact.poses, solid).distance(middle).value;
+        let depth = -narrow_phase::placed(plan, &work.effects.contact.poses, solid).distance(middle).value;
         (depth > 0.0).then_some((pair.contact, thickness + depth))
     })
 }
@@ -49,7 +49,7 @@ pub(crate) fn reached<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, length: f
         let span = far + first + second + touch.meeting.radii.iter().sum::<f64>();
         touch.meeting.overlap <= REACHED * span
     };
-    let touches = &work.contact.touches;
+    let touches = &work.effects.contact.touches;
     let mut pairs: Vec<usize> = touches.iter().map(|touch| touch.pair).collect();
     pairs.dedup();
     pairs.retain(|&p| touches.iter().filter(|touch| touch.pair == p).all(is_just_touched));
@@ -58,12 +58,12 @@ pub(crate) fn reached<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, length: f
 
 /// Energy of the overlaps.
 pub(crate) fn overlap_energy<G: Turning>(work: &Workspace<G>) -> f64 {
-    work.contact.touches.iter().map(|touch| touch.meeting.energy(&touch.pressing)).sum()
+    work.effects.contact.touches.iter().map(|touch| touch.meeting.energy(&touch.pressing)).sum()
 }
 
 /// Takes down how fast the surfaces that touch approach each other, the motion up to date.
 pub(crate) fn note_rates<G: Turning>(work: &mut Workspace<G>) {
-    let ContactState { touches, rates, .. } = &mut work.contact;
+    let ContactState { touches, rates, .. } = &mut work.effects.contact;
     rates.clear();
     rates.extend(touches.iter().map(|touch| touch.pressing.rate));
 }
@@ -75,7 +75,7 @@ pub(crate) fn note_rates<G: Turning>(work: &mut Workspace<G>) {
 /// over the mass that their overlap d and the acceleration a with which it opens tell of, `omega^2 = a / d`; their
 /// impact takes `pi / omega`.
 pub(crate) fn is_jolted<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, h: f64) -> bool {
-    let touches = work.contact.touches.iter().zip(&work.contact.rates);
+    let touches = work.effects.contact.touches.iter().zip(&work.effects.contact.rates);
     touches.enumerate().any(|(t, (touch, &before))| {
         let (overlap, after) = (touch.meeting.overlap, touch.pressing.rate);
         let has_met = overlap + 0.5 * h * (before + after) < 0.0;
@@ -102,7 +102,7 @@ pub(crate) struct Hardest {
 pub(crate) fn hardest_impact<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -> Option<Hardest> {
     /// Steps of an impact, which takes `pi / omega`: they give back more than nine tenths of its energy.
     const STEPS: f64 = 20.0;
-    let touches = work.contact.touches.iter().zip(&work.contact.rates).enumerate();
+    let touches = work.effects.contact.touches.iter().zip(&work.effects.contact.rates).enumerate();
     let (t, (touch, &before)) = touches.min_by(|(_, (_, a)), (_, (_, b))| a.total_cmp(b))?;
     let [first, second] = [0, 1].map(|side| acceleration(plan, work, t, side));
     let opening = touch.meeting.normal.dot(first - second);
@@ -111,7 +111,7 @@ pub(crate) fn hardest_impact<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) ->
     }
     let Law { dissipation, .. } = touch.meeting.law;
     Some(Hardest {
-        contact: plan.contacts.pairs[touch.pair].contact,
+        contact: plan.effects.contacts.pairs[touch.pair].contact,
         rebound: rebound(-dissipation * before),
         longest: PI / STEPS * (touch.meeting.overlap * touch.pressing.stiffening() / opening).sqrt(),
     })
@@ -141,18 +141,23 @@ fn rebound(approach: f64) -> f64 {
 
 /// How the centre of a side of a touch accelerates, in the frame of the plan (see `kernel::acceleration`).
 fn acceleration<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, t: usize, side: usize) -> Vector<f64> {
-    let touch = &work.contact.touches[t];
+    let touch = &work.effects.contact.touches[t];
     let (velocity, acceleration) = match touch.sides[side] {
         Standing::Still => return Vector::zero(),
         Standing::On(fixture) => {
             // The frame is inertial: what rests in the world is not accelerated in it.
-            let Some(point) = plan.contacts.fixtures[fixture].point else { return Vector::zero() };
+            let Some(point) = plan.effects.contacts.fixtures[fixture].point else { return Vector::zero() };
             (work.points[point].velocity, work.points[point].acceleration)
         }
         Standing::Along { curve, .. } => {
-            let piece = &plan.pieces[plan.contacts.curves[curve].piece];
+            let piece = &plan.pieces[plan.effects.contacts.curves[curve].piece];
             let begin = &work.stations[piece.joined.begin];
-            let reach = work.contact.reach(plan.contacts.packs, t, side).iter().zip(piece.node_packs());
+            let reach = work
+                .effects
+                .contact
+                .reach(plan.effects.contacts.packs, t, side)
+                .iter()
+                .zip(piece.node_packs());
             let (mut velocity, mut acceleration) = (Twist::zero(), Twist::zero());
             for (&weight, node) in reach {
                 velocity += work.rate[node] * weight;
@@ -193,15 +198,15 @@ pub struct Touching {
 /// The touches that have been found, as a robot tells them: in its own order of surfaces, in the world.
 pub(crate) fn told<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -> impl Iterator<Item = Touching> {
     let base = &work.surroundings.base;
-    work.contact.touches.iter().map(move |touch| {
-        let pair = &plan.contacts.pairs[touch.pair];
+    work.effects.contact.touches.iter().map(move |touch| {
+        let pair = &plan.effects.contacts.pairs[touch.pair];
         let (first, sign) = if pair.is_turned { (1, -1.0) } else { (0, 1.0) };
         let [[_, force], _] = touch.meeting.wrenches(&touch.pressing);
         let turned = |v: Vector<f64>| base.rotation.apply(v);
         let position = touch.centres[first] + touch.meeting.arms()[first];
         let along = |s: usize| match touch.sides[s] {
             Standing::Along { curve, x } => {
-                let curve = &plan.contacts.curves[curve];
+                let curve = &plan.effects.contacts.curves[curve];
                 Some(curve.start + x * curve.length)
             }
             _ => None,

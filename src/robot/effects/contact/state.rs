@@ -7,7 +7,6 @@ use crate::robot::effects::contact::plan::{Contacts, Curve, NODES, PLACES, WEIGH
 use crate::robot::effects::contact::shapes::distance;
 use crate::robot::effects::contact::shapes::obstacle::Pose;
 use crate::robot::effects::contact::shapes::touch::{Meeting, Pressing};
-use crate::robot::plan::Plan;
 use crate::robot::plan::space::Space;
 
 /// State of contacts, moved out of the workspace while contacts are evaluated.
@@ -316,20 +315,20 @@ pub(crate) struct Rubbing {
 }
 
 impl<G: Space> ContactTangent<G> {
-    pub(crate) fn new(plan: &Plan<G>) -> Self {
-        let contacts = &plan.contacts;
+    /// Memory for a robot with this number of coordinates, whose pieces have these numbers of packs of nodes times components.
+    pub(crate) fn new(contacts: &Contacts<G>, n: usize, blocks: impl Iterator<Item = usize>) -> Self {
         let has_contact = !contacts.pairs.is_empty();
-        let numbers = if has_contact { plan.n + LANES } else { 0 };
+        let numbers = if has_contact { n + LANES } else { 0 };
         let components = || std::array::from_fn(|_| vec![0.0; numbers]);
-        let pieces = if has_contact { &plan.pieces[..] } else { &[] };
         let mut firsts = vec![0];
-        firsts.extend(pieces.iter().scan(0, |first, piece| {
-            *first += piece.packs * piece.components.len();
+        firsts.extend(blocks.filter(|_| has_contact).scan(0, |first, block| {
+            *first += block;
             Some(*first)
         }));
+        let pieces = firsts.len() - 1;
         Self {
-            is_known: vec![false; pieces.len()],
-            at_nodes: vec![[Twist::zero(); 2]; firsts[pieces.len()]],
+            is_known: vec![false; pieces],
+            at_nodes: vec![[Twist::zero(); 2]; firsts[pieces]],
             firsts,
             moved: components(),
             faster: components(),

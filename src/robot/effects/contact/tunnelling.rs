@@ -43,20 +43,20 @@ const LARGEST_TURN: f64 = 2.0;
 
 /// Whether there is anything that has two sides.
 pub(crate) fn is_possible<G: Turning>(plan: &Plan<G>) -> bool {
-    plan.contacts.pairs.iter().any(|pair| has_two_sides(plan, pair))
+    plan.effects.contacts.pairs.iter().any(|pair| has_two_sides(plan, pair))
 }
 
 /// Whether what touches may be on either side of the other surface.
 pub(crate) fn has_two_sides<G: Turning>(plan: &Plan<G>, pair: &Pair) -> bool {
     match pair.sides[1] {
-        Side::Solid(solid) => can_be_passed(&plan.contacts.solids[solid].solid),
+        Side::Solid(solid) => can_be_passed(&plan.effects.contacts.solids[solid].solid),
         _ => true,
     }
 }
 
 /// Takes down where surfaces are, as was seen last.
 pub(crate) fn note<G: Turning>(work: &mut Workspace<G>) {
-    let contact = &mut work.contact;
+    let contact = &mut work.effects.contact;
     let Noted { of, places, bounds, centres, corners, poses, .. } = &mut contact.noted;
     of.clear();
     of.extend_from_slice(&work.kinematics_of);
@@ -70,21 +70,21 @@ pub(crate) fn note<G: Turning>(work: &mut Workspace<G>) {
 
 /// Finds how far the curves have moved since that.
 fn measure_ways<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>) {
-    let ContactState { noted: Noted { places, moved, .. }, samples, .. } = &mut work.contact;
+    let ContactState { noted: Noted { places, moved, .. }, samples, .. } = &mut work.effects.contact;
     moved.clear();
-    moved.extend(plan.contacts.curves.iter().map(|curve| {
+    moved.extend(plan.effects.contacts.curves.iter().map(|curve| {
         let own = curve.first_sample..curve.first_sample + curve.samples.len();
         let ways = places[own.clone()].iter().zip(&samples[own]);
         ways.map(|(before, [now, _])| distance(*before, *now)).fold(0.0, f64::max)
     }));
-    let ContactState { noted, bounds: now, .. } = &mut work.contact;
+    let ContactState { noted, bounds: now, .. } = &mut work.effects.contact;
     let Noted { bounds, swept, branches, .. } = noted;
     swept.clear();
     swept.extend(bounds.iter().zip(&*now).map(|(&(before, of_before), &(now, of_now))| {
         ((before + now) * 0.5, 0.5 * distance(before, now) + of_before.max(of_now))
     }));
     branches.resize(2 * swept.len(), (Vector::zero(), 0.0));
-    broad_phase::enclose(&plan.contacts, swept, branches);
+    broad_phase::enclose(&plan.effects.contacts, swept, branches);
 }
 
 /// Whether any pair has passed through each other between what was noted and what was seen last.
@@ -93,11 +93,11 @@ pub(crate) fn has_passed<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, me
     if have_rods_crossed(plan, work, measure) {
         return true;
     }
-    let ways = Ways { plan, q: &work.kinematics_of, contact: &work.contact, measure };
-    plan.contacts.pairs.iter().any(|pair| match &pair.sides {
+    let ways = Ways { plan, q: &work.kinematics_of, contact: &work.effects.contact, measure };
+    plan.effects.contacts.pairs.iter().any(|pair| match &pair.sides {
         [Side::Rod(_), Side::Rod(_)] => false,
         [Side::Rod(curves), Side::Ball(ball)] => {
-            let (there, other) = (ways.of_ball(*ball), plan.contacts.balls[*ball].radius);
+            let (there, other) = (ways.of_ball(*ball), plan.effects.contacts.balls[*ball].radius);
             let solid = Solid::Ball { centre: Vector::zero(), radius: other };
             curves.clone().any(|c| {
                 ways.parts(c).any(|part| {
@@ -116,7 +116,7 @@ pub(crate) fn has_passed<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, me
                         .clone()
                         .any(|c| ways.parts(c).any(|part| moving.meets(part.ways, part.thin, measure)));
             }
-            let solid = &plan.contacts.solids[*solid].solid;
+            let solid = &plan.effects.contacts.solids[*solid].solid;
             curves.clone().any(|c| {
                 let (centre, radius) = ways.bound(c);
                 can_be_passed(solid)
@@ -127,10 +127,10 @@ pub(crate) fn has_passed<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, me
             })
         }
         [Side::Ball(ball), second] => {
-            let (way, radius) = (ways.of_ball(*ball), plan.contacts.balls[*ball].radius);
+            let (way, radius) = (ways.of_ball(*ball), plan.effects.contacts.balls[*ball].radius);
             match second {
                 Side::Ball(other) => {
-                    let (there, other) = (ways.of_ball(*other), plan.contacts.balls[*other].radius);
+                    let (there, other) = (ways.of_ball(*other), plan.effects.contacts.balls[*other].radius);
                     let solid = Solid::Ball { centre: Vector::zero(), radius: other };
                     Patch::beside([way; 2], there).is_deep_in(&solid, radius, measure.of(radius, other))
                 }
@@ -138,26 +138,28 @@ pub(crate) fn has_passed<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, me
                     if let Some(moving) = ways.moving(*solid) {
                         return can_be_passed(moving.solid) && moving.meets([way; 2], radius, measure);
                     }
-                    let solid = &plan.contacts.solids[*solid].solid;
+                    let solid = &plan.effects.contacts.solids[*solid].solid;
                     can_be_passed(solid)
                         && Patch([way; 2]).is_deep_in(solid, radius, measure.of(radius, round(solid)))
                 }
                 Side::Rod(_) | Side::Body(_) => unreachable!("what meets solids is the first side"),
             }
         }
-        [Side::Body(body), Side::Solid(solid)] => ways.has_body_passed(&plan.contacts.bodies[*body], *solid),
+        [Side::Body(body), Side::Solid(solid)] => {
+            ways.has_body_passed(&plan.effects.contacts.bodies[*body], *solid)
+        }
         [Side::Solid(_), _] | [_, Side::Body(_)] | [Side::Body(_), _] => false,
     })
 }
 
 /// Whether rods have passed through each other, or through themselves.
 fn have_rods_crossed<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, measure: Radius) -> bool {
-    let mut state = std::mem::take(&mut work.contact);
+    let mut state = std::mem::take(&mut work.effects.contact);
     let mut near = std::mem::take(&mut state.near);
-    let have_crossed = plan.contacts.pairs.iter().any(|pair| {
+    let have_crossed = plan.effects.contacts.pairs.iter().any(|pair| {
         let [Side::Rod(rod), Side::Rod(other)] = &pair.sides else { return false };
         near.clear();
-        broad_phase::gather(&plan.contacts, pair, [rod, other], &state.noted.branches, &mut near);
+        broad_phase::gather(&plan.effects.contacts, pair, [rod, other], &state.noted.branches, &mut near);
         near.iter().any(|&[c, o]| {
             for curve in [c, o] {
                 detection::look_closely(plan, &work.slope, &mut state, curve);
@@ -167,7 +169,7 @@ fn have_rods_crossed<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, measur
         })
     });
     state.near = near;
-    work.contact = state;
+    work.effects.contact = state;
     have_crossed
 }
 
@@ -242,10 +244,10 @@ impl<G: Turning> Ways<'_, G> {
 
     /// A solid that moves in the frame, and how.
     fn moving(&self, solid: usize) -> Option<Moving<'_>> {
-        let Fixed { on, solid: own } = &self.plan.contacts.solids[solid];
+        let Fixed { on, solid: own } = &self.plan.effects.contacts.solids[solid];
         let Self { q, contact, .. } = self;
         on.map(|fixture| {
-            let turned_by = &self.plan.contacts.fixtures[fixture].turned_by;
+            let turned_by = &self.plan.effects.contacts.fixtures[fixture].turned_by;
             let change = |k: usize| (q[k] - contact.noted.of[k]).abs();
             let most_turn = turned_by.iter().map(|&(k, rate)| rate * change(k)).sum();
             Moving::new(own, contact.noted.poses[solid], contact.poses[solid], most_turn)
@@ -262,7 +264,7 @@ impl<G: Turning> Ways<'_, G> {
             [self.contact.noted.corners[k], self.contact.corners[k]]
         };
         let (radius, measure) = (body.radius, self.measure.part() * body.measure);
-        let fixed = &self.plan.contacts.solids[solid].solid;
+        let fixed = &self.plan.effects.contacts.solids[solid].solid;
         let fastest = corners().map(|(before, now)| distance(*before, *now)).fold(0.0, f64::max);
         let moving = self.moving(solid);
         let is_deep = |ways: [Way; 2]| match &moving {
@@ -281,7 +283,7 @@ impl<G: Turning> Ways<'_, G> {
     }
 
     fn parts(&self, c: usize) -> impl Iterator<Item = Part> + '_ {
-        let curve = &self.plan.contacts.curves[c];
+        let curve = &self.plan.effects.contacts.curves[c];
         let seen = curve.first_sample..curve.first_sample + curve.samples.len();
         let places = &self.contact.noted.places[seen.clone()];
         let samples = &self.contact.samples[seen];

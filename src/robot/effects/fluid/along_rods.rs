@@ -251,7 +251,7 @@ impl<G: Turning> LineWrench<G> for FluidAround {
 
     #[inline(always)]
     fn act_along(plan: &Plan<G>, piece: &PiecePlan<G>, work: &mut Workspace<G>) {
-        let (Some(immersion), Some(immersed)) = (&plan.immersion, &piece.immersed) else { return };
+        let (Some(immersion), Some(immersed)) = (&plan.effects.immersion, &piece.immersed) else { return };
         for pack in 0..piece.packs {
             let node = piece.first_pack + pack;
             let stream = stream(plan, work, node);
@@ -309,7 +309,7 @@ impl<G: Turning> StoredEnergy<G> for FluidAround {
 
 impl<G: Turning> Dissipation<G> for FluidAround {
     fn dissipates(plan: &Plan<G>) -> bool {
-        plan.immersion.is_some_and(|fluid| fluid.has_drag)
+        plan.effects.immersion.is_some_and(|fluid| fluid.has_drag)
     }
 
     fn dissipated_power(plan: &Plan<G>, work: &Workspace<G>) -> f64 {
@@ -319,7 +319,7 @@ impl<G: Turning> Dissipation<G> for FluidAround {
 
 impl<G: Turning> Supply<G> for FluidAround {
     fn drives(plan: &Plan<G>) -> bool {
-        plan.immersion.is_some_and(|fluid| fluid.has_drag && plan.world.has_current())
+        plan.effects.immersion.is_some_and(|fluid| fluid.has_drag && plan.world.has_current())
     }
 
     fn supplied_power(plan: &Plan<G>, work: &Workspace<G>) -> f64 {
@@ -330,7 +330,7 @@ impl<G: Turning> Supply<G> for FluidAround {
 impl<G: Turning> VelocityDependence<G> for FluidAround {
     fn depends_on_velocity(plan: &Plan<G>) -> bool {
         let flows = |fluid: Immersion| fluid.has_drag || (fluid.has_added_mass && plan.world.has_current());
-        plan.immersion.is_some_and(flows)
+        plan.effects.immersion.is_some_and(flows)
     }
 }
 

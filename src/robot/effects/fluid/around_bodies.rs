@@ -100,7 +100,7 @@ pub(crate) fn hulls<'a, G: Turning>(
     work: &'a Workspace<G>,
 ) -> impl Iterator<Item = (&'a Hull<G>, &'a PointState<G>)> {
     let points = plan.points.iter().zip(&work.points);
-    points.flat_map(|(point, state)| point.hulls.iter().map(move |hull| (hull, state)))
+    points.flat_map(|(point, state)| point.effects.hulls.iter().map(move |hull| (hull, state)))
 }
 
 /// Power that drag dissipates in the motion relative to the fluid, and power that the current supplies.
@@ -123,14 +123,14 @@ fn powers<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -> [f64; 2] {
 pub(crate) struct FluidAroundBodies;
 
 fn has_drag<G: Turning>(plan: &Plan<G>) -> bool {
-    let mut hulls = plan.points.iter().flat_map(|point| &point.hulls);
+    let mut hulls = plan.points.iter().flat_map(|point| &point.effects.hulls);
     hulls.any(|hull| hull.viscous > 0.0 || hull.quadratic > 0.0)
 }
 
 impl<G: Turning> PointWrench<G> for FluidAroundBodies {
     #[inline(always)]
     fn act_at(_: &Plan<G>, work: &Workspace<G>, point: &Point<G>, state: &mut PointState<G>) {
-        for hull in &point.hulls {
+        for hull in &point.effects.hulls {
             let force = hull.force(work, state);
             state.force += force_at::<G>(force, hull.position(state));
         }
@@ -140,7 +140,7 @@ impl<G: Turning> PointWrench<G> for FluidAroundBodies {
 impl<G: Turning> PointResponse<G> for FluidAroundBodies {
     #[inline(always)]
     fn responds_at(point: &Point<G>) -> bool {
-        !point.hulls.is_empty()
+        !point.effects.hulls.is_empty()
     }
 
     #[inline(always)]
@@ -151,7 +151,7 @@ impl<G: Turning> PointResponse<G> for FluidAroundBodies {
         state: &PointState<G>,
         sum: &mut Response<G, f64>,
     ) {
-        for hull in &point.hulls {
+        for hull in &point.effects.hulls {
             sum.add(hull.response(work, state));
         }
     }

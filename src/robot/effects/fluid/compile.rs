@@ -31,7 +31,7 @@ pub(crate) fn compile<G: Turning>(plan: &mut Plan<G>, robot: &Robot) {
     let immersion = Immersion { has_drag: fluid.has_drag(), has_added_mass: fluid.has_added_mass() };
     let is_felt = immersion.has_drag || immersion.has_added_mass;
     let is_borne = fluid.bears(robot.gravity);
-    let buoyancy = plan.loads.len();
+    let buoyancy = plan.effects.loads.len();
     let mut volume = 0.0;
     for piece in plan.pieces.iter_mut().filter(|piece| !piece.is_joint) {
         let nodes = &piece.gauss.nodes;
@@ -68,11 +68,11 @@ pub(crate) fn compile<G: Turning>(plan: &mut Plan<G>, robot: &Robot) {
             ..crate::robot::effects::load::Load::at_tip()
         };
         let World { base, motion, .. } = &plan.world;
-        plan.loads.push(load::plan(load, plan.frame, &base.rotation, motion.is_some(), &plan.inputs));
+        plan.effects.loads.push(load::plan(load, plan.frame, &base.rotation, motion.is_some(), &plan.inputs));
         plan.has_dead_loads = true;
         plan.world.dead_force += Vector::from(weight) * volume;
     }
     if is_felt {
-        plan.immersion = Some(immersion);
+        plan.effects.immersion = Some(immersion);
     }
 }

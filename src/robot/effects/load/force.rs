@@ -35,14 +35,14 @@ fn at_point<G: Turning>(
     work: &Workspace<G>,
     state: &PointState<G>,
 ) -> Wrench<G, f64> {
-    let wrench = work.acting[load];
-    if plan.loads[load].is_dead() { wrench } else { wrench.rotated(&state.rotation) }
+    let wrench = work.effects.acting[load];
+    if plan.effects.loads[load].is_dead() { wrench } else { wrench.rotated(&state.rotation) }
 }
 
 impl<G: Turning> Spread<G> {
     #[inline(always)]
     fn is_dead(&self, plan: &Plan<G>) -> bool {
-        plan.loads[self.load].is_dead()
+        plan.effects.loads[self.load].is_dead()
     }
 
     /// Wrench per length at a pack of nodes, about these nodes.
@@ -54,7 +54,7 @@ impl<G: Turning> Spread<G> {
         pack: usize,
         rotation: &G::Rotation<G::Pack>,
     ) -> Wrench<G, G::Pack> {
-        let wrench = work.acting[self.load].splat() * self.density[pack];
+        let wrench = work.effects.acting[self.load].splat() * self.density[pack];
         if self.is_dead(plan) { wrench } else { wrench.rotated(rotation) }
     }
 
@@ -65,7 +65,7 @@ impl<G: Turning> Spread<G> {
         work: &Workspace<G>,
         rotation: &G::Rotation<G::Pack>,
     ) -> Wrench<G, G::Pack> {
-        let wrench = work.acting[self.load].splat();
+        let wrench = work.effects.acting[self.load].splat();
         if self.is_dead(plan) { wrench } else { wrench.rotated(rotation) }
     }
 }
@@ -74,12 +74,12 @@ impl<G: Turning> Spread<G> {
 fn work_of_dead_forces<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -> f64 {
     let mut sum = 0.0;
     for (point, state) in plan.points.iter().zip(&work.points) {
-        for &load in point.loads.iter().filter(|&&load| plan.loads[load].has_potential) {
-            sum += work.acting[load].force.dot(state.position);
+        for &load in point.effects.loads.iter().filter(|&&load| plan.effects.loads[load].has_potential) {
+            sum += work.effects.acting[load].force.dot(state.position);
         }
     }
     for piece in &plan.pieces {
-        for spread in piece.spread.iter().filter(|spread| plan.loads[spread.load].has_potential) {
+        for spread in piece.spread.iter().filter(|spread| plan.effects.loads[spread.load].has_potential) {
             for pack in 0..piece.packs {
                 let node = piece.first_pack + pack;
                 let force = spread.wrench(plan, work, pack, &work.rotation[node]).force;
@@ -93,7 +93,7 @@ fn work_of_dead_forces<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -> f64 {
 impl<G: Turning> PointWrench<G> for Loads {
     #[inline(always)]
     fn act_at(plan: &Plan<G>, work: &Workspace<G>, point: &Point<G>, state: &mut PointState<G>) {
-        for &load in &point.loads {
+        for &load in &point.effects.loads {
             state.force = state.force - at_point(load, plan, work, state).at(state.position);
         }
     }
@@ -108,8 +108,8 @@ impl<G: Turning> DeadPointWrench<G> for Loads {
         state: &PointState<G>,
         sum: &mut Gyroscope<G, f64>,
     ) {
-        for &load in point.loads.iter().filter(|&&load| plan.loads[load].is_dead()) {
-            sum.add(Gyroscope::of_dead_load(work.acting[load], state.position));
+        for &load in point.effects.loads.iter().filter(|&&load| plan.effects.loads[load].is_dead()) {
+            sum.add(Gyroscope::of_dead_load(work.effects.acting[load], state.position));
         }
     }
 }
@@ -186,16 +186,16 @@ impl<G: Turning> StoredEnergy<G> for Loads {
 
 impl<G: Turning> Supply<G> for Loads {
     fn drives(plan: &Plan<G>) -> bool {
-        plan.loads.iter().any(|load| !load.has_potential || load.has_moment)
+        plan.effects.loads.iter().any(|load| !load.has_potential || load.has_moment)
     }
 
     fn supplied_power(plan: &Plan<G>, work: &Workspace<G>) -> f64 {
         let frame = Twist { angular: VectorSpace::zero(), linear: work.surroundings.velocity };
         let mut power = 0.0;
         for (point, state) in plan.points.iter().zip(&work.points) {
-            for &load in &point.loads {
+            for &load in &point.effects.loads {
                 let mut wrench = at_point(load, plan, work, state);
-                if plan.loads[load].has_potential {
+                if plan.effects.loads[load].has_potential {
                     wrench.force = VectorSpace::zero();
                 }
                 power += (state.velocity + frame).dot(wrench.at(state.position));
@@ -206,7 +206,7 @@ impl<G: Turning> Supply<G> for Loads {
                 for pack in 0..piece.packs {
                     let node = piece.first_pack + pack;
                     let mut wrench = spread.wrench(plan, work, pack, &work.rotation[node]);
-                    if plan.loads[spread.load].has_potential {
+                    if plan.effects.loads[spread.load].has_potential {
                         wrench.force = VectorSpace::zero();
                     }
                     let velocity = work.velocity[node] + frame.splat();

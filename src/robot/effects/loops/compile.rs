@@ -63,7 +63,7 @@ pub(crate) fn compile<G: Turning>(plan: &mut Plan<G>, robot: &Robot) {
     loops.rows += loops.lengths.len();
     loops.held_by = of_loops.chain(loops.lengths.iter().map(|&i| Holder::Tendon(i))).collect();
     plan.has_dead_loads |= !loops.ties.is_empty();
-    plan.loops = loops;
+    plan.effects.loops = loops;
 }
 
 /// Indices of the robot's own coordinates among those of all joints and rods.
@@ -92,7 +92,7 @@ fn end<G: Turning>(plan: &Plan<G>, robot: &Robot, described: &LoopEnd, number: u
         let frame = Frame { position: seen(position - Vector::from(root.position)), axes };
         return TieEnd { frame, on: None };
     };
-    let has_it = |point: &Point<G>| point.tied.contains(&number);
+    let has_it = |point: &Point<G>| point.effects.tied.contains(&number);
     let point = plan.points.iter().position(has_it).expect("every end is at a point");
     let at = &plan.points[point].place;
     let own = Offset { orientation, position };

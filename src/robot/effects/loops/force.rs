@@ -26,7 +26,7 @@ pub(crate) struct ClosedLoops;
 pub(crate) fn frames<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, tie: &TiePlan<G::Pack>) -> [Frame; 2] {
     std::array::from_fn(|e| {
         let end = &tie.ends[e];
-        let Some(on) = &end.on else { return work.loops.world_ends[tie.number][e].frame };
+        let Some(on) = &end.on else { return work.effects.loops.world_ends[tie.number][e].frame };
         let state = &work.points[on.point];
         let axes = G::rotation_in_space(plan.frame, &state.rotation);
         let Frame { position, axes: beside } = end.frame;
@@ -55,9 +55,9 @@ fn needed_at<G: Turning>(
     tied: usize,
 ) -> (Wrench<G, f64>, G::Vector<f64>) {
     let (i, end) = (tied / 2, tied % 2);
-    let tie = &plan.loops.ties[i];
-    let frames = &work.loops.frames[i];
-    let [mut moment, mut force] = held(tie, frames, &work.loops.multipliers);
+    let tie = &plan.effects.loops.ties[i];
+    let frames = &work.effects.loops.frames[i];
+    let [mut moment, mut force] = held(tie, frames, &work.effects.loops.multipliers);
     if end == 0 {
         let way = frames[1].position - frames[0].position;
         (moment, force) = (-(moment + way.cross(force)), -force);
@@ -75,7 +75,7 @@ impl<G: Turning> DeadPointWrench<G> for ClosedLoops {
         _: &PointState<G>,
         sum: &mut Gyroscope<G, f64>,
     ) {
-        for &tied in &point.tied {
+        for &tied in &point.effects.tied {
             let (Wrench { moment, force }, position) = needed_at(plan, work, tied);
             sum.add(Gyroscope::of_dead_load(Wrench { moment: -moment, force: -force }, position));
         }
@@ -84,13 +84,13 @@ impl<G: Turning> DeadPointWrench<G> for ClosedLoops {
 
 impl<G: Turning> CoordinateForce<G> for ClosedLoops {
     fn acts(plan: &Plan<G>) -> bool {
-        !plan.loops.ties.is_empty() || !plan.loops.gears.is_empty()
+        !plan.effects.loops.ties.is_empty() || !plan.effects.loops.gears.is_empty()
     }
 
     #[inline(always)]
     fn prepare(plan: &Plan<G>, work: &mut Workspace<G>, _: &[f64], _: &[f64]) {
-        for (i, tie) in plan.loops.ties.iter().enumerate() {
-            work.loops.frames[i] = frames(plan, work, tie);
+        for (i, tie) in plan.effects.loops.ties.iter().enumerate() {
+            work.effects.loops.frames[i] = frames(plan, work, tie);
             for (e, end) in tie.ends.iter().enumerate() {
                 if let Some(on) = &end.on {
                     let (wrench, position) = needed_at(plan, work, 2 * i + e);
@@ -102,8 +102,10 @@ impl<G: Turning> CoordinateForce<G> for ClosedLoops {
 
     #[inline(always)]
     fn push(plan: &Plan<G>, work: &Workspace<G>, tau: &mut [f64]) {
-        let first = plan.loops.first_gear();
-        for (gear, &multiplier) in plan.loops.gears.iter().zip(&work.loops.multipliers[first..]) {
+        let first = plan.effects.loops.first_gear();
+        for (gear, &multiplier) in
+            plan.effects.loops.gears.iter().zip(&work.effects.loops.multipliers[first..])
+        {
             tau[gear.coordinates[0]] += multiplier;
             tau[gear.coordinates[1]] -= gear.ratio * multiplier;
         }
@@ -125,14 +127,15 @@ impl<G: Turning> CoordinateForce<G> for ClosedLoops {
         if weights.q == 0.0 {
             return;
         }
-        for i in 0..plan.loops.ties.len() {
-            let sweep = Stiffen { plan, work, memory: &mut memory.loops, weight: weights.q, matrix, tie: i };
+        for i in 0..plan.effects.loops.ties.len() {
+            let sweep =
+                Stiffen { plan, work, memory: &mut memory.effects.loops, weight: weights.q, matrix, tie: i };
             plan.instructions.run_apart::<G::Pack, _>(sweep);
         }
     }
 
     fn couples_pieces(plan: &Plan<G>) -> bool {
-        plan.loops.rows > 0
+        plan.effects.loops.rows > 0
     }
 }
 
@@ -160,13 +163,13 @@ impl<G: Turning> Sweep for Stiffen<'_, G> {
     #[inline(always)]
     fn call(self) {
         let Self { plan, work, memory, weight, matrix, tie: i } = self;
-        let tie = &plan.loops.ties[i];
-        let multipliers = &work.loops.multipliers[tie.first..][..tie.rows.len()];
+        let tie = &plan.effects.loops.ties[i];
+        let multipliers = &work.effects.loops.multipliers[tie.first..][..tie.rows.len()];
         if multipliers.iter().all(|&multiplier| multiplier == 0.0) {
             return;
         }
         let LoopTangent { moved, components, .. } = memory;
-        let (n, frames, moved) = (plan.n, &work.loops.frames[i], &moved[i * plan.n..][..plan.n]);
+        let (n, frames, moved) = (plan.n, &work.effects.loops.frames[i], &moved[i * plan.n..][..plan.n]);
         for (k, [first, second]) in moved.iter().enumerate() {
             for (m, motion) in [first[0], first[1], second[0], second[1]].into_iter().enumerate() {
                 for (c, x) in motion.to_array().into_iter().enumerate() {
@@ -175,7 +178,7 @@ impl<G: Turning> Sweep for Stiffen<'_, G> {
             }
         }
         let way = frames[1].position - frames[0].position;
-        let [_, force] = held(tie, frames, &work.loops.multipliers);
+        let [_, force] = held(tie, frames, &work.effects.loops.multipliers);
         for &k in &tie.reaches {
             let mut change = [Vector::zero(); 2];
             for (row, &multiplier) in tie.rows.iter().zip(multipliers) {

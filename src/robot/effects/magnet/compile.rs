@@ -29,7 +29,7 @@ pub(crate) fn compile<G: Turning>(plan: &mut Plan<G>, robot: &Robot) {
     let mut magnets = Magnets::none();
     let owners: Vec<usize> = robot.magnets.iter().map(|magnet| magnet.link).collect();
     for (i, magnet) in robot.magnets.iter().enumerate() {
-        let point = plan.points.iter().position(|point| point.magnets.contains(&i));
+        let point = plan.points.iter().position(|point| point.effects.magnets.contains(&i));
         let point = point.expect("every magnet is at a point");
         let own = in_axes_of_point(plan, magnet);
         let moved_by = kinematics::moved_by(plan, &plan.points[point].place);
@@ -46,7 +46,7 @@ pub(crate) fn compile<G: Turning>(plan: &mut Plan<G>, robot: &Robot) {
     add_segments(plan, robot, &mut magnets);
     magnets.pairs.sort_unstable();
     add_field(plan, robot, &mut magnets);
-    plan.magnets = magnets;
+    plan.effects.magnets = magnets;
 }
 
 /// Whether two places, by what moves them, keep their distance.
@@ -157,6 +157,6 @@ fn add_field<G: Turning>(plan: &mut Plan<G>, robot: &Robot, magnets: &mut Magnet
     }
     plan.varies_in_time |= load.varies_in_time;
     plan.has_dead_loads = true;
-    magnets.field = Some(plan.loads.len());
-    plan.loads.push(load);
+    magnets.field = Some(plan.effects.loads.len());
+    plan.effects.loads.push(load);
 }

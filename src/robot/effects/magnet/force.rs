@@ -28,7 +28,7 @@ pub(crate) struct Magnets;
 /// The uniform field in the axes of the plan, if there is one.
 #[inline(always)]
 fn field<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -> Option<G::Vector<f64>> {
-    plan.magnets.field.map(|load| work.acting[load].force)
+    plan.effects.magnets.field.map(|load| work.effects.acting[load].force)
 }
 
 /// The field at every node.
@@ -54,9 +54,9 @@ fn couple<G: Geometry, T: Scalar>(moment: G::Vector<T>, field: G::Vector<T>) -> 
 impl<G: Turning> PointWrench<G> for Magnets {
     #[inline(always)]
     fn act_at(plan: &Plan<G>, work: &Workspace<G>, point: &Point<G>, state: &mut PointState<G>) {
-        for &magnet in &point.magnets {
+        for &magnet in &point.effects.magnets {
             let Some(field) = field(plan, work) else { return };
-            let moment = G::rotate(&state.rotation, plan.magnets.fixed[magnet].moment);
+            let moment = G::rotate(&state.rotation, plan.effects.magnets.fixed[magnet].moment);
             state.force = state.force - couple(moment, field);
         }
     }
@@ -71,9 +71,9 @@ impl<G: Turning> DeadPointWrench<G> for Magnets {
         state: &PointState<G>,
         sum: &mut Gyroscope<G, f64>,
     ) {
-        for &magnet in &point.magnets {
+        for &magnet in &point.effects.magnets {
             let Some(field) = field(plan, work) else { return };
-            sum.add(dead(G::rotate(&state.rotation, plan.magnets.fixed[magnet].moment), field));
+            sum.add(dead(G::rotate(&state.rotation, plan.effects.magnets.fixed[magnet].moment), field));
         }
     }
 }
@@ -81,14 +81,14 @@ impl<G: Turning> DeadPointWrench<G> for Magnets {
 impl<G: Turning> LineWrench<G> for Magnets {
     #[inline(always)]
     fn acts_along(plan: &Plan<G>, piece: &PiecePlan<G>) -> bool {
-        plan.magnets.act_along(piece.first_pack) && piece.packs > 0
+        plan.effects.magnets.act_along(piece.first_pack) && piece.packs > 0
     }
 
     #[inline(always)]
     fn act_along(plan: &Plan<G>, piece: &PiecePlan<G>, work: &mut Workspace<G>) {
         let Some(field) = field(plan, work) else { return };
         for node in piece.node_packs() {
-            let moment = G::rotate(&work.rotation[node], plan.magnets.along[node]);
+            let moment = G::rotate(&work.rotation[node], plan.effects.magnets.along[node]);
             work.force[node] = work.force[node] - couple(moment, splat::<G>(field));
         }
     }
@@ -112,7 +112,7 @@ impl<G: Turning> DeadLineWrench<G> for Magnets {
         }
         let Some(field) = field(plan, work) else { return };
         for ((node, sum), &weight) in piece.node_packs().zip(sums).zip(&piece.weights) {
-            let moment = G::rotate(&work.rotation[node], plan.magnets.along[node]) * weight;
+            let moment = G::rotate(&work.rotation[node], plan.effects.magnets.along[node]) * weight;
             sum.add(dead(moment, splat::<G>(field)));
         }
     }
@@ -167,13 +167,13 @@ fn add_need<G: Turning>(
 
 impl<G: Turning> CoordinateForce<G> for Magnets {
     fn acts(plan: &Plan<G>) -> bool {
-        !plan.magnets.pairs.is_empty()
+        !plan.effects.magnets.pairs.is_empty()
     }
 
     #[inline(always)]
     fn prepare(plan: &Plan<G>, work: &mut Workspace<G>, _: &[f64], _: &[f64]) {
-        let actors = &plan.magnets.actors;
-        for pair in &plan.magnets.pairs {
+        let actors = &plan.effects.magnets.actors;
+        for pair in &plan.effects.magnets.pairs {
             let [a, b] = pair.map(|i| seen(plan, work, &actors[i]));
             let acting = wrenches([&a, &b], &Pair::of([&a, &b]).between());
             for ((&i, dipole), wrench) in pair.iter().zip([a, b]).zip(acting) {
@@ -196,10 +196,10 @@ impl<G: Turning> CoordinateForce<G> for Magnets {
     ) {
         // What couples branches is solved with all entries.
         let Tangent::Dense(matrix) = tangent else { return };
-        if plan.magnets.pairs.is_empty() || weights.q == 0.0 {
+        if plan.effects.magnets.pairs.is_empty() || weights.q == 0.0 {
             return;
         }
-        let (n, memory) = (plan.n, &mut memory.magnets);
+        let (n, memory) = (plan.n, &mut memory.effects.magnets);
         look(plan, work, memory);
         for k in 0..n {
             answer(plan, memory, k, weights.q);
@@ -213,7 +213,7 @@ impl<G: Turning> CoordinateForce<G> for Magnets {
     }
 
     fn couples_pieces(plan: &Plan<G>) -> bool {
-        !plan.magnets.pairs.is_empty()
+        !plan.effects.magnets.pairs.is_empty()
     }
 }
 
@@ -222,7 +222,7 @@ fn look<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, memory: &mut MagnetTang
     let MagnetTangent { dipoles, wrenches: acting, moved, .. } = memory;
     moved.fill([Vector::zero(); 2]);
     acting.fill([Vector::zero(); 2]);
-    for (i, actor) in plan.magnets.actors.iter().enumerate() {
+    for (i, actor) in plan.effects.magnets.actors.iter().enumerate() {
         dipoles[i] = seen(plan, work, actor);
         let moved = &mut moved[i * plan.n..][..plan.n];
         columns::visit(plan, work, columns::each(&actor.moved_by), |k, [psi, _]| {
@@ -231,7 +231,7 @@ fn look<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, memory: &mut MagnetTang
             moved[k] = [turn, shift];
         });
     }
-    for &[a, b] in &plan.magnets.pairs {
+    for &[a, b] in &plan.effects.magnets.pairs {
         let pair = [&dipoles[a], &dipoles[b]];
         for (i, [moment, force]) in [a, b].into_iter().zip(wrenches(pair, &Pair::of(pair).between())) {
             acting[i] = [acting[i][0] + moment, acting[i][1] + force];
@@ -247,7 +247,7 @@ fn answer<G: Turning>(plan: &Plan<G>, memory: &mut MagnetTangent, k: usize, weig
         let [turn, _] = motion(i);
         *answer = acting[i].map(|v| turn.cross(v));
     }
-    for &[a, b] in &plan.magnets.pairs {
+    for &[a, b] in &plan.effects.magnets.pairs {
         let [of_a, of_b] = [motion(a), motion(b)];
         let pair = [&dipoles[a], &dipoles[b]];
         let turned = [of_a[0].cross(pair[0].moment), of_b[0].cross(pair[1].moment)];
@@ -264,12 +264,12 @@ fn answer<G: Turning>(plan: &Plan<G>, memory: &mut MagnetTangent, k: usize, weig
 
 impl<G: Turning> StoredEnergy<G> for Magnets {
     fn add_energy(plan: &Plan<G>, work: &Workspace<G>, energy: &mut Energy) {
-        for pair in &plan.magnets.pairs {
-            let [a, b] = pair.map(|i| seen(plan, work, &plan.magnets.actors[i]));
+        for pair in &plan.effects.magnets.pairs {
+            let [a, b] = pair.map(|i| seen(plan, work, &plan.effects.magnets.actors[i]));
             energy.loads += Pair::of([&a, &b]).energy();
         }
         if let Some(field) = field(plan, work).filter(|_| !<Self as Supply<G>>::drives(plan)) {
-            energy.loads += plan.magnets.aside - total(plan, work).dot(field);
+            energy.loads += plan.effects.magnets.aside - total(plan, work).dot(field);
         }
     }
 }
@@ -277,12 +277,12 @@ impl<G: Turning> StoredEnergy<G> for Magnets {
 /// The moment of everything that is magnetised.
 fn total<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -> G::Vector<f64> {
     let mut sum = G::Vector::<f64>::zero();
-    for fixed in &plan.magnets.fixed {
+    for fixed in &plan.effects.magnets.fixed {
         sum += G::rotate(&work.points[fixed.point].rotation, fixed.moment);
     }
     for piece in plan.pieces.iter().filter(|piece| <Magnets as LineWrench<G>>::acts_along(plan, piece)) {
         for (node, &weight) in piece.node_packs().zip(&piece.weights) {
-            let moment = G::rotate(&work.rotation[node], plan.magnets.along[node]) * weight;
+            let moment = G::rotate(&work.rotation[node], plan.effects.magnets.along[node]) * weight;
             sum += G::map_vector(&moment, |pack: &G::Pack| pack.sum());
         }
     }
@@ -291,21 +291,21 @@ fn total<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -> G::Vector<f64> {
 
 impl<G: Turning> Supply<G> for Magnets {
     fn drives(plan: &Plan<G>) -> bool {
-        plan.magnets.field.is_some_and(|load| !plan.loads[load].has_potential)
+        plan.effects.magnets.field.is_some_and(|load| !plan.effects.loads[load].has_potential)
     }
 
     /// A field that varies supplies the power of its couples.
     fn supplied_power(plan: &Plan<G>, work: &Workspace<G>) -> f64 {
         let Some(field) = field(plan, work).filter(|_| <Self as Supply<G>>::drives(plan)) else { return 0.0 };
         let mut power = 0.0;
-        for fixed in &plan.magnets.fixed {
+        for fixed in &plan.effects.magnets.fixed {
             let state = &work.points[fixed.point];
             let moment = G::rotate(&state.rotation, fixed.moment);
             power += state.velocity.dot(couple(moment, field));
         }
         for piece in plan.pieces.iter().filter(|piece| <Self as LineWrench<G>>::acts_along(plan, piece)) {
             for (node, &weight) in piece.node_packs().zip(&piece.weights) {
-                let moment = G::rotate(&work.rotation[node], plan.magnets.along[node]) * weight;
+                let moment = G::rotate(&work.rotation[node], plan.effects.magnets.along[node]) * weight;
                 power += work.velocity[node].dot(couple(moment, splat::<G>(field))).sum();
             }
         }

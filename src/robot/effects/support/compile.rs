@@ -25,7 +25,7 @@ pub(crate) fn compile<G: Turning>(plan: &mut Plan<G>, robot: &Robot) {
     }
     let mut at = vec![0; robot.supports.len()];
     for (p, point) in plan.points.iter().enumerate() {
-        point.anchors.iter().for_each(|&a| at[a] = p);
+        point.effects.anchors.iter().for_each(|&a| at[a] = p);
     }
     // Poses of the sections at zero coordinates.
     let mut work = Workspace::new(plan);
@@ -50,5 +50,5 @@ pub(crate) fn compile<G: Turning>(plan: &mut Plan<G>, robot: &Robot) {
         let &Support { stiffness, damping, rotational_damping, .. } = support;
         Anchor::new(position, axes, turning, AlongAxes { stiffness, damping, rotational_damping })
     };
-    plan.anchors = robot.supports.iter().zip(&at).map(compiled).collect();
+    plan.effects.anchors = robot.supports.iter().zip(&at).map(compiled).collect();
 }

@@ -170,15 +170,16 @@ fn held<'a, G: Turning>(
 ) -> impl Iterator<Item = (&'a Anchor, &'a PointState<G>)> {
     let points = plan.points.iter().zip(&work.points);
     points.flat_map(move |(point, state)| {
-        point.anchors.iter().map(move |&anchor| (&work.anchors[anchor], state))
+        point.effects.anchors.iter().map(move |&anchor| (&work.effects.anchors[anchor], state))
     })
 }
 
 impl<G: Turning> PointWrench<G> for Supports {
     #[inline(always)]
     fn act_at(plan: &Plan<G>, work: &Workspace<G>, point: &Point<G>, state: &mut PointState<G>) {
-        for &anchor in &point.anchors {
-            state.force = state.force - work.anchors[anchor].wrench(plan.frame, state).at(state.position);
+        for &anchor in &point.effects.anchors {
+            state.force =
+                state.force - work.effects.anchors[anchor].wrench(plan.frame, state).at(state.position);
         }
     }
 }
@@ -186,7 +187,7 @@ impl<G: Turning> PointWrench<G> for Supports {
 impl<G: Turning> PointResponse<G> for Supports {
     #[inline(always)]
     fn responds_at(point: &Point<G>) -> bool {
-        !point.anchors.is_empty()
+        !point.effects.anchors.is_empty()
     }
 
     #[inline(always)]
@@ -197,8 +198,8 @@ impl<G: Turning> PointResponse<G> for Supports {
         state: &PointState<G>,
         sum: &mut Response<G, f64>,
     ) {
-        for &anchor in &point.anchors {
-            sum.add(work.anchors[anchor].response(plan.frame, state));
+        for &anchor in &point.effects.anchors {
+            sum.add(work.effects.anchors[anchor].response(plan.frame, state));
         }
     }
 }
@@ -213,7 +214,7 @@ impl<G: Turning> StoredEnergy<G> for Supports {
 
 impl<G: Turning> Dissipation<G> for Supports {
     fn dissipates(plan: &Plan<G>) -> bool {
-        plan.anchors.iter().any(Anchor::is_damped)
+        plan.effects.anchors.iter().any(Anchor::is_damped)
     }
 
     fn dissipated_power(plan: &Plan<G>, work: &Workspace<G>) -> f64 {

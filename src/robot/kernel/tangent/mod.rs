@@ -118,8 +118,8 @@ pub(crate) fn weighted_tangent<G: Turning>(
         Tangent::Tree(matrix) => tree::generate(plan, memory, weights.is_mass_only, matrix),
     }
     if !weights.is_mass_only {
-        lines::find(plan, work, &mut memory.actuation);
-        loops::find(plan, work, &mut memory.loops);
+        lines::find(plan, work, &mut memory.effects.actuation);
+        loops::find(plan, work, &mut memory.effects.loops);
         effects::stiffen(plan, work, memory, weights, &mut tangent);
     }
 }

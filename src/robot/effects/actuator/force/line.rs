@@ -16,7 +16,7 @@ const SHORTEST: f64 = 1e-14;
 fn end<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, end: &End<G::Pack>) -> [Vector<f64>; 2] {
     let frame = plan.frame;
     match *end {
-        End::InWorld(i) => work.actuation.world_points[i],
+        End::InWorld(i) => work.effects.actuation.world_points[i],
         End::On { point, beside, .. } => {
             let state = &work.points[point];
             let beside = G::rotate(&state.rotation, G::vector_of(frame, beside));
@@ -46,24 +46,24 @@ fn turned<G: Turning>(
 /// Evaluates all straight parts, with the motion of all points up to date, and adds their lengths to those of
 /// their tendons.
 pub(super) fn measure<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, q: &[f64]) {
-    for (i, line) in plan.actuation.lines.iter().enumerate() {
+    for (i, line) in plan.effects.actuation.lines.iter().enumerate() {
         let [[from, from_velocity], [to, to_velocity]] = line.ends.each_ref().map(|e| end(plan, work, e));
         let (way, velocity) = (to - from, to_velocity - from_velocity);
         let length = way.dot(way).sqrt();
         let inverse_length = if length > SHORTEST { length.recip() } else { 0.0 };
         let direction = way * inverse_length;
         let rate = direction.dot(velocity);
-        let LineState { ratio, angle, mut mouths, .. } = work.actuation.lines[i];
+        let LineState { ratio, angle, mut mouths, .. } = work.effects.actuation.lines[i];
         for (e, mouth) in line.mouths.iter().enumerate() {
             let Some(mouth) = mouth else { continue };
             let u = mouth.changes.iter().fold(mouth.start, |u, &(k, change)| u + change * q[k]);
             let inverse = u.dot(u).sqrt().recip();
             mouths[e] = (turned(plan, work, &line.ends[e], u * inverse), inverse);
         }
-        work.actuation.lines[i] =
+        work.effects.actuation.lines[i] =
             LineState { ends: [from, to], direction, inverse_length, velocity, rate, ratio, angle, mouths };
-        work.actuation.lengths[line.actuator] += length;
-        work.actuation.rates[line.actuator] += rate;
+        work.effects.actuation.lengths[line.actuator] += length;
+        work.effects.actuation.rates[line.actuator] += rate;
     }
 }
 
@@ -82,8 +82,8 @@ pub(super) fn acceleration<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, line
             + G::axial_in_space(plan.frame, angular).cross(position)
             + turning.cross(velocity)
     };
-    let [from, to] = plan.actuation.lines[line].ends.each_ref().map(of_end);
-    let &LineState { direction, inverse_length, velocity, rate, .. } = &work.actuation.lines[line];
+    let [from, to] = plan.effects.actuation.lines[line].ends.each_ref().map(of_end);
+    let &LineState { direction, inverse_length, velocity, rate, .. } = &work.effects.actuation.lines[line];
     direction.dot(to - from) + (velocity.dot(velocity) - rate * rate) * inverse_length
 }
 
@@ -94,8 +94,8 @@ fn force_on<G: Turning>(
     pulled: usize,
 ) -> (Wrench<G, f64>, G::Vector<f64>) {
     let (i, end) = (pulled / 2, pulled % 2);
-    let state = &work.actuation.lines[i];
-    let force = work.actuation.forces[plan.actuation.lines[i].actuator].value * state.ratio;
+    let state = &work.effects.actuation.lines[i];
+    let force = work.effects.actuation.forces[plan.effects.actuation.lines[i].actuator].value * state.ratio;
     let sign = if end == 0 { 1.0 } else { -1.0 };
     let force = G::vector_of(plan.frame, state.direction * (sign * force));
     let position = G::vector_of(plan.frame, state.ends[end]);
@@ -104,7 +104,7 @@ fn force_on<G: Turning>(
 
 /// Adds the forces of all straight parts to those at their points.
 pub(super) fn pull<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>) {
-    for (i, line) in plan.actuation.lines.iter().enumerate() {
+    for (i, line) in plan.effects.actuation.lines.iter().enumerate() {
         for (e, end) in line.ends.iter().enumerate() {
             if let &End::On { point, .. } = end {
                 let (wrench, position) = force_on(plan, work, 2 * i + e);
@@ -136,8 +136,8 @@ pub(crate) fn changes<G: Turning>(
     [psi, psi_rate]: [Twist<G, f64>; 2],
 ) -> (Vector<f64>, f64) {
     let frame = plan.frame;
-    let state = &work.actuation.lines[line];
-    let &End::On { point, .. } = &plan.actuation.lines[line].ends[end] else {
+    let state = &work.effects.actuation.lines[line];
+    let &End::On { point, .. } = &plan.effects.actuation.lines[line].ends[end] else {
         return (Vector::zero(), 0.0);
     };
     let position = state.ends[end];
@@ -162,7 +162,7 @@ pub(crate) fn mouth_turns<G: Turning>(
     [line, end]: [usize; 2],
     psi: Twist<G, f64>,
 ) -> Vector<f64> {
-    let (direction, _) = work.actuation.lines[line].mouths[end];
+    let (direction, _) = work.effects.actuation.lines[line].mouths[end];
     G::axial_in_space(plan.frame, psi.angular).cross(direction)
 }
 
@@ -174,10 +174,10 @@ pub(crate) fn add_bending_of_mouths<G: Turning>(
     line: usize,
     turned_by: &mut [[Vector<f64>; 2]],
 ) {
-    let Line { ends, mouths, .. } = &plan.actuation.lines[line];
+    let Line { ends, mouths, .. } = &plan.effects.actuation.lines[line];
     for (e, mouth) in mouths.iter().enumerate() {
         let Some(mouth) = mouth else { continue };
-        let (direction, inverse) = work.actuation.lines[line].mouths[e];
+        let (direction, inverse) = work.effects.actuation.lines[line].mouths[e];
         for &(k, change) in &mouth.changes {
             let change = turned(plan, work, &ends[e], change);
             turned_by[k][e] += (change - direction * direction.dot(change)) * inverse;

@@ -41,7 +41,7 @@ impl<G: Turning> Sweep for Measure<'_, G> {
     fn call(self) {
         let Self { plan, state, q, qd } = self;
         let n = plan.n;
-        let actuation = &plan.actuation;
+        let actuation = &plan.effects.actuation;
         for (i, actuator) in actuation.actuators.iter().enumerate() {
             let gradient = &mut state.gradients[i * n..][..n];
             gradient.fill(0.0);
@@ -78,7 +78,7 @@ impl<G: Turning> Sweep for Measure<'_, G> {
 /// Generalised forces of a unit force of an actuator, without straight parts.
 #[inline(always)]
 fn distribution<'a, G: Turning>(plan: &Plan<G>, state: &'a ActuationState<G::Pack>, i: usize) -> &'a [f64] {
-    let rows = match plan.actuation.actuators[i].friction {
+    let rows = match plan.effects.actuation.actuators[i].friction {
         Some(_) => &state.distributions,
         None => &state.gradients,
     };
@@ -87,15 +87,16 @@ fn distribution<'a, G: Turning>(plan: &Plan<G>, state: &'a ActuationState<G::Pac
 
 /// Computes tensions along tendons, and the power dissipated per unit force.
 fn distribute<G: Turning>(plan: &Plan<G>, state: &mut ActuationState<G::Pack>, q: &[f64], qd: &[f64]) {
-    for (i, actuator) in plan.actuation.actuators.iter().enumerate() {
+    for (i, actuator) in plan.effects.actuation.actuators.iter().enumerate() {
         let Some(friction) = &actuator.friction else {
             state.work_rates[i] = state.rates[i];
             continue;
         };
         state.slidings[i] = friction::sliding(friction, state.slidings[i].told, state.rates[i]);
-        friction::measure(&plan.actuation, state, i, friction, q);
+        friction::measure(&plan.effects.actuation, state, i, friction, q);
         let along: f64 = distribution(plan, state, i).iter().zip(qd).map(|(force, rate)| force * rate).sum();
-        let lines = plan.actuation.lines.iter().zip(&state.lines).filter(|(line, _)| line.actuator == i);
+        let lines =
+            plan.effects.actuation.lines.iter().zip(&state.lines).filter(|(line, _)| line.actuator == i);
         state.work_rates[i] = along + lines.map(|(_, line)| line.ratio * line.rate).sum::<f64>();
     }
 }
@@ -109,7 +110,7 @@ fn complete<G: Turning>(
 ) {
     let n = plan.n;
     memory.gradient.copy_from_slice(&state.gradients[i * n..][..n]);
-    for (l, _) in plan.actuation.lines.iter().enumerate().filter(|(_, line)| line.actuator == i) {
+    for (l, _) in plan.effects.actuation.lines.iter().enumerate().filter(|(_, line)| line.actuator == i) {
         for (entry, moved) in memory.gradient.iter_mut().zip(&memory.moved[l * n..][..n]) {
             *entry += state.lines[l].direction.dot(*moved);
         }
@@ -123,7 +124,7 @@ pub(crate) fn gradient<'a, G: Turning>(
     memory: &'a mut ActuationTangent<G::Pack>,
     i: usize,
 ) -> &'a [f64] {
-    complete(plan, &work.actuation, memory, i);
+    complete(plan, &work.effects.actuation, memory, i);
     &memory.gradient
 }
 
@@ -135,9 +136,10 @@ pub(crate) fn reach<G: Turning>(
     i: usize,
     k: usize,
 ) -> f64 {
-    let lines = (0..plan.actuation.lines.len()).filter(|&l| plan.actuation.lines[l].actuator == i);
+    let lines =
+        (0..plan.effects.actuation.lines.len()).filter(|&l| plan.effects.actuation.lines[l].actuator == i);
     let moved = lines.map(|l| memory.moved[l * plan.n + k]).map(|moved| moved.dot(moved).sqrt());
-    work.actuation.gradients[i * plan.n + k].abs() + moved.sum::<f64>()
+    work.effects.actuation.gradients[i * plan.n + k].abs() + moved.sum::<f64>()
 }
 
 /// Second time derivative of an actuator's length, with the motion, including that of straight parts, up to
@@ -149,10 +151,11 @@ pub(crate) fn acceleration<G: Turning>(
     i: usize,
 ) -> f64 {
     let [_, qd, qdd] = [0, 1, 2].map(|part| &work.motion_of[part * plan.n..][..plan.n]);
-    find_gradient_rate_of_sleeves(plan, &work.actuation, memory, i, qd);
+    find_gradient_rate_of_sleeves(plan, &work.effects.actuation, memory, i, qd);
     let along = |of: &[f64], by: &[f64]| of.iter().zip(by).map(|(of, by)| of * by).sum::<f64>();
-    let gradient = &work.actuation.gradients[i * plan.n..][..plan.n];
-    let lines = (0..plan.actuation.lines.len()).filter(|&l| plan.actuation.lines[l].actuator == i);
+    let gradient = &work.effects.actuation.gradients[i * plan.n..][..plan.n];
+    let lines =
+        (0..plan.effects.actuation.lines.len()).filter(|&l| plan.effects.actuation.lines[l].actuator == i);
     along(gradient, qdd)
         + along(&memory.gradient_rate, qd)
         + lines.map(|l| line::acceleration(plan, work, l)).sum::<f64>()
@@ -176,7 +179,7 @@ impl<G: Turning> Sweep for Stiffen<'_, '_, G> {
     fn call(self) {
         let Self { plan, state, memory, q, qd, weights, tangent } = self;
         let (mut slope, mut node) = (0, 0);
-        for sleeve in &plan.actuation.sleeves {
+        for sleeve in &plan.effects.actuation.sleeves {
             let (slopes, pairs) = (
                 sleeve.components.len() * sleeve.packs,
                 sleeve.components.len() * (sleeve.components.len() + 1) / 2 * sleeve.packs,
@@ -203,7 +206,7 @@ impl<G: Turning> Sweep for Stiffen<'_, '_, G> {
             let (block, stride) = tangent.block(sleeve.piece, piece);
             sleeve::add_stiffness(sleeve, stiffness, piece.first, block, stride);
         }
-        for (i, actuator) in plan.actuation.actuators.iter().enumerate() {
+        for (i, actuator) in plan.effects.actuation.actuators.iter().enumerate() {
             let force = state.forces[i];
             let has_stiffness = force.of_length != 0.0 || force.of_rate != 0.0;
             if has_stiffness || actuator.friction.is_some() {
@@ -234,7 +237,7 @@ impl<G: Turning> Sweep for Stiffen<'_, '_, G> {
             let factor = weights.q * force.value;
             let mut of_sliding = 0.0;
             if actuator.friction.is_some() {
-                friction::stiffen(&plan.actuation, state, memory, i, q, factor, &mut add);
+                friction::stiffen(&plan.effects.actuation, state, memory, i, q, factor, &mut add);
                 of_sliding = force.value * state.slidings[i].of_rate;
             } else if has_stiffness {
                 memory.distribution.copy_from_slice(&memory.gradient);
@@ -252,7 +255,9 @@ impl<G: Turning> Sweep for Stiffen<'_, '_, G> {
                     }
                 }
             }
-            for (l, _) in plan.actuation.lines.iter().enumerate().filter(|(_, line)| line.actuator == i) {
+            for (l, _) in
+                plan.effects.actuation.lines.iter().enumerate().filter(|(_, line)| line.actuator == i)
+            {
                 let state = &state.lines[l];
                 let moved = &memory.moved[l * plan.n..][..plan.n];
                 let factor = factor * state.ratio * state.inverse_length;
@@ -277,7 +282,9 @@ fn find_gradient_rate<G: Turning>(
     qd: &[f64],
 ) {
     find_gradient_rate_of_sleeves(plan, state, memory, actuator, qd);
-    for (l, _) in plan.actuation.lines.iter().enumerate().filter(|(_, line)| line.actuator == actuator) {
+    for (l, _) in
+        plan.effects.actuation.lines.iter().enumerate().filter(|(_, line)| line.actuator == actuator)
+    {
         let of_line = &memory.rate_gradients[l * plan.n..][..plan.n];
         for (rate, of_line) in memory.gradient_rate.iter_mut().zip(of_line) {
             *rate += of_line;
@@ -295,7 +302,7 @@ fn find_gradient_rate_of_sleeves<G: Turning>(
 ) {
     memory.gradient_rate.fill(0.0);
     let (mut slope, mut node) = (0, 0);
-    for sleeve in &plan.actuation.sleeves {
+    for sleeve in &plan.effects.actuation.sleeves {
         let slopes = sleeve.components.len() * sleeve.packs;
         for thread in &sleeve.threads {
             if thread.actuator == actuator {
@@ -327,14 +334,14 @@ pub(crate) fn add_input_tangent<G: Turning>(
     q: &[f64],
     mut add: impl FnMut(usize, usize, f64),
 ) {
-    let state = &work.actuation;
-    for (i, actuator) in plan.actuation.actuators.iter().enumerate() {
+    let state = &work.effects.actuation;
+    for (i, actuator) in plan.effects.actuation.actuators.iter().enumerate() {
         let sliding = actuator.friction.as_ref().and_then(|friction| friction.sliding.as_ref()?.input());
         if actuator.command.input().is_none() && sliding.is_none() {
             continue;
         }
         if actuator.friction.is_some() {
-            friction::stiffen(&plan.actuation, state, memory, i, q, 0.0, |_, _, _| {});
+            friction::stiffen(&plan.effects.actuation, state, memory, i, q, 0.0, |_, _, _| {});
         } else {
             complete(plan, state, memory, i);
             memory.distribution.copy_from_slice(&memory.gradient);
@@ -360,7 +367,7 @@ impl<G: Turning> DeadPointWrench<G> for Actuators {
         _: &PointState<G>,
         sum: &mut Gyroscope<G, f64>,
     ) {
-        for (wrench, position) in line::dead_at(plan, work, &point.pulled) {
+        for (wrench, position) in line::dead_at(plan, work, &point.effects.pulled) {
             sum.add(Gyroscope::of_dead_load(wrench, position));
         }
     }
@@ -368,19 +375,19 @@ impl<G: Turning> DeadPointWrench<G> for Actuators {
 
 impl<G: Turning> CoordinateForce<G> for Actuators {
     fn acts(plan: &Plan<G>) -> bool {
-        !plan.actuation.actuators.is_empty()
+        !plan.effects.actuation.actuators.is_empty()
     }
 
     #[inline(always)]
     fn prepare(plan: &Plan<G>, work: &mut Workspace<G>, q: &[f64], qd: &[f64]) {
-        if !plan.actuation.actuators.is_empty() {
-            let state = &mut work.actuation;
+        if !plan.effects.actuation.actuators.is_empty() {
+            let state = &mut work.effects.actuation;
             plan.instructions.run_apart::<G::Pack, _>(Measure { plan, state, q, qd });
             line::measure(plan, work, q);
-            let (state, multipliers) = (&mut work.actuation, &work.loops.multipliers);
-            for (i, actuator) in plan.actuation.actuators.iter().enumerate() {
+            let (state, multipliers) = (&mut work.effects.actuation, &work.effects.loops.multipliers);
+            for (i, actuator) in plan.effects.actuation.actuators.iter().enumerate() {
                 let told = match actuator.law {
-                    Law::Inextensible { place } => multipliers[plan.loops.first_length() + place],
+                    Law::Inextensible { place } => multipliers[plan.effects.loops.first_length() + place],
                     _ => state.commands[i],
                 };
                 state.forces[i] = match state.held[i] {
@@ -395,9 +402,9 @@ impl<G: Turning> CoordinateForce<G> for Actuators {
 
     #[inline(always)]
     fn push(plan: &Plan<G>, work: &Workspace<G>, tau: &mut [f64]) {
-        for (i, actuator) in plan.actuation.actuators.iter().enumerate() {
-            let force = work.actuation.forces[i].value;
-            let distribution = distribution(plan, &work.actuation, i);
+        for (i, actuator) in plan.effects.actuation.actuators.iter().enumerate() {
+            let force = work.effects.actuation.forces[i].value;
+            let distribution = distribution(plan, &work.effects.actuation, i);
             for &k in &actuator.reaches {
                 tau[k] += force * distribution[k];
             }
@@ -412,8 +419,8 @@ impl<G: Turning> CoordinateForce<G> for Actuators {
         weights: Weights,
         tangent: &mut Tangent<'_>,
     ) {
-        if !plan.actuation.actuators.is_empty() {
-            let (state, memory) = (&work.actuation, &mut memory.actuation);
+        if !plan.effects.actuation.actuators.is_empty() {
+            let (state, memory) = (&work.effects.actuation, &mut memory.effects.actuation);
             let (q, qd) = (&work.motion_of[..plan.n], &work.motion_of[plan.n..2 * plan.n]);
             let sweep = Stiffen { plan, state, memory, q, qd, weights, tangent };
             plan.instructions.run_apart::<G::Pack, _>(sweep);
@@ -421,14 +428,14 @@ impl<G: Turning> CoordinateForce<G> for Actuators {
     }
 
     fn couples_pieces(plan: &Plan<G>) -> bool {
-        plan.actuation.couples_pieces()
+        plan.effects.actuation.couples_pieces()
     }
 }
 
 impl<G: Turning> StoredEnergy<G> for Actuators {
     fn add_energy(plan: &Plan<G>, work: &Workspace<G>, energy: &mut Energy) {
-        let state = &work.actuation;
-        for (i, actuator) in plan.actuation.actuators.iter().enumerate() {
+        let state = &work.effects.actuation;
+        for (i, actuator) in plan.effects.actuation.actuators.iter().enumerate() {
             if actuator.has_potential {
                 match law::potential(actuator.law, state.lengths[i], state.commands[i]) {
                     Some(Potential::Load(load)) => energy.loads += load,
@@ -442,14 +449,15 @@ impl<G: Turning> StoredEnergy<G> for Actuators {
 
 impl<G: Turning> Dissipation<G> for Actuators {
     fn dissipates(plan: &Plan<G>) -> bool {
-        plan.actuation
+        plan.effects
+            .actuation
             .actuators
             .iter()
             .any(|actuator| actuator.has_potential && law::dissipates(actuator.law))
     }
 
     fn dissipated_power(plan: &Plan<G>, work: &Workspace<G>) -> f64 {
-        let state = &work.actuation;
+        let state = &work.effects.actuation;
         let power = |(i, actuator): (usize, &ActuatorPlan)| {
             if !actuator.has_potential || !law::dissipates(actuator.law) {
                 return 0.0;
@@ -457,21 +465,21 @@ impl<G: Turning> Dissipation<G> for Actuators {
             let spring = law::conservative(actuator.law, state.lengths[i], state.commands[i]);
             (state.forces[i].value - spring) * state.rates[i]
         };
-        plan.actuation.actuators.iter().enumerate().map(power).sum()
+        plan.effects.actuation.actuators.iter().enumerate().map(power).sum()
     }
 }
 
 impl<G: Turning> Supply<G> for Actuators {
     fn drives(plan: &Plan<G>) -> bool {
-        !plan.actuation.actuators.iter().all(|actuator| actuator.has_potential)
+        !plan.effects.actuation.actuators.iter().all(|actuator| actuator.has_potential)
     }
 
     fn supplied_power(plan: &Plan<G>, work: &Workspace<G>) -> f64 {
-        let state = &work.actuation;
+        let state = &work.effects.actuation;
         let power = |(i, actuator): (usize, &ActuatorPlan)| {
             if actuator.has_potential { 0.0 } else { -state.forces[i].value * state.work_rates[i] }
         };
-        plan.actuation.actuators.iter().enumerate().map(power).sum()
+        plan.effects.actuation.actuators.iter().enumerate().map(power).sum()
     }
 }
 

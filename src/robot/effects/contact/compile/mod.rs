@@ -106,7 +106,7 @@ pub(crate) fn compile<G: Turning>(plan: &mut Plan<G>, robot: &Robot) {
     }
     contacts.rods = curves_of.into_iter().flatten().collect();
     contacts.capacity = contacts.pairs.iter().map(|pair| places_of(&contacts, &pair.sides)).sum();
-    plan.contacts = contacts;
+    plan.effects.contacts = contacts;
 }
 
 fn law(contact: &Contact, robot: &Robot) -> Law {
@@ -365,7 +365,7 @@ impl Axes {
         link: usize,
         at: Option<f64>,
     ) -> Self {
-        let point = plan.points.iter().position(|point| point.surfaces.contains(&number));
+        let point = plan.points.iter().position(|point| point.effects.surfaces.contains(&number));
         let point = point.expect("every surface on a link is at a point");
         let on = Some(fixture(contacts, plan, Some(point)));
         // Links that are welded together share a point.
