@@ -48,8 +48,9 @@ def methods(path: Path) -> list[tuple[int, int]]:
 def functions(path: Path) -> list[int]:
     """Lines of each function, from its head to the brace that closes it."""
     text = path.read_text(encoding="utf-8").split("#[cfg(test)]\nmod tests")[0]
-    heads = re.finditer(r"^( *)(?:pub(?:\([^)]*\))? )?(?:const )?fn .*?^\1\}", text, re.MULTILINE | re.DOTALL)
-    return [head.group().count("\n") + 1 for head in heads]
+    # A declaration in a trait ends with a semicolon, as do sizes of arrays.
+    heads = r"^( *)(?:pub(?:\([^)]*\))? )?(?:const )?fn (?:[^{;]|; [\w:]+\])*\{(?:[^\n]*\}$|.*?^\1\})"
+    return [head.group().count("\n") + 1 for head in re.finditer(heads, text, re.MULTILINE | re.DOTALL)]
 
 
 def python_functions(path: Path) -> list[int]:

@@ -105,16 +105,7 @@ pub(crate) fn sensitivities<'py>(
     let py = model.py();
     let mut native = model.get().native();
     let n = native.facts().n;
-    let given = Parameters { beta, gamma, alpha, rho_inf };
-    let rule = match method {
-        "radau" if given.is_empty() => Rule::Radau,
-        "radau" => {
-            let expected =
-                "beta, gamma, alpha, rho_inf: expected nothing: they are options of the Newmark family";
-            return Err(PyValueError::new_err(expected));
-        }
-        _ => Rule::Newmark(Scheme::by_name(method, &given)?),
-    };
+    let rule = rule_of(method, &Parameters { beta, gamma, alpha, rho_inf })?;
     let t = convert::vector(t, "t")?;
     sensitivity::check(&mut *native, rule, &t)?;
     if t.is_empty() {
@@ -149,11 +140,8 @@ pub(crate) fn sensitivities<'py>(
         Together { sections: Sections::new(sections, places.len()), lengths: Lengths::new(lengths, free) };
     let legs = legs_of(legs.unwrap_or_default(), t.len(), native.facts().inputs())?;
     let course = Course { t: &t, q: &q, v: &v, a: &a, rule, legs: &legs };
-    let is_wrong = |force: &Force| match force {
-        Force::Input(leg, input) => *leg >= legs.len() || *input >= native.facts().inputs(),
-        _ => false,
-    };
-    if forces.iter().any(is_wrong) {
+    let inputs = native.facts().inputs();
+    if forces.iter().any(|force| matches!(force, Force::Input(i, k) if *i >= legs.len() || *k >= inputs)) {
         return Err(PyValueError::new_err("forces: got an input of no leg, expected one of `legs`"));
     }
     let mut raised = Raised::default();
@@ -169,22 +157,42 @@ pub(crate) fn sensitivities<'py>(
         compute(&mut *native, &course, (forces, together), [&dq0, &dv0], weights, &mut monitor)
     });
     raised.into_result()?;
-    let computed = computed.map_err(|failure| match failure {
-        Failure::Singular(step) => LissomError::new_err(format!(
-            "the matrix of the step that ends at t = {} s is singular or not finite: there are no derivatives",
-            t[step]
-        )),
-        Failure::Turned(step) => LissomError::new_err(format!(
-            "a spherical or free joint passes half a turn at t = {} s, where its coordinates change: runs are differentiated up to there",
-            t[step]
-        )),
-        Failure::Interrupted => LissomError::new_err("a function of time failed while derivatives were computed"),
-    })?;
+    let computed = computed.map_err(|failure| in_words(&failure, &t))?;
     let arrays = computed.into_iter().map(|values| {
         let array = values.into_pyarray(py);
         if weights.is_some() { Ok(array.into_any()) } else { Ok(array.reshape([t.len(), n, p])?.into_any()) }
     });
     PyTuple::new(py, arrays.collect::<PyResult<Vec<_>>>()?)
+}
+
+/// How the steps of a run were taken.
+fn rule_of(method: &str, given: &Parameters) -> PyResult<Rule> {
+    match method {
+        "radau" if given.is_empty() => Ok(Rule::Radau),
+        "radau" => {
+            let expected =
+                "beta, gamma, alpha, rho_inf: expected nothing: they are options of the Newmark family";
+            Err(PyValueError::new_err(expected))
+        }
+        _ => Ok(Rule::Newmark(Scheme::by_name(method, given)?)),
+    }
+}
+
+/// Why a run with these times has no derivatives.
+fn in_words(failure: &Failure, t: &[f64]) -> PyErr {
+    match failure {
+        Failure::Singular(step) => LissomError::new_err(format!(
+            "the matrix of the step that ends at t = {} s is singular or not finite: there are no derivatives",
+            t[*step]
+        )),
+        Failure::Turned(step) => LissomError::new_err(format!(
+            "a spherical or free joint passes half a turn at t = {} s, where its coordinates change: runs are differentiated up to there",
+            t[*step]
+        )),
+        Failure::Interrupted => {
+            LissomError::new_err("a function of time failed while derivatives were computed")
+        }
+    }
 }
 
 /// The models of a parameter, or the derivatives of the material.

@@ -21,7 +21,7 @@ from ..common.arguments import number, path_of
 from ..common.extras import missing
 from ..model import views
 from .parts import Part, parts
-from .report import layers, symbols
+from .report import symbols
 from .report.motion import eye_of
 
 Array = NDArray[np.float64]
@@ -183,7 +183,7 @@ def triangles(found: Sequence[Part], axes: Array) -> Triangles:
     nearer: list[Array] = []
     shapes = len(found[0].centres)
     for part in found:
-        base = layers.LEGEND[part.layer]
+        base = symbols.LEGEND[part.layer]
         colour = np.array([int(base[i : i + 2], 16) for i in (1, 3, 5)]) / 255.0
         is_still = part.layer == "obstacles"
         for k in range(1 if is_still else shapes):

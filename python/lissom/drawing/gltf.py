@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 
 from .._lissom import __version__
 from .parts import Part, named, normals
-from .report.layers import LEGEND, rotations
+from .report.layers import rotations
+from .report.symbols import LEGEND
 
 Array = NDArray[np.float64]
 

@@ -16,7 +16,7 @@ from ..results.runs import Made
 from ..results.studies import setting_for
 from . import gltf
 from .parts import Part, named, normals, parts
-from .report import layers, motion, symbols
+from .report import motion, symbols
 
 Array = NDArray[np.float64]
 
@@ -81,7 +81,7 @@ def ply(found: list[Part], t: Array, up: tuple[int, bool]) -> bytes:
         vertices.append(points)
         of_vertices.append(normals(points, part.triangles))
         triangles.append(part.triangles + np.uint32(count))
-        colour = layers.LEGEND[part.layer]
+        colour = symbols.LEGEND[part.layer]
         colours += [[int(colour[i : i + 2], 16) for i in (1, 3, 5)]] * len(points)
         count += len(points)
     row = np.dtype([("point", "<f8", 3), ("normal", "<f4", 3), ("colour", "u1", 3)])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from functools import singledispatch
 from typing import TYPE_CHECKING, Any
@@ -12,14 +13,14 @@ from .paths import toml
 
 if TYPE_CHECKING:
     import os
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Iterable
 
     from numpy.typing import ArrayLike
 
     from .._lissom import Model
 
-#: The lists of a scene's actuators.
-_ACTUATORS = {"Tendon": "tendon", "Chamber": "chamber", "Motor": "motor", "ActiveStrain": "active_strain"}
+#: A part, after its place in the model.
+Placed = tuple[str, Any]
 
 
 def to_scene(
@@ -70,30 +71,8 @@ def _of_pendulum(pendulum: SpringPendulum, name: str, states: dict[str, list[flo
 
 @_of_model.register(Robot)
 def _of_robot(robot: Robot, name: str, states: dict[str, list[float]]) -> list[str]:
-    return [*_general(robot, name), *_links(robot, states), *_around(robot)]
-
-
-@_of_model.register(Rod)
-def _of_rod(rod: Rod, name: str, states: dict[str, list[float]]) -> list[str]:
-    return [*_general(rod, name), *_rod(rod, states), *_around(rod)]
-
-
-def _general(robot: Robot, name: str) -> list[str]:
-    # The field takes the forms of a force.
-    field = _text(Load(force=robot.field), "field").replace("force = ", "field = ", 1)
-    return [_keys({"name": name, "gravity": list(robot.gravity)}, "[scene]") + field]
-
-
-def _around(robot: Robot) -> list[str]:
-    actuators = [
-        _part(f"[[{_ACTUATORS[type(part).__name__]}]]", part, f"actuators[{i}]")
-        for i, part in enumerate(robot.actuators)
-    ]
-    return actuators + _list("loop", robot.loops, "loops") + _list("contact", robot.contacts, "contacts")
-
-
-def _links(robot: Robot, states: dict[str, list[float]]) -> list[str]:
-    blocks = []
+    on_links, around = _parts(robot)
+    blocks = _general(robot, name)
     for link in robot.links:
         where = f"links[{link.name!r}]"
         # The rest is easier to read in tables of its own.
@@ -104,42 +83,60 @@ def _links(robot: Robot, states: dict[str, list[float]]) -> list[str]:
             text = _text(link.joint, f"{where}.joint")
             blocks.append(f"[link.joint]\ntype = {toml(kind)}\n{text}")
         if link.rod is not None:
-            blocks += _list("link.rod.segment", link.rod, f"{where}.rod")
+            segments = ((f"{where}.rod[{i}]", segment) for i, segment in enumerate(link.rod))
+            blocks += _tables("link.rod.", segments)
         if link.body is not None:
             blocks.append(_part("[link.body]", link.body, f"{where}.body"))
-        blocks += _of_link("link.fixed_body", robot.bodies, link.name, "bodies")
-        blocks += _of_link("link.load", robot.loads, link.name, "loads")
-        blocks += _of_link("link.support", robot.supports, link.name, "supports")
-        blocks += _of_link("link.magnet", robot.magnets, link.name, "magnets")
-    if robot.base_motion is not None:
-        blocks.append(_part("[base_motion]", robot.base_motion, "base_motion"))
-    if robot.fluid is not None:
-        blocks.append(_part("[fluid]", robot.fluid, "fluid"))
-    return blocks
+        # A part that names no link is on the only one.
+        own = [(where, part) for where, part in on_links if part.link in (link.name, None)]
+        blocks += [table.replace("[[link.body]]", "[[link.fixed_body]]") for table in _tables("link.", own)]
+    return [*blocks, *_surroundings(robot), *_tables("", around)]
 
 
-def _rod(rod: Rod, states: dict[str, list[float]]) -> list[str]:
+@_of_model.register(Rod)
+def _of_rod(rod: Rod, name: str, states: dict[str, list[float]]) -> list[str]:
+    on_rod, around = _parts(rod)
     base = {"position": list(rod.base_position), "orientation": list(rod.base_orientation)}
-    ends = {key: getattr(rod, key) for key in ("tip_force", "tip_moment")}
-    keys = {"base": base, **{key: list(value) for key, value in ends.items()}, "tip_mass": rod.tip_mass}
-    blocks = [_keys(keys | states, "[[rod]]")]
-    if rod.base_motion is not None:
-        blocks.append(_part("[rod.base_motion]", rod.base_motion, "base_motion"))
-    if rod.fluid is not None:
-        blocks.append(_part("[rod.fluid]", rod.fluid, "fluid"))
-    blocks += _list("rod.segment", rod.segments, "segments") + _list("rod.load", rod.loads, "loads")
-    blocks += _list("rod.body", rod.bodies, "bodies") + _list("rod.support", rod.supports, "supports")
-    return blocks + _list("rod.magnet", rod.magnets, "magnets")
+    ends = {key: list(getattr(rod, key)) for key in ("tip_force", "tip_moment")}
+    keys = {"base": base, **ends, "tip_mass": rod.tip_mass, **states}
+    segments = ((f"segments[{i}]", segment) for i, segment in enumerate(rod.segments))
+    blocks = [*_general(rod, name), _keys(keys, "[[rod]]"), *_surroundings(rod, "rod.")]
+    return [*blocks, *_tables("rod.", segments), *_tables("rod.", on_rod), *_tables("", around)]
 
 
-def _of_link(key: str, parts: Sequence[Any], link: str, where: str) -> list[str]:
-    """Those of one link; a part that names no link is on the only one."""
-    own = ((i, part) for i, part in enumerate(parts) if part.link in (link, None))
-    return [_part(f"[[{key}]]", part, f"{where}[{i}]") for i, part in own]
+def _general(robot: Robot, name: str) -> list[str]:
+    # The field takes the forms of a force.
+    field = _text(Load(force=robot.field), "field").replace("force = ", "field = ", 1)
+    return [_keys({"name": name, "gravity": list(robot.gravity)}, "[scene]") + field]
 
 
-def _list(key: str, parts: Iterable[Any], where: str) -> list[str]:
-    return [_part(f"[[{key}]]", part, f"{where}[{i}]") for i, part in enumerate(parts)]
+def _surroundings(robot: Robot, within: str = "") -> list[str]:
+    parts = {key: getattr(robot, key) for key in ("base_motion", "fluid")}
+    return [_part(f"[{within}{key}]", part, key) for key, part in parts.items() if part is not None]
+
+
+def _parts(robot: Robot) -> tuple[list[Placed], list[Placed]]:
+    """The parts in lists besides links and segments: those that lie on a link, and the others."""
+    on_links: list[Placed] = []
+    around: list[Placed] = []
+    for name in robot.__dataclass_fields__:
+        value = getattr(robot, name)
+        if name in ("links", "segments") or not isinstance(value, tuple):
+            continue
+        # Numbers are no parts.
+        parts = [(f"{name}[{i}]", part) for i, part in enumerate(value) if hasattr(part, "to_toml")]
+        is_on_links = all(hasattr(part, "link") and hasattr(part, "at") for _, part in parts)
+        (on_links if is_on_links else around).extend(parts)
+    return on_links, around
+
+
+def _tables(within: str, parts: Iterable[Placed]) -> list[str]:
+    """An item of an array of tables for each part; the array has the name of its class."""
+    return [_part(f"[[{within}{_snake(type(part).__name__)}]]", part, where) for where, part in parts]
+
+
+def _snake(name: str) -> str:
+    return re.sub(r"(?<=[a-z])(?=[A-Z])", "_", name).lower()
 
 
 def _part(header: str, part: Any, where: str) -> str:

@@ -23,7 +23,7 @@ use super::arguments;
 use super::callback::{Raised, with_result};
 use super::errors::AccuracyWarning;
 use super::motion::times;
-use super::rows::{Vectors, of_row, threads};
+use super::rows::{of_row, threads};
 use super::simulate::{Given, MethodOf, method, needs_damping, with_python_names};
 use crate::error::{Interrupted, InvalidInput};
 use crate::integrators::newmark::Parameters;
@@ -149,14 +149,13 @@ pub(crate) fn simulate_many<'py>(
     let models = Models::of(model)?;
     let first = models.first();
     let (n, inputs) = (first.n(), first.default_inputs().len());
-    let parameters = Parameters { beta, gamma, alpha, rho_inf };
     let way = Given {
         method,
         dt,
         jac,
         rtol,
         atol,
-        parameters,
+        parameters: Parameters { beta, gamma, alpha, rho_inf },
         adaptive,
         max_step,
         min_step,
@@ -168,13 +167,7 @@ pub(crate) fn simulate_many<'py>(
     }
     .way(n)?;
     let mut count = Count(models.rows().map(|rows| (rows, "model")));
-    let mut vectors = |value: Option<&Bound<'py, PyAny>>, name| {
-        let Some(value) = value else { return Ok(None) };
-        let (vectors, rows) = Vectors::of_any(value, n, name)?;
-        count.agree(rows, name)?;
-        Ok::<_, PyErr>(Some(vectors))
-    };
-    let (q0, v0) = (vectors(q0, "q0")?, vectors(v0, "v0")?);
+    let (q0, v0) = (count.vectors(q0, n, "q0")?, count.vectors(v0, n, "v0")?);
     let t_span = (t0, t_end);
     let inputs_of_rows = Inputs::of(u, inputs, control_step, (t_span, dt), &way, &mut count)?;
     let count = count.0.map_or(1, |(rows, _)| rows);
@@ -198,8 +191,7 @@ pub(crate) fn simulate_many<'py>(
     rows.places = places_of(py, &rows.models, count, places, keep)?;
     let size = Size { count, times: times.of_rows.len(), n, places: rows.places.first().map_or(0, Vec::len) };
     check_memory(size, keep, inputs, workers, memory_limit)?;
-    let progress = Progress::new(py, progress, count)?;
-    computed(py, &rows, size, times.of_rows, workers, &progress)
+    computed(py, &rows, size, times.of_rows, workers, &Progress::new(py, progress, count)?)
 }
 
 /// Default memory limit of results, bytes.

@@ -4,7 +4,7 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 use super::super::model::PyModel;
-use super::super::rows::each;
+use super::super::rows::{Vectors, each};
 
 /// Models of the rows.
 pub(super) enum Models {
@@ -49,6 +49,19 @@ impl Models {
 pub(super) struct Count(pub(super) Option<(usize, &'static str)>);
 
 impl Count {
+    /// The n numbers of each row, if they are given.
+    pub(super) fn vectors(
+        &mut self,
+        value: Option<&Bound<'_, PyAny>>,
+        n: usize,
+        name: &'static str,
+    ) -> PyResult<Option<Vectors>> {
+        let Some(value) = value else { return Ok(None) };
+        let (vectors, rows) = Vectors::of_any(value, n, name)?;
+        self.agree(rows, name)?;
+        Ok(Some(vectors))
+    }
+
     pub(super) fn agree(&mut self, rows: Option<usize>, name: &'static str) -> PyResult<()> {
         match (rows, self.0) {
             (Some(rows), Some((known, by))) if rows != known => {

@@ -34,16 +34,8 @@ pub(super) fn value_of(
             let rows = convert::symmetric_of::<3>(object, name)?;
             Ok(Value::Rows { numbers: rows.concat(), columns: 3 })
         }
-        Kind::Array(items_kind @ Kind::AlongRod(_), count) => {
-            const EXPECTED: &str = "the pair (y, z) of distances from the rod's axis";
-            let items = items_of(object, name, EXPECTED)?;
-            if items.len() != *count {
-                let found = items.len();
-                return Err(PyValueError::new_err(format!(
-                    "{name}: got {found} of them, expected {EXPECTED}"
-                )));
-            }
-            list_of(&items, name, items_kind, functions)
+        Kind::Array(distance @ Kind::AlongRod(_), count) => {
+            distances_of(object, name, distance, *count, functions)
         }
         Kind::Array(_, count) => Ok(numbers(convert::vector_of(object, *count, name)?)),
         Kind::List(Kind::Number) => Ok(numbers(convert::vector(object, name)?)),
@@ -78,9 +70,10 @@ pub(super) fn value_of(
                 return Ok(Value::Text(convert::text(object, name)?.to_owned()));
             }
             value_of(object, name, number, functions).map_err(|_| {
-                let (words, found) = (words.join("', '"), convert::describe(object));
+                let expected = format!("a number, {count} numbers or '{}'", words.join("', '"));
                 PyTypeError::new_err(format!(
-                    "{name}: expected a number, {count} numbers or '{words}', got {found}"
+                    "{name}: expected {expected}, got {}",
+                    convert::describe(object)
                 ))
             })
         }
@@ -105,6 +98,23 @@ pub(super) fn value_of(
             (true, _) => Arc::new(Drive(signal_of::<3>(object, name, functions)?)),
         })),
     }
+}
+
+/// Distances from the axis of a rod, of that kind and number.
+fn distances_of(
+    object: &Bound<'_, PyAny>,
+    name: &str,
+    distance: &Kind,
+    count: usize,
+    functions: &mut Functions,
+) -> PyResult<Value> {
+    const EXPECTED: &str = "the pair (y, z) of distances from the rod's axis";
+    let items = items_of(object, name, EXPECTED)?;
+    if items.len() != count {
+        let found = items.len();
+        return Err(PyValueError::new_err(format!("{name}: got {found} of them, expected {EXPECTED}")));
+    }
+    list_of(&items, name, distance, functions)
 }
 
 /// The table of a part of integers that Python has as a dict.

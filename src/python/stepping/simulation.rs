@@ -95,6 +95,17 @@ impl PySimulation {
     }
 }
 
+/// Keeps a tolerance that is given.
+fn set_tolerance(options: &Bound<'_, PyDict>, name: &str, given: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
+    let Some(value) = given else { return Ok(()) };
+    // A copy, because the caller may change the array.
+    let (values, is_number) = convert::scalar_or_vector(value, name)?;
+    match values[..] {
+        [value] if is_number => options.set_item(name, value),
+        _ => options.set_item(name, values),
+    }
+}
+
 #[pymethods]
 impl PySimulation {
     #[new]
@@ -139,16 +150,8 @@ impl PySimulation {
             None => options.set_item("method", "newmark")?,
         }
         let method = method.map_or(Ok(MethodOf::Name("newmark")), method_of)?;
-        for (name, value) in [("rtol", rtol), ("atol", atol)] {
-            if let Some(value) = value {
-                // A copy, because the caller may change the array.
-                let (values, is_number) = convert::scalar_or_vector(value, name)?;
-                match values[..] {
-                    [value] if is_number => options.set_item(name, value)?,
-                    _ => options.set_item(name, values)?,
-                }
-            }
-        }
+        set_tolerance(&options, "rtol", rtol)?;
+        set_tolerance(&options, "atol", atol)?;
         let numbers = [
             ("beta", beta),
             ("gamma", gamma),

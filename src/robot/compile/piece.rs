@@ -35,15 +35,7 @@ pub(crate) fn plan<G: Turning>(
             |p: usize, l: usize| G::Pack::from_lanes(std::array::from_fn(|lane| f(p * LANES + lane, l)));
         (0..packs).flat_map(|p| (0..nodes).map(move |l| (p, l))).map(|(p, l)| entry(p, l)).collect()
     };
-    let at_nodes: Vec<Vec<f64>> = gauss
-        .nodes
-        .iter()
-        .map(|&x| {
-            let mut values = vec![0.0; degrees];
-            piece.basis.values(x, &mut values);
-            values
-        })
-        .collect();
+    let at_nodes: Vec<Vec<f64>> = gauss.nodes.iter().map(|&x| basis_at(&piece, x)).collect();
 
     let components = components::<G>(&piece, frame, first);
     let before_stretch: usize = piece.modes[..3].iter().sum();
@@ -77,10 +69,7 @@ pub(crate) fn plan<G: Turning>(
         reference_curvature: gauss
             .nodes
             .iter()
-            .map(|&x| {
-                let [a, b, c, ..] = piece.reference(x);
-                G::axial_of(frame, [a, b, c].into())
-            })
+            .map(|&x| reference_curvature::<G>(&piece, frame, x))
             .collect(),
         turning: G::constants(&piece, frame, &gauss, &components),
         couplings: couplings(&piece, first),
@@ -115,6 +104,19 @@ fn components<G: Turning>(piece: &Piece, frame: G::Frame, first: usize) -> Vec<C
         next += modes;
     }
     components
+}
+
+/// Values of the basis at a node.
+fn basis_at(piece: &Piece, x: f64) -> Vec<f64> {
+    let mut values = vec![0.0; piece.degrees()];
+    piece.basis.values(x, &mut values);
+    values
+}
+
+/// Angular part of the reference strain at a node.
+fn reference_curvature<G: Turning>(piece: &Piece, frame: G::Frame, x: f64) -> G::Axial<f64> {
+    let [a, b, c, ..] = piece.reference(x);
+    G::axial_of(frame, [a, b, c].into())
 }
 
 /// Linear part of the reference strain at one pack of nodes.

@@ -338,26 +338,9 @@ impl Robot {
             self.check_masses(&mut check);
         }
         check_surroundings(&mut check, self.base_motion.as_ref(), self.gravity);
-        for (i, load) in self.loads.iter().enumerate() {
-            let has_place = load.extent != Extent::Tip;
-            self.check_on_link(&mut check, &format!("loads[{i}]"), load.link, has_place, |x| {
-                load.validate(x)
-            });
-        }
-        for (i, body) in self.bodies.iter().enumerate() {
-            let place = format!("bodies[{i}]");
-            self.check_on_link(&mut check, &place, body.link, body.at.is_some(), |x| body.validate(x));
-        }
-        for (i, support) in self.supports.iter().enumerate() {
-            let place = format!("supports[{i}]");
-            self.check_on_link(&mut check, &place, support.link, support.at.is_some(), |x| {
-                support.validate(x)
-            });
-        }
-        for (i, magnet) in self.magnets.iter().enumerate() {
-            let place = format!("magnets[{i}]");
-            self.check_on_link(&mut check, &place, magnet.link, magnet.at.is_some(), |x| magnet.validate(x));
-        }
+        self.check_on_links(&mut check, |check, place, link, has_place, validate| {
+            self.check_on_link(check, place, link, has_place, validate);
+        });
         self.field.check(&mut check, "field");
         let carriers = Carriers::of(&self.links, self.base_motion.is_some());
         self.check_actuators(&mut check, &carriers);
@@ -406,6 +389,31 @@ impl Robot {
         }
     }
 
+    /// Hands what lies on links to a check: its place in the description, its link, whether it has a place along that, and what
+    /// validates it on a rod of a length.
+    pub(super) fn check_on_links(
+        &self,
+        check: &mut Checker,
+        on_link: impl Fn(&mut Checker, &str, usize, bool, Validate<'_>),
+    ) {
+        for (i, load) in self.loads.iter().enumerate() {
+            let has_place = load.extent != Extent::Tip;
+            on_link(check, &format!("loads[{i}]"), load.link, has_place, &|x| load.validate(x));
+        }
+        for (i, body) in self.bodies.iter().enumerate() {
+            on_link(check, &format!("bodies[{i}]"), body.link, body.at.is_some(), &|x| body.validate(x));
+        }
+        for (i, support) in self.supports.iter().enumerate() {
+            let place = format!("supports[{i}]");
+            on_link(check, &place, support.link, support.at.is_some(), &|x| support.validate(x));
+        }
+        for (i, magnet) in self.magnets.iter().enumerate() {
+            on_link(check, &format!("magnets[{i}]"), magnet.link, magnet.at.is_some(), &|x| {
+                magnet.validate(x)
+            });
+        }
+    }
+
     /// Reports problems of an object on a link, including its place.
     fn check_on_link(
         &self,
@@ -413,7 +421,7 @@ impl Robot {
         place: &str,
         link: usize,
         has_place: bool,
-        validate: impl Fn(f64) -> Result<(), InvalidInput>,
+        validate: Validate<'_>,
     ) {
         let Some(link) = self.links.get(link) else {
             let expected = format!("a link, 0 to {}", self.links.len().saturating_sub(1));
@@ -564,6 +572,9 @@ impl Robot {
         }
     }
 }
+
+/// Every problem of a part on a rod of a length.
+type Validate<'a> = &'a dyn Fn(f64) -> Result<(), InvalidInput>;
 
 /// Reports a name that another part of the same kind has.
 pub(super) fn check_name<'a>(

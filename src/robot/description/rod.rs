@@ -114,19 +114,14 @@ impl Rod {
         check.finite(&self.tip_force, "tip_force");
         check.finite(&self.tip_moment, "tip_moment");
         check.non_negative(self.tip_mass, "tip_mass", "kilograms");
+        // Loads share inputs with actuators, and have the same indices in the robot. Those at the tip are known.
+        let mut robot = Robot::from(self);
+        robot.loads.truncate(self.loads.len());
+        robot.bodies.truncate(self.bodies.len());
         let length = self.length();
-        for (i, load) in self.loads.iter().enumerate() {
-            check.nested(&format!("loads[{i}]"), load.validate(length));
-        }
-        for (i, body) in self.bodies.iter().enumerate() {
-            check.nested(&format!("bodies[{i}]"), body.validate(length));
-        }
-        for (i, support) in self.supports.iter().enumerate() {
-            check.nested(&format!("supports[{i}]"), support.validate(length));
-        }
-        for (i, magnet) in self.magnets.iter().enumerate() {
-            check.nested(&format!("magnets[{i}]"), magnet.validate(length));
-        }
+        robot.check_on_links(&mut check, |check, place, _, _, validate| {
+            check.nested(place, validate(length));
+        });
         self.field.check(&mut check, "field");
         if let Some(fluid) = &self.fluid {
             check.nested("fluid", fluid.validate());
@@ -138,8 +133,6 @@ impl Rod {
                 "sections with an outline that a fluid can flow around",
             );
         }
-        // Loads share inputs with actuators, and have the same indices in the robot.
-        let robot = Robot::from(self);
         let carriers = Carriers::of(&robot.links, robot.base_motion.is_some());
         robot.check_actuators(&mut check, &carriers);
         robot.check_contacts(&mut check, &carriers);

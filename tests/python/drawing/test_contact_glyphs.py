@@ -20,7 +20,7 @@ from lissom import (
     Sphere,
 )
 from lissom.analysis.advice import about_impacts, impact_time
-from lissom.drawing.report import contacts, layers
+from lissom.drawing.report import contacts, symbols
 from lissom.drawing.report.layers import Arrows, Dots, DrawnStates, Line, Solid, Strand
 from lissom.model.glyphs.contacts import contact_glyphs
 
@@ -114,7 +114,7 @@ def test_obstacles_and_balls_are_where_they_are():
     np.testing.assert_array_equal(box.turns, [[0.8, 0.6, 0, 0]])
     poses = made.pose(q, 0.2, link="rod")
     np.testing.assert_allclose(ball.points[:, 0], poses[:, :3, 3] + 0.03 * poses[:, :3, 2], atol=1e-15)
-    assert {thing.layer for thing in (sphere, rod, ends, box, ball)} <= set(layers.LEGEND)
+    assert {thing.layer for thing in (sphere, rod, ends, box, ball)} <= set(symbols.LEGEND)
 
 
 def test_shapes_on_links_are_drawn_where_these_go():
@@ -155,7 +155,7 @@ def test_arrows_point_where_what_touches_is_pushed():
     things = drawn(made, [high, low])
     arrows = [thing for thing in things if isinstance(thing, Arrows)]
     assert len(arrows) == 1
-    assert arrows[0].layer in layers.LEGEND
+    assert arrows[0].layer in symbols.LEGEND
     np.testing.assert_array_equal(arrows[0].vectors[0], 0.0)
     up = arrows[0].vectors[1]
     assert 1 <= len(up) <= contacts.MOST_ARROWS

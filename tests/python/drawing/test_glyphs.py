@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 import lissom
-from lissom.model.glyphs import glyphs, value_at
+from lissom.model.glyphs import glyphs
+from lissom.model.glyphs.loads import value_at
 
 SOFT = lissom.Segment(
     0.2, 0.01, 3e5, poisson_ratio=0.4, density=1000, modes={"torsion": 1, "bend_y": 2, "bend_z": 2}

@@ -21,7 +21,7 @@ from lissom import (
     Weld,
 )
 from lissom.drawing import report
-from lissom.drawing.report import layers, loops
+from lissom.drawing.report import loops, symbols
 from lissom.drawing.report.layers import DrawnStates
 from lissom.model.glyphs.loops import ROWS, loop_glyphs
 from lissom.model.views import view
@@ -143,7 +143,7 @@ def test_reports_show_forces_and_gaps(tmp_path):
     path = tmp_path / "tied.html"
     report.write_result(motion, path)
     assert "loop ball" in path.read_text()
-    assert "loops" in layers.LEGEND
+    assert "loops" in symbols.LEGEND
 
 
 def test_models_without_loops_have_no_such_section():

@@ -4,7 +4,7 @@ import numpy as np
 
 import lissom
 from lissom.drawing.live.shape import Shape
-from lissom.drawing.report import layers, symbols
+from lissom.drawing.report import symbols
 from lissom.drawing.report.layers import Arrows
 from lissom.model.views import view
 
@@ -71,7 +71,7 @@ def test_a_constant_field_is_drawn_with_its_size():
     assert field.names == ["field: 0.005 T"] * 2
     direction = field.vectors[0] / np.linalg.norm(field.vectors[0], axis=1)[:, None]
     np.testing.assert_allclose(direction, [[0.0, 0.6, 0.8]] * 2, atol=1e-12)
-    assert {"magnets", "field"} <= set(layers.LEGEND)
+    assert {"magnets", "field"} <= set(symbols.LEGEND)
     # One that varies has no arrow that stays.
     varying = robot(field=lissom.Input("B", FIELD))
     _, around = drawn(varying, np.zeros(varying.n))
@@ -83,4 +83,4 @@ def test_robots_without_magnets_have_no_layer_of_them():
     glyphs = view(model).glyphs
     assert not glyphs.magnets
     assert not any(glyphs.field)
-    assert symbols.magnets(glyphs.magnets, None) == []
+    assert symbols.magnets.magnets(glyphs.magnets, None) == []

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from .. import meshes
 from ..report import theme
-from ..report.layers import LEGEND, Arrows, Dots, Line, Solid, Strand, Thing, Tube, rotations
+from ..report.layers import Arrows, Dots, Line, Solid, Strand, Thing, Tube, rotations
+from ..report.symbols import LEGEND
 from .shape import SHADE, Stage
 
 Array = NDArray[np.float64]

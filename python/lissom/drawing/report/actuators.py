@@ -11,11 +11,13 @@ from ..._lissom import LissomError
 from ...model.glyphs.actuators import ActuatorGlyph
 from ...model.glyphs.joints import JointGlyph
 from ...results.runs import Made, Run
-from . import curves, plots
+from . import curves, plots, theme
 from .layers import DrawnStates, Strand
 from .solids import placed
 
 Array = NDArray[np.float64]
+
+LAYERS: dict[str, str] = {"tendons": theme.GOLD, "chambers": theme.CYAN, "motors": theme.PURPLE}
 
 #: Radii of the tendon with the highest tension and of a slack one, relative to the model's size.
 THICK, THIN = 0.009, 0.0025

@@ -11,10 +11,12 @@ from ..._lissom import LissomError
 from ...model.contacts import Box, ConvexMesh, HalfSpace, HeightField, Sphere, Touch
 from ...model.glyphs.contacts import WORDS, ContactGlyph, Obstacle, Touching, outline, turn_of
 from ...results.runs import Made, Run
-from . import arrows, curves, plots
+from . import arrows, curves, plots, theme
 from .layers import Dots, DrawnStates, Line, Solid, Strand, Thing, quaternions
 
 Array = NDArray[np.float64]
+
+LAYERS: dict[str, str] = {"obstacles": theme.STEEL, "balls": theme.ORANGE, "shapes": theme.ORANGE}
 
 #: Half the thickness of the plate that represents a half space, and its margin around the scene, relative to
 #: the size of the scene.

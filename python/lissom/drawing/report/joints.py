@@ -8,10 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...model.glyphs.joints import JointGlyph
+from . import theme
 from .layers import BREAK, Dots, DrawnStates, Strand, Thing
 from .solids import placed
 
 Array = NDArray[np.float64]
+
+LAYERS: dict[str, str] = {"joints": theme.PURPLE}
 
 #: Thickness of the bars and rails of joints, relative to half an axis; radius of their balls, relative to the
 #: model's size.

@@ -13,39 +13,12 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from . import theme
 from .packing import Numbers
 
 Array = NDArray[np.float64]
 
 #: Changes below this fraction of the largest coordinate count as no motion.
 SEEN = 1e-6
-
-#: Colours of the layers, in the order of the legend.
-LEGEND: dict[str, str] = {
-    "rods": theme.ROD_SCALE[1][1],
-    "bodies": theme.STEEL,
-    "joints": theme.PURPLE,
-    "loops": theme.BLUE,
-    "obstacles": theme.STEEL,
-    "balls": theme.ORANGE,
-    "shapes": theme.ORANGE,
-    "tendons": theme.GOLD,
-    "chambers": theme.CYAN,
-    "motors": theme.PURPLE,
-    "forces": theme.RED,
-    "moments": theme.MAGENTA,
-    "contact": theme.BLUE,
-    "supports": theme.GREEN,
-    "magnets": theme.PURPLE,
-    "current": theme.CYAN,
-    "gravity": theme.GREY,
-    "field": theme.PURPLE,
-    "floor": theme.GREY,
-    "tips": theme.ORANGE,
-    "paths": theme.ORANGE,
-    "initial shape": theme.GREY,
-}
 
 #: Break of a line.
 BREAK = np.full((1, 3), np.nan)

@@ -7,11 +7,13 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from ...model.glyphs import LoadGlyph
-from . import arrows
+from ...model.glyphs.loads import LoadGlyph
+from . import arrows, theme
 from .layers import BREAK, Arrows, DrawnStates, Largest, Strand, Thing
 
 Array = NDArray[np.float64]
+
+LAYERS: dict[str, str] = {"forces": theme.RED, "moments": theme.MAGENTA}
 
 #: Length of the largest force arrow and radius of the largest moment ring, relative to the model's size.
 ARROW, RING = 0.28, 0.09

@@ -12,11 +12,13 @@ from ..._lissom import LissomError
 from ...model.glyphs.joints import Pose
 from ...model.glyphs.loops import LoopGlyph
 from ...results.runs import Made, Run
-from . import curves, plots
+from . import curves, plots, theme
 from .joints import joints
 from .layers import BREAK, Dots, DrawnStates, Solid, Strand, Thing, quaternions
 
 Array = NDArray[np.float64]
+
+LAYERS: dict[str, str] = {"loops": theme.BLUE}
 
 #: Half the side of a weld, and radius of the balls at the ends of a bar, relative to the model's size.
 WELD, BALL = 0.012, 0.013

@@ -7,9 +7,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from ...model.glyphs.magnets import MagnetGlyph
-from . import arrows
+from . import arrows, theme
 from .layers import DrawnStates, Thing
 from .loads import drawn_lengths
+
+LAYERS: dict[str, str] = {"magnets": theme.PURPLE}
 
 #: Length of the arrow of the largest magnet, relative to the model's size.
 ARROW = 0.12

@@ -250,4 +250,7 @@ def _scene(
     around = [thing.name for thing in things if thing.layer in symbols.SURROUNDINGS]
     t = np.asarray(run.t, float)[at]
     labels = None if run.labels is None else run.labels[at]
-    return Scene(t, run.label, is_time, opens_at, things, low, high, eye, ground, names, around, labels)
+    legend = symbols.LEGEND
+    return Scene(
+        t, run.label, is_time, opens_at, things, low, high, eye, ground, legend, names, around, labels
+    )

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import theme
-from .layers import LEGEND, Thing
+from .layers import Thing
 from .packing import Numbers
 
 Array = NDArray[np.float64]
@@ -40,6 +40,8 @@ class Scene:
     eye: Array
     #: Axis perpendicular to the ground, its position, and whether up is along the axis.
     ground: tuple[int, float, bool]
+    #: Colours of the layers, in the order of the legend.
+    legend: Mapping[str, str]
     #: Layers with different names in this scene.
     names: Mapping[str, str]
     #: Description of the surroundings, such as gravity.
@@ -55,7 +57,7 @@ class Scene:
     def layers(self) -> list[str]:
         """Non-empty layers, in the order of the legend."""
         shown = {thing.layer for thing in self.things} | {"floor"}
-        return [layer for layer in LEGEND if layer in shown]
+        return [layer for layer in self.legend if layer in shown]
 
     @property
     def in_words(self) -> str:
@@ -85,7 +87,7 @@ class Scene:
             "words": self.in_words,
             "surroundings": list(self.surroundings),
             "layers": [
-                {"layer": layer, "name": self.names.get(layer, layer), "colour": LEGEND[layer]}
+                {"layer": layer, "name": self.names.get(layer, layer), "colour": self.legend[layer]}
                 for layer in self.layers
             ],
             "things": [

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from ..._lissom import Link, Magnet, Profile, Robot
 from .joints import Pose
+from .places import place_of, poses
 
 Array = NDArray[np.float64]
 
@@ -45,15 +46,11 @@ def field(robot: Robot) -> tuple[float, float, float]:
 
 
 def _magnet(robot: Robot, magnet: Magnet) -> MagnetGlyph:
-    name = magnet.link or robot.links[0].name
-    link = next(link for link in robot.links if link.name == name)
-    at = magnet.at
-    if at is None and link.rod is not None:
-        at = sum(segment.length for segment in link.rod)
+    link, at = place_of(robot, magnet)
     place = np.eye(4)
     place[:3, 3] = magnet.position
-    pose = partial(_poses, robot, name, None if at is None else np.array([at]), place)
-    return MagnetGlyph(f"magnet on {name}", False, pose, np.array([magnet.moment]))
+    pose = partial(_poses, robot, link.name, None if at is None else np.array([at]), place)
+    return MagnetGlyph(f"magnet on {link.name}", False, pose, np.array([magnet.moment]))
 
 
 def _segments(robot: Robot, link: Link) -> list[MagnetGlyph]:
@@ -73,5 +70,4 @@ def _segments(robot: Robot, link: Link) -> list[MagnetGlyph]:
 
 def _poses(robot: Robot, link: str, X: Array | None, place: Array, q: Array, t: float | Array) -> Array:
     """Poses (..., places, 4, 4) on a rod, or the single one on a body."""
-    found = robot.pose(q, X, link=link, t=t) @ place
-    return found if X is not None else found[..., None, :, :]
+    return poses(robot, link, X, q, t) @ place

@@ -1,6 +1,8 @@
 //! Compiles actuators to parts of a plan.
 
+use std::iter::Peekable;
 use std::ops::Range;
+use std::vec::IntoIter;
 
 use crate::description::rod::piece::Piece;
 use crate::description::rod::{Gauss, Profile, STRAINS};
@@ -13,7 +15,7 @@ use crate::robot::effects::actuator::plan::{
     ActivePart, Actuation, ActuatorPlan, End, Friction, Law, Line, Mouth, Part, Sleeve, SleeveComponent,
     SleeveTurning, Thread, pairs,
 };
-use crate::robot::effects::actuator::{Actuator, Along, Drive, MotorCommand};
+use crate::robot::effects::actuator::{ActiveStrain, Actuator, Along, Drive, MotorCommand, Tendon};
 use crate::robot::kernel::kinematics;
 use crate::robot::plan::command::Command;
 use crate::robot::plan::link::LinkPlan;
@@ -43,65 +45,76 @@ pub(crate) fn compile<G: Turning>(
     inputs: &Inputs,
     straight: Vec<Straight>,
 ) -> Actuation<G::Pack> {
-    let mut actuation = Actuation {
-        actuators: Vec::new(),
-        sleeves: Vec::new(),
-        lines: Vec::new(),
-        world_points: Vec::new(),
-        active_strains: Vec::new(),
+    let mut compiler = Compiler {
+        robot,
+        pieces,
+        links,
+        inputs,
+        spans: Spans::new(robot),
+        straight: straight.into_iter().peekable(),
+        inextensible: 0,
+        actuation: Actuation {
+            actuators: Vec::new(),
+            sleeves: Vec::new(),
+            lines: Vec::new(),
+            world_points: Vec::new(),
+            active_strains: Vec::new(),
+        },
     };
-    let mut straight = straight.into_iter().peekable();
-    let spans = Spans::new(robot);
-    let mut inextensible = 0;
     for (i, actuator) in robot.actuators.iter().enumerate() {
+        let compiled = compiler.actuator(i, actuator);
+        compiler.actuation.actuators.push(compiled);
+    }
+    compiler.actuation
+}
+
+/// Compiles actuators one after another.
+struct Compiler<'a, G: Turning> {
+    robot: &'a Robot,
+    pieces: &'a [PiecePlan<G>],
+    links: &'a [LinkPlan],
+    inputs: &'a Inputs,
+    spans: Spans<'a>,
+    /// Straight parts of this tendon and of those that follow.
+    straight: Peekable<IntoIter<Straight>>,
+    /// Number of inextensible tendons so far.
+    inextensible: usize,
+    actuation: Actuation<G::Pack>,
+}
+
+impl<'a, G: Turning> Compiler<'a, G> {
+    fn actuator(&mut self, i: usize, actuator: &'a Actuator) -> ActuatorPlan {
         let (mut length_at_zero, mut gradient) = (0.0, Vec::new());
         let (mut path, mut friction) = (Vec::new(), None);
         let law = match actuator {
             Actuator::Tendon(tendon) => {
-                let shortest = SHORTEST_LINE * spans.of_tendon(actuator);
-                let has_friction = tendon.friction > 0.0;
-                friction = has_friction.then(|| Friction {
+                friction = (tendon.friction > 0.0).then(|| Friction {
                     coefficient: tendon.friction,
                     velocity: tendon.friction_velocity,
-                    sliding: tendon.sliding.as_ref().map(|signal| Command::new(signal, inputs)),
+                    sliding: tendon.sliding.as_ref().map(|signal| Command::new(signal, self.inputs)),
                 });
-                for (k, part) in tendon.path.iter().enumerate() {
-                    if let Some(line) = straight.next_if(|line| line.actuator == i && line.before == k) {
-                        path.push(Part::Line(actuation.lines.len()));
-                        let ends = line.ends.map(|spot| end(spot, &mut actuation.world_points));
-                        let mouth = |part: &actuator::Part, end: usize| {
-                            let along = part.along().filter(|_| has_friction)?;
-                            mouth(&parts(along, robot, pieces, &links[along.link].rod), end, pieces)
-                        };
-                        let mouths = [mouth(&tendon.path[k - 1], 1), mouth(part, 0)];
-                        actuation.lines.push(Line { actuator: i, ends, mouths, shortest });
-                    }
-                    let Some(along) = part.along() else { continue };
-                    for part in parts(along, robot, pieces, &links[along.link].rod) {
-                        path.push(thread(&mut actuation.sleeves, pieces, i, &part, has_friction));
-                    }
-                }
+                path = self.path(i, tendon, SHORTEST_LINE * self.spans.of_tendon(actuator));
                 match tendon.drive {
                     Drive::Tension(_) => Law::Tension,
                     Drive::Length { stiffness: Some(stiffness), damping, .. } => {
                         Law::Cable { stiffness, damping }
                     }
                     Drive::Length { stiffness: None, .. } => {
-                        inextensible += 1;
-                        Law::Inextensible { place: inextensible - 1 }
+                        self.inextensible += 1;
+                        Law::Inextensible { place: self.inextensible - 1 }
                     }
                 }
             }
             Actuator::Chamber(chamber) => {
                 for along in &chamber.path {
-                    for part in parts(along, robot, pieces, &links[along.link].rod) {
-                        length_at_zero += volume(pieces, &part, chamber.area, &mut gradient);
+                    for part in self.parts(along) {
+                        length_at_zero += volume(self.pieces, &part, chamber.area, &mut gradient);
                     }
                 }
                 Law::Pressure
             }
             Actuator::Motor(motor) => {
-                let joint = &pieces[links[motor.link].pieces.start + motor.coordinate];
+                let joint = &self.pieces[self.links[motor.link].pieces.start + motor.coordinate];
                 gradient.push((joint.first, 1.0));
                 match motor.command {
                     MotorCommand::Torque(_) => Law::Torque { limits: motor.limits },
@@ -110,53 +123,81 @@ pub(crate) fn compile<G: Turning>(
                     }
                 }
             }
-            Actuator::ActiveStrain(active) => {
-                let whole = Along {
-                    link: active.link,
-                    offset: [Profile::from(0.0), Profile::from(0.0)],
-                    along: [0.0, robot.links[active.link].length()],
-                };
-                let mut energy_of_unit = 0.0;
-                for part in parts(&whole, robot, pieces, &links[active.link].rod) {
-                    let active_part = ActivePart {
-                        actuator: i,
-                        piece: part.piece,
-                        strain: active.strain as usize,
-                        shape: active.shape.clone(),
-                        from: part.from,
-                        rate: part.rate,
-                    };
-                    energy_of_unit += energy_of_active_part(pieces, &part, &active_part, &mut gradient);
-                    actuation.active_strains.push(active_part);
-                }
-                Law::Amount { energy_of_unit }
-            }
+            Actuator::ActiveStrain(active) => self.active_strain(i, active, &mut gradient),
         };
         let has_friction = friction.is_some();
         let mut reaches: Vec<usize> = gradient.iter().map(|&(k, _)| k).collect();
         for part in &path {
             if let &Part::Thread { sleeve, .. } = part {
-                reaches.extend(pieces[actuation.sleeves[sleeve].piece].coordinates());
+                reaches.extend(self.pieces[self.actuation.sleeves[sleeve].piece].coordinates());
             }
         }
         reaches.sort_unstable();
         reaches.dedup();
         let holds_all = |piece: &PiecePlan<G>| reaches.iter().all(|k| piece.coordinates().contains(k));
-        actuation.actuators.push(ActuatorPlan {
-            command: Command::new(actuator.command(), inputs),
+        ActuatorPlan {
+            command: Command::new(actuator.command(), self.inputs),
             law,
             length_at_zero,
             gradient,
             path,
             friction,
-            piece: pieces.iter().position(|piece| !reaches.is_empty() && holds_all(piece)),
+            piece: self.pieces.iter().position(|piece| !reaches.is_empty() && holds_all(piece)),
             reaches,
             has_potential: !has_friction
                 && actuator.command().constant().is_some()
                 && law::potential(law, 0.0, 0.0).is_some(),
-        });
+        }
     }
-    actuation
+
+    /// Parts of an embedded path in the pieces of its rod.
+    fn parts(&self, along: &'a Along) -> Vec<Embedded<'a>> {
+        parts(along, self.robot, self.pieces, &self.links[along.link].rod)
+    }
+
+    /// The parts of a tendon's path: lines, none shorter than this, and threads.
+    fn path(&mut self, i: usize, tendon: &'a Tendon, shortest: f64) -> Vec<Part> {
+        let has_friction = tendon.friction > 0.0;
+        let mut path = Vec::new();
+        for (k, part) in tendon.path.iter().enumerate() {
+            if let Some(line) = self.straight.next_if(|line| line.actuator == i && line.before == k) {
+                path.push(Part::Line(self.actuation.lines.len()));
+                let ends = line.ends.map(|spot| end(spot, &mut self.actuation.world_points));
+                let mouth = |part: &'a actuator::Part, end: usize| {
+                    mouth(&self.parts(part.along().filter(|_| has_friction)?), end, self.pieces)
+                };
+                let mouths = [mouth(&tendon.path[k - 1], 1), mouth(part, 0)];
+                self.actuation.lines.push(Line { actuator: i, ends, mouths, shortest });
+            }
+            let Some(along) = part.along() else { continue };
+            for part in self.parts(along) {
+                path.push(thread(&mut self.actuation.sleeves, self.pieces, i, &part, has_friction));
+            }
+        }
+        path
+    }
+
+    fn active_strain(&mut self, i: usize, active: &ActiveStrain, gradient: &mut Vec<(usize, f64)>) -> Law {
+        let whole = Along {
+            link: active.link,
+            offset: [Profile::from(0.0), Profile::from(0.0)],
+            along: [0.0, self.robot.links[active.link].length()],
+        };
+        let mut energy_of_unit = 0.0;
+        for part in parts(&whole, self.robot, self.pieces, &self.links[active.link].rod) {
+            let active_part = ActivePart {
+                actuator: i,
+                piece: part.piece,
+                strain: active.strain as usize,
+                shape: active.shape.clone(),
+                from: part.from,
+                rate: part.rate,
+            };
+            energy_of_unit += energy_of_active_part(self.pieces, &part, &active_part, gradient);
+            self.actuation.active_strains.push(active_part);
+        }
+        Law::Amount { energy_of_unit }
+    }
 }
 
 /// A straight part of a tendon before its points are known.

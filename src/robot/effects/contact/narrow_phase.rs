@@ -122,6 +122,27 @@ struct First {
     share: Option<Share>,
 }
 
+/// What of the surface of a rod is nearest to a point, whose nearest place on the axis is known.
+fn nearest_at(curve: usize, part: &Part<'_>, x: f64, point: Vector<f64>) -> Nearest {
+    let [position, slope, bend] = part.at(x);
+    let way = point - position;
+    let radius = part.radius(x);
+    let on = Standing::Along { curve, x: part.from + part.part * x };
+    // As seen from the point the surface bends about the axis, unless the place is an end.
+    let square = slope.dot(slope);
+    let is_inside = slope.dot(way).abs() <= 1e-6 * (square * way.dot(way)).sqrt();
+    let stretch = (1.0 - way.dot(bend) / square.max(f64::MIN_POSITIVE)).max(0.1);
+    let along = slope * square.max(f64::MIN_POSITIVE).sqrt().recip();
+    if let Some(semi_axes) = part.semi_axes(x) {
+        let section = Section { centre: position, along, semi_axes };
+        let course = is_inside.then(|| part.course(x));
+        let distance = elliptic_tube::distance(point, &section, course.as_ref());
+        return Nearest { distance, on, centre: None, radius: smaller(semi_axes), is_carried: true };
+    }
+    let distance = Distance::from_curve(way, radius, is_inside.then_some((along, stretch)));
+    Nearest { distance, on, centre: None, radius, is_carried: false }
+}
+
 /// Of two semi-axes.
 fn smaller(semi_axes: [Vector<f64>; 2]) -> f64 {
     semi_axes.map(|axis| axis.dot(axis)).into_iter().fold(f64::INFINITY, f64::min).sqrt()
@@ -524,18 +545,20 @@ impl<'a, G: Turning> Scene<'a, G> {
             }
             Other::Rod { pair, first, end, .. } => {
                 let arc = if pair.neighbourhood > 0.0 { arc } else { None };
-                self.nearest_on_rod(*first..*end, point, arc.map(|arc| (arc, pair.neighbourhood)))
+                let but = arc.map(|arc| (arc, pair.neighbourhood));
+                let (curve, part, x) = self.nearest_on_rod(*first..*end, point, but)?;
+                Some(nearest_at(curve, &part, x, point))
             }
         }
     }
 
-    /// The nearest place of the curves of a rod, but for neighbours.
+    /// The nearest place of the curves of a rod, but for neighbours: its curve, part, and fraction of that.
     fn nearest_on_rod(
         &self,
         curves: Range<usize>,
         point: Vector<f64>,
         but: Option<(f64, f64)>,
-    ) -> Option<Nearest> {
+    ) -> Option<(usize, Part<'_>, f64)> {
         let is_neighbour = |c: usize, index: usize| {
             but.is_some_and(|(arc, near)| {
                 let [begin, end] = self.plan.effects.contacts.curves[c].arcs(index);
@@ -582,7 +605,7 @@ impl<'a, G: Turning> Scene<'a, G> {
                 }
             }
         }
-        let (_, c, part, x) = best;
+        let (_, curve, part, x) = best;
         // What is nearest may be the end of what is looked at, beyond which there are neighbours.
         let (arc, is_end) = (part.arc + part.length * x, x == 0.0 || x == 1.0);
         let adjoins = |o: usize, i: usize| {
@@ -593,29 +616,7 @@ impl<'a, G: Turning> Scene<'a, G> {
         {
             return None;
         }
-        let [position, slope, bend] = part.at(x);
-        let way = point - position;
-        let radius = part.radius(x);
-        let on = Standing::Along { curve: c, x: part.from + part.part * x };
-        // As seen from the point the surface bends about the axis, unless the place is an end.
-        let square = slope.dot(slope);
-        let is_inside = slope.dot(way).abs() <= 1e-6 * (square * way.dot(way)).sqrt();
-        let stretch = (1.0 - way.dot(bend) / square.max(f64::MIN_POSITIVE)).max(0.1);
-        let along = slope * square.max(f64::MIN_POSITIVE).sqrt().recip();
-        if let Some(semi_axes) = part.semi_axes(x) {
-            let section = Section { centre: position, along, semi_axes };
-            let course = is_inside.then(|| part.course(x));
-            let distance = elliptic_tube::distance(point, &section, course.as_ref());
-            return Some(Nearest {
-                distance,
-                on,
-                centre: None,
-                radius: smaller(semi_axes),
-                is_carried: true,
-            });
-        }
-        let distance = Distance::from_curve(way, radius, is_inside.then_some((along, stretch)));
-        Some(Nearest { distance, on, centre: None, radius, is_carried: false })
+        Some((curve, part, x))
     }
 
     /// A place of a curve, in space and the frame of the plan; tells how the nodes reach it, which may be known, in the memory

@@ -15,7 +15,9 @@
 //! numbers instead of packs, because few robots need it.
 
 use crate::numerics::lie::{LANES, Lanes, Vector};
-use crate::robot::effects::actuator::plan::{Actuation, Friction, Part, Sleeve, SleeveTurning, Thread};
+use crate::robot::effects::actuator::plan::{
+    Actuation, ActuatorPlan, Friction, Part, Sleeve, SleeveTurning, Thread,
+};
 use crate::robot::effects::actuator::state::{ActuationState, ActuationTangent, LineState, Sliding};
 
 /// Number of angular strains.
@@ -217,46 +219,86 @@ pub(super) fn stiffen<P: Lanes>(
     memory.distribution.copy_from_slice(&state.distributions[i * n..][..n]);
     memory.of_sliding.fill(0.0);
     memory.angle_gradient.fill(0.0);
+    let tendon = Rubbing { actuation, state, actuator, coefficient: friction.coefficient, falls, factor };
     let mut before = None;
     for part in &actuator.path {
-        let &Part::Thread { sleeve: s, thread: k } = part else {
-            let &Part::Line(line) = part else { unreachable!("there are two kinds of parts") };
-            let of_line = |line: usize| Side {
-                direction: state.lines[line].direction,
-                turned: Turned::Line { state: &state.lines[line], moved: &memory.moved[line * n..][..n] },
-            };
-            let of_mouth = |end: usize| {
-                actuation.lines[line].mouths[end].as_ref().map(|_| Side {
-                    direction: state.lines[line].mouths[end].0,
-                    turned: Turned::Mouth { turned: &memory.mouths_turned[line * n..][..n], end },
-                })
-            };
-            let entry = before.replace(line).map_or_else(|| of_mouth(0), |before| Some(of_line(before)));
-            let (here, exit) = (of_line(line), of_mouth(1));
-            if let Some(entry) = entry {
-                add_corner(&entry, &here, &actuator.reaches, &mut memory.angle_gradient);
+        match *part {
+            Part::Line(line) => tendon.stiffen_line(line, before.replace(line), memory, n, &mut add),
+            Part::Thread { sleeve, thread } => {
+                before = None;
+                tendon.stiffen_thread(sleeve, thread, memory, q, &mut add);
             }
-            let state = &state.lines[line];
-            for &j in &actuator.reaches {
-                let of_unit = state.ratio * state.direction.dot(memory.moved[line * n + j]);
-                memory.distribution[j] += of_unit;
-                memory.of_sliding[j] -= friction.coefficient * state.angle * of_unit;
-                for &k in &actuator.reaches {
-                    add(j, k, -factor * falls * of_unit * memory.angle_gradient[k]);
-                }
-            }
-            if let Some(exit) = exit {
-                add_corner(&here, &exit, &actuator.reaches, &mut memory.angle_gradient);
-            }
-            continue;
+        }
+    }
+}
+
+/// A tendon with friction.
+struct Rubbing<'a, P> {
+    actuation: &'a Actuation<P>,
+    state: &'a ActuationState<P>,
+    actuator: &'a ActuatorPlan,
+    coefficient: f64,
+    /// Rate at which the logarithm of the tension falls with the angle.
+    falls: f64,
+    factor: f64,
+}
+
+impl<P: Lanes> Rubbing<'_, P> {
+    /// The contributions of a straight part, and of the corners to the straight part or the thread before it and to the thread
+    /// behind it.
+    #[inline(always)]
+    fn stiffen_line(
+        &self,
+        line: usize,
+        before: Option<usize>,
+        memory: &mut ActuationTangent<P>,
+        n: usize,
+        mut add: impl FnMut(usize, usize, f64),
+    ) {
+        let of_line = |line: usize| Side {
+            direction: self.state.lines[line].direction,
+            turned: Turned::Line { state: &self.state.lines[line], moved: &memory.moved[line * n..][..n] },
         };
-        before = None;
-        let (sleeve, [first, first_slope]) = (&actuation.sleeves[s], actuation.offsets(s, k));
+        let of_mouth = |end: usize| {
+            self.actuation.lines[line].mouths[end].as_ref().map(|_| Side {
+                direction: self.state.lines[line].mouths[end].0,
+                turned: Turned::Mouth { turned: &memory.mouths_turned[line * n..][..n], end },
+            })
+        };
+        let entry = before.map_or_else(|| of_mouth(0), |before| Some(of_line(before)));
+        let (here, exit) = (of_line(line), of_mouth(1));
+        if let Some(entry) = entry {
+            add_corner(&entry, &here, &self.actuator.reaches, &mut memory.angle_gradient);
+        }
+        let state = &self.state.lines[line];
+        for &j in &self.actuator.reaches {
+            let of_unit = state.ratio * state.direction.dot(memory.moved[line * n + j]);
+            memory.distribution[j] += of_unit;
+            memory.of_sliding[j] -= self.coefficient * state.angle * of_unit;
+            for &k in &self.actuator.reaches {
+                add(j, k, -self.factor * self.falls * of_unit * memory.angle_gradient[k]);
+            }
+        }
+        if let Some(exit) = exit {
+            add_corner(&here, &exit, &self.actuator.reaches, &mut memory.angle_gradient);
+        }
+    }
+
+    /// The contributions of an embedded part.
+    #[inline(always)]
+    fn stiffen_thread(
+        &self,
+        s: usize,
+        k: usize,
+        memory: &mut ActuationTangent<P>,
+        q: &[f64],
+        mut add: impl FnMut(usize, usize, f64),
+    ) {
+        let (sleeve, [first, first_slope]) = (&self.actuation.sleeves[s], self.actuation.offsets(s, k));
         let (thread, nodes) = (&sleeve.threads[k], sleeve.packs * LANES);
         let turning = sleeve.turning.as_ref().expect("threads with friction know how they turn");
         turn_changes(sleeve, turning, thread, q, memory);
-        let ActuationTangent { turn_gradients, shares, behind, of_sliding, angle_gradient, .. } =
-            &mut *memory;
+        let ActuationTangent { turn_gradients, shares, behind, of_sliding, angle_gradient, .. } = memory;
         let (shares, behind) = (&mut shares[..nodes], &mut behind[..nodes]);
         for (c, component) in sleeve.components.iter().enumerate() {
             for degree in 0..component.modes {
@@ -264,21 +306,21 @@ pub(super) fn stiffen<P: Lanes>(
                 // Share of each node in the force on the coordinate.
                 let mut sum = 0.0;
                 for pack in 0..sleeve.packs {
-                    let slope = state.slopes[first_slope + c * sleeve.packs + pack];
+                    let slope = self.state.slopes[first_slope + c * sleeve.packs + pack];
                     let weighted = sleeve.weighted_basis[degree * sleeve.packs + pack];
-                    let share = weighted * slope * state.ratios[first + pack];
+                    let share = weighted * slope * self.state.ratios[first + pack];
                     sum += share.sum();
-                    of_sliding[j] -= friction.coefficient * (share * state.angles[first + pack]).sum();
+                    of_sliding[j] -= self.coefficient * (share * self.state.angles[first + pack]).sum();
                     for lane in 0..LANES {
                         shares[pack * LANES + lane] = share.lane(lane);
                     }
                 }
-                if factor == 0.0 {
+                if self.factor == 0.0 {
                     continue;
                 }
                 // Angles of the preceding parts.
-                for &k in &actuator.reaches {
-                    add(j, k, -factor * falls * sum * angle_gradient[k]);
+                for &k in &self.actuator.reaches {
+                    add(j, k, -self.factor * self.falls * sum * angle_gradient[k]);
                 }
                 // For this part, a rotation at a node changes the tension at all following nodes.
                 behind.fill(0.0);
@@ -290,7 +332,7 @@ pub(super) fn stiffen<P: Lanes>(
                 let rows = turn_gradients.chunks_exact(nodes);
                 for (k, row) in coordinates_of(sleeve).zip(rows) {
                     let change: f64 = behind.iter().zip(row).map(|(behind, change)| behind * change).sum();
-                    add(j, k, -factor * falls * change);
+                    add(j, k, -self.factor * self.falls * change);
                 }
             }
         }

@@ -178,34 +178,7 @@ impl<G: Turning> Sweep for Stiffen<'_, '_, G> {
     #[inline(always)]
     fn call(self) {
         let Self { plan, state, memory, q, qd, weights, tangent } = self;
-        let (mut slope, mut node) = (0, 0);
-        for sleeve in &plan.effects.actuation.sleeves {
-            let (slopes, pairs) = (
-                sleeve.components.len() * sleeve.packs,
-                sleeve.components.len() * (sleeve.components.len() + 1) / 2 * sleeve.packs,
-            );
-            let stiffness = &mut memory.stiffness[..pairs];
-            stiffness.fill(crate::numerics::lie::Scalar::splat(0.0));
-            for thread in &sleeve.threads {
-                let factor = weights.q * state.forces[thread.actuator].value;
-                if factor != 0.0 {
-                    sleeve::stiffen(
-                        sleeve,
-                        thread,
-                        &state.slopes[slope..][..slopes],
-                        &state.inverse_norms[node..][..sleeve.packs],
-                        &state.ratios[node..][..sleeve.packs],
-                        factor,
-                        stiffness,
-                    );
-                }
-                slope += slopes;
-                node += sleeve.packs;
-            }
-            let piece = &plan.pieces[sleeve.piece];
-            let (block, stride) = tangent.block(sleeve.piece, piece);
-            sleeve::add_stiffness(sleeve, stiffness, piece.first, block, stride);
-        }
+        stiffen_sleeves(plan, state, memory, weights, tangent);
         for (i, actuator) in plan.effects.actuation.actuators.iter().enumerate() {
             let force = state.forces[i];
             let has_stiffness = force.of_length != 0.0 || force.of_rate != 0.0;
@@ -269,6 +242,45 @@ impl<G: Turning> Sweep for Stiffen<'_, '_, G> {
                 }
             }
         }
+    }
+}
+
+/// Adds the derivatives due to the curvature of the lengths of embedded parts.
+#[inline(always)]
+fn stiffen_sleeves<G: Turning>(
+    plan: &Plan<G>,
+    state: &ActuationState<G::Pack>,
+    memory: &mut ActuationTangent<G::Pack>,
+    weights: Weights,
+    tangent: &mut Tangent<'_>,
+) {
+    let (mut slope, mut node) = (0, 0);
+    for sleeve in &plan.effects.actuation.sleeves {
+        let (slopes, pairs) = (
+            sleeve.components.len() * sleeve.packs,
+            sleeve.components.len() * (sleeve.components.len() + 1) / 2 * sleeve.packs,
+        );
+        let stiffness = &mut memory.stiffness[..pairs];
+        stiffness.fill(crate::numerics::lie::Scalar::splat(0.0));
+        for thread in &sleeve.threads {
+            let factor = weights.q * state.forces[thread.actuator].value;
+            if factor != 0.0 {
+                sleeve::stiffen(
+                    sleeve,
+                    thread,
+                    &state.slopes[slope..][..slopes],
+                    &state.inverse_norms[node..][..sleeve.packs],
+                    &state.ratios[node..][..sleeve.packs],
+                    factor,
+                    stiffness,
+                );
+            }
+            slope += slopes;
+            node += sleeve.packs;
+        }
+        let piece = &plan.pieces[sleeve.piece];
+        let (block, stride) = tangent.block(sleeve.piece, piece);
+        sleeve::add_stiffness(sleeve, stiffness, piece.first, block, stride);
     }
 }
 

@@ -193,10 +193,9 @@ impl Meeting {
     ) -> [Motion<T>; 2] {
         let Law { stiffness, dissipation, friction: [_, _, sideways], slip_velocity, patch_radius } =
             self.law;
-        let &Pressing { normal_force, rate, inverse_along, inverse_speed, .. } = pressing;
-        let [speed, of_speed, slope] = pressing.of_along;
+        let &Pressing { normal_force, rate, inverse_speed, .. } = pressing;
         // Written out: `array::map` is not always inlined.
-        let (normal, along) = (Vector::<T>::all(self.normal), Vector::all(pressing.along));
+        let normal = Vector::<T>::all(self.normal);
         let sliding = Vector::all(pressing.sliding);
         let [[turning, own], [other_turning, other]] = self.motions;
         let ([arm, other_arm], relative) = (self.arms(), own - other);
@@ -235,18 +234,7 @@ impl Meeting {
         let sliding_change = across(at_contact_change, normal)
             - normal_change * normal.dot(at_contact)
             - normal * normal_change.dot(at_contact);
-        let mut direction_change = sliding_change * T::splat(sideways);
-        if inverse_along > 0.0 {
-            let axis = Vector::all(self.axis);
-            let lying_change = across(turn.cross(axis), normal)
-                - normal_change * normal.dot(axis)
-                - normal * normal_change.dot(axis);
-            let along_change = across(lying_change, along) * T::splat(inverse_along);
-            let speed_change = along_change.dot(sliding) + along.dot(sliding_change);
-            let excess = of_speed - sideways;
-            direction_change +=
-                along * (speed_change * (slope * speed + excess)) + along_change * T::splat(excess * speed);
-        }
+        let direction_change = self.direction_change(pressing, turn, normal_change, sliding_change);
         let factor = normal_force * inverse_speed;
         let factor_change =
             force_change - sliding.dot(sliding_change) * (normal_force * inverse_speed * inverse_speed);
@@ -265,6 +253,33 @@ impl Meeting {
             * (-sideways * patch_radius * pressing.inverse_spin);
         let torsion = normal * torsion_change + normal_change * T::splat(pressing.torsion);
         [[moment + torsion, change], [-other_moment - torsion, -change]]
+    }
+
+    /// Change of what friction opposes, of which sliding along the first side has coefficients of its own.
+    #[inline(always)]
+    fn direction_change<T: Scalar>(
+        &self,
+        pressing: &Pressing,
+        turn: Vector<T>,
+        normal_change: Vector<T>,
+        sliding_change: Vector<T>,
+    ) -> Vector<T> {
+        let [_, _, sideways] = self.law.friction;
+        let mut direction_change = sliding_change * T::splat(sideways);
+        if pressing.inverse_along > 0.0 {
+            let [speed, of_speed, slope] = pressing.of_along;
+            let (normal, along) = (Vector::<T>::all(self.normal), Vector::all(pressing.along));
+            let axis = Vector::all(self.axis);
+            let lying_change = across(turn.cross(axis), normal)
+                - normal_change * normal.dot(axis)
+                - normal * normal_change.dot(axis);
+            let along_change = across(lying_change, along) * T::splat(pressing.inverse_along);
+            let speed_change = along_change.dot(Vector::all(pressing.sliding)) + along.dot(sliding_change);
+            let excess = of_speed - sideways;
+            direction_change +=
+                along * (speed_change * (slope * speed + excess)) + along_change * T::splat(excess * speed);
+        }
+        direction_change
     }
 
     /// Potential energy of the overlap.
