@@ -1,6 +1,7 @@
 //! One class for all described parts. At import each table of `description` becomes a subclass, with docstring, signature
 //! and properties.
 
+mod object;
 mod text;
 mod values;
 
@@ -12,33 +13,21 @@ use pyo3::PyTypeInfo;
 use pyo3::class::{PyTraverseError, PyVisit};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::sync::PyOnceLock;
 use pyo3::types::{PyDict, PyString, PyTuple, PyType};
 
 use super::callback::raised_by_function;
-use super::convert;
-use super::profile;
 use super::signal::Functions;
 use crate::description::schema::{
-    AnyPart, Data, Fault, Field, Item, Kind, Part, Problem, Reader, Schema, Value, suggestion,
+    AnyPart, Data as _, Fault, Field, Item, Part, Problem, Reader, Schema, Value,
 };
 use crate::error::InvalidInput;
 use crate::robot::described;
 use crate::scene::{self, PARTS};
-use crate::simulation::methods::{Auto, Dop853, Newmark, Radau, Rk45};
 
+pub(crate) use object::PyPart;
+use object::{CLASSES, METHODS};
 pub(super) use values::object_of;
-use values::{attribute_of, field_of, value_of};
-
-/// A part of a model. It cannot be changed: `dataclasses.replace` makes another one.
-// In the module where it is found: old protocols of pickles name it.
-#[pyclass(name = "Part", module = "lissom._lissom", subclass, frozen, weakref)]
-#[derive(Debug)]
-pub(crate) struct PyPart {
-    part: Arc<dyn AnyPart>,
-    /// The functions of its signals. Python's collector sees them here, never behind the part, which others share.
-    functions: Functions,
-}
+use values::{arguments, attribute_of, field_of, value_of};
 
 /// The description in an object, if it has one.
 pub(super) type DescriptionOf = fn(&Bound<'_, PyAny>) -> Option<Arc<dyn AnyPart>>;
@@ -61,21 +50,6 @@ struct PySchema(&'static Schema);
 #[pyclass(name = "Fields", module = "lissom", frozen)]
 #[derive(Debug)]
 struct PyFields(Py<PyDict>);
-
-/// The methods of simulations.
-const METHODS: [&Schema; 5] = [Newmark::SCHEMA, Radau::SCHEMA, Rk45::SCHEMA, Dop853::SCHEMA, Auto::SCHEMA];
-
-/// Classes of the parts and of the methods, in the order of their tables.
-static CLASSES: PyOnceLock<Vec<Py<PyType>>> = PyOnceLock::new();
-
-/// An object of the part's class around it; nothing is read again.
-pub(super) fn wrapped(py: Python<'_>, part: Arc<dyn AnyPart>) -> PyResult<Bound<'_, PyAny>> {
-    let place = PARTS.iter().chain(&METHODS).position(|schema| std::ptr::eq(*schema, part.schema()));
-    let classes = CLASSES.get(py).expect("made at import");
-    let class = &classes[place.expect("all parts are listed")];
-    let functions = Functions::of_part(py, part.as_ref())?;
-    class.bind(py).call1((Bound::new(py, PyPart { part, functions })?,))
-}
 
 /// The parts of a sequence, whose functions are added to those of their owner.
 pub(super) fn parts_of<T: Item>(
@@ -139,98 +113,6 @@ fn made(schema: &'static Schema, values: &[Option<Value>]) -> PyResult<Arc<dyn A
             let message = error.to_string();
             Err(if is_type { PyTypeError::new_err(message) } else { PyValueError::new_err(message) })
         }
-    }
-}
-
-/// The arguments of a call, by the fields of the part. None may stand for a default that is no number.
-fn arguments(
-    schema: &'static Schema,
-    args: &Bound<'_, PyTuple>,
-    kwargs: Option<&Bound<'_, PyDict>>,
-    is_none_default: bool,
-    functions: &mut Functions,
-) -> PyResult<Vec<Option<Value>>> {
-    let refuse = |what: String| PyTypeError::new_err(format!("{}() {what}", schema.maker()));
-    let mut given: Vec<Option<Bound<'_, PyAny>>> = vec![None; schema.fields.len()];
-    if args.len() > schema.positional {
-        let (most, given) = (schema.positional, args.len());
-        return Err(refuse(format!("takes {most} positional arguments but {given} were given")));
-    }
-    for (given, object) in given.iter_mut().zip(args.iter()) {
-        *given = Some(object);
-    }
-    for (key, object) in kwargs.into_iter().flatten() {
-        let key: String = key.extract()?;
-        let Some(i) = schema.index(&key) else {
-            let known = schema.names().collect::<Vec<_>>().join(", ");
-            // `orientation` may mean `base_orientation`.
-            let longer = schema.names().find(|name| name.ends_with(&format!("_{key}")));
-            let meant = longer.or_else(|| suggestion(&key, schema.names()));
-            let meant = meant.map_or_else(String::new, |meant| format!("; did you mean '{meant}'?"));
-            return Err(refuse(format!(
-                "got an unexpected keyword argument '{key}', expected {known}{meant}"
-            )));
-        };
-        if given[i].replace(object).is_some() {
-            return Err(refuse(format!("got multiple values for argument '{key}'")));
-        }
-    }
-    let fields = schema.fields.iter().zip(&given);
-    let missing = fields.filter(|(field, object)| object.is_none() && field.is_required());
-    let missing: Vec<_> = missing.map(|(field, _)| format!("'{}'", field.name)).collect();
-    if !missing.is_empty() {
-        return Err(refuse(format!("missing required arguments: {}", missing.join(", "))));
-    }
-    let length = || length_of(schema, &given);
-    let mut values = vec![None; given.len()];
-    for ((field, object), value) in schema.fields.iter().zip(&given).zip(&mut values) {
-        let Some(object) = object else { continue };
-        if is_none_default && object.is_none() && !field.is_required() && !matches!(field.kind, Kind::Number)
-        {
-            continue;
-        }
-        *value = Some(match field.kind.along_segment() {
-            Some(kind) if !object.is_none() => profile::along_segment(object, field.name, kind, length)?,
-            _ => value_of(object, field.name, &field.kind, functions)?,
-        });
-    }
-    // That of a table or a profile is the length of the part.
-    if let Some(i) = schema.index("length").filter(|i| values[*i].is_none()) {
-        values[i] = length()?.map(Value::Number);
-    }
-    Ok(values)
-}
-
-/// The length of the segment that these arguments describe: given, or that of a table or a profile among them.
-fn length_of(schema: &Schema, given: &[Option<Bound<'_, PyAny>>]) -> PyResult<Option<f64>> {
-    let Some(i) = schema.index("length") else { return Ok(None) };
-    if let Some(length) = given[i].as_ref().filter(|length| !length.is_none()) {
-        return convert::number(length, "length").map(Some);
-    }
-    let fields = schema.fields.iter().zip(given).filter(|(field, _)| field.kind.along_segment().is_some());
-    for object in fields.filter_map(|(_, object)| object.as_ref()) {
-        let length = profile::length_of(object)?;
-        if length.is_some() {
-            return Ok(length);
-        }
-    }
-    Ok(None)
-}
-
-impl PyPart {
-    /// What it is a part of, if it is one of these.
-    pub(super) fn read<T: Data>(&self) -> Option<T> {
-        T::read(&Value::Part(self.part.clone()), &mut Reader::default())
-    }
-
-    /// The part, if it is one of this type.
-    pub(super) fn of_type<T: 'static>(&self) -> Option<&T> {
-        (self.part.as_ref() as &dyn Any).downcast_ref()
-    }
-
-    /// The table of its fields.
-    pub(super) fn schema(&self) -> &'static Schema {
-        self.part.schema()
     }
 }
 

@@ -7,14 +7,89 @@ use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyFloat, PyMapping, PySequence, PyString, PyTuple};
 
-use super::{PyPart, arguments, wrapped};
-use crate::description::schema::{AnyPart, Data as _, Field, Kind, Schema, Value};
+use super::object::{PyPart, wrapped};
+use crate::description::schema::{AnyPart, Data as _, Field, Kind, Schema, Value, suggestion};
 use crate::description::signal::{Drive, Signal};
 use crate::python::convert;
 use crate::python::errors::at_place;
-use crate::python::profile::{along_rod, along_rod_out, along_segment, along_segment_out};
+use crate::python::profile::{self, along_rod, along_rod_out, along_segment, along_segment_out};
 use crate::python::signal::{Functions, on_signal, signal_of, signal_out};
 use crate::robot::effects::actuator::AlongRod;
+
+/// The arguments of a call, by the fields of the part. None may stand for a default that is no number.
+pub(super) fn arguments(
+    schema: &'static Schema,
+    args: &Bound<'_, PyTuple>,
+    kwargs: Option<&Bound<'_, PyDict>>,
+    is_none_default: bool,
+    functions: &mut Functions,
+) -> PyResult<Vec<Option<Value>>> {
+    let refuse = |what: String| PyTypeError::new_err(format!("{}() {what}", schema.maker()));
+    let mut given: Vec<Option<Bound<'_, PyAny>>> = vec![None; schema.fields.len()];
+    if args.len() > schema.positional {
+        let (most, given) = (schema.positional, args.len());
+        return Err(refuse(format!("takes {most} positional arguments but {given} were given")));
+    }
+    for (given, object) in given.iter_mut().zip(args.iter()) {
+        *given = Some(object);
+    }
+    for (key, object) in kwargs.into_iter().flatten() {
+        let key: String = key.extract()?;
+        let Some(i) = schema.index(&key) else {
+            let known = schema.names().collect::<Vec<_>>().join(", ");
+            // `orientation` may mean `base_orientation`.
+            let longer = schema.names().find(|name| name.ends_with(&format!("_{key}")));
+            let meant = longer.or_else(|| suggestion(&key, schema.names()));
+            let meant = meant.map_or_else(String::new, |meant| format!("; did you mean '{meant}'?"));
+            return Err(refuse(format!(
+                "got an unexpected keyword argument '{key}', expected {known}{meant}"
+            )));
+        };
+        if given[i].replace(object).is_some() {
+            return Err(refuse(format!("got multiple values for argument '{key}'")));
+        }
+    }
+    let fields = schema.fields.iter().zip(&given);
+    let missing = fields.filter(|(field, object)| object.is_none() && field.is_required());
+    let missing: Vec<_> = missing.map(|(field, _)| format!("'{}'", field.name)).collect();
+    if !missing.is_empty() {
+        return Err(refuse(format!("missing required arguments: {}", missing.join(", "))));
+    }
+    let length = || length_of(schema, &given);
+    let mut values = vec![None; given.len()];
+    for ((field, object), value) in schema.fields.iter().zip(&given).zip(&mut values) {
+        let Some(object) = object else { continue };
+        if is_none_default && object.is_none() && !field.is_required() && !matches!(field.kind, Kind::Number)
+        {
+            continue;
+        }
+        *value = Some(match field.kind.along_segment() {
+            Some(kind) if !object.is_none() => along_segment(object, field.name, kind, length)?,
+            _ => value_of(object, field.name, &field.kind, functions)?,
+        });
+    }
+    // That of a table or a profile is the length of the part.
+    if let Some(i) = schema.index("length").filter(|i| values[*i].is_none()) {
+        values[i] = length()?.map(Value::Number);
+    }
+    Ok(values)
+}
+
+/// The length of the segment that these arguments describe: given, or that of a table or a profile among them.
+fn length_of(schema: &Schema, given: &[Option<Bound<'_, PyAny>>]) -> PyResult<Option<f64>> {
+    let Some(i) = schema.index("length") else { return Ok(None) };
+    if let Some(length) = given[i].as_ref().filter(|length| !length.is_none()) {
+        return convert::number(length, "length").map(Some);
+    }
+    let fields = schema.fields.iter().zip(given).filter(|(field, _)| field.kind.along_segment().is_some());
+    for object in fields.filter_map(|(_, object)| object.as_ref()) {
+        let length = profile::length_of(object)?;
+        if length.is_some() {
+            return Ok(length);
+        }
+    }
+    Ok(None)
+}
 
 /// The value of an argument, whose functions are added to those of its owner.
 pub(super) fn value_of(
