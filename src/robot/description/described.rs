@@ -120,17 +120,6 @@ pub struct Rod {
     pub field: Signal<3>,
 }
 
-/// Parts of a robot that name their links or coordinates.
-struct Parts<'a> {
-    loads: &'a [Load],
-    bodies: &'a [Body],
-    supports: &'a [Support],
-    magnets: &'a [Magnet],
-    actuators: &'a [Actuator],
-    loops: &'a [Loop],
-    contacts: &'a [Contact],
-}
-
 /// Of each list of a robot the places that its items have in the list that describes them; those that name what does not
 /// exist are left out.
 #[derive(Debug, Default)]
@@ -185,17 +174,18 @@ impl Places {
     }
 }
 
-impl Parts<'_> {
-    /// Adds the parts to a robot of these links, as far as what they name is known. Reports what is not.
-    fn add_to(
+impl Robot {
+    /// A robot of these links with the parts that name links or coordinates, as far as what they name is known. Reports what
+    /// is not.
+    fn added_to(
         &self,
-        robot: &mut Resolved,
+        robot: Resolved,
         is_rod: bool,
         are_incomplete: bool,
         reader: &mut Reader,
-    ) -> Places {
+    ) -> (Resolved, Places) {
         let mut places = Places::default();
-        let named = Named::of(robot, is_rod, are_incomplete);
+        let named = Named::of(&robot, is_rod, are_incomplete);
         let on = |link: &Option<LinkName>, reader: &mut Reader| match (is_rod, link) {
             (true, Some(LinkName(link))) => {
                 let expected = "none: a rod is one link, a Robot has several";
@@ -206,16 +196,16 @@ impl Parts<'_> {
             (false, link) => named.only_link("link", link.as_ref(), reader),
         };
         let loads =
-            places.each("loads", self.loads, reader, |it, reader| Some(it.resolved(on(&it.link, reader)?)));
-        let bodies =
-            places.each("bodies", self.bodies, reader, |it, reader| Some(it.resolved(on(&it.link, reader)?)));
+            places.each("loads", &self.loads, reader, |it, reader| Some(it.resolved(on(&it.link, reader)?)));
+        let bodies = places
+            .each("bodies", &self.bodies, reader, |it, reader| Some(it.resolved(on(&it.link, reader)?)));
         let supports = places
-            .each("supports", self.supports, reader, |it, reader| Some(it.resolved(on(&it.link, reader)?)));
+            .each("supports", &self.supports, reader, |it, reader| Some(it.resolved(on(&it.link, reader)?)));
         let magnets = places
-            .each("magnets", self.magnets, reader, |it, reader| Some(it.resolved(on(&it.link, reader)?)));
+            .each("magnets", &self.magnets, reader, |it, reader| Some(it.resolved(on(&it.link, reader)?)));
         let actuators = places.each_named(
             "actuators",
-            self.actuators,
+            &self.actuators,
             reader,
             |it, reader| named.actuator(it, reader),
             Actuator::has_default_name,
@@ -223,7 +213,7 @@ impl Parts<'_> {
         );
         let loops = places.each_named(
             "loops",
-            self.loops,
+            &self.loops,
             reader,
             |it, reader| named.closed(it, reader),
             Loop::has_default_name,
@@ -231,18 +221,15 @@ impl Parts<'_> {
         );
         let contacts = places.each_named(
             "contacts",
-            self.contacts,
+            &self.contacts,
             reader,
             |it, reader| it.resolved(|key, name| named.link(key, name, reader)),
             Contact::has_default_name,
             |contact| &mut contact.name,
         );
-        *robot = Resolved { loads, bodies, supports, magnets, actuators, loops, contacts, ..robot.clone() };
-        places
+        (Resolved { loads, bodies, supports, magnets, actuators, loops, contacts, ..robot }, places)
     }
-}
 
-impl Robot {
     /// The robot, as far as what its parts name is known; reports what is not. If there are further links, `are_incomplete`,
     /// unknown names may be theirs.
     pub(crate) fn resolved(&self, are_incomplete: bool, reader: &mut Reader) -> (Resolved, Places) {
@@ -251,24 +238,21 @@ impl Robot {
             reader.at_key("links", |reader| reader.at_item(i, |reader| names.resolved(i, link, reader)))
         };
         let links: Vec<ResolvedLink> = self.links.iter().enumerate().map(link).collect();
-        let mut robot = Resolved {
+        let robot = Resolved {
             gravity: self.gravity,
             fluid: self.fluid.clone(),
             base_motion: self.base_motion.as_ref().map(BaseMotion::resolved),
             field: self.field.clone(),
             ..Resolved::new(links)
         };
-        let Self { loads, bodies, supports, magnets, actuators, loops, contacts, .. } = self;
-        let parts = Parts { loads, bodies, supports, magnets, actuators, loops, contacts };
-        let places = parts.add_to(&mut robot, false, are_incomplete, reader);
-        (robot, places)
+        self.added_to(robot, false, are_incomplete, reader)
     }
 }
 
 impl Rod {
     /// The rod, as far as what its parts name is known; reports what is not.
     pub(crate) fn resolved(&self, reader: &mut Reader) -> (ResolvedRod, Places) {
-        let mut rod = ResolvedRod {
+        let rod = ResolvedRod {
             base_position: self.base_position,
             base_orientation: self.base_orientation,
             base_motion: self.base_motion.as_ref().map(BaseMotion::resolved),
@@ -280,17 +264,27 @@ impl Rod {
             field: self.field.clone(),
             ..ResolvedRod::new(self.segments.iter().map(Segment::resolved).collect())
         };
-        let mut robot = Resolved::from(&rod);
-        let Self { loads, bodies, supports, magnets, actuators, contacts, .. } = self;
-        let parts = Parts { loads, bodies, supports, magnets, actuators, loops: &[], contacts };
-        let places = parts.add_to(&mut robot, true, false, reader);
-        rod.loads = robot.loads;
-        rod.bodies = robot.bodies;
-        rod.supports = robot.supports;
-        rod.magnets = robot.magnets;
-        rod.actuators = robot.actuators;
-        rod.contacts = robot.contacts;
-        (rod, places)
+        let (robot, places) = self.on_robot().added_to(Resolved::from(&rod), true, false, reader);
+        let Resolved { loads, bodies, supports, magnets, actuators, contacts, .. } = robot;
+        (ResolvedRod { loads, bodies, supports, magnets, actuators, contacts, ..rod }, places)
+    }
+
+    /// The parts of the rod as those of a robot, without the link.
+    fn on_robot(&self) -> Robot {
+        Robot {
+            links: Vec::new(),
+            gravity: self.gravity,
+            loads: self.loads.clone(),
+            bodies: self.bodies.clone(),
+            supports: self.supports.clone(),
+            fluid: self.fluid.clone(),
+            base_motion: self.base_motion.clone(),
+            actuators: self.actuators.clone(),
+            loops: Vec::new(),
+            contacts: self.contacts.clone(),
+            magnets: self.magnets.clone(),
+            field: self.field.clone(),
+        }
     }
 }
 
