@@ -156,151 +156,64 @@ pub(crate) trait VelocityDependence<G: Turning> {
     fn depends_on_velocity(plan: &Plan<G>) -> bool;
 }
 
-/// An effect without [`PointWrench`].
-pub(crate) trait NoPointWrench {}
+/// For each kind the trait of effects that have nothing of it.
+macro_rules! without {
+    ($($no:ident: $kind:ident { $(fn $name:ident($($of:ty),*) $(-> $result:ty)? { $($value:expr)? })* })*) => { $(
+        #[doc = concat!("An effect without [`", stringify!($kind), "`].")]
+        pub(crate) trait $no {}
 
-impl<G: Turning, E: NoPointWrench> PointWrench<G> for E {
-    #[inline(always)]
-    fn act_at(_: &Plan<G>, _: &Workspace<G>, _: &Point<G>, _: &mut PointState<G>) {}
+        impl<G: Turning, E: $no> $kind<G> for E {
+            $(#[inline(always)] fn $name($(_: $of),*) $(-> $result)? { $($value)? })*
+        }
+    )* };
 }
 
-/// An effect without [`DeadPointWrench`].
-pub(crate) trait NoDeadPointWrench {}
-
-impl<G: Turning, E: NoDeadPointWrench> DeadPointWrench<G> for E {
-    #[inline(always)]
-    fn dead_at(_: &Plan<G>, _: &Workspace<G>, _: &Point<G>, _: &PointState<G>, _: &mut Gyroscope<G, f64>) {}
-}
-
-/// An effect without [`PointResponse`].
-pub(crate) trait NoPointResponse {}
-
-impl<G: Turning, E: NoPointResponse> PointResponse<G> for E {
-    #[inline(always)]
-    fn responds_at(_: &Point<G>) -> bool {
-        false
+without! {
+    NoPointWrench: PointWrench {
+        fn act_at(&Plan<G>, &Workspace<G>, &Point<G>, &mut PointState<G>) {}
     }
-
-    #[inline(always)]
-    fn respond_at(_: &Plan<G>, _: &Workspace<G>, _: &Point<G>, _: &PointState<G>, _: &mut Response<G, f64>) {}
-}
-
-/// An effect without [`LineWrench`].
-pub(crate) trait NoLineWrench {}
-
-impl<G: Turning, E: NoLineWrench> LineWrench<G> for E {
-    #[inline(always)]
-    fn acts_along(_: &Plan<G>, _: &PiecePlan<G>) -> bool {
-        false
+    NoDeadPointWrench: DeadPointWrench {
+        fn dead_at(&Plan<G>, &Workspace<G>, &Point<G>, &PointState<G>, &mut Gyroscope<G, f64>) {}
     }
-
-    #[inline(always)]
-    fn act_along(_: &Plan<G>, _: &PiecePlan<G>, _: &mut Workspace<G>) {}
-}
-
-/// An effect without [`PartialWrench`].
-pub(crate) trait NoPartialWrench {}
-
-impl<G: Turning, E: NoPartialWrench> PartialWrench<G> for E {
-    fn beyond(_: &Plan<G>, _: &PiecePlan<G>, _: &Workspace<G>, _: &Place) -> Wrench<G, f64> {
-        Wrench::zero()
+    NoPointResponse: PointResponse {
+        fn responds_at(&Point<G>) -> bool { false }
+        fn respond_at(&Plan<G>, &Workspace<G>, &Point<G>, &PointState<G>, &mut Response<G, f64>) {}
     }
-}
-
-/// An effect without [`DeadLineWrench`].
-pub(crate) trait NoDeadLineWrench {}
-
-impl<G: Turning, E: NoDeadLineWrench> DeadLineWrench<G> for E {
-    #[inline(always)]
-    fn is_dead_along(_: &Plan<G>, _: &PiecePlan<G>) -> bool {
-        false
+    NoLineWrench: LineWrench {
+        fn acts_along(&Plan<G>, &PiecePlan<G>) -> bool { false }
+        fn act_along(&Plan<G>, &PiecePlan<G>, &mut Workspace<G>) {}
     }
-
-    #[inline(always)]
-    fn dead_along(_: &Plan<G>, _: &PiecePlan<G>, _: &Workspace<G>, _: &mut [Gyroscope<G, G::Pack>]) {}
-}
-
-/// An effect without [`LineResponse`].
-pub(crate) trait NoLineResponse {}
-
-impl<G: Turning, E: NoLineResponse> LineResponse<G> for E {
-    #[inline(always)]
-    fn responds_along(_: &PiecePlan<G>) -> bool {
-        false
+    NoPartialWrench: PartialWrench {
+        fn beyond(&Plan<G>, &PiecePlan<G>, &Workspace<G>, &Place) -> Wrench<G, f64> { Wrench::zero() }
     }
-
-    #[inline(always)]
-    fn respond_along(
-        _: &Plan<G>,
-        _: &PiecePlan<G>,
-        _: &Workspace<G>,
-        _: bool,
-        _: &mut [Response<G, G::Pack>],
-    ) {
+    NoDeadLineWrench: DeadLineWrench {
+        fn is_dead_along(&Plan<G>, &PiecePlan<G>) -> bool { false }
+        fn dead_along(&Plan<G>, &PiecePlan<G>, &Workspace<G>, &mut [Gyroscope<G, G::Pack>]) {}
     }
-}
-
-/// An effect without [`CoordinateForce`].
-pub(crate) trait NoCoordinateForce {}
-
-impl<G: Turning, E: NoCoordinateForce> CoordinateForce<G> for E {
-    fn acts(_: &Plan<G>) -> bool {
-        false
+    NoLineResponse: LineResponse {
+        fn responds_along(&PiecePlan<G>) -> bool { false }
+        fn respond_along(&Plan<G>, &PiecePlan<G>, &Workspace<G>, bool, &mut [Response<G, G::Pack>]) {}
     }
-
-    #[inline(always)]
-    fn prepare(_: &Plan<G>, _: &mut Workspace<G>, _: &[f64], _: &[f64]) {}
-
-    #[inline(always)]
-    fn push(_: &Plan<G>, _: &Workspace<G>, _: &mut [f64]) {}
-
-    #[inline(always)]
-    fn stiffen(_: &Plan<G>, _: &Workspace<G>, _: &mut TangentWorkspace<G>, _: Weights, _: &mut Tangent<'_>) {}
-
-    fn couples_pieces(_: &Plan<G>) -> bool {
-        false
+    NoCoordinateForce: CoordinateForce {
+        fn acts(&Plan<G>) -> bool { false }
+        fn prepare(&Plan<G>, &mut Workspace<G>, &[f64], &[f64]) {}
+        fn push(&Plan<G>, &Workspace<G>, &mut [f64]) {}
+        fn stiffen(&Plan<G>, &Workspace<G>, &mut TangentWorkspace<G>, Weights, &mut Tangent<'_>) {}
+        fn couples_pieces(&Plan<G>) -> bool { false }
     }
-}
-
-/// An effect without [`StoredEnergy`].
-pub(crate) trait NoStoredEnergy {}
-
-impl<G: Turning, E: NoStoredEnergy> StoredEnergy<G> for E {
-    fn add_energy(_: &Plan<G>, _: &Workspace<G>, _: &mut Energy) {}
-}
-
-/// An effect without [`Dissipation`].
-pub(crate) trait NoDissipation {}
-
-impl<G: Turning, E: NoDissipation> Dissipation<G> for E {
-    fn dissipates(_: &Plan<G>) -> bool {
-        false
+    NoStoredEnergy: StoredEnergy {
+        fn add_energy(&Plan<G>, &Workspace<G>, &mut Energy) {}
     }
-
-    fn dissipated_power(_: &Plan<G>, _: &Workspace<G>) -> f64 {
-        0.0
+    NoDissipation: Dissipation {
+        fn dissipates(&Plan<G>) -> bool { false }
+        fn dissipated_power(&Plan<G>, &Workspace<G>) -> f64 { 0.0 }
     }
-}
-
-/// An effect without [`Supply`].
-pub(crate) trait NoSupply {}
-
-impl<G: Turning, E: NoSupply> Supply<G> for E {
-    fn drives(_: &Plan<G>) -> bool {
-        false
+    NoSupply: Supply {
+        fn drives(&Plan<G>) -> bool { false }
+        fn supplied_power(&Plan<G>, &Workspace<G>) -> f64 { 0.0 }
     }
-
-    fn supplied_power(_: &Plan<G>, _: &Workspace<G>) -> f64 {
-        0.0
-    }
-}
-
-/// An effect without [`VelocityDependence`].
-pub(crate) trait NoVelocityDependence {}
-
-impl<G: Turning, E: NoVelocityDependence> VelocityDependence<G> for E {
-    fn depends_on_velocity(_: &Plan<G>) -> bool {
-        false
+    NoVelocityDependence: VelocityDependence {
+        fn depends_on_velocity(&Plan<G>) -> bool { false }
     }
 }
 

@@ -84,22 +84,48 @@ macro_rules! for_every_effect {
     };
 }
 
-/// Whether a predicate holds for any effect.
-macro_rules! any_effect {
-    ($effect:ident => $call:expr) => {{
+/// Functions of all effects, each of which is a method of one kind: what `each` does, whether `any` does, the `sum`.
+macro_rules! of_all_effects {
+    ($($how:ident $name:ident: $kind:ident::$method:ident($($arg:ident: $of:ty),*) $(-> $result:ty)?;)*) => { $(
+        #[doc = concat!("[`", stringify!($kind), "::", stringify!($method), "`] of all effects.")]
+        #[inline(always)]
+        pub(crate) fn $name<G: Turning>($($arg: $of),*) $(-> $result)? {
+            of_all_effects!($how Kind => <Kind as $kind<G>>::$method($($arg),*))
+        }
+    )* };
+    (each $effect:ident => $call:expr) => {{
+        for_every_effect!($effect => $call);
+    }};
+    (any $effect:ident => $call:expr) => {{
         let mut is_any = false;
         for_every_effect!($effect => is_any |= $call);
         is_any
     }};
-}
-
-/// Sum of a quantity over all effects.
-macro_rules! sum_of_effects {
-    ($effect:ident => $call:expr) => {{
+    (sum $effect:ident => $call:expr) => {{
         let mut sum = Default::default();
         for_every_effect!($effect => sum += $call);
         sum
     }};
+}
+
+of_all_effects! {
+    each act_at: PointWrench::act_at(plan: &Plan<G>, work: &Workspace<G>, point: &Point<G>, state: &mut PointState<G>);
+    any is_dead_along: DeadLineWrench::is_dead_along(plan: &Plan<G>, piece: &PiecePlan<G>) -> bool;
+    any responds_along: LineResponse::responds_along(piece: &PiecePlan<G>) -> bool;
+    any responds_at: PointResponse::responds_at(point: &Point<G>) -> bool;
+    each prepare: CoordinateForce::prepare(plan: &Plan<G>, work: &mut Workspace<G>, q: &[f64], qd: &[f64]);
+    each push: CoordinateForce::push(plan: &Plan<G>, work: &Workspace<G>, tau: &mut [f64]);
+    each stiffen: CoordinateForce::stiffen(
+        plan: &Plan<G>, work: &Workspace<G>, memory: &mut TangentWorkspace<G>, weights: Weights, tangent: &mut Tangent<'_>
+    );
+    any couple_pieces: CoordinateForce::couples_pieces(plan: &Plan<G>) -> bool;
+    each add_energy: StoredEnergy::add_energy(plan: &Plan<G>, work: &Workspace<G>, energy: &mut Energy);
+    any dissipates: Dissipation::dissipates(plan: &Plan<G>) -> bool;
+    any may_dissipate: Dissipation::may_dissipate(plan: &Plan<G>, work: &Workspace<G>) -> bool;
+    sum dissipated_power: Dissipation::dissipated_power(plan: &Plan<G>, work: &Workspace<G>) -> f64;
+    any drives: Supply::drives(plan: &Plan<G>) -> bool;
+    sum supplied_power: Supply::supplied_power(plan: &Plan<G>, work: &Workspace<G>) -> f64;
+    any depends_on_velocity: VelocityDependence::depends_on_velocity(plan: &Plan<G>) -> bool;
 }
 
 /// The places at which effects need points, `pulled` those of ends of straight parts of tendons, and the list of a point in
@@ -150,17 +176,6 @@ pub(crate) fn load_at<G: Turning>(
     state: &mut PointState<G>,
 ) {
     for_every_effect!(Kind in [Loads, Magnets] => <Kind as PointWrench<G>>::act_at(plan, work, point, state));
-}
-
-/// [`PointWrench::act_at`].
-#[inline(always)]
-pub(crate) fn act_at<G: Turning>(
-    plan: &Plan<G>,
-    work: &Workspace<G>,
-    point: &Point<G>,
-    state: &mut PointState<G>,
-) {
-    for_every_effect!(Kind => <Kind as PointWrench<G>>::act_at(plan, work, point, state));
 }
 
 /// [`DeadPointWrench::dead_at`]: the sum.
@@ -226,12 +241,6 @@ pub(crate) fn beyond<G: Turning>(
     sum
 }
 
-/// [`DeadLineWrench::is_dead_along`].
-#[inline(always)]
-pub(crate) fn is_dead_along<G: Turning>(plan: &Plan<G>, piece: &PiecePlan<G>) -> bool {
-    any_effect!(Kind => <Kind as DeadLineWrench<G>>::is_dead_along(plan, piece))
-}
-
 /// [`DeadLineWrench::dead_along`]: the sums.
 #[inline(always)]
 pub(crate) fn dead_along<G: Turning>(
@@ -262,12 +271,6 @@ impl<G: Turning, E: LineResponse<G>> Sweep for RespondAlong<'_, G, E> {
     }
 }
 
-/// Whether anything [responds along](LineResponse::responds_along) a piece.
-#[inline(always)]
-pub(crate) fn responds_along<G: Turning>(piece: &PiecePlan<G>) -> bool {
-    any_effect!(Kind => <Kind as LineResponse<G>>::responds_along(piece))
-}
-
 /// [`LineResponse::respond_along`]: the sums.
 #[inline(always)]
 pub(crate) fn respond_along<G: Turning>(
@@ -285,12 +288,6 @@ pub(crate) fn respond_along<G: Turning>(
     });
 }
 
-/// Whether anything [responds at](PointResponse::responds_at) a point.
-#[inline(always)]
-pub(crate) fn responds_at<G: Turning>(point: &Point<G>) -> bool {
-    any_effect!(Kind => <Kind as PointResponse<G>>::responds_at(point))
-}
-
 /// Whether anything responds anywhere.
 pub(crate) fn responds<G: Turning>(plan: &Plan<G>) -> bool {
     plan.points.iter().any(responds_at) || plan.pieces.iter().any(responds_along)
@@ -298,73 +295,9 @@ pub(crate) fn responds<G: Turning>(plan: &Plan<G>) -> bool {
 
 /// Whether anything acts along a piece or on coordinates, in any state.
 pub(crate) fn act<G: Turning>(plan: &Plan<G>, piece: &PiecePlan<G>) -> bool {
-    any_effect!(Kind => {
+    of_all_effects!(any Kind => {
         let acts_along =
             <Kind as LineWrench<G>>::acts_along(plan, piece) || <Kind as LineResponse<G>>::responds_along(piece);
         acts_along || <Kind as CoordinateForce<G>>::acts(plan)
     })
-}
-
-/// [`CoordinateForce::prepare`].
-#[inline(always)]
-pub(crate) fn prepare<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, q: &[f64], qd: &[f64]) {
-    for_every_effect!(Kind => <Kind as CoordinateForce<G>>::prepare(plan, work, q, qd));
-}
-
-/// [`CoordinateForce::push`].
-#[inline(always)]
-pub(crate) fn push<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, tau: &mut [f64]) {
-    for_every_effect!(Kind => <Kind as CoordinateForce<G>>::push(plan, work, tau));
-}
-
-/// [`CoordinateForce::stiffen`].
-#[inline(always)]
-pub(crate) fn stiffen<G: Turning>(
-    plan: &Plan<G>,
-    work: &Workspace<G>,
-    memory: &mut TangentWorkspace<G>,
-    weights: Weights,
-    tangent: &mut Tangent<'_>,
-) {
-    for_every_effect!(Kind => <Kind as CoordinateForce<G>>::stiffen(plan, work, memory, weights, tangent));
-}
-
-/// [`CoordinateForce::couples_pieces`].
-pub(crate) fn couple_pieces<G: Turning>(plan: &Plan<G>) -> bool {
-    any_effect!(Kind => <Kind as CoordinateForce<G>>::couples_pieces(plan))
-}
-
-/// [`Dissipation::dissipates`].
-pub(crate) fn dissipates<G: Turning>(plan: &Plan<G>) -> bool {
-    any_effect!(Kind => <Kind as Dissipation<G>>::dissipates(plan))
-}
-
-/// [`Dissipation::may_dissipate`].
-pub(crate) fn may_dissipate<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -> bool {
-    any_effect!(Kind => <Kind as Dissipation<G>>::may_dissipate(plan, work))
-}
-
-/// [`Supply::drives`].
-pub(crate) fn drives<G: Turning>(plan: &Plan<G>) -> bool {
-    any_effect!(Kind => <Kind as Supply<G>>::drives(plan))
-}
-
-/// [`VelocityDependence::depends_on_velocity`].
-pub(crate) fn depends_on_velocity<G: Turning>(plan: &Plan<G>) -> bool {
-    any_effect!(Kind => <Kind as VelocityDependence<G>>::depends_on_velocity(plan))
-}
-
-/// [`StoredEnergy::add_energy`].
-pub(crate) fn add_energy<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, energy: &mut Energy) {
-    for_every_effect!(Kind => <Kind as StoredEnergy<G>>::add_energy(plan, work, energy));
-}
-
-/// [`Dissipation::dissipated_power`]: the sum.
-pub(crate) fn dissipated_power<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -> f64 {
-    sum_of_effects!(Kind => <Kind as Dissipation<G>>::dissipated_power(plan, work))
-}
-
-/// [`Supply::supplied_power`]: the sum.
-pub(crate) fn supplied_power<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -> f64 {
-    sum_of_effects!(Kind => <Kind as Supply<G>>::supplied_power(plan, work))
 }
