@@ -352,18 +352,8 @@ impl PyStatistics {
     }
 
     fn __repr__(&self) -> String {
-        let Counters {
-            steps,
-            rejected,
-            unsolved,
-            newton_iterations,
-            nfev,
-            nfev_jacobian,
-            njev,
-            nlu,
-            reuse_failures,
-            full_newton,
-        } = *self.counters();
+        let Counters { steps, rejected, unsolved, newton_iterations, nfev, .. } = *self.counters();
+        let Counters { nfev_jacobian, njev, nlu, reuse_failures, full_newton, .. } = *self.counters();
         format!(
             "Statistics(wall_time={:.3e}, steps={steps}, rejected={rejected}, unsolved={unsolved}, \
              newton_iterations={newton_iterations}, nfev={nfev}, nfev_jac={nfev_jacobian}, njev={njev}, nlu={nlu}, \
@@ -375,18 +365,8 @@ impl PyStatistics {
     /// For copies and pickles.
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
         let Statistics { wall_time, time_error, space_error, counters } = &self.0;
-        let Counters {
-            steps,
-            rejected,
-            unsolved,
-            newton_iterations,
-            nfev,
-            nfev_jacobian,
-            njev,
-            nlu,
-            reuse_failures,
-            full_newton,
-        } = *counters;
+        let Counters { steps, rejected, unsolved, newton_iterations, nfev, .. } = *counters;
+        let Counters { nfev_jacobian, njev, nlu, reuse_failures, full_newton, .. } = *counters;
         let counts = [steps, rejected, unsolved, newton_iterations, nfev];
         let more = [nfev_jacobian, njev, nlu, reuse_failures, full_newton];
         record::reduce_to::<Self>(py, (*wall_time, *time_error, *space_error, counts, more))

@@ -20,6 +20,7 @@ pub(super) fn of<G: Turning>(robot: &Robot, sweeps: &Sweeps<G>, coordinates: &Co
         Holder::Loop(i) => spans.of_loop(&robot.loops[i]),
         Holder::Tendon(i) => spans.of_tendon(&robot.actuators[i]),
     });
+    let actuators = &plan.effects.actuation.actuators;
     let (has_contact, has_stops) = (!robot.contacts.is_empty(), sweeps.has_stops());
     let are_sections_separate = coordinates.are_own() && robot.has_separate_sections();
     let are_lengths_free = are_sections_separate && robot.has_all_at_tips();
@@ -37,12 +38,7 @@ pub(super) fn of<G: Turning>(robot: &Robot, sweeps: &Sweeps<G>, coordinates: &Co
         has_contact,
         has_stops,
         has_one_sided_forces: has_contact || has_stops || robot.actuators.iter().any(Actuator::is_one_sided),
-        has_tendon_friction: plan
-            .effects
-            .actuation
-            .actuators
-            .iter()
-            .any(|actuator| actuator.friction.is_some()),
+        has_tendon_friction: actuators.iter().any(|actuator| actuator.friction.is_some()),
         has_velocity_forces: vary_coordinates || sweeps.has_velocity_forces(),
         is_damped: sweeps.is_damped(),
         is_driven: vary_coordinates || sweeps.is_driven(),

@@ -131,8 +131,8 @@ pub(crate) fn accelerations<G: Turning>(
     }
     let qdd = &work.motion_of[2 * plan.n..];
     of_gears(plan, values, |[first, second], ratio, _| qdd[first] - ratio * qdd[second]);
-    for (row, (&i, &is_slack)) in plan.effects.loops.lengths.iter().zip(&work.effects.loops.slack).enumerate()
-    {
+    let of_tendons = plan.effects.loops.lengths.iter().zip(&work.effects.loops.slack);
+    for (row, (&i, &is_slack)) in of_tendons.enumerate() {
         values[plan.effects.loops.first_length() + row] = match is_slack {
             true => 0.0,
             false => {
@@ -200,8 +200,8 @@ pub(crate) fn jacobian<G: Turning>(
         jacobian[(first + r, gear.coordinates[0])] = 1.0;
         jacobian[(first + r, gear.coordinates[1])] = -gear.ratio;
     }
-    for (row, (&i, &is_slack)) in plan.effects.loops.lengths.iter().zip(&work.effects.loops.slack).enumerate()
-    {
+    let of_tendons = plan.effects.loops.lengths.iter().zip(&work.effects.loops.slack);
+    for (row, (&i, &is_slack)) in of_tendons.enumerate() {
         if !is_slack {
             let gradient = actuation::gradient(plan, work, of_actuators, i);
             for (k, &of_k) in gradient.iter().enumerate() {

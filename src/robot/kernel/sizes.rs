@@ -128,16 +128,15 @@ pub(crate) fn motions<G: Turning>(
         motions.push(Kind::Shift(*own), half(&jacobian, 3));
     }
     loops::find(plan, work, &mut memory.effects.loops);
-    for (tie, moved) in plan.effects.loops.ties.iter().zip(memory.effects.loops.moved.chunks_exact(n.max(1)))
-    {
+    let moved = memory.effects.loops.moved.chunks_exact(n.max(1));
+    for (tie, moved) in plan.effects.loops.ties.iter().zip(moved) {
         let [from, to] = frames(plan, work, tie).map(|frame| frame.position);
         motions.push(Kind::Apart(size(to - from)), moved.iter().map(|[from, to]| to[1] - from[1]));
     }
     if !plan.effects.actuation.lines.is_empty() {
         lines::find(plan, work, &mut memory.effects.actuation);
-        for (line, moved) in
-            work.effects.actuation.lines.iter().zip(memory.effects.actuation.moved.chunks_exact(n.max(1)))
-        {
+        let moved = memory.effects.actuation.moved.chunks_exact(n.max(1));
+        for (line, moved) in work.effects.actuation.lines.iter().zip(moved) {
             motions.push(Kind::Apart(size(line.ends[1] - line.ends[0])), moved.iter().copied());
         }
     }

@@ -114,13 +114,8 @@ fn command<G: Turning>(
     t: f64,
     is_meant: impl Fn(bool) -> bool,
 ) -> Result<(), Interrupted> {
-    for (load, acting) in plan
-        .effects
-        .loads
-        .iter()
-        .zip(&mut work.effects.acting)
-        .filter(|(load, _)| is_meant(load.varies_in_time))
-    {
+    let loads = plan.effects.loads.iter().zip(&mut work.effects.acting);
+    for (load, acting) in loads.filter(|(load, _)| is_meant(load.varies_in_time)) {
         if let Some([force, moment]) = &load.signals {
             let seen = t - work.lag;
             let now = [force.at(seen, work.sight, &work.inputs)?, moment.at(seen, work.sight, &work.inputs)?];

@@ -50,13 +50,8 @@ impl<G: Turning> Sweeps<G> {
             match *reached {
                 Reached::Stop(k) => joint_forces::remove_stops(&mut plan, k),
                 Reached::Surfaces(p) => {
-                    plan.effects
-                        .contacts
-                        .pairs
-                        .iter_mut()
-                        .skip(p)
-                        .take(1)
-                        .for_each(|pair| pair.law.stiffness = 0.0);
+                    let pair = plan.effects.contacts.pairs.get_mut(p);
+                    pair.into_iter().for_each(|pair| pair.law.stiffness = 0.0);
                 }
                 Reached::Slack(row) | Reached::Taut(row) => {
                     let actuator = cords.get(row).map(|&i| &mut plan.effects.actuation.actuators[i]);

@@ -303,19 +303,13 @@ pub(crate) fn attach<G: Turning>(plan: &mut Plan<G>) {
     }
     plan.effects.actuation.lines = lines;
     for i in 0..plan.effects.actuation.actuators.len() {
-        let coordinates: Vec<usize> = plan
-            .effects
-            .actuation
-            .lines
-            .iter()
-            .filter(|line| line.actuator == i)
-            .flat_map(|line| &line.ends)
-            .flat_map(|end| match end {
-                End::InWorld(_) => [].iter(),
-                End::On { moved_by, .. } => moved_by.iter(),
-            })
-            .flat_map(|(s, _)| plan.pieces[*s].coordinates())
-            .collect();
+        let actuation = &plan.effects.actuation;
+        let ends = actuation.lines_of(i).flat_map(|l| &actuation.lines[l].ends);
+        let moved_by = ends.flat_map(|end| match end {
+            End::InWorld(_) => [].iter(),
+            End::On { moved_by, .. } => moved_by.iter(),
+        });
+        let coordinates: Vec<usize> = moved_by.flat_map(|(s, _)| plan.pieces[*s].coordinates()).collect();
         let actuator = &mut plan.effects.actuation.actuators[i];
         if !coordinates.is_empty() {
             actuator.reaches.extend(coordinates);

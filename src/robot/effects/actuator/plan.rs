@@ -203,12 +203,18 @@ impl ActivePart {
 }
 
 impl<P> Actuation<P> {
+    /// The straight parts of an actuator.
+    #[inline(always)]
+    pub(crate) fn lines_of(&self, actuator: usize) -> impl Iterator<Item = usize> {
+        (0..self.lines.len()).filter(move |&line| self.lines[line].actuator == actuator)
+    }
+
     /// Whether an actuator's force depends on the lengths of several pieces, or on poses, so that its
     /// stiffness couples pieces.
     pub(crate) fn couples(&self, actuator: usize) -> bool {
         let ActuatorPlan { law, friction, piece, .. } = &self.actuators[actuator];
         let has_stiffness = law.has_stiffness() || friction.is_some();
-        self.lines.iter().any(|line| line.actuator == actuator) || (has_stiffness && piece.is_none())
+        self.lines_of(actuator).next().is_some() || (has_stiffness && piece.is_none())
     }
 
     /// Whether any actuator couples pieces.

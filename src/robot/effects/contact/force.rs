@@ -196,11 +196,8 @@ impl<G: Turning> StoredEnergy<G> for Touching {
 
 impl<G: Turning> Dissipation<G> for Touching {
     fn dissipates(plan: &Plan<G>) -> bool {
-        plan.effects
-            .contacts
-            .pairs
-            .iter()
-            .any(|pair| pair.law.dissipation > 0.0 || pair.law.friction != [0.0; 3])
+        let mut laws = plan.effects.contacts.pairs.iter().map(|pair| &pair.law);
+        laws.any(|law| law.dissipation > 0.0 || law.friction != [0.0; 3])
     }
 
     fn may_dissipate(plan: &Plan<G>, work: &Workspace<G>) -> bool {

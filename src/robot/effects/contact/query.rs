@@ -152,12 +152,8 @@ fn acceleration<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, t: usize, side:
         Standing::Along { curve, .. } => {
             let piece = &plan.pieces[plan.effects.contacts.curves[curve].piece];
             let begin = &work.stations[piece.joined.begin];
-            let reach = work
-                .effects
-                .contact
-                .reach(plan.effects.contacts.packs, t, side)
-                .iter()
-                .zip(piece.node_packs());
+            let reach = work.effects.contact.reach(plan.effects.contacts.packs, t, side);
+            let reach = reach.iter().zip(piece.node_packs());
             let (mut velocity, mut acceleration) = (Twist::zero(), Twist::zero());
             for (&weight, node) in reach {
                 velocity += work.rate[node] * weight;

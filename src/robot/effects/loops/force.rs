@@ -103,9 +103,8 @@ impl<G: Turning> CoordinateForce<G> for ClosedLoops {
     #[inline(always)]
     fn push(plan: &Plan<G>, work: &Workspace<G>, tau: &mut [f64]) {
         let first = plan.effects.loops.first_gear();
-        for (gear, &multiplier) in
-            plan.effects.loops.gears.iter().zip(&work.effects.loops.multipliers[first..])
-        {
+        let multipliers = &work.effects.loops.multipliers[first..];
+        for (gear, &multiplier) in plan.effects.loops.gears.iter().zip(multipliers) {
             tau[gear.coordinates[0]] += multiplier;
             tau[gear.coordinates[1]] -= gear.ratio * multiplier;
         }

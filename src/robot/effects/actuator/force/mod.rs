@@ -95,9 +95,8 @@ fn distribute<G: Turning>(plan: &Plan<G>, state: &mut ActuationState<G::Pack>, q
         state.slidings[i] = friction::sliding(friction, state.slidings[i].told, state.rates[i]);
         friction::measure(&plan.effects.actuation, state, i, friction, q);
         let along: f64 = distribution(plan, state, i).iter().zip(qd).map(|(force, rate)| force * rate).sum();
-        let lines =
-            plan.effects.actuation.lines.iter().zip(&state.lines).filter(|(line, _)| line.actuator == i);
-        state.work_rates[i] = along + lines.map(|(_, line)| line.ratio * line.rate).sum::<f64>();
+        let lines = plan.effects.actuation.lines_of(i).map(|l| &state.lines[l]);
+        state.work_rates[i] = along + lines.map(|line| line.ratio * line.rate).sum::<f64>();
     }
 }
 
@@ -110,7 +109,7 @@ fn complete<G: Turning>(
 ) {
     let n = plan.n;
     memory.gradient.copy_from_slice(&state.gradients[i * n..][..n]);
-    for (l, _) in plan.effects.actuation.lines.iter().enumerate().filter(|(_, line)| line.actuator == i) {
+    for l in plan.effects.actuation.lines_of(i) {
         for (entry, moved) in memory.gradient.iter_mut().zip(&memory.moved[l * n..][..n]) {
             *entry += state.lines[l].direction.dot(*moved);
         }
@@ -136,8 +135,7 @@ pub(crate) fn reach<G: Turning>(
     i: usize,
     k: usize,
 ) -> f64 {
-    let lines =
-        (0..plan.effects.actuation.lines.len()).filter(|&l| plan.effects.actuation.lines[l].actuator == i);
+    let lines = plan.effects.actuation.lines_of(i);
     let moved = lines.map(|l| memory.moved[l * plan.n + k]).map(|moved| moved.dot(moved).sqrt());
     work.effects.actuation.gradients[i * plan.n + k].abs() + moved.sum::<f64>()
 }
@@ -154,8 +152,7 @@ pub(crate) fn acceleration<G: Turning>(
     find_gradient_rate_of_sleeves(plan, &work.effects.actuation, memory, i, qd);
     let along = |of: &[f64], by: &[f64]| of.iter().zip(by).map(|(of, by)| of * by).sum::<f64>();
     let gradient = &work.effects.actuation.gradients[i * plan.n..][..plan.n];
-    let lines =
-        (0..plan.effects.actuation.lines.len()).filter(|&l| plan.effects.actuation.lines[l].actuator == i);
+    let lines = plan.effects.actuation.lines_of(i);
     along(gradient, qdd)
         + along(&memory.gradient_rate, qd)
         + lines.map(|l| line::acceleration(plan, work, l)).sum::<f64>()
@@ -228,9 +225,7 @@ impl<G: Turning> Sweep for Stiffen<'_, '_, G> {
                     }
                 }
             }
-            for (l, _) in
-                plan.effects.actuation.lines.iter().enumerate().filter(|(_, line)| line.actuator == i)
-            {
+            for l in plan.effects.actuation.lines_of(i) {
                 let state = &state.lines[l];
                 let moved = &memory.moved[l * plan.n..][..plan.n];
                 let factor = factor * state.ratio * state.inverse_length;
@@ -294,9 +289,7 @@ fn find_gradient_rate<G: Turning>(
     qd: &[f64],
 ) {
     find_gradient_rate_of_sleeves(plan, state, memory, actuator, qd);
-    for (l, _) in
-        plan.effects.actuation.lines.iter().enumerate().filter(|(_, line)| line.actuator == actuator)
-    {
+    for l in plan.effects.actuation.lines_of(actuator) {
         let of_line = &memory.rate_gradients[l * plan.n..][..plan.n];
         for (rate, of_line) in memory.gradient_rate.iter_mut().zip(of_line) {
             *rate += of_line;
