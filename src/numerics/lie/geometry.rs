@@ -45,7 +45,7 @@ pub trait SecondMoment: Copy + Debug + Add<Output = Self> + AddAssign {
 }
 
 /// The space of a rod, [`super::Spatial`] or [`super::Planar`], and its number types.
-pub trait Geometry: Copy + Debug + Send + Sync + 'static {
+pub trait Geometry: Copy + Debug + Default + Send + Sync + 'static {
     /// Number type for the values at neighbouring nodes.
     type Pack: Lanes;
     /// Position of this space in the three-dimensional one.

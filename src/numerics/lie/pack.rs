@@ -11,7 +11,7 @@ use super::counted::note;
 pub const LANES: usize = 4;
 
 /// Several doubles, such as the values of a quantity at neighbouring nodes of a rod.
-pub trait Lanes: Scalar {
+pub trait Lanes: Scalar + Default {
     /// Whether [`Scalar::mul_add`] is one instruction.
     const FUSED: bool;
     /// Creates a pack from the numbers in the lanes.
@@ -26,7 +26,7 @@ pub trait Lanes: Scalar {
 
 /// [`LANES`] doubles in a register. `FUSED` packs multiply and add in one instruction with one rounding. On
 /// machines without this instruction that would be a slow function call; hence the two kinds.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[repr(align(32))]
 pub struct Pack<const FUSED: bool>([f64; LANES]);
 

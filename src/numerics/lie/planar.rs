@@ -7,7 +7,7 @@ use super::sine_cosine::sine_cosine;
 use super::{Pack, Rotation, Scalar, Vector};
 
 /// Motions in a plane that contains the rod, computed with [`Pack<FUSED>`].
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Planar<const FUSED: bool>;
 
 /// A coordinate plane by the axes of the frame (0, 1, 2 for x, y, z): `first x second = normal`.

@@ -4,7 +4,7 @@ use super::geometry::{Cross, Geometry, SecondMoment, VectorSpace};
 use super::{Pack, Rotation, Scalar, Symmetric, Vector};
 
 /// Motions in three dimensions, computed with [`Pack<FUSED>`].
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Spatial<const FUSED: bool>;
 
 impl<T: Scalar> VectorSpace<T> for Vector<T> {

@@ -102,9 +102,7 @@ pub(super) fn value_of(
         Kind::Number => convert::number(object, name).map(Value::Number),
         Kind::Integer => convert::whole(object, name).map(Value::Integer),
         Kind::Flag => convert::flag(object, name).map(Value::Flag),
-        Kind::Text | Kind::Word(..) | Kind::Reference(_) => {
-            Ok(Value::Text(convert::text(object, name)?.to_owned()))
-        }
+        Kind::Text | Kind::Word(..) | Kind::Reference(_) => text_of(object, name),
         Kind::Array(Kind::Array(..), _) => {
             let rows = convert::symmetric_of::<3>(object, name)?;
             Ok(Value::Rows { numbers: rows.concat(), columns: 3 })
@@ -142,7 +140,7 @@ pub(super) fn value_of(
         Kind::Optional(inner) => value_of(object, name, inner, functions),
         Kind::OneOf(_, [number @ Kind::OneOrEach(count), Kind::Word(_, words)]) => {
             if object.is_instance_of::<PyString>() {
-                return Ok(Value::Text(convert::text(object, name)?.to_owned()));
+                return text_of(object, name);
             }
             value_of(object, name, number, functions).map_err(|_| {
                 let expected = format!("a number, {count} numbers or '{}'", words.join("', '"));
@@ -173,6 +171,10 @@ pub(super) fn value_of(
             (true, _) => Arc::new(Drive(signal_of::<3>(object, name, functions)?)),
         })),
     }
+}
+
+fn text_of(object: &Bound<'_, PyAny>, name: &str) -> PyResult<Value> {
+    Ok(Value::Text(convert::text(object, name)?.to_owned()))
 }
 
 /// Distances from the axis of a rod, of that kind and number.

@@ -54,7 +54,7 @@ fn plan_of<G: Turning>(robot: &Robot, frame: G::Frame, mut tree: Tree<G>) -> Pla
             || actuation.actuators.iter().any(ActuatorPlan::varies_in_time),
         pieces,
         links,
-        ..Plan::empty(frame, world, inputs, Plans::of(loads, actuation))
+        ..Plan::empty(frame, world, inputs, Plans { loads, actuation, ..Plans::default() })
     };
     plan.find_families();
     actuator::compile::attach(&mut plan);

@@ -14,7 +14,7 @@ use crate::numerics::lie::{Geometry, Wrench};
 use crate::robot::plan::space::Space;
 
 /// Effects of a compiled robot.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct Plans<G: Space> {
     pub(crate) loads: Vec<LoadPlan<G>>,
     pub(crate) actuation: Actuation<G::Pack>,
@@ -27,23 +27,8 @@ pub(crate) struct Plans<G: Space> {
     pub(crate) immersion: Option<Immersion>,
 }
 
-impl<G: Space> Plans<G> {
-    /// Loads and actuators, and no other effects yet.
-    pub(crate) fn of(loads: Vec<LoadPlan<G>>, actuation: Actuation<G::Pack>) -> Self {
-        Self {
-            loads,
-            actuation,
-            anchors: Vec::new(),
-            loops: Loops::none(),
-            contacts: Contacts::none(),
-            magnets: Magnets::none(),
-            immersion: None,
-        }
-    }
-}
-
 /// Effects at a point.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct AtPoint<G: Geometry> {
     /// What of the bodies the fluid acts on; their inertia contains their added mass.
     pub(crate) hulls: Vec<Hull<G>>,
@@ -59,20 +44,6 @@ pub(crate) struct AtPoint<G: Geometry> {
     pub(crate) surfaces: Vec<usize>,
     /// Indices of the magnets.
     pub(crate) magnets: Vec<usize>,
-}
-
-impl<G: Geometry> AtPoint<G> {
-    pub(crate) fn none() -> Self {
-        Self {
-            hulls: Vec::new(),
-            loads: Vec::new(),
-            anchors: Vec::new(),
-            pulled: Vec::new(),
-            tied: Vec::new(),
-            surfaces: Vec::new(),
-            magnets: Vec::new(),
-        }
-    }
 }
 
 /// Memory of effects for the motion.

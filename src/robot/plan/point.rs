@@ -64,7 +64,7 @@ pub(crate) struct Point<G: Space> {
 impl<G: Space> Point<G> {
     /// A point at which nothing is.
     pub(crate) fn empty(place: Place, inside: Option<Inside<G>>) -> Self {
-        Self { place, inside, body: None, effects: AtPoint::none(), carries: None, is_oriented: false }
+        Self { place, inside, body: None, effects: AtPoint::default(), carries: None, is_oriented: false }
     }
 
     /// Integration weights of a point listed in [`Points::inside`].

@@ -53,13 +53,7 @@ pub(crate) fn compile<G: Turning>(
         spans: Spans::new(robot),
         straight: straight.into_iter().peekable(),
         inextensible: 0,
-        actuation: Actuation {
-            actuators: Vec::new(),
-            sleeves: Vec::new(),
-            lines: Vec::new(),
-            world_points: Vec::new(),
-            active_strains: Vec::new(),
-        },
+        actuation: Actuation::default(),
     };
     for (i, actuator) in robot.actuators.iter().enumerate() {
         let compiled = compiler.actuator(i, actuator);

@@ -10,7 +10,7 @@ use crate::numerics::lie::Vector;
 use crate::robot::plan::command::Command;
 
 /// Actuators of a plan.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct Actuation<P> {
     pub(crate) actuators: Vec<ActuatorPlan>,
     pub(crate) sleeves: Vec<Sleeve<P>>,

@@ -23,7 +23,7 @@ pub(crate) const NODES: [f64; PLACES] = [0.112_701_665_379_258_31, 0.5, 0.887_29
 pub(crate) const WEIGHTS: [f64; PLACES] = [5.0 / 18.0, 8.0 / 18.0, 5.0 / 18.0];
 
 /// Contacts of a plan.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct Contacts<G: Space> {
     pub(crate) curves: Vec<Curve<G::Pack>>,
     /// Curves of each rod.
@@ -37,22 +37,6 @@ pub(crate) struct Contacts<G: Space> {
     pub(crate) packs: usize,
     /// Maximum number of simultaneous contact points.
     pub(crate) capacity: usize,
-}
-
-impl<G: Space> Contacts<G> {
-    pub(crate) fn none() -> Self {
-        Self {
-            curves: Vec::new(),
-            rods: Vec::new(),
-            fixtures: Vec::new(),
-            balls: Vec::new(),
-            bodies: Vec::new(),
-            solids: Vec::new(),
-            pairs: Vec::new(),
-            packs: 0,
-            capacity: 0,
-        }
-    }
 }
 
 /// A piece of a rod with contacts.

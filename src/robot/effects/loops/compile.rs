@@ -21,7 +21,7 @@ pub(crate) fn places<G: Turning>(robot: &Robot, tree: &Tree<G>) -> Vec<Option<Pl
 
 /// Constraints of a plan whose points are known: `tied` of its points lists the ends at each.
 pub(crate) fn compile<G: Turning>(plan: &mut Plan<G>, robot: &Robot) {
-    let mut loops = Loops::none();
+    let mut loops = Loops::default();
     let mut ends = 0;
     for Loop { tie, .. } in &robot.loops {
         let rows = match tie {

@@ -5,7 +5,7 @@ use crate::numerics::lie::Vector;
 use crate::robot::algebra::tie::{Frame, Row};
 
 /// Closed loops of a plan.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct Loops<P> {
     /// Loops between two places, with consecutive rows.
     pub(crate) ties: Vec<TiePlan<P>>,
@@ -21,10 +21,6 @@ pub(crate) struct Loops<P> {
 }
 
 impl<P> Loops<P> {
-    pub(crate) fn none() -> Self {
-        Self { ties: Vec::new(), gears: Vec::new(), lengths: Vec::new(), rows: 0, held_by: Vec::new() }
-    }
-
     /// Index of the first row of tendons.
     pub(crate) fn first_length(&self) -> usize {
         self.rows - self.lengths.len()

@@ -26,7 +26,7 @@ pub(crate) fn compile<G: Turning>(plan: &mut Plan<G>, robot: &Robot) {
     if robot.magnets.is_empty() && !robot.segments().any(is_magnetised) {
         return;
     }
-    let mut magnets = Magnets::none();
+    let mut magnets = Magnets::default();
     let owners: Vec<usize> = robot.magnets.iter().map(|magnet| magnet.link).collect();
     for (i, magnet) in robot.magnets.iter().enumerate() {
         let point = plan.points.iter().position(|point| point.effects.magnets.contains(&i));

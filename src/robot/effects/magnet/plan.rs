@@ -5,7 +5,7 @@ use crate::numerics::lie::{Geometry, Vector};
 use crate::robot::plan::space::Space;
 
 /// Magnets and magnetised segments of a plan.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct Magnets<G: Geometry> {
     /// Index of the load that stands for the uniform field, whose force is the field, if there is one.
     pub(super) field: Option<usize>,
@@ -48,18 +48,6 @@ pub(super) struct Actor<P> {
 }
 
 impl<G: Space> Magnets<G> {
-    pub(crate) fn none() -> Self {
-        Self {
-            field: None,
-            aside: 0.0,
-            fixed: Vec::new(),
-            along: Vec::new(),
-            begins: Vec::new(),
-            actors: Vec::new(),
-            pairs: Vec::new(),
-        }
-    }
-
     /// Whether the uniform field acts along the piece that begins at a pack.
     #[inline(always)]
     pub(super) fn act_along(&self, first_pack: usize) -> bool {

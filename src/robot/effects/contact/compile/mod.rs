@@ -43,7 +43,7 @@ pub(crate) fn places<G: Turning>(robot: &Robot, tree: &Tree<G>) -> Vec<Option<Pl
 /// Compiles the contacts of a plan whose points are known: `surfaces` of its points lists the surfaces fixed
 /// to each.
 pub(crate) fn compile<G: Turning>(plan: &mut Plan<G>, robot: &Robot) {
-    let mut contacts = Contacts::none();
+    let mut contacts = Contacts::default();
     let mut curves_of: Vec<Option<Range<usize>>> = vec![None; robot.links.len()];
     let mut number = 0;
     for (c, contact) in robot.contacts.iter().enumerate() {
