@@ -5,7 +5,7 @@ use crate::numerics::lie::{Geometry, Vector};
 use crate::robot::plan::space::Space;
 
 /// Magnets and magnetised segments of a plan.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub(crate) struct Magnets<G: Geometry> {
     /// Index of the load that stands for the uniform field, whose force is the field, if there is one.
     pub(super) field: Option<usize>,
@@ -45,6 +45,20 @@ pub(super) struct Actor<P> {
     /// In the axes there.
     pub(super) own: Dipole,
     pub(super) moved_by: Vec<(usize, Vec<P>)>,
+}
+
+impl<G: Space> Default for Magnets<G> {
+    fn default() -> Self {
+        Self {
+            field: None,
+            aside: 0.0,
+            fixed: Vec::new(),
+            along: Vec::new(),
+            begins: Vec::new(),
+            actors: Vec::new(),
+            pairs: Vec::new(),
+        }
+    }
 }
 
 impl<G: Space> Magnets<G> {
