@@ -1,5 +1,6 @@
 //! Solvers of initial value problems, independent of rods.
 
+mod attempts;
 pub mod newmark;
 pub mod ode;
 pub mod radau;
