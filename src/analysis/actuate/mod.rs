@@ -294,13 +294,7 @@ fn search(
     let lost = system.equilibria.lost;
     system.targets.count_alike(true);
     if status == Status::Reached {
-        let form = Form { root: Matrix::identity(x.len(), x.len()), wanted };
-        let mut settle = || {
-            let is_smallest = !leaves_a_choice(&mut system, &x)?;
-            let search = search_of(options, options.tol);
-            Ok(is_smallest || form.settle(&mut system, &mut x, &bounds, &search, &mut counters)?)
-        };
-        status = match settle() {
+        status = match settle(&mut system, &mut x, wanted, &bounds, options, &mut counters) {
             Ok(true) => Status::Reached,
             Ok(false) => Status::NotSettled,
             Err(Interrupted) => Status::Interrupted,
@@ -422,6 +416,20 @@ fn descend(
     let found = solved(system, x, tolerance);
     counters += found.counters;
     (found, counters)
+}
+
+/// Goes on to the inputs nearest to those that are wanted, among those that give the same poses. False if these are not found.
+fn settle(
+    system: &mut Actuated<'_, '_>,
+    x: &mut [f64],
+    wanted: Vec<f64>,
+    bounds: &Bounds,
+    options: &Options,
+    counters: &mut Counters,
+) -> Result<bool, Interrupted> {
+    let form = Form { root: Matrix::identity(x.len(), x.len()), wanted };
+    Ok(!leaves_a_choice(system, x)?
+        || form.settle(system, x, bounds, &search_of(options, options.tol), counters)?)
 }
 
 /// Whether other inputs nearby give the same poses.
