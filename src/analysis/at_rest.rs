@@ -3,7 +3,7 @@
 use crate::analysis::natural;
 use crate::analysis::natural::{DISPLACEMENT_ROUNDING, Natural, scaled};
 use crate::analysis::ties::Ties;
-use crate::model::Static;
+use crate::model::{Reached, Static};
 use crate::numerics::linalg::{Matrix, norm};
 
 /// Forces that are out of balance are part of the error of a stiffness, up to this fraction of all forces: ten times the tolerance of
@@ -238,17 +238,45 @@ impl AtRest<'_> {
         imbalance
     }
 
-    /// What gaps of constraints could change the stiffness by: what holds them acts beside where it does in a closed shape. Gaps of
-    /// slack tendons hold nothing.
-    pub(crate) fn of_gaps(&mut self) -> Matrix {
+    /// The stiffness in a shape beside another one, in which what is `idle` does not act and this is reached `here`. What is only
+    /// reached by the step between them is exactly reached there as well, from the other side.
+    pub(crate) fn stiffness_beyond(
+        &mut self,
+        material: &Matrix,
+        idle: &[Reached],
+        here: &[Reached],
+    ) -> Matrix {
+        let more = self.model.reached(self.q).into_iter().filter(|reached| !here.contains(reached));
+        let all: Vec<Reached> = idle.iter().copied().chain(more).collect();
+        let is_more = all.len() > idle.len();
+        if is_more {
+            self.model.decide(&all);
+        }
+        let there = self.stiffness(material).total;
+        if is_more {
+            self.model.decide(idle);
+        }
+        there
+    }
+
+    /// The derivative of the constraints.
+    pub(crate) fn gap_jacobian(&mut self) -> Matrix {
+        let mut rows = Matrix::zeros(self.multipliers.len(), self.q.len());
+        if !self.multipliers.is_empty() {
+            self.model.gap_jacobian(self.q, &mut rows);
+        }
+        rows
+    }
+
+    /// What gaps of constraints, of that derivative, could change the stiffness by: what holds them acts beside where it does in a
+    /// closed shape. Gaps of slack tendons hold nothing.
+    pub(crate) fn of_gaps(&mut self, rows: &Matrix) -> Matrix {
         let (n, m) = (self.q.len(), self.multipliers.len());
-        let mut change = Matrix::zeros(n, n);
-        let (mut gaps, mut rows) = (vec![0.0; m], Matrix::zeros(m, n));
+        let (mut change, mut gaps) = (Matrix::zeros(n, n), vec![0.0; m]);
         if m == 0 {
             return change;
         }
         self.model.gaps(self.q, &mut gaps);
-        self.model.gap_jacobian(self.q, &mut rows);
         let gap_sizes = &self.model.facts().gap_sizes;
         let relative: Vec<f64> = gaps.iter().zip(gap_sizes).map(|(gap, size)| gap / size).collect();
         let work: Vec<f64> =

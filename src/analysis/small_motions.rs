@@ -346,7 +346,8 @@ fn decided_motions(
     let stiffness = natural.tangent(&parts.total, own);
     let mut error = natural.magnitudes(&parts.magnitudes, own) * (ROUNDING * n as f64 * f64::EPSILON);
     error += natural.magnitudes(&imbalance, None);
-    error += natural.magnitudes(&at_rest.of_gaps(), None);
+    let mut rows = at_rest.gap_jacobian();
+    error += natural.magnitudes(&at_rest.of_gaps(&rows), None);
     if ties.has_taut() {
         // The basis that separates what tendons stretch is known to rounding, in coordinates in which all stiffnesses are of size one.
         error += Matrix::identity(n, n) * (ROUNDING * n as f64 * f64::EPSILON);
@@ -368,12 +369,8 @@ fn decided_motions(
     if has_potential {
         motions.error += motions.asymmetry();
     }
-    let mut rows = Matrix::zeros(multipliers.len(), n);
-    if !multipliers.is_empty() {
-        at_rest.model.gap_jacobian(q, &mut rows);
-        for (mut column, size) in rows.column_iter_mut().zip(sizes) {
-            column *= *size;
-        }
+    for (mut column, size) in rows.column_iter_mut().zip(sizes) {
+        column *= *size;
     }
     let held = Held::new(rows * &motions.basis)?;
     // Stiffnesses that are far from zero keep their signs.
@@ -383,17 +380,7 @@ fn decided_motions(
     }
     let (values, shapes) = symmetric_eigen(&symmetric_part(&kept.stiffness))?;
     if at_rest.model.facts().is_discretised {
-        // The error of quadrature, and the rounding of the differences that tell it.
-        let doubtful: Vec<usize> = (0..kept.n()).filter(|&k| values[k].abs() < SYMMETRIC).collect();
-        let shapes = shapes.select_columns(&doubtful);
-        let directions = &kept.basis * &shapes;
-        let mismatch = directions.tr_mul(&at_rest.mismatch(&directions));
-        kept.change = &shapes * symmetric_part(&mismatch) * shapes.transpose();
-        for (shape, direction) in shapes.column_iter().zip(directions.column_iter()) {
-            let work: f64 = direction.iter().zip(&work).map(|(x, work)| x.abs() * work).sum();
-            let rounding = ROUNDING * f64::EPSILON * direction.amax() / APART * work;
-            kept.error += shape.abs() * shape.abs().transpose() * rounding;
-        }
+        add_mismatch(&mut kept, &mut at_rest, [&values, &work], &shapes);
     }
     // What is left of Newton's method, in coordinates and in the forces that hold constraints and springs.
     let residual = DVector::from(natural.residual(&residual, own, &forces));
@@ -409,18 +396,28 @@ fn decided_motions(
     });
     let here = at_rest.model.reached(at_rest.q);
     let mut beside = AtRest { q: &q, multipliers: &multipliers, held: &forces, ..at_rest };
-    // What is only reached by this step is exactly reached here as well, from the other side.
-    let more = beside.model.reached(&q).into_iter().filter(|reached| !here.contains(reached));
-    let all: Vec<Reached> = idle.iter().copied().chain(more).collect();
-    let is_more = all.len() > idle.len();
-    if is_more {
-        beside.model.decide(&all);
-    }
-    let there = beside.stiffness(&material).total;
-    if is_more {
-        beside.model.decide(idle);
-    }
+    let there = beside.stiffness_beyond(&material, idle, &here);
     let change = natural.matrix(&(there - parts.total));
     kept.change += held.free.tr_mul(&(change * &held.free));
     Some(kept)
+}
+
+/// Adds the error of quadrature to small motions whose stiffness has these eigenvalues and shapes, and the rounding of the differences
+/// that tell it.
+fn add_mismatch(
+    kept: &mut SmallMotions,
+    at_rest: &mut AtRest<'_>,
+    [values, work]: [&[f64]; 2],
+    shapes: &Matrix,
+) {
+    let doubtful: Vec<usize> = (0..kept.n()).filter(|&k| values[k].abs() < SYMMETRIC).collect();
+    let shapes = shapes.select_columns(&doubtful);
+    let directions = &kept.basis * &shapes;
+    let mismatch = directions.tr_mul(&at_rest.mismatch(&directions));
+    kept.change = &shapes * symmetric_part(&mismatch) * shapes.transpose();
+    for (shape, direction) in shapes.column_iter().zip(directions.column_iter()) {
+        let work: f64 = direction.iter().zip(work).map(|(x, work)| x.abs() * work).sum();
+        let rounding = ROUNDING * f64::EPSILON * direction.amax() / APART * work;
+        kept.error += shape.abs() * shape.abs().transpose() * rounding;
+    }
 }

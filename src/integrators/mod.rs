@@ -1,5 +1,7 @@
 //! Solvers of initial value problems, independent of rods.
 
+mod attempts;
+mod chord;
 pub mod newmark;
 pub mod ode;
 pub mod radau;

@@ -44,7 +44,7 @@ pub(crate) use in_contact::REACHED;
 pub use in_contact::{InContact, InImpact, Reached};
 pub use in_time::{Excitation, InTime};
 pub use passing::{Beside, Holding, Impact};
-pub(crate) use passing::{have_missed, have_passed, is_unsound, may_miss};
+pub(crate) use passing::{have_missed, have_passed, may_miss};
 pub(crate) use pressed::Pressed;
 pub use refinable::Refinable;
 pub use smooth::{Autonomous, Smooth, Untied};

@@ -1,6 +1,6 @@
 //! Detection of surfaces and stops that are met during a step, unseen at its ends.
 
-use super::{Flaw, Model, Radius, Static};
+use super::{Model, Radius, Static};
 use crate::error::Interrupted;
 use crate::numerics::hermite;
 
@@ -173,19 +173,4 @@ pub(crate) fn have_missed<M: Model + ?Sized>(
     Ok(model.facts().has_contact
         && (have_passed(model, way.iter().copied(), Radius::Smaller)?
             || have_touched(model, times, ends, rates, memory)?))
-}
-
-/// Whether an adaptive step of size `h` from the coordinates and velocities `before` to a motion at `t` cannot be correct: it ends with
-/// rotations too large to be followed, or with energy that an impact has added. If only one stage detects an impact, the step may
-/// add a kick as large as the tolerance allows.
-pub(crate) fn is_unsound<M: Model + ?Sized>(
-    model: &mut M,
-    t: f64,
-    before: [&[f64]; 2],
-    motion: [&[f64]; 3],
-    h: f64,
-) -> Result<bool, Interrupted> {
-    model.set_time(t)?;
-    Ok(matches!(model.flaw(motion[0]), Some(Flaw::Unresolved { .. }))
-        || model.facts().has_contact && model.gains_energy(before, motion, h, Beside::Motion))
 }

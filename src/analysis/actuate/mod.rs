@@ -60,8 +60,8 @@ use crate::numerics::linalg::{Matrix, full_svd, norm};
 use crate::numerics::roots::System as _;
 use crate::numerics::roots::least_squares;
 use crate::numerics::roots::least_squares::{Bounds, Counters, End, Form, Outcome, solve};
-use crate::robot::RobotModel;
 use crate::robot::effects::actuator::{Actuator, Drive, Tendon};
+use crate::robot::{Robot, RobotModel};
 use commands::{Command, Kind, commands};
 use equilibria::{Equilibria, State};
 use misfit::Actuated;
@@ -134,7 +134,7 @@ impl Problem {
         for (i, target) in targets.iter().enumerate() {
             target.check(&mut check, &format!("targets[{i}]"), robot);
         }
-        let mut u = options.u.clone().unwrap_or_else(|| robot.inputs().defaults().to_vec());
+        let u = options.u.clone().unwrap_or_else(|| robot.inputs().defaults().to_vec());
         if check.length(&u, m, "u") {
             check.finite(&u, "u");
         }
@@ -178,11 +178,17 @@ impl Problem {
         if let Some(q0) = &options.q0 {
             model.check_shape(q0, "q0")?;
         }
-        for &entry in &free {
-            let [lower, upper] = commands[entry].limits;
+        let problem = Self { u: Vec::new(), free, commands };
+        Ok(Self { u: problem.clipped(u), ..problem })
+    }
+
+    /// Inputs within their limits.
+    fn clipped(&self, mut u: Vec<f64>) -> Vec<f64> {
+        for &entry in &self.free {
+            let [lower, upper] = self.commands[entry].limits;
             u[entry] = u[entry].max(lower).min(upper);
         }
-        Ok(Self { u, free, commands })
+        u
     }
 
     /// Scales of the free inputs: a change by one unit of scale moves the shape by about a typical size, for
@@ -249,18 +255,13 @@ fn search(
     let mut never = || Ok(());
     let near = options.q0.clone().unwrap_or_else(|| vec![0.0; model.facts().n]);
     let mut of_targets = Misfit::new(&mut seen, targets, &near, Vec::new(), &mut never);
-    let conclude = |of_targets: &mut Misfit<'_, '_>, end: Ending| {
-        let Ending { u, q, status, held, lost, slack, verdict, counters, equilibria } = end;
-        let (errors, poses): (Vec<_>, Vec<_>) = of_targets.errors(&q).into_iter().unzip();
-        let of_links = targets.iter().map(|target| target.link).zip(errors.iter().copied());
-        let message = outcome::message(status, &robot, of_links, &held, lost, &slack, verdict);
-        let found = Found { u, q, status, message, errors, poses, held, verdict, counters, equilibria };
-        if status == Status::Interrupted { Err(Unfinished::new(found)) } else { Ok(found) }
-    };
-
     if set.is_err() {
         let q = options.q0.clone().unwrap_or_else(|| vec![0.0; of_targets.unknowns()]);
-        return conclude(&mut of_targets, Ending::of_start(Status::Interrupted, State { u: problem.u, q }));
+        return Ending::of_start(Status::Interrupted, State { u: problem.u, q }).conclude(
+            &mut of_targets,
+            &robot,
+            targets,
+        );
     }
     let beginning = options.q0.clone().map_or(Start::Unloaded { stops: vec![1.0] }, Start::Descent);
     let (start, is_interrupted) = match find(model, beginning, monitor) {
@@ -270,14 +271,14 @@ fn search(
     if !start.status.is_success() {
         let status = if is_interrupted { Status::Interrupted } else { Status::NoStart };
         let end = Ending::of_start(status, State { u: problem.u, q: start.q });
-        return conclude(&mut of_targets, Ending { verdict: start.verdict, ..end });
+        return Ending { verdict: start.verdict, ..end }.conclude(&mut of_targets, &robot, targets);
     }
 
     let sizes = of_targets.sizes.clone();
     let mut equilibria = Equilibria::new(model, options.time, problem.u.clone(), start.q, sizes, monitor);
     let Ok(sensitivity) = equilibria.sensitivity() else {
         let state = equilibria.known(&problem.u);
-        return conclude(&mut of_targets, Ending::of_start(Status::Interrupted, state));
+        return Ending::of_start(Status::Interrupted, state).conclude(&mut of_targets, &robot, targets);
     };
     let sensitivity = sensitivity.unwrap_or_else(|| Matrix::zeros(of_targets.unknowns(), problem.u.len()));
     let sizes = problem.sizes(&sensitivity);
@@ -293,27 +294,14 @@ fn search(
     let lost = system.equilibria.lost;
     system.targets.count_alike(true);
     if status == Status::Reached {
-        let form = Form { root: Matrix::identity(x.len(), x.len()), wanted };
-        let mut settle = || {
-            let is_smallest = !leaves_a_choice(&mut system, &x)?;
-            let search = search_of(options, options.tol);
-            Ok(is_smallest || form.settle(&mut system, &mut x, &bounds, &search, &mut counters)?)
-        };
-        status = match settle() {
+        status = match settle(&mut system, &mut x, wanted, &bounds, options, &mut counters) {
             Ok(true) => Status::Reached,
             Ok(false) => Status::NotSettled,
             Err(Interrupted) => Status::Interrupted,
         };
     }
-    let within_limits = |mut u: Vec<f64>| {
-        for &entry in &problem.free {
-            // Scaling must not move an input beyond its limits by rounding.
-            let [lower, upper] = problem.commands[entry].limits;
-            u[entry] = u[entry].max(lower).min(upper);
-        }
-        u
-    };
-    let u = within_limits(system.inputs(&x));
+    // Scaling must not move an input beyond its limits by rounding.
+    let u = problem.clipped(system.inputs(&x));
     let Actuated { mut equilibria, targets: mut of_targets, .. } = system;
     let judged = if status == Status::Interrupted {
         Err(Interrupted)
@@ -323,7 +311,7 @@ fn search(
     let (State { u, q }, verdict, slack) = judged.unwrap_or_else(|Interrupted| {
         status = Status::Interrupted;
         let State { u, q } = equilibria.known(&u);
-        (State { u: within_limits(u), q }, None, Vec::new())
+        (State { u: problem.clipped(u), q }, None, Vec::new())
     });
     let number = equilibria.number;
     let held = match status {
@@ -331,7 +319,7 @@ fn search(
         _ => Vec::new(),
     };
     let end = Ending { u, q, status, held, lost, slack, verdict, counters, equilibria: number };
-    conclude(&mut of_targets, end)
+    end.conclude(&mut of_targets, &robot, targets)
 }
 
 /// The equilibrium at the inputs that were found, with its stability, and slack tendons with free lengths.
@@ -364,6 +352,20 @@ struct Ending {
 }
 
 impl Ending {
+    fn conclude(
+        self,
+        misfit: &mut Misfit<'_, '_>,
+        robot: &Robot,
+        targets: &[Target],
+    ) -> Result<Found, Unfinished<Found>> {
+        let Self { u, q, status, held, lost, slack, verdict, counters, equilibria } = self;
+        let (errors, poses): (Vec<_>, Vec<_>) = misfit.errors(&q).into_iter().unzip();
+        let of_links = targets.iter().map(|target| target.link).zip(errors.iter().copied());
+        let message = outcome::message(status, robot, of_links, &held, lost, &slack, verdict);
+        let found = Found { u, q, status, message, errors, poses, held, verdict, counters, equilibria };
+        if status == Status::Interrupted { Err(Unfinished::new(found)) } else { Ok(found) }
+    }
+
     /// At the start, without a step.
     fn of_start(status: Status, State { u, q }: State) -> Self {
         Self {
@@ -414,6 +416,20 @@ fn descend(
     let found = solved(system, x, tolerance);
     counters += found.counters;
     (found, counters)
+}
+
+/// Goes on to the inputs nearest to those that are wanted, among those that give the same poses. False if these are not found.
+fn settle(
+    system: &mut Actuated<'_, '_>,
+    x: &mut [f64],
+    wanted: Vec<f64>,
+    bounds: &Bounds,
+    options: &Options,
+    counters: &mut Counters,
+) -> Result<bool, Interrupted> {
+    let form = Form { root: Matrix::identity(x.len(), x.len()), wanted };
+    Ok(!leaves_a_choice(system, x)?
+        || form.settle(system, x, bounds, &search_of(options, options.tol), counters)?)
 }
 
 /// Whether other inputs nearby give the same poses.

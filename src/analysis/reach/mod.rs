@@ -111,33 +111,15 @@ fn search(
     let mut misfit = Misfit::new(model, targets, q0, free.clone(), monitor);
     let scaled = |q: &[f64]| -> Vec<f64> { q.iter().zip(&misfit.sizes).map(|(q, size)| q / size).collect() };
     let scaled_bounds = Bounds { lower: scaled(&bounds.lower), upper: scaled(&bounds.upper) };
-    let x0 = scaled(q0);
     let search = least_squares::Options {
         tolerance: options.tol,
         terms: 1.0,
         max_iter: options.max_iter,
         second_order: false,
     };
-    let descend = |misfit: &mut Misfit<'_, '_>, x: &mut [f64]| -> Outcome {
-        let solved = |misfit: &mut Misfit<'_, '_>, x: &mut [f64], search| {
-            solve(misfit, x, &scaled_bounds, search).unwrap_or_else(Unfinished::into_inner)
-        };
-        // Equal weights first, because they converge fastest; if all targets can be reached, weights do not
-        // matter.
-        misfit.count_alike(true);
-        let alike = solved(misfit, x, &search);
-        if matches!(alike.end, End::Root | End::Interrupted) || misfit.counts_alike() {
-            return alike;
-        }
-        misfit.count_alike(false);
-        let least = least_squares::Options { tolerance: options.tol * misfit.least_weight(), ..search };
-        let mut found = solved(misfit, x, &least);
-        found.counters += alike.counters;
-        found
-    };
     let mut counters = Counters::default();
-    let mut x = x0.clone();
-    let mut best = descend(&mut misfit, &mut x);
+    let mut x = scaled(q0);
+    let mut best = descend(&mut misfit, &mut x, &scaled_bounds, &search);
     let mut flaw = misfit.flaw;
     counters += best.counters;
     let mut starts = Starts::new(&robot, q0, bounds);
@@ -147,7 +129,7 @@ fn search(
         let q = starts.next();
         let mut other: Vec<f64> = q.iter().zip(&misfit.sizes).map(|(q, size)| q / size).collect();
         misfit.flaw = None;
-        let found = descend(&mut misfit, &mut other);
+        let found = descend(&mut misfit, &mut other, &scaled_bounds, &search);
         counters += found.counters;
         if found.end == End::Interrupted {
             best.end = End::Interrupted;
@@ -181,6 +163,26 @@ fn search(
     let message = outcome::message(status, &robot, of_links, &held, tried, misfit.flaw);
     let reached = Reached { q, status, message, errors, poses, held, starts: tried, counters };
     if status == Status::Interrupted { Err(Unfinished::new(reached)) } else { Ok(reached) }
+}
+
+/// The best coordinates near x. Equal weights first, because they converge fastest; if all targets can be reached, weights do not
+/// matter.
+fn descend(
+    misfit: &mut Misfit<'_, '_>,
+    x: &mut [f64],
+    bounds: &Bounds,
+    search: &least_squares::Options,
+) -> Outcome {
+    misfit.count_alike(true);
+    let alike = solve(misfit, x, bounds, search).unwrap_or_else(Unfinished::into_inner);
+    if matches!(alike.end, End::Root | End::Interrupted) || misfit.counts_alike() {
+        return alike;
+    }
+    misfit.count_alike(false);
+    let least = least_squares::Options { tolerance: search.tolerance * misfit.least_weight(), ..*search };
+    let mut found = solve(misfit, x, bounds, &least).unwrap_or_else(Unfinished::into_inner);
+    found.counters += alike.counters;
+    found
 }
 
 /// Reports all invalid arguments at once.

@@ -27,6 +27,7 @@ mod corrector;
 mod descent;
 mod equations;
 mod growth;
+mod halted;
 mod ladder;
 mod options;
 mod outcome;
@@ -39,6 +40,7 @@ mod tied_newton;
 
 pub use equations::Counters;
 pub use growth::InputPath;
+pub use halted::Monitor;
 pub use options::{ContinuationOptions, ITERATIONS_OF_CONTACT, MAX_STOPS, Options, Start};
 pub use outcome::{Continuation, Equilibrium, Status};
 pub use path::{CriticalKind, CriticalPoint, Path};
@@ -48,6 +50,7 @@ use as_springs::AsSprings;
 use descent::Descent;
 use equations::{Equations, State};
 use growth::Growth;
+use halted::{Halted, Reached};
 use path::{Course, End, Follower};
 use search::Ended;
 use stability::Stiffness;
@@ -57,9 +60,6 @@ use crate::error::{Interrupted, InvalidInput, Unfinished};
 use crate::model::{Static, chart};
 use crate::numerics::linalg::{Matrix, norm};
 use crate::numerics::roots;
-
-/// Called before every evaluation; may stop a search.
-pub type Monitor<'a> = &'a mut dyn FnMut() -> Result<(), Interrupted>;
 
 /// Finds an equilibrium of `model`, at the time set last. Costs tens of evaluations of forces and tangent for
 /// moderate bending, hundreds for very large bending. On failure the result holds the last valid state. An
@@ -661,76 +661,6 @@ fn judging<'a>(
     let mut equations = Equations::new(model, Growth::Loads, near, monitor);
     equations.judges = options.stability;
     equations
-}
-
-/// An interrupted search, and what it had reached by then, if anything.
-struct Halted(Option<Box<Reached>>);
-
-struct Reached {
-    q: Vec<f64>,
-    load_factor: f64,
-    path: Path,
-    counters: Counters,
-}
-
-impl From<Interrupted> for Halted {
-    fn from(_: Interrupted) -> Self {
-        Self(None)
-    }
-}
-
-impl Halted {
-    fn at(state: &State, path: &Path, equations: &Equations<'_>) -> Self {
-        let mut q = state.q.clone();
-        equations.wrap(&mut q);
-        let (path, counters) = (path.clone(), equations.counters);
-        Self::with(Reached { q, load_factor: state.load_factor, path, counters })
-    }
-
-    fn with(reached: Reached) -> Self {
-        Self(Some(Box::new(reached)))
-    }
-
-    /// The same after another search.
-    fn after(self, counters: Counters) -> Self {
-        Self(self.0.map(|reached| Box::new(Reached { counters: counters + reached.counters, ..*reached })))
-    }
-
-    /// The same after a path of loads.
-    fn along(self, path: &Path) -> Self {
-        Self(self.0.map(|reached| Box::new(Reached { path: path.clone(), ..*reached })))
-    }
-
-    /// The result until the interruption, with what is left of the forces. Evaluates them once.
-    fn unfinished(self, model: &mut dyn Static, start: &Start) -> Unfinished<Equilibrium> {
-        let n = model.facts().n;
-        let Reached { q, load_factor, path, counters } = self.0.map_or_else(
-            || Reached {
-                q: start.shape(n),
-                load_factor: if matches!(start, Start::Unloaded { .. }) { 0.0 } else { 1.0 },
-                path: Path::default(),
-                counters: Counters::default(),
-            },
-            |reached| *reached,
-        );
-        let mut never = || Ok(());
-        let mut equations = Equations::new(model, Growth::Loads, &q, &mut never);
-        let [mut residual, mut load] = [vec![0.0; n], vec![0.0; n]];
-        // A function of time that has failed is not called again.
-        let evaluated = equations.residual(&q, load_factor, &mut residual, &mut load);
-        Unfinished::new(Equilibrium {
-            message: outcome::message(model, Status::Interrupted, load_factor, true, None, &path),
-            q,
-            load_factor,
-            status: Status::Interrupted,
-            residual_norm: evaluated.map_or(f64::NAN, |()| norm(&residual)),
-            step_norm: f64::NAN,
-            verdict: None,
-            lowest: f64::NAN,
-            path,
-            counters,
-        })
-    }
 }
 
 /// Adds stability, of a model with constraints by motions that keep them.

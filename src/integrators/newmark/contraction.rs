@@ -15,9 +15,6 @@ const STEPS_WITHOUT_MEASUREMENT: u32 = 16;
 /// Rates are neither predicted nor trusted below that, where errors of a differenced Jacobian and rounding begin.
 const SMALLEST_RATE: f64 = 1e-6;
 
-/// With a rate above that an iteration is not worth its price.
-pub(super) const SLOWEST_RATE: f64 = 0.5;
-
 /// What has been learnt about the contraction rate: it grows with the distance of the state from the one where the
 /// Jacobian was evaluated, by a factor (the Lipschitz constant of Newton-Kantorovich theory; Deuflhard 2011, section 2.1)
 /// that iterations measure. A wrong Jacobian shows as a factor that is too large to predict any convergence.
@@ -80,24 +77,4 @@ impl Contraction {
     pub(super) fn not_measured(&mut self) {
         self.unmeasured_steps += 1;
     }
-}
-
-/// The error that remains after an increment of that size (Hairer and Wanner 1996, section IV.8).
-pub(super) fn remaining_error(size: f64, rate: f64) -> f64 {
-    if rate < 1.0 { size * rate / (1.0 - rate) } else { f64::INFINITY }
-}
-
-/// How many iterations it takes, the one of this increment included, until the error that is left after it is below 1; infinite
-/// when that is not worth trying.
-pub(super) fn iterations_needed(left: f64, rate: f64) -> f64 {
-    let mut error = left;
-    if !error.is_finite() || rate > SLOWEST_RATE {
-        return f64::INFINITY;
-    }
-    let mut iterations = 1.0;
-    while error > 1.0 {
-        error *= rate;
-        iterations += 1.0;
-    }
-    iterations
 }

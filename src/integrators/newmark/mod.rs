@@ -26,7 +26,6 @@
 mod contraction;
 mod corrector;
 mod error_estimate;
-mod impacts;
 mod jacobian;
 mod linear_system;
 mod numbers;

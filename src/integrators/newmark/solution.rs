@@ -5,16 +5,16 @@ use super::options::{Options, StepSize};
 use super::stepper::Stepper;
 use crate::error::{Interrupted, InvalidInput};
 use crate::integrators::second_order::{
-    Counters, Solution, Status, Steps, System, check_points, check_times, collect, points_in_memory,
+    Solution, System, check_points, check_times, collect, points_in_memory, steps,
 };
 
 /// Integrates the equations of motion over `t_span` from displacements `q0` and velocities `v0`. `t_eval` are
 /// the increasing times of the result; `None` records all steps. `monitor` is called with the system and the
 /// stepper after every accepted step and may stop the integration, as may the system; the status is then
-/// [`Status::Interrupted`].
+/// [`Status::Interrupted`](crate::integrators::second_order::Status::Interrupted).
 ///
-/// Fails before any evaluation if an argument is invalid. Cost: see [`Counters`]. Memory: `1 + 3 n` numbers
-/// for every point of the output.
+/// Fails before any evaluation if an argument is invalid. Cost: see [`crate::integrators::second_order::Counters`]. Memory:
+/// `1 + 3 n` numbers for every point of the output.
 pub fn solve<S: System + ?Sized>(
     system: &mut S,
     t_span: (f64, f64),
@@ -43,26 +43,4 @@ pub fn solve<S: System + ?Sized>(
     Ok(collect(system, &mut stepper, n, points, t_eval, monitor))
 }
 
-impl<S: System + ?Sized> Steps<S> for Stepper {
-    fn start(&mut self, system: &mut S) -> Result<Option<Status>, Interrupted> {
-        self.start(system)
-    }
-    fn step(&mut self, system: &mut S) -> Result<Option<Status>, Interrupted> {
-        self.step(system)
-    }
-    fn t(&self) -> f64 {
-        self.t()
-    }
-    fn state(&self) -> [&[f64]; 3] {
-        [self.q(), self.v(), self.a()]
-    }
-    fn interpolate(&self, t: f64, q: &mut [f64], v: &mut [f64], a: &mut [f64]) {
-        self.interpolate(t, q, v, a);
-    }
-    fn counters(&self) -> Counters {
-        self.counters()
-    }
-    fn explain(&self, status: Status) -> String {
-        self.explain(status)
-    }
-}
+steps!(Stepper);

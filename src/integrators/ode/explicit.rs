@@ -13,7 +13,7 @@ use super::state::{Advance, State};
 use super::status::Status;
 use super::stiffness::StiffnessTest;
 use crate::error::Interrupted;
-use crate::numerics::hermite;
+use crate::integrators::attempts::MOST_UNSOUND;
 use crate::numerics::tape::Tape;
 
 /// Weight of the squared third-order difference in the error estimate of DOP853 (Hairer, Norsett and Wanner 1993,
@@ -22,9 +22,6 @@ const THIRD_ORDER_WEIGHT: f64 = 0.01;
 
 /// Step-size factor after a step that missed something or is flawed.
 const MISSED: f64 = 0.5;
-
-/// Maximum number of retries of a flawed step; steps can grow tenfold at once.
-const MOST_FLAWED: usize = 5;
 
 /// An explicit pair with its working memory.
 #[derive(Clone, Debug)]
@@ -36,8 +33,6 @@ pub(super) struct Explicit {
     accepted_stages: Vec<f64>,
     // Argument of the stage evaluated last.
     argument: Vec<f64>,
-    /// State within a step, for systems that check it.
-    middle: Vec<f64>,
     // Error estimate relative to the tolerances.
     relative_error: Vec<f64>,
     control: StepControl,
@@ -64,7 +59,6 @@ impl Explicit {
             stages: vec![0.0; pair.kept_stages() * n],
             accepted_stages: vec![0.0; pair.kept_stages() * n],
             argument: vec![0.0; n],
-            middle: Vec::new(),
             relative_error: vec![0.0; n],
             control: StepControl::new(controller, pair.error_order),
             stiffness: StiffnessTest::default(),
@@ -102,14 +96,9 @@ impl Explicit {
             let error = self.error_norm(state, h_abs);
             let f_new = self.pair.stages() * n..(self.pair.stages() + 1) * n;
             if error < 1.0 && all_finite(&state.y_new) && all_finite(&self.stages[f_new.clone()]) {
-                if system.may_miss() && self.has_missed(state, system, t_new, f_new.start)?
-                    || flawed < MOST_FLAWED
-                        && system.is_flawed(
-                            [state.t, t_new],
-                            [&state.y, &state.y_new],
-                            [&state.f, &self.stages[f_new.clone()]],
-                        )?
-                {
+                let rates = [&state.f[..], &self.stages[f_new.clone()]];
+                let states = [&state.y[..], &state.y_new];
+                if system.is_flawed([state.t, t_new], states, rates, flawed < MOST_UNSOUND)? {
                     flawed += 1;
                     state.counters.rejected += 1;
                     was_rejected = true;
@@ -142,20 +131,6 @@ impl Explicit {
         tape.numbers(&mut self.accepted_stages);
         self.control.carry(tape);
         self.stiffness.carry(tape);
-    }
-
-    fn has_missed<S: System + ?Sized>(
-        &mut self,
-        state: &State,
-        system: &mut S,
-        t_new: f64,
-        f_new: usize,
-    ) -> Result<bool, Interrupted> {
-        let n = state.y.len();
-        let rates = [&state.f[..], &self.stages[f_new..f_new + n]];
-        hermite::middle(t_new - state.t, [&state.y, &state.y_new], rates, &mut self.middle);
-        let t = 0.5 * (state.t + t_new);
-        system.has_missed([(state.t, &state.y), (t, &self.middle), (t_new, &state.y_new)])
     }
 
     /// Evaluates all stages of a step: `y_new` and, as the last stage, `f(t_new, y_new)`.

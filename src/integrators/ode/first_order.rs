@@ -2,9 +2,10 @@
 
 use super::{JacobianKind, System};
 use crate::error::Interrupted;
+use crate::integrators::attempts::{Diagnosis, Ends, Kind, Unilateral};
 use crate::model::constraint::projection;
 use crate::model::constraint::projection::Fit;
-use crate::model::{ForwardScratch, Model, have_missed, is_unsound, may_miss, rotation_vectors};
+use crate::model::{ForwardScratch, Model, rotation_vectors};
 use crate::numerics::linalg::{Cholesky, Matrix};
 
 /// Largest relative change of velocities, with respect to the largest ones so far, that step errors cause
@@ -32,8 +33,7 @@ pub struct FirstOrder<M> {
     fastest: f64,
     /// Largest number of independent constraints so far.
     rank: usize,
-    /// Memory of `have_missed`.
-    memory: Vec<f64>,
+    unilateral: Unilateral,
 }
 
 impl<M: Model> FirstOrder<M> {
@@ -51,7 +51,7 @@ impl<M: Model> FirstOrder<M> {
             cholesky: Cholesky::new(n),
             fastest: 0.0,
             rank: 0,
-            memory: Vec::new(),
+            unilateral: Unilateral::default(),
         }
     }
 
@@ -130,20 +130,23 @@ impl<M: Model> System for FirstOrder<M> {
         self.model.horizon(t)
     }
 
-    fn has_missed(&mut self, way: [(f64, &[f64]); 3]) -> Result<bool, Interrupted> {
-        let Self { n, model, memory, .. } = self;
-        let [(_, start), _, (_, end)] = way;
-        have_missed(model, &way.map(|(t, y)| (t, &y[..*n])), [&start[*n..], &end[*n..]], memory)
-    }
-
-    fn is_flawed(&mut self, t: [f64; 2], y: [&[f64]; 2], dydt: [&[f64]; 2]) -> Result<bool, Interrupted> {
-        let [(q_before, v_before), (q, v)] = y.map(|y| y.split_at(self.n));
-        let motion = [q, v, &dydt[1][self.n..]];
-        is_unsound(&mut self.model, t[1], [q_before, v_before], motion, t[1] - t[0])
-    }
-
-    fn may_miss(&self) -> bool {
-        may_miss(&self.model)
+    fn is_flawed(
+        &mut self,
+        t: [f64; 2],
+        y: [&[f64]; 2],
+        dydt: [&[f64]; 2],
+        is_judged: bool,
+    ) -> Result<bool, Interrupted> {
+        let n = self.n;
+        let ends = Ends {
+            t,
+            h: t[1] - t[0],
+            q: y.map(|y| &y[..n]),
+            v: y.map(|y| &y[n..]),
+            a: dydt.map(|f| &f[n..]),
+        };
+        let kind = Kind::Adaptive { bends: true, is_judged };
+        Ok(self.unilateral.diagnose(&mut self.model, &ends, kind)? != Diagnosis::Sound)
     }
 
     fn jacobian_kind(&self) -> JacobianKind {

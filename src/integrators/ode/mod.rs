@@ -87,21 +87,16 @@ pub trait System {
         f64::INFINITY
     }
 
-    /// Whether a step along these times and states missed an effect that its error estimate does not show.
-    /// Such a step is repeated with half the size.
-    fn has_missed(&mut self, _way: [(f64, &[f64]); 3]) -> Result<bool, Interrupted> {
+    /// Whether a step between two times, states and derivatives missed an effect that its error estimate does not show, or, if that
+    /// `is_judged`, cannot be correct. Such a step is repeated with half the size.
+    fn is_flawed(
+        &mut self,
+        _t: [f64; 2],
+        _y: [&[f64]; 2],
+        _dydt: [&[f64]; 2],
+        _is_judged: bool,
+    ) -> Result<bool, Interrupted> {
         Ok(false)
-    }
-
-    /// Whether a step between two times, states and derivatives cannot be correct and should be repeated with
-    /// a smaller size.
-    fn is_flawed(&mut self, _t: [f64; 2], _y: [&[f64]; 2], _dydt: [&[f64]; 2]) -> Result<bool, Interrupted> {
-        Ok(false)
-    }
-
-    /// Whether a step can miss anything.
-    fn may_miss(&self) -> bool {
-        false
     }
 
     /// Rewrites a state and its derivative in coordinates away from their singularities, if necessary. Called

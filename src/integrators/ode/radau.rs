@@ -9,14 +9,14 @@ use super::dense::{Form, StepPolynomial};
 use super::differences::{DifferencedJacobian, Place, Sparsity};
 use super::norm::{all_finite, scaled_norm};
 use super::radau_iia::{
-    self, C, Converged, DIVERGENCE_FACTOR, E, Iteration, MU_COMPLEX, MU_REAL, SMALLEST_FACTOR, SQRT_6,
-    STAGES, StepError, T, T_INVERSE, Verdict, is_same_size, next_size, norm_of_stages, step_factor,
-    transform,
+    self, C, DIVERGENCE_FACTOR, E, MU_COMPLEX, MU_REAL, SMALLEST_FACTOR, SQRT_6, STAGES, StepError, T,
+    T_INVERSE, is_same_size, next_size, norm_of_stages, step_factor, transform,
 };
 use super::state::{Advance, State};
 use super::status::Status;
 use super::{JacobianKind, System};
 use crate::error::{Interrupted, InvalidInput};
+use crate::integrators::chord::{Converged, Iteration, Verdict};
 use crate::numerics::linalg::{ComplexLu, Lu, Matrix, Singular};
 use crate::numerics::memory;
 

@@ -1,8 +1,9 @@
-//! The Radau IIA method of order 5 with three stages, independent of the problem type: coefficients, rules of
-//! the simplified Newton iteration, and step-size control (Hairer and Wanner 1996, "Solving Ordinary
+//! The Radau IIA method of order 5 with three stages, independent of the problem type: coefficients and
+//! step-size control (Hairer and Wanner 1996, "Solving Ordinary
 //! Differential Equations II", section IV.8, and their code RADAU5).
 
 use super::norm::scaled_norm;
+use crate::integrators::chord::NEWTON_ITERATIONS;
 
 /// Number of stages.
 pub(crate) const STAGES: usize = 3;
@@ -43,12 +44,6 @@ pub(crate) const T_INVERSE: [[f64; STAGES]; STAGES] = [
     [-4.178718591551904, -0.32768282076106237, 0.47662355450055044],
     [0.5028726349457868, -2.571926949855605, 0.5960392048282249],
 ];
-/// Newton iterations before the step is reduced; SciPy's number (RADAU5: 7).
-const NEWTON_ITERATIONS: usize = 6;
-/// The iteration error is kept this much below the tolerances (RADAU5: FNEWT)...
-const NEWTON_TOLERANCE: f64 = 0.03;
-/// ...but not below this many rounding units over the relative tolerance (RADAU5).
-const NEWTON_TOLERANCE_IN_ROUNDING_UNITS: f64 = 10.0;
 /// Step factor when the Newton iteration does not converge (RADAU5).
 pub(crate) const DIVERGENCE_FACTOR: f64 = 0.5;
 /// Bounds of the step factor (SciPy; RADAU5: 1/8 and 5).
@@ -59,13 +54,6 @@ const LARGEST_FACTOR: f64 = 10.0;
 const SMALLEST_GROWTH: f64 = 1.2;
 /// Safety factor of a step with the fewest iterations (RADAU5: SAFE).
 const SAFETY: f64 = 0.9;
-/// The Jacobian is kept if Newton's method converges at least this fast (RADAU5: THET)...
-const FAST_RATE: f64 = 1e-3;
-/// ...or within this number of iterations (SciPy).
-const FEW_ITERATIONS: usize = 2;
-/// Two corrections in a row below this part of the tolerance end the iteration, whatever their ratio: even at a rate of
-/// 0.97 the remaining error is below the tolerance.
-const NEGLIGIBLE: f64 = 0.03;
 /// Step sizes count as equal up to the rounding of their end times.
 const SAME_SIZE: f64 = 1e-8;
 
@@ -74,76 +62,6 @@ const SAME_SIZE: f64 = 1e-8;
 pub(crate) struct StepError {
     pub(crate) h_abs: f64,
     pub(crate) error: f64,
-}
-
-/// A Newton iteration that converged.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Converged {
-    pub(crate) iterations: usize,
-    pub(crate) rate: f64,
-}
-
-impl Converged {
-    /// Whether the next step should start with a new Jacobian.
-    pub(crate) fn wants_jacobian(&self) -> bool {
-        self.iterations > FEW_ITERATIONS && self.rate > FAST_RATE
-    }
-}
-
-/// Decision after an iteration.
-#[derive(Clone, Copy, Debug)]
-pub(crate) enum Verdict {
-    /// The iteration does not converge: reduce the step.
-    Diverges,
-    /// Apply the correction and continue.
-    GoOn,
-    /// Apply the correction; the remaining error is below the tolerance.
-    Converged(Converged),
-}
-
-/// Convergence of the simplified Newton iteration of a step, judged by its corrections.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Iteration {
-    tolerance: f64,
-    count: usize,
-    previous_norm: Option<f64>,
-}
-
-impl Iteration {
-    /// Allowed error of the iteration relative to the tolerances, if the smallest relative tolerance is
-    /// `rtol`.
-    pub(crate) fn tolerance(rtol: f64) -> f64 {
-        let rounding = NEWTON_TOLERANCE_IN_ROUNDING_UNITS * f64::EPSILON / rtol;
-        rounding.max(NEWTON_TOLERANCE.min(rtol.sqrt()))
-    }
-
-    pub(crate) fn new(tolerance: f64) -> Self {
-        Self { tolerance, count: 0, previous_norm: None }
-    }
-
-    /// Judges a correction of this size relative to the tolerances.
-    pub(crate) fn judge(&mut self, norm: f64) -> Verdict {
-        self.count += 1;
-        let previous = self.previous_norm.replace(norm);
-        // The prediction was right, and corrections are rounding, which does not contract.
-        if previous.is_some_and(|previous| previous.max(norm) <= NEGLIGIBLE * self.tolerance) {
-            return Verdict::Converged(Converged { iterations: self.count, rate: 0.0 });
-        }
-        let rate = previous.map(|previous| norm / previous);
-        if let Some(rate) = rate {
-            // Error that the remaining iterations can achieve (Hairer and Wanner 1996, eq. IV.8.11).
-            let left = (NEWTON_ITERATIONS + 1 - self.count) as i32;
-            let hopeless = rate.powi(left) / (1.0 - rate) * norm > self.tolerance;
-            if rate >= 1.0 || rate.is_nan() || hopeless {
-                return Verdict::Diverges;
-            }
-        }
-        let rate = rate.unwrap_or(f64::INFINITY);
-        if norm == 0.0 || rate / (1.0 - rate) * norm < self.tolerance && rate < 1.0 {
-            return Verdict::Converged(Converged { iterations: self.count, rate });
-        }
-        if self.count < NEWTON_ITERATIONS { Verdict::GoOn } else { Verdict::Diverges }
-    }
 }
 
 /// Order of the embedded formula.

@@ -2,11 +2,12 @@
 
 use super::systems::{Systems, sum};
 use crate::error::Interrupted;
+use crate::integrators::chord::{Converged, Iteration, Verdict};
 use crate::integrators::newmark::LinearSystem;
 use crate::integrators::ode::norm::{all_finite, scaled_norm};
 use crate::integrators::ode::radau_iia::{
-    A, A_SQUARED, A_SQUARED_INVERSE, C, Converged, E_A, E_A_SQUARED, Iteration, MU_REAL, STAGES, T,
-    T_INVERSE, Verdict, norm_of_stages, transform,
+    A, A_SQUARED, A_SQUARED_INVERSE, C, E_A, E_A_SQUARED, MU_REAL, STAGES, T, T_INVERSE, norm_of_stages,
+    transform,
 };
 use crate::integrators::second_order::{Counters, Failure, System, model_at};
 use crate::model::Tied;

@@ -2,8 +2,8 @@
 
 use super::Options;
 use super::stages::{Stages, Start};
-use crate::description::signal::end_of_step;
 use crate::error::{Interrupted, InvalidInput, Number};
+use crate::integrators::attempts::{self, Adaptive, Ends, Sizes, Tried, Unilateral, adaptive_step};
 use crate::integrators::newmark;
 use crate::integrators::newmark::LinearSystem;
 use crate::integrators::ode;
@@ -12,21 +12,10 @@ use crate::integrators::ode::radau_iia::{
     DIVERGENCE_FACTOR, ERROR_ORDER, SMALLEST_FACTOR, StepError, next_size, step_factor,
 };
 use crate::integrators::ode::{Tolerances, initial_step};
-use crate::integrators::second_order::{Counters, Failure, Status, Steps, System};
-use crate::model::{Excitation, have_missed, is_unsound, may_miss, rotation_vectors};
-use crate::numerics::hermite;
+use crate::integrators::second_order::{Counters, Failure, Status, System, steps};
+use crate::model::rotation_vectors;
 use crate::numerics::hermite::Quintic;
 use crate::numerics::tape::Tape;
-
-/// A step must be that many spacings of floating-point numbers long at least (SciPy).
-const SMALLEST_STEP_IN_SPACINGS: f64 = 10.0;
-
-/// Steps that end in a shape that means nothing are tried again as often, with half the size: longer ones may turn what turns too
-/// far at once.
-const MOST_FLAWED: usize = 5;
-
-/// A remainder of the way of less than that fraction of a step is added to it.
-const REMAINDER: f64 = 1e-9;
 
 /// An integration performed step by step. All memory is allocated by the time the initial accelerations are
 /// known.
@@ -53,10 +42,10 @@ pub struct Stepper {
     smallest_rtol: f64,
     /// Scale of the errors of displacements and velocities.
     scale: Vec<f64>,
-    /// Displacements on the way of a step, where surfaces may pass through each other.
-    middle: Vec<f64>,
-    /// Memory of `have_missed`.
-    memory: Vec<f64>,
+    /// Where the step ends that is tried, its error, and whether the next one needs tangents of its own.
+    t_new: f64,
+    tried: (StepError, bool),
+    unilateral: Unilateral,
     /// Size of the next step.
     h: f64,
     last: Option<StepError>,
@@ -97,8 +86,9 @@ impl Stepper {
             stages: Stages::new(n, 0, smallest_rtol),
             smallest_rtol,
             scale: vec![0.0; 2 * n],
-            middle: Vec::new(),
-            memory: Vec::new(),
+            t_new: t0,
+            tried: (StepError { h_abs: 0.0, error: 0.0 }, false),
+            unilateral: Unilateral::default(),
             h: 0.0,
             last: None,
             tangents_are_wanted: false,
@@ -180,7 +170,20 @@ impl Stepper {
             Some(Status::TooManySteps)
         } else {
             self.settle(system);
-            self.advance(system)?
+            if std::mem::take(&mut self.tangents_are_wanted) {
+                let start = Start { t: self.t, q: &self.q, v: &self.v, a: &self.a };
+                self.stages.evaluate_tangents(system, &start, &mut self.counters)?;
+            }
+            let Options { min_step: smallest, max_step: largest, .. } = self.options;
+            let sizes = Sizes { t_end: self.t_end, wanted: self.h, smallest, largest };
+            match adaptive_step(self, system, sizes)? {
+                Ok(next) => {
+                    self.h = next;
+                    None
+                }
+                Err(Failure::NotConverged) => Some(Status::StepTooSmall),
+                Err(failure) => Some(Status::StepFailed(failure)),
+            }
         };
         if self.status.is_none() && self.t == self.t_end {
             self.status = Some(Status::Finished);
@@ -195,117 +198,6 @@ impl Stepper {
             self.stages.forget_last();
             self.tangents_are_wanted = true;
         }
-    }
-
-    /// Makes one accepted step of at most the size that is proposed.
-    fn advance<S: System + ?Sized>(&mut self, system: &mut S) -> Result<Option<Status>, Interrupted> {
-        let smallest = self.options.min_step.max(SMALLEST_STEP_IN_SPACINGS * (self.t.next_up() - self.t));
-        let mut h = self.h.clamp(smallest.min(self.options.max_step), self.options.max_step);
-        if std::mem::take(&mut self.tangents_are_wanted) {
-            let start = Start { t: self.t, q: &self.q, v: &self.v, a: &self.a };
-            self.stages.evaluate_tangents(system, &start, &mut self.counters)?;
-        }
-        let mut was_rejected = false;
-        let mut flawed = 0;
-        let mut failure = Failure::NotConverged;
-        let horizon = system.model().map_or(f64::INFINITY, |model| model.horizon(self.t));
-        let end = end_of_step(self.t, self.t_end, horizon);
-        loop {
-            let start = Start { t: self.t, q: &self.q, v: &self.v, a: &self.a };
-            let wanted = h;
-            let is_last = self.t + h * (1.0 + REMAINDER) >= end;
-            if h.is_nan() || h < smallest && (was_rejected || !is_last) {
-                return Ok(Some(match failure {
-                    Failure::NotConverged => Status::StepTooSmall,
-                    failure => Status::StepFailed(failure),
-                }));
-            }
-            let t_new = if is_last { end } else { self.t + h };
-            h = t_new - self.t;
-            set_scale(&mut self.scale, &self.tolerances, [start.q, start.v], [start.q, start.v]);
-            let newton =
-                match self.stages.solve(system, &start, (h, t_new), &self.scale, &mut self.counters)? {
-                    Ok(newton) => newton,
-                    Err(found) => {
-                        failure = found;
-                        self.counters.unsolved += 1;
-                        was_rejected = true;
-                        h *= DIVERGENCE_FACTOR;
-                        continue;
-                    }
-                };
-            failure = Failure::NotConverged;
-            let end = [&self.stages.q[..], &self.stages.v];
-            set_scale(&mut self.scale, &self.tolerances, [start.q, start.v], end);
-            let scale = &self.scale;
-            let error = self.stages.error(system, &start, h, scale, was_rejected, &mut self.counters)?;
-            let sized = StepError { h_abs: h, error };
-            let factor = step_factor(sized, self.last, newton.iterations);
-            let finite = all_finite(&self.stages.q) && all_finite(&self.stages.v);
-            if error <= 1.0 && finite {
-                if !self.stages.fit(system, (h, t_new), &mut self.counters)? {
-                    self.counters.unsolved += 1;
-                    was_rejected = true;
-                    h *= DIVERGENCE_FACTOR;
-                    continue;
-                }
-                if self.is_wrong(system, t_new, flawed < MOST_FLAWED)? {
-                    flawed += 1;
-                    self.counters.rejected += 1;
-                    was_rejected = true;
-                    h *= DIVERGENCE_FACTOR;
-                    continue;
-                }
-                self.tangents_are_wanted = newton.wants_jacobian() && !self.stages.have_own_tangents();
-                // The rest of the way says nothing about the size of the step after it.
-                let least = if is_last { wanted } else { 0.0 };
-                self.h = least.max(next_size(h, factor, self.tangents_are_wanted));
-                self.last = Some(sized);
-                self.accept(t_new, h);
-                return Ok(None);
-            }
-            self.counters.rejected += 1;
-            was_rejected = true;
-            h *= if finite { factor.max(SMALLEST_FACTOR) } else { DIVERGENCE_FACTOR };
-        }
-    }
-
-    /// Whether contacts or stops act within the step to the last stage, unseen at its ends, or, if that `is_judged`, the motion there
-    /// cannot be.
-    fn is_wrong<S: System + ?Sized>(
-        &mut self,
-        system: &mut S,
-        t_new: f64,
-        is_judged: bool,
-    ) -> Result<bool, Interrupted> {
-        let Some(model) = system.model() else { return Ok(false) };
-        let Self { t, q, v, stages, middle, memory, .. } = self;
-        let h = t_new - *t;
-        if may_miss(model) {
-            let rates = [&v[..], &stages.v];
-            hermite::middle(h, [q, &stages.q], rates, middle);
-            let way = [(*t, &q[..]), (0.5 * (*t + t_new), middle), (t_new, &stages.q)];
-            if have_missed(model, &way, rates, memory)? {
-                return Ok(true);
-            }
-        }
-        let motion = [&stages.q[..], &stages.v, &stages.end[..q.len()]];
-        Ok(is_judged && is_unsound(model, t_new, [q, v], motion, h)?)
-    }
-
-    /// Takes the last stage as the new state.
-    fn accept(&mut self, t_new: f64, h: f64) {
-        self.t_old = self.t;
-        self.t = t_new;
-        std::mem::swap(&mut self.q_old, &mut self.q);
-        std::mem::swap(&mut self.v_old, &mut self.v);
-        std::mem::swap(&mut self.a_old, &mut self.a);
-        self.q.copy_from_slice(&self.stages.q);
-        self.v.copy_from_slice(&self.stages.v);
-        self.a.copy_from_slice(&self.stages.end);
-        self.stages.accept(h);
-        self.stages.forget_start();
-        self.counters.steps += 1;
     }
 
     /// Goes on to a later end, whatever the status was.
@@ -455,29 +347,77 @@ impl Stepper {
     }
 }
 
-impl<S: System + ?Sized> Steps<S> for Stepper {
-    fn start(&mut self, system: &mut S) -> Result<Option<Status>, Interrupted> {
-        self.start(system)
+impl attempts::Stepper for Stepper {
+    fn tried(&mut self) -> (Ends<'_>, &mut Unilateral) {
+        let Self { t, q, v, a, stages, t_new, unilateral, .. } = self;
+        let (t, h) = ([*t, *t_new], *t_new - *t);
+        (Ends { t, h, q: [q, &stages.q], v: [v, &stages.v], a: [a, &stages.end] }, unilateral)
     }
-    fn step(&mut self, system: &mut S) -> Result<Option<Status>, Interrupted> {
-        self.step(system)
-    }
-    fn t(&self) -> f64 {
-        self.t()
-    }
-    fn state(&self) -> [&[f64]; 3] {
-        [self.q(), self.v(), self.a()]
-    }
-    fn interpolate(&self, t: f64, q: &mut [f64], v: &mut [f64], a: &mut [f64]) {
-        self.interpolate(t, q, v, a);
-    }
-    fn counters(&self) -> Counters {
-        self.counters()
-    }
-    fn explain(&self, status: Status) -> String {
-        self.explain(status)
+
+    fn accept<S: System + ?Sized>(&mut self, _: &mut S) -> Result<(), Interrupted> {
+        let h = self.t_new - self.t;
+        self.t_old = self.t;
+        self.t = self.t_new;
+        std::mem::swap(&mut self.q_old, &mut self.q);
+        std::mem::swap(&mut self.v_old, &mut self.v);
+        std::mem::swap(&mut self.a_old, &mut self.a);
+        self.q.copy_from_slice(&self.stages.q);
+        self.v.copy_from_slice(&self.stages.v);
+        self.a.copy_from_slice(&self.stages.end);
+        self.stages.accept(h);
+        self.stages.forget_start();
+        self.counters.steps += 1;
+        Ok(())
     }
 }
+
+impl Adaptive for Stepper {
+    const CUT: f64 = DIVERGENCE_FACTOR;
+    const BENDS: bool = true;
+
+    fn try_step<S: System + ?Sized>(
+        &mut self,
+        system: &mut S,
+        t_new: f64,
+        h: f64,
+        again: bool,
+    ) -> Result<Tried, Interrupted> {
+        let Self { stages, scale, tolerances, counters, .. } = self;
+        let start = Start { t: self.t, q: &self.q, v: &self.v, a: &self.a };
+        set_scale(scale, tolerances, [start.q, start.v], [start.q, start.v]);
+        let newton = match stages.solve(system, &start, (h, t_new), scale, counters)? {
+            Ok(newton) => newton,
+            Err(failure) => return Ok(Tried::Unsolved(failure)),
+        };
+        set_scale(scale, tolerances, [start.q, start.v], [&stages.q, &stages.v]);
+        let error = stages.error(system, &start, h, scale, again, counters)?;
+        let sized = StepError { h_abs: h, error };
+        let factor = step_factor(sized, self.last, newton.iterations);
+        let finite = all_finite(&stages.q) && all_finite(&stages.v);
+        if !(error <= 1.0 && finite) {
+            let factor = if finite { factor.max(SMALLEST_FACTOR) } else { DIVERGENCE_FACTOR };
+            return Ok(Tried::Inaccurate(factor));
+        }
+        if !stages.fit(system, (h, t_new), counters)? {
+            return Ok(Tried::Unsolved(Failure::NotConverged));
+        }
+        self.t_new = t_new;
+        self.tried = (sized, newton.wants_jacobian() && !stages.have_own_tangents());
+        Ok(Tried::Good(factor))
+    }
+
+    fn next_size(&mut self, h: f64, _: f64, factor: f64) -> f64 {
+        let (sized, wants_tangents) = self.tried;
+        (self.last, self.tangents_are_wanted) = (Some(sized), wants_tangents);
+        next_size(h, factor, wants_tangents)
+    }
+
+    fn counters(&mut self) -> &mut Counters {
+        &mut self.counters
+    }
+}
+
+steps!(Stepper);
 
 /// `scale <- atol + rtol max(|start|, |end|)` of displacements and velocities.
 fn set_scale(scale: &mut [f64], tolerances: &Tolerances, start: [&[f64]; 2], end: [&[f64]; 2]) {

@@ -23,5 +23,6 @@ pub use system::System;
 
 pub(crate) use grid::{Grid, ROUNDING_OF_STEPS, is_whole, number_of_steps};
 pub(crate) use problem::{check_problem, check_start};
-pub(crate) use solution::{Steps, check_points, check_times, collect, points_in_memory};
+pub(crate) use solution::{Steps, check_points, check_times, collect, points_in_memory, steps};
+pub(crate) use status::Solved;
 pub(crate) use system::{constrained_start, model_at, model_of, set_motion};

@@ -62,6 +62,41 @@ pub(crate) trait Steps<S: ?Sized> {
     fn explain(&self, status: Status) -> String;
 }
 
+/// The same by a stepper's own methods of these names.
+macro_rules! steps {
+    ($stepper:ty) => {
+        const _: () = {
+            use $crate::error::Interrupted;
+            use $crate::integrators::second_order::{Counters, Status, Steps, System};
+
+            impl<S: System + ?Sized> Steps<S> for $stepper {
+                fn start(&mut self, system: &mut S) -> Result<Option<Status>, Interrupted> {
+                    self.start(system)
+                }
+                fn step(&mut self, system: &mut S) -> Result<Option<Status>, Interrupted> {
+                    self.step(system)
+                }
+                fn t(&self) -> f64 {
+                    self.t()
+                }
+                fn state(&self) -> [&[f64]; 3] {
+                    [self.q(), self.v(), self.a()]
+                }
+                fn interpolate(&self, t: f64, q: &mut [f64], v: &mut [f64], a: &mut [f64]) {
+                    self.interpolate(t, q, v, a);
+                }
+                fn counters(&self) -> Counters {
+                    self.counters()
+                }
+                fn explain(&self, status: Status) -> String {
+                    self.explain(status)
+                }
+            }
+        };
+    };
+}
+pub(crate) use steps;
+
 /// Carries an integration of `n` coordinates to its end, with memory for `points` states.
 pub(crate) fn collect<S: ?Sized, I: Steps<S>>(
     system: &mut S,

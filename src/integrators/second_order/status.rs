@@ -1,5 +1,6 @@
 //! Status and cost of an integration.
 
+use crate::error::Interrupted;
 use crate::numerics::tape::Tape;
 
 /// Reason why the accelerations of a step could not be computed.
@@ -14,6 +15,9 @@ pub enum Failure {
     /// Surfaces would pass through each other.
     PassedThrough,
 }
+
+/// Whether equations of motion were solved, if nothing interrupted that.
+pub(crate) type Solved = Result<Result<(), Failure>, Interrupted>;
 
 /// Reason why an integration ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -467,18 +467,7 @@ fn factorise<P: Lanes, const RANK: usize, const UPPER: usize, const LOWER: usize
                 |k: usize, width: usize| (firsts[place] + k) * width..(firsts[place] + k + 1) * width;
             for k in 0..size {
                 let q = &columns[of_coordinate(k, lower)][..COLUMNS];
-                // Two sums, so that no product waits for all before it.
-                let mut sums = [[P::splat(0.0); UPPER]; 2];
-                for (i, &q) in q.iter().enumerate() {
-                    let column = packs::<P, UPPER>(&behind[i * upper..]);
-                    for (sum, column) in sums[i % 2].iter_mut().zip(column) {
-                        *sum = column.mul_add(P::splat(q), *sum);
-                    }
-                }
-                let mut here = sums[0];
-                for (here, other) in here.iter_mut().zip(sums[1]) {
-                    *here += other;
-                }
+                let mut here = combined::<P, UPPER>(behind, q);
                 for j in 0..size {
                     let u = packs::<P, UPPER>(&rows[of_coordinate(j, upper)]);
                     factors[k * size + j] += product(u, here);
@@ -496,19 +485,7 @@ fn factorise<P: Lanes, const RANK: usize, const UPPER: usize, const LOWER: usize
                 }
             }
         }
-        if size == 1 {
-            let reciprocal = 1.0 / factors[0];
-            if reciprocal == 0.0 || !reciprocal.is_finite() {
-                return Err(Singular);
-            }
-            factors[0] = reciprocal;
-            for entry in response.iter_mut() {
-                *entry *= reciprocal;
-            }
-        } else {
-            small_lu::factorise(factors, pivots)?;
-            small_lu::solve_rows(factors, pivots, lower, response);
-        }
+        factorise_block(factors, pivots, lower, response)?;
         let Some(carrier) = *hangs_at else { continue };
         let (carriers, own_places) = behind.split_at_mut(places.start * upper * COLUMNS);
         let seen = &mut carriers[carrier * upper * COLUMNS..][..upper * COLUMNS];
@@ -530,6 +507,46 @@ fn factorise<P: Lanes, const RANK: usize, const UPPER: usize, const LOWER: usize
             store(sum, seen);
         }
     }
+    Ok(())
+}
+
+/// The columns times these factors.
+#[inline(always)]
+fn combined<P: Lanes, const UPPER: usize>(columns: &[f64], factors: &[f64]) -> [P; UPPER] {
+    // Two sums, so that no product waits for all before it.
+    let mut sums = [[P::splat(0.0); UPPER]; 2];
+    for (i, &factor) in factors.iter().enumerate() {
+        let column = packs::<P, UPPER>(&columns[i * UPPER * LANES..]);
+        for (sum, column) in sums[i % 2].iter_mut().zip(column) {
+            *sum = column.mul_add(P::splat(factor), *sum);
+        }
+    }
+    let mut sum = sums[0];
+    for (sum, other) in sum.iter_mut().zip(sums[1]) {
+        *sum += other;
+    }
+    sum
+}
+
+/// Factorises a block, and solves with it for rows of this width.
+#[inline(always)]
+fn factorise_block(
+    factors: &mut [f64],
+    pivots: &mut [usize],
+    width: usize,
+    rows: &mut [f64],
+) -> Result<(), Singular> {
+    if let [factor] = factors {
+        let reciprocal = 1.0 / *factor;
+        if reciprocal == 0.0 || !reciprocal.is_finite() {
+            return Err(Singular);
+        }
+        *factor = reciprocal;
+        rows.iter_mut().for_each(|entry| *entry *= reciprocal);
+        return Ok(());
+    }
+    small_lu::factorise(factors, pivots)?;
+    small_lu::solve_rows(factors, pivots, width, rows);
     Ok(())
 }
 

@@ -220,16 +220,14 @@ impl System for PySystem {
         self.rhs.of_model().map_or(f64::INFINITY, |system| system.horizon(t))
     }
 
-    fn may_miss(&self) -> bool {
-        self.rhs.of_model().is_some_and(|system| system.may_miss())
-    }
-
-    fn has_missed(&mut self, way: [(f64, &[f64]); 3]) -> Result<bool, Interrupted> {
-        self.rhs.of_model_mut().map_or(Ok(false), |system| system.has_missed(way))
-    }
-
-    fn is_flawed(&mut self, t: [f64; 2], y: [&[f64]; 2], dydt: [&[f64]; 2]) -> Result<bool, Interrupted> {
-        self.rhs.of_model_mut().map_or(Ok(false), |system| system.is_flawed(t, y, dydt))
+    fn is_flawed(
+        &mut self,
+        t: [f64; 2],
+        y: [&[f64]; 2],
+        dydt: [&[f64]; 2],
+        is_judged: bool,
+    ) -> Result<bool, Interrupted> {
+        self.rhs.of_model_mut().map_or(Ok(false), |system| system.is_flawed(t, y, dydt, is_judged))
     }
 
     fn rhs(&mut self, t: f64, y: &[f64], dydt: &mut [f64]) -> Result<(), Interrupted> {

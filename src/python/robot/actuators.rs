@@ -23,7 +23,7 @@ pub(super) fn length<'py>(
         At::time(t),
         "actuator_length",
         &[],
-        |model, [q, ..]| vec![model.actuator(q, &zeros, i, &mut gradient)[0]],
+        &mut |model, [q, ..]| vec![model.actuator(q, &zeros, i, &mut gradient)[0]],
     )
 }
 
@@ -37,7 +37,7 @@ pub(super) fn rate<'py>(
     let i = actuator_index(robot.description(), name)?;
     let mut gradient = vec![0.0; robot.description().coordinates()];
     let states = [Some((q, "q")), Some((qd, "qd")), None];
-    robot.of_states(robot.model(), states, At::time(t), "actuator_rate", &[], |model, [q, qd, _]| {
+    robot.of_states(robot.model(), states, At::time(t), "actuator_rate", &[], &mut |model, [q, qd, _]| {
         vec![model.actuator(q, qd, i, &mut gradient)[1]]
     })
 }
@@ -53,7 +53,7 @@ pub(super) fn gradient<'py>(
     let n = robot.description().coordinates();
     let (zeros, mut gradient) = (vec![0.0; n], vec![0.0; n]);
     let states = [Some((q, "q")), None, None];
-    robot.of_states(robot.model(), states, At::time(t), "actuator_gradient", &[n], |model, [q, ..]| {
+    robot.of_states(robot.model(), states, At::time(t), "actuator_gradient", &[n], &mut |model, [q, ..]| {
         model.actuator(q, &zeros, i, &mut gradient);
         gradient.clone()
     })
@@ -73,13 +73,13 @@ pub(super) fn force<'py>(
     let mut gradient = vec![0.0; robot.description().coordinates()];
     let states = [Some((q, "q")), Some((qd, "qd")), qdd.map(|qdd| (qdd, "qdd"))];
     if actuator.is_inextensible() {
-        let tension = |model: &mut RobotModel, [q, qd, qdd]: [&[f64]; 3]| {
+        let mut tension = |model: &mut RobotModel, [q, qd, qdd]: [&[f64]; 3]| {
             let qdd = (!qdd.is_empty()).then_some(qdd);
             vec![model.held_tension(q, qd, qdd, i).unwrap_or(f64::NAN)]
         };
-        return robot.of_states(robot.model(), states, at, "actuator_force", &[], tension);
+        return robot.of_states(robot.model(), states, at, "actuator_force", &[], &mut tension);
     }
-    robot.of_states(robot.model(), states, at, "actuator_force", &[], |model, [q, qd, _]| {
+    robot.of_states(robot.model(), states, at, "actuator_force", &[], &mut |model, [q, qd, _]| {
         vec![sign * model.actuator(q, qd, i, &mut gradient)[2]]
     })
 }

@@ -44,10 +44,10 @@ pub(super) fn forces<'py>(
         model.loop_forces(q, qd, qdd).map_or([f64::NAN; 6], |forces| forces[i])
     };
     if matches!(robot.description().loops[i].tie, Tie::Coordinates { .. }) {
-        let force = |model: &mut RobotModel, state: [&[f64]; 3]| vec![forces(model, state)[0]];
-        return robot.of_states(robot.model(), states, at, "loop_forces", &[], force);
+        let mut force = |model: &mut RobotModel, state: [&[f64]; 3]| vec![forces(model, state)[0]];
+        return robot.of_states(robot.model(), states, at, "loop_forces", &[], &mut force);
     }
-    robot.of_states(robot.model(), states, at, "loop_forces", &[6], |model, state| {
+    robot.of_states(robot.model(), states, at, "loop_forces", &[6], &mut |model, state| {
         forces(model, state).to_vec()
     })
 }
@@ -67,7 +67,7 @@ pub(super) fn gaps<'py>(
         if has_tendons { At::forces(t, None) } else { At::time(t) },
         "loop_gaps",
         &[m],
-        |model, [q, _, _]| {
+        &mut |model, [q, _, _]| {
             let mut gaps = vec![0.0; m];
             model.gaps(q, &mut gaps);
             gaps
@@ -88,7 +88,7 @@ pub(super) fn at_rest<'py>(
         at,
         "_loops_at_rest",
         &[n + robot.description().constraints(), n],
-        |model, [q, _, _]| {
+        &mut |model, [q, _, _]| {
             let parts = model.loops_at_rest(q);
             parts.iter().flat_map(|part| part.transpose().as_slice().to_vec()).collect()
         },

@@ -146,7 +146,7 @@ pub(super) fn jacobian<'py>(
     let n = robot.description().coordinates();
     let mut jacobian = Matrix::zeros(6, n);
     let states = [Some((q, "q")), None, None];
-    robot.of_states(robot.model(), states, At::time(t), "jacobian", &[6, n], |model, [q, ..]| {
+    robot.of_states(robot.model(), states, At::time(t), "jacobian", &[6, n], &mut |model, [q, ..]| {
         model.jacobian_at(q, &place, &mut jacobian);
         jacobian.transpose().as_slice().to_vec()
     })
@@ -162,7 +162,7 @@ pub(super) fn velocity<'py>(
 ) -> PyResult<Bound<'py, PyAny>> {
     let place = robot.place(link, x)?;
     let states = [Some((q, "q")), Some((qd, "qd")), None];
-    robot.of_states(robot.model(), states, At::time(t), "velocity", &[6], |model, [q, qd, _]| {
+    robot.of_states(robot.model(), states, At::time(t), "velocity", &[6], &mut |model, [q, qd, _]| {
         flat(model.velocity_at(q, qd, &place))
     })
 }
@@ -177,7 +177,7 @@ pub(super) fn acceleration<'py>(
 ) -> PyResult<Bound<'py, PyAny>> {
     let place = robot.place(link, x)?;
     let states = [Some((q, "q")), Some((qd, "qd")), Some((qdd, "qdd"))];
-    robot.of_states(robot.model(), states, At::time(t), "acceleration", &[6], |model, [q, qd, qdd]| {
+    robot.of_states(robot.model(), states, At::time(t), "acceleration", &[6], &mut |model, [q, qd, qdd]| {
         flat(model.acceleration_at(q, qd, qdd, &place))
     })
 }

@@ -59,6 +59,9 @@ fn inputs_of_states(u: &Bound<'_, PyAny>, m: usize, states: Option<usize>) -> Py
 /// needed.
 pub(super) type States<'a, 'py> = [Option<(&'a Bound<'py, PyAny>, &'a str)>; 3];
 
+/// What is computed of a state. No copy of the loop over states for each of these.
+pub(super) type OfState<'a> = &'a mut dyn FnMut(&mut RobotModel, [&[f64]; 3]) -> Vec<f64>;
+
 impl PyRobot {
     /// Evaluates `of` for every state of `model`; each result has the shape `shape`.
     pub(super) fn of_states<'py>(
@@ -68,7 +71,7 @@ impl PyRobot {
         at: At<'_, 'py>,
         name: &str,
         shape: &[usize],
-        mut of: impl FnMut(&mut RobotModel, [&[f64]; 3]) -> Vec<f64>,
+        of: OfState<'_>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let At { t, u, is_of_forces } = at;
         let robot = self.description();

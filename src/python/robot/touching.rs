@@ -23,7 +23,7 @@ pub(super) fn forces<'py>(
 ) -> PyResult<Bound<'py, PyAny>> {
     let i = contact_index(robot.description(), name)?;
     let states = [Some((q, "q")), Some((qd, "qd")), None];
-    robot.of_states(robot.model(), states, At::time(t), "contact_forces", &[6], |model, [q, qd, _]| {
+    robot.of_states(robot.model(), states, At::time(t), "contact_forces", &[6], &mut |model, [q, qd, _]| {
         flat(model.contact_wrench(q, qd, i))
     })
 }

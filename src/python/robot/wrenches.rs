@@ -16,7 +16,7 @@ pub(super) fn joint<'py>(
 ) -> PyResult<Bound<'py, PyAny>> {
     let link = robot.description().link_named(link, "link")?;
     let states = [Some((q, "q")), Some((qd, "qd")), Some((qdd, "qdd"))];
-    robot.of_states(robot.spatial()?, states, at, "joint_wrench", &[6], |model, [q, qd, qdd]| {
+    robot.of_states(robot.spatial()?, states, at, "joint_wrench", &[6], &mut |model, [q, qd, qdd]| {
         flat(model.joint_wrench(q, qd, qdd, link))
     })
 }
@@ -28,7 +28,7 @@ pub(super) fn base<'py>(
     at: At<'_, 'py>,
 ) -> PyResult<Bound<'py, PyAny>> {
     let states = [Some((q, "q")), Some((qd, "qd")), Some((qdd, "qdd"))];
-    robot.of_states(robot.spatial()?, states, at, "base_wrench", &[6], |model, [q, qd, qdd]| {
+    robot.of_states(robot.spatial()?, states, at, "base_wrench", &[6], &mut |model, [q, qd, qdd]| {
         flat(model.base_wrench(q, qd, qdd))
     })
 }
@@ -55,7 +55,7 @@ pub(super) fn internal<'py>(
     let model = robot.spatial()?;
     let (sections, shape) = robot.sections(&model, x, link)?;
     let states = [Some((q, "q")), Some((qd, "qd")), Some((qdd, "qdd"))];
-    robot.of_states(model, states, at, "internal_wrench", &shape, |model, [q, qd, qdd]| {
+    robot.of_states(model, states, at, "internal_wrench", &shape, &mut |model, [q, qd, qdd]| {
         let wrench = |section: &Place| match is_balanced {
             true => model.internal_wrench_at(q, qd, qdd, section),
             false => model.material_wrench_at(q, qd, section),
@@ -77,7 +77,7 @@ pub(super) fn centre_of_mass<'py>(
         At::time(t),
         "centre_of_mass",
         &[3],
-        |model, [q, ..]| {
+        &mut |model, [q, ..]| {
             let momentum = model.momentum(q, &zeros);
             (momentum.first_moment * (1.0 / momentum.mass)).to_array().to_vec()
         },
@@ -96,7 +96,7 @@ pub(super) fn momentum<'py>(
         At::time(t),
         "momentum",
         &[6],
-        |model, [q, qd, _]| {
+        &mut |model, [q, qd, _]| {
             let momentum = model.momentum(q, qd);
             flat([momentum.angular, momentum.linear])
         },

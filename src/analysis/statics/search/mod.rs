@@ -12,10 +12,12 @@ mod quadratic;
 mod scale;
 mod step;
 
-use super::ladder::{self, DEEP, LONGEST, LOOSE, Ladder, Rung};
-use super::{Counters, Halted, Monitor, Path, Reached};
 use nalgebra::DVector;
 
+use super::equations::Counters;
+use super::halted::{Halted, Monitor, Reached};
+use super::ladder::{self, DEEP, LONGEST, LOOSE, Ladder, Rung};
+use super::path::Path;
 use crate::error::Interrupted;
 use crate::model::constraint::{self, closing};
 use crate::model::{Flaw, Radius, Static, chart};
@@ -196,6 +198,107 @@ pub(super) fn is_open(model: &mut dyn Static, q: &[f64]) -> bool {
     norm(&times(&held.transform, &gaps)) > OPEN
 }
 
+/// What goes on from step to step.
+struct Progress {
+    radius: f64,
+    /// How often a saddle may still be left.
+    escapes: usize,
+    /// The error before the last step, and its length.
+    before: f64,
+    last: f64,
+    /// The smallest error, since how many steps it is not half of that, and whether that has been too long.
+    best: f64,
+    stale: usize,
+    is_settling: bool,
+    /// The shift of the second derivative, if that bounds steps.
+    is_damped: bool,
+    damping: f64,
+}
+
+impl Progress {
+    fn new(escapes: usize, is_damped: bool) -> Self {
+        let far = f64::INFINITY;
+        let (radius, damping, is_settling) = (FIRST_RADIUS, 0.0, false);
+        Self { radius, escapes, before: far, last: far, best: far, stale: 0, is_settling, is_damped, damping }
+    }
+
+    fn look(&mut self, error: f64) {
+        (self.stale, self.best) =
+            if error < 0.5 * self.best { (0, error) } else { (self.stale + 1, self.best) };
+        self.is_settling |= error < SETTLING && self.stale > PATIENCE;
+    }
+
+    /// The radius after a step that did this part of the predicted work.
+    fn resize(&mut self, good: f64, length: f64, shift: f64) {
+        let may_grow = self.radius < 1.0 || shift > 0.5 * self.radius;
+        if good < POOR {
+            self.radius = 0.5 * length;
+        } else if self.is_damped && may_grow {
+            // Steps were short where surfaces began to touch, and need not be so afterwards.
+            self.radius = self.radius.max(GROWTH_OF_STEPS * length);
+        } else if good > GOOD && length > 0.8 * self.radius && may_grow {
+            self.radius *= GROWTH;
+        }
+    }
+}
+
+/// The quadratic problem of a step, in natural coordinates.
+struct Local {
+    hessian: Matrix,
+    gradient: Vec<f64>,
+    held: Reduced,
+    rows: Matrix,
+    excess: Vec<f64>,
+    stiffness: Vec<f64>,
+    is_cord: Vec<bool>,
+    regularisation: Vec<f64>,
+    taut: Vec<bool>,
+}
+
+impl Local {
+    fn linearised(&self) -> Linearised<'_> {
+        let Self { gradient, held, rows, excess, stiffness, is_cord, .. } = self;
+        Linearised { gradient, held, rows, excess, stiffness, is_cord }
+    }
+
+    /// The length of Newton's step.
+    fn next(&self, metric: &[f64]) -> f64 {
+        let next = self.linearised().solve(&self.hessian, &self.taut);
+        next.map_or(f64::INFINITY, |next| step::length(&next.x, metric))
+    }
+
+    /// Whether the energy falls to second order in a direction that nothing holds.
+    fn is_saddle(&self) -> bool {
+        let mut regular = self.hessian.clone();
+        self.regularisation.iter().enumerate().for_each(|(k, x)| regular[(k, k)] += x);
+        let none = vec![0.0; self.gradient.len()];
+        let holds = |row: usize| self.taut[row] || !self.is_cord[row];
+        let excess: Vec<f64> =
+            (0..self.taut.len()).map(|row| if holds(row) { 0.0 } else { f64::NEG_INFINITY }).collect();
+        let at_rest = Linearised { gradient: &none, excess: &excess, ..self.linearised() };
+        at_rest.solve(&regular, &self.taut).is_none()
+    }
+}
+
+/// A step that is taken: where it leads, how much of the predicted work it does, its length, by how much it shifts coordinates, and whether
+/// nothing holds it.
+struct Taken {
+    shape: Shape,
+    balance: Balance,
+    good: f64,
+    length: f64,
+    shift: f64,
+    is_unheld: bool,
+}
+
+enum Tried {
+    Taken(Box<Taken>),
+    /// None was short enough; the last shape may have had a flaw.
+    Refused(Option<Flaw>),
+    /// Softened surfaces have passed each other.
+    Deep,
+}
+
 struct Search<'a> {
     problem: Problem<'a>,
     shape: Shape,
@@ -287,156 +390,59 @@ impl<'a> Search<'a> {
     }
 
     fn descend(&mut self, goal: Goal) -> Result<Ended, Interrupted> {
-        let (mut radius, mut escapes) = (FIRST_RADIUS, if goal.is_stable { ESCAPES } else { 0 });
-        let (mut before, mut last) = (f64::INFINITY, f64::INFINITY);
-        let (mut best, mut stale, mut is_settling) = (f64::INFINITY, 0, false);
         // Contacts set in abruptly: steps are bounded by the shift of the second derivative, which leaves what is stiff alone.
         let is_damped = self.problem.model.facts().has_contact;
-        let mut damping = 0.0;
+        let mut so_far = Progress::new(if goal.is_stable { ESCAPES } else { 0 }, is_damped);
         for _ in 0..goal.max_iter {
             self.problem.counters.iterations += 1;
             let mut error = self.balance.error;
             if !error.is_finite() {
                 return Ok(Ended::NonFinite);
             }
-            (stale, best) = if error < 0.5 * best { (0, error) } else { (stale + 1, best) };
-            let Some(hessian) = self.hessian() else {
+            so_far.look(error);
+            let Some(local) = self.local(so_far.is_settling, error) else {
                 let is_finite = self.shape.force.iter().all(|force| force.is_finite());
                 return Ok(if is_finite { Ended::WithoutPotential } else { Ended::NonFinite });
             };
-            let n = self.problem.n();
-            let w = &self.scale.w;
-            let hessian = Matrix::from_fn(n, n, |i, j| hessian[(i, j)] * w[i] * w[j]);
-            let of_loops = Reduced::new(&self.scale.rows(&self.shape.gap_rows));
-            let rows = self.scale.rows(&self.shape.rows);
-            let mut gradient = self.gradient();
-            let taut: Vec<bool> = self.balance.tensions.iter().map(|tension| *tension > 0.0).collect();
-            let (excess, stiffness) = (self.shape.excess.clone(), self.problem.stiffness.clone());
-            let is_cord = self.is_cord.clone();
-            is_settling |= error < SETTLING && stale > PATIENCE;
-            if is_settling {
-                let active: Vec<bool> =
-                    taut.iter().zip(&is_cord).map(|(taut, cord)| *taut || !cord).collect();
-                let softest = quadratic::softest(&hessian, &of_loops, &rows, &stiffness, &active);
-                gradient = self.held_still(&softest);
-            }
-            let linearised = Linearised {
-                gradient: &gradient,
-                held: &of_loops,
-                rows: &rows,
-                excess: &excess,
-                stiffness: &stiffness,
-                is_cord: &is_cord,
-            };
-            let regularisation = self.scale.regularisation(error.max(1e-10), &self.balance.work);
-            let is_pressed = !self.shape.contact_force.is_empty() && damping == 0.0;
-            if last < ROUNDING_OF_STEPS && error < if is_pressed { NEAR } else { ROUNDING_OF_FORCES } {
+            let is_pressed = !self.shape.contact_force.is_empty() && so_far.damping == 0.0;
+            if so_far.last < ROUNDING_OF_STEPS && error < if is_pressed { NEAR } else { ROUNDING_OF_FORCES } {
                 return Ok(Ended::Converged);
             }
             if error <= goal.tolerance.max(BALANCED) {
-                let next = linearised.solve(&hessian, &taut);
-                let metric = self.scale.metric(radius);
-                let next = next.map_or(f64::INFINITY, |next| step::length(&next.x, &metric));
-                let is_end =
-                    error <= BALANCED || next <= goal.tolerance || error > 0.1 * before || last < SHORT;
+                let next = local.next(&self.scale.metric(so_far.radius));
+                let is_end = error <= BALANCED
+                    || next <= goal.tolerance
+                    || error > 0.1 * so_far.before
+                    || so_far.last < SHORT;
                 if is_end {
-                    self.step_norm = next.min(last);
-                    if escapes == 0 || !self.is_saddle(&linearised, &hessian, &regularisation, &taut) {
+                    self.step_norm = next.min(so_far.last);
+                    if so_far.escapes == 0 || !local.is_saddle() {
                         return Ok(Ended::Converged);
                     }
-                    escapes -= 1;
-                    (radius, error) = (ESCAPING_RADIUS, 1.0);
+                    so_far.escapes -= 1;
+                    (so_far.radius, error) = (ESCAPING_RADIUS, 1.0);
                 }
             }
-            let size = self.problem.energies(&self.shape.q) + self.problem.spring_energy(&self.shape);
-            let mut flaw = None;
-            let is_leaving = radius == ESCAPING_RADIUS && error == 1.0;
-            let (mut good, mut length) = (0.0, 0.0);
-            let (mut accepted, mut is_unheld) = (None, false);
-            while radius > SMALLEST_RADIUS {
-                let solution = if is_damped && !is_leaving {
-                    let bounds = Bounds { scale: &self.scale, radius };
-                    step::damped(&linearised, &hessian, &regularisation, bounds, &taut, &mut damping)
-                } else {
-                    step::within(&linearised, &hessian, &regularisation, &self.scale, radius, &taut)
-                };
-                let Some(solution) = solution else {
-                    break;
-                };
-                length = step::length(&solution.x, &self.scale.metric(radius));
-                let new = step::retracted(
-                    &mut self.problem,
-                    &self.shape,
-                    &self.scale,
-                    &linearised,
-                    &solution,
-                    &of_loops,
-                    length,
-                )?;
-                if let Some(new) = new
-                    && new.force.iter().all(|force| force.is_finite())
-                {
-                    flaw =
-                        self.problem.model.flaw(&new.q).filter(|flaw| matches!(flaw, Flaw::Inverted { .. }));
-                    let have_passed = flaw.is_none() && self.have_passed(&new, length);
-                    if have_passed && self.is_deep() {
-                        return Ok(Ended::Stalled);
+            let tried = self.try_steps(&local, &mut so_far, error)?;
+            so_far.damping *= LESS_DAMPING;
+            let Taken { shape, balance, good, length, shift, is_unheld } = match tried {
+                Tried::Taken(taken) => *taken,
+                Tried::Deep => return Ok(Ended::Stalled),
+                Tried::Refused(flaw) => {
+                    // Rounding of the shape causes forces of stiff contacts and stops that no step can reduce.
+                    let next = local.next(&self.scale.metric(1.0));
+                    if next < NEARLY_THERE || error < NEARLY_BALANCED {
+                        self.step_norm = next.min(so_far.last);
+                        return Ok(Ended::Converged);
                     }
-                    if flaw.is_none() && !have_passed {
-                        let fall = predicted(&linearised, &hessian, &solution.x);
-                        let done = self.problem.work(&self.shape, &new)?;
-                        let balance = Balance::new(&self.problem, &new, &self.scale);
-                        good = if fall > ROUNDING_OF_WORK * size {
-                            done / fall
-                        } else if balance.error < 2.0 * error || done > 0.0 {
-                            1.0
-                        } else {
-                            0.0
-                        };
-                        if good > TAKEN {
-                            let straight = -dot(&gradient, &solution.x);
-                            is_unheld = length > UNHELD
-                                || length > FAR && (fall - straight).abs() < UNCHANGED * straight.abs();
-                            accepted = Some((new, balance, self.scale.shift(&solution.x)));
-                            break;
-                        }
-                    }
+                    return Ok(flaw.map_or(Ended::Stalled, Ended::Flawed));
                 }
-                if is_damped && !is_leaving && length < WELL_WITHIN * radius {
-                    damping = MORE_DAMPING
-                        * damping.max(FIRST_SHIFT * linearised.steepest(&self.scale.metric(radius)));
-                    radius = radius.min(length / CUT);
-                } else {
-                    radius = CUT * radius.min(length);
-                }
-            }
-            damping *= LESS_DAMPING;
-            let Some((shape, balance, shift)) = accepted else {
-                // Rounding of the shape causes forces of stiff contacts and stops that no step can reduce.
-                let next = linearised.solve(&hessian, &taut);
-                let next = next.map_or(f64::INFINITY, |next| step::length(&next.x, &self.scale.metric(1.0)));
-                if next < NEARLY_THERE || error < NEARLY_BALANCED {
-                    self.step_norm = next.min(last);
-                }
-                return Ok(match flaw {
-                    _ if next < NEARLY_THERE || error < NEARLY_BALANCED => Ended::Converged,
-                    Some(flaw) => Ended::Flawed(flaw),
-                    None => Ended::Stalled,
-                });
             };
-            let may_grow = radius < 1.0 || shift > 0.5 * radius;
-            if good < POOR {
-                radius = 0.5 * length;
-            } else if is_damped && may_grow {
-                // Steps were short where surfaces began to touch, and need not be so afterwards.
-                radius = radius.max(GROWTH_OF_STEPS * length);
-            } else if good > GOOD && length > 0.8 * radius && may_grow {
-                radius *= GROWTH;
-            }
+            so_far.resize(good, length, shift);
             if is_unheld {
                 return Ok(Ended::Unheld);
             }
-            (before, last) = (error, length);
+            (so_far.before, so_far.last) = (error, length);
             (self.shape, self.balance) = (shape, balance);
             if let Some(deepest) = &mut self.deepest {
                 *deepest = deepest.max(self.problem.model.deepest_overlaps(&self.shape.q)[0]);
@@ -445,6 +451,95 @@ impl<'a> Search<'a> {
             self.rescale(length);
         }
         Ok(Ended::IterationLimit)
+    }
+
+    /// The quadratic problem of a step from the shape; `None` where the forces have no potential. Where the search `is_settling` the
+    /// shape stays as it is along the softest directions.
+    fn local(&mut self, is_settling: bool, error: f64) -> Option<Local> {
+        let hessian = self.hessian()?;
+        let n = self.problem.n();
+        let w = &self.scale.w;
+        let hessian = Matrix::from_fn(n, n, |i, j| hessian[(i, j)] * w[i] * w[j]);
+        let held = Reduced::new(&self.scale.rows(&self.shape.gap_rows));
+        let rows = self.scale.rows(&self.shape.rows);
+        let taut: Vec<bool> = self.balance.tensions.iter().map(|tension| *tension > 0.0).collect();
+        let gradient = if is_settling {
+            let active: Vec<bool> =
+                taut.iter().zip(&self.is_cord).map(|(taut, cord)| *taut || !cord).collect();
+            self.held_still(&quadratic::softest(&hessian, &held, &rows, &self.problem.stiffness, &active))
+        } else {
+            self.gradient()
+        };
+        Some(Local {
+            hessian,
+            gradient,
+            held,
+            rows,
+            excess: self.shape.excess.clone(),
+            stiffness: self.problem.stiffness.clone(),
+            is_cord: self.is_cord.clone(),
+            regularisation: self.scale.regularisation(error.max(1e-10), &self.balance.work),
+            taut,
+        })
+    }
+
+    /// A step that does enough of what is predicted, within a radius that shrinks until one does.
+    fn try_steps(&mut self, local: &Local, so_far: &mut Progress, error: f64) -> Result<Tried, Interrupted> {
+        let size = self.problem.energies(&self.shape.q) + self.problem.spring_energy(&self.shape);
+        let is_leaving = so_far.radius == ESCAPING_RADIUS && error == 1.0;
+        let is_damped = so_far.is_damped && !is_leaving;
+        let (linearised, mut flaw) = (local.linearised(), None);
+        let Local { hessian, regularisation, taut, .. } = local;
+        while so_far.radius > SMALLEST_RADIUS {
+            let radius = so_far.radius;
+            let solution = if is_damped {
+                let bounds = Bounds { scale: &self.scale, radius };
+                step::damped(&linearised, hessian, regularisation, bounds, taut, &mut so_far.damping)
+            } else {
+                step::within(&linearised, hessian, regularisation, &self.scale, radius, taut)
+            };
+            let Some(solution) = solution else { break };
+            let length = step::length(&solution.x, &self.scale.metric(radius));
+            let Self { problem, shape, scale, .. } = self;
+            let new = step::retracted(problem, shape, scale, &linearised, &solution, &local.held, length)?;
+            if let Some(new) = new
+                && new.force.iter().all(|force| force.is_finite())
+            {
+                flaw = self.problem.model.flaw(&new.q).filter(|flaw| matches!(flaw, Flaw::Inverted { .. }));
+                let have_passed = flaw.is_none() && self.have_passed(&new, length);
+                if have_passed && self.is_deep() {
+                    return Ok(Tried::Deep);
+                }
+                if flaw.is_none() && !have_passed {
+                    let fall = predicted(&linearised, hessian, &solution.x);
+                    let done = self.problem.work(&self.shape, &new)?;
+                    let balance = Balance::new(&self.problem, &new, &self.scale);
+                    let good = if fall > ROUNDING_OF_WORK * size {
+                        done / fall
+                    } else if balance.error < 2.0 * error || done > 0.0 {
+                        1.0
+                    } else {
+                        0.0
+                    };
+                    if good > TAKEN {
+                        let straight = -dot(&local.gradient, &solution.x);
+                        let is_unheld = length > UNHELD
+                            || length > FAR && (fall - straight).abs() < UNCHANGED * straight.abs();
+                        let shift = self.scale.shift(&solution.x);
+                        let taken = Taken { shape: new, balance, good, length, shift, is_unheld };
+                        return Ok(Tried::Taken(Box::new(taken)));
+                    }
+                }
+            }
+            if is_damped && length < WELL_WITHIN * radius {
+                let steepest = linearised.steepest(&self.scale.metric(radius));
+                so_far.damping = MORE_DAMPING * so_far.damping.max(FIRST_SHIFT * steepest);
+                so_far.radius = radius.min(length / CUT);
+            } else {
+                so_far.radius = CUT * radius.min(length);
+            }
+        }
+        Ok(Tried::Refused(flaw))
     }
 
     fn hessian(&mut self) -> Option<Matrix> {
@@ -539,24 +634,6 @@ impl<'a> Search<'a> {
             self.scale = Scale::new(&mut self.problem, &self.shape.q);
             self.balance = Balance::new(&self.problem, &self.shape, &self.scale);
         }
-    }
-
-    /// Whether the energy falls to second order in a direction that nothing holds.
-    fn is_saddle(
-        &self,
-        linearised: &Linearised<'_>,
-        hessian: &Matrix,
-        regularisation: &[f64],
-        taut: &[bool],
-    ) -> bool {
-        let mut regular = hessian.clone();
-        regularisation.iter().enumerate().for_each(|(k, x)| regular[(k, k)] += x);
-        let none = vec![0.0; linearised.gradient.len()];
-        let holds = |row: usize| taut[row] || !linearised.is_cord[row];
-        let excess: Vec<f64> =
-            (0..taut.len()).map(|row| if holds(row) { 0.0 } else { f64::NEG_INFINITY }).collect();
-        let at_rest = Linearised { gradient: &none, excess: &excess, ..*linearised };
-        at_rest.solve(&regular, taut).is_none()
     }
 
     /// Whether surfaces pass through each other on the way to a shape.

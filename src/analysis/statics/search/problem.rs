@@ -2,6 +2,7 @@
 //! ([`chart`]).
 
 use super::super::equations::Counters;
+use super::super::halted::Monitor;
 use crate::analysis::natural;
 use crate::error::Interrupted;
 use crate::model::springs::{Cords, Springs};
@@ -15,9 +16,6 @@ const SYMMETRIC: f64 = 1e-3;
 
 /// Differences of stiffnesses below `SYMMETRIC` of this part of the largest one are rounding.
 const ROUNDING: f64 = 1e-8;
-
-/// Called before every evaluation; may stop a search.
-pub(super) type Monitor<'a> = &'a mut dyn FnMut() -> Result<(), Interrupted>;
 
 /// A model at rest, and what of it is the same in all shapes.
 pub(super) struct Problem<'a> {
@@ -124,17 +122,7 @@ impl<'a> Problem<'a> {
         let n = self.n();
         chart::fold(&self.turns, &mut q);
         let raw_free_force = self.forces(&q)?;
-        let mut contact_force = Vec::new();
-        if self.model.facts().has_contact && self.model.is_touched() {
-            self.model.leave_contact(true);
-            contact_force = self.forces(&q)?;
-            self.model.leave_contact(false);
-            contact_force
-                .iter_mut()
-                .zip(&raw_free_force)
-                .for_each(|(without, with)| *without = with - *without);
-            chart::forces(&self.turns, &q, &mut contact_force);
-        }
+        let contact_force = self.contact_force(&q, &raw_free_force)?;
         let (mut springs, mut left, mut raw_force) = (None, Vec::new(), raw_free_force.clone());
         if self.springs > 0 {
             let mut own = Springs::new(self.springs, n);
@@ -206,6 +194,19 @@ impl<'a> Problem<'a> {
             springs,
             left,
         })
+    }
+
+    /// What contacts add to the forces in a shape, where these were evaluated last; empty where nothing touches.
+    fn contact_force(&mut self, q: &[f64], forces: &[f64]) -> Result<Vec<f64>, Interrupted> {
+        if !self.model.facts().has_contact || !self.model.is_touched() {
+            return Ok(Vec::new());
+        }
+        self.model.leave_contact(true);
+        let mut contact_force = self.forces(q)?;
+        self.model.leave_contact(false);
+        contact_force.iter_mut().zip(forces).for_each(|(without, with)| *without = with - *without);
+        chart::forces(&self.turns, q, &mut contact_force);
+        Ok(contact_force)
     }
 
     /// Forces along coordinates without loops, cords and springs.

@@ -1,12 +1,12 @@
 //! The last rung of the ladder: increments that may be shortened.
 
-use super::super::contraction::{SLOWEST_RATE, iterations_needed};
 use super::super::numbers::Numbers;
 use super::super::search::Search;
 use super::super::trial::Trial;
 use super::{Corrector, FRESH_ITERATIONS, Kept, NEGLIGIBLE, larger_rate, left_after, may_touch};
 use crate::error::Interrupted;
-use crate::integrators::second_order::{Counters, Failure, System};
+use crate::integrators::chord::{SLOWEST_RATE, iterations_needed};
+use crate::integrators::second_order::{Counters, Failure, Solved, System};
 use crate::model::InImpact;
 use crate::numerics::linalg::dot;
 
@@ -50,7 +50,7 @@ impl<V: Numbers> Corrector<V> {
         [guess, last]: [&[f64]; 2],
         h: f64,
         counters: &mut Counters,
-    ) -> Result<Result<(), Failure>, Interrupted> {
+    ) -> Solved {
         self.kept = None;
         self.evaluate_residual(system, trial, counters)?;
         let mut length = 0.0;

@@ -13,14 +13,15 @@
 
 mod fresh;
 
-use super::contraction::{Contraction, SLOWEST_RATE, iterations_needed, remaining_error};
+use super::contraction::Contraction;
 use super::jacobian::Jacobian;
 use super::linear_system::LinearSystem;
 use super::numbers::Numbers;
 use super::options::Options;
 use super::trial::Trial;
 use crate::error::Interrupted;
-use crate::integrators::second_order::{Counters, Failure, System};
+use crate::integrators::chord::{SLOWEST_RATE, iterations_needed, remaining_error};
+use crate::integrators::second_order::{Counters, Failure, Solved, System};
 use crate::model::InImpact;
 use crate::numerics::tape::Tape;
 
@@ -297,7 +298,7 @@ impl<V: Numbers> Corrector<V> {
         last: &[f64],
         h: f64,
         counters: &mut Counters,
-    ) -> Result<Result<(), Failure>, Interrupted> {
+    ) -> Solved {
         trial.set(guess);
         let [of_displacement, of_velocity, _] = trial.weights;
         let reach = of_displacement.max(h * of_velocity);
@@ -334,7 +335,7 @@ impl<V: Numbers> Corrector<V> {
         [guess, last_accelerations]: [&[f64]; 2],
         h: f64,
         counters: &mut Counters,
-    ) -> Result<Result<(), Failure>, Interrupted> {
+    ) -> Solved {
         let mut cost = 0.0;
         let mut renew = !self.kept_jacobian_pays(system, trial, h);
         let mut is_fresh = false;
@@ -383,13 +384,8 @@ impl<V: Numbers> Corrector<V> {
                 self.set_tolerances(&[guess, last_accelerations, &trial.a]);
                 size = self.size_of_increment();
             }
-            let (first_size, is_similar) = match first {
-                Some(first) => first,
-                None => {
-                    self.first.copy_from_slice(&self.increment);
-                    *first.insert((size, self.is_similar_to_last_step()))
-                }
-            };
+            let (first_size, is_similar) =
+                *first.get_or_insert_with(|| (size, self.is_similar_to_last_step()));
             let rate = match measured_rate {
                 Some(rate) => rate,
                 // A step that begins unlike the last one may be of another kind.
@@ -451,8 +447,9 @@ impl<V: Numbers> Corrector<V> {
         Ok(Judgement::Rate(rate, shall_renew))
     }
 
-    /// Whether the first increment is nearly that of the last step, or both are tolerable.
-    fn is_similar_to_last_step(&self) -> bool {
+    /// Whether the increment, the first one, is nearly that of the last step, or both are tolerable.
+    fn is_similar_to_last_step(&mut self) -> bool {
+        self.first.copy_from_slice(&self.increment);
         let differences = self.first.iter().zip(self.last_first.iter()).map(|(first, last)| first - last);
         let difference = self.size_of(differences);
         difference <= SIMILAR * self.first_size.max(1.0) && self.first_size.is_finite()
@@ -498,7 +495,7 @@ impl<V: Numbers> Corrector<V> {
         trial: &Trial<V>,
         h: f64,
         counters: &mut Counters,
-    ) -> Result<Result<(), Failure>, Interrupted> {
+    ) -> Solved {
         let outcome = self.evaluate_jacobian(system, trial, h, counters)?;
         if outcome.is_ok() {
             self.kept = Some(Kept { weights: trial.weights, steps: 0.0, cost: 0.0 });
@@ -550,7 +547,7 @@ impl<V: Numbers> Corrector<V> {
         trial: &Trial<V>,
         h: f64,
         counters: &mut Counters,
-    ) -> Result<Result<(), Failure>, Interrupted> {
+    ) -> Solved {
         self.jacobian.evaluate(system, trial, &self.residual, h, &mut self.linear, counters)?;
         self.q_jacobian.copy_from_slice(&trial.q);
         self.v_jacobian.copy_from_slice(&trial.v);
@@ -613,7 +610,7 @@ impl<V: Numbers> Corrector<V> {
         }
         self.judged.copy_from_slice(&self.increment);
         self.place.copy_from_slice(&trial.a);
-        let back = -(spacings / step).clamp(NEARBY, FARTHEST);
+        let (back, moved) = (-(spacings / step).clamp(NEARBY, FARTHEST), self.moved);
         for (increment, previous) in self.increment.iter_mut().zip(self.previous.iter()) {
             *increment = back * previous;
         }
@@ -622,6 +619,7 @@ impl<V: Numbers> Corrector<V> {
         system.residual(trial.t, &trial.q, &trial.v, &trial.a, &mut self.residual)?;
         per_acceleration(trial, &mut self.residual);
         self.compute_increment();
+        self.moved = moved;
         trial.set(&self.place);
         let Self { increment, judged, inverse_tolerance, .. } = self;
         let mut of_all = [0.0, 0.0];

@@ -7,19 +7,15 @@ use super::super::scheme::{Step, memory, stretch};
 use super::super::trial::Trial;
 use super::{Guess, StepperOf};
 use crate::error::Interrupted;
-use crate::integrators::second_order::{Failure, System, constrained_start, model_at, model_of};
+use crate::integrators::attempts::{Ends, Stepper, Unilateral};
+use crate::integrators::second_order::{Failure, Solved, System, constrained_start, model_at, model_of};
 use crate::model::constraint::one_sided::most_switches;
 use crate::model::constraint::projection;
-use crate::model::{Excitation, InImpact, Model, OneSided, Switch};
+use crate::model::{Excitation, Model, OneSided, Switch};
 
 impl<V: Numbers> StepperOf<V> {
     /// Solves the equations of motion at the end of a step of size `h`; the result is in `trial`.
-    pub(super) fn attempt<S: System + ?Sized>(
-        &mut self,
-        system: &mut S,
-        t_new: f64,
-        h: f64,
-    ) -> Result<Result<(), Failure>, Interrupted> {
+    pub(super) fn attempt<S: System + ?Sized>(&mut self, system: &mut S, t_new: f64, h: f64) -> Solved {
         let is_plain = self.scheme.is_plain();
         let memory = if is_plain { Some(1.0) } else { self.memory(system, t_new, h) };
         if self.step.made_for != (h, memory) {
@@ -43,7 +39,8 @@ impl<V: Numbers> StepperOf<V> {
             }
         }
         self.trial.t = t_new;
-        self.forgets = false;
+        self.size = h;
+        (self.forgets, self.lags) = (false, false);
         let solved = self.correct(system, h)?;
         // Without constraints there are no multipliers behind the accelerations.
         if V::IS_PLAIN || self.a.len() == self.q.len() || solved.is_err() {
@@ -84,9 +81,11 @@ impl<V: Numbers> StepperOf<V> {
         system: &mut S,
         t_new: f64,
         h: f64,
-    ) -> Result<Result<(), Failure>, Interrupted> {
+    ) -> Solved {
         let trial = &mut self.trial;
         trial.t = t_new;
+        self.size = h;
+        self.forgets = true;
         trial.weights = [h * h, h, 1.0];
         for i in 0..self.q.len() {
             trial.q_base[i] = self.q[i] + h * self.v[i];
@@ -103,14 +102,8 @@ impl<V: Numbers> StepperOf<V> {
     }
 
     /// Accelerations of the trial by the loads of its end, where those that led to it are by others.
-    pub(super) fn settle_accelerations<S: System + ?Sized>(
-        &mut self,
-        system: &mut S,
-        h: f64,
-    ) -> Result<(), Interrupted> {
-        if !self.lags {
-            return Ok(());
-        }
+    fn settle_accelerations<S: System + ?Sized>(&mut self, system: &mut S) -> Result<(), Interrupted> {
+        let h = self.size;
         let Self { trial, corrector, guessed, counters, .. } = self;
         if trial.a.len() > trial.q.len() {
             let Trial { t, q, v, a, .. } = trial;
@@ -133,11 +126,7 @@ impl<V: Numbers> StepperOf<V> {
     }
 
     /// Solves the equations of motion for the accelerations of the trial.
-    fn correct<S: System + ?Sized>(
-        &mut self,
-        system: &mut S,
-        h: f64,
-    ) -> Result<Result<(), Failure>, Interrupted> {
+    fn correct<S: System + ?Sized>(&mut self, system: &mut S, h: f64) -> Solved {
         match self.guess {
             Guess::Zero => {
                 // Multipliers of a robot at rest are not zero: their full size would drown what accelerations are looked for.
@@ -154,30 +143,20 @@ impl<V: Numbers> StepperOf<V> {
             }
             Guess::Last | Guess::Extrapolated => self.guessed.copy_from_slice(&self.a),
         }
-        if !V::IS_PLAIN && self.has_contact {
-            model_of(system).take_touched();
+        if !V::IS_PLAIN && system.facts().is_one_sided {
+            return self.correct_one_sided(system, h);
         }
-        let solved = if !V::IS_PLAIN && system.facts().is_one_sided {
-            self.correct_one_sided(system, h)
-        } else {
-            let Self { corrector, trial, guessed, a, counters, .. } = self;
-            corrector.solve(system, trial, guessed, a, h, counters)
-        };
-        self.has_touched = !V::IS_PLAIN && self.has_contact && model_of(system).take_touched();
-        solved
+        let Self { corrector, trial, guessed, a, counters, .. } = self;
+        corrector.solve(system, trial, guessed, a, h, counters)
     }
 
     /// The same with constraints that hold one way only: those that held at the start of the step, until the end says
     /// otherwise.
-    fn correct_one_sided<S: System + ?Sized>(
-        &mut self,
-        system: &mut S,
-        h: f64,
-    ) -> Result<Result<(), Failure>, Interrupted> {
-        let Self { a, guessed, trial, corrector, counters, .. } = self;
+    fn correct_one_sided<S: System + ?Sized>(&mut self, system: &mut S, h: f64) -> Solved {
+        let Self { a, guessed, trial, corrector, counters, unilateral, .. } = self;
         let n = self.q.len();
         model_of(system).release(&a[n..]);
-        self.has_stopped = false;
+        unilateral.has_stopped = false;
         // What does not hold keeps the multiplier that it starts from.
         for (guess, last) in guessed[n..].iter_mut().zip(&a[n..]) {
             *guess = if *last == 0.0 { 0.0 } else { *guess };
@@ -190,43 +169,11 @@ impl<V: Numbers> StepperOf<V> {
             if switch == Switch::Nothing {
                 return Ok(Ok(()));
             }
-            self.has_stopped |= switch == Switch::TakenUp;
+            unilateral.has_stopped |= switch == Switch::TakenUp;
             guessed.copy_from_slice(&trial.a);
             corrector.forget_jacobian();
         }
         Ok(Err(Failure::NotConverged))
-    }
-
-    /// Takes the trial as the new state.
-    pub(super) fn accept(&mut self, t_new: f64, h: f64) {
-        self.touches = self.will_touch;
-        self.rank = self.corrector.rank();
-        if self.options.predictor == Predictor::Best {
-            self.guess = self.best_guess(h);
-        }
-        if std::mem::take(&mut self.forgets) {
-            let n = self.q.len();
-            self.s.copy_from_slice(&self.trial.a[..n]);
-            self.h_of_s = h;
-        } else if !self.scheme.is_plain() {
-            if self.adapts_memory {
-                self.s.copy_from_slice(&self.s_of_trial);
-            }
-            let Self { step: Step { rest, gain, .. }, s, a, trial, .. } = self;
-            for (i, s) in s.iter_mut().enumerate() {
-                *s = *gain * trial.a[i] + rest[0] * a[i] + rest[1] * *s;
-            }
-            self.h_of_s = h;
-        }
-        self.t_old = self.t;
-        self.t = t_new;
-        std::mem::swap(&mut self.q_old, &mut self.q);
-        std::mem::swap(&mut self.v_old, &mut self.v);
-        std::mem::swap(&mut self.a_old, &mut self.a);
-        std::mem::swap(&mut self.q, &mut self.trial.q);
-        std::mem::swap(&mut self.v, &mut self.trial.v);
-        std::mem::swap(&mut self.a, &mut self.trial.a);
-        self.counters.steps += 1;
     }
 
     /// The guess that would have been nearest to the accelerations of the step that ends in the trial.
@@ -252,6 +199,49 @@ impl<V: Numbers> StepperOf<V> {
         } else {
             Guess::Zero
         }
+    }
+}
+
+impl<V: Numbers> Stepper for StepperOf<V> {
+    fn tried(&mut self) -> (Ends<'_>, &mut Unilateral) {
+        let Self { t, q, v, a, trial, size, unilateral, .. } = self;
+        let ends = Ends { t: [*t, trial.t], h: *size, q: [q, &trial.q], v: [v, &trial.v], a: [a, &trial.a] };
+        (ends, unilateral)
+    }
+
+    fn accept<S: System + ?Sized>(&mut self, system: &mut S) -> Result<(), Interrupted> {
+        if !V::IS_PLAIN && self.lags {
+            self.settle_accelerations(system)?;
+        }
+        let h = self.size;
+        self.rank = self.corrector.rank();
+        if self.options.predictor == Predictor::Best {
+            self.guess = self.best_guess(h);
+        }
+        if std::mem::take(&mut self.forgets) {
+            let n = self.q.len();
+            self.s.copy_from_slice(&self.trial.a[..n]);
+            self.h_of_s = h;
+        } else if !self.scheme.is_plain() {
+            if self.adapts_memory {
+                self.s.copy_from_slice(&self.s_of_trial);
+            }
+            let Self { step: Step { rest, gain, .. }, s, a, trial, .. } = self;
+            for (i, s) in s.iter_mut().enumerate() {
+                *s = *gain * trial.a[i] + rest[0] * a[i] + rest[1] * *s;
+            }
+            self.h_of_s = h;
+        }
+        self.t_old = self.t;
+        self.t = self.trial.t;
+        std::mem::swap(&mut self.q_old, &mut self.q);
+        std::mem::swap(&mut self.v_old, &mut self.v);
+        std::mem::swap(&mut self.a_old, &mut self.a);
+        std::mem::swap(&mut self.q, &mut self.trial.q);
+        std::mem::swap(&mut self.v, &mut self.trial.v);
+        std::mem::swap(&mut self.a, &mut self.trial.a);
+        self.counters.steps += 1;
+        Ok(())
     }
 }
 

@@ -12,14 +12,14 @@ const TIGHT: f64 = 1e-10;
 impl<V: Numbers> StepperOf<V> {
     /// What a step did that could not be solved, and what helps.
     fn unsolved(&self) -> (&'static str, &'static str) {
-        if self.has_touched {
+        if self.unilateral.has_touched {
             return (
                 ", in which surfaces touch",
                 "Take a `dt` that is shorter than the impact, or give the contact less `stiffness`; adaptive steps and \
                  `method=\"radau\"` find the step size themselves.",
             );
         }
-        if self.has_stopped {
+        if self.unilateral.has_stopped {
             return (
                 ", in which a tendon that does not stretch becomes taut",
                 "Take a smaller `dt`, change the tendon's `length` more slowly, or give it a `stiffness`.",
@@ -116,9 +116,9 @@ mod tests {
         assert!(told(&stepper).contains("Loosen `rtol`"));
         stepper.a.push(0.0);
         assert!(told(&stepper).contains("with closed loops or tendons that do not stretch"));
-        stepper.has_stopped = true;
+        stepper.unilateral.has_stopped = true;
         assert!(told(&stepper).contains("becomes taut; the result ends there. Take a smaller `dt`, change"));
-        stepper.has_touched = true;
+        stepper.unilateral.has_touched = true;
         assert!(
             told(&stepper)
                 .contains("in which surfaces touch; the result ends there. Take a `dt` that is shorter")

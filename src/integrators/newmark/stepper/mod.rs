@@ -2,31 +2,26 @@
 
 mod adaptive;
 mod attempt;
-mod contact;
 mod explain;
 mod fixed;
 mod kinds;
 
 use super::corrector::Corrector;
 use super::error_estimate::ErrorEstimate;
-use super::impacts::Impacts;
 use super::numbers::Numbers;
 use super::options::{Options, Predictor, StepSize};
 use super::scheme::{Scheme, Step};
 use super::trial::Trial;
 use crate::error::Interrupted;
+use crate::integrators::attempts::Unilateral;
 use crate::integrators::second_order::{
     Counters, Grid, Status, System, constrained_start, model_of, number_of_steps,
 };
-use crate::model::{Holding, Pressed, rotation_vectors};
+use crate::model::rotation_vectors;
 use crate::numerics::hermite::cubic;
 use crate::numerics::tape::Tape;
 
 pub use self::kinds::Stepper;
-
-/// Steps without memory after one in which a slack tendon has become taut: the first of them loses the velocity with which it
-/// came to the end, and its acceleration is that of a jump.
-const STEPS_AFTER_STOP: usize = 2;
 
 /// What the accelerations of the next step are guessed to be.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -59,6 +54,7 @@ struct StepperOf<V> {
     /// The step that is tried.
     step: Step,
     trial: Trial<V>,
+    size: f64,
     guessed: V,
     guess: Guess,
     corrector: Corrector<V>,
@@ -77,25 +73,10 @@ struct StepperOf<V> {
     /// Whether the step that is tried may have another size than the next one: adaptive ones, and parts of one with corners.
     changes_size: bool,
     counters: Counters,
-    /// Steps still to be made without memory, because one met something that it did not resolve; and whether the trial was
-    /// made without.
-    unsettled: usize,
+    /// Whether the trial is made without memory, and its loads are those of the middle of its step.
     forgets: bool,
-    /// Whether loads of the trial are those of the middle of its step.
     lags: bool,
-    /// Whether constraints that hold one way only have stopped something in the trial.
-    has_stopped: bool,
-    /// Whether surfaces touch, now and in the trial.
-    touches: bool,
-    will_touch: bool,
-    /// Whether they touched in any state that was tried for the trial.
-    has_touched: bool,
-    impacts: Impacts,
-    pressed: Pressed,
-    /// What the motion has now, if surfaces touch and the last step followed their forces.
-    holding: Option<Holding>,
-    /// Where the trial would end if nothing acted.
-    straight_on: Vec<f64>,
+    unilateral: Unilateral,
     /// How many constraints held independently of the others in the last step; all before the first one.
     rank: usize,
     started: bool,
@@ -125,6 +106,7 @@ impl<V: Numbers> StepperOf<V> {
             adapts_memory: options.step_size != StepSize::Fixed && !options.scheme.is_plain(),
             step: options.scheme.step(options.dt, Some(1.0)),
             trial: Trial::new(n),
+            size: 0.0,
             guessed: V::zeros(n),
             guess: if options.predictor == Predictor::Zero { Guess::Zero } else { Guess::Last },
             corrector: Corrector::new(options, rtol.clone(), atol.clone()),
@@ -142,19 +124,11 @@ impl<V: Numbers> StepperOf<V> {
             fixed_steps: number_of_steps(t_end - t0, options.dt),
             changes_size: options.step_size != StepSize::Fixed,
             counters: Counters::default(),
-            unsettled: 0,
             forgets: false,
             lags: false,
-            has_stopped: false,
-            touches: false,
-            will_touch: false,
-            has_touched: false,
             has_contact: false,
             has_corners: false,
-            impacts: Impacts::default(),
-            pressed: Pressed::default(),
-            holding: None,
-            straight_on: Vec::new(),
+            unilateral: Unilateral::default(),
             rank: 0,
             started: false,
             status: None,
@@ -260,7 +234,7 @@ impl<V: Numbers> StepperOf<V> {
 
     /// Takes these accelerations for the current ones: what acts has jumped.
     fn jump(&mut self, a: &[f64]) {
-        self.holding = None;
+        self.unilateral.forget();
         for (i, (new, old)) in a.iter().zip(self.a.iter_mut()).enumerate() {
             // Those of the method, and those before, are ahead and behind by as much as without.
             self.s[i] += new - *old;
@@ -272,7 +246,7 @@ impl<V: Numbers> StepperOf<V> {
 
     /// Goes on from this state: velocities have jumped. `a` are accelerations, and multipliers behind them.
     fn restart(&mut self, [q, v, a]: [&[f64]; 3]) {
-        self.holding = None;
+        self.unilateral.forget();
         self.q.copy_from_slice(q);
         self.v.copy_from_slice(v);
         self.a.copy_from_slice(a);
@@ -301,9 +275,7 @@ impl<V: Numbers> StepperOf<V> {
         self.guess = guesses[guess];
         self.grid.carry(tape);
         self.counters.carry(tape);
-        tape.below(STEPS_AFTER_STOP + 1, &mut self.unsettled);
-        tape.flag(&mut self.touches);
-        self.impacts.carry(tape);
+        self.unilateral.carry(tape);
         tape.count(&mut self.rank);
         tape.flag(&mut self.started);
         self.corrector.carry(system, tape);
@@ -312,11 +284,6 @@ impl<V: Numbers> StepperOf<V> {
     /// Current accelerations, which satisfy the equations of motion.
     fn a(&self) -> &[f64] {
         &self.a[..self.q.len()]
-    }
-
-    /// Why the motion so far may be wrong although all steps were made: impacts that these do not resolve.
-    fn doubt(&self) -> Option<String> {
-        self.impacts.doubt(self.options.dt)
     }
 
     /// The scheme of steps of one size.
@@ -349,6 +316,7 @@ impl<V: Numbers> StepperOf<V> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::integrators::attempts::Stepper as _;
     use crate::integrators::newmark::Parameters;
     use crate::integrators::second_order::ROUNDING_OF_STEPS;
     use crate::model::pendulum::SpringPendulum;
@@ -373,7 +341,7 @@ mod tests {
                 let t_new = if is_last { 1.0 } else { stepper.t + step };
                 let step = t_new - stepper.t;
                 stepper.attempt(&mut pendulum, t_new, step).unwrap().unwrap();
-                stepper.accept(t_new, step);
+                stepper.accept(&mut pendulum).unwrap();
                 if is_last {
                     break;
                 }

@@ -1,0 +1,270 @@
+//! What is wrong with the end of a step.
+
+use super::impacts::Impacts;
+use crate::error::Interrupted;
+use crate::integrators::second_order::set_motion;
+use crate::model::{
+    Beside, Facts, Flaw, Holding, Model, Pressed, Radius, have_missed, have_passed, may_miss,
+};
+use crate::numerics::hermite;
+use crate::numerics::tape::Tape;
+
+/// Steps without memory after one in which a slack tendon has become taut: the first of them loses the velocity with which it
+/// came to the end, and its acceleration is that of a jump.
+pub(super) const STEPS_AFTER_STOP: usize = 2;
+
+/// What is wrong with a step that is tried: the first of these.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Diagnosis {
+    /// Surfaces or stops act within it, unseen at its ends: bodies that are thrown against a ceiling (`test_contact_passing`), joints
+    /// that swing beyond a stop and back (`test_stops`).
+    Missed,
+    /// It does not see an impact rise and fall, which its energy may tell alone, or a tendon becomes taut in it
+    /// (`test_what_meets_within_a_step_does_not_rebound`, `test_stiff_boxes_do_not_gain_energy`, `test_inextensible`).
+    Unresolved,
+    /// Its end means nothing: surfaces have sunk into each other (`test_contact_hard`), or rotations are too large to be followed
+    /// (`test_what_spins_freely_is_followed`).
+    Invalid,
+    /// Surfaces have passed through each other, or would have without the push of those that they now touch: balls and thin
+    /// obstacles (`test_contact_passing`).
+    Crossed,
+    /// It ends with twice the energy: bodies push each other out by another side than they entered
+    /// (`test_stiff_boxes_do_not_gain_energy`).
+    Explodes,
+    Sound,
+}
+
+/// Which steps are judged.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Kind {
+    /// Of a size that follows from their errors. What bends on the way is looked at in the middle, too; whether the motion at the end
+    /// can be is asked only as long as steps are shortened for that.
+    Adaptive { bends: bool, is_judged: bool },
+    /// Of fixed size, by the scheme of the method.
+    WithMemory,
+    /// By the backward Euler method, which stops what meets.
+    WithoutMemory,
+    /// The same where no shorter step can be made either.
+    Last,
+}
+
+/// The ends of a step that is tried: times, displacements, velocities, and accelerations with multipliers behind them.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Ends<'a> {
+    pub(crate) t: [f64; 2],
+    /// The size of the step: their difference, but for rounding.
+    pub(crate) h: f64,
+    pub(crate) q: [&'a [f64]; 2],
+    pub(crate) v: [&'a [f64]; 2],
+    pub(crate) a: [&'a [f64]; 2],
+}
+
+impl<'a> Ends<'a> {
+    /// Displacements and velocities at the start.
+    pub(super) fn before(&self) -> [&'a [f64]; 2] {
+        [self.q[0], self.v[0]]
+    }
+
+    /// The motion at the end, without multipliers.
+    pub(super) fn after(&self) -> [&'a [f64]; 3] {
+        [self.q[1], self.v[1], &self.a[1][..self.q[1].len()]]
+    }
+
+    /// Straight from the start to another shape at the end.
+    fn way<'b>(&self, q: &'b [f64]) -> impl Iterator<Item = (f64, &'b [f64])>
+    where
+        'a: 'b,
+    {
+        [(self.t[0], self.q[0]), (self.t[1], q)].into_iter()
+    }
+}
+
+/// What is known, from step to step, of what acts one way only.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Unilateral {
+    /// Steps still to be made without memory, because one met something that it did not resolve.
+    pub(super) unsettled: usize,
+    /// Whether surfaces touch, now and in the step that is tried.
+    pub(super) touches: bool,
+    pub(super) will_touch: bool,
+    /// Whether they touched in any state that was tried for it.
+    pub(crate) has_touched: bool,
+    /// Whether a constraint that holds one way only has stopped something in it.
+    pub(crate) has_stopped: bool,
+    pub(super) impacts: Impacts,
+    pressed: Pressed,
+    /// What the motion has now, if surfaces touch and the last step followed their forces.
+    pub(super) holding: Option<Holding>,
+    /// Displacements somewhere on the way, and memory of [`have_missed`].
+    place: Vec<f64>,
+    memory: Vec<f64>,
+}
+
+impl Unilateral {
+    /// The first thing that is wrong with a step. What it touches is asked of the model as it was evaluated last, by the step itself.
+    pub(crate) fn diagnose<M: Model + ?Sized>(
+        &mut self,
+        model: &mut M,
+        ends: &Ends<'_>,
+        kind: Kind,
+    ) -> Result<Diagnosis, Interrupted> {
+        let (has_contact, t, q) = (model.facts().has_contact, ends.t[1], ends.q[1]);
+        if let Kind::Adaptive { bends, .. } = kind
+            && may_miss(model)
+            && self.has_missed(model, ends, bends)?
+        {
+            return Ok(Diagnosis::Missed);
+        }
+        let is_unresolved = match kind {
+            Kind::Adaptive { is_judged: false, .. } => false,
+            Kind::Adaptive { .. } => {
+                model.set_time(t)?;
+                has_contact && model.gains_energy(ends.before(), ends.after(), ends.h, Beside::Motion)
+            }
+            Kind::WithMemory => self.is_unresolved(model, ends)?,
+            Kind::WithoutMemory | Kind::Last => false,
+        };
+        if is_unresolved {
+            return Ok(Diagnosis::Unresolved);
+        }
+        if let Kind::Adaptive { is_judged, .. } = kind {
+            let is_invalid = is_judged && matches!(model.flaw(q), Some(Flaw::Unresolved { .. }));
+            return Ok(if is_invalid { Diagnosis::Invalid } else { Diagnosis::Sound });
+        }
+        model.set_time(t)?;
+        if model.flaw(q).is_some() || model.sunk(q).is_some() {
+            return Ok(Diagnosis::Invalid);
+        }
+        if has_contact
+            && (have_passed(model, ends.way(q), Radius::Smaller)?
+                || kind != Kind::Last && model.is_touched() && self.would_have_passed(model, ends)?)
+        {
+            return Ok(Diagnosis::Crossed);
+        }
+        let may_explode = matches!(kind, Kind::WithoutMemory | Kind::Last);
+        let explodes = may_explode && self.gains_energy(model, ends, Beside::All)?;
+        Ok(if explodes { Diagnosis::Explodes } else { Diagnosis::Sound })
+    }
+
+    fn has_missed<M: Model + ?Sized>(
+        &mut self,
+        model: &mut M,
+        ends: &Ends<'_>,
+        bends: bool,
+    ) -> Result<bool, Interrupted> {
+        let [start, end] = [0, 1].map(|i| (ends.t[i], ends.q[i]));
+        if !bends {
+            return have_missed(model, &[start, end], ends.v, &mut self.memory);
+        }
+        hermite::middle(ends.h, ends.q, ends.v, &mut self.place);
+        let middle = (0.5 * (ends.t[0] + ends.t[1]), &self.place[..]);
+        have_missed(model, &[start, middle, end], ends.v, &mut self.memory)
+    }
+
+    /// Whether surfaces that touch now would have passed if nothing had acted: they might have been pushed aside.
+    fn would_have_passed<M: Model + ?Sized>(
+        &mut self,
+        model: &mut M,
+        ends: &Ends<'_>,
+    ) -> Result<bool, Interrupted> {
+        let ([q, v], h) = (ends.before(), ends.t[1] - ends.t[0]);
+        self.place.clear();
+        self.place.extend(q.iter().zip(v).map(|(q, v)| q + h * v));
+        have_passed(model, ends.way(&self.place), Radius::Larger)
+    }
+
+    /// Whether an impact in the step is too hard for it, or a tendon has stopped something.
+    pub(super) fn is_unresolved<M: Model + ?Sized>(
+        &mut self,
+        model: &mut M,
+        ends: &Ends<'_>,
+    ) -> Result<bool, Interrupted> {
+        let has_stopped = self.has_stopped;
+        if !model.facts().has_contact {
+            return Ok(has_stopped);
+        }
+        let a = set_motion(model, ends.t[1], ends.q[1], ends.a[1])?;
+        let is_jolted = model.is_jolted(ends.before(), [ends.q[1], ends.v[1], a], ends.h);
+        self.will_touch = model.is_touched();
+        Ok(has_stopped || is_jolted || self.gains_energy(model, ends, Beside::Motion)?)
+    }
+
+    /// Whether surfaces that touch at one of its ends, or did on the way to the solution of its equations, make the step gain energy:
+    /// bodies that have come too deep push each other out by another side than they entered, and Newton's method may leave a
+    /// surface for a solution far away from it.
+    fn gains_energy<M: Model + ?Sized>(
+        &self,
+        model: &mut M,
+        ends: &Ends<'_>,
+        beside: Beside,
+    ) -> Result<bool, Interrupted> {
+        if !model.facts().has_contact || !(self.touches || self.has_touched || model.is_touched()) {
+            return Ok(false);
+        }
+        model.set_time(ends.t[1])?;
+        Ok(model.gains_energy(ends.before(), ends.after(), ends.h, beside))
+    }
+
+    /// Takes note of what an accepted step has lost where surfaces touch at one of its ends.
+    pub(super) fn follow_impact<M: Model + ?Sized>(
+        &mut self,
+        model: &mut M,
+        ends: &Ends<'_>,
+    ) -> Result<(), Interrupted> {
+        if !self.touches && !self.will_touch {
+            return Ok(());
+        }
+        let motions = [0, 1].map(|i| [ends.q[i], ends.v[i], ends.a[i]]);
+        let before = match self.holding.take() {
+            Some(holding) => Some(holding),
+            None => holding(model, ends.t[0], motions[0])?,
+        };
+        let after = holding(model, ends.t[1], motions[1])?;
+        if let (Some(before), Some(after)) = (&before, &after) {
+            // Where surfaces touch tells what takes part.
+            self.pressed.find(model, motions[usize::from(self.will_touch)]);
+            let states = motions.map(|[q, v, _]| [q, v]);
+            let kinetic = [(states[0], before), (states[1], after)]
+                .map(|(state, holding)| self.pressed.kinetic(model, state, holding.kinetic));
+            let gain = self.pressed.gain(model, states[0], states[1], after.total - before.total);
+            let lost = 0.5 * ends.h * (before.supplied + after.supplied) - gain;
+            self.impacts.follow(lost, kinetic[0].max(kinetic[1]), after.elastic);
+        }
+        self.holding = after.filter(|_| self.will_touch);
+        Ok(())
+    }
+
+    /// What acts has jumped, or velocities have.
+    pub(crate) fn forget(&mut self) {
+        self.holding = None;
+    }
+
+    /// Why the motion in steps of such a size may be wrong although all were made.
+    pub(crate) fn doubt(&self, dt: f64) -> Option<String> {
+        self.impacts.doubt(dt)
+    }
+
+    /// What goes on from step to step.
+    pub(crate) fn carry(&mut self, tape: &mut Tape<'_>) {
+        tape.below(STEPS_AFTER_STOP + 1, &mut self.unsettled);
+        tape.flag(&mut self.touches);
+        self.impacts.carry(tape);
+    }
+}
+
+/// What such a motion has; `None` where something dissipates, which steps of an impact tell badly, and where what moves it from
+/// outside is known at single times alone.
+fn holding<M: Model + ?Sized>(
+    model: &mut M,
+    t: f64,
+    [q, v, a]: [&[f64]; 3],
+) -> Result<Option<Holding>, Interrupted> {
+    let Facts { is_damped, is_driven, is_carried, varies_in_time, .. } = *model.facts();
+    if is_carried || varies_in_time || is_damped {
+        return Ok(None);
+    }
+    model.set_time(t)?;
+    let energy = model.energy(q, v);
+    let supplied = if is_driven { model.supplied_power(q, v, &a[..q.len()]) } else { 0.0 };
+    Ok(Some(Holding { total: energy.total(), kinetic: energy.kinetic, elastic: energy.elastic, supplied }))
+}

@@ -1,0 +1,195 @@
+//! Steps of fixed size.
+
+use super::diagnosis::{Diagnosis, Kind, STEPS_AFTER_STOP};
+use super::{Ends, Stepper, Unilateral};
+use crate::error::Interrupted;
+use crate::integrators::second_order::{Failure, Solved, System, model_at, model_of};
+use crate::model::{InContact, InImpact};
+
+/// How often a step into contact, or of a mechanism with constraints, that cannot be made is halved at most.
+const MOST_HALVINGS: usize = 8;
+
+/// What a step knows of those before it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Memory {
+    Kept,
+    /// Nothing: of order 1, it stops what meets.
+    Dropped,
+}
+
+/// A stepper whose steps have the size that they are given.
+pub(crate) trait Fixed: Stepper + Clone {
+    /// Whether its systems are plain: there is nothing to look at.
+    const IS_PLAIN: bool;
+
+    /// Tries a step to a time, of a size.
+    fn try_step<S: System + ?Sized>(&mut self, system: &mut S, t_new: f64, h: f64, memory: Memory) -> Solved;
+
+    /// Parts of a step follow, whose sizes differ.
+    fn begin_parts(&mut self);
+
+    /// The step that began in `start` is at its end, one step to the outside. Where it could not be made the state is as before.
+    fn end_parts(&mut self, start: Self, is_made: bool);
+
+    /// What is known of the equations is of another step.
+    fn forget(&mut self);
+}
+
+/// Makes a step, without memory or in parts where it must be. Allocates where it is made in parts.
+pub(crate) fn fixed_step<T: Fixed, S: System + ?Sized>(
+    stepper: &mut T,
+    system: &mut S,
+    t_new: f64,
+    h: f64,
+) -> Solved {
+    let facts = system.facts();
+    let is_one_sided = !T::IS_PLAIN && (facts.has_contact || facts.is_one_sided);
+    let has_constraints = !T::IS_PLAIN && facts.constraints() > 0;
+    let mut ladder = Ladder { stepper, system };
+    if is_one_sided {
+        return ladder.step(t_new, h);
+    }
+    match ladder.part(t_new, h, Memory::Kept)? {
+        // Mechanisms that come near a singular position, such as a rope that cracks, may take shorter steps there (`test_loops`).
+        Err(failure) if has_constraints => Ok(ladder.in_parts(t_new, Memory::Kept)?.map_err(|_| failure)),
+        solved => Ok(solved),
+    }
+}
+
+struct Ladder<'a, T, S: ?Sized> {
+    stepper: &'a mut T,
+    system: &'a mut S,
+}
+
+impl<T: Fixed, S: System + ?Sized> Ladder<'_, T, S> {
+    /// A step at whose end surfaces may have met, or slack tendons become taut.
+    fn step(&mut self, t_new: f64, h: f64) -> Solved {
+        // 1. As it is. Where it does not see an impact rise and fall, its end is stiff and its beginning is not: what the scheme
+        // remembers of the accelerations would throw the surfaces apart faster than they came (Acary 2015).
+        if self.unilateral().unsettled == 0
+            && self.try_step(t_new, h, Memory::Kept)?.is_ok()
+            && self.diagnose(Memory::Kept)? == Diagnosis::Sound
+        {
+            let (ends, unilateral) = self.stepper.tried();
+            unilateral.follow_impact(model_of(self.system), &ends)?;
+            self.accept()?;
+            return Ok(Ok(()));
+        }
+        self.unilateral().forget();
+        // 2. Without memory, as the next one then: what meets in it does not rebound
+        // (`test_what_meets_within_a_step_does_not_rebound`, `test_inextensible`).
+        if self.part(t_new, h, Memory::Dropped)?.is_ok() {
+            return Ok(Ok(()));
+        }
+        // 3. In parts: the shorter a step, the more what moves outweighs what presses. Rods that are wedged in and steep
+        // friction need that (`test_contact_hard`), and what would pass through each other (`test_contact_passing`).
+        if self.in_parts(t_new, Memory::Dropped)?.is_ok() {
+            let unsettled = &mut self.unilateral().unsettled;
+            *unsettled = (*unsettled).max(1);
+            return Ok(Ok(()));
+        }
+        // 4. The whole step without memory: one that is invalid whatever its size says why (`sunk`, `unresolved`).
+        let solved = self.try_step(t_new, h, Memory::Dropped)?;
+        if solved.is_ok() {
+            let (ends, unilateral) = self.stepper.tried();
+            let found = unilateral.diagnose(model_of(self.system), &ends, Kind::Last)?;
+            if matches!(found, Diagnosis::Crossed | Diagnosis::Explodes) {
+                return Ok(Err(Failure::PassedThrough));
+            }
+            self.accept_without_memory()?;
+        }
+        Ok(solved)
+    }
+
+    fn unilateral(&mut self) -> &mut Unilateral {
+        self.stepper.tried().1
+    }
+
+    /// Tries a step, and takes note of whether surfaces touch on the way to its solution.
+    fn try_step(&mut self, t_new: f64, h: f64, memory: Memory) -> Solved {
+        let has_contact = !T::IS_PLAIN && self.system.facts().has_contact;
+        if has_contact {
+            model_of(self.system).take_touched();
+        }
+        let solved = self.stepper.try_step(self.system, t_new, h, memory)?;
+        if has_contact {
+            self.unilateral().has_touched = model_of(self.system).take_touched();
+        }
+        Ok(solved)
+    }
+
+    fn diagnose(&mut self, memory: Memory) -> Result<Diagnosis, Interrupted> {
+        let (ends, unilateral) = self.stepper.tried();
+        let kind = if memory == Memory::Kept { Kind::WithMemory } else { Kind::WithoutMemory };
+        unilateral.diagnose(model_of(self.system), &ends, kind)
+    }
+
+    /// Makes a step, or a part of one. Without memory it must be sound.
+    fn part(&mut self, t_new: f64, h: f64, memory: Memory) -> Solved {
+        if let Err(failure) = self.try_step(t_new, h, memory)? {
+            return Ok(Err(failure));
+        }
+        if T::IS_PLAIN || memory == Memory::Kept {
+            self.stepper.accept(self.system)?;
+        } else if self.diagnose(memory)? == Diagnosis::Sound {
+            self.accept_without_memory()?;
+        } else {
+            return Ok(Err(Failure::NotConverged));
+        }
+        Ok(Ok(()))
+    }
+
+    /// Makes a step that may have stopped what meets.
+    fn accept_without_memory(&mut self) -> Result<(), Interrupted> {
+        let (ends, unilateral) = self.stepper.tried();
+        let model = model_of(self.system);
+        unilateral.unsettled = match unilateral.is_unresolved(model, &ends)? {
+            true if unilateral.has_stopped => STEPS_AFTER_STOP,
+            true => 1,
+            false => unilateral.unsettled.saturating_sub(1),
+        };
+        if model.is_touched() {
+            let Ends { t: [_, t], h, .. } = ends;
+            if let Some(impact) = model_at(self.system, t)?.impact(ends.before(), ends.after(), h) {
+                unilateral.impacts.count(t, &impact);
+            }
+        } else {
+            // Surfaces that let go have still pressed each other at its start.
+            unilateral.follow_impact(model, &ends)?;
+        }
+        self.accept()
+    }
+
+    fn accept(&mut self) -> Result<(), Interrupted> {
+        self.stepper.accept(self.system)?;
+        let unilateral = self.unilateral();
+        unilateral.touches = unilateral.will_touch;
+        Ok(())
+    }
+
+    /// The step in halves, and in halves of those that cannot be made either.
+    fn in_parts(&mut self, t_new: f64, memory: Memory) -> Solved {
+        let start = self.stepper.clone();
+        self.stepper.begin_parts();
+        let solved = self.halves(t_new, MOST_HALVINGS, memory);
+        self.stepper.end_parts(start, matches!(solved, Ok(Ok(()))));
+        self.stepper.forget();
+        solved
+    }
+
+    fn halves(&mut self, t_new: f64, halvings: usize, memory: Memory) -> Solved {
+        let t = self.stepper.tried().0.t[0];
+        for end in [0.5 * (t + t_new), t_new] {
+            self.stepper.forget();
+            let h = end - self.stepper.tried().0.t[0];
+            let Err(failure) = self.part(end, h, memory)? else { continue };
+            if halvings == 1 {
+                return Ok(Err(failure));
+            }
+            if let Err(failure) = self.halves(end, halvings - 1, memory)? {
+                return Ok(Err(failure));
+            }
+        }
+        Ok(Ok(()))
+    }
+}
