@@ -255,11 +255,12 @@ def _of_what_rests(self: StaticsResult, name: str) -> Any:
 
 def _save_motion(self: MotionResult, path: str | os.PathLike[str], *, t: float | None = None) -> None:
     from ..drawing.meshfiles import motion_writers
+    from ..drawing.paraview import timeline
     from ..results.io import save
 
     meshes = motion_writers(t)
     _only_with_meshes("t", t is None, path, meshes)
-    save(self, path, further=meshes)
+    save(self, path, further=meshes | {".vtkhdf": lambda result, _: timeline(result)})
 
 
 def _save_statics(

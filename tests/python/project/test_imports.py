@@ -36,7 +36,7 @@ OF_OTHERS = {
             "sensitivities",
         )
     ),
-    *(f"lissom.results.{name}" for name in ("io", "records", "studies", "vtk")),
+    *(f"lissom.results.{name}" for name in ("io", "records", "studies")),
     *(f"lissom.{name}" for name in ("analysis.sweeps", "model.targets", "urdf", "gym", "sensors")),
     *(f"lissom.{name}" for name in ("drawing.pictures", "drawing.live", "cli.evidence")),
 }

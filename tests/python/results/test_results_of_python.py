@@ -386,8 +386,9 @@ def test_a_timeline_has_the_rods_at_every_time(tmp_path):
             np.testing.assert_allclose(points[:, 25 * number + 24], tip, rtol=1e-12, atol=1e-15)
         speed = root["PointData/speed"][:].reshape(steps, -1)
         twist = model.velocity(result.q, result.v, link="lower", t=result.t)
-        np.testing.assert_allclose(speed[:, -1], np.linalg.norm(twist[:, 3:], axis=1), rtol=1e-12, atol=1e-15)
-        np.testing.assert_allclose(root["PointData/radius"], 0.01, rtol=1e-14)
+        np.testing.assert_allclose(speed[:, 49], np.linalg.norm(twist[:, 3:], axis=1), rtol=1e-12, atol=1e-15)
+        radius = root["PointData/radius"][:].reshape(steps, -1)
+        np.testing.assert_allclose(radius[:, :50], 0.01, rtol=1e-14)
 
 
 # Invalid arguments.
