@@ -13,7 +13,7 @@ from .._lissom import LissomError, Model, Robot, StaticsResult, statics
 from ..common.arguments import whole
 from ..common.interruption import Keeping
 from .base import ParameterResult
-from .parameters import OfModel, names_of, place_derivative, resolved, value_of
+from .parameters import OfModel, names_of, place_derivative, resolved
 
 Array = NDArray[np.float64]
 
@@ -140,7 +140,8 @@ def equilibrium_sensitivity(
         A model without closed loops and inextensible tendons.
     parameters : sequence of str
         Model parameters by the names that `sweep` uses, such as 'rod[0].segment[0].young_modulus',
-        'gravity[2]', 'link[1].joint.stiffness'. All other numbers are held constant.
+        'gravity[2]', 'link[1].joint.stiffness', or 'segments[*].radius' for a value that all segments share.
+        All other numbers are held constant.
     q0 : array_like, shape (n,), optional
         As for `statics`.
     objective : callable, optional
@@ -317,8 +318,8 @@ def _frequencies(
     changes = np.full((count, len(parameters)), np.nan)
     for i, parameter in enumerate(parameters):
         stiffness_change, mass_change = np.zeros((2, len(q), len(q)))
-        for other, weight in parameter.terms:
-            moved = q + dq[:, i] * (value_of(other, parameter.name) - parameter.value)
+        for (other, value), weight in parameter.nearby:
+            moved = q + dq[:, i] * (value - parameter.value)
             of_other, _, inertia = other.tangent(moved, rest, rest, **at)
             stiffness_change += weight * of_other
             mass_change += weight * inertia

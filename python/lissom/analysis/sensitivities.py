@@ -202,8 +202,8 @@ def sensitivity(
         Parameters to differentiate with respect to: 'q0' and 'v0' (all initial coordinates and velocities) or
         a single one such as 'q0[2]'; 'u' (all inputs of all control steps), 'u[3]' (all inputs of one control
         step) or 'u[3][0]' (one input); and model parameters by the names that `sweep` uses, such as
-        'rod[0].segment[0].young_modulus', 'gravity[2]', 'link[1].joint.damping'. All other numbers are held
-        constant.
+        'rod[0].segment[0].young_modulus', 'gravity[2]', 'link[1].joint.damping', or 'segments[*].radius' for
+        a value that all segments share. All other numbers are held constant.
     t0, q0, v0 : optional
         As for `simulate`.
     u : array_like, shape (inputs,) or (steps, inputs), optional

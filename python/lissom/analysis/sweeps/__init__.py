@@ -79,7 +79,8 @@ def sweep(
     parameters : mapping of str to sequence
         Values by parameter: numbers, booleans or strings. For a scene the names are key paths, such as
         ``rod[0].segment[0].young_modulus`` or ``simulation.dt``, including keys left at their defaults; for a
-        model the same paths, or attributes (``segments[0].radius``); for a function its arguments.
+        model the same paths, or attributes (``segments[0].radius``); for a function its arguments. A star
+        sets all entries of a list (``segments[*].radius``).
     executor : executor, optional
         Executor for the simulations, with the interface of `concurrent.futures`, or a client of
         `dask.distributed`. By default threads on all processors. Points are grouped into tasks of about one
