@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .._lissom import LissomError, Model, Robot, StaticsResult, statics
-from ..common.arguments import whole
+from ..common.arguments import keywords, whole
 from ..common.interruption import Keeping
 from .base import ParameterResult
 from .parameters import OfModel, names_of, place_derivative, resolved
@@ -19,6 +19,10 @@ Array = NDArray[np.float64]
 
 #: Objective of a gradient: a number, and its derivative with respect to the coordinates.
 Objective = Callable[[Array], tuple[float, ArrayLike]]
+
+#: Keywords of `equilibrium_sensitivity`, and the options of `statics` among them.
+OF_STATICS = ("method", "load_steps", "tol", "max_iter", "max_steps")
+KEYWORDS = ("q0", "objective", "frequencies", "t", "u", *OF_STATICS)
 
 #: Frequencies with a smaller relative difference have no separate derivatives: a small change
 #: of a parameter may turn one mode into the other.
@@ -225,6 +229,7 @@ def differentiated(
     **options: Any,
 ) -> EquilibriumSensitivityResult:
     """An equilibrium and its derivatives; the parameter data are shared by all equilibria of a model."""
+    keywords("equilibrium_sensitivity", options, KEYWORDS)
     found = statics(model, q0, t=t, u=u, **options)
     if not found.success:
         raise LissomError(f"no equilibrium was found: {found.message}")
