@@ -418,7 +418,13 @@ class _Search:
         return self.measured.predicted(changed, self.make.wanted(changed, values), begin, self.options)
 
     def _within_bounds(
-        self, intervals: Array, z: Array, residual: Array, more: float, is_at_bound: NDArray[np.bool_]
+        self,
+        intervals: Array,
+        z: Array,
+        residual: Array,
+        jacobian: Array,
+        more: float,
+        is_at_bound: NDArray[np.bool_],
     ) -> str:
         """Move the ends of intervals that leave the bounds; what there is to say."""
         lowest, _, highest = self.bounds
@@ -430,11 +436,13 @@ class _Search:
             return self._evaluated(at)
 
         limits = lowest / self._scale, highest / self._scale
-        profile = Profile(evaluated, z, float(residual @ residual), more, *limits)
+        profile = Profile(evaluated, z, jacobian, float(residual @ residual), more, *limits)
         cut: list[str] = []
         for i, name in enumerate(self.names):
-            leaves = intervals[i, 0] < lowest[i] or intervals[i, 1] > highest[i]
-            if not (leaves or is_at_bound[i]):
+            leaves = [intervals[i, 0] < lowest[i], intervals[i, 1] > highest[i]]
+            if is_at_bound[i]:
+                leaves = [True, True]
+            if not any(leaves):
                 continue
             guess = intervals[i] / self._scale[i]
             intervals[i] = np.clip(intervals[i], lowest[i], highest[i])
@@ -442,8 +450,9 @@ class _Search:
                 # The data do not determine it.
                 continue
             try:
-                found = [profile.end(i, side, guess[k]) for k, side in enumerate((-1, 1))]
-                intervals[i] = np.array(found) * self._scale[i]
+                for k, side in enumerate((-1, 1)):
+                    if leaves[k]:
+                        intervals[i, k] = profile.end(i, side, guess[k]) * self._scale[i]
             except OutOfRuns:
                 cut.append(name)
         if not cut:
@@ -484,7 +493,9 @@ class _Search:
         if self.failures:
             message += f" {self.failures} of {self.runs} trial runs failed, the last one {self.failed}"
         if refine is not None:
-            message += refine(intervals, z, residual, (quantile * noise) ** 2, np.asarray(active) != 0)
+            message += refine(
+                intervals, z, residual, jacobian, (quantile * noise) ** 2, np.asarray(active) != 0
+            )
         else:
             intervals = np.clip(intervals, lowest[:, None], highest[:, None])
         model = self.make(dict(zip(names, values.tolist(), strict=True)))

@@ -48,8 +48,9 @@ class Profile:
     """
 
     evaluated: Evaluated
-    #: The best values (p,), their sum of squares, and by how much that grows up to the ends.
+    #: The best values (p,), Jacobian and sum of squares there, and by how much that grows to the ends.
     best: Array
+    jacobian: Array
     least: float
     more: float
     #: Bounds (p,) of the values.
@@ -61,8 +62,11 @@ class Profile:
 
         Raises OutOfRuns if `evaluated` does.
         """
-        self._others = np.delete(self.best, which)
         best = float(self.best[which])
+        self._last, self._others = best, np.delete(self.best, which)
+        # How the others follow to first order.
+        of_others = np.delete(self.jacobian, which, axis=1)
+        self._slope = -np.linalg.lstsq(of_others, self.jacobian[:, which], rcond=None)[0]
         bound = float((self.lowest, self.highest)[side > 0][which])
         if best == bound:
             return bound
@@ -118,18 +122,21 @@ class Profile:
         if not len(self._others):
             residual = self.evaluated(whole(self._others))[0]
             return float(residual @ residual)
-        start = self._others
-        if not np.isfinite(self.evaluated(whole(start))[0]).all():
-            return np.inf
         keep = np.arange(len(self.best)) != which
+        lowest, highest = self.lowest[keep], self.highest[keep]
+        start = np.clip(self._others + self._slope * (value - self._last), lowest, highest)
+        if not np.isfinite(self.evaluated(whole(start))[0]).all():
+            start = self._others
+            if not np.isfinite(self.evaluated(whole(start))[0]).all():
+                return np.inf
         found = least_squares(
             lambda others: self.evaluated(whole(others))[0],
             start,
             lambda others: self.evaluated(whole(others))[1][:, keep],
-            bounds=(self.lowest[keep], self.highest[keep]),
+            bounds=(lowest, highest),
             x_scale="jac",
             ftol=SETTLED,
             xtol=SETTLED,
         )
-        self._others = found.x
+        self._last, self._others = value, found.x
         return float(2.0 * found.cost)

@@ -266,7 +266,13 @@ def test_profiles_against_a_grid():
     inside = rates[squares <= least + more]
     for lowest, highest in ((0.0, np.inf), (-np.inf, np.inf), (1.0, 1.6), (0.0, 50.0)):
         profile = Profile(
-            evaluated, best, least, more, np.array([-np.inf, lowest]), np.array([np.inf, highest])
+            evaluated,
+            best,
+            evaluated(best)[1],
+            least,
+            more,
+            np.array([-np.inf, lowest]),
+            np.array([np.inf, highest]),
         )
         found = [profile.end(1, side, best[1] + side * 0.5) for side in (-1, 1)]
         right = [max(inside[0], lowest), min(inside[-1], highest)]
@@ -279,14 +285,14 @@ def test_profiles_without_an_end_and_without_runs():
 
     nowhere = np.array([np.inf])
     # The sum of squares grows by less than one for ever.
-    profile = Profile(evaluated, np.zeros(1), 1.0, 1.5, -nowhere, nowhere)
+    profile = Profile(evaluated, np.zeros(1), evaluated(np.zeros(1))[1], 1.0, 1.5, -nowhere, nowhere)
     assert [profile.end(0, side, side * 1.0) for side in (-1, 1)] == [-np.inf, np.inf]
 
     def exhausted(p):
         raise OutOfRuns
 
     with pytest.raises(OutOfRuns):
-        Profile(exhausted, np.zeros(1), 1.0, 0.5, -nowhere, nowhere).end(0, 1, 1.0)
+        Profile(exhausted, np.zeros(1), np.ones((2, 1)), 1.0, 0.5, -nowhere, nowhere).end(0, 1, 1.0)
 
 
 def test_too_few_runs_for_profiles_are_told(monkeypatch):

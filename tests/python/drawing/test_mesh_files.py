@@ -168,6 +168,7 @@ def everything(section=None):
     return lissom.Robot(
         [arm, hand],
         actuators=[lissom.Tendon("pull", [lissom.Along("arm", (0.0, 0.006))], tension=1.5)],
+        magnets=[lissom.Magnet((0.0, 0.3, 0.4), link="hand")],
         contacts=[
             *(lissom.Contact(ball, solid, stiffness=1e3, name=f"on {i}") for i, solid in enumerate(solids)),
             lissom.Contact(
