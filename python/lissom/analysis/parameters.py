@@ -279,7 +279,8 @@ def _of_inputs(name: str, held: re.Match[str], inputs: tuple[int, int] | None) -
 def _of_model(model: Model, name: str, materials: Materials, by_adjoint: bool) -> OfModel:
     path = _path(model, name)
     if paths.EVERY in path:
-        return _that_matters(OfModel(name, value_of(model, name), None, model))
+        material = materials.shared(paths.each_of(model, path))
+        return _that_matters(OfModel(name, value_of(model, name), material, model))
     length_of = materials.free_length(path) if by_adjoint else None
     if length_of is not None:
         # A longer rod has more mass, and a longer reach.
