@@ -141,7 +141,7 @@ class Materials:
         return OfMaterial(value, first, changed, segment.retardation_time * changed, section)
 
     def shared(self, several: Sequence[Sequence[paths.Part]]) -> OfMaterial | None:
-        """The derivative with respect to one value of several numbers, by coordinates from first to last segment.
+        """The derivative with respect to one value of several numbers, by all their coordinates.
 
         None unless all are of stiffness or damping.
         """
