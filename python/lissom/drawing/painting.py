@@ -196,5 +196,5 @@ def polygons(drawn: Triangles) -> Any:
     # Edges in the colour of the faces close the gaps that viewers leave between neighbours.
     edges = np.where(drawn.colours[:, 3:] < 1.0, 0.0, drawn.colours)
     return PolyCollection(
-        list(drawn.corners[..., :2]), facecolors=drawn.colours, edgecolors=edges, linewidths=HAIR, snap=False
+        drawn.corners[..., :2], facecolors=drawn.colours, edgecolors=edges, linewidths=HAIR, snap=False
     )
