@@ -195,6 +195,6 @@ def polygons(drawn: Triangles) -> Any:
 
     # Edges in the colour of the faces close the gaps that viewers leave between neighbours.
     edges = np.where(drawn.colours[:, 3:] < 1.0, 0.0, drawn.colours)
-    return PolyCollection(
-        drawn.corners[..., :2], facecolors=drawn.colours, edgecolors=edges, linewidths=HAIR, snap=False
-    )
+    # Of an array paths are made at once.
+    flat: Any = drawn.corners[..., :2]
+    return PolyCollection(flat, facecolors=drawn.colours, edgecolors=edges, linewidths=HAIR, snap=False)
