@@ -27,6 +27,9 @@ SHADE, LIGHT = 0.5, np.array([-0.35, 0.55, 0.76])
 #: Larger triangles are cut, relative to the diagonal of the figure: they are sorted by their middles.
 LARGEST = 0.04
 
+#: What is less far inside an obstacle is not hidden, relative to the longest sides of triangles.
+TOUCHING = 0.25
+
 #: Width of the edges of polygons, points.
 HAIR = 0.15
 
@@ -68,10 +71,12 @@ def triangles(found: Sequence[Part], axes: Array, shapes: Iterable[int] | None =
     most = LARGEST * float(np.linalg.norm(np.ptp(every, axis=0)))
     obstacles = _cut(_joined(still), most)
     painted = [_cut(_joined(of_shape), most) for of_shape in moving]
-    # Obstacles are painted after the last shape that they hide somewhere.
-    after = np.full(len(obstacles.corners), -1)
+    # Obstacles are painted after the last shape that they hide somewhere, but not over what is before them.
+    after, is_free = np.full(len(obstacles.corners), -1), np.ones(len(obstacles.corners), bool)
     for place, of_shape in enumerate(painted):
-        after[_hiding(obstacles.corners, of_shape.corners, most)] = place
+        hides, is_hidden = _hiding(obstacles.corners, of_shape.corners, most)
+        is_free &= ~is_hidden
+        after[hides & is_free] = place
     order = np.concatenate([after, *(np.full(len(part.corners), k) for k, part in enumerate(painted))])
     together = _joined([obstacles, *painted])
     by_depth = np.lexsort([together.corners[..., 2].mean(axis=1), order])
@@ -137,15 +142,16 @@ class _Grid:
         return np.stack([self.of(np.stack([x[:, 0], y[:, 1]], axis=-1)) for x in ends for y in ends])
 
 
-def _hiding(obstacles: Array, shape: Array, side: float) -> NDArray[np.bool_]:
-    """Which triangles (m, 3, 3) of obstacles are before triangles (n, 3, 3) of a shape somewhere.
+def _hiding(obstacles: Array, shape: Array, side: float) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Which triangles (m, 3, 3) of obstacles are before and behind triangles (n, 3, 3) of a shape somewhere.
 
-    They are before all of it in one of their squares, or at the middle of one of both; no side is longer
-    than `side`.
+    They are before all of it in one of their squares, or before or behind it at the middle of one of both; no
+    side is longer than `side`. What reaches a little into an obstacle is before it.
     """
-    is_before = np.zeros(len(obstacles), bool)
+    is_before, is_behind = np.zeros((2, len(obstacles)), bool)
     if not len(obstacles) or not len(shape):
-        return is_before
+        return is_before, is_behind
+    least = TOUCHING * side
     grid = _Grid(np.concatenate([obstacles, shape]), side)
     front = np.full(grid.size, np.inf)
     of_shape = grid.of_triangles(shape)
@@ -154,10 +160,14 @@ def _hiding(obstacles: Array, shape: Array, side: float) -> NDArray[np.bool_]:
     np.maximum.at(front, of_shape.reshape(-1), np.tile(shape[..., 2].max(axis=1), len(of_shape)))
     is_before |= (obstacles[..., 2].min(axis=1) > front[grid.of_triangles(obstacles)]).any(axis=0)
     point, triangle, depth = _over(shape.mean(axis=1), obstacles, side)
-    is_before[triangle[depth > shape.mean(axis=1)[point, 2] + ROUNDING * side]] = True
+    over = depth - shape.mean(axis=1)[point, 2]
+    is_before[triangle[over > least]] = True
+    is_behind[triangle[over < -ROUNDING * side]] = True
     point, triangle, depth = _over(obstacles.mean(axis=1), shape, side)
-    is_before[point[depth < obstacles.mean(axis=1)[point, 2] - ROUNDING * side]] = True
-    return is_before
+    over = obstacles.mean(axis=1)[point, 2] - depth
+    is_before[point[over > least]] = True
+    is_behind[point[over < -ROUNDING * side]] = True
+    return is_before, is_behind
 
 
 def _over(

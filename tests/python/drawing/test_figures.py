@@ -132,6 +132,36 @@ def test_obstacles_hide_all_shapes_behind_them(tmp_path):
     assert not ((rows < 0.7 * tall) & (columns > 0.15 * wide) & (columns < 0.85 * wide)).any()
 
 
+@pytest.mark.parametrize(
+    ("heights", "order"),
+    [
+        # Heights of a plate in two shapes beside an obstacle at zero: what is painted, from first to last.
+        ((0.5, 0.5), "obstacle first second"),
+        ((-0.5, -0.5), "first second obstacle"),
+        ((-0.5, 0.5), "first obstacle second"),
+        # What is before an obstacle is not painted over, although the second shape lies behind it.
+        ((0.5, -0.5), "obstacle first second"),
+        # In contact.
+        ((0.5, -1e-3), "obstacle first second"),
+    ],
+)
+def test_obstacles_are_painted_between_shapes(heights, order):
+    corners, bone = np.array([[-1.0, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]]), np.zeros(4, int)
+    two, still = np.array([[0, 1, 2], [0, 2, 3]], np.uint32), np.zeros((2, 1, 3))
+    turns = np.broadcast_to([1.0, 0.0, 0.0, 0.0], (2, 1, 4))
+    moved = still + np.array([0.0, 0.0, 1.0]) * np.array(heights)[:, None, None]
+    plates = [
+        Part("wall", "obstacles", corners, bone, two, still, turns),
+        Part("plate", "rods", corners, bone, two, moved, turns),
+    ]
+    drawn = painting.triangles(plates, np.eye(3))
+    names = {0: "obstacle", 1: "first", 2: "second"}
+    saturation = np.ptp(drawn.colours[:, :3], axis=1)
+    which = np.where(saturation < 0.15, 0, np.where(saturation < 0.4, 1, 2))
+    found = [names[which[i]] for i in np.flatnonzero(np.diff(which, prepend=-1))]
+    assert " ".join(found) == order
+
+
 def test_over_finds_what_lies_over_what():
     """Against every point and triangle by themselves."""
     chosen = np.random.default_rng(3)
