@@ -15,7 +15,6 @@ import matplotlib.pyplot as plt
 from PIL import Image, ImageChops
 
 import lissom
-from drawing import draw, frame
 from lissom.model.views import View, view
 
 HERE = Path(__file__).parent
@@ -26,6 +25,12 @@ INSTANTS = 5
 
 #: Runs of which the fastest one counts.
 REPETITIONS = 5
+
+#: Widest picture, pixels.
+WIDEST = 640
+
+#: Colours of a picture.
+COLOURS = 128
 
 #: White pixels around a picture.
 MARGIN = 12
@@ -54,14 +59,11 @@ def timed(scene: lissom.Scene) -> tuple[lissom.MotionResult, float]:
     return motion, min(times)
 
 
-def picture_in_space(what: View, motion: lissom.MotionResult, camera: tuple[float, float]) -> plt.Figure:
-    figure = plt.figure(figsize=(6, 4), dpi=100)
-    axes = figure.add_axes((0, 0, 1, 1), projection="3d", computed_zorder=False)
-    frame(axes, what, motion, *camera, zoom=1.0)
-    instants = np.linspace(0, len(motion.t) - 1, INSTANTS).astype(int)
-    for i, alpha in zip(instants, np.linspace(0.15, 1.0, INSTANTS), strict=True):
-        draw(axes, what, motion.q[i], float(motion.t[i]), alpha if i != instants[-1] else 1.0)
-    return figure
+def direction(camera: tuple[float, float]) -> np.ndarray:
+    """From a model to the viewer, for an elevation and an azimuth in degrees."""
+    elevation, azimuth = np.radians(camera)
+    across = np.cos(elevation)
+    return np.array([across * np.cos(azimuth), across * np.sin(azimuth), np.sin(elevation)])
 
 
 def picture_in_the_plane(what: View, motion: lissom.MotionResult) -> plt.Figure:
@@ -74,13 +76,6 @@ def picture_in_the_plane(what: View, motion: lissom.MotionResult) -> plt.Figure:
     return figure
 
 
-def save(figure: plt.Figure, path: Path) -> None:
-    """The picture without its white borders."""
-    figure.savefig(path)
-    plt.close(figure)
-    crop(path)
-
-
 def crop(path: Path) -> None:
     with Image.open(path) as file:
         picture = file.convert("RGB")
@@ -89,7 +84,8 @@ def crop(path: Path) -> None:
     ).getbbox()
     whole = Image.new("RGB", (right - left + 2 * MARGIN, bottom - top + 2 * MARGIN), "white")
     whole.paste(picture.crop((left, top, right, bottom)), (MARGIN, MARGIN))
-    whole.save(path, optimize=True)
+    whole.thumbnail((WIDEST, WIDEST), Image.Resampling.LANCZOS)
+    whole.quantize(COLOURS).save(path, optimize=True)
 
 
 def first_comment(text: str) -> str:
@@ -135,11 +131,15 @@ def main() -> None:
         motion, seconds = timed(scene)
         what = view(scene.model)
         name = path.stem
+        picture = HERE / f"{name}.png"
         if what.is_spatial:
-            figure = picture_in_space(what, motion, CAMERAS.get(name, FRONT))
+            times = np.linspace(motion.t[0], motion.t[-1], INSTANTS)
+            motion.picture(picture, times=times, view=direction(CAMERAS.get(name, FRONT)))
         else:
             figure = picture_in_the_plane(what, motion)
-        save(figure, HERE / f"{name}.png")
+            figure.savefig(picture)
+            plt.close(figure)
+        crop(picture)
         entries[name] = {
             "comment": first_comment(scene.text),
             "title": what.title,

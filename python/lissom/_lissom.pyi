@@ -2125,6 +2125,16 @@ class StaticsResult:
     @property
     def njev(self) -> int: ...
     def plot(self, model: Model) -> NDArray[Any]: ...
+    def picture(
+        self,
+        path: str | PathLike[str],
+        model: Model,
+        *,
+        view: str | ArrayLike | None = None,
+        width: float = 0.085,
+        t: float = 0.0,
+        u: ArrayLike | None = None,
+    ) -> None: ...
     def report(
         self,
         path: str | PathLike[str],

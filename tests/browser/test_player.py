@@ -44,6 +44,53 @@ def test_everything_is_drawn(name, opened):
     assert all(count > 10 for count in colours)
 
 
+#: What the page is drawn from: sizes and colours of canvases, and what is shown.
+LAID = """() => {
+  const colours = (canvas) => {
+    const { data } = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height);
+    return new Set(new Uint32Array(data.buffer)).size;
+  };
+  const canvases = [...document.querySelectorAll('.curves')].filter((canvas) => canvas.offsetWidth);
+  const [view] = document.querySelectorAll('.view');
+  const still = document.querySelector('.still');
+  return {
+    curves: canvases.map((canvas) => [canvas.width / canvas.offsetWidth, colours(canvas)]),
+    view: view.querySelector('canvas').width / view.offsetWidth,
+    still: still && [still.width / view.offsetWidth, colours(still)],
+    ground: getComputedStyle(document.body).getPropertyValue('--view').trim(),
+  };
+}"""
+
+
+@pytest.mark.parametrize("dark", [False, True])
+def test_paper_shows_stills_and_all_plots(dark, opened, tmp_path):
+    """Also plots that have not been in sight, in light colours, and the screen is as before afterwards."""
+    shown = opened("motion")
+    page = shown.page
+    page.wait_for_function(READY)
+    if dark:
+        page.emulate_media(color_scheme="dark")
+    before = page.evaluate(LAID)
+    assert before["still"] is None
+    page.evaluate("() => dispatchEvent(new Event('beforeprint'))")
+    paper = page.evaluate(LAID)
+    assert paper["ground"] == "#eef2f7"
+    # Three pixels for each of the page: 288 an inch.
+    assert [round(ratio) for ratio, _ in paper["curves"]] == [3] * len(before["curves"])
+    assert min(count for _, count in paper["curves"]) > 10
+    ratio, colours = paper["still"]
+    assert ratio == pytest.approx(3.0, abs=0.02)
+    assert colours > 100
+    page.evaluate("() => dispatchEvent(new Event('afterprint'))")
+    after = page.evaluate(LAID)
+    assert (after["still"], after["ground"], after["view"]) == (None, before["ground"], before["view"])
+    assert [ratio for ratio, _ in after["curves"]] == [ratio for ratio, _ in before["curves"]]
+    printed = page.pdf(path=tmp_path / "x.pdf", format="A4")
+    assert printed.startswith(b"%PDF")
+    # The still is in it, as are the plots: pixels of canvases are images.
+    assert printed.count(b"/Subtype /Image") >= 1 + len(before["curves"])
+
+
 def test_a_path_whose_loads_turn_back_plays_and_says_its_loads(opened):
     shown = opened("path")
     factor = turning_path()[1].path.load_factor

@@ -10,15 +10,19 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .._lissom import LissomError, Model, Robot, StaticsResult, statics
-from ..common.arguments import whole
+from ..common.arguments import keywords, whole
 from ..common.interruption import Keeping
 from .base import ParameterResult
-from .parameters import OfModel, names_of, place_derivative, resolved, value_of
+from .parameters import OfModel, names_of, place_derivative, resolved
 
 Array = NDArray[np.float64]
 
 #: Objective of a gradient: a number, and its derivative with respect to the coordinates.
 Objective = Callable[[Array], tuple[float, ArrayLike]]
+
+#: Keywords of `equilibrium_sensitivity`, and the options of `statics` among them.
+OF_STATICS = ("method", "load_steps", "tol", "max_iter", "max_steps")
+KEYWORDS = ("q0", "objective", "frequencies", "t", "u", *OF_STATICS)
 
 #: Frequencies with a smaller relative difference have no separate derivatives: a small change
 #: of a parameter may turn one mode into the other.
@@ -140,7 +144,8 @@ def equilibrium_sensitivity(
         A model without closed loops and inextensible tendons.
     parameters : sequence of str
         Model parameters by the names that `sweep` uses, such as 'rod[0].segment[0].young_modulus',
-        'gravity[2]', 'link[1].joint.stiffness'. All other numbers are held constant.
+        'gravity[2]', 'link[1].joint.stiffness', or 'segments[*].radius' for a value that all segments share.
+        All other numbers are held constant.
     q0 : array_like, shape (n,), optional
         As for `statics`.
     objective : callable, optional
@@ -224,6 +229,7 @@ def differentiated(
     **options: Any,
 ) -> EquilibriumSensitivityResult:
     """An equilibrium and its derivatives; the parameter data are shared by all equilibria of a model."""
+    keywords("equilibrium_sensitivity", options, KEYWORDS)
     found = statics(model, q0, t=t, u=u, **options)
     if not found.success:
         raise LissomError(f"no equilibrium was found: {found.message}")
@@ -317,8 +323,8 @@ def _frequencies(
     changes = np.full((count, len(parameters)), np.nan)
     for i, parameter in enumerate(parameters):
         stiffness_change, mass_change = np.zeros((2, len(q), len(q)))
-        for other, weight in parameter.terms:
-            moved = q + dq[:, i] * (value_of(other, parameter.name) - parameter.value)
+        for (other, value), weight in parameter.nearby:
+            moved = q + dq[:, i] * (value - parameter.value)
             of_other, _, inertia = other.tangent(moved, rest, rest, **at)
             stiffness_change += weight * of_other
             mass_change += weight * inertia

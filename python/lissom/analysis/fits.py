@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import inspect
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from numbers import Real
 from typing import Any
 
@@ -13,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from .._lissom import LissomError, Robot, finite_array
 from ..common.arguments import number, sequence, whole
 from ..common.extras import missing
+from ..model import paths
 from .base import ParameterResult
 from .measurements import (
     Measured,
@@ -23,13 +26,26 @@ from .measurements import (
     Places,
     StaticShapes,
 )
-from .parameters import START, model_with, names_of, value_of
+from .parameters import START, OfArgument, check_shared, model_with, names_of
+from .profiles import OutOfRuns, Profile, on_scale
 
 Array = NDArray[np.float64]
 
 #: The data do not determine directions whose singular value of the scaled Jacobian is below this fraction of
 #: the largest.
 RANK = 1e-8
+
+#: Where the search ends: relative changes of the sum of squares and of the values, and the gradient.
+FTOL, XTOL, GTOL = 1e-10, 1e-10, 1e-14
+
+#: What the statuses of SciPy's `least_squares` mean.
+MESSAGES = (
+    "Not converged: {runs} runs (max_runs) did not suffice; a better guess or more of them may.",
+    f"Converged: the gradient of the cost is below gtol = {GTOL:g}.",
+    f"Converged: the change of the cost is below ftol = {FTOL:g} of the cost.",
+    f"Converged: the change of the parameters is below xtol = {XTOL:g} of them.",
+    f"Converged: the changes of cost and parameters are below ftol = {FTOL:g} and xtol = {XTOL:g} of them.",
+)
 
 #: A parameter counts as undetermined if its component of an undetermined direction is at least this large.
 PART = 0.1
@@ -54,8 +70,10 @@ class FitResult(ParameterResult):
         Covariance of the values, from the Jacobian at the solution and the noise. For undetermined parameters
         the diagonal is infinite and the rest of the row and column NaN.
     intervals : ndarray, shape (p, 2)
-        Confidence intervals from Student's t distribution; exact if the model is linear in the parameters and
-        the noise is normal and independent.
+        Confidence intervals from Student's t distribution, exact if the model is linear in the parameters and
+        the noise is normal and independent. Those of parameters whose lower bound is not negative are
+        intervals of their logarithms, hence positive. Where such an interval leaves the bounds, or the value
+        is at one, the profile of the likelihood gives the ends, or the bound is the end.
     undetermined : tuple of str
         Parameters that the data do not determine, alone or together.
     residuals : ndarray, shape (k, places, 3) or (k,)
@@ -71,7 +89,7 @@ class FitResult(ParameterResult):
         Reason for termination, the parameters that the data do not determine, those at a bound, and the
         number of failed trial runs.
     at_bounds : tuple of str
-        Parameters that ended at a bound. Their intervals ignore the bound and do not hold there.
+        Parameters that ended at a bound, which is one end of their intervals.
     confidence : float
         Coverage probability of the intervals.
     measured : ndarray, shape as of the residuals
@@ -111,7 +129,7 @@ class FitResult(ParameterResult):
 
 
 def fit(
-    model: Robot,
+    model: Robot | Callable[..., Robot],
     data: tuple[ArrayLike, ArrayLike] | StaticShapes | NaturalFrequencies,
     parameters: Mapping[str, float | tuple[float, float, float]],
     *,
@@ -129,15 +147,16 @@ def fit(
 
     Parameters
     ----------
-    model : Rod or Robot
-        The measured model, with initial values of all parameters.
+    model : Rod, Robot or callable
+        The measured model; or a function that returns it, whose arguments are the parameters, as for `sweep`.
     data : (t, positions), StaticShapes or NaturalFrequencies
         A motion as increasing times, shape (k,), seconds, not before `t0`, and world positions, metres, shape
         (k, 3) for one point or (k, places, 3); or positions in equilibria; or the lowest natural frequencies
         about an equilibrium.
     parameters : mapping of str to float or (lowest, guess, highest)
-        Initial values by name, optionally with bounds. Names are those of `sensitivity`; initial states are
-        given coordinate by coordinate, such as 'q0[0]'.
+        Initial values by name, optionally with bounds. Names are those of `sensitivity`, such as
+        'segments[0].young_modulus', or 'segments[*].young_modulus' for one value that all segments share;
+        initial states are given coordinate by coordinate, such as 'q0[0]'. For a function its arguments.
     places : sequence, optional
         Measured points: arc lengths of the last link, names of links (their tips), or pairs (link, arc
         length). The last tip by default.
@@ -151,7 +170,7 @@ def fit(
     confidence : float
         Coverage probability of the intervals.
     max_runs : int
-        Maximum number of evaluations of the model.
+        Maximum number of evaluations of the model for the search, and as many again for profiles.
     **options
         As for `sensitivity`, among them the inputs `u` and `control_step` of a driven motion; for equilibria
         as for `equilibrium_sensitivity`.
@@ -191,16 +210,19 @@ def fit(
     """
     if missing("scipy"):
         raise ImportError("fit needs SciPy: pip install 'lissom[fit]'")
-    _check(model, noise, confidence, max_runs, t0, dt)
-    measured = _measured(model, data, places, t0, dt)
-    if v0 is not None and not isinstance(measured, OfMotion):
-        raise ValueError("v0: expected None: equilibria have no velocities")
     if not isinstance(parameters, Mapping):
         raise TypeError(
             f"parameters: got {type(parameters).__name__}, expected a mapping of names to guesses"
         )
     names = names_of(parameters)
-    bounds = _bounds(model, names, parameters)
+    make = _OfFunction(model) if callable(model) and not isinstance(model, Robot) else _OfModel(model)
+    bounds = _bounds(make, names, parameters)
+    model = make.first(dict(zip(names, bounds[1].tolist(), strict=True)))
+    _check(model, noise, confidence, max_runs, t0, dt)
+    measured = _measured(model, data, places, t0, dt)
+    if v0 is not None and not isinstance(measured, OfMotion):
+        raise ValueError("v0: expected None: equilibria have no velocities")
+    _check_starts(model, names)
     for name in names:
         if START.fullmatch(name) and not isinstance(measured, OfMotion):
             raise ValueError(
@@ -214,12 +236,10 @@ def fit(
         start["q0"] = _state(q0, model.n, "q0")
     if isinstance(measured, OfMotion):
         start["v0"] = _state(v0, model.n, "v0")
-    return _Search(model, measured, names, start, options, noise, confidence).best_fit(bounds, max_runs)
+    return _Search(make, measured, names, start, options, noise, confidence, bounds, max_runs).best_fit()
 
 
 def _check(model: Robot, noise: Any, confidence: Any, max_runs: Any, t0: Any, dt: Any) -> None:
-    if not isinstance(model, Robot):
-        raise TypeError(f"model: expected a Rod or a Robot, got {type(model).__name__}, which has no places")
     if not 0.0 < number("confidence", confidence) < 1.0:
         raise ValueError(f"confidence: got {confidence!r}, expected a number between 0 and 1")
     if whole("max_runs", max_runs) < 1:
@@ -232,11 +252,81 @@ def _check(model: Robot, noise: Any, confidence: Any, max_runs: Any, t0: Any, dt
             raise ValueError(f"{name}: got {value!r}, expected a number of seconds" + " > 0" * (name == "dt"))
 
 
+@dataclass(frozen=True)
+class _OfModel:
+    """A model whose numbers are fitted."""
+
+    model: Any
+
+    def __call__(self, values: Mapping[str, float]) -> Robot:
+        """The model with these values, apart from initial states."""
+        changed: Robot = model_with(self.model, _of_model(values))
+        return changed
+
+    def first(self, values: Mapping[str, float]) -> Robot:
+        """A model whose coordinates and places are those of all."""
+        return self._checked()
+
+    def check(self, name: str) -> None:
+        """Raise ValueError unless there is a number with this name."""
+        check_shared(self._checked(), name)
+
+    def wanted(self, model: Robot, values: Mapping[str, float]) -> list[Any]:
+        """The parameters of the derivatives, for the model with these values."""
+        return list(values)
+
+    def _checked(self) -> Robot:
+        return _robot(self.model, "model: expected a Rod or a Robot, or a function that makes one, got")
+
+
+@dataclass(frozen=True)
+class _OfFunction:
+    """A function that makes a model, whose arguments are fitted."""
+
+    build: Callable[..., Any]
+
+    def __call__(self, values: Mapping[str, float]) -> Robot:
+        """The model with these values, apart from initial states."""
+        return _robot(
+            self.build(**_of_model(values)), "model: expected a function that makes a Rod or a Robot, got"
+        )
+
+    def first(self, values: Mapping[str, float]) -> Robot:
+        """A model whose coordinates and places are those of all."""
+        return self(values)
+
+    def check(self, name: str) -> None:
+        """Raise ValueError unless the function has this argument."""
+        known = inspect.signature(self.build).parameters
+        if name not in known and not any(each.kind is each.VAR_KEYWORD for each in known.values()):
+            raise ValueError(f"parameters: got {name!r}, {paths.meant(name, known)}")
+
+    def wanted(self, model: Robot, values: Mapping[str, float]) -> list[Any]:
+        """The parameters of the derivatives, for the model with these values."""
+
+        def of(name: str) -> str | OfArgument:
+            if START.fullmatch(name):
+                return name
+            make = partial(self._with, values, name)
+            return OfArgument(name, values[name], None, model, make=make)
+
+        return [of(name) for name in values]
+
+    def _with(self, values: Mapping[str, float], name: str, value: float) -> Robot:
+        return self({**values, name: value})
+
+
+def _robot(model: Any, expected: str) -> Robot:
+    if not isinstance(model, Robot):
+        raise TypeError(f"{expected} {type(model).__name__}, which has no places")
+    return model
+
+
 @dataclass
 class _Search:
     """The search for the parameters whose predictions are nearest to the measurements."""
 
-    model: Robot
+    make: _OfModel | _OfFunction
     measured: Measured
     names: Sequence[str]
     #: Initial states without the parameters.
@@ -244,6 +334,9 @@ class _Search:
     options: dict[str, Any]
     noise: float | None
     confidence: float
+    #: Lowest values, guesses and highest values (p,).
+    bounds: tuple[Array, Array, Array]
+    max_runs: int
     runs: int = 0
     failures: int = 0
     #: The last trial that failed.
@@ -251,10 +344,10 @@ class _Search:
     #: Sum of squares, scaled values, residuals and Jacobian of the best run.
     best: tuple[float, Array, Array, Array] | None = None
 
-    def best_fit(self, bounds: tuple[Array, Array, Array], max_runs: int) -> FitResult:
+    def best_fit(self) -> FitResult:
         from scipy.optimize import least_squares
 
-        lowest, guess, highest = bounds
+        lowest, guess, highest = self.bounds
         # Scale, so that parameters of very different magnitude have equal weight.
         self._scale = np.where(guess != 0.0, np.abs(guess), 1.0)
         #: Residuals and Jacobian of the last values: the solver asks for both in turn.
@@ -266,24 +359,26 @@ class _Search:
                 lambda z: self._evaluated(z)[1],
                 bounds=(lowest / self._scale, highest / self._scale),
                 x_scale="jac",
-                max_nfev=max_runs,
-                ftol=1e-10,
-                xtol=1e-10,
-                gtol=1e-14,
+                max_nfev=self.max_runs,
+                ftol=FTOL,
+                xtol=XTOL,
+                gtol=GTOL,
             )
+            at_end = self._evaluated(solved.x)
+            words = MESSAGES[min(max(solved.status, 0), 4)].format(runs=self.max_runs)
+            found = solved.x, *at_end, solved.active_mask, bool(solved.status > 0), words
+            return self._result(*found, self._within_bounds)
         except KeyboardInterrupt as error:
             if self.best is not None:
                 message = f"Interrupted after {self.runs} runs; these are the best values until then."
                 nowhere = np.zeros(len(self.names))
-                found = self._result(*self.best[1:], nowhere, False, message)
-                error.result = found  # type: ignore[attr-defined]
+                error.result = self._result(  # type: ignore[attr-defined]
+                    *self.best[1:], nowhere, False, message
+                )
             else:
                 # That of the first run, or of its equilibrium, is no FitResult.
                 vars(error).pop("result", None)
             raise
-        success = bool(solved.status > 0)
-        at_end = self._evaluated(solved.x)
-        return self._result(solved.x, *at_end, solved.active_mask, success, str(solved.message))
 
     def _evaluated(self, z: Array) -> tuple[Array, Array]:
         """Residuals and their Jacobian at scaled values."""
@@ -319,11 +414,63 @@ class _Search:
         for name, value in values.items():
             if found := START.fullmatch(name):
                 begin[found["which"]][int(found["index"])] = value
-        changed = model_with(self.model, _of_model(values))
-        return self.measured.predicted(changed, self.names, begin, self.options)
+        changed = self.make(values)
+        return self.measured.predicted(changed, self.make.wanted(changed, values), begin, self.options)
+
+    def _within_bounds(
+        self,
+        intervals: Array,
+        z: Array,
+        residual: Array,
+        jacobian: Array,
+        more: float,
+        is_at_bound: NDArray[np.bool_],
+    ) -> str:
+        """Move the ends of intervals that leave the bounds; what there is to say."""
+        lowest, _, highest = self.bounds
+        last = self.runs + self.max_runs
+
+        def evaluated(at: Array) -> tuple[Array, Array]:
+            if self.runs >= last:
+                raise OutOfRuns
+            return self._evaluated(at)
+
+        limits = lowest / self._scale, highest / self._scale
+        profile = Profile(evaluated, z, jacobian, float(residual @ residual), more, *limits)
+        cut: list[str] = []
+        for i, name in enumerate(self.names):
+            leaves = [intervals[i, 0] < lowest[i], intervals[i, 1] > highest[i]]
+            if is_at_bound[i]:
+                leaves = [True, True]
+            if not any(leaves):
+                continue
+            guess = intervals[i] / self._scale[i]
+            intervals[i] = np.clip(intervals[i], lowest[i], highest[i])
+            if not np.isfinite(guess).all() or more <= 0.0:
+                # The data do not determine it.
+                continue
+            try:
+                for k, side in enumerate((-1, 1)):
+                    if leaves[k]:
+                        intervals[i, k] = profile.end(i, side, guess[k]) * self._scale[i]
+            except OutOfRuns:
+                cut.append(name)
+        if not cut:
+            return ""
+        return (
+            f" The intervals of {', '.join(cut)} are the linear ones, cut at their bounds: "
+            f"{self.max_runs} runs (max_runs) did not find their ends."
+        )
 
     def _result(
-        self, z: Array, residual: Array, jacobian: Array, active: Array, success: bool, message: str
+        self,
+        z: Array,
+        residual: Array,
+        jacobian: Array,
+        active: Array,
+        success: bool,
+        message: str,
+        refine: Callable[..., str] | None = None,
     ) -> FitResult:
         from scipy.special import stdtrit
 
@@ -335,20 +482,29 @@ class _Search:
             noise = float(np.sqrt(residual @ residual / freedom)) if freedom else np.inf
         covariance, undetermined = _covariance(jacobian, self._scale, noise, names)
         of_student = np.inf if self.noise is not None else max(freedom, 1)
-        width = stdtrit(of_student, 0.5 * (1.0 + self.confidence)) * np.sqrt(np.diag(covariance))
+        quantile = float(stdtrit(of_student, 0.5 * (1.0 + self.confidence)))
+        lowest, _, highest = self.bounds
+        intervals = on_scale(values, quantile * np.sqrt(np.diag(covariance)), lowest)
         at_bounds = tuple(name for name, is_there in zip(names, active, strict=True) if is_there)
         if undetermined:
             message += f" The data do not determine {', '.join(undetermined)}."
         if at_bounds:
-            message += f" At a bound: {', '.join(at_bounds)}; the intervals do not hold there."
+            message += f" At a bound: {', '.join(at_bounds)}; the intervals end there."
         if self.failures:
             message += f" {self.failures} of {self.runs} trial runs failed, the last one {self.failed}"
+        if refine is not None:
+            message += refine(
+                intervals, z, residual, jacobian, (quantile * noise) ** 2, np.asarray(active) != 0
+            )
+        else:
+            intervals = np.clip(intervals, lowest[:, None], highest[:, None])
+        model = self.make(dict(zip(names, values.tolist(), strict=True)))
         return FitResult(
             names=tuple(names),
             values=values,
-            model=model_with(self.model, _of_model(dict(zip(names, values.tolist(), strict=True)))),
+            model=model,
             covariance=covariance,
-            intervals=np.stack([values - width, values + width], 1),
+            intervals=intervals,
             undetermined=undetermined,
             residuals=residual.reshape(measured.numbers.shape),
             noise=noise,
@@ -359,7 +515,7 @@ class _Search:
             confidence=self.confidence,
             measured=np.array(measured.numbers),
             t=np.array(measured.times) if isinstance(measured, OfMotion) else None,
-            places=_names_of(self.model, measured),
+            places=_names_of(model, measured),
         )
 
 
@@ -470,7 +626,9 @@ def _data(data: tuple[ArrayLike, ArrayLike], places: int, t0: float) -> tuple[Ar
     return times, measured
 
 
-def _bounds(model: Robot, names: Sequence[str], parameters: Mapping[str, Any]) -> tuple[Array, Array, Array]:
+def _bounds(
+    make: _OfModel | _OfFunction, names: Sequence[str], parameters: Mapping[str, Any]
+) -> tuple[Array, Array, Array]:
     rows = []
     for name in names:
         given = parameters[name]
@@ -489,16 +647,20 @@ def _bounds(model: Robot, names: Sequence[str], parameters: Mapping[str, Any]) -
             raise ValueError(
                 f"parameters: {name!r} has the guess {guess}, expected one in [{lowest}, {highest}]"
             )
-        if start := START.fullmatch(name):
-            if start["index"] is None or int(start["index"]) >= model.n:
-                raise ValueError(
-                    f"parameters: got {name!r}, expected a single coordinate such as '{start['which']}[0]'"
-                )
-        else:
-            value_of(model, name)
+        if not START.fullmatch(name):
+            make.check(name)
         rows.append((lowest, guess, highest))
     lowest, guess, highest = np.array(rows, float).T
     return lowest, guess, highest
+
+
+def _check_starts(model: Robot, names: Sequence[str]) -> None:
+    for name in names:
+        start = START.fullmatch(name)
+        if start and (start["index"] is None or int(start["index"]) >= model.n):
+            raise ValueError(
+                f"parameters: got {name!r}, expected a single coordinate such as '{start['which']}[0]'"
+            )
 
 
 def _state(state: ArrayLike | None, n: int, name: str) -> Array:

@@ -140,6 +140,24 @@ class Materials:
         section = OfSection(number, nearby)
         return OfMaterial(value, first, changed, segment.retardation_time * changed, section)
 
+    def shared(self, several: Sequence[Sequence[paths.Part]]) -> OfMaterial | None:
+        """The derivative with respect to one value of several numbers, by all their coordinates.
+
+        None unless all are of stiffness or damping.
+        """
+        each = [self.derivative(path) for path in several]
+        found = [material for material in each if material is not None and material.section is None]
+        if len(found) < len(each):
+            return None
+        first = min(material.first for material in found)
+        count = max(material.first + len(material.stiffness) for material in found) - first
+        stiffness, damping = np.zeros((2, count, count))
+        for material in found:
+            own = slice(material.first - first, material.first - first + len(material.stiffness))
+            stiffness[own, own] += material.stiffness
+            damping[own, own] += material.damping
+        return OfMaterial(found[0].value, first, stiffness, damping)
+
     def free_length(self, path: Sequence[paths.Part]) -> int | None:
         """Index of the segment whose length is at the path, if nothing else depends on that length."""
         segment, number, _, within = self._segment(path)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import math
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, TypeVar
 
@@ -84,14 +84,18 @@ class OfModel:
         """Its path in the model."""
         return _path(self._model, self.name)
 
-    @functools.cached_property
+    @property
     def terms(self) -> tuple[Term, ...]:
         """The derivative with respect to the parameter, as weighted models."""
-        path = self.path
+        return tuple((model, weight) for (model, _), weight in self.nearby)
 
-        def with_value(value: float) -> Model:
+    @functools.cached_property
+    def nearby(self) -> tuple[tuple[tuple[Model, float], float], ...]:
+        """These models with their values of the parameter, and the weights."""
+
+        def with_value(value: float) -> tuple[Model, float]:
             try:
-                other: Model = paths.replaced(self._model, path, value)
+                other = self.with_value(value)
             except ValueError as error:
                 raise ValueError(
                     f"parameters: got {self.name!r}, expected a number that can change by itself: with "
@@ -101,13 +105,39 @@ class OfModel:
                 raise ValueError(
                     f"parameters: {self.name!r} changes the number of coordinates, expected one that does not"
                 )
-            return other
+            return other, value
 
         if has_one_sided_forces(self._model):
             return differences.terms(
                 with_value, self.value, differences.OF_LINEAR, relative=differences.FINE_STEP
             )
-        return differences.terms(with_value, self.value, nodes_of(path))
+        return differences.terms(with_value, self.value, self.nodes)
+
+    def with_value(self, value: float) -> Model:
+        """The model with another value."""
+        other: Model = paths.replaced(self._model, self.path, value)
+        return other
+
+    @property
+    def nodes(self) -> differences.Nodes:
+        """Where models are built for the derivative."""
+        return nodes_of(self.path)
+
+
+@dataclass(frozen=True)
+class OfArgument(OfModel):
+    """An argument of a function that makes the model."""
+
+    make: Callable[[float], Model] = field(kw_only=True, repr=False)
+
+    def with_value(self, value: float) -> Model:
+        """See `OfModel`."""
+        return self.make(value)
+
+    @property
+    def nodes(self) -> differences.Nodes:
+        """See `OfModel`."""
+        return differences.CENTRAL
 
 
 Parameter = OfStart | OfInput | OfModel
@@ -122,7 +152,25 @@ def model_with(model: M, values: Mapping[str, float]) -> M:
 
 def value_of(model: Model, name: str) -> float:
     """The value of a parameter in a model."""
-    return _number(paths.found(model, _path(model, name)), name)
+    found = {_number(value, name) for value in values_at(model, _path(model, name))}
+    if len(found) > 1:
+        listed = ", ".join(f"{value:g}" for value in sorted(found))
+        raise ValueError(
+            f"parameters: {name!r} has the values {listed}, expected equal ones, as they share one: "
+            "make them equal, or name each by its index"
+        )
+    return found.pop()
+
+
+def values_at(model: Model, path: Sequence[paths.Part]) -> list[Any]:
+    """The values at a path: several if it has stars."""
+    return [paths.found(model, one) for one in paths.each_of(model, path)]
+
+
+def check_shared(model: Model, name: str) -> None:
+    """Raise ValueError unless there are finite numbers at a path, which need not be equal."""
+    for value in values_at(model, _path(model, name)):
+        _number(value, name)
 
 
 def _number(value: Any, name: str) -> float:
@@ -142,12 +190,15 @@ def _path(model: Model, name: str) -> list[paths.Part]:
     return paths.of_model(paths.parts(name), is_rod(model))
 
 
-def names_of(names: object) -> list[str]:
+def names_of(names: object) -> list[Any]:
     """The given names, without repetition."""
     if isinstance(names, str) or not isinstance(names, Iterable):
         raise TypeError(f"parameters: got {type(names).__name__}, expected a sequence of names")
     listed = list(names)
     for i, name in enumerate(listed):
+        if isinstance(name, OfModel):
+            # Those that `fit` makes of the arguments of a function.
+            continue
         if not isinstance(name, str):
             raise TypeError(f"parameters[{i}]: got {type(name).__name__}, expected a name")
         if name in listed[:i]:
@@ -159,7 +210,7 @@ def names_of(names: object) -> list[str]:
 
 def resolved(
     model: Model,
-    names: Sequence[str],
+    names: Sequence[str | OfModel],
     inputs: tuple[int, int] | None = None,
     *,
     by_adjoint: bool = False,
@@ -175,6 +226,9 @@ def resolved(
     known: dict[object, str] = {}
     materials = Materials(model)
     for name in names:
+        if isinstance(name, OfModel):
+            found.append(name)
+            continue
         start, held = START.fullmatch(name), INPUT.fullmatch(name)
         if start is not None:
             new: list[Parameter] = list(_of_start(model, name, start))
@@ -183,13 +237,16 @@ def resolved(
         else:
             new = [_of_model(model, name, materials, by_adjoint)]
         for parameter in new:
-            key: object = parameter.name
+            keys: list[object] = [parameter.name]
             if isinstance(parameter, OfModel):
-                key = paths.written_out(model, parameter.path)
-            if key in known:
-                also = "" if known[key] == parameter.name else f", first as {known[key]!r}"
-                raise ValueError(f"parameters: got {parameter.name!r} a second time{also}, expected it once")
-            known[key] = parameter.name
+                keys = [paths.written_out(model, one) for one in paths.each_of(model, parameter.path)]
+            for key in keys:
+                if key in known:
+                    also = "" if known[key] == parameter.name else f", first as {known[key]!r}"
+                    raise ValueError(
+                        f"parameters: got {parameter.name!r} a second time{also}, expected it once"
+                    )
+                known[key] = parameter.name
         found += new
     return found
 
@@ -221,13 +278,21 @@ def _of_inputs(name: str, held: re.Match[str], inputs: tuple[int, int] | None) -
 
 def _of_model(model: Model, name: str, materials: Materials, by_adjoint: bool) -> OfModel:
     path = _path(model, name)
+    if paths.EVERY in path:
+        material = materials.shared(paths.each_of(model, path))
+        return _that_matters(OfModel(name, value_of(model, name), material, model))
     length_of = materials.free_length(path) if by_adjoint else None
     if length_of is not None:
         # A longer rod has more mass, and a longer reach.
         return OfModel(name, _number(paths.found(model, path), name), None, model, length_of)
     material = materials.derivative(path)
     value = _number(paths.found(model, path), name) if material is None else material.value
-    parameter = OfModel(name, value, material, model)
+    return _that_matters(OfModel(name, value, material, model))
+
+
+def _that_matters(parameter: OfModel) -> OfModel:
+    """The parameter; raises ValueError if nothing depends on it."""
+    name, model, material, path = parameter.name, parameter._model, parameter.material, parameter.path
     if material is None:
         acts_in_some_states = not ONE_SIDED.isdisjoint(path) or (
             path[0] in OF_ACTUATORS and has_one_sided_forces(model)

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .._lissom import LissomError, Model, Robot, finite_array, sensitivities, simulate
-from ..common.arguments import text
+from ..common.arguments import keywords, text
 from ..common.interruption import Keeping
 from ..methods import Newmark, Radau, shorthand
 from .base import ParameterResult
@@ -39,6 +39,9 @@ METHODS = (*NEWMARK, "radau")
 
 #: A remainder of less than this fraction of a control step is rounding, as in `simulate`.
 ROUNDING_OF_STEPS = 1e-9
+
+#: Keywords of `sensitivity` itself.
+OWN = ("t0", "q0", "v0", "u", "control_step", "method", "dt", "objective")
 
 #: Options of `simulate` that define the scheme, and those that control its steps and their solution.
 OF_SCHEME = ("beta", "gamma", "alpha", "rho_inf")
@@ -202,8 +205,8 @@ def sensitivity(
         Parameters to differentiate with respect to: 'q0' and 'v0' (all initial coordinates and velocities) or
         a single one such as 'q0[2]'; 'u' (all inputs of all control steps), 'u[3]' (all inputs of one control
         step) or 'u[3][0]' (one input); and model parameters by the names that `sweep` uses, such as
-        'rod[0].segment[0].young_modulus', 'gravity[2]', 'link[1].joint.damping'. All other numbers are held
-        constant.
+        'rod[0].segment[0].young_modulus', 'gravity[2]', 'link[1].joint.damping', or 'segments[*].radius' for
+        a value that all segments share. All other numbers are held constant.
     t0, q0, v0 : optional
         As for `simulate`.
     u : array_like, shape (inputs,) or (steps, inputs), optional
@@ -324,9 +327,7 @@ def _check(model: Model, method: str, options: Mapping[str, Any], objective: Any
         raise ValueError(
             f"method: got {method!r}, expected one of {known}: runs by others are not differentiated"
         )
-    for name in options:
-        if name not in (*OF_SCHEME, *OF_STEPS):
-            raise TypeError(f"{name}: expected nothing, runs that are differentiated have no such option")
+    keywords("sensitivity", options, (*OWN, *OF_SCHEME, *OF_STEPS))
     if objective is not None and not callable(objective):
         raise TypeError(f"objective: expected a callable, got {type(objective).__name__}")
     if getattr(model, "constraints", 0):

@@ -5,14 +5,19 @@ The extension and NumPy are loaded by the first conversion: commands that print 
 
 from __future__ import annotations
 
+import difflib
 import os
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import ArrayLike, NDArray
+
+
+#: Least likeness of a name to the one that is suggested, from 0 to 1.
+CLOSE = 0.5
 
 
 def number(name: str, value: object) -> float:
@@ -50,6 +55,21 @@ def one_of(name: str, value: object, known: Sequence[str]) -> str:
         *first, last = map(repr, known)
         raise ValueError(f"{name}: got {word!r}, expected {', '.join(first)} or {last}")
     return word
+
+
+def keywords(function: str, given: Iterable[str], known: Iterable[str]) -> None:
+    """Raise TypeError for a keyword argument that does not exist, with the one that may be meant."""
+    names = list(known)
+    for name in given:
+        if name in names:
+            continue
+        # As the compiled classes do: `orientation` may mean `base_orientation`.
+        longer = [other for other in names if other.endswith(f"_{name}")]
+        close = longer or difflib.get_close_matches(name, names, 1, CLOSE)
+        meant = f"; did you mean '{close[0]}'?" if close else ""
+        raise TypeError(
+            f"{function}() got an unexpected keyword argument {name!r}, expected {', '.join(names)}{meant}"
+        )
 
 
 def sequence(name: str, value: Any, of: str) -> list[Any]:

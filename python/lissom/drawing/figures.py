@@ -9,17 +9,20 @@ import math
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .._lissom import MotionResult
+from .._lissom import Model, MotionResult, StaticsResult
 from ..analysis.between import state_at
 from ..common import disk
 from ..common.arguments import number, path_of
 from ..common.extras import missing
 from ..model import views
+from ..results.studies import Setting
+from .painting import polygons, seen_from, triangles
 from .parts import Part, parts
 from .report import symbols
 from .report.motion import eye_of
@@ -43,26 +46,25 @@ DIRECTIONS = {
 INCH = 0.0254
 
 #: Narrowest and widest figure, metres.
-WIDTHS = (0.01, 2.0)
+WIDTHS = (0.04, 2.0)
 
 #: Number of shapes if no times are given.
 SHAPES = 5
 
-#: Share of white in the first of several shapes.
-PALEST = 0.7
-
-#: Light on surfaces that face away from it, and its direction: to the right, upwards, to the viewer.
-SHADE, LIGHT = 0.5, np.array([-0.35, 0.55, 0.76])
-
-#: Larger triangles are cut, relative to the diagonal of the figure: they are sorted by their middles.
-LARGEST = 0.04
-
 #: Margin around the drawing, longest scale bar, length of the axes in the corner, relative to its width.
 MARGIN, BAR, AXIS = 0.06, 0.2, 0.09
 
-#: Each shape is drawn this much nearer to the viewer than the one before, relative to the diagonal of all:
-#: parts that have hardly moved do not show through each other.
-NEARER = 0.004
+#: Height of the highest figure, relative to its width.
+TALLEST = 2.0
+
+#: Figures below this width are narrow, metres.
+NARROW = 0.065
+
+#: Height of a line of words relative to its letters, and a point in metres.
+LINE, POINT = 1.8, INCH / 72
+
+#: Mean width of figures, commas and spaces relative to the size of letters (DejaVu Sans).
+LETTER = 0.56
 
 #: Axes that point to the viewer are left out: those that are seen shorter than this.
 SHORT_AXIS = 0.2
@@ -71,15 +73,25 @@ SHORT_AXIS = 0.2
 TOLD = 6
 
 #: Size of letters and widths of lines, points.
-LETTERS, STROKE, HAIR = 7.0, 1.0, 0.15
+LETTERS, STROKE = 7.0, 1.0
 
 
 @dataclass(frozen=True)
-class Triangles:
-    """Corners (m, 3, 3) in the axes of the figure, the third towards the viewer, and colours (m, 4)."""
+class Room:
+    """Room below a drawing: length of the axes and height of a line for words, relative to the width."""
 
-    corners: Array
-    colours: Array
+    axis: float = AXIS
+    #: Zero if the words stand beside the axes.
+    line: float = 0.0
+
+    @property
+    def height(self) -> float:
+        """The whole height, relative to the width."""
+        return 1.9 * self.axis + self.line
+
+
+#: That of wide figures.
+ROOM = Room()
 
 
 def of_motion(
@@ -90,27 +102,54 @@ def of_motion(
     width: float,
 ) -> None:
     """Write a figure of a motion at some times."""
-    path = path_of(path)
-    if path.suffix not in SUFFIXES:
-        raise ValueError(f"path: {path.name!r} has to end with one of {', '.join(SUFFIXES)}")
+    path, width, towards = _checked(path, width, view)
     if result.model is None:
         raise ValueError("result: its model is not known; it has to be one of `simulate`, not of `newmark`")
     if len(result.t) == 0:
         raise ValueError(f"result: it has no states to show; {result.message}")
-    seen = views.view(result.model)
-    if not seen.is_spatial:
-        raise ValueError("result: figures show rods and bodies, and its model has none")
-    t = _times(result, times)
+    seen = _in_space(result.model)
+    found, t = _shapes(result, seen, _times(result, times))
+    _write(path, seen, found, times_in_words(t, _letters(width)), towards, width)
+
+
+def of_statics(
+    result: StaticsResult,
+    path: str | os.PathLike[str],
+    setting: Setting,
+    view: str | ArrayLike | None,
+    width: float,
+) -> None:
+    """Write a figure of an equilibrium."""
+    path, width, towards = _checked(path, width, view)
+    seen = _in_space(setting.model)
+    at, rest = np.array([setting.t]), np.zeros_like(result.q)
+    found, is_there = parts(seen, result.q[None], rest[None], np.asarray(setting.u)[None], at)
+    if not is_there.all():
+        raise ValueError(f"result: its coordinates are not finite; {result.message}")
+    _write(path, seen, found, "", towards, width)
+
+
+def _checked(
+    path: str | os.PathLike[str], width: float, view: str | ArrayLike | None
+) -> tuple[Path, float, Array | None]:
+    """The arguments of all figures: path, width, and direction to the viewer."""
+    path = path_of(path)
+    if path.suffix not in SUFFIXES:
+        raise ValueError(f"path: {path.name!r} has to end with one of {', '.join(SUFFIXES)}")
     width = number("width", width)
     if not WIDTHS[0] <= width <= WIDTHS[1]:
         raise ValueError(f"width: {width:g} m is not between {WIDTHS[0]:g} and {WIDTHS[1]:g} m")
     towards = None if view is None else _direction(view)
     if missing("matplotlib"):
         raise ImportError("pictures need matplotlib: pip install 'lissom[plot]'")
-    found, t = _shapes(result, seen, t)
-    axes = _axes(seen, found, towards)
-    with disk.replacing(path) as partial:
-        _write(partial, path.suffix[1:], found, t, axes, width)
+    return path, width, towards
+
+
+def _in_space(model: Model) -> views.View:
+    seen = views.view(model)
+    if not seen.is_spatial:
+        raise ValueError("result: figures show rods and bodies, and its model has none")
+    return seen
 
 
 def _times(result: MotionResult, times: ArrayLike | None) -> Array:
@@ -153,75 +192,24 @@ def _shapes(result: MotionResult, seen: views.View, t: Array) -> tuple[list[Part
     return found, t[is_there]
 
 
-def _axes(seen: views.View, found: Sequence[Part], towards: Array | None) -> Array:
+def extent(found: Sequence[Part], axes: Array) -> tuple[Array, Array]:
+    """Lowest and highest coordinates (3,) of everything in all shapes, in the axes of a figure."""
+    ends = []
+    for part in found:
+        for k in range(1 if part.layer == "obstacles" else len(part.centres)):
+            points = part.vertices(k) @ axes.T
+            ends += [points.min(axis=0), points.max(axis=0)]
+    return np.min(ends, axis=0), np.max(ends, axis=0)
+
+
+def axes_of(seen: views.View, found: Sequence[Part], towards: Array | None = None) -> Array:
     """Axes of the figure in the world as rows: to the right, upwards, to the viewer."""
-    shapes = range(len(found[0].centres))
     moving = [part for part in found if part.layer != "obstacles"] or found
-    points = np.concatenate([part.vertices(k) for part in moving for k in shapes])
-    low, high = points.min(axis=0), points.max(axis=0)
+    low, high = extent(moving, np.eye(3))
     axis, _, is_up = symbols.floor(seen.glyphs.gravity, low, high)
     up = np.zeros(3)
     up[axis] = 1.0 if is_up else -1.0
     return seen_from(eye_of(high - low) if towards is None else towards, up)
-
-
-def seen_from(towards: Array, up: Array) -> Array:
-    """Axes of a figure as rows: to the right, upwards, to the viewer, who is in a direction."""
-    towards = towards / np.linalg.norm(towards)
-    if abs(towards @ up) > 1.0 - 1e-9:
-        # Seen from above or below: the next axis is up.
-        up = np.roll(np.abs(up), -1)
-    right = np.cross(up, towards)
-    right /= np.linalg.norm(right)
-    return np.stack([right, np.cross(towards, right), towards])
-
-
-def triangles(found: Sequence[Part], axes: Array) -> Triangles:
-    """All triangles that face the viewer, the farthest first."""
-    corners: list[Array] = []
-    colours: list[Array] = []
-    nearer: list[Array] = []
-    shapes = len(found[0].centres)
-    for part in found:
-        base = symbols.LEGEND[part.layer]
-        colour = np.array([int(base[i : i + 2], 16) for i in (1, 3, 5)]) / 255.0
-        is_still = part.layer == "obstacles"
-        for k in range(1 if is_still else shapes):
-            pale = 0.0 if is_still or shapes == 1 else PALEST * (1.0 - k / (shapes - 1))
-            of_part = (part.vertices(k) @ axes.T)[part.triangles]
-            normal = np.cross(of_part[:, 1] - of_part[:, 0], of_part[:, 2] - of_part[:, 0])
-            normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), np.finfo(float).tiny)
-            if part.is_open:
-                normal *= np.where(normal[:, 2:] < 0.0, -1.0, 1.0)
-            is_seen = normal[:, 2] > 0.0
-            light = SHADE + (1.0 - SHADE) * np.maximum(normal[is_seen] @ LIGHT, 0.0)
-            shaded = (light[:, None] * colour) * (1.0 - pale) + pale
-            corners.append(of_part[is_seen])
-            colours.append(np.column_stack([shaded, np.full(len(shaded), part.opacity)]))
-            nearer.append(np.full(len(shaded), 0.0 if is_still else float(k)))
-    rows = np.column_stack([np.concatenate(colours), np.concatenate(nearer)])
-    every, rows = _cut(np.concatenate(corners), rows)
-    diagonal = float(np.linalg.norm(np.ptp(every.reshape(-1, 3), axis=0)))
-    order = np.argsort(every[..., 2].mean(axis=1) + NEARER * diagonal * rows[:, 4], kind="stable")
-    return Triangles(every[order], rows[order, :4])
-
-
-def _cut(corners: Array, colours: Array) -> tuple[Array, Array]:
-    """Triangles whose longest sides are halved until they are short."""
-    extent = np.ptp(corners.reshape(-1, 3), axis=0)
-    most = LARGEST * float(np.linalg.norm(extent))
-    done: list[tuple[Array, Array]] = []
-    while len(corners):
-        sides = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=-1)
-        is_short = sides.max(axis=1) <= most
-        done.append((corners[is_short], colours[is_short]))
-        corners, colours, longest = corners[~is_short], colours[~is_short], sides[~is_short].argmax(axis=1)
-        rows = np.arange(len(corners))
-        a, b, c = (corners[rows, (longest + i) % 3] for i in range(3))
-        middle = 0.5 * (a + b)
-        corners = np.concatenate([np.stack([a, middle, c], axis=1), np.stack([middle, b, c], axis=1)])
-        colours = np.concatenate([colours, colours])
-    return np.concatenate([part[0] for part in done]), np.concatenate([part[1] for part in done])
 
 
 def round_length(most: float) -> float:
@@ -238,54 +226,86 @@ def length_in_words(metres: float) -> str:
     return f"{metres:.3g} m"
 
 
-def times_in_words(t: Array) -> str:
-    """The times of the shapes."""
-    if len(t) > TOLD:
+def times_in_words(t: Array, letters: float = math.inf) -> str:
+    """The times of the shapes, in brief if they are many or have more letters than fit."""
+    words = f"t = {', '.join(f'{time:.4g}' for time in t)} s"
+    if len(t) > TOLD or (len(t) > 1 and len(words) > letters):
         return f"t = {t[0]:.4g} to {t[-1]:.4g} s, {len(t)} shapes"
-    return f"t = {', '.join(f'{time:.4g}' for time in t)} s"
+    return words
+
+
+def _letters(width: float) -> float:
+    """How many letters fit into the line for words."""
+    beside = 0.0 if width < NARROW else 2.3 * AXIS + BAR - MARGIN
+    return (1.0 - 2.0 * MARGIN - beside) * width / (LETTER * LETTERS * POINT)
 
 
 def _write(
-    path: os.PathLike[str], kind: str, found: Sequence[Part], t: Array, axes: Array, width: float
+    path: Path, seen: views.View, found: Sequence[Part], words: str, towards: Array | None, width: float
 ) -> None:
     from matplotlib import rc_context
     from matplotlib.figure import Figure
 
+    axes = axes_of(seen, found, towards)
     drawn = triangles(found, axes)
     low, high = (end(drawn.corners[..., :2].reshape(-1, 2), axis=0) for end in (np.min, np.max))
+    # In narrow figures the axes stay as long as their letters need, and words have a line of their own.
+    room = Room(AXIS * max(1.0, NARROW / width), LINE * LETTERS * POINT / width if width < NARROW else 0.0)
+    low, high = with_margin(low, high, 1.0 / TALLEST, room=room)
+    kind = path.suffix[1:]
+    dated = {"pdf": "CreationDate", "svg": "Date"}
+    metadata: dict[str, Any] = {dated[kind]: None} if kind in dated else {}
+    # Letters remain as they are, so text of a given font is the same in figures of all widths.
+    with (
+        disk.replacing(path) as partial,
+        rc_context({"font.size": LETTERS, "pdf.fonttype": 42, "svg.fonttype": "none", "svg.hashsalt": "0"}),
+    ):
+        wide, tall = high - low
+        figure = Figure(figsize=(width / INCH, width / INCH * float(tall / wide)))
+        plot, told = page(figure, low, high, axes, room)
+        plot.add_collection(polygons(drawn), autolim=False)
+        told.set_text(words)
+        figure.savefig(partial, format=kind, dpi=RESOLUTION, metadata=metadata)
+
+
+def with_margin(
+    low: Array, high: Array, least: float, most: float = np.inf, room: Room = ROOM
+) -> tuple[Array, Array]:
+    """A rectangle with a margin around a drawing, and with room below it for axes, bar and words.
+
+    Its width is between `least` and `most` of its height.
+    """
     margin = MARGIN * float((high - low).max())
     low, high = low - margin, high + margin
-    # Below the drawing: the axes, the scale bar, and the times.
+    wide, tall = high - low
+    # The room below is relative to the width.
+    wider = max(0.0, least * tall / (1.0 - room.height * least) - wide)
+    beside, below = np.array([0.5 * wider, 0.0]), np.array([0.0, room.height * (wide + wider)])
+    low, high = low - beside - below, high + beside
+    lacking = max(0.0, float(high[0] - low[0]) / most - float(high[1] - low[1]))
+    above = np.array([0.0, 0.5 * lacking])
+    return low - above, high + above
+
+
+def page(figure: Any, low: Array, high: Array, axes: Array, room: Room = ROOM) -> tuple[Any, Any]:
+    """Axes of Matplotlib over the whole figure with a scale bar, for this rectangle, and a text for words."""
     wide = float(high[0] - low[0])
-    below = 1.9 * AXIS * wide
-    low = low - np.array([0.0, below])
-    tall = float(high[1] - low[1])
-    # Letters remain as they are, so text of a given font is the same in figures of all widths.
-    with rc_context({"font.size": LETTERS, "pdf.fonttype": 42, "svg.fonttype": "none", "svg.hashsalt": "0"}):
-        figure = Figure(figsize=(width / INCH, width / INCH * tall / wide))
-        plot = figure.add_axes((0.0, 0.0, 1.0, 1.0))
-        plot.set_axis_off()
-        plot.set_xlim(low[0], high[0])
-        plot.set_ylim(low[1], high[1])
-        plot.add_collection(polygons(drawn), autolim=False)
-        corner(plot, axes, low + 0.9 * AXIS * wide, AXIS * wide)
-        _bar(plot, np.array([high[0] - margin, low[1] + 0.5 * AXIS * wide]), wide)
-        at = low + np.array([2.3, 0.5]) * AXIS * wide
-        plot.text(at[0], at[1], times_in_words(t), ha="left", va="bottom")
-        dated = {"pdf": "CreationDate", "svg": "Date"}
-        metadata: dict[str, Any] = {dated[kind]: None} if kind in dated else {}
-        figure.savefig(path, format=kind, dpi=RESOLUTION, metadata=metadata)
-
-
-def polygons(drawn: Triangles) -> Any:
-    """The triangles as a collection of Matplotlib."""
-    from matplotlib.collections import PolyCollection
-
-    # Edges in the colour of the faces close the gaps that viewers leave between neighbours.
-    edges = np.where(drawn.colours[:, 3:] < 1.0, 0.0, drawn.colours)
-    return PolyCollection(
-        list(drawn.corners[..., :2]), facecolors=drawn.colours, edgecolors=edges, linewidths=HAIR, snap=False
+    plot = figure.add_axes((0.0, 0.0, 1.0, 1.0))
+    plot.set_axis_off()
+    plot.set_xlim(low[0], high[0])
+    plot.set_ylim(low[1], high[1])
+    line, axis = room.line * wide, room.axis * wide
+    # Axes to the left and downwards need room beside their origin.
+    back, down = np.maximum(0.0, -axes[:2].min(axis=1))
+    origin = 0.9 + 0.6 * np.array([back, down])
+    corner(plot, axes, low + axis * origin + [0.0, line], axis)
+    _bar(plot, np.array([high[0] - MARGIN * wide, low[1] + 0.5 * axis + line]), wide)
+    at = low + (
+        [MARGIN * wide, 0.4 * line]
+        if line > 0.0
+        else [axis * max(2.3, origin[0] + axes[0].max() + 0.4), 0.5 * axis]
     )
+    return plot, plot.text(at[0], at[1], "", ha="left", va="bottom")
 
 
 def corner(plot: Any, axes: Array, place: Array, length: float) -> None:

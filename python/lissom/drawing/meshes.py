@@ -20,6 +20,9 @@ Triangles = NDArray[np.uint32]
 CORNERS = 24
 STRAND_CORNERS = 10
 
+#: A head is at most this part of its arrow.
+MOST_HEAD = 0.6
+
 #: Below this sine, the old side of a bar does not say where its new one is.
 TURNED_OVER = 1e-6
 
@@ -181,6 +184,22 @@ def bar(count: int, radius: float) -> tuple[Array, NDArray[np.intp], Triangles]:
     rings = np.broadcast_to(outline, (len(at), *outline.shape)).copy()
     rings[[0, -1]] = 0.0
     return rings.reshape(-1, 3), np.repeat(at, STRAND_CORNERS), _wall(len(at), STRAND_CORNERS)
+
+
+def arrow(vector: Array, size: float) -> tuple[Array, Triangles]:
+    """An arrow whose middle is the origin, with the head for models of a size."""
+    length = float(np.linalg.norm(vector))
+    head = min(arrows.HEAD * size, MOST_HEAD * length)
+    shaft, wide = (radius * head / arrows.HEAD for radius in (arrows.SHAFT, arrows.HEAD_RADIUS))
+    # Sharp edges have rings of their own.
+    along = np.array([0.0, 0.0, 0.0, *[length - head] * 4, length])
+    radius = np.array([0.0, shaft, shaft, shaft, shaft, wide, wide, 0.0])
+    angle = 2.0 * np.pi * np.arange(STRAND_CORNERS) / STRAND_CORNERS
+    across = radius[:, None, None] * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+    rings = np.concatenate([np.broadcast_to(along[:, None, None], (*across.shape[:2], 1)), across], axis=-1)
+    rings[..., 0] -= 0.5 * length
+    axes = axes_along(np.stack([np.zeros(3), vector])[None])[0, 0]
+    return rings.reshape(-1, 3) @ axes.T, _wall(len(along), STRAND_CORNERS)
 
 
 def axes_along(points: Array) -> Array:

@@ -18,9 +18,10 @@ from ..model.glyphs.contacts import Obstacle, ground, turn_of
 from ..model.views import View
 from . import meshes
 from .meshes import Triangles
-from .report import actuators, contacts, layers, solids
+from .report import actuators, contacts, layers, magnets, solids
 from .report import motion as drawing
 from .report.layers import DrawnStates, quaternions, rotations
+from .report.loads import drawn_lengths
 
 Array = NDArray[np.float64]
 
@@ -66,6 +67,7 @@ def parts(seen: View, q: Array, v: Array, u: Array, t: Array) -> tuple[list[Part
     low, high = layers.extent([*tubes, *bodies])
     low, high = drawing.box(low, high, 0.04 * float((high - low).max()))
     found = [*map(_of_tube, tubes), *map(_of_solid, bodies), *_strands(seen, q, v, u, t)]
+    found += _magnets(seen, q, t)
     touching = seen.glyphs.contacts
     for name, shape, poses in contacts.shapes(touching, q, t):
         layer = "obstacles" if poses is None else "shapes"
@@ -87,7 +89,7 @@ def parts(seen: View, q: Array, v: Array, u: Array, t: Array) -> tuple[list[Part
 
 def _opacity(seen: View) -> float:
     """Rods are transparent if there is something inside, as in reports."""
-    is_hollow = any(glyph.way is not None for glyph in seen.glyphs.actuators)
+    is_hollow = bool(seen.glyphs.magnets) or any(glyph.way is not None for glyph in seen.glyphs.actuators)
     return drawing.OPACITY_AROUND_ACTUATORS if is_hollow else 1.0
 
 
@@ -129,6 +131,31 @@ def _strands(seen: View, q: Array, v: Array, u: Array, t: Array) -> list[Part]:
             # Legends say the largest tension after the name.
             name = strand.name.partition(",")[0]
             found.append(Part(name, strand.layer, corners, bone, triangles, centres, turns, strand.opacity))
+    return found
+
+
+def _magnets(seen: View, q: Array, t: Array) -> list[Part]:
+    """Arrows from south to north poles, which move with their magnets."""
+    found = []
+    # Moments and magnetisations have separate scales, as in reports.
+    for is_spread in (False, True):
+        chosen = [glyph for glyph in seen.glyphs.magnets if glyph.is_spread == is_spread]
+        moments = [glyph.moment[None] for glyph in chosen]
+        drawn = (
+            drawn_lengths(moments, magnets.ARROW * seen.size, layers.Largest(), "magnets") if chosen else []
+        )
+        for glyph, vectors in zip(chosen, drawn, strict=True):
+            poses = np.broadcast_to(glyph.pose(q, t), (len(q), *vectors.shape[1:2], 4, 4))
+            places = np.flatnonzero(np.any(vectors[0], axis=-1))
+            if not len(places):
+                continue
+            own = [meshes.arrow(vectors[0, k], seen.size) for k in places]
+            corners = np.concatenate([each for each, _ in own])
+            count = len(corners) // len(places)
+            triangles = np.concatenate([each + np.uint32(count * k) for k, (_, each) in enumerate(own)])
+            centres, turns = poses[..., :3, 3], quaternions(poses[..., :3, :3])
+            bone = np.repeat(places, count)
+            found.append(Part(glyph.name, "magnets", corners, bone, triangles, centres, turns))
     return found
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import shutil
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -31,7 +32,10 @@ from ..model.views import Coordinate, View, view
 from ..results.datasets import coordinates
 from ..results.runs import energies, instants
 from ..results.studies import Setting, way
+from .figures import axes_of, extent, page, with_margin
 from .oscillation import frequency, mode_motion
+from .painting import polygons, triangles
+from .parts import parts
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -53,8 +57,8 @@ MOST_POINTS = 5000
 #: Maximum number of parameters with axes of their own.
 MOST_PARAMETERS = 12
 
-#: Pixels per inch of animations.
-RESOLUTION = 80
+#: Width and height of animations, inches, and pixels per inch.
+FILM, RESOLUTION = (6.0, 5.0), 120
 
 #: Smallest extent of a drawing, metres.
 SMALLEST = 1e-6
@@ -327,7 +331,8 @@ def animate(result: MotionResult, path: str | os.PathLike[str], fps: float, spee
         raise ValueError(f"result: it has no states to show; {result.message}")
     at = _pictures(result.t, fps, speed)
     t, q = result.t[at], result.q[at]
-    _film(path, fps, view(result.model), q, t, [f"t = {time:.3f} s" for time in t])
+    shown = _States(q, result.v[at], result.u[at], t)
+    _film(path, fps, view(result.model), shown, [f"t = {time:.3f} s" for time in t])
 
 
 def animate_path(
@@ -342,7 +347,7 @@ def animate_path(
     # Shapes are interpolated between equilibria, as in reports.
     q = np.stack([np.interp(at, place, column) for column in found.q.T], axis=1).reshape(len(at), -1)
     titles = [f"load factor {factor:.3f}" for factor in np.interp(at, place, found.load_factor)]
-    _film(path, fps, setting.view, q, np.full(len(at), setting.t), titles)
+    _film(path, fps, setting.view, _at_rest(q, setting), titles)
 
 
 def animate_mode(
@@ -366,7 +371,7 @@ def animate_mode(
     # The period ends one frame before it repeats, so that players loop smoothly.
     states = mode_motion(setting, q, result.shapes[:, mode], np.arange(count) / count)
     title = f"mode {mode + 1} of {number}: {frequency(result, int(mode))}"
-    _film(path, fps, setting.view, states, np.full(count, setting.t), [title] * count)
+    _film(path, fps, setting.view, _at_rest(states, setting), [title] * count)
 
 
 def _suffixed(path: str | os.PathLike[str]) -> Path:
@@ -416,7 +421,22 @@ def _pictures(t: Array, fps: float, speed: float) -> NDArray[np.intp]:
     return nearest
 
 
-def _film(path: Path, fps: float, shown: View, q: Array, t: Array, titles: Sequence[str]) -> None:
+@dataclass(frozen=True)
+class _States:
+    """What films show: coordinates, velocities (frames, n), inputs (frames, inputs) and times (frames,)."""
+
+    q: Array
+    v: Array
+    u: Array
+    t: Array
+
+
+def _at_rest(q: Array, setting: Setting) -> _States:
+    inputs = np.broadcast_to(setting.u, (len(q), len(setting.u)))
+    return _States(q, np.zeros_like(q), inputs, np.full(len(q), setting.t))
+
+
+def _film(path: Path, fps: float, shown: View, states: _States, titles: Sequence[str]) -> None:
     """Draw one state after the other, each with its title."""
     _need_matplotlib()
     codec = CODECS[path.suffix]
@@ -426,24 +446,58 @@ def _film(path: Path, fps: float, shown: View, q: Array, t: Array, titles: Seque
         )
     # Fails before minutes of drawing if the file cannot be written.
     with disk.replacing(path) as partial:
-        _draw_film(partial, fps, codec, shown, q, t, titles)
+        _draw_film(partial, fps, codec, shown, states, titles)
 
 
 def _draw_film(
-    path: Path, fps: float, codec: str | None, shown: View, q: Array, t: Array, titles: Sequence[str]
+    path: Path, fps: float, codec: str | None, shown: View, states: _States, titles: Sequence[str]
 ) -> None:
     from matplotlib.animation import AbstractMovieWriter, FFMpegWriter, PillowWriter
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(6.0, 5.0))
+    figure = Figure(figsize=FILM)
     FigureCanvasAgg(figure)
-    drawn = _Drawn(shown, q, t, figure)
+    drawn = _InSpace(shown, states, figure) if shown.is_spatial else _InPlane(shown, states, figure)
     # Both writers accept fractions, contrary to Matplotlib's annotations; GIF counts hundredths of a second.
     rate: Any = fps
     writer: AbstractMovieWriter = PillowWriter(rate) if codec is None else FFMpegWriter(rate, codec)
     with writer.saving(figure, str(path), RESOLUTION):
         for i, title in enumerate(titles):
-            drawn.show(i)
-            drawn.axes.set_title(title)
+            drawn.show(i, title)
             writer.grab_frame()
+
+
+class _InSpace:
+    """A figure that shows one shape after the other, as figures for papers do."""
+
+    def __init__(self, shown: View, states: _States, figure: Any) -> None:
+        with np.errstate(over="ignore", invalid="ignore"):
+            found, is_there = parts(shown, states.q, states.v, states.u, states.t)
+        if not is_there.any():
+            raise ValueError("result: none of its states is finite")
+        self._found, self._axes = found, axes_of(shown, found)
+        # The last state of a failed run can overflow; the one before stays.
+        self._shape = (np.cumsum(is_there) - 1).clip(0)
+        low, high = extent(found, self._axes)
+        low, high = with_margin(low[:2], high[:2], FILM[0] / FILM[1], FILM[0] / FILM[1])
+        self._plot, self._told = page(figure, low, high, self._axes)
+        self._polygons: Any = None
+
+    def show(self, i: int, title: str) -> None:
+        if self._polygons is not None:
+            self._polygons.remove()
+        self._polygons = polygons(triangles(self._found, self._axes, [self._shape[i]]))
+        self._plot.add_collection(self._polygons, autolim=False)
+        self._told.set_text(title)
+
+
+class _InPlane:
+    """A figure of a mass on its line."""
+
+    def __init__(self, shown: View, states: _States, figure: Any) -> None:
+        self._drawn = _Drawn(shown, states.q, states.t, figure)
+
+    def show(self, i: int, title: str) -> None:
+        self._drawn.show(i)
+        self._drawn.axes.set_title(title)

@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._lissom import Robot
-from ..drawing.figures import AXIS, corner, polygons, seen_from, triangles
+from ..drawing.figures import AXIS, corner
+from ..drawing.painting import polygons, seen_from, triangles
 from ..drawing.parts import parts
 from ..drawing.report.motion import eye_of
 from ..model.views import view

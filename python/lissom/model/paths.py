@@ -12,8 +12,11 @@ from typing import Any, NamedTuple
 
 Part = str | int
 
-#: A name, bare or in quotes, or an index in brackets.
-PART = re.compile(r'(?P<bare>[A-Za-z0-9_-]+)|"(?P<quoted>[^"]+)"|\[(?P<index>\d+)\]')
+#: In place of an index: all entries of a list, which share a value.
+EVERY = "*"
+
+#: A name, bare or in quotes, or an index or a star in brackets.
+PART = re.compile(r'(?P<bare>[A-Za-z0-9_-]+)|"(?P<quoted>[^"]+)"|\[(?P<index>\d+|\*)\]')
 
 
 def parts(path: str) -> list[Part]:
@@ -34,7 +37,10 @@ def parts(path: str) -> list[Part]:
         if match is None:
             raise _no_path(path)
         index = match["index"]
-        found.append((match["bare"] or match["quoted"]) if index is None else int(index))
+        if index is None:
+            found.append(match["bare"] or match["quoted"])
+        else:
+            found.append(EVERY if index == EVERY else int(index))
         place = match.end()
     if not found or isinstance(found[0], int):
         raise _no_path(path)
@@ -57,12 +63,51 @@ def up_to(path: Sequence[Part], count: int) -> str:
     """The first parts of a path as text."""
     text = ""
     for part in path[:count]:
-        text += f"[{part}]" if isinstance(part, int) else f".{part}" if text else part
+        text += f"[{part}]" if isinstance(part, int) or part == EVERY else f".{part}" if text else part
     return text
 
 
+def expanded(path: Sequence[Part], has: Callable[[Sequence[Part]], bool]) -> list[list[Part]]:
+    """The path with indices in place of each star, for all entries that are there.
+
+    `has` says whether there is something at the end of a path; a star where there is nothing becomes an
+    index of zero, so that what is missing is reported.
+    """
+    if EVERY not in path:
+        return [list(path)]
+    at = list(path).index(EVERY)
+    before, after = list(path[:at]), list(path[at + 1 :])
+    count = 0
+    while has([*before, count]):
+        count += 1
+    return [one for i in range(max(count, 1)) for one in expanded([*before, i, *after], has)]
+
+
+def _is_in_document(document: dict[str, Any], path: Sequence[Part]) -> bool:
+    here: Any = document
+    for part in path:
+        if isinstance(part, int):
+            is_there = isinstance(here, list) and part < len(here)
+        else:
+            is_there = isinstance(here, dict) and part in here
+        if not is_there:
+            return False
+        here = here[part]
+    return True
+
+
 def set_in_document(document: dict[str, Any], path: Sequence[Part], value: Any) -> None:
-    """Set a value in a scene's document. The last key may be new; the scene checks whether it is known.
+    """Set a value in a scene's document, or all those of a path with stars.
+
+    The last key may be new; the scene checks whether it is known. Raises ValueError if the path does not
+    exist.
+    """
+    for one in expanded(path, lambda part: _is_in_document(document, part)):
+        _set_in_document(document, one, value)
+
+
+def _set_in_document(document: dict[str, Any], path: Sequence[Part], value: Any) -> None:
+    """Set one value.
 
     Raises ValueError if the path does not exist.
     """
@@ -121,11 +166,26 @@ PLAIN = (bool, int, float, str)
 
 
 def replaced(thing: Any, path: Sequence[Part], value: Any) -> Any:
-    """A copy of a model, or of a part of one, with another value at the end of a path.
+    """A copy of a model, or of a part of one, with another value at the end of a path, or of all with a star.
 
     Raises ValueError if the path does not exist, and the exceptions of the constructors.
     """
-    return replacing(thing, path)(value)
+    for one in each_of(thing, path):
+        thing = replacing(thing, one)(value)
+    return thing
+
+
+def each_of(thing: Any, path: Sequence[Part]) -> list[list[Part]]:
+    """The paths that a path with stars stands for."""
+
+    def has(part: Sequence[Part]) -> bool:
+        try:
+            found(thing, part)
+        except ValueError:
+            return False
+        return True
+
+    return expanded(path, has)
 
 
 def replacing(thing: Any, path: Sequence[Part]) -> Callable[[Any], Any]:

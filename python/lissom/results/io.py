@@ -18,14 +18,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .._lissom import MotionResult, __version__
+from .._lissom import __version__
 from ..common import disk
 from ..common.arguments import path_of
 from ..common.extras import missing
 from . import records
 from .datasets import dataset
 from .files import NETCDF
-from .vtk import timeline
 
 if TYPE_CHECKING:
     from .._lissom import (
@@ -34,6 +33,7 @@ if TYPE_CHECKING:
         EnsembleResult,
         Model,
         ModesResult,
+        MotionResult,
         ReachResult,
         StaticsResult,
     )
@@ -272,13 +272,8 @@ def _read_netcdf(path: Path) -> bytes:
         raise ValueError(f"path: {path.name!r} has no result of lissom") from error
 
 
-def _write_vtk(result: Result, model: Model | None) -> bytes:
-    absent = missing("h5py")
-    if absent:
-        raise ImportError("files for ParaView need h5py: pip install 'lissom[files]'")
-    if not isinstance(result, MotionResult):
-        raise ValueError("path: .vtkhdf files are written of results of `simulate`")
-    return timeline(result)
+def _refuse_vtk(result: Result, model: Model | None) -> bytes:
+    raise ValueError("path: .vtkhdf files are written of results of `simulate`")
 
 
 READERS: dict[str, Callable[[Path], bytes]] = {
@@ -290,5 +285,5 @@ WRITERS: dict[str, Writer] = {
     ".lissom": _write_record,
     ".npz": _write_npz,
     ".nc": _write_netcdf,
-    ".vtkhdf": _write_vtk,
+    ".vtkhdf": _refuse_vtk,
 }

@@ -1,12 +1,15 @@
 """Figures for papers: what they show, where, and how large."""
 
+import dataclasses
 import re
 
 import numpy as np
 import pytest
 
 import lissom
-from lissom.drawing import figures
+from lissom.drawing import figures, painting
+from lissom.drawing.parts import Part, parts
+from lissom.model import views
 
 pytest.importorskip("matplotlib")
 from PIL import Image
@@ -92,12 +95,166 @@ def test_what_is_nearer_hides_what_is_behind(tmp_path):
         assert is_blue[middle] != is_hidden
 
 
+def test_later_shapes_are_painted_over_earlier_ones():
+    """Two plates that cross: the later one is whole, though half of it lies behind the earlier one."""
+    plate = np.array([[-1.0, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]])
+    angle = 0.3
+    turns = np.array([[1, 0, 0, 0], [np.cos(angle / 2), 0, np.sin(angle / 2), 0]])[:, None]
+    corners = np.array([[0, 1, 2], [0, 2, 3]], np.uint32)
+    part = Part("plate", "rods", plate, np.zeros(4, int), corners, np.zeros((2, 1, 3)), turns)
+    drawn = painting.triangles([part], np.eye(3))
+    lightness = drawn.colours[:, :3].sum(axis=1)
+    is_first = lightness > lightness.mean()
+    assert is_first.sum() > 100
+    assert (~is_first).sum() > 100
+    assert np.flatnonzero(is_first).max() < np.flatnonzero(~is_first).min()
+    # Both are whole, and sorted within themselves.
+    for which in (is_first, ~is_first):
+        a, b, c = np.moveaxis(drawn.corners[which], 1, 0)
+        area = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1).sum()
+        assert area == pytest.approx(4.0)
+        depth = drawn.corners[which, :, 2].mean(axis=1)
+        assert (np.diff(depth) >= 0.0).all()
+
+
+def test_obstacles_hide_all_shapes_behind_them(tmp_path):
+    """A ball before a rod that falls, or behind it: of three shapes there are only ends, on both sides."""
+    ball = lissom.Contact("arm", lissom.Sphere((0.15, -0.3, -0.05), 0.15), stiffness=1e4)
+    robot = lissom.Robot([lissom.Link("arm", rod=[SEGMENT])], contacts=[ball])
+    result = lissom.simulate(robot, 0.2, dt=2e-3)
+    result.picture(tmp_path / "x.png", times=[0.0, 0.1, 0.2], view="back")
+    (_, all_columns), _ = drawn(tmp_path / "x.png")
+    result.picture(tmp_path / "x.png", times=[0.0, 0.1, 0.2], view="front")
+    (rows, columns), pixels = drawn(tmp_path / "x.png")
+    assert len(columns) < 0.2 * len(all_columns)
+    # The ball is in the middle, and the tip of the last shape shows below it.
+    tall, wide = pixels.shape[:2]
+    assert not ((rows < 0.7 * tall) & (columns > 0.15 * wide) & (columns < 0.85 * wide)).any()
+
+
+@pytest.mark.parametrize(
+    ("heights", "order"),
+    [
+        # Heights of a plate in two shapes beside an obstacle at zero: what is painted, from first to last.
+        ((0.5, 0.5), "obstacle first second"),
+        ((-0.5, -0.5), "first second obstacle"),
+        ((-0.5, 0.5), "first obstacle second"),
+        # What is before an obstacle is not painted over, although the second shape lies behind it.
+        ((0.5, -0.5), "obstacle first second"),
+        # In contact.
+        ((0.5, -1e-3), "obstacle first second"),
+    ],
+)
+def test_obstacles_are_painted_between_shapes(heights, order):
+    corners, bone = np.array([[-1.0, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]]), np.zeros(4, int)
+    two, still = np.array([[0, 1, 2], [0, 2, 3]], np.uint32), np.zeros((2, 1, 3))
+    turns = np.broadcast_to([1.0, 0.0, 0.0, 0.0], (2, 1, 4))
+    moved = still + np.array([0.0, 0.0, 1.0]) * np.array(heights)[:, None, None]
+    plates = [
+        Part("wall", "obstacles", corners, bone, two, still, turns),
+        Part("plate", "rods", corners, bone, two, moved, turns),
+    ]
+    drawn = painting.triangles(plates, np.eye(3))
+    names = {0: "obstacle", 1: "first", 2: "second"}
+    saturation = np.ptp(drawn.colours[:, :3], axis=1)
+    which = np.where(saturation < 0.15, 0, np.where(saturation < 0.4, 1, 2))
+    found = [names[which[i]] for i in np.flatnonzero(np.diff(which, prepend=-1))]
+    assert " ".join(found) == order
+
+
+def test_over_finds_what_lies_over_what():
+    """Against every point and triangle by themselves."""
+    chosen = np.random.default_rng(3)
+    side = 0.6
+    corners = chosen.random((300, 1, 3)) + 0.5 * side * chosen.random((300, 3, 3))
+    points = chosen.random((200, 3))
+    found = {pair[:2]: pair[2] for pair in zip(*painting._over(points, corners, side), strict=True)}
+    count = 0
+    for i, point in enumerate(points):
+        for j, (a, b, c) in enumerate(corners):
+            s, t = np.linalg.solve(np.stack([b - a, c - a], axis=1)[:2], (point - a)[:2])
+            if min(s, t) >= 0.0 and s + t <= 1.0:
+                count += 1
+                assert found[i, j] == pytest.approx(a[2] + s * (b - a)[2] + t * (c - a)[2])
+    assert len(found) == count > 100
+
+
+def test_an_equilibrium(robot, tmp_path):
+    rest = lissom.statics(robot)
+    rest.picture(tmp_path / "x.png", robot, view="front", width=0.1)
+    _, pixels = drawn(tmp_path / "x.png")
+    assert pixels.shape[1] == pytest.approx(0.1 / INCH * figures.RESOLUTION, abs=1)
+    lissom.statics(robot).picture(tmp_path / "x.svg", robot)
+    assert "t = " not in (tmp_path / "x.svg").read_text()
+    with pytest.raises(ValueError, match=r"model: it has 1 coordinates, the result has 4"):
+        rest.picture(tmp_path / "y.png", lissom.Rod([lissom.Segment(1.0, 0.1, 1e6, 1e6, 1e3, {"bend_y": 1})]))
+    with pytest.raises(ValueError, match="figures show rods and bodies"):
+        lissom.statics(lissom.SpringPendulum()).picture(tmp_path / "y.png", lissom.SpringPendulum())
+    assert not (tmp_path / "y.png").exists()
+
+
+def test_magnets_are_arrows_along_their_moments(tmp_path):
+    segment = dataclasses.replace(SEGMENT, magnetisation=(0.0, 0.0, 5e3))
+    robot = lissom.Robot(
+        [lissom.Link("arm", rod=[segment])],
+        magnets=[
+            lissom.Magnet((0.2, 0.0, 0.0), link="arm"),
+            lissom.Magnet((0.1, 0.0, 0.0), link="arm", at=0.1),
+        ],
+        gravity=(0, 0, 0),
+    )
+    q = np.array([[0.0, 0.0, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0]])
+    found, _ = parts(views.view(robot), q, 0.0 * q, np.zeros((2, 0)), np.zeros(2))
+    arrows = [part for part in found if part.layer == "magnets"]
+    assert len(arrows) == 3
+    for part, place in zip(arrows[:2], (0.3, 0.1), strict=True):
+        for k in range(2):
+            pose = robot.pose(q[k], place, link="arm")
+            points = (part.vertices(k) - pose[:3, 3]) @ pose[:3, :3]
+            assert points[:, 0].max() == pytest.approx(-points[:, 0].min())
+            # The head, 0.6 of the arrow, is at the north pole.
+            widest = np.argmax(np.hypot(points[:, 1], points[:, 2]))
+            assert points[widest, 0] == pytest.approx(-0.1 * np.ptp(points[:, 0]))
+    lengths = [np.ptp(part.vertices(0)[:, 0]) for part in arrows[:2]]
+    assert lengths[0] == pytest.approx(2.0 * lengths[1])
+    assert len(np.unique(arrows[2].bone)) == 3
+    rod = next(part for part in found if part.layer == "rods")
+    assert rod.opacity < 1.0
+
+
+@pytest.mark.parametrize("width", [0.04, 0.05, 0.064, 0.085, 0.3])
+def test_words_do_not_run_into_the_bar(width, tmp_path, straight):
+    """Nor out of the figure."""
+    straight.picture(tmp_path / "x.png", times=[0.0, 0.005, 0.01, 0.015, 0.02], view="front", width=width)
+    _, pixels = drawn(tmp_path / "x.png")
+    is_black = pixels.max(axis=-1) < 100
+    columns = np.nonzero(is_black)[1]
+    assert columns.max() < 0.97 * pixels.shape[1]
+    length = bar(pixels)
+    row = next(
+        i for i in range(len(is_black)) if "x" * length in "".join(" x"[b] for b in is_black[i].astype(int))
+    )
+    beside = is_black[row - 4 : row + 4]
+    start = "".join(" x"[b] for b in is_black[row].astype(int)).index("x" * length)
+    assert not beside[:, max(start - 10, 0) : start - 1].any()
+
+
+def test_films_show_sections(straight, tmp_path):
+    straight.animate(tmp_path / "x.gif", fps=50)
+    with Image.open(tmp_path / "x.gif") as film:
+        pixels = np.asarray(film.convert("RGB")).astype(int)
+    columns = np.nonzero(np.ptp(pixels, axis=-1) > COLOURED)[1]
+    # Seen obliquely, but by far not a line of one or two pixels.
+    assert np.ptp(columns) > 0.8 * pixels.shape[1]
+    assert np.median(np.bincount(columns)[np.unique(columns)]) > 0.05 * np.ptp(columns)
+
+
 def test_later_shapes_are_darker(motion, tmp_path):
     motion.picture(tmp_path / "x.svg", times=[0.0, 0.2], view="front")
     text = (tmp_path / "x.svg").read_text()
     assert "t = 0, 0.2 s" in text
     found = figures._shapes(motion, figures.views.view(motion.model), np.array([0.0, 0.2]))[0]
-    triangles = figures.triangles(found, np.eye(3))
+    triangles = painting.triangles(found, np.eye(3))
     assert len(re.findall(r"<path d=", text)) > 1000
     rods = triangles.colours[triangles.colours[:, 3] < 1.0, :3]
     assert rods.min() < 0.2
@@ -135,7 +292,7 @@ def test_many_times_are_told_briefly():
         ({"view": "side"}, ValueError, "view: got 'side', expected a direction or one of front, back"),
         ({"view": (0, 0, 0)}, ValueError, "view: expected three finite numbers"),
         ({"view": (1, 0)}, ValueError, "view: expected three finite numbers"),
-        ({"width": 0.0}, ValueError, r"width: 0 m is not between 0.01 and 2 m"),
+        ({"width": 0.0}, ValueError, r"width: 0 m is not between 0.04 and 2 m"),
         ({"width": "wide"}, TypeError, "width"),
     ],
 )

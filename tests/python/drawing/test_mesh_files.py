@@ -3,6 +3,7 @@
 The reader follows the specification (glTF 2.0, sections 3.6, 3.7, 3.11) and shares nothing with the writer.
 """
 
+import itertools
 import json
 import struct
 
@@ -11,6 +12,9 @@ import pytest
 import trimesh
 
 import lissom
+from lissom.drawing import paraview
+
+h5py = pytest.importorskip("h5py")
 
 MATERIAL = {"young_modulus": 2e6, "poisson_ratio": 0.4, "density": 1000.0}
 
@@ -164,6 +168,7 @@ def everything(section=None):
     return lissom.Robot(
         [arm, hand],
         actuators=[lissom.Tendon("pull", [lissom.Along("arm", (0.0, 0.006))], tension=1.5)],
+        magnets=[lissom.Magnet((0.0, 0.3, 0.4), link="hand")],
         contacts=[
             *(lissom.Contact(ball, solid, stiffness=1e3, name=f"on {i}") for i, solid in enumerate(solids)),
             lissom.Contact(
@@ -383,6 +388,97 @@ def test_what_no_file_of_meshes_holds(motion, tmp_path):
     with pytest.raises(TypeError, match="t: "):
         run.save(tmp_path / "x.glb", t="now")
     assert list(tmp_path.iterdir()) == []
+
+
+class VtkHdf:
+    """A file of PolyData over time, read as VTK File Formats describes it."""
+
+    def __init__(self, path):
+        with h5py.File(path) as file:
+            root = file["VTKHDF"]
+            assert root.attrs["Type"] == b"PolyData"
+            steps = root["Steps"]
+            self.t = steps["Values"][:]
+            self.count = root["NumberOfPoints"][:]
+            self.starts = steps["PointOffsets"][:]
+            self.points = root["Points"][:]
+            self.data = {name: values[:] for name, values in root["PointData"].items()}
+            for name in self.data:
+                np.testing.assert_array_equal(steps["PointDataOffsets"][name], self.starts)
+                assert len(self.data[name]) == len(self.points)
+            assert not np.any(steps["CellOffsets"])
+            assert not np.any(steps["ConnectivityIdOffsets"])
+            self.cells = {}
+            for kind in ("Vertices", "Lines", "Polygons", "Strips"):
+                offsets, of_all = root[kind]["Offsets"][:], root[kind]["Connectivity"][:]
+                assert (root[kind]["NumberOfCells"][:] == len(offsets) - 1).all()
+                assert (root[kind]["NumberOfConnectivityIds"][:] == len(of_all)).all()
+                assert len(of_all) == offsets[-1]
+                self.cells[kind] = [of_all[a:b] for a, b in itertools.pairwise(offsets)]
+
+    def at(self, k):
+        """Points of a time, and their data."""
+        where = slice(self.starts[k], self.starts[k] + self.count[k])
+        return self.points[where], {name: values[where] for name, values in self.data.items()}
+
+
+def test_timelines_have_bodies_tendons_and_obstacles(motion, saved, tmp_path):
+    """The same surfaces as the glTF file, and tendons as lines."""
+    motion.save(tmp_path / "x.vtkhdf")
+    found, robot = VtkHdf(tmp_path / "x.vtkhdf"), motion.model
+    np.testing.assert_array_equal(found.t, motion.t)
+    numbers = {name: k for k, name in enumerate(paraview.LAYERS)}
+    rods, tendon = found.cells["Lines"]
+    assert len(rods) == 49
+    for k in (0, 40, 100):
+        points, data = found.at(k)
+        q, t = motion.q[k], motion.t[k]
+        np.testing.assert_allclose(points[rods[-1]], robot.pose(q, link="arm", t=t)[:3, 3], rtol=1e-12)
+        tip = robot.pose(q, link="arm", t=t)
+        np.testing.assert_allclose(
+            points[tendon[-1]], tip[:3, :3] @ [0, 0, 0.006] + tip[:3, 3], rtol=0, atol=1e-9
+        )
+        assert (data["layer"][tendon] == numbers["tendons"]).all()
+        assert (data["radius"][tendon] > 0.0).all()
+        assert np.isnan(data["curvature"][tendon]).all()
+        triangles = np.array(found.cells["Polygons"])
+        layer = data["layer"][triangles]
+        assert (layer == layer[:, :1]).all()
+        # By then the motion is at one of the times of both files.
+        same = int(np.argmin(np.abs(saved.times() - t)))
+        if abs(saved.times()[same] - t) > 1e-6:
+            continue
+        meshes = saved.meshes(same)
+        for name, layers in (("hand", "bodies"), ("carried", "shapes"), ("on 1", "obstacles")):
+            other = meshes.get(name, meshes.get("a box on hand"))[0]
+            of_layer = points[np.unique(triangles[layer[:, 0] == numbers[layers]])]
+            near = np.linalg.norm(of_layer[:, None] - other[None], axis=-1).min(axis=0)
+            assert near.max() < 2e-6
+
+
+def test_bodies_alone_have_a_timeline(tmp_path):
+    """Rods were needed before."""
+    swing = lissom.Link("bob", body=lissom.Body(1.0, centre=(0, 0, -0.5)), joint=lissom.Revolute((0, 1, 0)))
+    result = lissom.simulate(lissom.Robot([swing]), 0.1, q0=[0.3])
+    result.save(tmp_path / "x.vtkhdf")
+    found = VtkHdf(tmp_path / "x.vtkhdf")
+    assert found.cells["Lines"] == []
+    centre = result.model.pose(result.q[-1], link="bob") @ [0, 0, -0.5, 1]
+    points, _ = found.at(len(found.t) - 1)
+    np.testing.assert_allclose(0.5 * (points.min(axis=0) + points.max(axis=0)), centre[:3], atol=1e-3)
+    with pytest.raises(ValueError, match=r"\.vtkhdf files show rods and bodies"):
+        lissom.simulate(lissom.SpringPendulum(), 0.1).save(tmp_path / "y.vtkhdf")
+    with pytest.raises(ValueError, match=r"\.vtkhdf files are written of results of `simulate`"):
+        lissom.statics(lissom.SpringPendulum()).save(tmp_path / "y.vtkhdf")
+    assert not (tmp_path / "y.vtkhdf").exists()
+
+
+def test_long_timelines_with_many_points_have_fewer_times(tmp_path, monkeypatch):
+    result = lissom.simulate(lissom.Rod([segment()]), 0.4, dt=1e-3)
+    monkeypatch.setattr(paraview, "MAX_POINTS", 2500)
+    result.save(tmp_path / "x.vtkhdf")
+    found = VtkHdf(tmp_path / "x.vtkhdf")
+    assert (len(found.t), found.t[0], found.t[-1]) == (60, 0.0, result.t[-1])
 
 
 def test_long_motions_have_as_many_times_as_reports(tmp_path):

@@ -790,6 +790,14 @@ RECIPES |= {
         "view": "'front'",
         "width": "0.1",
     },
+    "StaticsResult.picture": {
+        "self": _SAVED["StaticsResult"],
+        "path": "v.place('x.svg')",
+        "view": "(0.0, -1.0, 0.0)",
+        "width": "0.1",
+        "u": "[]",
+    }
+    | _SHOWN,
     "MotionResult.report": {"self": _MOVED, "path": "v.place('x.html')", "title": "'A rod'"},
     "MotionResult.save": [
         *(

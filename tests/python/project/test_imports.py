@@ -36,7 +36,7 @@ OF_OTHERS = {
             "sensitivities",
         )
     ),
-    *(f"lissom.results.{name}" for name in ("io", "records", "studies", "vtk")),
+    *(f"lissom.results.{name}" for name in ("io", "records", "studies")),
     *(f"lissom.{name}" for name in ("analysis.sweeps", "model.targets", "urdf", "gym", "sensors")),
     *(f"lissom.{name}" for name in ("drawing.pictures", "drawing.live", "cli.evidence")),
 }
@@ -77,7 +77,7 @@ def test_what_is_compiled_imports_no_other_module(name, tmp_path):
     found = loaded(f"import lissom; lissom.{name}", cwd=tmp_path)
     assert of_package(found) == {
         "lissom",
-        *(f"lissom.{m}" for m in ("_lissom", "attached", "common", "common.arguments")),
+        *(f"lissom.{m}" for m in ("_lissom", "attached", "attached.texts", "common", "common.arguments")),
         *(f"lissom.{m}" for m in ("analysis", "analysis.base")),
     }
     assert found & HEAVY == set()

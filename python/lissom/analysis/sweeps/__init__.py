@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import contextlib
+import inspect
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..._lissom import Model, Scene, __version__
-from ...common.arguments import one_of, path_of, sequence, whole
+from ..._lissom import Model, Scene, __version__, simulate
+from ...common.arguments import keywords, one_of, path_of, sequence, whole
 from ...common.extras import missing
 from ...model import paths
 from ...model.views import view
@@ -28,6 +29,9 @@ __all__ = ["sweep"]
 
 #: Maximum size of the results of a task, bytes.
 TASK_BYTES = 2**26
+
+#: Keywords of `sweep` itself, beside options of `simulate`.
+OWN = ("executor", "store", "combine", "keep", "places", "measure", "workers", "progress")
 
 #: Variables stored per point, in addition to the results of `measure`: the dimensions after those of the
 #: parameters, and a description.
@@ -79,7 +83,8 @@ def sweep(
     parameters : mapping of str to sequence
         Values by parameter: numbers, booleans or strings. For a scene the names are key paths, such as
         ``rod[0].segment[0].young_modulus`` or ``simulation.dt``, including keys left at their defaults; for a
-        model the same paths, or attributes (``segments[0].radius``); for a function its arguments.
+        model the same paths, or attributes (``segments[0].radius``); for a function its arguments. A star
+        sets all entries of a list (``segments[*].radius``).
     executor : executor, optional
         Executor for the simulations, with the interface of `concurrent.futures`, or a client of
         `dask.distributed`. By default threads on all processors. Points are grouped into tasks of about one
@@ -147,6 +152,8 @@ def sweep(
     for name in ("control", "progress", "keep", "places", "workers"):
         if name in options:
             raise TypeError(f"{name}: expected nothing: it is no option of sweeps")
+    of_simulate = [name for name in inspect.signature(simulate).parameters if name not in ("model", *OWN)]
+    keywords("sweep", options, (*OWN, *of_simulate))
     source.check_names(list(grid.values))
     adapted, threads = (None, None) if executor is None else executors.adapted(executor)
     first = _check(source, grid, wants)

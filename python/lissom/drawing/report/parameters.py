@@ -155,7 +155,7 @@ def _fit(result: FitResult, title: str) -> page.Page:
     if result.undetermined:
         advice.append(f"The data do not determine {', '.join(result.undetermined)}.")
     if result.at_bounds:
-        advice.append(f"At a bound: {', '.join(result.at_bounds)}. The intervals do not hold there.")
+        advice.append(f"At a bound: {', '.join(result.at_bounds)}. The intervals end there.")
     return page.Page(
         title=title,
         lead=f"{_number(len(result.names))} from {size:,} measured numbers.",

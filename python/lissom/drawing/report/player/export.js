@@ -21,7 +21,7 @@ const filmType = () => typeof MediaRecorder !== "undefined" && "captureStream" i
   && ["video/webm;codecs=vp9", "video/webm;codecs=vp8", "video/webm"].find((type) => MediaRecorder.isTypeSupported(type));
 
 /** One picture of all layers of a view, no wider than that. */
-function compose(player, canvas, widest = Infinity) {
+export function compose(player, canvas, widest = Infinity) {
   const [first] = player.canvases;
   const part = Math.min(1, widest / first.width);
   const [width, height] = [Math.round(first.width * part), Math.round(first.height * part)];

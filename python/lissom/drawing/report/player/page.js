@@ -1,6 +1,7 @@
 // Starts what a report holds: views and curves, when they are first shown, and what the reader picks.
 
 import { clock } from "lissom/clock.js";
+import { follow } from "lissom/paper.js";
 import { Player } from "lissom/player.js";
 import { figure } from "lissom/plots.js";
 import { unpack } from "lissom/unpack.js";
@@ -9,6 +10,9 @@ import { unpack } from "lissom/unpack.js";
 const PAUSE = 50;
 
 const started = new Set();
+
+/** What draws each holder anew. */
+const redraws = new Map();
 
 async function start(holder) {
   if (started.has(holder) || holder.closest("[hidden]")) return;
@@ -19,7 +23,8 @@ async function start(holder) {
       const player = new Player(holder, told, clock(holder.dataset.clock), holder.getAttribute("aria-label"));
       holder.player = player;
       player.resize();
-    } else figure(holder, told, clock(told.clock));
+      redraws.set(holder, () => player.relaid());
+    } else redraws.set(holder, figure(holder, told, clock(told.clock)));
     holder.dataset.state = "ready";
   } catch (error) {
     holder.dataset.state = "failed";
@@ -38,6 +43,8 @@ for (const choice of document.querySelectorAll(".choice")) {
     options[select.selectedIndex].querySelectorAll(".figure, .player").forEach(start);
   });
 }
+
+follow(() => redraws.forEach((redraw) => redraw()));
 
 // What is in sight comes first, then the rest, one by one, so that the page answers meanwhile.
 const holders = [...document.querySelectorAll(".figure, .player")];

@@ -2,8 +2,9 @@
 
 import { Camera } from "lissom/camera.js";
 import { ofPage, parse, ways } from "lissom/colours.js";
-import { exportAs, kinds } from "lissom/export.js";
+import { compose, exportAs, kinds } from "lissom/export.js";
 import { Overlay } from "lissom/overlay.js";
+import { onPaper, sharpness } from "lissom/paper.js";
 import { Stage } from "lissom/stage.js";
 import { shortly } from "lissom/ticks.js";
 
@@ -59,7 +60,7 @@ export class Player {
     this.stage = new Stage(this.canvas, scene, this.camera);
     this.overlay = new Overlay(this.over);
     this.ways = ways(scene.things);
-    this.ratio = Math.min(devicePixelRatio || 1, 2);
+    this.ratio = sharpness();
     this.isSeen = true;
     this.intervals = [];
     this.setClock();
@@ -229,6 +230,19 @@ export class Player {
     this.draw();
   }
 
+  /** The page has another width and colours: paper shows a still, because what a graphics card has drawn is not printed. */
+  relaid() {
+    this.still?.remove();
+    this.still = null;
+    this.look = null;
+    this.ratio = sharpness();
+    this.resize();
+    if (!onPaper() || !this.view.clientWidth) return;
+    this.still = make("canvas", { className: "still" });
+    compose(this, this.still);
+    this.view.append(this.still);
+  }
+
   /** Draw soon, once. */
   invalidate() {
     if (this.isWaiting || this.isSaving) return;
@@ -250,7 +264,7 @@ export class Player {
 
   lookOfPage() {
     const of = (name) => ofPage(this.holder, name);
-    const dark = matchMedia("(prefers-color-scheme: dark)").matches;
+    const dark = matchMedia("(prefers-color-scheme: dark)").matches && !onPaper();
     return { ground: parse(of("--view")), soft: parse(of("--soft")), inkText: of("--ink"), softText: of("--soft"), isDark: dark };
   }
 

@@ -1,6 +1,7 @@
 // Curves in the plane: axes, legend, and a cursor that shows the time of the motion, or where the pointer is.
 
 import { ofPage } from "lissom/colours.js";
+import { onPaper, sharpness } from "lissom/paper.js";
 import { decades, labels, power, shortly, ticks } from "lissom/ticks.js";
 
 const FONT = '12px system-ui, -apple-system, "Segoe UI", Roboto, Arial, sans-serif';
@@ -21,7 +22,7 @@ const make = (tag, attributes, ...inner) => {
   return element;
 };
 
-/** All plots of a figure, in `holder`. */
+/** All plots of a figure, in `holder`; what draws them anew. */
 export function figure(holder, told, clock) {
   const hidden = new Set();
   const plots = told.rows.map((row) => row.map((plot) => new Plot(plot, told, hidden, clock)));
@@ -40,6 +41,7 @@ export function figure(holder, told, clock) {
     redraw();
   }).observe(holder);
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", redraw);
+  return redraw;
 }
 
 function legend(plots, hidden) {
@@ -125,7 +127,7 @@ class Plot {
     const { canvas, picture, element } = this;
     const [width, height] = [element.clientWidth, this.height];
     if (!width) return;
-    const ratio = Math.min(devicePixelRatio || 1, 2);
+    const ratio = sharpness();
     for (const each of [canvas, picture]) Object.assign(each, { width: width * ratio, height: height * ratio });
     canvas.style.height = `${height}px`;
     this.ratio = ratio;
@@ -229,7 +231,7 @@ class Plot {
 
   /** Show the curves with the cursor. */
   show() {
-    if (!this.area || !this.isSeen) return;
+    if (!this.area || !(this.isSeen || onPaper())) return;
     const { canvas, picture, area, plot, cursor, ratio, look } = this;
     const pen = penOf(canvas);
     pen.setTransform(1, 0, 0, 1, 0, 0);

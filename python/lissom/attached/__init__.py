@@ -9,7 +9,7 @@ from __future__ import annotations
 import os
 from typing import TYPE_CHECKING, Any
 
-from ._lissom import (
+from .._lissom import (
     ActuateResult,
     ContinuationResult,
     EnsembleResult,
@@ -21,8 +21,9 @@ from ._lissom import (
     Simulation,
     StaticsResult,
 )
-from .analysis.base import ParameterResult
-from .common.arguments import text
+from ..analysis.base import ParameterResult
+from ..common.arguments import text
+from . import texts
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -30,128 +31,12 @@ if TYPE_CHECKING:
     import xarray
     from numpy.typing import ArrayLike, NDArray
 
-    from .analysis.contact_events import ContactEvent
-    from .drawing.live.server import LiveView
-
-_SAVE = """Write the result to a file that `lissom.load` reads back bit for bit.
-
-Parameters
-----------
-path : path-like
-    {kinds}. An existing file is replaced.
-{model}
-Raises
-------
-ValueError
-    If the suffix is unknown, or the model contains Python functions, which files cannot store.
-OSError
-    If the file cannot be written.
-ImportError
-    If an extra is not installed; the message says how to install it.
-"""
-_ALL_KINDS = (
-    "``.lissom`` (the smallest), ``.npz`` (NumPy reads its arrays) or ``.nc`` (NetCDF, extra `files`)"
-)
-_MODEL = """model : Model or None
-    The model, for names and units of the coordinates in NetCDF files. The file does not contain the model.
-"""
-_INSTANT = """t : float, optional
-    The instant that a file of meshes shows, seconds; ``.ply`` and ``.obj`` need one. Between states of the
-    result coordinates follow a polynomial of fifth order.
-"""
-_TIME_OF_SHAPE = """t : float
-    Time at which the model is shown in files of meshes, seconds.
-"""
-_DATASET = """The result as an ``xarray.Dataset`` with named dimensions and units (extra `files`).
-{model}
-Returns
--------
-data : xarray.Dataset
-    {holds}
-
-Raises
-------
-ImportError
-    If xarray is not installed.
-"""
-_NAMES = """
-Parameters
-----------
-model : Model or None
-    The model, for names and units of the coordinates; without it they are numbered.
-"""
-_AXES = """
-Returns
--------
-axes : ndarray of matplotlib.axes.Axes
-    Axes of a new `pyplot` figure, one below the other.
-
-Raises
-------
-ValueError
-    If the result has nothing to show.
-ImportError
-    If Matplotlib is not installed (extra `plot`).
-"""
-
-
-_REPORT = """Write an HTML report of {what} in a single file, as the command line does for scenes.
-
-Parameters
-----------
-path : path-like
-    File to write; an existing file is replaced.
-model : Model
-    {role}
-{about}title : str
-    Heading of the page.
-t : float
-    Time at which time-dependent loads are shown, seconds.
-u : array_like, shape (m,), optional
-    Inputs; by default `u0` of the model{own}.
-
-Raises
-------
-ValueError, TypeError
-    If an argument is invalid, or the result has nothing to show.
-OSError
-    If the file cannot be written.
-"""
-_ANIMATE = """Write {what} as an animation (extra `plot`).
-
-Parameters
-----------
-path : path-like
-    ``.gif``, or ``.mp4`` or ``.webm``, which need the program ffmpeg. An existing file is replaced.
-model : Model
-    {role}
-{about}fps : float
-    Frames per second, 1 to 100; at most 3000 frames in total. GIF times are multiples of 0.01 s: rates that
-    do not divide 100 are rounded.
-duration : float
-    {lasts}
-t : float
-    Time at which the model is shown, seconds.
-
-Raises
-------
-ValueError, TypeError
-    If an argument is invalid, or the result has nothing to show.
-OSError
-    If the file cannot be written, or ffmpeg is not installed.
-ImportError
-    If Matplotlib is not installed.
-"""
-_ABOUT = """q : array_like, shape (n,)
-    The equilibrium that was passed to `modes`.
-"""
-_WHICH = """mode : int
-    Index of the mode, from 0 for the slowest; reports and plots count from 1.
-"""
+    from ..analysis.contact_events import ContactEvent
+    from ..drawing.live.server import LiveView
 
 
 def _plot_motion(self: MotionResult) -> NDArray[Any]:
-    from .drawing.pictures import of_motion
+    from ..drawing.pictures import of_motion
 
     return of_motion(self)
 
@@ -180,7 +65,7 @@ def _animate(
     ImportError
         If Matplotlib is not installed.
     """
-    from .drawing.pictures import animate
+    from ..drawing.pictures import animate
 
     animate(self, path, fps, speed)
 
@@ -193,36 +78,25 @@ def _picture(
     view: str | ArrayLike | None = None,
     width: float = 0.085,
 ) -> None:
-    """Write a figure for a paper: shapes at some times with their true sections (extra `plot`).
-
-    Rods, bodies, tendons and obstacles are polygons, with a scale bar and the axes of the world. Earlier
-    shapes are paler.
-
-    Parameters
-    ----------
-    path : path-like
-        ``.pdf`` or ``.svg``, of lines, or ``.png``. An existing file is replaced.
-    times : array_like, optional
-        Times of the shapes, seconds; by default five from the start to the end. Between states of the result
-        coordinates follow a polynomial of fifth order.
-    view : str or array_like, shape (3,), optional
-        Direction from the model to the viewer in world axes, or ``"front"`` (from -y), ``"back"``,
-        ``"right"`` (from x), ``"left"``, ``"top"`` (from z), ``"bottom"``. By default obliquely.
-    width : float
-        Width of the figure, metres; by default a column of a page. The height follows.
-
-    Raises
-    ------
-    ValueError, TypeError
-        If an argument is invalid, or the result has no model (`newmark`) or no states.
-    OSError
-        If the file cannot be written.
-    ImportError
-        If Matplotlib is not installed.
-    """
-    from .drawing.figures import of_motion
+    from ..drawing.figures import of_motion
 
     of_motion(self, path, times, view, width)
+
+
+def _picture_statics(
+    self: StaticsResult,
+    path: str | os.PathLike[str],
+    model: Model,
+    *,
+    view: str | ArrayLike | None = None,
+    width: float = 0.085,
+    t: float = 0.0,
+    u: ArrayLike | None = None,
+) -> None:
+    from ..drawing.figures import of_statics
+    from ..results.studies import setting_for
+
+    of_statics(self, path, setting_for(model, len(self.q), t, u), view, width)
 
 
 def _report(self: MotionResult, path: str | os.PathLike[str], *, title: str = "Motion") -> None:
@@ -242,7 +116,7 @@ def _report(self: MotionResult, path: str | os.PathLike[str], *, title: str = "M
     OSError
         If the file cannot be written.
     """
-    from .drawing.report import write_result
+    from ..drawing.report import write_result
 
     write_result(self, path, title=_text(title))
 
@@ -277,7 +151,7 @@ def _contact_events(self: MotionResult) -> list[ContactEvent]:
     >>> [(event.kind, round(event.t, 3)) for event in run.contact_events()]
     [('touch', 0.452), ('lift_off', 0.455)]
     """
-    from .analysis.contact_events import events_of
+    from ..analysis.contact_events import events_of
 
     return events_of(self)
 
@@ -295,8 +169,8 @@ def _report_statics(
     t: float = 0.0,
     u: ArrayLike | None = None,
 ) -> None:
-    from .drawing.report import write_equilibrium
-    from .results.studies import setting_for
+    from ..drawing.report import write_equilibrium
+    from ..results.studies import setting_for
 
     write_equilibrium(self, path, setting_for(model, len(self.q), t, u), _text(title))
 
@@ -310,8 +184,8 @@ def _report_path(
     t: float = 0.0,
     u: ArrayLike | None = None,
 ) -> None:
-    from .drawing.report import write_equilibrium
-    from .results.studies import setting_for
+    from ..drawing.report import write_equilibrium
+    from ..results.studies import setting_for
 
     write_equilibrium(self, path, setting_for(model, self.path.q.shape[1], t, u), _text(title))
 
@@ -326,9 +200,9 @@ def _report_modes(
     t: float = 0.0,
     u: ArrayLike | None = None,
 ) -> None:
-    from .common.arguments import vector
-    from .drawing.report import write_modes
-    from .results.studies import setting_for
+    from ..common.arguments import vector
+    from ..drawing.report import write_modes
+    from ..results.studies import setting_for
 
     setting = setting_for(model, self.shapes.shape[0], t, u)
     write_modes(self, path, setting, vector("q", q, model.n), _text(title))
@@ -343,8 +217,8 @@ def _animate_path(
     duration: float = 4.0,
     t: float = 0.0,
 ) -> None:
-    from .drawing.pictures import animate_path
-    from .results.studies import setting_for
+    from ..drawing.pictures import animate_path
+    from ..results.studies import setting_for
 
     animate_path(self, path, setting_for(model, self.path.q.shape[1], t, None), fps, duration)
 
@@ -360,9 +234,9 @@ def _animate_mode(
     duration: float = 2.0,
     t: float = 0.0,
 ) -> None:
-    from .common.arguments import vector
-    from .drawing.pictures import animate_mode
-    from .results.studies import setting_for
+    from ..common.arguments import vector
+    from ..drawing.pictures import animate_mode
+    from ..results.studies import setting_for
 
     setting = setting_for(model, self.shapes.shape[0], t, None)
     animate_mode(self, path, setting, vector("q", q, model.n), mode, fps, duration)
@@ -380,19 +254,20 @@ def _of_what_rests(self: StaticsResult, name: str) -> Any:
 
 
 def _save_motion(self: MotionResult, path: str | os.PathLike[str], *, t: float | None = None) -> None:
-    from .drawing.meshfiles import motion_writers
-    from .results.io import save
+    from ..drawing.meshfiles import motion_writers
+    from ..drawing.paraview import timeline
+    from ..results.io import save
 
     meshes = motion_writers(t)
     _only_with_meshes("t", t is None, path, meshes)
-    save(self, path, further=meshes)
+    save(self, path, further=meshes | {".vtkhdf": lambda result, _: timeline(result)})
 
 
 def _save_statics(
     self: StaticsResult, path: str | os.PathLike[str], model: Model | None = None, *, t: float = 0.0
 ) -> None:
-    from .drawing.meshfiles import statics_writers
-    from .results.io import save
+    from ..drawing.meshfiles import statics_writers
+    from ..results.io import save
 
     meshes = statics_writers(t)
     _only_with_meshes("t", t == 0.0, path, meshes)
@@ -402,7 +277,7 @@ def _save_statics(
 def _only_with_meshes(
     name: str, is_left_out: bool, path: str | os.PathLike[str], meshes: Mapping[str, Any]
 ) -> None:
-    from .common.arguments import path_of
+    from ..common.arguments import path_of
 
     if not is_left_out and path_of(path).suffix not in meshes:
         raise ValueError(f"{name}: only files of meshes have it ({', '.join(meshes)})")
@@ -413,13 +288,13 @@ def _save_with(
     path: str | os.PathLike[str],
     model: Model | None = None,
 ) -> None:
-    from .results.io import save
+    from ..results.io import save
 
     save(self, path, model)
 
 
 def _dataset_of_motion(self: MotionResult) -> xarray.Dataset:
-    from .results.datasets import dataset
+    from ..results.datasets import dataset
 
     return dataset(self)
 
@@ -428,19 +303,19 @@ def _dataset_with(
     self: StaticsResult | ContinuationResult | ModesResult | ReachResult | ActuateResult,
     model: Model | None = None,
 ) -> xarray.Dataset:
-    from .results.datasets import dataset
+    from ..results.datasets import dataset
 
     return dataset(self, model)
 
 
 def _dataset_of_ensemble(self: EnsembleResult, model: Model | None = None) -> xarray.Dataset:
-    from .results.datasets import dataset
+    from ..results.datasets import dataset
 
     return dataset(self, model)
 
 
 def _plot_ensemble(self: EnsembleResult, model: Model | None = None) -> NDArray[Any]:
-    from .drawing.pictures import of_ensemble
+    from ..drawing.pictures import of_ensemble
 
     return of_ensemble(self, model)
 
@@ -470,25 +345,25 @@ def _report_ensemble(
     OSError
         If the file cannot be written.
     """
-    from .drawing.report import write_ensemble
+    from ..drawing.report import write_ensemble
 
     write_ensemble(self, path, _text(title), model)
 
 
 def _save_plain(self: ParameterResult, path: str | os.PathLike[str]) -> None:
-    from .results.io import save
+    from ..results.io import save
 
     save(self, path)  # type: ignore[arg-type]
 
 
 def _dataset_plain(self: ParameterResult) -> xarray.Dataset:
-    from .results.datasets import dataset
+    from ..results.datasets import dataset
 
     return dataset(self)
 
 
 def _plot_parameters(self: ParameterResult) -> NDArray[Any]:
-    from .drawing.pictures import of_parameters
+    from ..drawing.pictures import of_parameters
 
     return of_parameters(self)
 
@@ -512,25 +387,25 @@ def _report_parameters(
     OSError
         If the file cannot be written.
     """
-    from .drawing.report import write_parameters
+    from ..drawing.report import write_parameters
 
     write_parameters(self, path, None if title is None else _text(title))  # type: ignore[arg-type]
 
 
 def _plot_statics(self: StaticsResult, model: Model) -> NDArray[Any]:
-    from .drawing.pictures import of_statics
+    from ..drawing.pictures import of_statics
 
     return of_statics(self, model)
 
 
 def _plot_path(self: ContinuationResult, model: Model | None = None) -> NDArray[Any]:
-    from .drawing.pictures import of_path
+    from ..drawing.pictures import of_path
 
     return of_path(self, model)
 
 
 def _plot_modes(self: ModesResult) -> NDArray[Any]:
-    from .drawing.pictures import of_modes
+    from ..drawing.pictures import of_modes
 
     return of_modes(self)
 
@@ -583,7 +458,7 @@ def _view(
     ImportError
         If viser is not installed.
     """
-    from .drawing.live import open_view
+    from ..drawing.live import open_view
 
     if not isinstance(block, bool):
         raise TypeError(f"block: a {type(block).__name__} is not True or False")
@@ -665,7 +540,7 @@ def _scene_of(
     dt = 0.001
     <BLANKLINE>
     """
-    from .model import scenes
+    from ..model import scenes
 
     return scenes.to_scene(self, t_end=t_end, name=name, q0=q0, v0=v0, **simulation)
 
@@ -685,7 +560,7 @@ def _save_scene(self: Scene, path: str | os.PathLike[str]) -> None:
     OSError
         If the file cannot be written.
     """
-    from .model import scenes
+    from ..model import scenes
 
     scenes.save(self, path)
 
@@ -708,37 +583,45 @@ def attach() -> None:
     _attach(Scene, "save", _save_scene)
     meshes = "``.glb`` (glTF 2.0, {what}), ``.ply`` and ``.obj`` have meshes"
     of_motion = meshes.format(what="the motion as an animation, or one instant")
-    paraview = (
-        f"{_ALL_KINDS}; ``.vtkhdf`` is for ParaView (extra `files`); {of_motion}: `load` reads none of these"
-    )
+    paraview = f"{texts.ALL_KINDS}; ``.vtkhdf`` is for ParaView (extra `files`); {of_motion}"
+    paraview += ": `load` reads none of these"
     trajectory = (
         "States, inputs, energies (J), centre lines of rods and positions of tips (m) over the time (s)."
     )
     _attach(
-        MotionResult, "plot", _plot_motion, f"Draw coordinates, positions of the tips and energies.\n{_AXES}"
+        MotionResult,
+        "plot",
+        _plot_motion,
+        f"Draw coordinates, positions of the tips and energies.\n{texts.AXES}",
     )
     _attach(MotionResult, "animate", _animate)
-    _attach(MotionResult, "picture", _picture)
+    lacks = "the result has no model (`newmark`) or no states"
+    more = "\nLater shapes are painted over earlier ones, which are paler."
+    what, about = "shapes at some times", texts.TIMES
+    figure = texts.PICTURE.format(what=what, more=more, about=about, setting="", lacks=lacks)
+    _attach(MotionResult, "picture", _picture, figure)
     _attach(MotionResult, "report", _report)
     _attach(MotionResult, "contact_events", _contact_events)
-    _attach(MotionResult, "save", _save_motion, _SAVE.format(kinds=paraview, model=_INSTANT))
-    _attach(MotionResult, "to_xarray", _dataset_of_motion, _DATASET.format(model="", holds=trajectory))
+    _attach(MotionResult, "save", _save_motion, texts.SAVE.format(kinds=paraview, model=texts.INSTANT))
+    _attach(MotionResult, "to_xarray", _dataset_of_motion, texts.DATASET.format(model="", holds=trajectory))
     _attach(Simulation, "view", _view)
-    _attach(EnsembleResult, "save", _save_with, _SAVE.format(kinds=_ALL_KINDS, model=_MODEL))
+    _attach(EnsembleResult, "save", _save_with, texts.SAVE.format(kinds=texts.ALL_KINDS, model=texts.MODEL))
     rows = "States, status and cost by rows; positions of places (m), or their mean and variance."
-    _attach(EnsembleResult, "to_xarray", _dataset_of_ensemble, _DATASET.format(model=_NAMES, holds=rows))
+    _attach(
+        EnsembleResult, "to_xarray", _dataset_of_ensemble, texts.DATASET.format(model=texts.NAMES, holds=rows)
+    )
     shown = "Draw the coordinates: their median and spread over time, or the last ones of each run."
-    _attach(EnsembleResult, "plot", _plot_ensemble, f"{shown}\n{_NAMES}{_AXES}")
+    _attach(EnsembleResult, "plot", _plot_ensemble, f"{shown}\n{texts.NAMES}{texts.AXES}")
     _attach(EnsembleResult, "report", _report_ensemble)
-    _attach(ParameterResult, "save", _save_plain, _SAVE.format(kinds=_ALL_KINDS, model=""))
+    _attach(ParameterResult, "save", _save_plain, texts.SAVE.format(kinds=texts.ALL_KINDS, model=""))
     _attach(
         ParameterResult,
         "to_xarray",
         _dataset_plain,
-        _DATASET.format(model="", holds="With the parameters by name."),
+        texts.DATASET.format(model="", holds="With the parameters by name."),
     )
     drawn = "Draw derivatives of positions or coordinates, or what was measured beside what was fitted."
-    _attach(ParameterResult, "plot", _plot_parameters, f"{drawn}\n{_AXES}")
+    _attach(ParameterResult, "plot", _plot_parameters, f"{drawn}\n{texts.AXES}")
     _attach(ParameterResult, "report", _report_parameters)
     holds = {
         StaticsResult: "The coordinates at equilibrium and the stability.",
@@ -748,33 +631,43 @@ def attach() -> None:
         ActuateResult: "Inputs and coordinates, poses of the links, and by how much they miss the targets.",
     }
     for owner, held in holds.items():
-        _attach(owner, "save", _save_with, _SAVE.format(kinds=_ALL_KINDS, model=_MODEL))
-        _attach(owner, "to_xarray", _dataset_with, _DATASET.format(model=_NAMES, holds=held))
+        _attach(owner, "save", _save_with, texts.SAVE.format(kinds=texts.ALL_KINDS, model=texts.MODEL))
+        _attach(owner, "to_xarray", _dataset_with, texts.DATASET.format(model=texts.NAMES, holds=held))
     of_rest = meshes.format(what="the shape")
-    of_rest = f"{_ALL_KINDS}; {of_rest} and need the model: `load` reads none of these"
-    _attach(StaticsResult, "save", _save_statics, _SAVE.format(kinds=of_rest, model=_MODEL + _TIME_OF_SHAPE))
+    of_rest = f"{texts.ALL_KINDS}; {of_rest} and need the model: `load` reads none of these"
+    _attach(
+        StaticsResult,
+        "save",
+        _save_statics,
+        texts.SAVE.format(kinds=of_rest, model=texts.MODEL + texts.TIME_OF_SHAPE),
+    )
     shown = "\nParameters\n----------\nmodel : Model\n    The model.\n"
-    _attach(StaticsResult, "plot", _plot_statics, f"Draw the equilibrium shape.\n{shown}{_AXES}")
-    path = f"Draw coordinates and the lowest eigenvalue over the load factor.\n{_NAMES}{_AXES}"
+    _attach(StaticsResult, "plot", _plot_statics, f"Draw the equilibrium shape.\n{shown}{texts.AXES}")
+    path = f"Draw coordinates and the lowest eigenvalue over the load factor.\n{texts.NAMES}{texts.AXES}"
     _attach(ContinuationResult, "plot", _plot_path, path)
     role = "The model."
     own = "; a path of inputs has its own"
     of_path, a_path = "a path of equilibria", "the path of equilibria, from its beginning to its end,"
-    of_rest = _REPORT.format(what="an equilibrium", role=role, about="", own="")
+    of_rest = texts.REPORT.format(what="an equilibrium", role=role, about="", own="")
     _attach(StaticsResult, "report", _report_statics, of_rest)
+    about, lacks = "model : Model\n    The model.\n", "the result has nothing to show"
+    figure = texts.PICTURE.format(what="the shape", more="", about=about, setting=texts.SETTING, lacks=lacks)
+    _attach(StaticsResult, "picture", _picture_statics, figure)
     _attach(
         StaticsResult, "__getattr__", _of_what_rests, "Explain what to use instead of a missing attribute."
     )
-    of_path = _REPORT.format(what=of_path, role=role, about="", own=own)
+    of_path = texts.REPORT.format(what=of_path, role=role, about="", own=own)
     _attach(ContinuationResult, "report", _report_path, of_path)
     lasts = (
         "Duration of the animation, seconds. It advances uniformly along the path, by coordinates and loads."
     )
-    film = _ANIMATE.format(what=a_path, role=role, about="", lasts=lasts)
+    film = texts.ANIMATE.format(what=a_path, role=role, about="", lasts=lasts)
     _attach(ContinuationResult, "animate", _animate_path, film)
-    of_modes = _REPORT.format(what="natural modes", role=role, about=_ABOUT, own="")
+    of_modes = texts.REPORT.format(what="natural modes", role=role, about=texts.ABOUT, own="")
     _attach(ModesResult, "report", _report_modes, of_modes)
     lasts = "Duration of the animation, seconds: one period of the mode, not in real time."
-    film = _ANIMATE.format(what="one period of a mode", role=role, about=_ABOUT + _WHICH, lasts=lasts)
+    film = texts.ANIMATE.format(
+        what="one period of a mode", role=role, about=texts.ABOUT + texts.WHICH, lasts=lasts
+    )
     _attach(ModesResult, "animate", _animate_mode, film)
-    _attach(ModesResult, "plot", _plot_modes, f"Draw frequencies and damping ratios.\n{_AXES}")
+    _attach(ModesResult, "plot", _plot_modes, f"Draw frequencies and damping ratios.\n{texts.AXES}")

@@ -1,0 +1,315 @@
+"""One value for several numbers of a model, functions of parameters, and intervals within bounds."""
+
+import math
+
+import numpy as np
+import pytest
+
+import lissom
+from lissom.analysis import fits
+from lissom.analysis.profiles import OutOfRuns, Profile, on_scale
+
+COUNT = 4
+
+SCENE = """version = 1
+[[rod]]
+[[rod.segment]]
+length = 0.1
+section = { shape = "circle", radius = 0.01 }
+young_modulus = 3e5
+poisson_ratio = 0.4
+density = 1100
+modes = { bend_y = 1 }
+[[rod.segment]]
+length = 0.2
+section = { shape = "circle", radius = 0.01 }
+young_modulus = 4e5
+poisson_ratio = 0.4
+density = 1100
+modes = { bend_y = 1 }
+[simulation]
+t_end = 0.1
+"""
+
+
+def rod(young=3e5, damping=0.02, radius=0.01, count=COUNT):
+    material = {"young_modulus": young, "poisson_ratio": 0.4, "density": 1100}
+    segment = lissom.Segment(0.3 / count, radius, **material, modes={"bend_y": 1}, retardation_time=damping)
+    return lissom.Rod([segment] * count)
+
+
+def measured(model, noise=0.0, t_end=0.5, seed=4):
+    run = lissom.simulate(model, t_end)
+    tips = np.array([model.pose(q)[:3, 3] for q in run.q[1:]])
+    return run.t[1:], tips + noise * np.random.default_rng(seed).standard_normal(tips.shape)
+
+
+SHARED = {
+    "segments[*].young_modulus": (1e5, 2e5, 1e6),
+    "segments[*].retardation_time": (1e-3, 0.01, 0.1),
+}
+
+
+def test_a_shared_value_is_found_for_all_segments():
+    found = lissom.fit(rod(2e5), measured(rod()), SHARED)
+    np.testing.assert_allclose(found.values, [3e5, 0.02], rtol=1e-6)
+    assert [segment.young_modulus for segment in found.model.segments] == [found.values[0]] * COUNT
+    assert [segment.retardation_time for segment in found.model.segments] == [found.values[1]] * COUNT
+    assert found.names == tuple(SHARED)
+
+
+def test_a_function_of_parameters_is_fitted_alike():
+    """Including the exact derivatives, so that it takes the same runs."""
+    data = measured(rod(), 1e-3)
+    shared = lissom.fit(rod(), data, SHARED)
+    found = lissom.fit(
+        lambda young, damping: rod(young, damping),
+        data,
+        {"young": (1e5, 2e5, 1e6), "damping": (1e-3, 0.01, 0.1)},
+    )
+    np.testing.assert_allclose(found.values, shared.values, rtol=1e-7)
+    np.testing.assert_allclose(found.covariance, shared.covariance, rtol=1e-6)
+    assert found.runs == shared.runs
+    assert found.model.segments == rod(*found.values.tolist()).segments
+
+
+def test_functions_take_starts_shapes_and_frequencies_too():
+    def taper(ratio):
+        # Without damping, which lowers frequencies.
+        return rod(damping=0.0, radius=(0.01, 0.01 * ratio), count=2)
+
+    right = taper(0.7)
+    run = lissom.simulate(right, 0.4, q0=[0.5, 0.2])
+    tips = np.array([right.pose(q)[:3, 3] for q in run.q[1:]])
+    found = lissom.fit(taper, (run.t[1:], tips), {"ratio": (0.2, 1.0, 2.0), "q0[0]": 0.1}, q0=[0.0, 0.2])
+    np.testing.assert_allclose(found.values, [0.7, 0.5], rtol=1e-6)
+    shape = right.pose(lissom.statics(right).q)[:3, 3]
+    found = lissom.fit(taper, lissom.StaticShapes([shape]), {"ratio": (0.2, 0.9, 2.0)})
+    assert found.values[0] == pytest.approx(0.7, rel=1e-6)
+    rest = lissom.statics(right)
+    frequencies = lissom.modes(right, rest.q).frequency
+    found = lissom.fit(taper, lissom.NaturalFrequencies(frequencies), {"ratio": (0.2, 0.9, 2.0)})
+    assert found.values[0] == pytest.approx(0.7, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("model", "parameters", "kind", "message"),
+    [
+        (lambda young: rod(young), {"yuong": 3e5}, ValueError, "got 'yuong', .*did you mean 'young'"),
+        (
+            lambda young: "rod",
+            {"young": 3e5},
+            TypeError,
+            "expected a function that makes a Rod or a Robot, got str",
+        ),
+        (
+            "rod",
+            {"young": 3e5},
+            TypeError,
+            "expected a Rod or a Robot, or a function that makes one, got str",
+        ),
+        (rod(), {"segments[*].young_modlus": 3e5}, ValueError, "did you mean 'young_modulus'"),
+        (rod(), {"segments[*]": 3e5}, ValueError, "expected the name of a finite number"),
+        (rod(), {"bodies[*].mass": 3e5}, ValueError, r"bodies\[0\]: the model has 0 entries"),
+        (
+            rod(),
+            {"segments[*].young_modulus": 3e5, "segments[1].young_modulus": 3e5},
+            ValueError,
+            "a second time, first as",
+        ),
+    ],
+)
+def test_what_cannot_be_fitted(model, parameters, kind, message):
+    with pytest.raises(kind, match=message):
+        lissom.fit(model, measured(rod()), parameters)
+
+
+def test_shared_derivatives_are_sums():
+    """Of motions, places, equilibria and frequencies; also by the adjoint."""
+    model, wanted = rod(), ("young_modulus", "radius", "length", "retardation_time")
+    each = [f"segments[{i}].{what}" for what in wanted for i in range(COUNT)]
+    shared = [f"segments[*].{what}" for what in wanted]
+
+    def summed(values):
+        return values.reshape(*values.shape[:-1], len(wanted), COUNT).sum(axis=-1)
+
+    one, many = (lissom.sensitivity(model, 0.3, names) for names in (shared, each))
+    # Differences of fourth order: the lengths stand in products.
+    for found, right in zip((one.dq, one.position()[1]), (many.dq, many.position()[1]), strict=True):
+        np.testing.assert_allclose(found, summed(right), rtol=1e-6, atol=1e-9 * np.abs(summed(right)).max())
+    objective = {"objective": lambda t, q, v: (float(q[-1, 0]), at_end(q), np.zeros_like(v))}
+    one, many = (lissom.sensitivity(model, 0.3, names, **objective) for names in (shared, each))
+    np.testing.assert_allclose(one.gradient, summed(many.gradient), rtol=1e-7)
+    one, many = (
+        lissom.equilibrium_sensitivity(model, names, frequencies=2)
+        for names in ([n for n in names if "retardation" not in n] for names in (shared, each))
+    )
+    wanted = wanted[:-1]
+    np.testing.assert_allclose(one.dq, summed(many.dq), rtol=1e-7, atol=1e-10)
+    np.testing.assert_allclose(one.dfrequencies, summed(many.dfrequencies), rtol=1e-6, atol=1e-9)
+
+
+def at_end(q):
+    weight = np.zeros_like(q)
+    weight[-1, 0] = 1.0
+    return weight
+
+
+def test_values_that_differ_are_told():
+    model = lissom.Rod([rod(1e5).segments[0], rod(2e5).segments[0]])
+    with pytest.raises(ValueError, match=r"has the values 100000, 200000, expected equal ones"):
+        lissom.sensitivity(model, 0.1, ["segments[*].young_modulus"])
+    # A fit sets them.
+    found = lissom.fit(
+        model, measured(rod(count=2)), {"segments[*].young_modulus": (1e5, 2e5, 1e6)}, max_runs=2
+    )
+    assert len({segment.young_modulus for segment in found.model.segments}) == 1
+
+
+def test_sweeps_set_all():
+    pytest.importorskip("xarray")
+    values = [3e5, 4e5]
+    found = lissom.sweep(rod(), {"segments[*].young_modulus": values}, t_end=0.1)
+    right = [lissom.simulate(rod(value), 0.1).q[-1] for value in values]
+    np.testing.assert_array_equal(found.q, right)
+    scene = lissom.Scene.loads(SCENE)
+    found = lissom.sweep(scene, {"rod[*].segment[*].young_modulus": values})
+    for i, value in enumerate(values):
+        other = SCENE.replace("4e5", "3e5").replace("3e5", repr(value))
+        np.testing.assert_array_equal(found.q[i], lissom.Scene.loads(other).run().q[-1])
+    with pytest.raises(ValueError, match=r"link\[0\]|link: "):
+        lissom.sweep(scene, {"link[*].joint.damping": values})
+
+
+# Intervals.
+
+
+def square(model, data):
+    """Sum of squares of a model's residuals, by its own run."""
+    run = lissom.simulate(model, data[0][-1])
+    tips = np.array([model.pose(q)[:3, 3] for q in run.q[1:]])
+    return float(((tips - data[1]) ** 2).sum())
+
+
+def test_ends_within_bounds_are_those_of_the_likelihood():
+    """The sum of squares there has grown by the square of Student's quantile."""
+    from scipy.stats import t as student
+
+    data = measured(rod(), 0.1, 0.2)
+    bounds = {"segments[*].young_modulus": (1.5e5, 2.5e5, 2e6)}
+    found = lissom.fit(rod(), data, bounds)
+    (low, high), value = found.intervals[0], found.values[0]
+    freedom = data[1].size - 1
+    quantile = student.ppf(0.975, freedom)
+    linear = quantile * math.sqrt(found.covariance[0, 0]) / value
+    # Otherwise the linear interval would do.
+    assert value * math.exp(-linear) < 1.5e5
+    assert 1.5e5 <= low < value < high <= 2e6
+    least = square(rod(value), data)
+    allowed = least * (1.0 + quantile**2 / freedom)
+    for end in (low, high):
+        assert end in (1.5e5, 2e6) or square(rod(end), data) == pytest.approx(
+            allowed, abs=0.05 * (allowed - least)
+        )
+    # Where an end is the bound, that still belongs to the interval.
+    for end in {1.5e5, 2e6} & {low, high}:
+        assert square(rod(end), data) <= allowed
+
+
+def test_what_is_positive_has_positive_intervals():
+    values, width = np.array([1.0, 1.0, 0.0, 1.0]), np.array([2.0, 1e-3, 0.5, np.inf])
+    found = on_scale(values, width, np.array([0.0, 0.0, 0.0, 0.0]))
+    np.testing.assert_allclose(found[0], [math.exp(-2), math.exp(2)])
+    np.testing.assert_allclose(found[1], [1 - 1e-3, 1 + 1e-3], atol=1e-6)
+    np.testing.assert_array_equal(found[2:], [[-0.5, 0.5], [-np.inf, np.inf]])
+    np.testing.assert_array_equal(on_scale(values, width, np.full(4, -1.0))[0], [-1.0, 3.0])
+
+
+def test_values_at_a_bound_have_intervals_that_begin_there():
+    data = measured(rod(), 1e-3)
+    name = "segments[*].young_modulus"
+    found = lissom.fit(
+        rod(), data, {name: (4e5, 5e5, 1e6), "segments[*].retardation_time": (1e-3, 0.01, 0.1)}
+    )
+    assert found.at_bounds == (name,)
+    assert found.intervals[0, 0] == 4e5 < found.intervals[0, 1] < 1e6
+    assert "At a bound: segments[*].young_modulus; the intervals end there." in found.message
+
+
+def test_what_is_not_determined_lies_between_its_bounds():
+    rest = lissom.statics(rod(count=1), np.zeros(1))
+    shape = lissom.StaticShapes([rod(count=1).pose(rest.q)[:3, 3]])
+    bounds = {"segments[0].young_modulus": (1e5, 2e5, 1e6), "segments[0].density": (1e3, 1.2e3, 2e3)}
+    found = lissom.fit(rod(count=1), shape, bounds)
+    assert found.undetermined == tuple(bounds)
+    np.testing.assert_array_equal(found.intervals, [[1e5, 1e6], [1e3, 2e3]])
+
+
+def test_profiles_against_a_grid():
+    """Two coefficients of a decay, of which the other one settles at each value of one."""
+    x = np.linspace(0.0, 1.0, 12)
+    data = 2.0 * np.exp(-1.5 * x) + 0.1 * np.random.default_rng(5).standard_normal(12)
+
+    def evaluated(p):
+        decay = np.exp(-p[1] * x)
+        return p[0] * decay - data, np.stack([decay, -p[0] * x * decay], axis=1)
+
+    from scipy.optimize import least_squares
+
+    best = least_squares(lambda p: evaluated(p)[0], [1.0, 1.0], xtol=1e-12, ftol=1e-12).x
+    least = float(np.sum(evaluated(best)[0] ** 2))
+    more = 0.3
+    rates = np.linspace(0.0, 12.0, 12001)
+    decays = np.exp(-rates[:, None] * x)
+    heights = decays @ data / (decays**2).sum(axis=1)
+    squares = ((heights[:, None] * decays - data) ** 2).sum(axis=1)
+    inside = rates[squares <= least + more]
+    for lowest, highest in ((0.0, np.inf), (-np.inf, np.inf), (1.0, 1.6), (0.0, 50.0)):
+        profile = Profile(
+            evaluated,
+            best,
+            evaluated(best)[1],
+            least,
+            more,
+            np.array([-np.inf, lowest]),
+            np.array([np.inf, highest]),
+        )
+        found = [profile.end(1, side, best[1] + side * 0.5) for side in (-1, 1)]
+        right = [max(inside[0], lowest), min(inside[-1], highest)]
+        np.testing.assert_allclose(found, right, rtol=0, atol=0.02)
+
+
+def test_profiles_without_an_end_and_without_runs():
+    def evaluated(p):
+        return np.array([np.tanh(p[0]), 1.0]), np.array([[1.0 - np.tanh(p[0]) ** 2], [0.0]])
+
+    nowhere = np.array([np.inf])
+    # The sum of squares grows by less than one for ever.
+    profile = Profile(evaluated, np.zeros(1), evaluated(np.zeros(1))[1], 1.0, 1.5, -nowhere, nowhere)
+    assert [profile.end(0, side, side * 1.0) for side in (-1, 1)] == [-np.inf, np.inf]
+
+    def exhausted(p):
+        raise OutOfRuns
+
+    with pytest.raises(OutOfRuns):
+        Profile(exhausted, np.zeros(1), np.ones((2, 1)), 1.0, 0.5, -nowhere, nowhere).end(0, 1, 1.0)
+
+
+def test_too_few_runs_for_profiles_are_told(monkeypatch):
+    data = measured(rod(), 0.1, 0.2)
+    bounds = {"segments[*].young_modulus": (1.5e5, 2.5e5, 2e6)}
+    monkeypatch.setattr(fits.Profile, "end", lambda *_: (_ for _ in ()).throw(OutOfRuns))
+    found = lissom.fit(rod(), data, bounds)
+    assert found.success
+    assert "cut at their bounds: 100 runs (max_runs) did not find their ends" in found.message
+    assert 1.5e5 <= found.intervals[0, 0] < found.intervals[0, 1] <= 2e6
+
+
+def test_messages_are_in_words():
+    data = measured(rod(), 1e-3)
+    found = lissom.fit(rod(), data, SHARED)
+    assert found.message.startswith("Converged: the change")
+    assert "ftol = 1e-10" in found.message
+    found = lissom.fit(rod(), data, SHARED, max_runs=1)
+    assert not found.success
+    assert found.message.startswith("Not converged: 1 runs (max_runs) did not suffice")
